@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace midair::device
+{
+
+/// One field as the hardware takes it: phase level L means e^{+j 2 pi L/256}; duty level L means a pulse of L/510 of the
+/// period, relative amplitude sin(pi L/510). Both m long.
+struct DriveSignal
+{
+    std::vector<std::uint8_t> phase;
+    std::vector<std::uint8_t> duty;
+
+    int size() const { return static_cast<int>(phase.size()); }
+};
+
+} // namespace midair::device

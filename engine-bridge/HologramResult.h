@@ -1,0 +1,42 @@
+#pragma once
+
+#include "haptics/ControlPoints.h"
+#include "haptics/HologramSolver.h"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// What has been done and what was spared since the thread started.
+struct HologramCounters
+{
+    std::uint64_t snapshots = 0;  ///< submitted
+    std::uint64_t superseded = 0; ///< replaced by a newer one before they were looked at
+    std::uint64_t solves = 0;
+    std::uint64_t skippedUnmoved = 0; ///< nothing moved: nothing solved
+    std::uint64_t sampled = 0;        ///< meshes sampled (a cached mesh is not sampled again)
+    std::uint64_t outOfWorkspace =
+        0; ///< points or objects left out because the array can't reach them
+};
+
+/// One solved field, handed back to the overlays, the HUD and the report; immutable.
+struct HologramResult
+{
+    std::uint64_t frame = 0;       ///< of the snapshot it was solved for
+    double latency_ms = 0.0;       ///< from the snapshot's stamp to the drive signal
+    haptics::ControlPoints points; ///< array frame
+    Eigen::VectorXf achieved_Pa;   ///< n, |G q| for q as played
+    Eigen::VectorXcf played;       ///< m, what the device plays
+    haptics::SolveReport report;
+    HologramCounters counters;
+    double updatesPerSecond = 0.0;
+    std::string deviceStatus;
+    std::vector<std::string> messages; ///< what the user should know, each said once
+};
+
+} // namespace midair::bridge

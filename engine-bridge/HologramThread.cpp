@@ -1,0 +1,2 @@
+#include "engine-bridge/HologramResult.h"
+#include "engine-bridge/SceneSnapshot.h"

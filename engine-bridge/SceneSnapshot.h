@@ -1,0 +1,45 @@
+#pragma once
+
+#include "haptics/SurfaceSampler.h"
+#include "haptics/TriangleMesh.h"
+
+#include <Eigen/Geometry>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// How an object is to be felt; ranges are checked where they are set.
+struct HapticProperties
+{
+    double pressure = 1.0; ///< > 0; Pa if pressureInPa, else relative to the scene's other objects
+    bool pressureInPa = false;
+    double spacing_m = 0.0; ///< >= 0; 0: one wavelength
+    haptics::Sampling sampling = haptics::Sampling::SURFACE;
+    int priority = 0; ///< larger wins where points are too near or too many
+};
+
+/// One instance (one node path) of a haptic object. The mesh is shared and never changes; a new shape is a new mesh and a new meshId.
+struct HapticObject
+{
+    std::uint64_t id = 0;     ///< of this instance, stable from frame to frame
+    std::string path;         ///< node path for messages
+    std::uint64_t meshId = 0; ///< equal ids: the same mesh
+    std::shared_ptr<const haptics::TriangleMesh> mesh;      ///< metres, scale baked in
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array frame
+    HapticProperties properties;
+};
+
+/// All that should be felt in one frame, handed to the hologram thread; immutable once submitted.
+struct SceneSnapshot
+{
+    std::uint64_t frame = 0;
+    double time_s = 0.0; ///< steady clock when collected
+    std::vector<HapticObject> objects;
+};
+
+} // namespace midair::bridge

@@ -1,0 +1,91 @@
+#pragma once
+
+#include "haptics/ControlPoints.h"
+#include "haptics/Medium.h"
+#include "haptics/TransducerArray.h"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace midair::haptics
+{
+
+/// What a solver is asked for; isValid() names the first violated constraint.
+struct SolverOptions
+{
+    int maxIterations = 0;      ///< >= 0; 0: the method's own default
+    double rmsTolerance = 1e-3; ///< >= 0; stop once the relative rms error is at most this
+    double deadline_ms = 0.0;   ///< >= 0; 0: none; else the best field within this time
+    double lambdaRel = 0.1;     ///< >= 0; lambda = lambdaRel trace(K)/n (Tikhonov)
+    bool absoluteTargets =
+        false; ///< targets are in Pa; else only their ratios count and the array plays as loud as it accurately can
+    double loudness = 1.0; ///< 0 .. 1; trades loudness for error; 1 is as loud as it accurately can
+    bool phaseOnly =
+        true;        ///< every transducer at one amplitude; false: amplitudes are solved for too
+    int threads = 1; ///< 1 ..
+    std::uint64_t seed = 1;
+    bool warmStart = true; ///< start from the last field where the points correspond
+
+    bool isValid(std::string* error = nullptr) const;
+};
+
+enum class StopReason
+{
+    NOTHING_TO_DO, ///< no points, or none that can be reached
+    CONVERGED,     ///< the error asked for is reached
+    STALLED,       ///< no longer improving
+    MAX_ITERATIONS,
+    DEADLINE,
+    SKIPPED, ///< nothing moved by more than the tolerance
+    REFUSED  ///< the input is not solvable; message says why; activations are zero
+};
+
+const char* stopReasonName(StopReason reason);
+
+/// What was solved and how well, for q as the device plays it (clipped, quantised).
+struct SolveReport
+{
+    std::string solver;
+    StopReason stop = StopReason::NOTHING_TO_DO;
+    std::string message; ///< empty, or what the user should know
+    int points = 0;
+    int transducers = 0;
+    int iterations = 0;
+    double rms =
+        0.0; ///< sqrt(mean((y_l/(s a_l) - 1)^2)), s = (y.a)/(a.a); with absolute targets s = 1
+    double max = 0.0;      ///< the largest of the same
+    double loudness = 0.0; ///< E = s |a| / mean_l(sum_i |G_li|)
+    double level_Pa =
+        0.0; ///< s times the largest target: the pressure played where the target is largest
+    double matrix_ms = 0.0;
+    double solve_ms = 0.0;
+};
+
+/// Control points in, activations out; holds its buffers and the last field between calls.
+class HologramSolver
+{
+public:
+    virtual ~HologramSolver() = default;
+
+    /// Solves for \a points and leaves m activations in \a q, |q_i| <= 1, as array.drive can play them. Never NaN:
+    /// what can't be solved is REFUSED with zero activations. Not thread-safe; one thread at a time.
+    virtual SolveReport solve(const ControlPoints& points,
+                              const TransducerArray& array,
+                              const Medium& medium,
+                              Eigen::VectorXcf& q) = 0;
+
+    virtual const SolverOptions& options() const = 0;
+};
+
+/// Names that makeSolver knows, the default first.
+std::vector<std::string> solverNames();
+
+/// Throws InputError for an unknown name (listing the known ones) and for options that are not valid.
+std::unique_ptr<HologramSolver> makeSolver(const std::string& name,
+                                           const SolverOptions& options = {});
+
+} // namespace midair::haptics

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "haptics/Medium.h"
+#include "haptics/TransducerArray.h"
+
+#include <Eigen/Core>
+
+namespace midair::haptics
+{
+
+/// A rectangle in the array frame, sampled at columns x rows points from its corner along u and v.
+struct FieldGrid
+{
+    Eigen::Vector3d corner; ///< metres
+    Eigen::Vector3d u;      ///< metres, the whole edge along the columns
+    Eigen::Vector3d v;      ///< metres, the whole edge along the rows
+    int columns = 0;
+    int rows = 0;
+
+    Eigen::Matrix3Xd points() const; ///< 3 x (columns * rows), row by row
+};
+
+/// Complex peak pressure in Pa at \a points (3 x n) for \a activations (m, |q| = 1 is full drive); on \a threads threads.
+Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
+                            const TransducerArray& array,
+                            const Medium& medium,
+                            const Eigen::VectorXcf& activations,
+                            int threads = 1);
+
+/// Time-averaged pressure on a surface, Pa: alpha p_rms^2 / (rho c^2), 1 <= alpha <= 2 (the paper's equation 1);
+/// \a pressure_Pa is a peak amplitude.
+double radiationPressure(double pressure_Pa, const Medium& medium, double alpha = 2.0);
+
+} // namespace midair::haptics

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "haptics/Medium.h"
+#include "haptics/TransducerArray.h"
+
+#include <Eigen/Core>
+
+namespace midair::haptics
+{
+
+/// G in double precision straight from the formula, entry by entry: what the fast path is tested against.
+///     G_li = P0 gain_i D(theta_li) / R_li exp(-(beta + j k) R_li + j phaseOffset_i)
+/// (Inoue, Makino, Shinoda 2015, equations 2 to 5; time factor e^{+j omega t}). n x m, Pa peak at full drive.
+Eigen::MatrixXcd referencePropagationMatrix(const Eigen::Matrix3Xd& points,
+                                            const TransducerArray& array,
+                                            const Medium& medium);
+
+} // namespace midair::haptics

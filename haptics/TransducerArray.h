@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <string>
+#include <vector>
+
+namespace midair::haptics
+{
+
+/// How a transducer's amplitude falls off with the angle theta from its normal; D(0) = 1, D >= 0.
+enum class Directivity
+{
+    T4010A1_HARMONICS, ///< the paper's zonal harmonics of order 0..3
+    T4010A1_TABLE,     ///< the measured table, dB at 0, 10, .. 90 degrees; 0 behind
+    POINT              ///< D = 1
+};
+
+/// D(theta) of \a model at cos(theta) = \a cosTheta in [-1, 1].
+double directivity(Directivity model, double cosTheta);
+
+/// "t4010a1-harmonics", "t4010a1-table", "point". directivityFromName throws InputError for any other name.
+const char* directivityName(Directivity model);
+Directivity directivityFromName(const std::string& name);
+
+/// Which activations a device can play: the solver is told, the device encodes.
+struct DriveResolution
+{
+    int phaseLevels = 256; ///< phases are multiples of 2 pi / phaseLevels; 0: continuous
+    std::vector<float> amplitudeLevels; ///< ascending, in [0, 1], the last one 1; empty: continuous
+};
+
+/// Transducers in the array frame (right-handed, metres, origin at the centre of the workspace, y along the prism's axis).
+struct TransducerArray
+{
+    std::string name;
+    double frequency_Hz = 40e3;
+    double sourceAmplitude_Pa_m = 10.1; ///< P0: peak pressure times distance on axis at full drive
+    Directivity directivity = Directivity::T4010A1_HARMONICS;
+    Eigen::Matrix3Xd positions; ///< 3 x m, metres
+    Eigen::Matrix3Xd normals;   ///< 3 x m, unit length, the direction of emission
+    Eigen::VectorXd
+        phaseOffset_rad;    ///< m or empty: added by the transducer to what it is driven with
+    Eigen::VectorXd gain;   ///< m or empty: multiplies the amplitude
+    std::vector<int> board; ///< m: which board each transducer sits on, ascending from 0
+    DriveResolution drive;
+
+    int size() const { return static_cast<int>(positions.cols()); }
+
+    /// 16 boards of 249 as the eight sides of a prism round the y axis, 3984 in all; P0 = 2.73 Pa m (physics of the paper's device).
+    static TransducerArray octagonalPrism();
+    /// One board of 249 in the plane z = 0, facing +z.
+    static TransducerArray singleBoard();
+    /// "octagon", "board", a shipped array's name, or the path of a JSON file. Throws InputError.
+    static TransducerArray load(const std::string& nameOrPath);
+};
+
+} // namespace midair::haptics

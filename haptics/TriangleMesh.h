@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <string>
+
+namespace midair::haptics
+{
+
+/// An indexed triangle mesh in metres; any winding, open or closed, vertices may be doubled at seams.
+struct TriangleMesh
+{
+    Eigen::Matrix3Xd vertices;  ///< 3 x v, metres
+    Eigen::Matrix3Xi triangles; ///< 3 x t, indices into vertices
+    Eigen::VectorXf intensity;  ///< v or empty: painted haptics, 0 .. 1, multiplies the target
+
+    /// Edges of the bounding box; zero for an empty mesh.
+    Eigen::Vector3d extent() const;
+    /// Scaled uniformly to the largest extent \a size_m and centred on the bounding box's middle. Throws InputError if flat to a point.
+    TriangleMesh scaledTo(double size_m) const;
+};
+
+/// Reads a Wavefront OBJ; polygons are triangulated. Throws InputError naming the file and the line or element.
+TriangleMesh readObj(const std::string& path);
+
+} // namespace midair::haptics
