@@ -1,0 +1,56 @@
+# Sourced by samples/run.sh and tests/run.sh: what the project needs from Debian 12, and how it is installed and built.
+
+midair_packages=(
+    g++ cmake ninja-build ccache pkg-config
+    libopenscenegraph-dev openscenegraph  # scene graph, osgviewer, osgconv
+    libeigen3-dev                         # linear algebra
+    libbullet-dev                         # hands, rigid bodies
+    libtinyobjloader-dev                  # OBJ files
+    libusb-1.0-0-dev libftdi1-dev         # arrays over USB and FTDI chips
+    nlohmann-json3-dev libcli11-dev libspdlog-dev
+    libegl-dev libgl1-mesa-dri            # off-screen pictures
+)
+midair_test_packages=(
+    libgtest-dev
+    umockdev libumockdev-dev              # emulated USB devices
+    xvfb xauth                            # osgviewer in the tests
+    clang-format-14
+)
+
+# Installs those of its arguments that are missing; says so first. Without root or sudo: prints the line to type and stops.
+midair_install()
+{
+    local missing=() package
+    for package in "$@"; do
+        [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || missing+=("$package")
+    done
+    [ ${#missing[@]} -gt 0 ] || return 0
+    local asRoot=""
+    if [ "$(id -u)" -ne 0 ]; then
+        if command -v sudo >/dev/null && { [ -t 0 ] || sudo -n true 2>/dev/null; }; then
+            asRoot="sudo"
+        else
+            echo "osgMidair needs packages that only root can install. Type this, then run again:" >&2
+            echo "    apt-get update && apt-get install -y --no-install-recommends ${missing[*]}" >&2
+            exit 1
+        fi
+    fi
+    echo "osgMidair installs from Debian: ${missing[*]}"
+    $asRoot env DEBIAN_FRONTEND=noninteractive apt-get update -qq
+    $asRoot env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+}
+
+# midair_build FOLDER TARGET [cmake option]..: configures (the first time, or when options are given that differ from
+# the last ones) and builds Release.
+midair_build()
+{
+    local folder=$1 target=$2
+    shift 2
+    mkdir -p "$folder"
+    if [ ! -f "$folder/build.ninja" ] || { [ $# -gt 0 ] && [ "$(cat "$folder/options" 2>/dev/null)" != "$*" ]; }; then
+        cmake -S . -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=Release "$@" >"$folder/configure.log" 2>&1 ||
+            { cat "$folder/configure.log" >&2; exit 1; }
+        echo "$*" >"$folder/options"
+    fi
+    ninja -C "$folder" --quiet "$target"
+}

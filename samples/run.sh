@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# samples/run.sh [MODEL or SCENE] [options]: installs what is missing, builds, and shows the object in the array with its
+# field. Without arguments: the paper's star. --help lists the options.
+set -euo pipefail
+caller=$PWD
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+root=$PWD
+. samples/packages.sh
+midair_install "${midair_packages[@]}"
+midair_build build midair_samples
+cd "$caller"
+out=()
+case " $* " in
+    *" --out"* | *" --help "* | *" -h "*) ;;
+    *) out=(--out "$root/build/out") ;;
+esac
+exec "$root/build/bin/midair-demo" "$@" "${out[@]}"
