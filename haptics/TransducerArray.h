@@ -8,6 +8,9 @@
 namespace midair::haptics
 {
 
+/// The model is not used nearer to a transducer than this, about its radius: R is never taken smaller.
+constexpr double kNearestDistance_m = 5e-3;
+
 /// How a transducer's amplitude falls off with the angle theta from its normal; D(0) = 1, D >= 0.
 enum class Directivity
 {
