@@ -1,0 +1,135 @@
+#include "device/DeviceUri.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+namespace midair::device
+{
+
+namespace
+{
+
+constexpr double kMostSeconds = 1e6;
+
+// strtod would take "nan", hexadecimal and leading blanks; a URI has plain decimals.
+bool parseDecimal(const std::string& text, double& value, std::string& rest)
+{
+    const std::size_t end = text.find_first_not_of("+-.0123456789eE");
+    const std::string digits = text.substr(0, end);
+    rest = end == std::string::npos ? std::string() : text.substr(end);
+    if (digits.empty()) return false;
+    char* stop = nullptr;
+    value = std::strtod(digits.c_str(), &stop);
+    return *stop == '\0' && std::isfinite(value);
+}
+
+} // namespace
+
+std::string shortNumber(double value)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", value);
+    return text;
+}
+
+DeviceUri::DeviceUri(const std::string& text) : _text(text)
+{
+    const std::size_t colon = text.find(':');
+    if (colon == std::string::npos || colon == 0)
+        throw error("a device is named SCHEME:PATH?KEY=VALUE, for instance \"sim:\"");
+    _scheme = text.substr(0, colon);
+    const std::size_t question = text.find('?', colon);
+    _path = text.substr(colon + 1, question == std::string::npos ? question : question - colon - 1);
+    std::size_t begin = question == std::string::npos ? text.size() : question + 1;
+    while (begin < text.size())
+    {
+        const std::size_t end = std::min(text.find('&', begin), text.size());
+        const std::string part = text.substr(begin, end - begin);
+        const std::size_t equals = part.find('=');
+        if (equals == std::string::npos || equals == 0 || equals + 1 == part.size())
+            throw error("parameter \"" + part + "\" should read KEY=VALUE");
+        if (!_parameters.emplace(part.substr(0, equals), part.substr(equals + 1)).second)
+            throw error("parameter \"" + part.substr(0, equals) + "\" is there twice");
+        begin = end + 1;
+    }
+}
+
+DeviceError DeviceUri::error(const std::string& what) const
+{
+    return DeviceError("device \"" + _text + "\": " + what);
+}
+
+std::string DeviceUri::take(const std::string& key)
+{
+    _known.insert(key);
+    const auto found = _parameters.find(key);
+    return found == _parameters.end() ? std::string() : found->second;
+}
+
+std::string DeviceUri::takeText(const std::string& key, const std::string& fallback)
+{
+    const std::string value = take(key);
+    return value.empty() ? fallback : value;
+}
+
+double DeviceUri::takeNumber(const std::string& key, double fallback, double low, double high)
+{
+    const std::string text = take(key);
+    if (text.empty()) return fallback;
+    double value = 0;
+    std::string rest;
+    if (!parseDecimal(text, value, rest) || !rest.empty() || value < low || value > high)
+        throw error(key + "=" + text + " should be a number from " + shortNumber(low) + " to " +
+                    shortNumber(high));
+    return value;
+}
+
+double DeviceUri::takeSeconds(const std::string& key, double fallback_s)
+{
+    const std::string text = take(key);
+    if (text.empty()) return fallback_s;
+    double value = 0;
+    std::string unit;
+    const bool number = parseDecimal(text, value, unit);
+    const double scale = unit == "s" ? 1 : unit == "ms" ? 1e-3 : unit == "us" ? 1e-6 : 0;
+    if (!number || scale == 0 || value < 0 || value * scale > kMostSeconds)
+        throw error(key + "=" + text + " should be a time such as 2s, 100ms or 20us");
+    return value * scale;
+}
+
+bool DeviceUri::takeFlag(const std::string& key, bool fallback)
+{
+    const std::string text = take(key);
+    if (text.empty()) return fallback;
+    if (text == "1" || text == "yes" || text == "true") return true;
+    if (text == "0" || text == "no" || text == "false") return false;
+    throw error(key + "=" + text + " should be yes or no");
+}
+
+void DeviceUri::rejectUnknown() const
+{
+    for (const auto& parameter : _parameters)
+    {
+        if (_known.count(parameter.first) != 0) continue;
+        std::string list;
+        for (const std::string& key : _known)
+            list += (list.empty() ? "" : ", ") + key;
+        throw error("unknown parameter \"" + parameter.first + "\"; " +
+                    (list.empty() ? "\"" + _scheme + ":\" has none" : "known are " + list));
+    }
+}
+
+void DeviceUri::requirePath(const std::string& what) const
+{
+    if (_path.empty()) throw error("the name of " + what + " is missing: \"" + _scheme + ":NAME\"");
+}
+
+void DeviceUri::rejectPath() const
+{
+    if (!_path.empty())
+        throw error("nothing may stand between \"" + _scheme + ":\" and the parameters, but \"" +
+                    _path + "\" does");
+}
+
+} // namespace midair::device

@@ -1,0 +1,57 @@
+#pragma once
+
+#include "device/ArrayDevice.h"
+
+#include <map>
+#include <set>
+#include <string>
+
+namespace midair::device
+{
+
+/// A device's name taken apart: `scheme:path?key=value&key=value`. Each device takes the parameters that it knows, then
+/// calls rejectUnknown(), so that a misspelt one is an error and not a default.
+class DeviceUri
+{
+public:
+    /// Throws DeviceError when there is no scheme or a parameter has no value.
+    explicit DeviceUri(const std::string& text);
+
+    const std::string& text() const { return _text; }
+    const std::string& scheme() const { return _scheme; }
+    const std::string& path() const
+    {
+        return _path;
+    } ///< between the colon and the question mark; may be empty
+
+    bool has(const std::string& key) const { return _parameters.count(key) != 0; }
+    std::string takeText(const std::string& key, const std::string& fallback);
+    /// A number in [low, high]; throws DeviceError that names the range.
+    double takeNumber(const std::string& key, double fallback, double low, double high);
+    /// Seconds in [0, 1e6], written with a unit: `2s`, `100ms`, `20us`; throws DeviceError.
+    double takeSeconds(const std::string& key, double fallback_s);
+    bool takeFlag(const std::string& key, bool fallback); ///< 0, 1, no, yes, false, true
+
+    /// Throws DeviceError for a parameter that nobody took, listing those that were asked for.
+    void rejectUnknown() const;
+    /// Throws DeviceError when the path is empty; \a what says what belongs there ("a file").
+    void requirePath(const std::string& what) const;
+    void rejectPath() const; ///< throws DeviceError when there is a path
+
+    /// A DeviceError that starts with the URI.
+    DeviceError error(const std::string& what) const;
+
+private:
+    std::string take(const std::string& key);
+
+    std::string _text;
+    std::string _scheme;
+    std::string _path;
+    std::map<std::string, std::string> _parameters;
+    std::set<std::string> _known;
+};
+
+/// The shortest text of a number, for messages.
+std::string shortNumber(double value);
+
+} // namespace midair::device
