@@ -47,12 +47,12 @@ void checkLayout(const DeviceLayout& layout)
         throw DeviceError("device layout: board numbers for " +
                           std::to_string(layout.board.size()) + " transducers, should be for all " +
                           std::to_string(layout.transducers));
+    if (layout.board.front() != 0)
+        throw DeviceError("device layout: the first board is " +
+                          std::to_string(layout.board.front()) + ", should be 0");
     int before = 0;
     for (const int board : layout.board)
     {
-        if (&board == layout.board.data() && board != 0)
-            throw DeviceError("device layout: the first board is " + std::to_string(board) +
-                              ", should be 0");
         if (board < before || board > before + 1)
             throw DeviceError("device layout: board " + std::to_string(board) + " follows board " +
                               std::to_string(before) + ", should ascend from 0 without gaps");
