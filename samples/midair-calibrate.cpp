@@ -1,0 +1,101 @@
+// Finds the rigid matrix from a scene's world to the array from spots measured in both, and says how good it is.
+
+#include "engine-bridge/Calibration.h"
+#include "haptics/InputError.h"
+
+#include <CLI/CLI.hpp>
+
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <string>
+
+using namespace midair;
+
+namespace
+{
+
+enum ExitCode
+{
+    CALIBRATED = 0,
+    NOT_USABLE = 1, ///< the report says why; nothing was written
+    WRONG_INPUT = 2
+};
+
+struct Settings
+{
+    std::string pairs = "-";
+    std::string worldUnit = "m";
+    std::string arrayUnit = "m";
+    std::string matrix;
+    double edge_mm = 150.0;
+};
+
+bridge::PointPairs readPairs(const std::string& path)
+{
+    if (path == "-") return bridge::readPointPairs(std::cin, "stdin");
+    std::ifstream in(path);
+    if (!in) throw haptics::InputError("can't read \"" + path + "\": give a file of point pairs, or - for stdin");
+    return bridge::readPointPairs(in, path);
+}
+
+void printResiduals(const bridge::CalibrationReport& report)
+{
+    std::cout << std::fixed << std::setprecision(2);
+    for (std::size_t k = 0; k < report.outlier.size(); ++k)
+        std::cout << "pair " << std::setw(3) << k + 1 << std::setw(9)
+                  << 1e3 * report.residuals_m[static_cast<Eigen::Index>(k)] << " mm"
+                  << (report.outlier[k] ? "  left out\n" : "\n");
+}
+
+void writeMatrix(const std::string& path, const Eigen::Isometry3d& worldToArray)
+{
+    std::ofstream out(path);
+    out << "# array = M world, column vectors, metres\n"
+        << std::setprecision(17) << worldToArray.matrix() << "\n";
+    out.flush();
+    if (!out) throw haptics::InputError("can't write the matrix to \"" + path + "\"");
+}
+
+int calibrate(const Settings& settings)
+{
+    const double worldUnit_m = bridge::unitInMetres(settings.worldUnit);
+    const double arrayUnit_m = bridge::unitInMetres(settings.arrayUnit);
+    bridge::PointPairs pairs = readPairs(settings.pairs);
+    pairs.world *= worldUnit_m;
+    pairs.array *= arrayUnit_m;
+    bridge::CalibrationOptions options;
+    options.edge_m = 1e-3 * settings.edge_mm;
+    const bridge::CalibrationReport report = bridge::calibrate(pairs, options);
+    if (report.usable) printResiduals(report);
+    std::cout << report.text();
+    if (!report.usable) return NOT_USABLE;
+    if (!settings.matrix.empty()) writeMatrix(settings.matrix, report.worldToArray);
+    return CALIBRATED;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    Settings settings;
+    CLI::App app("midair-calibrate: from point pairs to the matrix from world to array.\n"
+                 "A line is one spot measured twice: world x, y, z, array x, y, z. Take 12 or more, not in one plane.");
+    app.add_option("pairs", settings.pairs, "file of point pairs, or - for stdin")->capture_default_str();
+    app.add_option("--unit", settings.worldUnit, "unit of the world points: m, cm, mm, in, ft or metres")
+        ->capture_default_str();
+    app.add_option("--array-unit", settings.arrayUnit, "unit of the array points")->capture_default_str();
+    app.add_option("--edge", settings.edge_mm, "mm from the array's origin to the workspace's edge")
+        ->capture_default_str();
+    app.add_option("--matrix", settings.matrix, "write the matrix to this file");
+    CLI11_PARSE(app, argc, argv);
+    try
+    {
+        return calibrate(settings);
+    }
+    catch (const haptics::InputError& error)
+    {
+        std::cerr << "midair-calibrate: " << error.what() << "\n";
+        return WRONG_INPUT;
+    }
+}

@@ -1,0 +1,148 @@
+// Runs the built program as a user would.
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <iomanip>
+#include <random>
+#include <sstream>
+#include <string>
+#include <sys/wait.h>
+
+namespace
+{
+
+struct Outcome
+{
+    int code = -1;
+    std::string output; ///< stdout and stderr
+};
+
+Outcome shell(const std::string& command)
+{
+    Outcome outcome;
+    FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+    if (!pipe) return outcome;
+    std::array<char, 4096> buffer{};
+    while (const std::size_t got = fread(buffer.data(), 1, buffer.size(), pipe))
+        outcome.output.append(buffer.data(), got);
+    const int status = pclose(pipe);
+    if (WIFEXITED(status)) outcome.code = WEXITSTATUS(status);
+    return outcome;
+}
+
+const std::string kProgram = MIDAIR_BIN "/midair-calibrate";
+
+std::string temporary(const std::string& name) { return testing::TempDir() + "midair-" + name; }
+
+Eigen::Isometry3d truth()
+{
+    Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
+    result.linear() =
+        Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+    result.translation() = Eigen::Vector3d(0.4, -1.2, 0.3);
+    return result;
+}
+
+/// Fourteen pairs with 0.3 mm of noise, the sixth wrong by 60 mm; world points in \a worldUnit_m.
+std::string pairsFile(const std::string& name, double worldUnit_m)
+{
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<double> box(-0.1, 0.1);
+    std::normal_distribution<double> noise(0.0, 0.3e-3);
+    const std::string path = temporary(name);
+    std::ofstream out(path);
+    out << "world x,world y,world z,array x,array y,array z\n" << std::setprecision(12);
+    for (int k = 0; k < 14; ++k)
+    {
+        const Eigen::Vector3d spot(box(random), box(random), box(random));
+        const Eigen::Vector3d world = truth().inverse() * spot / worldUnit_m;
+        Eigen::Vector3d array = spot + Eigen::Vector3d(noise(random), noise(random), noise(random));
+        if (k == 5) array.z() += 0.06;
+        out << world.x() << "," << world.y() << "," << world.z() << "," << array.x() << "," << array.y()
+            << "," << array.z() << "\n";
+    }
+    return path;
+}
+
+Eigen::Matrix4d readMatrix(const std::string& path)
+{
+    std::ifstream in(path);
+    std::string comment;
+    std::getline(in, comment);
+    EXPECT_EQ(comment, "# array = M world, column vectors, metres");
+    Eigen::Matrix4d matrix = Eigen::Matrix4d::Zero();
+    for (int row = 0; row < 4; ++row)
+        for (int column = 0; column < 4; ++column)
+            in >> matrix(row, column);
+    EXPECT_TRUE(in.good() || in.eof());
+    return matrix;
+}
+
+TEST(MidairCalibrate, WritesTheMatrixAndSaysHowGoodItIs)
+{
+    const std::string matrix = temporary("matrix.txt");
+    const Outcome outcome =
+        shell(kProgram + " " + pairsFile("pairs.csv", 1.0) + " --matrix " + matrix);
+    EXPECT_EQ(outcome.code, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("calibrated from 13 of 14 point pairs\n"), std::string::npos)
+        << outcome.output;
+    EXPECT_NE(outcome.output.find("warning: pairs left out as outliers: 6 ("), std::string::npos)
+        << outcome.output;
+    EXPECT_NE(outcome.output.find("likely error at the workspace's edge, 150 mm from its centre: 0."),
+              std::string::npos)
+        << outcome.output;
+    // 13 pairs at 0.3 mm over 200 mm: angles to about 1 mrad, which 1.3 m of lever turn into 1.5 mm.
+    EXPECT_LT((readMatrix(matrix) - truth().matrix()).cwiseAbs().maxCoeff(), 5e-3);
+}
+
+TEST(MidairCalibrate, ReadsStdinAndUnits)
+{
+    const std::string metres = temporary("metres.txt");
+    const std::string millimetres = temporary("millimetres.txt");
+    const Outcome a =
+        shell(kProgram + " --matrix " + metres + " < " + pairsFile("pairs-m.csv", 1.0));
+    const Outcome b = shell(kProgram + " - --unit mm --matrix " + millimetres + " < " +
+                            pairsFile("pairs-mm.csv", 1e-3));
+    EXPECT_EQ(a.code, 0) << a.output;
+    EXPECT_EQ(b.code, 0) << b.output;
+    // The same spots, written with 12 digits.
+    EXPECT_LT((readMatrix(metres) - readMatrix(millimetres)).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(MidairCalibrate, RefusesTheWrongUnitAndWritesNothing)
+{
+    const std::string matrix = temporary("unwritten.txt");
+    std::remove(matrix.c_str());
+    const Outcome outcome =
+        shell(kProgram + " " + pairsFile("wrong-unit.csv", 1e-3) + " --matrix " + matrix);
+    EXPECT_EQ(outcome.code, 1) << outcome.output;
+    EXPECT_NE(outcome.output.find("so they are probably in millimetres where metres are expected"),
+              std::string::npos)
+        << outcome.output;
+    EXPECT_FALSE(std::ifstream(matrix).good());
+}
+
+TEST(MidairCalibrate, InputErrorsAreNamed)
+{
+    const Outcome missing = shell(kProgram + " /nowhere/pairs.csv");
+    EXPECT_EQ(missing.code, 2);
+    EXPECT_EQ(missing.output,
+              "midair-calibrate: can't read \"/nowhere/pairs.csv\": give a file of point pairs, or - for "
+              "stdin\n");
+    const Outcome line = shell("echo 1 2 3 | " + kProgram + " -");
+    EXPECT_EQ(line.code, 2);
+    EXPECT_EQ(line.output,
+              "midair-calibrate: stdin, line 1: 3 columns; a point pair has six: world x, y, z, array x, y, "
+              "z\n");
+    const Outcome unit = shell("echo 1 2 3 4 5 6 | " + kProgram + " --unit cubit");
+    EXPECT_EQ(unit.code, 2);
+    EXPECT_EQ(unit.output,
+              "midair-calibrate: unit \"cubit\" is not known; give m, cm, mm, um, in, ft, or the metres a "
+              "unit has\n");
+}
+
+} // namespace
