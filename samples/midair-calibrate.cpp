@@ -3,12 +3,12 @@
 #include "engine-bridge/Calibration.h"
 #include "haptics/InputError.h"
 
-#include <CLI/CLI.hpp>
-
 #include <fstream>
 #include <iomanip>
 #include <iostream>
 #include <string>
+
+#include <CLI/CLI.hpp>
 
 using namespace midair;
 
@@ -35,7 +35,9 @@ bridge::PointPairs readPairs(const std::string& path)
 {
     if (path == "-") return bridge::readPointPairs(std::cin, "stdin");
     std::ifstream in(path);
-    if (!in) throw haptics::InputError("can't read \"" + path + "\": give a file of point pairs, or - for stdin");
+    if (!in)
+        throw haptics::InputError("can't read \"" + path +
+                                  "\": give a file of point pairs, or - for stdin");
     return bridge::readPointPairs(in, path);
 }
 
@@ -80,11 +82,16 @@ int main(int argc, char** argv)
 {
     Settings settings;
     CLI::App app("midair-calibrate: from point pairs to the matrix from world to array.\n"
-                 "A line is one spot measured twice: world x, y, z, array x, y, z. Take 12 or more, not in one plane.");
-    app.add_option("pairs", settings.pairs, "file of point pairs, or - for stdin")->capture_default_str();
-    app.add_option("--unit", settings.worldUnit, "unit of the world points: m, cm, mm, in, ft or metres")
+                 "A line is one spot measured twice: world x, y, z, array x, y, z. Take 12 or "
+                 "more, not in one plane.");
+    app.add_option("pairs", settings.pairs, "file of point pairs, or - for stdin")
         ->capture_default_str();
-    app.add_option("--array-unit", settings.arrayUnit, "unit of the array points")->capture_default_str();
+    app.add_option("--unit",
+                   settings.worldUnit,
+                   "unit of the world points: m, cm, mm, in, ft, or how many metres it has")
+        ->capture_default_str();
+    app.add_option("--array-unit", settings.arrayUnit, "unit of the array points")
+        ->capture_default_str();
     app.add_option("--edge", settings.edge_mm, "mm from the array's origin to the workspace's edge")
         ->capture_default_str();
     app.add_option("--matrix", settings.matrix, "write the matrix to this file");

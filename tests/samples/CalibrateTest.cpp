@@ -1,7 +1,6 @@
 // Runs the built program as a user would.
 
 #include <Eigen/Geometry>
-#include <gtest/gtest.h>
 
 #include <array>
 #include <cstdio>
@@ -10,6 +9,8 @@
 #include <random>
 #include <sstream>
 #include <string>
+
+#include <gtest/gtest.h>
 #include <sys/wait.h>
 
 namespace
@@ -36,7 +37,10 @@ Outcome shell(const std::string& command)
 
 const std::string kProgram = MIDAIR_BIN "/midair-calibrate";
 
-std::string temporary(const std::string& name) { return testing::TempDir() + "midair-" + name; }
+std::string temporary(const std::string& name)
+{
+    return testing::TempDir() + "midair-" + name;
+}
 
 Eigen::Isometry3d truth()
 {
@@ -62,8 +66,8 @@ std::string pairsFile(const std::string& name, double worldUnit_m)
         const Eigen::Vector3d world = truth().inverse() * spot / worldUnit_m;
         Eigen::Vector3d array = spot + Eigen::Vector3d(noise(random), noise(random), noise(random));
         if (k == 5) array.z() += 0.06;
-        out << world.x() << "," << world.y() << "," << world.z() << "," << array.x() << "," << array.y()
-            << "," << array.z() << "\n";
+        out << world.x() << "," << world.y() << "," << world.z() << "," << array.x() << ","
+            << array.y() << "," << array.z() << "\n";
     }
     return path;
 }
@@ -92,8 +96,9 @@ TEST(MidairCalibrate, WritesTheMatrixAndSaysHowGoodItIs)
         << outcome.output;
     EXPECT_NE(outcome.output.find("warning: pairs left out as outliers: 6 ("), std::string::npos)
         << outcome.output;
-    EXPECT_NE(outcome.output.find("likely error at the workspace's edge, 150 mm from its centre: 0."),
-              std::string::npos)
+    EXPECT_NE(
+        outcome.output.find("likely error at the workspace's edge, 150 mm from its centre: 0."),
+        std::string::npos)
         << outcome.output;
     // 13 pairs at 0.3 mm over 200 mm: angles to about 1 mrad, which 1.3 m of lever turn into 1.5 mm.
     EXPECT_LT((readMatrix(matrix) - truth().matrix()).cwiseAbs().maxCoeff(), 5e-3);
@@ -130,18 +135,21 @@ TEST(MidairCalibrate, InputErrorsAreNamed)
 {
     const Outcome missing = shell(kProgram + " /nowhere/pairs.csv");
     EXPECT_EQ(missing.code, 2);
-    EXPECT_EQ(missing.output,
-              "midair-calibrate: can't read \"/nowhere/pairs.csv\": give a file of point pairs, or - for "
-              "stdin\n");
+    EXPECT_EQ(
+        missing.output,
+        "midair-calibrate: can't read \"/nowhere/pairs.csv\": give a file of point pairs, or - for "
+        "stdin\n");
     const Outcome line = shell("echo 1 2 3 | " + kProgram + " -");
     EXPECT_EQ(line.code, 2);
     EXPECT_EQ(line.output,
-              "midair-calibrate: stdin, line 1: 3 columns; a point pair has six: world x, y, z, array x, y, "
+              "midair-calibrate: stdin, line 1: 3 columns; a point pair has six: world x, y, z, "
+              "array x, y, "
               "z\n");
     const Outcome unit = shell("echo 1 2 3 4 5 6 | " + kProgram + " --unit cubit");
     EXPECT_EQ(unit.code, 2);
     EXPECT_EQ(unit.output,
-              "midair-calibrate: unit \"cubit\" is not known; give m, cm, mm, um, in, ft, or the metres a "
+              "midair-calibrate: unit \"cubit\" is not known; give m, cm, mm, um, in, ft, or the "
+              "metres a "
               "unit has\n");
 }
 
