@@ -2,10 +2,25 @@
 
 #include <Eigen/Geometry>
 
-#include <algorithm>
+#include <set>
 
 namespace midair::haptics
 {
+
+std::vector<Eigen::Vector2d>
+gridPlaces(int columns, int rows, double pitch_m, const std::vector<std::pair<int, int>>& without)
+{
+    const std::set<std::pair<int, int>> leftOut(without.begin(), without.end());
+    std::vector<Eigen::Vector2d> places;
+    for (int row = 1; row <= rows; ++row)
+        for (int column = 1; column <= columns; ++column)
+        {
+            if (leftOut.count({column, row}) != 0) continue;
+            places.emplace_back((column - 0.5 * (columns + 1)) * pitch_m,
+                                (row - 0.5 * (rows + 1)) * pitch_m);
+        }
+    return places;
+}
 
 Eigen::Vector3d levelColumns(const Eigen::Vector3d& normal)
 {
@@ -14,33 +29,22 @@ Eigen::Vector3d levelColumns(const Eigen::Vector3d& normal)
     return length > 1e-6 ? Eigen::Vector3d(across / length) : Eigen::Vector3d::UnitX();
 }
 
-void appendBoard(const BoardGrid& grid, TransducerArray& array)
+void appendBoard(const Board& board, TransducerArray& array)
 {
-    const Eigen::Vector3d rowsAlong = grid.normal.cross(grid.columnsAlong);
-    const int board = array.board.empty() ? 0 : array.board.back() + 1;
-    std::vector<Eigen::Vector3d> places;
-    for (int row = 1; row <= grid.rows; ++row)
-        for (int column = 1; column <= grid.columns; ++column)
-        {
-            const std::pair<int, int> place(column, row);
-            if (std::find(grid.without.begin(), grid.without.end(), place) != grid.without.end())
-                continue;
-            places.emplace_back(grid.position +
-                                (column - 0.5 * (grid.columns + 1)) * grid.pitch_m *
-                                    grid.columnsAlong +
-                                (row - 0.5 * (grid.rows + 1)) * grid.pitch_m * rowsAlong);
-        }
-
+    const Eigen::Vector3d rowsAlong = board.normal.cross(board.columnsAlong);
+    const int index = array.board.empty() ? 0 : array.board.back() + 1;
     const Eigen::Index before = array.positions.cols();
-    const auto added = static_cast<Eigen::Index>(places.size());
+    const auto added = static_cast<Eigen::Index>(board.places.size());
     array.positions.conservativeResize(Eigen::NoChange, before + added);
     array.normals.conservativeResize(Eigen::NoChange, before + added);
     for (Eigen::Index i = 0; i < added; ++i)
     {
-        array.positions.col(before + i) = places[static_cast<std::size_t>(i)];
-        array.normals.col(before + i) = grid.normal;
+        const Eigen::Vector2d& place = board.places[static_cast<std::size_t>(i)];
+        array.positions.col(before + i) =
+            board.position + place.x() * board.columnsAlong + place.y() * rowsAlong;
+        array.normals.col(before + i) = board.normal;
     }
-    array.board.resize(static_cast<std::size_t>(before + added), board);
+    array.board.resize(static_cast<std::size_t>(before + added), index);
 }
 
 } // namespace midair::haptics

@@ -1,9 +1,9 @@
 #include "haptics/TransducerArray.h"
 
 #include "haptics/BoardGrid.h"
-#include "haptics/InputError.h"
 
 #include <cmath>
+#include <sstream>
 
 namespace midair::haptics
 {
@@ -17,13 +17,10 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kBoardWidth_m = 0.1920;
 constexpr double kBoardHeight_m = 0.1514;
 
-BoardGrid paperBoard()
+Board paperBoard()
 {
-    BoardGrid board;
-    board.columns = 18;
-    board.rows = 14;
-    board.pitch_m = 10.16e-3;
-    board.without = {{1, 1}, {2, 1}, {16, 1}};
+    Board board;
+    board.places = gridPlaces(18, 14, 10.16e-3, {{1, 1}, {2, 1}, {16, 1}});
     return board;
 }
 
@@ -64,7 +61,7 @@ TransducerArray TransducerArray::octagonalPrism()
         const Eigen::Vector3d outward(std::sin(angle), 0.0, std::cos(angle));
         for (const double y : {-0.5 * kBoardHeight_m, 0.5 * kBoardHeight_m})
         {
-            BoardGrid board = paperBoard();
+            Board board = paperBoard();
             board.position = apothem_m * outward + y * Eigen::Vector3d::UnitY();
             board.normal = -outward;
             board.columnsAlong = levelColumns(board.normal);
@@ -83,11 +80,35 @@ TransducerArray TransducerArray::singleBoard()
     return array;
 }
 
-TransducerArray TransducerArray::load(const std::string& nameOrPath)
+bool TransducerArray::isValid(std::string* error) const
 {
-    if (nameOrPath == "octagon") return octagonalPrism();
-    if (nameOrPath == "board") return singleBoard();
-    throw InputError("unknown array '" + nameOrPath + "'; known are octagon, board");
+    const auto m = static_cast<std::size_t>(size());
+    std::ostringstream text;
+    if (m == 0)
+        text << "the array has no transducers";
+    else if (static_cast<std::size_t>(normals.cols()) != m || board.size() != m)
+        text << m << " positions, " << normals.cols() << " normals, " << board.size()
+             << " board indices; there must be as many of each";
+    else if (phaseOffset_rad.size() != 0 && static_cast<std::size_t>(phaseOffset_rad.size()) != m)
+        text << phaseOffset_rad.size() << " phase offsets; there must be none or " << m;
+    else if (gain.size() != 0 && static_cast<std::size_t>(gain.size()) != m)
+        text << gain.size() << " gains; there must be none or " << m;
+    else if (!positions.allFinite() || !phaseOffset_rad.allFinite() || !gain.allFinite())
+        text << "a position, phase offset or gain is not finite";
+    else if (!((normals.colwise().norm().array() - 1.0).abs() < 1e-6).all())
+        text << "a normal is not of unit length";
+    else if (gain.size() != 0 && gain.minCoeff() < 0.0)
+        text << "gain is " << gain.minCoeff() << "; it must be at least 0";
+    else if (!(frequency_Hz > 0.0 && std::isfinite(frequency_Hz)))
+        text << "frequency_Hz is " << frequency_Hz << "; it must be above 0";
+    else if (!(sourceAmplitude_Pa_m > 0.0 && std::isfinite(sourceAmplitude_Pa_m)))
+        text << "sourceAmplitude_Pa_m is " << sourceAmplitude_Pa_m << "; it must be above 0";
+    else if (drive.phaseLevels < 0 || drive.phaseLevels == 1)
+        text << "phaseLevels is " << drive.phaseLevels << "; it must be 0 (continuous) or 2 and up";
+    else
+        return true;
+    if (error != nullptr) *error = text.str();
+    return false;
 }
 
 } // namespace midair::haptics

@@ -54,8 +54,25 @@ struct TransducerArray
     static TransducerArray octagonalPrism();
     /// One board of 249 in the plane z = 0, facing +z.
     static TransducerArray singleBoard();
-    /// "octagon", "board", a shipped array's name, or the path of a JSON file. Throws InputError.
+    /// "octagon", "board", a shipped array's name (names() lists them), or the path of a JSON file. Throws InputError.
     static TransducerArray load(const std::string& nameOrPath);
+
+    /// What load knows without a path: "octagon", "board", then every NAME.json in the folders of the environment
+    /// variable OSG_MIDAIR_ARRAYS (colons between them), of the installation and of the source tree.
+    static std::vector<std::string> names();
+
+    /// Reads the array that \a json describes (haptics/arrays/README.md says how); \a source names it in messages.
+    /// Throws InputError: "source: path in the file: what it is; what it must be".
+    static TransducerArray fromJson(const std::string& json, const std::string& source);
+
+    /// A text that fromJson reads back as an equal array.
+    std::string toJson() const;
+
+    /// Writes toJson() to \a path. Throws InputError where that is not possible.
+    void save(const std::string& path) const;
+
+    /// False where lengths disagree or a value can't be: \a error then says which. Loaded arrays are valid.
+    bool isValid(std::string* error = nullptr) const;
 };
 
 } // namespace midair::haptics
