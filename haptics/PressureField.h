@@ -21,14 +21,19 @@ struct FieldGrid
 };
 
 /// Complex peak pressure in Pa at \a points (3 x n) for \a activations (m, |q| = 1 is full drive); on \a threads threads.
+/// Transducers with an activation of 0 cost nothing. To 1e-5 of what all of them in phase would give there.
+/// Throws InputError where the activations are not as many as the transducers.
 Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
                             const TransducerArray& array,
                             const Medium& medium,
                             const Eigen::VectorXcf& activations,
                             int threads = 1);
 
-/// Time-averaged pressure on a surface, Pa: alpha p_rms^2 / (rho c^2), 1 <= alpha <= 2 (the paper's equation 1);
-/// \a pressure_Pa is a peak amplitude.
+/// Time-averaged pressure on a surface, Pa: alpha p_rms^2 / (rho c^2), 1 <= alpha <= 2 (Inoue, Makino, Shinoda 2015,
+/// equation 1, per area); \a pressure_Pa is a peak amplitude. alpha is 2 where the surface reflects all, as skin nearly does.
 double radiationPressure(double pressure_Pa, const Medium& medium, double alpha = 2.0);
+
+/// N: radiationPressure over \a area_m2, on which the pressure is the same everywhere.
+double radiationForce(double pressure_Pa, double area_m2, const Medium& medium, double alpha = 2.0);
 
 } // namespace midair::haptics
