@@ -1,0 +1,106 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// The joints of a hand, in the order of OpenXR's XR_EXT_hand_tracking.
+enum HandJointName
+{
+    PALM,
+    WRIST,
+    THUMB_METACARPAL,
+    THUMB_PROXIMAL,
+    THUMB_DISTAL,
+    THUMB_TIP,
+    INDEX_METACARPAL,
+    INDEX_PROXIMAL,
+    INDEX_INTERMEDIATE,
+    INDEX_DISTAL,
+    INDEX_TIP,
+    MIDDLE_METACARPAL,
+    MIDDLE_PROXIMAL,
+    MIDDLE_INTERMEDIATE,
+    MIDDLE_DISTAL,
+    MIDDLE_TIP,
+    RING_METACARPAL,
+    RING_PROXIMAL,
+    RING_INTERMEDIATE,
+    RING_DISTAL,
+    RING_TIP,
+    LITTLE_METACARPAL,
+    LITTLE_PROXIMAL,
+    LITTLE_INTERMEDIATE,
+    LITTLE_DISTAL,
+    LITTLE_TIP,
+    HAND_JOINTS
+};
+
+/// One tracked joint. A tracker may know where it is and not how it is turned, or neither.
+struct HandJoint
+{
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();              ///< metres
+    Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity(); ///< unit
+    double radius_m = 0.0;                                           ///< to the skin
+    bool positionValid = false;
+    bool orientationValid = false;
+};
+
+struct Hand
+{
+    int id = 0; ///< the same from frame to frame; 0 left, 1 right
+    std::array<HandJoint, HAND_JOINTS> joints;
+};
+
+/// The hands at one moment; all in one frame of reference.
+struct HandFrame
+{
+    double time_s = 0.0;
+    std::vector<Hand> hands;
+};
+
+/// All spots within radius_m of the segment from a to b: a bone of a finger with its flesh, or a prop.
+struct Capsule
+{
+    Eigen::Vector3d a; ///< metres
+    Eigen::Vector3d b; ///< metres
+    double radius_m = 0.0;
+};
+
+/// A capsule, whose it is, and which bone.
+struct HandCapsule
+{
+    Capsule shape;
+    int hand = 0; ///< Hand::id
+    int bone = 0; ///< 0 .. kHandBones - 1
+};
+
+constexpr int kHandBones = 24; ///< wrist to each metacarpal, then along each finger
+
+/// "index distal to index tip" and the like, for messages. \a bone in 0 .. kHandBones - 1.
+std::string boneName(int bone);
+
+/// "index tip" and the like, as recordings name them.
+const char* jointName(int joint);
+
+/// A capsule for each bone whose two joints have a valid, finite position; its radius is the mean of theirs.
+std::vector<HandCapsule> handCapsules(const HandFrame& frame);
+
+/// The frame seen from another frame of reference; radii and lengths stay.
+HandFrame transformed(const HandFrame& frame, const Eigen::Isometry3d& motion);
+
+/// A flat open right (id 1) or left hand (id 0) of an adult, fingers along -z of \a palm, the back of the hand towards
+/// +y (OpenXR's palm frame); about 190 mm from the wrist to the middle finger's tip. For mice, tests and samples.
+Hand openHand(int id, const Eigen::Isometry3d& palm);
+
+/// The same, moved so that the index finger's tip (the middle of its last joint's ball) is at \a tip.
+Hand openHandWithIndexTipAt(int id,
+                            const Eigen::Vector3d& tip,
+                            const Eigen::Quaterniond& orientation);
+
+} // namespace midair::bridge
