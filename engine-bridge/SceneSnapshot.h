@@ -29,6 +29,8 @@ struct HapticObject
     std::uint64_t id = 0;     ///< of this instance, stable from frame to frame
     std::string path;         ///< node path for messages
     std::uint64_t meshId = 0; ///< equal ids: the same mesh
+    std::uint64_t topologyId =
+        0; ///< equal ids: the same triangles, vertices may have moved; 0: none like it
     std::shared_ptr<const haptics::TriangleMesh> mesh;      ///< metres, scale baked in
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array frame
     HapticProperties properties;

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <utility>
+
+namespace midair::bridge
+{
+
+/// Hand-off between two threads, one deep: the newest value wins, older ones are dropped and counted.
+///
+/// put() and take() swap their argument with the slot's under a lock that is never held for longer than a swap: neither
+/// side waits for the other's work, and memory goes round between the two without being allocated anew. One producer,
+/// one consumer. close() wakes the consumer, which then gets false; what was not taken by then is dropped.
+template<typename T>
+class LatestSlot
+{
+public:
+    /// Leaves in \a value a used one (dropped or consumed earlier), whose memory the producer may refill.
+    /// False, with \a value untouched, when closed.
+    bool put(T& value)
+    {
+        {
+            const std::lock_guard<std::mutex> lock(_mutex);
+            if (_closed) return false;
+            std::swap(_value, value);
+            ++_puts;
+            if (_full) ++_drops;
+            _full = true;
+        }
+        _filled.notify_one();
+        return true;
+    }
+
+    /// Waits for a value and swaps it into \a value. False when closed.
+    bool take(T& value)
+    {
+        std::unique_lock<std::mutex> lock(_mutex);
+        _filled.wait(lock, [this] { return _full || _closed; });
+        if (_closed) return false;
+        std::swap(_value, value);
+        _full = false;
+        return true;
+    }
+
+    void close()
+    {
+        {
+            const std::lock_guard<std::mutex> lock(_mutex);
+            _closed = true;
+        }
+        _filled.notify_all();
+    }
+
+    std::uint64_t puts() const { return locked(_puts); }
+    std::uint64_t drops() const { return locked(_drops); }
+
+private:
+    std::uint64_t locked(const std::uint64_t& counter) const
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        return counter;
+    }
+
+    mutable std::mutex _mutex;
+    std::condition_variable _filled;
+    T _value{};
+    bool _full = false;
+    bool _closed = false;
+    std::uint64_t _puts = 0;
+    std::uint64_t _drops = 0;
+};
+
+} // namespace midair::bridge

@@ -1,0 +1,77 @@
+#include "engine-bridge/MeshCache.h"
+
+#include <algorithm>
+
+namespace midair::bridge
+{
+
+void MeshCache::beginFrame()
+{
+    for (auto& [root, subtree] : _subtrees)
+    {
+        subtree.checked = false;
+        for (Stretched& s : subtree.stretched)
+            s.used = false;
+    }
+}
+
+void MeshCache::refresh(Subtree& subtree,
+                        osg::Node& root,
+                        const ExtractOptions& options,
+                        std::vector<std::string>& warnings)
+{
+    subtree.checked = true;
+    const bool fresh = !subtree.root;
+    if (!fresh && subtree.intensityFromColors == options.intensityFromColors &&
+        fingerprint(root, options) == subtree.extracted.fingerprint)
+        return;
+
+    const std::uint64_t oldTopology = subtree.extracted.fingerprint.topology;
+    subtree.root = &root;
+    subtree.intensityFromColors = options.intensityFromColors;
+    subtree.extracted = extractMesh(root, options);
+    subtree.stretched.clear();
+    ++_extractions;
+    if (fresh || oldTopology != subtree.extracted.fingerprint.topology)
+    {
+        subtree.topologyId = _nextId++;
+        warnings.insert(
+            warnings.end(), subtree.extracted.warnings.begin(), subtree.extracted.warnings.end());
+    }
+}
+
+const CachedMesh& MeshCache::get(osg::Node& root,
+                                 const Eigen::Matrix3d& stretch,
+                                 const ExtractOptions& options,
+                                 std::vector<std::string>& warnings)
+{
+    Subtree& subtree = _subtrees[&root];
+    if (!subtree.checked) refresh(subtree, root, options, warnings);
+
+    auto same = [&stretch](const Stretched& s) { return s.stretch.isApprox(stretch, 1e-6); };
+    auto found = std::find_if(subtree.stretched.begin(), subtree.stretched.end(), same);
+    if (found == subtree.stretched.end())
+    {
+        auto mesh = std::make_shared<haptics::TriangleMesh>(subtree.extracted.mesh);
+        mesh->vertices = stretch * mesh->vertices;
+        subtree.stretched.push_back({stretch, {_nextId++, subtree.topologyId, mesh}, false});
+        found = std::prev(subtree.stretched.end());
+    }
+    found->used = true;
+    return found->cached;
+}
+
+void MeshCache::endFrame()
+{
+    for (auto subtree = _subtrees.begin(); subtree != _subtrees.end();)
+    {
+        auto& stretched = subtree->second.stretched;
+        stretched.erase(std::remove_if(stretched.begin(),
+                                       stretched.end(),
+                                       [](const Stretched& s) { return !s.used; }),
+                        stretched.end());
+        subtree = stretched.empty() ? _subtrees.erase(subtree) : std::next(subtree);
+    }
+}
+
+} // namespace midair::bridge
