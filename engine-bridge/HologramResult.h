@@ -30,8 +30,11 @@ struct HologramResult
     std::uint64_t frame = 0;       ///< of the snapshot it was solved for
     double latency_ms = 0.0;       ///< from the snapshot's stamp to the drive signal
     haptics::ControlPoints points; ///< array frame
-    Eigen::VectorXf achieved_Pa;   ///< n, |G q| for q as played
-    Eigen::VectorXcf played;       ///< m, what the device plays
+    Eigen::Matrix3Xd
+        skipped; ///< 3 x k, array frame: points that were left out (workspace, spacing, budget)
+    bool absolute = false;       ///< targets are in Pa
+    Eigen::VectorXf achieved_Pa; ///< n, |G q| for q as played
+    Eigen::VectorXcf played;     ///< m, what the device plays
     haptics::SolveReport report;
     HologramCounters counters;
     double updatesPerSecond = 0.0;

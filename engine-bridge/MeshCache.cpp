@@ -5,13 +5,18 @@
 namespace midair::bridge
 {
 
+namespace
+{
+constexpr std::size_t kManyStretches = 8;
+}
+
 void MeshCache::beginFrame()
 {
     for (auto& [root, subtree] : _subtrees)
     {
         subtree.checked = false;
         for (Stretched& s : subtree.stretched)
-            s.used = false;
+            ++s.unusedFrames;
     }
 }
 
@@ -40,10 +45,10 @@ void MeshCache::refresh(Subtree& subtree,
     }
 }
 
-const CachedMesh& MeshCache::get(osg::Node& root,
-                                 const Eigen::Matrix3d& stretch,
-                                 const ExtractOptions& options,
-                                 std::vector<std::string>& warnings)
+CachedMesh MeshCache::get(osg::Node& root,
+                          const Eigen::Matrix3d& stretch,
+                          const ExtractOptions& options,
+                          std::vector<std::string>& warnings)
 {
     Subtree& subtree = _subtrees[&root];
     if (!subtree.checked) refresh(subtree, root, options, warnings);
@@ -52,12 +57,14 @@ const CachedMesh& MeshCache::get(osg::Node& root,
     auto found = std::find_if(subtree.stretched.begin(), subtree.stretched.end(), same);
     if (found == subtree.stretched.end())
     {
+        // While an object is being scaled every frame brings a stretch that never comes back.
+        if (subtree.stretched.size() >= kManyStretches) forgetUnused(subtree, 1);
         auto mesh = std::make_shared<haptics::TriangleMesh>(subtree.extracted.mesh);
         mesh->vertices = stretch * mesh->vertices;
-        subtree.stretched.push_back({stretch, {_nextId++, subtree.topologyId, mesh}, false});
+        subtree.stretched.push_back({stretch, {_nextId++, subtree.topologyId, mesh}, 0});
         found = std::prev(subtree.stretched.end());
     }
-    found->used = true;
+    found->unusedFrames = 0;
     return found->cached;
 }
 
@@ -65,13 +72,16 @@ void MeshCache::endFrame()
 {
     for (auto subtree = _subtrees.begin(); subtree != _subtrees.end();)
     {
-        auto& stretched = subtree->second.stretched;
-        stretched.erase(std::remove_if(stretched.begin(),
-                                       stretched.end(),
-                                       [](const Stretched& s) { return !s.used; }),
-                        stretched.end());
-        subtree = stretched.empty() ? _subtrees.erase(subtree) : std::next(subtree);
+        forgetUnused(subtree->second, kKeptFrames);
+        subtree = subtree->second.stretched.empty() ? _subtrees.erase(subtree) : std::next(subtree);
     }
+}
+
+void MeshCache::forgetUnused(Subtree& subtree, int frames)
+{
+    auto old = [frames](const Stretched& s) { return s.unusedFrames > frames; };
+    auto& all = subtree.stretched;
+    all.erase(std::remove_if(all.begin(), all.end(), old), all.end());
 }
 
 } // namespace midair::bridge

@@ -23,19 +23,21 @@ struct CachedMesh
 
 /// Meshes by subtree and stretch, extracted once and again only when the subtree's fingerprint says so.
 ///
-/// Used on the thread that may read nodes. Between beginFrame() and endFrame() ask for what this frame needs; the rest is
-/// forgotten. A frame in which no shape changed allocates nothing.
+/// Used on the thread that may read nodes. Between beginFrame() and endFrame() ask for what this frame needs; what was not
+/// asked for in kKeptFrames frames is forgotten. A frame in which no shape changed allocates nothing.
 class MeshCache
 {
 public:
+    static constexpr int kKeptFrames = 600; ///< an object that blinks is not read again each time
+
     void beginFrame();
 
     /// \a stretch maps the subtree's units to metres, scale baked in. Stretches that differ by under 1e-6 of their size
     /// count as the same (rounding while an object turns). Warnings of an extraction are added to \a warnings.
-    const CachedMesh& get(osg::Node& root,
-                          const Eigen::Matrix3d& stretch,
-                          const ExtractOptions& options,
-                          std::vector<std::string>& warnings);
+    CachedMesh get(osg::Node& root,
+                   const Eigen::Matrix3d& stretch,
+                   const ExtractOptions& options,
+                   std::vector<std::string>& warnings);
 
     void endFrame();
 
@@ -46,7 +48,7 @@ private:
     {
         Eigen::Matrix3d stretch;
         CachedMesh cached;
-        bool used = false;
+        int unusedFrames = 0;
     };
     struct Subtree
     {
@@ -62,6 +64,8 @@ private:
                  osg::Node& root,
                  const ExtractOptions& options,
                  std::vector<std::string>& warnings);
+
+    static void forgetUnused(Subtree& subtree, int frames);
 
     std::unordered_map<const osg::Node*, Subtree> _subtrees;
     std::uint64_t _nextId = 1;

@@ -23,6 +23,12 @@ struct HapticProperties
     int priority = 0; ///< larger wins where points are too near or too many
 };
 
+bool operator==(const HapticProperties& a, const HapticProperties& b);
+inline bool operator!=(const HapticProperties& a, const HapticProperties& b)
+{
+    return !(a == b);
+}
+
 /// One instance (one node path) of a haptic object. The mesh is shared and never changes; a new shape is a new mesh and a new meshId.
 struct HapticObject
 {

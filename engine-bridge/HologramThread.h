@@ -1,0 +1,54 @@
+#pragma once
+
+#include "engine-bridge/HologramPipeline.h"
+#include "engine-bridge/LatestSlot.h"
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+namespace midair::bridge
+{
+
+/// Runs a HologramPipeline in the background: snapshots in, the newest wins, results out; no frame ever waits.
+///
+/// submit() and the readers may be called from any one thread each while the pipeline works. The pipeline is made in the
+/// thread (opening a device may take a while), and gone, the device silent, when the destructor returns: that waits for
+/// the solve at hand, since a solver can't be broken off, and for no other.
+class HologramThread
+{
+public:
+    using PipelineFactory = std::function<std::unique_ptr<HologramPipeline>()>;
+
+    explicit HologramThread(HologramOptions options);
+    /// What \a makePipeline throws becomes a result that is REFUSED, with the message.
+    explicit HologramThread(PipelineFactory makePipeline);
+    ~HologramThread();
+
+    HologramThread(const HologramThread&) = delete;
+    HologramThread& operator=(const HologramThread&) = delete;
+
+    /// Hands \a snapshot over and leaves an old one in its place, whose memory the caller may refill. Never waits for the
+    /// pipeline, allocates nothing.
+    void submit(SceneSnapshot& snapshot);
+
+    /// Null until the first snapshot is through.
+    std::shared_ptr<const HologramResult> latestResult() const;
+
+    /// Up to date also where a snapshot was skipped and there is no new result.
+    HologramCounters counters() const;
+
+private:
+    void run(const PipelineFactory& makePipeline);
+    void refuseAll(const std::string& why);
+    void publish(std::shared_ptr<const HologramResult> result, const HologramCounters& counters);
+
+    LatestSlot<SceneSnapshot> _slot;
+    mutable std::mutex _mutex; ///< of what follows; held for a copy at most
+    std::shared_ptr<const HologramResult> _result;
+    HologramCounters _counters;
+    std::thread _thread; ///< last: starts when all else is there
+};
+
+} // namespace midair::bridge

@@ -1,0 +1,73 @@
+#pragma once
+
+#include "engine-bridge/MessageLog.h"
+#include "engine-bridge/SampleCache.h"
+#include "engine-bridge/SceneSnapshot.h"
+#include "haptics/ControlPoints.h"
+#include "haptics/TransducerArray.h"
+
+#include <Eigen/Geometry>
+
+#include <cstdint>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// Where pressure is wanted for one snapshot.
+struct AssembledPoints
+{
+    haptics::ControlPoints points; ///< array frame; object indexes the snapshot's objects
+    Eigen::Matrix3Xd skipped; ///< array frame; sampled but left out (workspace, spacing, budget)
+    bool absolute = false;    ///< targets are in Pa; else relative
+    std::uint64_t outOfWorkspace = 0;
+};
+
+/// Turns a snapshot's objects into control points, and tells whether any of them moved since it last did.
+class PointAssembler
+{
+public:
+    struct Options
+    {
+        double wavelength_m = 8.5e-3;   ///< > 0; the spacing of objects that name none
+        double motionTolerance_m = 0.0; ///< >= 0; what moved less counts as unmoved
+        int maxPoints = 0;              ///< >= 0; 0: no limit
+    };
+
+    PointAssembler(const Options& options, MessageLog& messages) :
+        _options(options),
+        _messages(messages)
+    {
+    }
+
+    /// True where \a snapshot holds the objects of the last assemble(), none moved by more than the tolerance.
+    bool unmoved(const SceneSnapshot& snapshot);
+
+    /// Samples (once per mesh), poses and selects. Objects that can't be felt are left out with a message.
+    AssembledPoints assemble(const SceneSnapshot& snapshot, const haptics::TransducerArray& array);
+
+    std::uint64_t sampled() const { return _samples.sampled(); }
+
+private:
+    /// An object as it was when last assembled.
+    struct Placed
+    {
+        std::uint64_t id = 0;
+        std::uint64_t meshId = 0;
+        HapticProperties properties;
+        Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+        Eigen::Matrix<double, 3, 8> corners = Eigen::Matrix<double, 3, 8>::Zero();
+    };
+
+    bool usable(const HapticObject& object);
+    void add(const HapticObject& object, int index, double unit_Pa, AssembledPoints& out);
+    void select(AssembledPoints& out, const haptics::TransducerArray& array);
+
+    const Options _options;
+    MessageLog& _messages;
+    SampleCache _samples;
+    std::vector<Placed> _placed;
+    bool _assembled = false;
+};
+
+} // namespace midair::bridge
