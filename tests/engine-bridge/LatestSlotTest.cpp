@@ -1,0 +1,103 @@
+#include "engine-bridge/LatestSlot.h"
+
+#include <algorithm>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+using midair::bridge::LatestSlot;
+
+TEST(LatestSlot, TheNewestWinsAndTheOthersAreCounted)
+{
+    LatestSlot<int> slot;
+    for (int i = 1; i <= 5; ++i)
+    {
+        int value = i;
+        EXPECT_TRUE(slot.put(value));
+    }
+    int taken = 0;
+    ASSERT_TRUE(slot.take(taken));
+    EXPECT_EQ(taken, 5);
+    EXPECT_EQ(slot.puts(), 5u);
+    EXPECT_EQ(slot.drops(), 4u);
+}
+
+TEST(LatestSlot, ClosedGivesNothingMore)
+{
+    LatestSlot<int> slot;
+    int value = 1;
+    slot.put(value);
+    slot.close();
+    int taken = 7;
+    EXPECT_FALSE(slot.take(taken));
+    EXPECT_EQ(taken, 7);
+    value = 2;
+    EXPECT_FALSE(slot.put(value));
+    EXPECT_EQ(value, 2);
+}
+
+TEST(LatestSlot, CloseWakesAConsumerThatWaits)
+{
+    LatestSlot<int> slot;
+    bool taken = true;
+    std::thread consumer(
+        [&]
+        {
+            int value = 0;
+            taken = slot.take(value);
+        });
+    slot.close();
+    consumer.join();
+    EXPECT_FALSE(taken);
+}
+
+TEST(LatestSlot, MemoryGoesRound)
+{
+    // Three buffers circulate between producer, slot and consumer: after they have grown once no pointer is new.
+    LatestSlot<std::vector<int>> slot;
+    std::vector<int> mine;
+    std::vector<int> theirs;
+    std::vector<const int*> seen;
+    for (int i = 0; i < 12; ++i)
+    {
+        mine.assign(1000, i);
+        if (std::find(seen.begin(), seen.end(), mine.data()) == seen.end())
+            seen.push_back(mine.data());
+        slot.put(mine);
+        if (i % 3 != 0)
+        {
+            slot.take(theirs);
+            EXPECT_EQ(theirs.front(), i);
+        }
+    }
+    EXPECT_LE(seen.size(), 3u);
+}
+
+TEST(LatestSlot, BetweenTwoThreadsValuesComeInOrderAndNoneIsCountedTwice)
+{
+    LatestSlot<int> slot;
+    constexpr int kLast = 20000;
+    std::vector<int> taken;
+    std::thread consumer(
+        [&]
+        {
+            int value = 0;
+            while (slot.take(value))
+            {
+                taken.push_back(value);
+                if (value == kLast) return;
+            }
+        });
+    for (int i = 1; i <= kLast; ++i)
+    {
+        int value = i;
+        slot.put(value);
+    }
+    consumer.join();
+    ASSERT_FALSE(taken.empty());
+    EXPECT_EQ(taken.back(), kLast);
+    for (std::size_t i = 1; i < taken.size(); ++i)
+        EXPECT_LT(taken[i - 1], taken[i]);
+    EXPECT_EQ(taken.size() + slot.drops(), static_cast<std::size_t>(kLast));
+}
