@@ -8,7 +8,8 @@
 namespace midair::haptics
 {
 
-/// A rectangle in the array frame, sampled at columns x rows points from its corner along u and v.
+/// A rectangle in the array frame, sampled at columns x rows points from its corner along u and v; the outer points lie on
+/// its edges (on the corner where there is only one).
 struct FieldGrid
 {
     Eigen::Vector3d corner; ///< metres
