@@ -1,0 +1,196 @@
+#include "engine-bridge/HologramResult.h"
+#include "haptics/TransducerArray.h"
+#include "plugin/overlays/Quads.h"
+
+#include <osgMidair/ArrayGhost>
+#include <osgMidair/ColorMap>
+
+#include <osg/LineWidth>
+#include <osg/Math>
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+using midair::haptics::TransducerArray;
+
+const char* const kVertexSource = R"(#version 120
+varying vec2 corner;
+varying vec4 color;
+varying float facing; // cosine between the normal and the way to the eye
+void main()
+{
+    corner = gl_MultiTexCoord0.xy;
+    color = gl_Color;
+    vec4 eye = gl_ModelViewMatrix * gl_Vertex;
+    facing = dot(normalize(gl_NormalMatrix * gl_Normal), -normalize(eye.xyz));
+    gl_Position = gl_ProjectionMatrix * eye;
+}
+)";
+
+const char* const kFragmentSource = R"(#version 120
+uniform float opacity;
+varying vec2 corner;
+varying vec4 color;
+varying float facing;
+void main()
+{
+    float r2 = dot(corner, corner);
+    float edge = min(0.8, 2.0 * fwidth(r2) + 1e-4);
+    float inside = 1.0 - smoothstep(1.0 - edge, 1.0, r2);
+    float seen = mix(0.05, 1.0, smoothstep(-0.05, 0.35, facing));
+    float drive = color.a;
+    vec3 idle = vec3(0.16, 0.17, 0.20);
+    gl_FragColor = vec4(mix(idle, color.rgb, drive) * mix(0.35, 1.0, r2 < 0.5 ? 1.0 : 0.75), opacity * seen * inside);
+}
+)";
+
+/// The transducer's radius for drawing: nearly half the distance to its nearest neighbour.
+double discRadius(const TransducerArray& array)
+{
+    double nearest = 0.010;
+    if (array.size() > 1)
+        nearest = std::sqrt(
+            (array.positions.rightCols(array.size() - 1).colwise() - array.positions.col(0))
+                .colwise()
+                .squaredNorm()
+                .minCoeff());
+    return 0.44 * nearest;
+}
+
+osg::Vec3 osgVec(const Eigen::Vector3d& v)
+{
+    return osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z()));
+}
+
+/// The outline of transducers \a first to \a last - 1 as four lines, where they lie in one plane.
+void addBoard(const TransducerArray& array, int first, int last, osg::Vec3Array& lines)
+{
+    if (last - first < 4) return;
+    const Eigen::Matrix3Xd d =
+        array.positions.middleCols(first, last - first).colwise() - array.positions.col(first);
+    const Eigen::Vector3d normal = array.normals.col(first);
+    if ((normal.transpose() * d).cwiseAbs().maxCoeff() > 1e-3) return;
+    Eigen::Index nearest = 0;
+    d.rightCols(d.cols() - 1).colwise().squaredNorm().minCoeff(&nearest);
+    const Eigen::Vector3d step = d.col(nearest + 1);
+    const Eigen::Vector3d u = step.normalized();
+    const Eigen::Vector3d v = normal.cross(u).normalized();
+    const double margin = 0.5 * step.norm();
+    const Eigen::RowVectorXd along = u.transpose() * d;
+    const Eigen::RowVectorXd across = v.transpose() * d;
+    const auto corner = [&](double a, double b)
+    { return osgVec(array.positions.col(first) + a * u + b * v); };
+    const double a0 = along.minCoeff() - margin;
+    const double a1 = along.maxCoeff() + margin;
+    const double b0 = across.minCoeff() - margin;
+    const double b1 = across.maxCoeff() + margin;
+    const osg::Vec3 corners[] = {corner(a0, b0), corner(a1, b0), corner(a1, b1), corner(a0, b1)};
+    for (int k = 0; k < 4; ++k)
+    {
+        lines.push_back(corners[k]);
+        lines.push_back(corners[(k + 1) % 4]);
+    }
+}
+
+} // namespace
+
+ArrayGhost::ArrayGhost() :
+    _discs(makeQuads()),
+    _boards(new osg::Geometry),
+    _opacity(new osg::Uniform("opacity", 0.85F))
+{
+    osg::StateSet* state = _discs->getOrCreateStateSet();
+    state->setAttributeAndModes(makeProgram("osgMidair array", kVertexSource, kFragmentSource));
+    state->addUniform(_opacity);
+    drawTranslucent(*_discs, GHOST_BIN);
+    const osg::Vec4 lineColor(0.55F, 0.60F, 0.68F, 0.45F);
+    _boards->setColorArray(new osg::Vec4Array(1, &lineColor), osg::Array::BIND_OVERALL);
+    drawTranslucent(*_boards, GHOST_BIN);
+    addChild(_boards);
+    addChild(_discs);
+}
+
+ArrayGhost::~ArrayGhost() = default;
+
+void ArrayGhost::setOpacity(float opacity)
+{
+    _opacity->set(opacity);
+}
+
+float ArrayGhost::getOpacity() const
+{
+    float opacity = 0.0F;
+    _opacity->get(opacity);
+    return opacity;
+}
+
+void ArrayGhost::setArray(const std::shared_ptr<const TransducerArray>& array,
+                          const midair::haptics::Medium& /*medium*/)
+{
+    resizeQuads(*_discs, array->size());
+    osg::Vec3Array& vertices = quadVertices(*_discs);
+    osg::Vec3Array& normals = quadNormals(*_discs);
+    osg::Vec4ubArray& colors = quadColors(*_discs);
+    const double radius = discRadius(*array);
+    for (int i = 0; i < array->size(); ++i)
+    {
+        const Eigen::Vector3d normal = array->normals.col(i);
+        const Eigen::Vector3d u = normal.unitOrthogonal() * radius;
+        const Eigen::Vector3d v = normal.cross(u);
+        const Eigen::Vector3d position = array->positions.col(i);
+        vertices[4 * i] = osgVec(position - u - v);
+        vertices[4 * i + 1] = osgVec(position + u - v);
+        vertices[4 * i + 2] = osgVec(position + u + v);
+        vertices[4 * i + 3] = osgVec(position - u + v);
+        for (int k = 0; k < 4; ++k)
+        {
+            normals[4 * i + k] = osgVec(normal);
+            colors[4 * i + k] = osg::Vec4ub(0, 0, 0, 0);
+        }
+    }
+    vertices.dirty();
+    normals.dirty();
+    colors.dirty();
+    _discs->dirtyBound();
+
+    osg::ref_ptr<osg::Vec3Array> lines = new osg::Vec3Array;
+    for (int first = 0; first < array->size();)
+    {
+        int last = first + 1;
+        const bool boards = static_cast<int>(array->board.size()) == array->size();
+        while (last < array->size() && (!boards || array->board[last] == array->board[first]))
+            ++last;
+        addBoard(*array, first, last, *lines);
+        first = last;
+    }
+    _boards->setVertexArray(lines);
+    _boards->removePrimitiveSet(0, _boards->getNumPrimitiveSets());
+    _boards->addPrimitiveSet(new osg::DrawArrays(GL_LINES, 0, static_cast<GLsizei>(lines->size())));
+    _boards->dirtyBound();
+}
+
+void ArrayGhost::setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result)
+{
+    osg::Vec4ubArray& colors = quadColors(*_discs);
+    if (static_cast<Eigen::Index>(colors.size()) != 4 * result->played.size())
+        return; // of another array; its own setArray comes
+    for (Eigen::Index i = 0; i < result->played.size(); ++i)
+    {
+        const std::complex<float> q = result->played[i];
+        const float turn = std::arg(q) / (2.0F * osg::PIf);
+        const osg::Vec4ub color =
+            bytes(ColorMap::phase().color(turn - std::floor(turn)), std::abs(q));
+        for (int k = 0; k < 4; ++k)
+            colors[4 * i + k] = color;
+    }
+    colors.dirty();
+}
+
+} // namespace osgMidair

@@ -1,0 +1,214 @@
+#include "engine-bridge/HologramResult.h"
+#include "plugin/overlays/FieldSlice.h"
+#include "plugin/overlays/Quads.h"
+
+#include <osgMidair/ColorMap>
+#include <osgMidair/FieldSliceOverlay>
+
+#include <osg/PolygonOffset>
+#include <osg/Texture2D>
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+double now_s()
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+osg::Vec3 osgVec(const Eigen::Vector3d& v)
+{
+    return osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z()));
+}
+
+/// The next of 1, 1.2, 1.5, 2, .. times a power of ten that is not below \a value.
+float roundUp(float value)
+{
+    if (!(value > 0.0F)) return 1.0F;
+    const float decade = std::pow(10.0F, std::floor(std::log10(value)));
+    for (const float factor : {1.0F, 1.2F, 1.5F, 2.0F, 2.5F, 3.0F, 4.0F, 5.0F, 6.0F, 8.0F})
+        if (factor * decade >= value) return factor * decade;
+    return 10.0F * decade;
+}
+
+/// Out of the plane in which \a points lie, or the array's y axis where they lie in none.
+Eigen::Vector3d flattestNormal(const Eigen::Matrix3Xd& points, const Eigen::Vector3d& centre)
+{
+    if (points.cols() < 3) return Eigen::Vector3d::UnitY();
+    const Eigen::Matrix3Xd d = points.colwise() - centre;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(d * d.transpose());
+    const bool flat = spread.eigenvalues()[0] < 0.02 * spread.eigenvalues()[1];
+    return flat ? Eigen::Vector3d(spread.eigenvectors().col(0))
+                : Eigen::Vector3d(Eigen::Vector3d::UnitY());
+}
+
+} // namespace
+
+FieldSliceOverlay::FieldSliceOverlay() :
+    _worker(std::make_unique<Worker>()),
+    _disc(new osg::Geometry),
+    _image(new osg::Image)
+{
+    _image->allocateImage(kSlicePixels, kSlicePixels, 1, GL_RGBA, GL_UNSIGNED_BYTE);
+    _image->setDataVariance(DYNAMIC);
+    _disc->setDataVariance(DYNAMIC);
+    _disc->setUseDisplayList(false);
+    _disc->setUseVertexBufferObjects(true);
+    _disc->setVertexArray(new osg::Vec3Array(4));
+    osg::ref_ptr<osg::Vec2Array> coordinates = new osg::Vec2Array;
+    for (const osg::Vec2& corner :
+         {osg::Vec2(0, 0), osg::Vec2(1, 0), osg::Vec2(0, 1), osg::Vec2(1, 1)})
+        coordinates->push_back(corner);
+    _disc->setTexCoordArray(0, coordinates, osg::Array::BIND_PER_VERTEX);
+    const osg::Vec4 white(1.0F, 1.0F, 1.0F, 1.0F);
+    _disc->setColorArray(new osg::Vec4Array(1, &white), osg::Array::BIND_OVERALL);
+    _disc->addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLE_STRIP, 0, 4));
+    osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D(_image);
+    texture->setDataVariance(DYNAMIC);
+    texture->setResizeNonPowerOfTwoHint(false);
+    texture->setFilter(osg::Texture::MIN_FILTER, osg::Texture::LINEAR);
+    texture->setFilter(osg::Texture::MAG_FILTER, osg::Texture::LINEAR);
+    texture->setWrap(osg::Texture::WRAP_S, osg::Texture::CLAMP_TO_EDGE);
+    texture->setWrap(osg::Texture::WRAP_T, osg::Texture::CLAMP_TO_EDGE);
+    osg::StateSet* state = _disc->getOrCreateStateSet();
+    state->setTextureAttributeAndModes(0, texture);
+    // A flat object lies in its slice: the object stays in front.
+    state->setAttributeAndModes(new osg::PolygonOffset(1.0F, 1.0F));
+    drawTranslucent(*_disc, SLICE_BIN);
+    setNumChildrenRequiringUpdateTraversal(1);
+}
+
+FieldSliceOverlay::~FieldSliceOverlay() = default;
+
+void FieldSliceOverlay::setPlane(const osg::Vec3d& point, const osg::Vec3d& normal)
+{
+    _plane = Plane{point, normal};
+}
+
+void FieldSliceOverlay::followPoints()
+{
+    _plane.reset();
+}
+
+void FieldSliceOverlay::setRadius(double radius_m)
+{
+    _radius_m = radius_m;
+}
+
+void FieldSliceOverlay::setRange(float range_Pa)
+{
+    _range_Pa = range_Pa;
+}
+
+void FieldSliceOverlay::setArray(
+    const std::shared_ptr<const midair::haptics::TransducerArray>& array,
+    const midair::haptics::Medium& medium)
+{
+    _array = array;
+    _medium = std::make_shared<midair::haptics::Medium>(medium);
+}
+
+void FieldSliceOverlay::setResult(
+    const std::shared_ptr<const midair::bridge::HologramResult>& result)
+{
+    if (!_array || result->played.size() != _array->size()) return;
+    const Eigen::Matrix3Xd& points = result->points.positions;
+    SliceRequest request;
+    request.frame = result->frame;
+    request.array = _array;
+    request.medium = *_medium;
+    request.result = result;
+    if (points.cols() > 0) request.centre = points.rowwise().mean();
+    Eigen::Vector3d normal = flattestNormal(points, request.centre);
+    if (_plane)
+    {
+        normal = Eigen::Vector3d(_plane->normal.x(), _plane->normal.y(), _plane->normal.z())
+                     .normalized();
+        const Eigen::Vector3d on(_plane->point.x(), _plane->point.y(), _plane->point.z());
+        request.centre += normal * normal.dot(on - request.centre);
+    }
+    request.u = normal.unitOrthogonal();
+    request.v = normal.cross(request.u);
+    request.radius_m = _radius_m;
+    if (_radius_m <= 0.0)
+    {
+        const Eigen::Matrix3Xd d = points.colwise() - request.centre;
+        const double reach =
+            points.cols() > 0 ? std::sqrt(d.colwise().squaredNorm().maxCoeff()) : 0.04;
+        // In steps, so that the disc doesn't breathe while the object turns.
+        request.radius_m = 0.005 * std::ceil((reach + 0.020) / 0.005 - 1e-6);
+    }
+    _worker->submit(std::move(request));
+}
+
+void FieldSliceOverlay::traverse(osg::NodeVisitor& visitor)
+{
+    if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR)
+        if (const std::unique_ptr<Slice> slice = _worker->take()) show(*slice);
+    Overlay::traverse(visitor);
+}
+
+bool FieldSliceOverlay::waitFor(std::uint64_t frame, double timeout_s)
+{
+    if (getNumChildren() > 0 && _shownFrame >= frame) return true;
+    const std::unique_ptr<Slice> slice = _worker->waitFor(frame, timeout_s);
+    if (slice) show(*slice);
+    return slice && slice->request.frame >= frame;
+}
+
+void FieldSliceOverlay::show(const Slice& slice)
+{
+    if (_range_Pa > 0.0F)
+        _shownRange_Pa = _range_Pa;
+    else if (slice.peak_Pa > _shownRange_Pa || slice.peak_Pa < 0.6F * _shownRange_Pa)
+        _shownRange_Pa = roundUp(slice.peak_Pa);
+    const ColorMap& map = ColorMap::pressure();
+    constexpr float kMiddle = 0.5F * (kSlicePixels - 1);
+    unsigned char* texel = _image->data();
+    for (int row = 0; row < kSlicePixels; ++row)
+        for (int column = 0; column < kSlicePixels; ++column, texel += 4)
+        {
+            const float x = (static_cast<float>(column) - kMiddle) / kMiddle;
+            const float y = (static_cast<float>(row) - kMiddle) / kMiddle;
+            const float value = slice.magnitude_Pa(row, column) / _shownRange_Pa;
+            // Silence is see-through, pressure covers; the rim fades.
+            const float rim = std::clamp((1.0F - std::sqrt(x * x + y * y)) / 0.03F, 0.0F, 1.0F);
+            const osg::Vec4ub color =
+                bytes(map.color(value), rim * (0.55F + 0.40F * std::min(1.0F, 2.5F * value)));
+            std::copy_n(color.ptr(), 4, texel);
+        }
+    _image->dirty();
+    const SliceRequest& request = slice.request;
+    auto& corners = static_cast<osg::Vec3Array&>(*_disc->getVertexArray());
+    const Eigen::Vector3d u = request.u * request.radius_m;
+    const Eigen::Vector3d v = request.v * request.radius_m;
+    corners[0] = osgVec(request.centre - u - v);
+    corners[1] = osgVec(request.centre + u - v);
+    corners[2] = osgVec(request.centre - u + v);
+    corners[3] = osgVec(request.centre + u + v);
+    corners.dirty();
+    _disc->dirtyBound();
+    if (getNumChildren() == 0) addChild(_disc);
+
+    _peak.set(slice.peak.x(), slice.peak.y(), slice.peak.z());
+    _peak_Pa = slice.peak_Pa;
+    _shownFrame = request.frame;
+    _compute_ms = slice.compute_ms;
+    const double now = now_s();
+    // Smoothed over about a second's worth of slices.
+    if (_lastShown_s > 0.0)
+        _slicesPerSecond += 0.1 * (1.0 / std::max(1e-4, now - _lastShown_s) - _slicesPerSecond);
+    _lastShown_s = now;
+}
+
+} // namespace osgMidair

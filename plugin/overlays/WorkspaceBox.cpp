@@ -1,0 +1,79 @@
+#include "plugin/overlays/Flat.h"
+#include "plugin/overlays/Quads.h"
+
+#include <osgMidair/WorkspaceBox>
+
+#include <osg/Geometry>
+
+#include <cmath>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+const osg::Vec4 kLine(0.62F, 0.68F, 0.76F, 0.55F);
+const osg::Vec4 kInk(0.78F, 0.82F, 0.88F, 0.9F);
+
+osg::ref_ptr<osgText::Text> label(const std::string& content, const osg::Vec3& position, float size)
+{
+    osg::ref_ptr<osgText::Text> made =
+        flat::text(content, {}, size, kInk, osgText::TextBase::CENTER_CENTER);
+    made->setPosition(position);
+    made->setAxisAlignment(osgText::TextBase::SCREEN);
+    return made;
+}
+
+} // namespace
+
+WorkspaceBox::WorkspaceBox()
+{
+    setBox(osg::BoundingBox(-0.1F, -0.1F, -0.1F, 0.1F, 0.1F, 0.1F));
+    drawTranslucent(*this, BOX_BIN);
+}
+
+WorkspaceBox::~WorkspaceBox() = default;
+
+void WorkspaceBox::setBox(const osg::BoundingBox& box_m)
+{
+    if (box_m == _box && getNumChildren() > 0) return;
+    _box = box_m;
+    removeChildren(0, getNumChildren());
+    osg::ref_ptr<osg::Vec3Array> lines = new osg::Vec3Array;
+    for (unsigned int corner = 0; corner < 8; ++corner)
+        for (unsigned int axis = 1; axis < 8; axis <<= 1)
+            if (!(corner & axis))
+            {
+                lines->push_back(_box.corner(corner));
+                lines->push_back(_box.corner(corner | axis));
+            }
+    // Ticks along the three edges that meet in the lowest corner.
+    const float textSize = 0.05F * 2.0F * _box.radius() / std::sqrt(3.0F);
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        osg::Vec3 outward(-1.0F, -1.0F, -1.0F);
+        outward[axis] = 0.0F;
+        outward.normalize();
+        for (const double tick : flat::ticks(1e3 * _box._min[axis], 1e3 * _box._max[axis], 5))
+        {
+            osg::Vec3 at = _box._min;
+            at[axis] = static_cast<float>(1e-3 * tick);
+            lines->push_back(at);
+            lines->push_back(at + outward * (0.3F * textSize));
+            addChild(label(flat::number(tick), at + outward * (1.1F * textSize), 0.75F * textSize));
+        }
+        osg::Vec3 middle = _box._min;
+        middle[axis] = 0.5F * (_box._min[axis] + _box._max[axis]);
+        addChild(label(
+            std::string(1, "xyz"[axis]) + " (mm)", middle + outward * (2.3F * textSize), textSize));
+    }
+    osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
+    geometry->setVertexArray(lines);
+    geometry->setColorArray(new osg::Vec4Array(1, &kLine), osg::Array::BIND_OVERALL);
+    geometry->addPrimitiveSet(
+        new osg::DrawArrays(GL_LINES, 0, static_cast<GLsizei>(lines->size())));
+    addChild(geometry);
+}
+
+} // namespace osgMidair
