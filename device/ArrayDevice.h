@@ -3,6 +3,7 @@
 #include "device/DriveSignal.h"
 
 #include <complex>
+#include <cstdint>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -25,7 +26,60 @@ struct DeviceLayout
     std::vector<int> board; ///< transducers long, ascending from 0; empty: one board
 };
 
+/// Limits that hold whatever is sent; the stricter of these and of the URI's parameters of the same names counts.
+struct SafetyLimits
+{
+    double maxAmplitude =
+        1; ///< 0 .. 1 of full drive; a field that exceeds it is scaled down as a whole. `max-amplitude`
+    double ramp_s =
+        0; ///< 0 .. 10; amplitude rises from silence and falls at closing over this time. `ramp`
+    double meanDrive =
+        1; ///< 0 .. 1; limit of the mean over transducers and time of amplitude squared. `mean-drive`
+    double meanDriveTime_s = 10; ///< > 0; time constant of that mean. `mean-drive-time`
+    double hold_s = 0;           ///< silence when no field came for so long; 0: hold it. `hold`
+};
+
+/// What can be played at all, for the solver to know.
+struct DriveAbility
+{
+    int phaseLevels = 256;
+    std::vector<float> amplitudes; ///< ascending in [0, 1]; empty: amplitudeLevels()
+};
+
+enum class DeviceState
+{
+    READY, ///< plays what it is sent
+    MUTED, ///< by setMuted()
+    LOST   ///< unplugged or failing; comes back by itself where the device can
+};
+
+/// How a device fares. Every field that was sent is in one of the five: sent = played + dropped + lost + refused + pending.
+struct DeviceReport
+{
+    DeviceState state = DeviceState::READY;
+    std::uint64_t sent = 0; ///< calls of send()
+    std::uint64_t played =
+        0; ///< confirmed by the device; where it doesn't answer: handed over whole
+    std::uint64_t dropped =
+        0;                  ///< overtaken by a newer field or by silence() before it was on its way
+    std::uint64_t lost = 0; ///< on its way when the device failed or refused it
+    std::uint64_t refused = 0;    ///< send() gave false
+    std::uint64_t pending = 0;    ///< waiting or on its way
+    std::uint64_t faults = 0;     ///< stalls, timeouts, short transfers, unplugs, nonsense
+    std::uint64_t reconnects = 0; ///< times that it came back
+    double lastHandedOver_s =
+        0; ///< std::chrono::steady_clock, when the last field was handed to the hardware; 0: never
+    double latency_s = 0; ///< of that field, from send() until then
+    double skew_s = 0; ///< several devices: from the first to the last of them, for the last field
+    double worstSkew_s = 0;
+    std::string firmware;     ///< "1.2.3"; empty where unknown
+    double temperature_C = 0; ///< 0 where unknown
+    std::string message;      ///< the last fault; empty while there was none
+};
+
 /// A phased array that plays one field until the next replaces it whole. send() never blocks on the hardware.
+///
+/// All members may be called from any thread.
 class ArrayDevice
 {
 public:
@@ -34,17 +88,30 @@ public:
     /// Replaces the field as a whole, or not at all: false when refused (wrong length, muted, device lost), see status().
     virtual bool send(const DriveSignal& signal) = 0;
 
-    /// All transducers off, at once; from any thread.
+    /// All transducers off, at once, overtaking fields that wait; the next field that is sent plays.
     virtual void silence() = 0;
+
+    /// Off at once and until setMuted(false): fields sent meanwhile are refused.
+    virtual void setMuted(bool muted) = 0;
 
     /// One line: what the device is and how it fares.
     virtual std::string status() const = 0;
+    virtual DeviceReport report() const = 0;
+    virtual DriveAbility ability() const { return {}; }
+
+    /// Lights the lamp of a board, of all for -1; false where the hardware has none.
+    virtual bool identify(int /*board*/, bool /*light*/) { return false; }
 
     /// What the array plays now, as activations (m): quantised, limited, zero when silent. Measured, by `sim:`; else as sent.
     virtual std::vector<std::complex<float>> played() const = 0;
 };
 
-/// `sim:`, `record:FILE`, `null:`, .. ; throws DeviceError.
+/// `sim:`, `usb:`, `record:FILE`, `null:`, ..; a list with commas opens several as one. Throws DeviceError.
 std::unique_ptr<ArrayDevice> openDevice(const std::string& uri, const DeviceLayout& layout);
+std::unique_ptr<ArrayDevice>
+openLimitedDevice(const std::string& uri, const DeviceLayout& layout, const SafetyLimits& limits);
+
+/// The kinds of devices, one line each, for help texts.
+std::string deviceKinds();
 
 } // namespace midair::device

@@ -44,7 +44,9 @@ DeviceUri::DeviceUri(const std::string& text) : _text(text)
     std::size_t begin = question == std::string::npos ? text.size() : question + 1;
     while (begin < text.size())
     {
-        const std::size_t end = std::min(text.find('&', begin), text.size());
+        // "to" holds a whole URI and so takes the rest.
+        const bool nested = text.compare(begin, 3, "to=") == 0;
+        const std::size_t end = nested ? text.size() : std::min(text.find('&', begin), text.size());
         const std::string part = text.substr(begin, end - begin);
         const std::size_t equals = part.find('=');
         if (equals == std::string::npos || equals == 0 || equals + 1 == part.size())

@@ -1,9 +1,12 @@
 #include "device/ArrayDevice.h"
 #include "device/DeviceUri.h"
+#include "device/FieldCounters.h"
+#include "device/GuardedDevice.h"
 #include "device/HeldField.h"
 #include "device/RecordingDevice.h"
+#include "device/SimulatedArray.h"
 
-#include <algorithm>
+#include <atomic>
 
 namespace midair::device
 {
@@ -11,30 +14,38 @@ namespace midair::device
 namespace
 {
 
-/// `null:` takes every field and `sim:` gives back what it plays; both hold it in memory.
-class MemoryDevice : public ArrayDevice
+/// `null:`: takes every field and holds it in memory.
+class NullDevice : public ArrayDevice
 {
 public:
-    MemoryDevice(std::string name, int transducers) : _name(std::move(name)), _held(transducers) {}
+    explicit NullDevice(int transducers) : _held(transducers) {}
 
     bool send(const DriveSignal& signal) override
     {
-        if (signal.size() != _held.transducers() || signal.duty.size() != signal.phase.size())
+        if (_muted || signal.size() != _held.transducers() ||
+            signal.duty.size() != signal.phase.size())
+        {
+            _counters.countRefused();
             return false;
+        }
         _held.replace(signal);
+        _counters.countPlayed(steadySeconds());
         return true;
     }
     void silence() override { _held.clear(); }
-    std::string status() const override
+    void setMuted(bool muted) override
     {
-        return _name + ": " + std::to_string(_held.transducers()) + " transducers, " +
-               (_held.silent() ? "silent" : "playing");
+        _muted = muted;
+        if (muted) _held.clear();
     }
+    std::string status() const override { return "null: " + countersText(report()); }
+    DeviceReport report() const override { return _counters.report(); }
     std::vector<std::complex<float>> played() const override { return _held.activations(); }
 
 private:
-    const std::string _name;
     HeldField _held;
+    FieldCounters _counters;
+    std::atomic<bool> _muted{false};
 };
 
 void checkLayout(const DeviceLayout& layout)
@@ -60,17 +71,21 @@ void checkLayout(const DeviceLayout& layout)
     }
 }
 
-struct Scheme
-{
-    const char* name;
-    std::unique_ptr<ArrayDevice> (*open)(DeviceUri&, const DeviceLayout&);
-};
+using Opener = std::unique_ptr<ArrayDevice> (*)(DeviceUri&, const DeviceLayout&);
 
-std::unique_ptr<ArrayDevice> openMemory(DeviceUri& uri, const DeviceLayout& layout)
+std::unique_ptr<ArrayDevice> openSimulation(DeviceUri& uri, const DeviceLayout& layout)
+{
+    uri.rejectPath();
+    const SimulatedArray::Options options = SimulatedArray::takeOptions(uri);
+    uri.rejectUnknown();
+    return std::make_unique<SimulatedArray>(layout, options);
+}
+
+std::unique_ptr<ArrayDevice> openNull(DeviceUri& uri, const DeviceLayout& layout)
 {
     uri.rejectPath();
     uri.rejectUnknown();
-    return std::make_unique<MemoryDevice>(uri.text(), layout.transducers);
+    return std::make_unique<NullDevice>(layout.transducers);
 }
 
 std::unique_ptr<ArrayDevice> openRecording(DeviceUri& uri, const DeviceLayout& layout)
@@ -80,22 +95,57 @@ std::unique_ptr<ArrayDevice> openRecording(DeviceUri& uri, const DeviceLayout& l
     return std::make_unique<RecordingDevice>(uri.path(), layout.transducers);
 }
 
-constexpr Scheme kSchemes[] = {
-    {"sim", openMemory}, {"record", openRecording}, {"null", openMemory}};
-
-} // namespace
-
-std::unique_ptr<ArrayDevice> openDevice(const std::string& text, const DeviceLayout& layout)
+struct Scheme
 {
-    checkLayout(layout);
+    const char* name;
+    Opener open;
+    const char* text;
+};
+
+constexpr Scheme kSchemes[] = {
+    {"sim",
+     openSimulation,
+     "sim:                    a virtual array; ?drop=0.01&unplug_at=2s&.. rehearses faults"},
+    {"record", openRecording, "record:FILE             writes every field into a file"},
+    {"null", openNull, "null:                   takes every field"},
+};
+
+std::unique_ptr<ArrayDevice>
+openOne(const std::string& text, const DeviceLayout& layout, const SafetyLimits& limits)
+{
     DeviceUri uri(text);
+    const SafetyLimits strict = takeLimits(uri, limits);
     std::string known;
     for (const Scheme& scheme : kSchemes)
     {
-        if (uri.scheme() == scheme.name) return scheme.open(uri, layout);
+        if (uri.scheme() == scheme.name)
+            return std::make_unique<GuardedDevice>(
+                scheme.open(uri, layout), strict, layout.transducers);
         known += std::string(known.empty() ? "" : ", ") + scheme.name + ":";
     }
     throw uri.error("unknown kind \"" + uri.scheme() + ":\"; known are " + known);
+}
+
+} // namespace
+
+std::unique_ptr<ArrayDevice> openDevice(const std::string& uri, const DeviceLayout& layout)
+{
+    return openLimitedDevice(uri, layout, {});
+}
+
+std::unique_ptr<ArrayDevice>
+openLimitedDevice(const std::string& uri, const DeviceLayout& layout, const SafetyLimits& limits)
+{
+    checkLayout(layout);
+    return openOne(uri, layout, limits);
+}
+
+std::string deviceKinds()
+{
+    std::string text;
+    for (const Scheme& scheme : kSchemes)
+        text += std::string(scheme.text) + "\n";
+    return text;
 }
 
 } // namespace midair::device

@@ -65,17 +65,45 @@ bool RecordingDevice::write(const std::vector<std::uint8_t>& bytes)
 
 bool RecordingDevice::send(const DriveSignal& signal)
 {
-    if (signal.size() != _held.transducers() || signal.duty.size() != signal.phase.size())
-        return false;
+    const double sentAt_s = steadySeconds();
     std::lock_guard<std::mutex> lock(_mutex);
-    if (!_failure.empty() || !write(_writer.field(elapsed_ns(), signal)))
+    const bool whole =
+        signal.size() == _held.transducers() && signal.duty.size() == signal.phase.size();
+    if (!whole || _muted || !_failure.empty())
+    {
+        _counters.countRefused();
+        return false;
+    }
+    if (!write(_writer.field(elapsed_ns(), signal)))
     {
         _held.clear();
+        _counters.countRefused();
+        _counters.change(
+            [&](DeviceReport& report)
+            {
+                report.state = DeviceState::LOST;
+                ++report.faults;
+                report.message = _failure;
+            });
         return false;
     }
     ++_fields;
     _held.replace(signal);
+    _counters.countPlayed(sentAt_s);
     return true;
+}
+
+void RecordingDevice::setMuted(bool muted)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    _muted = muted;
+    if (muted) silenceLocked();
+    _counters.change(
+        [&](DeviceReport& report)
+        {
+            if (report.state != DeviceState::LOST)
+                report.state = muted ? DeviceState::MUTED : DeviceState::READY;
+        });
 }
 
 void RecordingDevice::silenceLocked()

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
+#include "device/FieldCounters.h"
 #include "device/HeldField.h"
 #include "device/Recording.h"
 
@@ -24,7 +25,9 @@ public:
 
     bool send(const DriveSignal& signal) override;
     void silence() override;
+    void setMuted(bool muted) override;
     std::string status() const override;
+    DeviceReport report() const override { return _counters.report(); }
     std::vector<std::complex<float>> played() const override { return _held.activations(); }
 
 private:
@@ -38,6 +41,8 @@ private:
     recording::Writer _writer;
     std::chrono::steady_clock::time_point _start;
     int _descriptor = -1;
+    FieldCounters _counters;
+    bool _muted = false;
     std::uint64_t _fields = 0;
     std::uint64_t _bytes = 0;
     std::string _failure;

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "device/DriveSignal.h"
+
+#include <complex>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace midair::device
+{
+
+/// How one kind of open board takes a field: the bytes, and what it makes of them. Pure, no hardware.
+///
+/// All three know a phase as a delay: a larger number is later, so it is minus our phase, whose level L means e^{+j 2 pi L/256}.
+/// A duty level L is a pulse of L/510 of the period, centred on the phase, as everywhere.
+class BoardCodec
+{
+public:
+    virtual ~BoardCodec() = default;
+
+    virtual const char* name() const = 0;
+    virtual bool takes(int transducers) const = 0;
+    virtual std::string takesText() const = 0; ///< for messages: "256 transducers"
+    virtual int phaseLevels() const = 0;
+    virtual std::vector<float> amplitudes() const = 0; ///< ascending from 0 to 1
+    virtual double bytesPerSecond() const = 0;
+
+    /// Appends what has to be sent once before the first field; may be nothing.
+    virtual void appendOpening(std::vector<std::uint8_t>& out) const = 0;
+    /// Appends one field; the last swapBytes() bytes make it sound.
+    virtual void appendField(std::vector<std::uint8_t>& out, const DriveSignal& signal) const = 0;
+    virtual std::size_t swapBytes() const = 0;
+
+    /// What the board makes of \a signal: its own phase and amplitude steps.
+    virtual void played(const DriveSignal& signal, std::vector<std::complex<float>>& q) const = 0;
+
+    void appendSilence(std::vector<std::uint8_t>& out, int transducers) const;
+};
+
+/// "sonicsurface", "ultraino", "openmpd"; nullptr for any other name.
+std::unique_ptr<BoardCodec> makeBoardCodec(const std::string& name);
+
+} // namespace midair::device

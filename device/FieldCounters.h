@@ -1,0 +1,65 @@
+#pragma once
+
+#include "device/ArrayDevice.h"
+
+#include <chrono>
+#include <mutex>
+
+namespace midair::device
+{
+
+/// Seconds of std::chrono::steady_clock, which every time in a report is in.
+inline double steadySeconds()
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+/// A DeviceReport that several threads write to.
+class FieldCounters
+{
+public:
+    template<typename Change>
+    void change(Change&& change)
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        change(_report);
+    }
+
+    DeviceReport report() const
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        return _report;
+    }
+
+    /// For devices that take a field at once: counts it as played, handed over now.
+    void countPlayed(double sentAt_s)
+    {
+        change(
+            [&](DeviceReport& report)
+            {
+                ++report.sent;
+                ++report.played;
+                report.lastHandedOver_s = steadySeconds();
+                report.latency_s = report.lastHandedOver_s - sentAt_s;
+            });
+    }
+    void countRefused()
+    {
+        change(
+            [](DeviceReport& report)
+            {
+                ++report.sent;
+                ++report.refused;
+            });
+    }
+
+private:
+    mutable std::mutex _mutex;
+    DeviceReport _report;
+};
+
+/// "12 sent, 11 played, 1 dropped", then what else is not 0, then the last fault.
+std::string countersText(const DeviceReport& report);
+
+} // namespace midair::device

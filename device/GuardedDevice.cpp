@@ -1,0 +1,236 @@
+#include "device/GuardedDevice.h"
+
+#include "device/DeviceUri.h"
+#include "device/DriveEncoder.h"
+#include "device/FieldCounters.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace midair::device
+{
+
+namespace
+{
+
+// How strongly the drive may exceed the budget while the mean is below it: P <= B + kLead (B - mean). The mean of a quantity
+// that obeys this approaches B from below and never passes it.
+constexpr double kLead = 20;
+
+double meanSquare(const DriveSignal& signal)
+{
+    std::array<std::uint32_t, 256> histogram{};
+    for (const std::uint8_t duty : signal.duty)
+        ++histogram[duty];
+    double sum = 0;
+    for (int level = 1; level < 256; ++level)
+        sum += histogram[level] * double(amplitudeLevels()[level]) * amplitudeLevels()[level];
+    return sum / std::max<double>(1, signal.size());
+}
+
+void require(bool good, const char* name, double value, const char* range)
+{
+    if (!good)
+        throw DeviceError(std::string("device limits: ") + name + " is " + shortNumber(value) +
+                          ", should be " + range);
+}
+
+} // namespace
+
+SafetyLimits takeLimits(DeviceUri& uri, const SafetyLimits& limits)
+{
+    SafetyLimits strict = limits;
+    strict.maxAmplitude = std::min(limits.maxAmplitude, uri.takeNumber("max-amplitude", 1, 0, 1));
+    strict.ramp_s = std::max(limits.ramp_s, uri.takeSeconds("ramp", 0));
+    strict.meanDrive = std::min(limits.meanDrive, uri.takeNumber("mean-drive", 1, 0, 1));
+    strict.meanDriveTime_s = uri.takeSeconds("mean-drive-time", limits.meanDriveTime_s);
+    const double hold_s = uri.takeSeconds("hold", 0);
+    if (hold_s > 0) strict.hold_s = limits.hold_s > 0 ? std::min(limits.hold_s, hold_s) : hold_s;
+    return strict;
+}
+
+void scaleDuties(const DriveSignal& signal, double gain, DriveSignal& scaled)
+{
+    scaled = signal;
+    if (gain >= 1) return;
+    std::array<std::uint8_t, 256> table{};
+    for (int level = 1; level < 256; ++level)
+    {
+        const double exact =
+            510 / M_PI * std::asin(std::max(0.0, gain) * std::sin(M_PI * level / 510));
+        table[level] = static_cast<std::uint8_t>(exact + 1e-9);
+    }
+    for (std::uint8_t& duty : scaled.duty)
+        duty = table[duty];
+}
+
+GuardedDevice::GuardedDevice(std::unique_ptr<ArrayDevice> device,
+                             const SafetyLimits& limits,
+                             int transducers) :
+    _device(std::move(device)),
+    _limits(limits),
+    _transducers(transducers)
+{
+    require(limits.maxAmplitude >= 0 && limits.maxAmplitude <= 1,
+            "maxAmplitude",
+            limits.maxAmplitude,
+            "0 to 1");
+    require(limits.ramp_s >= 0 && limits.ramp_s <= 10, "ramp", limits.ramp_s, "0 to 10 s");
+    require(
+        limits.meanDrive >= 0 && limits.meanDrive <= 1, "meanDrive", limits.meanDrive, "0 to 1");
+    require(limits.meanDriveTime_s > 0, "meanDriveTime", limits.meanDriveTime_s, "more than 0 s");
+    require(limits.hold_s >= 0, "hold", limits.hold_s, "0 or more");
+    _accounted_s = steadySeconds();
+    if (limits.ramp_s > 0 || limits.meanDrive < 1 || limits.hold_s > 0)
+        _thread = std::thread([this] { run(); });
+}
+
+GuardedDevice::~GuardedDevice()
+{
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        _closing = true;
+    }
+    _wake.notify_all();
+    if (_thread.joinable()) _thread.join();
+    _device->silence();
+}
+
+// The mean over time of what sounded since the last call: dE/dt = (P - E)/tau, P constant in between.
+void GuardedDevice::account(double now_s)
+{
+    const double decay = std::exp(-(now_s - _accounted_s) / _limits.meanDriveTime_s);
+    _meanDrive = _drive + (_meanDrive - _drive) * decay;
+    _accounted_s = now_s;
+}
+
+double GuardedDevice::allowedGain(double now_s)
+{
+    account(now_s);
+    double gain = _ramp;
+    if (_wantedPeak > 0) gain *= std::min(1.0, _limits.maxAmplitude / _wantedPeak);
+    if (_limits.meanDrive < 1)
+    {
+        const double allowed =
+            _limits.meanDrive + kLead * std::max(0.0, _limits.meanDrive - _meanDrive);
+        const double drive = _wantedDrive * gain * gain;
+        if (drive > allowed) gain *= std::sqrt(allowed / drive);
+    }
+    return gain;
+}
+
+bool GuardedDevice::sendScaled(double now_s)
+{
+    _gain = allowedGain(now_s);
+    scaleDuties(_wanted, _gain, _scaled);
+    const bool taken = _device->send(_scaled);
+    _drive = taken ? meanSquare(_scaled) : 0;
+    _sounds = taken;
+    return taken;
+}
+
+bool GuardedDevice::send(const DriveSignal& signal)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    const bool whole = signal.size() == _transducers && signal.duty.size() == signal.phase.size();
+    if (_muted || _closing || !whole)
+    {
+        ++_refused;
+        return false;
+    }
+    const double now_s = steadySeconds();
+    _wanted = signal;
+    const std::uint8_t peak =
+        signal.duty.empty() ? 0 : *std::max_element(signal.duty.begin(), signal.duty.end());
+    _wantedPeak = amplitudeLevels()[peak];
+    _wantedDrive = _limits.meanDrive < 1 ? meanSquare(signal) : 0;
+    if (_limits.ramp_s <= 0) _ramp = 1;
+    _lastField_s = now_s;
+    const bool started = !_sounds;
+    const bool taken = sendScaled(now_s);
+    if (started && _thread.joinable()) _wake.notify_all();
+    return taken;
+}
+
+void GuardedDevice::silence()
+{
+    _device->silence(); // before the lock: a mute waits for nobody
+    std::lock_guard<std::mutex> lock(_mutex);
+    _device->silence(); // and once more for a field that run() or send() was just handing over
+    account(steadySeconds());
+    _sounds = false;
+    _drive = 0;
+    _ramp = 0;
+}
+
+void GuardedDevice::setMuted(bool muted)
+{
+    if (muted) _device->silence();
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        _muted = muted;
+    }
+    if (muted) silence();
+}
+
+// Turns the time into gain: up while a field sounds, down when closing; keeps the thermal budget.
+void GuardedDevice::run()
+{
+    const double tick_s =
+        std::min(0.02, _limits.ramp_s > 0 ? 0.002 : _limits.meanDriveTime_s / 100);
+    std::unique_lock<std::mutex> lock(_mutex);
+    double last_s = steadySeconds();
+    while (!_closing || (_sounds && _ramp > 0 && _limits.ramp_s > 0))
+    {
+        if (_sounds)
+            _wake.wait_for(lock,
+                           std::chrono::duration<double>(tick_s),
+                           [&] { return _closing && _limits.ramp_s <= 0; });
+        else
+        {
+            _wake.wait(lock, [&] { return _sounds || _closing; });
+            last_s = steadySeconds();
+        }
+        if (!_sounds) continue;
+        const double now_s = steadySeconds();
+        const double step = _limits.ramp_s > 0 ? (now_s - last_s) / _limits.ramp_s : 1;
+        last_s = now_s;
+        _ramp = std::clamp(_closing ? _ramp - step : _ramp + step, 0.0, 1.0);
+        if (!_closing && _limits.hold_s > 0 && now_s - _lastField_s > _limits.hold_s)
+        {
+            account(now_s);
+            _device->silence();
+            _sounds = false;
+            _drive = 0;
+            _ramp = 0;
+            continue;
+        }
+        // Less than half a duty level isn't worth a field.
+        if (std::abs(allowedGain(now_s) - _gain) > 0.002 || (_gain < 1 && allowedGain(now_s) >= 1))
+            sendScaled(now_s);
+    }
+}
+
+DeviceReport GuardedDevice::report() const
+{
+    DeviceReport report = _device->report();
+    std::lock_guard<std::mutex> lock(_mutex);
+    report.sent += _refused;
+    report.refused += _refused;
+    if (_muted && report.state == DeviceState::READY) report.state = DeviceState::MUTED;
+    return report;
+}
+
+std::string GuardedDevice::status() const
+{
+    std::string text = _device->status();
+    std::lock_guard<std::mutex> lock(_mutex);
+    if (_muted) text += "; muted";
+    if (_sounds && _gain < 1)
+        text +=
+            "; limited to " + shortNumber(std::round(_gain * 1000) / 10) + " % of the amplitude";
+    return text;
+}
+
+} // namespace midair::device

@@ -1,0 +1,155 @@
+#pragma once
+
+#include "device/DriveSignal.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace midair::device
+{
+
+struct DeviceLayout;
+
+/// The wire format of the array, as pure functions: bytes <-> packets. PROTOCOL.md describes it for those who write firmware.
+namespace protocol
+{
+
+constexpr std::uint8_t kVersion = 1;
+constexpr std::size_t kHeaderBytes = 12;
+constexpr std::size_t kCrcBytes = 4;
+constexpr std::size_t kMostPayload = 4096;
+constexpr std::uint16_t kAllBoards = 0xFFFF;
+constexpr int kMostInPacket = 1024;            ///< transducers in one DATA packet
+constexpr double kWatchdog_s = 0.1;            ///< the device mutes when no packet came for so long
+constexpr double kKeepAliveInterval_s = 0.025; ///< three may be lost before the watchdog bites
+
+enum class Type : std::uint8_t
+{
+    HELLO = 0x01,  ///< starts a session: mutes, forgets sequence numbers; answered by INFO
+    DATA = 0x02,   ///< phases and duties of a range of one board, into its back buffer
+    COMMIT = 0x03, ///< all boards swap at once, if the field is complete; answered by STATUS
+    MUTE =
+        0x04, ///< all transducers off at once; fields up to its sequence number never play; answered by STATUS
+    KEEPALIVE = 0x05,  ///< feeds the watchdog
+    GET_STATUS = 0x06, ///< answered by STATUS
+    IDENTIFY = 0x07,   ///< the board shows its light
+    STATUS = 0x81,
+    INFO = 0x82
+};
+
+/// What the device says about itself.
+struct Info
+{
+    std::uint8_t firmwareMajor = 0;
+    std::uint8_t firmwareMinor = 0;
+    std::uint8_t firmwarePatch = 0;
+    std::uint16_t boards = 0;
+    std::uint32_t transducers = 0;
+    std::uint16_t phaseLevels = 256;
+    std::uint16_t dutyLevels = 256;
+    std::uint16_t watchdog_ms = 100;
+    std::uint16_t fieldsPerSecond = 0; ///< most that it plays
+    std::uint32_t nonce = 0;           ///< the HELLO's
+
+    std::string firmware() const; ///< "1.2.3"
+};
+
+enum StatusFlags : std::uint16_t
+{
+    PLAYING = 1,          ///< a field sounds
+    MUTED = 2,            ///< since the last MUTE no field has been committed
+    WATCHDOG_FIRED = 4,   ///< muted since the host stopped talking
+    OVER_TEMPERATURE = 8, ///< muted since too hot
+    BOARD_FAULT = 16      ///< a board doesn't answer
+};
+
+/// How the device fares; sent after each COMMIT, MUTE and GET_STATUS and when the watchdog or the temperature mutes.
+struct Status
+{
+    std::uint32_t lastPlayed =
+        0; ///< sequence number of the last field committed; 0: none in this session
+    std::uint16_t flags = 0;         ///< StatusFlags
+    std::int16_t temperature_dC = 0; ///< tenths of a degree Celsius
+    std::uint32_t played = 0;     ///< commits that swapped, since power-on; like all counters below
+    std::uint32_t stale = 0;      ///< commits dropped as not newer than the last field or mute
+    std::uint32_t incomplete = 0; ///< commits refused since data were missing
+    std::uint32_t badPackets =
+        0; ///< bytes that were no packet (counted once a gap), wrong CRC or contents
+    std::uint32_t watchdogs = 0; ///< times the watchdog muted
+};
+
+/// One packet taken apart. Which members count depends on the type.
+struct Packet
+{
+    Type type = Type::KEEPALIVE;
+    std::uint16_t board = kAllBoards;
+    std::uint32_t sequence = 0;
+
+    std::uint8_t version =
+        kVersion;            ///< of the sender; only HELLO and INFO may have another than ours
+    std::uint32_t nonce = 0; ///< HELLO
+    std::uint16_t watchdog_ms = 100;  ///< HELLO
+    std::uint16_t first = 0;          ///< DATA: first transducer within the board
+    std::vector<std::uint8_t> phases; ///< DATA
+    std::vector<std::uint8_t> duties; ///< DATA, as long
+    std::uint32_t transducers = 0;    ///< COMMIT: how many the field has
+    bool light = false;               ///< IDENTIFY
+    Status status;                    ///< STATUS
+    Info info;                        ///< INFO
+};
+
+/// Appends one packet.
+void append(std::vector<std::uint8_t>& out, const Packet& packet);
+
+/// How a field is cut into DATA packets: boards ascending, each in ranges of at most kMostInPacket.
+struct Range
+{
+    std::uint16_t board = 0;
+    std::uint16_t first = 0; ///< within the board
+    std::uint16_t count = 0;
+    int offset = 0; ///< within the field
+};
+std::vector<Range> ranges(const DeviceLayout& layout);
+
+/// Appends all DATA packets of a field and its COMMIT; no allocation once \a out is large enough.
+void appendField(std::vector<std::uint8_t>& out,
+                 const DriveSignal& signal,
+                 const std::vector<Range>& ranges,
+                 std::uint32_t sequence);
+
+/// Whether \a a is newer than \a b, with numbers that wrap around (RFC 1982).
+inline bool newer(std::uint32_t a, std::uint32_t b)
+{
+    return static_cast<std::int32_t>(a - b) > 0;
+}
+
+/// Cuts a byte stream into packets. What is no packet is skipped and counted; the next whole packet is found behind it,
+/// whatever was lost, and however the bytes are cut into transfers.
+class StreamParser
+{
+public:
+    void push(const std::uint8_t* bytes, std::size_t count);
+    bool next(Packet& packet); ///< false: no whole packet left
+    std::uint32_t badPackets() const { return _bad; }
+    void clear(); ///< forgets a started packet, keeps the counter
+
+private:
+    enum class Result
+    {
+        PACKET,
+        MORE, ///< whole so far
+        BAD
+    };
+    Result parse(std::size_t& used, Packet& packet) const;
+
+    std::vector<std::uint8_t> _bytes;
+    std::size_t _begin = 0;
+    bool _skipping = false;
+    std::uint32_t _bad = 0;
+};
+
+} // namespace protocol
+
+} // namespace midair::device
