@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace midair::haptics
+{
+
+/// What of an OBJ file makes its surface, checked line by line, and the same again as plain text for the OBJ library.
+struct ObjText
+{
+    std::vector<double> coordinates; ///< 3 a vertex, as written
+    std::vector<int> faceSizes;      ///< corners of each face, in the file's order
+    std::string plain; ///< only v and f lines: positive indices, colours if every vertex has one
+    std::vector<std::string> warnings;
+};
+
+/// Reads and checks the file; the OBJ library takes in silence what is broken and tells no line. Throws InputError
+/// "PATH, line N: ...".
+ObjText readObjText(const std::string& path);
+
+} // namespace midair::haptics
