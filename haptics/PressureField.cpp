@@ -4,6 +4,7 @@
 #include "haptics/PropagationMatrix.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <thread>
 #include <vector>
@@ -14,7 +15,7 @@ namespace midair::haptics
 namespace
 {
 
-constexpr Eigen::Index kPointsAtOnce = 16;
+constexpr Eigen::Index kPointsAtOnce = 8;
 
 // What is driven at all: most of a field's cost is one entry of G a point and transducer.
 TransducerArray activePart(const TransducerArray& array,
@@ -71,14 +72,27 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
     std::atomic<Eigen::Index> next{0};
     const auto work = [&]
     {
+        PropagationMatrix
+            G; // of one chunk: rows that are summed up while they are still in the cache
+        G.bind(active, medium);
+        AlignedBuffer<float> qRe; // padded with zeros
+        AlignedBuffer<float> qIm;
+        qRe.reserve(static_cast<std::size_t>(G.paddedTransducers()));
+        qIm.reserve(static_cast<std::size_t>(G.paddedTransducers()));
+        Eigen::Map<Eigen::VectorXf>(qRe.data(), q.size()) = q.real();
+        Eigen::Map<Eigen::VectorXf>(qIm.data(), q.size()) = q.imag();
         for (Eigen::Index begin = next.fetch_add(kPointsAtOnce); begin < n;
              begin = next.fetch_add(kPointsAtOnce))
         {
             const Eigen::Index count = std::min(kPointsAtOnce, n - begin);
-            pressure.segment(begin, count) =
-                (referencePropagationMatrix(points.middleCols(begin, count), active, medium) *
-                 q.cast<std::complex<double>>())
-                    .cast<std::complex<float>>();
+            G.build(points.middleCols(begin, count));
+            std::array<float, kPointsAtOnce> pRe{};
+            std::array<float, kPointsAtOnce> pIm{};
+            for (int b = 0; b < G.blocks(); ++b)
+                G.forward(b, qRe.data(), qIm.data(), pRe.data(), pIm.data());
+            for (Eigen::Index l = 0; l < count; ++l)
+                pressure[begin + l] = {pRe[static_cast<std::size_t>(l)],
+                                       pIm[static_cast<std::size_t>(l)]};
         }
     };
     const auto chunks = (n + kPointsAtOnce - 1) / kPointsAtOnce;
