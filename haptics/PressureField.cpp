@@ -85,11 +85,17 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
              begin = next.fetch_add(kPointsAtOnce))
         {
             const Eigen::Index count = std::min(kPointsAtOnce, n - begin);
-            G.build(points.middleCols(begin, count));
+            G.resize(static_cast<int>(count));
+            for (int l = 0; l < static_cast<int>(count); ++l)
+                G.setPoint(l, points.col(begin + l));
             std::array<float, kPointsAtOnce> pRe{};
             std::array<float, kPointsAtOnce> pIm{};
             for (int b = 0; b < G.blocks(); ++b)
+            {
+                for (int l = 0; l < static_cast<int>(count); ++l)
+                    G.buildRow(b, l);
                 G.forward(b, qRe.data(), qIm.data(), pRe.data(), pIm.data());
+            }
             for (Eigen::Index l = 0; l < count; ++l)
                 pressure[begin + l] = {pRe[static_cast<std::size_t>(l)],
                                        pIm[static_cast<std::size_t>(l)]};
