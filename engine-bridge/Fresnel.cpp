@@ -6,6 +6,13 @@
 namespace midair::bridge
 {
 
+namespace
+{
+
+constexpr double kFade = 0.6;
+
+}
+
 std::complex<double> knifeEdge(double v)
 {
     // Auxiliary functions of v >= 0: C(v) = 1/2 + f sin - g cos, S(v) = 1/2 - f cos - g sin of pi v^2/2 (A&S 7.3.9, 7.3.10),
@@ -24,7 +31,10 @@ double pastRectangle(double x1, double x2, double y1, double y2)
     if (x1 >= kLit || y1 >= kLit || y2 <= -kLit) return 1.0;
     const std::complex<double> blocked =
         (knifeEdge(x1) - knifeEdge(x2)) * (knifeEdge(y1) - knifeEdge(y2));
-    return std::min(1.0, std::abs(1.0 - blocked));
+    const double passed = std::min(1.0, std::abs(1.0 - blocked));
+    // The far edges' ripples would leave a small step at the edge of light: faded out over the last bit.
+    const double lit = std::clamp((x1 - kFade) / (kLit - kFade), 0.0, 1.0);
+    return passed + lit * (1.0 - passed);
 }
 
 } // namespace midair::bridge

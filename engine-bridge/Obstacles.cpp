@@ -17,8 +17,6 @@ namespace
 
 using Eigen::Vector3d;
 
-constexpr double kFar = 1e3; ///< in units of v: an edge that might as well not be there
-
 /// sqrt(2 (d1 + d2)/(lambda d1 d2)), 1/m.
 double fresnelScale(double d1, double d2, double wavelength_m)
 {
@@ -28,15 +26,15 @@ double fresnelScale(double d1, double d2, double wavelength_m)
     return std::sqrt(2.0 * (a + b) / (wavelength_m * a * b));
 }
 
-/// The obstacle lies behind the point as the sound goes, or under it: only skin that the point is on, or nearly, takes
-/// anything away. The edge is the mirror image of the horizon's, so that weights pass smoothly through 1/2 at it.
-double pastHorizon(double sine, double gap, double radius_m, double wavelength_m)
+/// The nearer edge, in units of v, of an obstacle that lies behind the point as the sound goes, or under it: only skin
+/// that the point is on, or nearly, takes anything away. The edge is the mirror image of the horizon's, so that weights
+/// pass smoothly through 1/2 at it. \a sine of the angle over the horizon, 0 .. 1.
+double edgeBehind(double sine, double gap, double radius_m, double wavelength_m)
 {
     const double cosine = std::sqrt(std::max(0.0, 1.0 - sine * sine));
-    const double scale =
-        std::sqrt(2.0 / (wavelength_m * std::max(radius_m * sine, wavelength_m / 8.0)));
-    const double v = radius_m * (1.0 - cosine) * scale + 4.0 * gap / wavelength_m;
-    return pastRectangle(v, kFar, -kFar, kFar);
+    const double distance = std::max(radius_m * sine, wavelength_m / 8.0);
+    return radius_m * (1.0 - cosine) * std::sqrt(2.0 / (wavelength_m * distance)) +
+           4.0 * gap / wavelength_m;
 }
 
 /// \a point, or the nearest spot of the skin of the obstacle in which it lies deepest.
@@ -68,30 +66,25 @@ double weightOutside(const Vector3d& source,
     const double d1 = (pair.onSegment - source).dot(w);
     const double d2 = length - d1;
     if (d1 <= 1e-9 * length) return 1.0; // behind the transducer
+    const double r = obstacle.radius_m;
+    const double scale = fresnelScale(d1, d2, wavelength_m);
+    // The axis as seen along the way: from a to b, at x from it at the nearest.
+    const Vector3d a = (obstacle.a - source) - w.dot(obstacle.a - source) * w;
+    const Vector3d b = (obstacle.b - source) - w.dot(obstacle.b - source) * w;
+    const double seen = (b - a).norm();
+    const Vector3d along = seen > 1e-9 ? Vector3d((b - a) / seen) : w.unitOrthogonal();
+    const double ya = a.dot(along);
+    const double yb = b.dot(along);
+    const double x = (a - ya * along).norm();
+    double x1 = (x - r) * scale;
     if (d2 <= 1e-9 * length)
     {
         if (!(pair.distance > 0.0)) return 0.0;
         const double sine = -w.dot(point - pair.onOther) / pair.distance;
-        const double gap = std::max(0.0, pair.distance - obstacle.radius_m);
-        return pastHorizon(std::clamp(sine, 0.0, 1.0), gap, obstacle.radius_m, wavelength_m);
+        x1 = edgeBehind(
+            std::clamp(sine, 0.0, 1.0), std::max(0.0, pair.distance - r), r, wavelength_m);
     }
-    const double scale = fresnelScale(d1, d2, wavelength_m);
-    // The axis as seen along the way: from a to b across it.
-    const Vector3d a = (obstacle.a - source) - w.dot(obstacle.a - source) * w;
-    const Vector3d b = (obstacle.b - source) - w.dot(obstacle.b - source) * w;
-    const double seen = (b - a).norm();
-    if (seen < 1e-9)
-    {
-        const double x = a.norm();
-        const double r = obstacle.radius_m;
-        return pastRectangle((x - r) * scale, (x + r) * scale, -r * scale, r * scale);
-    }
-    const Vector3d along = (b - a) / seen;
-    const double y1 = a.dot(along) - obstacle.radius_m;
-    const double y2 = b.dot(along) + obstacle.radius_m;
-    const double x = (a - a.dot(along) * along).norm();
-    return pastRectangle(
-        (x - obstacle.radius_m) * scale, (x + obstacle.radius_m) * scale, y1 * scale, y2 * scale);
+    return pastRectangle(x1, (x + r) * scale, (ya - r) * scale, (yb + r) * scale);
 }
 
 bool usable(const Capsule& capsule)
