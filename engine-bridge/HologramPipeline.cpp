@@ -47,8 +47,6 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
         { return device::openDevice(uri, layout); };
     if (_options.solver.empty() && !haptics::solverNames().empty())
         _options.solver = haptics::solverNames().front();
-    if (_options.array.drive.amplitudeLevels.empty())
-        _options.array.drive.amplitudeLevels = device::amplitudeLevels();
     PointAssembler::Options points;
     points.wavelength_m = _options.medium.wavelength(_options.array.frequency_Hz);
     points.motionTolerance_m = _options.motionTolerance * points.wavelength_m;
@@ -75,6 +73,11 @@ void HologramPipeline::openDevice()
         _deviceError = error.what();
         _messages.say(_deviceError);
     }
+    // The solver is to know what can be played at all.
+    const device::DriveAbility ability = _device ? _device->ability() : device::DriveAbility();
+    _options.array.drive.phaseLevels = ability.phaseLevels;
+    _options.array.drive.amplitudeLevels =
+        ability.amplitudes.empty() ? device::amplitudeLevels() : ability.amplitudes;
 }
 
 haptics::HologramSolver& HologramPipeline::solver(bool absolute)
@@ -198,6 +201,7 @@ bool HologramPipeline::play(const Eigen::VectorXcf& q, Eigen::VectorXcf& played)
 void HologramPipeline::finish(const SceneSnapshot& snapshot, HologramResult& result)
 {
     result.frame = snapshot.frame;
+    result.playing = _playing;
     result.latency_ms = (steadySeconds() - snapshot.time_s) * 1e3;
     result.counters = _counters;
     result.updatesPerSecond = updatesPerSecond();

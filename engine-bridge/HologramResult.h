@@ -36,6 +36,7 @@ struct HologramResult
     Eigen::VectorXf achieved_Pa; ///< n, |G q| for q as played
     Eigen::VectorXcf played;     ///< m, what the device plays
     haptics::SolveReport report;
+    bool playing = false; ///< the device took the field; or there is none, or nothing to play
     HologramCounters counters;
     double updatesPerSecond = 0.0;
     std::string deviceStatus;

@@ -12,7 +12,8 @@ HologramThread::HologramThread(HologramOptions options) :
 }
 
 HologramThread::HologramThread(PipelineFactory makePipeline) :
-    _thread([this, makePipeline = std::move(makePipeline)] { run(makePipeline); })
+    _newPipeline(std::move(makePipeline)),
+    _thread([this] { run(); })
 {
 }
 
@@ -20,6 +21,12 @@ HologramThread::~HologramThread()
 {
     _slot.close();
     _thread.join();
+}
+
+void HologramThread::setPipeline(PipelineFactory makePipeline)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _newPipeline.swap(makePipeline);
 }
 
 void HologramThread::submit(SceneSnapshot& snapshot)
@@ -51,37 +58,46 @@ void HologramThread::publish(std::shared_ptr<const HologramResult> result,
     _counters = counters;
 }
 
-void HologramThread::run(const PipelineFactory& makePipeline)
+void HologramThread::run()
 {
     std::unique_ptr<HologramPipeline> pipeline;
-    try
-    {
-        pipeline = makePipeline();
-    }
-    catch (const std::exception& error)
-    {
-        refuseAll(error.what());
-        return;
-    }
     SceneSnapshot snapshot;
     std::uint64_t droppedBefore = 0;
     while (_slot.take(snapshot))
     {
+        makePipeline(pipeline);
         const std::uint64_t dropped = _slot.drops();
-        const auto result = pipeline->process(snapshot, dropped - droppedBefore);
+        if (pipeline)
+        {
+            const auto result = pipeline->process(snapshot, dropped - droppedBefore);
+            publish(result, pipeline->counters());
+        }
         droppedBefore = dropped;
-        publish(result, pipeline->counters());
     }
 }
 
-void HologramThread::refuseAll(const std::string& why)
+void HologramThread::makePipeline(std::unique_ptr<HologramPipeline>& pipeline)
 {
-    auto result = std::make_shared<HologramResult>();
-    result->report.stop = haptics::StopReason::REFUSED;
-    result->report.message = why;
-    result->messages.push_back(why);
-    result->deviceStatus = "not open";
-    publish(result, {});
+    PipelineFactory make;
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        make.swap(_newPipeline);
+    }
+    if (!make) return;
+    pipeline.reset();
+    try
+    {
+        pipeline = make();
+    }
+    catch (const std::exception& error)
+    {
+        auto result = std::make_shared<HologramResult>();
+        result->report.stop = haptics::StopReason::REFUSED;
+        result->report.message = error.what();
+        result->messages.emplace_back(error.what());
+        result->deviceStatus = "not open";
+        publish(result, {});
+    }
 }
 
 } // namespace midair::bridge

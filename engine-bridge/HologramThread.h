@@ -14,7 +14,7 @@ namespace midair::bridge
 /// Runs a HologramPipeline in the background: snapshots in, the newest wins, results out; no frame ever waits.
 ///
 /// submit() and the readers may be called from any one thread each while the pipeline works. The pipeline is made in the
-/// thread (opening a device may take a while), and gone, the device silent, when the destructor returns: that waits for
+/// thread when the first snapshot comes (opening a device may take a while), and gone, the device silent, when the destructor returns: that waits for
 /// the solve at hand, since a solver can't be broken off, and for no other.
 class HologramThread
 {
@@ -22,12 +22,15 @@ public:
     using PipelineFactory = std::function<std::unique_ptr<HologramPipeline>()>;
 
     explicit HologramThread(HologramOptions options);
-    /// What \a makePipeline throws becomes a result that is REFUSED, with the message.
     explicit HologramThread(PipelineFactory makePipeline);
     ~HologramThread();
 
     HologramThread(const HologramThread&) = delete;
     HologramThread& operator=(const HologramThread&) = delete;
+
+    /// Replaces the pipeline before the next snapshot is processed: the old one is gone, its device closed, before
+    /// \a makePipeline runs. What that throws becomes a result that is REFUSED, with the message. Doesn't wait.
+    void setPipeline(PipelineFactory makePipeline);
 
     /// Hands \a snapshot over and leaves an old one in its place, whose memory the caller may refill. Never waits for the
     /// pipeline, allocates nothing.
@@ -40,12 +43,13 @@ public:
     HologramCounters counters() const;
 
 private:
-    void run(const PipelineFactory& makePipeline);
-    void refuseAll(const std::string& why);
+    void run();
+    void makePipeline(std::unique_ptr<HologramPipeline>& pipeline);
     void publish(std::shared_ptr<const HologramResult> result, const HologramCounters& counters);
 
     LatestSlot<SceneSnapshot> _slot;
-    mutable std::mutex _mutex; ///< of what follows; held for a copy at most
+    mutable std::mutex _mutex;    ///< of what follows; held for a copy at most
+    PipelineFactory _newPipeline; ///< empty: keep the one at work
     std::shared_ptr<const HologramResult> _result;
     HologramCounters _counters;
     std::thread _thread; ///< last: starts when all else is there

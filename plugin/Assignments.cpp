@@ -1,0 +1,106 @@
+#include "Assignments.h"
+
+#include <cctype>
+#include <vector>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+bool isBlank(char c)
+{
+    return std::isspace(static_cast<unsigned char>(c)) != 0;
+}
+
+std::string trimmed(const std::string& text)
+{
+    std::size_t first = 0;
+    std::size_t last = text.size();
+    while (first < last && isBlank(text[first]))
+        ++first;
+    while (last > first && isBlank(text[last - 1]))
+        --last;
+    const bool quoted = last - first >= 2 && (text[first] == '"' || text[first] == '\'') &&
+                        text[last - 1] == text[first];
+    return quoted ? text.substr(first + 1, last - first - 2) : text.substr(first, last - first);
+}
+
+/// Cuts at semicolons, commas and line ends outside quotes; leaves comments out.
+std::vector<std::string> pieces(const std::string& text)
+{
+    std::vector<std::string> all(1);
+    char quote = 0;
+    bool comment = false;
+    for (const char c : text)
+    {
+        if (c == '\n') comment = false;
+        if (comment) continue;
+        if (quote)
+            quote = c == quote ? '\0' : quote;
+        else if (c == '"' || c == '\'')
+            quote = c;
+        else if (c == '#')
+        {
+            comment = true;
+            continue;
+        }
+        else if (c == ';' || c == ',' || c == '\n' || c == '\r')
+        {
+            all.emplace_back();
+            continue;
+        }
+        all.back() += c;
+    }
+    return all;
+}
+
+/// Where the next "name=" starts after \a from, or the end.
+std::size_t nextName(const std::string& piece, std::size_t from)
+{
+    char quote = 0;
+    for (std::size_t i = from; i < piece.size(); ++i)
+    {
+        const char c = piece[i];
+        if (quote)
+            quote = c == quote ? '\0' : quote;
+        else if (c == '"' || c == '\'')
+            quote = c;
+        else if (c == '=' && i > from)
+        {
+            std::size_t start = i;
+            while (start > from && !isBlank(piece[start - 1]))
+                --start;
+            if (start > from) return start;
+        }
+    }
+    return piece.size();
+}
+
+} // namespace
+
+void forEachAssignment(const std::string& text,
+                       const std::function<void(const std::string&, const std::string&)>& take)
+{
+    for (const std::string& piece : pieces(text))
+    {
+        std::size_t start = 0;
+        while (start < piece.size())
+        {
+            const std::size_t equals = piece.find('=', start);
+            if (equals == std::string::npos)
+            {
+                const std::string word = trimmed(piece.substr(start));
+                if (!word.empty()) take("", word);
+                break;
+            }
+            const std::size_t end = nextName(piece, equals + 1);
+            take(trimmed(piece.substr(start, equals - start)),
+                 trimmed(piece.substr(equals + 1, end - equals - 1)));
+            start = end;
+        }
+    }
+}
+
+} // namespace osgMidair

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace osgMidair
+{
+
+/// Calls \a take with name and value of each assignment in "a=1 b=two words; c=\"x y\"". Assignments are parted by
+/// semicolons, commas or line ends, or by blanks where a new "name=" follows; quotes keep a value together; a word
+/// without "=" comes with an empty name; what follows a # up to the line's end is a comment.
+void forEachAssignment(const std::string& text,
+                       const std::function<void(const std::string&, const std::string&)>& take);
+
+} // namespace osgMidair

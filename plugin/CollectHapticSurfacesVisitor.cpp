@@ -1,0 +1,161 @@
+#include "CollectHapticSurfacesVisitor.h"
+
+#include <osgMidair/HapticScene>
+#include <osgMidair/HapticSurface>
+
+#include <osg/Camera>
+#include <osg/Drawable>
+#include <osg/Transform>
+#include <osg/ValueObject>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+constexpr const char* kTag = "haptic";
+
+const std::string* hapticDescription(const osg::Node& node)
+{
+    const osg::UserDataContainer* container = node.getUserDataContainer();
+    if (!container) return nullptr;
+    for (const std::string& description : container->getDescriptions())
+        if (description.compare(0, 6, kTag) == 0 &&
+            (description.size() == 6 || description.find_first_of(" :=") == 6))
+            return &description;
+    return nullptr;
+}
+
+const osg::Object* hapticValue(const osg::Node& node)
+{
+    const osg::UserDataContainer* container = node.getUserDataContainer();
+    return container ? container->getUserObject(kTag) : nullptr;
+}
+
+} // namespace
+
+bool hasHapticTag(const osg::Node& node)
+{
+    return node.getUserDataContainer() && (hapticValue(node) || hapticDescription(node));
+}
+
+bool hapticTag(const osg::Node& node, std::string& text)
+{
+    if (const osg::Object* value = hapticValue(node))
+    {
+        if (const auto* words = dynamic_cast<const osg::StringValueObject*>(value))
+            text = words->getValue();
+        else if (const auto* flag = dynamic_cast<const osg::BoolValueObject*>(value))
+            text = flag->getValue() ? "true" : "false";
+        else
+            text = "true";
+        return true;
+    }
+    if (const std::string* description = hapticDescription(node))
+    {
+        const std::size_t start = description->find_first_not_of(" :=", 6);
+        text = start == std::string::npos ? "true" : description->substr(start);
+        return true;
+    }
+    return false;
+}
+
+bool isHaptic(const osg::Node& node)
+{
+    return dynamic_cast<const HapticSurface*>(&node) || hasHapticTag(node);
+}
+
+CollectHapticSurfacesVisitor::CollectHapticSurfacesVisitor() :
+    osg::NodeVisitor(NODE_VISITOR, TRAVERSE_ACTIVE_CHILDREN)
+{
+}
+
+void CollectHapticSurfacesVisitor::collect(osg::Node& root, const osg::Matrixd& world)
+{
+    _instances.clear();
+    _paths.clear();
+    _pathStarts.clear();
+    _world = world;
+    _inWorld = true;
+    root.accept(*this);
+}
+
+std::uint64_t CollectHapticSurfacesVisitor::pathId() const
+{
+    // FNV-1a over the addresses on the path.
+    std::uint64_t hash = 0xCBF29CE484222325ull;
+    for (const osg::Node* node : _nodePath)
+    {
+        hash ^= static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(node));
+        hash *= 0x100000001B3ull;
+        hash ^= hash >> 31;
+    }
+    return hash;
+}
+
+void CollectHapticSurfacesVisitor::check(osg::Node& node)
+{
+    const auto* surface = dynamic_cast<const HapticSurface*>(&node);
+    if (!surface && !hasHapticTag(node)) return;
+    HapticInstance instance;
+    instance.node = &node;
+    instance.id = pathId();
+    instance.world = _world;
+    instance.property = surface ? &surface->getProperty() : nullptr;
+    instance.inWorld = _inWorld;
+    _instances.push_back(instance);
+    _pathStarts.push_back(_paths.size());
+    _paths.insert(_paths.end(), _nodePath.begin(), _nodePath.end());
+    _paths.push_back(nullptr);
+}
+
+std::string CollectHapticSurfacesVisitor::path(const HapticInstance& instance)
+{
+    std::string text;
+    const auto index = static_cast<std::size_t>(&instance - _instances.data());
+    for (std::size_t i = _pathStarts[index]; _paths[i]; ++i)
+    {
+        const osg::Node& node = *_paths[i];
+        text += text.empty() ? "" : "/";
+        text += node.className();
+        if (!node.getName().empty()) text += " '" + node.getName() + "'";
+    }
+    return text;
+}
+
+void CollectHapticSurfacesVisitor::apply(osg::Node& node)
+{
+    // A haptic scene inside another one plays its own objects.
+    if (_nodePath.size() > 1 && dynamic_cast<HapticScene*>(&node)) return;
+    check(node);
+    traverse(node);
+}
+
+void CollectHapticSurfacesVisitor::apply(osg::Transform& node)
+{
+    const osg::Matrixd outer = _world;
+    const bool outerInWorld = _inWorld;
+    if (node.getReferenceFrame() != osg::Transform::RELATIVE_RF) _inWorld = false;
+    node.computeLocalToWorldMatrix(_world, this);
+    check(node);
+    traverse(node);
+    _world = outer;
+    _inWorld = outerInWorld;
+}
+
+void CollectHapticSurfacesVisitor::apply(osg::Camera& node)
+{
+    const bool outerInWorld = _inWorld;
+    _inWorld = false;
+    check(node);
+    traverse(node);
+    _inWorld = outerInWorld;
+}
+
+void CollectHapticSurfacesVisitor::apply(osg::Drawable& drawable)
+{
+    if (drawable.getUserDataContainer()) check(drawable);
+}
+
+} // namespace osgMidair

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <osgMidair/HapticProperty>
+
+#include <osg/Matrixd>
+#include <osg/NodeVisitor>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace osgMidair
+{
+
+/// One haptic node on one node path.
+struct HapticInstance
+{
+    osg::Node* node = nullptr;
+    std::uint64_t id = 0; ///< of the node path
+    osg::Matrixd world;   ///< the frame of the node's children -> world, in scene units
+    const HapticProperty* property = nullptr; ///< of a HapticSurface; null: the node carries a tag
+    bool inWorld =
+        true; ///< false under a camera or an absolute frame: what hangs there has no place
+};
+
+/// Finds every HapticSurface and every node tagged "haptic" among the active children, once per node path: Switch,
+/// masks and LOD (at its finest) are honoured, no camera plays a part. Run it after the update traversal.
+class CollectHapticSurfacesVisitor : public osg::NodeVisitor
+{
+public:
+    CollectHapticSurfacesVisitor();
+
+    /// Starts anew under \a root, whose parent is at \a world. Memory is kept from call to call.
+    void collect(osg::Node& root, const osg::Matrixd& world);
+
+    const std::vector<HapticInstance>& instances() const { return _instances; }
+
+    /// "HapticScene/MatrixTransform 'arm'/HapticSurface 'hand'" for an instance of the last collect().
+    std::string path(const HapticInstance& instance);
+
+    void apply(osg::Node& node) override;
+    void apply(osg::Transform& node) override;
+    void apply(osg::Camera& node) override;
+    void apply(osg::Drawable& drawable) override;
+
+private:
+    void check(osg::Node& node);
+    std::uint64_t pathId() const;
+
+    std::vector<HapticInstance> _instances;
+    std::vector<osg::Node*> _paths; ///< node paths one after the other, each ended by null
+    std::vector<std::size_t> _pathStarts;
+    osg::Matrixd _world;
+    bool _inWorld = true;
+};
+
+/// The text of a tag: user value "haptic" (a bool or a text), or a description "haptic ...". False without one.
+bool hapticTag(const osg::Node& node, std::string& text);
+bool hasHapticTag(const osg::Node& node);
+
+/// A HapticSurface or a tagged node: something that is an object of its own.
+bool isHaptic(const osg::Node& node);
+
+} // namespace osgMidair

@@ -1,0 +1,55 @@
+#include "Environment.h"
+
+#include <osg/ApplicationUsage>
+
+#include <cstdlib>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+const osg::ApplicationUsageProxy kUsage[] = {
+    {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
+     "OSG_MIDAIR_DEVICE <uri>",
+     "Device that haptic scenes drive instead of the one they name: sim:, record:FILE, null:, .."},
+    {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
+     "OSG_MIDAIR_ARRAY <array>",
+     "Array of haptic scenes instead of the one they name: octagon, board, or a JSON file."},
+    {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
+     "OSG_MIDAIR_SOLVER <name>",
+     "Solver of haptic scenes instead of the one they name."},
+    {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
+     "OSG_MIDAIR_ENABLED <true/false>",
+     "false: haptic scenes leave the array silent."},
+    {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
+     "OSG_MIDAIR_REPORT <file>",
+     "Write what haptic scenes did (counts, accuracy, latency, messages) as JSON at exit."}};
+
+} // namespace
+
+HapticSettings Environment::apply(HapticSettings settings, std::vector<std::string>& errors)
+{
+    for (const auto& [variable, name] :
+         {std::pair<const char*, const char*>{"OSG_MIDAIR_DEVICE", "device"},
+          {"OSG_MIDAIR_ARRAY", "array"},
+          {"OSG_MIDAIR_SOLVER", "solver"},
+          {"OSG_MIDAIR_ENABLED", "enabled"}})
+    {
+        const char* value =
+            std::getenv(variable); // NOLINT(concurrency-mt-unsafe): OSG itself reads it so
+        std::string error;
+        if (value && *value && !settings.set(name, value, error))
+            errors.push_back(std::string(variable) + ": " + error);
+    }
+    return settings;
+}
+
+std::string Environment::reportFile()
+{
+    const char* value = std::getenv("OSG_MIDAIR_REPORT"); // NOLINT(concurrency-mt-unsafe)
+    return value ? value : "";
+}
+
+} // namespace osgMidair

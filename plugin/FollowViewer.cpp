@@ -1,0 +1,163 @@
+#include "FollowViewer.h"
+
+#include "HapticEngine.h"
+
+#include <osgMidair/HapticScene>
+
+#include <osg/Notify>
+#include <osg/Timer>
+#include <osg/Transform>
+#include <osg/observer_ptr>
+#include <osgViewer/Scene>
+#include <osgViewer/View>
+#include <osgViewer/ViewerBase>
+
+#include <algorithm>
+#include <vector>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+/// Looks for a node from above, through active children only, without walking what doesn't lead there.
+class ActivePathFinder : public osg::NodeVisitor
+{
+public:
+    explicit ActivePathFinder(osg::Node& target) :
+        osg::NodeVisitor(NODE_VISITOR, TRAVERSE_ACTIVE_CHILDREN),
+        _target(target)
+    {
+        addAncestors(target);
+        std::sort(_ancestors.begin(), _ancestors.end());
+    }
+
+    bool find(osg::Node& root)
+    {
+        _world.makeIdentity();
+        root.accept(*this);
+        return _found;
+    }
+
+    /// Where the target's parent is.
+    const osg::Matrixd& world() const { return _foundWorld; }
+
+    void apply(osg::Node& node) override
+    {
+        if (_found) return;
+        if (&node == &_target)
+        {
+            _found = true;
+            _foundWorld = _world;
+        }
+        else if (std::binary_search(_ancestors.begin(), _ancestors.end(), &node))
+            traverse(node);
+    }
+
+    void apply(osg::Transform& node) override
+    {
+        const osg::Matrixd outer = _world;
+        // Cameras between the view's own and the scene are taken as part of the picture, not of the world.
+        if (!node.asCamera()) node.computeLocalToWorldMatrix(_world, this);
+        apply(static_cast<osg::Node&>(node));
+        _world = outer;
+    }
+
+private:
+    void addAncestors(const osg::Node& node)
+    {
+        for (unsigned int i = 0; i < node.getNumParents(); ++i)
+        {
+            const osg::Node* parent = node.getParent(i);
+            if (std::find(_ancestors.begin(), _ancestors.end(), parent) != _ancestors.end())
+                continue;
+            _ancestors.push_back(parent);
+            addAncestors(*parent);
+        }
+    }
+
+    osg::Node& _target;
+    std::vector<const osg::Node*> _ancestors;
+    osg::Matrixd _world;
+    osg::Matrixd _foundWorld;
+    bool _found = false;
+};
+
+double secondsSince(const osgViewer::View& view, const osg::FrameStamp& stamp)
+{
+    const osg::Timer& timer = *osg::Timer::instance();
+    const double age_s =
+        timer.delta_s(view.getStartTick(), timer.tick()) - stamp.getReferenceTime();
+    // An application may run its frames by a clock of its own.
+    return age_s >= 0.0 && age_s < 1.0 ? age_s : 0.0;
+}
+
+/// Runs right after a viewer's update traversal, when all matrices are right.
+class CollectOperation : public osg::Operation
+{
+public:
+    explicit CollectOperation(osgViewer::ViewerBase& viewer, HapticScene& scene) :
+        osg::Operation("osgMidair collect", true),
+        _viewer(&viewer),
+        _scene(&scene)
+    {
+    }
+
+    bool follows(const osgViewer::ViewerBase& viewer) const { return _viewer == &viewer; }
+
+    void operator()(osg::Object*) override
+    {
+        osg::ref_ptr<HapticScene> scene;
+        if (!_scene.lock(scene))
+        {
+            setKeep(false);
+            return;
+        }
+        ActivePathFinder finder(*scene);
+        osgViewer::ViewerBase::Views views;
+        _viewer->getViews(views);
+        for (osgViewer::View* view : views)
+        {
+            if (!view->getSceneData() || !finder.find(*view->getSceneData())) continue;
+            const osg::FrameStamp* stamp = view->getFrameStamp();
+            scene->engine().update(*scene,
+                                   finder.world(),
+                                   scene->getSettings(),
+                                   stamp ? stamp->getFrameNumber() : 0,
+                                   stamp ? secondsSince(*view, *stamp) : 0.0);
+            _collected = true;
+            return;
+        }
+        // Taken out of the picture, or switched off: silent, but for another viewer that may show it.
+        if (_collected) scene->silence();
+        _collected = false;
+    }
+
+private:
+    osgViewer::ViewerBase* const _viewer; ///< owns this operation
+    osg::observer_ptr<HapticScene> _scene;
+    bool _collected = false;
+};
+
+} // namespace
+
+osg::ref_ptr<osg::Operation>
+followViewerOf(osgGA::GUIActionAdapter* adapter,
+               HapticScene& scene,
+               const std::vector<osg::observer_ptr<osg::Operation>>& known)
+{
+    auto* view = dynamic_cast<osgViewer::View*>(adapter);
+    osgViewer::ViewerBase* viewer = view ? view->getViewerBase() : nullptr;
+    if (!viewer) return nullptr;
+    for (const auto& operation : known)
+    {
+        const auto* collect = dynamic_cast<const CollectOperation*>(operation.get());
+        if (collect && collect->follows(*viewer)) return nullptr;
+    }
+    osg::ref_ptr<osg::Operation> operation = new CollectOperation(*viewer, scene);
+    viewer->addUpdateOperation(operation);
+    return operation;
+}
+
+} // namespace osgMidair

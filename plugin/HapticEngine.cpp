@@ -1,0 +1,324 @@
+#include "HapticEngine.h"
+
+#include "Environment.h"
+#include "Report.h"
+#include "engine-bridge/Convert.h"
+
+#include <osg/Notify>
+
+#include <algorithm>
+
+namespace osgMidair
+{
+
+using midair::bridge::HapticObject;
+
+namespace
+{
+
+/// How long a field that the device refused waits for its next try.
+constexpr double kRetry_s = 0.5;
+
+midair::bridge::HapticProperties forBridge(const HapticProperty& property)
+{
+    midair::bridge::HapticProperties p;
+    p.pressure = property.pressure;
+    p.pressureInPa = property.pressureUnit == HapticProperty::PASCAL;
+    p.spacing_m = property.spacing;
+    p.sampling = property.sampling == HapticProperty::EDGES ? midair::haptics::Sampling::EDGES
+                 : property.sampling == HapticProperty::VERTICES
+                     ? midair::haptics::Sampling::VERTICES
+                     : midair::haptics::Sampling::SURFACE;
+    p.priority = property.priority;
+    return p;
+}
+
+bool sameObject(const HapticObject& a, const HapticObject& b)
+{
+    return a.id == b.id && a.meshId == b.meshId && a.properties == b.properties &&
+           a.pose.matrix() == b.pose.matrix();
+}
+
+} // namespace
+
+HapticEngine::HapticEngine()
+{
+    // What is an object of its own isn't part of the one around it.
+    _extract.skip = [](const osg::Node& node) { return isHaptic(node); };
+}
+
+HapticEngine::~HapticEngine()
+{
+    takeResult();
+    const bool ran = _thread != nullptr;
+    const HapticStatistics last = statistics();
+    _thread.reset();
+    if (ran) writeReport(last, _settings);
+}
+
+void HapticEngine::say(const std::string& message)
+{
+    bool fresh = false;
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        fresh = _messages.say(message);
+    }
+    if (fresh) OSG_WARN << "osgMidair: " << message << std::endl;
+}
+
+void HapticEngine::update(osg::Node& root,
+                          const osg::Matrixd& world,
+                          const HapticSettings& settings,
+                          unsigned int frame,
+                          double age_s)
+{
+    const double start_s = midair::bridge::steadySeconds();
+    configure(settings);
+    ++_frame;
+    _objects = 0;
+    if (_settings.enabled)
+    {
+        _collector.collect(root, world);
+        _meshes.beginFrame();
+        for (const HapticInstance& instance : _collector.instances())
+            fill(instance);
+        _meshes.endFrame();
+    }
+    _snapshot.objects.resize(_objects);
+    _snapshot.frame = frame;
+    _snapshot.time_s = start_s - age_s;
+    takeResult();
+    const bool refused = _seen && !_seen->playing && start_s - _submitTime_s > kRetry_s;
+    const bool idle = _submittedAny && !refused && !changedSinceSubmitted();
+    if (!idle) submit();
+
+    const std::lock_guard<std::mutex> lock(_mutex);
+    ++_statistics.frames;
+    if (idle) ++_statistics.idleFrames;
+    _statistics.meshesRead = _meshes.extractions();
+    _statistics.objects = static_cast<int>(_objects);
+    _statistics.collect_ms = (midair::bridge::steadySeconds() - start_s) * 1e3;
+}
+
+void HapticEngine::silence()
+{
+    if (!_thread) return;
+    _objects = 0;
+    _snapshot.objects.clear();
+    _snapshot.time_s = midair::bridge::steadySeconds();
+    if (!_submittedAny || changedSinceSubmitted()) submit();
+}
+
+bool HapticEngine::changedSinceSubmitted() const
+{
+    return !std::equal(_snapshot.objects.begin(),
+                       _snapshot.objects.end(),
+                       _submitted.begin(),
+                       _submitted.end(),
+                       sameObject);
+}
+
+void HapticEngine::submit()
+{
+    _submitted = _snapshot.objects;
+    _submittedAny = true;
+    _submitTime_s = midair::bridge::steadySeconds();
+    if (!_thread) return;
+    _thread->submit(_snapshot);
+    const std::lock_guard<std::mutex> lock(_mutex);
+    ++_statistics.snapshots;
+}
+
+HapticEngine::Known& HapticEngine::know(const HapticInstance& instance, bool& fresh)
+{
+    const auto [found, inserted] = _known.try_emplace(instance.id);
+    Known& known = found->second;
+    fresh = inserted;
+    known.seen = _frame;
+    if (inserted) known.path = _collector.path(instance);
+
+    HapticProperty raw;
+    if (instance.property)
+        raw = *instance.property;
+    else
+    {
+        std::string tag;
+        hapticTag(*instance.node, tag);
+        if (!inserted && tag == known.tag) return known;
+        known.tag = tag;
+        std::vector<std::string> errors;
+        raw.parse(tag, errors);
+        for (const std::string& error : errors)
+            say(known.path + ": " + error);
+    }
+    if (!inserted && raw == known.raw) return known;
+    known.raw = known.property = raw;
+    for (const std::string& what : known.property.repair())
+        say(known.path + ": " + what);
+    return known;
+}
+
+void HapticEngine::fill(const HapticInstance& instance)
+{
+    bool fresh = false;
+    const Known& known = know(instance, fresh);
+    if (!known.property.enabled) return;
+    if (!instance.inWorld)
+    {
+        if (fresh) say(known.path + ": hangs on a camera, not in the world; it can't be felt");
+        return;
+    }
+    midair::bridge::PoseAndStretch parts;
+    const Eigen::Matrix4d matrix = _toArray * midair::bridge::toEigen(instance.world);
+    if (!midair::bridge::decompose(matrix, parts))
+    {
+        say(known.path + ": its matrix is singular, not finite or a perspective; it can't be felt");
+        return;
+    }
+    _extract.intensityFromColors = known.property.intensity == HapticProperty::VERTEX_COLOR;
+    _warnings.clear();
+    const midair::bridge::CachedMesh mesh =
+        _meshes.get(*instance.node, parts.stretch, _extract, _warnings);
+    for (const std::string& warning : _warnings)
+        say(known.path + ": " + warning);
+    if (mesh.mesh->triangles.cols() == 0)
+    {
+        say(known.path + ": has no triangles; it can't be felt");
+        return;
+    }
+    if (_snapshot.objects.size() <= _objects) _snapshot.objects.resize(_objects + 1);
+    HapticObject& object = _snapshot.objects[_objects++];
+    object.id = instance.id;
+    object.path = known.path;
+    object.meshId = mesh.meshId;
+    object.topologyId = mesh.topologyId;
+    object.mesh = mesh.mesh;
+    object.pose = parts.pose;
+    object.properties = forBridge(known.property);
+}
+
+void HapticEngine::configure(const HapticSettings& given)
+{
+    if (_configured && given == _raw) return;
+    _configured = true;
+    _raw = given;
+    std::vector<std::string> errors;
+    _settings = Environment::apply(given, errors);
+    for (const std::string& what : _settings.repair())
+        errors.push_back(what);
+    for (const std::string& what : errors)
+        say(what);
+
+    midair::bridge::PoseAndStretch parts;
+    if (!midair::bridge::decompose(midair::bridge::toEigen(_settings.calibration), parts) ||
+        !parts.stretch.isIdentity(0.02))
+    {
+        say("calibration is not rigid (a scene unit is set by metresPerUnit); it is not used");
+        parts = {};
+    }
+    _toArray = parts.pose.matrix();
+    _toArray.topLeftCorner<3, 3>() *= _settings.metresPerUnit;
+    startThread();
+}
+
+void HapticEngine::startThread()
+{
+    midair::bridge::HologramOptions options;
+    try
+    {
+        options.array = midair::haptics::TransducerArray::load(_settings.array);
+    }
+    catch (const std::exception& error)
+    {
+        say(std::string(error.what()) + "; nothing is played");
+    }
+    options.medium = {_settings.temperature, _settings.humidity, _settings.airPressure};
+    options.solver = _settings.solver;
+    options.solverOptions.maxIterations = _settings.maxIterations;
+    options.solverOptions.rmsTolerance = _settings.rmsTolerance;
+    options.solverOptions.deadline_ms = _settings.deadline;
+    options.solverOptions.lambdaRel = _settings.lambda;
+    options.solverOptions.loudness = _settings.loudness;
+    options.solverOptions.phaseOnly = _settings.phaseOnly;
+    options.solverOptions.threads = _settings.threads;
+    options.deviceUri = _settings.device;
+    options.motionTolerance = _settings.motionTolerance;
+    options.maxPoints = _settings.maxPoints;
+    _submittedAny = false; // the new pipeline hasn't seen anything yet
+
+    std::shared_ptr<const midair::haptics::TransducerArray> array;
+    if (options.array.size() > 0)
+        array = std::make_shared<midair::haptics::TransducerArray>(options.array);
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _array = array;
+    _medium = options.medium;
+    auto make = [options = std::move(options)]
+    { return std::make_unique<midair::bridge::HologramPipeline>(options); };
+    if (_thread)
+        _thread->setPipeline(make);
+    else
+        _thread = std::make_unique<midair::bridge::HologramThread>(make);
+}
+
+void HapticEngine::takeResult()
+{
+    const auto result = latestResult();
+    if (!result || result == _seen) return;
+    _seen = result;
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        _latencies.add(result->latency_ms);
+    }
+    for (const std::string& message : result->messages)
+        say(message);
+}
+
+std::shared_ptr<const midair::bridge::HologramResult> HapticEngine::latestResult() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return _thread ? _thread->latestResult() : nullptr;
+}
+
+std::shared_ptr<const midair::haptics::TransducerArray> HapticEngine::array() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return _array;
+}
+
+midair::haptics::Medium HapticEngine::medium() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return _medium;
+}
+
+HapticStatistics HapticEngine::statistics() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    HapticStatistics all = _statistics;
+    all.messages = _messages.all();
+    all.latencyP50_ms = _latencies.percentile(0.5);
+    all.latencyP99_ms = _latencies.percentile(0.99);
+    if (!_thread) return all;
+    const midair::bridge::HologramCounters counters = _thread->counters();
+    all.superseded = counters.superseded;
+    all.solves = counters.solves;
+    all.skippedUnmoved = counters.skippedUnmoved;
+    all.meshesSampled = counters.sampled;
+    all.outOfWorkspace = counters.outOfWorkspace;
+    const auto result = _thread->latestResult();
+    if (!result) return all;
+    all.points = result->points.size();
+    all.rms = result->report.rms;
+    all.max = result->report.max;
+    all.loudness = result->report.loudness;
+    all.level_Pa = result->report.level_Pa;
+    all.matrix_ms = result->report.matrix_ms;
+    all.solve_ms = result->report.solve_ms;
+    all.updatesPerSecond = result->updatesPerSecond;
+    all.latency_ms = result->latency_ms;
+    all.stop = midair::haptics::stopReasonName(result->report.stop);
+    all.device = result->deviceStatus;
+    return all;
+}
+
+} // namespace osgMidair

@@ -1,0 +1,92 @@
+#pragma once
+
+#include "CollectHapticSurfacesVisitor.h"
+#include "LatencyStatistics.h"
+#include "engine-bridge/HologramThread.h"
+#include "engine-bridge/MeshCache.h"
+#include "engine-bridge/MessageLog.h"
+
+#include <osgMidair/HapticSettings>
+#include <osgMidair/HapticStatistics>
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace osgMidair
+{
+
+/// What a HapticScene does: collects what is under a root into snapshots, hands them to a hologram thread, keeps the books.
+///
+/// update() and silence() belong to the thread that updates the scene; the rest may be called from any.
+class HapticEngine
+{
+public:
+    HapticEngine();
+    ~HapticEngine(); ///< the array is silent when it returns; writes the report if one is asked for
+
+    /// One frame: what is active under \a root, whose parent is at \a world, is to be felt from now on.
+    /// \a age_s: seconds since the frame's stamp.
+    void update(osg::Node& root,
+                const osg::Matrixd& world,
+                const HapticSettings& settings,
+                unsigned int frame,
+                double age_s);
+
+    /// Nothing is to be felt.
+    void silence();
+
+    std::shared_ptr<const midair::bridge::HologramResult> latestResult() const;
+    HapticStatistics statistics() const;
+    std::shared_ptr<const midair::haptics::TransducerArray> array() const;
+    midair::haptics::Medium medium() const;
+
+private:
+    /// What is remembered of an instance from frame to frame.
+    struct Known
+    {
+        std::string path;
+        std::string tag;
+        HapticProperty raw;      ///< as the node has it
+        HapticProperty property; ///< with what was out of range repaired
+        unsigned int seen = 0;
+    };
+
+    void configure(const HapticSettings& settings);
+    void startThread();
+    Known& know(const HapticInstance& instance, bool& fresh);
+    void fill(const HapticInstance& instance);
+    bool changedSinceSubmitted() const;
+    void submit();
+    void takeResult();
+    void say(const std::string& message);
+
+    CollectHapticSurfacesVisitor _collector;
+    midair::bridge::MeshCache _meshes;
+    midair::bridge::ExtractOptions _extract;
+    std::unordered_map<std::uint64_t, Known> _known;
+    std::vector<std::string> _warnings;
+    midair::bridge::SceneSnapshot _snapshot;              ///< being filled
+    std::vector<midair::bridge::HapticObject> _submitted; ///< as last handed over
+    std::size_t _objects = 0;                             ///< filled into _snapshot
+    unsigned int _frame = 0;
+    bool _submittedAny = false;
+    double _submitTime_s = 0.0;
+    Eigen::Matrix4d _toArray = Eigen::Matrix4d::Identity(); ///< world in scene units -> array
+    HapticSettings _settings;                               ///< as configured, repaired
+    HapticSettings _raw;                                    ///< as given
+    bool _configured = false;
+
+    mutable std::mutex _mutex; ///< of what follows
+    std::unique_ptr<midair::bridge::HologramThread> _thread;
+    std::shared_ptr<const midair::haptics::TransducerArray> _array;
+    midair::haptics::Medium _medium;
+    midair::bridge::MessageLog _messages;
+    HapticStatistics _statistics; ///< the engine's own share
+    LatencyStatistics _latencies;
+    std::shared_ptr<const midair::bridge::HologramResult> _seen;
+};
+
+} // namespace osgMidair

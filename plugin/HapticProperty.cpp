@@ -1,0 +1,126 @@
+#include "Assignments.h"
+#include "OptionTable.h"
+
+#include <osgMidair/HapticProperty>
+
+#include <sstream>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+/// "2", "2 relative", "500 Pa", "1.2kPa".
+bool setPressure(HapticProperty& property, const std::string& text)
+{
+    std::istringstream in(text);
+    in.imbue(std::locale::classic());
+    double value = 0.0;
+    std::string unit;
+    if (!(in >> value)) return false;
+    in >> unit;
+    if (unit != "" && unit != "relative" && unit != "Pa" && unit != "kPa") return false;
+    property.pressure = unit == "kPa" ? value * 1e3 : value;
+    property.pressureUnit =
+        unit == "Pa" || unit == "kPa" ? HapticProperty::PASCAL : HapticProperty::RELATIVE;
+    return true;
+}
+
+OptionTable<HapticProperty> makeTable()
+{
+    using P = HapticProperty;
+    OptionTable<P> table;
+    table.flag("enabled", &P::enabled, "true or false; can it be felt (default true)");
+    table.number("pressure",
+                 &P::pressure,
+                 1e-6,
+                 1e5,
+                 "how strong: relative to the scene's other objects (default 1), or \"500 Pa\"");
+    table.choice("unit",
+                 &P::pressureUnit,
+                 {{"relative", P::RELATIVE}, {"Pa", P::PASCAL}},
+                 "of the pressure: relative (default) or Pa");
+    table.numberOrZero("spacing",
+                       &P::spacing,
+                       0.001,
+                       1.0,
+                       "m between control points, 0.001 .. 1; 0: one wavelength (default)");
+    table.choice("sampling",
+                 &P::sampling,
+                 {{"surface", P::SURFACE}, {"edges", P::EDGES}, {"vertices", P::VERTICES}},
+                 "where points go: surface (default), edges or vertices");
+    table.choice("side",
+                 &P::side,
+                 {{"both", P::BOTH}, {"front", P::FRONT}, {"back", P::BACK}},
+                 "which side of its faces: both (default), front or back");
+    table.number("priority",
+                 &P::priority,
+                 -1000000,
+                 1000000,
+                 "larger wins where points are too near or too many (default 0)");
+    table.number("modulationFrequency",
+                 &P::modulationFrequency,
+                 0.0,
+                 500.0,
+                 "Hz, 0 .. 500; 0: steady (default)");
+    table.number("modulationDepth",
+                 &P::modulationDepth,
+                 0.0,
+                 1.0,
+                 "0 .. 1; by how much of itself the amplitude goes down (default 1)");
+    table.choice(
+        "intensity",
+        &P::intensity,
+        {{"uniform", P::UNIFORM}, {"vertex-color", P::VERTEX_COLOR}, {"texture", P::TEXTURE}},
+        "painted haptics: uniform (default), vertex-color or texture");
+    table.flag("touchEvents", &P::touchEvents, "true or false; report hands (default false)");
+    return table;
+}
+
+const OptionTable<HapticProperty>& properties()
+{
+    static const OptionTable<HapticProperty> table = makeTable();
+    return table;
+}
+
+} // namespace
+
+bool HapticProperty::set(const std::string& name, const std::string& value, std::string& error)
+{
+    if (name == "pressure" && setPressure(*this, value)) return true;
+    return properties().set(*this, name, value, error);
+}
+
+void HapticProperty::parse(const std::string& text, std::vector<std::string>& errors)
+{
+    // "a=1; b=2" or "a=1 b=2"; a value with a unit ("500 Pa") needs the semicolon, a comma or the end after it.
+    forEachAssignment(text,
+                      [this, &errors](const std::string& name, const std::string& value)
+                      {
+                          std::string error;
+                          if (!set(name.empty() ? "enabled" : name, value, error))
+                              errors.push_back(error);
+                      });
+}
+
+std::vector<std::string> HapticProperty::repair()
+{
+    return properties().repair(*this);
+}
+
+std::vector<std::pair<std::string, std::string>> HapticProperty::describe()
+{
+    return properties().describe();
+}
+
+bool operator==(const HapticProperty& a, const HapticProperty& b)
+{
+    return a.enabled == b.enabled && a.pressure == b.pressure && a.pressureUnit == b.pressureUnit &&
+           a.spacing == b.spacing && a.sampling == b.sampling && a.side == b.side &&
+           a.priority == b.priority && a.modulationFrequency == b.modulationFrequency &&
+           a.modulationDepth == b.modulationDepth && a.intensity == b.intensity &&
+           a.touchEvents == b.touchEvents;
+}
+
+} // namespace osgMidair

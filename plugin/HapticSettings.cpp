@@ -1,0 +1,114 @@
+#include "OptionTable.h"
+
+#include <osgMidair/HapticSettings>
+
+#include <limits>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+constexpr double kNoLimit = std::numeric_limits<double>::max();
+constexpr int kMostPoints = 1000000;
+
+/// "1 0 0 0  0 1 0 0  0 0 1 0  x y z 1": 16 numbers, row by row as OSG writes them.
+bool setCalibration(HapticSettings& settings, const std::string& text)
+{
+    std::istringstream in(text);
+    in.imbue(std::locale::classic());
+    osg::Matrixd matrix;
+    for (int i = 0; i < 16; ++i)
+        if (!(in >> matrix.ptr()[i])) return false;
+    if (!(in >> std::ws).eof()) return false;
+    settings.calibration = matrix;
+    return true;
+}
+
+OptionTable<HapticSettings> makeTable()
+{
+    using S = HapticSettings;
+    OptionTable<S> table;
+    table.flag("enabled", &S::enabled, "true or false; false: the array is silent (default true)");
+    table.text(
+        "array", &S::array, "octagon (default), board, a shipped array's name or a JSON file");
+    table.text("device", &S::device, "URI of the device (default sim:), e.g. record:FILE");
+    table.add(
+        {"calibration",
+         "world in m -> array, rigid: 16 numbers, row by row, translation last (default identity)",
+         setCalibration,
+         "16 numbers",
+         {}});
+    table.number(
+        "metresPerUnit", &S::metresPerUnit, 1e-9, 1e9, "what a unit of the scene is (default 1)");
+    table.number(
+        "temperature", &S::temperature, -40.0, 60.0, "degrees Celsius, -40 .. 60 (default 20)");
+    table.number("humidity", &S::humidity, 0.0, 1.0, "relative, 0 .. 1 (default 0.5)");
+    table.number(
+        "airPressure", &S::airPressure, 50e3, 120e3, "Pa, 50000 .. 120000 (default 101325)");
+    table.text("solver", &S::solver, "a solver's name (default: the best there is)");
+    table.number("maxIterations", &S::maxIterations, 0, 1000000, "0: the solver's own (default)");
+    table.number("rmsTolerance",
+                 &S::rmsTolerance,
+                 0.0,
+                 1.0,
+                 "relative error to stop at, 0 .. 1 (default 0.001)");
+    table.number("deadline", &S::deadline, 0.0, 1e6, "ms for a solve; 0: none (default)");
+    table.number("lambda",
+                 &S::lambda,
+                 0.0,
+                 kNoLimit,
+                 "regularisation, relative to trace(K)/n (default 0.1)");
+    table.number("loudness", &S::loudness, 0.0, 1.0, "0 .. 1; less is more accurate (default 1)");
+    table.flag("phaseOnly", &S::phaseOnly, "true (default): all transducers at one amplitude");
+    table.number("threads", &S::threads, 1, 256, "of the solver (default 1)");
+    table.number("motionTolerance",
+                 &S::motionTolerance,
+                 0.0,
+                 1e3,
+                 "wavelengths; what moves less is not solved again (default 0.01)");
+    table.number("maxPoints",
+                 &S::maxPoints,
+                 0,
+                 kMostPoints,
+                 "control points shared by all objects; 0: no limit (default)");
+    return table;
+}
+
+const OptionTable<HapticSettings>& settingsTable()
+{
+    static const OptionTable<HapticSettings> table = makeTable();
+    return table;
+}
+
+} // namespace
+
+bool HapticSettings::set(const std::string& name, const std::string& value, std::string& error)
+{
+    return settingsTable().set(*this, name, value, error);
+}
+
+std::vector<std::string> HapticSettings::repair()
+{
+    return settingsTable().repair(*this);
+}
+
+std::vector<std::pair<std::string, std::string>> HapticSettings::describe()
+{
+    return settingsTable().describe();
+}
+
+bool operator==(const HapticSettings& a, const HapticSettings& b)
+{
+    return a.enabled == b.enabled && a.array == b.array && a.device == b.device &&
+           a.calibration == b.calibration && a.metresPerUnit == b.metresPerUnit &&
+           a.temperature == b.temperature && a.humidity == b.humidity &&
+           a.airPressure == b.airPressure && a.solver == b.solver &&
+           a.maxIterations == b.maxIterations && a.rmsTolerance == b.rmsTolerance &&
+           a.deadline == b.deadline && a.lambda == b.lambda && a.loudness == b.loudness &&
+           a.phaseOnly == b.phaseOnly && a.threads == b.threads &&
+           a.motionTolerance == b.motionTolerance && a.maxPoints == b.maxPoints;
+}
+
+} // namespace osgMidair

@@ -1,0 +1,71 @@
+#include "Report.h"
+
+#include "Environment.h"
+
+#include <osg/Notify>
+
+#include <fstream>
+#include <mutex>
+
+#include <nlohmann/json.hpp>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+nlohmann::ordered_json toJson(const HapticStatistics& s, const HapticSettings& settings)
+{
+    return {{"array", settings.array},
+            {"device", settings.device},
+            {"deviceStatus", s.device},
+            {"counters",
+             {{"frames", s.frames},
+              {"idleFrames", s.idleFrames},
+              {"snapshots", s.snapshots},
+              {"superseded", s.superseded},
+              {"solves", s.solves},
+              {"skippedUnmoved", s.skippedUnmoved},
+              {"meshesRead", s.meshesRead},
+              {"meshesSampled", s.meshesSampled},
+              {"outOfWorkspace", s.outOfWorkspace}}},
+            {"field",
+             {{"objects", s.objects},
+              {"points", s.points},
+              {"stop", s.stop},
+              {"rms", s.rms},
+              {"max", s.max},
+              {"loudness", s.loudness},
+              {"level_Pa", s.level_Pa},
+              {"matrix_ms", s.matrix_ms},
+              {"solve_ms", s.solve_ms},
+              {"updatesPerSecond", s.updatesPerSecond}}},
+            {"latency_ms",
+             {{"last", s.latency_ms}, {"p50", s.latencyP50_ms}, {"p99", s.latencyP99_ms}}},
+            {"collect_ms", s.collect_ms},
+            {"messages", s.messages}};
+}
+
+} // namespace
+
+std::string reportJson(const HapticStatistics& statistics, const HapticSettings& settings)
+{
+    return toJson(statistics, settings).dump(2);
+}
+
+void writeReport(const HapticStatistics& statistics, const HapticSettings& settings)
+{
+    const std::string name = Environment::reportFile();
+    if (name.empty()) return;
+    static std::mutex mutex;
+    static nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
+    const std::lock_guard<std::mutex> lock(mutex);
+    scenes.push_back(toJson(statistics, settings));
+    std::ofstream file(name);
+    file << nlohmann::ordered_json{{"scenes", scenes}}.dump(2) << '\n';
+    if (!file.flush())
+        OSG_WARN << "osgMidair: OSG_MIDAIR_REPORT: can't write \"" << name << "\"" << std::endl;
+}
+
+} // namespace osgMidair

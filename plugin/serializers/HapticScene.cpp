@@ -1,0 +1,33 @@
+#include <osgMidair/HapticScene>
+
+#include <osgDB/InputStream>
+#include <osgDB/ObjectWrapper>
+#include <osgDB/OutputStream>
+
+// .osgb is positional: this order is frozen. What comes later is added at the end under a higher format version.
+REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
+                               osgMidair_HapticScene,
+                               new osgMidair::HapticScene,
+                               osgMidair::HapticScene,
+                               "osg::Object osg::Node osg::Group osgMidair::HapticScene")
+{
+    ADD_INT_SERIALIZER(FormatVersion, 0);
+    ADD_BOOL_SERIALIZER(Enabled, true);
+    ADD_STRING_SERIALIZER(Array, "octagon");
+    ADD_STRING_SERIALIZER(Device, "sim:");
+    ADD_MATRIXD_SERIALIZER(Calibration, osg::Matrixd());
+    ADD_DOUBLE_SERIALIZER(MetresPerUnit, 1.0);
+    ADD_DOUBLE_SERIALIZER(Temperature, 20.0);
+    ADD_DOUBLE_SERIALIZER(Humidity, 0.5);
+    ADD_DOUBLE_SERIALIZER(AirPressure, 101325.0);
+    ADD_STRING_SERIALIZER(Solver, "");
+    ADD_INT_SERIALIZER(MaxIterations, 0);
+    ADD_DOUBLE_SERIALIZER(RmsTolerance, 1e-3);
+    ADD_DOUBLE_SERIALIZER(Deadline, 0.0);
+    ADD_DOUBLE_SERIALIZER(Lambda, 0.1);
+    ADD_DOUBLE_SERIALIZER(Loudness, 1.0);
+    ADD_BOOL_SERIALIZER(PhaseOnly, true);
+    ADD_INT_SERIALIZER(Threads, 1);
+    ADD_DOUBLE_SERIALIZER(MotionTolerance, 0.01);
+    ADD_INT_SERIALIZER(MaxPoints, 0);
+}

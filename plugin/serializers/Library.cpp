@@ -1,0 +1,7 @@
+#include <osgDB/Registry>
+
+// A static build names the library and its wrappers with USE_SERIALIZER_WRAPPER.
+USE_SERIALIZER_WRAPPER(osgMidair_HapticScene)
+USE_SERIALIZER_WRAPPER(osgMidair_HapticSurface)
+
+extern "C" void wrapper_serializer_library_osgMidair(void) {}
