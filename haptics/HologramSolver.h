@@ -29,6 +29,12 @@ struct SolverOptions
     int threads = 1; ///< 1 ..
     std::uint64_t seed = 1;
     bool warmStart = true; ///< start from the last field where the points correspond
+    /// >= 0, in wavelengths: points that moved by no more keep their rows of G; when none moved further, and nothing else
+    /// changed, nothing is solved and the last field stays. 0: every call solves.
+    double skipTolerance = 0.01;
+    double maxPhaseStep_rad =
+        0.0; ///< >= 0; most that a transducer's phase may turn in an update; 0: any
+    double maxAmplitudeStep = 0.0; ///< 0 .. 1; the same for its amplitude; 0: any
 
     bool isValid(std::string* error = nullptr) const;
 };
@@ -63,6 +69,16 @@ struct SolveReport
         0.0; ///< s times the largest target: the pressure played where the target is largest
     double matrix_ms = 0.0;
     double solve_ms = 0.0;
+    int rowsBuilt = 0;   ///< rows of G that were computed anew; the others had not moved
+    int leftOut = 0;     ///< points with target 0, or that no transducer reaches
+    int shortPoints = 0; ///< absolute targets: points that fall short by more than 1 %
+    double worstShortfall =
+        0.0; ///< absolute targets: the largest 1 - y_l/a_l, 0 if none falls short
+    double meanPhaseStep_rad =
+        0.0; ///< mean |change of phase| of the transducers from the field before
+    /// sum_i |q_i - q_i before|^2 / sum_i |q_i|^2: the energy of the drive's change. Held between updates at f_u Hz it
+    /// spreads over the band up to f_u/2, which is what an array is heard by; 0 for the first field.
+    double driveChange = 0.0;
 };
 
 /// Control points in, activations out; holds its buffers and the last field between calls.

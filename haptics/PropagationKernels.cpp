@@ -304,4 +304,39 @@ void projectToUnit(
     }
 }
 
+// The phase in turns by atan on [0, 1] (minimax, 4e-8 turns) and octants.
+MIDAIR_CLONES
+void quantisePhase(
+    int width, int levels, const float* qRe, const float* qIm, float* outRe, float* outIm)
+{
+    width &= ~(kLanes - 1);
+    const float steps = static_cast<float>(levels);
+    const float step = levels > 0 ? 1.0f / steps : 0.0f;
+#pragma omp simd aligned(qRe, qIm, outRe, outIm : 64)
+    for (int i = 0; i < width; ++i)
+    {
+        const float x = qRe[i], y = qIm[i];
+        const float ax = std::fabs(x), ay = std::fabs(y);
+        const float larger = std::max(std::max(ax, ay), 1e-30f), smaller = std::min(ax, ay);
+        const float t = smaller / larger, u = t * t;
+        float P = -0.0007607900871f;
+        P = P * u + 0.003908243694f;
+        P = P * u + -0.009533944073f;
+        P = P * u + 0.01582427365f;
+        P = P * u + -0.02232847756f;
+        P = P * u + 0.03178542557f;
+        P = P * u + -0.05304967427f;
+        P = P * u + 0.159154929f;
+        float turns = t * P;
+        turns = ay > ax ? 0.25f - turns : turns;
+        turns = x < 0.0f ? 0.5f - turns : turns;
+        turns = y < 0.0f ? -turns : turns;
+        const float rounded = roundToMultiple(turns * steps, kToInteger) * step;
+        float sine, cosine;
+        sinCosTurns(levels > 0 ? rounded : turns, sine, cosine);
+        outRe[i] = cosine;
+        outIm[i] = sine;
+    }
+}
+
 } // namespace midair::haptics::kernels

@@ -72,4 +72,8 @@ void forward(
 void projectToUnit(
     int width, const float* zRe, const float* zIm, float* qRe, float* qIm, float* inverse);
 
+/// out_i = exp(j 2 pi L_i / levels), L_i the multiple nearest to the phase of q_i; levels = 0: out_i = q_i / |q_i|.
+void quantisePhase(
+    int width, int levels, const float* qRe, const float* qIm, float* outRe, float* outIm);
+
 } // namespace midair::haptics::kernels

@@ -1,0 +1,117 @@
+#pragma once
+
+#include "haptics/AlignedBuffer.h"
+#include "haptics/ControlPoints.h"
+#include "haptics/HologramSolver.h"
+#include "haptics/PropagationMatrix.h"
+#include "haptics/ThreadPool.h"
+
+#include <Eigen/Core>
+
+#include <chrono>
+#include <vector>
+
+namespace midair::haptics
+{
+
+/// A complex vector as two aligned arrays of floats.
+struct SplitVector
+{
+    AlignedBuffer<float> re, im;
+
+    void reserve(std::size_t count)
+    {
+        re.reserve(count);
+        im.reserve(count);
+    }
+    std::complex<float> at(std::size_t i) const { return {re[i], im[i]}; }
+    void set(std::size_t i, std::complex<float> value)
+    {
+        re[i] = value.real();
+        im[i] = value.imag();
+    }
+};
+
+/// The control points that can be solved for, their matrix and every vector of a solve; what all solvers share.
+/// Symbols as in the paper: G (n x m), q (m), p = G q (n), a the targets (n), u the phases of p.
+class FieldProblem
+{
+public:
+    explicit FieldProblem(int threads) : _pool(threads) {}
+
+    /// Takes over a problem whose input is sound; \a active are the indices of the points to be solved for. Rows of
+    /// points that moved by no more than \a tolerance_m are kept.
+    /// Returns how many rows are stale now; build() computes them.
+    int assign(const ControlPoints& points,
+               const std::vector<int>& active,
+               const TransducerArray& array,
+               const Medium& medium,
+               double tolerance_m);
+    void build();
+    /// The next assign keeps no rows.
+    void forget() { _fresh.assign(_fresh.size(), 0); }
+
+    int n() const { return G.points(); }
+    int m() const { return G.transducers(); }
+    const DriveResolution& drive() const { return _drive; }
+    /// mean_l sum_i |G_li|, Pa: what one focus would have.
+    double meanRowSum() const;
+    double rowSum(int l) const { return _rowSums[static_cast<std::size_t>(l)]; }
+
+    /// z = G* w.
+    void backward(const SplitVector& w, SplitVector& z);
+    /// p = G q.
+    void forward(const SplitVector& q, SplitVector& p);
+    /// One round, G read once: z = G* w, q = z/|z|, p = G q.
+    void projectRound(const SplitVector& w, SplitVector& p);
+    /// y_l = |p_l|, u_l = p_l/|p_l| (u_l stays where p_l = 0).
+    void phasesOf(const SplitVector& p);
+    /// q as a device can play it at one common amplitude: phases to the nearest level.
+    void quantisePhases(float amplitude);
+    /// The same with q's own amplitudes times \a scale, clipped to 1 and rounded to the nearest level.
+    void quantise(float scale);
+
+    /// K = G G*, n x n, in double precision from float products.
+    Eigen::MatrixXcd gram() const;
+    Eigen::MatrixXcf dense() const; ///< G itself, for methods that need columns
+
+    double elapsed_ms() const;
+    void start() { _start = std::chrono::steady_clock::now(); }
+
+    PropagationMatrix G;
+    Eigen::VectorXf a;            ///< n, the targets, > 0
+    Eigen::VectorXf y;            ///< n, |p|
+    SplitVector u, p, w;          ///< n
+    SplitVector z, q;             ///< paddedTransducers()
+    AlignedBuffer<float> inverse; ///< 1/|z_i|
+
+    ThreadPool& pool() { return _pool; }
+    /// Blocks of thread \a thread.
+    int firstBlock(int thread) const { return G.blocks() * thread / _pool.threads(); }
+    int lastBlock(int thread) const { return G.blocks() * (thread + 1) / _pool.threads(); }
+    /// Partial sums over transducers of thread \a thread, 2 x n floats, and their sum into \a p.
+    float* partial(int thread)
+    {
+        return _partial.data() + static_cast<std::size_t>(thread) * _partialStride;
+    }
+    void clearPartial(int thread);
+    void sumPartials(SplitVector& p);
+
+private:
+    void reserve();
+
+    ThreadPool _pool;
+    DriveResolution _drive;
+    Eigen::Matrix3Xd _positions; // of the rows as they were built
+    std::vector<unsigned char> _fresh;
+    std::vector<double> _rowSums;
+    AlignedBuffer<double> _rowSumParts; // thread by thread
+    AlignedBuffer<float> _partial;
+    std::size_t _partialStride = 0;
+    std::chrono::steady_clock::time_point _start;
+};
+
+/// The level nearest to \a amplitude among the ascending \a levels; itself, within 0 .. 1, where there are none.
+float playableAmplitude(const std::vector<float>& levels, float amplitude);
+
+} // namespace midair::haptics

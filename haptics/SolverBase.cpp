@@ -1,0 +1,237 @@
+#include "haptics/SolverBase.h"
+
+#include "haptics/InputError.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+// A point that sees less than this of what the best seen point sees would drag the whole field down to itself.
+constexpr double kReach = 1e-3;
+
+std::string numbered(const char* format, double a, double b = 0.0, double c = 0.0, double d = 0.0)
+{
+    char text[256];
+    std::snprintf(text, sizeof text, format, a, b, c, d);
+    return text;
+}
+
+std::string pointRefusal(const ControlPoints& points)
+{
+    for (int l = 0; l < points.size(); ++l)
+    {
+        const Eigen::Vector3d r = points.positions.col(l);
+        if (!r.allFinite())
+            return numbered("control point %.0f is at (%g, %g, %g); coordinates must be finite",
+                            l,
+                            r[0],
+                            r[1],
+                            r[2]);
+        const double target = points.targets[l];
+        if (!(target >= 0.0) || target > 1e12)
+            return numbered(
+                "control point %.0f has the target %g; targets are 0 .. 1e12", l, target);
+    }
+    return {};
+}
+
+std::string arrayRefusal(const TransducerArray& array)
+{
+    const int m = array.size();
+    if (m == 0) return "the array has no transducers";
+    if (array.normals.cols() != m)
+        return numbered("the array has %.0f positions and %.0f normals",
+                        m,
+                        static_cast<double>(array.normals.cols()));
+    for (const Eigen::VectorXd* v : {&array.gain, &array.phaseOffset_rad})
+        if (v->size() != 0 && (v->size() != m || !v->allFinite()))
+            return numbered(
+                "the array's gains and phase offsets must be %.0f finite numbers or none", m);
+    if (!array.positions.allFinite() || !array.normals.allFinite())
+        return "the array has a position or normal that is not finite";
+    if (!(array.frequency_Hz > 0.0) || !std::isfinite(array.frequency_Hz))
+        return numbered("the array's frequency is %g Hz; it must be positive", array.frequency_Hz);
+    if (!(array.sourceAmplitude_Pa_m > 0.0) || !std::isfinite(array.sourceAmplitude_Pa_m))
+        return numbered("the array's source amplitude is %g Pa m; it must be positive",
+                        array.sourceAmplitude_Pa_m);
+    return {};
+}
+
+} // namespace
+
+SolverBase::SolverBase(std::string name, const SolverOptions& options) :
+    _name(std::move(name)),
+    _options(options),
+    _field(options.threads)
+{
+}
+
+std::string SolverBase::refusal(const ControlPoints& points,
+                                const TransducerArray& array,
+                                const Medium& medium) const
+{
+    std::string why;
+    if (!medium.isValid(&why)) return why;
+    if (points.targets.size() != points.size())
+        return numbered("there are %.0f control points and %.0f targets",
+                        points.size(),
+                        static_cast<double>(points.targets.size()));
+    why = arrayRefusal(array);
+    return why.empty() ? pointRefusal(points) : why;
+}
+
+void SolverBase::chooseActive(const ControlPoints& points)
+{
+    _active.clear();
+    for (int l = 0; l < points.size(); ++l)
+        if (points.targets[l] > 0.0) _active.push_back(l);
+}
+
+// True if some points went: the field has to be assigned and built again.
+bool SolverBase::dropUnreachable()
+{
+    double best = 0.0;
+    for (int l = 0; l < _field.n(); ++l)
+        best = std::max(best, _field.rowSum(l));
+    const std::size_t before = _active.size();
+    std::size_t kept = 0;
+    for (int l = 0; l < _field.n(); ++l)
+        if (_field.rowSum(l) > kReach * best &&
+            _field.rowSum(l) > std::numeric_limits<float>::min())
+            _active[kept++] = _active[static_cast<std::size_t>(l)];
+    _active.resize(kept);
+    return kept != before;
+}
+
+bool SolverBase::isSkippable(int stale, const Eigen::VectorXcf& q) const
+{
+    return stale == 0 && _lastGood && _options.warmStart && _active == _lastActive &&
+           _field.a.cast<double>().isApprox(_lastTargets, 1e-7) && q.size() == _lastQ.size() &&
+           q == _lastQ;
+}
+
+// Only ratios count from here on: the largest target is 1.
+void SolverBase::scaleTargets()
+{
+    _largestTarget = _field.a.maxCoeff();
+    _field.a /= _largestTarget;
+}
+
+// Phases to start from: those of the field before at the same points, or what it makes at points that are new.
+bool SolverBase::prepareStart(const TransducerArray& array)
+{
+    const bool warm = _options.warmStart && _lastGood && _lastQ.size() == array.size();
+    if (!warm)
+    {
+        for (int l = 0; l < _field.n(); ++l)
+            _field.u.set(static_cast<std::size_t>(l), 1.0f);
+        return false;
+    }
+    if (_active == _lastActive) return true;
+    for (int i = 0; i < _field.m(); ++i)
+        _field.q.set(static_cast<std::size_t>(i), _lastQ[i]);
+    _field.forward(_field.q, _field.p);
+    _field.phasesOf(_field.p);
+    return false;
+}
+
+SolveReport SolverBase::solve(const ControlPoints& points,
+                              const TransducerArray& array,
+                              const Medium& medium,
+                              Eigen::VectorXcf& q)
+{
+    _field.start();
+    SolveReport result;
+    result.solver = _name;
+    result.points = points.size();
+    result.transducers = array.size();
+    const std::string why = refusal(points, array, medium);
+    if (!why.empty()) return silent(result, StopReason::REFUSED, why, array.size(), q);
+    chooseActive(points);
+    if (_active.empty())
+        return silent(result,
+                      StopReason::NOTHING_TO_DO,
+                      points.size() == 0 ? "there are no control points" : "every target is 0",
+                      array.size(),
+                      q);
+
+    const double tolerance_m = _options.skipTolerance * medium.wavelength(array.frequency_Hz);
+    int stale = _field.assign(points, _active, array, medium, tolerance_m);
+    if (isSkippable(stale, q))
+    {
+        result = _lastReport;
+        result.stop = StopReason::SKIPPED;
+        result.rowsBuilt = result.iterations = 0;
+        result.matrix_ms = result.solve_ms = result.meanPhaseStep_rad = result.driveChange = 0.0;
+        return result;
+    }
+    _field.build();
+    if (dropUnreachable())
+    {
+        if (_active.empty())
+            return silent(result,
+                          StopReason::NOTHING_TO_DO,
+                          "no transducer reaches any control point",
+                          array.size(),
+                          q);
+        stale += _field.assign(points, _active, array, medium, tolerance_m);
+        _field.build();
+    }
+    result.rowsBuilt = stale;
+    result.matrix_ms = _field.elapsed_ms();
+
+    scaleTargets();
+    const Outcome outcome = iterate(_field, prepareStart(array));
+    if (!outcome.playable) makePlayable(outcome);
+    report(outcome, result);
+    result.solve_ms = _field.elapsed_ms() - result.matrix_ms;
+    if (!std::isfinite(result.rms) || !(result.loudness > 0.0))
+        return silent(
+            result, StopReason::REFUSED, "the field did not come out finite", array.size(), q);
+    keep(points, result, q);
+    return result;
+}
+
+SolveReport
+SolverBase::silent(SolveReport result, StopReason stop, std::string why, int m, Eigen::VectorXcf& q)
+{
+    q.setZero(m);
+    _lastGood = false;
+    _field.forget();
+    result.stop = stop;
+    result.message = std::move(why);
+    result.rms = result.max = result.loudness = result.level_Pa = 0.0;
+    result.leftOut = result.points;
+    return result;
+}
+
+const char* stopReasonName(StopReason reason)
+{
+    switch (reason)
+    {
+    case StopReason::NOTHING_TO_DO:
+        return "nothing to do";
+    case StopReason::CONVERGED:
+        return "converged";
+    case StopReason::STALLED:
+        return "stalled";
+    case StopReason::MAX_ITERATIONS:
+        return "iteration limit";
+    case StopReason::DEADLINE:
+        return "deadline";
+    case StopReason::SKIPPED:
+        return "skipped";
+    case StopReason::REFUSED:
+        return "refused";
+    }
+    return "unknown";
+}
+
+} // namespace midair::haptics

@@ -1,0 +1,80 @@
+#pragma once
+
+#include "haptics/FieldProblem.h"
+#include "haptics/HologramSolver.h"
+
+#include <string>
+#include <vector>
+
+namespace midair::haptics
+{
+
+/// What every method shares: checking input, skipping, the matrix, warm starts, what the device can play, the report.
+/// A method says how phases (and amplitudes) are found.
+class SolverBase : public HologramSolver
+{
+public:
+    SolverBase(std::string name, const SolverOptions& options);
+
+    SolveReport solve(const ControlPoints& points,
+                      const TransducerArray& array,
+                      const Medium& medium,
+                      Eigen::VectorXcf& q) final;
+    const SolverOptions& options() const final { return _options; }
+
+protected:
+    struct Outcome
+    {
+        int iterations = 0;
+        StopReason stop = StopReason::MAX_ITERATIONS;
+        bool playable = false; ///< q stands on the device's levels already
+    };
+
+    /// Finds q for field.a, starting from field.u when \a warm (else u is 1). Leaves it in field.q: with phaseOnly only its
+    /// phases count; else rms |q| = 1 is taken as full use of the array, and what is over 1 is clipped.
+    virtual Outcome iterate(FieldProblem& field, bool warm) = 0;
+
+    bool outOfTime(const FieldProblem& field) const
+    {
+        return _options.deadline_ms > 0.0 && field.elapsed_ms() >= _options.deadline_ms;
+    }
+    int iterationLimit(int methodsOwn) const
+    {
+        return _options.maxIterations > 0 ? _options.maxIterations : methodsOwn;
+    }
+
+private:
+    struct Level
+    {
+        double s = 0.0, rms = 0.0, max = 0.0;
+    };
+
+    std::string
+    refusal(const ControlPoints& points, const TransducerArray& array, const Medium& medium) const;
+    void chooseActive(const ControlPoints& points);
+    bool dropUnreachable();
+    bool isSkippable(int stale, const Eigen::VectorXcf& q) const;
+    bool prepareStart(const TransducerArray& array);
+    void scaleTargets();
+    void alignToLast();
+    void limitSteps();
+    void makePlayable(const Outcome& outcome);
+    Level measure(bool absolute);
+    void report(const Outcome& outcome, SolveReport& report);
+    void reportShortfall(SolveReport& report) const;
+    void keep(const ControlPoints& points, const SolveReport& report, Eigen::VectorXcf& q);
+    SolveReport
+    silent(SolveReport report, StopReason stop, std::string why, int m, Eigen::VectorXcf& q);
+
+    std::string _name;
+    SolverOptions _options;
+    FieldProblem _field;
+    std::vector<int> _active, _lastActive;
+    Eigen::VectorXd _lastTargets;
+    Eigen::VectorXcf _lastQ; // m, as the device played it; empty before the first field
+    SolveReport _lastReport;
+    bool _lastGood = false;
+    float _largestTarget = 1.0f; // what the targets were divided by
+};
+
+} // namespace midair::haptics
