@@ -5,6 +5,7 @@
 #include "device/HeldField.h"
 #include "device/RecordingDevice.h"
 #include "device/SimulatedArray.h"
+#include "device/UsbArrayDevice.h"
 
 #include <atomic>
 
@@ -81,6 +82,13 @@ std::unique_ptr<ArrayDevice> openSimulation(DeviceUri& uri, const DeviceLayout& 
     return std::make_unique<SimulatedArray>(layout, options);
 }
 
+std::unique_ptr<ArrayDevice> openUsb(DeviceUri& uri, const DeviceLayout& layout)
+{
+    const UsbArrayDevice::Options options = UsbArrayDevice::takeOptions(uri);
+    uri.rejectUnknown();
+    return std::make_unique<UsbArrayDevice>(layout, options);
+}
+
 std::unique_ptr<ArrayDevice> openNull(DeviceUri& uri, const DeviceLayout& layout)
 {
     uri.rejectPath();
@@ -106,6 +114,7 @@ constexpr Scheme kSchemes[] = {
     {"sim",
      openSimulation,
      "sim:                    a virtual array; ?drop=0.01&unplug_at=2s&.. rehearses faults"},
+    {"usb", openUsb, "usb: or usb:SERIAL      the array over USB; ?wait=yes begins without it"},
     {"record", openRecording, "record:FILE             writes every field into a file"},
     {"null", openNull, "null:                   takes every field"},
 };

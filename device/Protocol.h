@@ -65,7 +65,8 @@ enum StatusFlags : std::uint16_t
     BOARD_FAULT = 16      ///< a board doesn't answer
 };
 
-/// How the device fares; sent after each COMMIT, MUTE and GET_STATUS and when the watchdog or the temperature mutes.
+/// How the device fares; sent after each COMMIT, MUTE and GET_STATUS and when the watchdog or the temperature mutes. The
+/// packet's sequence number is that of the COMMIT or MUTE that it answers, else 0.
 struct Status
 {
     std::uint32_t lastPlayed =

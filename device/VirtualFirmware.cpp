@@ -74,18 +74,18 @@ void VirtualFirmware::advance(double now_s)
     {
         mute(protocol::WATCHDOG_FIRED);
         ++_status.watchdogs;
-        answerStatus();
+        answerStatus(0);
     }
 }
 
-void VirtualFirmware::answerStatus()
+void VirtualFirmware::answerStatus(std::uint32_t sequence)
 {
     _status.temperature_dC = static_cast<std::int16_t>(std::lround(_temperature_C * 10));
     _status.badPackets = _parser.badPackets();
     Packet packet;
     packet.type = Type::STATUS;
     packet.version = _options.protocolVersion;
-    packet.sequence = _status.lastPlayed;
+    packet.sequence = sequence;
     packet.status = _status;
     std::vector<std::uint8_t> bytes;
     protocol::append(bytes, packet);
@@ -141,17 +141,17 @@ void VirtualFirmware::handle(const Packet& packet, double now_s)
         break;
     case Type::COMMIT:
         commit(packet, now_s);
-        answerStatus();
+        answerStatus(packet.sequence);
         break;
     case Type::MUTE:
         if (protocol::newer(packet.sequence, _newest)) _newest = packet.sequence;
         mute(protocol::MUTED);
-        answerStatus();
+        answerStatus(0);
         break;
     case Type::KEEPALIVE:
         break;
     case Type::GET_STATUS:
-        answerStatus();
+        answerStatus(0);
         break;
     case Type::IDENTIFY:
         for (std::size_t board = 0; board < _light.size(); ++board)
@@ -273,12 +273,12 @@ void VirtualFirmware::setTemperature(double celsius, double now_s)
     if (!hot && celsius > _options.temperatureLimit_C)
     {
         mute(protocol::OVER_TEMPERATURE);
-        answerStatus();
+        answerStatus(0);
     }
     else if (hot && celsius < _options.temperatureLimit_C - kCoolingBand_C)
     {
         _status.flags = protocol::MUTED;
-        answerStatus();
+        answerStatus(0);
     }
 }
 

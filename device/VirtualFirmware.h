@@ -58,7 +58,7 @@ private:
     void store(const protocol::Packet& packet);
     void commit(const protocol::Packet& packet, double now_s);
     void mute(std::uint16_t why);
-    void answerStatus();
+    void answerStatus(std::uint32_t sequence);
     void reset();
 
     const Options _options;

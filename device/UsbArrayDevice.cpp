@@ -1,0 +1,585 @@
+#include "device/UsbArrayDevice.h"
+
+#include "device/DeviceUri.h"
+#include "device/DriveEncoder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include <spdlog/spdlog.h>
+
+namespace midair::device
+{
+
+using Outcome = UsbTransferPool::Outcome;
+using protocol::Packet;
+using protocol::Type;
+
+namespace
+{
+
+constexpr double kReconnect_s = 0.25;
+constexpr double kStatusInterval_s = 0.25;
+constexpr double kSilentDevice_s = 1.0; // without a valid answer it is given up and opened anew
+constexpr double kGreeting_s = 0.5;
+constexpr double kFarewell_s = 0.2;
+constexpr double kMuteRetry_s = 0.02;
+constexpr double kConfirm_s = 0.5;
+constexpr int kMostFaultsInRow = 5;
+constexpr std::size_t kMostFlying = 8;
+
+std::chrono::duration<double> seconds(double s)
+{
+    return std::chrono::duration<double>(s);
+}
+
+} // namespace
+
+UsbArrayDevice::Options UsbArrayDevice::takeOptions(DeviceUri& uri)
+{
+    Options options;
+    options.address.serial = uri.path();
+    options.wait = uri.takeFlag("wait", false);
+    const std::string id = uri.takeText("id", "");
+    if (!id.empty())
+    {
+        unsigned vendor = 0;
+        unsigned product = 0;
+        char rest = 0;
+        if (id.size() != 9 || std::sscanf(id.c_str(), "%4x:%4x%c", &vendor, &product, &rest) != 2)
+            throw uri.error("id=" + id +
+                            " should be vendor and product in hexadecimal, such as 1209:0001");
+        options.address.vendor = static_cast<std::uint16_t>(vendor);
+        options.address.product = static_cast<std::uint16_t>(product);
+    }
+    return options;
+}
+
+UsbArrayDevice::UsbArrayDevice(const DeviceLayout& layout, const Options& options) :
+    _layout(layout),
+    _options(options),
+    _ranges(protocol::ranges(layout)),
+    _name("usb:" + options.address.serial)
+{
+    _playing.phase.assign(layout.transducers, 0);
+    _playing.duty.assign(layout.transducers, 0);
+    try
+    {
+        connect();
+    }
+    catch (const DeviceError& error)
+    {
+        if (!options.wait) throw;
+        note(error.what());
+        _counters.change([](DeviceReport& report) { report.state = DeviceState::LOST; });
+        spdlog::warn("{}; waiting for it", error.what());
+    }
+    _thread = std::thread([this] { run(); });
+}
+
+UsbArrayDevice::~UsbArrayDevice()
+{
+    {
+        std::unique_lock<std::mutex> lock(_mutex);
+        muteLocked();
+        _heard.wait_for(lock, seconds(kFarewell_s), [&] { return _muteAwaited == 0 || !_ready; });
+        _closing = true;
+    }
+    _wake.notify_all();
+    _thread.join();
+    std::unique_ptr<UsbTransferPool> pool;
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        pool = std::move(_pool);
+    }
+}
+
+std::uint32_t UsbArrayDevice::nextSequence()
+{
+    if (++_sequence == 0) ++_sequence; // 0 means none
+    return _sequence;
+}
+
+void UsbArrayDevice::note(const std::string& fault)
+{
+    _counters.change(
+        [&](DeviceReport& report)
+        {
+            ++report.faults;
+            report.message = fault;
+        });
+}
+
+void UsbArrayDevice::connect()
+{
+    Packet hello;
+    hello.type = Type::HELLO;
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        hello.nonce = ++_nonce ^ static_cast<std::uint32_t>(
+                                     std::chrono::steady_clock::now().time_since_epoch().count());
+        _nonce = hello.nonce;
+        _greeted = false;
+        _sequence = 0;
+        _fault = Outcome::DONE;
+        _faultsInRow = 0;
+        _status = protocol::Status();
+        _muteAwaited = 0;
+        _parser = protocol::StreamParser();
+        _nonsense = 0;
+    }
+    auto pool = std::make_unique<UsbTransferPool>(_options.address, *this);
+    hello.watchdog_ms = static_cast<std::uint16_t>(std::lround(protocol::kWatchdog_s * 1000));
+    std::vector<std::uint8_t> bytes;
+    protocol::append(bytes, hello);
+    pool->send(0, bytes);
+    std::unique_lock<std::mutex> lock(_mutex);
+    const bool answered = _heard.wait_for(
+        lock, seconds(kGreeting_s), [&] { return _greeted || _fault != Outcome::DONE; });
+    const Packet info = _info;
+    const Outcome fault = _fault;
+    const bool greeted = answered && _greeted;
+    lock.unlock();
+    if (!greeted && fault != Outcome::DONE)
+        throw DeviceError(pool->name() + ": doesn't take the greeting: " + outcomeName(fault));
+    if (!greeted)
+        throw DeviceError(
+            pool->name() +
+            ": gives no answer that this program understands; is osgMidair's firmware on it?");
+    if (info.version != protocol::kVersion)
+        throw DeviceError(pool->name() + ": firmware " + info.info.firmware() +
+                          " speaks protocol version " + std::to_string(info.version) +
+                          ", this program speaks " + std::to_string(protocol::kVersion) +
+                          ": update the " +
+                          (info.version < protocol::kVersion ? "firmware" : "program"));
+    const int boards = _ranges.empty() ? 0 : _ranges.back().board + 1;
+    if (info.info.transducers != static_cast<std::uint32_t>(_layout.transducers) ||
+        info.info.boards != boards)
+        throw DeviceError(pool->name() + ": has " + std::to_string(info.info.transducers) +
+                          " transducers on " + std::to_string(info.info.boards) +
+                          " boards, but the array file has " + std::to_string(_layout.transducers) +
+                          " on " + std::to_string(boards));
+    lock.lock();
+    _name = pool->name();
+    _pool = std::move(pool);
+    _lastHeard_s = _lastStatusAsked_s = _lastSubmit_s = steadySeconds();
+    _ready = true;
+    _counters.change(
+        [&](DeviceReport& report)
+        {
+            report.state = DeviceState::READY;
+            report.firmware = info.info.firmware();
+        });
+}
+
+// With _mutex held: what was on its way is lost, or dropped when the device merely was told to be silent.
+void UsbArrayDevice::settleAll(bool lost)
+{
+    const std::uint64_t waiting = _slotFull ? 1 : 0;
+    const std::uint64_t flying = _flying.size();
+    _slotFull = false;
+    _flying.clear();
+    std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
+    _counters.change(
+        [&](DeviceReport& report)
+        {
+            report.dropped += waiting + (lost ? 0 : flying);
+            report.lost += lost ? flying : 0;
+        });
+}
+
+void UsbArrayDevice::disconnect(const std::string& why)
+{
+    std::unique_ptr<UsbTransferPool> pool;
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        pool = std::move(_pool);
+        _ready = false;
+        settleAll(true);
+        _muteAwaited = 0;
+    }
+    _heard.notify_all();
+    note(why);
+    _counters.change([](DeviceReport& report) { report.state = DeviceState::LOST; });
+    spdlog::error("{}: {}; silent until it is back", _name, why);
+    // The pool's destructor waits for callbacks that need _mutex, so it ends here, outside the lock.
+}
+
+void UsbArrayDevice::run()
+{
+    std::string refusal;
+    std::unique_lock<std::mutex> lock(_mutex);
+    while (!_closing)
+    {
+        if (_pool == nullptr)
+        {
+            _wake.wait_for(lock, seconds(kReconnect_s), [&] { return _closing; });
+            if (_closing) break;
+            lock.unlock();
+            try
+            {
+                connect();
+                refusal.clear();
+                _counters.change([](DeviceReport& report) { ++report.reconnects; });
+                spdlog::info("{}: back, silent until the next field", _name);
+            }
+            catch (const DeviceError& error)
+            {
+                if (refusal != error.what()) // each reason once, not every quarter of a second
+                    spdlog::warn("{}", error.what());
+                refusal = error.what();
+            }
+            lock.lock();
+            continue;
+        }
+        if (!work(lock))
+            _wake.wait_for(lock, seconds(std::max(1e-3, nextDue_s() - steadySeconds())));
+    }
+}
+
+double UsbArrayDevice::nextDue_s() const
+{
+    double due = std::min(_lastSubmit_s + protocol::kKeepAliveInterval_s,
+                          _lastStatusAsked_s + kStatusInterval_s);
+    if (_muteAwaited != 0) due = std::min(due, _muteAt_s + kMuteRetry_s);
+    return due;
+}
+
+bool UsbArrayDevice::work(std::unique_lock<std::mutex>& lock)
+{
+    const double now_s = steadySeconds();
+    if (_fault != Outcome::DONE)
+    {
+        recover(lock);
+        return true;
+    }
+    if (now_s - _lastHeard_s > kSilentDevice_s)
+    {
+        lock.unlock();
+        disconnect("gives no answer that this program understands since " +
+                   shortNumber(kSilentDevice_s) + " s");
+        lock.lock();
+        return true;
+    }
+    if (!_flying.empty() && now_s - _flying.front().submittedAt_s > kConfirm_s)
+    {
+        _flying.pop_front();
+        _counters.change(
+            [](DeviceReport& report)
+            {
+                ++report.lost;
+                ++report.faults;
+                report.message = "a field was never confirmed";
+            });
+        return true;
+    }
+    if (_muteAwaited != 0 && now_s - _muteAt_s >= kMuteRetry_s)
+    {
+        _muteAt_s = now_s;
+        packMute();
+        _pool->control(_muteBytes);
+        return true;
+    }
+    if (!_pool->hasFree()) return false;
+    if (_slotFull && _flying.size() < kMostFlying)
+    {
+        submitField(lock);
+        return true;
+    }
+    if (now_s - _lastStatusAsked_s >= kStatusInterval_s)
+    {
+        _lastStatusAsked_s = now_s;
+        submitPacket(lock, Type::GET_STATUS);
+        return true;
+    }
+    if (now_s - _lastSubmit_s >= protocol::kKeepAliveInterval_s)
+    {
+        submitPacket(lock, Type::KEEPALIVE);
+        return true;
+    }
+    return false;
+}
+
+void UsbArrayDevice::submitField(std::unique_lock<std::mutex>& lock)
+{
+    _flying.push_back(std::move(_slot));
+    _slotFull = false;
+    Field& field = _flying.back();
+    field.sequence = nextSequence();
+    field.submittedAt_s = steadySeconds();
+    _lastSubmit_s = field.submittedAt_s;
+    _bytes.clear();
+    protocol::appendField(_bytes, field.signal, _ranges, field.sequence);
+    const std::uint32_t token = field.sequence;
+    const double sentAt_s = field.sentAt_s;
+    lock.unlock(); // send() may tell the listener at once
+    const bool handedOver = _pool->send(token, _bytes);
+    if (handedOver)
+        _counters.change(
+            [&](DeviceReport& report)
+            {
+                report.lastHandedOver_s = steadySeconds();
+                report.latency_s = report.lastHandedOver_s - sentAt_s;
+            });
+    lock.lock();
+}
+
+void UsbArrayDevice::submitPacket(std::unique_lock<std::mutex>& lock, Type type)
+{
+    Packet packet;
+    packet.type = type;
+    _bytes.clear();
+    protocol::append(_bytes, packet);
+    _lastSubmit_s = steadySeconds();
+    lock.unlock();
+    _pool->send(0, _bytes);
+    lock.lock();
+}
+
+// A fault that the device survives: lift the stall and send the newest field again, whole. Else it is gone.
+void UsbArrayDevice::recover(std::unique_lock<std::mutex>& lock)
+{
+    const Outcome fault = std::exchange(_fault, Outcome::DONE);
+    const bool first = _faultsInRow == 0;
+    const bool hopeless = fault == Outcome::LOST || ++_faultsInRow > kMostFaultsInRow;
+    lock.unlock();
+    if (hopeless)
+    {
+        disconnect(fault == Outcome::LOST
+                       ? "unplugged"
+                       : std::string(outcomeName(fault)) + " again and again, given up");
+        lock.lock();
+        return;
+    }
+    note(outcomeName(fault));
+    if (first) spdlog::warn("{}: {}; the field is sent again", _name, outcomeName(fault));
+    const bool lifted = _pool->clearHalt();
+    if (!lifted)
+    {
+        disconnect("unplugged");
+        lock.lock();
+        return;
+    }
+    lock.lock();
+    std::uint64_t dropped = 0;
+    std::uint64_t lost = 0;
+    for (auto field = _flying.begin(); field != _flying.end();)
+    {
+        if (!field->failed)
+        {
+            ++field;
+            continue;
+        }
+        const bool newest = !_slotFull && field + 1 == _flying.end();
+        if (newest && !field->repeated)
+        {
+            _slot = std::move(*field);
+            _slot.repeated = true;
+            _slot.failed = false;
+            _slotFull = true;
+        }
+        else
+            ++(newest ? lost : dropped);
+        field = _flying.erase(field);
+    }
+    _counters.change(
+        [&](DeviceReport& report)
+        {
+            report.dropped += dropped;
+            report.lost += lost;
+        });
+}
+
+void UsbArrayDevice::onSent(std::uint64_t token, Outcome outcome)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    if (outcome == Outcome::DONE)
+        _faultsInRow = token == 0 ? _faultsInRow : 0;
+    else if (outcome != Outcome::CANCELLED)
+    {
+        if (_fault != Outcome::LOST) _fault = outcome;
+        for (Field& field : _flying)
+            if (field.sequence == token) field.failed = true;
+        _heard.notify_all();
+    }
+    _wake.notify_all();
+}
+
+void UsbArrayDevice::onReceiveFailed(Outcome outcome)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    if (_fault != Outcome::LOST) _fault = outcome;
+    _heard.notify_all();
+    _wake.notify_all();
+}
+
+void UsbArrayDevice::onReceived(const std::uint8_t* bytes, std::size_t count)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    _parser.push(bytes, count);
+    Packet packet;
+    while (_parser.next(packet))
+    {
+        _lastHeard_s = steadySeconds();
+        if (packet.type == Type::INFO && packet.info.nonce == _nonce)
+        {
+            _info = packet;
+            _greeted = true;
+        }
+        else if (packet.type == Type::STATUS)
+            takeStatus(packet);
+    }
+    if (_parser.badPackets() != _nonsense)
+    {
+        const bool first = _nonsense == 0;
+        _nonsense = _parser.badPackets();
+        note("answers that are no packets");
+        if (first) spdlog::warn("{}: answers that are no packets; ignored", _name);
+    }
+    _heard.notify_all();
+    _wake.notify_all();
+}
+
+// With _mutex held. Every commit is answered, in order, so what is older than the one answered was not played.
+void UsbArrayDevice::takeStatus(const Packet& packet)
+{
+    const protocol::Status& status = packet.status;
+    const bool muted = (status.flags & protocol::PLAYING) == 0;
+    if (muted && (_status.flags & protocol::PLAYING) != 0 && (status.flags & protocol::MUTED) == 0)
+    {
+        const char* why = (status.flags & protocol::WATCHDOG_FIRED) != 0 ? "muted by its watchdog"
+                                                                         : "muted itself: too hot";
+        note(why);
+        spdlog::error("{}: {}", _name, why);
+    }
+    _status = status;
+    std::uint64_t played = 0;
+    std::uint64_t lost = 0;
+    while (!_flying.empty() && packet.sequence != 0 &&
+           !protocol::newer(_flying.front().sequence, packet.sequence))
+    {
+        const bool mine = _flying.front().sequence == status.lastPlayed;
+        ++(mine ? played : lost);
+        if (mine) _playing = std::move(_flying.front().signal);
+        _flying.pop_front();
+    }
+    _counters.change(
+        [&](DeviceReport& report)
+        {
+            report.played += played;
+            report.lost += lost;
+            report.temperature_C = status.temperature_dC / 10.0;
+        });
+    if (muted) std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
+    if (_muteAwaited != 0 && packet.sequence != 0 &&
+        !protocol::newer(_muteAwaited, packet.sequence))
+        _muteAwaited = 0;
+}
+
+bool UsbArrayDevice::send(const DriveSignal& signal)
+{
+    const double now_s = steadySeconds();
+    std::lock_guard<std::mutex> lock(_mutex);
+    const bool whole =
+        signal.size() == _layout.transducers && signal.duty.size() == signal.phase.size();
+    if (!whole || _muted || !_ready || _closing)
+    {
+        _counters.countRefused();
+        return false;
+    }
+    _counters.change(
+        [&](DeviceReport& report)
+        {
+            ++report.sent;
+            report.dropped += _slotFull ? 1 : 0;
+        });
+    _slot.signal = signal;
+    _slot.sentAt_s = now_s;
+    _slot.failed = _slot.repeated = false;
+    _slotFull = true;
+    _wake.notify_all();
+    return true;
+}
+
+void UsbArrayDevice::packMute()
+{
+    Packet mute;
+    mute.type = Type::MUTE;
+    mute.sequence = _muteAwaited;
+    _muteBytes.clear();
+    protocol::append(_muteBytes, mute);
+}
+
+// With _mutex held. Goes by the control endpoint, so no field that waits in the pipe is before it; those that still come have
+// smaller sequence numbers and never play. The worker repeats it until the device says that it is muted.
+void UsbArrayDevice::muteLocked()
+{
+    settleAll(false);
+    if (_pool == nullptr) return;
+    _muteAwaited = nextSequence();
+    _muteAt_s = steadySeconds();
+    packMute();
+    _pool->control(_muteBytes);
+    _pool->cancelSends();
+    _wake.notify_all();
+}
+
+void UsbArrayDevice::silence()
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    muteLocked();
+}
+
+void UsbArrayDevice::setMuted(bool muted)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    _muted = muted;
+    if (muted) muteLocked();
+}
+
+bool UsbArrayDevice::identify(int board, bool light)
+{
+    Packet packet;
+    packet.type = Type::IDENTIFY;
+    packet.board = board < 0 ? protocol::kAllBoards : static_cast<std::uint16_t>(board);
+    packet.light = light;
+    std::vector<std::uint8_t> bytes;
+    protocol::append(bytes, packet);
+    std::lock_guard<std::mutex> lock(_mutex);
+    return _ready && _pool->control(bytes);
+}
+
+DeviceReport UsbArrayDevice::report() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    DeviceReport report = _counters.report();
+    report.pending = _flying.size() + (_slotFull ? 1 : 0);
+    if (_muted && report.state == DeviceState::READY) report.state = DeviceState::MUTED;
+    return report;
+}
+
+std::string UsbArrayDevice::status() const
+{
+    const DeviceReport now = report();
+    std::lock_guard<std::mutex> lock(_mutex);
+    std::string text = _name + ": ";
+    if (!_ready) return text + "not there; " + countersText(now);
+    text += "firmware " + now.firmware + ", " + std::to_string(_layout.transducers) +
+            " transducers, " + shortNumber(now.temperature_C) + " C, " + countersText(now);
+    if ((_status.flags & protocol::WATCHDOG_FIRED) != 0)
+        text += "; muted by its watchdog until the next field";
+    if ((_status.flags & protocol::OVER_TEMPERATURE) != 0)
+        text += "; muted until it has cooled down";
+    return text;
+}
+
+std::vector<std::complex<float>> UsbArrayDevice::played() const
+{
+    std::vector<std::complex<float>> q;
+    std::lock_guard<std::mutex> lock(_mutex);
+    decode(_playing, q);
+    return q;
+}
+
+} // namespace midair::device

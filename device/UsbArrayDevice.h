@@ -1,0 +1,111 @@
+#pragma once
+
+#include "device/ArrayDevice.h"
+#include "device/FieldCounters.h"
+#include "device/Protocol.h"
+#include "device/UsbTransferPool.h"
+
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+namespace midair::device
+{
+
+class DeviceUri;
+
+/// `usb:` and `usb:SERIAL`: the array over libusb, in the protocol of PROTOCOL.md.
+///
+/// send() leaves the field in a slot one deep, where a newer one replaces it; a worker thread packs and submits it. A field whose
+/// transfer fails is sent once more, whole, unless a newer one waits. When the device is lost the worker looks for it every
+/// quarter of a second and takes it up again, silent until the next field.
+class UsbArrayDevice : public ArrayDevice, public UsbTransferPool::Listener
+{
+public:
+    struct Options
+    {
+        UsbAddress address;
+        bool wait = false; ///< begin without the device instead of throwing
+    };
+    static Options takeOptions(DeviceUri& uri); ///< path: serial number; `id=VVVV:PPPP`, `wait`
+
+    /// Throws DeviceError: what UsbTransferPool says, another protocol version, another number of transducers or boards, no answer.
+    UsbArrayDevice(const DeviceLayout& layout, const Options& options);
+    ~UsbArrayDevice() override; ///< mutes and waits until the device said so, at most 0.2 s
+
+    bool send(const DriveSignal& signal) override;
+    void silence() override;
+    void setMuted(bool muted) override;
+    std::string status() const override;
+    DeviceReport report() const override;
+    bool identify(int board, bool light) override;
+    std::vector<std::complex<float>> played() const override;
+
+    // The pool's, on its thread.
+    void onSent(std::uint64_t token, UsbTransferPool::Outcome outcome) override;
+    void onReceived(const std::uint8_t* bytes, std::size_t count) override;
+    void onReceiveFailed(UsbTransferPool::Outcome outcome) override;
+
+private:
+    struct Field
+    {
+        std::uint32_t sequence = 0;
+        DriveSignal signal;
+        double sentAt_s = 0;
+        double submittedAt_s = 0;
+        bool failed = false; ///< its transfer ended badly
+        bool repeated = false;
+    };
+
+    void run();
+    void connect(); ///< throws DeviceError
+    void disconnect(const std::string& why);
+    bool work(std::unique_lock<std::mutex>& lock); ///< one thing that is due; false: nothing
+    void submitField(std::unique_lock<std::mutex>& lock);
+    void submitPacket(std::unique_lock<std::mutex>& lock, protocol::Type type);
+    void recover(std::unique_lock<std::mutex>& lock);
+    void takeStatus(const protocol::Packet& packet);
+    void muteLocked();
+    void settleAll(bool lost);
+    void note(const std::string& fault);
+    double nextDue_s() const;
+    std::uint32_t nextSequence();
+    void packMute();
+
+    const DeviceLayout _layout;
+    const Options _options;
+    const std::vector<protocol::Range> _ranges;
+    mutable std::mutex _mutex;
+    std::condition_variable _wake;  ///< the worker
+    std::condition_variable _heard; ///< who waits for an answer
+    std::unique_ptr<UsbTransferPool> _pool;
+    std::vector<std::uint8_t> _bytes;     ///< the worker's
+    std::vector<std::uint8_t> _muteBytes; ///< under _mutex
+    protocol::StreamParser _parser;       ///< the event thread's
+    bool _slotFull = false;
+    Field _slot;
+    std::deque<Field> _flying; ///< submitted, not yet confirmed
+    DriveSignal _playing;
+    std::uint32_t _sequence = 0;
+    std::uint32_t _nonce = 0;
+    bool _greeted = false;
+    protocol::Packet _info;
+    protocol::Status _status;
+    UsbTransferPool::Outcome _fault = UsbTransferPool::Outcome::DONE;
+    int _faultsInRow = 0;
+    std::uint32_t _nonsense = 0;
+    double _lastSubmit_s = 0;
+    double _lastStatusAsked_s = 0;
+    double _lastHeard_s = 0;
+    std::uint32_t _muteAwaited = 0; ///< sequence number of a MUTE not yet answered; 0: none
+    double _muteAt_s = 0;
+    bool _muted = false;
+    bool _ready = false;
+    bool _closing = false;
+    std::string _name;
+    FieldCounters _counters;
+    std::thread _thread;
+};
+
+} // namespace midair::device
