@@ -1,0 +1,346 @@
+#include "EmulatedArray.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+
+namespace
+{
+
+constexpr const char* kNode = "/dev/bus/usb/001/005";
+constexpr const char* kSysPath = "/sys/devices/pci0000:00/usb1/1-1";
+constexpr int kOut = 0x03;
+constexpr int kIn = 0x86;
+constexpr int kFieldBytes =
+    40; // longer transfers carry a field, shorter ones a greeting or a keep-alive
+constexpr const char* kDescriptors = "12010002000000400912010000010102"
+                                     "0301"
+                                     "09022900020100"
+                                     "8032"
+                                     "0904000000FF000000"
+                                     "0904010002FF4D4800"
+                                     "07050302000200"
+                                     "07058602000200";
+
+std::string recordText()
+{
+    return std::string("P: /devices/pci0000:00/usb1/1-1\n"
+                       "N: bus/usb/001/005=") +
+           kDescriptors +
+           "\nE: DEVNAME=/dev/bus/usb/001/005\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\nE: "
+           "BUSNUM=001\nE: DEVNUM=005\n"
+           "E: MAJOR=189\nE: MINOR=4\n"
+           "A: bConfigurationValue=1\\n\nA: busnum=1\\n\nA: devnum=5\\n\nA: speed=480\\n\n"
+           "A: idVendor=1209\\n\nA: idProduct=0001\\n\nH: descriptors=" +
+           kDescriptors + "\n";
+}
+
+std::vector<std::uint8_t> stringDescriptor(const std::string& text)
+{
+    std::vector<std::uint8_t> bytes = {static_cast<std::uint8_t>(2 + 2 * text.size()), 3};
+    for (const char letter : text)
+    {
+        bytes.push_back(static_cast<std::uint8_t>(letter));
+        bytes.push_back(0);
+    }
+    return bytes;
+}
+
+} // namespace
+
+double EmulatedArray::now_s()
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+EmulatedArray::EmulatedArray(const midair::device::DeviceLayout& layout,
+                             const midair::device::VirtualFirmware::Options& options) :
+    _firmware(layout, options),
+    _testbed(umockdev_testbed_new()),
+    _handler(umockdev_ioctl_base_new())
+{
+    g_signal_connect(_handler, "handle-ioctl", G_CALLBACK(onIoctl), this);
+    g_signal_connect(_handler, "client-vanished", G_CALLBACK(onVanished), this);
+    plug();
+}
+
+EmulatedArray::~EmulatedArray()
+{
+    if (_plugged) unplug();
+    for (const Urb& urb : _done)
+        free(urb);
+    g_object_unref(_handler);
+    g_object_unref(_testbed);
+}
+
+void EmulatedArray::plug()
+{
+    GError* error = nullptr;
+    umockdev_testbed_add_from_string(_testbed, recordText().c_str(), &error);
+    ASSERT_EQ(error, nullptr) << error->message;
+    umockdev_testbed_attach_ioctl(_testbed, kNode, _handler, &error);
+    ASSERT_EQ(error, nullptr) << error->message;
+    _firmware.powerCycle(now_s());
+    std::lock_guard<std::mutex> lock(_mutex);
+    _outHalted = false;
+    _plugged = true;
+}
+
+void EmulatedArray::unplug(int error)
+{
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        _plugged = false;
+        _claimedBy = nullptr;
+        endAll(-error);
+    }
+    _firmware.powerCycle(now_s());
+    GError* failure = nullptr;
+    umockdev_testbed_detach_ioctl(_testbed, kNode, &failure);
+    g_clear_error(&failure);
+    umockdev_testbed_uevent(_testbed, kSysPath, "remove");
+    umockdev_testbed_remove_device(_testbed, kSysPath);
+}
+
+void EmulatedArray::denyPermission()
+{
+    char* root = umockdev_testbed_get_root_dir(_testbed);
+    const std::string base = root;
+    g_free(root);
+    ::chmod(base.c_str(), 0755); // so that only the node itself refuses
+    ::chmod((base + kNode).c_str(), 0);
+}
+
+void EmulatedArray::free(const Urb& urb)
+{
+    g_clear_object(const_cast<UMockdevIoctlData**>(&urb.data));
+    g_clear_object(const_cast<UMockdevIoctlData**>(&urb.buffer));
+}
+
+gboolean EmulatedArray::onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self)
+{
+    return static_cast<EmulatedArray*>(self)->handle(client);
+}
+
+void EmulatedArray::onVanished(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self)
+{
+    auto& array = *static_cast<EmulatedArray*>(self);
+    std::lock_guard<std::mutex> lock(array._mutex);
+    if (array._claimedBy == client) array._claimedBy = nullptr;
+    for (auto* queue : {&array._waitingIn, &array._hanging, &array._done})
+        for (auto urb = queue->begin(); urb != queue->end();)
+        {
+            if (urb->owner != client)
+            {
+                ++urb;
+                continue;
+            }
+            free(*urb);
+            urb = queue->erase(urb);
+        }
+}
+
+gboolean EmulatedArray::handle(UMockdevIoctlClient* client)
+{
+    const gulong request = umockdev_ioctl_client_get_request(client);
+    std::lock_guard<std::mutex> lock(_mutex);
+    if (request == USBDEVFS_DISCARDURB) return discard(client);
+    GError* error = nullptr;
+    UMockdevIoctlData* data = umockdev_ioctl_data_resolve(
+        umockdev_ioctl_client_get_arg(client), 0, _IOC_SIZE(request), &error);
+    if (error != nullptr)
+    {
+        g_clear_error(&error);
+        return FALSE;
+    }
+    g_autoptr(UMockdevIoctlData) owner = data;
+    const auto complete = [&](int result, int code)
+    {
+        umockdev_ioctl_client_complete(client, result, code);
+        return TRUE;
+    };
+    if (request == USBDEVFS_REAPURBNDELAY) return reap(client, data);
+    if (!_plugged) return complete(-1, ENODEV);
+    switch (request)
+    {
+    case USBDEVFS_GET_CAPABILITIES:
+    {
+        guint32 abilities = USBDEVFS_CAP_ZERO_PACKET | USBDEVFS_CAP_NO_PACKET_SIZE_LIM |
+                            USBDEVFS_CAP_REAP_AFTER_DISCONNECT;
+        umockdev_ioctl_data_update(
+            data, 0, reinterpret_cast<guint8*>(&abilities), sizeof abilities);
+        return complete(0, 0);
+    }
+    case USBDEVFS_CLAIMINTERFACE:
+    case USBDEVFS_DISCONNECT_CLAIM:
+        if (busyElsewhere || (_claimedBy != nullptr && _claimedBy != client))
+            return complete(-1, EBUSY);
+        _claimedBy = client;
+        return complete(0, 0);
+    case USBDEVFS_RELEASEINTERFACE:
+        if (_claimedBy == client) _claimedBy = nullptr;
+        return complete(0, 0);
+    case USBDEVFS_CLEAR_HALT:
+        ++cleared;
+        _outHalted = false;
+        return complete(0, 0);
+    case USBDEVFS_SUBMITURB:
+        return submit(client, data);
+    case USBDEVFS_GETDRIVER:
+        return complete(-1, ENODATA);
+    default:
+        return complete(-1, ENOTTY);
+    }
+}
+
+gboolean EmulatedArray::submit(UMockdevIoctlClient* client, UMockdevIoctlData* data)
+{
+    Urb urb;
+    urb.data = umockdev_ioctl_data_ref(data);
+    urb.owner = client;
+    const std::size_t length = static_cast<std::size_t>(urb.fields().buffer_length);
+    urb.buffer = umockdev_ioctl_data_resolve(data, offsetof(usbdevfs_urb, buffer), length, nullptr);
+    if (urb.fields().type == USBDEVFS_URB_TYPE_CONTROL)
+        answerControl(urb);
+    else if (urb.fields().endpoint == kOut)
+        startOut(urb);
+    else if (urb.fields().endpoint == kIn)
+        _waitingIn.push_back(urb);
+    else
+        finish(urb, -ENOENT, 0);
+    umockdev_ioctl_client_complete(client, 0, 0);
+    return TRUE;
+}
+
+void EmulatedArray::startOut(const Urb& urb)
+{
+    const int length = urb.fields().buffer_length;
+    const bool field = length > kFieldBytes;
+    if (field && stalls > 0)
+    {
+        --stalls;
+        _outHalted = true;
+    }
+    if (_outHalted) return finish(urb, -EPIPE, 0);
+    if (field && hangs > 0)
+    {
+        --hangs;
+        _hanging.push_back(urb);
+        return;
+    }
+    int taken = length;
+    if (field && shorts > 0)
+    {
+        --shorts;
+        taken = length / 2;
+    }
+    _firmware.receive(urb.buffer->data, static_cast<std::size_t>(taken), now_s());
+    if (field && taken == length) ++fieldTransfers;
+    finish(urb, 0, taken);
+}
+
+void EmulatedArray::answerControl(const Urb& urb)
+{
+    const guint8* setup = urb.buffer->data;
+    const int asked = setup[6] + 256 * setup[7];
+    if (setup[0] == 0x80 && setup[1] == 6 && setup[3] == 3)
+    {
+        std::vector<std::uint8_t> answer = {4, 3, 9, 4}; // languages: English
+        if (setup[2] != 0) answer = stringDescriptor(setup[2] == 3 ? "A0001" : "osgMidair");
+        const int count = std::min<int>(asked, static_cast<int>(answer.size()));
+        umockdev_ioctl_data_update(urb.buffer, 8, answer.data(), count);
+        return finish(urb, 0, count);
+    }
+    if (setup[0] == 0x41 && setup[1] == 0x4D && setup[4] == 1)
+    {
+        _firmware.receive(setup + 8, static_cast<std::size_t>(asked), now_s());
+        return finish(urb, 0, asked);
+    }
+    finish(urb, -EPIPE, 0);
+}
+
+void EmulatedArray::feedIn()
+{
+    while (!_waitingIn.empty() && !mute && _firmware.hasAnswer(now_s()))
+    {
+        const Urb urb = _waitingIn.front();
+        std::vector<std::uint8_t> bytes =
+            _firmware.takeAnswer(static_cast<std::size_t>(urb.fields().buffer_length), now_s());
+        if (nonsense)
+        {
+            static std::minstd_rand random(1);
+            for (std::uint8_t& byte : bytes)
+                byte = static_cast<std::uint8_t>(random() >> 8);
+        }
+        _waitingIn.pop_front();
+        umockdev_ioctl_data_update(urb.buffer, 0, bytes.data(), static_cast<gint>(bytes.size()));
+        finish(urb, 0, static_cast<int>(bytes.size()));
+    }
+}
+
+void EmulatedArray::finish(const Urb& urb, int status, int length)
+{
+    usbdevfs_urb done = urb.fields();
+    done.status = status;
+    done.actual_length = length;
+    umockdev_ioctl_data_update(urb.data,
+                               offsetof(usbdevfs_urb, status),
+                               reinterpret_cast<guint8*>(&done.status),
+                               sizeof done.status);
+    umockdev_ioctl_data_update(urb.data,
+                               offsetof(usbdevfs_urb, actual_length),
+                               reinterpret_cast<guint8*>(&done.actual_length),
+                               sizeof done.actual_length);
+    _done.push_back(urb);
+}
+
+void EmulatedArray::endAll(int error)
+{
+    for (auto* queue : {&_waitingIn, &_hanging})
+    {
+        for (const Urb& urb : *queue)
+            finish(urb, error, 0);
+        queue->clear();
+    }
+}
+
+gboolean EmulatedArray::reap(UMockdevIoctlClient* client, UMockdevIoctlData* data)
+{
+    if (_plugged) feedIn();
+    const auto mine = std::find_if(
+        _done.begin(), _done.end(), [&](const Urb& urb) { return urb.owner == client; });
+    if (mine == _done.end())
+    {
+        umockdev_ioctl_client_complete(client, -1, _plugged ? EAGAIN : ENODEV);
+        return TRUE;
+    }
+    umockdev_ioctl_data_set_ptr(data, 0, mine->data);
+    umockdev_ioctl_client_complete(client, 0, 0);
+    free(*mine);
+    _done.erase(mine);
+    return TRUE;
+}
+
+gboolean EmulatedArray::discard(UMockdevIoctlClient* client)
+{
+    const gulong address = *reinterpret_cast<gulong*>(umockdev_ioctl_client_get_arg(client)->data);
+    for (auto* queue : {&_waitingIn, &_hanging})
+        for (auto urb = queue->begin(); urb != queue->end(); ++urb)
+            if (urb->owner == client && urb->data->client_addr == address)
+            {
+                ++discarded;
+                finish(*urb, -ENOENT, 0);
+                queue->erase(urb);
+                umockdev_ioctl_client_complete(client, 0, 0);
+                return TRUE;
+            }
+    umockdev_ioctl_client_complete(client, -1, EINVAL);
+    return TRUE;
+}

@@ -1,0 +1,83 @@
+#pragma once
+
+#include "device/VirtualFirmware.h"
+
+#include <atomic>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include <linux/usbdevice_fs.h>
+#include <umockdev.h>
+
+/// The array as the kernel's usbfs would show it to the real libusb: umockdev answers libusb's ioctls, the virtual firmware
+/// answers the packets. Faults are switched on by the test.
+///
+/// The device has a second interface, before the array's, and endpoint numbers that nobody would guess.
+class EmulatedArray
+{
+public:
+    using Clock = double (*)();
+
+    explicit EmulatedArray(const midair::device::DeviceLayout& layout,
+                           const midair::device::VirtualFirmware::Options& options = {});
+    ~EmulatedArray();
+
+    EmulatedArray(const EmulatedArray&) = delete;
+    EmulatedArray& operator=(const EmulatedArray&) = delete;
+
+    midair::device::VirtualFirmware& firmware() { return _firmware; }
+    static double now_s();
+    midair::device::DriveSignal playing() { return _firmware.playing(now_s()); }
+
+    void plug();
+    /// In-flight transfers end with \a error: ESHUTDOWN, EPROTO or EPIPE, as it happens with real controllers.
+    void unplug(int error = 108);
+    void denyPermission(); ///< the device node can't be opened from here on
+
+    // How many of the next OUT transfers with fields in them ..
+    std::atomic<int> stalls{0};        ///< .. end with a stall, which stays until it is cleared
+    std::atomic<int> hangs{0};         ///< .. never end
+    std::atomic<int> shorts{0};        ///< .. take only half of the bytes
+    std::atomic<bool> nonsense{false}; ///< answers are random bytes
+    std::atomic<bool> mute{false};     ///< there are no answers
+    std::atomic<bool> busyElsewhere{false}; ///< another program holds the interface
+    std::atomic<int> cleared{0};            ///< CLEAR_HALT calls
+    std::atomic<int> fieldTransfers{0};     ///< OUT transfers with fields that arrived whole
+    std::atomic<int> discarded{0};          ///< transfers that the host took back
+
+private:
+    struct Urb
+    {
+        UMockdevIoctlData* data = nullptr;
+        UMockdevIoctlData* buffer = nullptr;
+        UMockdevIoctlClient* owner = nullptr;
+        usbdevfs_urb& fields() const { return *reinterpret_cast<usbdevfs_urb*>(data->data); }
+    };
+
+    static gboolean onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self);
+    static void onVanished(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self);
+    gboolean handle(UMockdevIoctlClient* client);
+    gboolean submit(UMockdevIoctlClient* client, UMockdevIoctlData* data);
+    gboolean reap(UMockdevIoctlClient* client, UMockdevIoctlData* data);
+    gboolean discard(UMockdevIoctlClient* client);
+    void startOut(const Urb& urb);
+    void answerControl(const Urb& urb);
+    void feedIn();
+    void finish(const Urb& urb, int status, int length);
+    void endAll(int error);
+    static void free(const Urb& urb);
+
+    midair::device::VirtualFirmware _firmware;
+    UMockdevTestbed* _testbed = nullptr;
+    UMockdevIoctlBase* _handler = nullptr;
+    std::mutex _mutex;
+    std::deque<Urb> _waitingIn;
+    std::deque<Urb> _hanging;
+    std::deque<Urb> _done;
+    UMockdevIoctlClient* _claimedBy = nullptr;
+    bool _plugged = false;
+    bool _outHalted = false;
+};
