@@ -274,13 +274,9 @@ bool UsbArrayDevice::work(std::unique_lock<std::mutex>& lock)
             });
         return true;
     }
-    if (_muteAwaited != 0 && now_s - _muteAt_s >= kMuteRetry_s)
-    {
-        _muteAt_s = now_s;
-        packMute();
-        _pool->control(_muteBytes);
+    if (_muteAwaited != 0 && (_muteSent != _muteAwaited || now_s - _muteAt_s >= kMuteRetry_s) &&
+        submitMute())
         return true;
-    }
     if (!_pool->hasFree()) return false;
     if (_slotFull && _flying.size() < kMostFlying)
     {
@@ -502,13 +498,19 @@ bool UsbArrayDevice::send(const DriveSignal& signal)
     return true;
 }
 
-void UsbArrayDevice::packMute()
+bool UsbArrayDevice::submitMute()
 {
     Packet mute;
     mute.type = Type::MUTE;
     mute.sequence = _muteAwaited;
     _muteBytes.clear();
     protocol::append(_muteBytes, mute);
+    if (!_pool->control(
+            _muteBytes)) // still busy with the one before: the worker tries again when that is through
+        return false;
+    _muteSent = _muteAwaited;
+    _muteAt_s = steadySeconds();
+    return true;
 }
 
 // With _mutex held. Goes by the control endpoint, so no field that waits in the pipe is before it; those that still come have
@@ -518,9 +520,7 @@ void UsbArrayDevice::muteLocked()
     settleAll(false);
     if (_pool == nullptr) return;
     _muteAwaited = nextSequence();
-    _muteAt_s = steadySeconds();
-    packMute();
-    _pool->control(_muteBytes);
+    submitMute();
     _pool->cancelSends();
     _wake.notify_all();
 }

@@ -71,7 +71,7 @@ private:
     void note(const std::string& fault);
     double nextDue_s() const;
     std::uint32_t nextSequence();
-    void packMute();
+    bool submitMute();
 
     const DeviceLayout _layout;
     const Options _options;
@@ -99,6 +99,7 @@ private:
     double _lastStatusAsked_s = 0;
     double _lastHeard_s = 0;
     std::uint32_t _muteAwaited = 0; ///< sequence number of a MUTE not yet answered; 0: none
+    std::uint32_t _muteSent = 0;    ///< the last one that was handed over
     double _muteAt_s = 0;
     bool _muted = false;
     bool _ready = false;

@@ -144,9 +144,13 @@ void VirtualFirmware::handle(const Packet& packet, double now_s)
         answerStatus(packet.sequence);
         break;
     case Type::MUTE:
-        if (protocol::newer(packet.sequence, _newest)) _newest = packet.sequence;
-        mute(protocol::MUTED);
-        answerStatus(0);
+        // One that a newer field has overtaken is outdated; 0 always mutes.
+        if (packet.sequence == 0 || protocol::newer(packet.sequence, _newest))
+        {
+            _newest = packet.sequence == 0 ? _newest : packet.sequence;
+            mute(protocol::MUTED);
+        }
+        answerStatus(packet.sequence);
         break;
     case Type::KEEPALIVE:
         break;
