@@ -13,6 +13,7 @@ namespace midair::bridge
 namespace
 {
 
+constexpr double kAreaResolution_m = 2e-3;  ///< a finger's disc then to about half a percent
 constexpr std::uint64_t kKeptUpdates = 600; ///< a mesh nobody was near for so long is forgotten
 
 Capsule moved(const Capsule& capsule, const Eigen::Isometry3d& motion)
@@ -83,7 +84,7 @@ void HandProximity::estimateForce(const HapticObject& object,
                                   const MeshDistance& mesh,
                                   HandContact& contact)
 {
-    contact.overlap_m2 = mesh.overlapArea(_inMesh);
+    contact.overlap_m2 = mesh.overlapArea(_overlapping, kAreaResolution_m);
     const HapticProperties& properties = object.properties;
     const double p =
         properties.pressureInPa ? properties.pressure : properties.pressure * _options.relative_Pa;
@@ -100,17 +101,27 @@ void HandProximity::measure(const HapticObject& object,
     contact.object = object.id;
     contact.hand = hand;
     contact.distance_m = INFINITY;
-    _inMesh.clear();
+    _overlapping.clear();
+    _bones.clear();
     for (const HandCapsule& capsule : capsules)
     {
         if (capsule.hand != hand) continue;
-        _inMesh.push_back(moved(capsule.shape, toMesh));
-        // Only what is nearer than the nearest so far matters, which keeps the searched boxes small.
+        const Capsule shape = moved(capsule.shape, toMesh);
+        const double away = pointSegmentDistance(mesh.centre(), shape.a, shape.b) - shape.radius_m;
+        _bones.push_back({away, shape, capsule.bone});
+    }
+    // Only what is nearer than the nearest so far matters: the likely nearest first, and the others' searches are short.
+    std::stable_sort(_bones.begin(),
+                     _bones.end(),
+                     [](const Bone& a, const Bone& b) { return a.away_m < b.away_m; });
+    for (const Bone& bone : _bones)
+    {
         const double range = std::min(_options.range_m, contact.distance_m);
-        const NearestSpot spot = mesh.nearest(_inMesh.back(), std::max(range, 0.0));
+        const NearestSpot spot = mesh.nearest(bone.shape, std::max(range, 0.0));
+        if (spot.triangle >= 0 && spot.distance_m < 0.0) _overlapping.push_back(bone.shape);
         if (spot.triangle < 0 || spot.distance_m >= contact.distance_m) continue;
         contact.distance_m = spot.distance_m;
-        contact.bone = capsule.bone;
+        contact.bone = bone.bone;
         contact.position = object.pose * spot.onSurface;
     }
     if (contact.distance_m > _options.range_m) return;

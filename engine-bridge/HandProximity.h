@@ -95,6 +95,13 @@ private:
         std::uint64_t lastUpdate = 0;
     };
 
+    struct Bone
+    {
+        double away_m; ///< from the mesh's centre
+        Capsule shape; ///< mesh frame
+        int bone;
+    };
+
     MeshDistance& meshOf(const HapticObject& object);
     void measure(const HapticObject& object, int hand, const std::vector<HandCapsule>& capsules);
     void estimateForce(const HapticObject& object, const MeshDistance& mesh, HandContact& contact);
@@ -108,7 +115,8 @@ private:
     haptics::Medium _medium;
     std::unordered_map<std::uint64_t, CachedMesh> _meshes; ///< by meshId
     std::uint64_t _updates = 0;
-    std::vector<Capsule> _inMesh; ///< the hand measured now, in the mesh's frame
+    std::vector<Bone> _bones;
+    std::vector<Capsule> _overlapping; ///< of the hand measured now, in the mesh's frame
     std::vector<HandContact> _contacts;
     std::vector<Touch> _touches; ///< few
     std::vector<TouchEvent> _events;

@@ -16,30 +16,11 @@ namespace midair::bridge
 namespace
 {
 
-/// Boxes are searched in Bullet's floats; a metre's rounding is far below this.
-constexpr double kFloatSlack_m = 1e-5;
-/// The first box searched round a capsule; doubled until something is found.
-constexpr double kFirstRange_m = 4e-3;
-
-btVector3 toBullet(const Eigen::Vector3d& v)
-{
-    return {
-        static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
-}
-
-class Gather : public btTriangleCallback
-{
-public:
-    explicit Gather(std::vector<int>& found) : _found(found) {}
-
-    void processTriangle(btVector3* /*triangle*/, int /*partId*/, int triangleIndex) override
-    {
-        _found.push_back(triangleIndex);
-    }
-
-private:
-    std::vector<int>& _found;
-};
+/// The hierarchy is built in millimetres: Bullet blows every triangle's box up to 0.002 of whatever the unit is, which in
+/// metres makes one lump of a fine mesh.
+constexpr double kBulletUnits = 1000.0;
+/// Boxes are rounded to Bullet's floats and 16 bits; outwards, but for the floats.
+constexpr double kFloatSlack_m = 1e-6;
 
 struct Triangle
 {
@@ -111,29 +92,80 @@ double areaInside(const Triangle& t, const std::vector<const Capsule*>& near, do
 
 } // namespace
 
-/// The hierarchy reads vertices and indices where they are: in the mesh, and in `triangles`.
+/// Bullet's hierarchy, and a way through it that looks at the nearer half first and at nothing that is too far.
 struct MeshDistance::Bullet
 {
+    Eigen::Matrix3Xf vertices; ///< of the mesh, in Bullet's units
     Eigen::Matrix3Xi triangles;
     std::vector<int> original; ///< triangle of the mesh for each of `triangles`
     btTriangleIndexVertexArray arrays;
     std::unique_ptr<btBvhTriangleMeshShape> shape; ///< null until searched
 
     void build(const haptics::TriangleMesh& mesh);
+    double lowerBound(const Capsule& capsule, int node) const;
+    template<class Visit>
+    void walk(const Capsule& capsule, int node, const double& limit, const Visit& visit) const;
+
+    const QuantizedNodeArray& nodes() const
+    {
+        return shape->getOptimizedBvh()->getQuantizedNodeArray();
+    }
 };
 
 void MeshDistance::Bullet::build(const haptics::TriangleMesh& mesh)
 {
+    vertices = (kBulletUnits * mesh.vertices).cast<float>();
     btIndexedMesh part;
     part.m_numTriangles = static_cast<int>(triangles.cols());
     part.m_triangleIndexBase = reinterpret_cast<const unsigned char*>(triangles.data());
     part.m_triangleIndexStride = 3 * sizeof(int);
-    part.m_numVertices = static_cast<int>(mesh.vertices.cols());
-    part.m_vertexBase = reinterpret_cast<const unsigned char*>(mesh.vertices.data());
-    part.m_vertexStride = 3 * sizeof(double);
-    part.m_vertexType = PHY_DOUBLE;
+    part.m_numVertices = static_cast<int>(vertices.cols());
+    part.m_vertexBase = reinterpret_cast<const unsigned char*>(vertices.data());
+    part.m_vertexStride = 3 * sizeof(float);
+    part.m_vertexType = PHY_FLOAT;
     arrays.addIndexedMesh(part, PHY_INTEGER);
     shape = std::make_unique<btBvhTriangleMeshShape>(&arrays, true);
+}
+
+/// No spot in the node's box is nearer to the capsule's axis than this: the larger of the distances box to box and ball to
+/// axis.
+double MeshDistance::Bullet::lowerBound(const Capsule& capsule, int node) const
+{
+    const btQuantizedBvhNode& quantized = nodes()[node];
+    const btOptimizedBvh& bvh = *shape->getOptimizedBvh();
+    const btVector3 low = bvh.unQuantize(quantized.m_quantizedAabbMin);
+    const btVector3 high = bvh.unQuantize(quantized.m_quantizedAabbMax);
+    const Eigen::Vector3d boxLow = Eigen::Vector3d(low.x(), low.y(), low.z()) / kBulletUnits;
+    const Eigen::Vector3d boxHigh = Eigen::Vector3d(high.x(), high.y(), high.z()) / kBulletUnits;
+    const Eigen::Vector3d apart = (boxLow - capsule.a.cwiseMax(capsule.b))
+                                      .cwiseMax(capsule.a.cwiseMin(capsule.b) - boxHigh)
+                                      .cwiseMax(0.0);
+    const double ball = pointSegmentDistance(0.5 * (boxLow + boxHigh), capsule.a, capsule.b) -
+                        0.5 * (boxHigh - boxLow).norm();
+    return std::max(apart.norm(), ball) - kFloatSlack_m;
+}
+
+/// Calls \a visit with every triangle whose box may be within \a limit of the axis; visit may lower the limit.
+template<class Visit>
+void MeshDistance::Bullet::walk(const Capsule& capsule,
+                                int node,
+                                const double& limit,
+                                const Visit& visit) const
+{
+    const btQuantizedBvhNode& here = nodes()[node];
+    if (here.isLeafNode())
+    {
+        visit(original[static_cast<std::size_t>(here.getTriangleIndex())]);
+        return;
+    }
+    // Children follow their parent; an escape index says how long the left one's subtree is.
+    const int left = node + 1;
+    const int right = nodes()[left].isLeafNode() ? left + 1 : left + nodes()[left].getEscapeIndex();
+    const double toLeft = lowerBound(capsule, left);
+    const double toRight = lowerBound(capsule, right);
+    const bool leftFirst = toLeft <= toRight;
+    if (std::min(toLeft, toRight) <= limit) walk(capsule, leftFirst ? left : right, limit, visit);
+    if (std::max(toLeft, toRight) <= limit) walk(capsule, leftFirst ? right : left, limit, visit);
 }
 
 MeshDistance::MeshDistance(std::shared_ptr<const haptics::TriangleMesh> mesh) :
@@ -172,72 +204,45 @@ MeshDistance::MeshDistance(std::shared_ptr<const haptics::TriangleMesh> mesh) :
 
 MeshDistance::~MeshDistance() = default;
 
-void MeshDistance::candidates(const Eigen::Vector3d& low,
-                              const Eigen::Vector3d& high,
-                              std::vector<int>& triangles) const
-{
-    triangles.clear();
-    if (!_bullet->shape) _bullet->build(*_mesh);
-    Gather gather(triangles);
-    const Eigen::Vector3d slack = Eigen::Vector3d::Constant(kFloatSlack_m);
-    _bullet->shape->processAllTriangles(&gather, toBullet(low - slack), toBullet(high + slack));
-    for (int& triangle : triangles)
-        triangle = _bullet->original[static_cast<std::size_t>(triangle)];
-}
-
 NearestSpot MeshDistance::nearest(const Capsule& capsule, double range_m) const
 {
     NearestSpot best;
     best.distance_m = INFINITY;
     if (!_bullet || !capsule.a.allFinite() || !capsule.b.allFinite()) return best;
-    // Nothing of the mesh lies outside this, so no larger box is worth searching.
-    const double farthest =
-        pointSegmentDistance(_centre, capsule.a, capsule.b) + _radius_m - capsule.radius_m;
-    if (farthest - 2.0 * _radius_m > range_m) return best;
-    const double widest = std::min(range_m, std::max(0.0, farthest));
-    double reach = std::min(kFirstRange_m, widest);
-    for (;;)
+    const double gap = pointSegmentDistance(_centre, capsule.a, capsule.b) - _radius_m;
+    double limit = range_m + capsule.radius_m;
+    if (gap > limit) return best;
+    if (!_bullet->shape) _bullet->build(*_mesh);
+    const auto measure = [&](int t)
     {
-        const Eigen::Vector3d margin = Eigen::Vector3d::Constant(capsule.radius_m + reach);
-        candidates(
-            capsule.a.cwiseMin(capsule.b) - margin, capsule.a.cwiseMax(capsule.b) + margin, _found);
-        for (const int t : _found)
-        {
-            const Eigen::Vector3i corner = _mesh->triangles.col(t);
-            const ClosestPair pair = closestSegmentTriangle(capsule.a,
-                                                            capsule.b,
-                                                            _mesh->vertices.col(corner[0]),
-                                                            _mesh->vertices.col(corner[1]),
-                                                            _mesh->vertices.col(corner[2]));
-            const double distance = pair.distance - capsule.radius_m;
-            // Of equals the first triangle, in whatever order the hierarchy gives them.
-            if (distance > best.distance_m || (distance == best.distance_m && t > best.triangle))
-                continue;
-            best = {distance, pair.onOther, pair.onSegment, t};
-        }
-        if (best.distance_m <= reach || reach >= widest) break;
-        reach = std::min(2.0 * reach, widest);
-    }
-    if (best.distance_m > range_m)
-    {
-        best = NearestSpot();
-        best.distance_m = INFINITY;
-    }
+        const Eigen::Vector3i corner = _mesh->triangles.col(t);
+        const ClosestPair pair = closestSegmentTriangle(capsule.a,
+                                                        capsule.b,
+                                                        _mesh->vertices.col(corner[0]),
+                                                        _mesh->vertices.col(corner[1]),
+                                                        _mesh->vertices.col(corner[2]));
+        const double distance = pair.distance - capsule.radius_m;
+        // Of equals the first triangle, in whatever order the hierarchy gives them.
+        const bool nearer =
+            distance < best.distance_m || (distance == best.distance_m && t < best.triangle);
+        if (distance > range_m || !nearer) return;
+        best = {distance, pair.onOther, pair.onSegment, t};
+        limit = pair.distance;
+    };
+    _bullet->walk(capsule, 0, limit, measure);
     return best;
 }
 
 double MeshDistance::overlapArea(const std::vector<Capsule>& capsules, double resolution_m) const
 {
     if (!_bullet) return 0.0;
+    if (!_bullet->shape) _bullet->build(*_mesh);
     std::vector<int> triangles;
     std::vector<const Capsule*> all;
     for (const Capsule& capsule : capsules)
     {
         if (!capsule.a.allFinite() || !capsule.b.allFinite()) continue;
-        const Eigen::Vector3d margin = Eigen::Vector3d::Constant(capsule.radius_m);
-        candidates(
-            capsule.a.cwiseMin(capsule.b) - margin, capsule.a.cwiseMax(capsule.b) + margin, _found);
-        triangles.insert(triangles.end(), _found.begin(), _found.end());
+        _bullet->walk(capsule, 0, capsule.radius_m, [&](int t) { triangles.push_back(t); });
         all.push_back(&capsule);
     }
     std::sort(triangles.begin(), triangles.end());

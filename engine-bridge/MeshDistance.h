@@ -47,15 +47,10 @@ public:
 private:
     struct Bullet;
 
-    void candidates(const Eigen::Vector3d& low,
-                    const Eigen::Vector3d& high,
-                    std::vector<int>& triangles) const;
-
     std::shared_ptr<const haptics::TriangleMesh> _mesh;
     std::unique_ptr<Bullet> _bullet; ///< null: no usable triangle
     Eigen::Vector3d _centre = Eigen::Vector3d::Zero();
     double _radius_m = 0.0;
-    mutable std::vector<int> _found; ///< kept so that no search allocates
 };
 
 } // namespace midair::bridge
