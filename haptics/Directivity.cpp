@@ -22,7 +22,7 @@ constexpr std::array<NamedModel, 3> kModels = {
      {Directivity::T4010A1_TABLE, "t4010a1-table"},
      {Directivity::POINT, "point"}}};
 
-// D(theta) = max(0, sum_n c_n sqrt((2n+1)/4pi) P_n(cos theta)) / (the same sum at theta = 0), c_n the zonal coefficients
+// D(theta) = max(0, sum_n c_n sqrt((2n+1)/4pi) P_n(cos theta)) / (that sum at theta = 0), c_n the zonal coefficients
 // of Inoue, Makino, Shinoda 2015 read as those of orthonormal Y_n0. (Read as coefficients of bare P_n, a third of the
 // amplitude would leave through the board behind the transducer.) 1/sqrt(4 pi) cancels. The sum is negative between
 // about 112 and 166 degrees; a transducer has no such side lobe, hence the clamp.
