@@ -106,7 +106,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
     _counters.superseded += superseded;
     try
     {
-        if (_last && _playing && _assembler->unmoved(snapshot))
+        if (_last && _playing && _assembler->unmoved(snapshot) && _around.unmoved(snapshot.around))
             ++_counters.skippedUnmoved;
         else
             _last = solveAndPlay(snapshot);
@@ -142,6 +142,8 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
     result->absolute = assembled.absolute;
     _counters.sampled = _assembler->sampled();
     _counters.outOfWorkspace += assembled.outOfWorkspace;
+    _around.begin(snapshot.around);
+    _counters.outOfReach += _around.keepWithinReach(result->points, result->skipped);
     _playing = true;
     if (result->points.size() == 0)
     {
@@ -152,8 +154,9 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
         finish(snapshot, *result);
         return result;
     }
-    result->report =
-        solver(assembled.absolute).solve(result->points, _options.array, _options.medium, _q);
+    const haptics::TransducerArray& array = _around.shadowed(
+        result->points, _options.array, _options.medium.wavelength(_options.array.frequency_Hz));
+    result->report = solver(assembled.absolute).solve(result->points, array, _options.medium, _q);
     ++_counters.solves;
     _solveTimes_s.push_back(steadySeconds());
     if (!result->report.message.empty()) _messages.say(result->report.message);
@@ -163,7 +166,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
         _playing = false;
     finish(snapshot, *result);
     result->achieved_Pa = haptics::pressureAt(result->points.positions,
-                                              _options.array,
+                                              array,
                                               _options.medium,
                                               result->played,
                                               _options.solverOptions.threads)

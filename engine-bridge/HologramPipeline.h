@@ -84,6 +84,7 @@ private:
     std::unique_ptr<haptics::HologramSolver> _absoluteSolver;
     MessageLog _messages;
     std::unique_ptr<PointAssembler> _assembler;
+    SurroundingsEffect _around;
     HologramCounters _counters;
 
     bool _playing = false; ///< what was assembled last is what the array plays

@@ -21,7 +21,8 @@ struct HologramCounters
     std::uint64_t skippedUnmoved = 0; ///< nothing moved: nothing solved
     std::uint64_t sampled = 0;        ///< meshes sampled (a cached mesh is not sampled again)
     std::uint64_t outOfWorkspace =
-        0; ///< points or objects left out because the array can't reach them
+        0;                        ///< points or objects left out because the array can't reach them
+    std::uint64_t outOfReach = 0; ///< points left out because no hand was near them
 };
 
 /// One solved field, handed back to the overlays, the HUD and the report; immutable.

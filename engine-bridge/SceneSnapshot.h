@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine-bridge/Surroundings.h"
 #include "haptics/SurfaceSampler.h"
 #include "haptics/TriangleMesh.h"
 
@@ -48,6 +49,7 @@ struct SceneSnapshot
     std::uint64_t frame = 0;
     double time_s = 0.0; ///< steady clock when collected
     std::vector<HapticObject> objects;
+    Surroundings around;
 };
 
 } // namespace midair::bridge
