@@ -1,0 +1,93 @@
+#pragma once
+
+#include "engine-bridge/HologramResult.h"
+
+#include <osgMidair/HapticScene>
+#include <osgMidair/HapticSurface>
+
+#include <osg/MatrixTransform>
+#include <osg/Shape>
+#include <osg/ShapeDrawable>
+#include <osgDB/Registry>
+#include <osgViewer/Viewer>
+
+#include <chrono>
+#include <functional>
+#include <thread>
+
+/// OSG finds the kit's plugins in the build, wherever the tests run.
+inline void findPlugins()
+{
+    static const bool once = []
+    {
+        osgDB::Registry::instance()->getLibraryFilePathList().push_front(MIDAIR_LIBRARY_FOLDER);
+        return true;
+    }();
+    (void)once;
+}
+
+/// A viewer without a window: events and updates as osgViewer runs them, nothing drawn.
+class HeadlessViewer
+{
+public:
+    explicit HeadlessViewer(osg::Node* scene) { viewer.setSceneData(scene); }
+
+    void frame()
+    {
+        viewer.advance();
+        viewer.eventTraversal();
+        viewer.updateTraversal();
+    }
+
+    void frames(int count)
+    {
+        for (int i = 0; i < count; ++i)
+            frame();
+    }
+
+    /// Runs frames until \a done, at most 10 s.
+    bool framesUntil(const std::function<bool()>& done)
+    {
+        const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+        while (std::chrono::steady_clock::now() < end)
+        {
+            frame();
+            if (done()) return true;
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        }
+        return false;
+    }
+
+    osgViewer::Viewer viewer;
+};
+
+/// A haptic box of 40 mm somewhere under a scene that drives one simulated board.
+struct BoxScene
+{
+    osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
+    osg::ref_ptr<osg::MatrixTransform> transform = new osg::MatrixTransform;
+    osg::ref_ptr<osgMidair::HapticSurface> surface = new osgMidair::HapticSurface;
+
+    explicit BoxScene(const osg::Vec3& position = osg::Vec3(0.0f, 0.0f, 0.15f))
+    {
+        scene->setArray("board");
+        surface->setName("box");
+        surface->addChild(box());
+        transform->addChild(surface);
+        transform->setMatrix(osg::Matrixd::translate(position));
+        scene->addChild(transform);
+    }
+
+    static osg::ref_ptr<osg::Node> box(float size_m = 0.04f)
+    {
+        return new osg::ShapeDrawable(new osg::Box(osg::Vec3(), size_m));
+    }
+
+    void move(double x_m) { transform->setMatrix(osg::Matrixd::translate(x_m, 0.0, 0.15)); }
+
+    std::shared_ptr<const midair::bridge::HologramResult> result() const
+    {
+        return scene->getLatestResult();
+    }
+    int points() const { return result() ? result()->points.size() : -1; }
+};

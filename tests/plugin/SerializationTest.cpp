@@ -1,0 +1,193 @@
+#include "KitTest.h"
+
+#include <osgDB/ReadFile>
+#include <osgDB/Registry>
+#include <osgDB/WriteFile>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+using namespace osgMidair;
+
+namespace
+{
+
+osgDB::ReaderWriter& readerWriter()
+{
+    findPlugins();
+    return *osgDB::Registry::instance()->getReaderWriterForExtension("osgt");
+}
+
+osg::ref_ptr<osgDB::Options> formatOptions(const std::string& extension)
+{
+    const std::string type = extension == "osgt" ? "Ascii" : extension == "osgx" ? "XML" : "Binary";
+    return new osgDB::Options("fileType=" + type);
+}
+
+osg::ref_ptr<osg::Node> throughStream(const osg::Node& node, const std::string& extension)
+{
+    std::stringstream stream(std::ios::in | std::ios::out | std::ios::binary);
+    const auto options = formatOptions(extension);
+    EXPECT_TRUE(readerWriter().writeNode(node, stream, options).success());
+    return readerWriter().readNode(stream, options).takeNode();
+}
+
+HapticProperty unusualProperty()
+{
+    HapticProperty p;
+    p.enabled = false;
+    p.pressure = 812.5;
+    p.pressureUnit = HapticProperty::PASCAL;
+    p.spacing = 0.0125;
+    p.sampling = HapticProperty::EDGES;
+    p.side = HapticProperty::BACK;
+    p.priority = -7;
+    p.modulationFrequency = 200.5;
+    p.modulationDepth = 0.25;
+    p.intensity = HapticProperty::TEXTURE;
+    p.touchEvents = true;
+    return p;
+}
+
+HapticSettings unusualSettings()
+{
+    HapticSettings s;
+    s.enabled = false;
+    s.array = "my arrays/board \"two\".json";
+    s.device = "record:out.bin";
+    s.calibration = osg::Matrixd::rotate(0.5, osg::Vec3d(1.0, 0.0, 0.0)) *
+                    osg::Matrixd::translate(0.125, -0.25, 1.0 / 3.0);
+    s.metresPerUnit = 0.001;
+    s.temperature = 14.5;
+    s.humidity = 0.25;
+    s.airPressure = 95000.0;
+    s.solver = "gs";
+    s.maxIterations = 17;
+    s.rmsTolerance = 0.0078125;
+    s.deadline = 2.5;
+    s.lambda = 0.5;
+    s.loudness = 0.75;
+    s.phaseOnly = false;
+    s.threads = 2;
+    s.motionTolerance = 0.0625;
+    s.maxPoints = 321;
+    return s;
+}
+
+osg::ref_ptr<HapticScene> unusualScene()
+{
+    osg::ref_ptr<HapticScene> scene = new HapticScene;
+    scene->setSettings(unusualSettings());
+    scene->setName("unusual");
+    osg::ref_ptr<HapticSurface> surface = new HapticSurface(BoxScene::box().get());
+    surface->setProperty(unusualProperty());
+    scene->addChild(surface);
+    osg::ref_ptr<HapticSurface> ordinary = new HapticSurface;
+    scene->addChild(ordinary);
+    return scene;
+}
+
+/// Text formats write doubles with 15 digits: the last bits of what isn't a short decimal go.
+void expectUnusual(osg::Node* node)
+{
+    auto* scene = dynamic_cast<HapticScene*>(node);
+    ASSERT_NE(scene, nullptr);
+    EXPECT_EQ(scene->getName(), "unusual");
+    HapticSettings settings = scene->getSettings();
+    const HapticSettings wanted = unusualSettings();
+    for (int i = 0; i < 16; ++i)
+        EXPECT_NEAR(settings.calibration.ptr()[i], wanted.calibration.ptr()[i], 1e-14) << i;
+    settings.calibration = wanted.calibration;
+    EXPECT_TRUE(settings == wanted);
+    ASSERT_EQ(scene->getNumChildren(), 2u);
+    auto* surface = dynamic_cast<HapticSurface*>(scene->getChild(0));
+    ASSERT_NE(surface, nullptr);
+    EXPECT_TRUE(surface->getProperty() == unusualProperty());
+    EXPECT_EQ(surface->getNumChildren(), 1u);
+    auto* ordinary = dynamic_cast<HapticSurface*>(scene->getChild(1));
+    ASSERT_NE(ordinary, nullptr);
+    EXPECT_TRUE(ordinary->getProperty() == HapticProperty());
+}
+
+class Serialization : public testing::TestWithParam<const char*>
+{
+};
+
+} // namespace
+
+TEST_P(Serialization, KeepsEveryProperty)
+{
+    expectUnusual(throughStream(*unusualScene(), GetParam()));
+}
+
+TEST_P(Serialization, ReadsTheStoredFilesOfVersion1)
+{
+    findPlugins();
+    const std::string file = std::string(MIDAIR_TEST_DATA "/format-v1/scene.") + GetParam();
+    expectUnusual(osgDB::readRefNodeFile(file).get());
+}
+
+TEST_P(Serialization, ATagIsKeptOnAnOrdinaryGroup)
+{
+    osg::ref_ptr<osg::Group> group = new osg::Group;
+    group->setUserValue("haptic", std::string("pressure=2; sampling=edges"));
+    const auto read = throughStream(*group, GetParam());
+    ASSERT_NE(read, nullptr);
+    std::string tag;
+    EXPECT_TRUE(read->getUserValue("haptic", tag));
+    EXPECT_EQ(tag, "pressure=2; sampling=edges");
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats,
+                         Serialization,
+                         testing::Values("osgt", "osgb", "osgx"),
+                         [](const auto& info) { return std::string(info.param); });
+
+/// Writes the stored files anew; only for a new format version, into a folder of its own.
+TEST(Serialization, WriteStoredFiles)
+{
+    const char* folder = std::getenv("MIDAIR_WRITE_FORMAT_FILES");
+    if (!folder) GTEST_SKIP() << "only with MIDAIR_WRITE_FORMAT_FILES=FOLDER";
+    findPlugins();
+    for (const char* extension : {"osgt", "osgb", "osgx"})
+        EXPECT_TRUE(
+            osgDB::writeNodeFile(*unusualScene(), std::string(folder) + "/scene." + extension));
+}
+
+TEST(Serialization, AFileOfANewerKitIsReadWithAWarning)
+{
+    struct Handler : osg::NotifyHandler
+    {
+        std::string text;
+        void notify(osg::NotifySeverity, const char* message) override { text += message; }
+    };
+    std::stringstream stream("#Ascii Scene\n#Version 161\n#Generator OpenSceneGraph 3.6.5\n"
+                             "osgMidair::HapticSurface {\n UniqueID 1\n FormatVersion 99\n"
+                             " Pressure 3\n Smell 4\n}\n");
+    osg::ref_ptr<Handler> handler = new Handler;
+    osg::ref_ptr<osg::NotifyHandler> before = osg::getNotifyHandler();
+    osg::setNotifyHandler(handler);
+    const osg::ref_ptr<osg::Node> node =
+        readerWriter().readNode(stream, formatOptions("osgt")).takeNode();
+    osg::setNotifyHandler(before);
+    auto* surface = dynamic_cast<HapticSurface*>(node.get());
+    ASSERT_NE(surface, nullptr);
+    EXPECT_EQ(surface->getPressure(), 3.0);
+    EXPECT_NE(handler->text.find(
+                  "a HapticSurface of format version 99 was written by a newer kit; this one "
+                  "knows version 1 and may lose properties"),
+              std::string::npos)
+        << handler->text;
+}
+
+TEST(Serialization, ACopyIsASceneOfItsOwn)
+{
+    osg::ref_ptr<HapticScene> scene = unusualScene();
+    osg::ref_ptr<HapticScene> copy = osg::clone(scene.get(), osg::CopyOp::DEEP_COPY_ALL);
+    expectUnusual(copy);
+    EXPECT_EQ(copy->getNumChildrenRequiringEventTraversal(), 1u);
+    EXPECT_NE(&copy->engine(), &scene->engine());
+}
