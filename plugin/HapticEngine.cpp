@@ -3,6 +3,7 @@
 #include "Environment.h"
 #include "Report.h"
 #include "engine-bridge/Convert.h"
+#include "haptics/InputError.h"
 
 #include <osg/Notify>
 
@@ -224,13 +225,14 @@ void HapticEngine::configure(const HapticSettings& given)
 void HapticEngine::startThread()
 {
     midair::bridge::HologramOptions options;
+    std::string arrayError;
     try
     {
         options.array = midair::haptics::TransducerArray::load(_settings.array);
     }
     catch (const std::exception& error)
     {
-        say(std::string(error.what()) + "; nothing is played");
+        arrayError = std::string(error.what()) + "; nothing is played";
     }
     options.medium = {_settings.temperature, _settings.humidity, _settings.airPressure};
     options.solver = _settings.solver;

@@ -274,6 +274,8 @@ TEST(HapticScene, TwoViewsOfOneSceneCollectItOnceAFrame)
     for (int i = 0; i < 2; ++i)
     {
         osg::ref_ptr<osgViewer::View> view = new osgViewer::View;
+        view->getCamera()->setGraphicsContext(new osgViewer::GraphicsWindowEmbedded(0, 0, 64, 64));
+        view->getCamera()->setViewport(0, 0, 64, 64);
         view->setSceneData(box.scene);
         viewer.addView(view);
     }

@@ -30,7 +30,12 @@ inline void findPlugins()
 class HeadlessViewer
 {
 public:
-    explicit HeadlessViewer(osg::Node* scene) { viewer.setSceneData(scene); }
+    explicit HeadlessViewer(osg::Node* scene)
+    {
+        // A viewer without any window counts as closed; this one never draws.
+        viewer.setUpViewerAsEmbeddedInWindow(0, 0, 64, 64);
+        viewer.setSceneData(scene);
+    }
 
     void frame()
     {
