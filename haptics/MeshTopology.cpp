@@ -89,12 +89,15 @@ void weldVertices(const TriangleMesh& mesh, double spacing_m, MeshTopology& topo
         largest = std::max(largest, mesh.vertices.col(v).cwiseAbs().maxCoeff());
     }
     // Four units in the last place of a float: seams that a program wrote twice may differ by as much.
-    const double tolerance = std::min(0x1p-22 * largest, 1e-3 * spacing_m);
+    // Never so small that cell numbers overflow.
+    const double tolerance =
+        std::min(0x1p-22 * largest, std::max(1e-3 * spacing_m, 0x1p-40 * largest));
     if (!(tolerance > 0.0)) return; // all vertices in one point
     // A grain of small triangles beside large ones must not collapse.
     constexpr double kOfEdge = 0.1;
     const std::vector<double> shortest = shortestEdges(mesh);
     PointGrid grid(8.0 * tolerance);
+    grid.reserve(static_cast<std::size_t>(mesh.vertices.cols()));
     for (const int v : mesh.triangles.reshaped())
     {
         int& welded = topology.weld[static_cast<std::size_t>(v)];
@@ -296,26 +299,44 @@ void findFeatures(const TriangleMesh& mesh,
     }
 }
 
+/// True where a face at the vertex turns from the first one by more than half the crease angle: no vertex without
+/// features can be a tip otherwise.
+bool turns(const MeshTopology& topology, std::size_t vertex, double cosHalfCrease)
+{
+    const auto begin = static_cast<std::size_t>(topology.fanStart[vertex]);
+    const auto end = static_cast<std::size_t>(topology.fanStart[vertex + 1]);
+    for (std::size_t i = begin + 1; i < end; ++i)
+    {
+        const auto first = static_cast<std::size_t>(topology.fan[begin] / 3);
+        const auto face = static_cast<std::size_t>(topology.fan[i] / 3);
+        if (topology.normals[first].dot(topology.normals[face]) < cosHalfCrease) return true;
+    }
+    return false;
+}
+
+/// Only where there may be a corner: the angles of all corners of a fine mesh take longer than all else here.
 void measureDeficits(const TriangleMesh& mesh,
                      const std::vector<char>& boundary,
+                     double creaseAngle_rad,
                      MeshTopology& topology)
 {
-    topology.deficit.resize(static_cast<std::size_t>(topology.vertexCount));
-    for (std::size_t v = 0; v < topology.deficit.size(); ++v)
+    const double cosHalfCrease = std::cos(0.5 * creaseAngle_rad);
+    topology.deficit.assign(static_cast<std::size_t>(topology.vertexCount), 0.0);
+    for (std::size_t vertex = 0; vertex < topology.deficit.size(); ++vertex)
     {
-        topology.deficit[v] = boundary[v] != 0 ? kPi : 2.0 * kPi;
-    }
-    for (std::size_t t = 0; t < topology.corners.size(); ++t)
-    {
-        const Eigen::Vector3i v = mesh.triangles.col(topology.triangles[t]);
-        for (int k = 0; k < 3; ++k)
+        if (topology.onFeature[vertex] == 0 && !turns(topology, vertex, cosHalfCrease)) continue;
+        double deficit = boundary[vertex] != 0 ? kPi : 2.0 * kPi;
+        for (int i = topology.fanStart[vertex]; i < topology.fanStart[vertex + 1]; ++i)
         {
-            topology.deficit[static_cast<std::size_t>(
-                topology.corners[t][static_cast<std::size_t>(k)])] -=
-                cornerAngle(mesh.vertices.col(v[k]),
-                            mesh.vertices.col(v[(k + 1) % 3]),
-                            mesh.vertices.col(v[(k + 2) % 3]));
+            const int fan = topology.fan[static_cast<std::size_t>(i)];
+            const int k = fan % 3;
+            const Eigen::Vector3i v =
+                mesh.triangles.col(topology.triangles[static_cast<std::size_t>(fan / 3)]);
+            deficit -= cornerAngle(mesh.vertices.col(v[k]),
+                                   mesh.vertices.col(v[(k + 1) % 3]),
+                                   mesh.vertices.col(v[(k + 2) % 3]));
         }
+        topology.deficit[vertex] = deficit;
     }
 }
 
@@ -337,7 +358,7 @@ MeshTopology buildTopology(const TriangleMesh& mesh, double creaseAngle_rad, dou
     collectFans(topology);
     std::vector<char> boundary;
     findFeatures(mesh, creaseAngle_rad, topology, boundary);
-    measureDeficits(mesh, boundary, topology);
+    measureDeficits(mesh, boundary, creaseAngle_rad, topology);
     return topology;
 }
 

@@ -42,7 +42,8 @@ struct MeshTopology
     std::vector<EdgeFace> edgeFaces;
     double featureLength = 0.0; ///< m
     std::vector<double>
-        deficit; ///< rad, a welded vertex each: what its faces' angles lack to 2 pi (to pi on a boundary)
+        deficit; ///< rad, a welded vertex each: what its faces' angles lack to 2 pi (to pi on a boundary);
+    /// 0 where no feature edge ends and the surface turns by less than half the crease angle
     std::vector<int>
         fanStart; ///< vertexCount + 1; corners around a vertex are fan[fanStart[v] .. fanStart[v + 1])
     std::vector<int> fan;        ///< 3 * (index into triangles) + corner

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -15,11 +14,21 @@ namespace midair::haptics
 class PointGrid
 {
 public:
-    /// \a cell > 0: edge of the cells, about the radius most often asked for.
+    /// \a cell > 0: edge of the cells, about the radius most often asked for. Coordinates are finite and less than
+    /// 2^62 cells.
     explicit PointGrid(double cell) : _inverse(1.0 / cell), _heads(1024, -1) {}
 
     int size() const { return static_cast<int>(_points.size()); }
     const Eigen::Vector3d& operator[](int i) const { return _points[static_cast<std::size_t>(i)]; }
+
+    /// Room for \a count points without growing.
+    void reserve(std::size_t count)
+    {
+        _points.reserve(count);
+        _next.reserve(count);
+        while (_heads.size() < count)
+            grow();
+    }
 
     /// Keeps the memory.
     void clear()
@@ -105,7 +114,10 @@ private:
 
     std::int64_t coordinate(double value) const
     {
-        return static_cast<std::int64_t>(std::floor(value * _inverse));
+        // std::floor is a call into the library on plain x86-64.
+        const double scaled = value * _inverse;
+        const auto truncated = static_cast<std::int64_t>(scaled);
+        return truncated - (scaled < static_cast<double>(truncated) ? 1 : 0);
     }
 
     std::size_t bucket(const Cell& cell) const
