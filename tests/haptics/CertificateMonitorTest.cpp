@@ -1,0 +1,129 @@
+#include "haptics/CertificateMonitor.h"
+
+#include "haptics/InputError.h"
+
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+using namespace midair::haptics;
+
+namespace
+{
+
+using namespace std::chrono_literals;
+
+std::shared_ptr<PlayedField> field(std::uint64_t number)
+{
+    auto result = std::make_shared<PlayedField>();
+    result->points.positions.resize(3, 3);
+    result->points.positions << 0.0, 0.02, -0.02, //
+        0.0, 0.01, 0.01,                          //
+        0.15, 0.15, 0.16;
+    result->points.normals = Eigen::Vector3d::UnitZ().replicate(1, 3);
+    result->points.targets = Eigen::VectorXd::Ones(3);
+    result->array = std::make_shared<const TransducerArray>(TransducerArray::singleBoard());
+    result->q = Eigen::VectorXcf::Ones(result->array->size());
+    result->number = number;
+    return result;
+}
+
+// Waits, at most ten seconds, until a field of at least that number is certified.
+std::shared_ptr<const CertificateMonitor::Result> resultOf(const CertificateMonitor& monitor,
+                                                           std::uint64_t number)
+{
+    const auto end = std::chrono::steady_clock::now() + 10s;
+    while (std::chrono::steady_clock::now() < end)
+    {
+        const auto result = monitor.latest();
+        if (result && result->number >= number) return result;
+        std::this_thread::sleep_for(1ms);
+    }
+    return nullptr;
+}
+
+} // namespace
+
+TEST(CertificateMonitor, GivesWhatTheCertifierGives)
+{
+    CertificateMonitor::Options options;
+    options.interval_s = 0.0;
+    CertificateMonitor monitor(options);
+    EXPECT_EQ(monitor.latest(), nullptr);
+    const auto played = field(7);
+    monitor.submit(played);
+    const auto result = resultOf(monitor, 7);
+    ASSERT_NE(result, nullptr);
+    EXPECT_EQ(result->error, "");
+    EXPECT_EQ(result->number, 7u);
+    const Certificate direct =
+        Certifier().certify(played->points, *played->array, played->medium, played->q);
+    EXPECT_EQ(result->certificate.bound, direct.bound);
+    EXPECT_EQ(result->certificate.best, direct.best);
+    EXPECT_EQ(result->certificate.givenField, direct.givenField);
+    EXPECT_GE(result->certificate.gapOfField(), 0.0);
+}
+
+TEST(CertificateMonitor, TakesTheNewestAndNeverMakesTheCallerWait)
+{
+    CertificateMonitor::Options options;
+    options.interval_s = 0.0;
+    CertificateMonitor monitor(options);
+    // Many more than can be certified in the time: those in between are dropped, the last is not.
+    constexpr std::uint64_t kFields = 20000;
+    const auto shared = field(0);
+    for (std::uint64_t i = 1; i <= kFields; ++i)
+    {
+        auto next = std::make_shared<PlayedField>(*shared);
+        next->number = i;
+        monitor.submit(next);
+    }
+    const auto last = resultOf(monitor, kFields);
+    ASSERT_NE(last, nullptr);
+    EXPECT_EQ(last->number, kFields);
+}
+
+TEST(CertificateMonitor, SaysWhyAFieldCannotBeCertifiedAndGoesOn)
+{
+    CertificateMonitor::Options options;
+    options.interval_s = 0.0;
+    CertificateMonitor monitor(options);
+    auto bad = field(1);
+    bad->points.targets[1] = std::nan("");
+    monitor.submit(bad);
+    const auto refused = resultOf(monitor, 1);
+    ASSERT_NE(refused, nullptr);
+    EXPECT_EQ(refused->error,
+              "phase objective: targets must be finite and at least 0, one of them more");
+    auto none = field(2);
+    none->array.reset();
+    monitor.submit(none);
+    const auto without = resultOf(monitor, 2);
+    ASSERT_NE(without, nullptr);
+    EXPECT_EQ(without->error, "certificate monitor: the field has no array");
+    monitor.submit(field(3));
+    const auto good = resultOf(monitor, 3);
+    ASSERT_NE(good, nullptr);
+    EXPECT_EQ(good->error, "");
+}
+
+TEST(CertificateMonitor, WaitsOutItsIntervalAndEndsAtOnce)
+{
+    CertificateMonitor::Options options;
+    options.interval_s = 1000.0;
+    const auto start = std::chrono::steady_clock::now();
+    {
+        CertificateMonitor monitor(options);
+        monitor.submit(field(1));
+        ASSERT_NE(resultOf(monitor, 1), nullptr);
+        monitor.submit(field(2));
+        EXPECT_FALSE(monitor.isWaiting());
+        std::this_thread::sleep_for(20ms);
+        EXPECT_EQ(monitor.latest()->number, 1u);
+    }
+    EXPECT_LT(std::chrono::steady_clock::now() - start, 60s); // not the thousand seconds
+    options.interval_s = -1.0;
+    EXPECT_THROW(CertificateMonitor{options}, InputError);
+}
