@@ -36,7 +36,7 @@ public:
     std::vector<float> amplitudes() const override { return {0, 1}; }
     double bytesPerSecond() const override { return 23040; }
     void appendOpening(std::vector<std::uint8_t>&) const override {}
-    std::size_t swapBytes() const override { return 1; }
+    bool restarts() const override { return true; }
 
     void appendField(std::vector<std::uint8_t>& out, const DriveSignal& signal) const override
     {
@@ -85,7 +85,7 @@ public:
         return levels;
     }
     double bytesPerSecond() const override { return 11520; }
-    std::size_t swapBytes() const override { return 1; }
+    bool restarts() const override { return false; }
 
     // The board plays a list of patterns, each for so many periods: here one pattern for ever (durations 1, then 0 as the end).
     void appendOpening(std::vector<std::uint8_t>& out) const override
@@ -175,10 +175,7 @@ public:
     }
     double bytesPerSecond() const override { return 8e6; } // the asynchronous FIFO's
     void appendOpening(std::vector<std::uint8_t>&) const override {}
-    std::size_t swapBytes() const override
-    {
-        return 0;
-    } // the board swaps at the next frame's start
+    bool restarts() const override { return false; }
 
     void appendField(std::vector<std::uint8_t>& out, const DriveSignal& signal) const override
     {

@@ -29,9 +29,10 @@ public:
 
     /// Appends what has to be sent once before the first field; may be nothing.
     virtual void appendOpening(std::vector<std::uint8_t>& out) const = 0;
-    /// Appends one field; the last swapBytes() bytes make it sound.
+    /// Appends one field.
     virtual void appendField(std::vector<std::uint8_t>& out, const DriveSignal& signal) const = 0;
-    virtual std::size_t swapBytes() const = 0;
+    /// Whether a new field may begin in the middle of one that was cut off, which then never sounds.
+    virtual bool restarts() const = 0;
 
     /// What the board makes of \a signal: its own phase and amplitude steps.
     virtual void played(const DriveSignal& signal, std::vector<std::complex<float>>& q) const = 0;

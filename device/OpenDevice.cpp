@@ -1,4 +1,5 @@
 #include "device/ArrayDevice.h"
+#include "device/BoardDevice.h"
 #include "device/DeviceUri.h"
 #include "device/FieldCounters.h"
 #include "device/GuardedDevice.h"
@@ -103,6 +104,32 @@ std::unique_ptr<ArrayDevice> openRecording(DeviceUri& uri, const DeviceLayout& l
     return std::make_unique<RecordingDevice>(uri.path(), layout.transducers);
 }
 
+std::unique_ptr<ArrayDevice> openSerialBoard(DeviceUri& uri, const DeviceLayout& layout)
+{
+    uri.requirePath("a serial port");
+    const int baud = static_cast<int>(
+        uri.takeNumber("baud", uri.scheme() == "ultraino" ? 115200 : 230400, 9600, 921600));
+    uri.rejectUnknown();
+    const std::string port = uri.path();
+    return std::make_unique<BoardDevice>(
+        uri.text(),
+        makeBoardCodec(uri.scheme()),
+        layout.transducers,
+        [port, baud](const std::vector<std::uint8_t>& lastWill)
+        { return std::make_unique<SerialPort>(port, baud, lastWill); });
+}
+
+std::unique_ptr<ArrayDevice> openFifoBoard(DeviceUri& uri, const DeviceLayout& layout)
+{
+    uri.rejectUnknown();
+    const std::string serial = uri.path();
+    return std::make_unique<BoardDevice>(uri.text(),
+                                         makeBoardCodec(uri.scheme()),
+                                         layout.transducers,
+                                         [serial](const std::vector<std::uint8_t>&)
+                                         { return std::make_unique<FtdiFifo>(serial); });
+}
+
 struct Scheme
 {
     const char* name;
@@ -115,6 +142,13 @@ constexpr Scheme kSchemes[] = {
      openSimulation,
      "sim:                    a virtual array; ?drop=0.01&unplug_at=2s&.. rehearses faults"},
     {"usb", openUsb, "usb: or usb:SERIAL      the array over USB; ?wait=yes begins without it"},
+    {"sonicsurface",
+     openSerialBoard,
+     "sonicsurface:TTY        an open board of 256 on a serial port"},
+    {"ultraino",
+     openSerialBoard,
+     "ultraino:TTY            open boards of 64, chained, on a serial port"},
+    {"openmpd", openFifoBoard, "openmpd:SERIAL          an open board of 256 behind an FT232H"},
     {"record", openRecording, "record:FILE             writes every field into a file"},
     {"null", openNull, "null:                   takes every field"},
 };

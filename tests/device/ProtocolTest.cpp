@@ -246,7 +246,8 @@ TEST(Protocol, takes_only_greetings_of_another_version)
         StreamParser parser;
         const auto packets = parsed(parser, bytesOf(packet));
         ASSERT_EQ(packets.size(), type == Type::HELLO || type == Type::INFO ? 1U : 0U);
-        for (const Packet& read : packets) EXPECT_EQ(read.version, 9);
+        for (const Packet& read : packets)
+            EXPECT_EQ(read.version, 9);
     }
 }
 

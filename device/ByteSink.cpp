@@ -1,0 +1,219 @@
+#include "device/ByteSink.h"
+
+#include "device/ArrayDevice.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+
+#include <fcntl.h>
+#include <ftdi.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <termios.h>
+#include <unistd.h>
+
+namespace midair::device
+{
+
+namespace
+{
+
+constexpr int kWriteTimeout_ms = 500;
+constexpr int kFtdiVendor = 0x0403;
+constexpr int kFt232h = 0x6014;
+
+speed_t speedOf(int baud)
+{
+    switch (baud)
+    {
+    case 9600:
+        return B9600;
+    case 57600:
+        return B57600;
+    case 115200:
+        return B115200;
+    case 230400:
+        return B230400;
+    case 460800:
+        return B460800;
+    case 921600:
+        return B921600;
+    default:
+        return B0;
+    }
+}
+
+// What the child does. Only calls that are safe after a fork of a program with threads; fds other than the three are closed.
+[[noreturn]] void guard(int alive, int port, const std::uint8_t* will, std::size_t size)
+{
+    ::setsid(); // a Ctrl-C for the program isn't for its guard
+    ::signal(SIGTERM, SIG_IGN);
+    ::signal(SIGHUP, SIG_IGN);
+    const int low = std::min(alive, port);
+    const int high = std::max(alive, port);
+    ::syscall(SYS_close_range, 0U, unsigned(low) - 1U, 0U);
+    ::syscall(SYS_close_range, unsigned(low) + 1U, unsigned(high) - 1U, 0U);
+    ::syscall(SYS_close_range, unsigned(high) + 1U, ~0U, 0U);
+    char farewell = 0;
+    ssize_t count = 0;
+    do
+        count = ::read(alive, &farewell, 1);
+    while (count < 0 && errno == EINTR);
+    if (count == 0) // no farewell: the program has died
+        while (size > 0)
+        {
+            const ssize_t written = ::write(port, will, size);
+            if (written < 0 && errno == EAGAIN)
+            {
+                pollfd wait{port, POLLOUT, 0};
+                ::poll(&wait, 1, kWriteTimeout_ms);
+            }
+            else if (written < 0 && errno != EINTR)
+                break;
+            else if (written > 0)
+            {
+                will += written;
+                size -= static_cast<std::size_t>(written);
+            }
+        }
+    ::_exit(0);
+}
+
+} // namespace
+
+SerialPort::SerialPort(const std::string& device,
+                       int baud,
+                       const std::vector<std::uint8_t>& lastWill)
+{
+    const auto fail = [&](const std::string& what)
+    {
+        const std::string reason = what + std::strerror(errno);
+        const bool denied = errno == EACCES;
+        if (_port >= 0) ::close(_port);
+        throw DeviceError("serial port \"" + device + "\": " + reason +
+                          (denied ? "; does your user belong to the group dialout?" : ""));
+    };
+    _port = ::open(device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (_port < 0) fail("can't be opened: ");
+    termios settings{};
+    if (::tcgetattr(_port, &settings) != 0) fail("isn't a serial port: ");
+    ::cfmakeraw(&settings);
+    settings.c_cflag =
+        (settings.c_cflag & ~(CSTOPB | PARENB | CRTSCTS | CSIZE)) | CS8 | CLOCAL | CREAD;
+    ::cfsetspeed(&settings, speedOf(baud));
+    if (::tcsetattr(_port, TCSANOW, &settings) != 0)
+        fail("doesn't take " + std::to_string(baud) + " baud: ");
+    if (::ioctl(_port, TIOCEXCL) != 0) fail("can't be had alone: ");
+    startGuard(lastWill);
+}
+
+void SerialPort::startGuard(const std::vector<std::uint8_t>& lastWill)
+{
+    int ends[2];
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) return;
+    _guard = ::fork();
+    if (_guard == 0)
+    {
+        ::close(ends[1]);
+        guard(ends[0], _port, lastWill.data(), lastWill.size());
+    }
+    ::close(ends[0]);
+    _alive = ends[1];
+}
+
+SerialPort::~SerialPort()
+{
+    if (_alive >= 0)
+    {
+        const char farewell = 'x';
+        while (::send(_alive, &farewell, 1, MSG_NOSIGNAL) < 0 && errno == EINTR)
+        {
+        }
+        ::close(_alive);
+    }
+    if (_guard > 0)
+        while (::waitpid(_guard, nullptr, 0) < 0 && errno == EINTR)
+        {
+        }
+    ::close(_port);
+}
+
+bool SerialPort::write(const std::vector<std::uint8_t>& bytes)
+{
+    std::size_t done = 0;
+    while (done < bytes.size())
+    {
+        const ssize_t count = ::write(_port, bytes.data() + done, bytes.size() - done);
+        if (count > 0)
+        {
+            done += static_cast<std::size_t>(count);
+            continue;
+        }
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0 && errno != EAGAIN)
+        {
+            _error = std::strerror(errno);
+            return false;
+        }
+        pollfd wait{_port, POLLOUT, 0};
+        const int ready = ::poll(&wait, 1, kWriteTimeout_ms);
+        if (ready == 0 || (ready > 0 && (wait.revents & (POLLERR | POLLHUP | POLLNVAL)) != 0))
+        {
+            _error = ready == 0 ? "takes no more bytes" : "unplugged";
+            return false;
+        }
+    }
+    return true;
+}
+
+void SerialPort::discard()
+{
+    ::tcflush(_port, TCOFLUSH);
+}
+
+FtdiFifo::FtdiFifo(const std::string& serial) : _ftdi(ftdi_new())
+{
+    const auto fail = [&](const std::string& what)
+    {
+        const std::string reason = ftdi_get_error_string(_ftdi);
+        ftdi_free(_ftdi);
+        throw DeviceError("FT232H" + (serial.empty() ? std::string() : " \"" + serial + "\"") +
+                          ": " + what + reason);
+    };
+    if (_ftdi == nullptr) throw DeviceError("FT232H: libftdi doesn't start");
+    const int error = ftdi_usb_open_desc(
+        _ftdi, kFtdiVendor, kFt232h, nullptr, serial.empty() ? nullptr : serial.c_str());
+    if (error == -3) // the library's number for: none matches
+        fail("none is plugged in: ");
+    if (error == -4 || error == -8)
+        fail("permission denied; copy 70-osgmidair.rules, which osgMidair installs in "
+             "lib/udev/rules.d, to "
+             "/etc/udev/rules.d, run \"udevadm control --reload\" and plug the board in again: ");
+    if (error == -5) fail("another program or the kernel's serial driver uses it: ");
+    if (error < 0) fail("can't be opened: ");
+    _ftdi->usb_write_timeout = kWriteTimeout_ms;
+    if (ftdi_set_bitmode(_ftdi, 0xFF, BITMODE_RESET) < 0 ||
+        ftdi_setflowctrl(_ftdi, SIO_DISABLE_FLOW_CTRL) < 0)
+        fail("doesn't take its settings: ");
+}
+
+FtdiFifo::~FtdiFifo()
+{
+    ftdi_usb_close(_ftdi);
+    ftdi_free(_ftdi);
+}
+
+bool FtdiFifo::write(const std::vector<std::uint8_t>& bytes)
+{
+    const int count = ftdi_write_data(_ftdi, bytes.data(), static_cast<int>(bytes.size()));
+    if (count == static_cast<int>(bytes.size())) return true;
+    _error = count < 0 ? ftdi_get_error_string(_ftdi) : "takes no more bytes";
+    return false;
+}
+
+} // namespace midair::device
