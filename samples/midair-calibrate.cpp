@@ -1,8 +1,17 @@
 // Finds the rigid matrix from a scene's world to the array from spots measured in both, and says how good it is.
 
 #include "engine-bridge/Calibration.h"
+#include "engine-bridge/Convert.h"
 #include "haptics/InputError.h"
 
+#include <osgMidair/HapticScene>
+
+#include <osg/NodeVisitor>
+#include <osgDB/ReadFile>
+#include <osgDB/Registry>
+#include <osgDB/WriteFile>
+
+#include <filesystem>
 #include <fstream>
 #include <iomanip>
 #include <iostream>
@@ -28,6 +37,8 @@ struct Settings
     std::string worldUnit = "m";
     std::string arrayUnit = "m";
     std::string matrix;
+    std::string sceneIn;
+    std::string sceneOut;
     double edge_mm = 150.0;
 };
 
@@ -59,6 +70,59 @@ void writeMatrix(const std::string& path, const Eigen::Isometry3d& worldToArray)
     if (!out) throw haptics::InputError("can't write the matrix to \"" + path + "\"");
 }
 
+/// Sets the calibration of every HapticScene that it meets.
+class SetCalibration : public osg::NodeVisitor
+{
+public:
+    explicit SetCalibration(const Eigen::Isometry3d& worldToArray) :
+        osg::NodeVisitor(TRAVERSE_ALL_CHILDREN),
+        _matrix(bridge::toOsg(worldToArray.matrix()))
+    {
+    }
+
+    void apply(osg::Group& group) override
+    {
+        if (auto* scene = dynamic_cast<osgMidair::HapticScene*>(&group))
+        {
+            scene->setCalibration(_matrix);
+            ++scenes;
+        }
+        traverse(group);
+    }
+
+    int scenes = 0;
+
+private:
+    osg::Matrixd _matrix;
+};
+
+/// The kit's plugins lie in lib beside this program's bin, in a build and once installed.
+void findKit()
+{
+    std::error_code error;
+    const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+    if (!error)
+        osgDB::Registry::instance()->getLibraryFilePathList().push_front(
+            (self.parent_path().parent_path() / "lib").string());
+}
+
+void writeScene(const std::string& from,
+                const std::string& to,
+                const Eigen::Isometry3d& worldToArray)
+{
+    findKit();
+    const osg::ref_ptr<osg::Node> scene = osgDB::readRefNodeFile(from);
+    if (!scene) throw haptics::InputError("can't read the scene \"" + from + "\"");
+    SetCalibration set(worldToArray);
+    scene->accept(set);
+    if (set.scenes == 0)
+        throw haptics::InputError("there is no osgMidair::HapticScene in \"" + from +
+                                  "\" to hold a calibration");
+    if (!osgDB::writeNodeFile(*scene, to))
+        throw haptics::InputError("can't write the scene to \"" + to + "\"");
+    std::cout << "calibration written into " << set.scenes << " HapticScene of " << to << "\n";
+}
+
 int calibrate(const Settings& settings)
 {
     const double worldUnit_m = bridge::unitInMetres(settings.worldUnit);
@@ -73,6 +137,10 @@ int calibrate(const Settings& settings)
     std::cout << report.text();
     if (!report.usable) return NOT_USABLE;
     if (!settings.matrix.empty()) writeMatrix(settings.matrix, report.worldToArray);
+    if (!settings.sceneIn.empty())
+        writeScene(settings.sceneIn,
+                   settings.sceneOut.empty() ? settings.sceneIn : settings.sceneOut,
+                   report.worldToArray);
     return CALIBRATED;
 }
 
@@ -95,6 +163,10 @@ int main(int argc, char** argv)
     app.add_option("--edge", settings.edge_mm, "mm from the array's origin to the workspace's edge")
         ->capture_default_str();
     app.add_option("--matrix", settings.matrix, "write the matrix to this file");
+    const auto scene =
+        app.add_option("--scene", settings.sceneIn, "set the calibration in this scene file");
+    app.add_option("--out", settings.sceneOut, "and write it here instead of over it")
+        ->needs(scene);
     CLI11_PARSE(app, argc, argv);
     try
     {

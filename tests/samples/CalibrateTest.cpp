@@ -131,6 +131,57 @@ TEST(MidairCalibrate, RefusesTheWrongUnitAndWritesNothing)
     EXPECT_FALSE(std::ifstream(matrix).good());
 }
 
+/// The Calibration of a HapticScene in an .osgt file, as OSG writes it: rows of the transpose.
+Eigen::Matrix4d calibrationIn(const std::string& path)
+{
+    std::ifstream in(path);
+    std::string word;
+    while (in >> word && word != "Calibration")
+        ;
+    in >> word; // {
+    Eigen::Matrix4d matrix = Eigen::Matrix4d::Zero();
+    for (int column = 0; column < 4; ++column)
+        for (int row = 0; row < 4; ++row)
+            in >> matrix(row, column);
+    EXPECT_TRUE(in.good());
+    return matrix;
+}
+
+std::string sceneFile(const std::string& name, const std::string& node)
+{
+    const std::string path = temporary(name);
+    std::ofstream(path) << "#Ascii Scene\n#Version 162\n#Generator OpenSceneGraph 3.6.5\n\n"
+                        << node << " {\n  UniqueID 1\n}\n";
+    return path;
+}
+
+TEST(MidairCalibrate, WritesTheMatrixIntoAScene)
+{
+    const std::string in = sceneFile("in.osgt", "osgMidair::HapticScene");
+    const std::string out = temporary("out.osgt");
+    std::remove(out.c_str());
+    const Outcome outcome = shell(kProgram + " " + pairsFile("pairs-scene.csv", 1.0) + " --scene " +
+                                  in + " --out " + out);
+    EXPECT_EQ(outcome.code, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("calibration written into 1 HapticScene of " + out),
+              std::string::npos)
+        << outcome.output;
+    // As for the matrix file above.
+    EXPECT_LT((calibrationIn(out) - truth().matrix()).cwiseAbs().maxCoeff(), 5e-3);
+}
+
+TEST(MidairCalibrate, ASceneWithoutAHapticSceneIsNamed)
+{
+    const std::string in = sceneFile("plain.osgt", "osg::Group");
+    const Outcome outcome =
+        shell(kProgram + " " + pairsFile("pairs-plain.csv", 1.0) + " --scene " + in);
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_NE(outcome.output.find("midair-calibrate: there is no osgMidair::HapticScene in \"" +
+                                  in + "\" to hold a calibration\n"),
+              std::string::npos)
+        << outcome.output;
+}
+
 TEST(MidairCalibrate, InputErrorsAreNamed)
 {
     const Outcome missing = shell(kProgram + " /nowhere/pairs.csv");
