@@ -4,11 +4,15 @@
 #include "device/FieldCounters.h"
 #include "device/GuardedDevice.h"
 #include "device/HeldField.h"
+#include "device/MultiDevice.h"
+#include "device/PlayingDevice.h"
 #include "device/RecordingDevice.h"
 #include "device/SimulatedArray.h"
 #include "device/UsbArrayDevice.h"
 
+#include <algorithm>
 #include <atomic>
+#include <cstdio>
 
 namespace midair::device
 {
@@ -130,6 +134,22 @@ std::unique_ptr<ArrayDevice> openFifoBoard(DeviceUri& uri, const DeviceLayout& l
                                          { return std::make_unique<FtdiFifo>(serial); });
 }
 
+std::unique_ptr<ArrayDevice>
+openList(const std::string& text, const DeviceLayout& layout, const SafetyLimits& limits);
+
+std::unique_ptr<ArrayDevice> openPlaying(DeviceUri& uri, const DeviceLayout& layout)
+{
+    uri.requirePath("a file");
+    PlayingDevice::Options options;
+    options.speed = uri.takeNumber("speed", 1, 0.001, 1000);
+    options.loop = uri.takeFlag("loop", false);
+    const std::string to = uri.takeText("to", "");
+    uri.rejectUnknown();
+    if (to.empty()) throw uri.error("say on which device: \"play:FILE?to=usb:\"");
+    return std::make_unique<PlayingDevice>(
+        uri.path(), layout.transducers, options, openList(to, layout, {}));
+}
+
 struct Scheme
 {
     const char* name;
@@ -150,13 +170,15 @@ constexpr Scheme kSchemes[] = {
      "ultraino:TTY            open boards of 64, chained, on a serial port"},
     {"openmpd", openFifoBoard, "openmpd:SERIAL          an open board of 256 behind an FT232H"},
     {"record", openRecording, "record:FILE             writes every field into a file"},
+    {"play",
+     openPlaying,
+     "play:FILE?to=DEVICE     plays a recording on another device; ?loop=yes&speed=2"},
     {"null", openNull, "null:                   takes every field"},
 };
 
 std::unique_ptr<ArrayDevice>
-openOne(const std::string& text, const DeviceLayout& layout, const SafetyLimits& limits)
+openOne(DeviceUri& uri, const DeviceLayout& layout, const SafetyLimits& limits)
 {
-    DeviceUri uri(text);
     const SafetyLimits strict = takeLimits(uri, limits);
     std::string known;
     for (const Scheme& scheme : kSchemes)
@@ -167,6 +189,62 @@ openOne(const std::string& text, const DeviceLayout& layout, const SafetyLimits&
         known += std::string(known.empty() ? "" : ", ") + scheme.name + ":";
     }
     throw uri.error("unknown kind \"" + uri.scheme() + ":\"; known are " + known);
+}
+
+// "0-7" or "3": the transducers of these boards.
+MultiDevice::Part partOf(DeviceUri& uri, const DeviceLayout& layout)
+{
+    MultiDevice::Part part;
+    part.count = layout.transducers;
+    const std::string boards = uri.takeText("boards", "");
+    if (boards.empty()) return part;
+    const int last = layout.board.empty() ? 0 : layout.board.back();
+    int from = 0;
+    int to = 0;
+    char rest = 0;
+    const int read = std::sscanf(boards.c_str(), "%d-%d%c", &from, &to, &rest);
+    if (read == 1) to = from;
+    if (read < 1 || read > 2 || boards.find_first_not_of("0123456789-") != std::string::npos ||
+        from > to || to > last)
+        throw uri.error("boards=" + boards + " should be a board or a range of them, from 0 to " +
+                        std::to_string(last));
+    if (layout.board.empty()) return part;
+    const auto begin = std::lower_bound(layout.board.begin(), layout.board.end(), from);
+    part.first = static_cast<int>(begin - layout.board.begin());
+    part.count = static_cast<int>(std::upper_bound(begin, layout.board.end(), to) - begin);
+    return part;
+}
+
+DeviceLayout cut(const DeviceLayout& layout, const MultiDevice::Part& part)
+{
+    DeviceLayout piece{part.count, {}};
+    if (!layout.board.empty())
+        for (int i = 0; i < part.count; ++i)
+            piece.board.push_back(layout.board[part.first + i] - layout.board[part.first]);
+    return piece;
+}
+
+std::unique_ptr<ArrayDevice>
+openList(const std::string& text, const DeviceLayout& layout, const SafetyLimits& limits)
+{
+    std::vector<MultiDevice::Part> parts;
+    for (const std::string& one : splitDeviceList(text))
+    {
+        DeviceUri uri(one);
+        parts.push_back(partOf(uri, layout));
+        parts.back().device = openOne(uri, cut(layout, parts.back()), limits);
+    }
+    if (parts.size() == 1 && parts[0].count == layout.transducers)
+        return std::move(parts[0].device);
+    std::vector<bool> covered(layout.transducers);
+    for (const MultiDevice::Part& part : parts)
+        std::fill_n(covered.begin() + part.first, part.count, true);
+    const auto missing = std::find(covered.begin(), covered.end(), false);
+    if (missing != covered.end())
+        throw DeviceError("device \"" + text + "\": no device has transducer " +
+                          std::to_string(missing - covered.begin()) + " of " +
+                          std::to_string(layout.transducers));
+    return std::make_unique<MultiDevice>(std::move(parts), layout.transducers);
 }
 
 } // namespace
@@ -180,7 +258,7 @@ std::unique_ptr<ArrayDevice>
 openLimitedDevice(const std::string& uri, const DeviceLayout& layout, const SafetyLimits& limits)
 {
     checkLayout(layout);
-    return openOne(uri, layout, limits);
+    return openList(uri, layout, limits);
 }
 
 std::string deviceKinds()

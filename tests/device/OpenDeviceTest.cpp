@@ -45,8 +45,8 @@ TEST(OpenDevice, names_what_is_wrong_with_a_uri)
     EXPECT_EQ(openError("null:?a=1&a=2"),
               "device \"null:?a=1&a=2\": parameter \"a\" is there twice");
     EXPECT_EQ(openError("null:?lvl=1"),
-              "device \"null:?lvl=1\": unknown parameter \"lvl\"; known are hold, max-amplitude, "
-              "mean-drive, mean-drive-time, ramp");
+              "device \"null:?lvl=1\": unknown parameter \"lvl\"; known are boards, hold, "
+              "max-amplitude, mean-drive, mean-drive-time, ramp");
     EXPECT_EQ(openError("null:box"),
               "device \"null:box\": nothing may stand between \"null:\" and the parameters, but "
               "\"box\" does");

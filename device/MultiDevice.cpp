@@ -1,0 +1,171 @@
+#include "device/MultiDevice.h"
+
+#include "device/FieldCounters.h"
+
+#include <algorithm>
+#include <cctype>
+#include <limits>
+
+namespace midair::device
+{
+
+std::vector<std::string> splitDeviceList(const std::string& text)
+{
+    std::vector<std::string> parts;
+    std::size_t begin = 0;
+    for (std::size_t comma = text.find(','); comma != std::string::npos;
+         comma = text.find(',', comma + 1))
+    {
+        // A comma may be part of a file's name; letters and a colon after it are a new device.
+        std::size_t end = comma + 1;
+        while (end < text.size() && std::isalpha(static_cast<unsigned char>(text[end])) != 0)
+            ++end;
+        if (end == comma + 1 || end == text.size() || text[end] != ':') continue;
+        const std::string part = text.substr(begin, comma - begin);
+        if (part.find("?to=") != std::string::npos || part.find("&to=") != std::string::npos)
+            continue; // a list within play:, which takes the rest
+        parts.push_back(part);
+        begin = comma + 1;
+    }
+    parts.push_back(text.substr(begin));
+    return parts;
+}
+
+MultiDevice::MultiDevice(std::vector<Part> parts, int transducers) :
+    _parts(std::move(parts)),
+    _transducers(transducers),
+    _cuts(_parts.size())
+{
+}
+
+// From when each device handed over its last field, once all have this one.
+void MultiDevice::measureSkew() const
+{
+    double first = std::numeric_limits<double>::infinity();
+    double last = 0;
+    for (const Part& part : _parts)
+    {
+        const DeviceReport report = part.device->report();
+        if (report.state != DeviceState::READY || report.pending > 0 ||
+            report.lastHandedOver_s == 0)
+            return;
+        first = std::min(first, report.lastHandedOver_s);
+        last = std::max(last, report.lastHandedOver_s);
+    }
+    _skew_s = last - first;
+    _worstSkew_s = std::max(_worstSkew_s, _skew_s);
+}
+
+bool MultiDevice::send(const DriveSignal& signal)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    if (signal.size() != _transducers || signal.duty.size() != signal.phase.size())
+    {
+        ++_refused;
+        return false;
+    }
+    measureSkew(); // of the field before, which is through in most cases
+    for (std::size_t i = 0; i < _parts.size();
+         ++i) // cut first, so that the sends follow each other closely
+    {
+        const auto first = static_cast<std::ptrdiff_t>(_parts[i].first);
+        _cuts[i].phase.assign(signal.phase.begin() + first,
+                              signal.phase.begin() + first + _parts[i].count);
+        _cuts[i].duty.assign(signal.duty.begin() + first,
+                             signal.duty.begin() + first + _parts[i].count);
+    }
+    bool taken = true;
+    for (std::size_t i = 0; i < _parts.size(); ++i)
+        taken = _parts[i].device->send(_cuts[i]) && taken;
+    return taken;
+}
+
+void MultiDevice::silence()
+{
+    for (const Part& part : _parts)
+        part.device->silence();
+}
+
+void MultiDevice::setMuted(bool muted)
+{
+    for (const Part& part : _parts)
+        part.device->setMuted(muted);
+}
+
+std::string MultiDevice::status() const
+{
+    std::string text;
+    for (const Part& part : _parts)
+        text += (text.empty() ? "" : " | ") + part.device->status();
+    return text;
+}
+
+// The sums of all devices' counters; state and message of the first that is worse off than the others.
+DeviceReport MultiDevice::report() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    measureSkew();
+    DeviceReport sum;
+    for (const Part& part : _parts)
+    {
+        const DeviceReport one = part.device->report();
+        if (one.state > sum.state)
+        {
+            sum.state = one.state;
+            sum.message = one.message;
+        }
+        if (sum.message.empty()) sum.message = one.message;
+        sum.sent += one.sent;
+        sum.played += one.played;
+        sum.dropped += one.dropped;
+        sum.lost += one.lost;
+        sum.refused += one.refused;
+        sum.pending += one.pending;
+        sum.faults += one.faults;
+        sum.reconnects += one.reconnects;
+        sum.lastHandedOver_s = std::max(sum.lastHandedOver_s, one.lastHandedOver_s);
+        sum.latency_s = std::max(sum.latency_s, one.latency_s);
+        sum.temperature_C = std::max(sum.temperature_C, one.temperature_C);
+        if (sum.firmware.empty()) sum.firmware = one.firmware;
+    }
+    sum.sent += _refused;
+    sum.refused += _refused;
+    sum.skew_s = _skew_s;
+    sum.worstSkew_s = _worstSkew_s;
+    return sum;
+}
+
+DriveAbility MultiDevice::ability() const
+{
+    DriveAbility coarsest;
+    for (const Part& part : _parts)
+    {
+        const DriveAbility one = part.device->ability();
+        coarsest.phaseLevels = std::min(coarsest.phaseLevels, one.phaseLevels);
+        if (!one.amplitudes.empty() &&
+            (coarsest.amplitudes.empty() || one.amplitudes.size() < coarsest.amplitudes.size()))
+            coarsest.amplitudes = one.amplitudes;
+    }
+    return coarsest;
+}
+
+bool MultiDevice::identify(int board, bool light)
+{
+    bool any = false;
+    for (const Part& part : _parts)
+        any = part.device->identify(board, light) || any;
+    return any;
+}
+
+std::vector<std::complex<float>> MultiDevice::played() const
+{
+    std::vector<std::complex<float>> q(_transducers);
+    for (auto part = _parts.rbegin(); part != _parts.rend(); ++part)
+    {
+        const auto piece = part->device->played();
+        std::copy(piece.begin(), piece.end(), q.begin() + part->first);
+    }
+    return q;
+}
+
+} // namespace midair::device

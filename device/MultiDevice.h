@@ -1,0 +1,52 @@
+#pragma once
+
+#include "device/ArrayDevice.h"
+
+#include <mutex>
+
+namespace midair::device
+{
+
+/// Several devices as one: boards of the array on different ports, or the array and a recorder.
+///
+/// A field goes to all of them one right after the other, and the report says how far apart it was handed over. One that is lost
+/// does not keep the others from playing; send() is false when any of them refused.
+class MultiDevice : public ArrayDevice
+{
+public:
+    /// Which transducers a device has: from first, count of them.
+    struct Part
+    {
+        std::unique_ptr<ArrayDevice> device;
+        int first = 0;
+        int count = 0;
+    };
+
+    MultiDevice(std::vector<Part> parts, int transducers);
+
+    bool send(const DriveSignal& signal) override;
+    void silence() override;
+    void setMuted(bool muted) override;
+    std::string status() const override;
+    DeviceReport report() const override;
+    DriveAbility ability() const override; ///< the coarsest of all
+    bool identify(int board, bool light) override;
+    std::vector<std::complex<float>>
+    played() const override; ///< of the first device that has the transducer
+
+private:
+    void measureSkew() const;
+
+    std::vector<Part> _parts;
+    const int _transducers;
+    mutable std::mutex _mutex; ///< one field at a time
+    mutable double _skew_s = 0;
+    mutable double _worstSkew_s = 0;
+    std::uint64_t _refused = 0;
+    std::vector<DriveSignal> _cuts;
+};
+
+/// The devices of a list, cut at commas that a kind of device follows; one when there is no such comma.
+std::vector<std::string> splitDeviceList(const std::string& text);
+
+} // namespace midair::device

@@ -1,0 +1,65 @@
+#pragma once
+
+#include "device/ArrayDevice.h"
+
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+namespace midair::device
+{
+
+/// `play:FILE?to=DEVICE`: plays a recording on another device at the recorded times, in a thread of its own. Fields that are sent
+/// meanwhile are refused: the recording is the show. At the end, or where the file breaks off, the device falls silent.
+class PlayingDevice : public ArrayDevice
+{
+public:
+    struct Options
+    {
+        double speed = 1; ///< > 0
+        bool loop = false;
+    };
+
+    /// Throws DeviceError for a file that can't be read or was made for another number of transducers.
+    PlayingDevice(const std::string& file,
+                  int transducers,
+                  const Options& options,
+                  std::unique_ptr<ArrayDevice> device);
+    ~PlayingDevice() override;
+
+    PlayingDevice(const PlayingDevice&) = delete;
+    PlayingDevice& operator=(const PlayingDevice&) = delete;
+
+    bool send(const DriveSignal&) override;
+    void silence() override;                                         ///< stops the show
+    void setMuted(bool muted) override { _device->setMuted(muted); } ///< the show goes on unheard
+    std::string status() const override;
+    DeviceReport report() const override { return _device->report(); }
+    DriveAbility ability() const override { return _device->ability(); }
+    bool identify(int board, bool light) override { return _device->identify(board, light); }
+    std::vector<std::complex<float>> played() const override { return _device->played(); }
+
+    bool finished() const;
+    double worstLateness_s() const; ///< how much later than recorded a field was sent, at most
+
+private:
+    void run();
+    bool playOnce(std::unique_lock<std::mutex>& lock); ///< false: stopped
+
+    const std::string _file;
+    const int _transducers;
+    const Options _options;
+    const std::unique_ptr<ArrayDevice> _device;
+    std::vector<std::uint8_t> _bytes;
+    mutable std::mutex _mutex;
+    std::condition_variable _wake;
+    bool _stop = false;
+    bool _finished = false;
+    std::uint64_t _fields = 0;
+    double _time_s = 0;
+    double _worstLateness_s = 0;
+    std::string _ending;
+    std::thread _thread;
+};
+
+} // namespace midair::device

@@ -1,0 +1,293 @@
+#include "device/GuardedDevice.h"
+
+#include "Fields.h"
+#include "device/DriveEncoder.h"
+#include "device/FieldCounters.h"
+
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+using namespace midair::device;
+
+namespace
+{
+
+/// What reached the device, with times.
+struct Log
+{
+    struct Event
+    {
+        double time_s;
+        double amplitude; ///< of the first transducer; 0 for silence
+        bool silence;
+    };
+    std::mutex mutex;
+    std::vector<Event> events;
+
+    void add(double amplitude, bool silence)
+    {
+        std::lock_guard<std::mutex> lock(mutex);
+        events.push_back({steadySeconds(), amplitude, silence});
+    }
+    std::vector<Event> all()
+    {
+        std::lock_guard<std::mutex> lock(mutex);
+        return events;
+    }
+};
+
+/// Stands in for hardware; can refuse.
+class LoggedDevice : public ArrayDevice
+{
+public:
+    explicit LoggedDevice(Log& log) : _log(log) {}
+    bool send(const DriveSignal& signal) override
+    {
+        _log.add(amplitudeLevels()[signal.duty[0]], false);
+        return true;
+    }
+    void silence() override { _log.add(0, true); }
+    void setMuted(bool) override {}
+    std::string status() const override { return "logged"; }
+    DeviceReport report() const override { return {}; }
+    std::vector<std::complex<float>> played() const override { return {}; }
+
+private:
+    Log& _log;
+};
+
+std::unique_ptr<GuardedDevice> guarded(Log& log, const SafetyLimits& limits, int transducers = 4)
+{
+    return std::make_unique<GuardedDevice>(
+        std::make_unique<LoggedDevice>(log), limits, transducers);
+}
+
+std::string limitsError(const SafetyLimits& limits)
+{
+    Log log;
+    try
+    {
+        guarded(log, limits);
+    }
+    catch (const DeviceError& error)
+    {
+        return error.what();
+    }
+    return "no error";
+}
+
+} // namespace
+
+TEST(ScaleDuties, never_exceeds_and_is_close_below)
+{
+    for (const double gain : {0.0, 0.013, 0.2, 0.5, 0.77, 0.999, 1.0})
+        for (int duty = 0; duty < 256; ++duty)
+        {
+            DriveSignal scaled;
+            scaleDuties(evenField(1, 77, static_cast<std::uint8_t>(duty)), gain, scaled);
+            const double wanted = gain * amplitudeLevels()[duty];
+            const double got = amplitudeLevels()[scaled.duty[0]];
+            EXPECT_LE(got, wanted + 1e-7);              // single precision of the table
+            EXPECT_GE(got, wanted - M_PI / 510 - 1e-7); // one level
+            EXPECT_EQ(scaled.phase[0], 77);
+        }
+    DriveSignal same;
+    scaleDuties(randomField(300, 1), 1, same);
+    EXPECT_EQ(same, randomField(300, 1));
+}
+
+TEST(GuardedDevice, caps_the_amplitude_and_keeps_the_shape)
+{
+    Log log;
+    SafetyLimits limits;
+    limits.maxAmplitude = 0.3;
+    const auto device = guarded(log, limits);
+    DriveSignal field = evenField(4, 0, 255);
+    field.duty[0] = 85; // one half, where the peak is 1
+    ASSERT_TRUE(device->send(field));
+    EXPECT_NEAR(log.all().back().amplitude, 0.15, M_PI / 510); // one level
+    EXPECT_LE(log.all().back().amplitude, 0.15);
+    ASSERT_TRUE(device->send(evenField(4, 0, 40))); // 0.24: under the cap
+    EXPECT_FLOAT_EQ(static_cast<float>(log.all().back().amplitude), amplitudeLevels()[40]);
+}
+
+TEST(GuardedDevice, ramps_up_at_the_start_and_down_at_the_end)
+{
+    Log log;
+    SafetyLimits limits;
+    limits.ramp_s = 0.1;
+    auto device = guarded(log, limits);
+    ASSERT_TRUE(device->send(evenField(4, 0, 255)));
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    auto events = log.all();
+    EXPECT_LT(events.front().amplitude, 0.02);
+    EXPECT_EQ(events.back().amplitude, 1);
+    for (std::size_t i = 1; i < events.size(); ++i)
+    {
+        EXPECT_GE(events[i].amplitude, events[i - 1].amplitude);
+        // Never ahead of the ramp, by the clock; the step is a duty level.
+        EXPECT_LE(events[i].amplitude,
+                  (events[i].time_s - events[0].time_s) / limits.ramp_s + 0.01);
+    }
+    const std::size_t rising = events.size();
+    device.reset();
+    events = log.all();
+    ASSERT_GT(events.size(), rising + 3);
+    EXPECT_TRUE(events.back().silence);
+    for (std::size_t i = rising + 1; i < events.size(); ++i)
+        EXPECT_LE(events[i].amplitude, events[i - 1].amplitude);
+}
+
+TEST(GuardedDevice, starts_a_new_ramp_after_silence)
+{
+    Log log;
+    SafetyLimits limits;
+    limits.ramp_s = 0.02;
+    const auto device = guarded(log, limits);
+    ASSERT_TRUE(device->send(evenField(4, 0, 255)));
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    device->silence();
+    EXPECT_TRUE(log.all().back().silence); // at once, no ramp
+    ASSERT_TRUE(device->send(evenField(4, 0, 255)));
+    const auto events = log.all();
+    std::size_t first = events.size() - 1;
+    while (!events[first - 1].silence)
+        --first;
+    EXPECT_LT(events[first].amplitude, 0.2);
+}
+
+TEST(GuardedDevice, keeps_the_mean_drive_within_the_budget)
+{
+    Log log;
+    SafetyLimits limits;
+    limits.meanDrive = 0.25;
+    limits.meanDriveTime_s = 0.3;
+    const auto device = guarded(log, limits);
+    const double start_s = steadySeconds();
+    while (steadySeconds() < start_s + 1.0)
+    {
+        ASSERT_TRUE(device->send(evenField(4, 0, 255)));
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    // The mean, recomputed from what reached the device: dE/dt = (P - E)/tau.
+    const auto events = log.all();
+    EXPECT_EQ(events.front().amplitude, 1); // loud as long as the budget lasts
+    double mean = 0;
+    double worst = 0;
+    for (std::size_t i = 0; i + 1 < events.size(); ++i)
+    {
+        const double drive = events[i].amplitude * events[i].amplitude;
+        const double decay =
+            std::exp(-(events[i + 1].time_s - events[i].time_s) / limits.meanDriveTime_s);
+        mean = drive + (mean - drive) * decay;
+        worst = std::max(worst, mean);
+    }
+    EXPECT_LE(worst,
+              limits.meanDrive *
+                  1.2); // a busy machine's thread may be late by some of the time constant
+    EXPECT_NEAR(mean, limits.meanDrive, 0.06); // and it is used
+}
+
+TEST(GuardedDevice, reduces_a_field_that_is_held)
+{
+    Log log;
+    SafetyLimits limits;
+    limits.meanDrive = 0.25;
+    limits.meanDriveTime_s = 0.1;
+    const auto device = guarded(log, limits);
+    ASSERT_TRUE(device->send(evenField(4, 0, 255)));
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    EXPECT_NEAR(log.all().back().amplitude, 0.5, 0.05); // sqrt(0.25)
+}
+
+TEST(GuardedDevice, silences_a_field_that_nobody_renews_when_asked_to)
+{
+    Log log;
+    SafetyLimits limits;
+    limits.hold_s = 0.05;
+    const auto device = guarded(log, limits);
+    ASSERT_TRUE(device->send(evenField(4, 0, 255)));
+    EXPECT_FALSE(log.all().back().silence);
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    EXPECT_TRUE(log.all().back().silence);
+    EXPECT_GE(log.all().back().time_s - log.all().front().time_s, 0.05);
+}
+
+TEST(GuardedDevice, stays_muted_until_it_is_lifted)
+{
+    Log log;
+    const auto device = guarded(log, {});
+    ASSERT_TRUE(device->send(evenField(4, 0, 255)));
+    std::thread([&] { device->setMuted(true); }).join();
+    EXPECT_TRUE(log.all().back().silence);
+    const std::size_t events = log.all().size();
+    EXPECT_FALSE(device->send(evenField(4, 0, 255)));
+    EXPECT_EQ(log.all().size(), events);
+    EXPECT_EQ(device->report().state, DeviceState::MUTED);
+    EXPECT_EQ(device->report().refused, 1U);
+    EXPECT_EQ(device->status(), "logged; muted");
+    device->setMuted(false);
+    EXPECT_TRUE(device->send(evenField(4, 0, 255)));
+}
+
+TEST(GuardedDevice, no_field_follows_a_mute_however_the_threads_meet)
+{
+    Log log;
+    SafetyLimits limits;
+    limits.ramp_s = 0.01; // so that its own thread sends too
+    const auto device = guarded(log, limits);
+    for (int round = 0; round < 30; ++round)
+    {
+        std::atomic<bool> stop{false};
+        std::thread sender(
+            [&]
+            {
+                while (!stop)
+                    device->send(evenField(4, 0, 255));
+            });
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        device->setMuted(true);
+        const std::size_t events = log.all().size();
+        EXPECT_TRUE(log.all().back().silence);
+        std::this_thread::sleep_for(std::chrono::milliseconds(3));
+        EXPECT_EQ(log.all().size(), events);
+        stop = true;
+        sender.join();
+        device->setMuted(false);
+    }
+}
+
+TEST(GuardedDevice, names_limits_that_are_out_of_range)
+{
+    SafetyLimits limits;
+    limits.maxAmplitude = 1.5;
+    EXPECT_EQ(limitsError(limits), "device limits: maxAmplitude is 1.5, should be 0 to 1");
+    limits = {};
+    limits.ramp_s = -1;
+    EXPECT_EQ(limitsError(limits), "device limits: ramp is -1, should be 0 to 10 s");
+    limits = {};
+    limits.meanDrive = std::nan("");
+    EXPECT_EQ(limitsError(limits), "device limits: meanDrive is nan, should be 0 to 1");
+    limits = {};
+    limits.meanDriveTime_s = 0;
+    EXPECT_EQ(limitsError(limits), "device limits: meanDriveTime is 0, should be more than 0 s");
+    limits = {};
+    limits.hold_s = -1;
+    EXPECT_EQ(limitsError(limits), "device limits: hold is -1, should be 0 or more");
+}
+
+TEST(GuardedDevice, takes_the_stricter_of_program_and_uri)
+{
+    SafetyLimits limits;
+    limits.maxAmplitude = 0.5;
+    const auto first = openLimitedDevice("null:?max-amplitude=0.9", {1, {}}, limits);
+    ASSERT_TRUE(first->send(evenField(1, 0, 255)));
+    EXPECT_NEAR(std::abs(first->played()[0]), 0.5, M_PI / 510); // one level
+    const auto second = openLimitedDevice("null:?max-amplitude=0.2", {1, {}}, limits);
+    ASSERT_TRUE(second->send(evenField(1, 0, 255)));
+    EXPECT_NEAR(std::abs(second->played()[0]), 0.2, M_PI / 510);
+    EXPECT_LE(std::abs(second->played()[0]), 0.2F);
+}
