@@ -1,8 +1,9 @@
 // Runs the built program as a user would.
 
+#include "tests/samples/Shell.h"
+
 #include <Eigen/Geometry>
 
-#include <array>
 #include <cstdio>
 #include <fstream>
 #include <iomanip>
@@ -11,29 +12,9 @@
 #include <string>
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 namespace
 {
-
-struct Outcome
-{
-    int code = -1;
-    std::string output; ///< stdout and stderr
-};
-
-Outcome shell(const std::string& command)
-{
-    Outcome outcome;
-    FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-    if (!pipe) return outcome;
-    std::array<char, 4096> buffer{};
-    while (const std::size_t got = fread(buffer.data(), 1, buffer.size(), pipe))
-        outcome.output.append(buffer.data(), got);
-    const int status = pclose(pipe);
-    if (WIFEXITED(status)) outcome.code = WEXITSTATUS(status);
-    return outcome;
-}
 
 const std::string kProgram = MIDAIR_BIN "/midair-calibrate";
 

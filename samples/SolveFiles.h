@@ -1,0 +1,38 @@
+#pragma once
+
+#include "device/DriveSignal.h"
+#include "haptics/ControlPoints.h"
+#include "haptics/HologramSolver.h"
+#include "haptics/Medium.h"
+#include "haptics/TransducerArray.h"
+
+#include <Eigen/Core>
+
+#include <string>
+
+namespace midair::samples
+{
+
+/// Reads control points from a CSV file with a header line: x_m,y_m,z_m,nx,ny,nz and either target_Pa (absolute;
+/// \a absolute becomes true) or target (relative). Columns may stand in any order, others are passed over.
+/// Throws haptics::InputError naming the file and the line.
+haptics::ControlPoints readControlPoints(const std::string& path, bool& absolute);
+
+/// x_m,y_m,z_m,nx,ny,nz,target_Pa,achieved_Pa: one row a control point; both pressures are peak amplitudes.
+void writeControlPoints(const std::string& path,
+                        const haptics::ControlPoints& points,
+                        const Eigen::VectorXd& target_Pa,
+                        const Eigen::VectorXd& achieved_Pa);
+
+/// x_m,y_m,z_m,nx,ny,nz,phase_level,duty_level: one row a transducer, in the array's order.
+void writeDrive(const std::string& path,
+                const haptics::TransducerArray& array,
+                const device::DriveSignal& signal);
+
+/// What a recomputation of the field needs, and the SolveReport under "report".
+void writeSummary(const std::string& path,
+                  const haptics::TransducerArray& array,
+                  const haptics::Medium& medium,
+                  const haptics::SolveReport& report);
+
+} // namespace midair::samples

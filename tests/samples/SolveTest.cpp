@@ -1,0 +1,231 @@
+// midair-solve run as a user runs it, and its files recomputed by a model written here, apart from the product's.
+
+#include "tests/samples/Shell.h"
+
+#include <cmath>
+#include <complex>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace
+{
+
+namespace fs = std::filesystem;
+
+const std::string kProgram = MIDAIR_BIN "/midair-solve";
+const std::string kStar = MIDAIR_ROOT "/samples/models/star.obj";
+
+std::string folder(const std::string& name)
+{
+    std::string path = testing::TempDir() + "midair-solve-" + name;
+    fs::remove_all(path);
+    return path;
+}
+
+std::vector<std::vector<double>> readCsv(const std::string& path, std::string* header = nullptr)
+{
+    std::ifstream file(path);
+    std::string line;
+    std::getline(file, line);
+    if (header) *header = line;
+    std::vector<std::vector<double>> rows;
+    while (std::getline(file, line))
+    {
+        std::stringstream cells(line);
+        auto& row = rows.emplace_back();
+        for (std::string cell; std::getline(cells, cell, ',');)
+            row.push_back(std::strtod(cell.c_str(), nullptr));
+    }
+    return rows;
+}
+
+nlohmann::json readSummary(const std::string& out)
+{
+    std::ifstream file(out + "/summary.json");
+    return nlohmann::json::parse(file);
+}
+
+/// The paper's zonal harmonics of order 0 to 3 for orthonormal Y_n0, scaled to 1 on the axis, never negative.
+double directivity(double x)
+{
+    const auto sum = [](double t)
+    {
+        const double c[4] = {1.11, 1.06, 0.24, -0.12};
+        const double p[4] = {1.0, t, 0.5 * (3 * t * t - 1), 0.5 * (5 * t * t * t - 3 * t)};
+        double total = 0.0;
+        for (int n = 0; n < 4; ++n)
+            total += c[n] * std::sqrt((2 * n + 1) / (4 * M_PI)) * p[n];
+        return total;
+    };
+    return std::max(0.0, sum(x) / sum(1.0));
+}
+
+/// |p| at one row of control_points.csv from all rows of drive.csv and the constants of summary.json.
+double recomputed_Pa(const std::vector<double>& point,
+                     const std::vector<std::vector<double>>& drive,
+                     const nlohmann::json& summary)
+{
+    const double k = 2 * M_PI * summary.at("frequency_Hz").get<double>() /
+                     summary.at("soundSpeed_m_s").get<double>();
+    const double beta = summary.at("attenuation_Np_m").get<double>();
+    const double P0 = summary.at("sourceAmplitude_Pa_m").get<double>();
+    std::complex<double> p = 0.0;
+    for (const auto& t : drive)
+    {
+        const double d[3] = {point[0] - t[0], point[1] - t[1], point[2] - t[2]};
+        const double R = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        const double cosTheta = (d[0] * t[3] + d[1] * t[4] + d[2] * t[5]) / R;
+        p += P0 * directivity(cosTheta) / R * std::exp(-beta * R) * std::sin(M_PI * t[7] / 510.0) *
+             std::polar(1.0, -k * R + 2 * M_PI * t[6] / 256.0);
+    }
+    return std::abs(p);
+}
+
+/// Every file is there, and the pressures that it states are those that its drive makes.
+void expectFilesAgree(const std::string& out)
+{
+    std::string header;
+    const auto points = readCsv(out + "/control_points.csv", &header);
+    EXPECT_EQ(header, "x_m,y_m,z_m,nx,ny,nz,target_Pa,achieved_Pa");
+    const auto drive = readCsv(out + "/drive.csv", &header);
+    EXPECT_EQ(header, "x_m,y_m,z_m,nx,ny,nz,phase_level,duty_level");
+    ASSERT_EQ(drive.size(), 3984u);
+    const nlohmann::json summary = readSummary(out);
+    EXPECT_EQ(summary.at("directivity"), "t4010a1-harmonics");
+    ASSERT_EQ(points.size(), summary.at("report").at("points").get<std::size_t>());
+    ASSERT_FALSE(points.empty());
+
+    double sum = 0.0;
+    for (const auto& point : points)
+    {
+        const double expected = recomputed_Pa(point, drive, summary);
+        EXPECT_NEAR(point[7], expected, 1e-3 * expected);
+        const double error = point[7] / point[6] - 1.0;
+        sum += error * error;
+    }
+    // The report is computed in float, with the drive as it is rounded: 0.01 % absolute.
+    EXPECT_NEAR(std::sqrt(sum / double(points.size())), summary.at("report").at("rms"), 1e-4);
+    EXPECT_GT(fs::file_size(out + "/field.png"), 10000u);
+}
+
+TEST(Solve, StarFilesAgreeWithARecomputation)
+{
+    const std::string out = folder("star");
+    const Outcome outcome = shell(kProgram + " " + kStar + " --size 0.08 --out " + out);
+    ASSERT_EQ(outcome.code, 0) << outcome.output;
+    expectFilesAgree(out);
+}
+
+TEST(Solve, RealMeshesAgreeWithARecomputation)
+{
+    const fs::path meshes = fs::path(MIDAIR_ROOT).parent_path() / "shared" / "meshes";
+    if (!fs::exists(meshes)) GTEST_SKIP() << "no folder " << meshes;
+    for (const auto& entry : fs::directory_iterator(meshes))
+    {
+        SCOPED_TRACE(entry.path().filename());
+        const std::string out = folder(entry.path().stem());
+        const Outcome outcome =
+            shell(kProgram + " " + entry.path().string() + " --size 0.08 --out " + out);
+        ASSERT_EQ(outcome.code, 0) << outcome.output;
+        expectFilesAgree(out);
+    }
+}
+
+TEST(Solve, EverySolverPlaysTheStar)
+{
+    const Outcome help = shell(kProgram + " --help");
+    for (const std::string name : {"gs", "sdp-bcd"})
+    {
+        SCOPED_TRACE(name);
+        EXPECT_NE(help.output.find(name), std::string::npos);
+        const std::string out = folder(name);
+        const Outcome outcome =
+            shell(kProgram + " " + kStar + " --size 0.08 --sampling vertices --solver " + name +
+                  " --out " + out);
+        ASSERT_EQ(outcome.code, 0) << outcome.output;
+        EXPECT_EQ(readSummary(out).at("report").at("solver"), name);
+        expectFilesAgree(out);
+    }
+}
+
+TEST(Solve, APressureIsPlayedOrTheReachableOneNamed)
+{
+    const std::string out = folder("pressure");
+    const std::string star = kProgram + " " + kStar + " --size 0.08 --out " + out;
+    ASSERT_EQ(shell(star + " --pressure 2000").code, 0);
+    expectFilesAgree(out);
+    for (const auto& point : readCsv(out + "/control_points.csv"))
+        EXPECT_EQ(point[6], 2000.0);
+    EXPECT_NEAR(readSummary(out).at("report").at("level_Pa"), 2000.0, 20.0);
+
+    const Outcome tooMuch = shell(star + " --pressure 50000");
+    EXPECT_EQ(tooMuch.code, 0);
+    EXPECT_NE(tooMuch.output.find("note"), std::string::npos) << tooMuch.output;
+    EXPECT_LT(readSummary(out).at("report").at("level_Pa").get<double>(), 20000.0);
+}
+
+TEST(Solve, PointsFromAFile)
+{
+    const std::string csv = testing::TempDir() + "midair-points.csv";
+    std::ofstream(csv) << "x_m,y_m,z_m,nx,ny,nz,target\n-0.01,0,0,0,0,2,1\n\n0.01,0,0,0,0,1,0.5\n";
+    const std::string out = folder("points");
+    ASSERT_EQ(shell(kProgram + " --points-file " + csv + " --out " + out).code, 0);
+    expectFilesAgree(out);
+    const auto points = readCsv(out + "/control_points.csv");
+    ASSERT_EQ(points.size(), 2u);
+    EXPECT_NEAR(points[1][6] / points[0][6], 0.5, 1e-6);
+    EXPECT_EQ(points[0][5], 1.0); // made a unit vector
+
+    std::ofstream(csv) << "x_m,y_m,z_m,nx,ny,nz,target_Pa\n0,0,0,0,1,0,1500\n";
+    ASSERT_EQ(shell(kProgram + " --points-file " + csv + " --out " + out).code, 0);
+    EXPECT_EQ(readCsv(out + "/control_points.csv")[0][6], 1500.0);
+    EXPECT_NEAR(readCsv(out + "/control_points.csv")[0][7], 1500.0, 15.0);
+}
+
+TEST(Solve, WhatIsWrongIsNamed)
+{
+    const std::string csv = testing::TempDir() + "midair-broken.csv";
+    const std::string solve = kProgram + " --points-file " + csv;
+    std::ofstream(csv) << "x_m,y_m,nx,ny,nz,target\n";
+    EXPECT_EQ(shell(solve).output,
+              "midair-solve: " + csv +
+                  ":1: there is no column z_m; the header must hold x_m,y_m,z_m,nx,ny,nz and "
+                  "target_Pa or target\n");
+    std::ofstream(csv) << "x_m,y_m,z_m,nx,ny,nz,target\n0,0,0,0,1,0,1\n0,nan,0,0,1,0,1\n";
+    EXPECT_EQ(shell(solve).output,
+              "midair-solve: " + csv + ":3: y_m is 'nan', it must be a finite number\n");
+    std::ofstream(csv) << "x_m,y_m,z_m,nx,ny,nz,target\n0,0,0,0,0,0,1\n";
+    EXPECT_EQ(shell(solve).output, "midair-solve: " + csv + ":2: the normal nx,ny,nz is zero\n");
+    std::ofstream(csv) << "x_m,y_m,z_m,nx,ny,nz,target\n";
+    EXPECT_EQ(shell(solve).output,
+              "midair-solve: " + csv + ": there are no control points below the header\n");
+
+    EXPECT_EQ(shell(kProgram).code, 2);
+    EXPECT_EQ(shell(kProgram + " /no/such.obj").code, 2);
+    EXPECT_NE(shell(kProgram + " /no/such.obj").output.find("/no/such.obj"), std::string::npos);
+    EXPECT_NE(shell(kProgram + " " + kStar + " --solver best").output.find("best"),
+              std::string::npos);
+    EXPECT_NE(shell(kProgram + " " + kStar + " --temperature 100").output.find("100"),
+              std::string::npos);
+    EXPECT_NE(shell(kProgram + " " + kStar + " --size -1").code, 0);
+}
+
+TEST(Solve, AnObjectOutsideTheArrayIsSilence)
+{
+    const std::string out = folder("outside");
+    const Outcome outcome =
+        shell(kProgram + " " + kStar + " --size 0.08 --position 3 0 0 --out " + out);
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_NE(outcome.output.find("0 of "), std::string::npos) << outcome.output;
+    EXPECT_EQ(readSummary(out).at("report").at("points"), 0);
+    for (const auto& row : readCsv(out + "/drive.csv"))
+        ASSERT_EQ(row[7], 0.0);
+}
+
+} // namespace
