@@ -136,7 +136,7 @@ HandProximity::Touch* HandProximity::touchOf(std::uint64_t object, int hand)
     return nullptr;
 }
 
-void HandProximity::touches(const std::vector<HapticObject>& objects, double time_s)
+void HandProximity::compare(const std::vector<HapticObject>& objects, double time_s)
 {
     for (HandContact& contact : _contacts)
     {
@@ -216,7 +216,7 @@ void HandProximity::update(const std::vector<HapticObject>& objects,
         for (const Hand& hand : known.hands)
             measure(object, hand.id, capsules);
     }
-    touches(objects, time_s);
+    compare(objects, time_s);
     endTouches(objects, known, time_s);
     forgetMeshes();
 }

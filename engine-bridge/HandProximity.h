@@ -78,6 +78,16 @@ public:
     const std::vector<HandContact>& contacts() const { return _contacts; } ///< within range, now
     const std::vector<TouchEvent>& events() const { return _events; }      ///< of the last update
 
+    /// Hands and objects that touch, pairs of them.
+    std::size_t touches() const { return _touches.size(); }
+
+    /// Forgets contacts and events of the last update; touches go on.
+    void clear()
+    {
+        _contacts.clear();
+        _events.clear();
+    }
+
     void setRelativePressure(double relative_Pa) { _options.relative_Pa = relative_Pa; } ///< >= 0
     const ProximityOptions& options() const { return _options; }
 
@@ -105,7 +115,7 @@ private:
     MeshDistance& meshOf(const HapticObject& object);
     void measure(const HapticObject& object, int hand, const std::vector<HandCapsule>& capsules);
     void estimateForce(const HapticObject& object, const MeshDistance& mesh, HandContact& contact);
-    void touches(const std::vector<HapticObject>& objects, double time_s);
+    void compare(const std::vector<HapticObject>& objects, double time_s);
     void
     endTouches(const std::vector<HapticObject>& objects, const HandFrame& hands, double time_s);
     void forgetMeshes();

@@ -41,6 +41,7 @@ struct HapticObject
     std::shared_ptr<const haptics::TriangleMesh> mesh;      ///< metres, scale baked in
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array frame
     HapticProperties properties;
+    bool touchEvents = false; ///< hands are measured against it; changes nothing about the field
 };
 
 /// All that should be felt in one frame, handed to the hologram thread; immutable once submitted.

@@ -21,6 +21,12 @@ const osg::ApplicationUsageProxy kUsage[] = {
      "OSG_MIDAIR_SOLVER <name>",
      "Solver of haptic scenes instead of the one they name."},
     {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
+     "OSG_MIDAIR_HANDS <uri>",
+     "Where haptic scenes get hands from: recorded:FILE, recorded:FILE?loop."},
+    {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
+     "OSG_MIDAIR_REACH <metres>",
+     "Haptic scenes solve only what is so near to a hand; 0: everything."},
+    {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
      "OSG_MIDAIR_ENABLED <true/false>",
      "false: haptic scenes leave the array silent."},
     {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
@@ -35,6 +41,8 @@ HapticSettings Environment::apply(HapticSettings settings, std::vector<std::stri
          {std::pair<const char*, const char*>{"OSG_MIDAIR_DEVICE", "device"},
           {"OSG_MIDAIR_ARRAY", "array"},
           {"OSG_MIDAIR_SOLVER", "solver"},
+          {"OSG_MIDAIR_HANDS", "hands"},
+          {"OSG_MIDAIR_REACH", "reach"},
           {"OSG_MIDAIR_ENABLED", "enabled"}})
     {
         const char* value =

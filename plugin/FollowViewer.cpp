@@ -125,7 +125,8 @@ public:
                                    finder.world(),
                                    scene->getSettings(),
                                    stamp ? stamp->getFrameNumber() : 0,
-                                   stamp ? secondsSince(*view, *stamp) : 0.0);
+                                   stamp ? secondsSince(*view, *stamp) : 0.0,
+                                   stamp ? stamp->getSimulationTime() : 0.0);
             _collected = true;
             return;
         }

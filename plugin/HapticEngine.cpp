@@ -34,6 +34,15 @@ midair::bridge::HapticProperties forBridge(const HapticProperty& property)
     return p;
 }
 
+/// What changes between them, if anything, does not need a new hologram thread.
+bool sameButForHands(HapticSettings a, const HapticSettings& b)
+{
+    a.hands = b.hands;
+    a.reach = b.reach;
+    a.shadows = b.shadows;
+    return a == b;
+}
+
 bool sameObject(const HapticObject& a, const HapticObject& b)
 {
     return a.id == b.id && a.meshId == b.meshId && a.properties == b.properties &&
@@ -71,7 +80,8 @@ void HapticEngine::update(osg::Node& root,
                           const osg::Matrixd& world,
                           const HapticSettings& settings,
                           unsigned int frame,
-                          double age_s)
+                          double age_s,
+                          double simulationTime_s)
 {
     const double start_s = midair::bridge::steadySeconds();
     configure(settings);
@@ -88,17 +98,35 @@ void HapticEngine::update(osg::Node& root,
     _snapshot.objects.resize(_objects);
     _snapshot.frame = frame;
     _snapshot.time_s = start_s - age_s;
+    _hands.locate(simulationTime_s, _worldToArray, _snapshot.around);
     takeResult();
+    _hands.touch(_snapshot.objects, _seen.get());
     const bool refused = _seen && !_seen->playing && start_s - _submitTime_s > kRetry_s;
     const bool idle = _submittedAny && !refused && !changedSinceSubmitted();
     if (!idle) submit();
 
-    const std::lock_guard<std::mutex> lock(_mutex);
-    ++_statistics.frames;
-    if (idle) ++_statistics.idleFrames;
-    _statistics.meshesRead = _meshes.extractions();
-    _statistics.objects = static_cast<int>(_objects);
-    _statistics.collect_ms = (midair::bridge::steadySeconds() - start_s) * 1e3;
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        ++_statistics.frames;
+        if (idle) ++_statistics.idleFrames;
+        _statistics.meshesRead = _meshes.extractions();
+        _statistics.objects = static_cast<int>(_objects);
+        _statistics.hands = _hands.hands();
+        _statistics.touching = _hands.touching();
+        _statistics.collect_ms = (midair::bridge::steadySeconds() - start_s) * 1e3;
+    }
+    tellTouches();
+}
+
+void HapticEngine::tellTouches()
+{
+    const Eigen::Affine3d arrayToScene(Eigen::Matrix4d(_toArray.inverse()));
+    const auto nodeOf = [this](std::uint64_t id) -> osg::Node*
+    {
+        const auto known = _known.find(id);
+        return known == _known.end() ? nullptr : known->second.node.get();
+    };
+    _hands.tell(nodeOf, arrayToScene);
 }
 
 void HapticEngine::silence()
@@ -108,10 +136,13 @@ void HapticEngine::silence()
     _snapshot.objects.clear();
     _snapshot.time_s = midair::bridge::steadySeconds();
     if (!_submittedAny || changedSinceSubmitted()) submit();
+    _hands.touch(_snapshot.objects, nullptr); // whatever was touched is gone
+    tellTouches();
 }
 
 bool HapticEngine::changedSinceSubmitted() const
 {
+    if (!midair::bridge::equivalent(_snapshot.around, _submittedAround)) return true;
     return !std::equal(_snapshot.objects.begin(),
                        _snapshot.objects.end(),
                        _submitted.begin(),
@@ -122,6 +153,7 @@ bool HapticEngine::changedSinceSubmitted() const
 void HapticEngine::submit()
 {
     _submitted = _snapshot.objects;
+    _submittedAround = _snapshot.around;
     _submittedAny = true;
     _submitTime_s = midair::bridge::steadySeconds();
     if (!_thread) return;
@@ -137,6 +169,7 @@ HapticEngine::Known& HapticEngine::know(const HapticInstance& instance, bool& fr
     fresh = inserted;
     known.seen = _frame;
     if (inserted) known.path = _collector.path(instance);
+    if (inserted) known.node = instance.node;
 
     HapticProperty raw;
     if (instance.property)
@@ -196,19 +229,23 @@ void HapticEngine::fill(const HapticInstance& instance)
     object.mesh = mesh.mesh;
     object.pose = parts.pose;
     object.properties = forBridge(known.property);
+    object.touchEvents = known.property.touchEvents;
 }
 
 void HapticEngine::configure(const HapticSettings& given)
 {
     if (_configured && given == _raw) return;
+    const bool thread = !_configured || !sameButForHands(given, _raw);
     _configured = true;
     _raw = given;
     std::vector<std::string> errors;
     _settings = Environment::apply(given, errors);
     for (const std::string& what : _settings.repair())
         errors.push_back(what);
+    errors.push_back(_hands.setSettings(_settings.hands, _settings.reach, _settings.shadows));
     for (const std::string& what : errors)
-        say(what);
+        if (!what.empty()) say(what);
+    if (!thread) return;
 
     midair::bridge::PoseAndStretch parts;
     if (!midair::bridge::decompose(midair::bridge::toEigen(_settings.calibration), parts) ||
@@ -217,6 +254,7 @@ void HapticEngine::configure(const HapticSettings& given)
         say("calibration is not rigid (a scene unit is set by metresPerUnit); it is not used");
         parts = {};
     }
+    _worldToArray = parts.pose;
     _toArray = parts.pose.matrix();
     _toArray.topLeftCorner<3, 3>() *= _settings.metresPerUnit;
     startThread();
@@ -307,6 +345,7 @@ HapticStatistics HapticEngine::statistics() const
     all.skippedUnmoved = counters.skippedUnmoved;
     all.meshesSampled = counters.sampled;
     all.outOfWorkspace = counters.outOfWorkspace;
+    all.outOfReach = counters.outOfReach;
     const auto result = _thread->latestResult();
     if (!result) return all;
     all.points = result->points.size();

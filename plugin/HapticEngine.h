@@ -1,6 +1,7 @@
 #pragma once
 
 #include "CollectHapticSurfacesVisitor.h"
+#include "HandTracker.h"
 #include "LatencyStatistics.h"
 #include "engine-bridge/HologramThread.h"
 #include "engine-bridge/MeshCache.h"
@@ -8,6 +9,8 @@
 
 #include <osgMidair/HapticSettings>
 #include <osgMidair/HapticStatistics>
+
+#include <osg/observer_ptr>
 
 #include <memory>
 #include <mutex>
@@ -28,12 +31,16 @@ public:
     ~HapticEngine(); ///< the array is silent when it returns; writes the report if one is asked for
 
     /// One frame: what is active under \a root, whose parent is at \a world, is to be felt from now on.
-    /// \a age_s: seconds since the frame's stamp.
+    /// \a age_s: seconds since the frame's stamp. Touch callbacks are called last.
     void update(osg::Node& root,
                 const osg::Matrixd& world,
                 const HapticSettings& settings,
                 unsigned int frame,
-                double age_s);
+                double age_s,
+                double simulationTime_s);
+
+    /// Of the update thread.
+    HandTracker& hands() { return _hands; }
 
     /// Nothing is to be felt.
     void silence();
@@ -47,6 +54,7 @@ private:
     /// What is remembered of an instance from frame to frame.
     struct Known
     {
+        osg::observer_ptr<osg::Node> node;
         std::string path;
         std::string tag;
         HapticProperty raw;      ///< as the node has it
@@ -54,6 +62,7 @@ private:
         unsigned int seen = 0;
     };
 
+    void tellTouches();
     void configure(const HapticSettings& settings);
     void startThread();
     Known& know(const HapticInstance& instance, bool& fresh);
@@ -66,14 +75,17 @@ private:
     CollectHapticSurfacesVisitor _collector;
     midair::bridge::MeshCache _meshes;
     midair::bridge::ExtractOptions _extract;
+    HandTracker _hands;
     std::unordered_map<std::uint64_t, Known> _known;
     std::vector<std::string> _warnings;
     midair::bridge::SceneSnapshot _snapshot;              ///< being filled
     std::vector<midair::bridge::HapticObject> _submitted; ///< as last handed over
-    std::size_t _objects = 0;                             ///< filled into _snapshot
+    midair::bridge::Surroundings _submittedAround;
+    std::size_t _objects = 0; ///< filled into _snapshot
     unsigned int _frame = 0;
     bool _submittedAny = false;
     double _submitTime_s = 0.0;
+    Eigen::Isometry3d _worldToArray = Eigen::Isometry3d::Identity(); ///< world in metres -> array
     Eigen::Matrix4d _toArray = Eigen::Matrix4d::Identity(); ///< world in scene units -> array
     HapticSettings _settings;                               ///< as configured, repaired
     HapticSettings _raw;                                    ///< as given

@@ -1,4 +1,5 @@
 #include "FollowViewer.h"
+#include "HandTracker.h"
 #include "HapticEngine.h"
 #include "engine-bridge/HologramResult.h"
 #include "haptics/Medium.h"
@@ -21,6 +22,9 @@ HapticScene::HapticScene(const HapticScene& other, const osg::CopyOp& copyop) :
     _settings(other._settings),
     _engine(std::make_unique<HapticEngine>())
 {
+    _engine->hands().setSource(other.getHandSource());
+    _engine->hands().setCallback(other.getTouchCallback());
+    _engine->hands().setObstacles(other.getObstacles());
     // Not copied by the base class.
     setNumChildrenRequiringEventTraversal(getNumChildrenRequiringEventTraversal() + 1);
 }
@@ -46,7 +50,39 @@ void HapticScene::traverse(osg::NodeVisitor& visitor)
 
 void HapticScene::update(const osg::FrameStamp* frameStamp, const osg::Matrixd& world)
 {
-    _engine->update(*this, world, _settings, frameStamp ? frameStamp->getFrameNumber() : 0, 0.0);
+    const unsigned int frame = frameStamp ? frameStamp->getFrameNumber() : 0;
+    const double time_s = frameStamp ? frameStamp->getSimulationTime() : 0.0;
+    _engine->update(*this, world, _settings, frame, 0.0, time_s);
+}
+
+void HapticScene::setHandSource(HandSource* source)
+{
+    _engine->hands().setSource(source);
+}
+
+HandSource* HapticScene::getHandSource() const
+{
+    return _engine->hands().source();
+}
+
+void HapticScene::setTouchCallback(TouchCallback* callback)
+{
+    _engine->hands().setCallback(callback);
+}
+
+TouchCallback* HapticScene::getTouchCallback() const
+{
+    return _engine->hands().callback();
+}
+
+void HapticScene::setObstacles(const std::vector<Obstacle>& obstacles)
+{
+    _engine->hands().setObstacles(obstacles);
+}
+
+const std::vector<Obstacle>& HapticScene::getObstacles() const
+{
+    return _engine->hands().obstacles();
 }
 
 void HapticScene::silence()

@@ -73,6 +73,17 @@ OptionTable<HapticSettings> makeTable()
                  0,
                  kMostPoints,
                  "control points shared by all objects; 0: no limit (default)");
+    table.text("hands",
+               &S::hands,
+               "where hands come from: recorded:FILE, recorded:FILE?loop (default none)");
+    table.number("reach",
+                 &S::reach,
+                 0.0,
+                 10.0,
+                 "m; only points so near to a hand are solved; 0: all (default)");
+    table.flag("shadows",
+               &S::shadows,
+               "true or false; hands and obstacles are in the sound's way (default false)");
     return table;
 }
 
@@ -108,7 +119,8 @@ bool operator==(const HapticSettings& a, const HapticSettings& b)
            a.maxIterations == b.maxIterations && a.rmsTolerance == b.rmsTolerance &&
            a.deadline == b.deadline && a.lambda == b.lambda && a.loudness == b.loudness &&
            a.phaseOnly == b.phaseOnly && a.threads == b.threads &&
-           a.motionTolerance == b.motionTolerance && a.maxPoints == b.maxPoints;
+           a.motionTolerance == b.motionTolerance && a.maxPoints == b.maxPoints &&
+           a.hands == b.hands && a.reach == b.reach && a.shadows == b.shadows;
 }
 
 } // namespace osgMidair

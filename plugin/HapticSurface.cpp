@@ -14,7 +14,8 @@ HapticSurface::HapticSurface(osg::Node* child)
 
 HapticSurface::HapticSurface(const HapticSurface& other, const osg::CopyOp& copyop) :
     osg::Group(other, copyop),
-    _property(other._property)
+    _property(other._property),
+    _touchCallback(other._touchCallback)
 {
 }
 

@@ -1,0 +1,67 @@
+#pragma once
+
+#include "engine-bridge/HandProximity.h"
+#include "engine-bridge/HologramResult.h"
+#include "engine-bridge/SceneSnapshot.h"
+
+#include <osgMidair/HandSource>
+#include <osgMidair/TouchCallback>
+
+#include <Eigen/Geometry>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace osgMidair
+{
+
+/// Where the hands are in a scene's array, which objects they touch, and who is told. On the update thread.
+class HandTracker
+{
+public:
+    void setSource(HandSource* source) { _source = source; }
+    HandSource* source() const { return _source; }
+
+    void setCallback(TouchCallback* callback) { _callback = callback; }
+    TouchCallback* callback() const { return _callback; }
+
+    void setObstacles(const std::vector<Obstacle>& obstacles) { _obstacles = obstacles; }
+    const std::vector<Obstacle>& obstacles() const { return _obstacles; }
+
+    /// Plays \a uri where the application has set no source. Returns what is wrong with it, once, or an empty text.
+    std::string setSettings(const std::string& uri, double reach_m, bool shadows);
+
+    /// Where hands are now, as the hologram thread wants them. \a worldToArray: world in metres -> array.
+    void locate(double time_s,
+                const Eigen::Isometry3d& worldToArray,
+                midair::bridge::Surroundings& around);
+
+    /// What they touch of \a objects. Events are kept until tell(). \a newest: the last field, or null.
+    void touch(const std::vector<midair::bridge::HapticObject>& objects,
+               const midair::bridge::HologramResult* newest);
+
+    /// Calls callbacks; they may do anything with the scene, so it is done last. \a nodeOf gives an object's node or null.
+    /// \a arrayToScene: array -> world in scene units.
+    void tell(const std::function<osg::Node*(std::uint64_t)>& nodeOf,
+              const Eigen::Affine3d& arrayToScene);
+
+    int hands() const { return static_cast<int>(_frame.hands.size()); }
+    int touching() const;
+
+private:
+    osg::ref_ptr<HandSource> _source;      ///< the application's
+    osg::ref_ptr<HandSource> _namedSource; ///< that of the settings
+    std::string _uri;
+    double _reach_m = 0.0;
+    bool _shadows = false;
+    osg::ref_ptr<TouchCallback> _callback;
+    std::vector<Obstacle> _obstacles;
+
+    std::vector<Hand> _hands;
+    midair::bridge::HandFrame _frame; ///< array frame
+    midair::bridge::HandProximity _proximity;
+    std::vector<midair::bridge::HapticObject> _touchable; ///< objects with touch events on
+};
+
+} // namespace osgMidair
