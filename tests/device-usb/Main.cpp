@@ -1,3 +1,5 @@
+#include "device/ArrayDevice.h"
+
 #include <cstdlib>
 #include <cstring>
 #include <iostream>
@@ -5,6 +7,26 @@
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
+
+namespace
+{
+
+// A program of its own for the test that kills it: opens the array that the test emulates and sends fields for ever.
+int hostThatNeverCloses()
+{
+    using namespace midair::device;
+    const auto device = openDevice("usb:", {8, {0, 0, 0, 0, 1, 1, 1, 1}});
+    DriveSignal field;
+    field.phase.assign(8, 1);
+    field.duty.assign(8, 255);
+    while (true)
+    {
+        device->send(field);
+        ::usleep(5000);
+    }
+}
+
+} // namespace
 
 // umockdev works by being loaded before libc: the program starts itself again with it. A sanitizer's runtime has to come first.
 int main(int argc, char** argv)
@@ -20,8 +42,9 @@ int main(int argc, char** argv)
         std::cerr << "can't start again with " << preload << ": " << std::strerror(errno) << "\n";
         return 1;
     }
-    ::testing::InitGoogleTest(&argc, argv);
     spdlog::set_level(
         spdlog::level::off); // what is logged is in the report too, and there it is tested
+    if (argc > 1 && std::strcmp(argv[1], "--host") == 0) return hostThatNeverCloses();
+    ::testing::InitGoogleTest(&argc, argv);
     return RUN_ALL_TESTS();
 }

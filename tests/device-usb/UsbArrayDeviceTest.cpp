@@ -4,12 +4,15 @@
 #include "device/DriveEncoder.h"
 
 #include <cerrno>
+#include <csignal>
 #include <functional>
 #include <thread>
 
 #include <gtest/gtest.h>
 #include <linux/capability.h>
+#include <spawn.h>
 #include <sys/syscall.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 using namespace midair::device;
@@ -149,6 +152,25 @@ TEST(UsbArrayDevice, is_silent_after_closing)
     EXPECT_TRUE(isSilent(array.playing()));
     EXPECT_EQ(array.firmware().status(EmulatedArray::now_s()).watchdogs,
               0U); // it was told, not left alone
+}
+
+TEST(UsbArrayDevice, is_silent_within_100_ms_of_a_SIGKILL_of_the_host)
+{
+    EmulatedArray array(kLayout);
+    char program[] = "/proc/self/exe";
+    char argument[] = "--host";
+    char* arguments[] = {program, argument, nullptr};
+    pid_t host = 0;
+    ASSERT_EQ(::posix_spawn(&host, program, nullptr, nullptr, arguments, environ), 0);
+    const bool played = eventually([&] { return !isSilent(array.playing()); });
+    ::kill(host, SIGKILL);
+    ::waitpid(host, nullptr, 0);
+    const double dead_s = EmulatedArray::now_s(); // no packet came later
+    ASSERT_TRUE(played);
+    std::this_thread::sleep_for(
+        std::chrono::duration<double>(dead_s + protocol::kWatchdog_s - EmulatedArray::now_s()));
+    EXPECT_TRUE(isSilent(array.playing()));
+    EXPECT_EQ(array.firmware().status(EmulatedArray::now_s()).watchdogs, 1U);
 }
 
 TEST(UsbArrayDevice, a_mute_overtakes_fields_that_wait)
