@@ -194,4 +194,36 @@ double descendOnce(const HermitianView<float>& M,
     return descendAny(M, r, over, smallest, xRe, xIm, sRe, sIm);
 }
 
+MIDAIR_CLONES
+int bestTurn(int n,
+             int turns,
+             const float* tRe,
+             const float* tIm,
+             const float* gRe,
+             const float* gIm,
+             const float* pRe,
+             const float* pIm,
+             const float* wanted)
+{
+    const int length = (n + kPhaseLanes - 1) & ~(kPhaseLanes - 1);
+    int best = 0;
+    float least = 0.0f;
+    for (int k = 0; k < turns; ++k)
+    {
+        const float re = tRe[k], im = tIm[k];
+        float sum = 0.0f;
+#pragma omp simd reduction(+ : sum)
+        for (int l = 0; l < length; ++l)
+        {
+            const float x = pRe[l] + gRe[l] * re - gIm[l] * im;
+            const float y = pIm[l] + gRe[l] * im + gIm[l] * re;
+            sum += std::fabs(wanted[l] - std::sqrt(x * x + y * y));
+        }
+        if (k > 0 && !(sum < least)) continue;
+        least = sum;
+        best = k;
+    }
+    return best;
+}
+
 } // namespace midair::haptics::kernels

@@ -49,4 +49,16 @@ double descendOnce(const HermitianView<float>& M,
                    float* sRe,
                    float* sIm);
 
+/// The k that makes sum_l | wanted_l - |p_l + g_l t_k| | least, among \a turns factors t; the first one of equals. Vectors
+/// over l are padded with zeros to a multiple of kPhaseLanes.
+int bestTurn(int n,
+             int turns,
+             const float* tRe,
+             const float* tIm,
+             const float* gRe,
+             const float* gIm,
+             const float* pRe,
+             const float* pIm,
+             const float* wanted);
+
 } // namespace midair::haptics::kernels

@@ -20,6 +20,10 @@ struct NamedSolver
 constexpr NamedSolver kSolvers[] = {
     {"gs", makeGerchbergSaxton},
     {"sdp-bcd", makeSdpBlockCoordinate},
+    {"gs-pat", makeGsPat},
+    {"wgs", makeWeightedGerchbergSaxton},
+    {"greedy", makeGreedy},
+    {"lbfgs", makeLbfgs},
 };
 
 bool fail(std::string* error, const char* name, double value, const char* range)

@@ -13,4 +13,13 @@ std::unique_ptr<HologramSolver> makeGerchbergSaxton(const SolverOptions& options
 /// "sdp-bcd": the same, Algorithm 2, with u projected to unit phases.
 std::unique_ptr<HologramSolver> makeSdpBlockCoordinate(const SolverOptions& options);
 
+/// "gs-pat": Plasencia et al. 2020.
+std::unique_ptr<HologramSolver> makeGsPat(const SolverOptions& options);
+/// "wgs": weighted Gerchberg-Saxton, Marzo and Drinkwater 2019.
+std::unique_ptr<HologramSolver> makeWeightedGerchbergSaxton(const SolverOptions& options);
+/// "greedy": Suzuki et al. 2021.
+std::unique_ptr<HologramSolver> makeGreedy(const SolverOptions& options);
+/// "lbfgs": quasi-Newton on the transducers' phases.
+std::unique_ptr<HologramSolver> makeLbfgs(const SolverOptions& options);
+
 } // namespace midair::haptics
