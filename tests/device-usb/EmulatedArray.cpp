@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstring>
 #include <random>
+#include <stdexcept>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -85,9 +86,9 @@ void EmulatedArray::plug()
 {
     GError* error = nullptr;
     umockdev_testbed_add_from_string(_testbed, recordText().c_str(), &error);
-    ASSERT_EQ(error, nullptr) << error->message;
+    if (error != nullptr) throw std::runtime_error(error->message);
     umockdev_testbed_attach_ioctl(_testbed, kNode, _handler, &error);
-    ASSERT_EQ(error, nullptr) << error->message;
+    if (error != nullptr) throw std::runtime_error(error->message);
     _firmware.powerCycle(now_s());
     std::lock_guard<std::mutex> lock(_mutex);
     _outHalted = false;
@@ -243,7 +244,11 @@ void EmulatedArray::startOut(const Urb& urb)
         taken = length / 2;
     }
     _firmware.receive(urb.buffer->data, static_cast<std::size_t>(taken), now_s());
-    if (field && taken == length) ++fieldTransfers;
+    if (field && taken == length)
+    {
+        ++fieldTransfers;
+        if (onField) onField(urb.buffer->data);
+    }
     finish(urb, 0, taken);
 }
 

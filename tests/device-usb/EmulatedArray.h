@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <deque>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <string>
@@ -19,8 +20,6 @@
 class EmulatedArray
 {
 public:
-    using Clock = double (*)();
-
     explicit EmulatedArray(const midair::device::DeviceLayout& layout,
                            const midair::device::VirtualFirmware::Options& options = {});
     ~EmulatedArray();
@@ -47,6 +46,9 @@ public:
     std::atomic<int> cleared{0};            ///< CLEAR_HALT calls
     std::atomic<int> fieldTransfers{0};     ///< OUT transfers with fields that arrived whole
     std::atomic<int> discarded{0};          ///< transfers that the host took back
+
+    std::function<void(const std::uint8_t*)>
+        onField; ///< told the bytes of each of these, on umockdev's thread
 
 private:
     struct Urb

@@ -1,8 +1,7 @@
+#include "Preload.h"
 #include "device/ArrayDevice.h"
 
-#include <cstdlib>
 #include <cstring>
-#include <iostream>
 
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
@@ -28,20 +27,9 @@ int hostThatNeverCloses()
 
 } // namespace
 
-// umockdev works by being loaded before libc: the program starts itself again with it. A sanitizer's runtime has to come first.
 int main(int argc, char** argv)
 {
-    const char* loaded = std::getenv("LD_PRELOAD");
-    if (loaded == nullptr || std::strstr(loaded, "umockdev") == nullptr)
-    {
-        const std::string sanitizer = MIDAIR_SANITIZER_RUNTIME;
-        const std::string preload =
-            sanitizer + (sanitizer.empty() ? "" : ":") + "libumockdev-preload.so.0";
-        ::setenv("LD_PRELOAD", preload.c_str(), 1);
-        ::execv("/proc/self/exe", argv);
-        std::cerr << "can't start again with " << preload << ": " << std::strerror(errno) << "\n";
-        return 1;
-    }
+    if (!restartWithUmockdev(argv)) return 1;
     spdlog::set_level(
         spdlog::level::off); // what is logged is in the report too, and there it is tested
     if (argc > 1 && std::strcmp(argv[1], "--host") == 0) return hostThatNeverCloses();

@@ -1,0 +1,80 @@
+#include "../device/Fields.h"
+#include "EmulatedArray.h"
+#include "device/ArrayDevice.h"
+
+#include <cstdlib>
+#include <fstream>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+using namespace midair::device;
+
+namespace
+{
+
+double residentMegabytes()
+{
+    std::ifstream file("/proc/self/statm");
+    double total = 0;
+    double resident = 0;
+    file >> total >> resident;
+    return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+// 500 fields/s for so long: memory doesn't grow, no commit is lost, the counters of host and device add up.
+void soak(double seconds)
+{
+    DeviceLayout layout{3984, {}};
+    for (int i = 0; i < 3984; ++i)
+        layout.board.push_back(i / 249);
+    EmulatedArray array(layout);
+    const auto device = openDevice("usb:", layout);
+    DriveSignal field = evenField(3984, 0, 255);
+    const double start_s = EmulatedArray::now_s();
+    const auto fields = static_cast<int>(500 * seconds);
+    double atFirst_MB = 0;
+    for (int i = 0; i < fields; ++i)
+    {
+        std::fill(field.phase.begin(), field.phase.end(), static_cast<std::uint8_t>(i));
+        ASSERT_TRUE(device->send(field));
+        if (i == fields / 10) atFirst_MB = residentMegabytes(); // when all buffers have their size
+        const double wait_s = start_s + (i + 1) / 500.0 - EmulatedArray::now_s();
+        if (wait_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(wait_s));
+    }
+    for (int i = 0; i < 1000 && device->report().pending > 0; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    const DeviceReport report = device->report();
+    const protocol::Status status = array.firmware().status(EmulatedArray::now_s());
+    std::cout << fields << " fields in " << EmulatedArray::now_s() - start_s
+              << " s: " << report.played << " played, " << report.dropped << " dropped, "
+              << report.lost << " lost; memory " << atFirst_MB << " MB, then "
+              << residentMegabytes() << " MB\n";
+    EXPECT_EQ(report.sent, static_cast<std::uint64_t>(fields));
+    EXPECT_EQ(report.sent, report.played + report.dropped);
+    EXPECT_EQ(report.lost, 0U);
+    EXPECT_EQ(report.faults, 0U);
+    EXPECT_EQ(status.played, report.played);
+    EXPECT_EQ(status.incomplete, 0U);
+    EXPECT_EQ(status.stale, 0U);
+    EXPECT_EQ(status.watchdogs, 0U);
+    EXPECT_EQ(array.playing(), field); // the last one plays
+    EXPECT_LT(residentMegabytes(),
+              atFirst_MB + 4); // 300,000 fields of 8 kB that stayed would be 2.4 GB
+}
+
+} // namespace
+
+TEST(Soak, seconds_at_500_fields_a_second)
+{
+    soak(2);
+}
+
+TEST(Soak, DISABLED_ten_minutes_at_500_fields_a_second)
+{
+    const char* wanted = std::getenv("MIDAIR_LONG_TESTS");
+    if (wanted == nullptr || std::string(wanted) != "1")
+        GTEST_SKIP() << "only with tests/run.sh --long";
+    soak(600);
+}
