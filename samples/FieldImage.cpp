@@ -270,6 +270,10 @@ haptics::FieldGrid bestSlice(const haptics::ControlPoints& points, double margin
             d.cwiseAbs().rowwise().maxCoeff().minCoeff(&thinnest);
             normal = Eigen::Vector3d::Unit(thinnest);
         }
+        // Where most points are, not in between: a raised middle doesn't pull the slice off the outline.
+        Eigen::VectorXd heights = normal.transpose() * d;
+        std::nth_element(heights.begin(), heights.begin() + heights.size() / 2, heights.end());
+        centre += normal * heights[heights.size() / 2];
         // Edges as near to the array's axes as the plane allows, so that pictures of neighbouring frames look alike.
         int steepest = 0;
         normal.cwiseAbs().maxCoeff(&steepest);

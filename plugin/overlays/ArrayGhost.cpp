@@ -44,7 +44,7 @@ void main()
     float r2 = dot(corner, corner);
     float edge = min(0.8, 2.0 * fwidth(r2) + 1e-4);
     float inside = 1.0 - smoothstep(1.0 - edge, 1.0, r2);
-    float seen = mix(0.05, 1.0, smoothstep(-0.05, 0.35, facing));
+    float seen = mix(0.05, 1.0, smoothstep(-0.02, 0.14, facing));
     float drive = color.a;
     vec3 idle = vec3(0.16, 0.17, 0.20);
     gl_FragColor = vec4(mix(idle, color.rgb, drive) * mix(0.35, 1.0, r2 < 0.5 ? 1.0 : 0.75), opacity * seen * inside);
@@ -104,7 +104,7 @@ void addBoard(const TransducerArray& array, int first, int last, osg::Vec3Array&
 ArrayGhost::ArrayGhost() :
     _discs(makeQuads()),
     _boards(new osg::Geometry),
-    _opacity(new osg::Uniform("opacity", 0.85F))
+    _opacity(new osg::Uniform("opacity", 0.6F))
 {
     osg::StateSet* state = _discs->getOrCreateStateSet();
     state->setAttributeAndModes(makeProgram("osgMidair array", kVertexSource, kFragmentSource));

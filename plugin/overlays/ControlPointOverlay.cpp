@@ -10,8 +10,7 @@ namespace osgMidair
 namespace
 {
 
-// Each quad turns to the eye and is shaded as the ball that it stands for; lifted by its radius towards the eye, so that a
-// ball in a surface isn't cut by it.
+// Each quad turns to the eye, lifted by its radius towards it, so that a ring in a surface isn't cut by it.
 const char* const kVertexSource = R"(#version 120
 uniform float radius_m;
 varying vec2 corner;
@@ -27,19 +26,19 @@ void main()
 }
 )";
 
+// A ring, so that what is played in its middle stays in sight; dark on both sides, legible on bright and on dark alike.
 const char* const kFragmentSource = R"(#version 120
 varying vec2 corner;
 varying vec4 color;
 void main()
 {
-    float r2 = dot(corner, corner);
-    float edge = 2.0 * fwidth(r2) + 1e-4;
-    float inside = 1.0 - smoothstep(1.0 - edge, 1.0, r2);
-    if(inside <= 0.0) discard;
-    vec3 normal = vec3(corner, sqrt(max(0.0, 1.0 - r2)));
-    float light = 0.62 + 0.38 * max(0.0, dot(normal, normalize(vec3(-0.3, 0.55, 0.8))));
-    float rim = smoothstep(0.62, 0.86, r2); // dark: legible on bright and on dark alike
-    gl_FragColor = vec4(mix(color.rgb * light, vec3(0.06), rim), color.a * inside);
+    float r = length(corner);
+    float edge = min(0.25, 1.5 * fwidth(r)) + 1e-4;
+    float ring = smoothstep(0.40 - edge, 0.40, r) * (1.0 - smoothstep(1.0 - edge, 1.0, r));
+    if(ring <= 0.0) discard;
+    float band = smoothstep(0.52 - edge, 0.52, r) * (1.0 - smoothstep(0.84 - edge, 0.84, r));
+    float light = 0.85 + 0.15 * corner.y;
+    gl_FragColor = vec4(mix(vec3(0.04), color.rgb * light, band), color.a * ring);
 }
 )";
 
@@ -48,16 +47,16 @@ const osg::Vec3f kLeftOut(0.45F, 0.45F, 0.47F);
 } // namespace
 
 ControlPointOverlay::ControlPointOverlay() :
-    _balls(makeQuads()),
-    _radius(new osg::Uniform("radius_m", 2.2e-3F))
+    _rings(makeQuads()),
+    _radius(new osg::Uniform("radius_m", 2.4e-3F))
 {
-    _balls->setCullingActive(false);
-    osg::StateSet* state = _balls->getOrCreateStateSet();
+    _rings->setCullingActive(false);
+    osg::StateSet* state = _rings->getOrCreateStateSet();
     state->setAttributeAndModes(
         makeProgram("osgMidair control points", kVertexSource, kFragmentSource));
     state->addUniform(_radius);
-    drawTranslucent(*_balls, POINT_BIN);
-    addChild(_balls);
+    drawTranslucent(*_rings, POINT_BIN);
+    addChild(_rings);
 }
 
 ControlPointOverlay::~ControlPointOverlay() = default;
@@ -78,30 +77,36 @@ void ControlPointOverlay::setResult(
     const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
     const midair::haptics::ControlPoints& points = result->points;
-    resizeQuads(*_balls, points.size());
-    osg::Vec3Array& vertices = quadVertices(*_balls);
-    osg::Vec4ubArray& colors = quadColors(*_balls);
+    const int skipped = static_cast<int>(result->skipped.cols());
+    resizeQuads(*_rings, points.size() + skipped);
+    osg::Vec3Array& vertices = quadVertices(*_rings);
+    osg::Vec4ubArray& colors = quadColors(*_rings);
+    const auto place = [&](int ring, const Eigen::Vector3d& at, const osg::Vec3f& color)
+    {
+        for (int k = 0; k < 4; ++k)
+        {
+            vertices[4 * ring + k] = osg::Vec3(osg::Vec3d(at.x(), at.y(), at.z()));
+            colors[4 * ring + k] = bytes(color, 1.0F);
+        }
+    };
     const double largest = points.size() > 0 ? points.targets.maxCoeff() : 1.0;
     for (int l = 0; l < points.size(); ++l)
     {
-        const osg::Vec3 position(
-            osg::Vec3d(points.positions(0, l), points.positions(1, l), points.positions(2, l)));
         const float achieved = l < result->achieved_Pa.size() ? result->achieved_Pa[l] : 0.0F;
-        const auto wanted =
-            static_cast<float>(result->report.level_Pa * points.targets[l] / largest);
-        const osg::Vec4ub color = bytes(
-            achieved > 0.0F ? ColorMap::diverging().color(ColorMap::ratioPosition(achieved, wanted))
-                            : kLeftOut,
-            1.0F);
-        for (int k = 0; k < 4; ++k)
-        {
-            vertices[4 * l + k] = position;
-            colors[4 * l + k] = color;
-        }
+        const auto wanted = static_cast<float>(result->absolute ? points.targets[l]
+                                                                : result->report.level_Pa *
+                                                                      points.targets[l] / largest);
+        place(l,
+              points.positions.col(l),
+              achieved > 0.0F
+                  ? ColorMap::diverging().color(ColorMap::ratioPosition(achieved, wanted))
+                  : kLeftOut);
     }
+    for (int l = 0; l < skipped; ++l)
+        place(points.size() + l, result->skipped.col(l), kLeftOut);
     vertices.dirty();
     colors.dirty();
-    _balls->dirtyBound();
+    _rings->dirtyBound();
 }
 
 } // namespace osgMidair

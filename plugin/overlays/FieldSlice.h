@@ -19,7 +19,7 @@ namespace osgMidair
 
 /// From samples a third of a wavelength apart to any finer grid: a field of one wavelength has no detail below half of
 /// it, so a windowed sinc (Kaiser, 12 taps) restores what lies between to a thousandth of the peak.
-class BandLimitedZoom
+class OSGMIDAIR_EXPORT BandLimitedZoom
 {
 public:
     static constexpr int kTaps =
@@ -66,7 +66,7 @@ struct Slice
 constexpr int kSlicePixels = 256;
 
 /// Computes |p| on the square round the disc of \a request; only samples that the disc needs are computed.
-Slice computeSlice(const SliceRequest& request, int threads);
+OSGMIDAIR_EXPORT Slice computeSlice(const SliceRequest& request, int threads);
 
 /// Computes slices in its own thread: the newest request wins, the newest slice is kept.
 class FieldSliceOverlay::Worker

@@ -31,33 +31,29 @@ osg::Vec3 osgVec(const Eigen::Vector3d& v)
     return osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z()));
 }
 
-/// The next of 1, 1.2, 1.5, 2, .. times a power of ten that is not below \a value.
+/// \a value rounded up to two digits: as much of the map as can be is used, and the scale has a legible end.
 float roundUp(float value)
 {
     if (!(value > 0.0F)) return 1.0F;
-    const float decade = std::pow(10.0F, std::floor(std::log10(value)));
-    for (const float factor : {1.0F, 1.2F, 1.5F, 2.0F, 2.5F, 3.0F, 4.0F, 5.0F, 6.0F, 8.0F})
-        if (factor * decade >= value) return factor * decade;
-    return 10.0F * decade;
+    const float step = std::pow(10.0F, std::floor(std::log10(value)) - 1.0F);
+    return step * std::ceil(value / step);
 }
 
-/// Out of the plane in which \a points lie, or the array's y axis where they lie in none.
-Eigen::Vector3d flattestNormal(const Eigen::Matrix3Xd& points, const Eigen::Vector3d& centre)
+/// Smallest over second largest spread below which points count as lying in a plane, and above which no longer: apart, so
+/// that a moving object doesn't flicker between the two.
+constexpr double kFlat = 0.08;
+constexpr double kNotFlat = 0.14;
+
+double median(Eigen::VectorXd values)
 {
-    if (points.cols() < 3) return Eigen::Vector3d::UnitY();
-    const Eigen::Matrix3Xd d = points.colwise() - centre;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(d * d.transpose());
-    const bool flat = spread.eigenvalues()[0] < 0.02 * spread.eigenvalues()[1];
-    return flat ? Eigen::Vector3d(spread.eigenvectors().col(0))
-                : Eigen::Vector3d(Eigen::Vector3d::UnitY());
+    const Eigen::Index middle = values.size() / 2;
+    std::nth_element(values.data(), values.data() + middle, values.data() + values.size());
+    return values[middle];
 }
 
 } // namespace
 
-FieldSliceOverlay::FieldSliceOverlay() :
-    _worker(std::make_unique<Worker>()),
-    _disc(new osg::Geometry),
-    _image(new osg::Image)
+FieldSliceOverlay::FieldSliceOverlay() : _disc(new osg::Geometry), _image(new osg::Image)
 {
     _image->allocateImage(kSlicePixels, kSlicePixels, 1, GL_RGBA, GL_UNSIGNED_BYTE);
     _image->setDataVariance(DYNAMIC);
@@ -128,8 +124,18 @@ void FieldSliceOverlay::setResult(
     request.array = _array;
     request.medium = *_medium;
     request.result = result;
-    if (points.cols() > 0) request.centre = points.rowwise().mean();
-    Eigen::Vector3d normal = flattestNormal(points, request.centre);
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitY();
+    if (points.cols() > 0)
+    {
+        request.centre = points.rowwise().mean();
+        const Eigen::Matrix3Xd d = points.colwise() - request.centre;
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(d * d.transpose());
+        const Eigen::Vector3d& sizes = spread.eigenvalues();
+        _flat = points.cols() > 2 && sizes[0] < (_flat ? kNotFlat : kFlat) * sizes[1];
+        if (_flat) normal = spread.eigenvectors().col(0);
+        // Where most points are, not in between: a raised middle doesn't pull the slice off the outline.
+        request.centre += normal * median(normal.transpose() * d);
+    }
     if (_plane)
     {
         normal = Eigen::Vector3d(_plane->normal.x(), _plane->normal.y(), _plane->normal.z())
@@ -148,12 +154,13 @@ void FieldSliceOverlay::setResult(
         // In steps, so that the disc doesn't breathe while the object turns.
         request.radius_m = 0.005 * std::ceil((reach + 0.020) / 0.005 - 1e-6);
     }
+    if (!_worker) _worker = std::make_unique<Worker>(); // a thread only where something is shown
     _worker->submit(std::move(request));
 }
 
 void FieldSliceOverlay::traverse(osg::NodeVisitor& visitor)
 {
-    if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR)
+    if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR && _worker)
         if (const std::unique_ptr<Slice> slice = _worker->take()) show(*slice);
     Overlay::traverse(visitor);
 }
@@ -161,6 +168,7 @@ void FieldSliceOverlay::traverse(osg::NodeVisitor& visitor)
 bool FieldSliceOverlay::waitFor(std::uint64_t frame, double timeout_s)
 {
     if (getNumChildren() > 0 && _shownFrame >= frame) return true;
+    if (!_worker) return false;
     const std::unique_ptr<Slice> slice = _worker->waitFor(frame, timeout_s);
     if (slice) show(*slice);
     return slice && slice->request.frame >= frame;
@@ -170,7 +178,7 @@ void FieldSliceOverlay::show(const Slice& slice)
 {
     if (_range_Pa > 0.0F)
         _shownRange_Pa = _range_Pa;
-    else if (slice.peak_Pa > _shownRange_Pa || slice.peak_Pa < 0.6F * _shownRange_Pa)
+    else if (slice.peak_Pa > _shownRange_Pa || slice.peak_Pa < 0.85F * _shownRange_Pa)
         _shownRange_Pa = roundUp(slice.peak_Pa);
     const ColorMap& map = ColorMap::pressure();
     constexpr float kMiddle = 0.5F * (kSlicePixels - 1);
@@ -181,10 +189,10 @@ void FieldSliceOverlay::show(const Slice& slice)
             const float x = (static_cast<float>(column) - kMiddle) / kMiddle;
             const float y = (static_cast<float>(row) - kMiddle) / kMiddle;
             const float value = slice.magnitude_Pa(row, column) / _shownRange_Pa;
-            // Silence is see-through, pressure covers; the rim fades.
+            // Silence is a little see-through, pressure covers; the rim fades.
             const float rim = std::clamp((1.0F - std::sqrt(x * x + y * y)) / 0.03F, 0.0F, 1.0F);
             const osg::Vec4ub color =
-                bytes(map.color(value), rim * (0.55F + 0.40F * std::min(1.0F, 2.5F * value)));
+                bytes(map.color(value), rim * (0.72F + 0.28F * std::min(1.0F, 2.5F * value)));
             std::copy_n(color.ptr(), 4, texel);
         }
     _image->dirty();

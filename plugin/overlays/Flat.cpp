@@ -222,10 +222,11 @@ ColorBar::ColorBar(const ColorMap& map, const std::string& heading, const Layout
     thin.a() *= 0.7F;
     outline.frame(layout.lowerLeft, upper, 1.0F, thin);
     addChild(outline.geometry());
-    addChild(text(heading,
-                  osg::Vec2(layout.lowerLeft.x(), upper.y() + 0.6F * layout.textSize),
-                  layout.textSize,
-                  layout.textColor));
+    addChild(
+        text(heading,
+             osg::Vec2(layout.lowerLeft.x(), upper.y() + (upright ? 1.0F : 0.6F) * layout.textSize),
+             layout.textSize,
+             layout.textColor));
     addChild(_labels);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <osgMidair/ColorMap>
+#include <osgMidair/Export>
 
 #include <osg/Geometry>
 #include <osg/Group>
@@ -9,15 +10,15 @@
 #include <string>
 #include <vector>
 
-/// Drawing in pixels, for the HUD and for figures.
+/// Drawing in pixels, for the HUD and for figures; shown to the samples.
 namespace osgMidair::flat
 {
 
 /// DejaVu Sans where it is installed (Debian: fonts-dejavu-core), else OSG's own bitmap font.
-osg::ref_ptr<osgText::Font> font();
+OSGMIDAIR_EXPORT osg::ref_ptr<osgText::Font> font();
 
 /// \a content at \a position, \a size pixels high.
-osg::ref_ptr<osgText::Text>
+OSGMIDAIR_EXPORT osg::ref_ptr<osgText::Text>
 text(const std::string& content,
      const osg::Vec2& position,
      float size,
@@ -25,18 +26,18 @@ text(const std::string& content,
      osgText::TextBase::AlignmentType alignment = osgText::TextBase::LEFT_BASE_LINE);
 
 /// A filled rectangle.
-osg::ref_ptr<osg::Geometry>
+OSGMIDAIR_EXPORT osg::ref_ptr<osg::Geometry>
 rectangle(const osg::Vec2& lowerLeft, const osg::Vec2& upperRight, const osg::Vec4& color);
 
 /// A rectangle that shows \a image, smoothed or texel by texel.
-osg::ref_ptr<osg::Geometry> picture(const osg::Vec2& lowerLeft,
-                                    const osg::Vec2& upperRight,
-                                    osg::Image* image,
-                                    bool smooth,
-                                    bool turned = false);
+OSGMIDAIR_EXPORT osg::ref_ptr<osg::Geometry> picture(const osg::Vec2& lowerLeft,
+                                                     const osg::Vec2& upperRight,
+                                                     osg::Image* image,
+                                                     bool smooth,
+                                                     bool turned = false);
 
 /// Collects strokes of any width into one geometry (as quads, so that their width follows every scale).
-class Strokes
+class OSGMIDAIR_EXPORT Strokes
 {
 public:
     Strokes();
@@ -59,17 +60,17 @@ private:
 };
 
 /// Depth test and lighting off, blending on, children drawn in the order in which they were added.
-void paintInOrder(osg::Node& node, int bin);
+OSGMIDAIR_EXPORT void paintInOrder(osg::Node& node, int bin);
 
 /// Round values between \a from and \a to (1, 2 or 5 times a power of ten apart), at most \a atMost of them.
-std::vector<double> ticks(double from, double to, int atMost);
+OSGMIDAIR_EXPORT std::vector<double> ticks(double from, double to, int atMost);
 
 /// A tick's label: no needless digits, thousands kept apart by a thin gap.
-std::string number(double value);
+OSGMIDAIR_EXPORT std::string number(double value);
 
 /// A map with its scale: a bar with ticks, numbers and a heading that names quantity and unit. Upright bars carry their
 /// numbers on the right, lying ones below.
-class ColorBar : public osg::Group
+class OSGMIDAIR_EXPORT ColorBar : public osg::Group
 {
 public:
     struct Layout

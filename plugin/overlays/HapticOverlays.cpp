@@ -1,6 +1,10 @@
 #include "haptics/Medium.h"
+#include "haptics/TransducerArray.h"
 
 #include <osgMidair/HapticOverlays>
+#include <osgMidair/HapticScene>
+
+#include <osg/Transform>
 
 #include <array>
 
@@ -37,7 +41,20 @@ HapticOverlays::HapticOverlays() :
     _hud->setFieldSlice(_slice);
     addChild(_frame);
     addChild(_hud);
+    addEventCallback(new OverlayKeys(this));
     setNumChildrenRequiringUpdateTraversal(getNumChildrenRequiringUpdateTraversal() + 1);
+}
+
+HapticOverlays::HapticOverlays(const HapticOverlays& other, const osg::CopyOp& /*copyop*/) :
+    HapticOverlays()
+{
+    setName(other.getName());
+    setNodeMask(other.getNodeMask());
+    setShowControlPoints(other.getShowControlPoints());
+    setShowFieldSlice(other.getShowFieldSlice());
+    setShowArray(other.getShowArray());
+    setShowWorkspace(other.getShowWorkspace());
+    setShowFigures(other.getShowFigures());
 }
 
 HapticOverlays::~HapticOverlays() = default;
@@ -54,9 +71,34 @@ void HapticOverlays::setArray(const std::shared_ptr<const midair::haptics::Trans
         overlay->setArray(array, medium);
 }
 
-void HapticOverlays::setArrayToWorld(const osg::Matrix& matrix)
+void HapticOverlays::setArrayToParent(const osg::Matrix& matrix)
 {
-    _frame->setMatrix(matrix);
+    if (matrix != _frame->getMatrix()) _frame->setMatrix(matrix);
+}
+
+std::shared_ptr<const midair::bridge::HologramResult>
+HapticOverlays::follow(const osg::NodePath& path)
+{
+    const HapticScene* scene = nullptr;
+    for (osg::Node* node : path)
+        if (const auto* found = dynamic_cast<HapticScene*>(node)) scene = found;
+    if (!scene) return _shown;
+    const auto array = scene->getTransducerArray();
+    const midair::haptics::Medium medium = scene->getMedium();
+    if (array && (array != _followedArray || !_followedMedium || !(*_followedMedium == medium)))
+    {
+        _followedArray = array;
+        _followedMedium = std::make_unique<midair::haptics::Medium>(medium);
+        setArray(array, medium);
+        const std::string of = scene->getName().empty() ? "" : scene->getName() + " in ";
+        _hud->setTitle(of + scene->getArray() + " (" + std::to_string(array->size()) +
+                       " transducers)");
+    }
+    const double unitsPerMetre = 1.0 / scene->getMetresPerUnit();
+    setArrayToParent(osg::Matrix::inverse(scene->getCalibration()) *
+                     osg::Matrix::scale(unitsPerMetre, unitsPerMetre, unitsPerMetre) *
+                     osg::computeWorldToLocal(path));
+    return scene->getLatestResult();
 }
 
 void HapticOverlays::show(const std::shared_ptr<const midair::bridge::HologramResult>& result)
@@ -79,8 +121,17 @@ void HapticOverlays::show(const std::shared_ptr<const midair::bridge::HologramRe
 
 void HapticOverlays::traverse(osg::NodeVisitor& visitor)
 {
-    if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR)
-        show(_source ? _source() : _shown);
+    switch (visitor.getVisitorType())
+    {
+    case osg::NodeVisitor::UPDATE_VISITOR:
+        show(_source ? _source() : follow(visitor.getNodePath()));
+        break;
+    case osg::NodeVisitor::EVENT_VISITOR:
+    case osg::NodeVisitor::CULL_VISITOR:
+        break;
+    default:
+        return;
+    }
     osg::Group::traverse(visitor);
 }
 

@@ -7,7 +7,9 @@
 
 #include <osgUtil/CullVisitor>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 
@@ -20,8 +22,9 @@ namespace
 const osg::Vec4 kBright(0.96F, 0.97F, 0.99F, 1.0F);
 const osg::Vec4 kDim(0.68F, 0.72F, 0.78F, 1.0F);
 const osg::Vec4 kWarning(1.0F, 0.80F, 0.35F, 1.0F);
+const osg::Vec4 kPanel(0.085F, 0.10F, 0.125F, 0.72F);
 constexpr float kTextSize = 13.0F;
-constexpr float kPanelWidth = 262.0F;
+constexpr float kPanelWidth = 300.0F;
 constexpr float kPanelHeight = 200.0F;
 constexpr float kMargin = 12.0F;
 const char* const kNames =
@@ -58,9 +61,8 @@ public:
     Panel()
     {
         topLeft = new osg::Group;
-        topLeft->addChild(flat::rectangle({kMargin, -kMargin - kPanelHeight},
-                                          {kMargin + kPanelWidth, -kMargin},
-                                          {0.05F, 0.06F, 0.08F, 0.55F}));
+        topLeft->addChild(flat::rectangle(
+            {kMargin, -kMargin - kPanelHeight}, {kMargin + kPanelWidth, -kMargin}, kPanel));
         const float x = kMargin + 10.0F;
         float y = -kMargin - 22.0F;
         title = flat::text("osgMidair", {x, y}, kTextSize + 1.0F, kBright);
@@ -75,9 +77,8 @@ public:
         }
 
         bottomLeft = new osg::Group;
-        bottomLeft->addChild(flat::rectangle({kMargin, kMargin},
-                                             {kMargin + 232.0F, kMargin + 122.0F},
-                                             {0.05F, 0.06F, 0.08F, 0.55F}));
+        bottomLeft->addChild(
+            flat::rectangle({kMargin, kMargin}, {kMargin + 232.0F, kMargin + 122.0F}, kPanel));
         error = new flat::Sparkline(
             "error rms", "%", {kMargin + 10.0F, kMargin + 70.0F}, {140.0F, 30.0F});
         latency = new flat::Sparkline(
@@ -98,9 +99,8 @@ public:
             bottomRight->addChild(bar);
             return bar;
         };
-        bottomRight->addChild(flat::rectangle({-kMargin - 104.0F, kMargin},
-                                              {-kMargin, kMargin + 418.0F},
-                                              {0.05F, 0.06F, 0.08F, 0.55F}));
+        bottomRight->addChild(
+            flat::rectangle({-kMargin - 104.0F, kMargin}, {-kMargin, kMargin + 418.0F}, kPanel));
         const osg::ref_ptr<flat::ColorBar> phase =
             addBar(ColorMap::phase(), "drive phase", 30.0F, 66.0F);
         phase->setLabels({{0.0, "0"}, {0.5, "180°"}, {1.0, "360°"}});
@@ -135,7 +135,7 @@ Hud::~Hud() = default;
 
 void Hud::setTitle(const std::string& title)
 {
-    _panel->title->setText(shortened(title, 36), osgText::String::ENCODING_UTF8);
+    _panel->title->setText(shortened(title, 42), osgText::String::ENCODING_UTF8);
 }
 
 void Hud::setScale(float scale)
@@ -189,7 +189,7 @@ void Hud::update()
             ? format("\n%.1f ms, %.0f / s", slice->getComputeTime_ms(), slice->getSlicesPerSecond())
             : std::string("\noff");
     values += _frameRate > 0.0 ? format("\n%.0f / s", _frameRate) : std::string("\n-");
-    values += "\n" + shortened(_result->deviceStatus, 24);
+    values += "\n" + shortened(_result->deviceStatus, 27);
     _panel->values->setText(values, osgText::String::ENCODING_UTF8);
     const std::string message =
         !_result->messages.empty() ? _result->messages.back() : report.message;
@@ -203,14 +203,12 @@ void Hud::traverse(osg::NodeVisitor& visitor)
 {
     if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR) update();
     osgUtil::CullVisitor* cull = visitor.asCullVisitor();
-    if (!cull || !cull->getViewport())
-    {
-        Overlay::traverse(visitor);
-        return;
-    }
+    if (!cull || !cull->getViewport()) return;
     // Nothing of the scene graph is changed here: views that cull at the same time each push matrices of their own.
-    const double width = cull->getViewport()->width() / _scale;
-    const double height = cull->getViewport()->height() / _scale;
+    const double pixels = cull->getViewport()->height();
+    const double scale = _scale > 0.0F ? _scale : std::max(1.0, std::floor(pixels / 700.0));
+    const double width = cull->getViewport()->width() / scale;
+    const double height = pixels / scale;
     const osg::CullSettings::ComputeNearFarMode mode = cull->getComputeNearFarMode();
     cull->setComputeNearFarMode(osg::CullSettings::DO_NOT_COMPUTE_NEAR_FAR);
     cull->pushProjectionMatrix(new osg::RefMatrix(osg::Matrix::ortho2D(0.0, width, 0.0, height)));

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <osgMidair/Export>
+
 #include <osg/Geometry>
 #include <osg/Program>
 
@@ -26,7 +28,7 @@ makeProgram(const char* name, const char* vertexSource, const char* fragmentSour
 osg::Vec4ub bytes(const osg::Vec3f& color, float opacity);
 
 /// Rendered after what is opaque, in the order of \a bin; tested against depth but leaving none; blended.
-void drawTranslucent(osg::Node& node, int bin);
+OSGMIDAIR_EXPORT void drawTranslucent(osg::Node& node, int bin);
 
 /// Bins: later ones are painted over earlier ones.
 enum OverlayBin

@@ -6,6 +6,7 @@
 #include <osg/Geometry>
 
 #include <cmath>
+#include <string>
 
 namespace osgMidair
 {
@@ -48,8 +49,8 @@ void WorkspaceBox::setBox(const osg::BoundingBox& box_m)
                 lines->push_back(_box.corner(corner));
                 lines->push_back(_box.corner(corner | axis));
             }
-    // Ticks along the three edges that meet in the lowest corner.
-    const float textSize = 0.05F * 2.0F * _box.radius() / std::sqrt(3.0F);
+    // Ticks every 50 mm along the three edges that meet in the lowest corner; numbers at the ends only, where they don't crowd.
+    const float textSize = 0.055F * 2.0F * _box.radius() / std::sqrt(3.0F);
     for (int axis = 0; axis < 3; ++axis)
     {
         osg::Vec3 outward(-1.0F, -1.0F, -1.0F);
@@ -61,12 +62,15 @@ void WorkspaceBox::setBox(const osg::BoundingBox& box_m)
             at[axis] = static_cast<float>(1e-3 * tick);
             lines->push_back(at);
             lines->push_back(at + outward * (0.3F * textSize));
-            addChild(label(flat::number(tick), at + outward * (1.1F * textSize), 0.75F * textSize));
         }
-        osg::Vec3 middle = _box._min;
-        middle[axis] = 0.5F * (_box._min[axis] + _box._max[axis]);
-        addChild(label(
-            std::string(1, "xyz"[axis]) + " (mm)", middle + outward * (2.3F * textSize), textSize));
+        osg::Vec3 end = _box._min;
+        end[axis] = _box._max[axis];
+        osg::Vec3 beyond = outward * 0.9F;
+        beyond[axis] = 0.6F;
+        addChild(label(std::string(1, "xyz"[axis]) + " = " +
+                           flat::number(std::round(1e3 * _box._max[axis])) + " mm",
+                       end + beyond * textSize,
+                       textSize));
     }
     osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
     geometry->setVertexArray(lines);

@@ -1,6 +1,7 @@
 #include <osgDB/Registry>
 
 // A static build names the library and its wrappers with USE_SERIALIZER_WRAPPER.
+USE_SERIALIZER_WRAPPER(osgMidair_HapticOverlays)
 USE_SERIALIZER_WRAPPER(osgMidair_HapticScene)
 USE_SERIALIZER_WRAPPER(osgMidair_HapticSurface)
 

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+
+namespace midair::samples
+{
+
+/// What the main sample was asked for.
+struct DemoOptions
+{
+    std::string model; ///< a file that OSG reads; empty: the paper's star
+    double size_m = 0.12;
+    std::string array = "octagon";
+    std::string device = "sim:";
+    std::string solver; ///< empty: the kit's default
+    double temperature_C = 20.0;
+    std::string sampling;     ///< surface, edges, vertices; empty: the kit's default
+    double spacing_m = 0.0;   ///< 0: one wavelength
+    double pressure_Pa = 0.0; ///< 0: as loud as it accurately can
+    int maxPoints = 0;        ///< 0: no limit
+    bool still = false;       ///< the object stays in the middle
+    int frames = 0;           ///< 0: 240 without a display, until the window is closed with one
+    std::string out = "build/out";
+    bool headless = false;
+    bool benchmark = false;
+    int width = 1200;
+    int height = 800;
+};
+
+/// False where the program is done already: help was asked for, or an option is wrong; \a status is then its exit status.
+bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status);
+
+} // namespace midair::samples

@@ -1,0 +1,134 @@
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+namespace
+{
+
+struct Run
+{
+    int status = -1;
+    std::string output; ///< both streams
+};
+
+Run demo(const std::string& arguments)
+{
+    Run run;
+    const std::string line = std::string("'") + MIDAIR_BIN + "/midair-demo' " + arguments + " 2>&1";
+    FILE* pipe = ::popen(line.c_str(), "r");
+    std::array<char, 4096> buffer{};
+    while (std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
+        run.output.append(buffer.data(), n);
+    const int status = ::pclose(pipe);
+    run.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return run;
+}
+
+class Folder
+{
+public:
+    explicit Folder(const std::string& name) :
+        path((std::filesystem::temp_directory_path() /
+              ("midair_demo_" + name + std::to_string(::getpid())))
+                 .string())
+    {
+        std::filesystem::remove_all(path);
+    }
+    ~Folder() { std::filesystem::remove_all(path); }
+    const std::string path;
+};
+
+} // namespace
+
+TEST(Demo, WritesPicturesReportAndSummary)
+{
+    const Folder out("star");
+    const Run run =
+        demo("--headless --frames 12 --width 480 --height 320 --sampling vertices --out '" +
+             out.path + "'");
+    ASSERT_EQ(run.status, 0) << run.output;
+    for (const char* line : {"object      star.obj, largest extent 120 mm, 11 control points",
+                             "array       octagon, 3984 transducers, 20.0 C",
+                             "device      sim:",
+                             "frames      12 at",
+                             "fields ",
+                             "solve ",
+                             "accuracy ",
+                             "loudness ",
+                             "latency ",
+                             "pictures "})
+        EXPECT_NE(run.output.find(line), std::string::npos) << line << " is missing in\n"
+                                                            << run.output;
+
+    std::ifstream file(out.path + "/report.json");
+    const nlohmann::json report = nlohmann::json::parse(file);
+    EXPECT_EQ(report.at("model"), "star.obj");
+    EXPECT_EQ(report.at("transducers"), 3984);
+    EXPECT_EQ(report.at("points"), 11);
+    EXPECT_EQ(report.at("frames"), 12);
+    EXPECT_GT(report.at("solves").get<int>(), 0);
+    EXPECT_LE(report.at("solves").get<int>(), report.at("snapshots").get<int>());
+    EXPECT_EQ(report.at("meshesSampled"), 1); // it moves, it doesn't change
+    EXPECT_GT(report.at("solve_ms").at("median").get<double>(), 0.0);
+    EXPECT_LT(report.at("rms").at("median").get<double>(), 0.05);
+    EXPECT_GT(report.at("loudness").at("median").get<double>(), 0.3);
+    EXPECT_GT(report.at("latency_ms").at("median").get<double>(), 0.0);
+    EXPECT_GT(report.at("framesPerSecond").get<double>(), 0.0);
+    if (report.contains("picturesProblem")) GTEST_SKIP() << report.at("picturesProblem");
+    EXPECT_EQ(report.at("pictures").size(), 6U);
+    for (const auto& picture : report.at("pictures"))
+    {
+        const std::string name = picture.at("file");
+        ASSERT_TRUE(std::filesystem::exists(name)) << name;
+        EXPECT_GT(std::filesystem::file_size(name), 20000U)
+            << name; // an empty picture has a tenth of that
+        // The picture and the field in it are of the same moment, and the field is strongest at a control point.
+        EXPECT_EQ(picture.at("fieldFrame"), picture.at("frame"));
+        EXPECT_LT(picture.at("peakToPoint_mm").get<double>(), 4.3); // half a wavelength
+    }
+}
+
+TEST(Demo, SaysWhatIsWrong)
+{
+    const Run missing = demo("--headless nowhere.obj");
+    EXPECT_EQ(missing.status, 1);
+    EXPECT_NE(missing.output.find("midair-demo: can't read the model nowhere.obj: no such file, or "
+                                  "no format that OpenSceneGraph knows"),
+              std::string::npos)
+        << missing.output;
+    const Run option = demo("--temperature 100");
+    EXPECT_NE(option.status, 0);
+    EXPECT_NE(option.output.find("--temperature: Value 100 not in range"), std::string::npos)
+        << option.output;
+    const Run sampling = demo("--sampling corners");
+    EXPECT_NE(sampling.status, 0);
+    EXPECT_NE(sampling.output.find("corners not in {surface,edges,vertices}"), std::string::npos)
+        << sampling.output;
+}
+
+TEST(Demo, HelpNamesEveryOption)
+{
+    const Run help = demo("--help");
+    EXPECT_EQ(help.status, 0);
+    for (const char* option : {"--size",
+                               "--array",
+                               "--device",
+                               "--solver",
+                               "--temperature",
+                               "--sampling",
+                               "--spacing",
+                               "--pressure",
+                               "--max-points",
+                               "--still",
+                               "--frames",
+                               "--out",
+                               "--headless",
+                               "--benchmark"})
+        EXPECT_NE(help.output.find(option), std::string::npos) << option;
+}
