@@ -135,8 +135,9 @@ void HapticEngine::silence()
     _objects = 0;
     _snapshot.objects.clear();
     _snapshot.time_s = midair::bridge::steadySeconds();
+    _hands.touch(_snapshot.objects,
+                 nullptr); // whatever was touched is gone; before the snapshot is given away
     if (!_submittedAny || changedSinceSubmitted()) submit();
-    _hands.touch(_snapshot.objects, nullptr); // whatever was touched is gone
     tellTouches();
 }
 

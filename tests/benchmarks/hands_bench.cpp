@@ -1,0 +1,176 @@
+// What hands cost a frame: touch against meshes of several sizes, reach, and shadows over the array.
+
+#include "engine-bridge/HandProximity.h"
+#include "engine-bridge/Obstacles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <random>
+#include <vector>
+
+#include <time.h>
+
+using namespace midair;
+using Eigen::Vector3d;
+
+namespace
+{
+
+/// Time of this thread alone, so that a busy machine does not count.
+double threadTime_us()
+{
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
+}
+
+double median_us(int runs, const std::function<void()>& work)
+{
+    std::vector<double> times;
+    for (int run = 0; run < runs; ++run)
+    {
+        const double start = threadTime_us();
+        work();
+        times.push_back(threadTime_us() - start);
+    }
+    std::nth_element(times.begin(), times.begin() + runs / 2, times.end());
+    return times[static_cast<std::size_t>(runs) / 2];
+}
+
+std::shared_ptr<haptics::TriangleMesh> sphere(double radius, int rings)
+{
+    auto mesh = std::make_shared<haptics::TriangleMesh>();
+    const int around = 2 * rings;
+    mesh->vertices.resize(3, (rings + 1) * around);
+    mesh->triangles.resize(3, 2 * rings * around);
+    int t = 0;
+    for (int j = 0; j <= rings; ++j)
+        for (int i = 0; i < around; ++i)
+        {
+            const double theta = M_PI * j / rings;
+            const double phi = 2.0 * M_PI * i / around;
+            mesh->vertices.col(j * around + i) = radius * Vector3d(std::sin(theta) * std::cos(phi),
+                                                                   std::sin(theta) * std::sin(phi),
+                                                                   std::cos(theta));
+            if (j == rings) continue;
+            const int a = j * around + i;
+            const int b = j * around + (i + 1) % around;
+            mesh->triangles.col(t++) = Eigen::Vector3i(a, a + around, b + around);
+            mesh->triangles.col(t++) = Eigen::Vector3i(a, b + around, b);
+        }
+    return mesh;
+}
+
+/// Two hands, the index fingers' tips \a height over the sphere's poles along z.
+bridge::HandFrame twoHands(double height)
+{
+    bridge::HandFrame frame;
+    const Eigen::Quaterniond down(Eigen::AngleAxisd(-M_PI / 3, Vector3d::UnitX()));
+    frame.hands.push_back(bridge::openHandWithIndexTipAt(0, Vector3d(0, 0, 0.037 + height), down));
+    frame.hands.push_back(bridge::openHandWithIndexTipAt(1, Vector3d(0, -0.037 - height, 0), down));
+    return frame;
+}
+
+void touch()
+{
+    std::printf("touch: two hands of 24 bones against a sphere of 30 mm, median of 200 frames\n");
+    std::printf("%10s %14s %12s %12s %12s\n",
+                "triangles",
+                "hierarchy/us",
+                "20 mm/us",
+                "3 mm/us",
+                "-3 mm/us");
+    for (const int rings : {10, 35, 112})
+    {
+        bridge::HapticObject object;
+        object.mesh = sphere(0.03, rings);
+        object.meshId = 1;
+        const double build =
+            median_us(5,
+                      [&]
+                      {
+                          const bridge::MeshDistance distance(object.mesh);
+                          distance.nearest({Vector3d::Zero(), Vector3d::Zero(), 0.01}, 0.001);
+                      });
+        std::printf("%10d %14.0f", static_cast<int>(object.mesh->triangles.cols()), build);
+        for (const double height : {0.02, 0.003, -0.003})
+        {
+            bridge::HandProximity proximity;
+            const bridge::HandFrame hands = twoHands(height);
+            double time = 0.0;
+            std::printf(" %12.0f",
+                        median_us(200, [&] { proximity.update({object}, hands, time += 0.01); }));
+        }
+        std::printf("\n");
+    }
+}
+
+Eigen::Matrix3Xd randomPoints(int n)
+{
+    std::mt19937_64 random(1);
+    std::normal_distribution<double> normal;
+    Eigen::Matrix3Xd points(3, n);
+    for (int l = 0; l < n; ++l)
+        points.col(l) =
+            0.03 * Vector3d(normal(random), normal(random), normal(random)).normalized();
+    return points;
+}
+
+void reach()
+{
+    std::printf(
+        "\nreach: points within 20 mm of two hands\n%10s %12s %12s\n", "points", "within", "us");
+    const auto capsules = bridge::handCapsules(twoHands(0.003));
+    for (const int n : {100, 400, 4000})
+    {
+        const Eigen::Matrix3Xd points = randomPoints(n);
+        std::vector<bool> within;
+        const double time =
+            median_us(100, [&] { within = bridge::withinReach(points, capsules, 0.02); });
+        std::printf("%10d %12ld %12.0f\n", n, std::count(within.begin(), within.end(), true), time);
+    }
+}
+
+void shadows()
+{
+    std::printf("\nshadows: two hands before the octagon's 3984 transducers\n%10s %10s %8s %12s "
+                "%12s %12s\n",
+                "points",
+                "budget",
+                "spots",
+                "ways",
+                "tested",
+                "us");
+    const haptics::TransducerArray array = haptics::TransducerArray::octagonalPrism();
+    std::vector<bridge::Capsule> obstacles;
+    for (const bridge::HandCapsule& capsule : bridge::handCapsules(twoHands(0.003)))
+        obstacles.push_back(capsule.shape);
+    for (const int n : {1, 100})
+        for (const int budget : {5000, 20000, 100000})
+        {
+            bridge::ShadowOptions options;
+            options.maxTests = budget;
+            bridge::ShadowCounters counters;
+            const Eigen::Matrix3Xd points = randomPoints(n);
+            const double time = median_us(
+                20, [&] { bridge::shadowGains(points, array, obstacles, options, &counters); });
+            std::printf("%10d %10d %8d %12ld %12ld %12.0f\n",
+                        n,
+                        budget,
+                        counters.spots,
+                        counters.pairs,
+                        counters.tested,
+                        time);
+        }
+}
+
+} // namespace
+
+int main()
+{
+    touch();
+    reach();
+    shadows();
+}
