@@ -174,7 +174,8 @@ void writeDrive(const std::string& path,
 void writeSummary(const std::string& path,
                   const haptics::TransducerArray& array,
                   const haptics::Medium& medium,
-                  const haptics::SolveReport& report)
+                  const haptics::SolveReport& report,
+                  const haptics::Certificate* certificate)
 {
     nlohmann::ordered_json json;
     json["array"] = array.name;
@@ -199,6 +200,13 @@ void writeSummary(const std::string& path,
                       {"level_Pa", report.level_Pa},
                       {"matrix_ms", report.matrix_ms},
                       {"solve_ms", report.solve_ms}};
+    if (certificate)
+        json["certificate"] = {{"bound", certificate->bound},
+                               {"best", certificate->best},
+                               {"phases", certificate->givenPhases},
+                               {"field", certificate->givenField},
+                               {"tight", certificate->tight},
+                               {"total_ms", certificate->total_ms}};
     std::ofstream file = openForWriting(path);
     file << json.dump(2) << '\n';
     finish(file, path);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "device/DriveSignal.h"
+#include "haptics/Certificate.h"
 #include "haptics/ControlPoints.h"
 #include "haptics/HologramSolver.h"
 #include "haptics/Medium.h"
@@ -29,10 +30,12 @@ void writeDrive(const std::string& path,
                 const haptics::TransducerArray& array,
                 const device::DriveSignal& signal);
 
-/// What a recomputation of the field needs, and the SolveReport under "report".
+/// What a recomputation of the field needs, the SolveReport under "report", and \a certificate, if there is one, under
+/// "certificate".
 void writeSummary(const std::string& path,
                   const haptics::TransducerArray& array,
                   const haptics::Medium& medium,
-                  const haptics::SolveReport& report);
+                  const haptics::SolveReport& report,
+                  const haptics::Certificate* certificate = nullptr);
 
 } // namespace midair::samples

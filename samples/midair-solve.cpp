@@ -1,6 +1,7 @@
 // midair-solve: a model (or a list of points) in, the drive of the array and the field it makes out; needs no scene.
 
 #include "device/DriveEncoder.h"
+#include "haptics/Certificate.h"
 #include "haptics/ControlPointSelector.h"
 #include "haptics/HologramSolver.h"
 #include "haptics/InputError.h"
@@ -17,6 +18,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,6 +46,7 @@ struct Arguments
     double spacing_m = 0.0;
     double pressure_Pa = 0.0;
     double temperature_C = 20.0;
+    bool certify = false;
     haptics::Sampling sampling = haptics::Sampling::SURFACE;
 };
 
@@ -93,6 +96,10 @@ void addOptions(CLI::App& app, Arguments& arguments)
         ->capture_default_str();
     app.add_option(
         "--directivity", arguments.directivity, "t4010a1-harmonics, t4010a1-table or point");
+    app.add_flag(
+        "--certify",
+        arguments.certify,
+        "Bound from below what any phases could reach, and tell how far this field is from it");
     app.add_option("--out",
                    arguments.out,
                    "Folder for control_points.csv, drive.csv, summary.json and field.png")
@@ -126,6 +133,7 @@ struct Solution
     Eigen::VectorXcf played;     ///< m, what the encoded drive plays
     Eigen::VectorXd achieved_Pa; ///< n, in double from the encoded drive
     Eigen::VectorXd target_Pa;   ///< n
+    std::optional<haptics::Certificate> certificate;
 };
 
 /// The model's samples in the array frame; every target 1, or the pressure asked for.
@@ -214,6 +222,10 @@ Solution solveAll(const Arguments& arguments)
                                               : readPoints(arguments, solution),
                  solution);
     solve(arguments, solution);
+    const bool solved = solution.report.level_Pa > 0.0;
+    if (arguments.certify && solved)
+        solution.certificate = haptics::Certifier().certify(
+            solution.points, solution.array, solution.medium, solution.played);
     return solution;
 }
 
@@ -251,7 +263,11 @@ void writeAll(const Solution& solution, const std::string& title, const std::str
     writeControlPoints(
         folder + "/control_points.csv", solution.points, solution.target_Pa, solution.achieved_Pa);
     writeDrive(folder + "/drive.csv", solution.array, solution.signal);
-    writeSummary(folder + "/summary.json", solution.array, solution.medium, solution.report);
+    writeSummary(folder + "/summary.json",
+                 solution.array,
+                 solution.medium,
+                 solution.report,
+                 solution.certificate ? &*solution.certificate : nullptr);
     writeField(solution, title, folder + "/field.png");
 }
 
@@ -275,6 +291,14 @@ void printSummary(const Solution& solution, const std::string& folder)
     std::printf(
         "error       rms %.3f %%, largest %.3f %%\n", 100.0 * report.rms, 100.0 * report.max);
     std::printf("level       %.0f Pa peak, loudness E %.3f\n", report.level_Pa, report.loudness);
+    if (solution.certificate)
+        std::printf("certificate misfit and power of the field %.1f %%, of its phases %.2f %%, of "
+                    "the best phases "
+                    "found %.2f %% over the bound (%.1f ms)\n",
+                    100.0 * solution.certificate->gapOfField(),
+                    100.0 * solution.certificate->gapOfPhases(),
+                    100.0 * solution.certificate->gap(),
+                    solution.certificate->total_ms);
     if (!report.message.empty()) std::printf("note        %s\n", report.message.c_str());
     std::printf("written to  %s\n", folder.c_str());
 }

@@ -122,6 +122,20 @@ TEST(Solve, StarFilesAgreeWithARecomputation)
     expectFilesAgree(out);
 }
 
+TEST(Solve, CertifiesTheFieldOnRequest)
+{
+    const std::string out = folder("certify");
+    const Outcome outcome = shell(kProgram + " " + kStar + " --size 0.08 --certify --out " + out);
+    ASSERT_EQ(outcome.code, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("certificate misfit and power of the field "), std::string::npos);
+    const nlohmann::json certificate = readSummary(out).at("certificate");
+    const double bound = certificate.at("bound"), best = certificate.at("best");
+    EXPECT_GT(bound, 0.0);
+    EXPECT_LE(bound, best);
+    EXPECT_LE(best, certificate.at("phases").get<double>());
+    EXPECT_LE(bound, certificate.at("field").get<double>());
+}
+
 TEST(Solve, RealMeshesAgreeWithARecomputation)
 {
     const fs::path meshes = fs::path(MIDAIR_ROOT).parent_path() / "shared" / "meshes";
