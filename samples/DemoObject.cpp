@@ -48,8 +48,9 @@ std::vector<int> welded(const haptics::TriangleMesh& mesh)
     return like;
 }
 
-/// Edges with one triangle, or whose two triangles turn by more than 35 degrees.
-osg::ref_ptr<osg::Vec3Array> featureEdges(const haptics::TriangleMesh& mesh)
+/// Edges with one triangle, or whose two triangles turn by more than 35 degrees; none where they would be a thicket: a tenth
+/// of all edges of a solid.
+osg::ref_ptr<osg::Vec3Array> featureEdges(const haptics::TriangleMesh& mesh, bool flat)
 {
     const std::vector<int> like = welded(mesh);
     std::map<std::pair<int, int>, std::vector<Eigen::Vector3d>>
@@ -77,6 +78,7 @@ osg::ref_ptr<osg::Vec3Array> featureEdges(const haptics::TriangleMesh& mesh)
                 const Eigen::Vector3d v = mesh.vertices.col(end);
                 lines->push_back(osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z())));
             }
+    if (!flat && lines->size() / 2 > edges.size() / 10) lines->clear();
     return lines;
 }
 
@@ -168,7 +170,7 @@ DemoObject loadDemoObject(const std::string& path, double size_m)
     object.model = placed;
     osg::ref_ptr<osg::Group> whole = new osg::Group;
     whole->addChild(placed);
-    object.edges = lineNode(featureEdges(bridge::extractMesh(*whole).mesh));
+    object.edges = lineNode(featureEdges(bridge::extractMesh(*whole).mesh, object.flat));
     return object;
 }
 
@@ -177,11 +179,11 @@ osg::ref_ptr<osg::Group> lit(osg::Node* scene)
     osg::ref_ptr<osg::Group> group = new osg::Group;
     osg::StateSet* state = group->getOrCreateStateSet();
     osg::ref_ptr<osg::LightModel> model = new osg::LightModel;
-    model->setAmbientIntensity({0.24F, 0.26F, 0.30F, 1.0F});
+    model->setAmbientIntensity({0.16F, 0.17F, 0.20F, 1.0F});
     model->setTwoSided(true);
     state->setAttributeAndModes(model);
     const osg::Vec4 directions[] = {{-0.5F, -0.7F, 0.9F, 0.0F}, {0.8F, -0.4F, -0.2F, 0.0F}};
-    const float brightness[] = {0.80F, 0.28F};
+    const float brightness[] = {0.58F, 0.20F};
     for (int i = 0; i < 2; ++i)
     {
         osg::ref_ptr<osg::LightSource> source = new osg::LightSource;

@@ -44,7 +44,8 @@ void aim(osg::Camera& camera)
 class PictureTaker
 {
 public:
-    PictureTaker(osg::Node* scene, int width, int height, std::string& problem) :
+    PictureTaker(DemoScene& scene, int width, int height, std::string& problem) :
+        _scene(scene),
         _grabber(new FrameGrabber(kScale))
     {
         _viewer.setLightingMode(osg::View::NO_LIGHT);
@@ -53,21 +54,24 @@ public:
         if (!_ready) return;
         aim(*_viewer.getCamera());
         _viewer.getCamera()->setFinalDrawCallback(_grabber);
-        _viewer.setSceneData(scene);
+        _viewer.setSceneData(scene.root());
     }
 
     osg::ref_ptr<osg::Image> take()
     {
         if (!_ready) return nullptr;
+        _scene.overlays().getHud()->setScale(kScale);
         _viewer.renderingTraversals(); // compiles what is new
         _grabber->request();
         _viewer.renderingTraversals();
+        _scene.overlays().getHud()->setScale(0.0F);
         return _grabber->image();
     }
 
 private:
     static constexpr int kScale = 2;
 
+    DemoScene& _scene;
     osgViewer::Viewer _viewer;
     osg::ref_ptr<FrameGrabber> _grabber;
     bool _ready = false;
@@ -142,7 +146,7 @@ int runHeadless(const DemoOptions& options)
         setUpOffscreen(viewer, 800, 600, DemoScene::kFovy_deg, &report.picturesProblem);
     if (draw) aim(*viewer.getCamera());
     viewer.setSceneData(scene.root());
-    PictureTaker camera(scene.root(), options.width, options.height, report.picturesProblem);
+    PictureTaker camera(scene, options.width, options.height, report.picturesProblem);
 
     const int frames = options.frames > 0 ? options.frames : 240;
     const int between = std::max(1, frames / kPictures);
