@@ -182,8 +182,9 @@ osg::ref_ptr<osg::Group> lit(osg::Node* scene)
     model->setAmbientIntensity({0.16F, 0.17F, 0.20F, 1.0F});
     model->setTwoSided(true);
     state->setAttributeAndModes(model);
+    state->setMode(GL_LIGHTING, osg::StateAttribute::ON);
     const osg::Vec4 directions[] = {{-0.5F, -0.7F, 0.9F, 0.0F}, {0.8F, -0.4F, -0.2F, 0.0F}};
-    const float brightness[] = {0.58F, 0.20F};
+    const float brightness[] = {0.72F, 0.25F};
     for (int i = 0; i < 2; ++i)
     {
         osg::ref_ptr<osg::LightSource> source = new osg::LightSource;
