@@ -167,6 +167,7 @@ void FieldProblem::projectRound(const SplitVector& weights, SplitVector& to)
             }
         });
     sumPartials(to);
+    clearPadding(q);
 }
 
 void FieldProblem::phasesOf(const SplitVector& field)
@@ -180,17 +181,18 @@ void FieldProblem::phasesOf(const SplitVector& field)
     }
 }
 
-void FieldProblem::quantisePhases(float amplitude)
+void FieldProblem::clearPadding(SplitVector& v)
+{
+    for (int i = m(); i < G.paddedTransducers(); ++i)
+        v.set(static_cast<std::size_t>(i), 0.0f);
+}
+
+void FieldProblem::quantisePhases(const SplitVector& from, SplitVector& to)
 {
     const int width = G.paddedTransducers();
     kernels::quantisePhase(
-        width, _drive.phaseLevels, q.re.data(), q.im.data(), q.re.data(), q.im.data());
-    if (amplitude == 1.0f) return;
-    for (int i = 0; i < width; ++i)
-    {
-        q.re[static_cast<std::size_t>(i)] *= amplitude;
-        q.im[static_cast<std::size_t>(i)] *= amplitude;
-    }
+        width, _drive.phaseLevels, from.re.data(), from.im.data(), to.re.data(), to.im.data());
+    clearPadding(to);
 }
 
 void FieldProblem::quantise(float scale)
@@ -201,13 +203,8 @@ void FieldProblem::quantise(float scale)
         const auto s = static_cast<std::size_t>(i);
         inverse[s] = playableAmplitude(_drive.amplitudeLevels, scale * std::abs(q.at(s)));
     }
-    kernels::quantisePhase(
-        width, _drive.phaseLevels, q.re.data(), q.im.data(), q.re.data(), q.im.data());
-    for (int i = 0; i < width; ++i)
-    {
-        const auto s = static_cast<std::size_t>(i);
-        q.set(s, q.at(s) * inverse[s]);
-    }
+    quantisePhases(q, q);
+    kernels::scaleBy(width, inverse.data(), q.re.data(), q.im.data());
 }
 
 Eigen::MatrixXcd FieldProblem::gram() const

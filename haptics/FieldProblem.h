@@ -66,9 +66,10 @@ public:
     void projectRound(const SplitVector& w, SplitVector& p);
     /// y_l = |p_l|, u_l = p_l/|p_l| (u_l stays where p_l = 0).
     void phasesOf(const SplitVector& p);
-    /// q as a device can play it at one common amplitude: phases to the nearest level.
-    void quantisePhases(float amplitude);
-    /// The same with q's own amplitudes times \a scale, clipped to 1 and rounded to the nearest level.
+    /// Unit amplitudes, phases of \a from to the nearest level.
+    void quantisePhases(const SplitVector& from, SplitVector& to);
+    void clearPadding(SplitVector& v); ///< v_i = 0 for i >= m
+    /// q as a device can play it: amplitudes times \a scale, clipped to 1 and rounded to the nearest level.
     void quantise(float scale);
 
     /// K = G G*, n x n, in double precision from float products.

@@ -1,49 +1,15 @@
 #include "haptics/PropagationKernels.h"
 
+#include "haptics/KernelTools.h"
+
 #include <algorithm>
 #include <cmath>
-
-// Built with -O3, contraction to fused multiply-adds and without errno, see CMakeLists.txt; nothing here may be compiled
-// with -ffast-math, since roundToMultiple relies on the order of its operations.
-#ifdef MIDAIR_HAS_CLONES
-#define MIDAIR_CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#else
-#define MIDAIR_CLONES
-#endif
-#define MIDAIR_INLINE inline __attribute__((always_inline))
 
 namespace midair::haptics::kernels
 {
 
 namespace
 {
-
-// Adding and subtracting 1.5 * 2^23 / k rounds to a multiple of 1/k, without the instruction that plain x86-64 lacks.
-constexpr float kToInteger = 12582912.0f;
-constexpr float kTo32nd = kToInteger / 32.0f;
-
-constexpr int kMaxWidth = 256;
-
-MIDAIR_INLINE float roundToMultiple(float x, float magic)
-{
-    return (x + magic) - magic;
-}
-
-// sin(2 pi f) and cos(2 pi f) for |f| <= 0.516, from those of the half angle: minimax polynomials in f^2 (errors 2e-8
-// and 7e-8), then sin 2a = 2 sin a cos a and cos 2a = 1 - 2 sin^2 a.
-MIDAIR_INLINE void sinCosTurns(float f, float& sine, float& cosine)
-{
-    const float t = f * f;
-    const float s =
-        f * (3.14159263503f +
-             t * (-5.16770929141f +
-                  t * (2.55005910546f + t * (-0.598158107429f + t * 0.0773628877593f))));
-    const float c =
-        0.99999993561f +
-        t * (-4.93479009056f + t * (4.05834761398f + t * (-1.33141553217f + t * 0.218668933026f)));
-    sine = 2.0f * s * c;
-    cosine = 1.0f - 2.0f * s * s;
-}
 
 struct CubicModel
 {
@@ -283,59 +249,6 @@ void forward(
         }
         pRe[l] += ar;
         pIm[l] += ai;
-    }
-}
-
-MIDAIR_CLONES
-void projectToUnit(
-    int width, const float* zRe, const float* zIm, float* qRe, float* qIm, float* inverse)
-{
-    width &= ~(kLanes - 1);
-#pragma omp simd aligned(zRe, zIm, qRe, qIm, inverse : 64)
-    for (int i = 0; i < width; ++i)
-    {
-        const float x = zRe[i], y = zIm[i];
-        const float square = x * x + y * y;
-        const bool silent = !(square > 1e-36f);
-        const float k = 1.0f / std::sqrt(silent ? 1.0f : square);
-        qRe[i] = silent ? 1.0f : x * k;
-        qIm[i] = silent ? 0.0f : y * k;
-        inverse[i] = silent ? 0.0f : k;
-    }
-}
-
-// The phase in turns by atan on [0, 1] (minimax, 4e-8 turns) and octants.
-MIDAIR_CLONES
-void quantisePhase(
-    int width, int levels, const float* qRe, const float* qIm, float* outRe, float* outIm)
-{
-    width &= ~(kLanes - 1);
-    const float steps = static_cast<float>(levels);
-    const float step = levels > 0 ? 1.0f / steps : 0.0f;
-#pragma omp simd aligned(qRe, qIm, outRe, outIm : 64)
-    for (int i = 0; i < width; ++i)
-    {
-        const float x = qRe[i], y = qIm[i];
-        const float ax = std::fabs(x), ay = std::fabs(y);
-        const float larger = std::max(std::max(ax, ay), 1e-30f), smaller = std::min(ax, ay);
-        const float t = smaller / larger, u = t * t;
-        float P = -0.0007607900871f;
-        P = P * u + 0.003908243694f;
-        P = P * u + -0.009533944073f;
-        P = P * u + 0.01582427365f;
-        P = P * u + -0.02232847756f;
-        P = P * u + 0.03178542557f;
-        P = P * u + -0.05304967427f;
-        P = P * u + 0.159154929f;
-        float turns = t * P;
-        turns = ay > ax ? 0.25f - turns : turns;
-        turns = x < 0.0f ? 0.5f - turns : turns;
-        turns = y < 0.0f ? -turns : turns;
-        const float rounded = roundToMultiple(turns * steps, kToInteger) * step;
-        float sine, cosine;
-        sinCosTurns(levels > 0 ? rounded : turns, sine, cosine);
-        outRe[i] = cosine;
-        outIm[i] = sine;
     }
 }
 

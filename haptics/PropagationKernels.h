@@ -76,4 +76,38 @@ void projectToUnit(
 void quantisePhase(
     int width, int levels, const float* qRe, const float* qIm, float* outRe, float* outIm);
 
+/// J_li = -scale_l Im(conj(u_l) G_li q_i) root_i over one block, n rows of \a width floats: how |p_l| changes with the phase of
+/// q_i, in units of 1/scale_l and 1/root_i.
+void formJacobian(const float* G,
+                  int n,
+                  int width,
+                  const float* uRe,
+                  const float* uIm,
+                  const float* scale,
+                  const float* qRe,
+                  const float* qIm,
+                  const float* root,
+                  float* J);
+/// t_i = sum_l J_li x_l over one block.
+void transposedJacobian(const float* J, int n, int width, const float* x, float* t);
+/// r_l += sum_i J_li t_i over one block.
+void applyJacobian(const float* J, int n, int width, const float* t, float* r);
+/// q_i turned by root_i t_i, at most \a limit radians (<= 0.5).
+void turn(int width, const float* root, const float* t, float limit, float* qRe, float* qIm);
+
+/// How the drive \a q differs from \a before: sums over transducers.
+struct DriveDifference
+{
+    float phaseSteps;       ///< |arg(q_i conj(before_i))|, rad
+    float change;           ///< |q_i - before_i|^2
+    float power;            ///< |q_i|^2
+    float innerRe, innerIm; ///< before_i conj(q_i)
+};
+DriveDifference compareDrives(
+    int width, const float* qRe, const float* qIm, const float* beforeRe, const float* beforeIm);
+/// q_i times the complex number (re, im).
+void multiply(int width, float re, float im, float* qRe, float* qIm);
+/// q_i times the real number factor_i.
+void scaleBy(int width, const float* factor, float* qRe, float* qIm);
+
 } // namespace midair::haptics::kernels

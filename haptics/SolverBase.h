@@ -43,6 +43,18 @@ protected:
         return _options.maxIterations > 0 ? _options.maxIterations : methodsOwn;
     }
 
+    /// Turns field.q and field.u by the common phase that brings q nearest to the last field, and returns it.
+    std::complex<float> alignToLast(FieldProblem& field);
+    bool hasLast(const FieldProblem& field) const { return _lastQ.size() == field.m(); }
+    /// Holds field.q within the options' steps from the last field.
+    void limitSteps();
+    bool isLimited() const
+    {
+        return _options.maxPhaseStep_rad > 0.0 || _options.maxAmplitudeStep > 0.0;
+    }
+    /// What relative targets were divided by so that the largest is 1: Pa with absolute targets.
+    float largestTarget() const { return _largestTarget; }
+
 private:
     struct Level
     {
@@ -56,8 +68,6 @@ private:
     bool isSkippable(int stale, const Eigen::VectorXcf& q) const;
     bool prepareStart(const TransducerArray& array);
     void scaleTargets();
-    void alignToLast();
-    void limitSteps();
     void makePlayable(const Outcome& outcome);
     Level measure(bool absolute);
     void report(const Outcome& outcome, SolveReport& report);
@@ -71,6 +81,7 @@ private:
     FieldProblem _field;
     std::vector<int> _active, _lastActive;
     Eigen::VectorXd _lastTargets;
+    SplitVector _last;       // the same, padded with zeros
     Eigen::VectorXcf _lastQ; // m, as the device played it; empty before the first field
     SolveReport _lastReport;
     bool _lastGood = false;

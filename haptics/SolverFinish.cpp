@@ -18,25 +18,22 @@ constexpr double kShort =
 } // namespace
 
 // A common phase of all transducers changes nothing that can be felt: the one that changes the drive least.
-void SolverBase::alignToLast()
+std::complex<float> SolverBase::alignToLast(FieldProblem& field)
 {
-    if (_lastQ.size() != _field.m()) return;
-    std::complex<double> sum = 0.0;
-    for (int i = 0; i < _field.m(); ++i)
-        sum +=
-            std::complex<double>(_lastQ[i] * std::conj(_field.q.at(static_cast<std::size_t>(i))));
-    if (!(std::abs(sum) > 1e-12)) return;
-    const std::complex<float> turn(sum / std::abs(sum));
-    for (int i = 0; i < _field.m(); ++i)
-    {
-        const auto s = static_cast<std::size_t>(i);
-        _field.q.set(s, _field.q.at(s) * turn);
-    }
-    for (int l = 0; l < _field.n(); ++l)
+    if (!hasLast(field)) return 1.0f;
+    const int width = field.G.paddedTransducers();
+    const kernels::DriveDifference difference = kernels::compareDrives(
+        width, field.q.re.data(), field.q.im.data(), _last.re.data(), _last.im.data());
+    std::complex<float> turn(difference.innerRe, difference.innerIm);
+    if (!(std::abs(turn) > 1e-6f)) return 1.0f;
+    turn /= std::abs(turn);
+    kernels::multiply(width, turn.real(), turn.imag(), field.q.re.data(), field.q.im.data());
+    for (int l = 0; l < field.n(); ++l)
     {
         const auto s = static_cast<std::size_t>(l);
-        _field.u.set(s, _field.u.at(s) * turn);
+        field.u.set(s, field.u.at(s) * turn);
     }
+    return turn;
 }
 
 // The "silencer" of other systems: no transducer turns, or changes its amplitude, by more than the limit.
@@ -70,7 +67,7 @@ void SolverBase::limitSteps()
 // Scales to what is wanted and to what the array has, then clips and rounds to the device's levels.
 void SolverBase::makePlayable(const Outcome&)
 {
-    alignToLast();
+    alignToLast(_field);
     double full = 1.0; // amplitude of full use: unit phases, or rms |q| = 1 before clipping
     if (_options.phaseOnly)
         kernels::quantisePhase(_field.G.paddedTransducers(),
@@ -95,11 +92,14 @@ void SolverBase::makePlayable(const Outcome&)
             full * static_cast<double>(_field.y.dot(_field.a) / _field.a.squaredNorm());
         share = s > 0.0 ? std::min(share, _largestTarget / s) : share;
     }
-    const bool limited = _options.maxPhaseStep_rad > 0.0 || _options.maxAmplitudeStep > 0.0;
+    const bool limited = isLimited();
     if (_options.phaseOnly && !limited)
     {
-        _field.quantisePhases(
-            playableAmplitude(_field.drive().amplitudeLevels, static_cast<float>(share)));
+        const float amplitude =
+            playableAmplitude(_field.drive().amplitudeLevels, static_cast<float>(share));
+        _field.quantisePhases(_field.q, _field.q);
+        kernels::multiply(
+            _field.G.paddedTransducers(), amplitude, 0.0f, _field.q.re.data(), _field.q.im.data());
         return;
     }
     const auto scale = static_cast<float>(full * share);
@@ -162,17 +162,14 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
     }
     if (_options.absoluteTargets) reportShortfall(result);
 
-    if (_lastQ.size() != _field.m()) return;
-    double steps = 0.0, change = 0.0, power = 0.0;
-    for (int i = 0; i < _field.m(); ++i)
-    {
-        const std::complex<float> now = _field.q.at(static_cast<std::size_t>(i));
-        steps += std::fabs(std::arg(now * std::conj(_lastQ[i])));
-        change += std::norm(now - _lastQ[i]);
-        power += std::norm(now);
-    }
-    result.meanPhaseStep_rad = steps / _field.m();
-    result.driveChange = power > 0.0 ? change / power : 0.0;
+    if (!hasLast(_field)) return;
+    const kernels::DriveDifference difference = kernels::compareDrives(_field.G.paddedTransducers(),
+                                                                       _field.q.re.data(),
+                                                                       _field.q.im.data(),
+                                                                       _last.re.data(),
+                                                                       _last.im.data());
+    result.meanPhaseStep_rad = difference.phaseSteps / _field.m();
+    result.driveChange = difference.power > 0.0f ? difference.change / difference.power : 0.0;
 }
 
 void SolverBase::reportShortfall(SolveReport& result) const
@@ -209,6 +206,10 @@ void SolverBase::keep(const ControlPoints&, const SolveReport& result, Eigen::Ve
     if (q.size() != _field.m()) q.resize(_field.m());
     for (int i = 0; i < _field.m(); ++i)
         q[i] = _field.q.at(static_cast<std::size_t>(i));
+    const auto padded = static_cast<std::size_t>(_field.G.paddedTransducers());
+    _last.reserve(padded);
+    std::copy_n(_field.q.re.data(), padded, _last.re.data());
+    std::copy_n(_field.q.im.data(), padded, _last.im.data());
     _lastQ = q;
     _lastActive = _active;
     _lastTargets = (_field.a * _largestTarget).cast<double>();

@@ -18,6 +18,7 @@ struct NamedSolver
 };
 
 constexpr NamedSolver kSolvers[] = {
+    {"gauss-newton", makeGaussNewton},
     {"gs", makeGerchbergSaxton},
     {"sdp-bcd", makeSdpBlockCoordinate},
     {"gs-pat", makeGsPat},

@@ -8,6 +8,8 @@
 namespace midair::haptics
 {
 
+/// "gauss-newton": the production solver.
+std::unique_ptr<HologramSolver> makeGaussNewton(const SolverOptions& options);
 /// "gs": Inoue, Makino, Shinoda 2015, Algorithm 1.
 std::unique_ptr<HologramSolver> makeGerchbergSaxton(const SolverOptions& options);
 /// "sdp-bcd": the same, Algorithm 2, with u projected to unit phases.
