@@ -1,0 +1,348 @@
+#include "device/DeviceUri.h"
+#include "device/DriveEncoder.h"
+#include "device/UsbArrayDevice.h"
+
+#include <algorithm>
+
+#include <spdlog/spdlog.h>
+
+namespace midair::device
+{
+
+using Outcome = UsbTransferPool::Outcome;
+using protocol::Packet;
+using protocol::Type;
+namespace
+{
+
+constexpr double kReconnect_s = 0.25;
+constexpr double kStatusInterval_s = 0.25;
+constexpr double kSilentDevice_s = 1.0; // without a valid answer it is given up and opened anew
+constexpr double kMuteRetry_s = 0.02;
+constexpr double kConfirm_s = 0.5;
+constexpr int kMostFaultsInRow = 5;
+constexpr std::size_t kMostFlying = 8;
+
+std::chrono::duration<double> seconds(double s)
+{
+    return std::chrono::duration<double>(s);
+}
+
+} // namespace
+
+// With _mutex held: what was on its way is lost, or dropped when the device merely was told to be silent.
+void UsbArrayDevice::settleAll(bool lost)
+{
+    const std::uint64_t waiting = _slotFull ? 1 : 0;
+    const std::uint64_t flying = _flying.size();
+    _slotFull = false;
+    _flying.clear();
+    std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
+    _counters.change(
+        [&](DeviceReport& report)
+        {
+            report.dropped += waiting + (lost ? 0 : flying);
+            report.lost += lost ? flying : 0;
+        });
+}
+
+void UsbArrayDevice::disconnect(const std::string& why)
+{
+    std::unique_ptr<UsbTransferPool> pool;
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        pool = std::move(_pool);
+        _ready = false;
+        settleAll(true);
+        _muteAwaited = 0;
+    }
+    _heard.notify_all();
+    note(why);
+    _counters.change([](DeviceReport& report) { report.state = DeviceState::LOST; });
+    spdlog::error("{}: {}; silent until it is back", _name, why);
+    // The pool's destructor waits for callbacks that need _mutex, so it ends here, outside the lock.
+}
+
+void UsbArrayDevice::run()
+{
+    std::string refusal;
+    std::unique_lock<std::mutex> lock(_mutex);
+    while (!_closing)
+    {
+        if (_pool == nullptr)
+        {
+            _wake.wait_for(lock, seconds(kReconnect_s), [&] { return _closing; });
+            if (_closing) break;
+            lock.unlock();
+            try
+            {
+                connect();
+                refusal.clear();
+                _counters.change([](DeviceReport& report) { ++report.reconnects; });
+                spdlog::info("{}: back, silent until the next field", _name);
+            }
+            catch (const DeviceError& error)
+            {
+                if (refusal != error.what()) // each reason once, not every quarter of a second
+                    spdlog::warn("{}", error.what());
+                refusal = error.what();
+            }
+            lock.lock();
+            continue;
+        }
+        if (!work(lock))
+            _wake.wait_for(lock, seconds(std::max(1e-3, nextDue_s() - steadySeconds())));
+    }
+}
+
+double UsbArrayDevice::nextDue_s() const
+{
+    double due = std::min(_lastSubmit_s + protocol::kKeepAliveInterval_s,
+                          _lastStatusAsked_s + kStatusInterval_s);
+    if (_muteAwaited != 0) due = std::min(due, _muteAt_s + kMuteRetry_s);
+    return due;
+}
+
+bool UsbArrayDevice::work(std::unique_lock<std::mutex>& lock)
+{
+    const double now_s = steadySeconds();
+    if (_fault != Outcome::DONE)
+    {
+        recover(lock);
+        return true;
+    }
+    if (now_s - _lastHeard_s > kSilentDevice_s)
+    {
+        lock.unlock();
+        disconnect("gives no answer that this program understands since " +
+                   shortNumber(kSilentDevice_s) + " s");
+        lock.lock();
+        return true;
+    }
+    if (!_flying.empty() && now_s - _flying.front().submittedAt_s > kConfirm_s)
+    {
+        _flying.pop_front();
+        _counters.change(
+            [](DeviceReport& report)
+            {
+                ++report.lost;
+                ++report.faults;
+                report.message = "a field was never confirmed";
+            });
+        return true;
+    }
+    if (_muteAwaited != 0 && (_muteSent != _muteAwaited || now_s - _muteAt_s >= kMuteRetry_s) &&
+        submitMute())
+        return true;
+    if (!_pool->hasFree()) return false;
+    if (_slotFull && _flying.size() < kMostFlying)
+    {
+        submitField(lock);
+        return true;
+    }
+    if (now_s - _lastStatusAsked_s >= kStatusInterval_s)
+    {
+        _lastStatusAsked_s = now_s;
+        submitPacket(lock, Type::GET_STATUS);
+        return true;
+    }
+    if (now_s - _lastSubmit_s >= protocol::kKeepAliveInterval_s)
+    {
+        submitPacket(lock, Type::KEEPALIVE);
+        return true;
+    }
+    return false;
+}
+
+void UsbArrayDevice::submitField(std::unique_lock<std::mutex>& lock)
+{
+    _flying.push_back(std::move(_slot));
+    _slotFull = false;
+    Field& field = _flying.back();
+    field.sequence = nextSequence();
+    field.submittedAt_s = steadySeconds();
+    _lastSubmit_s = field.submittedAt_s;
+    _bytes.clear();
+    protocol::appendField(_bytes, field.signal, _ranges, field.sequence);
+    const std::uint32_t token = field.sequence;
+    const double sentAt_s = field.sentAt_s;
+    lock.unlock(); // send() may tell the listener at once
+    const bool handedOver = _pool->send(token, _bytes);
+    if (handedOver)
+        _counters.change(
+            [&](DeviceReport& report)
+            {
+                report.lastHandedOver_s = steadySeconds();
+                report.latency_s = report.lastHandedOver_s - sentAt_s;
+            });
+    lock.lock();
+}
+
+void UsbArrayDevice::submitPacket(std::unique_lock<std::mutex>& lock, Type type)
+{
+    Packet packet;
+    packet.type = type;
+    _bytes.clear();
+    protocol::append(_bytes, packet);
+    _lastSubmit_s = steadySeconds();
+    lock.unlock();
+    _pool->send(0, _bytes);
+    lock.lock();
+}
+
+bool UsbArrayDevice::submitMute()
+{
+    Packet mute;
+    mute.type = Type::MUTE;
+    mute.sequence = _muteAwaited;
+    _muteBytes.clear();
+    protocol::append(_muteBytes, mute);
+    if (!_pool->control(
+            _muteBytes)) // still busy with the one before: the worker tries again when that is through
+        return false;
+    _muteSent = _muteAwaited;
+    _muteAt_s = steadySeconds();
+    return true;
+}
+
+// A fault that the device survives: lift the stall and send the newest field again, whole. Else it is gone.
+void UsbArrayDevice::recover(std::unique_lock<std::mutex>& lock)
+{
+    const Outcome fault = std::exchange(_fault, Outcome::DONE);
+    const bool first = _faultsInRow == 0;
+    const bool hopeless = fault == Outcome::LOST || ++_faultsInRow > kMostFaultsInRow;
+    lock.unlock();
+    if (hopeless)
+    {
+        disconnect(fault == Outcome::LOST
+                       ? "unplugged"
+                       : std::string(outcomeName(fault)) + " again and again, given up");
+        lock.lock();
+        return;
+    }
+    note(outcomeName(fault));
+    if (first) spdlog::warn("{}: {}; the field is sent again", _name, outcomeName(fault));
+    const bool lifted = _pool->clearHalt();
+    if (!lifted)
+    {
+        disconnect("unplugged");
+        lock.lock();
+        return;
+    }
+    lock.lock();
+    std::uint64_t dropped = 0;
+    std::uint64_t lost = 0;
+    for (auto field = _flying.begin(); field != _flying.end();)
+    {
+        if (!field->failed)
+        {
+            ++field;
+            continue;
+        }
+        const bool newest = !_slotFull && field + 1 == _flying.end();
+        if (newest && !field->repeated)
+        {
+            _slot = std::move(*field);
+            _slot.repeated = true;
+            _slot.failed = false;
+            _slotFull = true;
+        }
+        else
+            ++(newest ? lost : dropped);
+        field = _flying.erase(field);
+    }
+    _counters.change(
+        [&](DeviceReport& report)
+        {
+            report.dropped += dropped;
+            report.lost += lost;
+        });
+}
+
+void UsbArrayDevice::onSent(std::uint64_t token, Outcome outcome)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    if (outcome == Outcome::DONE)
+        _faultsInRow = token == 0 ? _faultsInRow : 0;
+    else if (outcome != Outcome::CANCELLED)
+    {
+        if (_fault != Outcome::LOST) _fault = outcome;
+        for (Field& field : _flying)
+            if (field.sequence == token) field.failed = true;
+        _heard.notify_all();
+    }
+    _wake.notify_all();
+}
+
+void UsbArrayDevice::onReceiveFailed(Outcome outcome)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    if (_fault != Outcome::LOST) _fault = outcome;
+    _heard.notify_all();
+    _wake.notify_all();
+}
+
+void UsbArrayDevice::onReceived(const std::uint8_t* bytes, std::size_t count)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    _parser.push(bytes, count);
+    Packet packet;
+    while (_parser.next(packet))
+    {
+        _lastHeard_s = steadySeconds();
+        if (packet.type == Type::INFO && packet.info.nonce == _nonce)
+        {
+            _info = packet;
+            _greeted = true;
+        }
+        else if (packet.type == Type::STATUS)
+            takeStatus(packet);
+    }
+    if (_parser.badPackets() != _nonsense)
+    {
+        const bool first = _nonsense == 0;
+        _nonsense = _parser.badPackets();
+        note("answers that are no packets");
+        if (first) spdlog::warn("{}: answers that are no packets; ignored", _name);
+    }
+    _heard.notify_all();
+    _wake.notify_all();
+}
+
+// With _mutex held. Every commit is answered, in order, so what is older than the one answered was not played.
+void UsbArrayDevice::takeStatus(const Packet& packet)
+{
+    const protocol::Status& status = packet.status;
+    const bool muted = (status.flags & protocol::PLAYING) == 0;
+    if (muted && (_status.flags & protocol::PLAYING) != 0 && (status.flags & protocol::MUTED) == 0)
+    {
+        const char* why = (status.flags & protocol::WATCHDOG_FIRED) != 0 ? "muted by its watchdog"
+                                                                         : "muted itself: too hot";
+        note(why);
+        spdlog::error("{}: {}", _name, why);
+    }
+    _status = status;
+    std::uint64_t played = 0;
+    std::uint64_t lost = 0;
+    while (!_flying.empty() && packet.sequence != 0 &&
+           !protocol::newer(_flying.front().sequence, packet.sequence))
+    {
+        const bool mine = _flying.front().sequence == status.lastPlayed;
+        ++(mine ? played : lost);
+        if (mine) _playing = std::move(_flying.front().signal);
+        _flying.pop_front();
+    }
+    _counters.change(
+        [&](DeviceReport& report)
+        {
+            report.played += played;
+            report.lost += lost;
+            report.temperature_C = status.temperature_dC / 10.0;
+        });
+    if (muted) std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
+    if (_muteAwaited != 0 && packet.sequence != 0 &&
+        !protocol::newer(_muteAwaited, packet.sequence))
+        _muteAwaited = 0;
+}
+
+} // namespace midair::device
