@@ -11,15 +11,15 @@
 namespace
 {
 
-struct Run
+struct Outcome
 {
     int status = -1;
     std::string output; ///< both streams
 };
 
-Run demo(const std::string& arguments)
+Outcome demo(const std::string& arguments)
 {
-    Run run;
+    Outcome run;
     const std::string line = std::string("'") + MIDAIR_BIN + "/midair-demo' " + arguments + " 2>&1";
     FILE* pipe = ::popen(line.c_str(), "r");
     std::array<char, 4096> buffer{};
@@ -49,7 +49,7 @@ public:
 TEST(Demo, WritesPicturesReportAndSummary)
 {
     const Folder out("star");
-    const Run run =
+    const Outcome run =
         demo("--headless --frames 12 --width 480 --height 320 --sampling vertices --out '" +
              out.path + "'");
     ASSERT_EQ(run.status, 0) << run.output;
@@ -96,17 +96,17 @@ TEST(Demo, WritesPicturesReportAndSummary)
 
 TEST(Demo, SaysWhatIsWrong)
 {
-    const Run missing = demo("--headless nowhere.obj");
+    const Outcome missing = demo("--headless nowhere.obj");
     EXPECT_EQ(missing.status, 1);
     EXPECT_NE(missing.output.find("midair-demo: can't read the model nowhere.obj: no such file, or "
                                   "no format that OpenSceneGraph knows"),
               std::string::npos)
         << missing.output;
-    const Run option = demo("--temperature 100");
+    const Outcome option = demo("--temperature 100");
     EXPECT_NE(option.status, 0);
     EXPECT_NE(option.output.find("--temperature: Value 100 not in range"), std::string::npos)
         << option.output;
-    const Run sampling = demo("--sampling corners");
+    const Outcome sampling = demo("--sampling corners");
     EXPECT_NE(sampling.status, 0);
     EXPECT_NE(sampling.output.find("corners not in {surface,edges,vertices}"), std::string::npos)
         << sampling.output;
@@ -114,7 +114,7 @@ TEST(Demo, SaysWhatIsWrong)
 
 TEST(Demo, HelpNamesEveryOption)
 {
-    const Run help = demo("--help");
+    const Outcome help = demo("--help");
     EXPECT_EQ(help.status, 0);
     for (const char* option : {"--size",
                                "--array",
