@@ -1,0 +1,173 @@
+// How smooth outlines and surfaces can be made, and at what loudness: tables of what is asked and what is reached.
+#include "haptics/OutlineHologram.h"
+#include "haptics/PropagationKernels.h"
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+namespace
+{
+
+using namespace midair::haptics;
+
+struct Cell
+{
+    std::string name;
+    std::vector<Outline> outlines;
+    double asked; // largest coefficient of variation; 0: as low as it goes
+};
+
+Eigen::Vector3d tilted(double degrees)
+{
+    const double t = degrees * M_PI / 180.0;
+    return {0.0, std::cos(t), std::sin(t)};
+}
+
+Outline star(double radius_m)
+{
+    Outline outline;
+    outline.closed = true;
+    outline.vertices.resize(3, 10);
+    for (int k = 0; k < 10; ++k)
+    {
+        const double r = k % 2 == 0 ? radius_m : 0.382 * radius_m;
+        outline.vertices.col(k) =
+            r * Eigen::Vector3d(std::sin(k * M_PI / 5.0), 0.0, std::cos(k * M_PI / 5.0));
+    }
+    return outline;
+}
+
+std::vector<Cell> outlineCells(bool quick)
+{
+    std::vector<Cell> cells;
+    for (const double diameter_mm : {34.0, 100.0})
+        for (const double off_mm : {0.0, 25.0})
+            for (const double tilt : {0.0, 30.0, 60.0, 90.0})
+            {
+                if (quick && (diameter_mm > 50.0 || off_mm > 0.0)) continue;
+                char name[80];
+                std::snprintf(name,
+                              sizeof name,
+                              "circle %.0f mm, tilt %.0f, off %.0f mm",
+                              diameter_mm,
+                              tilt,
+                              off_mm);
+                const double asked =
+                    tilt == 0.0 && off_mm == 0.0 ? 0.06 : (diameter_mm < 50.0 ? 0.2 : 0.4);
+                cells.push_back(
+                    {name,
+                     {Outline::circle(
+                         Eigen::Vector3d(off_mm * 1e-3, 0, 0), diameter_mm * 1e-3, tilted(tilt))},
+                     asked});
+            }
+    const Eigen::Vector3d axes[] = {
+        Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d(1, 0, 1).normalized()};
+    const char* names[] = {"across", "along", "oblique"};
+    for (const double length_mm : {34.0, 100.0})
+        for (int k = 0; k < (quick ? 1 : 3); ++k)
+        {
+            char name[80];
+            std::snprintf(name, sizeof name, "line %.0f mm, %s", length_mm, names[k]);
+            const Eigen::Vector3d half = 0.5e-3 * length_mm * axes[k];
+            cells.push_back({name, {Outline::line(-half, half)}, length_mm > 50.0 ? 0.35 : 0.0});
+        }
+    cells.push_back({"star, 25 mm tips", {star(0.025)}, 0.0});
+    if (!quick) cells.push_back({"star, 50 mm tips", {star(0.05)}, 0.0});
+    return cells;
+}
+
+void runOutlines(bool quick, const OutlineOptions& options, std::FILE* csv)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const Medium medium;
+    std::printf("Outlines, one stationary field, %g wavelengths apart, %d starts (%s)\n"
+                "%-30s %6s %5s | %9s %6s | %9s %6s %6s  %s\n",
+                options.spacing,
+                options.starts,
+                kernels::isaName(),
+                "",
+                "points",
+                "asked",
+                "apart Pa",
+                "cv",
+                "mean Pa",
+                "cv",
+                "1 %",
+                "start, time");
+    for (const Cell& cell : outlineCells(quick))
+    {
+        OutlineHologram hologram(options);
+        Eigen::VectorXcf q;
+        const OutlineReport r = hologram.solve(cell.outlines, array, medium, q);
+        char asked[16] = "low";
+        if (cell.asked > 0.0) std::snprintf(asked, sizeof asked, "%.2f", cell.asked);
+        std::printf("%-30s %6d %5s | %9.1f %6.3f | %9.1f %6.3f %6.3f  %s, %.0f ms%s\n",
+                    cell.name.c_str(),
+                    r.points,
+                    asked,
+                    r.apart.mean_Pa,
+                    r.apart.coefficientOfVariation,
+                    r.along.mean_Pa,
+                    r.along.coefficientOfVariation,
+                    r.along.percentile1,
+                    r.starts[static_cast<std::size_t>(r.chosen)].name.c_str(),
+                    r.solve_ms,
+                    r.loudEnough ? "" : "  NOT LOUD ENOUGH");
+        std::fflush(stdout);
+        if (csv != nullptr)
+            std::fprintf(csv,
+                         "outline,\"%s\",1,%d,%g,%g,%g,%g,%g,,,%g\n",
+                         cell.name.c_str(),
+                         r.points,
+                         cell.asked,
+                         r.apart.mean_Pa,
+                         r.along.mean_Pa,
+                         r.along.coefficientOfVariation,
+                         r.along.percentile1,
+                         r.solve_ms);
+    }
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    CLI::App app("Smoothness of outlines and surfaces against loudness");
+    bool quick = false;
+    std::string csvPath;
+    OutlineOptions options;
+    app.add_flag("--quick", quick, "fewer cases");
+    app.add_option("--csv", csvPath, "write the figures to a file");
+    app.add_option("--starts", options.starts, "starting phases that are tried");
+    app.add_option("--finalists", options.finalists, "of them followed to the end");
+    app.add_option("--corrections", options.corrections, "of each of those");
+    app.add_option(
+        "--loudness", options.loudness, "mean pressure over that of points a wavelength apart");
+    CLI11_PARSE(app, argc, argv);
+    std::FILE* csv = csvPath.empty() ? nullptr : std::fopen(csvPath.c_str(), "w");
+    if (!csvPath.empty() && csv == nullptr)
+    {
+        std::fprintf(stderr, "midair-smooth-bench: can't write %s\n", csvPath.c_str());
+        return 1;
+    }
+    if (csv != nullptr)
+        std::fputs("kind,case,fields,points,asked_cv,reference_mean_Pa,mean_Pa,cv,percentile1,"
+                   "phase_step_rad,drive_change,time_ms\n",
+                   csv);
+    try
+    {
+        runOutlines(quick, options, csv);
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "midair-smooth-bench: %s\n", error.what());
+        return 1;
+    }
+    if (csv != nullptr) std::fclose(csv);
+    return 0;
+}
