@@ -171,10 +171,11 @@ void line(const PaperArray& paper, const std::string& folder)
 void star(const PaperArray& paper, const std::string& model, const std::string& folder)
 {
     const Eigen::Matrix3Xd points = haptics::readObj(model).vertices;
-    for (const std::string solver : {"gs", "sdp-bcd"})
+    for (const std::string solver : {"gs", "sdp-bcd", "gauss-newton"})
     {
         const Field field = paper.solve(points, solver);
-        std::printf("Star of 11 points, %s, 1000 iterations\n", solver.c_str());
+        std::printf(
+            "Star of 11 points, %s, %d iterations\n", solver.c_str(), field.report.iterations);
         std::printf("  rms error %.2f %%, weakest point %.2f of the strongest, loudness E %.3f\n",
                     100.0 * field.report.rms,
                     field.achieved_Pa.minCoeff() / field.achieved_Pa.maxCoeff(),
