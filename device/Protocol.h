@@ -19,7 +19,6 @@ namespace protocol
 constexpr std::uint8_t kVersion = 1;
 constexpr std::size_t kHeaderBytes = 12;
 constexpr std::size_t kCrcBytes = 4;
-constexpr std::size_t kMostPayload = 4096;
 constexpr std::uint16_t kAllBoards = 0xFFFF;
 constexpr int kMostInPacket = 1024;            ///< transducers in one DATA packet
 constexpr double kWatchdog_s = 0.1;            ///< the device mutes when no packet came for so long

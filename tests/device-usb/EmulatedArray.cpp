@@ -19,6 +19,8 @@ constexpr const char* kNode = "/dev/bus/usb/001/005";
 constexpr const char* kSysPath = "/sys/devices/pci0000:00/usb1/1-1";
 constexpr int kOut = 0x03;
 constexpr int kIn = 0x86;
+constexpr int kFifoOut = 0x02;
+constexpr int kFifoIn = 0x81;
 constexpr int kFieldBytes =
     40; // longer transfers carry a field, shorter ones a greeting or a keep-alive
 constexpr const char* kDescriptors = "12010002000000400912010000010102"
@@ -30,18 +32,13 @@ constexpr const char* kDescriptors = "12010002000000400912010000010102"
                                      "07050302000200"
                                      "07058602000200";
 
-std::string recordText()
-{
-    return std::string("P: /devices/pci0000:00/usb1/1-1\n"
-                       "N: bus/usb/001/005=") +
-           kDescriptors +
-           "\nE: DEVNAME=/dev/bus/usb/001/005\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\nE: "
-           "BUSNUM=001\nE: DEVNUM=005\n"
-           "E: MAJOR=189\nE: MINOR=4\n"
-           "A: bConfigurationValue=1\\n\nA: busnum=1\\n\nA: devnum=5\\n\nA: speed=480\\n\n"
-           "A: idVendor=1209\\n\nA: idProduct=0001\\n\nH: descriptors=" +
-           kDescriptors + "\n";
-}
+// FT232H, 0403:6014, release 9.00; vendor interface with bulk IN 1 and bulk OUT 2.
+constexpr const char* kFifoDescriptors = "1201000200000040030414600009010203"
+                                         "01"
+                                         "090220000101008032"
+                                         "0904000002FFFFFF00"
+                                         "07058102000200"
+                                         "07050202000200";
 
 std::vector<std::uint8_t> stringDescriptor(const std::string& text)
 {
@@ -68,9 +65,38 @@ EmulatedArray::EmulatedArray(const midair::device::DeviceLayout& layout,
     _testbed(umockdev_testbed_new()),
     _handler(umockdev_ioctl_base_new())
 {
+    _take = [this](const std::uint8_t* bytes, std::size_t count)
+    { _firmware.receive(bytes, count, now_s()); };
+    connect();
+}
+
+EmulatedArray::EmulatedArray(std::function<void(const std::uint8_t*, std::size_t)> take) :
+    _firmware(midair::device::DeviceLayout{1, {}}),
+    _take(std::move(take)),
+    _isFifo(true),
+    _testbed(umockdev_testbed_new()),
+    _handler(umockdev_ioctl_base_new())
+{
+    connect();
+}
+
+void EmulatedArray::connect()
+{
     g_signal_connect(_handler, "handle-ioctl", G_CALLBACK(onIoctl), this);
     g_signal_connect(_handler, "client-vanished", G_CALLBACK(onVanished), this);
     plug();
+}
+
+std::string EmulatedArray::recordText() const
+{
+    const std::string descriptors = _isFifo ? kFifoDescriptors : kDescriptors;
+    return "P: /devices/pci0000:00/usb1/1-1\nN: bus/usb/001/005=" + descriptors +
+           "\nE: DEVNAME=/dev/bus/usb/001/005\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\nE: "
+           "BUSNUM=001\nE: DEVNUM=005\n"
+           "E: MAJOR=189\nE: MINOR=4\n"
+           "A: bConfigurationValue=1\\n\nA: busnum=1\\n\nA: devnum=5\\n\nA: speed=480\\n\n"
+           "H: descriptors=" +
+           descriptors + "\n";
 }
 
 EmulatedArray::~EmulatedArray()
@@ -211,9 +237,9 @@ gboolean EmulatedArray::submit(UMockdevIoctlClient* client, UMockdevIoctlData* d
     urb.buffer = umockdev_ioctl_data_resolve(data, offsetof(usbdevfs_urb, buffer), length, nullptr);
     if (urb.fields().type == USBDEVFS_URB_TYPE_CONTROL)
         answerControl(urb);
-    else if (urb.fields().endpoint == kOut)
+    else if (urb.fields().endpoint == (_isFifo ? kFifoOut : kOut))
         startOut(urb);
-    else if (urb.fields().endpoint == kIn)
+    else if (urb.fields().endpoint == (_isFifo ? kFifoIn : kIn))
         _waitingIn.push_back(urb);
     else
         finish(urb, -ENOENT, 0);
@@ -243,7 +269,7 @@ void EmulatedArray::startOut(const Urb& urb)
         --shorts;
         taken = length / 2;
     }
-    _firmware.receive(urb.buffer->data, static_cast<std::size_t>(taken), now_s());
+    _take(urb.buffer->data, static_cast<std::size_t>(taken));
     if (field && taken == length)
     {
         ++fieldTransfers;
@@ -269,6 +295,7 @@ void EmulatedArray::answerControl(const Urb& urb)
         _firmware.receive(setup + 8, static_cast<std::size_t>(asked), now_s());
         return finish(urb, 0, asked);
     }
+    if (_isFifo && setup[0] == 0x40) return finish(urb, 0, asked); // FTDI's settings
     finish(urb, -EPIPE, 0);
 }
 

@@ -24,6 +24,9 @@ public:
                            const midair::device::VirtualFirmware::Options& options = {});
     ~EmulatedArray();
 
+    /// Not an array but an FT232H with serial number A0001, which hands what it is sent to \a take, on umockdev's thread.
+    explicit EmulatedArray(std::function<void(const std::uint8_t*, std::size_t)> take);
+
     EmulatedArray(const EmulatedArray&) = delete;
     EmulatedArray& operator=(const EmulatedArray&) = delete;
 
@@ -59,6 +62,8 @@ private:
         usbdevfs_urb& fields() const { return *reinterpret_cast<usbdevfs_urb*>(data->data); }
     };
 
+    void connect();
+    std::string recordText() const;
     static gboolean onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self);
     static void onVanished(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self);
     gboolean handle(UMockdevIoctlClient* client);
@@ -73,6 +78,8 @@ private:
     static void free(const Urb& urb);
 
     midair::device::VirtualFirmware _firmware;
+    std::function<void(const std::uint8_t*, std::size_t)> _take;
+    bool _isFifo = false;
     UMockdevTestbed* _testbed = nullptr;
     UMockdevIoctlBase* _handler = nullptr;
     std::mutex _mutex;
