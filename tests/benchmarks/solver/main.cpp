@@ -1,0 +1,147 @@
+// midair-bench: run time against error of every solver, point set and size, with the loudness that each reaches.
+#include "haptics/HologramSolver.h"
+#include "haptics/InputError.h"
+#include "haptics/PropagationKernels.h"
+#include "tests/benchmarks/solver/Cell.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include <CLI/CLI.hpp>
+
+using namespace midair;
+using bench::Cell;
+using bench::Result;
+
+namespace
+{
+
+struct Size
+{
+    int points;
+    double radius_m;
+};
+
+const std::vector<Size> kSizes = {{25, 0.03}, {50, 0.03}, {100, 0.03}, {200, 0.06}, {400, 0.06}};
+// Methods that work on an n x n matrix of everything take seconds beyond this size.
+constexpr int kLargestForAll = 200;
+
+// The production solver's table, and every method's curve of time against error by its iteration limit.
+std::vector<Cell> allCells(bool quick, const Cell& common)
+{
+    std::vector<Cell> cells;
+    const std::vector<std::string> solvers = haptics::solverNames();
+    for (const Size& size : kSizes)
+    {
+        if (quick && size.points != 25 && size.points != 100) continue;
+        for (const std::string& solver : solvers)
+        {
+            if (solver != solvers.front() && size.points > kLargestForAll) continue;
+            for (const char* mode : {"update", "cold"})
+            {
+                if (quick && solver != solvers.front() && std::string(mode) == "update") continue;
+                const std::vector<int> limits =
+                    quick ? std::vector<int>{0}
+                          : std::vector<int>{1, 2, 5, 10, 20, 50, 100, 200, 0};
+                for (const int limit : limits)
+                {
+                    Cell cell = common;
+                    cell.points = size.points;
+                    cell.radius_m = size.radius_m;
+                    cell.solver = solver;
+                    cell.mode = mode;
+                    cell.iterations = limit;
+                    cell.repeats = quick ? (solver == solvers.front() ? 9 : 1)
+                                         : (solver == solvers.front() ? 41 : 5);
+                    cells.push_back(cell);
+                }
+            }
+        }
+    }
+    for (const char* kase : {"star", "line"})
+        for (const std::string& solver : solvers)
+        {
+            Cell cell = common;
+            cell.kase = kase;
+            cell.points = kase == std::string("star") ? 22 : 12;
+            cell.radius_m = 0.05;
+            cell.solver = solver;
+            cell.mode = "cold";
+            cell.repeats = quick ? 1 : 5;
+            cells.push_back(cell);
+        }
+    return cells;
+}
+
+void print(const Result& r)
+{
+    std::printf("%-8s n %3d r %.0f mm %-12s %-6s %d thr  %9.3f ms (cpu %.3f, x%.1f of %.3f)  rms "
+                "%.4f %% (worst %.4f)  max "
+                "%.3f %%  E %.3f (least %.3f)  it %d\n",
+                r.cell.kase.substr(r.cell.kase.find_last_of('/') + 1).c_str(),
+                r.points,
+                1e3 * r.cell.radius_m,
+                r.cell.solver.c_str(),
+                r.cell.mode.c_str(),
+                r.cell.threads,
+                r.time_ms,
+                r.cpu_ms,
+                r.roofline_ms > 0.0 ? r.cpu_ms / r.roofline_ms : 0.0,
+                r.roofline_ms,
+                100.0 * r.rms,
+                100.0 * r.worstRms,
+                100.0 * r.max,
+                r.loudness,
+                r.leastLoudness,
+                r.iterations);
+    std::fflush(stdout);
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    CLI::App app(
+        "Run time against error of the hologram solvers (octagonal prism, 3984 transducers)");
+    Cell cell;
+    std::string csv, json;
+    bool quick = false;
+    app.add_option(
+        "--case", cell.kase, "sphere, star, line, or an OBJ file (sampled a wavelength apart)");
+    app.add_option("--n", cell.points, "control points")->check(CLI::Range(1, 100000));
+    app.add_option("--radius", cell.radius_m, "half the largest extent, metres")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--solver", cell.solver, "a solver's name; the default solver if left out");
+    app.add_option("--mode", cell.mode, "update or cold");
+    app.add_option("--threads", cell.threads)->check(CLI::Range(1, 256));
+    app.add_option("--iterations", cell.iterations, "limit; 0: the method's own");
+    app.add_option("--repeats", cell.repeats)->check(CLI::Range(1, 1000000));
+    app.add_flag("--unequal", cell.unequal, "targets from 0.3 to 1");
+    app.add_option("--csv", csv, "file to write");
+    app.add_option("--json", json, "file to write");
+    app.add_flag("--quick", quick, "a short version of everything");
+    CLI11_PARSE(app, argc, argv);
+    try
+    {
+        const bool one = !quick && (app.count("--case") + app.count("--n") + app.count("--radius") +
+                                        app.count("--solver") + app.count("--mode") >
+                                    0);
+        if (cell.solver.empty()) cell.solver = haptics::solverNames().front();
+        const std::vector<Cell> cells = one ? std::vector<Cell>{cell} : allCells(quick, cell);
+        std::printf("%s, %zu cells\n", haptics::kernels::isaName(), cells.size());
+        std::vector<Result> results;
+        for (const Cell& next : cells)
+        {
+            results.push_back(bench::run(next));
+            print(results.back());
+        }
+        if (!csv.empty()) bench::writeCsv(csv, results);
+        if (!json.empty()) bench::writeJson(json, results);
+    }
+    catch (const haptics::InputError& error)
+    {
+        std::fprintf(stderr, "midair-bench: %s\n", error.what());
+        return 1;
+    }
+    return 0;
+}
