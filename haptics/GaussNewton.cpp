@@ -52,7 +52,7 @@ private:
         correct(field, limit, outcome);
         const float mean = _weights.mean();
         _weights /= mean;
-        outcome.playable = !isLimited();
+        outcome.playable = outcome.measured = !isLimited();
         return outcome;
     }
 
@@ -157,6 +157,8 @@ private:
         if (options().phaseOnly)
         {
             const float nearest = playableAmplitude(levels, share);
+            _full = _uniform && nearest == 1.0f;
+            if (_full) return;
             mixLevels(levels, _uniform ? nearest : share, field.m());
             const float mean = _uniform ? nearest : std::clamp(share, 0.0f, 1.0f);
             field.y *= mean;
@@ -166,6 +168,7 @@ private:
                              field.q.im.data());
             return;
         }
+        _full = false;
         shapeAmplitudes(field, share);
     }
 
@@ -223,8 +226,11 @@ private:
     {
         std::swap(_continuous, field.q);
         field.quantisePhases(_continuous, field.q);
-        kernels::scaleBy(
-            field.G.paddedTransducers(), _amplitudes.data(), field.q.re.data(), field.q.im.data());
+        if (!_full)
+            kernels::scaleBy(field.G.paddedTransducers(),
+                             _amplitudes.data(),
+                             field.q.re.data(),
+                             field.q.im.data());
         field.forward(field.q, field.p);
         field.phasesOf(field.p);
         return errorOf(field, fittedLevel(field));
@@ -246,7 +252,7 @@ private:
                                        : 1.814f / steps *
                                              std::sqrt(static_cast<float>(field.n()) / field.m()) /
                                              std::max(loudness, 0.05f);
-            const float goal = std::max(0.3f * rounding, 0.3f * tolerance);
+            const float goal = std::max(0.45f * rounding, 0.45f * tolerance);
             _correction.solve(field, naturalLevel(field), goal, kConjugateSteps, true);
             for (int l = 0; l < field.n(); ++l)
                 _weights[l] =
@@ -255,7 +261,7 @@ private:
             const float rms = play(field);
             if (rms <= tolerance)
                 outcome.stop = StopReason::CONVERGED;
-            else if (rms * rms < 1.3f * rounding * rounding)
+            else if (rms * rms < 1.7f * rounding * rounding)
                 outcome.stop = StopReason::STALLED;
             else if (outOfTime(field))
                 outcome.stop = StopReason::DEADLINE;
@@ -273,8 +279,9 @@ private:
     SplitVector _continuous;          // m: q before its phases were rounded
     AlignedBuffer<float> _amplitudes; // m
     Eigen::VectorXf _weights, _bestWeights;
-    int _weightsOf = 0; // n of the field whose weights these are
-    bool _uniform = true;
+    int _weightsOf = 0;   // n of the field whose weights these are
+    bool _uniform = true; // one amplitude for all
+    bool _full = true;    // and that 1
 };
 
 } // namespace

@@ -28,6 +28,7 @@ protected:
         int iterations = 0;
         StopReason stop = StopReason::MAX_ITERATIONS;
         bool playable = false; ///< q stands on the device's levels already
+        bool measured = false; ///< and field.y belongs to it
     };
 
     /// Finds q for field.a, starting from field.u when \a warm (else u is 1). Leaves it in field.q: with phaseOnly only its
@@ -69,7 +70,7 @@ private:
     bool prepareStart(const TransducerArray& array);
     void scaleTargets();
     void makePlayable(const Outcome& outcome);
-    Level measure(bool absolute);
+    Level measure(bool absolute) const;
     void report(const Outcome& outcome, SolveReport& report);
     void reportShortfall(SolveReport& report) const;
     void keep(const ControlPoints& points, const SolveReport& report, Eigen::VectorXcf& q);

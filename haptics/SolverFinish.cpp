@@ -114,10 +114,8 @@ void SolverBase::makePlayable(const Outcome&)
 }
 
 // Figures of the field of q, as physics of the paper states them: s = (y.a)/(a.a), rms and max of y_l/(s a_l) - 1.
-SolverBase::Level SolverBase::measure(bool absolute)
+SolverBase::Level SolverBase::measure(bool absolute) const
 {
-    _field.forward(_field.q, _field.p);
-    _field.phasesOf(_field.p);
     const int n = _field.n();
     double ya = 0.0, aa = 0.0;
     for (int l = 0; l < n; ++l)
@@ -141,6 +139,11 @@ SolverBase::Level SolverBase::measure(bool absolute)
 
 void SolverBase::report(const Outcome& outcome, SolveReport& result)
 {
+    if (!outcome.measured)
+    {
+        _field.forward(_field.q, _field.p);
+        _field.phasesOf(_field.p);
+    }
     const Level level = measure(_options.absoluteTargets);
     result.stop = outcome.stop;
     result.iterations = outcome.iterations;
