@@ -274,9 +274,8 @@ TEST(SolverStress, AnUpdateAllocatesNothing)
             points.positions.array() += 5e-4;
             const long before = allocations;
             solver->solve(points, array, Medium{}, q);
-            if (k >= 2)
-                EXPECT_EQ(allocations - before, 0)
-                    << "update " << k << " on " << threads << " threads";
+            if (k < 2) continue; // the buffers of warm updates
+            EXPECT_EQ(allocations - before, 0) << "update " << k << " on " << threads << " threads";
         }
     }
 }
