@@ -1,6 +1,8 @@
 // How smooth outlines and surfaces can be made, and at what loudness: tables of what is asked and what is reached.
+#include "haptics/FieldCycle.h"
 #include "haptics/OutlineHologram.h"
 #include "haptics/PropagationKernels.h"
+#include "haptics/SurfaceSampler.h"
 
 #include <cmath>
 #include <cstdio>
@@ -133,15 +135,152 @@ void runOutlines(bool quick, const OutlineOptions& options, std::FILE* csv)
     }
 }
 
+TriangleMesh sphereMesh(double radius_m, int rings)
+{
+    const int around = 2 * rings;
+    TriangleMesh mesh;
+    mesh.vertices.resize(3, (rings - 1) * around + 2);
+    mesh.triangles.resize(3, 2 * around * (rings - 1));
+    for (int r = 1; r < rings; ++r)
+        for (int k = 0; k < around; ++k)
+        {
+            const double polar = M_PI * r / rings, turn = 2.0 * M_PI * k / around;
+            mesh.vertices.col((r - 1) * around + k) =
+                radius_m * Eigen::Vector3d(std::sin(polar) * std::cos(turn),
+                                           std::cos(polar),
+                                           std::sin(polar) * std::sin(turn));
+        }
+    const int top = (rings - 1) * around, bottom = top + 1;
+    mesh.vertices.col(top) = Eigen::Vector3d(0, radius_m, 0);
+    mesh.vertices.col(bottom) = Eigen::Vector3d(0, -radius_m, 0);
+    int t = 0;
+    for (int k = 0; k < around; ++k)
+    {
+        const int next = (k + 1) % around;
+        mesh.triangles.col(t++) = Eigen::Vector3i(top, next, k);
+        for (int r = 0; r + 2 < rings; ++r)
+        {
+            const int a = r * around, b = a + around;
+            mesh.triangles.col(t++) = Eigen::Vector3i(a + k, a + next, b + next);
+            mesh.triangles.col(t++) = Eigen::Vector3i(a + k, b + next, b + k);
+        }
+        const int last = (rings - 2) * around;
+        mesh.triangles.col(t++) = Eigen::Vector3i(bottom, last + k, last + next);
+    }
+    return mesh;
+}
+
+Eigen::Matrix3Xd fibonacciSphere(int n, double radius_m)
+{
+    Eigen::Matrix3Xd points(3, n);
+    for (int l = 0; l < n; ++l)
+    {
+        const double y = 1.0 - 2.0 * (l + 0.5) / n, r = std::sqrt(1.0 - y * y);
+        const double turn = l * M_PI * (3.0 - std::sqrt(5.0));
+        points.col(l) = radius_m * Eigen::Vector3d(r * std::cos(turn), y, r * std::sin(turn));
+    }
+    return points;
+}
+
+// The 30 mm sphere with about 100 points a field: fields in turn, then the same evened out together.
+void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
+{
+    constexpr double kRadius_m = 0.03;
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const Medium medium;
+    SamplerOptions sampling;
+    sampling.spacing_m = spacing_m;
+    const Eigen::Matrix3Xd fine =
+        fibonacciSphere(4000, kRadius_m); // 1.7 mm, a fifth of a wavelength
+    std::printf(
+        "Sphere of 30 mm, fields in turn\n%-8s %4s %7s | %8s %6s | %8s %6s %6s | %6s %6s  %s\n",
+        "",
+        "K",
+        "points",
+        "one, Pa",
+        "cv",
+        "mean Pa",
+        "cv",
+        "1 %",
+        "step",
+        "change",
+        "ms");
+    const TriangleMesh mesh = sphereMesh(kRadius_m, 40);
+    for (const bool evened : {false, true})
+        for (const int K : {1, 2, 4, 8, 16, 32})
+        {
+            if (K > (quick ? 8 : (evened ? 8 : 32)) || (evened && (sweeps == 0 || quick))) continue;
+            std::vector<ControlPoints> sets;
+            for (const SurfaceSamples& samples : sampleSurfaceSets(mesh, sampling, K))
+            {
+                ControlPoints points;
+                points.positions = samples.positions;
+                points.normals = samples.normals;
+                points.targets = Eigen::VectorXd::Ones(samples.size());
+                sets.push_back(points);
+            }
+            FieldCycleOptions options;
+            options.sweeps = evened ? sweeps : 0;
+            FieldCycle cycle(options);
+            const FieldCycleReport& r =
+                cycle.solve(sets, fibonacciSphere(1550, kRadius_m), array, medium);
+            for (const int steps : {0, 3})
+            {
+                if (steps > 0 && (evened || K < 2)) continue;
+                const std::vector<Eigen::VectorXcf> fields = cycle.smoothed(steps);
+                const SurfaceStatistics on = statisticsOf(
+                    meanRadiationPressure(fine, array, medium, fields), Eigen::VectorXd());
+                const SurfaceStatistics one = statisticsOf(
+                    meanRadiationPressure(fine, array, medium, {fields[0]}), Eigen::VectorXd());
+                const CycleSteps change = cycleSteps(fields);
+                const char* kind = evened ? "evened" : (steps > 0 ? "3 steps" : "apart");
+                std::printf("%-8s %4d %7d | %8.1f %6.3f | %8.1f %6.3f %6.3f | %6.3f %6.3f  %.0f\n",
+                            kind,
+                            K,
+                            r.points,
+                            one.mean_Pa,
+                            one.coefficientOfVariation,
+                            on.mean_Pa,
+                            on.coefficientOfVariation,
+                            on.percentile1,
+                            change.meanPhaseStep_rad,
+                            change.driveChange,
+                            r.solve_ms);
+                std::fflush(stdout);
+                if (csv != nullptr)
+                    std::fprintf(csv,
+                                 "sphere,%s,%d,%d,%g,%g,%g,%g,%g,%g,%g,%g\n",
+                                 kind,
+                                 K,
+                                 r.points,
+                                 evened ? 0.0 : (K == 8 ? 0.35 : (K == 16 ? 0.25 : 0.0)),
+                                 one.mean_Pa,
+                                 on.mean_Pa,
+                                 on.coefficientOfVariation,
+                                 on.percentile1,
+                                 change.meanPhaseStep_rad,
+                                 change.driveChange,
+                                 r.solve_ms);
+            }
+        }
+}
+
 } // namespace
 
 int main(int argc, char** argv)
 {
     CLI::App app("Smoothness of outlines and surfaces against loudness");
     bool quick = false;
+    int sweeps = 2;
+    double spacing_mm = 9.0;
+    std::string only;
     std::string csvPath;
     OutlineOptions options;
     app.add_flag("--quick", quick, "fewer cases");
+    app.add_option("--only", only, "outlines or surfaces")
+        ->check(CLI::IsMember({"outlines", "surfaces"}));
+    app.add_option("--sweeps", sweeps, "of fields evened out together; 0: none");
+    app.add_option("--spacing-mm", spacing_mm, "between the points of one field on the sphere");
     app.add_option("--csv", csvPath, "write the figures to a file");
     app.add_option("--starts", options.starts, "starting phases that are tried");
     app.add_option("--finalists", options.finalists, "of them followed to the end");
@@ -161,7 +300,8 @@ int main(int argc, char** argv)
                    csv);
     try
     {
-        runOutlines(quick, options, csv);
+        if (only != "surfaces") runOutlines(quick, options, csv);
+        if (only != "outlines") runSurfaces(quick, sweeps, spacing_mm * 1e-3, csv);
     }
     catch (const std::exception& error)
     {

@@ -1,0 +1,51 @@
+#pragma once
+
+#include "haptics/ControlPoints.h"
+
+#include <string>
+#include <vector>
+
+namespace midair::haptics
+{
+
+/// What is played besides the field itself; isValid() names the first violated constraint.
+struct ModulatorOptions
+{
+    double amplitudeRate_Hz = 0.0; ///< 0 .. 500; of the radiation pressure; 0: none
+    double amplitudeDepth = 1.0;   ///< 0 .. 1; 1: down to silence
+    double fieldRate_Hz = 1000.0;  ///< > 0 .. 40,000; fields a second, where there are several
+
+    bool isValid(std::string* error = nullptr) const;
+};
+
+/// Says which field of a cycle, and how strong, is to be played at a time: amplitude modulation, fields in turn (a smoothed surface, or
+/// spatio-temporal modulation, where each is for a subset of the points), or both.
+class Modulator
+{
+public:
+    /// Throws InputError for options that are not valid.
+    explicit Modulator(const ModulatorOptions& options = {});
+
+    struct Step
+    {
+        int field = 0;          ///< 0 .. fields - 1
+        double amplitude = 1.0; ///< 0 .. 1; factor on all activations
+    };
+
+    /// At \a time_s since the start (any finite time; before 0 the cycle runs backwards), for a cycle of \a fields >= 1. The
+    /// amplitude is that which makes the *pressure on the skin* follow
+    ///     1 - depth (1 - cos(2 pi f t)) / 2,
+    /// radiation pressure going with the square of the sound pressure.
+    Step at(double time_s, int fields) const;
+
+    const ModulatorOptions& options() const { return _options; }
+
+private:
+    ModulatorOptions _options;
+};
+
+/// \a count >= 1 subsets for spatio-temporal modulation: every point in exactly one, of sizes that differ by at most
+/// one, points of a subset as far apart as a greedy choice gets them, so that one field can make each of them strong.
+std::vector<ControlPoints> subsetsInTurn(const ControlPoints& points, int count);
+
+} // namespace midair::haptics
