@@ -207,27 +207,6 @@ void FieldProblem::quantise(float scale)
     kernels::scaleBy(width, inverse.data(), q.re.data(), q.im.data());
 }
 
-Eigen::MatrixXcd FieldProblem::gram() const
-{
-    using Stride = Eigen::OuterStride<>;
-    using Rows = Eigen::
-        Map<const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>, 0, Stride>;
-    Eigen::MatrixXf re = Eigen::MatrixXf::Zero(n(), n()), cross = re;
-    for (int b = 0; b < G.blocks(); ++b)
-    {
-        const int width = G.width(b);
-        const Rows R(G.blockData(b), n(), width, Stride(2 * width));
-        const Rows I(G.blockData(b) + width, n(), width, Stride(2 * width));
-        re.noalias() += R * R.transpose();
-        re.noalias() += I * I.transpose();
-        cross.noalias() += I * R.transpose();
-    }
-    Eigen::MatrixXcd K(n(), n());
-    K.real() = (0.5f * (re + re.transpose())).cast<double>();
-    K.imag() = (cross - cross.transpose()).cast<double>();
-    return K;
-}
-
 Eigen::MatrixXcf FieldProblem::dense() const
 {
     Eigen::MatrixXcf result(n(), m());

@@ -72,8 +72,6 @@ public:
     /// q as a device can play it: amplitudes times \a scale, clipped to 1 and rounded to the nearest level.
     void quantise(float scale);
 
-    /// K = G G*, n x n, in double precision from float products.
-    Eigen::MatrixXcd gram() const;
     Eigen::MatrixXcf dense() const; ///< G itself, for methods that need columns
 
     double elapsed_ms() const;

@@ -1,5 +1,7 @@
 #include "haptics/TikhonovInverse.h"
 
+#include "haptics/PhaseObjective.h"
+
 #include <algorithm>
 
 namespace midair::haptics
@@ -18,7 +20,7 @@ constexpr double kLargestLambdaRel = 1e6;
 TikhonovInverse::TikhonovInverse(const FieldProblem& field, double lambdaRel)
 {
     const int n = field.n();
-    Eigen::MatrixXcd K = field.gram();
+    Eigen::MatrixXcd K = gramMatrix(field.G);
     const double unit = K.trace().real() / n;
     _lambda = std::clamp(lambdaRel, kSmallestLambdaRel, kLargestLambdaRel) * unit;
     K.diagonal().array() += _lambda;
