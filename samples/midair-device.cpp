@@ -101,12 +101,15 @@ std::uint8_t dutyOf(double amplitude)
 int list(const Options&)
 {
     int found = 0;
-    for (const device::UsbListing& one : device::listUsbDevices({}))
-    {
-        std::cout << "usb:" << one.serial << "\tbus " << one.bus << " address " << one.address
-                  << "\t" << one.condition << "\n";
-        ++found;
-    }
+    const std::pair<const char*, device::UsbAddress> kinds[] = {
+        {"usb:", {}}, {"openmpd:", {0x0403, 0x6014, {}}}}; // any FT232H may be a board's
+    for (const auto& kind : kinds)
+        for (const device::UsbListing& one : device::listUsbDevices(kind.second))
+        {
+            std::cout << kind.first << one.serial << "\tbus " << one.bus << " address "
+                      << one.address << "\t" << one.condition << "\n";
+            ++found;
+        }
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator("/dev", error))
     {
