@@ -79,7 +79,7 @@ def growth(rows, path):
             points = sorted((r["n"], time_of(r)) for r in rows if r["solver"] == solver and r["mode"] == mode)
             if points:
                 axis.plot(*zip(*points), style, marker="o", markersize=3.5, color=f"C{index}", label=f"{solver}, {mode}")
-    roofline = sorted({r["n"]: r["roofline_ms"] for r in rows}.items())
+    roofline = [(n, min(r["roofline_ms"] for r in rows if r["n"] == n)) for n in sorted({r["n"] for r in rows})]
     axis.plot(*zip(*roofline), ":", color="0.4", label="matrix built and read once")
     axis.set_xscale("log")
     axis.set_yscale("log")

@@ -325,3 +325,19 @@ TEST(SolverStress, PermutingPointsChangesNothing)
     // But for the order of sums and the levels that turn on it.
     EXPECT_GT(std::abs(first.dot(second)) / (first.norm() * second.norm()), 0.999f);
 }
+
+TEST(SolverStress, ThreadsShareTheWorkAndTheResultStaysRepeatable)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const ControlPoints points = spherePoints(40, 0.03);
+    SolverOptions options;
+    options.threads = 3; // 32 blocks of transducers: not evenly shared
+    Eigen::VectorXcf one, three, again;
+    const SolveReport alone = sound(*makeSolver("gauss-newton"), points, array, one);
+    const SolveReport shared = sound(*makeSolver("gauss-newton", options), points, array, three);
+    sound(*makeSolver("gauss-newton", options), points, array, again);
+    EXPECT_EQ(three, again);
+    // Sums in another order: 1e-6, amplified by the rounds.
+    EXPECT_NEAR(alone.loudness, shared.loudness, 0.01);
+    EXPECT_LT(shared.rms, 1.5e-3);
+}
