@@ -74,8 +74,8 @@ Slice computeSlice(const SliceRequest& request, int threads)
     const auto begin = std::chrono::steady_clock::now();
     Slice slice;
     slice.request = request;
-    // Samples a third of a wavelength apart, with what the zoom needs beyond the rim.
-    const double step = request.medium.wavelength(request.array->frequency_Hz) / 3.0;
+    // Samples 0.37 wavelengths apart, with what the zoom needs beyond the rim.
+    const double step = 0.37 * request.medium.wavelength(request.array->frequency_Hz);
     const int inner = std::max(2, static_cast<int>(std::ceil(2.0 * request.radius_m / step)));
     const double pitch = 2.0 * request.radius_m / inner;
     const int count = inner + BandLimitedZoom::kTaps;

@@ -17,8 +17,8 @@
 namespace osgMidair
 {
 
-/// From samples a third of a wavelength apart to any finer grid: a field of one wavelength has no detail below half of
-/// it, so a windowed sinc (Kaiser, 12 taps) restores what lies between to a thousandth of the peak.
+/// From samples 0.37 wavelengths apart to any finer grid: a field of one wavelength has no detail below half of
+/// it, so a windowed sinc (Kaiser, 12 taps) restores what lies between to half a percent of the peak.
 class OSGMIDAIR_EXPORT BandLimitedZoom
 {
 public:

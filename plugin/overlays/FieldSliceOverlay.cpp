@@ -152,7 +152,7 @@ void FieldSliceOverlay::setResult(
         const double reach =
             points.cols() > 0 ? std::sqrt(d.colwise().squaredNorm().maxCoeff()) : 0.04;
         // In steps, so that the disc doesn't breathe while the object turns.
-        request.radius_m = 0.005 * std::ceil((reach + 0.020) / 0.005 - 1e-6);
+        request.radius_m = 0.005 * std::ceil((reach + 0.016) / 0.005 - 1e-6);
     }
     if (!_worker) _worker = std::make_unique<Worker>(); // a thread only where something is shown
     _worker->submit(std::move(request));

@@ -91,9 +91,9 @@ TEST(FieldSlice, ShowsTheFieldBetweenItsSamples)
         (haptics::referencePropagationMatrix(places, *board(), asked.medium) *
          asked.result->played.cast<std::complex<double>>())
             .cwiseAbs();
-    // Kaiser's side lobes are a thousandth; a field across the slice comes from both axes.
+    // From 0.37 to 0.63 of the sampling rate is room for a Kaiser filter of 12 taps and 49 dB; both axes add up.
     for (std::size_t i = 0; i < shown.size(); ++i)
-        EXPECT_NEAR(shown[i], exact[static_cast<Eigen::Index>(i)], 4e-3 * exact.maxCoeff());
+        EXPECT_NEAR(shown[i], exact[static_cast<Eigen::Index>(i)], 7e-3 * exact.maxCoeff());
     EXPECT_GT(shown.size(), 150U);
 }
 
@@ -108,7 +108,7 @@ TEST(FieldSlice, FindsTheFocus)
     const double exact =
         std::abs((haptics::referencePropagationMatrix(slice.peak, *board(), asked.medium) *
                   asked.result->played.cast<std::complex<double>>())(0));
-    EXPECT_NEAR(slice.peak_Pa, exact, 5e-3 * exact);
+    EXPECT_NEAR(slice.peak_Pa, exact, 7e-3 * exact);
 }
 
 TEST(FieldSliceOverlay, ShowsTheNewestFieldWithoutWaiting)
