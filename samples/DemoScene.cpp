@@ -138,8 +138,8 @@ void DemoScene::paintPlain(const osg::Vec4& color)
 
 void DemoScene::lookAt(osg::Vec3d& eye, osg::Vec3d& centre, osg::Vec3d& up)
 {
-    eye.set(0.17, -1.30, 0.17);
-    centre.set(-0.012, 0.0, -0.002);
+    eye.set(0.075, -1.20, 0.085);
+    centre.set(-0.010, 0.0, 0.0);
     up = osg::Z_AXIS;
 }
 

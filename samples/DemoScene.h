@@ -34,9 +34,9 @@ public:
     /// The object opaque, unlit and in \a color, without its edges: to be found in a picture.
     void paintPlain(const osg::Vec4& color);
 
-    /// From the open end of the prism, a little from above.
+    /// From the open end of the prism, a little off its axis.
     static void lookAt(osg::Vec3d& eye, osg::Vec3d& centre, osg::Vec3d& up);
-    static constexpr double kFovy_deg = 24.0;
+    static constexpr double kFovy_deg = 24.5;
 
 private:
     void wrap(const DemoOptions& options);
