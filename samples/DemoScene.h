@@ -36,7 +36,7 @@ public:
 
     /// From the open end of the prism, a little off its axis.
     static void lookAt(osg::Vec3d& eye, osg::Vec3d& centre, osg::Vec3d& up);
-    static constexpr double kFovy_deg = 24.5;
+    static constexpr double kFovy_deg = 25.6;
 
 private:
     void wrap(const DemoOptions& options);

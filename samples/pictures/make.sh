@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # samples/pictures/make.sh: makes the README's pictures anew, from a build in build/ (samples/run.sh makes one). Needs
-# imagemagick, which brings them under 300 kB with 160 colours.
+# imagemagick, which brings them under 300 kB with 256 colours.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 out=$(mktemp -d)
@@ -8,6 +8,6 @@ trap 'rm -rf "$out"' EXIT
 demo="build/bin/midair-demo --headless --frames 60"
 $demo --out "$out/surface" >/dev/null
 $demo --out "$out/vertices" --sampling vertices >/dev/null
-convert "$out/surface/star_3.png" -colors 160 PNG8:samples/pictures/star.png
-convert "$out/vertices/star_5.png" -colors 160 PNG8:samples/pictures/star-vertices.png
+convert "$out/surface/star_3.png" -colors 256 PNG8:samples/pictures/star.png
+convert "$out/vertices/star_5.png" -colors 256 PNG8:samples/pictures/star-vertices.png
 ls -l samples/pictures/*.png
