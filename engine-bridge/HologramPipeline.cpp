@@ -51,7 +51,7 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
     points.wavelength_m = _options.medium.wavelength(_options.array.frequency_Hz);
     points.motionTolerance_m = _options.motionTolerance * points.wavelength_m;
     points.maxPoints = _options.maxPoints;
-    _assembler = std::make_unique<PointAssembler>(points, _messages);
+    _assembler = std::make_unique<PointAssembler>(_options.array, points, _messages);
     solver(false); // an unknown name is told now
     openDevice();
 }
@@ -136,12 +136,14 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
 {
     auto result = std::make_shared<HologramResult>();
     result->played.setZero(_options.array.size());
-    AssembledPoints assembled = _assembler->assemble(snapshot, _options.array);
+    AssembledPoints assembled = _assembler->assemble(snapshot);
     result->points = std::move(assembled.points);
     result->skipped = std::move(assembled.skipped);
     result->absolute = assembled.absolute;
     _counters.sampled = _assembler->sampled();
+    _counters.followed = _assembler->followed();
     _counters.outOfWorkspace += assembled.outOfWorkspace;
+    _counters.overBudget += assembled.overBudget;
     _around.begin(snapshot.around);
     _counters.outOfReach += _around.keepWithinReach(result->points, result->skipped);
     _playing = true;

@@ -27,7 +27,7 @@ struct HologramOptions
     haptics::SolverOptions solverOptions;
     std::string deviceUri = "sim:";
     double motionTolerance = 0.01; ///< >= 0, in wavelengths: what moved less is not solved again
-    int maxPoints = 0;             ///< >= 0; control points shared by all objects; 0: no limit
+    int maxPoints = 0; ///< >= 0; control points shared by all objects; 0: the selector's default
 
     /// Stand-ins for tests and applications with their own; empty: makeSolver and openDevice.
     std::function<std::unique_ptr<haptics::HologramSolver>(const std::string&,

@@ -20,6 +20,8 @@ struct HologramCounters
     std::uint64_t solves = 0;
     std::uint64_t skippedUnmoved = 0; ///< nothing moved: nothing solved
     std::uint64_t sampled = 0;        ///< meshes sampled (a cached mesh is not sampled again)
+    std::uint64_t followed = 0;   ///< meshes whose points went along with their vertices, unsampled
+    std::uint64_t overBudget = 0; ///< points left out because there were too many
     std::uint64_t outOfWorkspace =
         0;                        ///< points or objects left out because the array can't reach them
     std::uint64_t outOfReach = 0; ///< points left out because no hand was near them

@@ -19,12 +19,37 @@ double travel(const Eigen::Matrix<double, 3, 8>& corners,
     return ((turned * corners).colwise() + moved).colwise().norm().maxCoeff();
 }
 
+haptics::SelectorOptions selectorOptions(const PointAssembler::Options& options)
+{
+    haptics::SelectorOptions selector;
+    if (options.maxPoints > 0) selector.maxPoints = options.maxPoints;
+    return selector;
+}
+
+std::uint64_t outOfWorkspace(const haptics::SelectionReport& report)
+{
+    return static_cast<std::uint64_t>(report.tooClose + report.behind + report.outOfReach);
+}
+
 } // namespace
 
 bool operator==(const HapticProperties& a, const HapticProperties& b)
 {
     return a.pressure == b.pressure && a.pressureInPa == b.pressureInPa &&
-           a.spacing_m == b.spacing_m && a.sampling == b.sampling && a.priority == b.priority;
+           a.spacing_m == b.spacing_m && a.sampling == b.sampling && a.side == b.side &&
+           a.priority == b.priority;
+}
+
+PointAssembler::PointAssembler(const haptics::TransducerArray& array,
+                               const Options& options,
+                               MessageLog& messages) :
+    _options(options),
+    _selector(selectorOptions(options)),
+    _workspace(array, options.wavelength_m, _selector),
+    _transducers(array.positions),
+    _normals(array.normals),
+    _messages(messages)
+{
 }
 
 bool PointAssembler::usable(const HapticObject& object)
@@ -60,8 +85,19 @@ bool PointAssembler::unmoved(const SceneSnapshot& snapshot)
     return true;
 }
 
-AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot,
-                                         const haptics::TransducerArray& array)
+bool PointAssembler::withinReach(const HapticObject& object) const
+{
+    const Eigen::Matrix3Xd& vertices = object.mesh->vertices;
+    const Eigen::Vector3d low = vertices.rowwise().minCoeff();
+    const Eigen::Vector3d high = vertices.rowwise().maxCoeff();
+    const double radius = 0.5 * (high - low).norm();
+    if (!std::isfinite(radius)) return true; // the sampler says what is wrong with it
+    const Eigen::Vector3d middle = object.pose * (0.5 * (low + high)).eval();
+    const double nearest = (_transducers.colwise() - middle).colwise().norm().minCoeff();
+    return nearest - radius <= _workspace.reach_m();
+}
+
+AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot)
 {
     AssembledPoints out;
     double strongest_Pa = 0.0;
@@ -71,6 +107,7 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot,
     out.absolute = strongest_Pa > 0.0;
 
     _placed.clear();
+    _posed.clear();
     for (std::size_t i = 0; i < snapshot.objects.size(); ++i)
     {
         const HapticObject& object = snapshot.objects[i];
@@ -80,59 +117,100 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot,
         placed.meshId = object.meshId;
         placed.properties = p;
         placed.pose = object.pose;
+        if (!usable(object)) continue;
+        if (!withinReach(object))
+        {
+            _messages.say(object.path + ": is out of the array's reach; it can't be felt there");
+            ++out.outOfWorkspace;
+            placed.corners = boxCorners(object.mesh->vertices);
+            continue;
+        }
         // Where some objects are in Pa, the others are relative to the strongest of those.
         const double unit_Pa = out.absolute && !p.pressureInPa ? strongest_Pa : 1.0;
-        if (usable(object)) add(object, static_cast<int>(i), unit_Pa, out);
+        add(object, static_cast<int>(i), unit_Pa, placed);
     }
     _samples.endSnapshot();
+    select(snapshot, out);
     _assembled = true;
-    select(out, array);
     return out;
 }
 
-void PointAssembler::add(const HapticObject& object,
-                         int index,
-                         double unit_Pa,
-                         AssembledPoints& out)
+void PointAssembler::add(const HapticObject& object, int index, double unit_Pa, Placed& placed)
 {
     const HapticProperties& p = object.properties;
-    const CachedSamples& cached =
-        _samples.get(object, p.spacing_m > 0.0 ? p.spacing_m : _options.wavelength_m);
-    _placed.back().corners = cached.corners;
+    const double spacing_m = p.spacing_m > 0.0 ? p.spacing_m : _options.wavelength_m;
+    const CachedSamples& cached = _samples.get(object, spacing_m);
+    placed.corners = cached.corners;
     if (!cached.error.empty())
     {
         _messages.say(object.path + ": " + cached.error + "; it can't be felt");
         return;
     }
-    const haptics::SurfaceSamples& samples = cached.samples;
-    haptics::ControlPoints& points = out.points;
-    const int before = points.size();
-    const int total = before + samples.size();
-    points.positions.conservativeResize(3, total);
-    points.normals.conservativeResize(3, total);
-    points.targets.conservativeResize(total);
-    points.object.resize(static_cast<std::size_t>(total), index);
-    int n = before;
-    for (int i = 0; i < samples.size(); ++i)
-    {
-        // Painted black: not felt at all.
-        const double target = p.pressure * unit_Pa * static_cast<double>(samples.intensity[i]);
-        if (!(target > 0.0)) continue;
-        points.positions.col(n) = object.pose * samples.positions.col(i);
-        points.normals.col(n) = object.pose.linear() * samples.normals.col(i);
-        points.targets[n] = target;
-        ++n;
-    }
-    points.positions.conservativeResize(3, n);
-    points.normals.conservativeResize(3, n);
-    points.targets.conservativeResize(n);
-    points.object.resize(static_cast<std::size_t>(n));
+    haptics::PosedObject& posed = _posed.emplace_back();
+    posed.object = index;
+    posed.priority = p.priority;
+    posed.target = p.pressure * unit_Pa;
+    posed.spacing_m = spacing_m;
+    posed.pose(cached.samples, object.pose);
+    keepSide(p.side, posed);
 }
 
-void PointAssembler::select(AssembledPoints& out, const haptics::TransducerArray& array)
+void PointAssembler::keepSide(Side side, haptics::PosedObject& posed) const
 {
-    (void)array;
-    out.skipped.resize(3, 0);
+    if (side == Side::BOTH) return;
+    const double wanted = side == Side::FRONT ? 1.0 : -1.0;
+    Eigen::Index kept = 0;
+    for (Eigen::Index i = 0; i < posed.positions.cols(); ++i)
+    {
+        // Where the sound comes from: directions to the transducers that face the point, weighted like power, 1/R^2.
+        const Eigen::Matrix3Xd way = _transducers.colwise() - posed.positions.col(i);
+        const Eigen::ArrayXd facing = -(way.array() * _normals.array()).colwise().sum().transpose();
+        const Eigen::ArrayXd distance = way.colwise().norm().transpose();
+        const Eigen::VectorXd weight =
+            (facing > 0.0).select(1.0 / distance.cube(), Eigen::ArrayXd::Zero(distance.size()));
+        if (wanted * (way * weight).dot(posed.normals.col(i)) <= 0.0) continue;
+        posed.positions.col(kept) = posed.positions.col(i);
+        posed.normals.col(kept) = posed.normals.col(i);
+        if (posed.intensity.size() > 0) posed.intensity[kept] = posed.intensity[i];
+        ++kept;
+    }
+    posed.positions.conservativeResize(3, kept);
+    posed.normals.conservativeResize(3, kept);
+    if (posed.intensity.size() > 0) posed.intensity.conservativeResize(kept);
+}
+
+void PointAssembler::select(const SceneSnapshot& snapshot, AssembledPoints& out)
+{
+    haptics::Selection selection = haptics::selectControlPoints(_posed, _workspace, _selector);
+    const haptics::SelectionReport& report = selection.report;
+    out.points = std::move(selection.points);
+    out.outOfWorkspace += outOfWorkspace(report);
+    out.overBudget = static_cast<std::uint64_t>(report.overBudget);
+    if (report.overBudget > 0)
+        _messages.say("more points than the budget of " + std::to_string(_selector.maxPoints) +
+                      "; objects of lower priority get fewer");
+    for (std::size_t i = 0; i < _posed.size(); ++i)
+        if (_posed[i].positions.cols() > 0 && report.perObject[i] == 0)
+            _messages.say(snapshot.objects[static_cast<std::size_t>(_posed[i].object)].path +
+                          ": none of its points can be felt where it is (" + report.summary() +
+                          ")");
+
+    Eigen::Index candidates = 0;
+    for (const auto& posed : _posed)
+        candidates += posed.positions.cols();
+    std::vector<std::vector<bool>> chosen(_posed.size());
+    for (std::size_t i = 0; i < _posed.size(); ++i)
+        chosen[i].resize(static_cast<std::size_t>(_posed[i].positions.cols()));
+    for (std::size_t k = 0; k < selection.source.size(); ++k)
+        chosen[static_cast<std::size_t>(selection.source[k])]
+              [static_cast<std::size_t>(selection.sample[k])] = true;
+    out.skipped.resize(3, candidates);
+    Eigen::Index n = 0;
+    for (std::size_t i = 0; i < _posed.size(); ++i)
+        for (std::size_t k = 0; k < chosen[i].size(); ++k)
+            if (!chosen[i][k])
+                out.skipped.col(n++) = _posed[i].positions.col(static_cast<Eigen::Index>(k));
+    out.skipped.conservativeResize(3, n);
 }
 
 } // namespace midair::bridge

@@ -3,6 +3,7 @@
 #include "engine-bridge/MessageLog.h"
 #include "engine-bridge/SampleCache.h"
 #include "engine-bridge/SceneSnapshot.h"
+#include "haptics/ControlPointSelector.h"
 #include "haptics/ControlPoints.h"
 #include "haptics/TransducerArray.h"
 
@@ -20,7 +21,8 @@ struct AssembledPoints
     haptics::ControlPoints points; ///< array frame; object indexes the snapshot's objects
     Eigen::Matrix3Xd skipped; ///< array frame; sampled but left out (workspace, spacing, budget)
     bool absolute = false;    ///< targets are in Pa; else relative
-    std::uint64_t outOfWorkspace = 0;
+    std::uint64_t outOfWorkspace = 0; ///< points, and objects that were not even sampled
+    std::uint64_t overBudget = 0;     ///< points
 };
 
 /// Turns a snapshot's objects into control points, and tells whether any of them moved since it last did.
@@ -31,22 +33,22 @@ public:
     {
         double wavelength_m = 8.5e-3;   ///< > 0; the spacing of objects that name none
         double motionTolerance_m = 0.0; ///< >= 0; what moved less counts as unmoved
-        int maxPoints = 0;              ///< >= 0; 0: no limit
+        int maxPoints = 0;              ///< >= 0; 0: the selector's default
     };
 
-    PointAssembler(const Options& options, MessageLog& messages) :
-        _options(options),
-        _messages(messages)
-    {
-    }
+    /// Throws haptics::InputError for an array without transducers.
+    PointAssembler(const haptics::TransducerArray& array,
+                   const Options& options,
+                   MessageLog& messages);
 
     /// True where \a snapshot holds the objects of the last assemble(), none moved by more than the tolerance.
     bool unmoved(const SceneSnapshot& snapshot);
 
     /// Samples (once per mesh), poses and selects. Objects that can't be felt are left out with a message.
-    AssembledPoints assemble(const SceneSnapshot& snapshot, const haptics::TransducerArray& array);
+    AssembledPoints assemble(const SceneSnapshot& snapshot);
 
     std::uint64_t sampled() const { return _samples.sampled(); }
+    std::uint64_t followed() const { return _samples.followed(); }
 
 private:
     /// An object as it was when last assembled.
@@ -60,13 +62,20 @@ private:
     };
 
     bool usable(const HapticObject& object);
-    void add(const HapticObject& object, int index, double unit_Pa, AssembledPoints& out);
-    void select(AssembledPoints& out, const haptics::TransducerArray& array);
+    bool withinReach(const HapticObject& object) const;
+    void add(const HapticObject& object, int index, double unit_Pa, Placed& placed);
+    void keepSide(Side side, haptics::PosedObject& posed) const;
+    void select(const SceneSnapshot& snapshot, AssembledPoints& out);
 
     const Options _options;
+    haptics::SelectorOptions _selector;
+    haptics::Workspace _workspace;
+    Eigen::Matrix3Xd _transducers; ///< 3 x m, m
+    Eigen::Matrix3Xd _normals;
     MessageLog& _messages;
     SampleCache _samples;
     std::vector<Placed> _placed;
+    std::vector<haptics::PosedObject> _posed;
     bool _assembled = false;
 };
 

@@ -5,9 +5,6 @@
 namespace midair::bridge
 {
 
-namespace
-{
-
 Eigen::Matrix<double, 3, 8> boxCorners(const Eigen::Matrix3Xd& points)
 {
     Eigen::Matrix<double, 3, 8> corners = Eigen::Matrix<double, 3, 8>::Zero();
@@ -20,46 +17,93 @@ Eigen::Matrix<double, 3, 8> boxCorners(const Eigen::Matrix3Xd& points)
     return corners;
 }
 
+namespace
+{
+
+/// True where an edge of a sampled triangle has changed its length by more than the factor \a limit.
+bool stretched(const haptics::SurfaceSamples& samples,
+               const haptics::TriangleMesh& before,
+               const haptics::TriangleMesh& now,
+               double limit)
+{
+    for (const int t : samples.triangle)
+        for (int k = 0; k < 3; ++k)
+        {
+            const int a = before.triangles(k, t);
+            const int b = before.triangles((k + 1) % 3, t);
+            const double was = (before.vertices.col(b) - before.vertices.col(a)).squaredNorm();
+            const double is = (now.vertices.col(b) - now.vertices.col(a)).squaredNorm();
+            // Written so that NaN counts as stretched.
+            if (!(is <= limit * limit * was && was <= limit * limit * is)) return true;
+        }
+    return false;
+}
+
 } // namespace
 
-CachedSamples SampleCache::sample(const HapticObject& object, double spacing_m)
+bool SampleCache::follow(const Entry& from, const HapticObject& object, Entry& to)
 {
-    CachedSamples cached;
+    const haptics::TriangleMesh& before = *from.sampledMesh;
+    const haptics::TriangleMesh& now = *object.mesh;
+    if (before.triangles.cols() != now.triangles.cols() ||
+        before.vertices.cols() != now.vertices.cols() || !from.cached.error.empty() ||
+        stretched(from.cached.samples, before, now, kStretched))
+        return false;
+    to.cached.samples = from.cached.samples;
+    to.sampledMesh = from.sampledMesh;
+    haptics::updateSamples(now, to.cached.samples);
+    ++_followed;
+    return true;
+}
+
+void SampleCache::sample(const HapticObject& object, Entry& entry)
+{
     haptics::SamplerOptions options;
-    options.spacing_m = spacing_m;
-    options.sampling = object.properties.sampling;
+    options.spacing_m = entry.spacing_m;
+    options.sampling = entry.sampling;
+    entry.sampledMesh = object.mesh;
+    ++_sampled;
     try
     {
-        cached.samples = haptics::sampleSurface(*object.mesh, options);
+        entry.cached.samples = haptics::sampleSurface(*object.mesh, options);
     }
     catch (const haptics::InputError& error)
     {
-        cached.samples = {};
-        cached.error = error.what();
+        entry.cached.samples = {};
+        entry.cached.error = error.what();
     }
-    cached.corners = boxCorners(cached.samples.positions);
-    return cached;
 }
 
 const CachedSamples& SampleCache::get(const HapticObject& object, double spacing_m)
 {
     const haptics::Sampling sampling = object.properties.sampling;
+    const Entry* alike = nullptr;
     for (Entry& entry : _entries)
     {
-        if (entry.meshId != object.meshId || entry.spacing_m != spacing_m ||
-            entry.sampling != sampling)
-            continue;
-        entry.unused = 0;
-        return entry.cached;
+        if (entry.spacing_m != spacing_m || entry.sampling != sampling) continue;
+        if (entry.meshId == object.meshId)
+        {
+            entry.unused = 0;
+            return entry.cached;
+        }
+        if (!alike && object.topologyId != 0 && entry.topologyId == object.topologyId)
+            alike = &entry; // the newest comes first
     }
-    _entries.push_front({object.meshId, spacing_m, sampling, sample(object, spacing_m), 0});
-    ++_sampled;
+    Entry entry;
+    entry.meshId = object.meshId;
+    entry.topologyId = object.topologyId;
+    entry.spacing_m = spacing_m;
+    entry.sampling = sampling;
+    if (!alike || !follow(*alike, object, entry)) sample(object, entry);
+    entry.cached.corners = boxCorners(entry.cached.samples.positions);
+    _entries.push_front(std::move(entry));
     return _entries.front().cached;
 }
 
 void SampleCache::endSnapshot()
 {
-    _entries.remove_if([](Entry& entry) { return ++entry.unused > kKeptSnapshots; });
+    const int kept = _entries.size() > kMostEntries ? 0 : kKeptSnapshots;
+    _entries.remove_if([kept](Entry& entry) { return entry.unused++ > kept; });
 }
 
 } // namespace midair::bridge

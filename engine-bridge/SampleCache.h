@@ -7,10 +7,14 @@
 
 #include <cstdint>
 #include <list>
+#include <memory>
 #include <string>
 
 namespace midair::bridge
 {
+
+/// The corners of the bounding box of \a points; all zero for none.
+Eigen::Matrix<double, 3, 8> boxCorners(const Eigen::Matrix3Xd& points);
 
 /// Points of one mesh, kept while the mesh is about.
 struct CachedSamples
@@ -21,7 +25,9 @@ struct CachedSamples
     std::string error; ///< empty, or why the mesh can't be sampled; samples are then empty
 };
 
-/// Samples each mesh once per spacing and kind of sampling.
+/// Samples each mesh once per spacing and kind of sampling. Where the triangles are the same and only the vertices have
+/// moved (morphing, skinning, scaling) the points follow by their barycentrics, and are sampled anew once an edge under one of
+/// them has become kStretched times longer or shorter.
 class SampleCache
 {
 public:
@@ -32,23 +38,31 @@ public:
     void endSnapshot();
 
     std::uint64_t sampled() const { return _sampled; }
+    std::uint64_t followed() const { return _followed; }
 
     static constexpr int kKeptSnapshots = 100;
+    static constexpr std::size_t kMostEntries =
+        64; ///< beyond, what this snapshot doesn't need goes at once
+    static constexpr double kStretched = 1.25;
 
 private:
     struct Entry
     {
-        std::uint64_t meshId;
-        double spacing_m;
-        haptics::Sampling sampling;
+        std::uint64_t meshId = 0;
+        std::uint64_t topologyId = 0;
+        double spacing_m = 0.0;
+        haptics::Sampling sampling = haptics::Sampling::SURFACE;
         CachedSamples cached;
+        std::shared_ptr<const haptics::TriangleMesh> sampledMesh; ///< as it was when sampled
         int unused = 0;
     };
 
-    static CachedSamples sample(const HapticObject& object, double spacing_m);
+    bool follow(const Entry& from, const HapticObject& object, Entry& to);
+    void sample(const HapticObject& object, Entry& entry);
 
     std::list<Entry> _entries; ///< few: as many as there are different meshes
     std::uint64_t _sampled = 0;
+    std::uint64_t _followed = 0;
 };
 
 } // namespace midair::bridge

@@ -14,6 +14,14 @@
 namespace midair::bridge
 {
 
+/// Which side of an object's faces is felt: that which is turned to where most of the array's sound comes from, or the other.
+enum class Side
+{
+    BOTH,
+    FRONT,
+    BACK
+};
+
 /// How an object is to be felt; ranges are checked where they are set.
 struct HapticProperties
 {
@@ -21,6 +29,7 @@ struct HapticProperties
     bool pressureInPa = false;
     double spacing_m = 0.0; ///< >= 0; 0: one wavelength
     haptics::Sampling sampling = haptics::Sampling::SURFACE;
+    Side side = Side::BOTH;
     int priority = 0; ///< larger wins where points are too near or too many
 };
 

@@ -71,7 +71,9 @@ CollectHapticSurfacesVisitor::CollectHapticSurfacesVisitor() :
 {
 }
 
-void CollectHapticSurfacesVisitor::collect(osg::Node& root, const osg::Matrixd& world)
+void CollectHapticSurfacesVisitor::collect(osg::Node& root,
+                                           const osg::Matrixd& world,
+                                           const HapticProperty* otherwise)
 {
     _instances.clear();
     _paths.clear();
@@ -79,6 +81,12 @@ void CollectHapticSurfacesVisitor::collect(osg::Node& root, const osg::Matrixd& 
     _world = world;
     _inWorld = true;
     root.accept(*this);
+    if (!_instances.empty() || !otherwise || !validNodeMask(root)) return;
+    if (osg::Transform* transform = root.asTransform())
+        transform->computeLocalToWorldMatrix(_world, this);
+    pushOntoNodePath(&root);
+    add(root, otherwise);
+    popFromNodePath();
 }
 
 std::uint64_t CollectHapticSurfacesVisitor::pathId() const
@@ -97,12 +105,16 @@ std::uint64_t CollectHapticSurfacesVisitor::pathId() const
 void CollectHapticSurfacesVisitor::check(osg::Node& node)
 {
     const auto* surface = dynamic_cast<const HapticSurface*>(&node);
-    if (!surface && !hasHapticTag(node)) return;
+    if (surface || hasHapticTag(node)) add(node, surface ? &surface->getProperty() : nullptr);
+}
+
+void CollectHapticSurfacesVisitor::add(osg::Node& node, const HapticProperty* property)
+{
     HapticInstance instance;
     instance.node = &node;
     instance.id = pathId();
     instance.world = _world;
-    instance.property = surface ? &surface->getProperty() : nullptr;
+    instance.property = property;
     instance.inWorld = _inWorld;
     _instances.push_back(instance);
     _pathStarts.push_back(_paths.size());
@@ -126,6 +138,7 @@ std::string CollectHapticSurfacesVisitor::path(const HapticInstance& instance)
 
 void CollectHapticSurfacesVisitor::apply(osg::Node& node)
 {
+    if (!leadsSomewhere(node)) return;
     // A haptic scene inside another one plays its own objects.
     if (_nodePath.size() > 1 && dynamic_cast<HapticScene*>(&node)) return;
     check(node);
@@ -134,6 +147,7 @@ void CollectHapticSurfacesVisitor::apply(osg::Node& node)
 
 void CollectHapticSurfacesVisitor::apply(osg::Transform& node)
 {
+    if (!leadsSomewhere(node)) return;
     const osg::Matrixd outer = _world;
     const bool outerInWorld = _inWorld;
     if (node.getReferenceFrame() != osg::Transform::RELATIVE_RF) _inWorld = false;
@@ -146,6 +160,7 @@ void CollectHapticSurfacesVisitor::apply(osg::Transform& node)
 
 void CollectHapticSurfacesVisitor::apply(osg::Camera& node)
 {
+    if (!leadsSomewhere(node)) return;
     const bool outerInWorld = _inWorld;
     _inWorld = false;
     check(node);
@@ -155,7 +170,40 @@ void CollectHapticSurfacesVisitor::apply(osg::Camera& node)
 
 void CollectHapticSurfacesVisitor::apply(osg::Drawable& drawable)
 {
-    if (drawable.getUserDataContainer()) check(drawable);
+    if (leadsSomewhere(drawable)) check(drawable);
+}
+
+void markTags(osg::Node& root)
+{
+    // Protected in osg::Node, since only a subclass is expected to want traversals; a tag makes a node a haptic one.
+    struct Counts : osg::Node
+    {
+        using osg::Node::setNumChildrenRequiringEventTraversal;
+    };
+    class TagMarker : public osg::NodeVisitor
+    {
+    public:
+        TagMarker() : osg::NodeVisitor(NODE_VISITOR, TRAVERSE_ALL_CHILDREN)
+        {
+            setNodeMaskOverride(~0u); // it may be shown later
+        }
+        void apply(osg::Node& node) override
+        {
+            mark(node);
+            traverse(node);
+        }
+        void apply(osg::Drawable& drawable) override { mark(drawable); }
+
+    private:
+        static void mark(osg::Node& node)
+        {
+            if (node.getUserDataContainer() && node.getNumChildrenRequiringEventTraversal() == 0 &&
+                hasHapticTag(node))
+                (node.*&Counts::setNumChildrenRequiringEventTraversal)(1);
+        }
+    };
+    TagMarker marker;
+    root.accept(marker);
 }
 
 } // namespace osgMidair

@@ -25,13 +25,18 @@ struct HapticInstance
 
 /// Finds every HapticSurface and every node tagged "haptic" among the active children, once per node path: Switch,
 /// masks and LOD (at its finest) are honoured, no camera plays a part. Run it after the update traversal.
+///
+/// Goes only where there is something to find: haptic nodes ask for the event traversal, and OSG counts those that do up to
+/// the root, so a subtree without any is passed by. Tagged nodes have to be marked with markTags() for that.
 class CollectHapticSurfacesVisitor : public osg::NodeVisitor
 {
 public:
     CollectHapticSurfacesVisitor();
 
-    /// Starts anew under \a root, whose parent is at \a world. Memory is kept from call to call.
-    void collect(osg::Node& root, const osg::Matrixd& world);
+    /// Starts anew under \a root, whose parent is at \a world. Memory is kept from call to call. Where nothing is found
+    /// \a root itself becomes an instance with the property \a otherwise, if that isn't null.
+    void
+    collect(osg::Node& root, const osg::Matrixd& world, const HapticProperty* otherwise = nullptr);
 
     const std::vector<HapticInstance>& instances() const { return _instances; }
 
@@ -44,7 +49,12 @@ public:
     void apply(osg::Drawable& drawable) override;
 
 private:
+    static bool leadsSomewhere(const osg::Node& node)
+    {
+        return node.getNumChildrenRequiringEventTraversal() > 0;
+    }
     void check(osg::Node& node);
+    void add(osg::Node& node, const HapticProperty* property);
     std::uint64_t pathId() const;
 
     std::vector<HapticInstance> _instances;
@@ -53,6 +63,9 @@ private:
     osg::Matrixd _world;
     bool _inWorld = true;
 };
+
+/// Has tagged nodes anywhere under \a root counted like haptic ones. Walks the whole subtree: not for every frame.
+void markTags(osg::Node& root);
 
 /// The text of a tag: user value "haptic" (a bool or a text), or a description "haptic ...". False without one.
 bool hapticTag(const osg::Node& node, std::string& text);

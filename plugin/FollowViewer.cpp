@@ -1,8 +1,5 @@
-#include "FollowViewer.h"
-
 #include "HapticEngine.h"
-
-#include <osgMidair/HapticScene>
+#include "ViewerStatistics.h"
 
 #include <osg/Notify>
 #include <osg/Timer>
@@ -97,10 +94,10 @@ double secondsSince(const osgViewer::View& view, const osg::FrameStamp& stamp)
 class CollectOperation : public osg::Operation
 {
 public:
-    explicit CollectOperation(osgViewer::ViewerBase& viewer, HapticScene& scene) :
+    CollectOperation(osgViewer::ViewerBase& viewer, HapticEngine& engine) :
         osg::Operation("osgMidair collect", true),
         _viewer(&viewer),
-        _scene(&scene)
+        _engine(&engine)
     {
     }
 
@@ -108,57 +105,59 @@ public:
 
     void operator()(osg::Object*) override
     {
-        osg::ref_ptr<HapticScene> scene;
-        if (!_scene.lock(scene))
+        osg::ref_ptr<HapticEngine> engine;
+        osg::ref_ptr<osg::Node> root;
+        if (_engine.lock(engine)) root = engine->root();
+        if (!root)
         {
             setKeep(false);
             return;
         }
-        ActivePathFinder finder(*scene);
+        ActivePathFinder finder(*root);
         osgViewer::ViewerBase::Views views;
         _viewer->getViews(views);
         for (osgViewer::View* view : views)
         {
             if (!view->getSceneData() || !finder.find(*view->getSceneData())) continue;
             const osg::FrameStamp* stamp = view->getFrameStamp();
-            scene->engine().update(*scene,
-                                   finder.world(),
-                                   scene->getSettings(),
-                                   stamp ? stamp->getFrameNumber() : 0,
-                                   stamp ? secondsSince(*view, *stamp) : 0.0,
-                                   stamp ? stamp->getSimulationTime() : 0.0);
+            engine->update(finder.world(),
+                           stamp ? stamp->getFrameNumber() : 0,
+                           stamp ? secondsSince(*view, *stamp) : 0.0,
+                           stamp ? stamp->getSimulationTime() : 0.0);
+            _statistics.show(*_viewer, views, *engine, stamp ? stamp->getFrameNumber() : 0);
             _collected = true;
             return;
         }
         // Taken out of the picture, or switched off: silent, but for another viewer that may show it.
-        if (_collected) scene->silence();
+        if (_collected) engine->silence();
         _collected = false;
     }
 
 private:
     osgViewer::ViewerBase* const _viewer; ///< owns this operation
-    osg::observer_ptr<HapticScene> _scene;
+    osg::observer_ptr<HapticEngine> _engine;
+    ViewerStatistics _statistics;
     bool _collected = false;
 };
 
 } // namespace
 
-osg::ref_ptr<osg::Operation>
-followViewerOf(osgGA::GUIActionAdapter* adapter,
-               HapticScene& scene,
-               const std::vector<osg::observer_ptr<osg::Operation>>& known)
+void HapticEngine::follow(osgGA::GUIActionAdapter* adapter)
 {
     auto* view = dynamic_cast<osgViewer::View*>(adapter);
-    osgViewer::ViewerBase* viewer = view ? view->getViewerBase() : nullptr;
-    if (!viewer) return nullptr;
-    for (const auto& operation : known)
+    if (view && view->getViewerBase()) follow(*view->getViewerBase());
+}
+
+void HapticEngine::follow(osgViewer::ViewerBase& viewer)
+{
+    for (const auto& follower : _followers)
     {
-        const auto* collect = dynamic_cast<const CollectOperation*>(operation.get());
-        if (collect && collect->follows(*viewer)) return nullptr;
+        const auto* collect = dynamic_cast<const CollectOperation*>(follower.get());
+        if (collect && collect->follows(viewer)) return;
     }
-    osg::ref_ptr<osg::Operation> operation = new CollectOperation(*viewer, scene);
-    viewer->addUpdateOperation(operation);
-    return operation;
+    osg::ref_ptr<osg::Operation> operation = new CollectOperation(viewer, *this);
+    viewer.addUpdateOperation(operation);
+    _followers.emplace_back(operation);
 }
 
 } // namespace osgMidair

@@ -30,6 +30,9 @@ midair::bridge::HapticProperties forBridge(const HapticProperty& property)
                  : property.sampling == HapticProperty::VERTICES
                      ? midair::haptics::Sampling::VERTICES
                      : midair::haptics::Sampling::SURFACE;
+    p.side = property.side == HapticProperty::FRONT  ? midair::bridge::Side::FRONT
+             : property.side == HapticProperty::BACK ? midair::bridge::Side::BACK
+                                                     : midair::bridge::Side::BOTH;
     p.priority = property.priority;
     return p;
 }
@@ -51,7 +54,10 @@ bool sameObject(const HapticObject& a, const HapticObject& b)
 
 } // namespace
 
-HapticEngine::HapticEngine()
+HapticEngine::HapticEngine(osg::Node* root, const HapticSettings* settings) :
+    osg::Referenced(true),
+    _root(root),
+    _given(settings)
 {
     // What is an object of its own isn't part of the one around it.
     _extract.skip = [](const osg::Node& node) { return isHaptic(node); };
@@ -76,25 +82,36 @@ void HapticEngine::say(const std::string& message)
     if (fresh) OSG_WARN << "osgMidair: " << message << std::endl;
 }
 
-void HapticEngine::update(osg::Node& root,
-                          const osg::Matrixd& world,
-                          const HapticSettings& settings,
+osg::ref_ptr<osg::Node> HapticEngine::root() const
+{
+    osg::ref_ptr<osg::Node> node;
+    _root.lock(node);
+    return node;
+}
+
+void HapticEngine::collect(osg::Node& root, const osg::Matrixd& world)
+{
+    if (_tagFrame == 0) markTags(root);
+    _tagFrame = (_tagFrame + 1) % kTagFrames;
+    _collector.collect(root, world, _default ? &*_default : nullptr);
+    _meshes.beginFrame();
+    for (const HapticInstance& instance : _collector.instances())
+        fill(instance);
+    _meshes.endFrame();
+}
+
+void HapticEngine::update(const osg::Matrixd& world,
                           unsigned int frame,
                           double age_s,
                           double simulationTime_s)
 {
+    const osg::ref_ptr<osg::Node> node = root();
+    if (!node) return;
     const double start_s = midair::bridge::steadySeconds();
-    configure(settings);
+    configure(*_given);
     ++_frame;
     _objects = 0;
-    if (_settings.enabled)
-    {
-        _collector.collect(root, world);
-        _meshes.beginFrame();
-        for (const HapticInstance& instance : _collector.instances())
-            fill(instance);
-        _meshes.endFrame();
-    }
+    if (_settings.enabled) collect(*node, world);
     _snapshot.objects.resize(_objects);
     _snapshot.frame = frame;
     _snapshot.time_s = start_s - age_s;
@@ -345,8 +362,10 @@ HapticStatistics HapticEngine::statistics() const
     all.solves = counters.solves;
     all.skippedUnmoved = counters.skippedUnmoved;
     all.meshesSampled = counters.sampled;
+    all.meshesFollowed = counters.followed;
     all.outOfWorkspace = counters.outOfWorkspace;
     all.outOfReach = counters.outOfReach;
+    all.overBudget = counters.overBudget;
     const auto result = _thread->latestResult();
     if (!result) return all;
     all.points = result->points.size();

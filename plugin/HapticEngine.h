@@ -10,13 +10,25 @@
 #include <osgMidair/HapticSettings>
 #include <osgMidair/HapticStatistics>
 
+#include <osg/OperationThread>
+#include <osg/Referenced>
 #include <osg/observer_ptr>
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
+
+namespace osgGA
+{
+class GUIActionAdapter;
+}
+namespace osgViewer
+{
+class ViewerBase;
+}
 
 namespace osgMidair
 {
@@ -24,20 +36,31 @@ namespace osgMidair
 /// What a HapticScene does: collects what is under a root into snapshots, hands them to a hologram thread, keeps the books.
 ///
 /// update() and silence() belong to the thread that updates the scene; the rest may be called from any.
-class HapticEngine
+class HapticEngine : public osg::Referenced
 {
 public:
-    HapticEngine();
-    ~HapticEngine(); ///< the array is silent when it returns; writes the report if one is asked for
+    /// \a root and \a settings are looked at as long as \a root lives.
+    HapticEngine(osg::Node* root, const HapticSettings* settings);
 
-    /// One frame: what is active under \a root, whose parent is at \a world, is to be felt from now on.
+    /// Where nothing under the root is haptic, the whole of it is felt so.
+    void setDefaultProperty(const HapticProperty& property) { _default = property; }
+
+    /// Follows the viewer behind \a adapter from now on: update() runs after each of its update traversals, once a frame
+    /// however many of its views show the root; silent while none does. Without an osgViewer nothing happens.
+    void follow(osgGA::GUIActionAdapter* adapter);
+    void follow(osgViewer::ViewerBase& viewer);
+
+    /// Null when the root is gone.
+    osg::ref_ptr<osg::Node> root() const;
+
+    /// Tags under the root are looked for with the next update, not only every kTagFrames frames.
+    void dirtyTags() { _tagFrame = 0; }
+    static constexpr unsigned int kTagFrames = 15;
+
+    /// One frame: what is active under the root, whose parent is at \a world, is to be felt from now on.
     /// \a age_s: seconds since the frame's stamp. Touch callbacks are called last.
-    void update(osg::Node& root,
-                const osg::Matrixd& world,
-                const HapticSettings& settings,
-                unsigned int frame,
-                double age_s,
-                double simulationTime_s);
+    void
+    update(const osg::Matrixd& world, unsigned int frame, double age_s, double simulationTime_s);
 
     /// Of the update thread.
     HandTracker& hands() { return _hands; }
@@ -49,6 +72,10 @@ public:
     HapticStatistics statistics() const;
     std::shared_ptr<const midair::haptics::TransducerArray> array() const;
     midair::haptics::Medium medium() const;
+
+protected:
+    ~HapticEngine()
+        override; ///< the array is silent when it returns; writes the report if one is asked for
 
 private:
     /// What is remembered of an instance from frame to frame.
@@ -63,6 +90,7 @@ private:
     };
 
     void tellTouches();
+    void collect(osg::Node& root, const osg::Matrixd& world);
     void configure(const HapticSettings& settings);
     void startThread();
     Known& know(const HapticInstance& instance, bool& fresh);
@@ -72,6 +100,11 @@ private:
     void takeResult();
     void say(const std::string& message);
 
+    osg::observer_ptr<osg::Node> _root;
+    const HapticSettings* const _given; ///< valid while _root is
+    std::optional<HapticProperty> _default;
+    std::vector<osg::observer_ptr<osg::Operation>> _followers; ///< in viewers
+    unsigned int _tagFrame = 0;                                ///< frames until tags are looked for
     CollectHapticSurfacesVisitor _collector;
     midair::bridge::MeshCache _meshes;
     midair::bridge::ExtractOptions _extract;

@@ -1,4 +1,3 @@
-#include "FollowViewer.h"
 #include "HandTracker.h"
 #include "HapticEngine.h"
 #include "engine-bridge/HologramResult.h"
@@ -12,7 +11,7 @@
 namespace osgMidair
 {
 
-HapticScene::HapticScene() : _engine(std::make_unique<HapticEngine>())
+HapticScene::HapticScene() : _engine(new HapticEngine(this, &_settings))
 {
     setNumChildrenRequiringEventTraversal(1);
 }
@@ -20,7 +19,7 @@ HapticScene::HapticScene() : _engine(std::make_unique<HapticEngine>())
 HapticScene::HapticScene(const HapticScene& other, const osg::CopyOp& copyop) :
     osg::Group(other, copyop),
     _settings(other._settings),
-    _engine(std::make_unique<HapticEngine>())
+    _engine(new HapticEngine(this, &_settings))
 {
     _engine->hands().setSource(other.getHandSource());
     _engine->hands().setCallback(other.getTouchCallback());
@@ -43,8 +42,7 @@ void HapticScene::traverse(osg::NodeVisitor& visitor)
 {
     if (visitor.getVisitorType() == osg::NodeVisitor::EVENT_VISITOR)
         if (osgGA::EventVisitor* event = visitor.asEventVisitor())
-            if (auto operation = followViewerOf(event->getActionAdapter(), *this, _followers))
-                _followers.emplace_back(operation);
+            _engine->follow(event->getActionAdapter());
     osg::Group::traverse(visitor);
 }
 
@@ -52,7 +50,7 @@ void HapticScene::update(const osg::FrameStamp* frameStamp, const osg::Matrixd& 
 {
     const unsigned int frame = frameStamp ? frameStamp->getFrameNumber() : 0;
     const double time_s = frameStamp ? frameStamp->getSimulationTime() : 0.0;
-    _engine->update(*this, world, _settings, frame, 0.0, time_s);
+    _engine->update(world, frame, 0.0, time_s);
 }
 
 void HapticScene::setHandSource(HandSource* source)
@@ -83,6 +81,11 @@ void HapticScene::setObstacles(const std::vector<Obstacle>& obstacles)
 const std::vector<Obstacle>& HapticScene::getObstacles() const
 {
     return _engine->hands().obstacles();
+}
+
+void HapticScene::dirtyTags()
+{
+    _engine->dirtyTags();
 }
 
 void HapticScene::silence()

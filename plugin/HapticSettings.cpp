@@ -72,7 +72,7 @@ OptionTable<HapticSettings> makeTable()
                  &S::maxPoints,
                  0,
                  kMostPoints,
-                 "control points shared by all objects; 0: no limit (default)");
+                 "control points shared by all objects; 0: 1000 (default)");
     table.text("hands",
                &S::hands,
                "where hands come from: recorded:FILE, recorded:FILE?loop (default none)");

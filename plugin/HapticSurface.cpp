@@ -5,9 +5,13 @@
 namespace osgMidair
 {
 
-HapticSurface::HapticSurface() = default;
+// Asking for the event traversal is how the collecting visitor finds haptic nodes without walking the whole scene.
+HapticSurface::HapticSurface()
+{
+    setNumChildrenRequiringEventTraversal(1);
+}
 
-HapticSurface::HapticSurface(osg::Node* child)
+HapticSurface::HapticSurface(osg::Node* child) : HapticSurface()
 {
     addChild(child);
 }
@@ -17,6 +21,8 @@ HapticSurface::HapticSurface(const HapticSurface& other, const osg::CopyOp& copy
     _property(other._property),
     _touchCallback(other._touchCallback)
 {
+    // Not copied by the base class, which counts the children anew.
+    setNumChildrenRequiringEventTraversal(getNumChildrenRequiringEventTraversal() + 1);
 }
 
 HapticSurface::~HapticSurface() = default;

@@ -30,4 +30,7 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
     ADD_INT_SERIALIZER(Threads, 1);
     ADD_DOUBLE_SERIALIZER(MotionTolerance, 0.01);
     ADD_INT_SERIALIZER(MaxPoints, 0);
+    ADD_STRING_SERIALIZER(Hands, "");
+    ADD_DOUBLE_SERIALIZER(Reach, 0.0);
+    ADD_BOOL_SERIALIZER(Shadows, false);
 }

@@ -23,6 +23,7 @@ struct Collect : testing::Test
 
     const std::vector<HapticInstance>& instances()
     {
+        markTags(*scene);
         visitor.collect(*scene, osg::Matrixd());
         return visitor.instances();
     }

@@ -75,6 +75,9 @@ HapticSettings unusualSettings()
     s.threads = 2;
     s.motionTolerance = 0.0625;
     s.maxPoints = 321;
+    s.hands = "recorded:hand.csv?loop";
+    s.reach = 0.0625;
+    s.shadows = true;
     return s;
 }
 
@@ -135,6 +138,9 @@ void expectUnusual(const HapticSettings& s)
     EXPECT_EQ(s.threads, wanted.threads);
     expectNear(s.motionTolerance, wanted.motionTolerance);
     EXPECT_EQ(s.maxPoints, wanted.maxPoints);
+    EXPECT_EQ(s.hands, wanted.hands);
+    expectNear(s.reach, wanted.reach);
+    EXPECT_EQ(s.shadows, wanted.shadows);
 }
 
 void expectUnusual(osg::Node* node)
@@ -229,6 +235,6 @@ TEST(Serialization, ACopyIsASceneOfItsOwn)
     osg::ref_ptr<HapticScene> scene = unusualScene();
     osg::ref_ptr<HapticScene> copy = osg::clone(scene.get(), osg::CopyOp::DEEP_COPY_ALL);
     expectUnusual(copy.get());
-    EXPECT_EQ(copy->getNumChildrenRequiringEventTraversal(), 1u);
+    EXPECT_EQ(copy->getNumChildrenRequiringEventTraversal(), 3u) << "itself and two surfaces";
     EXPECT_NE(&copy->engine(), &scene->engine());
 }

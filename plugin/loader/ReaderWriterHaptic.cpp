@@ -1,0 +1,197 @@
+#include "plugin/Assignments.h"
+
+#include <osgMidair/HapticDevice>
+#include <osgMidair/HapticScene>
+#include <osgMidair/HapticSurface>
+
+#include <osg/ComputeBoundsVisitor>
+#include <osg/MatrixTransform>
+#include <osg/Notify>
+#include <osgDB/FileNameUtils>
+#include <osgDB/FileUtils>
+#include <osgDB/ReadFile>
+#include <osgDB/Registry>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <locale>
+#include <sstream>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+/// What MODEL.haptic and FILE.haptic take as options.
+struct LoaderOptions
+{
+    HapticProperty property;
+    HapticSettings settings;
+    double size_m = 0.0; ///< 0: as it is
+    osg::Vec3d position;
+    osg::Vec3d rotation_deg;
+    bool isSizeSet = false;
+
+    /// \a complain: also about names that nobody knows; they may be another plugin's.
+    void parse(const std::string& text, const std::string& where);
+
+private:
+    bool setOwn(const std::string& name, const std::string& value, std::string& error);
+};
+
+bool readVector(const std::string& text, osg::Vec3d& v)
+{
+    std::istringstream in(text);
+    in.imbue(std::locale::classic());
+    return static_cast<bool>(in >> v.x() >> v.y() >> v.z()) && (in >> std::ws).eof();
+}
+
+bool knows(const std::vector<std::pair<std::string, std::string>>& described,
+           const std::string& name)
+{
+    return std::any_of(described.begin(),
+                       described.end(),
+                       [&name](const auto& entry) { return entry.first == name; });
+}
+
+bool LoaderOptions::setOwn(const std::string& name, const std::string& value, std::string& error)
+{
+    if (name == "size")
+    {
+        std::istringstream in(value);
+        in.imbue(std::locale::classic());
+        isSizeSet = static_cast<bool>(in >> size_m) && size_m > 0.0 && std::isfinite(size_m);
+        if (!isSizeSet)
+        {
+            size_m = 0.0;
+            error = "size is \"" + value + "\", should be over 0 (metres)";
+        }
+        return true;
+    }
+    if (name != "position" && name != "rotation") return false;
+    if (!readVector(value, name == "position" ? position : rotation_deg))
+        error = name + " is \"" + value + "\", should be three numbers";
+    return true;
+}
+
+void LoaderOptions::parse(const std::string& text, const std::string& where)
+{
+    forEachAssignment(text,
+                      [this, &where](const std::string& name, const std::string& value)
+                      {
+                          if (name.empty()) return; // a flag of another plugin
+                          std::string error;
+                          if (setOwn(name, value, error))
+                              ;
+                          // An array and an object can both be enabled; the array is what one switches.
+                          else if (knows(HapticSettings::describe(), name))
+                              settings.set(name, value, error);
+                          else if (knows(HapticProperty::describe(), name))
+                              property.set(name, value, error);
+                          else
+                              error = "unknown option \"" + name + "\"";
+                          if (!error.empty())
+                              OSG_WARN << "osgMidair: " << where << ": " << error << std::endl;
+                      });
+}
+
+/// \a model scaled and placed as the options say.
+osg::ref_ptr<osg::Node>
+placed(osg::Node* model, const LoaderOptions& options, const std::string& fileName)
+{
+    osg::ComputeBoundsVisitor bounds;
+    model->accept(bounds);
+    const osg::BoundingBox& box = bounds.getBoundingBox();
+    if (!box.valid()) return model;
+    const osg::Vec3d extent = osg::Vec3d(box._max) - osg::Vec3d(box._min);
+    const double largest = std::max({extent.x(), extent.y(), extent.z()});
+    if (!options.isSizeSet && largest > 1.0)
+        OSG_WARN << "osgMidair: " << fileName << " is " << largest
+                 << " m across; give its size in metres: -O \"size=0.1\"" << std::endl;
+    const bool moved = options.position.length2() > 0.0 || options.rotation_deg.length2() > 0.0;
+    if ((!options.isSizeSet || largest <= 0.0) && !moved) return model;
+
+    const double scale = options.isSizeSet && largest > 0.0 ? options.size_m / largest : 1.0;
+    const osg::Vec3d turn = options.rotation_deg * (osg::PI / 180.0);
+    osg::ref_ptr<osg::MatrixTransform> transform = new osg::MatrixTransform(
+        osg::Matrixd::translate(options.isSizeSet ? -osg::Vec3d(box.center()) : osg::Vec3d()) *
+        osg::Matrixd::scale(scale, scale, scale) *
+        osg::Matrixd::rotate(turn.x(), osg::X_AXIS, turn.y(), osg::Y_AXIS, turn.z(), osg::Z_AXIS) *
+        osg::Matrixd::translate(options.position));
+    transform->getOrCreateStateSet()->setMode(GL_NORMALIZE, osg::StateAttribute::ON);
+    transform->addChild(model);
+    return transform;
+}
+
+} // namespace
+
+/// MODEL.haptic: any model that OSG reads, haptic and under a haptic scene. FILE.haptic: settings, for --device.
+class ReaderWriterHaptic : public osgDB::ReaderWriter
+{
+public:
+    ReaderWriterHaptic()
+    {
+        supportsExtension("haptic", "Mid-air haptics: MODEL.EXT.haptic, or settings for --device");
+        supportsOption("size=<metres>",
+                       "largest extent of the model, which is centred (default: as it is)");
+        supportsOption("position=<x y z>", "metres (default 0 0 0)");
+        supportsOption("rotation=<x y z>", "degrees about x, then y, then z (default 0 0 0)");
+        for (const auto& [name, help] : HapticProperty::describe())
+            if (name != "enabled") supportsOption(name + "=", help);
+        for (const auto& [name, help] : HapticSettings::describe())
+            supportsOption(name + "=", help);
+    }
+
+    const char* className() const override { return "Mid-air haptics pseudo-loader"; }
+
+    ReadResult readObject(const std::string& fileName, const osgDB::Options* options) const override
+    {
+        const std::string file = settingsFile(fileName, options);
+        if (file.empty()) return readNode(fileName, options);
+        std::ifstream in(file);
+        std::stringstream text;
+        text << in.rdbuf();
+        if (!in) return ReadResult("can't read " + file);
+        LoaderOptions loader;
+        loader.parse(text.str(), file);
+        if (options) loader.parse(options->getOptionString(), file);
+        return new HapticDevice(loader.settings, loader.property);
+    }
+
+    ReadResult readNode(const std::string& fileName, const osgDB::Options* options) const override
+    {
+        if (!acceptsExtension(osgDB::getLowerCaseFileExtension(fileName)))
+            return ReadResult::FILE_NOT_HANDLED;
+        if (!settingsFile(fileName, options).empty())
+            return ReadResult(fileName + " holds settings: use it as --device " + fileName);
+        const std::string modelName = osgDB::getNameLessExtension(fileName);
+        if (osgDB::getFileExtension(modelName).empty()) return ReadResult::FILE_NOT_FOUND;
+        osg::ref_ptr<osg::Node> model = osgDB::readRefNodeFile(modelName, options);
+        if (!model) return ReadResult::FILE_NOT_HANDLED;
+
+        LoaderOptions loader;
+        if (options) loader.parse(options->getOptionString(), fileName);
+        osg::ref_ptr<HapticSurface> surface = new HapticSurface;
+        surface->setName(osgDB::getSimpleFileName(modelName));
+        surface->setProperty(loader.property);
+        surface->addChild(placed(model, loader, modelName));
+        osg::ref_ptr<HapticScene> scene = new HapticScene;
+        scene->setSettings(loader.settings);
+        scene->addChild(surface);
+        return scene.get();
+    }
+
+private:
+    /// The file itself where it is there; empty for MODEL.EXT.haptic.
+    std::string settingsFile(const std::string& fileName, const osgDB::Options* options) const
+    {
+        if (!acceptsExtension(osgDB::getLowerCaseFileExtension(fileName))) return {};
+        return osgDB::findDataFile(fileName, options);
+    }
+};
+
+REGISTER_OSGPLUGIN(haptic, ReaderWriterHaptic)
+
+} // namespace osgMidair
