@@ -1,6 +1,7 @@
 #include "Assignments.h"
 
 #include <cctype>
+#include <sstream>
 #include <vector>
 
 namespace osgMidair
@@ -96,8 +97,16 @@ void forEachAssignment(const std::string& text,
                 break;
             }
             const std::size_t end = nextName(piece, equals + 1);
-            take(trimmed(piece.substr(start, equals - start)),
-                 trimmed(piece.substr(equals + 1, end - equals - 1)));
+            // A name is one word; those before it stand alone.
+            std::istringstream words(piece.substr(start, equals - start));
+            std::string name;
+            std::string word;
+            while (words >> word)
+            {
+                if (!name.empty()) take("", name);
+                name = word;
+            }
+            take(name, trimmed(piece.substr(equals + 1, end - equals - 1)));
             start = end;
         }
     }

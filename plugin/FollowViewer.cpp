@@ -54,6 +54,12 @@ public:
 
     void apply(osg::Transform& node) override
     {
+        if (&node == &_target)
+        {
+            // Its own matrix is not part of where its parent is.
+            apply(static_cast<osg::Node&>(node));
+            return;
+        }
         const osg::Matrixd outer = _world;
         // Cameras between the view's own and the scene are taken as part of the picture, not of the world.
         if (!node.asCamera()) node.computeLocalToWorldMatrix(_world, this);

@@ -302,6 +302,7 @@ void HapticEngine::startThread()
     options.deviceUri = _settings.device;
     options.motionTolerance = _settings.motionTolerance;
     options.maxPoints = _settings.maxPoints;
+    if (_filter) _filter(options);
     _submittedAny = false; // the new pipeline hasn't seen anything yet
 
     std::shared_ptr<const midair::haptics::TransducerArray> array;

@@ -14,6 +14,7 @@
 #include <osg/Referenced>
 #include <osg/observer_ptr>
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -44,6 +45,12 @@ public:
 
     /// Where nothing under the root is haptic, the whole of it is felt so.
     void setDefaultProperty(const HapticProperty& property) { _default = property; }
+
+    /// Changes what the settings come to, before each new pipeline: an application's own solver or device, limits.
+    void setOptionsFilter(std::function<void(midair::bridge::HologramOptions&)> filter)
+    {
+        _filter = std::move(filter);
+    }
 
     /// Follows the viewer behind \a adapter from now on: update() runs after each of its update traversals, once a frame
     /// however many of its views show the root; silent while none does. Without an osgViewer nothing happens.
@@ -103,6 +110,7 @@ private:
     osg::observer_ptr<osg::Node> _root;
     const HapticSettings* const _given; ///< valid while _root is
     std::optional<HapticProperty> _default;
+    std::function<void(midair::bridge::HologramOptions&)> _filter;
     std::vector<osg::observer_ptr<osg::Operation>> _followers; ///< in viewers
     unsigned int _tagFrame = 0;                                ///< frames until tags are looked for
     CollectHapticSurfacesVisitor _collector;

@@ -1,5 +1,6 @@
 #include "HandTracker.h"
 #include "HapticEngine.h"
+#include "SceneKeys.h"
 #include "engine-bridge/HologramResult.h"
 #include "haptics/Medium.h"
 
@@ -42,7 +43,10 @@ void HapticScene::traverse(osg::NodeVisitor& visitor)
 {
     if (visitor.getVisitorType() == osg::NodeVisitor::EVENT_VISITOR)
         if (osgGA::EventVisitor* event = visitor.asEventVisitor())
+        {
             _engine->follow(event->getActionAdapter());
+            SceneKeys::addTo(event->getActionAdapter(), *this);
+        }
     osg::Group::traverse(visitor);
 }
 

@@ -1,6 +1,7 @@
 #include "plugin/Assignments.h"
 
 #include <osgMidair/HapticDevice>
+#include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
 
@@ -33,8 +34,9 @@ struct LoaderOptions
     osg::Vec3d position;
     osg::Vec3d rotation_deg;
     bool isSizeSet = false;
+    bool overlays = false;
 
-    /// \a complain: also about names that nobody knows; they may be another plugin's.
+    /// What isn't understood is a warning that names \a where it stood.
     void parse(const std::string& text, const std::string& where);
 
 private:
@@ -68,6 +70,13 @@ bool LoaderOptions::setOwn(const std::string& name, const std::string& value, st
             size_m = 0.0;
             error = "size is \"" + value + "\", should be over 0 (metres)";
         }
+        return true;
+    }
+    if (name == "overlays")
+    {
+        overlays = value == "true";
+        if (!overlays && value != "false")
+            error = "overlays is \"" + value + "\", should be true or false";
         return true;
     }
     if (name != "position" && name != "rotation") return false;
@@ -138,6 +147,8 @@ public:
                        "largest extent of the model, which is centred (default: as it is)");
         supportsOption("position=<x y z>", "metres (default 0 0 0)");
         supportsOption("rotation=<x y z>", "degrees about x, then y, then z (default 0 0 0)");
+        supportsOption("overlays=<true/false>",
+                       "show points, field and figures (default false; F7 in a viewer)");
         for (const auto& [name, help] : HapticProperty::describe())
             if (name != "enabled") supportsOption(name + "=", help);
         for (const auto& [name, help] : HapticSettings::describe())
@@ -180,6 +191,7 @@ public:
         osg::ref_ptr<HapticScene> scene = new HapticScene;
         scene->setSettings(loader.settings);
         scene->addChild(surface);
+        if (loader.overlays) scene->addChild(new HapticOverlays);
         return scene.get();
     }
 

@@ -301,6 +301,38 @@ TEST(HapticScene, WithoutAViewerUpdateCollects)
     EXPECT_EQ(box.result()->frame, 7u);
 }
 
+TEST(HapticScene, KeysBringInTheOverlaysAndMuteTheArray)
+{
+    BoxScene box;
+    HeadlessViewer viewer(box.scene);
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+    const unsigned int children = box.scene->getNumChildren();
+    viewer.viewer.getEventQueue()->keyPress(osgGA::GUIEventAdapter::KEY_F7);
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.scene->getNumChildren() == children + 1; }));
+    EXPECT_STREQ(box.scene->getChild(children)->className(), "HapticOverlays");
+    const int points = box.points();
+    viewer.frames(5);
+    EXPECT_EQ(box.points(), points) << "overlays are not felt";
+    viewer.viewer.getEventQueue()->keyPress(osgGA::GUIEventAdapter::KEY_F8);
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.points() == 0; }));
+    const osg::ref_ptr<osg::ApplicationUsage> usage = new osg::ApplicationUsage;
+    viewer.viewer.getUsage(*usage);
+    EXPECT_EQ(usage->getKeyboardMouseBindings().count("F8"), 1u);
+}
+
+TEST(HapticScene, FiguresStandInTheViewersStatistics)
+{
+    BoxScene box;
+    HeadlessViewer viewer(box.scene);
+    viewer.viewer.getViewerStats()->collectStats("frame_rate", true);
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+    viewer.frames(2);
+    double solve_ms = 0.0;
+    const unsigned int frame = viewer.viewer.getFrameStamp()->getFrameNumber();
+    ASSERT_TRUE(viewer.viewer.getViewerStats()->getAttribute(frame, "Haptic solve", solve_ms));
+    EXPECT_EQ(solve_ms, box.scene->getStatistics().solve_ms);
+}
+
 TEST(HapticScene, TagsAreFeltLikeSurfaces)
 {
     osg::ref_ptr<HapticScene> scene = new HapticScene;

@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# tests/consumer/run.sh BUILD: installs the kit of that build into a temporary folder, builds an application against it, and
+# runs it; then the stock osgconv with what was installed.
+set -euo pipefail
+build=$(cd "$1" && pwd)
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cmake --install "$build" --component kit --prefix "$folder/usr" >/dev/null
+cmake -S "$here" -B "$folder/build" -DCMAKE_PREFIX_PATH="$folder/usr" -DCMAKE_BUILD_TYPE=Release >/dev/null
+cmake --build "$folder/build" >/dev/null
+"$folder/build/consumer"
+if command -v osgconv >/dev/null; then
+    plugins=$(dirname "$(find "$folder/usr" -name 'osgdb_haptic.so')")
+    OSG_LIBRARY_PATH=$(dirname "$plugins") osgconv --format haptic | grep -q 'size=<metres>'
+    echo "osgconv finds the installed plugins"
+fi
