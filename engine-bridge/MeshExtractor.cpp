@@ -53,11 +53,13 @@ void mix(std::uint64_t& hash, const osg::BufferData* data)
 class ActiveSubtreeVisitor : public osg::NodeVisitor
 {
 public:
-    explicit ActiveSubtreeVisitor(const ExtractOptions& options) :
-        osg::NodeVisitor(NODE_VISITOR, TRAVERSE_ACTIVE_CHILDREN),
-        options(options)
+    ActiveSubtreeVisitor() : osg::NodeVisitor(NODE_VISITOR, TRAVERSE_ACTIVE_CHILDREN) {}
+
+    /// \a now has to outlive the walk.
+    void setOptions(const ExtractOptions& now)
     {
-        setTraversalMask(options.traversalMask);
+        options = &now;
+        setTraversalMask(now.traversalMask);
     }
 
     void walk(osg::Node& root)
@@ -71,14 +73,14 @@ public:
 
     void apply(osg::Node& node) override
     {
-        if (options.skip && options.skip(node)) return;
+        if (options->skip && options->skip(node)) return;
         enter(node);
         traverse(node);
     }
 
     void apply(osg::Transform& node) override
     {
-        if (options.skip && options.skip(node)) return;
+        if (options->skip && options->skip(node)) return;
         enter(node);
         // An absolute frame hangs on the camera, not in the world.
         if (node.getReferenceFrame() != osg::Transform::RELATIVE_RF) return;
@@ -97,7 +99,7 @@ public:
 
     void apply(osg::Drawable& drawable) override
     {
-        if (options.skip && options.skip(drawable)) return;
+        if (options->skip && options->skip(drawable)) return;
         visit(drawable);
     }
 
@@ -106,7 +108,7 @@ protected:
     virtual void transformed() {}
     virtual void visit(osg::Drawable& drawable) = 0;
 
-    const ExtractOptions& options;
+    const ExtractOptions* options = nullptr;
     osg::Node* root = nullptr;
     osg::Matrixd matrix;
     bool identity = true;
@@ -115,8 +117,13 @@ protected:
 class FingerprintVisitor : public ActiveSubtreeVisitor
 {
 public:
-    using ActiveSubtreeVisitor::ActiveSubtreeVisitor;
     MeshFingerprint result;
+
+    void begin(const ExtractOptions& now)
+    {
+        setOptions(now);
+        result = {};
+    }
 
 protected:
     void enter(osg::Node& node) override { mix(result.topology, static_cast<const void*>(&node)); }
@@ -130,7 +137,7 @@ protected:
         const osg::Array* vertices = geometry->getVertexArray();
         mix(result.topology, static_cast<std::uint64_t>(vertices ? vertices->getNumElements() : 0));
         mix(result.vertices, static_cast<const osg::BufferData*>(vertices));
-        if (options.intensityFromColors)
+        if (options->intensityFromColors)
             mix(result.vertices, static_cast<const osg::BufferData*>(geometry->getColorArray()));
         for (const auto& primitives : geometry->getPrimitiveSetList())
             mix(result.topology, static_cast<const osg::BufferData*>(primitives.get()));
@@ -219,11 +226,7 @@ std::string quoted(const osg::Object& object)
 class ExtractVisitor : public ActiveSubtreeVisitor
 {
 public:
-    ExtractVisitor(const ExtractOptions& options, ExtractedMesh& out) :
-        ActiveSubtreeVisitor(options),
-        _out(out)
-    {
-    }
+    ExtractVisitor(const ExtractOptions& now, ExtractedMesh& out) : _out(out) { setOptions(now); }
 
     /// One mesh out of the pieces.
     void finish()
@@ -324,7 +327,7 @@ private:
                                     " vertices; those triangles are left out");
             piece.triangles.erase(last, piece.triangles.end());
         }
-        if (options.intensityFromColors) readColors(geometry, piece);
+        if (options->intensityFromColors) readColors(geometry, piece);
         _out.sources.emplace_back(array);
         for (const auto& primitives : geometry.getPrimitiveSetList())
             _out.sources.emplace_back(primitives.get());
@@ -367,7 +370,9 @@ private:
 
 MeshFingerprint fingerprint(osg::Node& root, const ExtractOptions& options)
 {
-    FingerprintVisitor visitor(options);
+    // Kept from call to call for its node path's memory: this is done for every object in every frame.
+    thread_local FingerprintVisitor visitor;
+    visitor.begin(options);
     visitor.walk(root);
     return visitor.result;
 }

@@ -180,30 +180,14 @@ void markTags(osg::Node& root)
     {
         using osg::Node::setNumChildrenRequiringEventTraversal;
     };
-    class TagMarker : public osg::NodeVisitor
-    {
-    public:
-        TagMarker() : osg::NodeVisitor(NODE_VISITOR, TRAVERSE_ALL_CHILDREN)
-        {
-            setNodeMaskOverride(~0u); // it may be shown later
-        }
-        void apply(osg::Node& node) override
-        {
-            mark(node);
-            traverse(node);
-        }
-        void apply(osg::Drawable& drawable) override { mark(drawable); }
-
-    private:
-        static void mark(osg::Node& node)
-        {
-            if (node.getUserDataContainer() && node.getNumChildrenRequiringEventTraversal() == 0 &&
-                hasHapticTag(node))
-                (node.*&Counts::setNumChildrenRequiringEventTraversal)(1);
-        }
-    };
-    TagMarker marker;
-    root.accept(marker);
+    // Plain recursion, several times faster than a visitor: into everything, whether or not it is shown now.
+    if (root.getUserDataContainer() && root.getNumChildrenRequiringEventTraversal() == 0 &&
+        hasHapticTag(root))
+        (root.*&Counts::setNumChildrenRequiringEventTraversal)(1);
+    osg::Group* group = root.asGroup();
+    const unsigned int children = group ? group->getNumChildren() : 0;
+    for (unsigned int i = 0; i < children; ++i)
+        markTags(*group->getChild(i));
 }
 
 } // namespace osgMidair
