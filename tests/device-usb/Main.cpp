@@ -31,7 +31,7 @@ int hostThatNeverCloses()
 // umockdev and GLib aren't built with the sanitizer, which therefore doesn't see how their threads wait for each other.
 extern "C" const char* __tsan_default_suppressions()
 {
-    return "race:libglib-2.0.so\nrace:libumockdev.so\n";
+    return "race:libglib-2.0.so\nrace:libgio-2.0.so\nrace:libumockdev.so\n";
 }
 #endif
 
