@@ -64,11 +64,16 @@ void FieldPlayer::play(const std::vector<Eigen::VectorXcf>& cycle,
     }
     {
         const std::lock_guard<std::mutex> lock(_mutex);
+        const bool goesOn = !_cycle.empty() && _modulator.changes(_cycle.size()) &&
+                            modulator.changes(signals.size()) && modulation == _modulator.options();
         _cycle.swap(signals);
-        _modulator = modulator;
         ++_generation;
-        _start_s = now_s();
-        _step = 0;
+        if (!goesOn)
+        {
+            _modulator = modulator;
+            _start_s = now_s();
+            _step = 0;
+        }
     }
     _wake.notify_all();
 }
@@ -123,7 +128,7 @@ bool FieldPlayer::sendStep(std::unique_lock<std::mutex>& lock)
     const int fields = static_cast<int>(_cycle.size());
     const haptics::Modulator::Step step = _modulator.at(time_s, fields);
     scaleDuty(_cycle[static_cast<std::size_t>(step.field)], step.amplitude);
-    const bool changes = fields > 1 || _modulator.options().amplitudeRate_Hz > 0.0;
+    const bool changes = _modulator.changes(_cycle.size());
     ++_step;
     _sending = true;
     _counters.worstLateness_s = std::max(_counters.worstLateness_s, now_s() - _start_s - time_s);

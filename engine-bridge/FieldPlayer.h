@@ -31,6 +31,7 @@ public:
     FieldPlayer& operator=(const FieldPlayer&) = delete;
 
     /// From now on \a cycle (K >= 1 times m activations, |q| <= 1), in place of what was played. Doesn't wait for the device.
+    /// With the modulation of before the new fields go on in its time, without a jump.
     /// Throws haptics::InputError, and goes on with what was played, for no fields, fields of different lengths, an
     /// activation that is not finite, and invalid options.
     void play(const std::vector<Eigen::VectorXcf>& cycle,

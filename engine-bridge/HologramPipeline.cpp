@@ -32,6 +32,7 @@ bool HologramOptions::isValid(std::string* error) const
                     " wavelengths, should be at least 0");
     if (maxPoints < 0)
         return fail("maxPoints is " + std::to_string(maxPoints) + ", should be at least 0");
+    if (!modulation.isValid(error)) return false;
     return solverOptions.isValid(error);
 }
 
@@ -58,7 +59,7 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
 
 HologramPipeline::~HologramPipeline()
 {
-    if (_device) _device->silence();
+    silenceDevice();
 }
 
 void HologramPipeline::openDevice()
@@ -73,6 +74,8 @@ void HologramPipeline::openDevice()
         _deviceError = error.what();
         _messages.say(_deviceError);
     }
+    if (_device && _options.modulation.amplitudeRate_Hz > 0.0)
+        _player = std::make_unique<FieldPlayer>(*_device);
     // The solver is to know what can be played at all.
     const device::DriveAbility ability = _device ? _device->ability() : device::DriveAbility();
     _options.array.drive.phaseLevels = ability.phaseLevels;
@@ -93,10 +96,16 @@ haptics::HologramSolver& HologramPipeline::solver(bool absolute)
     return *solver;
 }
 
+void HologramPipeline::silenceDevice()
+{
+    if (_player) _player->stop(); // or it would play on over the silence
+    if (_device) _device->silence();
+}
+
 void HologramPipeline::silence()
 {
     _playing = false;
-    if (_device) _device->silence();
+    silenceDevice();
 }
 
 std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnapshot& snapshot,
@@ -149,7 +158,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
     _playing = true;
     if (result->points.size() == 0)
     {
-        if (_device) _device->silence();
+        silenceDevice();
         result->report.stop = haptics::StopReason::NOTHING_TO_DO;
         result->report.transducers = _options.array.size();
         result->played.setZero(_options.array.size());
@@ -186,7 +195,13 @@ bool HologramPipeline::play(const Eigen::VectorXcf& q, Eigen::VectorXcf& played)
         throw std::runtime_error("solver gave activations that are not finite; nothing is played");
     bool taken = true;
     std::vector<std::complex<float>> activations;
-    if (_device)
+    if (_player)
+    {
+        // The field at its full amplitude is what is shown; a step that the device refuses is followed by the next.
+        _player->play({q}, _options.modulation);
+        device::decode(_signal, activations);
+    }
+    else if (_device)
     {
         taken = _device->send(_signal);
         if (!taken)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
+#include "engine-bridge/FieldPlayer.h"
 #include "engine-bridge/HologramResult.h"
 #include "engine-bridge/MessageLog.h"
 #include "engine-bridge/PointAssembler.h"
@@ -28,6 +29,9 @@ struct HologramOptions
     std::string deviceUri = "sim:";
     double motionTolerance = 0.01; ///< >= 0, in wavelengths: what moved less is not solved again
     int maxPoints = 0; ///< >= 0; control points shared by all objects; 0: the selector's default
+    /// Amplitude modulation of all that is played, for arrays too weak for a static image; a rate of 0: none, and no
+    /// thread for it.
+    haptics::ModulatorOptions modulation;
 
     /// Stand-ins for tests and applications with their own; empty: makeSolver and openDevice.
     std::function<std::unique_ptr<haptics::HologramSolver>(const std::string&,
@@ -69,6 +73,7 @@ public:
 
 private:
     void openDevice();
+    void silenceDevice();
     bool play(const Eigen::VectorXcf& q, Eigen::VectorXcf& played);
     std::shared_ptr<const HologramResult> solveAndPlay(const SceneSnapshot& snapshot);
     std::shared_ptr<const HologramResult> refuse(const SceneSnapshot& snapshot,
@@ -79,6 +84,7 @@ private:
 
     HologramOptions _options;
     std::unique_ptr<device::ArrayDevice> _device;
+    std::unique_ptr<FieldPlayer> _player; ///< where modulated: what sends to the device; gone first
     std::string _deviceError;
     std::unique_ptr<haptics::HologramSolver> _relativeSolver;
     std::unique_ptr<haptics::HologramSolver> _absoluteSolver;

@@ -2,6 +2,7 @@
 
 #include "haptics/ControlPoints.h"
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,12 @@ struct ModulatorOptions
 
     bool isValid(std::string* error = nullptr) const;
 };
+
+inline bool operator==(const ModulatorOptions& a, const ModulatorOptions& b)
+{
+    return a.amplitudeRate_Hz == b.amplitudeRate_Hz && a.amplitudeDepth == b.amplitudeDepth &&
+           a.fieldRate_Hz == b.fieldRate_Hz;
+}
 
 /// Says which field of a cycle, and how strong, is to be played at a time: amplitude modulation, fields in turn (a smoothed surface, or
 /// spatio-temporal modulation, where each is for a subset of the points), or both.
@@ -39,6 +46,8 @@ public:
     Step at(double time_s, int fields) const;
 
     const ModulatorOptions& options() const { return _options; }
+    /// Whether what is to be played changes with time.
+    bool changes(std::size_t fields) const { return fields > 1 || _options.amplitudeRate_Hz > 0.0; }
 
 private:
     ModulatorOptions _options;
