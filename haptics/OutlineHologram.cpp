@@ -176,9 +176,10 @@ void OutlineHologram::raise(const Scene& scene, double floor_Pa, Candidate& cand
     const int corrections = std::min(kRaiseCorrections, _options.corrections);
     for (int k = 0; k < kRaises && corrections > 0 && candidate.along.mean_Pa < floor_Pa; ++k)
     {
-        // The mean follows what is asked for ever more slowly the more uneven the field has to become.
-        candidate.goal_Pa *= std::clamp(
-            1.02 * std::pow(floor_Pa / std::max(candidate.along.mean_Pa, 1e-30), 3.0), 1.03, 1.5);
+        // The more uneven the field has to become, the more slowly the mean follows: first by a little, then by more.
+        const double lack = floor_Pa / std::max(candidate.along.mean_Pa, 1e-30);
+        candidate.goal_Pa *=
+            std::clamp(1.005 * std::pow(lack, 1.5 + 0.5 * k), 1.01 + 0.01 * k, 1.25);
         follow(scene, corrections, candidate);
     }
 }

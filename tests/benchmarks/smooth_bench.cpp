@@ -68,7 +68,7 @@ std::vector<Cell> outlineCells(bool quick)
                      asked});
             }
     const Eigen::Vector3d axes[] = {
-        Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d(1, 0, 1).normalized()};
+        Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d(1, 1, 0).normalized()};
     const char* names[] = {"across", "along", "oblique"};
     for (const double length_mm : {34.0, 100.0})
         for (int k = 0; k < (quick ? 1 : 3); ++k)
