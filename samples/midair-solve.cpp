@@ -186,7 +186,6 @@ void solve(const Arguments& arguments, Solution& solution)
 {
     haptics::SolverOptions options;
     options.absoluteTargets = solution.absolute;
-    options.phaseOnly = !solution.absolute;
     options.threads = 2;
     const std::string name =
         arguments.solver.empty() ? haptics::solverNames().front() : arguments.solver;

@@ -9,6 +9,7 @@ midair_packages=(
     libusb-1.0-0-dev libftdi1-dev         # arrays over USB and FTDI chips
     nlohmann-json3-dev libcli11-dev libspdlog-dev
     libegl-dev libgl1-mesa-dri            # off-screen pictures
+    fonts-dejavu-core                     # their text
 )
 midair_test_packages=(
     libgtest-dev

@@ -36,6 +36,9 @@ double threadTime_us()
 
 } // namespace
 
+// g++ takes the pairs below, once inlined, for mismatched ones.
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+
 void* operator new(std::size_t size)
 {
     if (counting) ++allocations;
