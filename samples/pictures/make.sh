@@ -10,4 +10,8 @@ $demo --out "$out/surface" >/dev/null
 $demo --out "$out/vertices" --sampling vertices >/dev/null
 convert "$out/surface/star_3.png" -colors 256 PNG8:samples/pictures/star.png
 convert "$out/vertices/star_5.png" -colors 256 PNG8:samples/pictures/star-vertices.png
+build/bin/midair-paper --out "$out/paper" >/dev/null
+for name in paper_focus paper_line_gs paper_star_gs paper_star_sdp-bcd; do
+    convert "$out/paper/$name.png" -colors 256 "PNG8:samples/pictures/$name.png"
+done
 ls -l samples/pictures/*.png

@@ -72,7 +72,7 @@ def growth(rows, path):
     rows = [r for r in rows if r["case"] == "sphere" and r["iteration_limit"] == 0]
     if not rows:
         return False
-    figure, axis = plt.subplots(figsize=(6.5, 4.6))
+    figure, axis = plt.subplots(figsize=(8.0, 4.6))
     solvers = list(dict.fromkeys(r["solver"] for r in rows))
     for index, solver in enumerate(solvers):
         for mode, style in (("update", "-"), ("cold", "--")):
@@ -86,7 +86,7 @@ def growth(rows, path):
     axis.set_xlabel("control points")
     axis.set_ylabel("time, ms")
     axis.grid(True, which="both", alpha=0.25)
-    axis.legend(fontsize=7, ncol=2, frameon=False)
+    axis.legend(fontsize=7, frameon=False, bbox_to_anchor=(1.01, 1.0), loc="upper left")
     axis.set_title(f"Growth with the number of points (one thread, {rows[0]['isa']})", fontsize=11)
     figure.tight_layout()
     figure.savefig(path, dpi=120)
