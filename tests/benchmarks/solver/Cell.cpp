@@ -174,6 +174,7 @@ Result run(const Cell& cell)
     }
     result.cell = cell;
     result.points = base.size();
+    result.transducers = array.size();
     result.time_ms = median(wall);
     result.cpu_ms = median(cpu);
     result.matrix_ms = median(matrix);

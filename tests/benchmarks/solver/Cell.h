@@ -28,6 +28,7 @@ struct Result
 {
     Cell cell;
     int points = 0;
+    int transducers = 0;
     double time_ms = 0.0, cpu_ms = 0.0, matrix_ms = 0.0;
     double rms = 0.0, max = 0.0, loudness = 0.0;
     double worstRms = 0.0, leastLoudness = 0.0; ///< over the repeats

@@ -80,7 +80,7 @@ void print(const Result& r)
 {
     std::printf("%-8s n %3d r %.0f mm %-12s %-6s %d thr  %9.3f ms (cpu %.3f, x%.1f of %.3f)  rms "
                 "%.4f %% (worst %.4f)  max "
-                "%.3f %%  E %.3f (least %.3f)  it %d\n",
+                "%.3f %%  E %.3f (least %.3f)  it %d  matrix %.2f ns an entry\n",
                 r.cell.kase.substr(r.cell.kase.find_last_of('/') + 1).c_str(),
                 r.points,
                 1e3 * r.cell.radius_m,
@@ -96,7 +96,8 @@ void print(const Result& r)
                 100.0 * r.max,
                 r.loudness,
                 r.leastLoudness,
-                r.iterations);
+                r.iterations,
+                1e6 * r.matrix_ms / (std::max(r.points, 1) * double(r.transducers)));
     std::fflush(stdout);
 }
 
