@@ -7,11 +7,11 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cmake --install "$build" --component kit --prefix "$folder/usr" >/dev/null
-cmake -S "$here" -B "$folder/build" -DCMAKE_PREFIX_PATH="$folder/usr" -DCMAKE_BUILD_TYPE=Release >/dev/null
+cmake -G Ninja -S "$here" -B "$folder/build" -DCMAKE_PREFIX_PATH="$folder/usr" -DCMAKE_BUILD_TYPE=Release >/dev/null
 cmake --build "$folder/build" >/dev/null
 "$folder/build/consumer"
 if command -v osgconv >/dev/null; then
     plugins=$(dirname "$(find "$folder/usr" -name 'osgdb_haptic.so')")
-    OSG_LIBRARY_PATH=$(dirname "$plugins") osgconv --format haptic | grep -q 'size=<metres>'
+    OSG_LIBRARY_PATH=$(dirname "$plugins") osgconv --format haptic | grep 'size=<metres>' >/dev/null # all of it is read: no broken pipe
     echo "osgconv finds the installed plugins"
 fi

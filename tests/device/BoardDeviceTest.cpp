@@ -213,7 +213,8 @@ TEST_P(SerialBoard, is_lost_when_unplugged)
 INSTANTIATE_TEST_SUITE_P(Boards,
                          SerialBoard,
                          ::testing::Values(std::make_pair("sonicsurface", 256),
-                                           std::make_pair("ultraino", 128)));
+                                           std::make_pair("ultraino", 128)),
+                         [](const auto& board) { return std::string(board.param.first); });
 
 TEST(BoardDevice, names_what_keeps_it_from_opening)
 {
