@@ -30,7 +30,9 @@ struct HapticProperties
     double spacing_m = 0.0; ///< >= 0; 0: one wavelength
     haptics::Sampling sampling = haptics::Sampling::SURFACE;
     Side side = Side::BOTH;
-    int priority = 0; ///< larger wins where points are too near or too many
+    int priority = 0;                    ///< larger wins where points are too near or too many
+    double modulationFrequency_Hz = 0.0; ///< >= 0; 0: a steady pressure
+    double modulationDepth = 1.0;        ///< 0 .. 1; by how much of itself the amplitude goes down
 };
 
 bool operator==(const HapticProperties& a, const HapticProperties& b);

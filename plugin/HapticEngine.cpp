@@ -34,6 +34,8 @@ midair::bridge::HapticProperties forBridge(const HapticProperty& property)
              : property.side == HapticProperty::BACK ? midair::bridge::Side::BACK
                                                      : midair::bridge::Side::BOTH;
     p.priority = property.priority;
+    p.modulationFrequency_Hz = property.modulationFrequency;
+    p.modulationDepth = property.modulationDepth;
     return p;
 }
 

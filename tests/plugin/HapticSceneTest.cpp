@@ -89,6 +89,25 @@ TEST(HapticScene, TheMatrixOfALaterSiblingIsNotStale)
     EXPECT_NEAR(middle(box).x(), 0.03, 2e-3);
 }
 
+TEST(HapticScene, ChangedPropertiesAreHandedOverThoughNothingMoves)
+{
+    BoxScene box;
+    HeadlessViewer viewer(box.scene);
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+    std::uint64_t handedOver = box.scene->getStatistics().snapshots;
+    const auto isNews = [&](const char* what)
+    {
+        viewer.frames(3);
+        EXPECT_EQ(box.scene->getStatistics().snapshots, ++handedOver) << what;
+    };
+    box.surface->setModulationFrequency(200.0);
+    isNews("modulation frequency");
+    box.surface->setModulationDepth(0.5);
+    isNews("modulation depth");
+    box.surface->setPressure(2.0);
+    isNews("pressure");
+}
+
 TEST(HapticScene, SwitchedOffGoesSilent)
 {
     BoxScene box;
