@@ -1,5 +1,7 @@
 #include "haptics/FeatureChains.h"
 
+#include "haptics/InputError.h"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -173,6 +175,36 @@ std::vector<FeatureChain> chainFeatures(const TriangleMesh& mesh,
             mesh, topology, fans, cornerAt, topology.features[e].from, static_cast<int>(e), used));
     }
     return chains;
+}
+
+std::vector<Outline>
+featureOutlines(const TriangleMesh& mesh, double creaseAngle_rad, double spacing_m)
+{
+    const MeshTopology topology = buildTopology(mesh, creaseAngle_rad, spacing_m);
+    if (topology.features.empty())
+        throw InputError("The mesh has no edges to follow: it is closed and smooth; sample its "
+                         "surface, or make the crease angle smaller");
+    std::vector<Outline> outlines;
+    for (const FeatureChain& chain :
+         chainFeatures(mesh, topology, findCorners(mesh, topology, creaseAngle_rad)))
+    {
+        if (!(chain.length() > 0.0)) continue;
+        Outline outline;
+        outline.closed = chain.closed && chain.steps.size() > 2;
+        const auto steps = static_cast<Eigen::Index>(chain.steps.size());
+        outline.vertices.resize(3, outline.closed ? steps : steps + 1);
+        for (Eigen::Index k = 0; k < outline.vertices.cols(); ++k)
+        {
+            const bool last = k == steps;
+            const FeatureChain::Step& step =
+                chain.steps[static_cast<std::size_t>(last ? k - 1 : k)];
+            const FeatureEdge& edge = topology.features[static_cast<std::size_t>(step.edge)];
+            const int vertex = step.reversed != last ? edge.to : edge.from;
+            outline.vertices.col(k) = vertexPosition(mesh, topology, vertex);
+        }
+        outlines.push_back(outline);
+    }
+    return outlines;
 }
 
 } // namespace midair::haptics

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "haptics/MeshTopology.h"
+#include "haptics/Outline.h"
 #include "haptics/TriangleMesh.h"
 
 #include <vector>
@@ -33,5 +34,10 @@ findCorners(const TriangleMesh& mesh, const MeshTopology& topology, double creas
 std::vector<FeatureChain> chainFeatures(const TriangleMesh& mesh,
                                         const MeshTopology& topology,
                                         const std::vector<int>& corners);
+
+/// The feature edges of \a mesh as curves, in its own frame: from corner to corner, or round. Edges shorter than the
+/// rounding of the mesh are passed over as by sampleSurface at \a spacing_m. Throws InputError as that does with EDGES.
+std::vector<Outline>
+featureOutlines(const TriangleMesh& mesh, double creaseAngle_rad, double spacing_m);
 
 } // namespace midair::haptics

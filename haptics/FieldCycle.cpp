@@ -15,16 +15,8 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kInnerSteps =
     8; // of EvenField: the others' fields change anyway before the next sweep
-
-float onLevel(float angle, int levels)
-{
-    if (levels <= 0) return angle;
-    const float step = static_cast<float>(2.0 * kPi) / static_cast<float>(levels);
-    return step * std::round(angle / step);
-}
 
 } // namespace
 
@@ -41,27 +33,6 @@ bool FieldCycleOptions::isValid(std::string* error) const
         return solverOptions.isValid(error);
     if (error != nullptr) *error = text.str();
     return false;
-}
-
-CycleSteps cycleSteps(const std::vector<Eigen::VectorXcf>& cycle)
-{
-    CycleSteps steps;
-    double power = 0.0;
-    for (std::size_t k = 0; k < cycle.size(); ++k)
-    {
-        const Eigen::VectorXcf& from = cycle[k];
-        const Eigen::VectorXcf& to = cycle[(k + 1) % cycle.size()];
-        for (Eigen::Index i = 0; i < from.size(); ++i)
-        {
-            const double step = std::fabs(std::arg(to[i] * std::conj(from[i])));
-            steps.meanPhaseStep_rad += step / static_cast<double>(from.size() * cycle.size());
-            steps.largestPhaseStep_rad = std::max(steps.largestPhaseStep_rad, step);
-        }
-        steps.driveChange += (to - from).squaredNorm();
-        power += to.squaredNorm();
-    }
-    steps.driveChange = power > 0.0 ? steps.driveChange / power : 0.0;
-    return steps;
 }
 
 FieldCycle::FieldCycle(const FieldCycleOptions& options) :
@@ -103,8 +74,8 @@ const FieldCycleReport& FieldCycle::solve(const std::vector<ControlPoints>& sets
                          Eigen::VectorXd());
         if (_options.sweeps > 0) even(surface, array, medium);
     }
-    if (_options.reorder) order();
-    align();
+    if (_options.reorder) orderFields(_fields);
+    alignFields(_fields, _drive);
     if (surface.cols() > 0)
         _report.cycle =
             statisticsOf(meanRadiationPressure(surface, array, medium, _fields, 2.0, threads),
@@ -163,93 +134,6 @@ void FieldCycle::even(const Eigen::Matrix3Xd& surface,
         const double mean = static_cast<double>(sum.mean() / K);
         if (mean < floor) goal *= std::clamp(floor / std::max(mean, 1e-30), 1.0, 1.1);
     }
-}
-
-// Nearest neighbour from the first field on, then 2-opt: both by |<q_k, q_l>|, which a common phase leaves alone.
-void FieldCycle::order()
-{
-    const std::size_t K = _fields.size();
-    if (K < 4) return; // of three every order is the same cycle
-    Eigen::MatrixXd near(K, K);
-    for (std::size_t k = 0; k < K; ++k)
-        for (std::size_t l = 0; l < K; ++l)
-            near(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) =
-                std::abs(_fields[k].dot(_fields[l]));
-    const auto at = [&near](std::size_t k, std::size_t l)
-    { return near(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)); };
-    std::vector<std::size_t> way(K);
-    std::iota(way.begin(), way.end(), std::size_t(0));
-    for (std::size_t k = 1; k + 1 < K; ++k)
-        for (std::size_t l = k + 1; l < K; ++l)
-            if (at(way[k - 1], way[l]) > at(way[k - 1], way[k])) std::swap(way[k], way[l]);
-    for (bool changed = true; changed;)
-    {
-        changed = false;
-        for (std::size_t k = 1; k + 1 < K; ++k)
-            for (std::size_t l = k + 1; l < K; ++l)
-            {
-                const std::size_t before = way[k - 1], after = way[(l + 1) % K];
-                const double gain =
-                    at(before, way[l]) + at(way[k], after) - at(before, way[k]) - at(way[l], after);
-                if (!(gain > 1e-6 * near(0, 0))) continue;
-                std::reverse(way.begin() + static_cast<std::ptrdiff_t>(k),
-                             way.begin() + static_cast<std::ptrdiff_t>(l) + 1);
-                changed = true;
-            }
-    }
-    std::vector<Eigen::VectorXcf> ordered(K);
-    for (std::size_t k = 0; k < K; ++k)
-        ordered[k].swap(_fields[way[k]]);
-    _fields.swap(ordered);
-}
-
-// A field's common phase can't be felt: each takes that which leaves the least change from the one before, and what is
-// left between the last and the first is spread over all. Turns by whole levels keep a field playable.
-void FieldCycle::align()
-{
-    const std::size_t K = _fields.size();
-    if (K < 2) return;
-    for (std::size_t k = 1; k < K; ++k)
-    {
-        const float angle = std::arg(_fields[k].dot(_fields[k - 1]));
-        _fields[k] *= std::polar(1.0f, onLevel(angle, _drive.phaseLevels));
-    }
-    const float left = std::arg(_fields[0].dot(_fields[K - 1])); // ahead of the first by this
-    for (std::size_t k = 1; k < K; ++k)
-    {
-        const float share = -left * static_cast<float>(k) / static_cast<float>(K);
-        _fields[k] *= std::polar(1.0f, onLevel(share, _drive.phaseLevels));
-    }
-}
-
-std::vector<Eigen::VectorXcf> FieldCycle::smoothed(int steps) const
-{
-    std::vector<Eigen::VectorXcf> result;
-    if (steps < 0)
-        throw InputError("field cycle: " + std::to_string(steps) +
-                         " steps between fields; there must be at least 0");
-    for (std::size_t k = 0; k < _fields.size(); ++k)
-    {
-        const Eigen::VectorXcf& from = _fields[k];
-        const Eigen::VectorXcf& to = _fields[(k + 1) % _fields.size()];
-        result.push_back(from);
-        for (int s = 1; s <= steps && _fields.size() > 1; ++s)
-        {
-            const float share = static_cast<float>(s) / static_cast<float>(steps + 1);
-            Eigen::VectorXcf between(from.size());
-            for (Eigen::Index i = 0; i < from.size(); ++i)
-            {
-                const float amplitude =
-                    (1.0f - share) * std::abs(from[i]) + share * std::abs(to[i]);
-                const float angle =
-                    std::arg(from[i]) + share * std::arg(to[i] * std::conj(from[i]));
-                between[i] = std::polar(playableAmplitude(_drive.amplitudeLevels, amplitude),
-                                        onLevel(angle, _drive.phaseLevels));
-            }
-            result.push_back(std::move(between));
-        }
-    }
-    return result;
 }
 
 } // namespace midair::haptics

@@ -2,6 +2,7 @@
 
 #include "haptics/ControlPoints.h"
 #include "haptics/EvenField.h"
+#include "haptics/FieldOrder.h"
 #include "haptics/HologramSolver.h"
 #include "haptics/SurfaceStatistics.h"
 
@@ -63,13 +64,14 @@ public:
     /// Activations (m) as the device plays them, in the order in which they are to be played.
     const std::vector<Eigen::VectorXcf>& fields() const { return _fields; }
     /// The cycle with \a steps >= 0 more fields between one and the next, each transducer turning the shorter way.
-    std::vector<Eigen::VectorXcf> smoothed(int steps) const;
+    std::vector<Eigen::VectorXcf> smoothed(int steps) const
+    {
+        return smoothedFields(_fields, steps, _drive);
+    }
     const FieldCycleReport& report() const { return _report; }
 
 private:
     void even(const Eigen::Matrix3Xd& surface, const TransducerArray& array, const Medium& medium);
-    void order();
-    void align();
 
     FieldCycleOptions _options;
     std::vector<std::unique_ptr<HologramSolver>> _solvers; // one a set, so that each starts warm
@@ -79,14 +81,5 @@ private:
     EvenField _even;
     FieldCycleReport _report;
 };
-
-/// What a cycle's steps change; K >= 1 fields of equal length.
-struct CycleSteps
-{
-    double meanPhaseStep_rad = 0.0;
-    double driveChange = 0.0;
-    double largestPhaseStep_rad = 0.0; ///< of any transducer in any step
-};
-CycleSteps cycleSteps(const std::vector<Eigen::VectorXcf>& cycle);
 
 } // namespace midair::haptics

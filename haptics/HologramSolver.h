@@ -35,6 +35,8 @@ struct SolverOptions
     double maxPhaseStep_rad =
         0.0; ///< >= 0; most that a transducer's phase may turn in an update; 0: any
     double maxAmplitudeStep = 0.0; ///< 0 .. 1; the same for its amplitude; 0: any
+    /// > 0; at which fields follow each other: what of a change is audible hangs on it.
+    double updateRate_Hz = 1000.0;
 
     bool isValid(std::string* error = nullptr) const;
 };
@@ -76,9 +78,10 @@ struct SolveReport
         0.0; ///< absolute targets: the largest 1 - y_l/a_l, 0 if none falls short
     double meanPhaseStep_rad =
         0.0; ///< mean |change of phase| of the transducers from the field before
-    /// sum_i |q_i - q_i before|^2 / sum_i |q_i|^2: the energy of the drive's change. Held between updates at f_u Hz it
-    /// spreads over the band up to f_u/2, which is what an array is heard by; 0 for the first field.
+    /// sum_i |q_i - q_i before|^2 / sum_i |q_i|^2: the energy of the drive's change; 0 for the first field.
     double driveChange = 0.0;
+    /// Of that, what lies from 20 Hz to 20 kHz beside the carrier at the options' updateRate_Hz: see audibleShare().
+    double audibleChange = 0.0;
 };
 
 /// Control points in, activations out; holds its buffers and the last field between calls.

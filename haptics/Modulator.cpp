@@ -114,4 +114,28 @@ std::vector<ControlPoints> subsetsInTurn(const ControlPoints& points, int count)
     return result;
 }
 
+std::vector<ControlPoints>
+modulationSteps(const ControlPoints& points, const Eigen::VectorXd& depth, int steps)
+{
+    if (steps < 2)
+        throw InputError("modulation: " + std::to_string(steps) +
+                         " steps a period; there must be at least two");
+    if (depth.size() != points.size() || !(depth.array() >= 0.0 && depth.array() <= 1.0).all())
+        throw InputError("modulation: there must be a depth of 0 .. 1 for each control point");
+    constexpr double kSilent = 1e-3; // of the target
+    std::vector<ControlPoints> result;
+    for (int j = 0; j < steps; ++j)
+    {
+        const double down = 0.5 * (1.0 - std::cos(2.0 * kPi * j / steps));
+        const Eigen::VectorXd share = (1.0 - depth.array() * down).max(0.0).sqrt();
+        std::vector<int> heard;
+        for (int l = 0; l < points.size(); ++l)
+            if (share[l] > kSilent) heard.push_back(l);
+        result.push_back(pick(points, heard));
+        for (std::size_t l = 0; l < heard.size(); ++l)
+            result.back().targets[static_cast<Eigen::Index>(l)] *= share[heard[l]];
+    }
+    return result;
+}
+
 } // namespace midair::haptics

@@ -57,4 +57,10 @@ private:
 /// one, points of a subset as far apart as a greedy choice gets them, so that one field can make each of them strong.
 std::vector<ControlPoints> subsetsInTurn(const ControlPoints& points, int count);
 
+/// \a steps >= 2 sets of targets through one period of an amplitude modulation in which each point takes part by its own
+/// \a depth (n, 0 .. 1; 0: steady): the pressure on the skin goes as Modulator::at says. Points that are silent in a step
+/// are left out of it. Step j and step steps - j are alike.
+std::vector<ControlPoints>
+modulationSteps(const ControlPoints& points, const Eigen::VectorXd& depth, int steps);
+
 } // namespace midair::haptics

@@ -10,6 +10,7 @@ struct Outline
 {
     Eigen::Matrix3Xd vertices; ///< 3 x k, metres; k >= 2, or >= 3 where closed
     bool closed = false;       ///< the last vertex is joined to the first
+    double target = 1.0;       ///< > 0; sound pressure along it, relative to other outlines
 
     /// m, along the polyline. Throws InputError for too few vertices, one that is not finite, or a length of 0.
     double length_m() const;

@@ -92,14 +92,15 @@ void OutlineHologram::place(const Scene& scene, double spacing_m)
              << kMostPoints << " can be solved for";
         throw InputError(text.str());
     }
-    ControlPoints points;
+    ControlPoints& points = _points;
     points.positions.resize(3, count);
-    points.targets = Eigen::VectorXd::Ones(count);
+    points.targets.resize(count);
     Eigen::Index at = 0;
-    for (const Eigen::Matrix3Xd& part : parts)
+    for (std::size_t k = 0; k < parts.size(); ++k)
     {
-        points.positions.middleCols(at, part.cols()) = part;
-        at += part.cols();
+        points.positions.middleCols(at, parts[k].cols()) = parts[k];
+        points.targets.segment(at, parts[k].cols()).setConstant(scene.outlines[k].target);
+        at += parts[k].cols();
     }
     std::vector<int> all(static_cast<std::size_t>(count));
     for (std::size_t l = 0; l < all.size(); ++l)
@@ -137,9 +138,11 @@ SurfaceStatistics OutlineHologram::judge(const Scene& scene, Eigen::VectorXcf* p
 {
     const Eigen::VectorXcf q = playedPhases(_field);
     if (played != nullptr) *played = q;
-    return statisticsOf(
-        meanRadiationPressure(scene.dense, scene.array, scene.medium, {q}, 2.0, _options.threads),
-        Eigen::VectorXd());
+    Eigen::VectorXd pressure_Pa =
+        meanRadiationPressure(scene.dense, scene.array, scene.medium, {q}, 2.0, _options.threads);
+    pressure_Pa.array() /=
+        scene.targets.array().square(); // an outline is even if all of it is at its own
+    return statisticsOf(pressure_Pa, Eigen::VectorXd());
 }
 
 // The loudest field for points a wavelength apart.
@@ -270,13 +273,19 @@ OutlineReport OutlineHologram::solve(const std::vector<Outline>& outlines,
         throw InputError("outline hologram: " + error);
     const double wavelength_m = medium.wavelength(array.frequency_Hz);
     Eigen::Matrix3Xd dense;
+    Eigen::VectorXd targets;
     for (const Outline& outline : outlines)
     {
+        if (!(outline.target > 0.0 && std::isfinite(outline.target)))
+            throw InputError("outline hologram: an outline's target is " +
+                             std::to_string(outline.target) + "; it must be above 0");
         const Eigen::Matrix3Xd part = outline.points(kJudgeSpacing * wavelength_m);
         dense.conservativeResize(3, dense.cols() + part.cols());
         dense.rightCols(part.cols()) = part;
+        targets.conservativeResize(dense.cols());
+        targets.tail(part.cols()).setConstant(outline.target);
     }
-    const Scene scene{outlines, array, medium, dense, radiationPressure(1.0, medium)};
+    const Scene scene{outlines, array, medium, dense, targets, radiationPressure(1.0, medium)};
 
     OutlineReport report;
     place(scene, _options.spacing * wavelength_m);

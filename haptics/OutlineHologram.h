@@ -48,8 +48,8 @@ struct OutlineReport
     int points = 0;
     std::vector<Start> starts;
     int chosen = -1; ///< index into starts
-    SurfaceStatistics
-        along; ///< radiation pressure along the outlines, a tenth of a wavelength apart
+    /// Radiation pressure along the outlines, a tenth of a wavelength apart, over the square of their targets.
+    SurfaceStatistics along;
     SurfaceStatistics apart; ///< the same of the loudest field for points a wavelength apart
     bool loudEnough = false; ///< along.mean_Pa is at least loudness times apart.mean_Pa
     int corrections = 0;     ///< of the chosen start
@@ -73,6 +73,8 @@ public:
                         Eigen::VectorXcf& q);
 
     const OutlineOptions& options() const { return _options; }
+    /// The points that the last field was solved for, their targets those of their outlines.
+    const ControlPoints& points() const { return _points; }
 
 private:
     struct Candidate
@@ -89,8 +91,9 @@ private:
         const std::vector<Outline>& outlines;
         const TransducerArray& array;
         const Medium& medium;
-        Eigen::Matrix3Xd dense; // where the pressure is judged
-        double unit_Pa;         // radiation pressure of 1 Pa
+        Eigen::Matrix3Xd dense;  // where the pressure is judged
+        Eigen::VectorXd targets; // of the outlines there
+        double unit_Pa;          // radiation pressure of 1 Pa
     };
 
     void place(const Scene& scene, double spacing_m);
@@ -109,6 +112,7 @@ private:
     OutlineOptions _options;
     FieldProblem _field;
     EvenField _even;
+    ControlPoints _points;      // at hand
     std::vector<double> _along; // of the points at hand: share of their outline's length
     Eigen::VectorXcf _last;     // unit phases before they were rounded; empty: none
     int _lastPoints = 0;

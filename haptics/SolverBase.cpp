@@ -1,5 +1,6 @@
 #include "haptics/SolverBase.h"
 
+#include "haptics/AudibleChange.h"
 #include "haptics/InputError.h"
 
 #include <algorithm>
@@ -69,6 +70,7 @@ std::string arrayRefusal(const TransducerArray& array)
 SolverBase::SolverBase(std::string name, const SolverOptions& options) :
     _name(std::move(name)),
     _options(options),
+    _audibleShare(audibleShare(options.updateRate_Hz)),
     _field(options.threads)
 {
 }
@@ -169,7 +171,8 @@ SolveReport SolverBase::solve(const ControlPoints& points,
         result = _lastReport;
         result.stop = StopReason::SKIPPED;
         result.rowsBuilt = result.iterations = 0;
-        result.matrix_ms = result.solve_ms = result.meanPhaseStep_rad = result.driveChange = 0.0;
+        result.matrix_ms = result.solve_ms = 0.0;
+        result.meanPhaseStep_rad = result.driveChange = result.audibleChange = 0.0;
         return result;
     }
     _field.build();

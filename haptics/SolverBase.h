@@ -79,6 +79,7 @@ private:
 
     std::string _name;
     SolverOptions _options;
+    double _audibleShare = 0.0; // of the drive's change, at the options' rate
     FieldProblem _field;
     std::vector<int> _active, _lastActive;
     Eigen::VectorXd _lastTargets;

@@ -173,6 +173,7 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
                                                                        _last.im.data());
     result.meanPhaseStep_rad = difference.phaseSteps / _field.m();
     result.driveChange = difference.power > 0.0f ? difference.change / difference.power : 0.0;
+    result.audibleChange = _audibleShare * result.driveChange;
 }
 
 void SolverBase::reportShortfall(SolveReport& result) const

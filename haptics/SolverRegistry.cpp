@@ -59,6 +59,8 @@ bool SolverOptions::isValid(std::string* error) const
         return fail(error, "maxPhaseStep_rad", maxPhaseStep_rad, ">= 0 and finite");
     if (!(maxAmplitudeStep >= 0.0 && maxAmplitudeStep <= 1.0))
         return fail(error, "maxAmplitudeStep", maxAmplitudeStep, "0 .. 1");
+    if (!(updateRate_Hz > 0.0 && std::isfinite(updateRate_Hz)))
+        return fail(error, "updateRate_Hz", updateRate_Hz, "over 0 and finite");
     return true;
 }
 

@@ -85,6 +85,25 @@ TEST(OutlineHologram, ALineOf100mm)
     EXPECT_GE(found.mean_Pa, report.apart.mean_Pa);
 }
 
+TEST(OutlineHologram, OutlinesKeepTheRatioOfTheirTargets)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const Medium medium;
+    std::vector<Outline> circles = {Outline::circle({0, 0.02, 0}, 0.034, {0, 1, 0}),
+                                    Outline::circle({0, -0.02, 0}, 0.034, {0, 1, 0})};
+    circles[1].target = 0.6;
+    OutlineHologram hologram(fewStarts(2));
+    Eigen::VectorXcf q;
+    hologram.solve(circles, array, medium, q);
+    const Felt strong = felt(circles[0], array, medium, q);
+    const Felt weak = felt(circles[1], array, medium, q);
+    EXPECT_NEAR(std::sqrt(weak.mean_Pa / strong.mean_Pa), 0.6, 0.03);
+    EXPECT_LT(weak.variation, 0.2);
+    EXPECT_EQ(hologram.points().targets.minCoeff(), 0.6);
+    circles[1].target = 0.0;
+    EXPECT_THROW(hologram.solve(circles, array, medium, q), InputError);
+}
+
 TEST(OutlineHologram, PlaysFullAmplitudeOnTheArraysPhaseLevels)
 {
     TransducerArray array = TransducerArray::singleBoard();

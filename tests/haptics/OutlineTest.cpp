@@ -1,6 +1,8 @@
 #include "haptics/Outline.h"
 
+#include "haptics/FeatureChains.h"
 #include "haptics/InputError.h"
+#include "tests/haptics/SampleMeshes.h"
 
 #include <cmath>
 
@@ -83,6 +85,28 @@ TEST(Outline, SaysWhatIsWrong)
               "outline: points 0 m apart along 1 m; the spacing must be above 1e-05 m");
     EXPECT_EQ(messageOf(line, 1e-7),
               "outline: points 1e-07 m apart along 1 m; the spacing must be above 1e-05 m");
+}
+
+TEST(FeatureOutlines, ABoxHasTwelveEdgesADiscItsRim)
+{
+    double length = 0.0;
+    const std::vector<Outline> edges = featureOutlines(test::box({0.04, 0.05, 0.06}), 0.61, 0.0085);
+    EXPECT_EQ(edges.size(), 12u);
+    for (const Outline& edge : edges)
+    {
+        EXPECT_FALSE(edge.closed);
+        length += edge.length_m();
+    }
+    EXPECT_NEAR(length, 4 * (0.04 + 0.05 + 0.06), 1e-9);
+
+    const std::vector<Outline> rim = featureOutlines(test::disc(0.03, 60), 0.61, 0.0085);
+    ASSERT_EQ(rim.size(), 1u);
+    EXPECT_TRUE(rim[0].closed);
+    EXPECT_EQ(rim[0].vertices.cols(), 60);
+    EXPECT_NEAR(rim[0].length_m(), 60 * 2 * 0.03 * std::sin(M_PI / 60), 1e-9);
+    for (const auto& corner : rim[0].vertices.colwise())
+        EXPECT_NEAR(corner.norm(), 0.03, 1e-9);
+    EXPECT_THROW(featureOutlines(test::sphere(0.03, 3), 0.61, 0.0085), InputError);
 }
 
 } // namespace
