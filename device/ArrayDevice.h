@@ -37,6 +37,9 @@ struct SafetyLimits
         1; ///< 0 .. 1; limit of the mean over transducers and time of amplitude squared. `mean-drive`
     double meanDriveTime_s = 10; ///< > 0; time constant of that mean. `mean-drive-time`
     double hold_s = 0;           ///< silence when no field came for so long; 0: hold it. `hold`
+    /// >= 0; 0: none; peak Pa at any control point. A device knows none: it tells ability(), and who solves the field holds
+    /// it (bridge::PressureCap). `max-pressure`
+    double maxPressure_Pa = 0;
 };
 
 /// What can be played at all, for the solver to know.
@@ -44,6 +47,8 @@ struct DriveAbility
 {
     int phaseLevels = 256;
     std::vector<float> amplitudes; ///< ascending in [0, 1]; empty: amplitudeLevels()
+    double maxPressure_Pa =
+        0; ///< SafetyLimits', to be held by whoever knows control points; 0: none
 };
 
 enum class DeviceState
@@ -104,6 +109,10 @@ public:
 
     /// What the array plays now, as activations (m): quantised, limited, zero when silent. Measured, by `sim:`; else as sent.
     virtual std::vector<std::complex<float>> played() const = 0;
+
+    /// What the array plays of \a signal once it is there, as activations (m): rounded as the hardware does, scaled down to
+    /// the amplitude cap; no ramp, no thermal budget.
+    virtual std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const;
 };
 
 /// `sim:`, `usb:`, `record:FILE`, `null:`, ..; a list with commas opens several as one. Throws DeviceError.

@@ -240,4 +240,11 @@ std::vector<std::complex<float>> BoardDevice::played() const
     return q;
 }
 
+std::vector<std::complex<float>> BoardDevice::wouldPlay(const DriveSignal& signal) const
+{
+    std::vector<std::complex<float>> q;
+    _codec->played(signal, q);
+    return q;
+}
+
 } // namespace midair::device

@@ -41,6 +41,7 @@ public:
     DeviceReport report() const override;
     DriveAbility ability() const override { return {_codec->phaseLevels(), _codec->amplitudes()}; }
     std::vector<std::complex<float>> played() const override;
+    std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
     void connect(); ///< throws DeviceError

@@ -18,6 +18,8 @@ namespace
 // that obeys this approaches B from below and never passes it.
 constexpr double kLead = 20;
 
+constexpr double kMostPressure_Pa = 1e6;
+
 double meanSquare(const DriveSignal& signal)
 {
     std::array<std::uint32_t, 256> histogram{};
@@ -27,6 +29,13 @@ double meanSquare(const DriveSignal& signal)
     for (int level = 1; level < 256; ++level)
         sum += histogram[level] * double(amplitudeLevels()[level]) * amplitudeLevels()[level];
     return sum / std::max<double>(1, signal.size());
+}
+
+double peakAmplitude(const DriveSignal& signal)
+{
+    return signal.duty.empty()
+               ? 0
+               : amplitudeLevels()[*std::max_element(signal.duty.begin(), signal.duty.end())];
 }
 
 void require(bool good, const char* name, double value, const char* range)
@@ -45,9 +54,16 @@ SafetyLimits takeLimits(DeviceUri& uri, const SafetyLimits& limits)
     strict.ramp_s = std::max(limits.ramp_s, uri.takeSeconds("ramp", 0));
     strict.meanDrive = std::min(limits.meanDrive, uri.takeNumber("mean-drive", 1, 0, 1));
     strict.meanDriveTime_s = uri.takeSeconds("mean-drive-time", limits.meanDriveTime_s);
+    strict.maxPressure_Pa = stricterPressure(
+        limits.maxPressure_Pa, uri.takeNumber("max-pressure", 0, 1, kMostPressure_Pa));
     const double hold_s = uri.takeSeconds("hold", 0);
     if (hold_s > 0) strict.hold_s = limits.hold_s > 0 ? std::min(limits.hold_s, hold_s) : hold_s;
     return strict;
+}
+
+double stricterPressure(double a_Pa, double b_Pa)
+{
+    return a_Pa > 0 && b_Pa > 0 ? std::min(a_Pa, b_Pa) : std::max(a_Pa, b_Pa);
 }
 
 void scaleDuties(const DriveSignal& signal, double gain, DriveSignal& scaled)
@@ -81,6 +97,10 @@ GuardedDevice::GuardedDevice(std::unique_ptr<ArrayDevice> device,
         limits.meanDrive >= 0 && limits.meanDrive <= 1, "meanDrive", limits.meanDrive, "0 to 1");
     require(limits.meanDriveTime_s > 0, "meanDriveTime", limits.meanDriveTime_s, "more than 0 s");
     require(limits.hold_s >= 0, "hold", limits.hold_s, "0 or more");
+    require(limits.maxPressure_Pa >= 0 && limits.maxPressure_Pa <= kMostPressure_Pa,
+            "maxPressure",
+            limits.maxPressure_Pa,
+            "0 (none) to 1e6 Pa");
     _accounted_s = steadySeconds();
     if (limits.ramp_s > 0 || limits.meanDrive < 1 || limits.hold_s > 0)
         _thread = std::thread([this] { run(); });
@@ -141,9 +161,7 @@ bool GuardedDevice::send(const DriveSignal& signal)
     }
     const double now_s = steadySeconds();
     _wanted = signal;
-    const std::uint8_t peak =
-        signal.duty.empty() ? 0 : *std::max_element(signal.duty.begin(), signal.duty.end());
-    _wantedPeak = amplitudeLevels()[peak];
+    _wantedPeak = peakAmplitude(signal);
     _wantedDrive = _limits.meanDrive < 1 ? meanSquare(signal) : 0;
     if (_limits.ramp_s <= 0) _ramp = 1;
     _lastField_s = now_s;
@@ -210,6 +228,22 @@ void GuardedDevice::run()
         if (std::abs(allowedGain(now_s) - _gain) > 0.002 || (_gain < 1 && allowedGain(now_s) >= 1))
             sendScaled(now_s);
     }
+}
+
+DriveAbility GuardedDevice::ability() const
+{
+    DriveAbility ability = _device->ability();
+    ability.maxPressure_Pa = stricterPressure(ability.maxPressure_Pa, _limits.maxPressure_Pa);
+    return ability;
+}
+
+std::vector<std::complex<float>> GuardedDevice::wouldPlay(const DriveSignal& signal) const
+{
+    const double peak = peakAmplitude(signal);
+    if (peak <= _limits.maxAmplitude) return _device->wouldPlay(signal);
+    DriveSignal scaled;
+    scaleDuties(signal, _limits.maxAmplitude / peak, scaled);
+    return _device->wouldPlay(scaled);
 }
 
 DeviceReport GuardedDevice::report() const

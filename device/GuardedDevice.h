@@ -29,9 +29,10 @@ public:
     void setMuted(bool muted) override;
     std::string status() const override;
     DeviceReport report() const override;
-    DriveAbility ability() const override { return _device->ability(); }
+    DriveAbility ability() const override;
     bool identify(int board, bool light) override { return _device->identify(board, light); }
     std::vector<std::complex<float>> played() const override { return _device->played(); }
+    std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
     bool sendScaled(double now_s);
@@ -63,6 +64,9 @@ private:
 
 /// Takes the limits out of the URI's parameters; the stricter of the two counts.
 SafetyLimits takeLimits(DeviceUri& uri, const SafetyLimits& limits);
+
+/// The stricter of two caps of pressure; 0 is none.
+double stricterPressure(double a_Pa, double b_Pa);
 
 /// \a signal with all amplitudes times \a gain in [0, 1], rounded down to duty levels, so that no limit is exceeded.
 void scaleDuties(const DriveSignal& signal, double gain, DriveSignal& scaled);

@@ -1,6 +1,7 @@
 #include "device/MultiDevice.h"
 
 #include "device/FieldCounters.h"
+#include "device/GuardedDevice.h"
 
 #include <algorithm>
 #include <cctype>
@@ -56,6 +57,13 @@ void MultiDevice::measureSkew() const
     _worstSkew_s = std::max(_worstSkew_s, _skew_s);
 }
 
+void MultiDevice::cut(const DriveSignal& signal, const Part& part, DriveSignal& piece)
+{
+    const auto first = static_cast<std::ptrdiff_t>(part.first);
+    piece.phase.assign(signal.phase.begin() + first, signal.phase.begin() + first + part.count);
+    piece.duty.assign(signal.duty.begin() + first, signal.duty.begin() + first + part.count);
+}
+
 bool MultiDevice::send(const DriveSignal& signal)
 {
     std::lock_guard<std::mutex> lock(_mutex);
@@ -67,13 +75,7 @@ bool MultiDevice::send(const DriveSignal& signal)
     measureSkew(); // of the field before, which is through in most cases
     for (std::size_t i = 0; i < _parts.size();
          ++i) // cut first, so that the sends follow each other closely
-    {
-        const auto first = static_cast<std::ptrdiff_t>(_parts[i].first);
-        _cuts[i].phase.assign(signal.phase.begin() + first,
-                              signal.phase.begin() + first + _parts[i].count);
-        _cuts[i].duty.assign(signal.duty.begin() + first,
-                             signal.duty.begin() + first + _parts[i].count);
-    }
+        cut(signal, _parts[i], _cuts[i]);
     bool taken = true;
     for (std::size_t i = 0; i < _parts.size(); ++i)
         taken = _parts[i].device->send(_cuts[i]) && taken;
@@ -142,6 +144,7 @@ DriveAbility MultiDevice::ability() const
     {
         const DriveAbility one = part.device->ability();
         coarsest.phaseLevels = std::min(coarsest.phaseLevels, one.phaseLevels);
+        coarsest.maxPressure_Pa = stricterPressure(coarsest.maxPressure_Pa, one.maxPressure_Pa);
         if (!one.amplitudes.empty() &&
             (coarsest.amplitudes.empty() || one.amplitudes.size() < coarsest.amplitudes.size()))
             coarsest.amplitudes = one.amplitudes;
@@ -157,15 +160,33 @@ bool MultiDevice::identify(int board, bool light)
     return any;
 }
 
-std::vector<std::complex<float>> MultiDevice::played() const
+// Where several have a transducer, the first in the list counts.
+template<typename Play>
+std::vector<std::complex<float>> MultiDevice::join(Play&& play) const
 {
     std::vector<std::complex<float>> q(_transducers);
     for (auto part = _parts.rbegin(); part != _parts.rend(); ++part)
     {
-        const auto piece = part->device->played();
+        const auto piece = play(*part);
         std::copy(piece.begin(), piece.end(), q.begin() + part->first);
     }
     return q;
+}
+
+std::vector<std::complex<float>> MultiDevice::played() const
+{
+    return join([](const Part& part) { return part.device->played(); });
+}
+
+std::vector<std::complex<float>> MultiDevice::wouldPlay(const DriveSignal& signal) const
+{
+    return join(
+        [&](const Part& part)
+        {
+            DriveSignal piece;
+            cut(signal, part, piece);
+            return part.device->wouldPlay(piece);
+        });
 }
 
 } // namespace midair::device

@@ -33,9 +33,13 @@ public:
     bool identify(int board, bool light) override;
     std::vector<std::complex<float>>
     played() const override; ///< of the first device that has the transducer
+    std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
     void measureSkew() const;
+    static void cut(const DriveSignal& signal, const Part& part, DriveSignal& piece);
+    template<typename Play>
+    std::vector<std::complex<float>> join(Play&& play) const;
 
     std::vector<Part> _parts;
     const int _transducers;

@@ -1,6 +1,7 @@
 #include "device/ArrayDevice.h"
 #include "device/BoardDevice.h"
 #include "device/DeviceUri.h"
+#include "device/DriveEncoder.h"
 #include "device/FieldCounters.h"
 #include "device/GuardedDevice.h"
 #include "device/HeldField.h"
@@ -134,6 +135,11 @@ std::unique_ptr<ArrayDevice> openFifoBoard(DeviceUri& uri, const DeviceLayout& l
                                          { return std::make_unique<FtdiFifo>(serial); });
 }
 
+constexpr const char* kNoPointsInRecording =
+    "max-pressure can't be held: a recording has no control points. It holds what was capped when "
+    "it was recorded; "
+    "max-amplitude caps it again";
+
 std::unique_ptr<ArrayDevice>
 openList(const std::string& text, const DeviceLayout& layout, const SafetyLimits& limits);
 
@@ -146,8 +152,10 @@ std::unique_ptr<ArrayDevice> openPlaying(DeviceUri& uri, const DeviceLayout& lay
     const std::string to = uri.takeText("to", "");
     uri.rejectUnknown();
     if (to.empty()) throw uri.error("say on which device: \"play:FILE?to=usb:\"");
+    std::unique_ptr<ArrayDevice> device = openList(to, layout, {});
+    if (device->ability().maxPressure_Pa > 0) throw uri.error(kNoPointsInRecording);
     return std::make_unique<PlayingDevice>(
-        uri.path(), layout.transducers, options, openList(to, layout, {}));
+        uri.path(), layout.transducers, options, std::move(device));
 }
 
 struct Scheme
@@ -180,6 +188,7 @@ std::unique_ptr<ArrayDevice>
 openOne(DeviceUri& uri, const DeviceLayout& layout, const SafetyLimits& limits)
 {
     const SafetyLimits strict = takeLimits(uri, limits);
+    if (uri.scheme() == "play" && strict.maxPressure_Pa > 0) throw uri.error(kNoPointsInRecording);
     std::string known;
     for (const Scheme& scheme : kSchemes)
     {
@@ -248,6 +257,13 @@ openList(const std::string& text, const DeviceLayout& layout, const SafetyLimits
 }
 
 } // namespace
+
+std::vector<std::complex<float>> ArrayDevice::wouldPlay(const DriveSignal& signal) const
+{
+    std::vector<std::complex<float>> q;
+    decode(signal, q);
+    return q;
+}
 
 std::unique_ptr<ArrayDevice> openDevice(const std::string& uri, const DeviceLayout& layout)
 {

@@ -38,6 +38,10 @@ public:
     DriveAbility ability() const override { return _device->ability(); }
     bool identify(int board, bool light) override { return _device->identify(board, light); }
     std::vector<std::complex<float>> played() const override { return _device->played(); }
+    std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override
+    {
+        return _device->wouldPlay(signal);
+    }
 
     bool finished() const;
     double worstLateness_s() const; ///< how much later than recorded a field was sent, at most

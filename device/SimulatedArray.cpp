@@ -78,9 +78,18 @@ double SimulatedArray::advance() const
     const double now_s = steadySeconds() - _start_s;
     // A real host sends KEEPALIVE from a thread of its own; here the firmware is told when somebody looks.
     if (!unplugged(now_s)) _firmware.keptAlive(std::min(now_s, _options.hangAt_s));
-    if (now_s >= _options.unplugAt_s && !_lost && now_s < _options.replugAt_s)
+    const std::uint32_t watchdogs = _firmware.status(now_s).watchdogs;
+    if (watchdogs > _watchdogs)
+        _counters.change(
+            [](DeviceReport& report)
+            {
+                ++report.faults;
+                report.message = "muted by its watchdog";
+            });
+    _watchdogs = watchdogs;
+    if (now_s >= _options.unplugAt_s && !_unplugged)
     {
-        _lost = true;
+        _unplugged = _lost = true;
         _counters.change(
             [](DeviceReport& report)
             {
@@ -89,6 +98,7 @@ double SimulatedArray::advance() const
                 report.message = "unplugged";
             });
         _firmware.powerCycle(now_s);
+        _watchdogs = 0;
         spdlog::error("sim: unplugged; silent until it is plugged in again");
     }
     if (now_s >= _options.replugAt_s && _options.replugAt_s > _options.unplugAt_s && _lost)
@@ -258,6 +268,14 @@ std::vector<std::complex<float>> SimulatedArray::played() const
     if (_codec != nullptr) return _board->playing();
     std::vector<std::complex<float>> q;
     decode(_firmware.playing(now_s), q);
+    return q;
+}
+
+std::vector<std::complex<float>> SimulatedArray::wouldPlay(const DriveSignal& signal) const
+{
+    if (_codec == nullptr) return ArrayDevice::wouldPlay(signal);
+    std::vector<std::complex<float>> q;
+    _codec->played(signal, q);
     return q;
 }
 

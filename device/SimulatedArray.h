@@ -52,6 +52,7 @@ public:
     DriveAbility ability() const override;
     bool identify(int board, bool light) override;
     std::vector<std::complex<float>> played() const override;
+    std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
     double advance() const; ///< with _mutex held; gives the time
@@ -74,6 +75,8 @@ private:
     std::vector<std::uint8_t> _bytes;
     mutable FieldCounters _counters;
     mutable bool _lost = false;
+    mutable bool _unplugged = false;      ///< has been, once
+    mutable std::uint32_t _watchdogs = 0; ///< counted as faults
     bool _muted = false;
     std::uint32_t _sequence = 0;
     std::minstd_rand _random;

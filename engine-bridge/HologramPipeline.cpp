@@ -1,11 +1,14 @@
 #include "engine-bridge/HologramPipeline.h"
 
+#include "device/DeviceUri.h"
 #include "device/DriveEncoder.h"
+#include "device/GuardedDevice.h"
 #include "haptics/InputError.h"
 #include "haptics/PressureField.h"
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <stdexcept>
 
 namespace midair::bridge
@@ -32,9 +35,42 @@ bool HologramOptions::isValid(std::string* error) const
                     " wavelengths, should be at least 0");
     if (maxPoints < 0)
         return fail("maxPoints is " + std::to_string(maxPoints) + ", should be at least 0");
+    if (!(maxPressure_Pa >= 0.0 && maxPressure_Pa <= 1e6))
+        return fail("maxPressure_Pa is " + std::to_string(maxPressure_Pa) +
+                    ", should be 0 (none) to 1e6");
     if (!modulation.isValid(error)) return false;
     return solverOptions.isValid(error);
 }
+
+namespace
+{
+
+Eigen::VectorXcf vectorOf(const std::vector<std::complex<float>>& q)
+{
+    return Eigen::Map<const Eigen::VectorXcf>(q.data(), static_cast<Eigen::Index>(q.size()));
+}
+
+// The solver's figures (SolveReport) anew, for a field that was scaled down after it.
+void rate(HologramResult& result)
+{
+    const Eigen::ArrayXd y = result.achieved_Pa.cast<double>().array();
+    const Eigen::ArrayXd a = result.points.targets.array();
+    haptics::SolveReport& report = result.report;
+    const double s = (y * a).sum() / a.square().sum();
+    const double level_Pa = s * a.maxCoeff();
+    if (report.level_Pa > 0.0) report.loudness *= level_Pa / report.level_Pa;
+    report.level_Pa = level_Pa;
+    if (!(s > 0.0)) return; // silent: no error relative to nothing
+    const Eigen::ArrayXd error = y / (a * (result.absolute ? 1.0 : s)) - 1.0;
+    report.rms = std::sqrt(error.square().mean());
+    report.max = error.abs().maxCoeff();
+    if (!result.absolute) return;
+    constexpr double kShort = 0.01; // as the solvers count it
+    report.shortPoints = static_cast<int>((error < -kShort).count());
+    report.worstShortfall = std::max(0.0, -error.minCoeff());
+}
+
+} // namespace
 
 HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move(options))
 {
@@ -44,8 +80,13 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
         _options.solverFactory = [](const std::string& name, const haptics::SolverOptions& o)
         { return haptics::makeSolver(name, o); };
     if (!_options.deviceFactory)
-        _options.deviceFactory = [](const std::string& uri, const device::DeviceLayout& layout)
-        { return device::openDevice(uri, layout); };
+    {
+        device::SafetyLimits limits;
+        limits.maxPressure_Pa = _options.maxPressure_Pa;
+        _options.deviceFactory =
+            [limits](const std::string& uri, const device::DeviceLayout& layout)
+        { return device::openLimitedDevice(uri, layout, limits); };
+    }
     if (_options.solver.empty() && !haptics::solverNames().empty())
         _options.solver = haptics::solverNames().front();
     PointAssembler::Options points;
@@ -81,6 +122,8 @@ void HologramPipeline::openDevice()
     _options.array.drive.phaseLevels = ability.phaseLevels;
     _options.array.drive.amplitudeLevels =
         ability.amplitudes.empty() ? device::amplitudeLevels() : ability.amplitudes;
+    const double cap_Pa = device::stricterPressure(_options.maxPressure_Pa, ability.maxPressure_Pa);
+    if (cap_Pa > 0.0) _cap = std::make_unique<PressureCap>(cap_Pa);
 }
 
 haptics::HologramSolver& HologramPipeline::solver(bool absolute)
@@ -98,6 +141,7 @@ haptics::HologramSolver& HologramPipeline::solver(bool absolute)
 
 void HologramPipeline::silenceDevice()
 {
+    _holds = false;
     if (_player) _player->stop(); // or it would play on over the silence
     if (_device) _device->silence();
 }
@@ -165,63 +209,150 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
         finish(snapshot, *result);
         return result;
     }
-    const haptics::TransducerArray& array = _around.shadowed(
-        result->points, _options.array, _options.medium.wavelength(_options.array.frequency_Hz));
+    const haptics::TransducerArray& array = arrayFor(*result);
     result->report = solver(assembled.absolute).solve(result->points, array, _options.medium, _q);
     ++_counters.solves;
     _solveTimes_s.push_back(steadySeconds());
     if (!result->report.message.empty()) _messages.say(result->report.message);
-    if (result->report.stop == haptics::StopReason::REFUSED) silence();
-    // A field that the device did not take is tried again with the next snapshot, moved or not.
-    else if (!play(_q, result->played))
-        _playing = false;
+    if (result->report.stop == haptics::StopReason::REFUSED)
+        silence();
+    else
+        play(array, *result);
     finish(snapshot, *result);
-    result->achieved_Pa = haptics::pressureAt(result->points.positions,
-                                              array,
-                                              _options.medium,
-                                              result->played,
-                                              _options.solverOptions.threads)
-                              .cwiseAbs();
+    measure(array, *result);
+    if (result->capFactor < 1.0) rate(*result);
     return result;
 }
 
-bool HologramPipeline::play(const Eigen::VectorXcf& q, Eigen::VectorXcf& played)
+const haptics::TransducerArray& HologramPipeline::arrayFor(const HologramResult& result)
+{
+    return _around.shadowed(
+        result.points, _options.array, _options.medium.wavelength(_options.array.frequency_Hz));
+}
+
+void HologramPipeline::holdToCap(const haptics::TransducerArray& array, HologramResult& result)
+{
+    // A hand that shadows may be gone before the next field, so the cap holds without it too.
+    std::vector<const haptics::TransducerArray*> arrays{&array};
+    if (&array != &_options.array) arrays.push_back(&_options.array);
+    CappedField field = _cap->hold(result.points.positions,
+                                   arrays,
+                                   _options.medium,
+                                   _device.get(),
+                                   _signal,
+                                   _options.solverOptions.threads);
+    result.capFactor = field.factor;
+    result.played = std::move(field.played);
+    result.achieved_Pa = std::move(field.achieved_Pa);
+    if (field.factor >= 1.0) return;
+    ++_counters.capped;
+    const std::string cap = device::shortNumber(_cap->max_Pa()) + " Pa at any control point";
+    _messages.say(field.factor > 0.0
+                      ? "the field is held down to the cap of " + cap
+                      : "silent: the device's levels can't keep to the cap of " + cap);
+}
+
+void HologramPipeline::play(const haptics::TransducerArray& array, HologramResult& result)
 {
     const int m = _options.array.size();
-    if (q.size() != m)
-        throw std::logic_error("solver gave " + std::to_string(q.size()) + " activations for " +
+    if (_q.size() != m)
+        throw std::logic_error("solver gave " + std::to_string(_q.size()) + " activations for " +
                                std::to_string(m) + " transducers");
-    if (!device::encode(q.data(), m, _signal))
+    if (!device::encode(_q.data(), m, _signal))
         throw std::runtime_error("solver gave activations that are not finite; nothing is played");
-    bool taken = true;
-    std::vector<std::complex<float>> activations;
+    if (_cap) holdToCap(array, result);
+    if (result.capFactor <= 0.0) return silenceDevice();
     if (_player)
     {
         // The field at its full amplitude is what is shown; a step that the device refuses is followed by the next.
-        _player->play({q}, _options.modulation);
-        device::decode(_signal, activations);
+        std::vector<std::complex<float>> q;
+        device::decode(_signal, q);
+        _player->play({vectorOf(q)}, _options.modulation);
     }
-    else if (_device)
-    {
-        taken = _device->send(_signal);
-        if (!taken)
-        {
-            _messages.say("device refused a field: " + _device->status());
-            _device->silence();
-        }
-        activations = _device->played();
-    }
+    // A field that the device did not take is tried again: with the next snapshot, moved or not, and by attend().
+    else if (_device && !sendSignal())
+        _messages.say("device refused a field: " + whyRefused());
+}
+
+bool HologramPipeline::sendSignal()
+{
+    _before = _device->report();
+    _playing = _device->send(_signal);
+    // A device that is there and refuses all the same is not asked again and again.
+    _holds = _playing || _device->report().state != device::DeviceState::READY;
+    if (!_playing) _device->silence();
+    return _playing;
+}
+
+std::string HologramPipeline::whyRefused() const
+{
+    const device::DeviceReport report = _device->report();
+    if (report.state == device::DeviceState::MUTED) return "it is muted";
+    return report.message.empty() ? _device->status() : report.message;
+}
+
+// What the device tells that it plays; where it hasn't told yet, what it is going to.
+Eigen::VectorXcf HologramPipeline::playedNow() const
+{
+    std::vector<std::complex<float>> q;
+    if (!_device)
+        device::decode(_signal, q);
+    else if (_playing && (_player || _device->report().pending > 0))
+        q = _device->wouldPlay(_signal);
     else
-        device::decode(_signal, activations);
-    played = Eigen::Map<const Eigen::VectorXcf>(activations.data(),
-                                                static_cast<Eigen::Index>(activations.size()));
-    return taken;
+        q = _device->played();
+    return vectorOf(q);
+}
+
+// achieved_Pa of what is played, which the cap has computed already where the device plays what it was to.
+void HologramPipeline::measure(const haptics::TransducerArray& array, HologramResult& result) const
+{
+    if (result.report.stop == haptics::StopReason::REFUSED || result.capFactor <= 0.0)
+        result.played.setZero(_options.array.size());
+    else
+    {
+        const Eigen::VectorXcf played = playedNow();
+        if (played == result.played && result.achieved_Pa.size() > 0) return;
+        result.played = played;
+    }
+    result.achieved_Pa = haptics::pressureAt(result.points.positions,
+                                             array,
+                                             _options.medium,
+                                             result.played,
+                                             _options.solverOptions.threads)
+                             .cwiseAbs();
+}
+
+std::shared_ptr<const HologramResult> HologramPipeline::attend()
+{
+    // What is modulated is sent again and again anyway.
+    if (!_last || !_device || _player || !_holds) return nullptr;
+    const device::DeviceReport now = _device->report();
+    const bool ready = now.state == device::DeviceState::READY;
+    const bool lost = now.lost != _before.lost || now.faults != _before.faults ||
+                      now.reconnects != _before.reconnects;
+    const bool again = ready && now.pending == 0 && (lost || !_playing);
+    if (!again && (ready || !_playing)) return nullptr;
+    auto result = std::make_shared<HologramResult>(*_last);
+    _playing = false;
+    if (again && sendSignal())
+        ++_counters.resent;
+    else
+        _messages.say(whyRefused());
+    result->playing = _playing;
+    result->counters = _counters;
+    result->deviceStatus = _device->status();
+    result->messages = _messages.all();
+    measure(arrayFor(*result), *result);
+    _last = result;
+    return result;
 }
 
 void HologramPipeline::finish(const SceneSnapshot& snapshot, HologramResult& result)
 {
     result.frame = snapshot.frame;
     result.playing = _playing;
+    result.maxPressure_Pa = _cap ? _cap->max_Pa() : 0.0;
     result.latency_ms = (steadySeconds() - snapshot.time_s) * 1e3;
     result.counters = _counters;
     result.updatesPerSecond = updatesPerSecond();

@@ -5,6 +5,7 @@
 #include "engine-bridge/HologramResult.h"
 #include "engine-bridge/MessageLog.h"
 #include "engine-bridge/PointAssembler.h"
+#include "engine-bridge/PressureCap.h"
 #include "engine-bridge/SceneSnapshot.h"
 #include "haptics/HologramSolver.h"
 #include "haptics/Medium.h"
@@ -29,6 +30,9 @@ struct HologramOptions
     std::string deviceUri = "sim:";
     double motionTolerance = 0.01; ///< >= 0, in wavelengths: what moved less is not solved again
     int maxPoints = 0; ///< >= 0; control points shared by all objects; 0: the selector's default
+    /// >= 0; peak Pa that no control point ever gets more than, whatever is asked for; 0: none. The device's own cap
+    /// (`max-pressure` in its URI) counts too, the stricter one.
+    double maxPressure_Pa = 0.0;
     /// Amplitude modulation of all that is played, for arrays too weak for a static image; a rate of 0: none, and no
     /// thread for it.
     haptics::ModulatorOptions modulation;
@@ -64,6 +68,10 @@ public:
     std::shared_ptr<const HologramResult> process(const SceneSnapshot& snapshot,
                                                   std::uint64_t superseded = 0);
 
+    /// To be called now and then while no snapshot comes: sends the field again that a device has lost (unplugged and back,
+    /// muted by its watchdog, a packet gone), since what doesn't move brings no next field. Null where nothing changed.
+    std::shared_ptr<const HologramResult> attend();
+
     /// The array plays nothing until the next process(), which solves in any case.
     void silence();
 
@@ -74,7 +82,13 @@ public:
 private:
     void openDevice();
     void silenceDevice();
-    bool play(const Eigen::VectorXcf& q, Eigen::VectorXcf& played);
+    const haptics::TransducerArray& arrayFor(const HologramResult& result);
+    void play(const haptics::TransducerArray& array, HologramResult& result);
+    void holdToCap(const haptics::TransducerArray& array, HologramResult& result);
+    bool sendSignal();
+    std::string whyRefused() const;
+    Eigen::VectorXcf playedNow() const;
+    void measure(const haptics::TransducerArray& array, HologramResult& result) const;
     std::shared_ptr<const HologramResult> solveAndPlay(const SceneSnapshot& snapshot);
     std::shared_ptr<const HologramResult> refuse(const SceneSnapshot& snapshot,
                                                  const std::string& why);
@@ -93,7 +107,10 @@ private:
     SurroundingsEffect _around;
     HologramCounters _counters;
 
-    bool _playing = false; ///< what was assembled last is what the array plays
+    bool _playing = false;        ///< what was assembled last is what the array plays
+    bool _holds = false;          ///< the device is to hold _signal
+    device::DeviceReport _before; ///< when _signal was sent
+    std::unique_ptr<PressureCap> _cap;
     Eigen::VectorXcf _q;
     device::DriveSignal _signal;
     std::shared_ptr<const HologramResult> _last;

@@ -25,6 +25,9 @@ struct HologramCounters
     std::uint64_t outOfWorkspace =
         0;                        ///< points or objects left out because the array can't reach them
     std::uint64_t outOfReach = 0; ///< points left out because no hand was near them
+    std::uint64_t capped = 0;     ///< fields played at less, to keep to the cap of pressure
+    std::uint64_t resent =
+        0; ///< fields sent again since the device had lost them, nothing having moved
 };
 
 /// One solved field, handed back to the overlays, the HUD and the report; immutable.
@@ -39,7 +42,9 @@ struct HologramResult
     Eigen::VectorXf achieved_Pa; ///< n, |G q| for q as played
     Eigen::VectorXcf played;     ///< m, what the device plays
     haptics::SolveReport report;
-    bool playing = false; ///< the device took the field; or there is none, or nothing to play
+    double maxPressure_Pa = 0.0; ///< cap at the control points, peak; 0: none
+    double capFactor = 1.0; ///< what keeping to it took off all amplitudes; 1: nothing; 0: silenced
+    bool playing = false;   ///< the device took the field; or there is none, or nothing to play
     HologramCounters counters;
     double updatesPerSecond = 0.0;
     std::string deviceStatus;

@@ -5,6 +5,14 @@
 namespace midair::bridge
 {
 
+namespace
+{
+
+// How often a device that plays a still scene is looked after: a field that it lost is back within a blink.
+constexpr double kAttend_s = 0.05;
+
+} // namespace
+
 HologramThread::HologramThread(HologramOptions options) :
     HologramThread([options = std::move(options)]
                    { return std::make_unique<HologramPipeline>(options); })
@@ -63,8 +71,16 @@ void HologramThread::run()
     std::unique_ptr<HologramPipeline> pipeline;
     SceneSnapshot snapshot;
     std::uint64_t droppedBefore = 0;
-    while (_slot.take(snapshot))
+    for (;;)
     {
+        const auto taken = _slot.take(snapshot, kAttend_s);
+        if (taken == LatestSlot<SceneSnapshot>::Taken::CLOSED) return;
+        if (taken == LatestSlot<SceneSnapshot>::Taken::NOTHING)
+        {
+            const auto result = pipeline ? pipeline->attend() : nullptr;
+            if (result) publish(result, pipeline->counters());
+            continue;
+        }
         makePipeline(pipeline);
         const std::uint64_t dropped = _slot.drops();
         if (pipeline)

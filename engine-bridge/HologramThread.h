@@ -11,7 +11,8 @@
 namespace midair::bridge
 {
 
-/// Runs a HologramPipeline in the background: snapshots in, the newest wins, results out; no frame ever waits.
+/// Runs a HologramPipeline in the background: snapshots in, the newest wins, results out; no frame ever waits. While no
+/// snapshot comes the pipeline looks after its device.
 ///
 /// submit() and the readers may be called from any one thread each while the pipeline works. The pipeline is made in the
 /// thread when the first snapshot comes (opening a device may take a while), and gone, the device silent, when the destructor returns: that waits for

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
@@ -12,7 +13,7 @@ namespace midair::bridge
 ///
 /// put() and take() swap their argument with the slot's under a lock that is never held for longer than a swap: neither
 /// side waits for the other's work, and memory goes round between the two without being allocated anew. One producer,
-/// one consumer. close() wakes the consumer, which then gets false; what was not taken by then is dropped.
+/// one consumer. close() wakes the consumer, which is then told CLOSED; what was not taken by then is dropped.
 template<typename T>
 class LatestSlot
 {
@@ -33,15 +34,24 @@ public:
         return true;
     }
 
-    /// Waits for a value and swaps it into \a value. False when closed.
-    bool take(T& value)
+    enum class Taken
+    {
+        VALUE,
+        NOTHING, ///< none came in time
+        CLOSED
+    };
+
+    /// Waits for a value, \a atMost_s at most, and swaps it into \a value.
+    Taken take(T& value, double atMost_s)
     {
         std::unique_lock<std::mutex> lock(_mutex);
-        _filled.wait(lock, [this] { return _full || _closed; });
-        if (_closed) return false;
+        _filled.wait_for(
+            lock, std::chrono::duration<double>(atMost_s), [this] { return _full || _closed; });
+        if (_closed) return Taken::CLOSED;
+        if (!_full) return Taken::NOTHING;
         std::swap(_value, value);
         _full = false;
-        return true;
+        return Taken::VALUE;
     }
 
     void close()

@@ -277,6 +277,10 @@ TEST(GuardedDevice, names_limits_that_are_out_of_range)
     limits = {};
     limits.hold_s = -1;
     EXPECT_EQ(limitsError(limits), "device limits: hold is -1, should be 0 or more");
+    limits = {};
+    limits.maxPressure_Pa = -1;
+    EXPECT_EQ(limitsError(limits),
+              "device limits: maxPressure is -1, should be 0 (none) to 1e6 Pa");
 }
 
 TEST(GuardedDevice, takes_the_stricter_of_program_and_uri)
@@ -290,4 +294,20 @@ TEST(GuardedDevice, takes_the_stricter_of_program_and_uri)
     ASSERT_TRUE(second->send(evenField(1, 0, 255)));
     EXPECT_NEAR(std::abs(second->played()[0]), 0.2, M_PI / 510);
     EXPECT_LE(std::abs(second->played()[0]), 0.2F);
+}
+
+TEST(GuardedDevice, tells_the_cap_of_pressure_to_who_knows_the_points)
+{
+    const auto cap = [](const std::string& uri, double program_Pa)
+    {
+        SafetyLimits limits;
+        limits.maxPressure_Pa = program_Pa;
+        return openLimitedDevice(uri, {2, {0, 1}}, limits)->ability().maxPressure_Pa;
+    };
+    EXPECT_EQ(cap("null:", 0), 0);
+    EXPECT_EQ(cap("null:", 700), 700);
+    EXPECT_EQ(cap("null:?max-pressure=500", 0), 500);
+    EXPECT_EQ(cap("null:?max-pressure=500", 700), 500);
+    EXPECT_EQ(cap("null:?max-pressure=900", 700), 700);
+    EXPECT_EQ(cap("null:?boards=0,null:?boards=1&max-pressure=400", 0), 400);
 }

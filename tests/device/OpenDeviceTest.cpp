@@ -46,7 +46,7 @@ TEST(OpenDevice, names_what_is_wrong_with_a_uri)
               "device \"null:?a=1&a=2\": parameter \"a\" is there twice");
     EXPECT_EQ(openError("null:?lvl=1"),
               "device \"null:?lvl=1\": unknown parameter \"lvl\"; known are boards, hold, "
-              "max-amplitude, mean-drive, mean-drive-time, ramp");
+              "max-amplitude, max-pressure, mean-drive, mean-drive-time, ramp");
     EXPECT_EQ(openError("null:box"),
               "device \"null:box\": nothing may stand between \"null:\" and the parameters, but "
               "\"box\" does");
@@ -118,5 +118,36 @@ TEST_P(EveryDevice, is_silent_when_told_until_the_next_field)
     ASSERT_TRUE(device->send(evenField(4, 30, 255)));
     EXPECT_EQ(device->played(), decoded(evenField(4, 30, 255)));
 }
+
+class WouldPlay : public ::testing::TestWithParam<const char*>
+{
+};
+
+TEST_P(WouldPlay, is_what_is_then_played)
+{
+    const DeviceLayout layout = {256, {}};
+    const auto device = openDevice(GetParam(), layout);
+    for (unsigned seed = 1; seed < 6; ++seed)
+    {
+        const DriveSignal field = randomField(256, seed);
+        const auto before = device->played();
+        const auto expected = device->wouldPlay(field);
+        EXPECT_EQ(device->played(), before) << "nothing is sent";
+        ASSERT_TRUE(device->send(field));
+        const auto played = device->played();
+        ASSERT_EQ(played.size(), expected.size());
+        for (std::size_t i = 0; i < played.size(); ++i)
+            EXPECT_LT(std::abs(played[i] - expected[i]), 1e-6F) << i;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Uris,
+                         WouldPlay,
+                         ::testing::Values("sim:",
+                                           "sim:?max-amplitude=0.4",
+                                           "sim:?board=sonicsurface&max-amplitude=0.6",
+                                           "sim:?board=ultraino",
+                                           "sim:?board=openmpd&max-amplitude=0.7",
+                                           "sim:?max-amplitude=0.2,null:"));
 
 INSTANTIATE_TEST_SUITE_P(Uris, EveryDevice, ::testing::Values("sim:", "null:", "record:"));

@@ -135,6 +135,12 @@ TEST(PlayingDevice, names_what_is_wrong)
               "recording \"" + file + "\": was made for 5 transducers, but the array has 4");
     EXPECT_EQ(openError("play:" + file),
               "device \"play:" + file + "\": say on which device: \"play:FILE?to=usb:\"");
+    const std::string noPoints = "\": max-pressure can't be held: a recording has no control "
+                                 "points. It holds what was capped "
+                                 "when it was recorded; max-amplitude caps it again";
+    for (const std::string options : {"?max-pressure=500&to=null:", "?to=null:?max-pressure=500"})
+        EXPECT_EQ(openError("play:" + file + options),
+                  "device \"play:" + file + options + noPoints);
     EXPECT_EQ(openError("play:" + file + "?to=nil:").substr(0, 29),
               "device \"nil:\": unknown kind \"");
 }

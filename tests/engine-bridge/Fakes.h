@@ -26,6 +26,7 @@ struct FakeLog
     std::atomic<bool> hold{false}; ///< solve() doesn't return while this is set
     std::atomic<bool> throwInSolve{false};
     std::atomic<bool> notFinite{false};
+    std::atomic<float> loudestAmplitude{0.0f}; ///< of all that was sent
 
     std::mutex mutex;
     midair::haptics::ControlPoints points; ///< of the last solve
@@ -86,6 +87,8 @@ public:
         ++_log->sends;
         if (_log->refuseSends) return false;
         midair::device::decode(signal, _played);
+        for (const std::complex<float> q : _played)
+            _log->loudestAmplitude = std::max(_log->loudestAmplitude.load(), std::abs(q));
         return true;
     }
     void silence() override

@@ -8,6 +8,19 @@
 
 using midair::bridge::LatestSlot;
 
+namespace
+{
+
+constexpr double kLong_s = 60.0;
+
+template<typename T>
+bool takes(LatestSlot<T>& slot, T& value)
+{
+    return slot.take(value, kLong_s) == LatestSlot<T>::Taken::VALUE;
+}
+
+} // namespace
+
 TEST(LatestSlot, TheNewestWinsAndTheOthersAreCounted)
 {
     LatestSlot<int> slot;
@@ -17,7 +30,7 @@ TEST(LatestSlot, TheNewestWinsAndTheOthersAreCounted)
         EXPECT_TRUE(slot.put(value));
     }
     int taken = 0;
-    ASSERT_TRUE(slot.take(taken));
+    ASSERT_TRUE(takes(slot, taken));
     EXPECT_EQ(taken, 5);
     EXPECT_EQ(slot.puts(), 5u);
     EXPECT_EQ(slot.drops(), 4u);
@@ -30,11 +43,19 @@ TEST(LatestSlot, ClosedGivesNothingMore)
     slot.put(value);
     slot.close();
     int taken = 7;
-    EXPECT_FALSE(slot.take(taken));
+    EXPECT_FALSE(takes(slot, taken));
     EXPECT_EQ(taken, 7);
     value = 2;
     EXPECT_FALSE(slot.put(value));
     EXPECT_EQ(value, 2);
+}
+
+TEST(LatestSlot, NothingIsTakenWhereNothingCame)
+{
+    LatestSlot<int> slot;
+    int value = 7;
+    EXPECT_EQ(slot.take(value, 0.001), LatestSlot<int>::Taken::NOTHING);
+    EXPECT_EQ(value, 7);
 }
 
 TEST(LatestSlot, CloseWakesAConsumerThatWaits)
@@ -45,7 +66,7 @@ TEST(LatestSlot, CloseWakesAConsumerThatWaits)
         [&]
         {
             int value = 0;
-            taken = slot.take(value);
+            taken = takes(slot, value);
         });
     slot.close();
     consumer.join();
@@ -67,7 +88,7 @@ TEST(LatestSlot, MemoryGoesRound)
         slot.put(mine);
         if (i % 3 != 0)
         {
-            slot.take(theirs);
+            takes(slot, theirs);
             EXPECT_EQ(theirs.front(), i);
         }
     }
@@ -83,7 +104,7 @@ TEST(LatestSlot, BetweenTwoThreadsValuesComeInOrderAndNoneIsCountedTwice)
         [&]
         {
             int value = 0;
-            while (slot.take(value))
+            while (takes(slot, value))
             {
                 taken.push_back(value);
                 if (value == kLast) return;

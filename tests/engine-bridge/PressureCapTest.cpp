@@ -1,0 +1,301 @@
+#include "engine-bridge/PressureCap.h"
+
+#include "DoubleField.h"
+#include "Fakes.h"
+#include "engine-bridge/HologramPipeline.h"
+#include "haptics/InputError.h"
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+using namespace midair;
+using namespace midair::bridge;
+
+namespace
+{
+
+haptics::TransducerArray arrayOf(const std::string& board)
+{
+    return haptics::TransducerArray::load(board.empty()         ? "board"
+                                          : board == "ultraino" ? "ultraino64"
+                                                                : board);
+}
+
+std::unique_ptr<device::ArrayDevice> simulated(const std::string& board,
+                                               const haptics::TransducerArray& array,
+                                               const std::string& more = "")
+{
+    const std::string uri = "sim:" + (board.empty() ? "" : "?board=" + board) + more;
+    return device::openDevice(uri, {array.size(), array.board});
+}
+
+// Points 100 to 140 mm in front of the array's middle.
+Eigen::Matrix3Xd pointsBefore(const haptics::TransducerArray& array, int n, std::mt19937& random)
+{
+    std::uniform_real_distribution<double> across(-0.03, 0.03);
+    std::uniform_real_distribution<double> off(0.1, 0.14);
+    const Eigen::Vector3d middle = array.positions.rowwise().mean();
+    const Eigen::Vector3d normal = array.normals.col(0);
+    const Eigen::Vector3d u = normal.unitOrthogonal();
+    const Eigen::Vector3d v = normal.cross(u);
+    Eigen::Matrix3Xd points(3, n);
+    for (int l = 0; l < n; ++l)
+        points.col(l) = middle + off(random) * normal + across(random) * u + across(random) * v;
+    return points;
+}
+
+// All in phase at the first point, with amplitudes up to 1.5, which is clipped.
+device::DriveSignal focusAt(const Eigen::Vector3d& r,
+                            const haptics::TransducerArray& array,
+                            std::mt19937& random,
+                            bool even)
+{
+    std::uniform_real_distribution<double> amplitude(0.0, 1.5);
+    const double k = 2.0 * M_PI * array.frequency_Hz / haptics::Medium().soundSpeed();
+    std::vector<std::complex<float>> q;
+    for (int i = 0; i < array.size(); ++i)
+    {
+        const double offset = array.phaseOffset_rad.size() > 0 ? array.phaseOffset_rad[i] : 0.0;
+        const double R = (r - array.positions.col(i)).norm();
+        q.emplace_back(std::polar(even ? 1.0 : amplitude(random), k * R - offset));
+    }
+    device::DriveSignal signal;
+    device::encode(q.data(), array.size(), signal);
+    return signal;
+}
+
+class Boards : public testing::TestWithParam<const char*>
+{
+};
+
+} // namespace
+
+// What each kind of board makes of the drive (rounded phases and widths, on or off), against the sum in double precision.
+TEST_P(Boards, NoPointGetsMoreThanTheCap)
+{
+    const haptics::Medium medium;
+    const haptics::TransducerArray array = arrayOf(GetParam());
+    std::mt19937 random(3);
+    int capped = 0;
+    for (int round = 0; round < 12; ++round)
+    {
+        const bool even = round % 3 == 0;
+        const auto device = simulated(GetParam(), array);
+        const Eigen::Matrix3Xd points = pointsBefore(array, 6, random);
+        device::DriveSignal signal = focusAt(points.col(0), array, random, even);
+        const double asked_Pa = loudestInDouble(points, array, medium, device->wouldPlay(signal));
+        const double cap_Pa = asked_Pa * (0.05 + 0.11 * round); // the last is no cap
+        const device::DriveSignal wanted = signal;
+        const CappedField field =
+            PressureCap(cap_Pa).hold(points, {&array}, medium, device.get(), signal);
+        ASSERT_TRUE(device->send(signal));
+        const double played_Pa = loudestInDouble(points, array, medium, device->played());
+        EXPECT_LE(played_Pa, cap_Pa) << "round " << round;
+        EXPECT_NEAR(played_Pa, field.achieved_Pa.maxCoeff(), 1e-4 * asked_Pa);
+        EXPECT_LT(loudestInDouble(points, array, medium, field.played) - played_Pa, 1e-6 * cap_Pa);
+        capped += field.factor < 1.0 ? 1 : 0;
+        if (cap_Pa > 1.001 * asked_Pa)
+        {
+            EXPECT_EQ(field.factor, 1.0);
+            EXPECT_EQ(signal.duty, wanted.duty) << "what keeps to the cap is left alone";
+        }
+        else
+        {
+            EXPECT_LT(field.factor, 1.0);
+        }
+        EXPECT_EQ(signal.phase, wanted.phase);
+        // In fine levels little is given away.
+        if (std::string(GetParam()).empty())
+        {
+            EXPECT_GT(played_Pa, 0.97 * std::min(cap_Pa, asked_Pa));
+        }
+        if (field.factor == 0.0)
+        {
+            EXPECT_EQ(played_Pa, 0.0);
+        }
+    }
+    EXPECT_GE(capped, 8);
+}
+
+INSTANTIATE_TEST_SUITE_P(Devices,
+                         Boards,
+                         testing::Values("", "sonicsurface", "ultraino", "openmpd"),
+                         [](const auto& info)
+                         { return *info.param ? std::string(info.param) : std::string("fine"); });
+
+TEST(PressureCap, ABoardThatIsOnOrOffFallsSilentWhereFullDriveIsTooMuch)
+{
+    const haptics::Medium medium;
+    const haptics::TransducerArray array = arrayOf("sonicsurface");
+    const auto device = simulated("sonicsurface", array);
+    std::mt19937 random(1);
+    const Eigen::Matrix3Xd points = pointsBefore(array, 1, random);
+    device::DriveSignal signal = focusAt(points.col(0), array, random, true);
+    const double full_Pa = loudestInDouble(points, array, medium, device->wouldPlay(signal));
+    const CappedField field =
+        PressureCap(0.9 * full_Pa).hold(points, {&array}, medium, device.get(), signal);
+    EXPECT_EQ(field.factor, 0.0);
+    EXPECT_EQ(signal.duty, std::vector<std::uint8_t>(256, 0));
+}
+
+TEST(PressureCap, HoldsForEachBeliefAboutTheArray)
+{
+    const haptics::Medium medium;
+    const haptics::TransducerArray array = arrayOf("");
+    haptics::TransducerArray shadowed = array;
+    shadowed.gain = Eigen::VectorXd::Constant(array.size(), 0.25);
+    std::mt19937 random(2);
+    const Eigen::Matrix3Xd points = pointsBefore(array, 3, random);
+    device::DriveSignal signal = focusAt(points.col(0), array, random, true);
+    const CappedField field =
+        PressureCap(500.0).hold(points, {&shadowed, &array}, medium, nullptr, signal);
+    EXPECT_LE(loudestInDouble(points, array, medium, field.played), 500.0);
+    EXPECT_GT(loudestInDouble(points, array, medium, field.played), 450.0); // a level is 8 % there
+    EXPECT_NEAR(
+        field.achieved_Pa.maxCoeff(), loudestInDouble(points, shadowed, medium, field.played), 0.1);
+}
+
+TEST(PressureCap, IsOverZero)
+{
+    for (const double wrong : {0.0, -1.0, 2e6, std::nan("")})
+        EXPECT_THROW(PressureCap{wrong}, haptics::InputError);
+}
+
+namespace
+{
+
+HologramOptions cappedOptions(double max_Pa, const std::string& uri = "sim:")
+{
+    HologramOptions options;
+    options.array = haptics::TransducerArray::octagonalPrism();
+    options.maxPressure_Pa = max_Pa;
+    options.deviceUri = uri;
+    return options;
+}
+
+SceneSnapshot squareOf(double pressure_Pa)
+{
+    SceneSnapshot snapshot = squareSnapshot();
+    snapshot.objects[0].properties.pressure = pressure_Pa;
+    snapshot.objects[0].properties.pressureInPa = true;
+    return snapshot;
+}
+
+double loudestOf(const HologramPipeline& pipeline, const HologramResult& result)
+{
+    return loudestInDouble(result.points.positions,
+                           pipeline.options().array,
+                           pipeline.options().medium,
+                           result.played);
+}
+
+} // namespace
+
+TEST(CappedPipeline, ARelativeFieldIsScaledDownAsAWhole)
+{
+    HologramPipeline free(cappedOptions(0.0));
+    const auto loud = free.process(squareSnapshot());
+    EXPECT_EQ(loud->capFactor, 1.0);
+    EXPECT_EQ(loud->maxPressure_Pa, 0.0);
+    const double cap_Pa = loud->report.level_Pa / 3.0;
+    HologramPipeline pipeline(cappedOptions(cap_Pa));
+    const auto result = pipeline.process(squareSnapshot());
+    const double loudest_Pa = loudestOf(pipeline, *result);
+    EXPECT_LE(loudest_Pa, cap_Pa);
+    EXPECT_GT(loudest_Pa, 0.97 * cap_Pa);
+    EXPECT_EQ(result->maxPressure_Pa, cap_Pa);
+    EXPECT_NEAR(result->capFactor, 1.0 / 3.0, 0.02);
+    EXPECT_NEAR(result->report.level_Pa, loud->report.level_Pa * result->capFactor, 0.01 * cap_Pa);
+    EXPECT_LT(result->report.rms, 0.01) << "the shape is kept";
+    EXPECT_EQ(result->counters.capped, 1u);
+    ASSERT_EQ(result->messages.size(), 1u);
+    EXPECT_EQ(result->messages[0].rfind("the field is held down to the cap of ", 0), 0u)
+        << result->messages[0];
+    EXPECT_TRUE(result->playing);
+}
+
+TEST(CappedPipeline, AbsoluteTargetsOverTheCapDontGetThere)
+{
+    HologramPipeline pipeline(cappedOptions(400.0));
+    const auto quiet = pipeline.process(squareOf(300.0));
+    EXPECT_EQ(quiet->capFactor, 1.0) << "what keeps to the cap is as it was";
+    EXPECT_NEAR(quiet->report.level_Pa, 300.0, 10.0);
+    const auto result = pipeline.process(squareOf(1500.0));
+    EXPECT_LE(loudestOf(pipeline, *result), 400.0);
+    EXPECT_GT(loudestOf(pipeline, *result), 360.0); // a level is 8 % there
+    EXPECT_LT(result->capFactor, 0.4);
+    EXPECT_EQ(result->report.shortPoints, result->points.size());
+    EXPECT_NEAR(result->report.worstShortfall, 1.0 - 400.0 / 1500.0, 0.03);
+}
+
+TEST(CappedPipeline, TheStricterCapCounts)
+{
+    const auto capOf = [](double options_Pa, const std::string& uri)
+    {
+        HologramPipeline pipeline(cappedOptions(options_Pa, uri));
+        const auto result = pipeline.process(squareSnapshot());
+        EXPECT_LE(loudestOf(pipeline, *result), result->maxPressure_Pa);
+        return result->maxPressure_Pa;
+    };
+    EXPECT_EQ(capOf(0.0, "sim:?max-pressure=350"), 350.0);
+    EXPECT_EQ(capOf(200.0, "sim:?max-pressure=350"), 200.0);
+    EXPECT_EQ(capOf(500.0, "sim:?max-pressure=350"), 350.0);
+    EXPECT_EQ(capOf(500.0, "sim:?boards=0-7&max-pressure=450,sim:?boards=8-15"), 450.0);
+    EXPECT_EQ(capOf(300.0, "null:?max-amplitude=0.5"), 300.0);
+}
+
+TEST(CappedPipeline, ASolverThatKnowsNoLimitsIsHeldToo)
+{
+    // All transducers full on, whatever is asked for.
+    auto options = fakeOptions(std::make_shared<FakeLog>());
+    options.deviceFactory = nullptr;
+    options.maxPressure_Pa = 250.0;
+    HologramPipeline pipeline(options);
+    const auto result = pipeline.process(squareSnapshot());
+    EXPECT_LE(loudestOf(pipeline, *result), 250.0);
+    EXPECT_GT(loudestOf(pipeline, *result), 240.0);
+}
+
+TEST(CappedPipeline, SilentWhereTheLevelsCantKeepToTheCap)
+{
+    HologramOptions options = cappedOptions(20.0, "sim:?board=sonicsurface");
+    options.array = haptics::TransducerArray::load("sonicsurface");
+    HologramPipeline pipeline(options);
+    SceneSnapshot snapshot = squareSnapshot();
+    snapshot.objects[0].pose.translation() =
+        options.array.positions.rowwise().mean() + 0.12 * options.array.normals.col(0);
+    const auto result = pipeline.process(snapshot);
+    ASSERT_GT(result->points.size(), 0);
+    EXPECT_EQ(result->capFactor, 0.0);
+    EXPECT_EQ(result->played.cwiseAbs().maxCoeff(), 0.0f);
+    EXPECT_EQ(result->achieved_Pa.maxCoeff(), 0.0f);
+    ASSERT_FALSE(result->messages.empty());
+    EXPECT_EQ(result->messages.back(),
+              "silent: the device's levels can't keep to the cap of 20 Pa at any control point");
+    EXPECT_EQ(pipeline.process(snapshot), result) << "and not solved again and again";
+}
+
+TEST(CappedPipeline, TheModulatedFieldIsHeldDownToo)
+{
+    const auto log = std::make_shared<FakeLog>();
+    HologramOptions options = fakeOptions(log);
+    options.maxPressure_Pa = 250.0;
+    options.modulation.amplitudeRate_Hz = 100.0;
+    HologramPipeline pipeline(options);
+    const auto result = pipeline.process(squareSnapshot());
+    EXPECT_LE(loudestOf(pipeline, *result), 250.0);
+    for (int i = 0; i < 10000 && log->sends < 40; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_GE(log->sends, 40);
+    EXPECT_LE(log->loudestAmplitude, result->played.cwiseAbs().maxCoeff() + 1e-6f);
+}
+
+TEST(CappedPipeline, AnOptionOutOfRangeIsNamed)
+{
+    HologramOptions options = cappedOptions(-5.0);
+    std::string error;
+    EXPECT_FALSE(options.isValid(&error));
+    EXPECT_EQ(error, "maxPressure_Pa is -5.000000, should be 0 (none) to 1e6");
+}
