@@ -24,7 +24,7 @@ Capsule moved(const Capsule& capsule, const Eigen::Isometry3d& motion)
 const HapticObject* find(const std::vector<HapticObject>& objects, std::uint64_t id)
 {
     for (const HapticObject& object : objects)
-        if (object.id == id) return &object;
+        if (object.touchId() == id) return &object;
     return nullptr;
 }
 
@@ -98,7 +98,7 @@ void HandProximity::measure(const HapticObject& object,
     const MeshDistance& mesh = meshOf(object);
     const Eigen::Isometry3d toMesh = object.pose.inverse();
     HandContact contact;
-    contact.object = object.id;
+    contact.object = object.touchId();
     contact.hand = hand;
     contact.distance_m = INFINITY;
     _overlapping.clear();
@@ -126,6 +126,21 @@ void HandProximity::measure(const HapticObject& object,
     }
     if (contact.distance_m > _options.range_m) return;
     if (contact.distance_m < 0.0) estimateForce(object, mesh, contact);
+    for (HandContact& other : _contacts)
+    {
+        if (other.object != contact.object || other.hand != hand) continue;
+        // Another part of the same instance: one touch, where it is nearest, with the force on both.
+        contact.overlap_m2 += other.overlap_m2;
+        contact.force_N += other.force_N;
+        if (other.distance_m < contact.distance_m)
+        {
+            contact.distance_m = other.distance_m;
+            contact.bone = other.bone;
+            contact.position = other.position;
+        }
+        other = contact;
+        return;
+    }
     _contacts.push_back(contact);
 }
 

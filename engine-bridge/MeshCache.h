@@ -3,6 +3,7 @@
 #include "engine-bridge/MeshExtractor.h"
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <cstdint>
 #include <memory>
@@ -13,18 +14,22 @@
 namespace midair::bridge
 {
 
-/// A subtree's mesh as it is now, stretched and in metres.
+/// A part of a subtree as it is now, stretched and in metres.
 struct CachedMesh
 {
     std::uint64_t meshId = 0;     ///< new whenever anything about the mesh is
     std::uint64_t topologyId = 0; ///< new only when the triangles are: the same points can follow
     std::shared_ptr<const haptics::TriangleMesh> mesh;
+    std::uint64_t part =
+        0; ///< 0: what moves with the root; else the same number from frame to frame
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array
 };
 
 /// Meshes by subtree and stretch, extracted once and again only when the subtree's fingerprint says so.
 ///
-/// Used on the thread that may read nodes. Between beginFrame() and endFrame() ask for what this frame needs; what was not
-/// asked for in kKeptFrames frames is forgotten. A frame in which no shape changed allocates nothing.
+/// A transform inside a subtree that is seen to move makes what is below it a part of its own from then on: only its pose
+/// changes after that. Used on the thread that may read nodes. Between beginFrame() and endFrame() ask for what this frame
+/// needs; what was not asked for in kKeptFrames frames is forgotten. A frame in which no shape changed allocates nothing.
 class MeshCache
 {
 public:
@@ -32,12 +37,15 @@ public:
 
     void beginFrame();
 
-    /// \a stretch maps the subtree's units to metres, scale baked in. Stretches that differ by under 1e-6 of their size
-    /// count as the same (rounding while an object turns). Warnings of an extraction are added to \a warnings.
-    CachedMesh get(osg::Node& root,
-                   const Eigen::Matrix3d& stretch,
-                   const ExtractOptions& options,
-                   std::vector<std::string>& warnings);
+    /// The subtree's parts with their poses in \a out, which is cleared first. \a toArray maps the coordinates of \a root's
+    /// children to the array, affine; its scale is baked into the meshes. Stretches that differ by under 1e-6 of their
+    /// size count as the same (rounding while an object turns). Parts that can't be felt, and other warnings of an
+    /// extraction, are told in \a warnings. \a options' movers and images are the cache's own affair.
+    void get(osg::Node& root,
+             const Eigen::Matrix4d& toArray,
+             const ExtractOptions& options,
+             std::vector<CachedMesh>& out,
+             std::vector<std::string>& warnings);
 
     void endFrame();
 
@@ -47,27 +55,43 @@ private:
     struct Stretched
     {
         Eigen::Matrix3d stretch;
-        CachedMesh cached;
+        std::uint64_t meshId = 0;
+        std::shared_ptr<const haptics::TriangleMesh> mesh;
         int unusedFrames = 0;
+    };
+    struct Part
+    {
+        std::uint64_t key = 0;
+        MeshFingerprint fingerprint;
+        std::uint64_t topologyId = 0;
+        haptics::TriangleMesh mesh;
+        std::vector<Stretched> stretched;
     };
     struct Subtree
     {
         osg::ref_ptr<osg::Node> root; ///< alive, so that its address stays its own
-        bool intensityFromColors = false;
-        ExtractedMesh extracted;
-        std::uint64_t topologyId = 0;
-        bool checked = false; ///< fingerprint taken this frame
-        std::vector<Stretched> stretched;
+        ExtractOptions options;       ///< with its movers
+        ExtractedMesh extracted;      ///< its meshes are moved into parts
+        MeshFingerprint fingerprint;
+        std::vector<Part> parts; ///< as extracted.state.parts
+        SubtreeState now;
+        bool checked = false; ///< looked at this frame
+        int unusedFrames = 0;
     };
 
     void refresh(Subtree& subtree,
                  osg::Node& root,
                  const ExtractOptions& options,
                  std::vector<std::string>& warnings);
+    void extract(Subtree& subtree, std::vector<std::string>& warnings);
+    void place(Part& part, const Eigen::Matrix4d& toArray, CachedMesh& out);
+    const Stretched& stretchedTo(Part& part, const Eigen::Matrix3d& stretch);
 
-    static void forgetUnused(Subtree& subtree, int frames);
+    static bool findMovers(Subtree& subtree);
+    static void forgetUnused(Part& part, int frames);
 
     std::unordered_map<const osg::Node*, Subtree> _subtrees;
+    PaintImages _images;
     std::uint64_t _nextId = 1;
     std::uint64_t _extractions = 0;
 };

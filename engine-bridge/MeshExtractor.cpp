@@ -1,20 +1,13 @@
 #include "engine-bridge/MeshExtractor.h"
 
 #include "engine-bridge/Convert.h"
+#include "engine-bridge/GeometryReader.h"
+#include "engine-bridge/SteadyTransform.h"
 
-#include <osg/AutoTransform>
-#include <osg/Billboard>
-#include <osg/Camera>
 #include <osg/Geometry>
-#include <osg/NodeVisitor>
-#include <osg/Projection>
-#include <osg/Transform>
-#include <osg/TriangleFunctor>
-#include <osg/TriangleIndexFunctor>
 
 #include <algorithm>
 #include <cstring>
-#include <map>
 
 namespace midair::bridge
 {
@@ -49,220 +42,127 @@ void mix(std::uint64_t& hash, const osg::BufferData* data)
     if (data) mix(hash, static_cast<std::uint64_t>(data->getModifiedCount()));
 }
 
-/// Hands out each drawable of the active subtree with its matrix to the root of the walk.
-class ActiveSubtreeVisitor : public osg::NodeVisitor
+class InspectWalk : public SubtreeWalk
 {
 public:
-    ActiveSubtreeVisitor() : osg::NodeVisitor(NODE_VISITOR, TRAVERSE_ACTIVE_CHILDREN) {}
-
-    /// \a now has to outlive the walk.
-    void setOptions(const ExtractOptions& now)
+    void begin(SubtreeState& state)
     {
-        options = &now;
-        setTraversalMask(now.traversalMask);
-    }
-
-    void walk(osg::Node& root)
-    {
-        this->root = &root;
-        if (osg::Drawable* drawable = root.asDrawable())
-            visit(*drawable);
-        else
-            traverse(root); // the root's own transform belongs to the pose
-    }
-
-    void apply(osg::Node& node) override
-    {
-        if (options->skip && options->skip(node)) return;
-        enter(node);
-        traverse(node);
-    }
-
-    void apply(osg::Transform& node) override
-    {
-        if (options->skip && options->skip(node)) return;
-        enter(node);
-        // An absolute frame hangs on the camera, not in the world.
-        if (node.getReferenceFrame() != osg::Transform::RELATIVE_RF) return;
-        const osg::Matrixd outer = matrix;
-        const bool outerIdentity = identity;
-        node.computeLocalToWorldMatrix(matrix, this);
-        identity = false;
-        transformed();
-        traverse(node);
-        matrix = outer;
-        identity = outerIdentity;
-    }
-
-    void apply(osg::Camera&) override {}
-    void apply(osg::Projection&) override {}
-
-    void apply(osg::Drawable& drawable) override
-    {
-        if (options->skip && options->skip(drawable)) return;
-        visit(drawable);
+        _state = &state;
+        state.parts.clear();
+        state.still.clear();
     }
 
 protected:
-    virtual void enter(osg::Node&) {}
-    virtual void transformed() {}
-    virtual void visit(osg::Drawable& drawable) = 0;
+    MeshFingerprint& print() { return _state->parts[part].fingerprint; }
 
-    const ExtractOptions* options = nullptr;
-    osg::Node* root = nullptr;
-    osg::Matrixd matrix;
-    bool identity = true;
-};
-
-class FingerprintVisitor : public ActiveSubtreeVisitor
-{
-public:
-    MeshFingerprint result;
-
-    void begin(const ExtractOptions& now)
+    void open(std::uint64_t key, const osg::Matrixd& toRoot) override
     {
-        setOptions(now);
-        result = {};
+        _state->parts.push_back({key, {}, toRoot});
     }
 
-protected:
-    void enter(osg::Node& node) override { mix(result.topology, static_cast<const void*>(&node)); }
-    void transformed() override { mix(result.vertices, matrix); }
+    void enter(osg::Node& node) override { mix(print().topology, static_cast<const void*>(&node)); }
+
+    void still(osg::Transform& node, const osg::Matrixd& local) override
+    {
+        _state->still.emplace_back(&node, local);
+        mix(print().vertices, local);
+    }
 
     void visit(osg::Drawable& drawable) override
     {
-        mix(result.topology, static_cast<const void*>(&drawable));
+        mix(print().topology, static_cast<const void*>(&drawable));
         const osg::Geometry* geometry = drawable.asGeometry();
         if (!geometry) return;
         const osg::Array* vertices = geometry->getVertexArray();
-        mix(result.topology, static_cast<std::uint64_t>(vertices ? vertices->getNumElements() : 0));
-        mix(result.vertices, static_cast<const osg::BufferData*>(vertices));
-        if (options->intensityFromColors)
-            mix(result.vertices, static_cast<const osg::BufferData*>(geometry->getColorArray()));
+        mix(print().topology,
+            static_cast<std::uint64_t>(vertices ? vertices->getNumElements() : 0));
+        mix(print().topology, static_cast<const void*>(deformerOf(*geometry)));
+        mix(print().vertices, static_cast<const osg::BufferData*>(vertices));
         for (const auto& primitives : geometry->getPrimitiveSetList())
-            mix(result.topology, static_cast<const osg::BufferData*>(primitives.get()));
+            mix(print().topology, static_cast<const osg::BufferData*>(primitives.get()));
+        if (options->paint.source == PaintOptions::VERTEX_COLORS)
+            mix(print().vertices, static_cast<const osg::BufferData*>(geometry->getColorArray()));
+        if (options->paint.source == PaintOptions::TEXTURE) mixTexture(*geometry);
     }
-};
-
-/// Vertices of any of OSG's array types as doubles.
-class VertexReader : public osg::ConstArrayVisitor
-{
-public:
-    Eigen::Matrix3Xd vertices;
-    bool understood = false;
-
-    void apply(const osg::Vec2Array& a) override { read(a); }
-    void apply(const osg::Vec3Array& a) override { read(a); }
-    void apply(const osg::Vec4Array& a) override { read(a); }
-    void apply(const osg::Vec2dArray& a) override { read(a); }
-    void apply(const osg::Vec3dArray& a) override { read(a); }
-    void apply(const osg::Vec4dArray& a) override { read(a); }
 
 private:
-    template<typename A>
-    void read(const A& array)
+    void mixTexture(const osg::Geometry& geometry)
     {
-        constexpr int kSize = A::ElementDataType::num_components;
-        vertices.resize(3, static_cast<Eigen::Index>(array.size()));
-        for (std::size_t i = 0; i < array.size(); ++i)
+        std::uint64_t& hash = print().vertices;
+        mix(hash, static_cast<const osg::BufferData*>(geometry.getTexCoordArray(0)));
+        if (paint.matrix) mix(hash, paint.matrix->getMatrix());
+        const osg::Texture* texture = paint.texture;
+        mix(hash, static_cast<const void*>(texture));
+        if (!texture) return;
+        mix(hash, static_cast<std::uint64_t>(texture->getWrap(osg::Texture::WRAP_S)));
+        mix(hash, static_cast<std::uint64_t>(texture->getWrap(osg::Texture::WRAP_T)));
+        if (options->images)
+            mix(hash, options->images->version(*texture));
+        else
+            mix(hash, static_cast<const osg::BufferData*>(texture->getImage(0)));
+    }
+
+    SubtreeState* _state = nullptr;
+};
+
+haptics::TriangleMesh joined(const std::vector<MeshPiece>& pieces)
+{
+    Eigen::Index v = 0;
+    Eigen::Index t = 0;
+    bool colored = false;
+    bool pictured = false;
+    for (const MeshPiece& piece : pieces)
+    {
+        v += piece.vertices.cols();
+        t += static_cast<Eigen::Index>(piece.triangles.size());
+        colored = colored || !piece.intensity.empty();
+        pictured = pictured || piece.image;
+    }
+    haptics::TriangleMesh mesh;
+    mesh.vertices.resize(3, v);
+    mesh.triangles.resize(3, t);
+    if (colored) mesh.intensity.setOnes(v);
+    const auto paint = std::make_shared<haptics::SurfacePaint>();
+    if (pictured) paint->coordinates.setZero(2, v);
+    v = t = 0;
+    for (const MeshPiece& piece : pieces)
+    {
+        const Eigen::Index count = piece.vertices.cols();
+        mesh.vertices.middleCols(v, count) = piece.vertices;
+        for (std::size_t i = 0; i < piece.intensity.size(); ++i)
+            mesh.intensity[v + static_cast<Eigen::Index>(i)] = piece.intensity[i];
+        for (const Eigen::Vector3i& triangle : piece.triangles)
+            mesh.triangles.col(t++) = triangle.array() + static_cast<int>(v);
+        if (pictured)
         {
-            const auto column = static_cast<Eigen::Index>(i);
-            for (int k = 0; k < 3; ++k)
-                vertices(k, column) = k < kSize ? static_cast<double>(array[i][k]) : 0.0;
+            const int image = piece.image ? static_cast<int>(paint->images.size()) : -1;
+            if (piece.image) paint->images.push_back(piece.image);
+            if (piece.image) paint->coordinates.middleCols(v, count) = piece.coordinates;
+            paint->image.insert(paint->image.end(), piece.triangles.size(), image);
         }
-        understood = true;
+        v += count;
     }
-};
-
-/// Brightness (mean of red, green and blue, times alpha) of a colour array, 0 .. 1.
-class BrightnessReader : public osg::ConstArrayVisitor
-{
-public:
-    std::vector<float> brightness;
-
-    void apply(const osg::Vec4Array& a) override { read(a, 1.0f, true); }
-    void apply(const osg::Vec3Array& a) override { read(a, 1.0f, false); }
-    void apply(const osg::Vec4ubArray& a) override { read(a, 1.0f / 255.0f, true); }
-    void apply(const osg::Vec3ubArray& a) override { read(a, 1.0f / 255.0f, false); }
-
-private:
-    template<typename A>
-    void read(const A& array, float scale, bool alpha)
-    {
-        for (const auto& c : array)
-        {
-            const float sum =
-                static_cast<float>(c[0]) + static_cast<float>(c[1]) + static_cast<float>(c[2]);
-            const float opacity = alpha ? static_cast<float>(c[3]) * scale : 1.0f;
-            brightness.push_back(std::clamp(sum * scale / 3.0f * opacity, 0.0f, 1.0f));
-        }
-    }
-};
-
-struct TriangleIndices
-{
-    std::vector<Eigen::Vector3i> triangles;
-    void operator()(unsigned int a, unsigned int b, unsigned int c)
-    {
-        triangles.emplace_back(static_cast<int>(a), static_cast<int>(b), static_cast<int>(c));
-    }
-};
-
-struct TriangleSoup
-{
-    std::vector<osg::Vec3> corners;
-    void operator()(const osg::Vec3& a, const osg::Vec3& b, const osg::Vec3& c, bool = false)
-    {
-        corners.insert(corners.end(), {a, b, c});
-    }
-};
-
-std::string quoted(const osg::Object& object)
-{
-    return std::string(object.className()) +
-           (object.getName().empty() ? std::string() : " '" + object.getName() + "'");
+    if (pictured) mesh.paint = paint;
+    return mesh;
 }
 
-class ExtractVisitor : public ActiveSubtreeVisitor
+class ExtractWalk : public SubtreeWalk
 {
 public:
-    ExtractVisitor(const ExtractOptions& now, ExtractedMesh& out) : _out(out) { setOptions(now); }
+    ExtractWalk(const ExtractOptions& now, PaintImages& images, ExtractedMesh& out) :
+        _out(out),
+        _reader(now.paint, images, out.warnings, out.sources)
+    {
+    }
 
-    /// One mesh out of the pieces.
     void finish()
     {
-        Eigen::Index v = 0;
-        Eigen::Index t = 0;
-        bool painted = false;
-        for (const Piece& piece : _pieces)
-        {
-            v += piece.vertices.cols();
-            t += static_cast<Eigen::Index>(piece.triangles.size());
-            painted = painted || !piece.intensity.empty();
-        }
-        haptics::TriangleMesh& mesh = _out.mesh;
-        mesh.vertices.resize(3, v);
-        mesh.triangles.resize(3, t);
-        if (painted) mesh.intensity.setOnes(v);
-        v = t = 0;
-        for (const Piece& piece : _pieces)
-        {
-            mesh.vertices.middleCols(v, piece.vertices.cols()) = piece.vertices;
-            for (std::size_t i = 0; i < piece.intensity.size(); ++i)
-                mesh.intensity[v + static_cast<Eigen::Index>(i)] = piece.intensity[i];
-            for (const Eigen::Vector3i& triangle : piece.triangles)
-                mesh.triangles.col(t++) = triangle.array() + static_cast<int>(v);
-            v += piece.vertices.cols();
-        }
+        for (const auto& pieces : _pieces)
+            _out.parts.push_back(joined(pieces));
     }
 
 protected:
-    struct Piece
-    {
-        Eigen::Matrix3Xd vertices;
-        std::vector<Eigen::Vector3i> triangles;
-        std::vector<float> intensity; ///< one a vertex, or empty
-    };
+    void open(std::uint64_t, const osg::Matrixd&) override { _pieces.emplace_back(); }
 
     void enter(osg::Node& node) override
     {
@@ -272,7 +172,7 @@ protected:
         if (transform && transform->getReferenceFrame() != osg::Transform::RELATIVE_RF)
             _out.warnings.push_back(quoted(node) +
                                     " has an absolute reference frame; it can't be felt");
-        if (dynamic_cast<osg::Billboard*>(&node) || dynamic_cast<osg::AutoTransform*>(&node))
+        if (dynamic_cast<osg::Billboard*>(&node) || (transform && followsCamera(*transform)))
             _out.warnings.push_back(quoted(node) +
                                     " turns with the camera on screen; it is felt unturned");
     }
@@ -280,12 +180,7 @@ protected:
     void visit(osg::Drawable& drawable) override
     {
         _out.sources.emplace_back(&drawable);
-        Piece piece;
-        const osg::Geometry* geometry = drawable.asGeometry();
-        if (geometry)
-            readGeometry(*geometry, piece);
-        else if (std::strcmp(drawable.libraryName(), "osgText") != 0)
-            readSoup(drawable, piece);
+        MeshPiece piece = _reader.read(drawable, paint);
         if (piece.triangles.empty()) return;
         if (!identity)
         {
@@ -293,97 +188,52 @@ protected:
             piece.vertices = (m.topLeftCorner<3, 3>() * piece.vertices).colwise() +
                              m.topRightCorner<3, 1>().eval();
         }
-        _pieces.push_back(std::move(piece));
+        _pieces[part].push_back(std::move(piece));
     }
 
 private:
-    void readGeometry(const osg::Geometry& geometry, Piece& piece)
-    {
-        if (std::strcmp(geometry.className(), "RigGeometry") == 0 && !geometry.getVertexArray())
-            _out.warnings.push_back(quoted(geometry) + " has no vertices before its first update");
-        const osg::Array* array = geometry.getVertexArray();
-        if (!array) return;
-        VertexReader reader;
-        array->accept(reader);
-        if (!reader.understood)
-        {
-            _out.warnings.push_back(quoted(geometry) + " has vertices of an unknown type (" +
-                                    array->className() + "); it can't be felt");
-            return;
-        }
-        piece.vertices = std::move(reader.vertices);
-        osg::TriangleIndexFunctor<TriangleIndices> functor;
-        geometry.accept(functor);
-        piece.triangles = std::move(functor.triangles);
-        const auto count = static_cast<int>(piece.vertices.cols());
-        const auto last = std::remove_if(piece.triangles.begin(),
-                                         piece.triangles.end(),
-                                         [count](const Eigen::Vector3i& t)
-                                         { return t.minCoeff() < 0 || t.maxCoeff() >= count; });
-        if (last != piece.triangles.end())
-        {
-            _out.warnings.push_back(quoted(geometry) + " has indices beyond its " +
-                                    std::to_string(count) +
-                                    " vertices; those triangles are left out");
-            piece.triangles.erase(last, piece.triangles.end());
-        }
-        if (options->intensityFromColors) readColors(geometry, piece);
-        _out.sources.emplace_back(array);
-        for (const auto& primitives : geometry.getPrimitiveSetList())
-            _out.sources.emplace_back(primitives.get());
-    }
-
-    void readColors(const osg::Geometry& geometry, Piece& piece)
-    {
-        const osg::Array* colors = geometry.getColorArray();
-        if (!colors) return;
-        _out.sources.emplace_back(colors);
-        BrightnessReader reader;
-        colors->accept(reader);
-        const auto count = static_cast<std::size_t>(piece.vertices.cols());
-        if (colors->getBinding() == osg::Array::BIND_PER_VERTEX &&
-            reader.brightness.size() >= count)
-            piece.intensity.assign(reader.brightness.begin(),
-                                   reader.brightness.begin() + static_cast<std::ptrdiff_t>(count));
-        else if (colors->getBinding() == osg::Array::BIND_OVERALL && !reader.brightness.empty())
-            piece.intensity.assign(count, reader.brightness.front());
-    }
-
-    static void readSoup(const osg::Drawable& drawable, Piece& piece)
-    {
-        osg::TriangleFunctor<TriangleSoup> functor;
-        if (!drawable.supports(functor)) return;
-        drawable.accept(functor);
-        const auto& corners = functor.corners;
-        piece.vertices.resize(3, static_cast<Eigen::Index>(corners.size()));
-        for (std::size_t i = 0; i < corners.size(); ++i)
-            piece.vertices.col(static_cast<Eigen::Index>(i)) = toEigen(osg::Vec3d(corners[i]));
-        for (int i = 0; i + 2 < static_cast<int>(corners.size()); i += 3)
-            piece.triangles.emplace_back(i, i + 1, i + 2);
-    }
-
     ExtractedMesh& _out;
-    std::vector<Piece> _pieces;
+    GeometryReader _reader;
+    std::vector<std::vector<MeshPiece>> _pieces; ///< by part
 };
 
 } // namespace
 
-MeshFingerprint fingerprint(osg::Node& root, const ExtractOptions& options)
+MeshFingerprint SubtreeState::fingerprint() const
+{
+    MeshFingerprint all;
+    for (const SubtreePart& part : parts)
+    {
+        mix(all.topology, part.key);
+        mix(all.topology, part.fingerprint.topology);
+        mix(all.vertices, part.fingerprint.vertices);
+    }
+    return all;
+}
+
+void inspect(osg::Node& root, const ExtractOptions& options, SubtreeState& state)
 {
     // Kept from call to call for its node path's memory: this is done for every object in every frame.
-    thread_local FingerprintVisitor visitor;
-    visitor.begin(options);
-    visitor.walk(root);
-    return visitor.result;
+    thread_local InspectWalk walk;
+    walk.begin(state);
+    walk.walk(root, options);
+}
+
+MeshFingerprint fingerprint(osg::Node& root, const ExtractOptions& options)
+{
+    SubtreeState state;
+    inspect(root, options, state);
+    return state.fingerprint();
 }
 
 ExtractedMesh extractMesh(osg::Node& root, const ExtractOptions& options)
 {
     ExtractedMesh out;
-    out.fingerprint = fingerprint(root, options);
-    ExtractVisitor visitor(options, out);
-    visitor.walk(root);
-    visitor.finish();
+    inspect(root, options, out.state);
+    PaintImages ownImages;
+    ExtractWalk walk(options, options.images ? *options.images : ownImages, out);
+    walk.walk(root, options);
+    walk.finish();
     return out;
 }
 

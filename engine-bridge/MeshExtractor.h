@@ -1,33 +1,26 @@
 #pragma once
 
+#include "engine-bridge/SubtreeWalk.h"
 #include "haptics/TriangleMesh.h"
 
+#include <osg/Matrixd>
 #include <osg/Node>
 #include <osg/ref_ptr>
 
 #include <cstdint>
-#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace midair::bridge
 {
 
-/// What of a subtree becomes the mesh.
-struct ExtractOptions
-{
-    bool intensityFromColors =
-        false; ///< brightness of vertex colours (0 .. 1) becomes TriangleMesh::intensity
-    unsigned int traversalMask = ~0u; ///< nodes whose mask has none of these bits are left out
-    std::function<bool(const osg::Node&)> skip; ///< subtrees to leave out; empty: none
-};
-
 /// What a mesh was made from, cheap to compare every frame: array and primitive-set pointers with their modified
-/// counts, the active children, the transforms in between. (dirtyBound() tells nothing of the kind.)
+/// counts, the active children, the transforms in between but for movers. (dirtyBound() tells nothing of the kind.)
 struct MeshFingerprint
 {
     std::uint64_t topology = 0; ///< which triangles
-    std::uint64_t vertices = 0; ///< where they are
+    std::uint64_t vertices = 0; ///< where they are, and how they are painted
 
     bool operator==(const MeshFingerprint& other) const
     {
@@ -36,18 +29,43 @@ struct MeshFingerprint
     bool operator!=(const MeshFingerprint& other) const { return !(*this == other); }
 };
 
-/// Without copying or allocating anything. Reads \a root's active children, whether or not a camera sees them:
-/// levels of detail count at their finest.
+/// A part of a subtree that moves as one.
+struct SubtreePart
+{
+    std::uint64_t key = 0; ///< 0: what moves with the root; else of the movers on the way
+    MeshFingerprint fingerprint;
+    osg::Matrixd toRoot; ///< its coordinates -> those of the root's children
+};
+
+/// A subtree as it is now.
+struct SubtreeState
+{
+    std::vector<SubtreePart> parts; ///< at least that of the root
+    /// Transforms that are no movers, in the order of the walk, with their matrices.
+    std::vector<std::pair<const osg::Transform*, osg::Matrixd>> still;
+
+    /// Of all parts together.
+    MeshFingerprint fingerprint() const;
+};
+
+/// Without copying anything; allocates only while \a state grows. Reads \a root's active children, whether or not a camera
+/// sees them: levels of detail count at their finest.
+void inspect(osg::Node& root, const ExtractOptions& options, SubtreeState& state);
+
+/// inspect() for one look.
 MeshFingerprint fingerprint(osg::Node& root, const ExtractOptions& options = {});
 
-/// A subtree's triangles in scene units and in the frame of \a root's children, with inner transforms baked in.
+/// A subtree's triangles in scene units, a mesh a part, each in the part's own coordinates.
 struct ExtractedMesh
 {
-    haptics::TriangleMesh mesh;
-    MeshFingerprint fingerprint;
-    std::vector<std::string> warnings; ///< what of the subtree can't be felt, and why
-    /// Keeps what the fingerprint points at alive, so that no new array can take an old one's address.
+    SubtreeState state;
+    std::vector<haptics::TriangleMesh> parts; ///< as state.parts; may be empty meshes
+    std::vector<std::string> warnings;        ///< what of the subtree can't be felt, and why
+    /// Keeps what the fingerprints point at alive, so that no new array can take an old one's address.
     std::vector<osg::ref_ptr<const osg::Referenced>> sources;
+
+    /// What moves with the root: all of it where there are no movers.
+    const haptics::TriangleMesh& mesh() const { return parts.front(); }
 };
 
 /// Lines and points are left out, and so are cameras (what they show is not where it is) and text.

@@ -41,10 +41,11 @@ inline bool operator!=(const HapticProperties& a, const HapticProperties& b)
     return !(a == b);
 }
 
-/// One instance (one node path) of a haptic object. The mesh is shared and never changes; a new shape is a new mesh and a new meshId.
+/// One instance (one node path) of a haptic object, or a part of it that moves by itself. The mesh is shared and never changes; a new shape is a new mesh and a new meshId.
 struct HapticObject
 {
-    std::uint64_t id = 0;     ///< of this instance, stable from frame to frame
+    std::uint64_t id = 0;     ///< of this instance, or of a part of it; stable from frame to frame
+    std::uint64_t whole = 0;  ///< of the instance, for touches: its parts share it; 0: id
     std::string path;         ///< node path for messages
     std::uint64_t meshId = 0; ///< equal ids: the same mesh
     std::uint64_t topologyId =
@@ -53,6 +54,8 @@ struct HapticObject
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array frame
     HapticProperties properties;
     bool touchEvents = false; ///< hands are measured against it; changes nothing about the field
+
+    std::uint64_t touchId() const { return whole ? whole : id; }
 };
 
 /// All that should be felt in one frame, handed to the hologram thread; immutable once submitted.

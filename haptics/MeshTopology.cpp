@@ -54,6 +54,15 @@ void checkMesh(const TriangleMesh& mesh)
         throw InputError("The mesh has " + std::to_string(mesh.intensity.size()) +
                          " intensities for " + std::to_string(vertices) + " vertices");
     }
+    if (mesh.paint &&
+        (mesh.paint->coordinates.cols() != vertices ||
+         static_cast<Eigen::Index>(mesh.paint->image.size()) != mesh.triangles.cols()))
+    {
+        throw InputError(
+            "The mesh's paint is for " + std::to_string(mesh.paint->coordinates.cols()) +
+            " vertices and " + std::to_string(mesh.paint->image.size()) + " triangles; there are " +
+            std::to_string(vertices) + " and " + std::to_string(mesh.triangles.cols()));
+    }
 }
 
 /// The shortest edge of any triangle at each vertex, coinciding corners left aside; m, infinite where there is none.

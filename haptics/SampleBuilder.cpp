@@ -127,16 +127,7 @@ SurfaceSamples SampleBuilder::finish()
     for (Eigen::Index i = 0; i < n; ++i)
     {
         const auto index = static_cast<std::size_t>(i);
-        const Eigen::Vector3d& barycentric = _barycentrics[index];
-        _samples.barycentric.col(i) = barycentric;
-        if (_mesh.intensity.size() > 0)
-        {
-            const Eigen::Vector3i v = _mesh.triangles.col(_samples.triangle[index]);
-            _samples.intensity[i] =
-                static_cast<float>(barycentric[0] * static_cast<double>(_mesh.intensity[v[0]]) +
-                                   barycentric[1] * static_cast<double>(_mesh.intensity[v[1]]) +
-                                   barycentric[2] * static_cast<double>(_mesh.intensity[v[2]]));
-        }
+        _samples.barycentric.col(i) = _barycentrics[index];
     }
     updateSamples(_mesh, _samples);
     return std::move(_samples);

@@ -216,6 +216,8 @@ void updateSamples(const TriangleMesh& deformed, SurfaceSamples& samples)
         const auto index = static_cast<std::size_t>(i);
         samples.positions.col(i) =
             pointOnTriangle(deformed, samples.triangle[index], samples.barycentric.col(i));
+        samples.intensity[i] =
+            intensityAt(deformed, samples.triangle[index], samples.barycentric.col(i));
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         Eigen::Vector3d own = Eigen::Vector3d::Zero();
         for (int k = samples.normalStart[index]; k < samples.normalStart[index + 1]; ++k)

@@ -67,7 +67,7 @@ SurfaceSamples sampleSurface(const TriangleMesh& mesh, const SamplerOptions& opt
 std::vector<SurfaceSamples>
 sampleSurfaceSets(const TriangleMesh& mesh, const SamplerOptions& options, int count);
 
-/// Moves the samples with their mesh: positions and normals anew, nothing allocated. \a deformed has the triangles of
+/// Moves the samples with their mesh: positions, normals and intensities anew, nothing allocated. \a deformed has the triangles of
 /// the mesh that was sampled. A normal that the deformed mesh doesn't define (no area left) stays as it was. Throws
 /// InputError where a sample's triangle or vertices are not there.
 void updateSamples(const TriangleMesh& deformed, SurfaceSamples& samples);

@@ -1,7 +1,10 @@
 #pragma once
 
+#include "haptics/SurfacePaint.h"
+
 #include <Eigen/Core>
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,6 +17,7 @@ struct TriangleMesh
     Eigen::Matrix3Xd vertices;  ///< 3 x v, metres
     Eigen::Matrix3Xi triangles; ///< 3 x t, indices into vertices
     Eigen::VectorXf intensity;  ///< v or empty: painted haptics, 0 .. 1, multiplies the target
+    std::shared_ptr<const SurfacePaint> paint; ///< pictures, before intensity; null: none
 
     /// Edges of the bounding box; zero for an empty mesh.
     Eigen::Vector3d extent() const;

@@ -1,5 +1,7 @@
 #include "CollectHapticSurfacesVisitor.h"
 
+#include "engine-bridge/SteadyTransform.h"
+
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
 
@@ -80,6 +82,7 @@ void CollectHapticSurfacesVisitor::collect(osg::Node& root,
     _pathStarts.clear();
     _world = world;
     _inWorld = true;
+    _followsCamera = false;
     root.accept(*this);
     if (!_instances.empty() || !otherwise || !validNodeMask(root)) return;
     if (osg::Transform* transform = root.asTransform())
@@ -116,6 +119,7 @@ void CollectHapticSurfacesVisitor::add(osg::Node& node, const HapticProperty* pr
     instance.world = _world;
     instance.property = property;
     instance.inWorld = _inWorld;
+    instance.followsCamera = _followsCamera;
     _instances.push_back(instance);
     _pathStarts.push_back(_paths.size());
     _paths.insert(_paths.end(), _nodePath.begin(), _nodePath.end());
@@ -150,12 +154,15 @@ void CollectHapticSurfacesVisitor::apply(osg::Transform& node)
     if (!leadsSomewhere(node)) return;
     const osg::Matrixd outer = _world;
     const bool outerInWorld = _inWorld;
+    const bool outerFollows = _followsCamera;
     if (node.getReferenceFrame() != osg::Transform::RELATIVE_RF) _inWorld = false;
-    node.computeLocalToWorldMatrix(_world, this);
+    if (midair::bridge::followsCamera(node)) _followsCamera = true;
+    if (_inWorld) _world.preMult(midair::bridge::steadyMatrix(node, this));
     check(node);
     traverse(node);
     _world = outer;
     _inWorld = outerInWorld;
+    _followsCamera = outerFollows;
 }
 
 void CollectHapticSurfacesVisitor::apply(osg::Camera& node)

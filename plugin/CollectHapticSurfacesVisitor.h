@@ -21,6 +21,7 @@ struct HapticInstance
     const HapticProperty* property = nullptr; ///< of a HapticSurface; null: the node carries a tag
     bool inWorld =
         true; ///< false under a camera or an absolute frame: what hangs there has no place
+    bool followsCamera = false; ///< below what turns with the camera; world leaves that out
 };
 
 /// Finds every HapticSurface and every node tagged "haptic" among the active children, once per node path: Switch,
@@ -62,6 +63,7 @@ private:
     std::vector<std::size_t> _pathStarts;
     osg::Matrixd _world;
     bool _inWorld = true;
+    bool _followsCamera = false;
 };
 
 /// Has tagged nodes anywhere under \a root counted like haptic ones. Walks the whole subtree: not for every frame.

@@ -39,6 +39,35 @@ midair::bridge::HapticProperties forBridge(const HapticProperty& property)
     return p;
 }
 
+midair::bridge::PaintOptions paintOf(const HapticProperty& property)
+{
+    using midair::bridge::PaintOptions;
+    PaintOptions paint;
+    paint.source = property.intensity == HapticProperty::VERTEX_COLOR ? PaintOptions::VERTEX_COLORS
+                   : property.intensity == HapticProperty::TEXTURE    ? PaintOptions::TEXTURE
+                                                                      : PaintOptions::NONE;
+    switch (property.intensityChannel)
+    {
+    case HapticProperty::RED:
+        paint.channel = PaintOptions::RED;
+        break;
+    case HapticProperty::GREEN:
+        paint.channel = PaintOptions::GREEN;
+        break;
+    case HapticProperty::BLUE:
+        paint.channel = PaintOptions::BLUE;
+        break;
+    case HapticProperty::ALPHA:
+        paint.channel = PaintOptions::ALPHA;
+        break;
+    default:
+        break;
+    }
+    paint.low = property.intensityLow;
+    paint.high = property.intensityHigh;
+    return paint;
+}
+
 /// What changes between them, if anything, does not need a new hologram thread.
 bool sameButForHands(HapticSettings a, const HapticSettings& b)
 {
@@ -113,6 +142,7 @@ void HapticEngine::update(const osg::Matrixd& world,
     configure(*_given);
     ++_frame;
     _objects = 0;
+    _instances = 0;
     if (_settings.enabled) collect(*node, world);
     _snapshot.objects.resize(_objects);
     _snapshot.frame = frame;
@@ -129,7 +159,7 @@ void HapticEngine::update(const osg::Matrixd& world,
         ++_statistics.frames;
         if (idle) ++_statistics.idleFrames;
         _statistics.meshesRead = _meshes.extractions();
-        _statistics.objects = static_cast<int>(_objects);
+        _statistics.objects = _instances;
         _statistics.hands = _hands.hands();
         _statistics.touching = _hands.touching();
         _statistics.collect_ms = (midair::bridge::steadySeconds() - start_s) * 1e3;
@@ -222,32 +252,43 @@ void HapticEngine::fill(const HapticInstance& instance)
         if (fresh) say(known.path + ": hangs on a camera, not in the world; it can't be felt");
         return;
     }
-    midair::bridge::PoseAndStretch parts;
+    midair::bridge::PoseAndStretch placed;
     const Eigen::Matrix4d matrix = _toArray * midair::bridge::toEigen(instance.world);
-    if (!midair::bridge::decompose(matrix, parts))
+    if (!midair::bridge::decompose(matrix, placed))
     {
         say(known.path + ": its matrix is singular, not finite or a perspective; it can't be felt");
         return;
     }
-    _extract.intensityFromColors = known.property.intensity == HapticProperty::VERTEX_COLOR;
+    if (instance.followsCamera && fresh)
+        say(known.path + ": hangs on what turns with the camera on screen; it is felt unturned");
+    _extract.paint = paintOf(known.property);
     _warnings.clear();
-    const midair::bridge::CachedMesh mesh =
-        _meshes.get(*instance.node, parts.stretch, _extract, _warnings);
+    _meshes.get(*instance.node, matrix, _extract, _parts, _warnings);
     for (const std::string& warning : _warnings)
         say(known.path + ": " + warning);
-    if (mesh.mesh->triangles.cols() == 0)
+    if (_parts.empty())
     {
         say(known.path + ": has no triangles; it can't be felt");
         return;
     }
+    ++_instances;
+    for (const midair::bridge::CachedMesh& part : _parts)
+        fillPart(instance.id, known, part);
+}
+
+void HapticEngine::fillPart(std::uint64_t instance,
+                            const Known& known,
+                            const midair::bridge::CachedMesh& part)
+{
     if (_snapshot.objects.size() <= _objects) _snapshot.objects.resize(_objects + 1);
     HapticObject& object = _snapshot.objects[_objects++];
-    object.id = instance.id;
+    object.id = instance ^ part.part;
+    object.whole = instance;
     object.path = known.path;
-    object.meshId = mesh.meshId;
-    object.topologyId = mesh.topologyId;
-    object.mesh = mesh.mesh;
-    object.pose = parts.pose;
+    object.meshId = part.meshId;
+    object.topologyId = part.topologyId;
+    object.mesh = part.mesh;
+    object.pose = part.pose;
     object.properties = forBridge(known.property);
     object.touchEvents = known.property.touchEvents;
 }
@@ -304,6 +345,7 @@ void HapticEngine::startThread()
     options.deviceUri = _settings.device;
     options.motionTolerance = _settings.motionTolerance;
     options.maxPoints = _settings.maxPoints;
+    if (!arrayError.empty()) say(arrayError);
     if (_filter) _filter(options);
     _submittedAny = false; // the new pipeline hasn't seen anything yet
 

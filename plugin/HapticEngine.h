@@ -102,6 +102,8 @@ private:
     void startThread();
     Known& know(const HapticInstance& instance, bool& fresh);
     void fill(const HapticInstance& instance);
+    void
+    fillPart(std::uint64_t instance, const Known& known, const midair::bridge::CachedMesh& part);
     bool changedSinceSubmitted() const;
     void submit();
     void takeResult();
@@ -119,10 +121,12 @@ private:
     HandTracker _hands;
     std::unordered_map<std::uint64_t, Known> _known;
     std::vector<std::string> _warnings;
+    std::vector<midair::bridge::CachedMesh> _parts;       ///< of the instance being filled in
     midair::bridge::SceneSnapshot _snapshot;              ///< being filled
     std::vector<midair::bridge::HapticObject> _submitted; ///< as last handed over
     midair::bridge::Surroundings _submittedAround;
-    std::size_t _objects = 0; ///< filled into _snapshot
+    std::size_t _objects = 0; ///< filled into _snapshot: parts of instances
+    int _instances = 0;       ///< that can be felt
     unsigned int _frame = 0;
     bool _submittedAny = false;
     double _submitTime_s = 0.0;

@@ -73,7 +73,25 @@ OptionTable<HapticProperty> makeTable()
         "intensity",
         &P::intensity,
         {{"uniform", P::UNIFORM}, {"vertex-color", P::VERTEX_COLOR}, {"texture", P::TEXTURE}},
-        "painted haptics: uniform (default), vertex-color or texture");
+        "painted haptics, times the pressure: uniform (default), vertex-color or texture");
+    table.choice("intensityChannel",
+                 &P::intensityChannel,
+                 {{"brightness", P::BRIGHTNESS},
+                  {"red", P::RED},
+                  {"green", P::GREEN},
+                  {"blue", P::BLUE},
+                  {"alpha", P::ALPHA}},
+                 "of the paint: brightness (default), red, green, blue or alpha");
+    table.number("intensityLow",
+                 &P::intensityLow,
+                 0.0,
+                 1.0,
+                 "0 .. 1; intensity where the channel is 0 (default 0: not felt)");
+    table.number("intensityHigh",
+                 &P::intensityHigh,
+                 0.0,
+                 1.0,
+                 "0 .. 1; intensity where the channel is full (default 1)");
     table.flag("touchEvents", &P::touchEvents, "true or false; report hands (default false)");
     return table;
 }
@@ -120,7 +138,8 @@ bool operator==(const HapticProperty& a, const HapticProperty& b)
            a.spacing == b.spacing && a.sampling == b.sampling && a.side == b.side &&
            a.priority == b.priority && a.modulationFrequency == b.modulationFrequency &&
            a.modulationDepth == b.modulationDepth && a.intensity == b.intensity &&
-           a.touchEvents == b.touchEvents;
+           a.intensityChannel == b.intensityChannel && a.intensityLow == b.intensityLow &&
+           a.intensityHigh == b.intensityHigh && a.touchEvents == b.touchEvents;
 }
 
 } // namespace osgMidair

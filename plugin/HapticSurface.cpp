@@ -29,6 +29,7 @@ HapticSurface::~HapticSurface() = default;
 
 void HapticSurface::setFormatVersion(int version)
 {
+    _readVersion = version;
     if (version > kFormatVersion)
         OSG_WARN << "osgMidair: a HapticSurface of format version " << version
                  << " was written by a newer kit; this one knows version " << kFormatVersion

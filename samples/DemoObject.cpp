@@ -170,7 +170,7 @@ DemoObject loadDemoObject(const std::string& path, double size_m)
     object.model = placed;
     osg::ref_ptr<osg::Group> whole = new osg::Group;
     whole->addChild(placed);
-    object.edges = lineNode(featureEdges(bridge::extractMesh(*whole).mesh, object.flat));
+    object.edges = lineNode(featureEdges(bridge::extractMesh(*whole).mesh(), object.flat));
     return object;
 }
 

@@ -1,3 +1,5 @@
+#include "SinceVersion.h"
+
 #include <osgMidair/HapticSurface>
 
 #include <osgDB/InputStream>
@@ -39,4 +41,25 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
     ADD_ENUM_CLASS_VALUE(Property, TEXTURE);
     END_ENUM_SERIALIZER();
     ADD_BOOL_SERIALIZER(TouchEvents, false);
+
+    // Version 2
+    using Channel = osgDB::EnumSerializer<MyClass, Property::Channel, void>;
+    osg::ref_ptr<Channel> channel =
+        new osgMidair::SinceVersion<Channel, MyClass, 2>("IntensityChannel",
+                                                         Property::BRIGHTNESS,
+                                                         &MyClass::getIntensityChannel,
+                                                         &MyClass::setIntensityChannel);
+    channel->add("BRIGHTNESS", Property::BRIGHTNESS);
+    channel->add("RED", Property::RED);
+    channel->add("GREEN", Property::GREEN);
+    channel->add("BLUE", Property::BLUE);
+    channel->add("ALPHA", Property::ALPHA);
+    wrapper->addSerializer(channel.get(), osgDB::BaseSerializer::RW_ENUM);
+    using Number = osgMidair::SinceVersion<osgDB::PropByValSerializer<MyClass, double>, MyClass, 2>;
+    wrapper->addSerializer(
+        new Number("IntensityLow", 0.0, &MyClass::getIntensityLow, &MyClass::setIntensityLow),
+        osgDB::BaseSerializer::RW_DOUBLE);
+    wrapper->addSerializer(
+        new Number("IntensityHigh", 1.0, &MyClass::getIntensityHigh, &MyClass::setIntensityHigh),
+        osgDB::BaseSerializer::RW_DOUBLE);
 }

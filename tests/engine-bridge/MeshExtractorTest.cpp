@@ -20,18 +20,18 @@ TEST(MeshExtractor, BakesInnerTransforms)
         moved(osg::Matrixd::scale(2.0, 2.0, 2.0) * osg::Matrixd::translate(5.0, 0.0, 0.0),
               triangleGeometry()));
     const ExtractedMesh out = extractMesh(*root);
-    ASSERT_EQ(out.mesh.vertices.cols(), 3);
-    ASSERT_EQ(out.mesh.triangles.cols(), 1);
+    ASSERT_EQ(out.mesh().vertices.cols(), 3);
+    ASSERT_EQ(out.mesh().triangles.cols(), 1);
     // Small whole numbers: exact.
-    EXPECT_EQ(out.mesh.vertices.col(0), Eigen::Vector3d(5.0, 0.0, 0.0));
-    EXPECT_EQ(out.mesh.vertices.col(1), Eigen::Vector3d(7.0, 0.0, 0.0));
-    EXPECT_EQ(out.mesh.vertices.col(2), Eigen::Vector3d(5.0, 2.0, 0.0));
+    EXPECT_EQ(out.mesh().vertices.col(0), Eigen::Vector3d(5.0, 0.0, 0.0));
+    EXPECT_EQ(out.mesh().vertices.col(1), Eigen::Vector3d(7.0, 0.0, 0.0));
+    EXPECT_EQ(out.mesh().vertices.col(2), Eigen::Vector3d(5.0, 2.0, 0.0));
 }
 
 TEST(MeshExtractor, TheRootsOwnTransformBelongsToThePose)
 {
     auto root = moved(osg::Matrixd::translate(5.0, 0.0, 0.0), triangleGeometry());
-    EXPECT_EQ(extractMesh(*root).mesh.vertices.col(0), Eigen::Vector3d(0.0, 0.0, 0.0));
+    EXPECT_EQ(extractMesh(*root).mesh().vertices.col(0), Eigen::Vector3d(0.0, 0.0, 0.0));
 }
 
 TEST(MeshExtractor, SeveralDrawablesBecomeOneMesh)
@@ -40,9 +40,9 @@ TEST(MeshExtractor, SeveralDrawablesBecomeOneMesh)
     root->addChild(triangleGeometry());
     root->addChild(moved(osg::Matrixd::translate(0.0, 0.0, 1.0), triangleGeometry()));
     const ExtractedMesh out = extractMesh(*root);
-    ASSERT_EQ(out.mesh.triangles.cols(), 2);
-    EXPECT_EQ(out.mesh.triangles.col(1), Eigen::Vector3i(3, 4, 5));
-    EXPECT_EQ(out.mesh.vertices(2, 4), 1.0);
+    ASSERT_EQ(out.mesh().triangles.cols(), 2);
+    EXPECT_EQ(out.mesh().triangles.col(1), Eigen::Vector3i(3, 4, 5));
+    EXPECT_EQ(out.mesh().vertices(2, 4), 1.0);
 }
 
 TEST(MeshExtractor, LinesAndPointsAreLeftOut)
@@ -50,7 +50,7 @@ TEST(MeshExtractor, LinesAndPointsAreLeftOut)
     auto geometry = triangleGeometry();
     geometry->addPrimitiveSet(new osg::DrawArrays(GL_LINES, 0, 2));
     geometry->addPrimitiveSet(new osg::DrawArrays(GL_POINTS, 0, 3));
-    EXPECT_EQ(extractMesh(*geometry).mesh.triangles.cols(), 1);
+    EXPECT_EQ(extractMesh(*geometry).mesh().triangles.cols(), 1);
 }
 
 TEST(MeshExtractor, QuadsStripsAndFansBecomeTriangles)
@@ -61,7 +61,7 @@ TEST(MeshExtractor, QuadsStripsAndFansBecomeTriangles)
     {
         geometry->removePrimitiveSet(0, geometry->getNumPrimitiveSets());
         geometry->addPrimitiveSet(new osg::DrawArrays(mode, 0, 4));
-        EXPECT_EQ(extractMesh(*geometry).mesh.triangles.cols(), 2) << mode;
+        EXPECT_EQ(extractMesh(*geometry).mesh().triangles.cols(), 2) << mode;
     }
 }
 
@@ -73,16 +73,16 @@ TEST(MeshExtractor, ReadsDoubleVertices)
         vertices->push_back({x, x * x, 0.0});
     geometry->setVertexArray(vertices);
     geometry->addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLES, 0, 3));
-    EXPECT_EQ(extractMesh(*geometry).mesh.vertices(0, 2), 1e-9);
+    EXPECT_EQ(extractMesh(*geometry).mesh().vertices(0, 2), 1e-9);
 }
 
 TEST(MeshExtractor, ReadsShapes)
 {
     osg::ref_ptr<osg::ShapeDrawable> box = new osg::ShapeDrawable(new osg::Box({}, 2.0f));
     const ExtractedMesh out = extractMesh(*box);
-    EXPECT_EQ(out.mesh.triangles.cols(), 12);
+    EXPECT_EQ(out.mesh().triangles.cols(), 12);
     const Eigen::Vector3d extent =
-        out.mesh.vertices.rowwise().maxCoeff() - out.mesh.vertices.rowwise().minCoeff();
+        out.mesh().vertices.rowwise().maxCoeff() - out.mesh().vertices.rowwise().minCoeff();
     EXPECT_TRUE(extent.isApprox(Eigen::Vector3d::Constant(2.0), 1e-6)) << "float vertices";
 }
 
@@ -95,7 +95,7 @@ TEST(MeshExtractor, IndicesBeyondTheVerticesAreLeftOutWithAWarning)
         elements->push_back(i);
     geometry->setPrimitiveSet(0, elements);
     const ExtractedMesh out = extractMesh(*geometry);
-    EXPECT_EQ(out.mesh.triangles.cols(), 1);
+    EXPECT_EQ(out.mesh().triangles.cols(), 1);
     ASSERT_EQ(out.warnings.size(), 1u);
     EXPECT_EQ(out.warnings[0],
               "Geometry 'broken' has indices beyond its 3 vertices; those triangles are left out");
@@ -106,9 +106,9 @@ TEST(MeshExtractor, WhatIsSwitchedOffOrMaskedIsNotFelt)
     osg::ref_ptr<osg::Switch> root = new osg::Switch;
     root->addChild(triangleGeometry(), true);
     root->addChild(triangleGeometry(), false);
-    EXPECT_EQ(extractMesh(*root).mesh.triangles.cols(), 1);
+    EXPECT_EQ(extractMesh(*root).mesh().triangles.cols(), 1);
     root->getChild(0)->setNodeMask(0);
-    EXPECT_EQ(extractMesh(*root).mesh.triangles.cols(), 0);
+    EXPECT_EQ(extractMesh(*root).mesh().triangles.cols(), 0);
 }
 
 TEST(MeshExtractor, LevelsOfDetailCountAtTheirFinest)
@@ -116,7 +116,7 @@ TEST(MeshExtractor, LevelsOfDetailCountAtTheirFinest)
     osg::ref_ptr<osg::LOD> root = new osg::LOD;
     root->addChild(new osg::ShapeDrawable(new osg::Box), 0.0f, 10.0f);
     root->addChild(triangleGeometry(), 10.0f, 1e6f);
-    EXPECT_EQ(extractMesh(*root).mesh.triangles.cols(), 12);
+    EXPECT_EQ(extractMesh(*root).mesh().triangles.cols(), 12);
 }
 
 TEST(MeshExtractor, WhatHangsOnTheCameraIsNotInTheWorld)
@@ -130,7 +130,7 @@ TEST(MeshExtractor, WhatHangsOnTheCameraIsNotInTheWorld)
     absolute->setName("hud");
     root->addChild(absolute);
     const ExtractedMesh out = extractMesh(*root);
-    EXPECT_EQ(out.mesh.triangles.cols(), 0);
+    EXPECT_EQ(out.mesh().triangles.cols(), 0);
     ASSERT_EQ(out.warnings.size(), 1u);
     EXPECT_EQ(out.warnings[0],
               "MatrixTransform 'hud' has an absolute reference frame; it can't be felt");
@@ -143,7 +143,7 @@ TEST(MeshExtractor, ABillboardIsFeltUnturnedWithAWarning)
     billboard->addDrawable(triangleGeometry());
     root->addChild(billboard);
     const ExtractedMesh out = extractMesh(*root);
-    EXPECT_EQ(out.mesh.triangles.cols(), 1);
+    EXPECT_EQ(out.mesh().triangles.cols(), 1);
     ASSERT_EQ(out.warnings.size(), 1u);
     EXPECT_EQ(out.warnings[0], "Billboard turns with the camera on screen; it is felt unturned");
 }
@@ -156,10 +156,10 @@ TEST(MeshExtractor, PaintedVerticesBecomeIntensity)
     colors->push_back({0.5f, 0.5f, 0.5f, 1.0f});
     colors->push_back({1.0f, 1.0f, 1.0f, 0.25f});
     geometry->setColorArray(colors);
-    EXPECT_EQ(extractMesh(*geometry).mesh.intensity.size(), 0) << "only where asked for";
+    EXPECT_EQ(extractMesh(*geometry).mesh().intensity.size(), 0) << "only where asked for";
     ExtractOptions options;
-    options.intensityFromColors = true;
-    EXPECT_EQ(extractMesh(*geometry, options).mesh.intensity, Eigen::Vector3f(1.0f, 0.5f, 0.25f));
+    options.paint.source = PaintOptions::VERTEX_COLORS;
+    EXPECT_EQ(extractMesh(*geometry, options).mesh().intensity, Eigen::Vector3f(1.0f, 0.5f, 0.25f));
 }
 
 TEST(MeshFingerprint, IsTheSameWhileNothingChanges)
@@ -170,7 +170,7 @@ TEST(MeshFingerprint, IsTheSameWhileNothingChanges)
     const MeshFingerprint before = fingerprint(*root);
     geometry->dirtyBound();
     EXPECT_EQ(fingerprint(*root), before) << "dirtyBound() is no change";
-    EXPECT_EQ(extractMesh(*root).fingerprint, before);
+    EXPECT_EQ(extractMesh(*root).state.fingerprint(), before);
 }
 
 TEST(MeshFingerprint, MovedVerticesAreNotNewTriangles)

@@ -81,7 +81,7 @@ haptics::TriangleMesh meshInWorld(osg::Node& root)
         osg::Matrix world;
     } find;
     root.accept(find);
-    haptics::TriangleMesh mesh = bridge::extractMesh(*find.found).mesh;
+    haptics::TriangleMesh mesh = bridge::extractMesh(*find.found).mesh();
     for (Eigen::Index i = 0; i < mesh.vertices.cols(); ++i)
     {
         const osg::Vec3d v =

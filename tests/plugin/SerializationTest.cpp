@@ -50,6 +50,9 @@ HapticProperty unusualProperty()
     p.modulationDepth = 0.25;
     p.intensity = HapticProperty::TEXTURE;
     p.touchEvents = true;
+    p.intensityChannel = HapticProperty::BLUE;
+    p.intensityLow = 0.125;
+    p.intensityHigh = 0.875;
     return p;
 }
 
@@ -116,6 +119,14 @@ void expectUnusual(const HapticProperty& p)
     EXPECT_EQ(p.touchEvents, wanted.touchEvents);
 }
 
+/// What version 2 of HapticSurface brought.
+void expectUnusualPaint(const HapticProperty& p, const HapticProperty& wanted)
+{
+    EXPECT_EQ(p.intensityChannel, wanted.intensityChannel);
+    expectNear(p.intensityLow, wanted.intensityLow);
+    expectNear(p.intensityHigh, wanted.intensityHigh);
+}
+
 void expectUnusual(const HapticSettings& s)
 {
     const HapticSettings wanted = unusualSettings();
@@ -143,7 +154,7 @@ void expectUnusual(const HapticSettings& s)
     EXPECT_EQ(s.shadows, wanted.shadows);
 }
 
-void expectUnusual(osg::Node* node)
+void expectUnusual(osg::Node* node, const HapticProperty& paint = unusualProperty())
 {
     auto* scene = dynamic_cast<HapticScene*>(node);
     ASSERT_NE(scene, nullptr);
@@ -153,6 +164,7 @@ void expectUnusual(osg::Node* node)
     auto* surface = dynamic_cast<HapticSurface*>(scene->getChild(0));
     ASSERT_NE(surface, nullptr);
     expectUnusual(surface->getProperty());
+    expectUnusualPaint(surface->getProperty(), paint);
     EXPECT_EQ(surface->getNumChildren(), 1u);
     auto* ordinary = dynamic_cast<HapticSurface*>(scene->getChild(1));
     ASSERT_NE(ordinary, nullptr);
@@ -174,6 +186,13 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion1)
 {
     findPlugins();
     const std::string file = std::string(MIDAIR_TEST_DATA "/format-v1/scene.") + GetParam();
+    expectUnusual(osgDB::readRefNodeFile(file).get(), HapticProperty()); // without what came later
+}
+
+TEST_P(Serialization, ReadsTheStoredFilesOfVersion2)
+{
+    findPlugins();
+    const std::string file = std::string(MIDAIR_TEST_DATA "/format-v2/scene.") + GetParam();
     expectUnusual(osgDB::readRefNodeFile(file).get());
 }
 
@@ -225,7 +244,7 @@ TEST(Serialization, AFileOfANewerKitIsReadWithAWarning)
     EXPECT_EQ(surface->getPressure(), 3.0);
     EXPECT_NE(handler->text.find(
                   "a HapticSurface of format version 99 was written by a newer kit; this one "
-                  "knows version 1 and may lose properties"),
+                  "knows version 2 and may lose properties"),
               std::string::npos)
         << handler->text;
 }
