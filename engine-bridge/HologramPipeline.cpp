@@ -50,26 +50,6 @@ Eigen::VectorXcf vectorOf(const std::vector<std::complex<float>>& q)
     return Eigen::Map<const Eigen::VectorXcf>(q.data(), static_cast<Eigen::Index>(q.size()));
 }
 
-// The solver's figures (SolveReport) anew, for a field that was scaled down after it.
-void rate(HologramResult& result)
-{
-    const Eigen::ArrayXd y = result.achieved_Pa.cast<double>().array();
-    const Eigen::ArrayXd a = result.points.targets.array();
-    haptics::SolveReport& report = result.report;
-    const double s = (y * a).sum() / a.square().sum();
-    const double level_Pa = s * a.maxCoeff();
-    if (report.level_Pa > 0.0) report.loudness *= level_Pa / report.level_Pa;
-    report.level_Pa = level_Pa;
-    if (!(s > 0.0)) return; // silent: no error relative to nothing
-    const Eigen::ArrayXd error = y / (a * (result.absolute ? 1.0 : s)) - 1.0;
-    report.rms = std::sqrt(error.square().mean());
-    report.max = error.abs().maxCoeff();
-    if (!result.absolute) return;
-    constexpr double kShort = 0.01; // as the solvers count it
-    report.shortPoints = static_cast<int>((error < -kShort).count());
-    report.worstShortfall = std::max(0.0, -error.minCoeff());
-}
-
 } // namespace
 
 HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move(options))
@@ -220,7 +200,8 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
         play(array, *result);
     finish(snapshot, *result);
     measure(array, *result);
-    if (result->capFactor < 1.0) rate(*result);
+    if (result->capFactor < 1.0)
+        rate(result->points, result->achieved_Pa, result->absolute, result->report);
     return result;
 }
 
@@ -235,12 +216,13 @@ void HologramPipeline::holdToCap(const haptics::TransducerArray& array, Hologram
     // A hand that shadows may be gone before the next field, so the cap holds without it too.
     std::vector<const haptics::TransducerArray*> arrays{&array};
     if (&array != &_options.array) arrays.push_back(&_options.array);
-    CappedField field = _cap->hold(result.points.positions,
-                                   arrays,
-                                   _options.medium,
-                                   _device.get(),
-                                   _signal,
-                                   _options.solverOptions.threads);
+    CappedField field = _cap->hold(
+        result.points.positions,
+        arrays,
+        _options.medium,
+        [this](const device::DriveSignal& signal) { return wouldPlay(signal); },
+        _signal,
+        _options.solverOptions.threads);
     result.capFactor = field.factor;
     result.played = std::move(field.played);
     result.achieved_Pa = std::move(field.achieved_Pa);
@@ -291,17 +273,19 @@ std::string HologramPipeline::whyRefused() const
     return report.message.empty() ? _device->status() : report.message;
 }
 
+Eigen::VectorXcf HologramPipeline::wouldPlay(const device::DriveSignal& signal) const
+{
+    if (_device) return vectorOf(_device->wouldPlay(signal));
+    std::vector<std::complex<float>> q;
+    device::decode(signal, q);
+    return vectorOf(q);
+}
+
 // What the device tells that it plays; where it hasn't told yet, what it is going to.
 Eigen::VectorXcf HologramPipeline::playedNow() const
 {
-    std::vector<std::complex<float>> q;
-    if (!_device)
-        device::decode(_signal, q);
-    else if (_playing && (_player || _device->report().pending > 0))
-        q = _device->wouldPlay(_signal);
-    else
-        q = _device->played();
-    return vectorOf(q);
+    const bool told = _device && !(_playing && (_player || _device->report().pending > 0));
+    return told ? vectorOf(_device->played()) : wouldPlay(_signal);
 }
 
 // achieved_Pa of what is played, which the cap has computed already where the device plays what it was to.

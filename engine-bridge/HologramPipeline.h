@@ -87,6 +87,7 @@ private:
     void holdToCap(const haptics::TransducerArray& array, HologramResult& result);
     bool sendSignal();
     std::string whyRefused() const;
+    Eigen::VectorXcf wouldPlay(const device::DriveSignal& signal) const;
     Eigen::VectorXcf playedNow() const;
     void measure(const haptics::TransducerArray& array, HologramResult& result) const;
     std::shared_ptr<const HologramResult> solveAndPlay(const SceneSnapshot& snapshot);

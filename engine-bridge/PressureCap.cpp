@@ -1,6 +1,5 @@
 #include "engine-bridge/PressureCap.h"
 
-#include "device/DriveEncoder.h"
 #include "device/GuardedDevice.h"
 #include "haptics/InputError.h"
 #include "haptics/PressureField.h"
@@ -19,16 +18,6 @@ constexpr int kMostSteps = 24;
 constexpr double kHeadroom = 0.999; // so that one step is enough where the levels are fine
 constexpr float kFieldError =
     1e-5f; // haptics::pressureAt's, of what all transducers in phase would give
-
-Eigen::VectorXcf playedBy(const device::ArrayDevice* device, const device::DriveSignal& signal)
-{
-    std::vector<std::complex<float>> q;
-    if (device)
-        q = device->wouldPlay(signal);
-    else
-        device::decode(signal, q);
-    return Eigen::Map<const Eigen::VectorXcf>(q.data(), static_cast<Eigen::Index>(q.size()));
-}
 
 // sum_i P0 g_i |q_i| / R_il for each point: at least what all transducers in phase give there, since D <= 1 and the air takes
 // some. R isn't taken below kNearestDistance_m, as in the model itself.
@@ -86,18 +75,19 @@ PressureCap::PressureCap(double max_Pa) : _max_Pa(max_Pa)
                                   " Pa, should be over 0 and at most 1e6");
 }
 
-CappedField PressureCap::hold(const Eigen::Matrix3Xd& points,
-                              const std::vector<const haptics::TransducerArray*>& arrays,
-                              const haptics::Medium& medium,
-                              const device::ArrayDevice* device,
-                              device::DriveSignal& signal,
-                              int threads) const
+CappedField
+PressureCap::hold(const Eigen::Matrix3Xd& points,
+                  const std::vector<const haptics::TransducerArray*>& arrays,
+                  const haptics::Medium& medium,
+                  const std::function<Eigen::VectorXcf(const device::DriveSignal&)>& play,
+                  device::DriveSignal& signal,
+                  int threads) const
 {
     CappedField field;
     const device::DriveSignal wanted = signal;
     for (int step = 0; step < kMostSteps && field.factor > 0.0; ++step)
     {
-        field.played = playedBy(device, signal);
+        field.played = play(signal);
         if (step > 0 && field.played.isZero(0.0f)) break;
         const double most_Pa = loudest(points, arrays, medium, threads, field);
         if (most_Pa <= _max_Pa) return field;
@@ -111,6 +101,28 @@ CappedField PressureCap::hold(const Eigen::Matrix3Xd& points,
     field.played.setZero(signal.size());
     field.achieved_Pa.setZero(points.cols());
     return field;
+}
+
+// With the solvers' own definitions: s = (y.a)/(a.a), errors y/(s a) - 1, with absolute targets s = 1.
+void rate(const haptics::ControlPoints& points,
+          const Eigen::VectorXf& achieved_Pa,
+          bool absolute,
+          haptics::SolveReport& report)
+{
+    const Eigen::ArrayXd y = achieved_Pa.cast<double>().array();
+    const Eigen::ArrayXd a = points.targets.array();
+    const double s = (y * a).sum() / a.square().sum();
+    const double level_Pa = s * a.maxCoeff();
+    if (report.level_Pa > 0.0) report.loudness *= level_Pa / report.level_Pa;
+    report.level_Pa = level_Pa;
+    if (!(s > 0.0)) return; // silent: no error relative to nothing
+    const Eigen::ArrayXd error = y / (a * (absolute ? 1.0 : s)) - 1.0;
+    report.rms = std::sqrt(error.square().mean());
+    report.max = error.abs().maxCoeff();
+    if (!absolute) return;
+    constexpr double kShort = 0.01;
+    report.shortPoints = static_cast<int>((error < -kShort).count());
+    report.worstShortfall = std::max(0.0, -error.minCoeff());
 }
 
 } // namespace midair::bridge

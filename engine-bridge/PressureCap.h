@@ -1,11 +1,13 @@
 #pragma once
 
-#include "device/ArrayDevice.h"
+#include "device/DriveSignal.h"
+#include "haptics/HologramSolver.h"
 #include "haptics/Medium.h"
 #include "haptics/TransducerArray.h"
 
 #include <Eigen/Core>
 
+#include <functional>
 #include <vector>
 
 namespace midair::bridge
@@ -34,16 +36,22 @@ public:
     double max_Pa() const { return _max_Pa; }
 
     /// Lowers the duties of \a signal as far as needed. The cap holds for each of \a arrays, which differ in what is believed of
-    /// them (obstacles in the sound's way or not). \a device says how it plays a drive; null: in 256 levels.
+    /// them (obstacles in the sound's way or not). \a play tells what the device makes of a drive, as activations.
     CappedField hold(const Eigen::Matrix3Xd& points,
                      const std::vector<const haptics::TransducerArray*>& arrays,
                      const haptics::Medium& medium,
-                     const device::ArrayDevice* device,
+                     const std::function<Eigen::VectorXcf(const device::DriveSignal&)>& play,
                      device::DriveSignal& signal,
                      int threads = 1) const;
 
 private:
     double _max_Pa;
 };
+
+/// Rates anew in \a report (rms, max, level, loudness, points that fall short) a field that was scaled down after it was solved.
+void rate(const haptics::ControlPoints& points,
+          const Eigen::VectorXf& achieved_Pa,
+          bool absolute,
+          haptics::SolveReport& report);
 
 } // namespace midair::bridge

@@ -27,6 +27,9 @@ const osg::ApplicationUsageProxy kUsage[] = {
      "OSG_MIDAIR_REACH <metres>",
      "Haptic scenes solve only what is so near to a hand; 0: everything."},
     {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
+     "OSG_MIDAIR_MAX_PRESSURE <Pa>",
+     "Haptic scenes give no control point more than this (peak); 0: no cap."},
+    {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
      "OSG_MIDAIR_ENABLED <true/false>",
      "false: haptic scenes leave the array silent."},
     {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
@@ -43,6 +46,7 @@ HapticSettings Environment::apply(HapticSettings settings, std::vector<std::stri
           {"OSG_MIDAIR_SOLVER", "solver"},
           {"OSG_MIDAIR_HANDS", "hands"},
           {"OSG_MIDAIR_REACH", "reach"},
+          {"OSG_MIDAIR_MAX_PRESSURE", "maxPressure"},
           {"OSG_MIDAIR_ENABLED", "enabled"}})
     {
         const char* value =

@@ -346,6 +346,7 @@ void HapticEngine::startThread()
     options.motionTolerance = _settings.motionTolerance;
     options.maxPoints = _settings.maxPoints;
     if (!arrayError.empty()) say(arrayError);
+    options.maxPressure_Pa = _settings.maxPressure;
     if (_filter) _filter(options);
     _submittedAny = false; // the new pipeline hasn't seen anything yet
 
@@ -411,6 +412,8 @@ HapticStatistics HapticEngine::statistics() const
     all.outOfWorkspace = counters.outOfWorkspace;
     all.outOfReach = counters.outOfReach;
     all.overBudget = counters.overBudget;
+    all.capped = counters.capped;
+    all.resent = counters.resent;
     const auto result = _thread->latestResult();
     if (!result) return all;
     all.points = result->points.size();
@@ -418,6 +421,8 @@ HapticStatistics HapticEngine::statistics() const
     all.max = result->report.max;
     all.loudness = result->report.loudness;
     all.level_Pa = result->report.level_Pa;
+    all.maxPressure_Pa = result->maxPressure_Pa;
+    all.capFactor = result->capFactor;
     all.matrix_ms = result->report.matrix_ms;
     all.solve_ms = result->report.solve_ms;
     all.updatesPerSecond = result->updatesPerSecond;

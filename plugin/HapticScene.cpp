@@ -33,6 +33,7 @@ HapticScene::~HapticScene() = default;
 
 void HapticScene::setFormatVersion(int version)
 {
+    _readVersion = version;
     if (version > kFormatVersion)
         OSG_WARN << "osgMidair: a HapticScene of format version " << version
                  << " was written by a newer kit; this one knows version " << kFormatVersion

@@ -84,6 +84,11 @@ OptionTable<HapticSettings> makeTable()
     table.flag("shadows",
                &S::shadows,
                "true or false; hands and obstacles are in the sound's way (default false)");
+    table.number("maxPressure",
+                 &S::maxPressure,
+                 0.0,
+                 1e6,
+                 "Pa (peak) that no control point gets more than; 0: no cap (default)");
     return table;
 }
 
@@ -120,7 +125,8 @@ bool operator==(const HapticSettings& a, const HapticSettings& b)
            a.deadline == b.deadline && a.lambda == b.lambda && a.loudness == b.loudness &&
            a.phaseOnly == b.phaseOnly && a.threads == b.threads &&
            a.motionTolerance == b.motionTolerance && a.maxPoints == b.maxPoints &&
-           a.hands == b.hands && a.reach == b.reach && a.shadows == b.shadows;
+           a.hands == b.hands && a.reach == b.reach && a.shadows == b.shadows &&
+           a.maxPressure == b.maxPressure;
 }
 
 } // namespace osgMidair

@@ -38,6 +38,10 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
                    options.pressure_Pa,
                    "Wanted peak pressure in Pa; 0: as loud as it accurately can")
         ->check(CLI::Range(0.0, 1e5));
+    app.add_option("--max-pressure",
+                   options.maxPressure_Pa,
+                   "Peak Pa that no control point gets more than; 0: no cap")
+        ->check(CLI::Range(0.0, 1e6));
     app.add_option("--max-points", options.maxPoints, "Budget of control points; 0: no limit")
         ->check(CLI::Range(0, 100000));
     app.add_flag("--still", options.still, "The object stays where it is");

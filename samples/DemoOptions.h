@@ -14,12 +14,13 @@ struct DemoOptions
     std::string device = "sim:";
     std::string solver; ///< empty: the kit's default
     double temperature_C = 20.0;
-    std::string sampling;     ///< surface, edges, vertices; empty: the kit's default
-    double spacing_m = 0.0;   ///< 0: one wavelength
-    double pressure_Pa = 0.0; ///< 0: as loud as it accurately can
-    int maxPoints = 0;        ///< 0: no limit
-    bool still = false;       ///< the object stays in the middle
-    int frames = 0;           ///< 0: 240 without a display, until the window is closed with one
+    std::string sampling;        ///< surface, edges, vertices; empty: the kit's default
+    double spacing_m = 0.0;      ///< 0: one wavelength
+    double pressure_Pa = 0.0;    ///< 0: as loud as it accurately can
+    double maxPressure_Pa = 0.0; ///< cap at every control point; 0: none
+    int maxPoints = 0;           ///< 0: no limit
+    bool still = false;          ///< the object stays in the middle
+    int frames = 0;              ///< 0: 240 without a display, until the window is closed with one
     std::string out = "build/out";
     bool headless = false;
     bool benchmark = false;

@@ -57,6 +57,9 @@ bool DemoReport::write(const std::string& path, std::string& error) const
     json["rms"] = {{"median", quantile(_rms, 0.5)}, {"max", quantile(_rms, 1.0)}};
     json["loudness"] = {{"median", quantile(_loudness, 0.5)}, {"min", quantile(_loudness, 0.0)}};
     json["level_Pa"] = statistics.level_Pa;
+    json["maxPressure_Pa"] = statistics.maxPressure_Pa;
+    json["capFactor"] = statistics.capFactor;
+    json["capped"] = statistics.capped;
     json["latency_ms"] = {{"median", quantile(_latency_ms, 0.5)},
                           {"p99", quantile(_latency_ms, 0.99)}};
     json["slice_ms"] = slice_ms;
@@ -109,6 +112,12 @@ void DemoReport::print() const
     std::printf("loudness    E %.3f, %.0f Pa (peak) at the points\n",
                 quantile(_loudness, 0.5),
                 statistics.level_Pa);
+    if (statistics.maxPressure_Pa > 0.0)
+        std::printf("cap         %.0f Pa at every point: %llu fields held down, the last to %.3f "
+                    "of its amplitude\n",
+                    statistics.maxPressure_Pa,
+                    static_cast<unsigned long long>(statistics.capped),
+                    statistics.capFactor);
     std::printf("latency     %.2f ms median, %.2f ms p99, frame stamp to drive signal\n",
                 quantile(_latency_ms, 0.5),
                 quantile(_latency_ms, 0.99));

@@ -114,6 +114,7 @@ void DemoScene::applySettings(const DemoOptions& options, bool wrapped)
         _haptics->setTemperature(options.temperature_C);
     if (wrapped || options.maxPoints != defaults.maxPoints)
         _haptics->setMaxPoints(options.maxPoints);
+    if (wrapped || options.maxPressure_Pa > 0.0) _haptics->setMaxPressure(options.maxPressure_Pa);
 }
 
 void DemoScene::moveTo(double time_s)

@@ -175,6 +175,7 @@ void writeSummary(const std::string& path,
                   const haptics::TransducerArray& array,
                   const haptics::Medium& medium,
                   const haptics::SolveReport& report,
+                  double capFactor,
                   const haptics::Certificate* certificate)
 {
     nlohmann::ordered_json json;
@@ -198,6 +199,7 @@ void writeSummary(const std::string& path,
                       {"max", report.max},
                       {"loudness", report.loudness},
                       {"level_Pa", report.level_Pa},
+                      {"capFactor", capFactor},
                       {"matrix_ms", report.matrix_ms},
                       {"solve_ms", report.solve_ms}};
     if (certificate)

@@ -30,12 +30,13 @@ void writeDrive(const std::string& path,
                 const haptics::TransducerArray& array,
                 const device::DriveSignal& signal);
 
-/// What a recomputation of the field needs, the SolveReport under "report", and \a certificate, if there is one, under
+/// What a recomputation of the field needs, the SolveReport and what a cap of pressure took off all amplitudes under "report", and \a certificate, if there is one, under
 /// "certificate".
 void writeSummary(const std::string& path,
                   const haptics::TransducerArray& array,
                   const haptics::Medium& medium,
                   const haptics::SolveReport& report,
+                  double capFactor,
                   const haptics::Certificate* certificate = nullptr);
 
 } // namespace midair::samples

@@ -4,6 +4,7 @@
 #include "device/DriveEncoder.h"
 #include "device/FieldCounters.h"
 #include "device/UsbTransferPool.h"
+#include "engine-bridge/PressureCap.h"
 #include "haptics/Medium.h"
 #include "haptics/TransducerArray.h"
 
@@ -61,6 +62,18 @@ std::unique_ptr<device::ArrayDevice> open(const Options& options,
                                           const haptics::TransducerArray& array)
 {
     return device::openDevice(options.device, {array.size(), array.board});
+}
+
+// Where no control point is, there is nothing that a cap of pressure could be held at.
+std::unique_ptr<device::ArrayDevice> openWithoutPoints(const Options& options,
+                                                       const haptics::TransducerArray& array)
+{
+    auto device = open(options, array);
+    if (device->ability().maxPressure_Pa > 0)
+        throw device::DeviceError("device \"" + options.device +
+                                  "\": max-pressure can't be held, this pattern has no control "
+                                  "points; max-amplitude caps it");
+    return device;
 }
 
 // Ends at the time, at Ctrl-C and when the device is lost.
@@ -168,7 +181,7 @@ int mute(const Options& options)
 int boards(const Options& options)
 {
     const auto array = loadArray(options);
-    const auto device = open(options, array);
+    const auto device = openWithoutPoints(options, array);
     const int count = array.board.empty() ? 1 : array.board.back() + 1;
     for (int board = 0; board < count && !interrupted; ++board)
     {
@@ -189,7 +202,7 @@ int boards(const Options& options)
 int transducers(const Options& options)
 {
     const auto array = loadArray(options);
-    const auto device = open(options, array);
+    const auto device = openWithoutPoints(options, array);
     const double start_s = device::steadySeconds();
     for (int i = 0; i < array.size() && goesOn(1e300, *device); ++i)
     {
@@ -218,6 +231,12 @@ void focus(const haptics::TransducerArray& array,
     device::encode(q.data(), array.size(), signal);
 }
 
+Eigen::VectorXcf wouldPlay(const device::ArrayDevice& device, const DriveSignal& signal)
+{
+    const std::vector<std::complex<float>> q = device.wouldPlay(signal);
+    return Eigen::Map<const Eigen::VectorXcf>(q.data(), static_cast<Eigen::Index>(q.size()));
+}
+
 // A focus on a circle round the centre; for an array in one plane, round a point 150 mm in front of it.
 int circle(const Options& options)
 {
@@ -231,16 +250,22 @@ int circle(const Options& options)
         axis.norm() > 0.5 ? axis.normalized() : Eigen::Vector3d(Eigen::Vector3d::UnitY());
     const Eigen::Vector3d a = normal.unitOrthogonal();
     const Eigen::Vector3d b = normal.cross(a);
+    const double cap_Pa = device->ability().maxPressure_Pa;
     DriveSignal signal;
     const double start_s = device::steadySeconds();
     for (int i = 0; goesOn(start_s + options.seconds, *device); ++i)
     {
         const double angle = 2 * M_PI * options.turnsPerSecond * i / options.rate_Hz;
-        focus(array,
-              k,
-              centre + options.radius_m * (std::cos(angle) * a + std::sin(angle) * b),
-              options.amplitude,
-              signal);
+        const Eigen::Vector3d point =
+            centre + options.radius_m * (std::cos(angle) * a + std::sin(angle) * b);
+        focus(array, k, point, options.amplitude, signal);
+        if (cap_Pa > 0)
+            bridge::PressureCap(cap_Pa).hold(
+                point,
+                {&array},
+                {},
+                [&](const auto& drive) { return wouldPlay(*device, drive); },
+                signal);
         device->send(signal);
         pause(start_s + (i + 1) / options.rate_Hz);
     }
@@ -251,7 +276,7 @@ int circle(const Options& options)
 int measure(const Options& options)
 {
     const auto array = loadArray(options);
-    const auto device = open(options, array);
+    const auto device = openWithoutPoints(options, array);
     DriveSignal signal = off(array.size());
     std::fill(signal.duty.begin(), signal.duty.end(), dutyOf(options.amplitude));
     std::vector<double> latencies_ms;
@@ -304,7 +329,7 @@ int main(int argc, char** argv)
     Options options;
     CLI::App app("Looks after an ultrasound array. Devices:\n" + device::deviceKinds() +
                  "A list with commas opens several as one; "
-                 "?max-amplitude=0.2&ramp=50ms&mean-drive=0.3 limit any of them.\n"
+                 "?max-amplitude=0.2&max-pressure=800&ramp=50ms&mean-drive=0.3 limit any of them.\n"
                  "Exit codes: 0 fine, 2 nothing found, 3 can't be opened, 4 the device failed.");
     app.require_subcommand(1);
     app.add_option(

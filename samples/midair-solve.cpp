@@ -1,6 +1,7 @@
 // midair-solve: a model (or a list of points) in, the drive of the array and the field it makes out; needs no scene.
 
 #include "device/DriveEncoder.h"
+#include "engine-bridge/PressureCap.h"
 #include "haptics/Certificate.h"
 #include "haptics/ControlPointSelector.h"
 #include "haptics/HologramSolver.h"
@@ -45,6 +46,7 @@ struct Arguments
     double size_m = 0.0;
     double spacing_m = 0.0;
     double pressure_Pa = 0.0;
+    double maxPressure_Pa = 0.0;
     double temperature_C = 20.0;
     bool certify = false;
     haptics::Sampling sampling = haptics::Sampling::SURFACE;
@@ -90,6 +92,11 @@ void addOptions(CLI::App& app, Arguments& arguments)
                    arguments.pressure_Pa,
                    "Peak pressure at every point in Pa (default: as loud as it accurately can)")
         ->check(CLI::PositiveNumber);
+    app.add_option("--max-pressure",
+                   arguments.maxPressure_Pa,
+                   "Peak Pa that no point gets more than: the drive is scaled down to that "
+                   "(default: no cap)")
+        ->check(CLI::Range(1.0, 1e6));
     app.add_option("--solver", arguments.solver, "One of " + solvers + " (default: the first)");
     app.add_option(
            "--temperature", arguments.temperature_C, "Of the air, degrees Celsius, -40 to 60")
@@ -127,7 +134,8 @@ struct Solution
     haptics::TriangleMesh mesh; ///< empty where the points came from a file
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     haptics::ControlPoints points;
-    bool absolute = false; ///< targets are in Pa
+    bool absolute = false;  ///< targets are in Pa
+    double capFactor = 1.0; ///< what the cap took off all amplitudes
     haptics::SolveReport report;
     device::DriveSignal signal;
     Eigen::VectorXcf played;     ///< m, what the encoded drive plays
@@ -182,6 +190,43 @@ void selectPoints(const haptics::PosedObject& object, Solution& solution)
     if (!left.empty()) std::fprintf(stderr, "midair-solve: solves for %s\n", left.c_str());
 }
 
+/// What the array makes of a drive: its amplitudes are rounded to the levels that it has.
+Eigen::VectorXcf playedBy(const haptics::TransducerArray& array, const device::DriveSignal& signal)
+{
+    std::vector<std::complex<float>> played;
+    device::decode(signal, played);
+    const std::vector<float>& levels = array.drive.amplitudeLevels;
+    for (std::complex<float>& q : played)
+    {
+        const float amplitude = std::abs(q);
+        if (levels.empty() || !(amplitude > 0.0f)) continue;
+        const auto above = std::lower_bound(levels.begin(), levels.end(), amplitude);
+        float nearest = above == levels.end() ? levels.back() : *above;
+        if (above != levels.end() && above != levels.begin() &&
+            amplitude - *(above - 1) < *above - amplitude)
+            nearest = *(above - 1);
+        q *= nearest / amplitude;
+    }
+    return Eigen::Map<Eigen::VectorXcf>(played.data(), static_cast<Eigen::Index>(played.size()));
+}
+
+void holdToCap(double max_Pa, Solution& solution)
+{
+    bridge::CappedField field = bridge::PressureCap(max_Pa).hold(
+        solution.points.positions,
+        {&solution.array},
+        solution.medium,
+        [&](const device::DriveSignal& signal) { return playedBy(solution.array, signal); },
+        solution.signal,
+        2);
+    solution.capFactor = field.factor;
+    if (field.factor >= 1.0) return;
+    solution.played = std::move(field.played);
+    device::encode(
+        solution.played.data(), static_cast<int>(solution.played.size()), solution.signal);
+    bridge::rate(solution.points, field.achieved_Pa, solution.absolute, solution.report);
+}
+
 void solve(const Arguments& arguments, Solution& solution)
 {
     haptics::SolverOptions options;
@@ -194,9 +239,8 @@ void solve(const Arguments& arguments, Solution& solution)
     solution.report = solver->solve(solution.points, solution.array, solution.medium, q);
 
     device::encode(q.data(), static_cast<int>(q.size()), solution.signal);
-    std::vector<std::complex<float>> played;
-    device::decode(solution.signal, played);
-    solution.played = Eigen::Map<Eigen::VectorXcf>(played.data(), q.size());
+    solution.played = playedBy(solution.array, solution.signal);
+    if (arguments.maxPressure_Pa > 0.0) holdToCap(arguments.maxPressure_Pa, solution);
     const Eigen::MatrixXcd G = haptics::referencePropagationMatrix(
         solution.points.positions, solution.array, solution.medium);
     solution.achieved_Pa = (G * solution.played.cast<std::complex<double>>()).cwiseAbs();
@@ -266,6 +310,7 @@ void writeAll(const Solution& solution, const std::string& title, const std::str
                  solution.array,
                  solution.medium,
                  solution.report,
+                 solution.capFactor,
                  solution.certificate ? &*solution.certificate : nullptr);
     writeField(solution, title, folder + "/field.png");
 }
@@ -290,6 +335,10 @@ void printSummary(const Solution& solution, const std::string& folder)
     std::printf(
         "error       rms %.3f %%, largest %.3f %%\n", 100.0 * report.rms, 100.0 * report.max);
     std::printf("level       %.0f Pa peak, loudness E %.3f\n", report.level_Pa, report.loudness);
+    if (solution.capFactor < 1.0)
+        std::printf("cap         held down to %.4f of the amplitude%s\n",
+                    solution.capFactor,
+                    solution.capFactor > 0.0 ? "" : ": the array's levels can't keep to it");
     if (solution.certificate)
         std::printf("certificate misfit and power of the field %.1f %%, of its phases %.2f %%, of "
                     "the best phases "

@@ -1,3 +1,5 @@
+#include "SinceVersion.h"
+
 #include <osgMidair/HapticScene>
 
 #include <osgDB/InputStream>
@@ -33,4 +35,10 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
     ADD_STRING_SERIALIZER(Hands, "");
     ADD_DOUBLE_SERIALIZER(Reach, 0.0);
     ADD_BOOL_SERIALIZER(Shadows, false);
+
+    // Version 2
+    using Number = osgMidair::SinceVersion<osgDB::PropByValSerializer<MyClass, double>, MyClass, 2>;
+    wrapper->addSerializer(
+        new Number("MaxPressure", 0.0, &MyClass::getMaxPressure, &MyClass::setMaxPressure),
+        osgDB::BaseSerializer::RW_DOUBLE);
 }

@@ -81,6 +81,7 @@ HapticSettings unusualSettings()
     s.hands = "recorded:hand.csv?loop";
     s.reach = 0.0625;
     s.shadows = true;
+    s.maxPressure = 1250.5;
     return s;
 }
 
@@ -154,12 +155,15 @@ void expectUnusual(const HapticSettings& s)
     EXPECT_EQ(s.shadows, wanted.shadows);
 }
 
-void expectUnusual(osg::Node* node, const HapticProperty& paint = unusualProperty())
+void expectUnusual(osg::Node* node,
+                   const HapticProperty& paint = unusualProperty(),
+                   double maxPressure = unusualSettings().maxPressure)
 {
     auto* scene = dynamic_cast<HapticScene*>(node);
     ASSERT_NE(scene, nullptr);
     EXPECT_EQ(scene->getName(), "unusual");
     expectUnusual(scene->getSettings());
+    expectNear(scene->getMaxPressure(), maxPressure); // since version 2
     ASSERT_EQ(scene->getNumChildren(), 2u);
     auto* surface = dynamic_cast<HapticSurface*>(scene->getChild(0));
     ASSERT_NE(surface, nullptr);
@@ -186,7 +190,8 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion1)
 {
     findPlugins();
     const std::string file = std::string(MIDAIR_TEST_DATA "/format-v1/scene.") + GetParam();
-    expectUnusual(osgDB::readRefNodeFile(file).get(), HapticProperty()); // without what came later
+    // Without what came later.
+    expectUnusual(osgDB::readRefNodeFile(file).get(), HapticProperty(), 0.0);
 }
 
 TEST_P(Serialization, ReadsTheStoredFilesOfVersion2)
