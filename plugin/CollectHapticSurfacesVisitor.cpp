@@ -10,41 +10,45 @@
 #include <osg/Transform>
 #include <osg/ValueObject>
 
+#include <algorithm>
+
 namespace osgMidair
 {
 
 namespace
 {
 
-constexpr const char* kTag = "haptic";
+const std::string kTag = "haptic";
+const std::string kObstacleTag = "obstacle";
 
-const std::string* hapticDescription(const osg::Node& node)
+/// The description that begins with the word \a tag, or null.
+const std::string* description(const osg::Node& node, const std::string& tag)
 {
     const osg::UserDataContainer* container = node.getUserDataContainer();
     if (!container) return nullptr;
-    for (const std::string& description : container->getDescriptions())
-        if (description.compare(0, 6, kTag) == 0 &&
-            (description.size() == 6 || description.find_first_of(" :=") == 6))
-            return &description;
+    for (const std::string& text : container->getDescriptions())
+        if (text.compare(0, tag.size(), tag) == 0 &&
+            (text.size() == tag.size() || text.find_first_of(" :=") == tag.size()))
+            return &text;
     return nullptr;
 }
 
-const osg::Object* hapticValue(const osg::Node& node)
+const osg::Object* userValue(const osg::Node& node, const std::string& tag)
 {
     const osg::UserDataContainer* container = node.getUserDataContainer();
-    return container ? container->getUserObject(kTag) : nullptr;
+    return container ? container->getUserObject(tag) : nullptr;
 }
 
 } // namespace
 
 bool hasHapticTag(const osg::Node& node)
 {
-    return node.getUserDataContainer() && (hapticValue(node) || hapticDescription(node));
+    return node.getUserDataContainer() && (userValue(node, kTag) || description(node, kTag));
 }
 
 bool hapticTag(const osg::Node& node, std::string& text)
 {
-    if (const osg::Object* value = hapticValue(node))
+    if (const osg::Object* value = userValue(node, kTag))
     {
         if (const auto* words = dynamic_cast<const osg::StringValueObject*>(value))
             text = words->getValue();
@@ -54,18 +58,26 @@ bool hapticTag(const osg::Node& node, std::string& text)
             text = "true";
         return true;
     }
-    if (const std::string* description = hapticDescription(node))
+    if (const std::string* words = description(node, kTag))
     {
-        const std::size_t start = description->find_first_not_of(" :=", 6);
-        text = start == std::string::npos ? "true" : description->substr(start);
+        const std::size_t start = words->find_first_not_of(" :=", kTag.size());
+        text = start == std::string::npos ? "true" : words->substr(start);
         return true;
     }
     return false;
 }
 
-bool isHaptic(const osg::Node& node)
+bool hasObstacleTag(const osg::Node& node)
 {
-    return dynamic_cast<const HapticSurface*>(&node) || hasHapticTag(node);
+    if (!node.getUserDataContainer()) return false;
+    const osg::Object* value = userValue(node, kObstacleTag);
+    const auto* flag = dynamic_cast<const osg::BoolValueObject*>(value);
+    return flag ? flag->getValue() : value || description(node, kObstacleTag);
+}
+
+bool isOwnObject(const osg::Node& node)
+{
+    return dynamic_cast<const HapticSurface*>(&node) || hasHapticTag(node) || hasObstacleTag(node);
 }
 
 CollectHapticSurfacesVisitor::CollectHapticSurfacesVisitor() :
@@ -84,7 +96,9 @@ void CollectHapticSurfacesVisitor::collect(osg::Node& root,
     _inWorld = true;
     _followsCamera = false;
     root.accept(*this);
-    if (!_instances.empty() || !otherwise || !validNodeMask(root)) return;
+    const bool haptic = std::any_of(
+        _instances.begin(), _instances.end(), [](const HapticInstance& i) { return !i.obstacle; });
+    if (haptic || !otherwise || !validNodeMask(root)) return;
     if (osg::Transform* transform = root.asTransform())
         transform->computeLocalToWorldMatrix(_world, this);
     pushOntoNodePath(&root);
@@ -109,9 +123,10 @@ void CollectHapticSurfacesVisitor::check(osg::Node& node)
 {
     const auto* surface = dynamic_cast<const HapticSurface*>(&node);
     if (surface || hasHapticTag(node)) add(node, surface ? &surface->getProperty() : nullptr);
+    if (hasObstacleTag(node)) add(node, nullptr).obstacle = true;
 }
 
-void CollectHapticSurfacesVisitor::add(osg::Node& node, const HapticProperty* property)
+HapticInstance& CollectHapticSurfacesVisitor::add(osg::Node& node, const HapticProperty* property)
 {
     HapticInstance instance;
     instance.node = &node;
@@ -124,6 +139,7 @@ void CollectHapticSurfacesVisitor::add(osg::Node& node, const HapticProperty* pr
     _pathStarts.push_back(_paths.size());
     _paths.insert(_paths.end(), _nodePath.begin(), _nodePath.end());
     _paths.push_back(nullptr);
+    return _instances.back();
 }
 
 std::string CollectHapticSurfacesVisitor::path(const HapticInstance& instance)
@@ -189,7 +205,7 @@ void markTags(osg::Node& root)
     };
     // Plain recursion, several times faster than a visitor: into everything, whether or not it is shown now.
     if (root.getUserDataContainer() && root.getNumChildrenRequiringEventTraversal() == 0 &&
-        hasHapticTag(root))
+        (hasHapticTag(root) || hasObstacleTag(root)))
         (root.*&Counts::setNumChildrenRequiringEventTraversal)(1);
     osg::Group* group = root.asGroup();
     const unsigned int children = group ? group->getNumChildren() : 0;

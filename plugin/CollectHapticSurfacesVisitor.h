@@ -12,7 +12,7 @@
 namespace osgMidair
 {
 
-/// One haptic node on one node path.
+/// One haptic node, or one obstacle, on one node path.
 struct HapticInstance
 {
     osg::Node* node = nullptr;
@@ -21,10 +21,11 @@ struct HapticInstance
     const HapticProperty* property = nullptr; ///< of a HapticSurface; null: the node carries a tag
     bool inWorld =
         true; ///< false under a camera or an absolute frame: what hangs there has no place
+    bool obstacle = false;      ///< a real thing, in the sound's way: not felt itself
     bool followsCamera = false; ///< below what turns with the camera; world leaves that out
 };
 
-/// Finds every HapticSurface and every node tagged "haptic" among the active children, once per node path: Switch,
+/// Finds every HapticSurface and every node tagged "haptic" or "obstacle" among the active children, once per node path: Switch,
 /// masks and LOD (at its finest) are honoured, no camera plays a part. Run it after the update traversal.
 ///
 /// Goes only where there is something to find: haptic nodes ask for the event traversal, and OSG counts those that do up to
@@ -34,7 +35,7 @@ class CollectHapticSurfacesVisitor : public osg::NodeVisitor
 public:
     CollectHapticSurfacesVisitor();
 
-    /// Starts anew under \a root, whose parent is at \a world. Memory is kept from call to call. Where nothing is found
+    /// Starts anew under \a root, whose parent is at \a world. Memory is kept from call to call. Where nothing haptic is found
     /// \a root itself becomes an instance with the property \a otherwise, if that isn't null.
     void
     collect(osg::Node& root, const osg::Matrixd& world, const HapticProperty* otherwise = nullptr);
@@ -55,7 +56,7 @@ private:
         return node.getNumChildrenRequiringEventTraversal() > 0;
     }
     void check(osg::Node& node);
-    void add(osg::Node& node, const HapticProperty* property);
+    HapticInstance& add(osg::Node& node, const HapticProperty* property);
     std::uint64_t pathId() const;
 
     std::vector<HapticInstance> _instances;
@@ -73,7 +74,10 @@ void markTags(osg::Node& root);
 bool hapticTag(const osg::Node& node, std::string& text);
 bool hasHapticTag(const osg::Node& node);
 
+/// User value "obstacle" (a bool), or a description "obstacle": a real thing that is in the sound's way.
+bool hasObstacleTag(const osg::Node& node);
+
 /// A HapticSurface or a tagged node: something that is an object of its own.
-bool isHaptic(const osg::Node& node);
+bool isOwnObject(const osg::Node& node);
 
 } // namespace osgMidair

@@ -91,7 +91,7 @@ HapticEngine::HapticEngine(osg::Node* root, const HapticSettings* settings) :
     _given(settings)
 {
     // What is an object of its own isn't part of the one around it.
-    _extract.skip = [](const osg::Node& node) { return isHaptic(node); };
+    _extract.skip = [](const osg::Node& node) { return isOwnObject(node); };
 }
 
 HapticEngine::~HapticEngine()
@@ -127,8 +127,33 @@ void HapticEngine::collect(osg::Node& root, const osg::Matrixd& world)
     _collector.collect(root, world, _default ? &*_default : nullptr);
     _meshes.beginFrame();
     for (const HapticInstance& instance : _collector.instances())
-        fill(instance);
+        if (instance.obstacle)
+            fillObstacle(instance);
+        else
+            fill(instance);
     _meshes.endFrame();
+}
+
+void HapticEngine::fillObstacle(const HapticInstance& instance)
+{
+    if (!_settings.shadows)
+    {
+        if (!_obstacles.saidIdle)
+            say(_collector.path(instance) +
+                ": is an obstacle, which counts only where the scene's shadows are on");
+        _obstacles.saidIdle = true;
+        return;
+    }
+    _warnings.clear();
+    if (instance.inWorld)
+        _obstacles.add(*instance.node,
+                       _toArray * midair::bridge::toEigen(instance.world),
+                       _extract.skip,
+                       _warnings);
+    else
+        _warnings.emplace_back("hangs on a camera, not in the world; it is no obstacle");
+    for (const std::string& warning : _warnings)
+        say(_collector.path(instance) + ": " + warning);
 }
 
 void HapticEngine::update(const osg::Matrixd& world,
@@ -143,11 +168,14 @@ void HapticEngine::update(const osg::Matrixd& world,
     ++_frame;
     _objects = 0;
     _instances = 0;
+    _obstacles.beginFrame();
     if (_settings.enabled) collect(*node, world);
+    _obstacles.endFrame();
     _snapshot.objects.resize(_objects);
     _snapshot.frame = frame;
     _snapshot.time_s = start_s - age_s;
     _hands.locate(simulationTime_s, _worldToArray, _snapshot.around);
+    _obstacles.addTo(_snapshot.around.props);
     takeResult();
     _hands.touch(_snapshot.objects, _seen.get());
     const bool refused = _seen && !_seen->playing && start_s - _submitTime_s > kRetry_s;

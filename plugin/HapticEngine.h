@@ -3,6 +3,7 @@
 #include "CollectHapticSurfacesVisitor.h"
 #include "HandTracker.h"
 #include "LatencyStatistics.h"
+#include "TaggedObstacles.h"
 #include "engine-bridge/HologramThread.h"
 #include "engine-bridge/MeshCache.h"
 #include "engine-bridge/MessageLog.h"
@@ -98,6 +99,7 @@ private:
 
     void tellTouches();
     void collect(osg::Node& root, const osg::Matrixd& world);
+    void fillObstacle(const HapticInstance& instance);
     void configure(const HapticSettings& settings);
     void startThread();
     Known& know(const HapticInstance& instance, bool& fresh);
@@ -119,6 +121,7 @@ private:
     midair::bridge::MeshCache _meshes;
     midair::bridge::ExtractOptions _extract;
     HandTracker _hands;
+    TaggedObstacles _obstacles;
     std::unordered_map<std::uint64_t, Known> _known;
     std::vector<std::string> _warnings;
     std::vector<midair::bridge::CachedMesh> _parts;       ///< of the instance being filled in

@@ -36,6 +36,9 @@ struct LoaderOptions
     bool isSizeSet = false;
     bool overlays = false;
 
+    /// A viewer's device plays the viewer's own scene, where it is seen: what would place a model is a warning.
+    bool forDevice = false;
+
     /// What isn't understood is a warning that names \a where it stood.
     void parse(const std::string& text, const std::string& where);
 
@@ -60,6 +63,14 @@ bool knows(const std::vector<std::pair<std::string, std::string>>& described,
 
 bool LoaderOptions::setOwn(const std::string& name, const std::string& value, std::string& error)
 {
+    if (forDevice &&
+        (name == "size" || name == "position" || name == "rotation" || name == "overlays"))
+    {
+        error = name +
+                " is for MODEL.haptic and is not used here: a viewer's scene is felt where it "
+                "is seen (metresPerUnit and calibration say where the array is)";
+        return true;
+    }
     if (name == "size")
     {
         std::istringstream in(value);
@@ -166,6 +177,7 @@ public:
         text << in.rdbuf();
         if (!in) return ReadResult("can't read " + file);
         LoaderOptions loader;
+        loader.forDevice = true;
         loader.parse(text.str(), file);
         if (options) loader.parse(options->getOptionString(), file);
         return new HapticDevice(loader.settings, loader.property);

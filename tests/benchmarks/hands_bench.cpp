@@ -2,6 +2,7 @@
 
 #include "engine-bridge/HandProximity.h"
 #include "engine-bridge/Obstacles.h"
+#include "tests/engine-bridge/SphereMesh.h"
 
 #include <algorithm>
 #include <cmath>
@@ -37,30 +38,6 @@ double median_us(int runs, const std::function<void()>& work)
     }
     std::nth_element(times.begin(), times.begin() + runs / 2, times.end());
     return times[static_cast<std::size_t>(runs) / 2];
-}
-
-std::shared_ptr<haptics::TriangleMesh> sphere(double radius, int rings)
-{
-    auto mesh = std::make_shared<haptics::TriangleMesh>();
-    const int around = 2 * rings;
-    mesh->vertices.resize(3, (rings + 1) * around);
-    mesh->triangles.resize(3, 2 * rings * around);
-    int t = 0;
-    for (int j = 0; j <= rings; ++j)
-        for (int i = 0; i < around; ++i)
-        {
-            const double theta = M_PI * j / rings;
-            const double phi = 2.0 * M_PI * i / around;
-            mesh->vertices.col(j * around + i) = radius * Vector3d(std::sin(theta) * std::cos(phi),
-                                                                   std::sin(theta) * std::sin(phi),
-                                                                   std::cos(theta));
-            if (j == rings) continue;
-            const int a = j * around + i;
-            const int b = j * around + (i + 1) % around;
-            mesh->triangles.col(t++) = Eigen::Vector3i(a, a + around, b + around);
-            mesh->triangles.col(t++) = Eigen::Vector3i(a, b + around, b);
-        }
-    return mesh;
 }
 
 /// Two hands, the index fingers' tips \a height over the sphere's poles along z.

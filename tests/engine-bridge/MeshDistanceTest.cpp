@@ -1,5 +1,6 @@
 #include "engine-bridge/MeshDistance.h"
 
+#include "SphereMesh.h"
 #include "engine-bridge/SegmentDistance.h"
 
 #include <cmath>
@@ -58,31 +59,6 @@ std::shared_ptr<const Mesh> box(const Vector3d& half)
     mesh->triangles << 0, 0, 4, 4, 0, 0, 2, 2, 0, 0, 1, 1, //
         2, 3, 5, 7, 1, 5, 6, 7, 4, 6, 3, 7,                //
         3, 1, 7, 6, 5, 4, 7, 3, 6, 2, 7, 5;
-    return mesh;
-}
-
-std::shared_ptr<const Mesh> sphere(double radius, int rings)
-{
-    auto mesh = std::make_shared<Mesh>();
-    const int around = 2 * rings;
-    mesh->vertices.resize(3, (rings + 1) * around);
-    mesh->triangles.resize(3, 2 * rings * around);
-    int t = 0;
-    for (int j = 0; j <= rings; ++j)
-        for (int i = 0; i < around; ++i)
-        {
-            const double theta = M_PI * j / rings;
-            const double phi = 2.0 * M_PI * i / around;
-            mesh->vertices.col(j * around + i) = radius * Vector3d(std::sin(theta) * std::cos(phi),
-                                                                   std::sin(theta) * std::sin(phi),
-                                                                   std::cos(theta));
-            if (j == rings) continue;
-            const int next = (i + 1) % around;
-            mesh->triangles.col(t++) =
-                Eigen::Vector3i(j * around + i, (j + 1) * around + i, (j + 1) * around + next);
-            mesh->triangles.col(t++) =
-                Eigen::Vector3i(j * around + i, (j + 1) * around + next, j * around + next);
-        }
     return mesh;
 }
 

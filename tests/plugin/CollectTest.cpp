@@ -157,6 +157,27 @@ TEST_F(Collect, TagsOnOrdinaryNodes)
     EXPECT_FALSE(hapticTag(*other, tag));
 }
 
+TEST_F(Collect, ObstaclesAreTaggedLikeObjects)
+{
+    osg::ref_ptr<osg::Group> flag = new osg::Group;
+    flag->setUserValue("obstacle", true);
+    osg::ref_ptr<osg::Group> off = new osg::Group;
+    off->setUserValue("obstacle", false);
+    osg::ref_ptr<osg::Group> description = new osg::Group;
+    description->addDescription("obstacle");
+    for (const osg::ref_ptr<osg::Group>& group : {flag, off, description})
+        scene->addChild(at(1.0, group));
+    scene->addChild(surface);
+    ASSERT_EQ(instances().size(), 3u);
+    EXPECT_EQ(instances()[0].node, flag);
+    EXPECT_TRUE(instances()[0].obstacle);
+    EXPECT_EQ(instances()[0].world.getTrans().x(), 1.0);
+    EXPECT_EQ(instances()[1].node, description);
+    EXPECT_FALSE(instances()[2].obstacle);
+    EXPECT_TRUE(isOwnObject(*flag)) << "no part of an object around it";
+    EXPECT_FALSE(isOwnObject(*off));
+}
+
 TEST_F(Collect, ThePathNamesTheNodes)
 {
     surface->setName("hand");

@@ -272,7 +272,7 @@ TEST(HapticScene, AnArrayThatCannotBeReadIsAMessage)
     ASSERT_TRUE(viewer.framesUntil([&] { return box.result() != nullptr; }));
     EXPECT_EQ(box.result()->report.stop, StopReason::REFUSED);
     EXPECT_EQ(box.scene->getTransducerArray(), nullptr);
-    EXPECT_EQ(box.scene->getStatistics().messages[0].rfind("array \"no such array\": ", 0), 0u)
+    EXPECT_EQ(box.scene->getStatistics().messages[0].rfind("array 'no such array': ", 0), 0u)
         << box.scene->getStatistics().messages[0];
     box.scene->setArray("board");
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; })) << "and goes on when mended";

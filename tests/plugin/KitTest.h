@@ -6,6 +6,7 @@
 #include <osgMidair/HapticSurface>
 
 #include <osg/MatrixTransform>
+#include <osg/Notify>
 #include <osg/Shape>
 #include <osg/ShapeDrawable>
 #include <osgDB/Registry>
@@ -13,6 +14,7 @@
 
 #include <chrono>
 #include <functional>
+#include <string>
 #include <thread>
 
 /// OSG finds the kit's plugins in the build, wherever the tests run.
@@ -64,6 +66,27 @@ public:
     }
 
     osgViewer::Viewer viewer;
+};
+
+/// What OSG is told to say while this is there.
+class Notices
+{
+public:
+    Notices() : _before(osg::getNotifyHandler()) { osg::setNotifyHandler(_handler); }
+    ~Notices() { osg::setNotifyHandler(_before); }
+    Notices(const Notices&) = delete;
+    Notices& operator=(const Notices&) = delete;
+
+    const std::string& text() const { return _handler->text; }
+
+private:
+    struct Handler : osg::NotifyHandler
+    {
+        std::string text;
+        void notify(osg::NotifySeverity, const char* message) override { text += message; }
+    };
+    osg::ref_ptr<Handler> _handler = new Handler;
+    osg::ref_ptr<osg::NotifyHandler> _before;
 };
 
 /// A haptic box of 40 mm somewhere under a scene that drives one simulated board.

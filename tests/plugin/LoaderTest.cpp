@@ -107,21 +107,28 @@ TEST(Loader, WithoutASizeTheModelStaysAsItIs)
 
 TEST(Loader, BadOptionsAreNamed)
 {
-    struct Handler : osg::NotifyHandler
-    {
-        std::string text;
-        void notify(osg::NotifySeverity, const char* message) override { text += message; }
-    };
-    osg::ref_ptr<Handler> handler = new Handler;
-    osg::ref_ptr<osg::NotifyHandler> before = osg::getNotifyHandler();
-    osg::setNotifyHandler(handler);
+    Notices handler;
     osg::ref_ptr<osg::Node> keep;
     readHaptic(keep, "size=-1 sampling=holes smell=4");
-    osg::setNotifyHandler(before);
     for (const char* said : {"size is \"-1\", should be over 0 (metres)",
                              "sampling is \"holes\", should be one of surface, edges, vertices",
                              "unknown option \"smell\""})
-        EXPECT_NE(handler->text.find(said), std::string::npos) << handler->text;
+        EXPECT_NE(handler.text().find(said), std::string::npos) << handler.text();
+}
+
+TEST(Loader, ADeviceSaysWhatIsOnlyForModels)
+{
+    findPlugins();
+    const TemporaryFolder folder;
+    const std::string file =
+        folder.write("desk.haptic", "array=board; size=0.1; rotation=0 0 90\n");
+    Notices handler;
+    osg::ref_ptr<HapticDevice> device = osgDB::readRefFile<HapticDevice>(file);
+    ASSERT_NE(device, nullptr);
+    EXPECT_EQ(device->getSettings().array, "board");
+    for (const char* said : {": size is for MODEL.haptic and is not used here",
+                             ": rotation is for MODEL.haptic and is not used here"})
+        EXPECT_NE(handler.text().find(file + said), std::string::npos) << handler.text();
 }
 
 TEST(Loader, AMissingModelIsNoScene)

@@ -230,28 +230,20 @@ TEST(Serialization, WriteStoredFiles)
 
 TEST(Serialization, AFileOfANewerKitIsReadWithAWarning)
 {
-    struct Handler : osg::NotifyHandler
-    {
-        std::string text;
-        void notify(osg::NotifySeverity, const char* message) override { text += message; }
-    };
     std::stringstream stream("#Ascii Scene\n#Version 161\n#Generator OpenSceneGraph 3.6.5\n"
                              "osgMidair::HapticSurface {\n UniqueID 1\n FormatVersion 99\n"
                              " Pressure 3\n Smell 4\n}\n");
-    osg::ref_ptr<Handler> handler = new Handler;
-    osg::ref_ptr<osg::NotifyHandler> before = osg::getNotifyHandler();
-    osg::setNotifyHandler(handler);
+    const Notices notices;
     const osg::ref_ptr<osg::Node> node =
         readerWriter().readNode(stream, formatOptions("osgt")).takeNode();
-    osg::setNotifyHandler(before);
     auto* surface = dynamic_cast<HapticSurface*>(node.get());
     ASSERT_NE(surface, nullptr);
     EXPECT_EQ(surface->getPressure(), 3.0);
-    EXPECT_NE(handler->text.find(
+    EXPECT_NE(notices.text().find(
                   "a HapticSurface of format version 99 was written by a newer kit; this one "
                   "knows version 2 and may lose properties"),
               std::string::npos)
-        << handler->text;
+        << notices.text();
 }
 
 TEST(Serialization, ACopyIsASceneOfItsOwn)
