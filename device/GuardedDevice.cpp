@@ -127,11 +127,11 @@ void GuardedDevice::account(double now_s)
 
 double GuardedDevice::allowedGain(double now_s)
 {
-    account(now_s);
     double gain = _ramp;
     if (_wantedPeak > 0) gain *= std::min(1.0, _limits.maxAmplitude / _wantedPeak);
     if (_limits.meanDrive < 1)
     {
+        account(now_s);
         const double allowed =
             _limits.meanDrive + kLead * std::max(0.0, _limits.meanDrive - _meanDrive);
         const double drive = _wantedDrive * gain * gain;
@@ -145,7 +145,7 @@ bool GuardedDevice::sendScaled(double now_s)
     _gain = allowedGain(now_s);
     scaleDuties(_wanted, _gain, _scaled);
     const bool taken = _device->send(_scaled);
-    _drive = taken ? meanSquare(_scaled) : 0;
+    _drive = taken && _limits.meanDrive < 1 ? meanSquare(_scaled) : 0;
     _sounds = taken;
     return taken;
 }

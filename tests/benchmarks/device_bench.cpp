@@ -1,15 +1,19 @@
-// How long encoding takes, how many fields a second the simulated array and the emulated USB array take, and how long a field
-// is under way from send() to the wire.
+// How long encoding takes, how many fields a second the simulated array and the emulated USB array take, and how long a field and a
+// mute are under way to the wire; beside it what the emulation costs by itself and how late the host wakes any thread.
 #include "device/ArrayDevice.h"
 #include "device/DriveEncoder.h"
 #include "device/FieldCounters.h"
+#include "device/Protocol.h"
+#include "device/UsbTransferPool.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <mutex>
 #include <random>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -80,49 +84,204 @@ void simulation(double seconds)
 }
 
 #ifdef MIDAIR_HAS_UMOCKDEV
-// The first two phases count the fields, so that the one on the wire is known.
-void usb(double seconds, double rate_Hz)
+void printTimes(const char* what, std::vector<double>& times_ms)
 {
-    EmulatedArray array(octagon());
-    std::mutex mutex;
-    std::vector<double> sent_s(1 << 16);
-    std::vector<double> latencies_ms;
-    array.onField = [&](const std::uint8_t* bytes)
+    std::printf("%s,median,%.3f,p99,%.3f,worst,%.3f\n",
+                what,
+                percentile(times_ms, 0.5),
+                percentile(times_ms, 0.99),
+                percentile(times_ms, 1));
+}
+
+void sleepUntil(double time_s)
+{
+    const double wait_s = time_s - steadySeconds();
+    if (wait_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(wait_s));
+}
+
+/// How late the host wakes a thread that asks for it every millisecond, while the others work: what no program can do better.
+class HostProbe
+{
+public:
+    HostProbe() : _thread([this] { run(); }) {}
+    ~HostProbe()
     {
-        std::lock_guard<std::mutex> lock(mutex);
-        latencies_ms.push_back((steadySeconds() - sent_s[bytes[16] + 256U * bytes[17]]) * 1e3);
-    };
-    auto device = openDevice("usb:", octagon());
+        _stop = true;
+        _thread.join();
+        printTimes("host,wakes_late_ms", _late_ms);
+    }
+
+private:
+    void run()
+    {
+        double due_s = steadySeconds();
+        while (!_stop)
+        {
+            due_s = std::max(due_s + 1e-3, steadySeconds());
+            sleepUntil(due_s);
+            _late_ms.push_back((steadySeconds() - due_s) * 1e3);
+        }
+    }
+    std::atomic<bool> _stop{false};
+    std::vector<double> _late_ms;
+    std::thread _thread;
+};
+
+/// When each field was sent and when it came to the device; the first two phases count the fields.
+class WireClock
+{
+public:
+    explicit WireClock(EmulatedArray& array)
+    {
+        array.onField = [this](const std::uint8_t* bytes)
+        {
+            std::lock_guard<std::mutex> lock(_mutex);
+            _latencies_ms.push_back((steadySeconds() - _sent_s[bytes[16] + 256U * bytes[17]]) *
+                                    1e3);
+        };
+    }
+    void stamp(DriveSignal& signal, unsigned i)
+    {
+        signal.phase[0] = static_cast<std::uint8_t>(i);
+        signal.phase[1] = static_cast<std::uint8_t>(i >> 8);
+        std::lock_guard<std::mutex> lock(_mutex);
+        _sent_s[i & 0xFFFF] = steadySeconds();
+    }
+    std::vector<double> take()
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        return std::exchange(_latencies_ms, {});
+    }
+
+private:
+    std::mutex _mutex;
+    std::vector<double> _sent_s = std::vector<double>(1 << 16);
+    std::vector<double> _latencies_ms;
+};
+
+DriveSignal fullDrive()
+{
     DriveSignal signal;
     signal.phase.assign(kTransducers, 0);
     signal.duty.assign(kTransducers, 255);
+    return signal;
+}
+
+struct NobodyListens : UsbTransferPool::Listener
+{
+    void onSent(std::uint64_t, UsbTransferPool::Outcome) override {}
+    void onReceived(const std::uint8_t*, std::size_t) override {}
+    void onReceiveFailed(UsbTransferPool::Outcome) override {}
+};
+
+// The same bytes straight into libusb: what the emulation and libusb cost by themselves.
+void emulation(double seconds, double rate_Hz)
+{
+    EmulatedArray array(octagon());
+    WireClock clock(array);
+    NobodyListens nobody;
+    UsbTransferPool pool({}, nobody);
+    DriveSignal signal = fullDrive();
+    const std::vector<protocol::Range> ranges = protocol::ranges(octagon());
+    std::vector<std::uint8_t> bytes;
     const double start_s = steadySeconds();
     const auto fields = static_cast<unsigned>(seconds * rate_Hz);
     for (unsigned i = 0; i < fields; ++i)
     {
-        signal.phase[0] = static_cast<std::uint8_t>(i);
-        signal.phase[1] = static_cast<std::uint8_t>(i >> 8);
-        {
-            std::lock_guard<std::mutex> lock(mutex);
-            sent_s[i & 0xFFFF] = steadySeconds();
-        }
-        device->send(signal);
-        const double wait_s = start_s + (i + 1) / rate_Hz - steadySeconds();
-        if (wait_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(wait_s));
+        clock.stamp(signal, i);
+        bytes.clear();
+        protocol::appendField(bytes, signal, ranges, i + 1);
+        pool.send(1, bytes);
+        sleepUntil(start_s + (i + 1) / rate_Hz);
+    }
+    std::vector<double> latencies_ms = clock.take();
+    printTimes("usb,emulation_alone_ms", latencies_ms);
+}
+
+void stream(ArrayDevice& device, WireClock& clock, double seconds, double rate_Hz)
+{
+    DriveSignal signal = fullDrive();
+    const DeviceReport before = device.report();
+    const double start_s = steadySeconds();
+    const auto fields = static_cast<unsigned>(seconds * rate_Hz);
+    for (unsigned i = 0; i < fields; ++i)
+    {
+        clock.stamp(signal, i);
+        device.send(signal);
+        sleepUntil(start_s + (i + 1) / rate_Hz);
     }
     const double passed_s = steadySeconds() - start_s;
-    const DeviceReport report = device->report();
-    device.reset();
-    std::lock_guard<std::mutex> lock(mutex);
+    const DeviceReport report = device.report();
+    std::vector<double> latencies_ms = clock.take();
     std::printf("usb,sent_per_s,%.0f,played_per_s,%.0f,dropped,%llu,lost,%llu\n",
                 fields / passed_s,
-                static_cast<double>(report.played) / passed_s,
-                static_cast<unsigned long long>(report.dropped),
-                static_cast<unsigned long long>(report.lost));
-    std::printf("usb,submit_to_wire_ms,median,%.3f,p99,%.3f,worst,%.3f\n",
-                percentile(latencies_ms, 0.5),
-                percentile(latencies_ms, 0.99),
-                percentile(latencies_ms, 1));
+                static_cast<double>(report.played - before.played) / passed_s,
+                static_cast<unsigned long long>(report.dropped - before.dropped),
+                static_cast<unsigned long long>(report.lost - before.lost));
+    printTimes("usb,submit_to_wire_ms", latencies_ms);
+}
+
+// As many as it takes: the next as soon as the one before is on its way.
+void flatOut(ArrayDevice& device, WireClock& clock, double seconds)
+{
+    DriveSignal signal = fullDrive();
+    const std::uint64_t before = device.report().played;
+    const double start_s = steadySeconds();
+    for (unsigned i = 0; steadySeconds() < start_s + seconds;)
+    {
+        if (device.report().pending < 4)
+        {
+            clock.stamp(signal, i++);
+            device.send(signal);
+        }
+        else
+            std::this_thread::sleep_for(std::chrono::microseconds(50));
+    }
+    const double passed_s = steadySeconds() - start_s;
+    std::printf("usb,flat_out_played_per_s,%.0f\n",
+                static_cast<double>(device.report().played - before) / passed_s);
+    clock.take();
+}
+
+// From silence() to the wire while fields wait.
+void mutes(EmulatedArray& array, ArrayDevice& device)
+{
+    constexpr int kMutes = 300;
+    std::atomic<double> arrived_s{0};
+    array.onControl = [&](const std::uint8_t*)
+    {
+        double none = 0;
+        arrived_s.compare_exchange_strong(none, steadySeconds()); // the first counts
+    };
+    const DriveSignal signal = fullDrive();
+    std::vector<double> times_ms;
+    for (int i = 0; i < kMutes; ++i)
+    {
+        for (int k = 0; k < 6; ++k)
+        {
+            device.send(signal);
+            std::this_thread::sleep_for(std::chrono::microseconds(200));
+        }
+        arrived_s = 0;
+        const double start_s = steadySeconds();
+        device.silence();
+        while (arrived_s == 0 && steadySeconds() < start_s + 1)
+            std::this_thread::sleep_for(std::chrono::microseconds(20));
+        times_ms.push_back((arrived_s - start_s) * 1e3);
+    }
+    array.onControl = nullptr;
+    printTimes("usb,mute_to_wire_ms", times_ms);
+}
+
+void usb(double seconds, double rate_Hz)
+{
+    emulation(seconds, rate_Hz);
+    EmulatedArray array(octagon());
+    WireClock clock(array);
+    const auto device = openDevice("usb:", octagon());
+    stream(*device, clock, seconds, rate_Hz);
+    flatOut(*device, clock, seconds);
+    mutes(array, *device);
 }
 #endif
 
@@ -142,6 +301,7 @@ int main(int argc, char** argv)
     encoding();
     simulation(seconds);
 #ifdef MIDAIR_HAS_UMOCKDEV
+    const HostProbe probe;
     usb(seconds, rate_Hz);
 #else
     std::printf("usb: built without umockdev, left out\n");

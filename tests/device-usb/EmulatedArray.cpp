@@ -6,11 +6,12 @@
 #include <cstring>
 #include <random>
 #include <stdexcept>
-#include <thread>
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 namespace
 {
@@ -85,6 +86,7 @@ void EmulatedArray::connect()
     g_signal_connect(_handler, "handle-ioctl", G_CALLBACK(onIoctl), this);
     g_signal_connect(_handler, "client-vanished", G_CALLBACK(onVanished), this);
     plug();
+    _watch = std::thread([this] { watch(); });
 }
 
 std::string EmulatedArray::recordText() const
@@ -101,9 +103,16 @@ std::string EmulatedArray::recordText() const
 
 EmulatedArray::~EmulatedArray()
 {
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        _closing = true;
+    }
+    _wake.notify_all();
+    _watch.join();
     if (_plugged) unplug();
     for (const Urb& urb : _done)
         free(urb);
+    if (_node >= 0) ::close(_node);
     g_object_unref(_handler);
     g_object_unref(_testbed);
 }
@@ -117,8 +126,51 @@ void EmulatedArray::plug()
     if (error != nullptr) throw std::runtime_error(error->message);
     _firmware.powerCycle(now_s());
     std::lock_guard<std::mutex> lock(_mutex);
+    makeNode();
     _outHalted = false;
     _plugged = true;
+}
+
+// In place of the file that the testbed has made.
+void EmulatedArray::makeNode()
+{
+    char* root = umockdev_testbed_get_root_dir(_testbed);
+    const std::string path = std::string(root) + kNode;
+    g_free(root);
+    if (_node >= 0) ::close(_node);
+    ::unlink(path.c_str());
+    const int made = ::mkfifo(path.c_str(), 0666);
+    _node = made == 0 ? ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC) : -1;
+    if (_node < 0 || ::fcntl(_node, F_SETPIPE_SZ, 4096) < 0)
+        throw std::runtime_error(path + ": " + std::strerror(errno));
+    _ready = true;
+    tellReady();
+}
+
+bool EmulatedArray::isDue()
+{
+    return !_done.empty() ||
+           (_plugged && !_waitingIn.empty() && !mute && _firmware.hasAnswer(now_s()));
+}
+
+// A pipe of one page takes no more once there is a byte in it.
+void EmulatedArray::tellReady()
+{
+    const bool due = isDue();
+    if (due == _ready) return;
+    char byte = 0;
+    const ssize_t moved = due ? ::read(_node, &byte, 1) : ::write(_node, &byte, 1);
+    if (moved == 1) _ready = due;
+}
+
+void EmulatedArray::watch()
+{
+    std::unique_lock<std::mutex> lock(_mutex);
+    while (!_closing)
+    {
+        tellReady();
+        _wake.wait_for(lock, std::chrono::milliseconds(1));
+    }
 }
 
 void EmulatedArray::unplug(int error)
@@ -177,9 +229,17 @@ void EmulatedArray::onVanished(UMockdevIoctlBase*, UMockdevIoctlClient* client, 
 
 gboolean EmulatedArray::handle(UMockdevIoctlClient* client)
 {
-    const gulong request = umockdev_ioctl_client_get_request(client);
     std::lock_guard<std::mutex> lock(_mutex);
+    const gboolean handled = answer(client);
+    tellReady();
+    return handled;
+}
+
+gboolean EmulatedArray::answer(UMockdevIoctlClient* client)
+{
+    const gulong request = umockdev_ioctl_client_get_request(client);
     if (request == USBDEVFS_DISCARDURB) return discard(client);
+    if (request == USBDEVFS_REAPURBNDELAY) return reap(client);
     GError* error = nullptr;
     UMockdevIoctlData* data = umockdev_ioctl_data_resolve(
         umockdev_ioctl_client_get_arg(client), 0, _IOC_SIZE(request), &error);
@@ -194,7 +254,6 @@ gboolean EmulatedArray::handle(UMockdevIoctlClient* client)
         umockdev_ioctl_client_complete(client, result, code);
         return TRUE;
     };
-    if (request == USBDEVFS_REAPURBNDELAY) return reap(client, data);
     if (!_plugged) return complete(-1, ENODEV);
     switch (request)
     {
@@ -293,6 +352,7 @@ void EmulatedArray::answerControl(const Urb& urb)
     if (setup[0] == 0x41 && setup[1] == 0x4D && setup[4] == 1)
     {
         _firmware.receive(setup + 8, static_cast<std::size_t>(asked), now_s());
+        if (onControl) onControl(setup + 8);
         return finish(urb, 0, asked);
     }
     if (_isFifo && setup[0] == 0x40) return finish(urb, 0, asked); // FTDI's settings
@@ -344,18 +404,20 @@ void EmulatedArray::endAll(int error)
     }
 }
 
-gboolean EmulatedArray::reap(UMockdevIoctlClient* client, UMockdevIoctlData* data)
+// Looks at the host's memory, which is a way to it and back, only where there is something to put there.
+gboolean EmulatedArray::reap(UMockdevIoctlClient* client)
 {
     if (_plugged) feedIn();
     const auto mine = std::find_if(
         _done.begin(), _done.end(), [&](const Urb& urb) { return urb.owner == client; });
     if (mine == _done.end())
     {
-        // The emulated node always polls as ready, so libusb asks again and again; leave the processor to others.
-        std::this_thread::sleep_for(std::chrono::microseconds(100));
         umockdev_ioctl_client_complete(client, -1, _plugged ? EAGAIN : ENODEV);
         return TRUE;
     }
+    g_autoptr(UMockdevIoctlData) data = umockdev_ioctl_data_resolve(
+        umockdev_ioctl_client_get_arg(client), 0, sizeof(void*), nullptr);
+    if (data == nullptr) return FALSE;
     umockdev_ioctl_data_set_ptr(data, 0, mine->data);
     umockdev_ioctl_client_complete(client, 0, 0);
     free(*mine);

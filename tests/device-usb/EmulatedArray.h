@@ -3,11 +3,13 @@
 #include "device/VirtualFirmware.h"
 
 #include <atomic>
+#include <condition_variable>
 #include <deque>
 #include <functional>
 #include <map>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <linux/usbdevice_fs.h>
@@ -15,6 +17,9 @@
 
 /// The array as the kernel's usbfs would show it to the real libusb: umockdev answers libusb's ioctls, the virtual firmware
 /// answers the packets. Faults are switched on by the test.
+///
+/// The device node is a pipe that is full, and so not ready, until a transfer has ended, as usbfs's node is not: libusb then sleeps
+/// in between instead of asking again and again.
 ///
 /// The device has a second interface, before the array's, and endpoint numbers that nobody would guess.
 class EmulatedArray
@@ -52,6 +57,8 @@ public:
 
     std::function<void(const std::uint8_t*)>
         onField; ///< told the bytes of each of these, on umockdev's thread
+    std::function<void(const std::uint8_t*)>
+        onControl; ///< told the packets that come by the control endpoint
 
 private:
     struct Urb
@@ -67,14 +74,19 @@ private:
     static gboolean onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self);
     static void onVanished(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self);
     gboolean handle(UMockdevIoctlClient* client);
+    gboolean answer(UMockdevIoctlClient* client);
     gboolean submit(UMockdevIoctlClient* client, UMockdevIoctlData* data);
-    gboolean reap(UMockdevIoctlClient* client, UMockdevIoctlData* data);
+    gboolean reap(UMockdevIoctlClient* client);
     gboolean discard(UMockdevIoctlClient* client);
     void startOut(const Urb& urb);
     void answerControl(const Urb& urb);
     void feedIn();
     void finish(const Urb& urb, int status, int length);
     void endAll(int error);
+    void makeNode();
+    bool isDue();     ///< with _mutex held: whether a host has something to fetch
+    void tellReady(); ///< with _mutex held: and tells it
+    void watch();
     static void free(const Urb& urb);
 
     midair::device::VirtualFirmware _firmware;
@@ -89,4 +101,9 @@ private:
     UMockdevIoctlClient* _claimedBy = nullptr;
     bool _plugged = false;
     bool _outHalted = false;
+    int _node = -1;      ///< our end of the pipe
+    bool _ready = false; ///< it is empty
+    bool _closing = false;
+    std::condition_variable _wake;
+    std::thread _watch; ///< for what the firmware says unasked, and what is hidden while `mute`
 };
