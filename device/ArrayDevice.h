@@ -96,8 +96,12 @@ public:
     /// All transducers off, at once, overtaking fields that wait; the next field that is sent plays.
     virtual void silence() = 0;
 
-    /// Off at once and until setMuted(false): fields sent meanwhile are refused.
-    virtual void setMuted(bool muted) = 0;
+    /// Off at once and until setMuted(false): fields sent meanwhile are refused. That is kept by the guard which openDevice()
+    /// puts around every device; a device by itself falls silent.
+    virtual void setMuted(bool muted)
+    {
+        if (muted) silence();
+    }
 
     /// One line: what the device is and how it fares.
     virtual std::string status() const = 0;

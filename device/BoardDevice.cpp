@@ -173,7 +173,7 @@ bool BoardDevice::send(const DriveSignal& signal)
 {
     std::lock_guard<std::mutex> lock(_mutex);
     const bool whole = signal.size() == _transducers && signal.duty.size() == signal.phase.size();
-    if (!whole || _muted || !_ready || _closing)
+    if (!whole || !_ready || _closing)
     {
         _counters.countRefused();
         return false;
@@ -209,19 +209,11 @@ void BoardDevice::silence()
     silenceLocked();
 }
 
-void BoardDevice::setMuted(bool muted)
-{
-    std::lock_guard<std::mutex> lock(_mutex);
-    _muted = muted;
-    if (muted) silenceLocked();
-}
-
 DeviceReport BoardDevice::report() const
 {
     std::lock_guard<std::mutex> lock(_mutex);
     DeviceReport report = _counters.report();
     report.pending = report.sent - report.played - report.dropped - report.lost - report.refused;
-    if (_muted && report.state == DeviceState::READY) report.state = DeviceState::MUTED;
     return report;
 }
 

@@ -36,7 +36,6 @@ public:
 
     bool send(const DriveSignal& signal) override;
     void silence() override;
-    void setMuted(bool muted) override;
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override { return {_codec->phaseLevels(), _codec->amplitudes()}; }
@@ -69,7 +68,6 @@ private:
     DriveSignal _playing;
     double _lineFree_s = 0; ///< when the last byte will have left
     bool _ready = false;
-    bool _muted = false;
     bool _closing = false;
     FieldCounters _counters;
     std::thread _thread;

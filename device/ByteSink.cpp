@@ -112,6 +112,11 @@ SerialPort::SerialPort(const std::string& device,
     startGuard(lastWill);
 }
 
+bool SerialPort::knows(int baud)
+{
+    return speedOf(baud) != B0;
+}
+
 void SerialPort::startGuard(const std::vector<std::uint8_t>& lastWill)
 {
     int ends[2];

@@ -38,6 +38,7 @@ public:
     /// Throws DeviceError.
     SerialPort(const std::string& device, int baud, const std::vector<std::uint8_t>& lastWill);
     ~SerialPort() override;
+    static bool knows(int baud);
 
     SerialPort(const SerialPort&) = delete;
     SerialPort& operator=(const SerialPort&) = delete;

@@ -176,20 +176,24 @@ void GuardedDevice::silence()
     _device->silence(); // before the lock: a mute waits for nobody
     std::lock_guard<std::mutex> lock(_mutex);
     _device->silence(); // and once more for a field that run() or send() was just handing over
-    account(steadySeconds());
-    _sounds = false;
-    _drive = 0;
-    _ramp = 0;
+    noteSilence();
 }
 
 void GuardedDevice::setMuted(bool muted)
 {
-    if (muted) _device->silence();
-    {
-        std::lock_guard<std::mutex> lock(_mutex);
-        _muted = muted;
-    }
-    if (muted) silence();
+    if (muted) _device->setMuted(true); // as in silence()
+    std::lock_guard<std::mutex> lock(_mutex);
+    _muted = muted;
+    _device->setMuted(muted);
+    if (muted) noteSilence();
+}
+
+void GuardedDevice::noteSilence()
+{
+    account(steadySeconds());
+    _sounds = false;
+    _drive = 0;
+    _ramp = 0;
 }
 
 // Turns the time into gain: up while a field sounds, down when closing; keeps the thermal budget.
@@ -217,11 +221,8 @@ void GuardedDevice::run()
         _ramp = std::clamp(_closing ? _ramp - step : _ramp + step, 0.0, 1.0);
         if (!_closing && _limits.hold_s > 0 && now_s - _lastField_s > _limits.hold_s)
         {
-            account(now_s);
             _device->silence();
-            _sounds = false;
-            _drive = 0;
-            _ramp = 0;
+            noteSilence();
             continue;
         }
         // Less than half a duty level isn't worth a field.

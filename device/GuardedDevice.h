@@ -38,6 +38,7 @@ private:
     bool sendScaled(double now_s);
     double allowedGain(double now_s);
     void account(double now_s);
+    void noteSilence();
     void run();
 
     const std::unique_ptr<ArrayDevice> _device;

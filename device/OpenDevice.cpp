@@ -12,7 +12,6 @@
 #include "device/UsbArrayDevice.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cstdio>
 
 namespace midair::device
@@ -29,8 +28,7 @@ public:
 
     bool send(const DriveSignal& signal) override
     {
-        if (_muted || signal.size() != _held.transducers() ||
-            signal.duty.size() != signal.phase.size())
+        if (signal.size() != _held.transducers() || signal.duty.size() != signal.phase.size())
         {
             _counters.countRefused();
             return false;
@@ -40,11 +38,6 @@ public:
         return true;
     }
     void silence() override { _held.clear(); }
-    void setMuted(bool muted) override
-    {
-        _muted = muted;
-        if (muted) _held.clear();
-    }
     std::string status() const override { return "null: " + countersText(report()); }
     DeviceReport report() const override { return _counters.report(); }
     std::vector<std::complex<float>> played() const override { return _held.activations(); }
@@ -52,7 +45,6 @@ public:
 private:
     HeldField _held;
     FieldCounters _counters;
-    std::atomic<bool> _muted{false};
 };
 
 void checkLayout(const DeviceLayout& layout)
@@ -113,7 +105,10 @@ std::unique_ptr<ArrayDevice> openSerialBoard(DeviceUri& uri, const DeviceLayout&
 {
     uri.requirePath("a serial port");
     const int baud = static_cast<int>(
-        uri.takeNumber("baud", uri.scheme() == "ultraino" ? 115200 : 230400, 9600, 921600));
+        uri.takeNumber("baud", uri.scheme() == "ultraino" ? 115200 : 230400, 0, 1e7));
+    if (!SerialPort::knows(baud))
+        throw uri.error("baud=" + std::to_string(baud) +
+                        " should be 9600, 57600, 115200, 230400, 460800 or 921600");
     uri.rejectUnknown();
     const std::string port = uri.path();
     return std::make_unique<BoardDevice>(

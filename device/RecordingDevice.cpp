@@ -69,7 +69,7 @@ bool RecordingDevice::send(const DriveSignal& signal)
     std::lock_guard<std::mutex> lock(_mutex);
     const bool whole =
         signal.size() == _held.transducers() && signal.duty.size() == signal.phase.size();
-    if (!whole || _muted || !_failure.empty())
+    if (!whole || !_failure.empty())
     {
         _counters.countRefused();
         return false;
@@ -91,19 +91,6 @@ bool RecordingDevice::send(const DriveSignal& signal)
     _held.replace(signal);
     _counters.countPlayed(sentAt_s);
     return true;
-}
-
-void RecordingDevice::setMuted(bool muted)
-{
-    std::lock_guard<std::mutex> lock(_mutex);
-    _muted = muted;
-    if (muted) silenceLocked();
-    _counters.change(
-        [&](DeviceReport& report)
-        {
-            if (report.state != DeviceState::LOST)
-                report.state = muted ? DeviceState::MUTED : DeviceState::READY;
-        });
 }
 
 void RecordingDevice::silenceLocked()

@@ -25,7 +25,6 @@ public:
 
     bool send(const DriveSignal& signal) override;
     void silence() override;
-    void setMuted(bool muted) override;
     std::string status() const override;
     DeviceReport report() const override { return _counters.report(); }
     std::vector<std::complex<float>> played() const override { return _held.activations(); }
@@ -42,7 +41,6 @@ private:
     std::chrono::steady_clock::time_point _start;
     int _descriptor = -1;
     FieldCounters _counters;
-    bool _muted = false;
     std::uint64_t _fields = 0;
     std::uint64_t _bytes = 0;
     std::string _failure;

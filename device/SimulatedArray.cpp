@@ -153,7 +153,7 @@ bool SimulatedArray::send(const DriveSignal& signal)
     const double now_s = advance();
     const bool whole =
         signal.size() == _layout.transducers && signal.duty.size() == signal.phase.size();
-    if (!whole || _muted || unplugged(now_s))
+    if (!whole || unplugged(now_s))
     {
         _counters.countRefused();
         return false;
@@ -201,13 +201,6 @@ void SimulatedArray::silence()
     silenceLocked(advance());
 }
 
-void SimulatedArray::setMuted(bool muted)
-{
-    std::lock_guard<std::mutex> lock(_mutex);
-    _muted = muted;
-    if (muted) silenceLocked(advance());
-}
-
 bool SimulatedArray::identify(int board, bool light)
 {
     std::lock_guard<std::mutex> lock(_mutex);
@@ -239,7 +232,6 @@ DeviceReport SimulatedArray::report() const
         report.firmware = "1." + std::to_string(_options.firmware.firmwareMinor) + ".0";
         report.temperature_C = _firmware.status(now_s).temperature_dC / 10.0;
     }
-    if (_muted && report.state == DeviceState::READY) report.state = DeviceState::MUTED;
     return report;
 }
 

@@ -46,7 +46,6 @@ public:
 
     bool send(const DriveSignal& signal) override;
     void silence() override;
-    void setMuted(bool muted) override;
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override;
@@ -77,7 +76,6 @@ private:
     mutable bool _lost = false;
     mutable bool _unplugged = false;      ///< has been, once
     mutable std::uint32_t _watchdogs = 0; ///< counted as faults
-    bool _muted = false;
     std::uint32_t _sequence = 0;
     std::minstd_rand _random;
 };

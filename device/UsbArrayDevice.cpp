@@ -171,7 +171,7 @@ bool UsbArrayDevice::send(const DriveSignal& signal)
     std::lock_guard<std::mutex> lock(_mutex);
     const bool whole =
         signal.size() == _layout.transducers && signal.duty.size() == signal.phase.size();
-    if (!whole || _muted || !_ready || _closing)
+    if (!whole || !_ready || _closing)
     {
         _counters.countRefused();
         return false;
@@ -208,13 +208,6 @@ void UsbArrayDevice::silence()
     muteLocked();
 }
 
-void UsbArrayDevice::setMuted(bool muted)
-{
-    std::lock_guard<std::mutex> lock(_mutex);
-    _muted = muted;
-    if (muted) muteLocked();
-}
-
 bool UsbArrayDevice::identify(int board, bool light)
 {
     Packet packet;
@@ -232,7 +225,6 @@ DeviceReport UsbArrayDevice::report() const
     std::lock_guard<std::mutex> lock(_mutex);
     DeviceReport report = _counters.report();
     report.pending = _flying.size() + (_slotFull ? 1 : 0);
-    if (_muted && report.state == DeviceState::READY) report.state = DeviceState::MUTED;
     return report;
 }
 

@@ -36,7 +36,6 @@ public:
 
     bool send(const DriveSignal& signal) override;
     void silence() override;
-    void setMuted(bool muted) override;
     std::string status() const override;
     DeviceReport report() const override;
     bool identify(int board, bool light) override;
@@ -101,7 +100,6 @@ private:
     std::uint32_t _muteAwaited = 0; ///< sequence number of a MUTE not yet answered; 0: none
     std::uint32_t _muteSent = 0;    ///< the last one that was handed over
     double _muteAt_s = 0;
-    bool _muted = false;
     bool _ready = false;
     bool _closing = false;
     std::string _name;

@@ -151,6 +151,11 @@ int status(const Options& options)
 int identify(const Options& options)
 {
     const auto array = loadArray(options);
+    const int last = array.board.empty() ? 0 : array.board.back();
+    if (options.board > last)
+        throw device::DeviceError("board " + std::to_string(options.board) +
+                                  " isn't there: the array has boards 0 to " +
+                                  std::to_string(last));
     const auto device = open(options, array);
     bool lit = false;
     const double end_s = device::steadySeconds() + options.seconds;
@@ -282,7 +287,8 @@ int measure(const Options& options)
     std::vector<double> latencies_ms;
     double handedOver_s = 0;
     const double start_s = device::steadySeconds();
-    for (int i = 0; goesOn(start_s + options.seconds, *device); ++i)
+    int fields = 0;
+    for (int i = 0; goesOn(start_s + options.seconds, *device); ++i, ++fields)
     {
         for (int t = 0; t < array.size(); ++t)
             signal.phase[t] = static_cast<std::uint8_t>(31 * t + 7 * i);
@@ -301,8 +307,11 @@ int measure(const Options& options)
                                     : latencies_ms[static_cast<std::size_t>(
                                           share * static_cast<double>(latencies_ms.size() - 1))];
     };
-    std::cout << "sent      " << static_cast<double>(report.sent) / seconds << " fields/s\n"
-              << "played    " << static_cast<double>(report.played) / seconds << " fields/s\n"
+    // Of several devices each counts for itself.
+    const double devices = std::max(1.0, std::round(double(report.sent) / std::max(1, fields)));
+    std::cout << "sent      " << fields / seconds << " fields/s\n"
+              << "played    " << static_cast<double>(report.played) / devices / seconds
+              << " fields/s\n"
               << "dropped   " << report.dropped << "\nlost      " << report.lost << "\n"
               << "latency   median " << at(0.5) << " ms, 99 % " << at(0.99) << " ms, worst "
               << at(1) << " ms\n";
@@ -327,10 +336,12 @@ int play(const Options& options)
 int main(int argc, char** argv)
 {
     Options options;
-    CLI::App app("Looks after an ultrasound array. Devices:\n" + device::deviceKinds() +
-                 "A list with commas opens several as one; "
-                 "?max-amplitude=0.2&max-pressure=800&ramp=50ms&mean-drive=0.3 limit any of them.\n"
-                 "Exit codes: 0 fine, 2 nothing found, 3 can't be opened, 4 the device failed.");
+    CLI::App app(
+        "Looks after an ultrasound array. Devices:\n" + device::deviceKinds() +
+        "A list with commas opens several as one; "
+        "?max-amplitude=0.2&max-pressure=800&ramp=50ms&mean-drive=0.3 limit any of them.\n"
+        "Exit codes: 0 fine, 2 nothing found, 3 can't be opened, 4 the device failed, over 100 "
+        "called wrongly.");
     app.require_subcommand(1);
     app.add_option(
            "--array", options.array, "octagon, board, a shipped array's name or a JSON file")
@@ -356,7 +367,8 @@ int main(int argc, char** argv)
     command("list", "what is plugged in", list);
     command("status", "how the device fares, and its firmware's version", status);
     command("identify", "blinks the lamp of a board, or of all", identify)
-        ->add_option("--board", options.board, "which board");
+        ->add_option("--board", options.board, "which board")
+        ->check(CLI::Range(0, 65534));
     command("mute", "takes all transducers off", mute);
     command("boards", "one board after the other sounds", boards);
     command("transducers", "one transducer after the other sounds", transducers);

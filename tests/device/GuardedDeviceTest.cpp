@@ -50,7 +50,6 @@ public:
         return true;
     }
     void silence() override { _log.add(0, true); }
-    void setMuted(bool) override {}
     std::string status() const override { return "logged"; }
     DeviceReport report() const override { return {}; }
     std::vector<std::complex<float>> played() const override { return {}; }

@@ -121,6 +121,29 @@ TEST(PlayingDevice, stops_at_once_when_silenced)
     EXPECT_NE(device->status().find("at the end"), std::string::npos) << device->status();
 }
 
+TEST(PlayingDevice, goes_on_unheard_while_muted)
+{
+    const std::string file = temporaryFile("show");
+    writeBytes(file, show());
+    const auto device = openDevice("play:" + file + "?loop=yes&to=sim:", {4, {}});
+    const auto sounds = [&] { return device->played() != std::vector<std::complex<float>>(4); };
+    const auto eventually = [](const auto& condition)
+    {
+        for (int i = 0; i < 5000 && !condition(); ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        return condition();
+    };
+    ASSERT_TRUE(eventually(sounds));
+    device->setMuted(true);
+    EXPECT_FALSE(sounds());
+    const std::uint64_t refused = device->report().refused;
+    EXPECT_TRUE(eventually([&] { return device->report().refused > refused + 3; }));
+    EXPECT_FALSE(sounds());
+    EXPECT_EQ(device->report().state, DeviceState::MUTED);
+    device->setMuted(false);
+    EXPECT_TRUE(eventually(sounds));
+}
+
 TEST(PlayingDevice, names_what_is_wrong)
 {
     const std::string file = temporaryFile("show");

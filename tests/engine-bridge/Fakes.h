@@ -96,7 +96,6 @@ public:
         ++_log->silences;
         std::fill(_played.begin(), _played.end(), 0.0f);
     }
-    void setMuted(bool) override {}
     std::string status() const override { return "fake"; }
     midair::device::DeviceReport report() const override { return {}; }
     std::vector<std::complex<float>> played() const override { return _played; }

@@ -28,7 +28,6 @@ public:
         return !refusing;
     }
     void silence() override {}
-    void setMuted(bool) override {}
     std::string status() const override { return "collects"; }
     midair::device::DeviceReport report() const override { return {}; }
     std::vector<std::complex<float>> played() const override { return {}; }
