@@ -118,6 +118,7 @@ void UsbArrayDevice::connect()
         _faultsInRow = 0;
         _status = protocol::Status();
         _muteAwaited = 0;
+        _asked = 0;
         _parser = protocol::StreamParser();
         _nonsense = 0;
     }
@@ -168,7 +169,7 @@ void UsbArrayDevice::connect()
 bool UsbArrayDevice::send(const DriveSignal& signal)
 {
     const double now_s = steadySeconds();
-    std::lock_guard<std::mutex> lock(_mutex);
+    std::unique_lock<std::mutex> lock(_mutex);
     const bool whole =
         signal.size() == _layout.transducers && signal.duty.size() == signal.phase.size();
     if (!whole || !_ready || _closing)
@@ -186,7 +187,10 @@ bool UsbArrayDevice::send(const DriveSignal& signal)
     _slot.sentAt_s = now_s;
     _slot.failed = _slot.repeated = false;
     _slotFull = true;
-    _wake.notify_all();
+    if (canSubmit())
+        submitField(lock);
+    else
+        wakeWorker();
     return true;
 }
 

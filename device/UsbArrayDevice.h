@@ -17,8 +17,9 @@ class DeviceUri;
 
 /// `usb:` and `usb:SERIAL`: the array over libusb, in the protocol of PROTOCOL.md.
 ///
-/// send() leaves the field in a slot one deep, where a newer one replaces it; a worker thread packs and submits it. A field whose
-/// transfer fails is sent once more, whole, unless a newer one waits. When the device is lost the worker looks for it every
+/// send() packs and submits the field where a transfer is free: that doesn't wait for the hardware, and no other thread has to wake
+/// up for it. Else it leaves it in a slot one deep, where a newer one replaces it, for a worker thread, who also does all the rest. A
+/// field whose transfer fails is sent once more, whole, unless a newer one waits. When the device is lost the worker looks for it every
 /// quarter of a second and takes it up again, silent until the next field.
 class UsbArrayDevice : public ArrayDevice, public UsbTransferPool::Listener
 {
@@ -61,6 +62,9 @@ private:
     void connect(); ///< throws DeviceError
     void disconnect(const std::string& why);
     bool work(std::unique_lock<std::mutex>& lock); ///< one thing that is due; false: nothing
+    bool canSubmit() const;
+    void wakeWorker();
+    void release(); ///< ends _busy
     void submitField(std::unique_lock<std::mutex>& lock);
     void submitPacket(std::unique_lock<std::mutex>& lock, protocol::Type type);
     void recover(std::unique_lock<std::mutex>& lock);
@@ -77,9 +81,12 @@ private:
     const std::vector<protocol::Range> _ranges;
     mutable std::mutex _mutex;
     std::condition_variable _wake;  ///< the worker
+    std::condition_variable _free;  ///< who waits until nobody is busy
     std::condition_variable _heard; ///< who waits for an answer
     std::unique_ptr<UsbTransferPool> _pool;
-    std::vector<std::uint8_t> _bytes;     ///< the worker's
+    bool _busy =
+        false; ///< somebody is at the pool or at _bytes without the lock; nobody else may then, but for a mute
+    std::vector<std::uint8_t> _bytes;
     std::vector<std::uint8_t> _muteBytes; ///< under _mutex
     protocol::StreamParser _parser;       ///< the event thread's
     bool _slotFull = false;
@@ -97,6 +104,7 @@ private:
     double _lastSubmit_s = 0;
     double _lastStatusAsked_s = 0;
     double _lastHeard_s = 0;
+    int _asked = 0;                 ///< GET_STATUS since then
     std::uint32_t _muteAwaited = 0; ///< sequence number of a MUTE not yet answered; 0: none
     std::uint32_t _muteSent = 0;    ///< the last one that was handed over
     double _muteAt_s = 0;

@@ -21,6 +21,7 @@ constexpr double kSilentDevice_s = 1.0; // without a valid answer it is given up
 constexpr double kMuteRetry_s = 0.02;
 constexpr double kConfirm_s = 0.5;
 constexpr int kMostFaultsInRow = 5;
+constexpr int kMostAsked = 3;
 constexpr std::size_t kMostFlying = 8;
 
 std::chrono::duration<double> seconds(double s)
@@ -50,7 +51,8 @@ void UsbArrayDevice::disconnect(const std::string& why)
 {
     std::unique_ptr<UsbTransferPool> pool;
     {
-        std::lock_guard<std::mutex> lock(_mutex);
+        std::unique_lock<std::mutex> lock(_mutex);
+        _free.wait(lock, [&] { return !_busy; });
         pool = std::move(_pool);
         _ready = false;
         settleAll(true);
@@ -106,12 +108,14 @@ double UsbArrayDevice::nextDue_s() const
 bool UsbArrayDevice::work(std::unique_lock<std::mutex>& lock)
 {
     const double now_s = steadySeconds();
+    if (_busy) return false; // who is at it wakes us when done
     if (_fault != Outcome::DONE)
     {
         recover(lock);
         return true;
     }
-    if (now_s - _lastHeard_s > kSilentDevice_s)
+    // Asked several times, since a host that was stopped for a while hasn't heard anything either.
+    if (now_s - _lastHeard_s > kSilentDevice_s && _asked >= kMostAsked)
     {
         lock.unlock();
         disconnect("gives no answer that this program understands since " +
@@ -119,7 +123,9 @@ bool UsbArrayDevice::work(std::unique_lock<std::mutex>& lock)
         lock.lock();
         return true;
     }
-    if (!_flying.empty() && now_s - _flying.front().submittedAt_s > kConfirm_s)
+    // Answers come in order: what was heard so long after a field came after that field's own answer. The clock alone would
+    // blame the device for a host whose threads don't get to run.
+    if (!_flying.empty() && _lastHeard_s - _flying.front().submittedAt_s > kConfirm_s)
     {
         _flying.pop_front();
         _counters.change(
@@ -134,15 +140,16 @@ bool UsbArrayDevice::work(std::unique_lock<std::mutex>& lock)
     if (_muteAwaited != 0 && (_muteSent != _muteAwaited || now_s - _muteAt_s >= kMuteRetry_s) &&
         submitMute())
         return true;
-    if (!_pool->hasFree()) return false;
-    if (_slotFull && _flying.size() < kMostFlying)
+    if (_slotFull && canSubmit())
     {
         submitField(lock);
         return true;
     }
+    if (!_pool->hasFree()) return false;
     if (now_s - _lastStatusAsked_s >= kStatusInterval_s)
     {
         _lastStatusAsked_s = now_s;
+        ++_asked;
         submitPacket(lock, Type::GET_STATUS);
         return true;
     }
@@ -152,6 +159,25 @@ bool UsbArrayDevice::work(std::unique_lock<std::mutex>& lock)
         return true;
     }
     return false;
+}
+
+bool UsbArrayDevice::canSubmit() const
+{
+    return !_busy && _pool != nullptr && _fault == Outcome::DONE && _flying.size() < kMostFlying &&
+           _pool->hasFree();
+}
+
+// Most of what happens needs no worker, and to wake a thread for nothing costs more than a field.
+void UsbArrayDevice::wakeWorker()
+{
+    if (_slotFull || _fault != Outcome::DONE || _muteAwaited != 0) _wake.notify_all();
+}
+
+void UsbArrayDevice::release()
+{
+    _busy = false;
+    _free.notify_all();
+    wakeWorker();
 }
 
 void UsbArrayDevice::submitField(std::unique_lock<std::mutex>& lock)
@@ -166,6 +192,7 @@ void UsbArrayDevice::submitField(std::unique_lock<std::mutex>& lock)
     protocol::appendField(_bytes, field.signal, _ranges, field.sequence);
     const std::uint32_t token = field.sequence;
     const double sentAt_s = field.sentAt_s;
+    _busy = true;
     lock.unlock(); // send() may tell the listener at once
     const bool handedOver = _pool->send(token, _bytes);
     if (handedOver)
@@ -176,6 +203,7 @@ void UsbArrayDevice::submitField(std::unique_lock<std::mutex>& lock)
                 report.latency_s = report.lastHandedOver_s - sentAt_s;
             });
     lock.lock();
+    release();
 }
 
 void UsbArrayDevice::submitPacket(std::unique_lock<std::mutex>& lock, Type type)
@@ -185,9 +213,11 @@ void UsbArrayDevice::submitPacket(std::unique_lock<std::mutex>& lock, Type type)
     _bytes.clear();
     protocol::append(_bytes, packet);
     _lastSubmit_s = steadySeconds();
+    _busy = true;
     lock.unlock();
     _pool->send(0, _bytes);
     lock.lock();
+    release();
 }
 
 bool UsbArrayDevice::submitMute()
@@ -211,25 +241,29 @@ void UsbArrayDevice::recover(std::unique_lock<std::mutex>& lock)
     const Outcome fault = std::exchange(_fault, Outcome::DONE);
     const bool first = _faultsInRow == 0;
     const bool hopeless = fault == Outcome::LOST || ++_faultsInRow > kMostFaultsInRow;
-    lock.unlock();
     if (hopeless)
     {
+        lock.unlock();
         disconnect(fault == Outcome::LOST
                        ? "unplugged"
                        : std::string(outcomeName(fault)) + " again and again, given up");
         lock.lock();
         return;
     }
+    _busy = true; // nobody sends into a halted pipe
+    lock.unlock();
     note(outcomeName(fault));
     if (first) spdlog::warn("{}: {}; the field is sent again", _name, outcomeName(fault));
     const bool lifted = _pool->clearHalt();
+    lock.lock();
+    release();
     if (!lifted)
     {
+        lock.unlock();
         disconnect("unplugged");
         lock.lock();
         return;
     }
-    lock.lock();
     std::uint64_t dropped = 0;
     std::uint64_t lost = 0;
     for (auto field = _flying.begin(); field != _flying.end();)
@@ -271,7 +305,7 @@ void UsbArrayDevice::onSent(std::uint64_t token, Outcome outcome)
             if (field.sequence == token) field.failed = true;
         _heard.notify_all();
     }
-    _wake.notify_all();
+    wakeWorker();
 }
 
 void UsbArrayDevice::onReceiveFailed(Outcome outcome)
@@ -279,7 +313,7 @@ void UsbArrayDevice::onReceiveFailed(Outcome outcome)
     std::lock_guard<std::mutex> lock(_mutex);
     if (_fault != Outcome::LOST) _fault = outcome;
     _heard.notify_all();
-    _wake.notify_all();
+    wakeWorker();
 }
 
 void UsbArrayDevice::onReceived(const std::uint8_t* bytes, std::size_t count)
@@ -290,6 +324,7 @@ void UsbArrayDevice::onReceived(const std::uint8_t* bytes, std::size_t count)
     while (_parser.next(packet))
     {
         _lastHeard_s = steadySeconds();
+        _asked = 0;
         if (packet.type == Type::INFO && packet.info.nonce == _nonce)
         {
             _info = packet;
@@ -306,7 +341,7 @@ void UsbArrayDevice::onReceived(const std::uint8_t* bytes, std::size_t count)
         if (first) spdlog::warn("{}: answers that are no packets; ignored", _name);
     }
     _heard.notify_all();
-    _wake.notify_all();
+    wakeWorker();
 }
 
 // With _mutex held. Every commit is answered, in order, so what is older than the one answered was not played.

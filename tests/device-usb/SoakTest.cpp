@@ -2,6 +2,8 @@
 #include "EmulatedArray.h"
 #include "device/ArrayDevice.h"
 
+#include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <fstream>
 #include <thread>
@@ -23,6 +25,39 @@ double residentMegabytes()
     return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
+/// How long this machine at most didn't let a thread run that wanted to, every 5 ms.
+class HostProbe
+{
+public:
+    HostProbe() : _thread([this] { run(); }) {}
+    ~HostProbe() { stop(); }
+    HostProbe(const HostProbe&) = delete;
+    HostProbe& operator=(const HostProbe&) = delete;
+
+    double stop()
+    {
+        _stop = true;
+        if (_thread.joinable()) _thread.join();
+        return _worst_s;
+    }
+
+private:
+    void run()
+    {
+        double before_s = EmulatedArray::now_s();
+        while (!_stop)
+        {
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            const double now_s = EmulatedArray::now_s();
+            _worst_s = std::max(_worst_s, now_s - before_s);
+            before_s = now_s;
+        }
+    }
+    std::atomic<bool> _stop{false};
+    double _worst_s = 0;
+    std::thread _thread;
+};
+
 // 500 fields/s for so long: memory doesn't grow, no commit is lost, the counters of host and device add up.
 void soak(double seconds)
 {
@@ -31,6 +66,7 @@ void soak(double seconds)
         layout.board.push_back(i / 249);
     EmulatedArray array(layout);
     const auto device = openDevice("usb:", layout);
+    HostProbe probe;
     DriveSignal field = evenField(3984, 0, 255);
     const double start_s = EmulatedArray::now_s();
     const auto fields = static_cast<int>(500 * seconds);
@@ -45,18 +81,30 @@ void soak(double seconds)
     }
     for (int i = 0; i < 1000 && device->report().pending > 0; ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    const double worst_s = probe.stop();
     const DeviceReport report = device->report();
     const protocol::Status status = array.firmware().status(EmulatedArray::now_s());
     std::cout << fields << " fields in " << EmulatedArray::now_s() - start_s
               << " s: " << report.played << " played, " << report.dropped << " dropped, "
               << report.lost << " lost; memory " << atFirst_MB << " MB, then "
-              << residentMegabytes() << " MB\n";
+              << residentMegabytes() << " MB; the host stood still for at most " << worst_s * 1e3
+              << " ms, the watchdog muted " << status.watchdogs << " times\n";
     EXPECT_EQ(report.sent, static_cast<std::uint64_t>(fields));
     EXPECT_EQ(report.sent, report.played + report.dropped);
     EXPECT_EQ(report.lost, 0U);
-    // A host that a busy machine stops for over 100 ms is muted by the watchdog; there is no other fault.
-    EXPECT_EQ(report.faults, status.watchdogs);
-    EXPECT_EQ(status.played, report.played);
+    if (worst_s < 0.5 * protocol::kWatchdog_s)
+    {
+        EXPECT_EQ(report.faults, 0U);
+        EXPECT_EQ(status.watchdogs, 0U);
+        EXPECT_EQ(status.played, report.played);
+    }
+    else
+    {
+        // A machine that stops this program for so long makes the watchdog mute and transfers time out, which are then sent again:
+        // the device may have played more than was counted, never less.
+        EXPECT_GE(status.played, report.played);
+        EXPECT_GE(report.faults, status.watchdogs);
+    }
     EXPECT_EQ(status.incomplete, 0U);
     EXPECT_EQ(status.stale, 0U);
     EXPECT_EQ(array.playing(), field); // the last one plays

@@ -5,13 +5,13 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 . samples/packages.sh
 midair_install qemu-system-x86 busybox-static cpio
-midair_build build midair_vm_test -DMIDAIR_TESTS=ON
+midair_build build midair_vm_test # as it is configured, by default with tests
 work=build/vm
 mkdir -p $work/kernel
 if ! ls $work/kernel/boot/vmlinuz-* > /dev/null 2>&1; then
     package=$(apt-cache depends linux-image-amd64 | awk '/Depends: linux-image/ {print $2; exit}')
     echo "fetching Debian's kernel, $package"
-    (cd $work && apt-get download -q "$package" && dpkg-deb -x "$package"_*.deb kernel && rm "$package"_*.deb)
+    (cd $work && apt-get download -q -o APT::Sandbox::User=root "$package" && dpkg-deb -x "$package"_*.deb kernel && rm "$package"_*.deb)
 fi
 root=$work/root
 rm -rf $root
