@@ -54,10 +54,10 @@ Eigen::VectorXcd pressures(const PropagationMatrix& G, const Eigen::VectorXcf& q
     AlignedBuffer<float> re, im;
     re.reserve(padded);
     im.reserve(padded);
-    for (int i = 0; i < G.transducers(); ++i)
+    for (std::size_t lane = 0; lane < G.order().size(); ++lane)
     {
-        re[static_cast<std::size_t>(i)] = q[i].real();
-        im[static_cast<std::size_t>(i)] = q[i].imag();
+        re[lane] = q[G.order()[lane]].real();
+        im[lane] = q[G.order()[lane]].imag();
     }
     Eigen::VectorXf pRe = Eigen::VectorXf::Zero(G.points()), pIm = pRe;
     for (int block = 0; block < G.blocks(); ++block)

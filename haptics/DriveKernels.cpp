@@ -36,9 +36,9 @@ void quantisePhase(
     {
         const float x = qRe[i], y = qIm[i];
         const float turns = phaseTurns(x, y);
-        const float rounded = roundToMultiple(turns * steps, kToInteger) * step;
+        const float nearest = rounded(turns * steps) * step;
         float sine, cosine;
-        sinCosTurns(levels > 0 ? rounded : turns, sine, cosine);
+        sinCosTurns(levels > 0 ? nearest : turns, sine, cosine);
         outRe[i] = cosine;
         outIm[i] = sine;
     }

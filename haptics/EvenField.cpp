@@ -21,15 +21,13 @@ constexpr float kMostReweighing = 5.0f; // in a round of projections
 Eigen::VectorXcf currentPhases(const FieldProblem& field)
 {
     Eigen::VectorXcf q(field.m());
-    for (int i = 0; i < field.m(); ++i)
-        q[i] = field.q.at(static_cast<std::size_t>(i));
+    field.fromLanes(field.q, q);
     return q;
 }
 
 void setPhases(FieldProblem& field, const Eigen::VectorXcf& q)
 {
-    for (int i = 0; i < field.m(); ++i)
-        field.q.set(static_cast<std::size_t>(i), q[i]);
+    field.toLanes(q, field.q);
 }
 
 Eigen::VectorXcf playedPhases(FieldProblem& field)
@@ -41,8 +39,7 @@ Eigen::VectorXcf playedPhases(FieldProblem& field)
                            field.z.re.data(),
                            field.z.im.data());
     Eigen::VectorXcf q(field.m());
-    for (int i = 0; i < field.m(); ++i)
-        q[i] = field.z.at(static_cast<std::size_t>(i));
+    field.fromLanes(field.z, q);
     return q;
 }
 
@@ -105,38 +102,30 @@ void EvenField::pass(FieldProblem& field, float alpha)
         const auto k = static_cast<std::size_t>(l);
         _w.set(k, field.p.at(k) * (_weight[l] * _direction[l]));
     }
-    field.pool().run(
-        [&](int thread)
+    field.eachBlock(
+        [&](int thread) { field.clearPartial(thread); },
+        [&](int thread, int b)
         {
-            field.clearPartial(thread);
-            for (int b = field.firstBlock(thread); b < field.lastBlock(thread); ++b)
+            const int first = field.G.offset(b);
+            field.G.backward(b, _w.re.data(), _w.im.data(), field.z.re.data(), field.z.im.data());
+            const float *qRe = field.q.re.data() + first, *qIm = field.q.im.data() + first;
+            const float *zRe = field.z.re.data() + first, *zIm = field.z.im.data() + first;
+            float *d = _d.data() + first, *sum = _sum.data() + first;
+            float *tRe = _t.re.data() + first, *tIm = _t.im.data() + first;
+            for (int i = 0; i < field.G.width(b); ++i)
             {
-                const int first = field.G.offset(b);
-                field.G.backward(
-                    b, _w.re.data(), _w.im.data(), field.z.re.data(), field.z.im.data());
-                const float *qRe = field.q.re.data() + first, *qIm = field.q.im.data() + first;
-                const float *zRe = field.z.re.data() + first, *zIm = field.z.im.data() + first;
-                float *d = _d.data() + first, *sum = _sum.data() + first;
-                float *tRe = _t.re.data() + first, *tIm = _t.im.data() + first;
-                for (int i = 0; i < field.G.width(b); ++i)
-                {
-                    sum[i] += alpha * d[i];
-                    d[i] = qRe[i] * zIm[i] - qIm[i] * zRe[i]; // -Im(q conj(z))
-                    tRe[i] = qRe[i] * d[i];
-                    tIm[i] = qIm[i] * d[i];
-                }
-                field.G.forward(b,
-                                _t.re.data(),
-                                _t.im.data(),
-                                field.partial(thread),
-                                field.partial(thread) + n);
+                sum[i] += alpha * d[i];
+                d[i] = qRe[i] * zIm[i] - qIm[i] * zRe[i]; // -Im(q conj(z))
+                tRe[i] = qRe[i] * d[i];
+                tIm[i] = qIm[i] * d[i];
             }
+            field.forwardBlock(thread, b, _t);
         });
     for (int l = 0; l < n; ++l)
     {
         const auto k = static_cast<std::size_t>(l);
         float re = 0.0f, im = 0.0f;
-        for (int thread = 0; thread < field.pool().threads(); ++thread)
+        for (int thread = 0; thread < field.threads(); ++thread)
         {
             re += field.partial(thread)[l];
             im += field.partial(thread)[n + l];

@@ -24,14 +24,14 @@ int FieldProblem::assign(const ControlPoints& points,
 {
     const int n = static_cast<int>(active.size());
     const int before = G.points();
-    const bool otherField = G.bind(array, medium);
+    _rebound = G.bind(array, medium);
     const bool otherSize = G.resize(n);
     _drive = array.drive;
-    if (otherField || otherSize) forget();
+    if (_rebound || otherSize) forget();
     reserve();
     if (n != before) _fresh.assign(_fresh.size(), 0);
 
-    int stale = 0;
+    _stale.clear();
     for (int l = 0; l < n; ++l)
     {
         const Eigen::Vector3d r = points.positions.col(active[static_cast<std::size_t>(l)]);
@@ -41,9 +41,9 @@ int FieldProblem::assign(const ControlPoints& points,
         fresh = 0;
         _positions.col(l) = r;
         G.setPoint(l, r);
-        ++stale;
+        _stale.push_back(l);
     }
-    return stale;
+    return static_cast<int>(_stale.size());
 }
 
 void FieldProblem::reserve()
@@ -65,6 +65,7 @@ void FieldProblem::reserve()
         _positions.resize(3, G.points());
         _fresh.assign(n, 0);
         _rowSums.resize(n);
+        _stale.reserve(n);
     }
     // Apart by a cache line, so that threads do not share one.
     const std::size_t stride = (2 * n + 31) / 16 * 16;
@@ -73,28 +74,53 @@ void FieldProblem::reserve()
     _rowSumParts.reserve(_partialStride * static_cast<std::size_t>(_pool.threads()));
 }
 
-void FieldProblem::build()
+void FieldProblem::buildBlock(int thread, int block)
 {
-    _pool.run(
-        [this](int thread)
-        {
-            double* sums = _rowSumParts.data() + static_cast<std::size_t>(thread) * _partialStride;
-            std::fill(sums, sums + n(), 0.0);
-            for (int b = firstBlock(thread); b < lastBlock(thread); ++b)
-                for (int l = 0; l < n(); ++l)
-                    if (!_fresh[static_cast<std::size_t>(l)])
-                        sums[l] += static_cast<double>(G.buildRow(b, l));
-        });
-    for (int l = 0; l < n(); ++l)
+    G.buildRows(block, _stale.data(), static_cast<int>(_stale.size()), rowSums(thread));
+}
+
+void FieldProblem::sumRows()
+{
+    for (const int l : _stale)
     {
         const auto row = static_cast<std::size_t>(l);
-        if (_fresh[row]) continue;
         double sum = 0.0;
-        for (int thread = 0; thread < _pool.threads(); ++thread)
-            sum += _rowSumParts[static_cast<std::size_t>(thread) * _partialStride + row];
+        for (int thread = 0; thread < threads(); ++thread)
+            sum += rowSums(thread)[row];
         _rowSums[row] = sum;
         _fresh[row] = 1;
     }
+}
+
+void FieldProblem::build()
+{
+    const double start = elapsed_ms();
+    eachBlock([this](int thread) { std::fill_n(rowSums(thread), n(), 0.0); },
+              [this](int thread, int block) { buildBlock(thread, block); });
+    sumRows();
+    _build_ms = elapsed_ms() - start;
+}
+
+void FieldProblem::buildAndProject(const SplitVector& weights, SplitVector& to)
+{
+    double build_ms = 0.0;
+    eachBlock(
+        [this](int thread)
+        {
+            std::fill_n(rowSums(thread), n(), 0.0);
+            clearPartial(thread);
+        },
+        [&](int thread, int block)
+        {
+            const double start = thread == 0 ? elapsed_ms() : 0.0;
+            buildBlock(thread, block);
+            if (thread == 0) build_ms += elapsed_ms() - start;
+            projectBlock(thread, block, weights);
+        });
+    sumRows();
+    sumPartials(to);
+    clearPadding(q);
+    _build_ms = build_ms;
 }
 
 double FieldProblem::meanRowSum() const
@@ -126,46 +152,40 @@ void FieldProblem::sumPartials(SplitVector& sum)
 
 void FieldProblem::backward(const SplitVector& from, SplitVector& to)
 {
-    _pool.run(
-        [&](int thread)
-        {
-            for (int b = firstBlock(thread); b < lastBlock(thread); ++b)
-                G.backward(b, from.re.data(), from.im.data(), to.re.data(), to.im.data());
-        });
+    eachBlock([](int) {},
+              [&](int, int block)
+              { G.backward(block, from.re.data(), from.im.data(), to.re.data(), to.im.data()); });
+}
+
+void FieldProblem::forwardBlock(int thread, int block, const SplitVector& from)
+{
+    G.forward(block, from.re.data(), from.im.data(), partial(thread), partial(thread) + n());
 }
 
 void FieldProblem::forward(const SplitVector& from, SplitVector& to)
 {
-    _pool.run(
-        [&](int thread)
-        {
-            clearPartial(thread);
-            for (int b = firstBlock(thread); b < lastBlock(thread); ++b)
-                G.forward(
-                    b, from.re.data(), from.im.data(), partial(thread), partial(thread) + n());
-        });
+    eachBlock([this](int thread) { clearPartial(thread); },
+              [&](int thread, int block) { forwardBlock(thread, block, from); });
     sumPartials(to);
+}
+
+void FieldProblem::projectBlock(int thread, int block, const SplitVector& weights)
+{
+    G.backward(block, weights.re.data(), weights.im.data(), z.re.data(), z.im.data());
+    const int i = G.offset(block);
+    kernels::projectToUnit(G.width(block),
+                           z.re.data() + i,
+                           z.im.data() + i,
+                           q.re.data() + i,
+                           q.im.data() + i,
+                           inverse.data() + i);
+    forwardBlock(thread, block, q);
 }
 
 void FieldProblem::projectRound(const SplitVector& weights, SplitVector& to)
 {
-    _pool.run(
-        [&](int thread)
-        {
-            clearPartial(thread);
-            for (int b = firstBlock(thread); b < lastBlock(thread); ++b)
-            {
-                G.backward(b, weights.re.data(), weights.im.data(), z.re.data(), z.im.data());
-                const int i = G.offset(b);
-                kernels::projectToUnit(G.width(b),
-                                       z.re.data() + i,
-                                       z.im.data() + i,
-                                       q.re.data() + i,
-                                       q.im.data() + i,
-                                       inverse.data() + i);
-                G.forward(b, q.re.data(), q.im.data(), partial(thread), partial(thread) + n());
-            }
-        });
+    eachBlock([this](int thread) { clearPartial(thread); },
+              [&](int thread, int block) { projectBlock(thread, block, weights); });
     sumPartials(to);
     clearPadding(q);
 }
@@ -179,6 +199,19 @@ void FieldProblem::phasesOf(const SplitVector& field)
         y[l] = std::abs(value);
         if (y[l] > 1e-30f) u.set(row, value / y[l]);
     }
+}
+
+void FieldProblem::toLanes(const Eigen::VectorXcf& from, SplitVector& lanes) const
+{
+    for (int lane = 0; lane < m(); ++lane)
+        lanes.set(static_cast<std::size_t>(lane), from[G.order()[static_cast<std::size_t>(lane)]]);
+}
+
+void FieldProblem::fromLanes(const SplitVector& lanes, Eigen::VectorXcf& to) const
+{
+    if (to.size() != m()) to.resize(m());
+    for (int lane = 0; lane < m(); ++lane)
+        to[G.order()[static_cast<std::size_t>(lane)]] = lanes.at(static_cast<std::size_t>(lane));
 }
 
 void FieldProblem::clearPadding(SplitVector& v)

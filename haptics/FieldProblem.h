@@ -37,7 +37,11 @@ struct SplitVector
 class FieldProblem
 {
 public:
-    explicit FieldProblem(int threads) : _pool(threads) {}
+    explicit FieldProblem(int threads, Storage storage = Storage::FLOAT) :
+        G(storage),
+        _pool(threads)
+    {
+    }
 
     /// Takes over a problem whose input is sound; \a active are the indices of the points to be solved for. Rows of
     /// points that moved by no more than \a tolerance_m are kept.
@@ -47,7 +51,13 @@ public:
                const TransducerArray& array,
                const Medium& medium,
                double tolerance_m);
+    /// True if the last assign met another array or medium than the one before.
+    bool isRebound() const { return _rebound; }
     void build();
+    /// build() and projectRound() in one: a block of G takes part in the round while it is in the cache.
+    void buildAndProject(const SplitVector& w, SplitVector& p);
+    /// How long the last build took, on the calling thread.
+    double build_ms() const { return _build_ms; }
     /// The next assign keeps no rows.
     void forget() { _fresh.assign(_fresh.size(), 0); }
 
@@ -74,6 +84,10 @@ public:
 
     Eigen::MatrixXcf dense() const; ///< G itself, for methods that need columns
 
+    /// \a q (transducers in the array's order) into \a lanes (in the matrix's order, padded), and back.
+    void toLanes(const Eigen::VectorXcf& q, SplitVector& lanes) const;
+    void fromLanes(const SplitVector& lanes, Eigen::VectorXcf& q) const;
+
     double elapsed_ms() const;
     void start() { _start = std::chrono::steady_clock::now(); }
 
@@ -84,29 +98,52 @@ public:
     SplitVector z, q;             ///< paddedTransducers()
     AlignedBuffer<float> inverse; ///< 1/|z_i|
 
-    ThreadPool& pool() { return _pool; }
-    /// Blocks of thread \a thread.
-    int firstBlock(int thread) const { return G.blocks() * thread / _pool.threads(); }
-    int lastBlock(int thread) const { return G.blocks() * (thread + 1) / _pool.threads(); }
+    int threads() const { return _pool.threads(); }
+    /// Calls before(thread) once and then inBlock(thread, block) for every block of the thread, on all threads. Blocks
+    /// belong to threads by their number alone, so that sums come out the same every time.
+    template<typename Before, typename InBlock>
+    void eachBlock(const Before& before, const InBlock& inBlock)
+    {
+        _pool.run(
+            [&](int thread)
+            {
+                before(thread);
+                const int last = G.blocks() * (thread + 1) / threads();
+                for (int b = G.blocks() * thread / threads(); b < last; ++b)
+                    inBlock(thread, b);
+            });
+    }
     /// Partial sums over transducers of thread \a thread, 2 x n floats, and their sum into \a p.
     float* partial(int thread)
     {
         return _partial.data() + static_cast<std::size_t>(thread) * _partialStride;
     }
     void clearPartial(int thread);
+    /// partial += G q over one block.
+    void forwardBlock(int thread, int block, const SplitVector& q);
     void sumPartials(SplitVector& p);
 
 private:
     void reserve();
+    void buildBlock(int thread, int block);
+    void sumRows();
+    void projectBlock(int thread, int block, const SplitVector& w);
+    double* rowSums(int thread)
+    {
+        return _rowSumParts.data() + static_cast<std::size_t>(thread) * _partialStride;
+    }
 
     ThreadPool _pool;
     DriveResolution _drive;
     Eigen::Matrix3Xd _positions; // of the rows as they were built
     std::vector<unsigned char> _fresh;
+    std::vector<int> _stale; // rows that build() computes
     std::vector<double> _rowSums;
     AlignedBuffer<double> _rowSumParts; // thread by thread
     AlignedBuffer<float> _partial;
     std::size_t _partialStride = 0;
+    bool _rebound = false;
+    double _build_ms = 0.0;
     std::chrono::steady_clock::time_point _start;
 };
 

@@ -18,6 +18,8 @@ constexpr int kColdRounds = 30;  // of the best, those of its trial among them
 constexpr int kRoundsBeforeWeights = 3;
 constexpr int kCorrections = 8;
 constexpr int kConjugateSteps = 12;
+constexpr float kTrusted =
+    0.1f; // errors up to which a correction is not looked at before it is taken
 
 /// The production solver: alternating projections to a good set of phases, then Gauss-Newton in the points' weights.
 /// Every field is q = z/|z|, z = G* c with c_l = w_l u_l, u_l the phase of p_l: that is what being as loud as possible with
@@ -27,7 +29,10 @@ constexpr int kConjugateSteps = 12;
 class GaussNewton final : public SolverBase
 {
 public:
-    explicit GaussNewton(const SolverOptions& options) : SolverBase("gauss-newton", options) {}
+    explicit GaussNewton(const SolverOptions& options) :
+        SolverBase("gauss-newton", options, Storage::FIXED)
+    {
+    }
 
 private:
     Outcome iterate(FieldProblem& field, bool warm) override
@@ -35,10 +40,12 @@ private:
         reserve(field);
         Outcome outcome;
         const int limit = iterationLimit(1000);
+        _projected = _projected && warm;
         if (!warm || _weightsOf != field.n())
             coldStart(field, std::max(1, limit - kCorrections), outcome);
         _weightsOf = field.n();
-        projectionRound(field);
+        if (!_projected) projectionRound(field);
+        _projected = false;
         ++outcome.iterations;
         alignToLast(field);
         const float full = naturalLevel(field);
@@ -56,6 +63,15 @@ private:
         return outcome;
     }
 
+    void build(FieldProblem& field) override
+    {
+        _projected = _weightsOf == field.n();
+        if (!_projected) return field.build();
+        weighPhases(field);
+        field.buildAndProject(_c, field.p);
+        field.phasesOf(field.p);
+    }
+
     void reserve(const FieldProblem& field)
     {
         const auto m = static_cast<std::size_t>(field.G.paddedTransducers());
@@ -63,18 +79,24 @@ private:
         for (SplitVector* v : {&_c, &_startU, &_bestU})
             v->reserve(n);
         _continuous.reserve(m);
+        _before.reserve(m);
         _amplitudes.reserve(m);
         for (Eigen::VectorXf* v : {&_weights, &_bestWeights})
             if (v->size() != field.n()) v->resize(field.n());
     }
 
-    void projectionRound(FieldProblem& field)
+    void weighPhases(const FieldProblem& field)
     {
         for (int l = 0; l < field.n(); ++l)
         {
             const auto row = static_cast<std::size_t>(l);
             _c.set(row, field.u.at(row) * _weights[l]);
         }
+    }
+
+    void projectionRound(FieldProblem& field)
+    {
+        weighPhases(field);
         field.projectRound(_c, field.p);
         field.phasesOf(field.p);
     }
@@ -221,67 +243,149 @@ private:
         }
     }
 
-    // Rounds field.q's phases to the device's levels and measures that field: its rms error.
-    float play(FieldProblem& field)
+    // Takes \a fraction of the correction's step and measures the field of it, its phases rounded to the device's levels if
+    // \a rounded.
+    void play(FieldProblem& field, float fraction, bool rounded)
     {
-        std::swap(_continuous, field.q);
-        field.quantisePhases(_continuous, field.q);
-        if (!_full)
-            kernels::scaleBy(field.G.paddedTransducers(),
-                             _amplitudes.data(),
-                             field.q.re.data(),
-                             field.q.im.data());
-        field.forward(field.q, field.p);
+        field.eachBlock([&](int thread) { field.clearPartial(thread); },
+                        [&](int thread, int block)
+                        {
+                            if (fraction > 0.0f)
+                                _correction.turn(field, block, fraction, _continuous);
+                            if (rounded) roundBlock(field, block);
+                            field.forwardBlock(thread, block, rounded ? field.q : _continuous);
+                        });
+        field.sumPartials(field.p);
         field.phasesOf(field.p);
-        return errorOf(field, fittedLevel(field));
     }
 
-    // Corrections until the played field is as exact as was asked for, or its error is all rounding.
+    void roundBlock(FieldProblem& field, int block)
+    {
+        const int i = field.G.offset(block), width = field.G.width(block);
+        float *re = field.q.re.data() + i, *im = field.q.im.data() + i;
+        kernels::quantisePhase(width,
+                               field.drive().phaseLevels,
+                               _continuous.re.data() + i,
+                               _continuous.im.data() + i,
+                               re,
+                               im);
+        if (!_full) kernels::scaleBy(width, _amplitudes.data() + i, re, im);
+    }
+
+    // The rms error that phases of the device's levels leave: off by up to pi/levels, rms pi/(sqrt 3 levels), spread over m
+    // transducers (0.0071 sqrt(n/m)/E for 256 levels).
+    float roundingError(const FieldProblem& field) const
+    {
+        const int levels = field.drive().phaseLevels;
+        if (levels == 0) return 0.0f;
+        const float loudness =
+            fittedLevel(field) * field.a.norm() / static_cast<float>(field.meanRowSum());
+        return 1.814f / static_cast<float>(std::max(levels, 2)) *
+               std::sqrt(static_cast<float>(field.n()) / static_cast<float>(field.m())) /
+               std::max(loudness, 0.05f);
+    }
+
+    // The correction's step, or as much of it as makes the field better: far from a solution (crowded points) its straight
+    // line misleads. Returns the fraction taken; 0: none helped.
+    float stepCarefully(FieldProblem& field, float error)
+    {
+        copy(field, _continuous, _before);
+        for (const float fraction : {1.0f, 0.3f, 0.1f})
+        {
+            play(field, fraction, false);
+            if (errorOf(field, naturalLevel(field)) < error) return fraction;
+            copy(field, _before, _continuous);
+        }
+        return 0.0f;
+    }
+
+    // Where no correction helps: a round of projections, which gets nearer however far it is.
+    void roundInstead(FieldProblem& field)
+    {
+        field.forward(_continuous, field.p);
+        field.phasesOf(field.p);
+        reweigh(field);
+        projectionRound(field);
+        copy(field, field.q, _continuous);
+    }
+
+    static void copy(const FieldProblem& field, const SplitVector& from, SplitVector& to)
+    {
+        const int m = field.G.paddedTransducers();
+        std::copy_n(from.re.data(), m, to.re.data());
+        std::copy_n(from.im.data(), m, to.im.data());
+    }
+
+    // How far a correction is driven: no further than the next one will start from, nor, far from a solution, along the
+    // directions in which little can be had (which is what the first steps leave out).
+    static float goalOf(float error, float nextError, float goal)
+    {
+        return std::max(goal, error > kTrusted ? 0.5f * error : 0.4f * nextError);
+    }
+
+    // Corrections until the played field is as exact as was asked for, or its error is all rounding. A correction is exact
+    // to the square of what it corrects: where that is too much, it is not driven further than that, nor its phases
+    // rounded, since another one follows.
     void correct(FieldProblem& field, int limit, Outcome& outcome)
     {
         const auto tolerance = static_cast<float>(options().rmsTolerance);
-        const float steps = static_cast<float>(std::max(field.drive().phaseLevels, 2));
         outcome.stop = StopReason::MAX_ITERATIONS;
+        std::swap(_continuous, field.q);
         for (int k = 0; k < kCorrections; ++k)
         {
-            const float loudness =
-                fittedLevel(field) * field.a.norm() / static_cast<float>(field.meanRowSum());
-            // Phases off by up to pi/levels: rms pi/(sqrt 3 levels), spread over m transducers (0.0071 for 256 levels).
-            const float rounding = field.drive().phaseLevels == 0
-                                       ? 0.0f
-                                       : 1.814f / steps *
-                                             std::sqrt(static_cast<float>(field.n()) / field.m()) /
-                                             std::max(loudness, 0.05f);
-            const float goal = std::max(0.45f * rounding, 0.45f * tolerance);
-            _correction.solve(field, naturalLevel(field), goal, kConjugateSteps, true);
-            for (int l = 0; l < field.n(); ++l)
-                _weights[l] =
-                    std::max(_weights[l] + _correction.multiplier(l), 0.02f * _weights[l]);
+            const float rounding = roundingError(field);
+            const float enough = std::max(tolerance, 1.3f * rounding);
+            const float error = errorOf(field, naturalLevel(field));
+            const float goal = 0.45f * std::max(rounding, tolerance);
+            const bool out =
+                k + 1 == kCorrections || outcome.iterations + 1 >= limit || outOfTime(field);
+            const bool last = out || error * error < enough;
+            _correction.solve(field,
+                              _continuous,
+                              _weights,
+                              goalOf(error, last ? 0.0f : error * error, goal),
+                              kConjugateSteps);
             ++outcome.iterations;
-            const float rms = play(field);
+            float fraction = 1.0f;
+            if (error > kTrusted)
+            {
+                fraction = stepCarefully(field, error);
+                if (fraction == 0.0f && !out)
+                {
+                    roundInstead(field);
+                    continue;
+                }
+                if (last) play(field, 0.0f, true);
+            }
+            else
+                play(field, 1.0f, last);
+            for (int l = 0; l < field.n(); ++l)
+                _weights[l] = std::max(_weights[l] + fraction * _correction.multiplier(l),
+                                       0.02f * _weights[l]);
+            if (!last) continue;
+            const float rms = errorOf(field, fittedLevel(field));
             if (rms <= tolerance)
                 outcome.stop = StopReason::CONVERGED;
-            else if (rms * rms < 1.7f * rounding * rounding)
+            else if (rms < 1.3f * rounding)
                 outcome.stop = StopReason::STALLED;
             else if (outOfTime(field))
                 outcome.stop = StopReason::DEADLINE;
-            if (outcome.stop != StopReason::MAX_ITERATIONS || outcome.iterations >= limit ||
-                k + 1 == kCorrections)
-                return;
-            std::swap(_continuous, field.q);
-            field.forward(field.q, field.p);
+            if (out || outcome.stop != StopReason::MAX_ITERATIONS) break;
+            field.forward(_continuous, field.p);
             field.phasesOf(field.p);
         }
+        field.clearPadding(field.q);
     }
 
     PhaseCorrection _correction;
     SplitVector _c, _startU, _bestU;  // n
-    SplitVector _continuous;          // m: q before its phases were rounded
+    SplitVector _continuous, _before; // m: q before its phases were rounded, before a correction
     AlignedBuffer<float> _amplitudes; // m
     Eigen::VectorXf _weights, _bestWeights;
-    int _weightsOf = 0;   // n of the field whose weights these are
-    bool _uniform = true; // one amplitude for all
-    bool _full = true;    // and that 1
+    int _weightsOf = 0;      // n of the field whose weights these are
+    bool _projected = false; // build() took the first round
+    bool _uniform = true;    // one amplitude for all
+    bool _full = true;       // and that 1
 };
 
 } // namespace

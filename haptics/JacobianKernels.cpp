@@ -7,90 +7,95 @@ namespace midair::haptics::kernels
 {
 
 MIDAIR_CLONES
-void formJacobian(const float* G,
+void formJacobian(const std::int32_t* G,
                   int n,
                   int width,
                   const float* uRe,
                   const float* uIm,
-                  const float* scale,
-                  const float* qRe,
-                  const float* qIm,
-                  const float* root,
-                  float* J)
+                  const float* rRe,
+                  const float* rIm,
+                  std::int32_t* J)
 {
+    constexpr float kUnit = 1.0f / 65536.0f;
     width &= ~(kLanes - 1);
-    alignas(64) float re[kMaxWidth], im[kMaxWidth];
-#pragma omp simd aligned(qRe, qIm, root : 64)
-    for (int i = 0; i < width; ++i)
+    for (int l = 0; l < n; l += 2)
     {
-        re[i] = qRe[i] * root[i];
-        im[i] = qIm[i] * root[i];
-    }
-    for (int l = 0; l < n; ++l)
-    {
-        const float *gRe = G + 2 * width * l, *gIm = gRe + width;
-        float* row = J + width * l;
-        const float ur = uRe[l] * scale[l], ui = uIm[l] * scale[l];
-#pragma omp simd aligned(gRe, gIm, row : 64)
+        // The last row of an odd n has no partner: its own once more, with u = 0.
+        const bool pair = l + 1 < n;
+        const std::int32_t *a = G + width * l, *b = pair ? a + width : a;
+        std::int32_t* row = J + width * (l / 2);
+        const float ur = uRe[l] * kUnit, ui = uIm[l] * kUnit;
+        const float vr = pair ? uRe[l + 1] * kUnit : 0.0f, vi = pair ? uIm[l + 1] * kUnit : 0.0f;
+#pragma omp simd aligned(a, b, row, rRe, rIm : 64)
         for (int i = 0; i < width; ++i)
-            row[i] = gRe[i] * (ui * re[i] - ur * im[i]) - gIm[i] * (ur * re[i] + ui * im[i]);
+        {
+            const float x = rRe[i], y = rIm[i];
+            const float first = lowOf(a[i]) * (ui * x - ur * y) - highOf(a[i]) * (ur * x + ui * y);
+            const float second = lowOf(b[i]) * (vi * x - vr * y) - highOf(b[i]) * (vr * x + vi * y);
+            row[i] = packPair(first, second);
+        }
     }
 }
 
 MIDAIR_CLONES
-void transposedJacobian(const float* J, int n, int width, const float* x, float* t)
+void transposedJacobian(const std::int32_t* J, int n, int width, const float* x, float* t)
 {
     width &= ~(kLanes - 1);
     std::fill(t, t + width, 0.0f);
     int l = 0;
     for (; l + 4 <= n; l += 4)
     {
-        const float *a = J + width * l, *b = a + width, *c = b + width, *d = c + width;
+        const std::int32_t *a = J + width * (l / 2), *b = a + width;
         const float xa = x[l], xb = x[l + 1], xc = x[l + 2], xd = x[l + 3];
-#pragma omp simd aligned(a, b, c, d, t : 64)
+#pragma omp simd aligned(a, b, t : 64)
         for (int i = 0; i < width; ++i)
-            t[i] += (a[i] * xa + b[i] * xb) + (c[i] * xc + d[i] * xd);
+            t[i] += (lowOf(a[i]) * xa + highOf(a[i]) * xb) + (lowOf(b[i]) * xc + highOf(b[i]) * xd);
     }
-    for (; l < n; ++l)
+    if (l < n)
     {
-        const float* a = J + width * l;
-        const float xa = x[l];
+        const std::int32_t* a = J + width * (l / 2);
+        const float xa = x[l], xb = x[l + 1];
 #pragma omp simd aligned(a, t : 64)
         for (int i = 0; i < width; ++i)
-            t[i] += a[i] * xa;
+            t[i] += lowOf(a[i]) * xa + highOf(a[i]) * xb;
     }
 }
 
 MIDAIR_CLONES
-void applyJacobian(const float* J, int n, int width, const float* t, float* r)
+void applyJacobian(
+    const std::int32_t* J, const float* scale, int n, int width, const float* t, float* r)
 {
     width &= ~(kLanes - 1);
     int l = 0;
     for (; l + 4 <= n; l += 4)
     {
-        const float *a = J + width * l, *b = a + width, *c = b + width, *d = c + width;
+        const std::int32_t *a = J + width * (l / 2), *b = a + width;
         float ra = 0, rb = 0, rc = 0, rd = 0;
-#pragma omp simd aligned(a, b, c, d, t : 64) reduction(+ : ra, rb, rc, rd)
+#pragma omp simd aligned(a, b, t : 64) reduction(+ : ra, rb, rc, rd)
         for (int i = 0; i < width; ++i)
         {
-            ra += a[i] * t[i];
-            rb += b[i] * t[i];
-            rc += c[i] * t[i];
-            rd += d[i] * t[i];
+            ra += lowOf(a[i]) * t[i];
+            rb += highOf(a[i]) * t[i];
+            rc += lowOf(b[i]) * t[i];
+            rd += highOf(b[i]) * t[i];
         }
-        r[l] += ra;
-        r[l + 1] += rb;
-        r[l + 2] += rc;
-        r[l + 3] += rd;
+        r[l] += scale[l] * ra;
+        r[l + 1] += scale[l + 1] * rb;
+        r[l + 2] += scale[l + 2] * rc;
+        r[l + 3] += scale[l + 3] * rd;
     }
-    for (; l < n; ++l)
+    if (l < n)
     {
-        const float* a = J + width * l;
-        float ra = 0;
-#pragma omp simd aligned(a, t : 64) reduction(+ : ra)
+        const std::int32_t* a = J + width * (l / 2);
+        float ra = 0, rb = 0;
+#pragma omp simd aligned(a, t : 64) reduction(+ : ra, rb)
         for (int i = 0; i < width; ++i)
-            ra += a[i] * t[i];
-        r[l] += ra;
+        {
+            ra += lowOf(a[i]) * t[i];
+            rb += highOf(a[i]) * t[i];
+        }
+        r[l] += scale[l] * ra;
+        r[l + 1] += scale[l + 1] * rb;
     }
 }
 

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 // Built with -O3, contraction to fused multiply-adds and without errno, see CMakeLists.txt; nothing here may be compiled
-// with -ffast-math, since roundToMultiple relies on the order of its operations.
+// with -ffast-math, since rounded relies on the order of its operations.
 #ifdef MIDAIR_HAS_CLONES
 #define MIDAIR_CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #else
@@ -17,13 +19,53 @@ namespace midair::haptics::kernels
 
 constexpr int kMaxWidth = 256; ///< of a block
 
-// Adding and subtracting 1.5 * 2^23 / k rounds to a multiple of 1/k, without the instruction that plain x86-64 lacks.
+// Adding and subtracting 1.5 * 2^23 rounds to an integer, without the instruction that plain x86-64 lacks.
 constexpr float kToInteger = 12582912.0f;
-constexpr float kTo32nd = kToInteger / 32.0f;
+constexpr double kToIntegerDouble = 6755399441055744.0; // 1.5 * 2^52
 
-MIDAIR_INLINE float roundToMultiple(float x, float magic)
+MIDAIR_INLINE float rounded(float x)
 {
-    return (x + magic) - magic;
+    return (x + kToInteger) - kToInteger;
+}
+MIDAIR_INLINE double rounded(double x)
+{
+    return (x + kToIntegerDouble) - kToIntegerDouble;
+}
+
+// Two numbers of at most kFixedPeak in one lane of 32 bits: high * 65536 + low, each rounded to an integer. Read back,
+// the float nearest to a lane is high * 65536 to half a unit, and the lane shifted up by 16 is low * 65536 exactly.
+constexpr float kFixedPeak = 32760.0f;
+
+// What the numbers read back are to be multiplied by where kFixedPeak stood for \a peak.
+MIDAIR_INLINE float fixedScale(float peak)
+{
+    return peak / (kFixedPeak * 65536.0f);
+}
+
+MIDAIR_INLINE std::int32_t bitsOf(float x)
+{
+    std::int32_t bits;
+    std::memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+MIDAIR_INLINE std::int32_t packPair(float low, float high)
+{
+    constexpr std::int32_t kOfInteger =
+        0x4B400000; // the bits of kToInteger, in whose lowest ones a rounded number stands
+    const std::uint32_t top = static_cast<std::uint32_t>(bitsOf(high + kToInteger)) << 16;
+    return static_cast<std::int32_t>(
+        top + static_cast<std::uint32_t>(bitsOf(low + kToInteger) - kOfInteger));
+}
+
+MIDAIR_INLINE float highOf(std::int32_t pair)
+{
+    return static_cast<float>(pair);
+}
+
+MIDAIR_INLINE float lowOf(std::int32_t pair)
+{
+    return static_cast<float>(static_cast<std::int32_t>(static_cast<std::uint32_t>(pair) << 16));
 }
 
 // sin(2 pi f) and cos(2 pi f) for |f| <= 0.516, from those of the half angle: minimax polynomials in f^2 (errors 2e-8

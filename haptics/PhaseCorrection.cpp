@@ -6,109 +6,167 @@
 namespace midair::haptics
 {
 
+namespace
+{
+
+constexpr float kLargestTurn_rad = 0.5f;
+
+} // namespace
+
 void PhaseCorrection::reserve(const FieldProblem& field)
 {
+    const int n = field.n();
     const auto m = static_cast<std::size_t>(field.G.paddedTransducers());
-    _J.reserve(m * static_cast<std::size_t>(field.n()));
-    _root.reserve(m);
-    _t.reserve(m);
-    _sum.reserve(m);
+    _even = (n + 1) / 2 * 2;
+    _stride = (n + 16) / 16 * 16; // whole cache lines
+    _J.reserve(m * static_cast<std::size_t>(_even / 2));
+    _unit.reserve(static_cast<std::size_t>(field.G.blocks()) * static_cast<std::size_t>(_stride));
+    _scaledDirection.reserve(static_cast<std::size_t>(field.threads()) *
+                             static_cast<std::size_t>(_stride));
+    for (AlignedBuffer<float>* v : {&_root, &_t, &_sum})
+        v->reserve(m);
     for (Eigen::VectorXf* v : {&_x, &_r, &_d, &_Ad, &_scale})
-        if (v->size() != field.n()) v->resize(field.n());
+        if (v->size() != n) v->resize(n);
 }
 
-// _sum += alpha t of the direction before; t = J^T direction; partial += J t. One read of J, or of G where J is formed.
-void PhaseCorrection::pass(FieldProblem& field, bool form, float alpha, const float* direction)
+// Square roots of D. Where z nearly vanishes a phase is free to turn: not without bound.
+void PhaseCorrection::findRoots(const FieldProblem& field)
+{
+    float mean = 0.0f;
+    for (int i = 0; i < field.m(); ++i)
+        mean += field.inverse[i];
+    mean /= static_cast<float>(field.m());
+    for (int i = 0; i < field.G.paddedTransducers(); ++i)
+        _root[i] = i < field.m() ? std::sqrt(std::min(field.inverse[i], 4.0f * mean)) : 0.0f;
+}
+
+void PhaseCorrection::form(const FieldProblem& field, const SplitVector& q, int block)
+{
+    const int n = field.n(), offset = field.G.offset(block), width = field.G.width(block);
+    const float* root = _root.data() + offset;
+    const float largest = std::max(*std::max_element(root, root + width), 1e-30f);
+    alignas(64) float re[PropagationMatrix::kBlockWidth], im[PropagationMatrix::kBlockWidth];
+    for (int i = 0; i < width; ++i)
+    {
+        const float r = root[i] / largest;
+        re[i] = q.re[offset + i] * r;
+        im[i] = q.im[offset + i] * r;
+    }
+    kernels::formJacobian(field.G.fixedData(block),
+                          n,
+                          width,
+                          field.u.re.data(),
+                          field.u.im.data(),
+                          re,
+                          im,
+                          _J.data() + static_cast<std::size_t>(offset) * (_even / 2));
+    const float* scale = field.G.fixedScale(block);
+    float* unit = _unit.data() + static_cast<std::size_t>(block) * _stride;
+    for (int l = 0; l < n; ++l)
+        unit[l] = scale[l] * largest * _scale[l];
+    if (_even > n) unit[n] = 0.0f;
+    std::fill_n(_sum.data() + offset, width, 0.0f);
+}
+
+// _sum += _alpha t of the direction before; t = J^T direction; partial += J t. One read of J, or of G where J is formed.
+void PhaseCorrection::pass(FieldProblem& field,
+                           const SplitVector& q,
+                           bool formed,
+                           const float* direction)
 {
     const int n = field.n();
-    field.pool().run(
+    field.eachBlock(
         [&](int thread)
         {
             float* part = field.partial(thread);
-            std::fill(part, part + n, 0.0f);
-            for (int b = field.firstBlock(thread); b < field.lastBlock(thread); ++b)
-            {
-                const int i = field.G.offset(b), width = field.G.width(b);
-                float* J = _J.data() + static_cast<std::size_t>(i) * static_cast<std::size_t>(n);
-                float *t = _t.data() + i, *sum = _sum.data() + i;
-                if (form)
-                {
-                    kernels::formJacobian(field.G.blockData(b),
-                                          n,
-                                          width,
-                                          field.u.re.data(),
-                                          field.u.im.data(),
-                                          _scale.data(),
-                                          field.q.re.data() + i,
-                                          field.q.im.data() + i,
-                                          _root.data() + i,
-                                          J);
-                    std::fill(sum, sum + width, 0.0f);
-                }
-                else
-                    for (int k = 0; k < width; ++k)
-                        sum[k] += alpha * t[k];
-                kernels::transposedJacobian(J, n, width, direction, t);
-                kernels::applyJacobian(J, n, width, t, part);
-            }
+            std::fill(part, part + _even, 0.0f);
+        },
+        [&](int thread, int b)
+        {
+            const int i = field.G.offset(b), width = field.G.width(b);
+            float *t = _t.data() + i, *sum = _sum.data() + i;
+            if (formed)
+                for (int k = 0; k < width; ++k)
+                    sum[k] += _alpha * t[k];
+            else
+                form(field, q, b);
+            const std::int32_t* J = _J.data() + static_cast<std::size_t>(i) * (_even / 2);
+            const float* unit = _unit.data() + static_cast<std::size_t>(b) * _stride;
+            float* scaled = _scaledDirection.data() + static_cast<std::size_t>(thread) * _stride;
+            for (int l = 0; l < n; ++l)
+                scaled[l] = direction[l] * unit[l];
+            if (_even > n) scaled[n] = 0.0f;
+            kernels::transposedJacobian(J, _even, width, scaled, t);
+            kernels::applyJacobian(J, unit, _even, width, t, field.partial(thread));
         });
     for (int l = 0; l < n; ++l)
     {
         float sum = 0.0f;
-        for (int thread = 0; thread < field.pool().threads(); ++thread)
+        for (int thread = 0; thread < field.threads(); ++thread)
             sum += field.partial(thread)[l];
         _Ad[l] = sum;
     }
 }
 
-int PhaseCorrection::solve(
-    FieldProblem& field, float s, double tolerance, int maxSteps, bool weighted)
+int PhaseCorrection::solve(FieldProblem& field,
+                           const SplitVector& q,
+                           const Eigen::VectorXf& weights,
+                           double tolerance,
+                           int maxSteps)
 {
     reserve(field);
-    const int n = field.n(), m = field.m();
-    float mean = 0.0f;
-    for (int i = 0; i < m; ++i)
-        mean += field.inverse[i];
-    mean /= static_cast<float>(m);
-    for (int i = 0; i < field.G.paddedTransducers(); ++i)
-        _root[i] = i < m ? (weighted ? std::sqrt(std::min(field.inverse[i], 4.0f * mean))
-                                     : std::sqrt(mean))
-                         : 0.0f;
-
-    _scale = (s * field.a).cwiseInverse();
+    findRoots(field);
+    const int n = field.n();
+    _scale = (weights.dot(field.y) / weights.dot(field.a) * field.a).cwiseInverse();
+    // Along w the matrix is all but singular: without this the search spends its steps there.
+    _flat = weights.cwiseProduct(field.a);
+    _flat /= _flat.norm();
     _x.setZero();
     _r = Eigen::VectorXf::Ones(n) - field.y.cwiseProduct(_scale);
+    _r -= _r.dot(_flat) * _flat;
     _d = _r;
-    float rr = _r.squaredNorm(), alpha = 0.0f;
+    float rr = _r.squaredNorm();
+    _alpha = 0.0f;
+    _steps = 0;
     const auto goal = static_cast<float>(tolerance * tolerance * n);
-    int step = 0;
-    while (step < maxSteps && rr > goal)
+    while (_steps < maxSteps && rr > goal)
     {
-        pass(field, step == 0, alpha, _d.data());
-        ++step;
+        pass(field, q, _steps > 0, _d.data());
+        ++_steps;
+        _Ad -= _Ad.dot(_flat) * _flat;
         const float curvature = _d.dot(_Ad);
         if (!(curvature > 0.0f))
         {
-            alpha = 0.0f;
+            _alpha = 0.0f;
             break;
         }
-        alpha = rr / curvature;
-        _x += alpha * _d;
-        _r -= alpha * _Ad;
+        _alpha = rr / curvature;
+        _x += _alpha * _d;
+        _r -= _alpha * _Ad;
         const float next = _r.squaredNorm();
         _d = _r + (next / rr) * _d;
         rr = next;
     }
-    if (step == 0) return 0;
-    for (int i = 0; i < field.G.paddedTransducers(); ++i)
-        _sum[i] += alpha * _t[i];
-    kernels::turn(field.G.paddedTransducers(),
-                  _root.data(),
-                  _sum.data(),
-                  0.5f,
-                  field.q.re.data(),
-                  field.q.im.data());
-    return step;
+    return _steps;
+}
+
+void PhaseCorrection::turn(const FieldProblem& field,
+                           int block,
+                           float fraction,
+                           SplitVector& q) const
+{
+    if (_steps == 0) return;
+    const int offset = field.G.offset(block), width = field.G.width(block);
+    const float *sum = _sum.data() + offset, *t = _t.data() + offset;
+    alignas(64) float step[PropagationMatrix::kBlockWidth];
+    for (int k = 0; k < width; ++k)
+        step[k] = fraction * (sum[k] + _alpha * t[k]);
+    kernels::turn(width,
+                  _root.data() + offset,
+                  step,
+                  kLargestTurn_rad,
+                  q.re.data() + offset,
+                  q.im.data() + offset);
 }
 
 } // namespace midair::haptics

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <numeric>
 #include <thread>
 #include <vector>
 
@@ -79,8 +80,14 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
         AlignedBuffer<float> qIm;
         qRe.reserve(static_cast<std::size_t>(G.paddedTransducers()));
         qIm.reserve(static_cast<std::size_t>(G.paddedTransducers()));
-        Eigen::Map<Eigen::VectorXf>(qRe.data(), q.size()) = q.real();
-        Eigen::Map<Eigen::VectorXf>(qIm.data(), q.size()) = q.imag();
+        for (std::size_t lane = 0; lane < G.order().size(); ++lane)
+        {
+            qRe[lane] = q[G.order()[lane]].real();
+            qIm[lane] = q[G.order()[lane]].imag();
+        }
+        std::array<int, kPointsAtOnce> rows{};
+        std::array<double, kPointsAtOnce> sums{};
+        std::iota(rows.begin(), rows.end(), 0);
         for (Eigen::Index begin = next.fetch_add(kPointsAtOnce); begin < n;
              begin = next.fetch_add(kPointsAtOnce))
         {
@@ -92,8 +99,7 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
             std::array<float, kPointsAtOnce> pIm{};
             for (int b = 0; b < G.blocks(); ++b)
             {
-                for (int l = 0; l < static_cast<int>(count); ++l)
-                    G.buildRow(b, l);
+                G.buildRows(b, rows.data(), static_cast<int>(count), sums.data());
                 G.forward(b, qRe.data(), qIm.data(), pRe.data(), pIm.data());
             }
             for (Eigen::Index l = 0; l < count; ++l)

@@ -14,15 +14,17 @@ namespace
 struct CubicModel
 {
     DirectivityCubic D;
+    MIDAIR_INLINE float largest() const { return D.largest; }
     MIDAIR_INLINE float operator()(float x) const
     {
         const float value = D.c0 + x * (D.c1 + x * (D.c2 + x * D.c3));
-        return value > 0.0f ? value : 0.0f;
+        return std::max(value, 0.0f);
     }
 };
 
 struct PointModel
 {
+    MIDAIR_INLINE float largest() const { return 1.0f; }
     MIDAIR_INLINE float operator()(float) const { return 1.0f; }
 };
 
@@ -30,6 +32,7 @@ struct PointModel
 struct TableModel
 {
     DirectivityTable table;
+    MIDAIR_INLINE float largest() const { return table.largest; }
     MIDAIR_INLINE float operator()(float x) const
     {
         // acos(x) = sqrt(1 - x) P(x), 0 <= x <= 1, minimax, 2e-8; then in steps of ten degrees.
@@ -58,76 +61,261 @@ struct TableModel
     }
 };
 
-// G_li = strength_i D / R exp(-beta R) exp(j 2 pi (offset_i - R)), R in wavelengths (see PropagationMatrix.h).
-// The phase needs R to 1e-7 of a wavelength at 60 wavelengths, more than a float holds. So, with d = hi + lo and c the
-// cross terms, R^2 = A + c where A = |d_hi|^2 is exact (multiples of 1/1024 below 2^24/1024); s = fl(sqrt(A + c));
-// sHi = s rounded to 1/32, so that A - sHi^2 is exact too; and the rest is small:
-//     R - sHi = (s - sHi) + (A - sHi^2 + c - (s - sHi)(s + sHi)) / (R + s),  R + s = 2 s.
-template<bool kWithOffset, typename Model>
-MIDAIR_INLINE float
-buildRow(const BlockGeometry& block, const PointSetup& point, Model D, float* re, float* im)
+// Of one row and block: e and R, then phase and amplitude.
+struct Scratch
 {
-    const int width = block.width & ~(kLanes - 1);
-    const float *xHi = block.xHi, *yHi = block.yHi, *zHi = block.zHi;
-    const float *xLo = block.xLo, *yLo = block.yLo, *zLo = block.zLo;
-    const float *nx = block.nx, *ny = block.ny, *nz = block.nz;
-    const float *strength = block.strength, *offset = block.offset_turns;
-    const PointSetup p = point;
-    // In three loops: a single one is a chain of some 120 cycles, longer than what a core looks ahead.
-    alignas(64) float turns[kMaxWidth], distance[kMaxWidth], inverses[kMaxWidth],
-        cosines[kMaxWidth];
-#pragma omp simd aligned(xHi, yHi, zHi, xLo, yLo, zLo, nx, ny, nz : 64)
-    for (int i = 0; i < width; ++i)
-    {
-        const float hx = p.xHi - xHi[i], hy = p.yHi - yHi[i], hz = p.zHi - zHi[i];
-        const float lx = p.xLo - xLo[i], ly = p.yLo - yLo[i], lz = p.zLo - zLo[i];
-        const float dx = hx + lx, dy = hy + ly, dz = hz + lz;
-        const float A = hx * hx + hy * hy + hz * hz;
-        const float c = lx * (hx + dx) + ly * (hy + dy) + lz * (hz + dz);
-        const float s = std::sqrt(A + c);
-        const float sHi = roundToMultiple(s, kTo32nd);
-        turns[i] = roundToMultiple(sHi, kToInteger) - s;
-        inverses[i] = ((A - sHi * sHi) + c) - (s - sHi) * (s + sHi);
-        distance[i] = s;
-        cosines[i] = nx[i] * dx + ny[i] * dy + nz[i] * dz;
-    }
-    float sum = 0.0f;
-#pragma omp simd aligned(strength : 64) reduction(+ : sum)
-    for (int i = 0; i < width; ++i)
-    {
-        const float inverse = 1.0f / distance[i];
-        turns[i] -= 0.5f * inverses[i] * inverse;
-        const float x = p.middle - distance[i];
-        const float attenuation =
-            p.attenuation[0] +
-            x * (p.attenuation[1] + x * (p.attenuation[2] + x * p.attenuation[3]));
-        const float a = (strength[i] * inverse) * (attenuation * D(cosines[i] * inverse));
-        cosines[i] = a;
-        sum += std::fabs(a);
-    }
-#pragma omp simd aligned(re, im : 64)
-    for (int i = 0; i < width; ++i)
-    {
-        float f = turns[i];
-        if constexpr (kWithOffset)
-        {
-            f += offset[i];
-            f -= roundToMultiple(f, kToInteger);
-        }
-        float sine, cosine;
-        sinCosTurns(f, sine, cosine);
-        re[i] = cosines[i] * cosine;
-        im[i] = cosines[i] * sine;
-    }
-    return sum;
+    alignas(64) float excess[kMaxWidth];
+    alignas(64) float distance[kMaxWidth];
+};
+
+// What a point's distances to a group's transducers are expanded about. With r0 the vector from the centre, R0 = |r0|:
+//     R^2 = R0^2 + e,  e = |d|^2 - 2 r0.d,  R = R0 + e / (R + R0),
+// d the transducer's place about the centre. R0 is taken in double and only its part beyond whole wavelengths kept, so the
+// phase is exact to what a float holds of e / (R + R0), which is at most |d|: a few 1e-7 wavelengths for groups of a few
+// wavelengths. A float could not hold R itself: 60 wavelengths to 1e-6.
+struct Expansion
+{
+    alignas(64) float ax[PointBatch::kSize], ay[PointBatch::kSize], az[PointBatch::kSize]; // -2 r0
+    alignas(64) float square[PointBatch::kSize], distance[PointBatch::kSize]; // R0^2, R0
+    alignas(64) float turns[PointBatch::kSize];   // -R0 less whole turns
+    alignas(64) float decayed[PointBatch::kSize]; // exp(-decay R0), in units of the row
+    alignas(64) float slope[PointBatch::kSize];   // its first and half its second derivative
+    alignas(64) float bend[PointBatch::kSize];
+    alignas(64) float height[PointBatch::kSize];    // n.r0
+    alignas(64) float magnitude[PointBatch::kSize]; // a bound of |G_li| / D, Pa
+};
+
+// exp(-x), 0 <= x <= 1: a polynomial in x/4, to the fourth power; 3e-7.
+MIDAIR_INLINE float expOfMinus(float x)
+{
+    const float y = -0.25f * x;
+    const float e =
+        1.0f +
+        y * (1.0f + y * (0.5f + y * (1.0f / 6.0f + y * (1.0f / 24.0f + y * (1.0f / 120.0f)))));
+    return (e * e) * (e * e);
 }
 
-template<typename Model>
-MIDAIR_INLINE float
-buildAny(const BlockGeometry& block, const PointSetup& point, Model D, float* re, float* im)
+constexpr float kNearest =
+    0.25f; // wavelengths; the matrix asks for no point that is nearer to a transducer
+
+MIDAIR_INLINE void
+expand(const GroupGeometry& group, const PointBatch& points, float decay, Expansion& out)
 {
-    return block.offset_turns ? buildRow<true>(block, point, D, re, im)
-                              : buildRow<false>(block, point, D, re, im);
+    const GroupGeometry g = group;
+    const float planar = g.planar ? 1.0f : 0.0f;
+#pragma omp simd
+    for (int k = 0; k < PointBatch::kSize; ++k)
+    {
+        const double x = points.x[k] - g.x, y = points.y[k] - g.y, z = points.z[k] - g.z;
+        const double square = x * x + y * y + z * z;
+        const double distance = std::sqrt(square);
+        const auto fx = static_cast<float>(x), fy = static_cast<float>(y),
+                   fz = static_cast<float>(z);
+        out.ax[k] = -2.0f * fx;
+        out.ay[k] = -2.0f * fy;
+        out.az[k] = -2.0f * fz;
+        out.square[k] = static_cast<float>(square);
+        out.turns[k] = static_cast<float>(rounded(distance) - distance);
+        const auto R = static_cast<float>(distance);
+        out.distance[k] = R;
+        out.decayed[k] = expOfMinus(decay * R);
+        const float height = g.nx * fx + g.ny * fy + g.nz * fz;
+        out.height[k] = height;
+        const float nearest =
+            std::max(std::max(R - g.radius, planar * std::fabs(height)), kNearest);
+        out.magnitude[k] = out.decayed[k] * g.strongest * (1.0f + g.radius * decay) / nearest;
+    }
+}
+
+// e and R of a group's entries.
+MIDAIR_INLINE void
+distances(const BlockGeometry& block, const Expansion& at, int k, int first, int lanes, Scratch& s)
+{
+    const float *x = block.x + first, *y = block.y + first, *z = block.z + first;
+    const float* squares = block.square + first;
+    float *excess = s.excess + first, *distance = s.distance + first;
+    const float ax = at.ax[k], ay = at.ay[k], az = at.az[k], square = at.square[k];
+#pragma omp simd aligned(x, y, z, squares, excess, distance : 64)
+    for (int i = 0; i < lanes; ++i)
+    {
+        const float e = squares[i] + ax * x[i] + ay * y[i] + az * z[i];
+        excess[i] = e;
+        distance[i] = std::sqrt(square + e);
+    }
+}
+
+// Amplitudes strength D / R exp(-beta R) level in place of R, and phases -R (turns) in place of e.
+template<bool kPlanar, typename Model>
+MIDAIR_INLINE void waves(const BlockGeometry& block,
+                         const Expansion& at,
+                         int k,
+                         int first,
+                         int lanes,
+                         Model D,
+                         Scratch& s)
+{
+    const float *x = block.x + first, *y = block.y + first, *z = block.z + first;
+    const float *nx = block.nx + first, *ny = block.ny + first, *nz = block.nz + first;
+    const float* strength = block.strength + first;
+    float *excess = s.excess + first, *distance = s.distance + first;
+    const float ax = at.ax[k], ay = at.ay[k], az = at.az[k], base = at.turns[k];
+    const float R0 = at.distance[k], height = at.height[k];
+    // exp(-decay (R - R0)) as a parabola: decay * radius is small.
+    const float c0 = at.decayed[k], c1 = at.slope[k], c2 = at.bend[k];
+#pragma omp simd aligned(x, y, z, nx, ny, nz, strength, excess, distance : 64)
+    for (int i = 0; i < lanes; ++i)
+    {
+        const float R = distance[i];
+        const float twice = R + R0;
+        const float inverseOfBoth = 1.0f / (R * twice);
+        const float inverse = inverseOfBoth * twice;
+        const float beyond = excess[i] * (R * inverseOfBoth);
+        float cosine = height * inverse;
+        if constexpr (!kPlanar)
+            cosine = -0.5f *
+                     (nx[i] * (ax + 2.0f * x[i]) + ny[i] * (ay + 2.0f * y[i]) +
+                      nz[i] * (az + 2.0f * z[i])) *
+                     inverse;
+        distance[i] = (strength[i] * inverse) * ((c0 + beyond * (c1 + beyond * c2)) * D(cosine));
+        excess[i] = base - beyond;
+    }
+}
+
+MIDAIR_INLINE int lanesOf(int width, int group)
+{
+    return std::min(kGroup, width - group * kGroup) & ~(kLanes - 1);
+}
+
+// What the entries of a row are multiples of, so that \a bound fits.
+MIDAIR_INLINE float unitOf(const FloatRows&, float)
+{
+    return 1.0f;
+}
+MIDAIR_INLINE float unitOf(const FixedRows&, float bound)
+{
+    return std::max(bound, 1e-30f) * (1.0f / kFixedPeak);
+}
+
+// Units of the batch's rows, and the groups' attenuations in them.
+template<typename Rows>
+MIDAIR_INLINE void
+scale(const Rows& rows, float largestD, float decay, int groups, Expansion* at, float* units)
+{
+    alignas(64) float level[PointBatch::kSize] = {};
+    for (int g = 0; g < groups; ++g)
+#pragma omp simd
+        for (int k = 0; k < PointBatch::kSize; ++k)
+            level[k] = std::max(level[k], at[g].magnitude[k]);
+#pragma omp simd
+    for (int k = 0; k < PointBatch::kSize; ++k)
+    {
+        units[k] = unitOf(rows, 1.002f * largestD * level[k]);
+        level[k] = 1.0f / units[k];
+    }
+    for (int g = 0; g < groups; ++g)
+#pragma omp simd
+        for (int k = 0; k < PointBatch::kSize; ++k)
+        {
+            const float c0 = level[k] * at[g].decayed[k];
+            at[g].decayed[k] = c0;
+            at[g].slope[k] = -decay * c0;
+            at[g].bend[k] = 0.5f * decay * decay * c0;
+        }
+}
+
+struct FloatRow
+{
+    float *re, *im;
+    MIDAIR_INLINE FloatRow(const FloatRows& rows, int row, int width, float) :
+        re(rows.entries + 2L * width * row),
+        im(re + width)
+    {
+    }
+    MIDAIR_INLINE void put(int i, float x, float y) const
+    {
+        re[i] = x;
+        im[i] = y;
+    }
+};
+
+struct FixedRow
+{
+    std::int32_t* entries;
+    MIDAIR_INLINE FixedRow(const FixedRows& rows, int row, int width, float unit) :
+        entries(rows.entries + 1L * width * row)
+    {
+        rows.scale[row] = unit * (1.0f / 65536.0f);
+    }
+    MIDAIR_INLINE void put(int i, float x, float y) const { entries[i] = packPair(x, y); }
+};
+
+MIDAIR_INLINE FloatRow rowOf(const FloatRows& rows, int row, int width, float unit)
+{
+    return {rows, row, width, unit};
+}
+MIDAIR_INLINE FixedRow rowOf(const FixedRows& rows, int row, int width, float unit)
+{
+    return {rows, row, width, unit};
+}
+
+// G_li = strength_i D / R exp(-beta R) exp(j 2 pi (offset_i - R)), R in wavelengths (see PropagationMatrix.h).
+template<bool kWithOffset, typename Model, typename Rows>
+MIDAIR_INLINE void buildRows(const BlockGeometry& block,
+                             const PointBatch& points,
+                             float decay,
+                             Model D,
+                             const Rows& rows,
+                             float* sums)
+{
+    const int width = block.width & ~(kLanes - 1);
+    const int groups = (width + kGroup - 1) / kGroup;
+    Expansion at[kMaxWidth / kGroup];
+    for (int g = 0; g < groups; ++g)
+        expand(block.groups[g], points, decay, at[g]);
+    alignas(64) float units[PointBatch::kSize];
+    scale(rows, D.largest(), decay, groups, at, units);
+    // In three loops: a single one is a chain of some 150 cycles, longer than what a core looks ahead.
+    Scratch s;
+    for (int k = 0; k < points.count; ++k)
+    {
+        for (int g = 0; g < groups; ++g)
+            distances(block, at[g], k, g * kGroup, lanesOf(width, g), s);
+        for (int g = 0; g < groups; ++g)
+            if (block.groups[g].planar)
+                waves<true>(block, at[g], k, g * kGroup, lanesOf(width, g), D, s);
+            else
+                waves<false>(block, at[g], k, g * kGroup, lanesOf(width, g), D, s);
+        const auto row = rowOf(rows, points.row[k], width, units[k]);
+        const float* offset = block.offset_turns;
+        float sum = 0.0f;
+#pragma omp simd reduction(+ : sum)
+        for (int i = 0; i < width; ++i)
+        {
+            float f = s.excess[i];
+            if constexpr (kWithOffset) f += offset[i];
+            f -= rounded(f);
+            float sine, cosine;
+            sinCosTurns(f, sine, cosine);
+            const float a = s.distance[i];
+            sum += std::fabs(a);
+            row.put(i, a * cosine, a * sine);
+        }
+        sums[k] = sum * units[k];
+    }
+}
+
+template<typename Model, typename Rows>
+MIDAIR_INLINE void buildAny(const BlockGeometry& block,
+                            const PointBatch& points,
+                            float decay,
+                            Model D,
+                            const Rows& rows,
+                            float* sums)
+{
+    if (block.offset_turns)
+        buildRows<true>(block, points, decay, D, rows, sums);
+    else
+        buildRows<false>(block, points, decay, D, rows, sums);
 }
 
 } // namespace
@@ -144,112 +332,69 @@ const char* isaName()
 }
 
 MIDAIR_CLONES
-float buildCubic(const BlockGeometry& block,
-                 const PointSetup& point,
-                 const DirectivityCubic& D,
-                 float* re,
-                 float* im)
+void buildCubic(const BlockGeometry& block,
+                const PointBatch& points,
+                float decay,
+                const DirectivityCubic& D,
+                const FloatRows& rows,
+                float* sums)
 {
-    return buildAny(block, point, CubicModel{D}, re, im);
+    buildAny(block, points, decay, CubicModel{D}, rows, sums);
 }
 
 MIDAIR_CLONES
-float buildTable(const BlockGeometry& block,
-                 const PointSetup& point,
-                 const DirectivityTable& D,
-                 float* re,
-                 float* im)
+void buildCubic(const BlockGeometry& block,
+                const PointBatch& points,
+                float decay,
+                const DirectivityCubic& D,
+                const FixedRows& rows,
+                float* sums)
 {
-    return buildAny(block, point, TableModel{D}, re, im);
+    buildAny(block, points, decay, CubicModel{D}, rows, sums);
 }
 
 MIDAIR_CLONES
-float buildPoint(const BlockGeometry& block, const PointSetup& point, float* re, float* im)
+void buildTable(const BlockGeometry& block,
+                const PointBatch& points,
+                float decay,
+                const DirectivityTable& D,
+                const FloatRows& rows,
+                float* sums)
 {
-    return buildAny(block, point, PointModel{}, re, im);
-}
-
-// Four rows at a time, so that z is loaded and stored once for four rows of G.
-MIDAIR_CLONES
-void backward(
-    const float* G, int n, int width, const float* wRe, const float* wIm, float* zRe, float* zIm)
-{
-    width &= ~(kLanes - 1);
-    std::fill(zRe, zRe + width, 0.0f);
-    std::fill(zIm, zIm + width, 0.0f);
-    int l = 0;
-    for (; l + 4 <= n; l += 4)
-    {
-        const float *a = G + 2 * width * l, *b = a + 2 * width, *c = b + 2 * width,
-                    *d = c + 2 * width;
-        const float ar = wRe[l], br = wRe[l + 1], cr = wRe[l + 2], dr = wRe[l + 3];
-        const float ai = wIm[l], bi = wIm[l + 1], ci = wIm[l + 2], di = wIm[l + 3];
-#pragma omp simd aligned(a, b, c, d, zRe, zIm : 64)
-        for (int i = 0; i < width; ++i)
-        {
-            float x = zRe[i], y = zIm[i];
-            x += a[i] * ar + a[i + width] * ai;
-            y += a[i] * ai - a[i + width] * ar;
-            x += b[i] * br + b[i + width] * bi;
-            y += b[i] * bi - b[i + width] * br;
-            x += c[i] * cr + c[i + width] * ci;
-            y += c[i] * ci - c[i + width] * cr;
-            x += d[i] * dr + d[i + width] * di;
-            y += d[i] * di - d[i + width] * dr;
-            zRe[i] = x;
-            zIm[i] = y;
-        }
-    }
-    for (; l < n; ++l)
-    {
-        const float* a = G + 2 * width * l;
-        const float ar = wRe[l], ai = wIm[l];
-#pragma omp simd aligned(a, zRe, zIm : 64)
-        for (int i = 0; i < width; ++i)
-        {
-            zRe[i] += a[i] * ar + a[i + width] * ai;
-            zIm[i] += a[i] * ai - a[i + width] * ar;
-        }
-    }
+    buildAny(block, points, decay, TableModel{D}, rows, sums);
 }
 
 MIDAIR_CLONES
-void forward(
-    const float* G, int n, int width, const float* qRe, const float* qIm, float* pRe, float* pIm)
+void buildTable(const BlockGeometry& block,
+                const PointBatch& points,
+                float decay,
+                const DirectivityTable& D,
+                const FixedRows& rows,
+                float* sums)
 {
-    width &= ~(kLanes - 1);
-    int l = 0;
-    for (; l + 2 <= n; l += 2)
-    {
-        const float *a = G + 2 * width * l, *b = a + 2 * width;
-        float ar = 0, ai = 0, br = 0, bi = 0;
-#pragma omp simd aligned(a, b, qRe, qIm : 64) reduction(+ : ar, ai, br, bi)
-        for (int i = 0; i < width; ++i)
-        {
-            const float x = qRe[i], y = qIm[i];
-            ar += a[i] * x - a[i + width] * y;
-            ai += a[i] * y + a[i + width] * x;
-            br += b[i] * x - b[i + width] * y;
-            bi += b[i] * y + b[i + width] * x;
-        }
-        pRe[l] += ar;
-        pIm[l] += ai;
-        pRe[l + 1] += br;
-        pIm[l + 1] += bi;
-    }
-    if (l < n)
-    {
-        const float* a = G + 2 * width * l;
-        float ar = 0, ai = 0;
-#pragma omp simd aligned(a, qRe, qIm : 64) reduction(+ : ar, ai)
-        for (int i = 0; i < width; ++i)
-        {
-            ar += a[i] * qRe[i] - a[i + width] * qIm[i];
-            ai += a[i] * qIm[i] + a[i + width] * qRe[i];
-        }
-        pRe[l] += ar;
-        pIm[l] += ai;
-    }
+    buildAny(block, points, decay, TableModel{D}, rows, sums);
+}
+
+MIDAIR_CLONES
+void buildPoint(const BlockGeometry& block,
+                const PointBatch& points,
+                float decay,
+
+                const FloatRows& rows,
+                float* sums)
+{
+    buildAny(block, points, decay, PointModel{}, rows, sums);
+}
+
+MIDAIR_CLONES
+void buildPoint(const BlockGeometry& block,
+                const PointBatch& points,
+                float decay,
+
+                const FixedRows& rows,
+                float* sums)
+{
+    buildAny(block, points, decay, PointModel{}, rows, sums);
 }
 
 } // namespace midair::haptics::kernels

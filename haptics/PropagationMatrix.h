@@ -21,12 +21,21 @@ Eigen::MatrixXcd referencePropagationMatrix(const Eigen::Matrix3Xd& points,
                                             const TransducerArray& array,
                                             const Medium& medium);
 
-/// G in float, as the solvers use it: the same formula to 1e-5 of P0/R_li, in blocks of transducers so that a block is
-/// read once for both directions of a round. No method allocates once n and m have been seen.
+/// How the entries of a PropagationMatrix are kept.
+enum class Storage
+{
+    FLOAT, ///< to 1e-5 of P0/R_li
+    FIXED ///< in 2 x 16 bits: within another 2e-5 of the largest entry of row and block, and half of the memory
+};
+
+/// G as the solvers use it: the same formula, computed in float, in blocks of transducers so that a block is read once for
+/// both directions of a round. No method allocates once n and m have been seen.
 class PropagationMatrix
 {
 public:
-    static constexpr int kBlockWidth = 128; ///< transducers; 2 * 4 * 128 bytes a row and block
+    static constexpr int kBlockWidth = 128; ///< transducers; 4 or 8 bytes an entry
+
+    explicit PropagationMatrix(Storage storage = Storage::FLOAT) : _storage(storage) {}
 
     /// Takes over array and medium; true if either differs from before, and then every row is stale.
     bool bind(const TransducerArray& array, const Medium& medium);
@@ -43,22 +52,35 @@ public:
         return _padded - offset(block) < kBlockWidth ? _padded - offset(block) : kBlockWidth;
     }
 
-    /// Row \a l belongs to a control point at \a r (m); its entries are stale until buildRow has seen every block.
+    /// Row \a l belongs to a control point at \a r (m); its entries are stale until buildRows has seen every block.
     void setPoint(int l, const Eigen::Vector3d& r);
-    /// Row \a l of block \a block; returns its share of sum_i |G_li|.
-    float buildRow(int block, int l);
+    /// Rows \a rows of block \a block; adds their share of sum_i |G_li| to sums[l].
+    void buildRows(int block, const int* rows, int count, double* sums);
     /// All rows at once, one thread.
     void build(const Eigen::Matrix3Xd& points);
+
+    /// The matrix has its own order of transducers (compactOrder): column and lane \a lane is transducer order()[lane].
+    const std::vector<int>& order() const { return _order; }
 
     /// z = G* w over a block; z and q point at the whole vectors, of paddedTransducers() floats.
     void backward(int block, const float* wRe, const float* wIm, float* zRe, float* zIm) const;
     /// p += G q over a block.
     void forward(int block, const float* qRe, const float* qIm, float* pRe, float* pIm) const;
 
-    std::complex<float> at(int l, int i) const;
+    std::complex<float> at(int l, int lane) const;
+    /// FLOAT: n rows of [re width][im width].
     const float* blockData(int block) const
     {
         return _G.data() + std::size_t(2) * offset(block) * _capacity;
+    }
+    /// FIXED: n rows of \a width lanes, and what each row is to be multiplied by.
+    const std::int32_t* fixedData(int block) const
+    {
+        return _fixed.data() + std::size_t(1) * offset(block) * _capacity;
+    }
+    const float* fixedScale(int block) const
+    {
+        return _scale.data() + std::size_t(1) * block * _capacity;
     }
     double wavelength_m() const { return _wavelength_m; }
 
@@ -75,32 +97,39 @@ private:
     };
 
     void bindGeometry();
+    kernels::GroupGeometry bindGroup(int first, int count);
+    void bindLane(int lane, int source, const Eigen::Vector3d& centre);
     Shell boundOf(int first, int count) const;
     Range rangeOf(const Shell& bound, const Eigen::Vector3d& r) const;
-    bool suitsKernel(const Range& range, double middle) const;
+    bool suitsKernel(const Range& range) const;
     kernels::BlockGeometry geometry(int block) const;
-    float buildRowInDouble(int block, const Eigen::Vector3d& r, float* re, float* im) const;
+    template<typename Rows>
+    void buildBatch(int block, const kernels::PointBatch& batch, const Rows& rows, double* sums);
+    void buildBatch(int block, const kernels::PointBatch& batch, double* sums);
+    float buildRowInDouble(int block, int l);
+    float rowInDouble(int block, const Eigen::Vector3d& r, float* re, float* im) const;
 
-    struct Row
-    {
-        Eigen::Vector3d r; // metres
-        kernels::PointSetup setup;
-    };
-
+    Storage _storage;
     TransducerArray _array;
     Medium _medium;
     double _wavelength_m = 0.0, _beta = 0.0;
     int _points = 0, _transducers = 0, _padded = 0, _capacity = 0;
-    Shell _bound{};                 // of the array
-    std::vector<Shell> _bounds;     // of each block
-    AlignedBuffer<float> _geometry; // ten or eleven vectors of _padded
+    std::vector<int> _order;
+    Eigen::Matrix3Xd _places;            // of the lanes, wavelengths
+    Shell _bound{};                      // of the array
+    std::vector<Shell> _bounds;          // of each block
+    std::vector<unsigned char> _compact; // block by block: groups small enough for the float kernel
+    std::vector<kernels::GroupGeometry> _groups;
+    AlignedBuffer<float> _geometry; // nine vectors of _padded
     bool _hasOffset = false;
     kernels::DirectivityCubic _cubic{};
     kernels::DirectivityTable _table{};
-    std::vector<Row> _rows;
+    Eigen::Matrix3Xd _rows; // points of the rows, wavelengths
     std::vector<unsigned char>
         _inFloat; // row by row, a flag a block: within the float kernel's range
     AlignedBuffer<float> _G;
+    AlignedBuffer<std::int32_t> _fixed;
+    AlignedBuffer<float> _scale; // of the rows in _fixed, block by block
 };
 
 } // namespace midair::haptics

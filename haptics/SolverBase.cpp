@@ -67,11 +67,11 @@ std::string arrayRefusal(const TransducerArray& array)
 
 } // namespace
 
-SolverBase::SolverBase(std::string name, const SolverOptions& options) :
+SolverBase::SolverBase(std::string name, const SolverOptions& options, Storage storage) :
     _name(std::move(name)),
     _options(options),
     _audibleShare(audibleShare(options.updateRate_Hz)),
-    _field(options.threads)
+    _field(options.threads, storage)
 {
 }
 
@@ -126,6 +126,12 @@ void SolverBase::scaleTargets()
     _field.a /= _largestTarget;
 }
 
+bool SolverBase::isContinued(const TransducerArray& array) const
+{
+    return _options.warmStart && _lastGood && _lastQ.size() == array.size() &&
+           _active == _lastActive;
+}
+
 // Phases to start from: those of the field before at the same points, or what it makes at points that are new.
 bool SolverBase::prepareStart(const TransducerArray& array)
 {
@@ -136,9 +142,8 @@ bool SolverBase::prepareStart(const TransducerArray& array)
             _field.u.set(static_cast<std::size_t>(l), 1.0f);
         return false;
     }
-    if (_active == _lastActive) return true;
-    for (int i = 0; i < _field.m(); ++i)
-        _field.q.set(static_cast<std::size_t>(i), _lastQ[i]);
+    if (isContinued(array)) return true;
+    _field.toLanes(_lastQ, _field.q);
     _field.forward(_field.q, _field.p);
     _field.phasesOf(_field.p);
     return false;
@@ -166,6 +171,7 @@ SolveReport SolverBase::solve(const ControlPoints& points,
 
     const double tolerance_m = _options.skipTolerance * medium.wavelength(array.frequency_Hz);
     int stale = _field.assign(points, _active, array, medium, tolerance_m);
+    if (_field.isRebound() && _lastQ.size() == array.size()) _field.toLanes(_lastQ, _last);
     if (isSkippable(stale, q))
     {
         result = _lastReport;
@@ -175,7 +181,12 @@ SolveReport SolverBase::solve(const ControlPoints& points,
         result.meanPhaseStep_rad = result.driveChange = result.audibleChange = 0.0;
         return result;
     }
-    _field.build();
+    const bool continues = isContinued(array);
+    if (continues)
+        build(_field);
+    else
+        _field.build();
+    result.matrix_ms = _field.build_ms();
     if (dropUnreachable())
     {
         if (_active.empty())
@@ -186,9 +197,9 @@ SolveReport SolverBase::solve(const ControlPoints& points,
                           q);
         stale += _field.assign(points, _active, array, medium, tolerance_m);
         _field.build();
+        result.matrix_ms += _field.build_ms();
     }
     result.rowsBuilt = stale;
-    result.matrix_ms = _field.elapsed_ms();
 
     scaleTargets();
     const Outcome outcome = iterate(_field, prepareStart(array));

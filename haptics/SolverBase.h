@@ -14,7 +14,7 @@ namespace midair::haptics
 class SolverBase : public HologramSolver
 {
 public:
-    SolverBase(std::string name, const SolverOptions& options);
+    SolverBase(std::string name, const SolverOptions& options, Storage storage = Storage::FLOAT);
 
     SolveReport solve(const ControlPoints& points,
                       const TransducerArray& array,
@@ -34,6 +34,10 @@ protected:
     /// Finds q for field.a, starting from field.u when \a warm (else u is 1). Leaves it in field.q: with phaseOnly only its
     /// phases count; else rms |q| = 1 is taken as full use of the array, and what is over 1 is clipped.
     virtual Outcome iterate(FieldProblem& field, bool warm) = 0;
+
+    /// Called in place of field.build() where the points correspond to the last field's: a method may build and take its
+    /// first round in one. iterate follows, unless points are out of reach.
+    virtual void build(FieldProblem& field) { field.build(); }
 
     bool outOfTime(const FieldProblem& field) const
     {
@@ -67,6 +71,7 @@ private:
     void chooseActive(const ControlPoints& points);
     bool dropUnreachable();
     bool isSkippable(int stale, const Eigen::VectorXcf& q) const;
+    bool isContinued(const TransducerArray& array) const;
     bool prepareStart(const TransducerArray& array);
     void scaleTargets();
     void makePlayable(const Outcome& outcome);

@@ -45,7 +45,7 @@ void SolverBase::limitSteps()
     for (int i = 0; i < _field.m(); ++i)
     {
         const auto s = static_cast<std::size_t>(i);
-        const std::complex<float> before = _lastQ[i];
+        const std::complex<float> before = _last.at(s);
         std::complex<float> now = _field.q.at(s);
         float amplitude = std::abs(now);
         if (!(std::abs(before) > 0.0f)) continue;
@@ -207,9 +207,7 @@ void SolverBase::reportShortfall(SolveReport& result) const
 
 void SolverBase::keep(const ControlPoints&, const SolveReport& result, Eigen::VectorXcf& q)
 {
-    if (q.size() != _field.m()) q.resize(_field.m());
-    for (int i = 0; i < _field.m(); ++i)
-        q[i] = _field.q.at(static_cast<std::size_t>(i));
+    _field.fromLanes(_field.q, q);
     const auto padded = static_cast<std::size_t>(_field.G.paddedTransducers());
     _last.reserve(padded);
     std::copy_n(_field.q.re.data(), padded, _last.re.data());
