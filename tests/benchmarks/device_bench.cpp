@@ -10,6 +10,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <memory>
 #include <mutex>
 #include <random>
 #include <thread>
@@ -247,11 +248,13 @@ void flatOut(ArrayDevice& device, WireClock& clock, double seconds)
 void mutes(EmulatedArray& array, ArrayDevice& device)
 {
     constexpr int kMutes = 300;
-    std::atomic<double> arrived_s{0};
-    array.onControl = [&](const std::uint8_t*)
+    // Outlives this function, since mutes are repeated until they are answered.
+    const auto arrival = std::make_shared<std::atomic<double>>(0);
+    std::atomic<double>& arrived_s = *arrival;
+    array.onControl = [arrival](const std::uint8_t*)
     {
         double none = 0;
-        arrived_s.compare_exchange_strong(none, steadySeconds()); // the first counts
+        arrival->compare_exchange_strong(none, steadySeconds()); // the first counts
     };
     const DriveSignal signal = fullDrive();
     std::vector<double> times_ms;
@@ -269,7 +272,6 @@ void mutes(EmulatedArray& array, ArrayDevice& device)
             std::this_thread::sleep_for(std::chrono::microseconds(20));
         times_ms.push_back((arrived_s - start_s) * 1e3);
     }
-    array.onControl = nullptr;
     printTimes("usb,mute_to_wire_ms", times_ms);
 }
 

@@ -1,5 +1,7 @@
 #include "EmulatedArray.h"
 
+#include "Descriptors.h"
+
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
@@ -7,11 +9,9 @@
 #include <random>
 #include <stdexcept>
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 namespace
 {
@@ -24,33 +24,6 @@ constexpr int kFifoOut = 0x02;
 constexpr int kFifoIn = 0x81;
 constexpr int kFieldBytes =
     40; // longer transfers carry a field, shorter ones a greeting or a keep-alive
-constexpr const char* kDescriptors = "12010002000000400912010000010102"
-                                     "0301"
-                                     "09022900020100"
-                                     "8032"
-                                     "0904000000FF000000"
-                                     "0904010002FF4D4800"
-                                     "07050302000200"
-                                     "07058602000200";
-
-// FT232H, 0403:6014, release 9.00; vendor interface with bulk IN 1 and bulk OUT 2.
-constexpr const char* kFifoDescriptors = "1201000200000040030414600009010203"
-                                         "01"
-                                         "090220000101008032"
-                                         "0904000002FFFFFF00"
-                                         "07058102000200"
-                                         "07050202000200";
-
-std::vector<std::uint8_t> stringDescriptor(const std::string& text)
-{
-    std::vector<std::uint8_t> bytes = {static_cast<std::uint8_t>(2 + 2 * text.size()), 3};
-    for (const char letter : text)
-    {
-        bytes.push_back(static_cast<std::uint8_t>(letter));
-        bytes.push_back(0);
-    }
-    return bytes;
-}
 
 } // namespace
 
@@ -112,7 +85,6 @@ EmulatedArray::~EmulatedArray()
     if (_plugged) unplug();
     for (const Urb& urb : _done)
         free(urb);
-    if (_node >= 0) ::close(_node);
     g_object_unref(_handler);
     g_object_unref(_testbed);
 }
@@ -126,25 +98,11 @@ void EmulatedArray::plug()
     if (error != nullptr) throw std::runtime_error(error->message);
     _firmware.powerCycle(now_s());
     std::lock_guard<std::mutex> lock(_mutex);
-    makeNode();
+    char* root = umockdev_testbed_get_root_dir(_testbed);
+    _node.make(std::string(root) + kNode);
+    g_free(root);
     _outHalted = false;
     _plugged = true;
-}
-
-// In place of the file that the testbed has made.
-void EmulatedArray::makeNode()
-{
-    char* root = umockdev_testbed_get_root_dir(_testbed);
-    const std::string path = std::string(root) + kNode;
-    g_free(root);
-    if (_node >= 0) ::close(_node);
-    ::unlink(path.c_str());
-    const int made = ::mkfifo(path.c_str(), 0666);
-    _node = made == 0 ? ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC) : -1;
-    if (_node < 0 || ::fcntl(_node, F_SETPIPE_SZ, 4096) < 0)
-        throw std::runtime_error(path + ": " + std::strerror(errno));
-    _ready = true;
-    tellReady();
 }
 
 bool EmulatedArray::isDue()
@@ -153,22 +111,12 @@ bool EmulatedArray::isDue()
            (_plugged && !_waitingIn.empty() && !mute && _firmware.hasAnswer(now_s()));
 }
 
-// A pipe of one page takes no more once there is a byte in it.
-void EmulatedArray::tellReady()
-{
-    const bool due = isDue();
-    if (due == _ready) return;
-    char byte = 0;
-    const ssize_t moved = due ? ::read(_node, &byte, 1) : ::write(_node, &byte, 1);
-    if (moved == 1) _ready = due;
-}
-
 void EmulatedArray::watch()
 {
     std::unique_lock<std::mutex> lock(_mutex);
     while (!_closing)
     {
-        tellReady();
+        _node.set(isDue());
         _wake.wait_for(lock, std::chrono::milliseconds(1));
     }
 }
@@ -231,7 +179,7 @@ gboolean EmulatedArray::handle(UMockdevIoctlClient* client)
 {
     std::lock_guard<std::mutex> lock(_mutex);
     const gboolean handled = answer(client);
-    tellReady();
+    _node.set(isDue());
     return handled;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ReadyPipe.h"
 #include "device/VirtualFirmware.h"
 
 #include <atomic>
@@ -83,9 +84,7 @@ private:
     void feedIn();
     void finish(const Urb& urb, int status, int length);
     void endAll(int error);
-    void makeNode();
-    bool isDue();     ///< with _mutex held: whether a host has something to fetch
-    void tellReady(); ///< with _mutex held: and tells it
+    bool isDue(); ///< with _mutex held: whether a host has something to fetch
     void watch();
     static void free(const Urb& urb);
 
@@ -101,8 +100,7 @@ private:
     UMockdevIoctlClient* _claimedBy = nullptr;
     bool _plugged = false;
     bool _outHalted = false;
-    int _node = -1;      ///< our end of the pipe
-    bool _ready = false; ///< it is empty
+    ReadyPipe _node;
     bool _closing = false;
     std::condition_variable _wake;
     std::thread _watch; ///< for what the firmware says unasked, and what is hidden while `mute`

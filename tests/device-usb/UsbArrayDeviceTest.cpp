@@ -308,6 +308,19 @@ TEST(UsbArrayDevice, ignores_answers_that_are_nonsense_and_gives_the_device_up)
     EXPECT_TRUE(eventually([&] { return device->report().state == DeviceState::READY; }));
 }
 
+TEST(UsbArrayDevice, waits_for_an_answer_that_comes_late)
+{
+    EmulatedArray array(kLayout);
+    const auto device = openDevice("usb:", kLayout);
+    array.mute = true;
+    ASSERT_TRUE(device->send(evenField(8, 1, 200)));
+    std::this_thread::sleep_for(std::chrono::milliseconds(700)); // what a stopped host doesn't hear
+    array.mute = false;
+    ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
+    EXPECT_EQ(device->report().lost, 0U);
+    EXPECT_EQ(device->report().state, DeviceState::READY);
+}
+
 TEST(UsbArrayDevice, names_what_keeps_it_from_opening)
 {
     EmulatedArray array(kLayout);
