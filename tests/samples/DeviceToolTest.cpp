@@ -27,6 +27,7 @@ TEST(DeviceTool, says_by_its_exit_code_how_it_went)
     EXPECT_EQ(tool("status --array nowhere.json --device sim:").code, 3);
     EXPECT_EQ(tool("circle --seconds 5 --device 'sim:?unplug_at=100ms'").code, 4);
     EXPECT_EQ(tool("identify --device null:").code, 4); // has no lamps
+    EXPECT_EQ(tool("identify --device sim: --board 99").code, 3);
     EXPECT_NE(tool("").code, 0);
     EXPECT_EQ(tool("--help").code, 0);
 }
@@ -50,6 +51,16 @@ TEST(DeviceTool, plays_its_patterns)
     const Outcome rates = tool("measure --device sim:,null: --seconds 0.2");
     EXPECT_TRUE(says(rates, "latency   median ")) << rates.output;
     EXPECT_TRUE(says(rates, "skew ")) << rates.output;
+}
+
+TEST(DeviceTool, keeps_to_a_cap_of_pressure_where_there_is_a_point)
+{
+    const std::string capped = " --device 'sim:?max-pressure=500' --seconds 0.2";
+    EXPECT_EQ(tool("circle" + capped).code, 0);
+    const Outcome boards = tool("boards" + capped);
+    EXPECT_EQ(boards.code, 3);
+    EXPECT_TRUE(says(boards, "this pattern has no control points; max-amplitude caps it"))
+        << boards.output;
 }
 
 TEST(DeviceTool, records_and_plays)

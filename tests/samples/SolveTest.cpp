@@ -2,6 +2,7 @@
 
 #include "tests/samples/Shell.h"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <cstdlib>
@@ -165,6 +166,27 @@ TEST(Solve, EverySolverPlaysTheStar)
         ASSERT_EQ(outcome.code, 0) << outcome.output;
         EXPECT_EQ(readSummary(out).at("report").at("solver"), name);
         expectFilesAgree(out);
+    }
+}
+
+TEST(Solve, NoPointGetsMoreThanTheCap)
+{
+    const std::string out = folder("cap");
+    const std::string star = kProgram + " " + kStar + " --size 0.08 --out " + out;
+    for (const std::string options : {" --max-pressure 500", " --pressure 2000 --max-pressure 500"})
+    {
+        SCOPED_TRACE(options);
+        const Outcome outcome = shell(star + options);
+        ASSERT_EQ(outcome.code, 0) << outcome.output;
+        expectFilesAgree(out);
+        double loudest_Pa = 0.0;
+        for (const auto& point : readCsv(out + "/control_points.csv"))
+            loudest_Pa = std::max(loudest_Pa, point[7]);
+        EXPECT_LE(loudest_Pa, 500.0);
+        EXPECT_GT(loudest_Pa, 430.0); // a level of the drive is 8 % there
+        const nlohmann::json report = readSummary(out).at("report");
+        EXPECT_LT(report.at("capFactor").get<double>(), 0.3);
+        EXPECT_LT(report.at("level_Pa").get<double>(), 500.0);
     }
 }
 
