@@ -200,8 +200,6 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
         play(array, *result);
     finish(snapshot, *result);
     measure(array, *result);
-    if (result->capFactor < 1.0)
-        rate(result->points, result->achieved_Pa, result->absolute, result->report);
     return result;
 }
 
@@ -227,6 +225,7 @@ void HologramPipeline::holdToCap(const haptics::TransducerArray& array, Hologram
     result.played = std::move(field.played);
     result.achieved_Pa = std::move(field.achieved_Pa);
     if (field.factor >= 1.0) return;
+    rate(result.points, result.achieved_Pa, result.absolute, result.report);
     ++_counters.capped;
     const std::string cap = device::shortNumber(_cap->max_Pa()) + " Pa at any control point";
     _messages.say(field.factor > 0.0
@@ -253,7 +252,7 @@ void HologramPipeline::play(const haptics::TransducerArray& array, HologramResul
     }
     // A field that the device did not take is tried again: with the next snapshot, moved or not, and by attend().
     else if (_device && !sendSignal())
-        _messages.say("device refused a field: " + whyRefused());
+        _messages.say(refusal());
 }
 
 bool HologramPipeline::sendSignal()
@@ -266,19 +265,14 @@ bool HologramPipeline::sendSignal()
     return _playing;
 }
 
-std::string HologramPipeline::whyRefused() const
+// Of a device that is gone it says what happened to it, which is said once.
+std::string HologramPipeline::refusal() const
 {
     const device::DeviceReport report = _device->report();
-    if (report.state == device::DeviceState::MUTED) return "it is muted";
-    return report.message.empty() ? _device->status() : report.message;
-}
-
-Eigen::VectorXcf HologramPipeline::wouldPlay(const device::DriveSignal& signal) const
-{
-    if (_device) return vectorOf(_device->wouldPlay(signal));
-    std::vector<std::complex<float>> q;
-    device::decode(signal, q);
-    return vectorOf(q);
+    if (report.state == device::DeviceState::MUTED) return "device: muted";
+    const std::string why = report.message.empty() ? _device->status() : report.message;
+    return (report.state == device::DeviceState::LOST ? "device: " : "device refused a field: ") +
+           why;
 }
 
 // What the device tells that it plays; where it hasn't told yet, what it is going to.
@@ -322,7 +316,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::attend()
     if (again && sendSignal())
         ++_counters.resent;
     else
-        _messages.say(whyRefused());
+        _messages.say(refusal());
     result->playing = _playing;
     result->counters = _counters;
     result->deviceStatus = _device->status();

@@ -86,7 +86,7 @@ private:
     void play(const haptics::TransducerArray& array, HologramResult& result);
     void holdToCap(const haptics::TransducerArray& array, HologramResult& result);
     bool sendSignal();
-    std::string whyRefused() const;
+    std::string refusal() const;
     Eigen::VectorXcf wouldPlay(const device::DriveSignal& signal) const;
     Eigen::VectorXcf playedNow() const;
     void measure(const haptics::TransducerArray& array, HologramResult& result) const;

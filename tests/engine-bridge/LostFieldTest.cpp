@@ -101,10 +101,12 @@ TEST_F(LostField, OfADeviceThatIsGoneWaitsUntilItIsBack)
     ASSERT_NE(gone, nullptr);
     EXPECT_FALSE(gone->playing);
     ASSERT_EQ(gone->messages.size(), 1u);
-    EXPECT_EQ(gone->messages[0], "unplugged");
+    EXPECT_EQ(gone->messages[0], "device: unplugged");
     EXPECT_EQ(pipeline.attend(), nullptr) << "said once";
     // As the engine does, which tries again now and then.
-    EXPECT_FALSE(pipeline.process(squareSnapshot())->playing);
+    const auto refused = pipeline.process(squareSnapshot());
+    EXPECT_FALSE(refused->playing);
+    EXPECT_EQ(refused->messages.size(), 1u) << refused->messages.back();
     report->state = device::DeviceState::READY;
     log->refuseSends = false;
     const int sends = log->sends;
@@ -128,7 +130,7 @@ TEST_F(LostField, OfAMutedDeviceComesBackWhenItIsUnmuted)
     report->state = device::DeviceState::MUTED;
     log->refuseSends = true;
     const auto muted = pipeline.process(squareSnapshot());
-    EXPECT_EQ(muted->messages.back(), "device refused a field: it is muted");
+    EXPECT_EQ(muted->messages.back(), "device: muted");
     EXPECT_EQ(pipeline.attend(), nullptr);
     report->state = device::DeviceState::READY;
     log->refuseSends = false;
@@ -162,7 +164,7 @@ TEST(LostFieldOfAThread, ComesBackWithTheFirmware)
     ASSERT_TRUE(back);
     const auto result = thread.latestResult();
     EXPECT_EQ(thread.counters().solves, 1u) << "nothing moved";
-    EXPECT_EQ(result->messages, std::vector<std::string>{"unplugged"});
+    EXPECT_EQ(result->messages, std::vector<std::string>{"device: unplugged"});
     EXPECT_NE(result->deviceStatus.find("1 reconnects"), std::string::npos) << result->deviceStatus;
 }
 

@@ -307,6 +307,20 @@ TEST(CappedPipeline, TheModulatedFieldIsHeldDownToo)
     EXPECT_LE(log->loudestAmplitude, result->played.cwiseAbs().maxCoeff() + 1e-6f);
 }
 
+TEST(CappedPipeline, AFieldThatWaitsForItsDeviceIsRatedAsItWillBePlayed)
+{
+    const auto log = std::make_shared<FakeLog>();
+    HologramOptions options = fakeOptions(log);
+    options.maxPressure_Pa = 250.0;
+    log->refuseSends = true;
+    HologramPipeline pipeline(options);
+    const auto result = pipeline.process(squareSnapshot());
+    EXPECT_FALSE(result->playing);
+    EXPECT_EQ(result->achieved_Pa.maxCoeff(), 0.0f);
+    EXPECT_GT(result->report.level_Pa, 100.0);
+    EXPECT_LE(result->report.level_Pa, 250.0);
+}
+
 TEST(CappedPipeline, AnOptionOutOfRangeIsNamed)
 {
     HologramOptions options = cappedOptions(-5.0);
