@@ -275,6 +275,14 @@ std::string HologramPipeline::refusal() const
            why;
 }
 
+Eigen::VectorXcf HologramPipeline::wouldPlay(const device::DriveSignal& signal) const
+{
+    if (_device) return vectorOf(_device->wouldPlay(signal));
+    std::vector<std::complex<float>> q;
+    device::decode(signal, q);
+    return vectorOf(q);
+}
+
 // What the device tells that it plays; where it hasn't told yet, what it is going to.
 Eigen::VectorXcf HologramPipeline::playedNow() const
 {
