@@ -20,14 +20,15 @@ int FieldProblem::assign(const ControlPoints& points,
                          const std::vector<int>& active,
                          const TransducerArray& array,
                          const Medium& medium,
-                         double tolerance_m)
+                         double tolerance_m,
+                         bool isBound)
 {
     const int n = static_cast<int>(active.size());
     const int before = G.points();
-    _rebound = G.bind(array, medium);
+    const bool rebound = !isBound && G.bind(array, medium);
     const bool otherSize = G.resize(n);
     _drive = array.drive;
-    if (_rebound || otherSize) forget();
+    if (rebound || otherSize) forget();
     reserve();
     if (n != before) _fresh.assign(_fresh.size(), 0);
 

@@ -43,16 +43,20 @@ public:
     {
     }
 
-    /// Takes over a problem whose input is sound; \a active are the indices of the points to be solved for. Rows of
+    /// True if array and medium are those of the last assign, as far as G depends on them.
+    bool isBoundTo(const TransducerArray& array, const Medium& medium) const
+    {
+        return G.isBoundTo(array, medium);
+    }
+    /// Takes over a problem whose input is sound; \a isBound if isBoundTo has just said so. \a active are the indices of the points to be solved for. Rows of
     /// points that moved by no more than \a tolerance_m are kept.
     /// Returns how many rows are stale now; build() computes them.
     int assign(const ControlPoints& points,
                const std::vector<int>& active,
                const TransducerArray& array,
                const Medium& medium,
-               double tolerance_m);
-    /// True if the last assign met another array or medium than the one before.
-    bool isRebound() const { return _rebound; }
+               double tolerance_m,
+               bool isBound = false);
     void build();
     /// build() and projectRound() in one: a block of G takes part in the round while it is in the cache.
     void buildAndProject(const SplitVector& w, SplitVector& p);
@@ -142,7 +146,6 @@ private:
     AlignedBuffer<double> _rowSumParts; // thread by thread
     AlignedBuffer<float> _partial;
     std::size_t _partialStride = 0;
-    bool _rebound = false;
     double _build_ms = 0.0;
     std::chrono::steady_clock::time_point _start;
 };

@@ -32,12 +32,11 @@ void PhaseCorrection::reserve(const FieldProblem& field)
 // Square roots of D. Where z nearly vanishes a phase is free to turn: not without bound.
 void PhaseCorrection::findRoots(const FieldProblem& field)
 {
-    float mean = 0.0f;
-    for (int i = 0; i < field.m(); ++i)
-        mean += field.inverse[i];
-    mean /= static_cast<float>(field.m());
-    for (int i = 0; i < field.G.paddedTransducers(); ++i)
-        _root[i] = i < field.m() ? std::sqrt(std::min(field.inverse[i], 4.0f * mean)) : 0.0f;
+    const int m = field.m();
+    const float mean = Eigen::Map<const Eigen::VectorXf>(field.inverse.data(), m).mean();
+    Eigen::Map<Eigen::ArrayXf> root(_root.data(), m);
+    root = Eigen::Map<const Eigen::ArrayXf>(field.inverse.data(), m).min(4.0f * mean).sqrt();
+    std::fill(_root.data() + m, _root.data() + field.G.paddedTransducers(), 0.0f);
 }
 
 void PhaseCorrection::form(const FieldProblem& field, const SplitVector& q, int block)

@@ -83,9 +83,14 @@ kernels::DirectivityTable tableOf(Directivity model)
 
 } // namespace
 
+bool PropagationMatrix::isBoundTo(const TransducerArray& array, const Medium& medium) const
+{
+    return _wavelength_m > 0.0 && medium == _medium && sameField(array, _array);
+}
+
 bool PropagationMatrix::bind(const TransducerArray& array, const Medium& medium)
 {
-    if (_wavelength_m > 0.0 && medium == _medium && sameField(array, _array)) return false;
+    if (isBoundTo(array, medium)) return false;
     _array = array;
     _medium = medium;
     _wavelength_m = medium.wavelength(array.frequency_Hz);

@@ -37,7 +37,9 @@ public:
 
     explicit PropagationMatrix(Storage storage = Storage::FLOAT) : _storage(storage) {}
 
-    /// Takes over array and medium; true if either differs from before, and then every row is stale.
+    /// True if what G depends on is as in the last bind.
+    bool isBoundTo(const TransducerArray& array, const Medium& medium) const;
+    /// Takes over array and medium unless isBoundTo them; true if so, and then every row is stale.
     bool bind(const TransducerArray& array, const Medium& medium);
     /// Room for \a points rows; true if the rows that were there are stale now.
     bool resize(int points);

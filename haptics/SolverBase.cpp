@@ -77,7 +77,8 @@ SolverBase::SolverBase(std::string name, const SolverOptions& options, Storage s
 
 std::string SolverBase::refusal(const ControlPoints& points,
                                 const TransducerArray& array,
-                                const Medium& medium) const
+                                const Medium& medium,
+                                bool isKnown) const
 {
     std::string why;
     if (!medium.isValid(&why)) return why;
@@ -85,7 +86,7 @@ std::string SolverBase::refusal(const ControlPoints& points,
         return numbered("there are %.0f control points and %.0f targets",
                         points.size(),
                         static_cast<double>(points.targets.size()));
-    why = arrayRefusal(array);
+    if (!isKnown) why = arrayRefusal(array);
     return why.empty() ? pointRefusal(points) : why;
 }
 
@@ -159,7 +160,8 @@ SolveReport SolverBase::solve(const ControlPoints& points,
     result.solver = _name;
     result.points = points.size();
     result.transducers = array.size();
-    const std::string why = refusal(points, array, medium);
+    const bool isKnown = _field.isBoundTo(array, medium);
+    const std::string why = refusal(points, array, medium, isKnown);
     if (!why.empty()) return silent(result, StopReason::REFUSED, why, array.size(), q);
     chooseActive(points);
     if (_active.empty())
@@ -170,8 +172,8 @@ SolveReport SolverBase::solve(const ControlPoints& points,
                       q);
 
     const double tolerance_m = _options.skipTolerance * medium.wavelength(array.frequency_Hz);
-    int stale = _field.assign(points, _active, array, medium, tolerance_m);
-    if (_field.isRebound() && _lastQ.size() == array.size()) _field.toLanes(_lastQ, _last);
+    int stale = _field.assign(points, _active, array, medium, tolerance_m, isKnown);
+    if (!isKnown && _lastQ.size() == array.size()) _field.toLanes(_lastQ, _last);
     if (isSkippable(stale, q))
     {
         result = _lastReport;
@@ -195,7 +197,7 @@ SolveReport SolverBase::solve(const ControlPoints& points,
                           "no transducer reaches any control point",
                           array.size(),
                           q);
-        stale += _field.assign(points, _active, array, medium, tolerance_m);
+        stale += _field.assign(points, _active, array, medium, tolerance_m, true);
         _field.build();
         result.matrix_ms += _field.build_ms();
     }

@@ -66,8 +66,10 @@ private:
         double s = 0.0, rms = 0.0, max = 0.0;
     };
 
-    std::string
-    refusal(const ControlPoints& points, const TransducerArray& array, const Medium& medium) const;
+    std::string refusal(const ControlPoints& points,
+                        const TransducerArray& array,
+                        const Medium& medium,
+                        bool isKnown) const;
     void chooseActive(const ControlPoints& points);
     bool dropUnreachable();
     bool isSkippable(int stale, const Eigen::VectorXcf& q) const;
