@@ -121,13 +121,15 @@ const MeshCache::Stretched& MeshCache::stretchedTo(Part& part, const Eigen::Matr
     return *found;
 }
 
-void MeshCache::get(osg::Node& root,
+bool MeshCache::get(osg::Node& root,
                     const Eigen::Matrix4d& toArray,
                     const ExtractOptions& options,
                     std::vector<CachedMesh>& out,
                     std::vector<std::string>& warnings)
 {
     out.clear();
+    PoseAndStretch ofRoot;
+    if (!decompose(toArray, ofRoot)) return false;
     Subtree& subtree = _subtrees[&root];
     subtree.unusedFrames = 0;
     if (!subtree.checked) refresh(subtree, root, options, warnings);
@@ -135,8 +137,8 @@ void MeshCache::get(osg::Node& root,
     {
         Part& part = subtree.parts[i];
         if (part.mesh.triangles.cols() == 0) continue;
-        PoseAndStretch placed;
-        if (!decompose(toArray * toEigen(subtree.now.parts[i].toRoot), placed))
+        PoseAndStretch placed = ofRoot;
+        if (i > 0 && !decompose(toArray * toEigen(subtree.now.parts[i].toRoot), placed))
         {
             warnings.emplace_back(
                 "the matrix of a transform inside it is singular, not finite or a perspective; "
@@ -146,6 +148,7 @@ void MeshCache::get(osg::Node& root,
         const Stretched& stretched = stretchedTo(part, placed.stretch);
         out.push_back({stretched.meshId, part.topologyId, stretched.mesh, part.key, placed.pose});
     }
+    return true;
 }
 
 void MeshCache::endFrame()

@@ -40,8 +40,9 @@ public:
     /// The subtree's parts with their poses in \a out, which is cleared first. \a toArray maps the coordinates of \a root's
     /// children to the array, affine; its scale is baked into the meshes. Stretches that differ by under 1e-6 of their
     /// size count as the same (rounding while an object turns). Parts that can't be felt, and other warnings of an
-    /// extraction, are told in \a warnings. \a options' movers and images are the cache's own affair.
-    void get(osg::Node& root,
+    /// extraction, are told in \a warnings. \a options' movers and images are the cache's own affair. False, and nothing
+    /// done, where \a toArray is singular, not finite or a perspective.
+    bool get(osg::Node& root,
              const Eigen::Matrix4d& toArray,
              const ExtractOptions& options,
              std::vector<CachedMesh>& out,

@@ -233,18 +233,16 @@ void HapticEngine::fill(const HapticInstance& instance)
         if (fresh) say(known.path + ": hangs on a camera, not in the world; it can't be felt");
         return;
     }
-    midair::bridge::PoseAndStretch placed;
-    const Eigen::Matrix4d matrix = _toArray * midair::bridge::toEigen(instance.world);
-    if (!midair::bridge::decompose(matrix, placed))
-    {
-        say(known.path + ": its matrix is singular, not finite or a perspective; it can't be felt");
-        return;
-    }
     if (instance.followsCamera && fresh)
         say(known.path + ": hangs on what turns with the camera on screen; it is felt unturned");
     _extract.paint = paintOf(known.property);
     _warnings.clear();
-    _meshes.get(*instance.node, matrix, _extract, _parts, _warnings);
+    const Eigen::Matrix4d matrix = _toArray * midair::bridge::toEigen(instance.world);
+    if (!_meshes.get(*instance.node, matrix, _extract, _parts, _warnings))
+    {
+        say(known.path + ": its matrix is singular, not finite or a perspective; it can't be felt");
+        return;
+    }
     for (const std::string& warning : _warnings)
         say(known.path + ": " + warning);
     if (_parts.empty())

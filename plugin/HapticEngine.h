@@ -63,7 +63,7 @@ public:
 
     /// Tags under the root are looked for with the next update, not only every kTagFrames frames.
     void dirtyTags() { _tagFrame = 0; }
-    static constexpr unsigned int kTagFrames = 15;
+    static constexpr unsigned int kTagFrames = 60;
 
     /// One frame: what is active under the root, whose parent is at \a world, is to be felt from now on.
     /// \a age_s: seconds since the frame's stamp. Touch callbacks are called last.

@@ -21,8 +21,11 @@ void TaggedObstacles::add(osg::Node& node,
                           std::vector<std::string>& warnings)
 {
     if (!_extract.skip) _extract.skip = skip;
-    _meshes.get(node, toArray, _extract, _parts, warnings);
-    if (_parts.empty()) warnings.emplace_back("has no triangles; it is no obstacle");
+    if (!_meshes.get(node, toArray, _extract, _parts, warnings))
+        warnings.emplace_back(
+            "its matrix is singular, not finite or a perspective; it is no obstacle");
+    else if (_parts.empty())
+        warnings.emplace_back("has no triangles; it is no obstacle");
     for (const midair::bridge::CachedMesh& part : _parts)
     {
         const auto [found, fresh] = _fits.try_emplace(part.meshId);

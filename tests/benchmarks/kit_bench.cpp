@@ -1,20 +1,26 @@
-// What the kit costs the update thread: collecting 10 haptic nodes out of 10,000, and handing a snapshot over.
+// What the kit costs an application: collecting 10 haptic nodes out of 10,000 and handing a snapshot over, a scene in which
+// nothing moves, and the time from a frame's stamp to the drive signal while a viewer draws.
 
 #include "engine-bridge/HologramThread.h"
 #include "plugin/HapticEngine.h"
+#include "samples/Offscreen.h"
 
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
 
 #include <osg/MatrixTransform>
 #include <osg/ShapeDrawable>
+#include <osgViewer/Viewer>
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
 #include <new>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -26,12 +32,17 @@ namespace
 std::atomic<long> allocations{0};
 thread_local bool counting = false;
 
+double cpuTime_us(clockid_t clock)
+{
+    timespec now{};
+    clock_gettime(clock, &now);
+    return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
+}
+
 /// Time of this thread alone, so that a busy machine does not count.
 double threadTime_us()
 {
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
+    return cpuTime_us(CLOCK_THREAD_CPUTIME_ID);
 }
 
 } // namespace
@@ -137,13 +148,127 @@ void collect(const char* what, int branching, bool tags, bool moving)
     report(what, times, static_cast<double>(allocations - before) / kFrames);
 }
 
+/// Paces frames at 60 a second.
+class Pace
+{
+public:
+    void wait()
+    {
+        _next += std::chrono::microseconds(16667);
+        std::this_thread::sleep_until(_next);
+    }
+
+private:
+    std::chrono::steady_clock::time_point _next = std::chrono::steady_clock::now();
+};
+
+/// Runs \a seconds of frames without drawing; CPU time of the whole process, all threads, in % of a core.
+double processShare(osg::Node* root, int seconds)
+{
+    osgViewer::Viewer viewer;
+    viewer.setUpViewerAsEmbeddedInWindow(0, 0, 64, 64);
+    viewer.setSceneData(root);
+    Pace pace;
+    const auto frames = [&](int count)
+    {
+        for (int i = 0; i < count; ++i, pace.wait())
+        {
+            viewer.advance();
+            viewer.eventTraversal();
+            viewer.updateTraversal();
+        }
+    };
+    frames(60); // solved by then
+    const double before = cpuTime_us(CLOCK_PROCESS_CPUTIME_ID);
+    frames(60 * seconds);
+    return (cpuTime_us(CLOCK_PROCESS_CPUTIME_ID) - before) / (1e6 * seconds) * 100.0;
+}
+
+osg::ref_ptr<osg::Node> box(float size_m)
+{
+    return new osg::ShapeDrawable(new osg::Box(osg::Vec3(), size_m));
+}
+
+void idle(int seconds)
+{
+    osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene; // octagon, simulated
+    scene->addChild(new osgMidair::HapticSurface(box(0.04f).get()));
+    osg::ref_ptr<osg::Group> plain = new osg::Group;
+    plain->addChild(box(0.04f));
+    const double with = processShare(scene, seconds);
+    const double without = processShare(plain, seconds);
+    const osgMidair::HapticStatistics s = scene->getStatistics();
+    std::printf(
+        "idle scene, 60 frames/s for %d s: %.3f %% of a core with the kit, %.3f %% without: "
+        "%.3f %%; %llu solves\n",
+        seconds,
+        with,
+        without,
+        with - without,
+        static_cast<unsigned long long>(s.solves));
+    BigScene big(10, false);
+    big.move(0);
+    std::printf("idle scene of 10,000 nodes, 10 objects: %.3f %% of a core with the kit's viewer\n",
+                processShare(big.scene, seconds));
+}
+
+/// A moving object of about 100 points in the octagonal array, drawn off screen at 60 frames a second.
+void motionToSignal(int seconds)
+{
+    osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
+    osg::ref_ptr<osg::MatrixTransform> mover = new osg::MatrixTransform;
+    osg::ref_ptr<osgMidair::HapticSurface> surface = new osgMidair::HapticSurface(box(0.03f).get());
+    surface->setSpacing(0.0061); // 100 points or so
+    mover->addChild(surface);
+    scene->addChild(mover);
+    osgViewer::Viewer viewer;
+    std::string error;
+    if (!midair::samples::setUpOffscreen(viewer, 640, 480, 30.0, &error))
+    {
+        std::printf("motion to drive signal: no off-screen viewer (%s)\n", error.c_str());
+        return;
+    }
+    viewer.setSceneData(scene);
+    viewer.getCamera()->setViewMatrixAsLookAt(
+        osg::Vec3d(0.0, -0.3, 0.1), osg::Vec3d(), osg::Vec3d(0.0, 0.0, 1.0));
+    std::vector<double> above_ms;
+    std::vector<double> solve_ms;
+    std::shared_ptr<const midair::bridge::HologramResult> last;
+    Pace pace;
+    for (int frame = 0; frame < 60 * seconds; ++frame, pace.wait())
+    {
+        mover->setMatrix(osg::Matrixd::translate(
+            0.02 * std::sin(0.05 * frame), 0.0, 0.02 * std::cos(0.031 * frame)));
+        viewer.frame();
+        const auto result = scene->getLatestResult();
+        if (!result || result == last || frame < 60) continue;
+        last = result;
+        solve_ms.push_back(result->report.matrix_ms + result->report.solve_ms);
+        above_ms.push_back(result->latency_ms - solve_ms.back());
+    }
+    if (above_ms.empty()) return;
+    std::sort(above_ms.begin(), above_ms.end());
+    std::sort(solve_ms.begin(), solve_ms.end());
+    std::printf(
+        "motion to drive signal, %d points, %zu fields: solve median %.2f ms; above it median "
+        "%.2f ms, p99 %.2f ms\n",
+        static_cast<int>(last->points.size()),
+        above_ms.size(),
+        solve_ms[solve_ms.size() / 2],
+        above_ms[above_ms.size() / 2],
+        above_ms[above_ms.size() * 99 / 100]);
+}
+
 } // namespace
 
-int main()
+int main(int argc, char** argv)
 {
+    const int seconds = argc > 1 ? std::max(1, std::atoi(argv[1])) : 10;
     collect("10,000 nodes, tree of 10, nothing moves", 10, false, false);
     collect("10,000 nodes, tree of 10, 10 objects move", 10, false, true);
     collect("10,000 nodes, one flat group, 10 move", 10000, false, true);
     collect("10,000 nodes, tree of 10, 10 tags move", 10, true, true);
+    idle(seconds);
+    motionToSignal(seconds);
     return 0;
 }
