@@ -9,7 +9,7 @@ namespace
 {
 
 // How often a device that plays a still scene is looked after: a field that it lost is back within a blink.
-constexpr double kAttend_s = 0.05;
+constexpr double kAttend_s = 0.2; // each look costs some 50 us, most of it waking up
 
 } // namespace
 

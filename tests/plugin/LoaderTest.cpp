@@ -4,7 +4,9 @@
 #include <osgMidair/HapticDevice>
 
 #include <osg/ComputeBoundsVisitor>
+#include <osg/PagedLOD>
 #include <osgDB/ReadFile>
+#include <osgDB/WriteFile>
 
 #include <cstdio>
 #include <cstdlib>
@@ -239,4 +241,38 @@ TEST(StockPrograms, OsgviewerPlaysASceneFileAndReports)
     EXPECT_NE(text.find("\"frames\": 30,"), std::string::npos) << text;
     EXPECT_NE(text.find("\"solves\": 1,"), std::string::npos) << text;
     EXPECT_NE(text.find("\"messages\": []"), std::string::npos) << text;
+}
+
+TEST(StockPrograms, OsgviewerPagesAnObjectIn)
+{
+    if (!installed("osgviewer") || !installed("xvfb-run"))
+        GTEST_SKIP() << "osgviewer or xvfb-run is not installed";
+    findPlugins();
+    const TemporaryFolder folder;
+    const std::string page = (folder.path / "page.osgt").string();
+    const std::string file = (folder.path / "scene.osgt").string();
+    const std::string report = (folder.path / "report.json").string();
+    const osg::ref_ptr<HapticSurface> surface = new HapticSurface(BoxScene::box().get());
+    surface->setSampling(HapticProperty::VERTICES);
+    ASSERT_TRUE(osgDB::writeNodeFile(*surface, page));
+    osg::ref_ptr<osg::PagedLOD> paged = new osg::PagedLOD;
+    paged->setCenter(osg::Vec3());
+    paged->setRadius(0.1f);
+    paged->setFileName(0, "page.osgt");
+    paged->setRange(0, 0.0f, 1e6f);
+    osg::ref_ptr<HapticScene> scene = new HapticScene;
+    scene->addChild(paged);
+    ASSERT_TRUE(osgDB::writeNodeFile(*scene, file));
+    bool ok = false;
+    const std::string said =
+        run("OSG_RUN_FRAME_COUNT=300 OSG_MIDAIR_DEVICE=null: OSG_MIDAIR_REPORT=" + report +
+                " xvfb-run -a -s '-screen 0 640x480x24' osgviewer "
+                "--window 0 0 160 120 " +
+                file,
+            ok);
+    EXPECT_TRUE(ok) << said;
+    const std::string text = contents(report);
+    EXPECT_NE(text.find("\"objects\": 1,"), std::string::npos) << text << said;
+    EXPECT_NE(text.find("\"points\": 8,"), std::string::npos) << text;
+    EXPECT_NE(text.find("\"meshesRead\": 1,"), std::string::npos) << text;
 }
