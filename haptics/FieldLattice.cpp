@@ -16,9 +16,8 @@ namespace
 
 constexpr int kVectors = 8; ///< in _geometry
 
-kernels::LatticeSources sourcesOf(const AlignedBuffer<float>& geometry,
-                                  int padded,
-                                  const std::vector<float>& directivity)
+kernels::LatticeSources
+sourcesOf(const AlignedBuffer<float>& geometry, int padded, const std::vector<float>& directivity)
 {
     const auto vector = [&](int k) { return geometry.data() + std::size_t(k) * padded; };
     return {vector(0),
@@ -61,8 +60,8 @@ LatticeField::LatticeField(const TransducerArray& array, const Medium& medium) :
     _directivity(kernels::kDirectivitySteps + 2)
 {
     for (int i = 0; i < static_cast<int>(_directivity.size()); ++i)
-        _directivity[i] = static_cast<float>(
-            directivity(array.directivity, std::min(1.0, -1.0 + 2.0 * i / kernels::kDirectivitySteps)));
+        _directivity[i] = static_cast<float>(directivity(
+            array.directivity, std::min(1.0, -1.0 + 2.0 * i / kernels::kDirectivitySteps)));
     _sums.reserve(std::size_t(2) * kernels::kLatticeSamples);
 }
 
@@ -128,8 +127,8 @@ void LatticeField::evaluate(const FieldLattice& lattice,
 double LatticeField::nearest_m(const Eigen::Vector3d& middle) const
 {
     const Eigen::Vector3f m = (middle / _wavelength_m).cast<float>();
-    return _wavelength_m *
-           std::sqrt(kernels::nearestSquared(sourcesOf(_geometry, _padded, _directivity), m.data()));
+    return _wavelength_m * std::sqrt(kernels::nearestSquared(
+                               sourcesOf(_geometry, _padded, _directivity), m.data()));
 }
 
 void LatticeField::cover(const Tile& tile, const Wanted& wanted)

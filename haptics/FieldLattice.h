@@ -38,7 +38,8 @@ struct FieldLattice
 class LatticeField
 {
 public:
-    static constexpr double kPhaseError = 0.03; ///< rad, of the nearest transducer in a tile's corner
+    static constexpr double kPhaseError =
+        0.03; ///< rad, of the nearest transducer in a tile's corner
 
     /// Asked of each tile by its middle and its radius (m); false leaves its samples at 0.
     using Wanted = std::function<bool(const Eigen::Vector3d& middle, double radius_m)>;

@@ -97,8 +97,7 @@ prepare(const LatticeSources& sources, int first, int width, const LatticeTile& 
         gy[i] = rise * sources.ny[first + i] - sy[i] * fall;
         gz[i] = rise * sources.nz[first + i] - sz[i] * fall;
         const float sc = sx[i] * corner[0] + sy[i] * corner[1] + sz[i] * corner[2];
-        const float cc =
-            corner[0] * corner[0] + corner[1] * corner[1] + corner[2] * corner[2];
+        const float cc = corner[0] * corner[0] + corner[1] * corner[1] + corner[2] * corner[2];
         const float real = gx[i] * corner[0] + gy[i] * corner[1] + gz[i] * corner[2] -
                            0.5f * (cc - 2.0f * sc * sc) * inverse[i] * inverse[i];
         float re, im;
@@ -114,7 +113,7 @@ prepare(const LatticeSources& sources, int first, int width, const LatticeTile& 
     }
     for (int k = 0; k < axes; ++k)
     {
-        const float *u = t.step[k];
+        const float* u = t.step[k];
         const float uc = u[0] * corner[0] + u[1] * corner[1] + u[2] * corner[2];
         const float uu = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
         float *re = march.along[k].re, *im = march.along[k].im;
@@ -125,11 +124,12 @@ prepare(const LatticeSources& sources, int first, int width, const LatticeTile& 
             const float sc = sx[i] * corner[0] + sy[i] * corner[1] + sz[i] * corner[2];
             const float real = gx[i] * u[0] + gy[i] * u[1] + gz[i] * u[2] -
                                (uc + 0.5f * uu - su * (2.0f * sc + su)) * inverse[i] * inverse[i];
-            expInto(real, -su - (uc + 0.5f * uu - su * (sc + 0.5f * su)) * inverse[i], re[i], im[i]);
+            expInto(
+                real, -su - (uc + 0.5f * uu - su * (sc + 0.5f * su)) * inverse[i], re[i], im[i]);
         }
         for (int l = k; l < axes; ++l)
         {
-            const float *v = t.step[l];
+            const float* v = t.step[l];
             const float uv = u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
             float *bendRe = march.bend[k][l].re, *bendIm = march.bend[k][l].im;
 #pragma omp simd
@@ -188,12 +188,8 @@ struct Place
 
 // Adds kCount samples of a row to sums, from wave and along on; where that leads is written to end.
 template<int kCount>
-MIDAIR_INLINE void marchSamples(int width,
-                                const Column& wave,
-                                const Column& along,
-                                const Column& bend,
-                                Place& end,
-                                float* sums)
+MIDAIR_INLINE void marchSamples(
+    int width, const Column& wave, const Column& along, const Column& bend, Place& end, float* sums)
 {
     const float *waveRe = wave.re, *waveIm = wave.im, *alongRe = along.re, *alongIm = along.im;
     const float *bendRe = bend.re, *bendIm = bend.im;
@@ -271,12 +267,7 @@ MIDAIR_INLINE void marchTile(int width, const int* count, March& march, float* s
             step(width, row, rowY, march.bend[1][1], rowX, march.bend[0][1]);
         }
         if (count[2] == 1) break;
-        step(width,
-             march.wave,
-             march.along[2],
-             march.bend[2][2],
-             march.along[0],
-             march.bend[0][2]);
+        step(width, march.wave, march.along[2], march.bend[2][2], march.along[0], march.bend[0][2]);
         multiplyBy(width, march.along[1], march.bend[1][2]);
     }
 }

@@ -8,7 +8,8 @@ constexpr int kLatticeLanes = 16; ///< transducers at once; padding has strength
 constexpr int kLatticeBlock = 128;
 constexpr int kLatticeSamples = 128; ///< of a tile, at most
 
-constexpr int kDirectivitySteps = 512; ///< D at cos(theta) = -1 + 2 i/kDirectivitySteps, one value beyond the end
+constexpr int kDirectivitySteps =
+    512; ///< D at cos(theta) = -1 + 2 i/kDirectivitySteps, one value beyond the end
 
 /// Lengths in wavelengths; all arrays aligned to 64 bytes, \a width a multiple of kLatticeLanes.
 struct LatticeSources

@@ -46,6 +46,13 @@ public:
     void tell(const std::function<osg::Node*(std::uint64_t)>& nodeOf,
               const Eigen::Affine3d& arrayToScene);
 
+    /// Where the hands are, and what they are near of objects with touch events on; array frame.
+    const midair::bridge::HandFrame& frame() const { return _frame; }
+    const std::vector<midair::bridge::HandContact>& contacts() const
+    {
+        return _proximity.contacts();
+    }
+
     int hands() const { return static_cast<int>(_frame.hands.size()); }
     int touching() const;
 

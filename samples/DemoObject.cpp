@@ -1,7 +1,7 @@
 #include "samples/DemoObject.h"
 
 #include "engine-bridge/MeshExtractor.h"
-#include "plugin/overlays/Quads.h"
+#include "plugin/overlays/Discs.h"
 
 #include <osg/ComputeBoundsVisitor>
 #include <osg/Geometry>

@@ -44,6 +44,10 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
         ->check(CLI::Range(0.0, 1e6));
     app.add_option("--max-points", options.maxPoints, "Budget of control points; 0: no limit")
         ->check(CLI::Range(0, 100000));
+    app.add_option("--overlays", options.overlays, "What is drawn over the scene [everything]")
+        ->check(CLI::IsMember(
+            {"points", "slice", "volume", "array", "workspace", "hands", "figures", "none"}))
+        ->delimiter(',');
     app.add_flag("--still", options.still, "The object stays where it is");
     app.add_option("--frames",
                    options.frames,

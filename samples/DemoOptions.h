@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace midair::samples
 {
@@ -19,6 +20,7 @@ struct DemoOptions
     double pressure_Pa = 0.0;    ///< 0: as loud as it accurately can
     double maxPressure_Pa = 0.0; ///< cap at every control point; 0: none
     int maxPoints = 0;           ///< 0: no limit
+    std::vector<std::string> overlays; ///< shown ones; empty: all
     bool still = false;          ///< the object stays in the middle
     int frames = 0;              ///< 0: 240 without a display, until the window is closed with one
     std::string out = "build/out";

@@ -9,6 +9,7 @@
 #include <osgDB/FileUtils>
 #include <osgDB/ReadFile>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -74,6 +75,16 @@ DemoScene::DemoScene(const DemoOptions& options) :
         wrap(options);
     _haptics->setName(_name);
     _haptics->addChild(_overlays);
+    if (options.overlays.empty()) return;
+    const auto wanted = [&](const char* name)
+    { return std::count(options.overlays.begin(), options.overlays.end(), name) > 0; };
+    _overlays->setShowControlPoints(wanted("points"));
+    _overlays->setShowFieldSlice(wanted("slice"));
+    _overlays->setShowFieldVolume(wanted("volume"));
+    _overlays->setShowHands(wanted("hands"));
+    _overlays->setShowArray(wanted("array"));
+    _overlays->setShowWorkspace(wanted("workspace"));
+    _overlays->setShowFigures(wanted("figures"));
 }
 
 void DemoScene::wrap(const DemoOptions& options)

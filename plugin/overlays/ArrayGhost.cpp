@@ -1,6 +1,6 @@
 #include "engine-bridge/HologramResult.h"
 #include "haptics/TransducerArray.h"
-#include "plugin/overlays/Quads.h"
+#include "plugin/overlays/Discs.h"
 
 #include <osgMidair/ArrayGhost>
 #include <osgMidair/ColorMap>
@@ -30,7 +30,7 @@ void main()
     color = gl_Color;
     vec4 eye = gl_ModelViewMatrix * gl_Vertex;
     facing = dot(normalize(gl_NormalMatrix * gl_Normal), -normalize(eye.xyz));
-    // Seen from behind: out of the picture, which saves half the pixels.
+    // Seen from behind: out of the picture.
     gl_Position = facing < -0.02 ? vec4(2.0, 2.0, 2.0, 1.0) : gl_ProjectionMatrix * eye;
 }
 )";
@@ -103,7 +103,7 @@ void addBoard(const TransducerArray& array, int first, int last, osg::Vec3Array&
 } // namespace
 
 ArrayGhost::ArrayGhost() :
-    _discs(makeQuads()),
+    _discs(makeDiscs()),
     _boards(new osg::Geometry),
     _opacity(new osg::Uniform("opacity", 0.6F))
 {
@@ -135,10 +135,10 @@ float ArrayGhost::getOpacity() const
 void ArrayGhost::setArray(const std::shared_ptr<const TransducerArray>& array,
                           const midair::haptics::Medium& /*medium*/)
 {
-    resizeQuads(*_discs, array->size());
-    osg::Vec3Array& vertices = quadVertices(*_discs);
-    osg::Vec3Array& normals = quadNormals(*_discs);
-    osg::Vec4ubArray& colors = quadColors(*_discs);
+    resizeDiscs(*_discs, array->size());
+    osg::Vec3Array& vertices = discVertices(*_discs);
+    osg::Vec3Array& normals = discNormals(*_discs);
+    osg::Vec4ubArray& colors = discColors(*_discs);
     const double radius = discRadius(*array);
     for (int i = 0; i < array->size(); ++i)
     {
@@ -146,14 +146,12 @@ void ArrayGhost::setArray(const std::shared_ptr<const TransducerArray>& array,
         const Eigen::Vector3d u = normal.unitOrthogonal() * radius;
         const Eigen::Vector3d v = normal.cross(u);
         const Eigen::Vector3d position = array->positions.col(i);
-        vertices[4 * i] = osgVec(position - u - v);
-        vertices[4 * i + 1] = osgVec(position + u - v);
-        vertices[4 * i + 2] = osgVec(position + u + v);
-        vertices[4 * i + 3] = osgVec(position - u + v);
-        for (int k = 0; k < 4; ++k)
+        for (int k = 0; k < 3; ++k)
         {
-            normals[4 * i + k] = osgVec(normal);
-            colors[4 * i + k] = osg::Vec4ub(0, 0, 0, 0);
+            vertices[3 * i + k] =
+                osgVec(position + kDiscCorners[k][0] * u + kDiscCorners[k][1] * v);
+            normals[3 * i + k] = osgVec(normal);
+            colors[3 * i + k] = osg::Vec4ub(0, 0, 0, 0);
         }
     }
     vertices.dirty();
@@ -179,8 +177,8 @@ void ArrayGhost::setArray(const std::shared_ptr<const TransducerArray>& array,
 
 void ArrayGhost::setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
-    osg::Vec4ubArray& colors = quadColors(*_discs);
-    if (static_cast<Eigen::Index>(colors.size()) != 4 * result->played.size())
+    osg::Vec4ubArray& colors = discColors(*_discs);
+    if (static_cast<Eigen::Index>(colors.size()) != 3 * result->played.size())
         return; // of another array; its own setArray comes
     for (Eigen::Index i = 0; i < result->played.size(); ++i)
     {
@@ -188,8 +186,8 @@ void ArrayGhost::setResult(const std::shared_ptr<const midair::bridge::HologramR
         const float turn = std::arg(q) / (2.0F * osg::PIf);
         const osg::Vec4ub color =
             bytes(ColorMap::phase().color(turn - std::floor(turn)), std::abs(q));
-        for (int k = 0; k < 4; ++k)
-            colors[4 * i + k] = color;
+        for (int k = 0; k < 3; ++k)
+            colors[3 * i + k] = color;
     }
     colors.dirty();
 }

@@ -112,21 +112,33 @@ osg::Vec3f srgbFromOklab(const osg::Vec3f& lab)
 
 const ColorMap& ColorMap::pressure()
 {
-    static const ColorMap map = []
-    {
-        std::vector<osg::Vec3f> anchors;
-        for (const osg::Vec3f& color : {rgb8(68, 1, 84),
-                                        rgb8(59, 82, 139),
-                                        rgb8(33, 145, 140),
-                                        rgb8(94, 201, 98),
-                                        rgb8(253, 231, 37)})
-            anchors.push_back(oklabFromSrgb(color));
-        const std::vector<osg::Vec3f> even = evenlySpaced(anchors, kSize);
-        ColorMap made;
-        made._colors = fill([&](int i) { return even[i]; });
-        return made;
-    }();
+    static const ColorMap map = through({rgb8(68, 1, 84),
+                                         rgb8(59, 82, 139),
+                                         rgb8(33, 145, 140),
+                                         rgb8(94, 201, 98),
+                                         rgb8(253, 231, 37)});
     return map;
+}
+
+const ColorMap& ColorMap::radiation()
+{
+    static const ColorMap map = through({rgb8(72, 18, 88),
+                                         rgb8(150, 38, 92),
+                                         rgb8(218, 76, 58),
+                                         rgb8(248, 146, 36),
+                                         rgb8(252, 240, 150)});
+    return map;
+}
+
+ColorMap ColorMap::through(const std::vector<osg::Vec3f>& colors)
+{
+    std::vector<osg::Vec3f> anchors;
+    for (const osg::Vec3f& color : colors)
+        anchors.push_back(oklabFromSrgb(color));
+    const std::vector<osg::Vec3f> even = evenlySpaced(anchors, kSize);
+    ColorMap made;
+    made._colors = fill([&](int i) { return even[i]; });
+    return made;
 }
 
 const ColorMap& ColorMap::diverging()

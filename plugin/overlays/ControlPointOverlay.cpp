@@ -1,5 +1,5 @@
 #include "engine-bridge/HologramResult.h"
-#include "plugin/overlays/Quads.h"
+#include "plugin/overlays/Discs.h"
 
 #include <osgMidair/ColorMap>
 #include <osgMidair/ControlPointOverlay>
@@ -10,7 +10,7 @@ namespace osgMidair
 namespace
 {
 
-// Each quad turns to the eye, lifted by its radius towards it, so that a ring in a surface isn't cut by it.
+// Each disc turns to the eye, lifted by its radius towards it, so that a ring in a surface isn't cut by it.
 const char* const kVertexSource = R"(#version 120
 uniform float radius_m;
 varying vec2 corner;
@@ -47,7 +47,7 @@ const osg::Vec3f kLeftOut(0.45F, 0.45F, 0.47F);
 } // namespace
 
 ControlPointOverlay::ControlPointOverlay() :
-    _rings(makeQuads()),
+    _rings(makeDiscs()),
     _radius(new osg::Uniform("radius_m", 2.4e-3F))
 {
     _rings->setCullingActive(false);
@@ -78,15 +78,15 @@ void ControlPointOverlay::setResult(
 {
     const midair::haptics::ControlPoints& points = result->points;
     const int skipped = static_cast<int>(result->skipped.cols());
-    resizeQuads(*_rings, points.size() + skipped);
-    osg::Vec3Array& vertices = quadVertices(*_rings);
-    osg::Vec4ubArray& colors = quadColors(*_rings);
+    resizeDiscs(*_rings, points.size() + skipped);
+    osg::Vec3Array& vertices = discVertices(*_rings);
+    osg::Vec4ubArray& colors = discColors(*_rings);
     const auto place = [&](int ring, const Eigen::Vector3d& at, const osg::Vec3f& color)
     {
-        for (int k = 0; k < 4; ++k)
+        for (int k = 0; k < 3; ++k)
         {
-            vertices[4 * ring + k] = osg::Vec3(osg::Vec3d(at.x(), at.y(), at.z()));
-            colors[4 * ring + k] = bytes(color, 1.0F);
+            vertices[3 * ring + k] = osg::Vec3(osg::Vec3d(at.x(), at.y(), at.z()));
+            colors[3 * ring + k] = bytes(color, 1.0F);
         }
     };
     const double largest = points.size() > 0 ? points.targets.maxCoeff() : 1.0;

@@ -1,7 +1,9 @@
 #include "plugin/overlays/FieldSlice.h"
 
 #include "engine-bridge/HologramResult.h"
-#include "haptics/PressureField.h"
+#include "plugin/overlays/Discs.h"
+
+#include <osgMidair/ColorMap>
 
 #include <algorithm>
 #include <chrono>
@@ -12,6 +14,8 @@ namespace osgMidair
 
 namespace
 {
+
+constexpr int kColorSteps = 1024; ///< of the pressure, from 0 to the map's end
 
 /// Modified Bessel function of order 0 by its power series: what a Kaiser window is made of.
 double bessel0(double x)
@@ -36,6 +40,13 @@ double kernel(double x, double half)
     return window * (std::abs(x) < 1e-9 ? 1.0 : std::sin(M_PI * x) / (M_PI * x));
 }
 
+/// -1 .. 1 over the texels of a row.
+float place(int texel)
+{
+    constexpr float kMiddle = 0.5F * (kSlicePixels - 1);
+    return (static_cast<float>(texel) - kMiddle) / kMiddle;
+}
+
 } // namespace
 
 BandLimitedZoom::BandLimitedZoom(int in, int out) : _in(in), _first(out), _weights(kTaps, out)
@@ -52,123 +63,154 @@ BandLimitedZoom::BandLimitedZoom(int in, int out) : _in(in), _first(out), _weigh
     }
 }
 
-void BandLimitedZoom::magnitude(const Eigen::MatrixXcf& samples, Eigen::MatrixXf& magnitude) const
+void BandLimitedZoom::zoomColumns(const Eigen::MatrixXf& from, Eigen::MatrixXf& to) const
 {
-    const auto out = static_cast<Eigen::Index>(_first.size());
-    Eigen::MatrixXcf columns(_in, out); // zoomed along x
-    for (Eigen::Index o = 0; o < out; ++o)
-        columns.col(o).noalias() = samples.middleCols(_first[o], kTaps) * _weights.col(o);
-    magnitude.resize(out, out);
-    Eigen::VectorXcf column(out);
-    for (Eigen::Index x = 0; x < out; ++x)
+    // Column-major: sums of whole columns, which lie together.
+    to.resize(from.rows(), outputs());
+    for (int o = 0; o < outputs(); ++o)
+        to.col(o).noalias() = from.middleCols<kTaps>(_first[o]) * _weights.col(o);
+}
+
+void BandLimitedZoom::magnitude(const Eigen::MatrixXcf& samples, Eigen::MatrixXf& magnitude)
+{
+    magnitude.resize(outputs(), outputs());
+    for (const bool imaginary : {false, true})
     {
-        for (Eigen::Index o = 0; o < out; ++o)
-            column[o] =
-                (columns.col(x).segment<kTaps>(_first[o]).array() * _weights.col(o).array()).sum();
-        magnitude.col(x) = column.cwiseAbs();
+        if (imaginary)
+            _part = samples.imag();
+        else
+            _part = samples.real();
+        zoomColumns(_part, _once);
+        _turned = _once.transpose();
+        zoomColumns(_turned, _twice);
+        if (imaginary)
+            magnitude = (magnitude.array() + _twice.array().square()).sqrt();
+        else
+            magnitude = _twice.array().square();
+    }
+    magnitude.transposeInPlace();
+}
+
+float roundedUp(float value)
+{
+    if (!(value > 0.0F)) return 1.0F;
+    const float step = std::pow(10.0F, std::floor(std::log10(value)) - 1.0F);
+    return step * std::ceil(value / step);
+}
+
+SliceComputer::SliceComputer() :
+    _rim(static_cast<std::size_t>(kSlicePixels) * kSlicePixels),
+    _colors(4 * (kColorSteps + 1))
+{
+    for (int row = 0; row < kSlicePixels; ++row)
+        for (int column = 0; column < kSlicePixels; ++column)
+            _rim[static_cast<std::size_t>(row) * kSlicePixels + column] =
+                static_cast<unsigned char>(std::lround(
+                    255.0F * std::clamp((1.0F - std::hypot(place(column), place(row))) / kSliceRim,
+                                        0.0F,
+                                        1.0F)));
+    for (int i = 0; i <= kColorSteps; ++i)
+    {
+        const float share = static_cast<float>(i) / kColorSteps;
+        const osg::Vec4ub color = bytes(ColorMap::pressure().color(share), sliceOpacity(share));
+        std::copy_n(color.ptr(), 4, &_colors[4 * static_cast<std::size_t>(i)]);
     }
 }
 
-Slice computeSlice(const SliceRequest& request, int threads)
+void SliceComputer::sample(const SliceRequest& request)
 {
-    const auto begin = std::chrono::steady_clock::now();
-    Slice slice;
-    slice.request = request;
+    if (!_field || _array != request.array || !(_medium == request.medium))
+    {
+        _array = request.array;
+        _medium = request.medium;
+        _field = std::make_unique<midair::haptics::LatticeField>(*_array, _medium);
+    }
     // Samples 0.37 wavelengths apart, with what the zoom needs beyond the rim.
-    const double step = 0.37 * request.medium.wavelength(request.array->frequency_Hz);
+    const double step = 0.37 * _medium.wavelength(_array->frequency_Hz);
     const int inner = std::max(2, static_cast<int>(std::ceil(2.0 * request.radius_m / step)));
     const double pitch = 2.0 * request.radius_m / inner;
     const int count = inner + BandLimitedZoom::kTaps;
     const double half = 0.5 * (count - 1);
     const double reach = request.radius_m + (BandLimitedZoom::kTaps / 2) * pitch;
-    std::vector<Eigen::Index> at;
-    Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(count) * count);
-    for (int column = 0; column < count; ++column)
-        for (int row = 0; row < count; ++row)
-        {
-            const double x = (column - half) * pitch;
-            const double y = (row - half) * pitch;
-            if (x * x + y * y > reach * reach) continue;
-            points.col(static_cast<Eigen::Index>(at.size())) =
-                request.centre + x * request.u + y * request.v;
-            at.push_back(static_cast<Eigen::Index>(column) * count + row);
-        }
-    points.conservativeResize(3, static_cast<Eigen::Index>(at.size()));
-    const Eigen::VectorXcf pressure = midair::haptics::pressureAt(
-        points, *request.array, request.medium, request.result->played, threads);
-    Eigen::MatrixXcf samples = Eigen::MatrixXcf::Zero(count, count);
-    for (std::size_t i = 0; i < at.size(); ++i)
-        samples.data()[at[i]] = pressure[static_cast<Eigen::Index>(i)];
-    BandLimitedZoom(count, kSlicePixels).magnitude(samples, slice.magnitude_Pa);
+    midair::haptics::FieldLattice lattice;
+    lattice.count = {count, count, 1}; // down the columns first
+    lattice.step.col(0) = pitch * request.v;
+    lattice.step.col(1) = pitch * request.u;
+    lattice.origin = request.centre - half * (lattice.step.col(0) + lattice.step.col(1));
+    _field->evaluate(lattice,
+                     request.result->played,
+                     _pressure,
+                     [&](const Eigen::Vector3d& middle, double radius_m)
+                     { return (middle - request.centre).norm() < reach + radius_m; });
+    _samples = Eigen::Map<const Eigen::MatrixXcf>(_pressure.data(), count, count);
+    if (!_zoom || _zoom->inputs() != count)
+        _zoom = std::make_unique<BandLimitedZoom>(count, kSlicePixels);
+}
 
+void SliceComputer::findPeak(Slice& slice) const
+{
     // The corners outside the disc are not computed well, so they can't hold the peak.
     for (int column = 0; column < kSlicePixels; ++column)
-        for (int row = 0; row < kSlicePixels; ++row)
+    {
+        const float x = place(column);
+        const int inside = static_cast<int>(
+            std::floor(0.5F * (kSlicePixels - 1) * std::sqrt(std::max(0.0F, 1.0F - x * x))));
+        const int first = kSlicePixels / 2 - std::min(kSlicePixels / 2, inside);
+        Eigen::Index row = 0;
+        const float most =
+            slice.magnitude_Pa.col(column).segment(first, kSlicePixels - 2 * first).maxCoeff(&row);
+        if (first == kSlicePixels / 2 || most <= slice.peak_Pa) continue;
+        slice.peak_Pa = most;
+        slice.peak =
+            slice.request.centre +
+            slice.request.radius_m *
+                (x * slice.request.u + place(first + static_cast<int>(row)) * slice.request.v);
+    }
+}
+
+void SliceComputer::color(Slice& slice) const
+{
+    slice.texels.resize(4 * _rim.size());
+    unsigned char* texel = slice.texels.data();
+    const unsigned char* rim = _rim.data();
+    const float scale = kColorSteps / slice.range_Pa;
+    for (int row = 0; row < kSlicePixels; ++row)
+        for (int column = 0; column < kSlicePixels; ++column, texel += 4, ++rim)
         {
-            const double x = 2.0 * column / (kSlicePixels - 1) - 1.0;
-            const double y = 2.0 * row / (kSlicePixels - 1) - 1.0;
-            const float value = slice.magnitude_Pa(row, column);
-            if (x * x + y * y <= 1.0 && value > slice.peak_Pa)
-            {
-                slice.peak_Pa = value;
-                slice.peak = request.centre + request.radius_m * (x * request.u + y * request.v);
-            }
+            const float step = slice.magnitude_Pa(row, column) * scale + 0.5F;
+            const unsigned char* from =
+                &_colors[4 * static_cast<std::size_t>(step < kColorSteps ? step : kColorSteps)];
+            std::copy_n(from, 3, texel);
+            texel[3] = static_cast<unsigned char>(from[3] * *rim / 255);
         }
+}
+
+Slice SliceComputer::compute(const SliceRequest& request)
+{
+    const auto begin = std::chrono::steady_clock::now();
+    Slice slice;
+    slice.frame = request.frame;
+    slice.request = request;
+    sample(request);
+    _zoom->magnitude(_samples, slice.magnitude_Pa);
+    findPeak(slice);
+    if (request.range_Pa > 0.0F)
+        _range_Pa = request.range_Pa;
+    else if (slice.peak_Pa > _range_Pa || slice.peak_Pa < 0.85F * _range_Pa)
+        _range_Pa = roundedUp(slice.peak_Pa);
+    slice.range_Pa = _range_Pa;
+    color(slice);
     slice.compute_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     return slice;
 }
 
-FieldSliceOverlay::Worker::Worker() : _thread([this] { run(); }) {}
+FieldSliceOverlay::Worker::Worker() : Worker(std::make_shared<SliceComputer>()) {}
 
-FieldSliceOverlay::Worker::~Worker()
+FieldSliceOverlay::Worker::Worker(const std::shared_ptr<SliceComputer>& computer) :
+    LatestWorker([computer](const SliceRequest& request)
+                 { return std::make_unique<Slice>(computer->compute(request)); })
 {
-    {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        _stop = true;
-    }
-    _changed.notify_all();
-    _thread.join();
-}
-
-void FieldSliceOverlay::Worker::submit(SliceRequest request)
-{
-    {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        _request = std::make_unique<SliceRequest>(std::move(request));
-    }
-    _changed.notify_all();
-}
-
-std::unique_ptr<Slice> FieldSliceOverlay::Worker::take()
-{
-    const std::lock_guard<std::mutex> lock(_mutex);
-    return std::move(_slice);
-}
-
-std::unique_ptr<Slice> FieldSliceOverlay::Worker::waitFor(std::uint64_t frame, double timeout_s)
-{
-    std::unique_lock<std::mutex> lock(_mutex);
-    _changed.wait_for(lock,
-                      std::chrono::duration<double>(timeout_s),
-                      [&] { return _slice && _slice->request.frame >= frame; });
-    return std::move(_slice);
-}
-
-void FieldSliceOverlay::Worker::run()
-{
-    std::unique_lock<std::mutex> lock(_mutex);
-    for (;;)
-    {
-        _changed.wait(lock, [&] { return _stop || _request; });
-        if (_stop) return;
-        const std::unique_ptr<SliceRequest> request = std::move(_request);
-        lock.unlock();
-        auto slice = std::make_unique<Slice>(computeSlice(*request, 1));
-        lock.lock();
-        _slice = std::move(slice);
-        _changed.notify_all();
-    }
 }
 
 } // namespace osgMidair

@@ -1,17 +1,16 @@
 #pragma once
 
+#include "haptics/FieldLattice.h"
 #include "haptics/Medium.h"
 #include "haptics/TransducerArray.h"
+#include "plugin/overlays/LatestWorker.h"
 
 #include <osgMidair/FieldSliceOverlay>
 
 #include <Eigen/Core>
 
-#include <condition_variable>
 #include <cstdint>
 #include <memory>
-#include <mutex>
-#include <thread>
 #include <vector>
 
 namespace osgMidair
@@ -29,14 +28,19 @@ public:
     BandLimitedZoom(int in, int out);
 
     /// \a samples in x in, row by row; \a magnitude out x out.
-    void magnitude(const Eigen::MatrixXcf& samples, Eigen::MatrixXf& magnitude) const;
+    void magnitude(const Eigen::MatrixXcf& samples, Eigen::MatrixXf& magnitude);
 
     int inputs() const { return _in; }
+    int outputs() const { return static_cast<int>(_first.size()); }
 
 private:
+    /// out x n from in x n.
+    void zoomColumns(const Eigen::MatrixXf& from, Eigen::MatrixXf& to) const;
+
     int _in = 0;
     std::vector<int> _first;  ///< out: the first sample that counts
     Eigen::MatrixXf _weights; ///< kTaps x out, columns sum to 1
+    Eigen::MatrixXf _part, _once, _turned, _twice;
 };
 
 /// A disc that is to be looked at.
@@ -50,48 +54,68 @@ struct SliceRequest
     Eigen::Vector3d u = Eigen::Vector3d::UnitX(); ///< unit length
     Eigen::Vector3d v = Eigen::Vector3d::UnitZ();
     double radius_m = 0.1;
+    float range_Pa = 0.0F; ///< at the map's upper end; 0: follows the peak in round steps
 };
 
 /// What came of it.
 struct Slice
 {
+    std::uint64_t frame = 0; ///< the request's
     SliceRequest request;
     Eigen::MatrixXf
         magnitude_Pa; ///< kSlicePixels x kSlicePixels: column x along u, row y along v, from -radius to radius
+    std::vector<unsigned char> texels; ///< RGBA, row by row, y upwards
     Eigen::Vector3d peak = Eigen::Vector3d::Zero();
     float peak_Pa = 0.0F;
+    float range_Pa = 0.0F;
     double compute_ms = 0.0;
 };
 
 constexpr int kSlicePixels = 256;
 
-/// Computes |p| on the square round the disc of \a request; only samples that the disc needs are computed.
-OSGMIDAIR_EXPORT Slice computeSlice(const SliceRequest& request, int threads);
+/// \a value rounded up to two digits: as much of the map as can be is used, and the scale has a legible end.
+OSGMIDAIR_EXPORT float roundedUp(float value);
 
-/// Computes slices in its own thread: the newest request wins, the newest slice is kept.
-class FieldSliceOverlay::Worker
+/// How opaque the disc is, 0 .. 1, where |p| is \a share of the range: silence is a little see-through, pressure covers.
+inline float sliceOpacity(float share)
+{
+    return 0.72F + 0.28F * (share < 0.4F ? 2.5F * share : 1.0F);
+}
+constexpr float kSliceRim = 0.03F; ///< of the radius, in which the disc fades
+
+/// Computes |p| on the square round a request's disc and colours it; only samples that the disc needs are computed. Keeps
+/// what the next one can use again.
+class OSGMIDAIR_EXPORT SliceComputer
+{
+public:
+    SliceComputer();
+
+    Slice compute(const SliceRequest& request);
+
+private:
+    void sample(const SliceRequest& request);
+    void findPeak(Slice& slice) const;
+    void color(Slice& slice) const;
+
+    std::shared_ptr<const midair::haptics::TransducerArray> _array; ///< of _field
+    midair::haptics::Medium _medium;
+    std::unique_ptr<midair::haptics::LatticeField> _field;
+    std::unique_ptr<BandLimitedZoom> _zoom;
+    Eigen::VectorXcf _pressure;
+    Eigen::MatrixXcf _samples;
+    std::vector<unsigned char> _rim;    ///< opacity of each texel
+    std::vector<unsigned char> _colors; ///< RGBA for each step of pressure
+    float _range_Pa = 0.0F;
+};
+
+/// Computes slices in its own thread.
+class FieldSliceOverlay::Worker : public LatestWorker<SliceRequest, Slice>
 {
 public:
     Worker();
-    ~Worker();
-    Worker(const Worker&) = delete;
-    Worker& operator=(const Worker&) = delete;
-
-    void submit(SliceRequest request);
-    /// The newest slice not taken yet, or null.
-    std::unique_ptr<Slice> take();
-    /// Waits for a slice of \a frame or later.
-    std::unique_ptr<Slice> waitFor(std::uint64_t frame, double timeout_s);
 
 private:
-    void run();
-
-    std::mutex _mutex;
-    std::condition_variable _changed;
-    std::unique_ptr<SliceRequest> _request;
-    std::unique_ptr<Slice> _slice;
-    bool _stop = false;
-    std::thread _thread;
+    explicit Worker(const std::shared_ptr<SliceComputer>& computer);
 };
 
 } // namespace osgMidair

@@ -1,8 +1,7 @@
 #include "engine-bridge/HologramResult.h"
+#include "plugin/overlays/Discs.h"
 #include "plugin/overlays/FieldSlice.h"
-#include "plugin/overlays/Quads.h"
 
-#include <osgMidair/ColorMap>
 #include <osgMidair/FieldSliceOverlay>
 
 #include <osg/PolygonOffset>
@@ -29,14 +28,6 @@ double now_s()
 osg::Vec3 osgVec(const Eigen::Vector3d& v)
 {
     return osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z()));
-}
-
-/// \a value rounded up to two digits: as much of the map as can be is used, and the scale has a legible end.
-float roundUp(float value)
-{
-    if (!(value > 0.0F)) return 1.0F;
-    const float step = std::pow(10.0F, std::floor(std::log10(value)) - 1.0F);
-    return step * std::ceil(value / step);
 }
 
 /// Smallest over second largest spread below which points count as lying in a plane, and above which no longer: apart, so
@@ -154,6 +145,7 @@ void FieldSliceOverlay::setResult(
         // In steps, so that the disc doesn't breathe while the object turns.
         request.radius_m = 0.005 * std::ceil((reach + 0.016) / 0.005 - 1e-6);
     }
+    request.range_Pa = _range_Pa;
     if (!_worker) _worker = std::make_unique<Worker>(); // a thread only where something is shown
     _worker->submit(std::move(request));
 }
@@ -176,25 +168,8 @@ bool FieldSliceOverlay::waitFor(std::uint64_t frame, double timeout_s)
 
 void FieldSliceOverlay::show(const Slice& slice)
 {
-    if (_range_Pa > 0.0F)
-        _shownRange_Pa = _range_Pa;
-    else if (slice.peak_Pa > _shownRange_Pa || slice.peak_Pa < 0.85F * _shownRange_Pa)
-        _shownRange_Pa = roundUp(slice.peak_Pa);
-    const ColorMap& map = ColorMap::pressure();
-    constexpr float kMiddle = 0.5F * (kSlicePixels - 1);
-    unsigned char* texel = _image->data();
-    for (int row = 0; row < kSlicePixels; ++row)
-        for (int column = 0; column < kSlicePixels; ++column, texel += 4)
-        {
-            const float x = (static_cast<float>(column) - kMiddle) / kMiddle;
-            const float y = (static_cast<float>(row) - kMiddle) / kMiddle;
-            const float value = slice.magnitude_Pa(row, column) / _shownRange_Pa;
-            // Silence is a little see-through, pressure covers; the rim fades.
-            const float rim = std::clamp((1.0F - std::sqrt(x * x + y * y)) / 0.03F, 0.0F, 1.0F);
-            const osg::Vec4ub color =
-                bytes(map.color(value), rim * (0.72F + 0.28F * std::min(1.0F, 2.5F * value)));
-            std::copy_n(color.ptr(), 4, texel);
-        }
+    _shownRange_Pa = slice.range_Pa;
+    std::copy(slice.texels.begin(), slice.texels.end(), _image->data());
     _image->dirty();
     const SliceRequest& request = slice.request;
     auto& corners = static_cast<osg::Vec3Array&>(*_disc->getVertexArray());

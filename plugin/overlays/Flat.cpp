@@ -3,6 +3,7 @@
 #include <osg/BlendFunc>
 #include <osg/Texture2D>
 #include <osgDB/FileUtils>
+#include <osgDB/Options>
 
 #include <algorithm>
 #include <cmath>
@@ -34,14 +35,22 @@ osg::ref_ptr<osgText::Font> font()
     // OSG looks in its file path and in Debian's font folders that it knows; the last names are where Debian and other systems keep it.
     static const osg::ref_ptr<osgText::Font> found = []
     {
+        // Of its own, not the application's: the settings below are ours. Software OpenGL smooths four times as long over
+        // mipmaps and eight times as long anisotropically, and letters are drawn at about the size of their texels.
+        const osg::ref_ptr<osgDB::Options> options = new osgDB::Options;
+        options->setObjectCacheHint(osgDB::Options::CACHE_NONE);
         osg::ref_ptr<osgText::Font> made;
         for (const char* name : {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
                                  "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
                                  "/usr/share/fonts/TTF/DejaVuSans.ttf",
                                  "fonts/DejaVuSans.ttf"})
-            if (!osgDB::findDataFile(name).empty() && (made = osgText::readRefFontFile(name)))
+            if (!osgDB::findDataFile(name).empty() &&
+                (made = osgText::readRefFontFile(name, options)))
                 break;
-        return made ? made : osgText::Font::getDefaultFont();
+        if (!made) return osg::ref_ptr<osgText::Font>(osgText::Font::getDefaultFont());
+        made->setMinFilterHint(osg::Texture::LINEAR);
+        made->setMaxAnisotropy(1.0F);
+        return made;
     }();
     return found;
 }
@@ -151,6 +160,16 @@ void Strokes::frame(const osg::Vec2& lowerLeft,
     line({x1, y0}, {x1, y1}, width, color);
 }
 
+void Strokes::rectangle(const osg::Vec2& lowerLeft,
+                        const osg::Vec2& upperRight,
+                        const osg::Vec4& color)
+{
+    const osg::Vec2 lowerRight(upperRight.x(), lowerLeft.y());
+    const osg::Vec2 upperLeft(lowerLeft.x(), upperRight.y());
+    triangle(lowerLeft, lowerRight, upperRight, color);
+    triangle(lowerLeft, upperRight, upperLeft, color);
+}
+
 void Strokes::disc(const osg::Vec2& centre, float radius, const osg::Vec4& color)
 {
     constexpr int kSides = 24;
@@ -166,6 +185,28 @@ void Strokes::disc(const osg::Vec2& centre, float radius, const osg::Vec4& color
 osg::ref_ptr<osg::Geometry> Strokes::geometry()
 {
     return geometryOf(_vertices, _colors, osg::Array::BIND_PER_VERTEX);
+}
+
+void Strokes::show(osg::Geometry& geometry)
+{
+    if (geometry.getVertexArray() != _vertices)
+    {
+        geometry.setVertexArray(_vertices);
+        geometry.setColorArray(_colors, osg::Array::BIND_PER_VERTEX);
+        geometry.removePrimitiveSet(0, geometry.getNumPrimitiveSets());
+        geometry.addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLES, 0, 0));
+    }
+    _vertices->dirty();
+    _colors->dirty();
+    auto& triangles = static_cast<osg::DrawArrays&>(*geometry.getPrimitiveSet(0));
+    triangles.setCount(static_cast<GLsizei>(_vertices->size()));
+    triangles.dirty();
+}
+
+void Strokes::clear()
+{
+    _vertices->clear();
+    _colors->clear();
 }
 
 void paintInOrder(osg::Node& node, int bin)

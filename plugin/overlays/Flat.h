@@ -47,9 +47,13 @@ public:
                const osg::Vec2& upperRight,
                float width,
                const osg::Vec4& color);
+    void rectangle(const osg::Vec2& lowerLeft, const osg::Vec2& upperRight, const osg::Vec4& color);
     void disc(const osg::Vec2& centre, float radius, const osg::Vec4& color);
 
     osg::ref_ptr<osg::Geometry> geometry();
+    /// \a geometry shows what has been collected, now and whenever this is called again.
+    void show(osg::Geometry& geometry);
+    void clear();
 
 private:
     void

@@ -1,12 +1,16 @@
+#include "engine-bridge/Hand.h"
 #include "haptics/Medium.h"
 #include "haptics/TransducerArray.h"
+#include "plugin/HapticEngine.h"
 
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticScene>
 
 #include <osg/Transform>
 
+#include <algorithm>
 #include <array>
+#include <string>
 
 namespace osgMidair
 {
@@ -14,13 +18,26 @@ namespace osgMidair
 namespace
 {
 
-std::array<Overlay*, 5> allOf(HapticOverlays& overlays)
+/// An overlay, the key that shows and hides it, and what the key's help calls it.
+struct Keyed
 {
-    return {overlays.getControlPoints(),
-            overlays.getFieldSlice(),
-            overlays.getArray(),
-            overlays.getWorkspace(),
-            overlays.getHud()};
+    int key;
+    const char* name;
+    const char* what;
+    Overlay* overlay;
+};
+
+using Keys = osgGA::GUIEventAdapter;
+
+std::array<Keyed, 7> allOf(HapticOverlays& overlays)
+{
+    return {{{Keys::KEY_F2, "F2", "the control points", overlays.getControlPoints()},
+             {Keys::KEY_F3, "F3", "the slice of the field", overlays.getFieldSlice()},
+             {Keys::KEY_F4, "F4", "the array", overlays.getArray()},
+             {Keys::KEY_F5, "F5", "the workspace", overlays.getWorkspace()},
+             {Keys::KEY_F6, "F6", "the figures", overlays.getHud()},
+             {Keys::KEY_F9, "F9", "the field in space", overlays.getFieldVolume()},
+             {Keys::KEY_F10, "F10", "hands and touches", overlays.getHands()}}};
 }
 
 } // namespace
@@ -31,14 +48,19 @@ HapticOverlays::HapticOverlays() :
     _slice(new FieldSliceOverlay),
     _array(new ArrayGhost),
     _workspace(new WorkspaceBox),
-    _hud(new Hud)
+    _hud(new Hud),
+    _volume(new FieldVolumeOverlay),
+    _hands(new HandsOverlay)
 {
     _frame->setDataVariance(DYNAMIC);
     _frame->addChild(_array);
     _frame->addChild(_workspace);
     _frame->addChild(_slice);
+    _frame->addChild(_volume);
+    _frame->addChild(_hands);
     _frame->addChild(_points);
     _hud->setFieldSlice(_slice);
+    _hud->setFieldVolume(_volume);
     addChild(_frame);
     addChild(_hud);
     addEventCallback(new OverlayKeys(this));
@@ -55,6 +77,8 @@ HapticOverlays::HapticOverlays(const HapticOverlays& other, const osg::CopyOp& /
     setShowArray(other.getShowArray());
     setShowWorkspace(other.getShowWorkspace());
     setShowFigures(other.getShowFigures());
+    setShowFieldVolume(other.getShowFieldVolume());
+    setShowHands(other.getShowHands());
 }
 
 HapticOverlays::~HapticOverlays() = default;
@@ -67,8 +91,8 @@ void HapticOverlays::setSource(Source source)
 void HapticOverlays::setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& array,
                               const midair::haptics::Medium& medium)
 {
-    for (Overlay* overlay : allOf(*this))
-        overlay->setArray(array, medium);
+    for (const Keyed& each : allOf(*this))
+        each.overlay->setArray(array, medium);
 }
 
 void HapticOverlays::setArrayToParent(const osg::Matrix& matrix)
@@ -79,9 +103,9 @@ void HapticOverlays::setArrayToParent(const osg::Matrix& matrix)
 std::shared_ptr<const midair::bridge::HologramResult>
 HapticOverlays::follow(const osg::NodePath& path)
 {
-    const HapticScene* scene = nullptr;
+    HapticScene* scene = nullptr;
     for (osg::Node* node : path)
-        if (const auto* found = dynamic_cast<HapticScene*>(node)) scene = found;
+        if (auto* found = dynamic_cast<HapticScene*>(node)) scene = found;
     if (!scene) return _shown;
     const auto array = scene->getTransducerArray();
     const midair::haptics::Medium medium = scene->getMedium();
@@ -98,6 +122,13 @@ HapticOverlays::follow(const osg::NodePath& path)
     setArrayToParent(osg::Matrix::inverse(scene->getCalibration()) *
                      osg::Matrix::scale(unitsPerMetre, unitsPerMetre, unitsPerMetre) *
                      osg::computeWorldToLocal(path));
+    if (_hands->isShown())
+    {
+        const HandTracker& tracker = scene->engine().hands();
+        _hands->setHands(midair::bridge::handCapsules(tracker.frame()),
+                         tracker.contacts(),
+                         tracker.frame().time_s);
+    }
     return scene->getLatestResult();
 }
 
@@ -107,8 +138,9 @@ void HapticOverlays::show(const std::shared_ptr<const midair::bridge::HologramRe
     if (result != _shown) _shownMask = 0;
     _shown = result;
     unsigned int bit = 1;
-    for (Overlay* overlay : allOf(*this))
+    for (const Keyed& each : allOf(*this))
     {
+        Overlay* overlay = each.overlay;
         // One that was just switched on gets what the others have long had.
         if (overlay->isShown() && !(_shownMask & bit))
         {
@@ -142,29 +174,28 @@ bool OverlayKeys::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAd
     osg::ref_ptr<HapticOverlays> overlays;
     if (event.getEventType() != osgGA::GUIEventAdapter::KEYDOWN || !_overlays.lock(overlays))
         return false;
-    const std::array<Overlay*, 5> all = allOf(*overlays);
-    const int key = event.getKey() - osgGA::GUIEventAdapter::KEY_F2;
-    if (key < 0 || key > static_cast<int>(all.size())) return false;
-    if (key < static_cast<int>(all.size()))
-    {
-        all[key]->setShown(!all[key]->isShown());
-        return true;
-    }
-    bool anyShown = false;
-    for (const Overlay* overlay : all)
-        anyShown = anyShown || overlay->isShown();
-    for (Overlay* overlay : all)
-        overlay->setShown(!anyShown);
+    const auto all = allOf(*overlays);
+    const int key = event.getKey();
+    for (const Keyed& each : all)
+        if (each.key == key)
+        {
+            each.overlay->setShown(!each.overlay->isShown());
+            return true;
+        }
+    if (key != Keys::KEY_F7) return false;
+    const bool anyShown = std::any_of(
+        all.begin(), all.end(), [](const Keyed& each) { return each.overlay->isShown(); });
+    for (const Keyed& each : all)
+        each.overlay->setShown(!anyShown);
     return true;
 }
 
 void OverlayKeys::getUsage(osg::ApplicationUsage& usage) const
 {
-    usage.addKeyboardMouseBinding("F2", "Haptics: show or hide the control points");
-    usage.addKeyboardMouseBinding("F3", "Haptics: show or hide the slice of the field");
-    usage.addKeyboardMouseBinding("F4", "Haptics: show or hide the array");
-    usage.addKeyboardMouseBinding("F5", "Haptics: show or hide the workspace");
-    usage.addKeyboardMouseBinding("F6", "Haptics: show or hide the figures");
+    osg::ref_ptr<HapticOverlays> overlays;
+    if (!_overlays.lock(overlays)) return;
+    for (const Keyed& each : allOf(*overlays))
+        usage.addKeyboardMouseBinding(each.name, std::string("Haptics: show or hide ") + each.what);
     usage.addKeyboardMouseBinding("F7", "Haptics: show or hide all overlays");
 }
 

@@ -1,7 +1,6 @@
 #include "engine-bridge/HologramResult.h"
-#include "plugin/overlays/Flat.h"
-#include "plugin/overlays/Quads.h"
-#include "plugin/overlays/Sparkline.h"
+#include "plugin/overlays/Discs.h"
+#include "plugin/overlays/Sheet.h"
 
 #include <osgMidair/Hud>
 
@@ -24,12 +23,11 @@ const osg::Vec4 kDim(0.68F, 0.72F, 0.78F, 1.0F);
 const osg::Vec4 kWarning(1.0F, 0.80F, 0.35F, 1.0F);
 const osg::Vec4 kPanel(0.085F, 0.10F, 0.125F, 0.72F);
 constexpr float kTextSize = 13.0F;
-constexpr float kPanelWidth = 300.0F;
-constexpr float kPanelHeight = 200.0F;
-constexpr float kMargin = 12.0F;
-const char* const kNames =
-    "control points\nsolve\nupdates\nerror rms, max\nloudness E\npressure\nlatency\nslice\n"
-    "frames\ndevice";
+constexpr float kRow = 15.0F;
+constexpr float kPanelWidth = 302.0F;
+constexpr float kNames = 108.0F; ///< the values begin this far right of the names
+constexpr float kMargin = 10.0F;
+constexpr float kMessageWidth = 520.0F;
 
 double now_s()
 {
@@ -47,79 +45,125 @@ double now_s()
     return buffer;
 }
 
-std::string shortened(const std::string& line, std::size_t most)
+/// \a text in lines of at most \a width, broken between words; at most two, the rest is left out.
+std::vector<std::string> twoLines(const std::string& text, float width)
 {
-    return line.size() <= most ? line : line.substr(0, most - 2) + "..";
+    if (flat::Sheet::width(text, kTextSize) <= width) return {text};
+    std::size_t end = std::string::npos;
+    for (std::size_t at = text.find(' '); at != std::string::npos; at = text.find(' ', at + 1))
+        if (flat::Sheet::width(text.substr(0, at), kTextSize) <= width) end = at;
+    if (end == std::string::npos) return {flat::Sheet::fitted(text, kTextSize, width)};
+    return {text.substr(0, end), flat::Sheet::fitted(text.substr(end + 1), kTextSize, width)};
 }
 
 } // namespace
 
-/// The drawing: one group for each corner of the viewport that it keeps to.
+/// The drawing: one sheet for each corner of the viewport that it keeps to.
 class Hud::Panel
 {
 public:
-    Panel()
+    using Rows = std::vector<std::pair<std::string, std::string>>;
+
+    Panel() :
+        topLeft(new flat::Sheet),
+        bottomLeft(new flat::Sheet),
+        bottomRight(new flat::Sheet),
+        error("error rms", "%"),
+        latency("latency", "ms")
     {
-        topLeft = new osg::Group;
-        topLeft->addChild(flat::rectangle(
-            {kMargin, -kMargin - kPanelHeight}, {kMargin + kPanelWidth, -kMargin}, kPanel));
-        const float x = kMargin + 10.0F;
-        float y = -kMargin - 22.0F;
-        title = flat::text("osgMidair", {x, y}, kTextSize + 1.0F, kBright);
-        y -= 20.0F;
-        names = flat::text(kNames, {x, y}, kTextSize, kDim);
-        values = flat::text("", {x + 104.0F, y}, kTextSize, kBright);
-        message = flat::text("", {x, -kMargin - kPanelHeight - 18.0F}, kTextSize, kWarning);
-        for (const osg::ref_ptr<osgText::Text>& text : {title, names, values, message})
-        {
-            text->setLineSpacing(0.12F);
-            topLeft->addChild(text);
-        }
-
-        bottomLeft = new osg::Group;
-        bottomLeft->addChild(
-            flat::rectangle({kMargin, kMargin}, {kMargin + 232.0F, kMargin + 122.0F}, kPanel));
-        error = new flat::Sparkline(
-            "error rms", "%", {kMargin + 10.0F, kMargin + 70.0F}, {140.0F, 30.0F});
-        latency = new flat::Sparkline(
-            "latency", "ms", {kMargin + 10.0F, kMargin + 12.0F}, {140.0F, 30.0F});
-        bottomLeft->addChild(error);
-        bottomLeft->addChild(latency);
-
-        bottomRight = new osg::Group;
-        flat::ColorBar::Layout layout;
-        layout.textSize = 12.0F;
-        layout.textColor = kBright;
-        const auto addBar =
-            [&](const ColorMap& map, const std::string& heading, float y0, float height)
-        {
-            layout.lowerLeft = {-104.0F, y0};
-            layout.size = {14.0F, height};
-            const osg::ref_ptr<flat::ColorBar> bar = new flat::ColorBar(map, heading, layout);
-            bottomRight->addChild(bar);
-            return bar;
-        };
-        bottomRight->addChild(
-            flat::rectangle({-kMargin - 104.0F, kMargin}, {-kMargin, kMargin + 418.0F}, kPanel));
-        const osg::ref_ptr<flat::ColorBar> phase =
-            addBar(ColorMap::phase(), "drive phase", 30.0F, 66.0F);
-        phase->setLabels({{0.0, "0"}, {0.5, "180°"}, {1.0, "360°"}});
-        const osg::ref_ptr<flat::ColorBar> ratio =
-            addBar(ColorMap::diverging(), "got / wanted", 136.0F, 84.0F);
-        ratio->setLabels({{0.0, "50 %"}, {0.5, "100 %"}, {1.0, "200 %"}});
-        field = addBar(ColorMap::pressure(), "|p| in Pa", 260.0F, 136.0F);
+        drawFigures({}, {});
+        drawCourses();
+        drawScales(0.0F, 0.0F);
     }
 
-    osg::ref_ptr<osg::Group> topLeft;
-    osg::ref_ptr<osg::Group> bottomLeft;
-    osg::ref_ptr<osg::Group> bottomRight;
-    osg::ref_ptr<osgText::Text> title;
-    osg::ref_ptr<osgText::Text> names;
-    osg::ref_ptr<osgText::Text> values;
-    osg::ref_ptr<osgText::Text> message;
-    osg::ref_ptr<flat::Sparkline> error;
-    osg::ref_ptr<flat::Sparkline> latency;
-    osg::ref_ptr<flat::ColorBar> field;
+    /// Names and values, values that are too long in two lines; below them \a message.
+    void drawFigures(const Rows& rows, const std::string& message)
+    {
+        flat::Sheet& sheet = *topLeft;
+        sheet.clear();
+        std::vector<std::vector<std::string>> values;
+        std::size_t lines = 0;
+        for (const auto& row : rows)
+        {
+            values.push_back(twoLines(row.second, kPanelWidth - kNames - 16.0F));
+            lines += values.back().size();
+        }
+        const float bottom = -kMargin - 34.0F - kRow * static_cast<float>(lines);
+        sheet.strokes().rectangle({kMargin, bottom}, {kMargin + kPanelWidth, -kMargin}, kPanel);
+        const float x = kMargin + 8.0F;
+        sheet.text(flat::Sheet::fitted(title, kTextSize + 1.0F, kPanelWidth - 16.0F),
+                   {x, -kMargin - 18.0F},
+                   kTextSize + 1.0F,
+                   kBright);
+        float y = -kMargin - 24.0F;
+        for (std::size_t i = 0; i < rows.size(); ++i)
+        {
+            sheet.text(rows[i].first, {x, y - kRow}, kTextSize, kDim);
+            for (const std::string& line : values[i])
+                sheet.text(line, {x + kNames, y -= kRow}, kTextSize, kBright);
+        }
+        if (!message.empty())
+        {
+            const std::string fits = flat::Sheet::fitted(message, kTextSize, kMessageWidth);
+            const float width = flat::Sheet::width(fits, kTextSize) + 16.0F;
+            sheet.strokes().rectangle(
+                {kMargin, bottom - 26.0F}, {kMargin + width, bottom - 4.0F}, kPanel);
+            sheet.text(fits, {x, bottom - 20.0F}, kTextSize, kWarning);
+        }
+        sheet.finish();
+    }
+
+    void drawCourses()
+    {
+        flat::Sheet& sheet = *bottomLeft;
+        sheet.clear();
+        sheet.strokes().rectangle({kMargin, kMargin}, {kMargin + 226.0F, kMargin + 112.0F}, kPanel);
+        error.draw(sheet, {kMargin + 8.0F, kMargin + 64.0F}, {132.0F, 28.0F});
+        latency.draw(sheet, {kMargin + 8.0F, kMargin + 8.0F}, {132.0F, 28.0F});
+        sheet.finish();
+    }
+
+    /// Scales from the bottom up; those whose range is 0 are left out.
+    void drawScales(float field_Pa, float volume_Pa)
+    {
+        std::vector<flat::Scale> scales;
+        const auto add = [&](const ColorMap& map, const char* heading, float height)
+        {
+            flat::Scale scale;
+            scale.map = &map;
+            scale.heading = heading;
+            scale.size = {14.0F, height};
+            scales.push_back(scale);
+            return &scales.back();
+        };
+        add(ColorMap::phase(), "drive phase", 56.0F)->labels = {
+            {0.0, "0"}, {0.5, "180°"}, {1.0, "360°"}};
+        add(ColorMap::diverging(), "got / wanted", 76.0F)->labels = {
+            {0.0, "50 %"}, {0.5, "100 %"}, {1.0, "200 %"}};
+        if (volume_Pa > 0.0F)
+            add(ColorMap::radiation(), "radiation, Pa", 84.0F)->label(volume_Pa, 5);
+        if (field_Pa > 0.0F)
+            add(ColorMap::pressure(), "|p| (peak), Pa", 118.0F)->label(field_Pa, 6);
+        flat::Sheet& sheet = *bottomRight;
+        sheet.clear();
+        float y = kMargin + 14.0F;
+        for (flat::Scale& scale : scales)
+        {
+            scale.lowerLeft = {-kMargin - 96.0F, y};
+            y += scale.size.y() + 40.0F;
+        }
+        sheet.strokes().rectangle({-kMargin - 104.0F, kMargin}, {-kMargin, y - 14.0F}, kPanel);
+        for (const flat::Scale& scale : scales)
+            scale.draw(sheet, 12.0F, kBright);
+        sheet.finish();
+    }
+
+    osg::ref_ptr<flat::Sheet> topLeft;
+    osg::ref_ptr<flat::Sheet> bottomLeft;
+    osg::ref_ptr<flat::Sheet> bottomRight;
+    std::string title = "osgMidair";
+    flat::Sparkline error;
+    flat::Sparkline latency;
 };
 
 Hud::Hud() : _panel(std::make_unique<Panel>())
@@ -135,7 +179,7 @@ Hud::~Hud() = default;
 
 void Hud::setTitle(const std::string& title)
 {
-    _panel->title->setText(shortened(title, 42), osgText::String::ENCODING_UTF8);
+    _panel->title = title;
 }
 
 void Hud::setScale(float scale)
@@ -146,6 +190,11 @@ void Hud::setScale(float scale)
 void Hud::setFieldSlice(FieldSliceOverlay* slice)
 {
     _slice = slice;
+}
+
+void Hud::setFieldVolume(FieldVolumeOverlay* volume)
+{
+    _volume = volume;
 }
 
 void Hud::setUpdateInterval(double interval_s)
@@ -161,8 +210,8 @@ double Hud::getFrameRate() const
 void Hud::setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
     _result = result;
-    _panel->error->add(100.0 * result->report.rms);
-    _panel->latency->add(result->latency_ms);
+    _panel->error.add(100.0 * result->report.rms);
+    _panel->latency.add(result->latency_ms);
 }
 
 void Hud::update()
@@ -173,30 +222,38 @@ void Hud::update()
     if (_lastUpdate_s > 0.0) _frameRate = _frames / (now - _lastUpdate_s);
     _frames = 0;
     _lastUpdate_s = now;
-    const midair::haptics::SolveReport& report = _result->report;
+    const midair::bridge::HologramResult& r = *_result;
+    const midair::haptics::SolveReport& report = r.report;
     osg::ref_ptr<FieldSliceOverlay> slice;
+    osg::ref_ptr<FieldVolumeOverlay> volume;
     _slice.lock(slice);
-    std::string values = format("%d", report.points);
-    values +=
-        format("\n%.2f ms (matrix %.2f)", report.matrix_ms + report.solve_ms, report.matrix_ms);
-    values += format("\n%.0f / s", _result->updatesPerSecond);
-    values += format("\n%.2f %%, %.2f %%", 100.0 * report.rms, 100.0 * report.max);
-    values += format("\n%.3f", report.loudness);
-    values += "\n" + flat::number(std::round(report.level_Pa)) + " Pa (peak)";
-    values += format("\n%.1f ms", _result->latency_ms);
-    values +=
-        slice && slice->isShown()
-            ? format("\n%.1f ms, %.0f / s", slice->getComputeTime_ms(), slice->getSlicesPerSecond())
-            : std::string("\noff");
-    values += _frameRate > 0.0 ? format("\n%.0f / s", _frameRate) : std::string("\n-");
-    values += "\n" + shortened(_result->deviceStatus, 27);
-    _panel->values->setText(values, osgText::String::ENCODING_UTF8);
-    const std::string message =
-        !_result->messages.empty() ? _result->messages.back() : report.message;
-    _panel->message->setText(shortened(message, 90), osgText::String::ENCODING_UTF8);
-    _panel->error->redraw();
-    _panel->latency->redraw();
-    if (slice && slice->getRange() > 0.0F) _panel->field->setRange(0.0, slice->getRange());
+    _volume.lock(volume);
+    const bool sliceShown = slice && slice->isShown();
+    const bool volumeShown = volume && volume->isShown();
+    const auto count = [](std::uint64_t n) { return flat::number(static_cast<double>(n)); };
+    Panel::Rows rows;
+    rows.emplace_back("control points",
+                      format("%d, %d left out", report.points, static_cast<int>(r.skipped.cols())));
+    rows.emplace_back(
+        "solve",
+        format("%.2f ms (matrix %.2f)", report.matrix_ms + report.solve_ms, report.matrix_ms));
+    rows.emplace_back("updates", format("%.0f / s", r.updatesPerSecond));
+    rows.emplace_back("spared",
+                      count(r.counters.skippedUnmoved) + " unmoved, " +
+                          count(r.counters.superseded) + " overtaken");
+    rows.emplace_back("error rms, max",
+                      format("%.2f %%, %.2f %%", 100.0 * report.rms, 100.0 * report.max));
+    rows.emplace_back("loudness E", format("%.3f", report.loudness));
+    rows.emplace_back("pressure", flat::number(std::round(report.level_Pa)) + " Pa (peak)");
+    rows.emplace_back("latency", format("%.1f ms", r.latency_ms));
+    if (sliceShown) rows.emplace_back("slice", format("%.0f / s", slice->getSlicesPerSecond()));
+    if (volumeShown) rows.emplace_back("volume", format("%.0f / s", volume->getVolumesPerSecond()));
+    rows.emplace_back("frames", _frameRate > 0.0 ? format("%.0f / s", _frameRate) : "-");
+    rows.emplace_back("device", r.deviceStatus);
+    _panel->drawFigures(rows, !r.messages.empty() ? r.messages.back() : report.message);
+    _panel->drawCourses();
+    _panel->drawScales(sliceShown ? slice->getRange() : 0.0F,
+                       volumeShown ? volume->getRange() : 0.0F);
 }
 
 void Hud::traverse(osg::NodeVisitor& visitor)
@@ -206,7 +263,7 @@ void Hud::traverse(osg::NodeVisitor& visitor)
     if (!cull || !cull->getViewport()) return;
     // Nothing of the scene graph is changed here: views that cull at the same time each push matrices of their own.
     const double pixels = cull->getViewport()->height();
-    const double scale = _scale > 0.0F ? _scale : std::max(1.0, std::floor(pixels / 700.0));
+    const double scale = _scale > 0.0F ? _scale : std::max(1.0, 0.5 * std::floor(pixels / 350.0));
     const double width = cull->getViewport()->width() / scale;
     const double height = pixels / scale;
     const osg::CullSettings::ComputeNearFarMode mode = cull->getComputeNearFarMode();

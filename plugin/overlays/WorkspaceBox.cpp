@@ -1,5 +1,5 @@
+#include "plugin/overlays/Discs.h"
 #include "plugin/overlays/Flat.h"
-#include "plugin/overlays/Quads.h"
 
 #include <osgMidair/WorkspaceBox>
 
@@ -49,21 +49,23 @@ void WorkspaceBox::setBox(const osg::BoundingBox& box_m)
                 lines->push_back(_box.corner(corner));
                 lines->push_back(_box.corner(corner | axis));
             }
-    // Ticks every 50 mm along the three edges that meet in the lowest corner; numbers at the ends only, where they don't crowd.
+    // Ticks every 50 mm along three edges in front; numbers at the ends only, where they don't crowd. z stands on the right,
+    // since the figures stand on the left.
     const float textSize = 0.055F * 2.0F * _box.radius() / std::sqrt(3.0F);
     for (int axis = 0; axis < 3; ++axis)
     {
-        osg::Vec3 outward(-1.0F, -1.0F, -1.0F);
+        const float side = axis == 2 ? 1.0F : -1.0F;
+        osg::Vec3 outward(side, -1.0F, -1.0F);
         outward[axis] = 0.0F;
         outward.normalize();
         for (const double tick : flat::ticks(1e3 * _box._min[axis], 1e3 * _box._max[axis], 5))
         {
-            osg::Vec3 at = _box._min;
+            osg::Vec3 at(axis == 2 ? _box.xMax() : _box.xMin(), _box.yMin(), _box.zMin());
             at[axis] = static_cast<float>(1e-3 * tick);
             lines->push_back(at);
             lines->push_back(at + outward * (0.3F * textSize));
         }
-        osg::Vec3 end = _box._min;
+        osg::Vec3 end(axis == 2 ? _box.xMax() : _box.xMin(), _box.yMin(), _box.zMin());
         end[axis] = _box._max[axis];
         osg::Vec3 beyond = outward * 0.9F;
         beyond[axis] = 0.6F;

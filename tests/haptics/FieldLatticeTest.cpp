@@ -30,8 +30,9 @@ FieldLattice tilted(const Eigen::Array3i& counts, double pitch_m, const Eigen::V
 {
     FieldLattice lattice;
     lattice.count = counts;
-    lattice.step = pitch_m * Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, -0.5, 0.3).normalized())
-                                 .toRotationMatrix();
+    lattice.step =
+        pitch_m *
+        Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, -0.5, 0.3).normalized()).toRotationMatrix();
     lattice.origin = middle - lattice.step * (0.5 * (counts - 1).cast<double>().matrix());
     return lattice;
 }
@@ -76,8 +77,7 @@ TEST(FieldLattice, FocusInTheOctagonIsTheFormulas)
 {
     const TransducerArray array = TransducerArray::octagonalPrism();
     const Eigen::Vector3d focus(0.03, 0.01, -0.04);
-    const Eigen::VectorXcd g =
-        referencePropagationMatrix(focus, array, Medium()).row(0).adjoint();
+    const Eigen::VectorXcd g = referencePropagationMatrix(focus, array, Medium()).row(0).adjoint();
     const Eigen::VectorXcf q = (g.array() / g.array().abs()).cast<std::complex<float>>();
     const FieldLattice lattice = tilted({23, 23, 1}, 3.0e-3, focus);
     LatticeField field(array, Medium());

@@ -91,6 +91,16 @@ TEST(ColorMap, PressureRisesInEvenSteps)
     EXPECT_LT(unevenness(steps(map, 0, ColorMap::kSize - 1)), 0.15F);
 }
 
+TEST(ColorMap, RadiationRisesInEvenStepsAndIsNotTakenForPressure)
+{
+    const ColorMap& map = ColorMap::radiation();
+    for (int i = 0; i + 1 < ColorMap::kSize; ++i)
+        ASSERT_GT(labAt(map, i + 1).x(), labAt(map, i).x()) << "at " << i;
+    EXPECT_LT(unevenness(steps(map, 0, ColorMap::kSize - 1)), 0.15F);
+    for (int i = 64; i < 216; ++i) // but near the dark and the light end
+        EXPECT_GT((labAt(map, i) - labAt(ColorMap::pressure(), i)).length(), 0.12F) << "at " << i;
+}
+
 TEST(ColorMap, DivergingIsEvenOnBothSidesOfANeutralMiddle)
 {
     const ColorMap& map = ColorMap::diverging();

@@ -1,4 +1,4 @@
-#include "plugin/overlays/Quads.h"
+#include "plugin/overlays/Discs.h"
 
 #include <osg/BlendFunc>
 #include <osg/Depth>
@@ -9,7 +9,7 @@
 namespace osgMidair
 {
 
-osg::ref_ptr<osg::Geometry> makeQuads()
+osg::ref_ptr<osg::Geometry> makeDiscs()
 {
     osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
     geometry->setDataVariance(osg::Object::DYNAMIC);
@@ -25,43 +25,39 @@ osg::ref_ptr<osg::Geometry> makeQuads()
     return geometry;
 }
 
-void resizeQuads(osg::Geometry& geometry, int count)
+void resizeDiscs(osg::Geometry& geometry, int count)
 {
-    const auto corners = static_cast<std::size_t>(count) * 4;
-    osg::Vec3Array& vertices = quadVertices(geometry);
+    const auto corners = static_cast<std::size_t>(count) * kDiscCorners.size();
+    osg::Vec3Array& vertices = discVertices(geometry);
     if (vertices.size() == corners) return;
     vertices.resize(corners);
-    quadNormals(geometry).resize(corners, osg::Vec3(0.0F, 0.0F, 1.0F));
-    quadColors(geometry).resize(corners, osg::Vec4ub(255, 255, 255, 255));
+    discNormals(geometry).resize(corners, osg::Vec3(0.0F, 0.0F, 1.0F));
+    discColors(geometry).resize(corners, osg::Vec4ub(255, 255, 255, 255));
     auto& coordinates = static_cast<osg::Vec2Array&>(*geometry.getTexCoordArray(0));
     auto& indices = static_cast<osg::DrawElementsUInt&>(*geometry.getPrimitiveSet(0));
     coordinates.clear();
     indices.clear();
-    for (int i = 0; i < count; ++i)
+    for (std::size_t corner = 0; corner < corners; ++corner)
     {
-        for (const osg::Vec2& corner : {osg::Vec2(-1.0F, -1.0F),
-                                        osg::Vec2(1.0F, -1.0F),
-                                        osg::Vec2(1.0F, 1.0F),
-                                        osg::Vec2(-1.0F, 1.0F)})
-            coordinates.push_back(corner);
-        for (const int k : {0, 1, 2, 0, 2, 3})
-            indices.push_back(static_cast<unsigned int>(4 * i + k));
+        const auto& at = kDiscCorners[corner % kDiscCorners.size()];
+        coordinates.push_back(osg::Vec2(at[0], at[1]));
+        indices.push_back(static_cast<unsigned int>(corner));
     }
     coordinates.dirty();
     indices.dirty();
 }
 
-osg::Vec3Array& quadVertices(osg::Geometry& geometry)
+osg::Vec3Array& discVertices(osg::Geometry& geometry)
 {
     return static_cast<osg::Vec3Array&>(*geometry.getVertexArray());
 }
 
-osg::Vec3Array& quadNormals(osg::Geometry& geometry)
+osg::Vec3Array& discNormals(osg::Geometry& geometry)
 {
     return static_cast<osg::Vec3Array&>(*geometry.getNormalArray());
 }
 
-osg::Vec4ubArray& quadColors(osg::Geometry& geometry)
+osg::Vec4ubArray& discColors(osg::Geometry& geometry)
 {
     return static_cast<osg::Vec4ubArray&>(*geometry.getColorArray());
 }

@@ -1,0 +1,76 @@
+#pragma once
+
+#include "haptics/FieldLattice.h"
+#include "haptics/Medium.h"
+#include "haptics/TransducerArray.h"
+#include "plugin/overlays/LatestWorker.h"
+
+#include <osgMidair/FieldVolumeOverlay>
+
+#include <osg/Vec3>
+#include <osg/Vec4ub>
+
+#include <array>
+#include <memory>
+#include <vector>
+
+namespace osgMidair
+{
+
+/// The space round the control points of a field.
+struct VolumeRequest
+{
+    std::uint64_t frame = 0;
+    std::shared_ptr<const midair::haptics::TransducerArray> array;
+    midair::haptics::Medium medium;
+    std::shared_ptr<const midair::bridge::HologramResult> result;
+    double margin_m = 8e-3;
+    float threshold = 0.25F; ///< of the strongest control point's radiation pressure
+};
+
+/// What came of it: a puff for each sample that is strong enough.
+struct FieldVolume
+{
+    std::uint64_t frame = 0; ///< the request's
+    double pitch_m = 0.0;    ///< between samples
+    std::vector<osg::Vec3> places;
+    std::vector<float> pressure_Pa; ///< radiation pressure of each
+    std::vector<osg::Vec4ub> colors;
+    /// Puffs from low to high x, y and z.
+    std::array<std::vector<unsigned int>, 3> orders;
+    float peak_Pa = 0.0F; ///< radiation pressure
+    float range_Pa = 0.0F;
+    double compute_ms = 0.0;
+};
+
+/// Samples the field a third of a wavelength apart wherever a control point is within the margin.
+class OSGMIDAIR_EXPORT VolumeComputer
+{
+public:
+    FieldVolume compute(const VolumeRequest& request);
+
+    /// A volume that would take more samples is sampled more coarsely.
+    static constexpr int kMostSamples = 60000;
+
+private:
+    void sample(const VolumeRequest& request);
+
+    std::shared_ptr<const midair::haptics::TransducerArray> _array; ///< of _field
+    midair::haptics::Medium _medium;
+    std::unique_ptr<midair::haptics::LatticeField> _field;
+    midair::haptics::FieldLattice _lattice;
+    Eigen::VectorXcf _pressure;
+    float _range_Pa = 0.0F;
+};
+
+/// Computes volumes in its own thread, at most ten a second: beside the slice, which follows faster.
+class FieldVolumeOverlay::Worker : public LatestWorker<VolumeRequest, FieldVolume>
+{
+public:
+    Worker();
+
+private:
+    explicit Worker(const std::shared_ptr<VolumeComputer>& computer);
+};
+
+} // namespace osgMidair

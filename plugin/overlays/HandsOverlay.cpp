@@ -1,0 +1,251 @@
+#include "engine-bridge/Hand.h"
+#include "engine-bridge/HandProximity.h"
+#include "plugin/overlays/Discs.h"
+#include "plugin/overlays/Flat.h"
+
+#include <osgMidair/HandsOverlay>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+constexpr double kFade_s = 0.5; ///< of a ring whose touch has ended
+const osg::Vec3f kSkin(0.86F, 0.82F, 0.78F);
+const osg::Vec3f kTouching(1.00F, 0.62F, 0.22F);
+
+// A capsule is a rectangle that turns to the eye round its axis, as long as the axis looks from there and a radius longer at
+// each end; gl_Vertex is this end of the axis, gl_Normal the other one, the texture coordinates say which end and side.
+const char* const kCapsuleVertex = R"(#version 120
+varying float along; // in radii, from this capsule's first end on
+varying float across;
+varying float span;
+varying vec4 color;
+void main()
+{
+    float end = gl_MultiTexCoord0.x;
+    float r = gl_MultiTexCoord0.z * length(gl_ModelViewMatrix[0].xyz);
+    color = gl_Color;
+    vec4 here = gl_ModelViewMatrix * gl_Vertex;
+    vec4 there = gl_ModelViewMatrix * vec4(gl_Normal, 1.0);
+    float shrink = gl_ProjectionMatrix[3][3] == 0.0 ? here.z / there.z : 1.0;
+    vec2 way = there.xy * shrink - here.xy;
+    float far = length(way);
+    way = far > 1e-6 ? way / far : vec2(1.0 - 2.0 * end, 0.0);
+    across = gl_MultiTexCoord0.y;
+    span = far / r;
+    along = end < 0.5 ? -1.0 : span + 1.0;
+    float side = end < 0.5 ? across : -across;
+    here.xy += r * (side * vec2(-way.y, way.x) - way);
+    gl_Position = gl_ProjectionMatrix * here;
+}
+)";
+
+const char* const kCapsuleFragment = R"(#version 120
+varying float along;
+varying float across;
+varying float span;
+varying vec4 color;
+void main()
+{
+    float beyond = along < 0.0 ? along : max(0.0, along - span);
+    float d2 = beyond * beyond + across * across;
+    if (d2 > 1.0) discard;
+    float towardsEye = sqrt(1.0 - d2);
+    gl_FragColor = vec4(color.rgb * (0.45 + 0.55 * towardsEye), color.a * mix(0.75, 0.40, towardsEye));
+}
+)";
+
+// The radius comes with each ring as the length of its normal.
+const char* const kRingVertex = R"(#version 120
+varying vec2 corner;
+varying vec4 color;
+void main()
+{
+    corner = gl_MultiTexCoord0.xy;
+    color = gl_Color;
+    float r = length(gl_Normal) * length(gl_ModelViewMatrix[0].xyz);
+    vec4 eye = gl_ModelViewMatrix * gl_Vertex;
+    eye.xyz += r * vec3(corner, 0.0) - r * normalize(eye.xyz);
+    gl_Position = gl_ProjectionMatrix * eye;
+}
+)";
+
+const char* const kRingFragment = R"(#version 120
+varying vec2 corner;
+varying vec4 color;
+void main()
+{
+    float r = length(corner);
+    float edge = min(0.25, 1.5 * fwidth(r)) + 1e-4;
+    float ring = smoothstep(0.70 - edge, 0.70, r) * (1.0 - smoothstep(1.0 - edge, 1.0, r));
+    gl_FragColor = vec4(color.rgb, color.a * ring);
+}
+)";
+
+osg::Vec3 osgVec(const Eigen::Vector3d& v)
+{
+    return osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z()));
+}
+
+osg::ref_ptr<osg::Geometry> makeCapsules()
+{
+    osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
+    geometry->setDataVariance(osg::Object::DYNAMIC);
+    geometry->setUseDisplayList(false);
+    geometry->setUseVertexBufferObjects(true);
+    geometry->setCullingActive(false);
+    geometry->setVertexArray(new osg::Vec3Array);
+    geometry->setNormalArray(new osg::Vec3Array, osg::Array::BIND_PER_VERTEX);
+    osg::ref_ptr<osg::Vec4ubArray> colors = new osg::Vec4ubArray;
+    colors->setNormalize(true);
+    geometry->setColorArray(colors, osg::Array::BIND_PER_VERTEX);
+    geometry->setTexCoordArray(0, new osg::Vec3Array, osg::Array::BIND_PER_VERTEX);
+    geometry->addPrimitiveSet(new osg::DrawArrays(GL_QUADS, 0, 0));
+    return geometry;
+}
+
+} // namespace
+
+HandsOverlay::HandsOverlay() : _capsules(makeCapsules()), _rings(makeDiscs())
+{
+    osg::StateSet* state = _capsules->getOrCreateStateSet();
+    state->setAttributeAndModes(makeProgram("osgMidair hands", kCapsuleVertex, kCapsuleFragment));
+    drawTranslucent(*_capsules, HAND_BIN);
+    _rings->setCullingActive(false);
+    _rings->getOrCreateStateSet()->setAttributeAndModes(
+        makeProgram("osgMidair touches", kRingVertex, kRingFragment));
+    drawTranslucent(*_rings, POINT_BIN);
+    addChild(_capsules);
+    addChild(_rings);
+}
+
+HandsOverlay::~HandsOverlay() = default;
+
+std::string HandsOverlay::getLabel(int touch) const
+{
+    return _marks.at(static_cast<std::size_t>(touch)).label->getText().createUTF8EncodedString();
+}
+
+void HandsOverlay::setHands(const std::vector<midair::bridge::HandCapsule>& capsules,
+                            const std::vector<midair::bridge::HandContact>& contacts,
+                            double time_s)
+{
+    for (const midair::bridge::HandContact& contact : contacts)
+    {
+        if (!contact.touching) continue;
+        auto mark = std::find_if(_marks.begin(),
+                                 _marks.end(),
+                                 [&](const Mark& m)
+                                 { return m.object == contact.object && m.hand == contact.hand; });
+        if (mark == _marks.end())
+        {
+            mark = _marks.emplace(_marks.end());
+            mark->label = flat::text("", {}, 0.010F, osg::Vec4(kTouching, 1.0F));
+            mark->label->setAxisAlignment(osgText::TextBase::SCREEN);
+            drawTranslucent(*mark->label, POINT_BIN);
+            addChild(mark->label);
+        }
+        mark->object = contact.object;
+        mark->hand = contact.hand;
+        mark->bone = contact.bone;
+        mark->place = osgVec(contact.position);
+        mark->radius_m = std::clamp(std::sqrt(contact.overlap_m2 / M_PI), 3e-3, 15e-3);
+        mark->force_N = contact.force_N;
+        mark->seen_s = time_s;
+    }
+    drawBones(capsules);
+    drawMarks(time_s);
+}
+
+void HandsOverlay::drawBones(const std::vector<midair::bridge::HandCapsule>& capsules)
+{
+    auto& vertices = static_cast<osg::Vec3Array&>(*_capsules->getVertexArray());
+    auto& others = static_cast<osg::Vec3Array&>(*_capsules->getNormalArray());
+    auto& colors = static_cast<osg::Vec4ubArray&>(*_capsules->getColorArray());
+    auto& coordinates = static_cast<osg::Vec3Array&>(*_capsules->getTexCoordArray(0));
+    if (capsules.empty() && vertices.empty()) return;
+    vertices.clear();
+    others.clear();
+    colors.clear();
+    coordinates.clear();
+    for (const midair::bridge::HandCapsule& capsule : capsules)
+    {
+        const bool touches = std::any_of(
+            _marks.begin(),
+            _marks.end(),
+            [&](const Mark& m) { return m.hand == capsule.hand && m.bone == capsule.bone; });
+        const osg::Vec3 a = osgVec(capsule.shape.a);
+        const osg::Vec3 b = osgVec(capsule.shape.b);
+        const auto radius = static_cast<float>(capsule.shape.radius_m);
+        for (const auto& [end, side] : {std::pair{0, -1}, {1, -1}, {1, 1}, {0, 1}})
+        {
+            vertices.push_back(end ? b : a);
+            others.push_back(end ? a : b);
+            colors.push_back(bytes(touches ? kTouching : kSkin, 1.0F));
+            coordinates.push_back(
+                osg::Vec3(static_cast<float>(end), static_cast<float>(side), radius));
+        }
+    }
+    for (osg::Array* array : {static_cast<osg::Array*>(&vertices),
+                              static_cast<osg::Array*>(&others),
+                              static_cast<osg::Array*>(&colors),
+                              static_cast<osg::Array*>(&coordinates)})
+        array->dirty();
+    auto& quads = static_cast<osg::DrawArrays&>(*_capsules->getPrimitiveSet(0));
+    quads.setCount(static_cast<GLsizei>(vertices.size()));
+    quads.dirty();
+    _capsules->dirtyBound();
+    _bones = static_cast<int>(capsules.size());
+}
+
+void HandsOverlay::drawMarks(double time_s)
+{
+    for (auto mark = _marks.begin(); mark != _marks.end();)
+    {
+        // Going back in time, a clock was set anew.
+        if (time_s - mark->seen_s <= kFade_s && time_s >= mark->seen_s)
+        {
+            ++mark;
+            continue;
+        }
+        removeChild(mark->label);
+        mark = _marks.erase(mark);
+    }
+    const int count = static_cast<int>(_marks.size());
+    if (count == 0 && discVertices(*_rings).empty()) return;
+    resizeDiscs(*_rings, count);
+    osg::Vec3Array& vertices = discVertices(*_rings);
+    osg::Vec3Array& radii = discNormals(*_rings);
+    osg::Vec4ubArray& colors = discColors(*_rings);
+    for (int i = 0; i < count; ++i)
+    {
+        const Mark& mark = _marks[i];
+        const float opacity = 1.0F - static_cast<float>((time_s - mark.seen_s) / kFade_s);
+        const auto radius = static_cast<float>(mark.radius_m);
+        for (int k = 0; k < 3; ++k)
+        {
+            vertices[3 * i + k] = mark.place;
+            radii[3 * i + k] = osg::Vec3(0.0F, 0.0F, radius);
+            colors[3 * i + k] = bytes(kTouching, opacity);
+        }
+        char force[32] = "";
+        if (mark.force_N > 0.0) std::snprintf(force, sizeof force, "  %.2f mN", 1e3 * mark.force_N);
+        const std::string label = midair::bridge::boneName(mark.bone) + force;
+        if (mark.label->getText().createUTF8EncodedString() != label)
+            mark.label->setText(label, osgText::String::ENCODING_UTF8);
+        mark.label->setPosition(mark.place + osg::Vec3(radius + 2e-3F, 0.0F, radius));
+        mark.label->setColor(osg::Vec4(kTouching, opacity));
+    }
+    vertices.dirty();
+    radii.dirty();
+    colors.dirty();
+    _rings->dirtyBound();
+}
+
+} // namespace osgMidair
