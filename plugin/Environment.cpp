@@ -33,6 +33,9 @@ const osg::ApplicationUsageProxy kUsage[] = {
      "OSG_MIDAIR_ENABLED <true/false>",
      "false: haptic scenes leave the array silent."},
     {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
+     "OSG_MIDAIR_SLICE <auto/cpu/gpu>",
+     "Where the slice of a field is computed; auto: by the GPU where there is one."},
+    {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
      "OSG_MIDAIR_REPORT <file>",
      "Write what haptic scenes did (counts, accuracy, latency, messages) as JSON at exit."}};
 

@@ -1,9 +1,11 @@
 #include "engine-bridge/HologramResult.h"
 #include "plugin/overlays/Discs.h"
 #include "plugin/overlays/FieldSlice.h"
+#include "plugin/overlays/GpuSlice.h"
 
 #include <osgMidair/FieldSliceOverlay>
 
+#include <osg/Notify>
 #include <osg/PolygonOffset>
 #include <osg/Texture2D>
 
@@ -12,6 +14,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <mutex>
+#include <string>
 
 namespace osgMidair
 {
@@ -35,6 +40,28 @@ osg::Vec3 osgVec(const Eigen::Vector3d& v)
 constexpr double kFlat = 0.08;
 constexpr double kNotFlat = 0.14;
 
+/// s between two slices that are computed beside those of the GPU, for the peak and the range.
+constexpr double kBeside_s = 0.25;
+
+/// What the environment asks for, or \a otherwise; what it can't mean is said once.
+FieldSliceOverlay::Method methodOf(FieldSliceOverlay::Method otherwise)
+{
+    const char* value = std::getenv("OSG_MIDAIR_SLICE");
+    const std::string asked = value ? value : "";
+    if (asked.empty()) return otherwise;
+    if (asked == "auto") return FieldSliceOverlay::AUTO;
+    if (asked == "cpu") return FieldSliceOverlay::CPU;
+    if (asked == "gpu") return FieldSliceOverlay::GPU;
+    static std::once_flag once;
+    std::call_once(once,
+                   [&]
+                   {
+                       OSG_WARN << "osgMidair: OSG_MIDAIR_SLICE is \"" << asked
+                                << "\"; auto, cpu or gpu is right" << std::endl;
+                   });
+    return otherwise;
+}
+
 double median(Eigen::VectorXd values)
 {
     const Eigen::Index middle = values.size() / 2;
@@ -44,7 +71,10 @@ double median(Eigen::VectorXd values)
 
 } // namespace
 
-FieldSliceOverlay::FieldSliceOverlay() : _disc(new osg::Geometry), _image(new osg::Image)
+FieldSliceOverlay::FieldSliceOverlay() :
+    _disc(new osg::Geometry),
+    _image(new osg::Image),
+    _renderer(std::make_shared<std::atomic<Renderer>>(Renderer::UNKNOWN))
 {
     _image->allocateImage(kSlicePixels, kSlicePixels, 1, GL_RGBA, GL_UNSIGNED_BYTE);
     _image->setDataVariance(DYNAMIC);
@@ -60,7 +90,8 @@ FieldSliceOverlay::FieldSliceOverlay() : _disc(new osg::Geometry), _image(new os
     const osg::Vec4 white(1.0F, 1.0F, 1.0F, 1.0F);
     _disc->setColorArray(new osg::Vec4Array(1, &white), osg::Array::BIND_OVERALL);
     _disc->addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLE_STRIP, 0, 4));
-    osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D(_image);
+    _texture = new osg::Texture2D(_image);
+    osg::Texture2D* texture = _texture;
     texture->setDataVariance(DYNAMIC);
     texture->setResizeNonPowerOfTwoHint(false);
     texture->setFilter(osg::Texture::MIN_FILTER, osg::Texture::LINEAR);
@@ -72,6 +103,7 @@ FieldSliceOverlay::FieldSliceOverlay() : _disc(new osg::Geometry), _image(new os
     // A flat object lies in its slice: the object stays in front.
     state->setAttributeAndModes(new osg::PolygonOffset(1.0F, 1.0F));
     drawTranslucent(*_disc, SLICE_BIN);
+    _disc->setDrawCallback(probeRenderer(_renderer));
     setNumChildrenRequiringUpdateTraversal(1);
 }
 
@@ -103,12 +135,31 @@ void FieldSliceOverlay::setArray(
 {
     _array = array;
     _medium = std::make_shared<midair::haptics::Medium>(medium);
+    if (_gpu) _gpu->setArray(*array, medium);
+}
+
+void FieldSliceOverlay::chooseMethod()
+{
+    const Method method = methodOf(_method);
+    const Renderer renderer = *_renderer;
+    // In software a fragment shader takes a second for what the SliceComputer does in milliseconds.
+    const bool gpu = method == GPU || (method == AUTO && renderer == Renderer::GPU);
+    if (gpu == (_gpu != nullptr) || !_array) return;
+    if (gpu)
+    {
+        _gpu = std::make_unique<GpuSlice>();
+        _gpu->setArray(*_array, *_medium);
+    }
+    osg::Texture2D* texture = gpu ? _gpu->texture() : _texture.get();
+    _disc->getOrCreateStateSet()->setTextureAttributeAndModes(0, texture);
+    if (!gpu) _gpu.reset();
 }
 
 void FieldSliceOverlay::setResult(
     const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
     if (!_array || result->played.size() != _array->size()) return;
+    chooseMethod();
     const Eigen::Matrix3Xd& points = result->points.positions;
     SliceRequest request;
     request.frame = result->frame;
@@ -147,13 +198,27 @@ void FieldSliceOverlay::setResult(
     }
     request.range_Pa = _range_Pa;
     if (!_worker) _worker = std::make_unique<Worker>(); // a thread only where something is shown
+    const double now = now_s();
+    // The first range has to come before the GPU can colour.
+    const bool onGpu = _gpu && _shownRange_Pa > 0.0F;
+    if (onGpu) showOnGpu(request);
+    if (onGpu && now - _submitted_s < kBeside_s) return;
+    _submitted_s = now;
     _worker->submit(std::move(request));
+}
+
+void FieldSliceOverlay::showOnGpu(const SliceRequest& request)
+{
+    _gpu->setRequest(request, _shownRange_Pa);
+    place(request);
+    count(request.frame);
 }
 
 void FieldSliceOverlay::traverse(osg::NodeVisitor& visitor)
 {
     if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR && _worker)
         if (const std::unique_ptr<Slice> slice = _worker->take()) show(*slice);
+    if (visitor.getVisitorType() == osg::NodeVisitor::CULL_VISITOR && _gpu) _gpu->cull(visitor);
     Overlay::traverse(visitor);
 }
 
@@ -168,10 +233,24 @@ bool FieldSliceOverlay::waitFor(std::uint64_t frame, double timeout_s)
 
 void FieldSliceOverlay::show(const Slice& slice)
 {
+    _peak.set(slice.peak.x(), slice.peak.y(), slice.peak.z());
+    _peak_Pa = slice.peak_Pa;
+    _compute_ms = slice.compute_ms;
+    const bool first = _shownRange_Pa <= 0.0F;
     _shownRange_Pa = slice.range_Pa;
+    if (_gpu)
+    {
+        if (first) showOnGpu(slice.request);
+        return;
+    }
     std::copy(slice.texels.begin(), slice.texels.end(), _image->data());
     _image->dirty();
-    const SliceRequest& request = slice.request;
+    place(slice.request);
+    count(slice.frame);
+}
+
+void FieldSliceOverlay::place(const SliceRequest& request)
+{
     auto& corners = static_cast<osg::Vec3Array&>(*_disc->getVertexArray());
     const Eigen::Vector3d u = request.u * request.radius_m;
     const Eigen::Vector3d v = request.v * request.radius_m;
@@ -182,11 +261,11 @@ void FieldSliceOverlay::show(const Slice& slice)
     corners.dirty();
     _disc->dirtyBound();
     if (getNumChildren() == 0) addChild(_disc);
+}
 
-    _peak.set(slice.peak.x(), slice.peak.y(), slice.peak.z());
-    _peak_Pa = slice.peak_Pa;
-    _shownFrame = request.frame;
-    _compute_ms = slice.compute_ms;
+void FieldSliceOverlay::count(std::uint64_t frame)
+{
+    _shownFrame = frame;
     const double now = now_s();
     // Smoothed over about a second's worth of slices.
     if (_lastShown_s > 0.0)

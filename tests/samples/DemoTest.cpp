@@ -132,3 +132,14 @@ TEST(Demo, HelpNamesEveryOption)
                                "--benchmark"})
         EXPECT_NE(help.output.find(option), std::string::npos) << option;
 }
+
+TEST(Demo, OverlaysAreChosenByName)
+{
+    const Outcome wrong = demo("--overlays points,fog");
+    EXPECT_NE(wrong.status, 0);
+    EXPECT_NE(wrong.output.find("fog"), std::string::npos) << wrong.output;
+    const Outcome run = demo("--benchmark --frames 3 --overlays volume --sampling vertices");
+    ASSERT_EQ(run.status, 0) << run.output;
+    EXPECT_NE(run.output.find("slice       0.0/s"), std::string::npos) << run.output;
+    EXPECT_NE(run.output.find("ms a frame in all threads"), std::string::npos) << run.output;
+}
