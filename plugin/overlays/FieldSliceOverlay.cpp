@@ -85,7 +85,9 @@ FieldSliceOverlay::FieldSliceOverlay() :
     osg::ref_ptr<osg::Vec2Array> coordinates = new osg::Vec2Array;
     for (const osg::Vec2& corner :
          {osg::Vec2(0, 0), osg::Vec2(1, 0), osg::Vec2(0, 1), osg::Vec2(1, 1)})
-        coordinates->push_back(corner);
+        // The outermost texels' middles lie on the rim.
+        coordinates->push_back((corner * (kSlicePixels - 1) + osg::Vec2(0.5F, 0.5F)) /
+                               kSlicePixels);
     _disc->setTexCoordArray(0, coordinates, osg::Array::BIND_PER_VERTEX);
     const osg::Vec4 white(1.0F, 1.0F, 1.0F, 1.0F);
     _disc->setColorArray(new osg::Vec4Array(1, &white), osg::Array::BIND_OVERALL);

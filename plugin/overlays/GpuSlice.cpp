@@ -24,10 +24,10 @@ constexpr int kColumns = 64; ///< of the textures that hold the transducers
 constexpr int kDirectivitySteps = 1024;
 
 const char* const kVertexSource = R"(#version 120
-varying vec2 at; // -1 .. 1 over the disc
+varying vec2 at; // -1 .. 1 from the first to the last texel's middle
 void main()
 {
-    at = gl_Vertex.xy;
+    at = gl_Vertex.xy * (256.0 / 255.0);
     gl_Position = vec4(gl_Vertex.xy, 0.0, 1.0);
 }
 )";
