@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # samples/pictures/make.sh: makes the README's pictures anew, from a build in build/ (samples/run.sh makes one). Needs
-# imagemagick, which writes them with 192 colours: no difference to be seen (PSNR over 45 dB) at a third of the size.
+# imagemagick, which writes fields with 192 colours: no difference to be seen (PSNR over 45 dB) at a third of the size. The
+# views hold more hues than that and are dithered.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 out=$(mktemp -d)
@@ -12,8 +13,8 @@ small() # FROM NAME
 demo="build/bin/midair-demo --headless --frames 60"
 $demo --out "$out/surface" --overlays points,slice,array,workspace,figures >/dev/null
 $demo --out "$out/vertices" --sampling vertices >/dev/null
-small "$out/surface/star_3.png" star
-small "$out/vertices/star_5.png" star-vertices
+convert "$out/surface/star_3.png" -colors 256 PNG8:samples/pictures/star.png
+convert "$out/vertices/star_5.png" -colors 256 PNG8:samples/pictures/star-vertices.png
 build/bin/midair-paper --out "$out/paper" >/dev/null
 for name in paper_focus paper_line_gs paper_star_gs paper_star_sdp-bcd; do
     small "$out/paper/$name.png" "$name"
