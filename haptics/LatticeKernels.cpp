@@ -35,7 +35,7 @@ MIDAIR_INLINE void expInto(float real, float turns, float& re, float& im)
     e *= e;
     e *= e;
     float sine, cosine;
-    sinCosTurns(turns - roundToMultiple(turns, kToInteger), sine, cosine);
+    sinCosTurns(turns - rounded(turns), sine, cosine);
     re = e * cosine;
     im = e * sine;
 }
