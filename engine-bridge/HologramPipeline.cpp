@@ -20,6 +20,14 @@ double steadySeconds()
     return duration<double>(steady_clock::now().time_since_epoch()).count();
 }
 
+namespace
+{
+
+constexpr int kMostFields = 64;
+constexpr int kMostCycleSteps = 16;
+
+} // namespace
+
 bool HologramOptions::isValid(std::string* error) const
 {
     auto fail = [error](const std::string& what)
@@ -38,6 +46,15 @@ bool HologramOptions::isValid(std::string* error) const
     if (!(maxPressure_Pa >= 0.0 && maxPressure_Pa <= 1e6))
         return fail("maxPressure_Pa is " + std::to_string(maxPressure_Pa) +
                     ", should be 0 (none) to 1e6");
+    if (cycle < 1 || cycle > kMostFields)
+        return fail("cycle is " + std::to_string(cycle) + " fields, should be 1 to 64");
+    if (cycleSteps < 0 || cycleSteps > kMostCycleSteps)
+        return fail("cycleSteps is " + std::to_string(cycleSteps) + ", should be 0 to 16");
+    if (subsets < 1 || subsets > kMostFields)
+        return fail("subsets is " + std::to_string(subsets) + ", should be 1 to 64");
+    if (!(monitorInterval_s >= 0.0 && monitorInterval_s <= 1e6))
+        return fail("monitorInterval_s is " + std::to_string(monitorInterval_s) +
+                    ", should be 0 (never) to 1e6");
     if (!modulation.isValid(error)) return false;
     return solverOptions.isValid(error);
 }
@@ -73,14 +90,10 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
     points.wavelength_m = _options.medium.wavelength(_options.array.frequency_Hz);
     points.motionTolerance_m = _options.motionTolerance * points.wavelength_m;
     points.maxPoints = _options.maxPoints;
+    points.sets = _options.cycle;
     _assembler = std::make_unique<PointAssembler>(_options.array, points, _messages);
-    solver(false); // an unknown name is told now
     openDevice();
-}
-
-HologramPipeline::~HologramPipeline()
-{
-    silenceDevice();
+    prepareTurns();
 }
 
 void HologramPipeline::openDevice()
@@ -95,8 +108,6 @@ void HologramPipeline::openDevice()
         _deviceError = error.what();
         _messages.say(_deviceError);
     }
-    if (_device && _options.modulation.amplitudeRate_Hz > 0.0)
-        _player = std::make_unique<FieldPlayer>(*_device);
     // The solver is to know what can be played at all.
     const device::DriveAbility ability = _device ? _device->ability() : device::DriveAbility();
     _options.array.drive.phaseLevels = ability.phaseLevels;
@@ -104,19 +115,6 @@ void HologramPipeline::openDevice()
         ability.amplitudes.empty() ? device::amplitudeLevels() : ability.amplitudes;
     const double cap_Pa = device::stricterPressure(_options.maxPressure_Pa, ability.maxPressure_Pa);
     if (cap_Pa > 0.0) _cap = std::make_unique<PressureCap>(cap_Pa);
-}
-
-haptics::HologramSolver& HologramPipeline::solver(bool absolute)
-{
-    auto& solver = absolute ? _absoluteSolver : _relativeSolver;
-    if (!solver)
-    {
-        haptics::SolverOptions options = _options.solverOptions;
-        options.absoluteTargets = absolute;
-        solver = _options.solverFactory(_options.solver, options);
-        if (!solver) throw haptics::InputError("no solver \"" + _options.solver + "\"");
-    }
-    return *solver;
 }
 
 void HologramPipeline::silenceDevice()
@@ -169,7 +167,8 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
 {
     auto result = std::make_shared<HologramResult>();
     result->played.setZero(_options.array.size());
-    AssembledPoints assembled = _assembler->assemble(snapshot);
+    const int set = nextSet();
+    AssembledPoints assembled = _assembler->assemble(snapshot, set);
     result->points = std::move(assembled.points);
     result->skipped = std::move(assembled.skipped);
     result->absolute = assembled.absolute;
@@ -190,16 +189,19 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
         return result;
     }
     const haptics::TransducerArray& array = arrayFor(*result);
-    result->report = solver(assembled.absolute).solve(result->points, array, _options.medium, _q);
+    MadeFields made = _maker->make(
+        set, snapshot.objects, result->points, assembled.absolute, array, _options.medium);
+    result->report = made.report;
     ++_counters.solves;
     _solveTimes_s.push_back(steadySeconds());
     if (!result->report.message.empty()) _messages.say(result->report.message);
     if (result->report.stop == haptics::StopReason::REFUSED)
         silence();
     else
-        play(array, *result);
+        playMade(array, made, *result);
     finish(snapshot, *result);
-    measure(array, *result);
+    if (made.fields.size() < 2) measure(array, *result);
+    remember(snapshot, set, made, *result);
     return result;
 }
 
@@ -248,7 +250,7 @@ void HologramPipeline::play(const haptics::TransducerArray& array, HologramResul
         // The field at its full amplitude is what is shown; a step that the device refuses is followed by the next.
         std::vector<std::complex<float>> q;
         device::decode(_signal, q);
-        _player->play({vectorOf(q)}, _options.modulation);
+        _player->play({vectorOf(q)}, _modulation);
     }
     // A field that the device did not take is tried again: with the next snapshot, moved or not, and by attend().
     else if (_device && !sendSignal())
@@ -311,6 +313,7 @@ void HologramPipeline::measure(const haptics::TransducerArray& array, HologramRe
 
 std::shared_ptr<const HologramResult> HologramPipeline::attend()
 {
+    if (auto result = goOn()) return result;
     // What is modulated is sent again and again anyway.
     if (!_last || !_device || _player || !_holds) return nullptr;
     const device::DeviceReport now = _device->report();
@@ -343,6 +346,7 @@ void HologramPipeline::finish(const SceneSnapshot& snapshot, HologramResult& res
     result.counters = _counters;
     result.updatesPerSecond = updatesPerSecond();
     result.deviceStatus = _device ? _device->status() : "not open: " + _deviceError;
+    if (_monitor) result.monitored = _monitor->latest();
     result.messages = _messages.all();
 }
 

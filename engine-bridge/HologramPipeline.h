@@ -1,14 +1,18 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
+#include "engine-bridge/FieldMaker.h"
 #include "engine-bridge/FieldPlayer.h"
 #include "engine-bridge/HologramResult.h"
 #include "engine-bridge/MessageLog.h"
 #include "engine-bridge/PointAssembler.h"
 #include "engine-bridge/PressureCap.h"
 #include "engine-bridge/SceneSnapshot.h"
+#include "engine-bridge/StillScene.h"
+#include "haptics/FieldMonitor.h"
 #include "haptics/HologramSolver.h"
 #include "haptics/Medium.h"
+#include "haptics/OutlineHologram.h"
 #include "haptics/TransducerArray.h"
 
 #include <deque>
@@ -33,9 +37,20 @@ struct HologramOptions
     /// >= 0; peak Pa that no control point ever gets more than, whatever is asked for; 0: none. The device's own cap
     /// (`max-pressure` in its URI) counts too, the stricter one.
     double maxPressure_Pa = 0.0;
-    /// Amplitude modulation of all that is played, for arrays too weak for a static image; a rate of 0: none, and no
-    /// thread for it.
+    /// Amplitude modulation of all that is played, for arrays too weak for a static image (a rate of 0: none), and how
+    /// many fields a second follow each other where they are played in turn, steps between them included.
     haptics::ModulatorOptions modulation;
+    /// 1 .. 64; fields, each for its own shifted points on the same surface. What rests is played with all of them in turn, which
+    /// smooths the speckle between the points; of what moves each update takes the next.
+    int cycle = 1;
+    int cycleSteps =
+        0;           ///< 0 .. 16; between one of these fields and the next, so that less is heard
+    int subsets = 1; ///< 1 .. 64; of the points, in turn: each is pressed less often, but harder
+    /// Objects sampled along their edges with no spacing of their own are played, where they rest and nothing else is
+    /// to be felt, in one stationary field for densely placed points, nearly without ripples.
+    bool denseOutlines = true;
+    /// >= 0, s; at most so often a field is certified and its surface measured, beside the solver; 0: never.
+    double monitorInterval_s = 0.0;
 
     /// Stand-ins for tests and applications with their own; empty: makeSolver and openDevice.
     std::function<std::unique_ptr<haptics::HologramSolver>(const std::string&,
@@ -70,7 +85,13 @@ public:
 
     /// To be called now and then while no snapshot comes: sends the field again that a device has lost (unplugged and back,
     /// muted by its watchdog, a packet gone), since what doesn't move brings no next field. Null where nothing changed.
+    /// Makes and plays what is still missing for what rests (the other fields of the cycle, outlines), and hands on
+    /// what the monitor found.
     std::shared_ptr<const HologramResult> attend();
+    /// How long attend() may be put off, s.
+    double rest_s() const;
+    /// A device that plays a still scene is looked after so often: a field that it lost is back within a blink.
+    static constexpr double kAttend_s = 0.2; // each look costs some 50 us, most of it waking up
 
     /// The array plays nothing until the next process(), which solves in any case.
     void silence();
@@ -95,15 +116,44 @@ private:
                                                  const std::string& why);
     void finish(const SceneSnapshot& snapshot, HologramResult& result);
     double updatesPerSecond();
-    haptics::HologramSolver& solver(bool absolute);
+
+    // HologramTurns.cpp: fields in turn, and what is done while nothing moves.
+    void prepareTurns();
+    int nextSet();
+    void usePlayer(bool inTurn);
+    void playMade(const haptics::TransducerArray& array, MadeFields& made, HologramResult& result);
+    void playInTurn(const haptics::TransducerArray& array,
+                    const std::vector<Eigen::VectorXcf>& fields,
+                    HologramResult& result);
+    void holdTurnToCap(const haptics::TransducerArray& array,
+                       std::vector<Eigen::VectorXcf>& fields,
+                       HologramResult& result);
+    void remember(const SceneSnapshot& snapshot,
+                  int set,
+                  MadeFields& made,
+                  const HologramResult& result);
+    std::shared_ptr<const HologramResult> goOn();
+    bool makeNextSet();
+    std::shared_ptr<const HologramResult> playAllSets();
+    bool isOutline(const SceneSnapshot& snapshot) const;
+    std::shared_ptr<const HologramResult> playOutlines();
+    std::shared_ptr<const HologramResult> askMonitor();
+    void submitToMonitor(const HologramResult& result);
+    Eigen::VectorXf achievedOf(const haptics::TransducerArray& array, const MadeFields& made) const;
+    void fitLevel(const haptics::TransducerArray& array,
+                  Eigen::VectorXcf& q,
+                  const HologramResult& result) const;
 
     HologramOptions _options;
     std::unique_ptr<device::ArrayDevice> _device;
-    std::unique_ptr<FieldPlayer> _player; ///< where modulated: what sends to the device; gone first
+    std::unique_ptr<FieldPlayer>
+        _player; ///< while fields are played in turn or modulated: what sends to the device; gone first
     std::string _deviceError;
-    std::unique_ptr<haptics::HologramSolver> _relativeSolver;
-    std::unique_ptr<haptics::HologramSolver> _absoluteSolver;
     MessageLog _messages;
+    std::unique_ptr<FieldMaker> _maker;
+    std::unique_ptr<haptics::OutlineHologram> _outlines;
+    StillScene _still;
+    std::unique_ptr<haptics::FieldMonitor> _monitor;
     std::unique_ptr<PointAssembler> _assembler;
     SurroundingsEffect _around;
     HologramCounters _counters;
@@ -112,8 +162,9 @@ private:
     bool _holds = false;          ///< the device is to hold _signal
     device::DeviceReport _before; ///< when _signal was sent
     std::unique_ptr<PressureCap> _cap;
+    haptics::ModulatorOptions _modulation; ///< of what is played
     Eigen::VectorXcf _q;
-    device::DriveSignal _signal;
+    device::DriveSignal _signal; ///< of fields in turn the first
     std::shared_ptr<const HologramResult> _last;
     std::deque<double> _solveTimes_s; ///< of the last second
 };

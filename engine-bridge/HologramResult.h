@@ -1,11 +1,13 @@
 #pragma once
 
 #include "haptics/ControlPoints.h"
+#include "haptics/FieldMonitor.h"
 #include "haptics/HologramSolver.h"
 
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -38,9 +40,16 @@ struct HologramResult
     haptics::ControlPoints points; ///< array frame
     Eigen::Matrix3Xd
         skipped; ///< 3 x k, array frame: points that were left out (workspace, spacing, budget)
-    bool absolute = false;       ///< targets are in Pa
-    Eigen::VectorXf achieved_Pa; ///< n, |G q| for q as played
-    Eigen::VectorXcf played;     ///< m, what the device plays
+    bool absolute = false; ///< targets are in Pa
+    Eigen::VectorXf
+        achieved_Pa; ///< n, |G q| for q as played; of fields in turn the one that is for the point
+    Eigen::VectorXcf played; ///< m, what the device plays; of fields in turn the first
+    std::vector<Eigen::VectorXcf>
+        turn;                  ///< all fields that are played in turn, m each; empty: one is held
+    double fieldRate_Hz = 0.0; ///< at which they follow each other
+    bool outline = false; ///< dense points along curves, in one stationary field without ripples
+    /// Certificate and surface figures of the newest field that was looked at beside the solver; null: none yet.
+    std::shared_ptr<const haptics::FieldMonitor::Result> monitored;
     haptics::SolveReport report;
     double maxPressure_Pa = 0.0; ///< cap at the control points, peak; 0: none
     double capFactor = 1.0; ///< what keeping to it took off all amplitudes; 1: nothing; 0: silenced

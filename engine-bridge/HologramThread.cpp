@@ -5,14 +5,6 @@
 namespace midair::bridge
 {
 
-namespace
-{
-
-// How often a device that plays a still scene is looked after: a field that it lost is back within a blink.
-constexpr double kAttend_s = 0.2; // each look costs some 50 us, most of it waking up
-
-} // namespace
-
 HologramThread::HologramThread(HologramOptions options) :
     HologramThread([options = std::move(options)]
                    { return std::make_unique<HologramPipeline>(options); })
@@ -73,7 +65,8 @@ void HologramThread::run()
     std::uint64_t droppedBefore = 0;
     for (;;)
     {
-        const auto taken = _slot.take(snapshot, kAttend_s);
+        const auto taken =
+            _slot.take(snapshot, pipeline ? pipeline->rest_s() : HologramPipeline::kAttend_s);
         if (taken == LatestSlot<SceneSnapshot>::Taken::CLOSED) return;
         if (taken == LatestSlot<SceneSnapshot>::Taken::NOTHING)
         {

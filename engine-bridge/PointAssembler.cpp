@@ -98,7 +98,14 @@ bool PointAssembler::withinReach(const HapticObject& object) const
     return nearest - radius <= _workspace.reach_m();
 }
 
-AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot)
+bool PointAssembler::areInside(const Eigen::Matrix3Xd& points) const
+{
+    for (const auto& point : points.colwise())
+        if (_workspace.judge(point) != haptics::Workspace::Verdict::INSIDE) return false;
+    return true;
+}
+
+AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
 {
     AssembledPoints out;
     double strongest_Pa = 0.0;
@@ -128,7 +135,7 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot)
         }
         // Where some objects are in Pa, the others are relative to the strongest of those.
         const double unit_Pa = out.absolute && !p.pressureInPa ? strongest_Pa : 1.0;
-        add(object, static_cast<int>(i), unit_Pa, placed);
+        add(object, static_cast<int>(i), unit_Pa, set, placed);
     }
     _samples.endSnapshot();
     select(snapshot, out);
@@ -136,11 +143,12 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot)
     return out;
 }
 
-void PointAssembler::add(const HapticObject& object, int index, double unit_Pa, Placed& placed)
+void PointAssembler::add(
+    const HapticObject& object, int index, double unit_Pa, int set, Placed& placed)
 {
     const HapticProperties& p = object.properties;
     const double spacing_m = p.spacing_m > 0.0 ? p.spacing_m : _options.wavelength_m;
-    const CachedSamples& cached = _samples.get(object, spacing_m);
+    const CachedSamples& cached = _samples.get(object, spacing_m, _options.sets);
     placed.corners = cached.corners;
     if (!cached.error.empty())
     {
@@ -152,7 +160,7 @@ void PointAssembler::add(const HapticObject& object, int index, double unit_Pa, 
     posed.priority = p.priority;
     posed.target = p.pressure * unit_Pa;
     posed.spacing_m = spacing_m;
-    posed.pose(cached.samples, object.pose);
+    posed.pose(cached.sets[static_cast<std::size_t>(set) % cached.sets.size()], object.pose);
     keepSide(p.side, posed);
 }
 

@@ -34,6 +34,7 @@ public:
         double wavelength_m = 8.5e-3;   ///< > 0; the spacing of objects that name none
         double motionTolerance_m = 0.0; ///< >= 0; what moved less counts as unmoved
         int maxPoints = 0;              ///< >= 0; 0: the selector's default
+        int sets = 1;                   ///< 1 .. 1024; shifted sets of points on each surface
     };
 
     /// Throws haptics::InputError for an array without transducers.
@@ -44,8 +45,12 @@ public:
     /// True where \a snapshot holds the objects of the last assemble(), none moved by more than the tolerance.
     bool unmoved(const SceneSnapshot& snapshot);
 
-    /// Samples (once per mesh), poses and selects. Objects that can't be felt are left out with a message.
-    AssembledPoints assemble(const SceneSnapshot& snapshot);
+    /// Samples (once per mesh), poses and selects. Objects that can't be felt are left out with a message. \a set, 0 .. sets - 1,
+    /// says which points of each surface; vertices are in every set.
+    AssembledPoints assemble(const SceneSnapshot& snapshot, int set = 0);
+
+    /// True where all of \a points (array frame) can be reached.
+    bool areInside(const Eigen::Matrix3Xd& points) const;
 
     std::uint64_t sampled() const { return _samples.sampled(); }
     std::uint64_t followed() const { return _samples.followed(); }
@@ -63,7 +68,7 @@ private:
 
     bool usable(const HapticObject& object);
     bool withinReach(const HapticObject& object) const;
-    void add(const HapticObject& object, int index, double unit_Pa, Placed& placed);
+    void add(const HapticObject& object, int index, double unit_Pa, int set, Placed& placed);
     void keepSide(Side side, haptics::PosedObject& posed) const;
     void select(const SceneSnapshot& snapshot, AssembledPoints& out);
 

@@ -47,11 +47,12 @@ bool SampleCache::follow(const Entry& from, const HapticObject& object, Entry& t
     const haptics::TriangleMesh& now = *object.mesh;
     if (before.triangles.cols() != now.triangles.cols() ||
         before.vertices.cols() != now.vertices.cols() || !from.cached.error.empty() ||
-        stretched(from.cached.samples, before, now, kStretched))
+        stretched(from.cached.sets.front(), before, now, kStretched))
         return false;
-    to.cached.samples = from.cached.samples;
+    to.cached.sets = from.cached.sets;
     to.sampledMesh = from.sampledMesh;
-    haptics::updateSamples(now, to.cached.samples);
+    for (haptics::SurfaceSamples& samples : to.cached.sets)
+        haptics::updateSamples(now, samples);
     ++_followed;
     return true;
 }
@@ -65,22 +66,24 @@ void SampleCache::sample(const HapticObject& object, Entry& entry)
     ++_sampled;
     try
     {
-        entry.cached.samples = haptics::sampleSurface(*object.mesh, options);
+        const bool one = options.sampling == haptics::Sampling::VERTICES;
+        entry.cached.sets = haptics::sampleSurfaceSets(*object.mesh, options, one ? 1 : entry.sets);
     }
     catch (const haptics::InputError& error)
     {
-        entry.cached.samples = {};
+        entry.cached.sets.clear();
         entry.cached.error = error.what();
     }
 }
 
-const CachedSamples& SampleCache::get(const HapticObject& object, double spacing_m)
+const CachedSamples& SampleCache::get(const HapticObject& object, double spacing_m, int sets)
 {
     const haptics::Sampling sampling = object.properties.sampling;
     const Entry* alike = nullptr;
     for (Entry& entry : _entries)
     {
-        if (entry.spacing_m != spacing_m || entry.sampling != sampling) continue;
+        if (entry.spacing_m != spacing_m || entry.sampling != sampling || entry.sets != sets)
+            continue;
         if (entry.meshId == object.meshId)
         {
             entry.unused = 0;
@@ -94,8 +97,11 @@ const CachedSamples& SampleCache::get(const HapticObject& object, double spacing
     entry.topologyId = object.topologyId;
     entry.spacing_m = spacing_m;
     entry.sampling = sampling;
+    entry.sets = sets;
     if (!alike || !follow(*alike, object, entry)) sample(object, entry);
-    entry.cached.corners = boxCorners(entry.cached.samples.positions);
+    entry.cached.corners = entry.cached.sets.empty()
+                               ? boxCorners(Eigen::Matrix3Xd(3, 0))
+                               : boxCorners(entry.cached.sets.front().positions);
     _entries.push_front(std::move(entry));
     return _entries.front().cached;
 }

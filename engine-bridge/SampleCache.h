@@ -9,6 +9,7 @@
 #include <list>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace midair::bridge
 {
@@ -19,10 +20,11 @@ Eigen::Matrix<double, 3, 8> boxCorners(const Eigen::Matrix3Xd& points);
 /// Points of one mesh, kept while the mesh is about.
 struct CachedSamples
 {
-    haptics::SurfaceSamples samples;
+    /// Each on all of the mesh, each in the gaps of those before it; one, or as many as were asked for.
+    std::vector<haptics::SurfaceSamples> sets;
     Eigen::Matrix<double, 3, 8>
         corners;       ///< of the mesh's bounding box, to tell how far a pose moves it
-    std::string error; ///< empty, or why the mesh can't be sampled; samples are then empty
+    std::string error; ///< empty, or why the mesh can't be sampled; there are no sets then
 };
 
 /// Samples each mesh once per spacing and kind of sampling. Where the triangles are the same and only the vertices have
@@ -31,8 +33,8 @@ struct CachedSamples
 class SampleCache
 {
 public:
-    /// Valid until endSnapshot(). \a spacing_m > 0.
-    const CachedSamples& get(const HapticObject& object, double spacing_m);
+    /// Valid until endSnapshot(). \a spacing_m > 0. \a sets >= 1 shifted sets of points; vertices have one only.
+    const CachedSamples& get(const HapticObject& object, double spacing_m, int sets = 1);
 
     /// Forgets what has not been asked for in kKeptSnapshots snapshots.
     void endSnapshot();
@@ -51,6 +53,7 @@ private:
         std::uint64_t meshId = 0;
         std::uint64_t topologyId = 0;
         double spacing_m = 0.0;
+        int sets = 1;
         haptics::Sampling sampling = haptics::Sampling::SURFACE;
         CachedSamples cached;
         std::shared_ptr<const haptics::TriangleMesh> sampledMesh; ///< as it was when sampled

@@ -68,7 +68,7 @@ OptionTable<HapticProperty> makeTable()
                  &P::modulationDepth,
                  0.0,
                  1.0,
-                 "0 .. 1; by how much of itself the amplitude goes down (default 1)");
+                 "0 .. 1; by how much of itself the pressure on the skin goes down (default 1)");
     table.choice(
         "intensity",
         &P::intensity,

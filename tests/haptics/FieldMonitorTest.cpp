@@ -1,6 +1,7 @@
-#include "haptics/CertificateMonitor.h"
+#include "haptics/FieldMonitor.h"
 
 #include "haptics/InputError.h"
+#include "tests/haptics/SampleMeshes.h"
 
 #include <chrono>
 #include <cmath>
@@ -31,8 +32,8 @@ std::shared_ptr<PlayedField> field(std::uint64_t number)
 }
 
 // Waits, at most ten seconds, until a field of at least that number is certified.
-std::shared_ptr<const CertificateMonitor::Result> resultOf(const CertificateMonitor& monitor,
-                                                           std::uint64_t number)
+std::shared_ptr<const FieldMonitor::Result> resultOf(const FieldMonitor& monitor,
+                                                     std::uint64_t number)
 {
     const auto end = std::chrono::steady_clock::now() + 10s;
     while (std::chrono::steady_clock::now() < end)
@@ -46,11 +47,11 @@ std::shared_ptr<const CertificateMonitor::Result> resultOf(const CertificateMoni
 
 } // namespace
 
-TEST(CertificateMonitor, GivesWhatTheCertifierGives)
+TEST(FieldMonitor, GivesWhatTheCertifierGives)
 {
-    CertificateMonitor::Options options;
+    FieldMonitor::Options options;
     options.interval_s = 0.0;
-    CertificateMonitor monitor(options);
+    FieldMonitor monitor(options);
     EXPECT_EQ(monitor.latest(), nullptr);
     const auto played = field(7);
     monitor.submit(played);
@@ -66,11 +67,11 @@ TEST(CertificateMonitor, GivesWhatTheCertifierGives)
     EXPECT_GE(result->certificate.gapOfField(), 0.0);
 }
 
-TEST(CertificateMonitor, TakesTheNewestAndNeverMakesTheCallerWait)
+TEST(FieldMonitor, TakesTheNewestAndNeverMakesTheCallerWait)
 {
-    CertificateMonitor::Options options;
+    FieldMonitor::Options options;
     options.interval_s = 0.0;
-    CertificateMonitor monitor(options);
+    FieldMonitor monitor(options);
     // Many more than can be certified in the time: those in between are dropped, the last is not.
     constexpr std::uint64_t kFields = 20000;
     const auto shared = field(0);
@@ -85,11 +86,52 @@ TEST(CertificateMonitor, TakesTheNewestAndNeverMakesTheCallerWait)
     EXPECT_EQ(last->number, kFields);
 }
 
-TEST(CertificateMonitor, SaysWhyAFieldCannotBeCertifiedAndGoesOn)
+TEST(FieldMonitor, MeasuresTheSurfaceThatIsFelt)
 {
-    CertificateMonitor::Options options;
+    FieldMonitor::Options options;
     options.interval_s = 0.0;
-    CertificateMonitor monitor(options);
+    options.certify = false;
+    FieldMonitor monitor(options);
+    auto played = field(1);
+    FeltSurface disc;
+    disc.mesh = std::make_shared<const TriangleMesh>(test::disc(0.02, 40));
+    disc.pose.translation() = Eigen::Vector3d(0.0, 0.0, 0.15);
+    played->surfaces = {disc};
+    monitor.submit(played);
+    const auto whole = resultOf(monitor, 1);
+    ASSERT_NE(whole, nullptr);
+    EXPECT_EQ(whole->error, "");
+    EXPECT_EQ(whole->certificate.points, 0) << "not asked for";
+    // Samples 0.18 wavelengths apart at least, on pi (20 mm)^2.
+    EXPECT_GT(whole->surface.samples, 200);
+    EXPECT_GT(whole->surface.contrast, 0.0);
+
+    // Only what is within 3 mm of the first point, which stands in the middle of the disc; half as loud in turn with silence.
+    auto part = field(2);
+    disc.reach_m = 0.003;
+    part->points.positions.resize(3, 1);
+    part->points.positions.col(0) = disc.pose.translation();
+    part->points.targets.setOnes(1);
+    part->surfaces = {disc};
+    monitor.submit(part);
+    const auto near = resultOf(monitor, 2);
+    ASSERT_NE(near, nullptr);
+    EXPECT_LT(near->surface.samples, whole->surface.samples / 10);
+    EXPECT_GT(near->surface.samples, 0);
+    auto turns = std::make_shared<PlayedField>(*part);
+    turns->cycle = {turns->q, Eigen::VectorXcf::Zero(turns->q.size())};
+    turns->number = 3;
+    monitor.submit(turns);
+    const auto half = resultOf(monitor, 3);
+    ASSERT_NE(half, nullptr);
+    EXPECT_NEAR(half->surface.mean_Pa, 0.5 * near->surface.mean_Pa, 1e-6 * near->surface.mean_Pa);
+}
+
+TEST(FieldMonitor, SaysWhyAFieldCannotBeCertifiedAndGoesOn)
+{
+    FieldMonitor::Options options;
+    options.interval_s = 0.0;
+    FieldMonitor monitor(options);
     auto bad = field(1);
     bad->points.targets[1] = std::nan("");
     monitor.submit(bad);
@@ -102,20 +144,20 @@ TEST(CertificateMonitor, SaysWhyAFieldCannotBeCertifiedAndGoesOn)
     monitor.submit(none);
     const auto without = resultOf(monitor, 2);
     ASSERT_NE(without, nullptr);
-    EXPECT_EQ(without->error, "certificate monitor: the field has no array");
+    EXPECT_EQ(without->error, "field monitor: the field has no array");
     monitor.submit(field(3));
     const auto good = resultOf(monitor, 3);
     ASSERT_NE(good, nullptr);
     EXPECT_EQ(good->error, "");
 }
 
-TEST(CertificateMonitor, WaitsOutItsIntervalAndEndsAtOnce)
+TEST(FieldMonitor, WaitsOutItsIntervalAndEndsAtOnce)
 {
-    CertificateMonitor::Options options;
+    FieldMonitor::Options options;
     options.interval_s = 1000.0;
     const auto start = std::chrono::steady_clock::now();
     {
-        CertificateMonitor monitor(options);
+        FieldMonitor monitor(options);
         monitor.submit(field(1));
         ASSERT_NE(resultOf(monitor, 1), nullptr);
         monitor.submit(field(2));
@@ -125,5 +167,5 @@ TEST(CertificateMonitor, WaitsOutItsIntervalAndEndsAtOnce)
     }
     EXPECT_LT(std::chrono::steady_clock::now() - start, 60s); // not the thousand seconds
     options.interval_s = -1.0;
-    EXPECT_THROW(CertificateMonitor{options}, InputError);
+    EXPECT_THROW(FieldMonitor{options}, InputError);
 }

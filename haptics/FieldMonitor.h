@@ -1,6 +1,11 @@
 #pragma once
 
 #include "haptics/Certificate.h"
+#include "haptics/SurfaceSampler.h"
+#include "haptics/SurfaceStatistics.h"
+#include "haptics/TriangleMesh.h"
+
+#include <Eigen/Geometry>
 
 #include <atomic>
 #include <chrono>
@@ -11,44 +16,59 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace midair::haptics
 {
 
-/// A field that a solver played, as CertificateMonitor takes it over; immutable once submitted.
+/// What a hand is to find: the surface, edges or vertices of a mesh, where it is.
+struct FeltSurface
+{
+    std::shared_ptr<const TriangleMesh> mesh;
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array
+    Sampling sampling = Sampling::SURFACE;
+    double reach_m = 0.0; ///< felt is what is within this of a control point; 0: all of it
+};
+
+/// A field that a solver played, as FieldMonitor takes it over; immutable once submitted.
 struct PlayedField
 {
     ControlPoints points;
     std::shared_ptr<const TransducerArray> array;
     Medium medium;
-    Eigen::VectorXcf q;       ///< m, the activations as the device plays them
-    std::uint64_t number = 0; ///< the caller's own, such as a frame's
+    Eigen::VectorXcf q; ///< m, the activations as the device plays them, for points
+    std::vector<Eigen::VectorXcf> cycle; ///< all fields that are played in turn; empty: q alone
+    std::vector<FeltSurface> surfaces;   ///< empty: no surface figures
+    ControlPoints others;                ///< points of the cycle's other fields
+    std::uint64_t number = 0;            ///< the caller's own, such as a frame's
 };
 
-/// How far a live solver's fields are from the best there is, found beside it: a thread of the lowest priority takes the
-/// newest field now and then and certifies it. The solver's thread never waits for it: submit() exchanges a
-/// pointer, without a lock.
-class CertificateMonitor
+/// How far a live solver's fields are from the best there is, and how even they are over the surface, found beside it: a
+/// thread of the lowest priority takes the newest field now and then, certifies and measures it. The solver's thread never
+/// waits for it: submit() exchanges a pointer, without a lock.
+class FieldMonitor
 {
 public:
     struct Options
     {
         CertificateOptions certificate;
-        double interval_s = 1.0; ///< >= 0; from one certificate's start to the next one's
+        double interval_s = 1.0; ///< >= 0; from one field's start to the next one's
+        bool certify = true;
     };
     struct Result
     {
-        Certificate certificate;  ///< of no meaning where error is not empty
-        std::uint64_t number = 0; ///< PlayedField::number
-        std::string error;        ///< why a field could not be certified
+        Certificate certificate;   ///< points == 0: none
+        SurfaceStatistics surface; ///< samples == 0: none
+        std::uint64_t number = 0;  ///< PlayedField::number
+        std::string error;         ///< why a field could not be certified or measured
     };
 
     /// Throws InputError for options that are not valid.
-    explicit CertificateMonitor(const Options& options);
+    explicit FieldMonitor(const Options& options);
     /// Ends after the certificate under way, if any.
-    ~CertificateMonitor();
-    CertificateMonitor(const CertificateMonitor&) = delete;
-    CertificateMonitor& operator=(const CertificateMonitor&) = delete;
+    ~FieldMonitor();
+    FieldMonitor(const FieldMonitor&) = delete;
+    FieldMonitor& operator=(const FieldMonitor&) = delete;
 
     /// True if a field that is submitted now would be looked at without delay; saves a caller making one in vain.
     bool isWaiting() const;
@@ -85,10 +105,22 @@ private:
 
     void run();
     void sleepUntil(std::chrono::steady_clock::time_point end, bool orField);
-    Result certify(const PlayedField& field);
+    Result examine(const PlayedField& field);
+    Eigen::Matrix3Xd feltSurface(const PlayedField& field);
+
+    /// A mesh's samples a fifth of a wavelength apart, kept while the mesh is about.
+    struct Sampled
+    {
+        std::shared_ptr<const TriangleMesh> mesh;
+        Sampling sampling = Sampling::SURFACE;
+        double spacing_m = 0.0;
+        Eigen::Matrix3Xd positions;
+    };
+    const Sampled& sample(const FeltSurface& surface, double spacing_m);
 
     Options _options;
-    Certifier _certifier; // the thread's
+    Certifier _certifier;          // the thread's
+    std::vector<Sampled> _sampled; // likewise
     Slot<const PlayedField> _field;
     mutable Slot<const Result> _published;
     mutable std::mutex _latestMutex; // among callers of latest(); the thread never takes it

@@ -1,0 +1,100 @@
+#include "engine-bridge/FieldMaker.h"
+
+#include "haptics/FieldOrder.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace midair::bridge
+{
+
+haptics::MatchedFields& FieldMaker::solvers(int set, bool absolute)
+{
+    const std::pair<int, bool> key(set, absolute);
+    const auto found = _solvers.find(key);
+    if (found != _solvers.end()) return found->second;
+    auto make = [this, absolute] { return _options.makeSolver(absolute); };
+    return _solvers.emplace(key, haptics::MatchedFields(make)).first->second;
+}
+
+FieldMaker::Beat FieldMaker::beatOf(const std::vector<HapticObject>& objects,
+                                    const haptics::ControlPoints& points)
+{
+    Beat beat;
+    const HapticObject* leader = nullptr;
+    for (const HapticObject& object : objects)
+        if (object.properties.modulationFrequency_Hz > 0.0 &&
+            object.properties.modulationDepth > 0.0 &&
+            (!leader || object.properties.priority > leader->properties.priority))
+            leader = &object;
+    if (!leader || points.object.empty()) return beat;
+    if (_options.modulation.amplitudeRate_Hz > 0.0)
+    {
+        _messages.say("everything is modulated as the scene says; the modulation of " +
+                      leader->path + " is not played");
+        return beat;
+    }
+    beat.rate_Hz = leader->properties.modulationFrequency_Hz;
+    beat.depth.resize(points.size());
+    for (Eigen::Index l = 0; l < beat.depth.size(); ++l)
+    {
+        const auto index = static_cast<std::size_t>(points.object[static_cast<std::size_t>(l)]);
+        const HapticProperties& p = objects[index].properties;
+        beat.depth[l] = p.modulationFrequency_Hz > 0.0 ? p.modulationDepth : 0.0;
+        if (p.modulationFrequency_Hz > 0.0 && p.modulationFrequency_Hz != beat.rate_Hz)
+        {
+            std::ostringstream text;
+            text << objects[index].path << ": is modulated at " << beat.rate_Hz << " Hz as "
+                 << leader->path << " is, not at " << p.modulationFrequency_Hz
+                 << " Hz: the array plays one field at a time";
+            _messages.say(text.str());
+        }
+    }
+    beat.alike = beat.depth.minCoeff() == beat.depth.maxCoeff();
+    if (beat.depth.maxCoeff() == 0.0) beat.rate_Hz = 0.0; // what is modulated has no points
+    return beat;
+}
+
+std::vector<haptics::ControlPoints>
+FieldMaker::split(const Beat& beat, const haptics::ControlPoints& points, MadeFields& made)
+{
+    made.modulation = _options.modulation;
+    if (beat.rate_Hz > 0.0 && !beat.alike)
+    {
+        const int steps = static_cast<int>(
+            std::clamp(_options.modulation.fieldRate_Hz / beat.rate_Hz, 2.0, double(kMostSteps)));
+        made.modulation.fieldRate_Hz = steps * beat.rate_Hz;
+        if (_options.subsets > 1)
+            _messages.say("objects that are modulated differently are not played in subsets");
+        return haptics::modulationSteps(points, beat.depth, steps);
+    }
+    if (beat.rate_Hz > 0.0)
+    {
+        made.modulation.amplitudeRate_Hz = beat.rate_Hz;
+        made.modulation.amplitudeDepth = beat.depth[0];
+    }
+    if (_options.subsets > 1) return haptics::subsetsInTurn(points, _options.subsets);
+    return {points};
+}
+
+MadeFields FieldMaker::make(int set,
+                            const std::vector<HapticObject>& objects,
+                            const haptics::ControlPoints& points,
+                            bool absolute,
+                            const haptics::TransducerArray& array,
+                            const haptics::Medium& medium)
+{
+    MadeFields made;
+    const Beat beat = beatOf(objects, points);
+    made.parts = split(beat, points, made);
+    std::vector<Eigen::VectorXcf>& last = _last[{set, absolute}];
+    made.report = solvers(set, absolute).solve(made.parts, array, medium, last);
+    // The first instant of a modulation has all points at their full targets.
+    if (beat.rate_Hz > 0.0 && !beat.alike) made.parts.resize(1);
+    if (made.report.stop == haptics::StopReason::REFUSED) return made;
+    made.fields = last;
+    haptics::alignFields(made.fields, array.drive);
+    return made;
+}
+
+} // namespace midair::bridge

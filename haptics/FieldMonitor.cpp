@@ -1,0 +1,181 @@
+#include "haptics/FieldMonitor.h"
+
+#include "haptics/InputError.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <utility>
+
+#ifdef __linux__
+#include <pthread.h>
+#include <sched.h>
+#endif
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kSampleSpacing = 0.18; // wavelengths: none is farther than a fifth from the next
+constexpr int kMostSamples = 100000;
+constexpr std::size_t kMostMeshes = 16;
+
+void takeLowestPriority()
+{
+#ifdef __linux__
+    // Runs only on cores that nobody else wants; needs no rights. If it is refused, the thread runs all the same.
+    const sched_param none{};
+    pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);
+#endif
+}
+
+const FieldMonitor::Options& checked(const FieldMonitor::Options& options)
+{
+    if (options.interval_s >= 0.0 && options.interval_s <= 1e6) return options;
+    char text[96];
+    std::snprintf(text,
+                  sizeof text,
+                  "field monitor: interval_s is %g; it must be from 0 to 1e6",
+                  options.interval_s);
+    throw InputError(text);
+}
+
+} // namespace
+
+FieldMonitor::FieldMonitor(const Options& options) :
+    _options(checked(options)),
+    _certifier(options.certificate),
+    _thread([this] { run(); })
+{
+}
+
+FieldMonitor::~FieldMonitor()
+{
+    _stop = true;
+    _wake.notify_one();
+    _thread.join();
+}
+
+bool FieldMonitor::isWaiting() const
+{
+    return _waiting && _field.isEmpty();
+}
+
+void FieldMonitor::submit(std::shared_ptr<const PlayedField> field)
+{
+    _field.put(std::move(field));
+    _wake.notify_one();
+}
+
+std::shared_ptr<const FieldMonitor::Result> FieldMonitor::latest() const
+{
+    const std::lock_guard<std::mutex> lock(_latestMutex);
+    if (auto result = _published.take()) _latest = std::move(result);
+    return _latest;
+}
+
+void FieldMonitor::run()
+{
+    takeLowestPriority();
+    const auto interval = std::chrono::duration_cast<Clock::duration>(
+        std::chrono::duration<double>(_options.interval_s));
+    while (!_stop)
+    {
+        _waiting = true;
+        sleepUntil(Clock::time_point::max(), true);
+        _waiting = false;
+        const Clock::time_point next = Clock::now() + interval;
+        if (const auto field = _field.take())
+            _published.put(std::make_shared<const Result>(examine(*field)));
+        sleepUntil(next, false);
+    }
+}
+
+void FieldMonitor::sleepUntil(Clock::time_point end, bool orField)
+{
+    // The caller notifies without the mutex, so a call can be missed: then this looks again.
+    constexpr std::chrono::milliseconds kLookAgain(50);
+    std::unique_lock<std::mutex> lock(_sleepMutex);
+    while (!_stop && !(orField && !_field.isEmpty()) && Clock::now() < end)
+        _wake.wait_until(lock, std::min(end, Clock::now() + kLookAgain));
+}
+
+const FieldMonitor::Sampled& FieldMonitor::sample(const FeltSurface& surface, double spacing_m)
+{
+    for (const Sampled& known : _sampled)
+        if (known.mesh == surface.mesh && known.sampling == surface.sampling &&
+            known.spacing_m == spacing_m)
+            return known;
+    SamplerOptions options;
+    options.spacing_m = spacing_m;
+    options.sampling = surface.sampling;
+    options.maxPoints = kMostSamples;
+    if (_sampled.size() >= kMostMeshes) _sampled.erase(_sampled.begin());
+    _sampled.push_back({surface.mesh,
+                        surface.sampling,
+                        spacing_m,
+                        sampleSurface(*surface.mesh, options).positions});
+    return _sampled.back();
+}
+
+// Of all surfaces, what is near a control point: what the selection left out is not to be felt.
+Eigen::Matrix3Xd FieldMonitor::feltSurface(const PlayedField& field)
+{
+    const double wavelength_m = field.medium.wavelength(field.array->frequency_Hz);
+    std::vector<Eigen::Vector3d> felt;
+    for (const FeltSurface& surface : field.surfaces)
+    {
+        // Samples may be 1.1 spacings apart.
+        const Sampled& sampled = sample(surface, kSampleSpacing * wavelength_m);
+        const double reach2 = surface.reach_m * surface.reach_m;
+        for (const auto& position : sampled.positions.colwise())
+        {
+            const Eigen::Vector3d place = surface.pose * position;
+            const auto isNear = [&](const ControlPoints& points)
+            {
+                return points.size() > 0 &&
+                       (points.positions.colwise() - place).colwise().squaredNorm().minCoeff() <=
+                           reach2;
+            };
+            if (!(reach2 > 0.0) || isNear(field.points) || isNear(field.others))
+                felt.push_back(place);
+        }
+    }
+    Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(felt.size()));
+    for (std::size_t i = 0; i < felt.size(); ++i)
+        places.col(static_cast<Eigen::Index>(i)) = felt[i];
+    return places;
+}
+
+FieldMonitor::Result FieldMonitor::examine(const PlayedField& field)
+{
+    Result result;
+    result.number = field.number;
+    try
+    {
+        if (!field.array) throw InputError("field monitor: the field has no array");
+        if (!field.surfaces.empty())
+        {
+            const std::vector<Eigen::VectorXcf> alone{field.q};
+            result.surface = surfaceStatistics(feltSurface(field),
+                                               *field.array,
+                                               field.medium,
+                                               field.cycle.empty() ? alone : field.cycle);
+        }
+        if (_options.certify)
+            result.certificate =
+                _certifier.certify(field.points, *field.array, field.medium, field.q);
+    }
+    catch (const std::exception& error)
+    {
+        result.error = error.what();
+    }
+    return result;
+}
+
+} // namespace midair::haptics
