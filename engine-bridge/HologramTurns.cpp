@@ -24,23 +24,11 @@ constexpr int kOutlineFinalists = 2;
 constexpr double kFeltReach = 1.1;
 constexpr double kMonitorPoll_s = 0.02;
 
-void append(haptics::ControlPoints& to, const haptics::ControlPoints& more)
-{
-    const Eigen::Index n = to.positions.cols(), m = more.positions.cols();
-    to.positions.conservativeResize(3, n + m);
-    to.positions.rightCols(m) = more.positions;
-    to.normals.conservativeResize(3, n + m);
-    to.normals.rightCols(m) = more.normals;
-    to.targets.conservativeResize(n + m);
-    to.targets.tail(m) = more.targets;
-    to.object.insert(to.object.end(), more.object.begin(), more.object.end());
-}
-
 haptics::ControlPoints allOf(const std::vector<haptics::ControlPoints>& parts)
 {
     haptics::ControlPoints all = parts.front();
     for (std::size_t k = 1; k < parts.size(); ++k)
-        append(all, parts[k]);
+        haptics::append(all, parts[k]);
     return all;
 }
 
@@ -424,7 +412,7 @@ void HologramPipeline::submitToMonitor(const HologramResult& result)
                 if (result.capFactor < 1.0) played->q *= static_cast<float>(result.capFactor);
             }
             else
-                append(played->others, set.made.parts[k]);
+                haptics::append(played->others, set.made.parts[k]);
     if (played->points.size() == 0) return;
     played->array = std::make_shared<const haptics::TransducerArray>(arrayFor(result));
     played->medium = _options.medium;

@@ -58,9 +58,13 @@ const FieldCycleReport& FieldCycle::solve(const std::vector<ControlPoints>& sets
     while (_solvers.size() < sets.size())
         _solvers.push_back(makeSolver(_options.solver, _options.solverOptions));
     _fields.resize(sets.size());
+    _reports.clear();
+    _order.resize(sets.size());
+    std::iota(_order.begin(), _order.end(), 0);
     for (std::size_t k = 0; k < sets.size(); ++k)
     {
         const SolveReport solved = _solvers[k]->solve(sets[k], array, medium, _fields[k]);
+        _reports.push_back(solved);
         if (solved.stop == StopReason::REFUSED)
             throw InputError("field cycle: set " + std::to_string(k) + ": " + solved.message);
         _report.points += solved.points;
@@ -74,7 +78,7 @@ const FieldCycleReport& FieldCycle::solve(const std::vector<ControlPoints>& sets
                          Eigen::VectorXd());
         if (_options.sweeps > 0) even(surface, array, medium);
     }
-    if (_options.reorder) orderFields(_fields);
+    if (_options.reorder) _order = orderFields(_fields);
     alignFields(_fields, _drive);
     if (surface.cols() > 0)
         _report.cycle =

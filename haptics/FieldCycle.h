@@ -69,6 +69,10 @@ public:
         return smoothedFields(_fields, steps, _drive);
     }
     const FieldCycleReport& report() const { return _report; }
+    /// Of each set, in the order of the sets, before any sweep.
+    const std::vector<SolveReport>& reports() const { return _reports; }
+    /// Which set the field at each place is for.
+    const std::vector<int>& order() const { return _order; }
 
 private:
     void even(const Eigen::Matrix3Xd& surface, const TransducerArray& array, const Medium& medium);
@@ -80,6 +84,8 @@ private:
     FieldProblem _dense;
     EvenField _even;
     FieldCycleReport _report;
+    std::vector<SolveReport> _reports;
+    std::vector<int> _order;
 };
 
 } // namespace midair::haptics

@@ -127,29 +127,18 @@ const FieldMonitor::Sampled& FieldMonitor::sample(const FeltSurface& surface, do
 Eigen::Matrix3Xd FieldMonitor::feltSurface(const PlayedField& field)
 {
     const double wavelength_m = field.medium.wavelength(field.array->frequency_Hz);
-    std::vector<Eigen::Vector3d> felt;
+    Eigen::Matrix3Xd points(3, field.points.size() + field.others.size());
+    points << field.points.positions, field.others.positions;
+    Eigen::Matrix3Xd felt(3, 0);
     for (const FeltSurface& surface : field.surfaces)
     {
-        // Samples may be 1.1 spacings apart.
-        const Sampled& sampled = sample(surface, kSampleSpacing * wavelength_m);
-        const double reach2 = surface.reach_m * surface.reach_m;
-        for (const auto& position : sampled.positions.colwise())
-        {
-            const Eigen::Vector3d place = surface.pose * position;
-            const auto isNear = [&](const ControlPoints& points)
-            {
-                return points.size() > 0 &&
-                       (points.positions.colwise() - place).colwise().squaredNorm().minCoeff() <=
-                           reach2;
-            };
-            if (!(reach2 > 0.0) || isNear(field.points) || isNear(field.others))
-                felt.push_back(place);
-        }
+        Eigen::Matrix3Xd part =
+            surface.pose * sample(surface, kSampleSpacing * wavelength_m).positions;
+        if (surface.reach_m > 0.0) part = samplesNear(part, points, surface.reach_m);
+        felt.conservativeResize(3, felt.cols() + part.cols());
+        felt.rightCols(part.cols()) = part;
     }
-    Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(felt.size()));
-    for (std::size_t i = 0; i < felt.size(); ++i)
-        places.col(static_cast<Eigen::Index>(i)) = felt[i];
-    return places;
+    return felt;
 }
 
 FieldMonitor::Result FieldMonitor::examine(const PlayedField& field)

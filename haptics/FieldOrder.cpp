@@ -46,19 +46,18 @@ CycleSteps cycleSteps(const std::vector<Eigen::VectorXcf>& cycle)
     return steps;
 }
 
-void orderFields(std::vector<Eigen::VectorXcf>& fields)
+std::vector<int> orderFields(std::vector<Eigen::VectorXcf>& fields)
 {
     const std::size_t K = fields.size();
-    if (K < 4) return; // of three every order is the same cycle
+    std::vector<int> way(K);
+    std::iota(way.begin(), way.end(), 0);
+    if (K < 4) return way; // of three every order is the same cycle
     Eigen::MatrixXd near(K, K);
     for (std::size_t k = 0; k < K; ++k)
         for (std::size_t l = 0; l < K; ++l)
             near(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) =
                 std::abs(fields[k].dot(fields[l]));
-    const auto at = [&near](std::size_t k, std::size_t l)
-    { return near(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)); };
-    std::vector<std::size_t> way(K);
-    std::iota(way.begin(), way.end(), std::size_t(0));
+    const auto at = [&near](int k, int l) { return near(k, l); };
     for (std::size_t k = 1; k + 1 < K; ++k)
         for (std::size_t l = k + 1; l < K; ++l)
             if (at(way[k - 1], way[l]) > at(way[k - 1], way[k])) std::swap(way[k], way[l]);
@@ -68,7 +67,7 @@ void orderFields(std::vector<Eigen::VectorXcf>& fields)
         for (std::size_t k = 1; k + 1 < K; ++k)
             for (std::size_t l = k + 1; l < K; ++l)
             {
-                const std::size_t before = way[k - 1], after = way[(l + 1) % K];
+                const int before = way[k - 1], after = way[(l + 1) % K];
                 const double gain =
                     at(before, way[l]) + at(way[k], after) - at(before, way[k]) - at(way[l], after);
                 if (!(gain > 1e-6 * near(0, 0))) continue;
@@ -79,8 +78,9 @@ void orderFields(std::vector<Eigen::VectorXcf>& fields)
     }
     std::vector<Eigen::VectorXcf> ordered(K);
     for (std::size_t k = 0; k < K; ++k)
-        ordered[k].swap(fields[way[k]]);
+        ordered[k].swap(fields[static_cast<std::size_t>(way[k])]);
     fields.swap(ordered);
+    return way;
 }
 
 void alignField(Eigen::VectorXcf& q, const Eigen::VectorXcf& last, const DriveResolution& drive)

@@ -19,8 +19,8 @@ struct CycleSteps
 CycleSteps cycleSteps(const std::vector<Eigen::VectorXcf>& cycle);
 
 /// Puts \a fields into an order in which each differs little from the next, the first staying first: nearest neighbour,
-/// then 2-opt (Croes 1958), both by |<q_k, q_l>|, which a common phase leaves alone.
-void orderFields(std::vector<Eigen::VectorXcf>& fields);
+/// then 2-opt (Croes 1958), both by |<q_k, q_l>|, which a common phase leaves alone. Returns where each was.
+std::vector<int> orderFields(std::vector<Eigen::VectorXcf>& fields);
 
 /// Turns \a q by the common phase, which can't be felt, that brings it nearest to \a last; by whole levels of \a drive,
 /// which keeps it playable. Nothing where their lengths differ.

@@ -25,6 +25,18 @@ double unitLevel(const SolveReport& report, const ControlPoints& points)
 
 } // namespace
 
+void append(ControlPoints& to, const ControlPoints& more)
+{
+    const Eigen::Index n = to.positions.cols(), m = more.positions.cols();
+    to.positions.conservativeResize(3, n + m);
+    to.positions.rightCols(m) = more.positions;
+    to.normals.conservativeResize(3, n + m);
+    to.normals.rightCols(m) = more.normals;
+    to.targets.conservativeResize(n + m);
+    to.targets.tail(m) = more.targets;
+    to.object.insert(to.object.end(), more.object.begin(), more.object.end());
+}
+
 SolveReport together(const std::vector<SolveReport>& reports)
 {
     SolveReport all = reports.front();

@@ -37,6 +37,9 @@ private:
     std::vector<SolveReport> _reports;
 };
 
+/// \a more behind \a to; fields in turn have points of their own.
+void append(ControlPoints& to, const ControlPoints& more);
+
 /// What \a reports (>= 1), of fields that are played in turn, come to together.
 SolveReport together(const std::vector<SolveReport>& reports);
 

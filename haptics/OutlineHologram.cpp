@@ -94,6 +94,7 @@ void OutlineHologram::place(const Scene& scene, double spacing_m)
     }
     ControlPoints& points = _points;
     points.positions.resize(3, count);
+    points.normals.setZero(3, count); // a curve has none of its own
     points.targets.resize(count);
     Eigen::Index at = 0;
     for (std::size_t k = 0; k < parts.size(); ++k)

@@ -115,6 +115,19 @@ Eigen::VectorXd meanRadiationPressure(const Eigen::Matrix3Xd& points,
     return square * (radiationPressure(1.0, medium, alpha) / static_cast<double>(cycle.size()));
 }
 
+Eigen::Matrix3Xd
+samplesNear(const Eigen::Matrix3Xd& samples, const Eigen::Matrix3Xd& points, double reach_m)
+{
+    Eigen::Matrix3Xd near(3, samples.cols());
+    Eigen::Index count = 0;
+    for (const auto& sample : samples.colwise())
+        if (points.cols() > 0 &&
+            (points.colwise() - sample).colwise().squaredNorm().minCoeff() <= reach_m * reach_m)
+            near.col(count++) = sample;
+    near.conservativeResize(3, count);
+    return near;
+}
+
 SurfaceStatistics surfaceStatistics(const Eigen::Matrix3Xd& surface,
                                     const TransducerArray& array,
                                     const Medium& medium,

@@ -60,4 +60,8 @@ SurfaceStatistics surfaceStatistics(const Eigen::Matrix3Xd& surface,
                                     const std::vector<Eigen::VectorXcf>& cycle,
                                     const SurfaceStatisticsOptions& options = {});
 
+/// Of \a samples (3 x n) those within \a reach_m of one of \a points (3 x m): the part of a surface that is to be felt.
+Eigen::Matrix3Xd
+samplesNear(const Eigen::Matrix3Xd& samples, const Eigen::Matrix3Xd& points, double reach_m);
+
 } // namespace midair::haptics

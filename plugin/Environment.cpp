@@ -30,6 +30,15 @@ const osg::ApplicationUsageProxy kUsage[] = {
      "OSG_MIDAIR_MAX_PRESSURE <Pa>",
      "Haptic scenes give no control point more than this (peak); 0: no cap."},
     {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
+     "OSG_MIDAIR_CYCLE <fields>",
+     "Haptic scenes play so many fields for shifted points in turn, which smooths what rests."},
+    {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
+     "OSG_MIDAIR_SUBSETS <subsets>",
+     "Haptic scenes play so many subsets of the points in turn: each less often, but harder."},
+    {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
+     "OSG_MIDAIR_MONITOR <seconds>",
+     "So often haptic scenes certify and measure a field, beside the solver; 0: never."},
+    {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
      "OSG_MIDAIR_ENABLED <true/false>",
      "false: haptic scenes leave the array silent."},
     {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
@@ -50,6 +59,9 @@ HapticSettings Environment::apply(HapticSettings settings, std::vector<std::stri
           {"OSG_MIDAIR_HANDS", "hands"},
           {"OSG_MIDAIR_REACH", "reach"},
           {"OSG_MIDAIR_MAX_PRESSURE", "maxPressure"},
+          {"OSG_MIDAIR_CYCLE", "cycle"},
+          {"OSG_MIDAIR_SUBSETS", "subsets"},
+          {"OSG_MIDAIR_MONITOR", "monitorInterval"},
           {"OSG_MIDAIR_ENABLED", "enabled"}})
     {
         const char* value =

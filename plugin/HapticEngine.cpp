@@ -326,6 +326,12 @@ void HapticEngine::startThread()
     options.maxPoints = _settings.maxPoints;
     if (!arrayError.empty()) say(arrayError);
     options.maxPressure_Pa = _settings.maxPressure;
+    options.cycle = _settings.cycle;
+    options.cycleSteps = _settings.cycleSteps;
+    options.subsets = _settings.subsets;
+    options.modulation.fieldRate_Hz = _settings.fieldRate;
+    options.denseOutlines = _settings.denseOutlines;
+    options.monitorInterval_s = _settings.monitorInterval;
     if (_filter) _filter(options);
     _submittedAny = false; // the new pipeline hasn't seen anything yet
 
@@ -347,10 +353,12 @@ void HapticEngine::takeResult()
 {
     const auto result = latestResult();
     if (!result || result == _seen) return;
+    const bool fresh = !_seen || result->frame != _seen->frame;
     _seen = result;
     {
         const std::lock_guard<std::mutex> lock(_mutex);
-        _latencies.add(result->latency_ms);
+        // What is still made for a frame that rests (fields in turn, outlines, figures) comes when there is time.
+        if (fresh) _latencies.add(result->latency_ms);
     }
     for (const std::string& message : result->messages)
         say(message);
@@ -401,6 +409,23 @@ HapticStatistics HapticEngine::statistics() const
     all.loudness = result->report.loudness;
     all.level_Pa = result->report.level_Pa;
     all.maxPressure_Pa = result->maxPressure_Pa;
+    all.fieldsInTurn = static_cast<int>(result->turn.size());
+    all.fieldRate_Hz = result->fieldRate_Hz;
+    all.outline = result->outline;
+    all.meanPhaseStep_rad = result->report.meanPhaseStep_rad;
+    all.audibleChange = result->report.audibleChange;
+    if (result->monitored)
+    {
+        const midair::haptics::SurfaceStatistics& surface = result->monitored->surface;
+        all.surfaceSamples = surface.samples;
+        all.surfaceMean_Pa = surface.mean_Pa;
+        all.surfaceVariation = surface.coefficientOfVariation;
+        all.surfacePercentile1 = surface.percentile1;
+        all.surfacePercentile10 = surface.percentile10;
+        all.surfaceContrast = surface.contrast;
+        if (result->monitored->certificate.points > 0)
+            all.certifiedGap = result->monitored->certificate.gapOfPhases();
+    }
     all.capFactor = result->capFactor;
     all.matrix_ms = result->report.matrix_ms;
     all.solve_ms = result->report.solve_ms;

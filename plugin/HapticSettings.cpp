@@ -89,6 +89,27 @@ OptionTable<HapticSettings> makeTable()
                  0.0,
                  1e6,
                  "Pa (peak) that no control point gets more than; 0: no cap (default)");
+    table.number("cycle",
+                 &S::cycle,
+                 1,
+                 64,
+                 "fields for shifted points in turn, which smooth what rests (default 1)");
+    table.number("cycleSteps", &S::cycleSteps, 0, 16, "between one field and the next (default 0)");
+    table.number(
+        "subsets", &S::subsets, 1, 64, "of the points, played in turn: harder, less often (1)");
+    table.number("fieldRate",
+                 &S::fieldRate,
+                 1.0,
+                 40e3,
+                 "fields a second, where they are played in turn (default 1000)");
+    table.flag("denseOutlines",
+               &S::denseOutlines,
+               "true (default) or false; edges that rest are one smooth field");
+    table.number("monitorInterval",
+                 &S::monitorInterval,
+                 0.0,
+                 1e6,
+                 "s; so often fields are certified and measured; 0: never (default)");
     return table;
 }
 
@@ -126,7 +147,9 @@ bool operator==(const HapticSettings& a, const HapticSettings& b)
            a.phaseOnly == b.phaseOnly && a.threads == b.threads &&
            a.motionTolerance == b.motionTolerance && a.maxPoints == b.maxPoints &&
            a.hands == b.hands && a.reach == b.reach && a.shadows == b.shadows &&
-           a.maxPressure == b.maxPressure;
+           a.maxPressure == b.maxPressure && a.cycle == b.cycle && a.cycleSteps == b.cycleSteps &&
+           a.subsets == b.subsets && a.fieldRate == b.fieldRate &&
+           a.denseOutlines == b.denseOutlines && a.monitorInterval == b.monitorInterval;
 }
 
 } // namespace osgMidair

@@ -15,6 +15,19 @@ namespace osgMidair
 namespace
 {
 
+nlohmann::ordered_json surfaceJson(const HapticStatistics& s)
+{
+    if (s.surfaceSamples == 0) return nullptr;
+    nlohmann::ordered_json json = {{"samples", s.surfaceSamples},
+                                   {"mean_Pa", s.surfaceMean_Pa},
+                                   {"coefficientOfVariation", s.surfaceVariation},
+                                   {"percentile1", s.surfacePercentile1},
+                                   {"percentile10", s.surfacePercentile10},
+                                   {"contrast", s.surfaceContrast}};
+    if (s.certifiedGap >= 0.0) json["certifiedGap"] = s.certifiedGap;
+    return json;
+}
+
 nlohmann::ordered_json toJson(const HapticStatistics& s, const HapticSettings& settings)
 {
     return {{"array", settings.array},
@@ -45,10 +58,16 @@ nlohmann::ordered_json toJson(const HapticStatistics& s, const HapticSettings& s
               {"loudness", s.loudness},
               {"level_Pa", s.level_Pa},
               {"maxPressure_Pa", s.maxPressure_Pa},
+              {"fieldsInTurn", s.fieldsInTurn},
+              {"fieldRate_Hz", s.fieldRate_Hz},
+              {"outline", s.outline},
+              {"meanPhaseStep_rad", s.meanPhaseStep_rad},
+              {"audibleChange", s.audibleChange},
               {"capFactor", s.capFactor},
               {"matrix_ms", s.matrix_ms},
               {"solve_ms", s.solve_ms},
               {"updatesPerSecond", s.updatesPerSecond}}},
+            {"surface", surfaceJson(s)},
             {"latency_ms",
              {{"last", s.latency_ms}, {"p50", s.latencyP50_ms}, {"p99", s.latencyP99_ms}}},
             {"collect_ms", s.collect_ms},

@@ -42,6 +42,23 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
                    options.maxPressure_Pa,
                    "Peak Pa that no control point gets more than; 0: no cap")
         ->check(CLI::Range(0.0, 1e6));
+    app.add_option("--cycle",
+                   options.cycle,
+                   "Fields for shifted points in turn, which smooth the object where it rests")
+        ->check(CLI::Range(1, 64));
+    app.add_option("--cycle-steps", options.cycleSteps, "Between one of them and the next")
+        ->check(CLI::Range(0, 16));
+    app.add_option("--subsets", options.subsets, "Of the points, in turn: harder, less often")
+        ->check(CLI::Range(1, 64));
+    app.add_option("--field-rate", options.fieldRate_Hz, "Fields a second where they take turns")
+        ->check(CLI::Range(1.0, 40000.0))
+        ->capture_default_str();
+    app.add_option("--modulation", options.modulation_Hz, "Of the object's pressure, Hz; 0: steady")
+        ->check(CLI::Range(0.0, 500.0));
+    app.add_option("--monitor",
+                   options.monitor_s,
+                   "Certify a field and measure its surface so often, in s; 0: never")
+        ->check(CLI::Range(0.0, 1e6));
     app.add_option("--max-points", options.maxPoints, "Budget of control points; 0: no limit")
         ->check(CLI::Range(0, 100000));
     app.add_option("--overlays", options.overlays, "What is drawn over the scene [everything]")

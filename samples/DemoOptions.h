@@ -19,6 +19,12 @@ struct DemoOptions
     double spacing_m = 0.0;      ///< 0: one wavelength
     double pressure_Pa = 0.0;    ///< 0: as loud as it accurately can
     double maxPressure_Pa = 0.0; ///< cap at every control point; 0: none
+    int cycle = 1;               ///< fields for shifted points in turn, where the object rests
+    int cycleSteps = 0;
+    int subsets = 1;            ///< of the points, in turn
+    double modulation_Hz = 0.0; ///< of the object; 0: steady
+    double fieldRate_Hz = 1000.0;
+    double monitor_s = 0.0; ///< so often a field is certified and measured; 0: never
     int maxPoints = 0;           ///< 0: no limit
     std::vector<std::string> overlays; ///< shown ones; empty: all
     bool still = false;          ///< the object stays in the middle

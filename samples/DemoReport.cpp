@@ -62,6 +62,21 @@ bool DemoReport::write(const std::string& path, std::string& error) const
     json["capped"] = statistics.capped;
     json["latency_ms"] = {{"median", quantile(_latency_ms, 0.5)},
                           {"p99", quantile(_latency_ms, 0.99)}};
+    json["fieldsInTurn"] = statistics.fieldsInTurn;
+    json["fieldRate_Hz"] = statistics.fieldRate_Hz;
+    json["outline"] = statistics.outline;
+    json["meanPhaseStep_rad"] = statistics.meanPhaseStep_rad;
+    json["audibleChange"] = statistics.audibleChange;
+    if (statistics.surfaceSamples > 0)
+    {
+        json["surface"] = {{"samples", statistics.surfaceSamples},
+                           {"mean_Pa", statistics.surfaceMean_Pa},
+                           {"coefficientOfVariation", statistics.surfaceVariation},
+                           {"percentile1", statistics.surfacePercentile1},
+                           {"percentile10", statistics.surfacePercentile10},
+                           {"contrast", statistics.surfaceContrast}};
+        if (statistics.certifiedGap >= 0.0) json["certifiedGap"] = statistics.certifiedGap;
+    }
     json["slice_ms"] = slice_ms;
     json["slicesPerSecond"] = slicesPerSecond;
     json["pictures"] = nlohmann::ordered_json::array();
@@ -118,6 +133,23 @@ void DemoReport::print() const
                     statistics.maxPressure_Pa,
                     static_cast<unsigned long long>(statistics.capped),
                     statistics.capFactor);
+    if (statistics.outline) std::printf("curves      one stationary field of dense points\n");
+    if (statistics.fieldsInTurn > 1)
+        std::printf("in turn     %d fields at %.0f/s, audible change %.2f of the drive\n",
+                    statistics.fieldsInTurn,
+                    statistics.fieldRate_Hz,
+                    statistics.audibleChange);
+    if (statistics.surfaceSamples > 0)
+        std::printf(
+            "surface     %.1f Pa mean, cv %.2f, first percentile %.2f of the mean, contrast "
+            "%.1f\n",
+            statistics.surfaceMean_Pa,
+            statistics.surfaceVariation,
+            statistics.surfacePercentile1,
+            statistics.surfaceContrast);
+    if (statistics.certifiedGap >= 0.0)
+        std::printf("certificate phases at most %.2f %% over the best there are\n",
+                    100.0 * statistics.certifiedGap);
     std::printf("latency     %.2f ms median, %.2f ms p99, frame stamp to drive signal\n",
                 quantile(_latency_ms, 0.5),
                 quantile(_latency_ms, 0.99));

@@ -97,6 +97,7 @@ void DemoScene::wrap(const DemoOptions& options)
     if (options.sampling == "edges") property.sampling = osgMidair::HapticProperty::EDGES;
     if (options.sampling == "vertices") property.sampling = osgMidair::HapticProperty::VERTICES;
     property.spacing = options.spacing_m;
+    property.modulationFrequency = options.modulation_Hz;
     if (options.pressure_Pa > 0.0)
     {
         property.pressureUnit = osgMidair::HapticProperty::PASCAL;
@@ -126,6 +127,12 @@ void DemoScene::applySettings(const DemoOptions& options, bool wrapped)
     if (wrapped || options.maxPoints != defaults.maxPoints)
         _haptics->setMaxPoints(options.maxPoints);
     if (wrapped || options.maxPressure_Pa > 0.0) _haptics->setMaxPressure(options.maxPressure_Pa);
+    if (wrapped || options.cycle > 1) _haptics->setCycle(options.cycle);
+    if (wrapped || options.cycleSteps > 0) _haptics->setCycleSteps(options.cycleSteps);
+    if (wrapped || options.subsets > 1) _haptics->setSubsets(options.subsets);
+    if (wrapped || options.fieldRate_Hz != defaults.fieldRate_Hz)
+        _haptics->setFieldRate(options.fieldRate_Hz);
+    if (wrapped || options.monitor_s > 0.0) _haptics->setMonitorInterval(options.monitor_s);
 }
 
 void DemoScene::moveTo(double time_s)

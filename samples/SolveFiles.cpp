@@ -175,8 +175,7 @@ void writeSummary(const std::string& path,
                   const haptics::TransducerArray& array,
                   const haptics::Medium& medium,
                   const haptics::SolveReport& report,
-                  double capFactor,
-                  const haptics::Certificate* certificate)
+                  const SummaryParts& parts)
 {
     nlohmann::ordered_json json;
     json["array"] = array.name;
@@ -199,16 +198,32 @@ void writeSummary(const std::string& path,
                       {"max", report.max},
                       {"loudness", report.loudness},
                       {"level_Pa", report.level_Pa},
-                      {"capFactor", capFactor},
+                      {"capFactor", parts.capFactor},
+                      {"leftOut", report.leftOut},
+                      {"shortPoints", report.shortPoints},
+                      {"worstShortfall", report.worstShortfall},
+                      {"meanPhaseStep_rad", report.meanPhaseStep_rad},
+                      {"driveChange", report.driveChange},
+                      {"audibleChange", report.audibleChange},
                       {"matrix_ms", report.matrix_ms},
                       {"solve_ms", report.solve_ms}};
-    if (certificate)
-        json["certificate"] = {{"bound", certificate->bound},
-                               {"best", certificate->best},
-                               {"phases", certificate->givenPhases},
-                               {"field", certificate->givenField},
-                               {"tight", certificate->tight},
-                               {"total_ms", certificate->total_ms}};
+    json["fields"] = parts.fields;
+    if (parts.fields > 1) json["fieldRate_Hz"] = parts.fieldRate_Hz;
+    if (parts.surface)
+        json["surface"] = {{"samples", parts.surface->samples},
+                           {"mean_Pa", parts.surface->mean_Pa},
+                           {"coefficientOfVariation", parts.surface->coefficientOfVariation},
+                           {"percentile1", parts.surface->percentile1},
+                           {"percentile10", parts.surface->percentile10},
+                           {"offMean_Pa", parts.surface->offMean_Pa},
+                           {"contrast", parts.surface->contrast}};
+    if (parts.certificate)
+        json["certificate"] = {{"bound", parts.certificate->bound},
+                               {"best", parts.certificate->best},
+                               {"phases", parts.certificate->givenPhases},
+                               {"field", parts.certificate->givenField},
+                               {"tight", parts.certificate->tight},
+                               {"total_ms", parts.certificate->total_ms}};
     std::ofstream file = openForWriting(path);
     file << json.dump(2) << '\n';
     finish(file, path);

@@ -5,10 +5,12 @@
 #include "haptics/ControlPoints.h"
 #include "haptics/HologramSolver.h"
 #include "haptics/Medium.h"
+#include "haptics/SurfaceStatistics.h"
 #include "haptics/TransducerArray.h"
 
 #include <Eigen/Core>
 
+#include <optional>
 #include <string>
 
 namespace midair::samples
@@ -30,13 +32,21 @@ void writeDrive(const std::string& path,
                 const haptics::TransducerArray& array,
                 const device::DriveSignal& signal);
 
-/// What a recomputation of the field needs, the SolveReport and what a cap of pressure took off all amplitudes under "report", and \a certificate, if there is one, under
-/// "certificate".
+/// What a summary tells besides the report; what isn't there is left out.
+struct SummaryParts
+{
+    double capFactor = 1.0; ///< what a cap of pressure took off all amplitudes
+    int fields = 1;         ///< played in turn, steps between them included
+    double fieldRate_Hz = 0.0;
+    std::optional<haptics::SurfaceStatistics> surface;
+    std::optional<haptics::Certificate> certificate;
+};
+
+/// What a recomputation of the field needs, the SolveReport under "report", and \a parts.
 void writeSummary(const std::string& path,
                   const haptics::TransducerArray& array,
                   const haptics::Medium& medium,
                   const haptics::SolveReport& report,
-                  double capFactor,
-                  const haptics::Certificate* certificate = nullptr);
+                  const SummaryParts& parts);
 
 } // namespace midair::samples

@@ -41,4 +41,23 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
     wrapper->addSerializer(
         new Number("MaxPressure", 0.0, &MyClass::getMaxPressure, &MyClass::setMaxPressure),
         osgDB::BaseSerializer::RW_DOUBLE);
+    using Count = osgMidair::SinceVersion<osgDB::PropByValSerializer<MyClass, int>, MyClass, 2>;
+    using Flag = osgMidair::SinceVersion<osgDB::PropByValSerializer<MyClass, bool>, MyClass, 2>;
+    wrapper->addSerializer(new Count("Cycle", 1, &MyClass::getCycle, &MyClass::setCycle),
+                           osgDB::BaseSerializer::RW_INT);
+    wrapper->addSerializer(
+        new Count("CycleSteps", 0, &MyClass::getCycleSteps, &MyClass::setCycleSteps),
+        osgDB::BaseSerializer::RW_INT);
+    wrapper->addSerializer(new Count("Subsets", 1, &MyClass::getSubsets, &MyClass::setSubsets),
+                           osgDB::BaseSerializer::RW_INT);
+    wrapper->addSerializer(
+        new Number("FieldRate", 1000.0, &MyClass::getFieldRate, &MyClass::setFieldRate),
+        osgDB::BaseSerializer::RW_DOUBLE);
+    wrapper->addSerializer(
+        new Flag("DenseOutlines", true, &MyClass::getDenseOutlines, &MyClass::setDenseOutlines),
+        osgDB::BaseSerializer::RW_BOOL);
+    wrapper->addSerializer(
+        new Number(
+            "MonitorInterval", 0.0, &MyClass::getMonitorInterval, &MyClass::setMonitorInterval),
+        osgDB::BaseSerializer::RW_DOUBLE);
 }

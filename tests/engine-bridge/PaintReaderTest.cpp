@@ -187,7 +187,7 @@ TEST_F(Paint, APictureThatChangesIsPaintedAnewWithoutSampling)
         object.meshId = parts.at(0).meshId;
         object.topologyId = parts.at(0).topologyId;
         object.mesh = parts.at(0).mesh;
-        const Eigen::VectorXf intensity = samples.get(object, 0.1).samples.intensity;
+        const Eigen::VectorXf intensity = samples.get(object, 0.1).sets.front().intensity;
         samples.endSnapshot();
         return intensity;
     };

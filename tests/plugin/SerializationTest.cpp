@@ -82,6 +82,12 @@ HapticSettings unusualSettings()
     s.reach = 0.0625;
     s.shadows = true;
     s.maxPressure = 1250.5;
+    s.cycle = 8;
+    s.cycleSteps = 3;
+    s.subsets = 2;
+    s.fieldRate = 500.0;
+    s.denseOutlines = false;
+    s.monitorInterval = 0.25;
     return s;
 }
 
@@ -155,15 +161,27 @@ void expectUnusual(const HapticSettings& s)
     EXPECT_EQ(s.shadows, wanted.shadows);
 }
 
+/// What version 2 of HapticScene brought.
+void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
+{
+    expectNear(s.maxPressure, wanted.maxPressure);
+    EXPECT_EQ(s.cycle, wanted.cycle);
+    EXPECT_EQ(s.cycleSteps, wanted.cycleSteps);
+    EXPECT_EQ(s.subsets, wanted.subsets);
+    expectNear(s.fieldRate, wanted.fieldRate);
+    EXPECT_EQ(s.denseOutlines, wanted.denseOutlines);
+    expectNear(s.monitorInterval, wanted.monitorInterval);
+}
+
 void expectUnusual(osg::Node* node,
                    const HapticProperty& paint = unusualProperty(),
-                   double maxPressure = unusualSettings().maxPressure)
+                   const HapticSettings& since2 = unusualSettings())
 {
     auto* scene = dynamic_cast<HapticScene*>(node);
     ASSERT_NE(scene, nullptr);
     EXPECT_EQ(scene->getName(), "unusual");
     expectUnusual(scene->getSettings());
-    expectNear(scene->getMaxPressure(), maxPressure); // since version 2
+    expectUnusualTurns(scene->getSettings(), since2);
     ASSERT_EQ(scene->getNumChildren(), 2u);
     auto* surface = dynamic_cast<HapticSurface*>(scene->getChild(0));
     ASSERT_NE(surface, nullptr);
@@ -191,7 +209,7 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion1)
     findPlugins();
     const std::string file = std::string(MIDAIR_TEST_DATA "/format-v1/scene.") + GetParam();
     // Without what came later.
-    expectUnusual(osgDB::readRefNodeFile(file).get(), HapticProperty(), 0.0);
+    expectUnusual(osgDB::readRefNodeFile(file).get(), HapticProperty(), HapticSettings());
 }
 
 TEST_P(Serialization, ReadsTheStoredFilesOfVersion2)

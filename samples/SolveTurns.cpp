@@ -1,0 +1,116 @@
+#include "samples/SolveTurns.h"
+
+#include "haptics/AudibleChange.h"
+#include "haptics/FeatureChains.h"
+#include "haptics/FieldCycle.h"
+#include "haptics/InputError.h"
+#include "haptics/MatchedFields.h"
+#include "haptics/Modulator.h"
+#include "haptics/PressureField.h"
+#include "haptics/SurfaceSampler.h"
+
+#include <algorithm>
+
+namespace midair::samples
+{
+
+namespace
+{
+
+Turns solveSubsets(const std::vector<haptics::ControlPoints>& sets,
+                   const TurnOptions& options,
+                   const haptics::TransducerArray& array,
+                   const haptics::Medium& medium)
+{
+    Turns turns;
+    for (const haptics::ControlPoints& set : sets)
+        for (haptics::ControlPoints& part : haptics::subsetsInTurn(set, options.subsets))
+            turns.parts.push_back(std::move(part));
+    haptics::MatchedFields fields(
+        [&] { return haptics::makeSolver(options.solver, options.solverOptions); });
+    turns.report = fields.solve(turns.parts, array, medium, turns.fields);
+    if (turns.report.stop == haptics::StopReason::REFUSED)
+        throw haptics::InputError(turns.report.message);
+    haptics::alignFields(turns.fields, array.drive);
+    return turns;
+}
+
+// Without subsets: the fields in the order in which they differ least, so that the sets have to follow.
+Turns solveCycle(const std::vector<haptics::ControlPoints>& sets,
+                 const TurnOptions& options,
+                 const Eigen::Matrix3Xd& surface,
+                 const haptics::TransducerArray& array,
+                 const haptics::Medium& medium)
+{
+    haptics::FieldCycleOptions cycleOptions;
+    cycleOptions.solver = options.solver;
+    cycleOptions.solverOptions = options.solverOptions;
+    cycleOptions.sweeps = options.sweeps;
+    haptics::FieldCycle cycle(cycleOptions);
+    cycle.solve(sets, options.sweeps > 0 ? surface : Eigen::Matrix3Xd(3, 0), array, medium);
+    Turns turns;
+    turns.fields = cycle.smoothed(options.cycleSteps);
+    turns.report = haptics::together(cycle.reports());
+    const auto step = static_cast<std::size_t>(options.cycleSteps + 1);
+    turns.parts.resize(turns.fields.size());
+    for (std::size_t k = 0; k < sets.size(); ++k)
+        turns.parts[k * step] = sets[static_cast<std::size_t>(cycle.order()[k])];
+    return turns;
+}
+
+} // namespace
+
+Turns solveInTurn(const std::vector<haptics::ControlPoints>& sets,
+                  const TurnOptions& options,
+                  const Eigen::Matrix3Xd& surface,
+                  const haptics::TransducerArray& array,
+                  const haptics::Medium& medium)
+{
+    Turns turns = options.subsets > 1 ? solveSubsets(sets, options, array, medium)
+                                      : solveCycle(sets, options, surface, array, medium);
+    const haptics::CycleSteps steps = haptics::cycleSteps(turns.fields);
+    turns.report.meanPhaseStep_rad = steps.meanPhaseStep_rad;
+    turns.report.driveChange = steps.driveChange;
+    turns.report.audibleChange = steps.driveChange * haptics::audibleShare(options.fieldRate_Hz);
+    return turns;
+}
+
+Turns solveOutlines(const haptics::TriangleMesh& mesh,
+                    const Eigen::Isometry3d& pose,
+                    double pressure_Pa,
+                    const haptics::TransducerArray& array,
+                    const haptics::Medium& medium)
+{
+    const double wavelength_m = medium.wavelength(array.frequency_Hz);
+    std::vector<haptics::Outline> outlines =
+        haptics::featureOutlines(mesh, haptics::SamplerOptions().creaseAngle_rad, wavelength_m);
+    for (haptics::Outline& outline : outlines)
+        outline.vertices = (pose * outline.vertices).eval();
+    haptics::OutlineHologram hologram;
+    Turns turns;
+    turns.fields.resize(1);
+    const haptics::OutlineReport found =
+        hologram.solve(outlines, array, medium, turns.fields.front());
+    turns.parts.push_back(hologram.points());
+    haptics::ControlPoints& points = turns.parts.front();
+    const Eigen::VectorXd y =
+        haptics::pressureAt(points.positions, array, medium, turns.fields.front(), 2)
+            .cwiseAbs()
+            .cast<double>();
+    if (pressure_Pa > 0.0)
+    {
+        points.targets *= pressure_Pa;
+        const double share = pressure_Pa / y.mean();
+        if (share < 1.0)
+            haptics::scaleField(turns.fields.front(), static_cast<float>(share), array.drive);
+    }
+    turns.report.solver = "outline";
+    turns.report.stop = haptics::StopReason::STALLED;
+    turns.report.points = points.size();
+    turns.report.transducers = array.size();
+    turns.report.iterations = found.corrections;
+    turns.report.solve_ms = found.solve_ms;
+    return turns;
+}
+
+} // namespace midair::samples
