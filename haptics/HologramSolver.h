@@ -23,7 +23,9 @@ struct SolverOptions
     double lambdaRel = 0.1;     ///< >= 0; lambda = lambdaRel trace(K)/n (Tikhonov)
     bool absoluteTargets =
         false; ///< targets are in Pa; else only their ratios count and the array plays as loud as it accurately can
-    double loudness = 1.0; ///< 0 .. 1; trades loudness for error; 1 is as loud as it accurately can
+    /// Over 0, up to 2. 1: as loud as it accurately can; below, that share of it; above, louder at the price of error:
+    /// targets bent by loudness - 1 of the way to the pressures of the loudest field nearby. Not above 1 with absolute targets.
+    double loudness = 1.0;
     bool phaseOnly =
         true;        ///< every transducer at one amplitude; false: amplitudes are solved for too
     int threads = 1; ///< 1 ..

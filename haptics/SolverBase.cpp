@@ -16,6 +16,8 @@ namespace
 
 // A point that sees less than this of what the best seen point sees would drag the whole field down to itself.
 constexpr double kReach = 1e-3;
+// Enough to tell which points are cheap; more turn into another field, whose pressures the phases at hand reach less well.
+constexpr int kLouderRounds = 3;
 
 std::string numbered(const char* format, double a, double b = 0.0, double c = 0.0, double d = 0.0)
 {
@@ -70,9 +72,11 @@ std::string arrayRefusal(const TransducerArray& array)
 SolverBase::SolverBase(std::string name, const SolverOptions& options, Storage storage) :
     _name(std::move(name)),
     _options(options),
+    _beyond(options.absoluteTargets ? 0.0 : std::max(0.0, options.loudness - 1.0)),
     _audibleShare(audibleShare(options.updateRate_Hz)),
     _field(options.threads, storage)
 {
+    _options.loudness = std::min(options.loudness, 1.0);
 }
 
 std::string SolverBase::refusal(const ControlPoints& points,
@@ -150,6 +154,41 @@ bool SolverBase::prepareStart(const TransducerArray& array)
     return false;
 }
 
+// Unweighted projections q <- phase(G* (a u)) climb sum_l a_l |p_l|, which is the loudness E. A few of them, from the phases of
+// a good field, show which points are cheap: y. Solved for is then a_l (y_l / (s a_l))^x, s the fitted level: the error grows
+// in proportion to x, the loudness by less and less (midair-bench prints both).
+SolverBase::Outcome SolverBase::iterateLouder(bool warm)
+{
+    Outcome first;
+    if (!warm)
+    {
+        first = iterate(_field, false);
+        if (outOfTime(_field)) return first;
+    }
+    const auto n = static_cast<std::size_t>(_field.n());
+    _keptU.reserve(n);
+    _keptA = _field.a;
+    std::copy_n(_field.u.re.data(), n, _keptU.re.data());
+    std::copy_n(_field.u.im.data(), n, _keptU.im.data());
+    for (int round = 0; round < kLouderRounds; ++round)
+    {
+        for (std::size_t l = 0; l < n; ++l)
+            _field.w.set(l, _field.u.at(l) * _keptA[static_cast<Eigen::Index>(l)]);
+        _field.projectRound(_field.w, _field.p);
+        _field.phasesOf(_field.p);
+    }
+    const float s = _field.y.dot(_keptA) / _keptA.squaredNorm();
+    const auto x = static_cast<float>(_beyond);
+    for (Eigen::Index l = 0; l < _keptA.size(); ++l)
+        _field.a[l] = _keptA[l] * std::pow(std::max(_field.y[l] / (s * _keptA[l]), 1e-3f), x);
+    std::copy_n(_keptU.re.data(), n, _field.u.re.data());
+    std::copy_n(_keptU.im.data(), n, _field.u.im.data());
+    Outcome outcome = iterate(_field, true);
+    outcome.iterations += first.iterations + kLouderRounds;
+    _field.a = _keptA;
+    return outcome;
+}
+
 SolveReport SolverBase::solve(const ControlPoints& points,
                               const TransducerArray& array,
                               const Medium& medium,
@@ -204,7 +243,8 @@ SolveReport SolverBase::solve(const ControlPoints& points,
     result.rowsBuilt = stale;
 
     scaleTargets();
-    const Outcome outcome = iterate(_field, prepareStart(array));
+    const bool warm = prepareStart(array);
+    const Outcome outcome = _beyond > 0.0 ? iterateLouder(warm) : iterate(_field, warm);
     if (!outcome.playable) makePlayable(outcome);
     report(outcome, result);
     result.solve_ms = _field.elapsed_ms() - result.matrix_ms;

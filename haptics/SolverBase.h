@@ -20,6 +20,7 @@ public:
                       const TransducerArray& array,
                       const Medium& medium,
                       Eigen::VectorXcf& q) final;
+    /// With a loudness of 1 at most: what is asked for beyond is done here.
     const SolverOptions& options() const final { return _options; }
 
 protected:
@@ -75,6 +76,7 @@ private:
     bool isSkippable(int stale, const Eigen::VectorXcf& q) const;
     bool isContinued(const TransducerArray& array) const;
     bool prepareStart(const TransducerArray& array);
+    Outcome iterateLouder(bool warm);
     void scaleTargets();
     void makePlayable(const Outcome& outcome);
     Level measure(bool absolute) const;
@@ -86,7 +88,10 @@ private:
 
     std::string _name;
     SolverOptions _options;
+    double _beyond = 0.0;       // 0 .. 1; of the way to the loudest field
     double _audibleShare = 0.0; // of the drive's change, at the options' rate
+    SplitVector _keptU;         // n
+    Eigen::VectorXf _keptA;     // n
     FieldProblem _field;
     std::vector<int> _active, _lastActive;
     Eigen::VectorXd _lastTargets;

@@ -50,8 +50,8 @@ bool SolverOptions::isValid(std::string* error) const
     if (!notNegative(deadline_ms))
         return fail(error, "deadline_ms", deadline_ms, ">= 0 and finite");
     if (!notNegative(lambdaRel)) return fail(error, "lambdaRel", lambdaRel, ">= 0 and finite");
-    if (!(loudness > 0.0 && loudness <= 1.0))
-        return fail(error, "loudness", loudness, "over 0 and at most 1");
+    if (!(loudness > 0.0 && loudness <= 2.0))
+        return fail(error, "loudness", loudness, "over 0 and at most 2");
     if (threads < 1 || threads > 256) return fail(error, "threads", threads, "1 .. 256");
     if (!notNegative(skipTolerance))
         return fail(error, "skipTolerance", skipTolerance, ">= 0 and finite");

@@ -60,7 +60,12 @@ OptionTable<HapticSettings> makeTable()
                  0.0,
                  kNoLimit,
                  "regularisation, relative to trace(K)/n (default 0.1)");
-    table.number("loudness", &S::loudness, 0.0, 1.0, "0 .. 1; less is more accurate (default 1)");
+    table.number(
+        "loudness",
+        &S::loudness,
+        1e-6,
+        2.0,
+        "over 0 .. 2; 1 (default): as loud as it accurately can; above: louder, less accurate");
     table.flag("phaseOnly", &S::phaseOnly, "true (default): all transducers at one amplitude");
     table.number("threads", &S::threads, 1, 256, "of the solver (default 1)");
     table.number("motionTolerance",
