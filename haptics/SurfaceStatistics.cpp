@@ -91,7 +91,9 @@ SurfaceStatistics statisticsOf(const Eigen::VectorXd& on_Pa, const Eigen::Vector
         statistics.coefficientOfVariation =
             std::sqrt((on_Pa.array() - mean).square().mean()) / mean;
         statistics.percentile1 = percentile(sorted, 0.01) / mean;
+        statistics.percentile5 = percentile(sorted, 0.05) / mean;
         statistics.percentile10 = percentile(sorted, 0.10) / mean;
+        statistics.percentile95 = percentile(sorted, 0.95) / mean;
     }
     if (off_Pa.size() > 0) statistics.offMean_Pa = off_Pa.mean();
     if (statistics.offMean_Pa > 0.0)

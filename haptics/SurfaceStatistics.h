@@ -32,7 +32,9 @@ struct SurfaceStatistics
     double mean_Pa = 0.0;                ///< radiation pressure
     double coefficientOfVariation = 0.0; ///< standard deviation over mean; 0 where the mean is 0
     double percentile1 = 0.0;            ///< first percentile over the mean; likewise
-    double percentile10 = 0.0;           ///< tenth percentile over the mean; likewise
+    double percentile5 = 0.0;            ///< likewise
+    double percentile10 = 0.0;           ///< likewise
+    double percentile95 = 0.0;           ///< likewise
     int offSamples = 0;                  ///< places found off the surface
     double offMean_Pa = 0.0;             ///< radiation pressure there
     double contrast = 0.0; ///< mean_Pa / offMean_Pa; 0 where there is nothing off the surface

@@ -42,6 +42,11 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
                    options.maxPressure_Pa,
                    "Peak Pa that no control point gets more than; 0: no cap")
         ->check(CLI::Range(0.0, 1e6));
+    app.add_option("--loudness",
+                   options.loudness,
+                   "1: as loud as it accurately can; below: quieter; above: louder, less accurate")
+        ->check(CLI::Range(0.01, 2.0))
+        ->capture_default_str();
     app.add_option("--cycle",
                    options.cycle,
                    "Fields for shifted points in turn, which smooth the object where it rests")

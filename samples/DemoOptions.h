@@ -19,6 +19,7 @@ struct DemoOptions
     double spacing_m = 0.0;      ///< 0: one wavelength
     double pressure_Pa = 0.0;    ///< 0: as loud as it accurately can
     double maxPressure_Pa = 0.0; ///< cap at every control point; 0: none
+    double loudness = 1.0;       ///< above 1: louder than it accurately can
     int cycle = 1;               ///< fields for shifted points in turn, where the object rests
     int cycleSteps = 0;
     int subsets = 1;            ///< of the points, in turn

@@ -127,6 +127,7 @@ void DemoScene::applySettings(const DemoOptions& options, bool wrapped)
     if (wrapped || options.maxPoints != defaults.maxPoints)
         _haptics->setMaxPoints(options.maxPoints);
     if (wrapped || options.maxPressure_Pa > 0.0) _haptics->setMaxPressure(options.maxPressure_Pa);
+    if (wrapped || options.loudness != defaults.loudness) _haptics->setLoudness(options.loudness);
     if (wrapped || options.cycle > 1) _haptics->setCycle(options.cycle);
     if (wrapped || options.cycleSteps > 0) _haptics->setCycleSteps(options.cycleSteps);
     if (wrapped || options.subsets > 1) _haptics->setSubsets(options.subsets);

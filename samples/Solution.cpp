@@ -74,10 +74,13 @@ haptics::PosedObject readPoints(const SolveArguments& arguments, Solution& solut
 }
 
 /// Leaves out what the array can't reach, and says so.
-haptics::ControlPoints selectPoints(const haptics::PosedObject& object, const Solution& solution)
+haptics::ControlPoints selectPoints(const SolveArguments& arguments,
+                                    const haptics::PosedObject& object,
+                                    const Solution& solution)
 {
     haptics::SelectorOptions options;
     options.maxPoints = 2000;
+    options.crowding = arguments.crowding;
     const haptics::Workspace workspace(
         solution.array, solution.medium.wavelength(solution.array.frequency_Hz), options);
     haptics::Selection selection = haptics::selectControlPoints({object}, workspace, options);
@@ -235,7 +238,7 @@ void solveModel(const SolveArguments& arguments, Solution& solution)
 {
     std::vector<haptics::ControlPoints> sets;
     for (const haptics::PosedObject& object : sampleModel(arguments, solution))
-        sets.push_back(selectPoints(object, solution));
+        sets.push_back(selectPoints(arguments, object, solution));
     if (arguments.outline)
         playTurns(arguments,
                   solveOutlines(solution.mesh,
@@ -286,7 +289,7 @@ Solution solveAll(const SolveArguments& arguments)
         solveModel(arguments, solution);
     else
     {
-        solution.points = selectPoints(readPoints(arguments, solution), solution);
+        solution.points = selectPoints(arguments, readPoints(arguments, solution), solution);
         if (arguments.subsets > 1)
             playTurns(arguments,
                       solveInTurn({solution.points},

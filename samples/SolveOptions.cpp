@@ -54,6 +54,20 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
                    "Peak Pa that no point gets more than: the drive is scaled down to that "
                    "(default: no cap)")
         ->check(CLI::Range(1.0, 1e6));
+    static const std::map<std::string, haptics::Crowding> kCrowdings{
+        {"thin", haptics::Crowding::THIN},
+        {"merge", haptics::Crowding::MERGE},
+        {"drop", haptics::Crowding::DROP}};
+    app.add_option(
+           "--crowding",
+           arguments.crowding,
+           "thin, merge or drop what is nearer than a third of a wavelength (default: thin)")
+        ->transform(CLI::CheckedTransformer(kCrowdings).description(""));
+    app.add_option("--loudness",
+                   arguments.loudness,
+                   "1: as loud as it accurately can; below: quieter; above: louder, less accurate")
+        ->check(CLI::Range(0.01, 2.0))
+        ->capture_default_str();
     app.add_option("--solver", arguments.solver, "One of " + solvers + " (default: the first)");
     app.add_option(
            "--temperature", arguments.temperature_C, "Of the air, degrees Celsius, -40 to 60")

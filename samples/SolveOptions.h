@@ -1,5 +1,6 @@
 #pragma once
 
+#include "haptics/ControlPointSelector.h"
 #include "haptics/SurfaceSampler.h"
 
 #include <string>
@@ -29,6 +30,7 @@ struct SolveArguments
     double pressure_Pa = 0.0;
     double maxPressure_Pa = 0.0;
     double temperature_C = 20.0;
+    haptics::Crowding crowding = haptics::Crowding::THIN;
     bool certify = false;
     int cycle = 1;
     int cycleSteps = 0;

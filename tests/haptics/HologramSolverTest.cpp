@@ -86,8 +86,8 @@ TEST(SolverOptions, NamesTheViolatedConstraint)
               "solver option deadline_ms is -2; it must be >= 0 and finite");
     EXPECT_EQ(why([](SolverOptions& o) { o.lambdaRel = INFINITY; }),
               "solver option lambdaRel is inf; it must be >= 0 and finite");
-    EXPECT_EQ(why([](SolverOptions& o) { o.loudness = 1.5; }),
-              "solver option loudness is 1.5; it must be over 0 and at most 1");
+    EXPECT_EQ(why([](SolverOptions& o) { o.loudness = 2.5; }),
+              "solver option loudness is 2.5; it must be over 0 and at most 2");
     EXPECT_EQ(why([](SolverOptions& o) { o.threads = 0; }),
               "solver option threads is 0; it must be 1 .. 256");
     EXPECT_EQ(why([](SolverOptions& o) { o.maxAmplitudeStep = 2.0; }),

@@ -206,6 +206,43 @@ TEST(SolverStress, TargetsOfManyOrdersOfMagnitude)
     EXPECT_LT(sound(points, array).rms, 0.002);
 }
 
+TEST(SolverStress, NothingToDoAndWhatCannotBe)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    EXPECT_EQ(sound(spherePoints(0, 0.03), array).stop, StopReason::NOTHING_TO_DO);
+    ControlPoints points = spherePoints(12, 0.03);
+    points.targets[4] = 0.0;
+    EXPECT_EQ(sound(points, array).leftOut, 1);
+    points.targets.setZero();
+    EXPECT_EQ(sound(points, array).stop, StopReason::NOTHING_TO_DO);
+    for (const double target : {-1.0, std::nan(""), static_cast<double>(INFINITY)})
+    {
+        points.targets.setOnes();
+        points.targets[7] = target;
+        const SolveReport report = sound(points, array);
+        EXPECT_EQ(report.stop, StopReason::REFUSED) << target;
+        EXPECT_NE(report.message.find("control point 7"), std::string::npos) << report.message;
+    }
+    points.targets.setOnes();
+    points.positions(1, 3) = std::nan("");
+    EXPECT_EQ(sound(points, array).stop, StopReason::REFUSED);
+}
+
+TEST(SolverStress, EverySeedIsAsGood)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    for (const std::uint64_t seed : {0ULL, 1ULL, 2ULL, 77ULL, ~0ULL})
+    {
+        SolverOptions options;
+        options.seed = seed;
+        Eigen::VectorXcf q;
+        const SolveReport report =
+            sound(*makeSolver("gauss-newton", options), spherePoints(50, 0.03), array, q);
+        EXPECT_LT(report.rms, 0.0012) << seed;
+        EXPECT_GT(report.loudness, 1.03) << seed;
+    }
+}
+
 TEST(SolverStress, OddArraysAndAir)
 {
     TransducerArray one = TransducerArray::singleBoard();

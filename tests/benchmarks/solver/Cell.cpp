@@ -1,5 +1,6 @@
 #include "tests/benchmarks/solver/Cell.h"
 
+#include "haptics/Certificate.h"
 #include "haptics/HologramSolver.h"
 #include "haptics/InputError.h"
 #include "haptics/PropagationMatrix.h"
@@ -130,6 +131,53 @@ double roofline_ms(const ControlPoints& points, const TransducerArray& array, in
     return median(times);
 }
 
+/// What a hand would find: of the sphere or the mesh samples of its surface, of star and line points along them, a fifth of
+/// a wavelength apart or closer.
+Eigen::Matrix3Xd surfaceOf(const Cell& cell, double wavelength_m)
+{
+    constexpr double kSpacing = 0.18; // wavelengths
+    const auto dense = [&](double length)
+    { return static_cast<int>(length / (kSpacing * wavelength_m)); };
+    Cell samples = cell;
+    if (cell.kase == "sphere")
+    {
+        const double side =
+            kSpacing * wavelength_m; // Fibonacci points: about 1.1 sqrt(area / n) apart
+        samples.points = static_cast<int>(4.8 * M_PI * std::pow(cell.radius_m / side, 2));
+    }
+    else if (cell.kase == "line")
+        samples.points = dense(2.0 * cell.radius_m) + 2;
+    else if (cell.kase == "star")
+        samples.points = dense(10.0 * cell.radius_m); // a little longer than its outline
+    else
+    {
+        SamplerOptions sampling;
+        sampling.spacing_m = kSpacing * wavelength_m;
+        sampling.maxPoints = 200000;
+        return sampleSurface(readObj(cell.kase).scaledTo(2.0 * cell.radius_m), sampling).positions;
+    }
+    return pointsOf(samples, wavelength_m).positions;
+}
+
+void judge(const Cell& cell,
+           const Eigen::Isometry3d& pose,
+           const ControlPoints& points,
+           const TransducerArray& array,
+           const Eigen::VectorXcf& q,
+           Result& result)
+{
+    const double wavelength_m = Medium{}.wavelength(array.frequency_Hz);
+    result.surface = surfaceStatistics(pose * surfaceOf(cell, wavelength_m), array, Medium{}, {q});
+    constexpr int kMostCertified = 400; // an n x n matrix and its factorisations
+    if (points.size() > kMostCertified) return;
+    CertificateOptions options;
+    options.batches = 0; // the bound alone
+    const Certificate certificate = Certifier(options).certify(points, array, Medium{}, q);
+    result.objective = certificate.givenPhases;
+    result.bound = certificate.bound;
+    result.gap = certificate.gapOfPhases();
+}
+
 } // namespace
 
 Result run(const Cell& cell)
@@ -144,6 +192,7 @@ Result run(const Cell& cell)
             points.targets[l] = 0.3 + 0.7 * (l * 7919 % 100) / 99.0;
 
     SolverOptions options;
+    options.loudness = cell.loudness;
     options.threads = cell.threads;
     options.maxIterations = cell.iterations;
     const bool cold = cell.mode == "cold";
@@ -151,8 +200,9 @@ Result run(const Cell& cell)
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
     Eigen::VectorXcf q;
-    std::vector<double> wall, cpu, matrix, rms, max, loudness, steps, iterations;
+    std::vector<double> wall, cpu, matrix, rms, max, loudness, steps, audible, iterations;
     Result result;
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     for (int k = cold ? 1 : 0; k <= cell.repeats; ++k)
     {
         points.positions = (rotation * base.positions).colwise() + position;
@@ -160,6 +210,8 @@ Result run(const Cell& cell)
         const double wallStart = wall_ms(), cpuStart = cpu_ms();
         const SolveReport report = solver->solve(points, array, Medium{}, q);
         const double cpuEnd = cpu_ms(), wallEnd = wall_ms();
+        pose.linear() = rotation;
+        pose.translation() = position;
         step(k, rotation, position);
         if (k == 0) continue; // the first field is a cold one
         wall.push_back(wallEnd - wallStart);
@@ -169,6 +221,7 @@ Result run(const Cell& cell)
         max.push_back(report.max);
         loudness.push_back(report.loudness);
         steps.push_back(report.meanPhaseStep_rad);
+        audible.push_back(report.audibleChange);
         iterations.push_back(report.iterations);
         result.stop = stopReasonName(report.stop);
     }
@@ -184,6 +237,8 @@ Result run(const Cell& cell)
     result.worstRms = *std::max_element(rms.begin(), rms.end());
     result.leastLoudness = *std::min_element(loudness.begin(), loudness.end());
     result.phaseStep_rad = median(steps);
+    result.audibleChange = median(audible);
+    if (cell.surface) judge(cell, pose, points, array, q, result);
     result.iterations = static_cast<int>(median(iterations));
     result.roofline_ms = roofline_ms(base, array, std::min(cell.repeats, 15));
     return result;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "haptics/ControlPoints.h"
+#include "haptics/SurfaceStatistics.h"
 
 #include <string>
 #include <vector>
@@ -20,7 +21,9 @@ struct Cell
     int threads = 1;
     int iterations = 0; ///< limit; 0: the method's own
     int repeats = 41;
-    bool unequal = false; ///< targets from 0.3 to 1 instead of equal ones
+    bool unequal = false;  ///< targets from 0.3 to 1 instead of equal ones
+    double loudness = 1.0; ///< over 1: more of it, at the price of error
+    bool surface = true;   ///< the last field is measured over the surface and against the bound
 };
 
 /// What a cell comes to: medians over its repeats; times of the whole call, matrix included.
@@ -34,7 +37,10 @@ struct Result
     double worstRms = 0.0, leastLoudness = 0.0; ///< over the repeats
     double roofline_ms =
         0.0; ///< one build of the matrix and one read of it, on one thread, in this run
-    double phaseStep_rad = 0.0;
+    double phaseStep_rad = 0.0, audibleChange = 0.0;
+    haptics::SurfaceStatistics surface; ///< of the last field; no samples: not measured
+    /// u* M u (lambdaRel 0.1) of the last field's phases, the certified bound below all, and the gap between them; 0: not had.
+    double objective = 0.0, bound = 0.0, gap = 0.0;
     int iterations = 0;
     std::string stop;
 };

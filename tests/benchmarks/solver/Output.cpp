@@ -59,14 +59,16 @@ void writeCsv(const std::string& path, const std::vector<Result>& results)
     file << "case,n,radius_m,solver,mode,threads,isa,time_ms,rms,max,loudness,roofline_ms,"
             "roofline_multiple,cpu_ms,matrix_ms,iterations,iteration_limit,worst_rms,least_"
             "loudness,phase_step_rad,"
-            "unequal,stop\n";
+            "unequal,stop,loudness_option,audible_change,surface_mean,surface_cv,p01,p05,p10,p95,"
+            "contrast,"
+            "objective,bound,gap\n";
     for (const Result& r : results)
     {
-        char line[512];
+        char line[768];
         std::snprintf(line,
                       sizeof line,
                       ",%d,%g,%s,%s,%d,%s,%.4f,%.4e,%.4e,%.4f,%.4f,%.3f,%.4f,%.4f,%d,%d,%.4e,%.4f,%"
-                      ".4f,%d,%s\n",
+                      ".4f,%d,%s,%g,%.4f,%.4g,%.4f,%.4f,%.4f,%.4f,%.4f,%.3f,%.6g,%.6g,%.5f\n",
                       r.points,
                       r.cell.radius_m,
                       r.cell.solver.c_str(),
@@ -87,7 +89,19 @@ void writeCsv(const std::string& path, const std::vector<Result>& results)
                       r.leastLoudness,
                       r.phaseStep_rad,
                       r.cell.unequal ? 1 : 0,
-                      r.stop.c_str());
+                      r.stop.c_str(),
+                      r.cell.loudness,
+                      r.audibleChange,
+                      r.surface.mean_Pa,
+                      r.surface.coefficientOfVariation,
+                      r.surface.percentile1,
+                      r.surface.percentile5,
+                      r.surface.percentile10,
+                      r.surface.percentile95,
+                      r.surface.contrast,
+                      r.objective,
+                      r.bound,
+                      r.gap);
         file << r.cell.kase << line;
     }
 }
@@ -120,6 +134,18 @@ void writeJson(const std::string& path, const std::vector<Result>& results)
                                    {"iteration_limit", r.cell.iterations},
                                    {"phase_step_rad", r.phaseStep_rad},
                                    {"unequal", r.cell.unequal},
+                                   {"loudness_option", r.cell.loudness},
+                                   {"audible_change", r.audibleChange},
+                                   {"surface_mean_Pa", r.surface.mean_Pa},
+                                   {"surface_cv", r.surface.coefficientOfVariation},
+                                   {"surface_p01", r.surface.percentile1},
+                                   {"surface_p05", r.surface.percentile5},
+                                   {"surface_p10", r.surface.percentile10},
+                                   {"surface_p95", r.surface.percentile95},
+                                   {"surface_contrast", r.surface.contrast},
+                                   {"objective", r.objective},
+                                   {"bound", r.bound},
+                                   {"gap", r.gap},
                                    {"stop", r.stop}});
     std::ofstream file;
     openOrThrow(file, path);

@@ -61,6 +61,19 @@ std::vector<Cell> allCells(bool quick, const Cell& common)
             }
         }
     }
+    // What loudness beyond 1 costs.
+    for (const Size& size : kSizes)
+        for (const double loudness : {1.1, 1.25, 1.5, 1.75, 2.0})
+        {
+            if (quick && (size.points != 25 || loudness != 1.5)) continue;
+            Cell cell = common;
+            cell.points = size.points;
+            cell.radius_m = size.radius_m;
+            cell.solver = solvers.front();
+            cell.loudness = loudness;
+            cell.repeats = 9;
+            cells.push_back(cell);
+        }
     for (const char* kase : {"star", "line"})
         for (const std::string& solver : solvers)
         {
@@ -80,7 +93,8 @@ void print(const Result& r)
 {
     std::printf("%-8s n %3d r %.0f mm %-12s %-6s %d thr  %9.3f ms (cpu %.3f, x%.1f of %.3f)  rms "
                 "%.4f %% (worst %.4f)  max "
-                "%.3f %%  E %.3f (least %.3f)  it %d  matrix %.2f ns an entry\n",
+                "%.3f %%  E %.3f (least %.3f)  it %d  matrix %.2f ns an entry  surface cv %.2f, "
+                "contrast %.1f  gap %.2f %%\n",
                 r.cell.kase.substr(r.cell.kase.find_last_of('/') + 1).c_str(),
                 r.points,
                 1e3 * r.cell.radius_m,
@@ -97,7 +111,10 @@ void print(const Result& r)
                 r.loudness,
                 r.leastLoudness,
                 r.iterations,
-                1e6 * r.matrix_ms / (std::max(r.points, 1) * double(r.transducers)));
+                1e6 * r.matrix_ms / (std::max(r.points, 1) * double(r.transducers)),
+                r.surface.coefficientOfVariation,
+                r.surface.contrast,
+                100.0 * r.gap);
     std::fflush(stdout);
 }
 
@@ -121,6 +138,10 @@ int main(int argc, char** argv)
     app.add_option("--iterations", cell.iterations, "limit; 0: the method's own");
     app.add_option("--repeats", cell.repeats)->check(CLI::Range(1, 1000000));
     app.add_flag("--unequal", cell.unequal, "targets from 0.3 to 1");
+    app.add_option("--loudness", cell.loudness, "over 1: louder than it accurately can")
+        ->check(CLI::Range(0.01, 2.0));
+    bool noSurface = false;
+    app.add_flag("--no-surface", noSurface, "no figures over the surface, no bound");
     app.add_option("--csv", csv, "file to write");
     app.add_option("--json", json, "file to write");
     app.add_flag("--quick", quick, "a short version of everything");
@@ -130,6 +151,7 @@ int main(int argc, char** argv)
         const bool one = !quick && (app.count("--case") + app.count("--n") + app.count("--radius") +
                                         app.count("--solver") + app.count("--mode") >
                                     0);
+        cell.surface = !noSurface;
         if (cell.solver.empty()) cell.solver = haptics::solverNames().front();
         const std::vector<Cell> cells = one ? std::vector<Cell>{cell} : allCells(quick, cell);
         std::printf("%s, %zu cells\n", haptics::kernels::isaName(), cells.size());

@@ -3,6 +3,7 @@
 #include "haptics/OutlineHologram.h"
 #include "haptics/PropagationKernels.h"
 #include "haptics/SurfaceSampler.h"
+#include "tests/benchmarks/smooth/Patches.h"
 
 #include <cmath>
 #include <cstdio>
@@ -277,8 +278,8 @@ int main(int argc, char** argv)
     std::string csvPath;
     OutlineOptions options;
     app.add_flag("--quick", quick, "fewer cases");
-    app.add_option("--only", only, "outlines or surfaces")
-        ->check(CLI::IsMember({"outlines", "surfaces"}));
+    app.add_option("--only", only, "outlines, surfaces or patches")
+        ->check(CLI::IsMember({"outlines", "surfaces", "patches"}));
     app.add_option("--sweeps", sweeps, "of fields evened out together; 0: none");
     app.add_option("--spacing-mm", spacing_mm, "between the points of one field on the sphere");
     app.add_option("--csv", csvPath, "write the figures to a file");
@@ -300,8 +301,9 @@ int main(int argc, char** argv)
                    csv);
     try
     {
-        if (only != "surfaces") runOutlines(quick, options, csv);
-        if (only != "outlines") runSurfaces(quick, sweeps, spacing_mm * 1e-3, csv);
+        if (only.empty() || only == "outlines") runOutlines(quick, options, csv);
+        if (only.empty() || only == "surfaces") runSurfaces(quick, sweeps, spacing_mm * 1e-3, csv);
+        if (only.empty() || only == "patches") midair::bench::runPatches(quick);
     }
     catch (const std::exception& error)
     {

@@ -1,0 +1,9 @@
+#pragma once
+
+namespace midair::bench
+{
+
+/// Flat patches: one stationary field for ever denser points, the same evened out (EvenField), and fields in turn.
+void runPatches(bool quick);
+
+} // namespace midair::bench
