@@ -157,8 +157,11 @@ void HologramPipeline::playInTurn(const haptics::TransducerArray& array,
                                   HologramResult& result)
 {
     std::vector<Eigen::VectorXcf> played = fields;
+    // Keeping one field to the cap rates it over all points; what counts is each in the field for it.
     const Eigen::VectorXf achieved_Pa = result.achieved_Pa;
+    const haptics::SolveReport report = result.report;
     if (_cap) holdTurnToCap(array, played, result);
+    result.report = report;
     result.turn.clear();
     result.achieved_Pa = achieved_Pa * static_cast<float>(result.capFactor);
     result.report.level_Pa *= result.capFactor;

@@ -190,6 +190,54 @@ TEST(Solve, NoPointGetsMoreThanTheCap)
     }
 }
 
+TEST(Solve, FieldsInTurnAreWrittenAndMeasured)
+{
+    const std::string one = folder("one"), many = folder("cycle"), subsets = folder("subsets");
+    ASSERT_EQ(shell(kProgram + " " + kStar + " --size 0.06 --out " + one).code, 0);
+    const Outcome cycle =
+        shell(kProgram + " " + kStar + " --size 0.06 --cycle 4 --cycle-steps 1 --out " + many);
+    ASSERT_EQ(cycle.code, 0) << cycle.output;
+    EXPECT_NE(cycle.output.find("8 fields at 1000/s"), std::string::npos) << cycle.output;
+    EXPECT_EQ(readCsv(many + "/drive_08.csv").size(), 3984u);
+    EXPECT_FALSE(fs::exists(many + "/drive_09.csv"));
+    EXPECT_FALSE(fs::exists(many + "/drive.csv"));
+    const nlohmann::json a = readSummary(one), b = readSummary(many);
+    EXPECT_EQ(b["fields"], 8);
+    EXPECT_LT(b["surface"]["coefficientOfVariation"].get<double>(),
+              0.75 * a["surface"]["coefficientOfVariation"].get<double>());
+    EXPECT_GT(b["surface"]["contrast"].get<double>(), 1.0);
+    EXPECT_GT(b["report"]["audibleChange"].get<double>(), 0.0);
+    EXPECT_GT(readCsv(many + "/control_points.csv").size(),
+              2 * readCsv(one + "/control_points.csv").size());
+
+    ASSERT_EQ(shell(kProgram + " " + kStar + " --size 0.06 --subsets 3 --out " + subsets).code, 0);
+    const nlohmann::json c = readSummary(subsets);
+    EXPECT_EQ(c["fields"], 3);
+    EXPECT_GT(c["report"]["level_Pa"].get<double>(), 1.3 * a["report"]["level_Pa"].get<double>());
+}
+
+TEST(Solve, EdgesAreOneSmoothField)
+{
+    const std::string points = folder("edge-points"), dense = folder("outline");
+    const std::string square = " --size 0.05 ";
+    ASSERT_EQ(shell(kProgram + " " + kStar + square + "--sampling edges --out " + points).code, 0);
+    const Outcome outline = shell(kProgram + " " + kStar + square + "--outline --out " + dense);
+    ASSERT_EQ(outline.code, 0) << outline.output;
+    EXPECT_LT(readSummary(dense)["surface"]["coefficientOfVariation"].get<double>(),
+              readSummary(points)["surface"]["coefficientOfVariation"].get<double>());
+    EXPECT_EQ(readSummary(dense)["report"]["solver"], "outline");
+}
+
+TEST(Solve, LoudnessBeyondOneIsLouderAndLessAccurate)
+{
+    const std::string one = folder("loud-1"), more = folder("loud-2");
+    ASSERT_EQ(shell(kProgram + " " + kStar + " --size 0.08 --out " + one).code, 0);
+    ASSERT_EQ(shell(kProgram + " " + kStar + " --size 0.08 --loudness 1.5 --out " + more).code, 0);
+    const nlohmann::json a = readSummary(one)["report"], b = readSummary(more)["report"];
+    EXPECT_GT(b["loudness"].get<double>(), a["loudness"].get<double>());
+    EXPECT_GT(b["rms"].get<double>(), 5.0 * a["rms"].get<double>());
+}
+
 TEST(Solve, APressureIsPlayedOrTheReachableOneNamed)
 {
     const std::string out = folder("pressure");
