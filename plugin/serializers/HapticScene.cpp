@@ -41,8 +41,11 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
     wrapper->addSerializer(
         new Number("MaxPressure", 0.0, &MyClass::getMaxPressure, &MyClass::setMaxPressure),
         osgDB::BaseSerializer::RW_DOUBLE);
-    using Count = osgMidair::SinceVersion<osgDB::PropByValSerializer<MyClass, int>, MyClass, 2>;
-    using Flag = osgMidair::SinceVersion<osgDB::PropByValSerializer<MyClass, bool>, MyClass, 2>;
+
+    // Version 3
+    using Later = osgMidair::SinceVersion<osgDB::PropByValSerializer<MyClass, double>, MyClass, 3>;
+    using Count = osgMidair::SinceVersion<osgDB::PropByValSerializer<MyClass, int>, MyClass, 3>;
+    using Flag = osgMidair::SinceVersion<osgDB::PropByValSerializer<MyClass, bool>, MyClass, 3>;
     wrapper->addSerializer(new Count("Cycle", 1, &MyClass::getCycle, &MyClass::setCycle),
                            osgDB::BaseSerializer::RW_INT);
     wrapper->addSerializer(
@@ -51,13 +54,13 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
     wrapper->addSerializer(new Count("Subsets", 1, &MyClass::getSubsets, &MyClass::setSubsets),
                            osgDB::BaseSerializer::RW_INT);
     wrapper->addSerializer(
-        new Number("FieldRate", 1000.0, &MyClass::getFieldRate, &MyClass::setFieldRate),
+        new Later("FieldRate", 1000.0, &MyClass::getFieldRate, &MyClass::setFieldRate),
         osgDB::BaseSerializer::RW_DOUBLE);
     wrapper->addSerializer(
         new Flag("DenseOutlines", true, &MyClass::getDenseOutlines, &MyClass::setDenseOutlines),
         osgDB::BaseSerializer::RW_BOOL);
     wrapper->addSerializer(
-        new Number(
+        new Later(
             "MonitorInterval", 0.0, &MyClass::getMonitorInterval, &MyClass::setMonitorInterval),
         osgDB::BaseSerializer::RW_DOUBLE);
 }
