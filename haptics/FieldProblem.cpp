@@ -16,6 +16,27 @@ float playableAmplitude(const std::vector<float>& levels, float amplitude)
     return *above - wanted < wanted - *(above - 1) ? *above : *(above - 1);
 }
 
+void mixAmplitudes(const std::vector<float>& levels, float mean, int m, float* amplitudes)
+{
+    const float wanted = std::clamp(mean, 0.0f, 1.0f);
+    float low = wanted, high = wanted;
+    if (!levels.empty())
+    {
+        const auto above = std::lower_bound(levels.begin(), levels.end(), wanted);
+        high = above == levels.end() ? levels.back() : *above;
+        low = above == levels.begin() || high == wanted ? high : *(above - 1);
+    }
+    const float share = high > low ? (wanted - low) / (high - low) : 1.0f;
+    float owed = 0.5f;
+    for (int i = 0; i < m; ++i)
+    {
+        owed += share;
+        const bool isHigh = owed >= 1.0f;
+        owed -= isHigh ? 1.0f : 0.0f;
+        amplitudes[i] = isHigh ? high : low;
+    }
+}
+
 int FieldProblem::assign(const ControlPoints& points,
                          const std::vector<int>& active,
                          const TransducerArray& array,

@@ -152,5 +152,7 @@ private:
 
 /// The level nearest to \a amplitude among the ascending \a levels; itself, within 0 .. 1, where there are none.
 float playableAmplitude(const std::vector<float>& levels, float amplitude);
+/// \a m amplitudes of \a mean between two of the ascending \a levels: some at the one, some at the other, evenly spread.
+void mixAmplitudes(const std::vector<float>& levels, float mean, int m, float* amplitudes);
 
 } // namespace midair::haptics

@@ -48,8 +48,7 @@ private:
         _projected = false;
         ++outcome.iterations;
         alignToLast(field);
-        const float full = naturalLevel(field);
-        chooseAmplitudes(field, full);
+        chooseAmplitudes(field, naturalLevel(field));
         if (isLimited())
         {
             limitSteps();
@@ -57,8 +56,8 @@ private:
             field.phasesOf(field.p);
         }
         correct(field, limit, outcome);
-        const float mean = _weights.mean();
-        _weights /= mean;
+        if (options().absoluteTargets && !isLimited()) settleLevel(field);
+        _weights /= _weights.mean();
         outcome.playable = outcome.measured = !isLimited();
         return outcome;
     }
@@ -181,9 +180,9 @@ private:
             const float nearest = playableAmplitude(levels, share);
             _full = _uniform && nearest == 1.0f;
             if (_full) return;
-            mixLevels(levels, _uniform ? nearest : share, field.m());
-            const float mean = _uniform ? nearest : std::clamp(share, 0.0f, 1.0f);
-            field.y *= mean;
+            _gain = std::clamp(_uniform ? nearest : share, 0.0f, 1.0f);
+            mixAmplitudes(levels, _gain, field.m(), _amplitudes.data());
+            field.y *= _gain;
             kernels::scaleBy(field.G.paddedTransducers(),
                              _amplitudes.data(),
                              field.q.re.data(),
@@ -194,25 +193,27 @@ private:
         shapeAmplitudes(field, share);
     }
 
-    // Between two levels of the device: some transducers at the one, some at the other, evenly spread.
-    void mixLevels(const std::vector<float>& levels, float mean, int m)
+    // The corrections moved the level: all amplitudes by one factor move it back, as far as the array reaches.
+    void settleLevel(FieldProblem& field)
     {
-        const float wanted = std::clamp(mean, 0.0f, 1.0f);
-        float low = wanted, high = wanted;
-        if (!levels.empty())
+        const float enough = 1.0f / static_cast<float>(field.m());
+        for (int pass = 0; pass < 4; ++pass)
         {
-            const auto above = std::lower_bound(levels.begin(), levels.end(), wanted);
-            high = above == levels.end() ? levels.back() : *above;
-            low = above == levels.begin() || high == wanted ? high : *(above - 1);
-        }
-        const float share = high > low ? (wanted - low) / (high - low) : 1.0f;
-        float owed = 0.5f;
-        for (int i = 0; i < m; ++i)
-        {
-            owed += share;
-            const bool isHigh = owed >= 1.0f;
-            owed -= isHigh ? 1.0f : 0.0f;
-            _amplitudes[static_cast<std::size_t>(i)] = isHigh ? high : low;
+            const float ratio = largestTarget() / fittedLevel(field);
+            const bool isFull = options().phaseOnly && _gain >= 1.0f && ratio > 1.0f;
+            if (isFull || !std::isfinite(ratio) || std::fabs(ratio - 1.0f) < enough) return;
+            const std::vector<float>& levels = field.drive().amplitudeLevels;
+            _gain *= ratio;
+            if (options().phaseOnly)
+                mixAmplitudes(levels, _gain, field.m(), _amplitudes.data());
+            else
+                for (int i = 0; i < field.m(); ++i)
+                {
+                    const auto k = static_cast<std::size_t>(i);
+                    _amplitudes[k] = playableAmplitude(levels, _gain * std::abs(field.z.at(k)));
+                }
+            play(field, 0.0f, true);
+            field.clearPadding(field.q);
         }
     }
 
@@ -223,7 +224,7 @@ private:
         for (int i = 0; i < field.m(); ++i)
             power += std::norm(field.z.at(static_cast<std::size_t>(i)));
         const auto rms = static_cast<float>(std::sqrt(power / field.m()));
-        float g = rms > 0.0f ? share / rms : 0.0f;
+        _gain = rms > 0.0f ? share / rms : 0.0f;
         std::copy_n(field.q.re.data(), field.G.paddedTransducers(), _continuous.re.data());
         std::copy_n(field.q.im.data(), field.G.paddedTransducers(), _continuous.im.data());
         for (int pass = 0; pass < 3; ++pass)
@@ -231,15 +232,15 @@ private:
             for (int i = 0; i < field.m(); ++i)
             {
                 const auto s = static_cast<std::size_t>(i);
-                _amplitudes[s] =
-                    playableAmplitude(field.drive().amplitudeLevels, g * std::abs(field.z.at(s)));
+                _amplitudes[s] = playableAmplitude(field.drive().amplitudeLevels,
+                                                   _gain * std::abs(field.z.at(s)));
                 field.q.set(s, _continuous.at(s) * _amplitudes[s]);
             }
             field.forward(field.q, field.p);
             field.phasesOf(field.p);
             if (!options().absoluteTargets) return;
             const float level = naturalLevel(field);
-            if (level > 0.0f) g *= largestTarget() / level;
+            if (level > 0.0f) _gain *= largestTarget() / level;
         }
     }
 
@@ -382,6 +383,7 @@ private:
     SplitVector _continuous, _before; // m: q before its phases were rounded, before a correction
     AlignedBuffer<float> _amplitudes; // m
     Eigen::VectorXf _weights, _bestWeights;
+    float _gain = 1.0f;      // amplitudes: the mean of them, or what |z_i| is multiplied by
     int _weightsOf = 0;      // n of the field whose weights these are
     bool _projected = false; // build() took the first round
     bool _uniform = true;    // one amplitude for all

@@ -222,7 +222,8 @@ SolveReport SolverBase::solve(const ControlPoints& points,
         result.meanPhaseStep_rad = result.driveChange = result.audibleChange = 0.0;
         return result;
     }
-    const bool continues = isContinued(array);
+    // What goes beyond the accurate loudness looks around first: no round of the build's would last.
+    const bool continues = isContinued(array) && _beyond == 0.0;
     if (continues)
         build(_field);
     else

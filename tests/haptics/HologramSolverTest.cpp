@@ -257,6 +257,26 @@ TEST(EverySolver, SaysHowMuchTheArrayCan)
     }
 }
 
+TEST(GaussNewton, MeetsAbsoluteTargetsHoweverFewThePoints)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    SolverOptions options;
+    options.absoluteTargets = true;
+    for (const bool phaseOnly : {true, false})
+        for (const int n : {1, 2, 3, 4, 9})
+        {
+            SCOPED_TRACE(std::to_string(n) + (phaseOnly ? ", phases" : ", amplitudes too"));
+            options.phaseOnly = phaseOnly;
+            ControlPoints points = spherePoints(n, 0.02);
+            points.targets.setConstant(500.0);
+            Eigen::VectorXcf q;
+            const SolveReport report =
+                makeSolver("gauss-newton", options)->solve(points, array, Medium{}, q);
+            EXPECT_NEAR(report.level_Pa, 500.0, 2.5);
+            EXPECT_EQ(report.shortPoints, 0);
+        }
+}
+
 TEST(EverySolver, IsRepeatable)
 {
     const TransducerArray array = TransducerArray::octagonalPrism();
