@@ -244,6 +244,13 @@ void Hud::update()
     rows.emplace_back("error rms, max",
                       format("%.2f %%, %.2f %%", 100.0 * report.rms, 100.0 * report.max));
     rows.emplace_back("loudness E", format("%.3f", report.loudness));
+    if (r.monitored && r.monitored->certificate.points > 0)
+        rows.emplace_back(
+            "off the best",
+            format("%.1f %% at most", 100.0 * r.monitored->certificate.gapOfPhases()));
+    if (r.monitored && r.monitored->surface.samples > 0)
+        rows.emplace_back("surface cv",
+                          format("%.2f", r.monitored->surface.coefficientOfVariation));
     rows.emplace_back("pressure", flat::number(std::round(report.level_Pa)) + " Pa (peak)");
     rows.emplace_back("latency", format("%.1f ms", r.latency_ms));
     if (sliceShown) rows.emplace_back("slice", format("%.0f / s", slice->getSlicesPerSecond()));

@@ -222,6 +222,14 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion2)
     expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
 }
 
+TEST_P(Serialization, ReadsTheStoredFilesOfVersion3)
+{
+    findPlugins();
+    expectUnusual(
+        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v3/scene.") + GetParam())
+            .get());
+}
+
 TEST_P(Serialization, ATagIsKeptOnAnOrdinaryGroup)
 {
     osg::ref_ptr<osg::Group> group = new osg::Group;
