@@ -1,3 +1,4 @@
+#include "haptics/FieldFigures.h"
 #include "haptics/PhaseCorrection.h"
 #include "haptics/SolverBase.h"
 #include "haptics/Solvers.h"
@@ -16,6 +17,9 @@ constexpr int kColdStarts = 3;
 constexpr int kTrialRounds = 10; // of each start
 constexpr int kColdRounds = 30;  // of the best, those of its trial among them
 constexpr int kRoundsBeforeWeights = 3;
+constexpr int kRoundsWhenQuiet = 2;
+constexpr float kQuiet = 0.99f;    // of the loudness lately
+constexpr float kForget = 0.9998f; // an update
 constexpr int kCorrections = 8;
 constexpr int kConjugateSteps = 12;
 constexpr float kTrusted =
@@ -42,9 +46,13 @@ private:
         const int limit = iterationLimit(1000);
         _projected = _projected && warm;
         if (!warm || _weightsOf != field.n())
+        {
             coldStart(field, std::max(1, limit - kCorrections), outcome);
+            _loudest = loudnessAt(field, naturalLevel(field));
+        }
         _weightsOf = field.n();
         if (!_projected) projectionRound(field);
+        if (warm) keepLoud(field);
         _projected = false;
         ++outcome.iterations;
         alignToLast(field);
@@ -107,14 +115,18 @@ private:
         return _weights.dot(field.y) / _weights.dot(field.a);
     }
 
-    static float errorOf(const FieldProblem& field, float s)
+    // Phases that follow a moving object come to be at home in a poorer place than they set out from: further rounds, where
+    // the field is quieter than it lately was.
+    void keepLoud(FieldProblem& field)
     {
-        const auto error = field.y.array() / (s * field.a.array()) - 1.0f;
-        return std::sqrt(error.square().mean());
-    }
-    static float fittedLevel(const FieldProblem& field)
-    {
-        return field.y.dot(field.a) / field.a.squaredNorm();
+        for (int k = 0;
+             k < kRoundsWhenQuiet && loudnessAt(field, naturalLevel(field)) < kQuiet * _loudest;
+             ++k)
+        {
+            reweigh(field);
+            projectionRound(field);
+        }
+        _loudest = std::max(kForget * _loudest, loudnessAt(field, naturalLevel(field)));
     }
 
     void reweigh(const FieldProblem& field)
@@ -273,19 +285,6 @@ private:
         if (!_full) kernels::scaleBy(width, _amplitudes.data() + i, re, im);
     }
 
-    // The rms error that phases of the device's levels leave: off by up to pi/levels, rms pi/(sqrt 3 levels), spread over m
-    // transducers (0.0071 sqrt(n/m)/E for 256 levels).
-    float roundingError(const FieldProblem& field) const
-    {
-        const int levels = field.drive().phaseLevels;
-        if (levels == 0) return 0.0f;
-        const float loudness =
-            fittedLevel(field) * field.a.norm() / static_cast<float>(field.meanRowSum());
-        return 1.814f / static_cast<float>(std::max(levels, 2)) *
-               std::sqrt(static_cast<float>(field.n()) / static_cast<float>(field.m())) /
-               std::max(loudness, 0.05f);
-    }
-
     // The correction's step, or as much of it as makes the field better: far from a solution (crowded points) its straight
     // line misleads. Returns the fraction taken; 0: none helped.
     float stepCarefully(FieldProblem& field, float error)
@@ -383,6 +382,7 @@ private:
     SplitVector _continuous, _before; // m: q before its phases were rounded, before a correction
     AlignedBuffer<float> _amplitudes; // m
     Eigen::VectorXf _weights, _bestWeights;
+    float _loudest = 0.0f;   // lately
     float _gain = 1.0f;      // amplitudes: the mean of them, or what |z_i| is multiplied by
     int _weightsOf = 0;      // n of the field whose weights these are
     bool _projected = false; // build() took the first round
