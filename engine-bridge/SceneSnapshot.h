@@ -32,7 +32,8 @@ struct HapticProperties
     Side side = Side::BOTH;
     int priority = 0;                    ///< larger wins where points are too near or too many
     double modulationFrequency_Hz = 0.0; ///< >= 0; 0: a steady pressure
-    double modulationDepth = 1.0;        ///< 0 .. 1; by how much of itself the pressure on the skin goes down
+    double modulationDepth =
+        1.0; ///< 0 .. 1; by how much of itself the pressure on the skin goes down
 };
 
 bool operator==(const HapticProperties& a, const HapticProperties& b);

@@ -25,11 +25,11 @@ struct DemoOptions
     int subsets = 1;            ///< of the points, in turn
     double modulation_Hz = 0.0; ///< of the object; 0: steady
     double fieldRate_Hz = 1000.0;
-    double monitor_s = 0.0; ///< so often a field is certified and measured; 0: never
-    int maxPoints = 0;           ///< 0: no limit
+    double monitor_s = 0.0;            ///< so often a field is certified and measured; 0: never
+    int maxPoints = 0;                 ///< 0: no limit
     std::vector<std::string> overlays; ///< shown ones; empty: all
-    bool still = false;          ///< the object stays in the middle
-    int frames = 0;              ///< 0: 240 without a display, until the window is closed with one
+    bool still = false;                ///< the object stays in the middle
+    int frames = 0; ///< 0: 240 without a display, until the window is closed with one
     std::string out = "build/out";
     bool headless = false;
     bool benchmark = false;

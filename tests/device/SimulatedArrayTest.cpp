@@ -152,6 +152,7 @@ TEST(SimulatedArray, names_what_is_wrong_with_its_parameters)
     EXPECT_EQ(error("sim:?unplug=1s"),
               "device \"sim:?unplug=1s\": unknown parameter \"unplug\"; known are board, boards, "
               "corrupt, drop, fps, hang_at, "
-              "hold, latency, max-amplitude, max-pressure, mean-drive, mean-drive-time, ramp, replug_at, seed, "
+              "hold, latency, max-amplitude, max-pressure, mean-drive, mean-drive-time, ramp, "
+              "replug_at, seed, "
               "unplug_at");
 }
