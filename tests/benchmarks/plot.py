@@ -89,7 +89,7 @@ def growth(rows, path):
     axis.set_xlabel("control points")
     axis.set_ylabel("time, ms")
     axis.grid(True, which="both", alpha=0.25)
-    axis.legend(fontsize=7, frameon=False, bbox_to_anchor=(1.01, 1.0), loc="upper left")
+    axis.legend(fontsize=7, frameon=False, handlelength=4.0, bbox_to_anchor=(1.01, 1.0), loc="upper left")
     axis.set_title(f"Growth with the number of points (one thread, {rows[0]['isa']})", fontsize=11)
     figure.tight_layout()
     figure.savefig(path, dpi=120)
