@@ -193,7 +193,7 @@ private:
             _full = _uniform && nearest == 1.0f;
             if (_full) return;
             _gain = std::clamp(_uniform ? nearest : share, 0.0f, 1.0f);
-            mixAmplitudes(levels, _gain, field.m(), _amplitudes.data());
+            setAmplitudes(field);
             field.y *= _gain;
             kernels::scaleBy(field.G.paddedTransducers(),
                              _amplitudes.data(),
@@ -205,6 +205,15 @@ private:
         shapeAmplitudes(field, share);
     }
 
+    // What the device can play of _gain: evenly mixed levels with phases alone, else levels next to _gain |z_i|.
+    void setAmplitudes(const FieldProblem& field)
+    {
+        const std::vector<float>& levels = field.drive().amplitudeLevels;
+        if (options().phaseOnly) return mixAmplitudes(levels, _gain, field.m(), _amplitudes.data());
+        for (std::size_t i = 0; i < static_cast<std::size_t>(field.m()); ++i)
+            _amplitudes[i] = playableAmplitude(levels, _gain * std::abs(field.z.at(i)));
+    }
+
     // The corrections moved the level: all amplitudes by one factor move it back, as far as the array reaches.
     void settleLevel(FieldProblem& field)
     {
@@ -214,16 +223,8 @@ private:
             const float ratio = largestTarget() / fittedLevel(field);
             const bool isFull = options().phaseOnly && _gain >= 1.0f && ratio > 1.0f;
             if (isFull || !std::isfinite(ratio) || std::fabs(ratio - 1.0f) < enough) return;
-            const std::vector<float>& levels = field.drive().amplitudeLevels;
             _gain *= ratio;
-            if (options().phaseOnly)
-                mixAmplitudes(levels, _gain, field.m(), _amplitudes.data());
-            else
-                for (int i = 0; i < field.m(); ++i)
-                {
-                    const auto k = static_cast<std::size_t>(i);
-                    _amplitudes[k] = playableAmplitude(levels, _gain * std::abs(field.z.at(k)));
-                }
+            setAmplitudes(field);
             play(field, 0.0f, true);
             field.clearPadding(field.q);
         }
@@ -241,13 +242,9 @@ private:
         std::copy_n(field.q.im.data(), field.G.paddedTransducers(), _continuous.im.data());
         for (int pass = 0; pass < 3; ++pass)
         {
-            for (int i = 0; i < field.m(); ++i)
-            {
-                const auto s = static_cast<std::size_t>(i);
-                _amplitudes[s] = playableAmplitude(field.drive().amplitudeLevels,
-                                                   _gain * std::abs(field.z.at(s)));
-                field.q.set(s, _continuous.at(s) * _amplitudes[s]);
-            }
+            setAmplitudes(field);
+            for (std::size_t i = 0; i < static_cast<std::size_t>(field.m()); ++i)
+                field.q.set(i, _continuous.at(i) * _amplitudes[i]);
             field.forward(field.q, field.p);
             field.phasesOf(field.p);
             if (!options().absoluteTargets) return;
