@@ -12,6 +12,8 @@
 namespace midair::device
 {
 
+class JointCommit;
+
 /// Thrown when a device can't be opened or a URI can't be read: what() names the URI and what would be right.
 class DeviceError : public std::runtime_error
 {
@@ -73,7 +75,7 @@ struct DeviceReport
     std::uint64_t faults = 0;     ///< stalls, timeouts, short transfers, unplugs, nonsense
     std::uint64_t reconnects = 0; ///< times that it came back
     double lastHandedOver_s =
-        0; ///< std::chrono::steady_clock, when the last field was handed to the hardware; 0: never
+        0; ///< std::chrono::steady_clock, when the last field was handed to the hardware, with its commit; 0: never
     double latency_s = 0; ///< of that field, from send() until then
     double skew_s = 0; ///< several devices: from the first to the last of them, for the last field
     double worstSkew_s = 0;
@@ -92,6 +94,12 @@ public:
 
     /// Replaces the field as a whole, or not at all: false when refused (wrong length, muted, device lost), see status().
     virtual bool send(const DriveSignal& signal) = 0;
+
+    /// Whether sendTogether() can hold a field back until others have theirs.
+    virtual bool canStage() const { return false; }
+    /// As send(), but the field sounds when all devices in \a joint have their piece of it, and in none of them when one drops it.
+    /// Every call joins or leaves it once. A device that can't stage leaves and plays at once; null: as send().
+    virtual bool sendTogether(const DriveSignal& signal, const std::shared_ptr<JointCommit>& joint);
 
     /// All transducers off, at once, overtaking fields that wait; the next field that is sent plays.
     virtual void silence() = 0;

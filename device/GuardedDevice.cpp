@@ -3,6 +3,7 @@
 #include "device/DeviceUri.h"
 #include "device/DriveEncoder.h"
 #include "device/FieldCounters.h"
+#include "device/JointCommit.h"
 
 #include <algorithm>
 #include <array>
@@ -140,23 +141,25 @@ double GuardedDevice::allowedGain(double now_s)
     return gain;
 }
 
-bool GuardedDevice::sendScaled(double now_s)
+bool GuardedDevice::sendScaled(double now_s, const std::shared_ptr<JointCommit>& joint)
 {
     _gain = allowedGain(now_s);
     scaleDuties(_wanted, _gain, _scaled);
-    const bool taken = _device->send(_scaled);
+    const bool taken = _device->sendTogether(_scaled, joint);
     _drive = taken && _limits.meanDrive < 1 ? meanSquare(_scaled) : 0;
     _sounds = taken;
     return taken;
 }
 
-bool GuardedDevice::send(const DriveSignal& signal)
+bool GuardedDevice::sendTogether(const DriveSignal& signal,
+                                 const std::shared_ptr<JointCommit>& joint)
 {
     std::lock_guard<std::mutex> lock(_mutex);
     const bool whole = signal.size() == _transducers && signal.duty.size() == signal.phase.size();
     if (_muted || _closing || !whole)
     {
         ++_refused;
+        if (joint != nullptr) joint->leave();
         return false;
     }
     const double now_s = steadySeconds();
@@ -166,7 +169,7 @@ bool GuardedDevice::send(const DriveSignal& signal)
     if (_limits.ramp_s <= 0) _ramp = 1;
     _lastField_s = now_s;
     const bool started = !_sounds;
-    const bool taken = sendScaled(now_s);
+    const bool taken = sendScaled(now_s, joint);
     if (started && _thread.joinable()) _wake.notify_all();
     return taken;
 }

@@ -24,7 +24,10 @@ public:
     GuardedDevice(const GuardedDevice&) = delete;
     GuardedDevice& operator=(const GuardedDevice&) = delete;
 
-    bool send(const DriveSignal& signal) override;
+    bool send(const DriveSignal& signal) override { return sendTogether(signal, nullptr); }
+    bool canStage() const override { return _device->canStage(); }
+    bool sendTogether(const DriveSignal& signal,
+                      const std::shared_ptr<JointCommit>& joint) override;
     void silence() override;
     void setMuted(bool muted) override;
     std::string status() const override;
@@ -35,7 +38,7 @@ public:
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
-    bool sendScaled(double now_s);
+    bool sendScaled(double now_s, const std::shared_ptr<JointCommit>& joint = nullptr);
     double allowedGain(double now_s);
     void account(double now_s);
     void noteSilence();

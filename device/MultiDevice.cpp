@@ -2,6 +2,7 @@
 
 #include "device/FieldCounters.h"
 #include "device/GuardedDevice.h"
+#include "device/JointCommit.h"
 
 #include <algorithm>
 #include <cctype>
@@ -35,6 +36,8 @@ std::vector<std::string> splitDeviceList(const std::string& text)
 MultiDevice::MultiDevice(std::vector<Part> parts, int transducers) :
     _parts(std::move(parts)),
     _transducers(transducers),
+    _staging(static_cast<int>(std::count_if(
+        _parts.begin(), _parts.end(), [](const Part& part) { return part.device->canStage(); }))),
     _cuts(_parts.size())
 {
 }
@@ -76,9 +79,14 @@ bool MultiDevice::send(const DriveSignal& signal)
     for (std::size_t i = 0; i < _parts.size();
          ++i) // cut first, so that the sends follow each other closely
         cut(signal, _parts[i], _cuts[i]);
+    // One that could wait for no other plays without the detour.
+    const auto joint = _staging > 1 ? std::make_shared<JointCommit>(_staging) : nullptr;
     bool taken = true;
     for (std::size_t i = 0; i < _parts.size(); ++i)
-        taken = _parts[i].device->send(_cuts[i]) && taken;
+    {
+        ArrayDevice& device = *_parts[i].device;
+        taken = device.sendTogether(_cuts[i], device.canStage() ? joint : nullptr) && taken;
+    }
     return taken;
 }
 

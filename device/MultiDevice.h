@@ -9,8 +9,9 @@ namespace midair::device
 
 /// Several devices as one: boards of the array on different ports, or the array and a recorder.
 ///
-/// A field goes to all of them one right after the other, and the report says how far apart it was handed over. One that is lost
-/// does not keep the others from playing; send() is false when any of them refused.
+/// A field goes to all of them one right after the other. Those that can stage it (ArrayDevice::canStage()) are told to play it
+/// when the last of them has its piece; the others play at once. The report says how far apart that was. One that is lost does not
+/// keep the others from playing; send() is false when any of them refused.
 class MultiDevice : public ArrayDevice
 {
 public:
@@ -43,6 +44,7 @@ private:
 
     std::vector<Part> _parts;
     const int _transducers;
+    const int _staging;        ///< how many parts can
     mutable std::mutex _mutex; ///< one field at a time
     mutable double _skew_s = 0;
     mutable double _worstSkew_s = 0;

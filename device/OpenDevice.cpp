@@ -5,6 +5,7 @@
 #include "device/FieldCounters.h"
 #include "device/GuardedDevice.h"
 #include "device/HeldField.h"
+#include "device/JointCommit.h"
 #include "device/MultiDevice.h"
 #include "device/PlayingDevice.h"
 #include "device/RecordingDevice.h"
@@ -252,6 +253,13 @@ openList(const std::string& text, const DeviceLayout& layout, const SafetyLimits
 }
 
 } // namespace
+
+bool ArrayDevice::sendTogether(const DriveSignal& signal, const std::shared_ptr<JointCommit>& joint)
+{
+    const bool taken = send(signal);
+    if (joint != nullptr) joint->leave();
+    return taken;
+}
 
 std::vector<std::complex<float>> ArrayDevice::wouldPlay(const DriveSignal& signal) const
 {

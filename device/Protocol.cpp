@@ -238,10 +238,10 @@ std::vector<Range> ranges(const DeviceLayout& layout)
     return cut;
 }
 
-void appendField(std::vector<std::uint8_t>& out,
-                 const DriveSignal& signal,
-                 const std::vector<Range>& ranges,
-                 std::uint32_t sequence)
+void appendData(std::vector<std::uint8_t>& out,
+                const DriveSignal& signal,
+                const std::vector<Range>& ranges,
+                std::uint32_t sequence)
 {
     for (const Range& range : ranges)
     {
@@ -253,9 +253,22 @@ void appendField(std::vector<std::uint8_t>& out,
         writer.bytes(signal.duty.data() + range.offset, range.count);
         finish(out, start);
     }
+}
+
+void appendCommit(std::vector<std::uint8_t>& out, int transducers, std::uint32_t sequence)
+{
     const std::size_t start = begin(out, Type::COMMIT, kAllBoards, sequence);
-    ByteWriter(out).u32(static_cast<std::uint32_t>(signal.size()));
+    ByteWriter(out).u32(static_cast<std::uint32_t>(transducers));
     finish(out, start);
+}
+
+void appendField(std::vector<std::uint8_t>& out,
+                 const DriveSignal& signal,
+                 const std::vector<Range>& ranges,
+                 std::uint32_t sequence)
+{
+    appendData(out, signal, ranges, sequence);
+    appendCommit(out, signal.size(), sequence);
 }
 
 void StreamParser::push(const std::uint8_t* bytes, std::size_t count)

@@ -113,7 +113,14 @@ struct Range
 };
 std::vector<Range> ranges(const DeviceLayout& layout);
 
-/// Appends all DATA packets of a field and its COMMIT; no allocation once \a out is large enough.
+/// Appends all DATA packets of a field, or its COMMIT; no allocation once \a out is large enough.
+void appendData(std::vector<std::uint8_t>& out,
+                const DriveSignal& signal,
+                const std::vector<Range>& ranges,
+                std::uint32_t sequence);
+void appendCommit(std::vector<std::uint8_t>& out, int transducers, std::uint32_t sequence);
+
+/// Both.
 void appendField(std::vector<std::uint8_t>& out,
                  const DriveSignal& signal,
                  const std::vector<Range>& ranges,

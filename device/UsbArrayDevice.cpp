@@ -72,9 +72,10 @@ UsbArrayDevice::UsbArrayDevice(const DeviceLayout& layout, const Options& option
 
 UsbArrayDevice::~UsbArrayDevice()
 {
+    _seat->close();
+    silence();
     {
         std::unique_lock<std::mutex> lock(_mutex);
-        muteLocked();
         _heard.wait_for(lock, seconds(kFarewell_s), [&] { return _muteAwaited == 0 || !_ready; });
         _closing = true;
     }
@@ -166,50 +167,28 @@ void UsbArrayDevice::connect()
         });
 }
 
-bool UsbArrayDevice::send(const DriveSignal& signal)
-{
-    const double now_s = steadySeconds();
-    std::unique_lock<std::mutex> lock(_mutex);
-    const bool whole =
-        signal.size() == _layout.transducers && signal.duty.size() == signal.phase.size();
-    if (!whole || !_ready || _closing)
-    {
-        _counters.countRefused();
-        return false;
-    }
-    _counters.change(
-        [&](DeviceReport& report)
-        {
-            ++report.sent;
-            report.dropped += _slotFull ? 1 : 0;
-        });
-    _slot.signal = signal;
-    _slot.sentAt_s = now_s;
-    _slot.failed = _slot.repeated = false;
-    _slotFull = true;
-    if (canSubmit())
-        submitField(lock);
-    else
-        wakeWorker();
-    return true;
-}
-
 // With _mutex held. Goes by the control endpoint, so no field that waits in the pipe is before it; those that still come have
 // smaller sequence numbers and never play. The worker repeats it until the device says that it is muted.
-void UsbArrayDevice::muteLocked()
+std::vector<UsbArrayDevice::Joint> UsbArrayDevice::muteLocked()
 {
-    settleAll(false);
-    if (_pool == nullptr) return;
+    std::vector<Joint> joints = settleAll(false);
+    if (_pool == nullptr) return joints;
     _muteAwaited = nextSequence();
     submitMute();
     _pool->cancelSends();
     _wake.notify_all();
+    return joints;
 }
 
 void UsbArrayDevice::silence()
 {
-    std::lock_guard<std::mutex> lock(_mutex);
-    muteLocked();
+    std::vector<Joint> joints;
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        joints = muteLocked();
+    }
+    for (const Joint& joint : joints)
+        joint->giveUp();
 }
 
 bool UsbArrayDevice::identify(int board, bool light)

@@ -2,6 +2,7 @@
 
 #include "device/ArrayDevice.h"
 #include "device/FieldCounters.h"
+#include "device/JointCommit.h"
 #include "device/Protocol.h"
 #include "device/UsbTransferPool.h"
 
@@ -21,7 +22,12 @@ class DeviceUri;
 /// up for it. Else it leaves it in a slot one deep, where a newer one replaces it, for a worker thread, who also does all the rest. A
 /// field whose transfer fails is sent once more, whole, unless a newer one waits. When the device is lost the worker looks for it every
 /// quarter of a second and takes it up again, silent until the next field.
-class UsbArrayDevice : public ArrayDevice, public UsbTransferPool::Listener
+///
+/// A field of a joint goes in two transfers: its data, and when all have theirs its commit. Until then newer ones wait in the slot.
+/// With a fault, or with 8 fields not confirmed, the device leaves the joint and plays the field by itself.
+class UsbArrayDevice : public ArrayDevice,
+                       public UsbTransferPool::Listener,
+                       public JointCommit::Device
 {
 public:
     struct Options
@@ -35,7 +41,10 @@ public:
     UsbArrayDevice(const DeviceLayout& layout, const Options& options);
     ~UsbArrayDevice() override; ///< mutes and waits until the device said so, at most 0.2 s
 
-    bool send(const DriveSignal& signal) override;
+    bool send(const DriveSignal& signal) override { return sendTogether(signal, nullptr); }
+    bool canStage() const override { return true; }
+    bool sendTogether(const DriveSignal& signal,
+                      const std::shared_ptr<JointCommit>& joint) override;
     void silence() override;
     std::string status() const override;
     DeviceReport report() const override;
@@ -47,9 +56,16 @@ public:
     void onReceived(const std::uint8_t* bytes, std::size_t count) override;
     void onReceiveFailed(UsbTransferPool::Outcome outcome) override;
 
+    void commit(const JointCommit& joint) override;
+    void drop(const JointCommit& joint) override;
+
 private:
+    using Joint = std::shared_ptr<JointCommit>;
+
     struct Field
     {
+        Joint joint; ///< that it waits for; null: none, or no longer
+        bool committed = false;
         std::uint32_t sequence = 0;
         DriveSignal signal;
         double sentAt_s = 0;
@@ -62,19 +78,28 @@ private:
     void connect(); ///< throws DeviceError
     void disconnect(const std::string& why);
     bool work(std::unique_lock<std::mutex>& lock); ///< one thing that is due; false: nothing
+    bool canHandOver() const;
     bool canSubmit() const;
+    bool isStaged() const;    ///< the last of _flying has its commit still to come
+    bool isCommitDue() const; ///< and it waits for nobody
     void wakeWorker();
     void release(); ///< ends _busy
+    Joint fillSlot(const DriveSignal& signal, double sentAt_s, const Joint& joint);
     void submitField(std::unique_lock<std::mutex>& lock);
+    void submitCommit(std::unique_lock<std::mutex>& lock);
+    void handOver(std::unique_lock<std::mutex>& lock, bool sounds);
     void submitPacket(std::unique_lock<std::mutex>& lock, protocol::Type type);
     void recover(std::unique_lock<std::mutex>& lock);
+    Joint settleFailed(); ///< gives the joint to be left
     void takeStatus(const protocol::Packet& packet);
-    void muteLocked();
-    void settleAll(bool lost);
+    std::vector<Joint> muteLocked();         ///< gives the joints to be given up
+    std::vector<Joint> settleAll(bool lost); ///< gives the joints that were waited for
     void note(const std::string& fault);
     double nextDue_s() const;
     std::uint32_t nextSequence();
     bool submitMute();
+
+    static constexpr std::size_t kMostFlying = 8;
 
     const DeviceLayout _layout;
     const Options _options;
@@ -91,7 +116,8 @@ private:
     protocol::StreamParser _parser;       ///< the event thread's
     bool _slotFull = false;
     Field _slot;
-    std::deque<Field> _flying; ///< submitted, not yet confirmed
+    std::deque<Field>
+        _flying; ///< submitted, not yet confirmed; the last one perhaps without its commit
     DriveSignal _playing;
     std::uint32_t _sequence = 0;
     std::uint32_t _nonce = 0;
@@ -112,6 +138,7 @@ private:
     bool _closing = false;
     std::string _name;
     FieldCounters _counters;
+    const std::shared_ptr<JointCommit::Seat> _seat = std::make_shared<JointCommit::Seat>(*this);
     std::thread _thread;
 };
 

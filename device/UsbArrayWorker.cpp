@@ -22,7 +22,6 @@ constexpr double kMuteRetry_s = 0.02;
 constexpr double kConfirm_s = 0.5;
 constexpr int kMostFaultsInRow = 5;
 constexpr int kMostAsked = 3;
-constexpr std::size_t kMostFlying = 8;
 
 std::chrono::duration<double> seconds(double s)
 {
@@ -32,10 +31,14 @@ std::chrono::duration<double> seconds(double s)
 } // namespace
 
 // With _mutex held: what was on its way is lost, or dropped when the device merely was told to be silent.
-void UsbArrayDevice::settleAll(bool lost)
+std::vector<UsbArrayDevice::Joint> UsbArrayDevice::settleAll(bool lost)
 {
     const std::uint64_t waiting = _slotFull ? 1 : 0;
     const std::uint64_t flying = _flying.size();
+    std::vector<Joint> joints;
+    if (_slotFull && _slot.joint != nullptr) joints.push_back(std::move(_slot.joint));
+    if (isStaged() && _flying.back().joint != nullptr)
+        joints.push_back(std::move(_flying.back().joint));
     _slotFull = false;
     _flying.clear();
     std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
@@ -45,20 +48,24 @@ void UsbArrayDevice::settleAll(bool lost)
             report.dropped += waiting + (lost ? 0 : flying);
             report.lost += lost ? flying : 0;
         });
+    return joints;
 }
 
 void UsbArrayDevice::disconnect(const std::string& why)
 {
     std::unique_ptr<UsbTransferPool> pool;
+    std::vector<Joint> joints;
     {
         std::unique_lock<std::mutex> lock(_mutex);
         _free.wait(lock, [&] { return !_busy; });
         pool = std::move(_pool);
         _ready = false;
-        settleAll(true);
+        joints = settleAll(true);
         _muteAwaited = 0;
     }
     _heard.notify_all();
+    for (const Joint& joint : joints)
+        joint->leave(_seat.get());
     note(why);
     _counters.change([](DeviceReport& report) { report.state = DeviceState::LOST; });
     spdlog::error("{}: {}; silent until it is back", _name, why);
@@ -125,7 +132,8 @@ bool UsbArrayDevice::work(std::unique_lock<std::mutex>& lock)
     }
     // Answers come in order: what was heard so long after a field came after that field's own answer. The clock alone would
     // blame the device for a host whose threads don't get to run.
-    if (!_flying.empty() && _lastHeard_s - _flying.front().submittedAt_s > kConfirm_s)
+    if (!_flying.empty() && _flying.front().committed &&
+        _lastHeard_s - _flying.front().submittedAt_s > kConfirm_s)
     {
         _flying.pop_front();
         _counters.change(
@@ -140,6 +148,11 @@ bool UsbArrayDevice::work(std::unique_lock<std::mutex>& lock)
     if (_muteAwaited != 0 && (_muteSent != _muteAwaited || now_s - _muteAt_s >= kMuteRetry_s) &&
         submitMute())
         return true;
+    if (isCommitDue() && canHandOver())
+    {
+        submitCommit(lock);
+        return true;
+    }
     if (_slotFull && canSubmit())
     {
         submitField(lock);
@@ -161,16 +174,11 @@ bool UsbArrayDevice::work(std::unique_lock<std::mutex>& lock)
     return false;
 }
 
-bool UsbArrayDevice::canSubmit() const
-{
-    return !_busy && _pool != nullptr && _fault == Outcome::DONE && _flying.size() < kMostFlying &&
-           _pool->hasFree();
-}
-
 // Most of what happens needs no worker, and to wake a thread for nothing costs more than a field.
 void UsbArrayDevice::wakeWorker()
 {
-    if (_slotFull || _fault != Outcome::DONE || _muteAwaited != 0) _wake.notify_all();
+    if (_slotFull || isCommitDue() || _fault != Outcome::DONE || _muteAwaited != 0)
+        _wake.notify_all();
 }
 
 void UsbArrayDevice::release()
@@ -178,32 +186,6 @@ void UsbArrayDevice::release()
     _busy = false;
     _free.notify_all();
     wakeWorker();
-}
-
-void UsbArrayDevice::submitField(std::unique_lock<std::mutex>& lock)
-{
-    _flying.push_back(std::move(_slot));
-    _slotFull = false;
-    Field& field = _flying.back();
-    field.sequence = nextSequence();
-    field.submittedAt_s = steadySeconds();
-    _lastSubmit_s = field.submittedAt_s;
-    _bytes.clear();
-    protocol::appendField(_bytes, field.signal, _ranges, field.sequence);
-    const std::uint32_t token = field.sequence;
-    const double sentAt_s = field.sentAt_s;
-    _busy = true;
-    lock.unlock(); // send() may tell the listener at once
-    const bool handedOver = _pool->send(token, _bytes);
-    if (handedOver)
-        _counters.change(
-            [&](DeviceReport& report)
-            {
-                report.lastHandedOver_s = steadySeconds();
-                report.latency_s = report.lastHandedOver_s - sentAt_s;
-            });
-    lock.lock();
-    release();
 }
 
 void UsbArrayDevice::submitPacket(std::unique_lock<std::mutex>& lock, Type type)
@@ -264,6 +246,17 @@ void UsbArrayDevice::recover(std::unique_lock<std::mutex>& lock)
         lock.lock();
         return;
     }
+    const Joint left = settleFailed();
+    if (left == nullptr) return;
+    lock.unlock();
+    left->leave(_seat.get());
+    lock.lock();
+}
+
+// With _mutex held: the newest goes to the slot, for nobody to wait for.
+UsbArrayDevice::Joint UsbArrayDevice::settleFailed()
+{
+    Joint left;
     std::uint64_t dropped = 0;
     std::uint64_t lost = 0;
     for (auto field = _flying.begin(); field != _flying.end();)
@@ -273,6 +266,7 @@ void UsbArrayDevice::recover(std::unique_lock<std::mutex>& lock)
             ++field;
             continue;
         }
+        if (field->joint != nullptr) left = std::move(field->joint);
         const bool newest = !_slotFull && field + 1 == _flying.end();
         if (newest && !field->repeated)
         {
@@ -291,13 +285,18 @@ void UsbArrayDevice::recover(std::unique_lock<std::mutex>& lock)
             report.dropped += dropped;
             report.lost += lost;
         });
+    return left;
 }
 
 void UsbArrayDevice::onSent(std::uint64_t token, Outcome outcome)
 {
-    std::lock_guard<std::mutex> lock(_mutex);
+    std::unique_lock<std::mutex> lock(_mutex);
+    Joint staged;
     if (outcome == Outcome::DONE)
+    {
         _faultsInRow = token == 0 ? _faultsInRow : 0;
+        if (isStaged() && _flying.back().sequence == token) staged = _flying.back().joint;
+    }
     else if (outcome != Outcome::CANCELLED)
     {
         if (_fault != Outcome::LOST) _fault = outcome;
@@ -306,6 +305,8 @@ void UsbArrayDevice::onSent(std::uint64_t token, Outcome outcome)
         _heard.notify_all();
     }
     wakeWorker();
+    lock.unlock();
+    if (staged != nullptr) staged->ready(*_seat);
 }
 
 void UsbArrayDevice::onReceiveFailed(Outcome outcome)

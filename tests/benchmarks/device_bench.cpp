@@ -1,5 +1,5 @@
 // How long encoding takes, how many fields a second the simulated array and the emulated USB array take, and how long a field and a
-// mute are under way to the wire; beside it what the emulation costs by itself and how late the host wakes any thread.
+// mute are under way to the wire, how far apart two arrays get one field; beside it what the emulation costs by itself and how late the host wakes any thread.
 #include "device/ArrayDevice.h"
 #include "device/DriveEncoder.h"
 #include "device/FieldCounters.h"
@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <random>
@@ -275,6 +277,80 @@ void mutes(EmulatedArray& array, ArrayDevice& device)
     printTimes("usb,mute_to_wire_ms", times_ms);
 }
 
+/// When the commit of each field came to each of two arrays; the first two phases count the fields.
+class CommitClock
+{
+public:
+    explicit CommitClock(EmulatedArray* const (&arrays)[2])
+    {
+        for (int i = 0; i < 2; ++i)
+        {
+            arrays[i]->onField = [this, i](const std::uint8_t* bytes)
+            {
+                _field[i] = bytes[16] + 256U * bytes[17];
+                note(i);
+            };
+            // Later, where it comes by itself.
+            arrays[i]->onCommit = [this, i](const std::uint8_t*) { note(i); };
+        }
+    }
+    std::vector<double> skews_ms()
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        std::vector<double> skews;
+        for (const auto& [field, time_s] : _came_s[0])
+            if (_came_s[1].count(field) != 0)
+                skews.push_back(std::abs(_came_s[1][field] - time_s) * 1e3);
+        return skews;
+    }
+
+private:
+    void note(int i)
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        _came_s[i][_field[i]] = steadySeconds();
+    }
+    std::mutex _mutex;
+    unsigned _field[2] = {}; ///< umockdev's thread's
+    std::map<unsigned, double> _came_s[2];
+};
+
+// Both halves of the octagon.
+void twoArrays(double seconds, double rate_Hz)
+{
+    DeviceLayout half = octagon();
+    half.transducers /= 2;
+    half.board.resize(static_cast<std::size_t>(half.transducers));
+    EmulatedArray first(half, {}, 1);
+    EmulatedArray second(half, {}, 2);
+    CommitClock clock({&first, &second});
+    const auto device = openDevice("usb:A0001?boards=0-7,usb:A0002?boards=8-15", octagon());
+    DriveSignal signal = fullDrive();
+    std::vector<double> handedOver_ms;
+    const double start_s = steadySeconds();
+    const auto fields = static_cast<unsigned>(seconds * rate_Hz);
+    for (unsigned i = 0; i < fields; ++i)
+    {
+        for (const int begin : {0, kTransducers / 2})
+        {
+            signal.phase[begin] = static_cast<std::uint8_t>(i);
+            signal.phase[begin + 1] = static_cast<std::uint8_t>(i >> 8);
+        }
+        device->send(signal);
+        sleepUntil(start_s + (i + 1) / rate_Hz);
+        const DeviceReport report = device->report();
+        if (report.pending == 0) handedOver_ms.push_back(report.skew_s * 1e3);
+    }
+    const DeviceReport report = device->report();
+    std::printf("two_usb,sent,%u,played_by_each,%llu,lost,%llu\n",
+                fields,
+                static_cast<unsigned long long>(report.played / 2),
+                static_cast<unsigned long long>(report.lost));
+    printTimes("two_usb,skew_handed_over_ms", handedOver_ms);
+    std::vector<double> onTheWire_ms = clock.skews_ms();
+    printTimes("two_usb,skew_on_the_wire_ms", onTheWire_ms);
+}
+
 void usb(double seconds, double rate_Hz)
 {
     emulation(seconds, rate_Hz);
@@ -305,6 +381,8 @@ int main(int argc, char** argv)
 #ifdef MIDAIR_HAS_UMOCKDEV
     const HostProbe probe;
     usb(seconds, rate_Hz);
+    for (const double slower_Hz : {100.0, 300.0})
+        twoArrays(seconds, slower_Hz);
 #else
     std::printf("usb: built without umockdev, left out\n");
 #endif

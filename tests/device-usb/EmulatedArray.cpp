@@ -1,6 +1,7 @@
 #include "EmulatedArray.h"
 
 #include "Descriptors.h"
+#include "Testbed.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -8,6 +9,7 @@
 #include <cstring>
 #include <random>
 #include <stdexcept>
+#include <utility>
 
 #include <gtest/gtest.h>
 #include <sys/ioctl.h>
@@ -16,14 +18,13 @@
 namespace
 {
 
-constexpr const char* kNode = "/dev/bus/usb/001/005";
-constexpr const char* kSysPath = "/sys/devices/pci0000:00/usb1/1-1";
 constexpr int kOut = 0x03;
 constexpr int kIn = 0x86;
 constexpr int kFifoOut = 0x02;
 constexpr int kFifoIn = 0x81;
 constexpr int kFieldBytes =
-    40; // longer transfers carry a field, shorter ones a greeting or a keep-alive
+    40; // longer transfers carry a field, shorter ones a greeting, a keep-alive or a commit
+constexpr std::uint8_t kCommit = 0x03;
 
 } // namespace
 
@@ -34,9 +35,11 @@ double EmulatedArray::now_s()
 }
 
 EmulatedArray::EmulatedArray(const midair::device::DeviceLayout& layout,
-                             const midair::device::VirtualFirmware::Options& options) :
+                             const midair::device::VirtualFirmware::Options& options,
+                             int port) :
     _firmware(layout, options),
-    _testbed(umockdev_testbed_new()),
+    _port(port),
+    _testbed(theTestbed()),
     _handler(umockdev_ioctl_base_new())
 {
     _take = [this](const std::uint8_t* bytes, std::size_t count)
@@ -48,7 +51,7 @@ EmulatedArray::EmulatedArray(std::function<void(const std::uint8_t*, std::size_t
     _firmware(midair::device::DeviceLayout{1, {}}),
     _take(std::move(take)),
     _isFifo(true),
-    _testbed(umockdev_testbed_new()),
+    _testbed(theTestbed()),
     _handler(umockdev_ioctl_base_new())
 {
     connect();
@@ -60,18 +63,6 @@ void EmulatedArray::connect()
     g_signal_connect(_handler, "client-vanished", G_CALLBACK(onVanished), this);
     plug();
     _watch = std::thread([this] { watch(); });
-}
-
-std::string EmulatedArray::recordText() const
-{
-    const std::string descriptors = _isFifo ? kFifoDescriptors : kDescriptors;
-    return "P: /devices/pci0000:00/usb1/1-1\nN: bus/usb/001/005=" + descriptors +
-           "\nE: DEVNAME=/dev/bus/usb/001/005\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\nE: "
-           "BUSNUM=001\nE: DEVNUM=005\n"
-           "E: MAJOR=189\nE: MINOR=4\n"
-           "A: bConfigurationValue=1\\n\nA: busnum=1\\n\nA: devnum=5\\n\nA: speed=480\\n\n"
-           "H: descriptors=" +
-           descriptors + "\n";
 }
 
 EmulatedArray::~EmulatedArray()
@@ -86,20 +77,20 @@ EmulatedArray::~EmulatedArray()
     for (const Urb& urb : _done)
         free(urb);
     g_object_unref(_handler);
-    g_object_unref(_testbed);
 }
 
 void EmulatedArray::plug()
 {
     GError* error = nullptr;
-    umockdev_testbed_add_from_string(_testbed, recordText().c_str(), &error);
+    umockdev_testbed_add_from_string(
+        testbed(), recordText(_isFifo ? kFifoDescriptors : kDescriptors, _port).c_str(), &error);
     if (error != nullptr) throw std::runtime_error(error->message);
-    umockdev_testbed_attach_ioctl(_testbed, kNode, _handler, &error);
+    umockdev_testbed_attach_ioctl(testbed(), nodeOf(_port).c_str(), _handler, &error);
     if (error != nullptr) throw std::runtime_error(error->message);
     _firmware.powerCycle(now_s());
     std::lock_guard<std::mutex> lock(_mutex);
-    char* root = umockdev_testbed_get_root_dir(_testbed);
-    _node.make(std::string(root) + kNode);
+    char* root = umockdev_testbed_get_root_dir(testbed());
+    _node.make(std::string(root) + nodeOf(_port));
     g_free(root);
     _outHalted = false;
     _plugged = true;
@@ -131,19 +122,19 @@ void EmulatedArray::unplug(int error)
     }
     _firmware.powerCycle(now_s());
     GError* failure = nullptr;
-    umockdev_testbed_detach_ioctl(_testbed, kNode, &failure);
+    umockdev_testbed_detach_ioctl(testbed(), nodeOf(_port).c_str(), &failure);
     g_clear_error(&failure);
-    umockdev_testbed_uevent(_testbed, kSysPath, "remove");
-    umockdev_testbed_remove_device(_testbed, kSysPath);
+    umockdev_testbed_uevent(testbed(), sysPathOf(_port).c_str(), "remove");
+    umockdev_testbed_remove_device(testbed(), sysPathOf(_port).c_str());
 }
 
 void EmulatedArray::denyPermission()
 {
-    char* root = umockdev_testbed_get_root_dir(_testbed);
+    char* root = umockdev_testbed_get_root_dir(testbed());
     const std::string base = root;
     g_free(root);
     ::chmod(base.c_str(), 0755); // so that only the node itself refuses
-    ::chmod((base + kNode).c_str(), 0);
+    ::chmod((base + nodeOf(_port)).c_str(), 0);
 }
 
 void EmulatedArray::free(const Urb& urb)
@@ -258,9 +249,11 @@ void EmulatedArray::startOut(const Urb& urb)
 {
     const int length = urb.fields().buffer_length;
     const bool field = length > kFieldBytes;
-    if (field && stalls > 0)
+    const bool commit = length < kFieldBytes && urb.buffer->data[3] == kCommit;
+    std::atomic<int>& stalling = commit ? stalledCommits : stalls;
+    if ((field || commit) && stalling > 0)
     {
-        --stalls;
+        --stalling;
         _outHalted = true;
     }
     if (_outHalted) return finish(urb, -EPIPE, 0);
@@ -276,6 +269,7 @@ void EmulatedArray::startOut(const Urb& urb)
         --shorts;
         taken = length / 2;
     }
+    if (commit && onCommit) onCommit(urb.buffer->data);
     _take(urb.buffer->data, static_cast<std::size_t>(taken));
     if (field && taken == length)
     {
@@ -285,6 +279,14 @@ void EmulatedArray::startOut(const Urb& urb)
     finish(urb, 0, taken);
 }
 
+void EmulatedArray::letGo()
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    for (const Urb& urb : std::exchange(_hanging, {}))
+        startOut(urb);
+    _node.set(isDue());
+}
+
 void EmulatedArray::answerControl(const Urb& urb)
 {
     const guint8* setup = urb.buffer->data;
@@ -292,7 +294,7 @@ void EmulatedArray::answerControl(const Urb& urb)
     if (setup[0] == 0x80 && setup[1] == 6 && setup[3] == 3)
     {
         std::vector<std::uint8_t> answer = {4, 3, 9, 4}; // languages: English
-        if (setup[2] != 0) answer = stringDescriptor(setup[2] == 3 ? "A0001" : "osgMidair");
+        if (setup[2] != 0) answer = stringDescriptor(setup[2] == 3 ? serialOf(_port) : "osgMidair");
         const int count = std::min<int>(asked, static_cast<int>(answer.size()));
         umockdev_ioctl_data_update(urb.buffer, 8, answer.data(), count);
         return finish(urb, 0, count);
@@ -381,6 +383,7 @@ gboolean EmulatedArray::discard(UMockdevIoctlClient* client)
             if (urb->owner == client && urb->data->client_addr == address)
             {
                 ++discarded;
+                if (queue == &_hanging && onDiscarded) onDiscarded(urb->buffer->data);
                 finish(*urb, -ENOENT, 0);
                 queue->erase(urb);
                 umockdev_ioctl_client_complete(client, 0, 0);

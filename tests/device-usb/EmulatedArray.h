@@ -8,6 +8,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -22,12 +23,14 @@
 /// The device node is a pipe that is full, and so not ready, until a transfer has ended, as usbfs's node is not: libusb then sleeps
 /// in between instead of asking again and again.
 ///
-/// The device has a second interface, before the array's, and endpoint numbers that nobody would guess.
+/// The device has a second interface, before the array's, and endpoint numbers that nobody would guess. Several may be plugged in at
+/// a time, into ports 1 to 5 of one emulated bus, with the serial numbers A0001 to A0005; umockdev has one thread for all.
 class EmulatedArray
 {
 public:
     explicit EmulatedArray(const midair::device::DeviceLayout& layout,
-                           const midair::device::VirtualFirmware::Options& options = {});
+                           const midair::device::VirtualFirmware::Options& options = {},
+                           int port = 1);
     ~EmulatedArray();
 
     /// Not an array but an FT232H with serial number A0001, which hands what it is sent to \a take, on umockdev's thread.
@@ -43,14 +46,16 @@ public:
     void plug();
     /// In-flight transfers end with \a error: ESHUTDOWN, EPROTO or EPIPE, as it happens with real controllers.
     void unplug(int error = 108);
+    void letGo();          ///< what hangs arrives now, in its order
     void denyPermission(); ///< the device node can't be opened from here on
 
     // How many of the next OUT transfers with fields in them ..
-    std::atomic<int> stalls{0};        ///< .. end with a stall, which stays until it is cleared
-    std::atomic<int> hangs{0};         ///< .. never end
-    std::atomic<int> shorts{0};        ///< .. take only half of the bytes
-    std::atomic<bool> nonsense{false}; ///< answers are random bytes
-    std::atomic<bool> mute{false};     ///< there are no answers
+    std::atomic<int> stalls{0};         ///< .. end with a stall, which stays until it is cleared
+    std::atomic<int> hangs{0};          ///< .. never end, unless let go
+    std::atomic<int> shorts{0};         ///< .. take only half of the bytes
+    std::atomic<int> stalledCommits{0}; ///< as stalls, of transfers with a commit and nothing else
+    std::atomic<bool> nonsense{false};  ///< answers are random bytes
+    std::atomic<bool> mute{false};      ///< there are no answers
     std::atomic<bool> busyElsewhere{false}; ///< another program holds the interface
     std::atomic<int> cleared{0};            ///< CLEAR_HALT calls
     std::atomic<int> fieldTransfers{0};     ///< OUT transfers with fields that arrived whole
@@ -58,6 +63,10 @@ public:
 
     std::function<void(const std::uint8_t*)>
         onField; ///< told the bytes of each of these, on umockdev's thread
+    std::function<void(const std::uint8_t*)>
+        onCommit; ///< told the bytes of a commit that came by itself, before the firmware has it
+    std::function<void(const std::uint8_t*)>
+        onDiscarded; ///< told the bytes of what the host takes back
     std::function<void(const std::uint8_t*)>
         onControl; ///< told the packets that come by the control endpoint
 
@@ -71,7 +80,6 @@ private:
     };
 
     void connect();
-    std::string recordText() const;
     static gboolean onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self);
     static void onVanished(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self);
     gboolean handle(UMockdevIoctlClient* client);
@@ -91,7 +99,10 @@ private:
     midair::device::VirtualFirmware _firmware;
     std::function<void(const std::uint8_t*, std::size_t)> _take;
     bool _isFifo = false;
-    UMockdevTestbed* _testbed = nullptr;
+    UMockdevTestbed* testbed() const { return _testbed.get(); }
+
+    const int _port = 1;
+    std::shared_ptr<UMockdevTestbed> _testbed; ///< shared by all
     UMockdevIoctlBase* _handler = nullptr;
     std::mutex _mutex;
     std::deque<Urb> _waitingIn;

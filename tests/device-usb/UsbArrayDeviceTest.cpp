@@ -1,5 +1,6 @@
 #include "../device/Fields.h"
 #include "EmulatedArray.h"
+#include "Eventually.h"
 #include "device/ArrayDevice.h"
 #include "device/DriveEncoder.h"
 
@@ -28,18 +29,6 @@ DeviceLayout fullLayout()
     for (int i = 0; i < 3984; ++i)
         layout.board.push_back(i / 249);
     return layout;
-}
-
-// Waits for what another thread brings about; generous since the machine may be busy, but a pass takes as long as it takes.
-bool eventually(const std::function<bool()>& condition, double seconds = 10)
-{
-    const double end_s = EmulatedArray::now_s() + seconds;
-    while (!condition())
-    {
-        if (EmulatedArray::now_s() > end_s) return false;
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return true;
 }
 
 bool isSilent(const std::vector<std::complex<float>>& q)
