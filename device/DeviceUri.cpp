@@ -33,11 +33,11 @@ std::string shortNumber(double value)
     return text;
 }
 
-DeviceUri::DeviceUri(const std::string& text) : _text(text)
+DeviceUri::DeviceUri(const std::string& text, const std::string& thing) : _thing(thing), _text(text)
 {
     const std::size_t colon = text.find(':');
     if (colon == std::string::npos || colon == 0)
-        throw error("a device is named SCHEME:PATH?KEY=VALUE, for instance \"sim:\"");
+        throw error("a " + _thing + " is named SCHEME:PATH?KEY=VALUE, for instance \"sim:\"");
     _scheme = text.substr(0, colon);
     const std::size_t question = text.find('?', colon);
     _path = text.substr(colon + 1, question == std::string::npos ? question : question - colon - 1);
@@ -59,7 +59,7 @@ DeviceUri::DeviceUri(const std::string& text) : _text(text)
 
 DeviceError DeviceUri::error(const std::string& what) const
 {
-    return DeviceError("device \"" + _text + "\": " + what);
+    return DeviceError(_thing + " \"" + _text + "\": " + what);
 }
 
 std::string DeviceUri::take(const std::string& key)

@@ -9,13 +9,13 @@
 namespace midair::device
 {
 
-/// A device's name taken apart: `scheme:path?key=value&key=value`. Each device takes the parameters that it knows, then
-/// calls rejectUnknown(), so that a misspelt one is an error and not a default.
+/// A device's name (or another thing's of the outside) taken apart: `scheme:path?key=value&key=value`. Each device takes the
+/// parameters that it knows, then calls rejectUnknown(), so that a misspelt one is an error and not a default.
 class DeviceUri
 {
 public:
-    /// Throws DeviceError when there is no scheme or a parameter has no value.
-    explicit DeviceUri(const std::string& text);
+    /// Throws DeviceError when there is no scheme or a parameter has no value. \a thing is what errors call it.
+    explicit DeviceUri(const std::string& text, const std::string& thing = "device");
 
     const std::string& text() const { return _text; }
     const std::string& scheme() const { return _scheme; }
@@ -44,6 +44,7 @@ public:
 private:
     std::string take(const std::string& key);
 
+    std::string _thing;
     std::string _text;
     std::string _scheme;
     std::string _path;

@@ -1,6 +1,7 @@
 #include "Assignments.h"
 
 #include <cctype>
+#include <locale>
 #include <sstream>
 #include <vector>
 
@@ -110,6 +111,18 @@ void forEachAssignment(const std::string& text,
             start = end;
         }
     }
+}
+
+bool parseMatrix(const std::string& text, osg::Matrixd& matrix)
+{
+    std::istringstream in(text);
+    in.imbue(std::locale::classic());
+    osg::Matrixd read;
+    for (int i = 0; i < 16; ++i)
+        if (!(in >> read.ptr()[i])) return false;
+    if (!(in >> std::ws).eof()) return false;
+    matrix = read;
+    return true;
 }
 
 } // namespace osgMidair

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <osg/Matrixd>
+
 #include <functional>
 #include <string>
 
@@ -11,5 +13,8 @@ namespace osgMidair
 /// without "=" comes with an empty name; what follows a # up to the line's end is a comment.
 void forEachAssignment(const std::string& text,
                        const std::function<void(const std::string&, const std::string&)>& take);
+
+/// Reads "1 0 0 0  0 1 0 0  0 0 1 0  x y z 1": 16 numbers, row by row as OSG writes them; false where it is anything else.
+bool parseMatrix(const std::string& text, osg::Matrixd& matrix);
 
 } // namespace osgMidair

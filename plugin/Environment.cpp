@@ -22,7 +22,7 @@ const osg::ApplicationUsageProxy kUsage[] = {
      "Solver of haptic scenes instead of the one they name."},
     {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
      "OSG_MIDAIR_HANDS <uri>",
-     "Where haptic scenes get hands from: recorded:FILE, recorded:FILE?loop."},
+     "Where haptic scenes get hands from: recorded:FILE, recorded:FILE?loop, openxr:."},
     {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
      "OSG_MIDAIR_REACH <metres>",
      "Haptic scenes solve only what is so near to a hand; 0: everything."},

@@ -1,9 +1,14 @@
 #include "engine-bridge/HandSource.h"
 
+#include "Assignments.h"
 #include "HandConversion.h"
-#include "haptics/InputError.h"
+#include "device/DeviceUri.h"
+#include "engine-bridge/OpenXrHandSource.h"
 
 #include <osgMidair/HandSource>
+
+#include <stdexcept>
+#include <utility>
 
 namespace osgMidair
 {
@@ -11,10 +16,15 @@ namespace osgMidair
 namespace
 {
 
-class RecordedHands : public HandSource
+/// Plays what a source of the bridge gives.
+template<typename Source>
+class BridgedHands : public HandSource
 {
 public:
-    RecordedHands(const std::string& file, bool loop) : _source(file, loop) {}
+    template<typename... Args>
+    explicit BridgedHands(Args&&... args) : _source(std::forward<Args>(args)...)
+    {
+    }
 
     bool getHands(double time, std::vector<Hand>& hands) override
     {
@@ -29,12 +39,62 @@ public:
 
     std::string getStatus() const override { return _source.status(); }
 
+protected:
+    Source _source;
+
 private:
-    midair::bridge::RecordedHandSource _source;
     midair::bridge::HandFrame _frame;
     bool _begun = false;
     double _origin = 0.0; ///< s, of the scene's clock
 };
+
+using RecordedHands = BridgedHands<midair::bridge::RecordedHandSource>;
+
+class OpenXrHands : public BridgedHands<midair::bridge::OpenXrHandSource>
+{
+public:
+    using BridgedHands::BridgedHands;
+
+    std::vector<std::string> takeMessages() override { return _source.takeMessages(); }
+};
+
+osg::ref_ptr<HandSource> openRecording(std::string file)
+{
+    const std::string loop = "?loop";
+    const bool loops = file.size() > loop.size() &&
+                       file.compare(file.size() - loop.size(), loop.size(), loop) == 0;
+    if (loops) file.resize(file.size() - loop.size());
+    return new RecordedHands(file, loops);
+}
+
+osg::ref_ptr<HandSource> openOpenXr(const std::string& text)
+{
+    using midair::bridge::OpenXrSpace;
+    midair::device::DeviceUri uri(text, "hand source");
+    uri.rejectPath();
+    midair::bridge::OpenXrOptions options;
+    options.loader = uri.takeText("loader", options.loader);
+    const std::string space = uri.takeText("space", "");
+    if (!space.empty() && space != "stage" && space != "local")
+        throw uri.error("space=" + space + " should be stage or local");
+    if (!space.empty()) options.space = space == "stage" ? OpenXrSpace::STAGE : OpenXrSpace::LOCAL;
+    Eigen::Isometry3d placement = midair::bridge::OpenXrHandSource::upright();
+    const std::string matrix = uri.takeText("matrix", "");
+    osg::Matrixd given;
+    midair::bridge::PoseAndStretch parts;
+    if (!matrix.empty())
+    {
+        if (!parseMatrix(matrix, given) ||
+            !midair::bridge::decompose(midair::bridge::toEigen(given), parts) ||
+            !parts.stretch.isIdentity(0.02))
+            throw uri.error(
+                "matrix=" + matrix +
+                " should be 16 numbers of a rigid matrix, row by row, translation last");
+        placement = parts.pose;
+    }
+    uri.rejectUnknown();
+    return new OpenXrHands(options, placement);
+}
 
 } // namespace
 
@@ -61,27 +121,21 @@ std::string InjectedHands::getStatus() const
 osg::ref_ptr<HandSource> openHandSource(const std::string& uri, std::string& error)
 {
     const std::string recorded = "recorded:";
-    const std::string loop = "?loop";
+    const std::string openXr = "openxr:";
     if (uri.empty()) return nullptr;
-    if (uri.compare(0, recorded.size(), recorded) != 0)
-    {
-        error =
-            "hand source \"" + uri + "\" is not known; recorded:FILE and recorded:FILE?loop are";
-        return nullptr;
-    }
-    std::string file = uri.substr(recorded.size());
-    const bool loops = file.size() > loop.size() &&
-                       file.compare(file.size() - loop.size(), loop.size(), loop) == 0;
-    if (loops) file.resize(file.size() - loop.size());
     try
     {
-        return new RecordedHands(file, loops);
+        if (uri.compare(0, recorded.size(), recorded) == 0)
+            return openRecording(uri.substr(recorded.size()));
+        if (uri.compare(0, openXr.size(), openXr) == 0) return openOpenXr(uri);
+        error = "hand source \"" + uri +
+                "\" is not known; recorded:FILE, recorded:FILE?loop and openxr: are";
     }
-    catch (const midair::haptics::InputError& wrong)
+    catch (const std::runtime_error& wrong) // InputError of recordings, DeviceError of URIs
     {
         error = wrong.what();
-        return nullptr;
     }
+    return nullptr;
 }
 
 Hand openHand(int id, const osg::Vec3d& tip, const osg::Quat& orientation)

@@ -4,6 +4,8 @@
 
 #include <osgMidair/HapticSurface>
 
+#include <osg/Notify>
+
 #include <algorithm>
 
 namespace osgMidair
@@ -57,7 +59,11 @@ void HandTracker::locate(double time_s,
     _frame.hands.clear();
     around.hands.clear();
     HandSource* source = _source ? _source.get() : _namedSource.get();
-    if (!source || !source->getHands(time_s, _hands)) return;
+    if (!source) return;
+    const bool any = source->getHands(time_s, _hands);
+    for (const std::string& message : source->takeMessages())
+        OSG_WARN << "osgMidair: " << message << std::endl;
+    if (!any) return;
     for (const Hand& hand : _hands)
         _frame.hands.push_back(toBridge(hand));
     _frame = midair::bridge::transformed(_frame, worldToArray);

@@ -1,3 +1,4 @@
+#include "Assignments.h"
 #include "OptionTable.h"
 
 #include <osgMidair/HapticSettings>
@@ -13,19 +14,6 @@ namespace
 constexpr double kNoLimit = std::numeric_limits<double>::max();
 constexpr int kMostPoints = 1000000;
 
-/// "1 0 0 0  0 1 0 0  0 0 1 0  x y z 1": 16 numbers, row by row as OSG writes them.
-bool setCalibration(HapticSettings& settings, const std::string& text)
-{
-    std::istringstream in(text);
-    in.imbue(std::locale::classic());
-    osg::Matrixd matrix;
-    for (int i = 0; i < 16; ++i)
-        if (!(in >> matrix.ptr()[i])) return false;
-    if (!(in >> std::ws).eof()) return false;
-    settings.calibration = matrix;
-    return true;
-}
-
 OptionTable<HapticSettings> makeTable()
 {
     using S = HapticSettings;
@@ -37,7 +25,8 @@ OptionTable<HapticSettings> makeTable()
     table.add(
         {"calibration",
          "world in m -> array, rigid: 16 numbers, row by row, translation last (default identity)",
-         setCalibration,
+         [](S& settings, const std::string& text)
+         { return parseMatrix(text, settings.calibration); },
          "16 numbers",
          {}});
     table.number(
@@ -80,7 +69,7 @@ OptionTable<HapticSettings> makeTable()
                  "control points shared by all objects; 0: 1000 (default)");
     table.text("hands",
                &S::hands,
-               "where hands come from: recorded:FILE, recorded:FILE?loop (default none)");
+               "where hands come from: recorded:FILE, recorded:FILE?loop, openxr: (default none)");
     table.number("reach",
                  &S::reach,
                  0.0,

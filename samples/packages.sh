@@ -6,6 +6,7 @@ midair_packages=(
     libeigen3-dev                         # linear algebra
     libbullet-dev                         # hands, rigid bodies
     libtinyobjloader-dev                  # OBJ files
+    libopenxr-dev                         # hands of OpenXR runtimes; its headers
     libusb-1.0-0-dev libftdi1-dev         # arrays over USB and FTDI chips
     nlohmann-json3-dev libcli11-dev libspdlog-dev
     libegl-dev libgl1-mesa-dri            # off-screen pictures
@@ -14,6 +15,7 @@ midair_packages=(
 midair_test_packages=(
     libgtest-dev
     umockdev libumockdev-dev              # emulated USB devices
+    libopenxr-loader1                     # loads the tests' own OpenXR runtime
     xvfb xauth                            # osgviewer in the tests
     clang-format-14
 )

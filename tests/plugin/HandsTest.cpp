@@ -234,12 +234,11 @@ TEST(Hands, AWrongSourceIsSaidOnce)
     box.scene->setHands("telepathy:");
     viewer.frames(5);
     const auto messages = box.scene->getStatistics().messages;
-    EXPECT_EQ(
-        std::count(
-            messages.begin(),
-            messages.end(),
-            "hand source \"telepathy:\" is not known; recorded:FILE and recorded:FILE?loop are"),
-        1);
+    EXPECT_EQ(std::count(messages.begin(),
+                         messages.end(),
+                         "hand source \"telepathy:\" is not known; recorded:FILE, "
+                         "recorded:FILE?loop and openxr: are"),
+              1);
 }
 
 TEST(MouseHand, FingerFollowsTheMouseInItsPlane)
