@@ -77,7 +77,8 @@ struct DeviceReport
     double lastHandedOver_s =
         0; ///< std::chrono::steady_clock, when the last field was handed to the hardware, with its commit; 0: never
     double latency_s = 0; ///< of that field, from send() until then
-    double skew_s = 0; ///< several devices: from the first to the last of them, for the last field
+    double skew_s =
+        0; ///< several devices: from the first to the last of them, for the last field; of arrays that commit together: of those
     double worstSkew_s = 0;
     std::string firmware;     ///< "1.2.3"; empty where unknown
     double temperature_C = 0; ///< 0 where unknown

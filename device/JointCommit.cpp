@@ -6,6 +6,19 @@
 namespace midair::device
 {
 
+void SkewMeter::note(double skew_s)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    _reading.last_s = skew_s;
+    _reading.worst_s = std::max(_reading.worst_s, skew_s);
+}
+
+SkewMeter::Reading SkewMeter::read() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    return _reading;
+}
+
 void JointCommit::Seat::close()
 {
     std::lock_guard<std::mutex> lock(_mutex);
@@ -49,15 +62,15 @@ void JointCommit::leave(const Seat* seat)
 void JointCommit::giveUp()
 {
     std::unique_lock<std::mutex> lock(_mutex);
-    if (!_over) end(lock, &Device::drop);
+    if (!_over) end(lock, false);
 }
 
 void JointCommit::countDown(std::unique_lock<std::mutex>& lock)
 {
-    if (--_missing <= 0) end(lock, &Device::commit);
+    if (--_missing <= 0) end(lock, true);
 }
 
-void JointCommit::end(std::unique_lock<std::mutex>& lock, Message message)
+void JointCommit::end(std::unique_lock<std::mutex>& lock, bool commits)
 {
     _over = true;
     const Members members = std::move(_members);
@@ -66,8 +79,21 @@ void JointCommit::end(std::unique_lock<std::mutex>& lock, Message message)
     for (const Member& member : members)
     {
         std::lock_guard<std::mutex> told(member.seat->_mutex);
-        if (member.seat->_device != nullptr) (member.seat->_device->*message)(*this);
+        Device* const device = member.seat->_device;
+        if (device == nullptr) continue;
+        if (commits)
+            device->commit(*this);
+        else
+            device->drop(*this);
     }
+}
+
+void JointCommit::handedOver(double at_s)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    _first_s = _out == 0 ? at_s : std::min(_first_s, at_s);
+    _last_s = _out == 0 ? at_s : std::max(_last_s, at_s);
+    if (++_out == _devices && _meter != nullptr) _meter->note(_last_s - _first_s);
 }
 
 } // namespace midair::device

@@ -2,26 +2,46 @@
 
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 namespace midair::device
 {
 
+/// How far apart the devices of joints were handed their commits: of the last joint that all of its devices played in, and the most.
+class SkewMeter
+{
+public:
+    struct Reading
+    {
+        double last_s = 0;
+        double worst_s = 0;
+    };
+    void note(double skew_s);
+    Reading read() const;
+
+private:
+    mutable std::mutex _mutex;
+    Reading _reading;
+};
+
 /// One field that several devices play at one moment: each says when it has its piece, and with the last of them all commit.
 ///
 /// Nobody waits in here, and no lock of it is held over commit() and drop(): they come on the stack of whoever brought the end about,
-/// with ready(), leave() or giveUp(). So call these three with no lock held that a device's commit() or drop() takes; join() under any.
+/// with ready(), leave() or giveUp(). So call these three with no lock held that a device's commit() or drop() takes; the others
+/// under any.
 class JointCommit
 {
 public:
-    /// What takes part. Told at most one of the two for a field, from any thread.
+    /// What takes part. Told at most one of commit() and drop() for a field, from any thread.
     class Device
     {
     public:
         virtual ~Device() = default;
-        virtual void
-        commit(const JointCommit& joint) = 0; ///< all are ready: the piece is to sound now
-        virtual void drop(const JointCommit& joint) = 0; ///< one gave it up: it shall not sound
+        /// All are ready: the piece is to sound now.
+        virtual void commit(const JointCommit& joint) = 0;
+        /// One gave the field up: it shall not sound.
+        virtual void drop(const JointCommit& joint) = 0;
     };
 
     /// A device's place in joints, which may outlive it.
@@ -29,8 +49,8 @@ public:
     {
     public:
         explicit Seat(Device& device) : _device(&device) {}
-        void
-        close(); ///< the device is told nothing any more once this returns; not out of commit() or drop()
+        /// The device is told nothing any more once this returns. Not to be called by what it is told.
+        void close();
 
     private:
         friend class JointCommit;
@@ -39,7 +59,12 @@ public:
     };
 
     /// Ends when so many are ready or have left; each of them joins or leaves once.
-    explicit JointCommit(int devices) : _missing(devices) {}
+    explicit JointCommit(int devices, std::shared_ptr<SkewMeter> meter = nullptr) :
+        _devices(devices),
+        _missing(devices),
+        _meter(std::move(meter))
+    {
+    }
 
     /// Makes no calls. False when the field was given up already: then it is to be dropped and nothing more to be told to us.
     bool join(std::shared_ptr<Seat> seat);
@@ -48,6 +73,8 @@ public:
     void leave(const Seat* seat = nullptr);
     /// Nobody who is in it plays the field. In vain after the end.
     void giveUp();
+    /// The commit went out, at this time of std::chrono::steady_clock.
+    void handedOver(double at_s);
 
 private:
     struct Member
@@ -56,14 +83,18 @@ private:
         bool ready;
     };
     using Members = std::vector<Member>;
-    using Message = void (Device::*)(const JointCommit&);
 
     void countDown(std::unique_lock<std::mutex>& lock);
-    void end(std::unique_lock<std::mutex>& lock, Message message);
+    void end(std::unique_lock<std::mutex>& lock, bool commits);
     Members::iterator find(const Seat* seat);
 
+    const int _devices;
     std::mutex _mutex;
     int _missing; ///< neither ready nor gone
+    int _out = 0; ///< commits handed over
+    double _first_s = 0;
+    double _last_s = 0;
+    const std::shared_ptr<SkewMeter> _meter;
     bool _over = false;
     Members _members;
 };

@@ -2,7 +2,6 @@
 
 #include "device/FieldCounters.h"
 #include "device/GuardedDevice.h"
-#include "device/JointCommit.h"
 
 #include <algorithm>
 #include <cctype>
@@ -42,9 +41,10 @@ MultiDevice::MultiDevice(std::vector<Part> parts, int transducers) :
 {
 }
 
-// From when each device handed over its last field, once all have this one.
+// From when each device handed over its last field, once all have this one. Joints measure for themselves.
 void MultiDevice::measureSkew() const
 {
+    if (_staging > 1) return;
     double first = std::numeric_limits<double>::infinity();
     double last = 0;
     for (const Part& part : _parts)
@@ -56,8 +56,7 @@ void MultiDevice::measureSkew() const
         first = std::min(first, report.lastHandedOver_s);
         last = std::max(last, report.lastHandedOver_s);
     }
-    _skew_s = last - first;
-    _worstSkew_s = std::max(_worstSkew_s, _skew_s);
+    _skew->note(last - first);
 }
 
 void MultiDevice::cut(const DriveSignal& signal, const Part& part, DriveSignal& piece)
@@ -80,7 +79,7 @@ bool MultiDevice::send(const DriveSignal& signal)
          ++i) // cut first, so that the sends follow each other closely
         cut(signal, _parts[i], _cuts[i]);
     // One that could wait for no other plays without the detour.
-    const auto joint = _staging > 1 ? std::make_shared<JointCommit>(_staging) : nullptr;
+    const auto joint = _staging > 1 ? std::make_shared<JointCommit>(_staging, _skew) : nullptr;
     bool taken = true;
     for (std::size_t i = 0; i < _parts.size(); ++i)
     {
@@ -140,8 +139,8 @@ DeviceReport MultiDevice::report() const
     }
     sum.sent += _refused;
     sum.refused += _refused;
-    sum.skew_s = _skew_s;
-    sum.worstSkew_s = _worstSkew_s;
+    sum.skew_s = _skew->read().last_s;
+    sum.worstSkew_s = _skew->read().worst_s;
     return sum;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
+#include "device/JointCommit.h"
 
 #include <mutex>
 
@@ -46,8 +47,7 @@ private:
     const int _transducers;
     const int _staging;        ///< how many parts can
     mutable std::mutex _mutex; ///< one field at a time
-    mutable double _skew_s = 0;
-    mutable double _worstSkew_s = 0;
+    const std::shared_ptr<SkewMeter> _skew = std::make_shared<SkewMeter>();
     std::uint64_t _refused = 0;
     std::vector<DriveSignal> _cuts;
 };

@@ -64,7 +64,8 @@ private:
 
     struct Field
     {
-        Joint joint; ///< that it waits for; null: none, or no longer
+        Joint joint;           ///< null: none, or its commit is out
+        bool released = false; ///< waits for nobody in it any more
         bool committed = false;
         std::uint32_t sequence = 0;
         DriveSignal signal;
@@ -81,13 +82,14 @@ private:
     bool canHandOver() const;
     bool canSubmit() const;
     bool isStaged() const;    ///< the last of _flying has its commit still to come
-    bool isCommitDue() const; ///< and it waits for nobody
+    bool isCommitDue() const; ///< and waits for nobody with it
+    bool isHeldBackFor(const JointCommit& joint) const;
     void wakeWorker();
     void release(); ///< ends _busy
     Joint fillSlot(const DriveSignal& signal, double sentAt_s, const Joint& joint);
     void submitField(std::unique_lock<std::mutex>& lock);
     void submitCommit(std::unique_lock<std::mutex>& lock);
-    void handOver(std::unique_lock<std::mutex>& lock, bool sounds);
+    void handOver(std::unique_lock<std::mutex>& lock);
     void submitPacket(std::unique_lock<std::mutex>& lock, protocol::Type type);
     void recover(std::unique_lock<std::mutex>& lock);
     Joint settleFailed(); ///< gives the joint to be left

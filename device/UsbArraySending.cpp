@@ -23,7 +23,12 @@ bool UsbArrayDevice::isStaged() const
 
 bool UsbArrayDevice::isCommitDue() const
 {
-    return isStaged() && _flying.back().joint == nullptr;
+    return isStaged() && _flying.back().released;
+}
+
+bool UsbArrayDevice::isHeldBackFor(const JointCommit& joint) const
+{
+    return isStaged() && !_flying.back().released && _flying.back().joint.get() == &joint;
 }
 
 bool UsbArrayDevice::sendTogether(const DriveSignal& signal, const Joint& joint)
@@ -77,7 +82,7 @@ UsbArrayDevice::fillSlot(const DriveSignal& signal, double sentAt_s, const Joint
     }
     _slot.signal = signal;
     _slot.sentAt_s = sentAt_s;
-    _slot.committed = _slot.failed = _slot.repeated = false;
+    _slot.released = _slot.committed = _slot.failed = _slot.repeated = false;
     _slotFull = true;
     return overtaken;
 }
@@ -92,7 +97,7 @@ void UsbArrayDevice::submitField(std::unique_lock<std::mutex>& lock)
     _bytes.clear();
     protocol::appendData(_bytes, field.signal, _ranges, field.sequence);
     if (field.committed) protocol::appendCommit(_bytes, field.signal.size(), field.sequence);
-    handOver(lock, field.committed);
+    handOver(lock);
 }
 
 void UsbArrayDevice::submitCommit(std::unique_lock<std::mutex>& lock)
@@ -101,13 +106,15 @@ void UsbArrayDevice::submitCommit(std::unique_lock<std::mutex>& lock)
     field.committed = true;
     _bytes.clear();
     protocol::appendCommit(_bytes, field.signal.size(), field.sequence);
-    handOver(lock, true);
+    handOver(lock);
 }
 
-// _bytes, of the last of _flying; \a sounds: with its commit.
-void UsbArrayDevice::handOver(std::unique_lock<std::mutex>& lock, bool sounds)
+// _bytes, of the last of _flying.
+void UsbArrayDevice::handOver(std::unique_lock<std::mutex>& lock)
 {
     Field& field = _flying.back();
+    const bool sounds = field.committed;
+    const Joint joint = sounds ? std::move(field.joint) : nullptr;
     field.submittedAt_s = _lastSubmit_s = steadySeconds();
     const std::uint32_t token = field.sequence;
     const double sentAt_s = field.sentAt_s;
@@ -115,12 +122,16 @@ void UsbArrayDevice::handOver(std::unique_lock<std::mutex>& lock, bool sounds)
     lock.unlock(); // the pool may tell the listener at once
     const bool handedOver = _pool->send(token, _bytes);
     if (handedOver && sounds)
+    {
+        const double now_s = steadySeconds();
+        if (joint != nullptr) joint->handedOver(now_s);
         _counters.change(
             [&](DeviceReport& report)
             {
-                report.lastHandedOver_s = steadySeconds();
-                report.latency_s = report.lastHandedOver_s - sentAt_s;
+                report.lastHandedOver_s = now_s;
+                report.latency_s = now_s - sentAt_s;
             });
+    }
     lock.lock();
     release();
 }
@@ -128,8 +139,8 @@ void UsbArrayDevice::handOver(std::unique_lock<std::mutex>& lock, bool sounds)
 void UsbArrayDevice::commit(const JointCommit& joint)
 {
     std::unique_lock<std::mutex> lock(_mutex);
-    if (!isStaged() || _flying.back().joint.get() != &joint) return;
-    _flying.back().joint.reset();
+    if (!isHeldBackFor(joint)) return;
+    _flying.back().released = true;
     if (canHandOver())
         submitCommit(lock);
     else
@@ -140,8 +151,7 @@ void UsbArrayDevice::drop(const JointCommit& joint)
 {
     std::unique_lock<std::mutex> lock(_mutex);
     const bool waiting = _slotFull && _slot.joint.get() == &joint;
-    const bool staged = isStaged() && _flying.back().joint.get() == &joint;
-    if (!waiting && !staged) return;
+    if (!waiting && !isHeldBackFor(joint)) return;
     if (waiting)
         _slotFull = false;
     else

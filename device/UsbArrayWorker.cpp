@@ -37,8 +37,7 @@ std::vector<UsbArrayDevice::Joint> UsbArrayDevice::settleAll(bool lost)
     const std::uint64_t flying = _flying.size();
     std::vector<Joint> joints;
     if (_slotFull && _slot.joint != nullptr) joints.push_back(std::move(_slot.joint));
-    if (isStaged() && _flying.back().joint != nullptr)
-        joints.push_back(std::move(_flying.back().joint));
+    if (isStaged()) joints.push_back(std::move(_flying.back().joint));
     _slotFull = false;
     _flying.clear();
     std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));

@@ -191,6 +191,26 @@ TEST(JointCommit, drops_with_all_what_one_gives_up)
     EXPECT_EQ(late.drops, 0);
 }
 
+TEST(JointCommit, measures_how_far_apart_all_of_its_devices_committed)
+{
+    const auto meter = std::make_shared<SkewMeter>();
+    JointCommit wide(3, meter);
+    wide.handedOver(12);
+    wide.handedOver(10);
+    EXPECT_EQ(meter->read().last_s, 0); // the third is still to come
+    wide.handedOver(11);
+    EXPECT_EQ(meter->read().last_s, 2);
+    JointCommit narrow(2, meter);
+    narrow.handedOver(20);
+    narrow.handedOver(20.5);
+    EXPECT_EQ(meter->read().last_s, 0.5);
+    EXPECT_EQ(meter->read().worst_s, 2);
+    JointCommit left(2, meter);
+    left.leave();
+    left.handedOver(30);
+    EXPECT_EQ(meter->read().last_s, 0.5);
+}
+
 TEST(JointCommit, tells_nothing_to_a_device_that_is_gone)
 {
     Told stays;
