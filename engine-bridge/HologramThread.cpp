@@ -56,6 +56,7 @@ void HologramThread::publish(std::shared_ptr<const HologramResult> result,
     const std::lock_guard<std::mutex> lock(_mutex);
     _result.swap(result); // the old one dies with the argument, outside the lock
     _counters = counters;
+    ++_results;
 }
 
 void HologramThread::run()

@@ -3,6 +3,8 @@
 #include "engine-bridge/HologramPipeline.h"
 #include "engine-bridge/LatestSlot.h"
 
+#include <atomic>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -40,6 +42,9 @@ public:
     /// Null until the first snapshot is through.
     std::shared_ptr<const HologramResult> latestResult() const;
 
+    /// How many results there have been: a look whether latestResult() is a new one.
+    std::uint64_t results() const { return _results; }
+
     /// Up to date also where a snapshot was skipped and there is no new result.
     HologramCounters counters() const;
 
@@ -52,6 +57,7 @@ private:
     mutable std::mutex _mutex;    ///< of what follows; held for a copy at most
     PipelineFactory _newPipeline; ///< empty: keep the one at work
     std::shared_ptr<const HologramResult> _result;
+    std::atomic<std::uint64_t> _results{0};
     HologramCounters _counters;
     std::thread _thread; ///< last: starts when all else is there
 };

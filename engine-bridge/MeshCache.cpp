@@ -11,18 +11,12 @@ namespace midair::bridge
 namespace
 {
 constexpr std::size_t kManyStretches = 8;
-}
+constexpr std::uint64_t kSweepFrames = 60;
+} // namespace
 
 void MeshCache::beginFrame()
 {
-    for (auto& [root, subtree] : _subtrees)
-    {
-        subtree.checked = false;
-        ++subtree.unusedFrames;
-        for (Part& part : subtree.parts)
-            for (Stretched& s : part.stretched)
-                ++s.unusedFrames;
-    }
+    ++_frame;
 }
 
 bool MeshCache::findMovers(Subtree& subtree)
@@ -82,7 +76,6 @@ void MeshCache::refresh(Subtree& subtree,
                         const ExtractOptions& options,
                         std::vector<std::string>& warnings)
 {
-    subtree.checked = true;
     const bool fresh = !subtree.root;
     const bool repainted = !fresh && !(subtree.options.paint == options.paint);
     if (fresh || repainted)
@@ -95,13 +88,31 @@ void MeshCache::refresh(Subtree& subtree,
     if (!fresh && !repainted)
     {
         inspect(root, subtree.options, subtree.now);
-        if (subtree.now.fingerprint() == subtree.fingerprint) return;
+        if (subtree.now.fingerprint() == subtree.fingerprint)
+        {
+            const std::uint64_t poses = subtree.now.poses();
+            if (poses != subtree.poses) subtree.version = _nextId++;
+            subtree.poses = poses;
+            return;
+        }
         findMovers(subtree);
     }
     // Other paint is another shape for all that is remembered of the old one.
     if (repainted) subtree.parts.clear();
     subtree.root = &root;
     extract(subtree, warnings);
+    subtree.poses = subtree.now.poses();
+    subtree.version = _nextId++;
+}
+
+MeshCache::Subtree& MeshCache::lookAt(osg::Node& root,
+                                      const ExtractOptions& options,
+                                      std::vector<std::string>& warnings)
+{
+    Subtree& subtree = _subtrees[&root];
+    if (subtree.used != _frame) refresh(subtree, root, options, warnings);
+    subtree.used = _frame;
+    return subtree;
 }
 
 const MeshCache::Stretched& MeshCache::stretchedTo(Part& part, const Eigen::Matrix3d& stretch)
@@ -114,10 +125,10 @@ const MeshCache::Stretched& MeshCache::stretchedTo(Part& part, const Eigen::Matr
         if (part.stretched.size() >= kManyStretches) forgetUnused(part, 1);
         auto mesh = std::make_shared<haptics::TriangleMesh>(part.mesh);
         mesh->vertices = stretch * mesh->vertices;
-        part.stretched.push_back({stretch, _nextId++, mesh, 0});
+        part.stretched.push_back({stretch, _nextId++, mesh, _frame});
         found = std::prev(part.stretched.end());
     }
-    found->unusedFrames = 0;
+    found->used = _frame;
     return *found;
 }
 
@@ -130,9 +141,7 @@ bool MeshCache::get(osg::Node& root,
     out.clear();
     PoseAndStretch ofRoot;
     if (!decompose(toArray, ofRoot)) return false;
-    Subtree& subtree = _subtrees[&root];
-    subtree.unusedFrames = 0;
-    if (!subtree.checked) refresh(subtree, root, options, warnings);
+    Subtree& subtree = lookAt(root, options, warnings);
     for (std::size_t i = 0; i < subtree.parts.size(); ++i)
     {
         Part& part = subtree.parts[i];
@@ -153,21 +162,28 @@ bool MeshCache::get(osg::Node& root,
 
 void MeshCache::endFrame()
 {
+    if (_frame % kSweepFrames != 0) return;
     bool forgotten = false;
     for (auto subtree = _subtrees.begin(); subtree != _subtrees.end();)
     {
         for (Part& part : subtree->second.parts)
+        {
+            // Who found nothing changed has not asked again, and holds the mesh.
+            for (Stretched& s : part.stretched)
+                if (s.mesh.use_count() > 1) s.used = _frame;
             forgetUnused(part, kKeptFrames);
-        const bool unused = subtree->second.unusedFrames > kKeptFrames;
+        }
+        const bool unused = _frame - subtree->second.used > kKeptFrames;
         forgotten = forgotten || unused;
         subtree = unused ? _subtrees.erase(subtree) : std::next(subtree);
     }
     if (forgotten) _images.forgetUnused();
 }
 
-void MeshCache::forgetUnused(Part& part, int frames)
+void MeshCache::forgetUnused(Part& part, std::uint64_t frames) const
 {
-    auto old = [frames](const Stretched& s) { return s.unusedFrames > frames; };
+    auto old = [&](const Stretched& s)
+    { return _frame - s.used > frames && s.mesh.use_count() == 1; };
     auto& all = part.stretched;
     all.erase(std::remove_if(all.begin(), all.end(), old), all.end());
 }

@@ -29,13 +29,21 @@ struct CachedMesh
 ///
 /// A transform inside a subtree that is seen to move makes what is below it a part of its own from then on: only its pose
 /// changes after that. Used on the thread that may read nodes. Between beginFrame() and endFrame() ask for what this frame
-/// needs; what was not asked for in kKeptFrames frames is forgotten. A frame in which no shape changed allocates nothing.
+/// needs; what was not asked for in kKeptFrames frames, and is held by nobody else, is forgotten. A frame in which no shape changed allocates nothing.
 class MeshCache
 {
 public:
     static constexpr int kKeptFrames = 600; ///< an object that blinks is not read again each time
 
     void beginFrame();
+
+    /// Reads the subtree where it has changed and returns a number that is another one whenever its meshes are, or the
+    /// transforms inside it: while it stays the same, so does what get() finds for the same matrix.
+    std::uint64_t
+    look(osg::Node& root, const ExtractOptions& options, std::vector<std::string>& warnings)
+    {
+        return lookAt(root, options, warnings).version;
+    }
 
     /// The subtree's parts with their poses in \a out, which is cleared first. \a toArray maps the coordinates of \a root's
     /// children to the array, affine; its scale is baked into the meshes. Stretches that differ by under 1e-6 of their
@@ -58,7 +66,7 @@ private:
         Eigen::Matrix3d stretch;
         std::uint64_t meshId = 0;
         std::shared_ptr<const haptics::TriangleMesh> mesh;
-        int unusedFrames = 0;
+        std::uint64_t used = 0; ///< frame
     };
     struct Part
     {
@@ -76,23 +84,26 @@ private:
         MeshFingerprint fingerprint;
         std::vector<Part> parts; ///< as extracted.state.parts
         SubtreeState now;
-        bool checked = false; ///< looked at this frame
-        int unusedFrames = 0;
+        std::uint64_t version = 0;
+        std::uint64_t poses = 0;                ///< of the movers, as a number
+        std::uint64_t used = ~std::uint64_t(0); ///< frame
     };
 
+    Subtree&
+    lookAt(osg::Node& root, const ExtractOptions& options, std::vector<std::string>& warnings);
     void refresh(Subtree& subtree,
                  osg::Node& root,
                  const ExtractOptions& options,
                  std::vector<std::string>& warnings);
     void extract(Subtree& subtree, std::vector<std::string>& warnings);
-    void place(Part& part, const Eigen::Matrix4d& toArray, CachedMesh& out);
     const Stretched& stretchedTo(Part& part, const Eigen::Matrix3d& stretch);
 
     static bool findMovers(Subtree& subtree);
-    static void forgetUnused(Part& part, int frames);
+    void forgetUnused(Part& part, std::uint64_t frames) const;
 
     std::unordered_map<const osg::Node*, Subtree> _subtrees;
     PaintImages _images;
+    std::uint64_t _frame = 0;
     std::uint64_t _nextId = 1;
     std::uint64_t _extractions = 0;
 };

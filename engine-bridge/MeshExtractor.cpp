@@ -211,6 +211,14 @@ MeshFingerprint SubtreeState::fingerprint() const
     return all;
 }
 
+std::uint64_t SubtreeState::poses() const
+{
+    std::uint64_t hash = 0;
+    for (std::size_t i = 1; i < parts.size(); ++i)
+        mix(hash, parts[i].toRoot);
+    return hash;
+}
+
 void inspect(osg::Node& root, const ExtractOptions& options, SubtreeState& state)
 {
     // Kept from call to call for its node path's memory: this is done for every object in every frame.

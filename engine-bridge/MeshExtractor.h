@@ -46,6 +46,8 @@ struct SubtreeState
 
     /// Of all parts together.
     MeshFingerprint fingerprint() const;
+    /// Where the movers have brought their parts, as a number.
+    std::uint64_t poses() const;
 };
 
 /// Without copying anything; allocates only while \a state grows. Reads \a root's active children, whether or not a camera

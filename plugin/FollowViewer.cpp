@@ -87,6 +87,16 @@ private:
     bool _found = false;
 };
 
+/// Whether \a target is active somewhere under \a root, and where its parent is.
+bool findActive(osg::Node& target, osg::Node& root, osg::Matrixd& world)
+{
+    if (&target == &root) return root.getNodeMask() != 0; // nearly always
+    ActivePathFinder finder(target);
+    const bool found = finder.find(root);
+    world = finder.world();
+    return found;
+}
+
 double secondsSince(const osgViewer::View& view, const osg::FrameStamp& stamp)
 {
     const osg::Timer& timer = *osg::Timer::instance();
@@ -119,18 +129,19 @@ public:
             setKeep(false);
             return;
         }
-        ActivePathFinder finder(*root);
-        osgViewer::ViewerBase::Views views;
-        _viewer->getViews(views);
-        for (osgViewer::View* view : views)
+        _viewer->getViews(_views);
+        for (osgViewer::View* view : _views)
         {
-            if (!view->getSceneData() || !finder.find(*view->getSceneData())) continue;
+            osg::Node* const shown = view->getSceneData();
+            osg::Matrixd world;
+            if (!shown || !findActive(*root, *shown, world)) continue;
             const osg::FrameStamp* stamp = view->getFrameStamp();
-            engine->update(finder.world(),
+            engine->update(*root,
+                           world,
                            stamp ? stamp->getFrameNumber() : 0,
                            stamp ? secondsSince(*view, *stamp) : 0.0,
                            stamp ? stamp->getSimulationTime() : 0.0);
-            _statistics.show(*_viewer, views, *engine, stamp ? stamp->getFrameNumber() : 0);
+            _statistics.show(*_viewer, _views, *engine, stamp ? stamp->getFrameNumber() : 0);
             _collected = true;
             return;
         }
@@ -142,16 +153,24 @@ public:
 private:
     osgViewer::ViewerBase* const _viewer; ///< owns this operation
     osg::observer_ptr<HapticEngine> _engine;
+    osgViewer::ViewerBase::Views _views;
     ViewerStatistics _statistics;
     bool _collected = false;
 };
 
 } // namespace
 
-void HapticEngine::follow(osgGA::GUIActionAdapter* adapter)
+bool HapticEngine::follow(osgGA::GUIActionAdapter* adapter)
 {
+    // Asked with every event. A view may go, another one come at its address, or one change viewers.
+    if (adapter == _adapter && _view.valid() && _view->getViewerBase() == _viewer) return false;
     auto* view = dynamic_cast<osgViewer::View*>(adapter);
-    if (view && view->getViewerBase()) follow(*view->getViewerBase());
+    if (!view || !view->getViewerBase()) return false;
+    _adapter = adapter;
+    _view = view;
+    _viewer = view->getViewerBase();
+    follow(*_viewer);
+    return true;
 }
 
 void HapticEngine::follow(osgViewer::ViewerBase& viewer)

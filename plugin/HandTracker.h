@@ -41,6 +41,8 @@ public:
     void touch(const std::vector<midair::bridge::HapticObject>& objects,
                const midair::bridge::HologramResult* newest);
 
+    bool hasEvents() const { return !_proximity.events().empty(); }
+
     /// Calls callbacks; they may do anything with the scene, so it is done last. \a nodeOf gives an object's node or null.
     /// \a arrayToScene: array -> world in scene units.
     void tell(const std::function<osg::Node*(std::uint64_t)>& nodeOf,

@@ -1,12 +1,12 @@
 #include "HapticEngine.h"
 
 #include "Environment.h"
-#include "PropertyConversion.h"
 #include "Report.h"
 #include "engine-bridge/Convert.h"
 #include "haptics/InputError.h"
 
 #include <osg/Notify>
+#include <osgViewer/View>
 
 #include <algorithm>
 
@@ -41,10 +41,9 @@ bool sameObject(const HapticObject& a, const HapticObject& b)
 HapticEngine::HapticEngine(osg::Node* root, const HapticSettings* settings) :
     osg::Referenced(true),
     _root(root),
-    _given(settings)
+    _given(settings),
+    _collector([this](const std::string& message) { say(message); })
 {
-    // What is an object of its own isn't part of the one around it.
-    _extract.skip = [](const osg::Node& node) { return isOwnObject(node); };
 }
 
 HapticEngine::~HapticEngine()
@@ -73,74 +72,42 @@ osg::ref_ptr<osg::Node> HapticEngine::root() const
     return node;
 }
 
-void HapticEngine::collect(osg::Node& root, const osg::Matrixd& world)
+// False when the objects are as in the frame before.
+bool HapticEngine::collect(osg::Node& root, const osg::Matrixd& world)
 {
-    if (_tagFrame == 0) markTags(root);
-    _tagFrame = (_tagFrame + 1) % kTagFrames;
-    _collector.collect(root, world, _default ? &*_default : nullptr);
-    _meshes.beginFrame();
-    for (const HapticInstance& instance : _collector.instances())
-        if (instance.obstacle)
-            fillObstacle(instance);
-        else
-            fill(instance);
-    _meshes.endFrame();
+    if (_settings.enabled) return _collector.collect(root, world, _snapshot.objects);
+    _collector.forget();
+    const bool changed = !_snapshot.objects.empty();
+    _snapshot.objects.clear();
+    return changed;
 }
 
-void HapticEngine::fillObstacle(const HapticInstance& instance)
-{
-    if (!_settings.shadows)
-    {
-        if (!_obstacles.saidIdle)
-            say(_collector.path(instance) +
-                ": is an obstacle, which counts only where the scene's shadows are on");
-        _obstacles.saidIdle = true;
-        return;
-    }
-    _warnings.clear();
-    if (instance.inWorld)
-        _obstacles.add(*instance.node,
-                       _toArray * midair::bridge::toEigen(instance.world),
-                       _extract.skip,
-                       _warnings);
-    else
-        _warnings.emplace_back("hangs on a camera, not in the world; it is no obstacle");
-    for (const std::string& warning : _warnings)
-        say(_collector.path(instance) + ": " + warning);
-}
-
-void HapticEngine::update(const osg::Matrixd& world,
+void HapticEngine::update(osg::Node& root,
+                          const osg::Matrixd& world,
                           unsigned int frame,
                           double age_s,
                           double simulationTime_s)
 {
-    const osg::ref_ptr<osg::Node> node = root();
-    if (!node) return;
     const double start_s = midair::bridge::steadySeconds();
     configure(*_given);
-    ++_frame;
-    _objects = 0;
-    _instances = 0;
-    _obstacles.beginFrame();
-    if (_settings.enabled) collect(*node, world);
-    _obstacles.endFrame();
-    _snapshot.objects.resize(_objects);
+    const bool fresh = collect(root, world);
     _snapshot.frame = frame;
     _snapshot.time_s = start_s - age_s;
     _hands.locate(simulationTime_s, _worldToArray, _snapshot.around);
-    _obstacles.addTo(_snapshot.around.props);
+    if (_settings.enabled) _collector.addObstacles(_snapshot.around.props);
     takeResult();
     _hands.touch(_snapshot.objects, _seen.get());
     const bool refused = _seen && !_seen->playing && start_s - _submitTime_s > kRetry_s;
-    const bool idle = _submittedAny && !refused && !changedSinceSubmitted();
+    const bool idle = _submittedAny && !refused && !(fresh && objectsChanged()) &&
+                      midair::bridge::equivalent(_snapshot.around, _submittedAround);
     if (!idle) submit();
 
     {
         const std::lock_guard<std::mutex> lock(_mutex);
         ++_statistics.frames;
         if (idle) ++_statistics.idleFrames;
-        _statistics.meshesRead = _meshes.extractions();
-        _statistics.objects = _instances;
+        _statistics.meshesRead = _collector.extractions();
+        _statistics.objects = _settings.enabled ? _collector.instances() : 0;
         _statistics.hands = _hands.hands();
         _statistics.touching = _hands.touching();
         _statistics.collect_ms = (midair::bridge::steadySeconds() - start_s) * 1e3;
@@ -150,30 +117,27 @@ void HapticEngine::update(const osg::Matrixd& world,
 
 void HapticEngine::tellTouches()
 {
+    if (!_hands.hasEvents()) return;
     const Eigen::Affine3d arrayToScene(Eigen::Matrix4d(_toArray.inverse()));
-    const auto nodeOf = [this](std::uint64_t id) -> osg::Node*
-    {
-        const auto known = _known.find(id);
-        return known == _known.end() ? nullptr : known->second.node.get();
-    };
-    _hands.tell(nodeOf, arrayToScene);
+    _hands.tell([this](std::uint64_t id) { return _collector.nodeOf(id); }, arrayToScene);
 }
 
 void HapticEngine::silence()
 {
     if (!_thread) return;
-    _objects = 0;
+    _collector.forget();
     _snapshot.objects.clear();
     _snapshot.time_s = midair::bridge::steadySeconds();
     _hands.touch(_snapshot.objects,
                  nullptr); // whatever was touched is gone; before the snapshot is given away
-    if (!_submittedAny || changedSinceSubmitted()) submit();
+    if (!_submittedAny || objectsChanged() ||
+        !midair::bridge::equivalent(_snapshot.around, _submittedAround))
+        submit();
     tellTouches();
 }
 
-bool HapticEngine::changedSinceSubmitted() const
+bool HapticEngine::objectsChanged() const
 {
-    if (!midair::bridge::equivalent(_snapshot.around, _submittedAround)) return true;
     return !std::equal(_snapshot.objects.begin(),
                        _snapshot.objects.end(),
                        _submitted.begin(),
@@ -189,87 +153,9 @@ void HapticEngine::submit()
     _submitTime_s = midair::bridge::steadySeconds();
     if (!_thread) return;
     _thread->submit(_snapshot);
+    _collector.forget(); // what is in its place now is an old one
     const std::lock_guard<std::mutex> lock(_mutex);
     ++_statistics.snapshots;
-}
-
-HapticEngine::Known& HapticEngine::know(const HapticInstance& instance, bool& fresh)
-{
-    const auto [found, inserted] = _known.try_emplace(instance.id);
-    Known& known = found->second;
-    fresh = inserted;
-    known.seen = _frame;
-    if (inserted) known.path = _collector.path(instance);
-    if (inserted) known.node = instance.node;
-
-    HapticProperty raw;
-    if (instance.property)
-        raw = *instance.property;
-    else
-    {
-        std::string tag;
-        hapticTag(*instance.node, tag);
-        if (!inserted && tag == known.tag) return known;
-        known.tag = tag;
-        std::vector<std::string> errors;
-        raw.parse(tag, errors);
-        for (const std::string& error : errors)
-            say(known.path + ": " + error);
-    }
-    if (!inserted && raw == known.raw) return known;
-    known.raw = known.property = raw;
-    for (const std::string& what : known.property.repair())
-        say(known.path + ": " + what);
-    return known;
-}
-
-void HapticEngine::fill(const HapticInstance& instance)
-{
-    bool fresh = false;
-    const Known& known = know(instance, fresh);
-    if (!known.property.enabled) return;
-    if (!instance.inWorld)
-    {
-        if (fresh) say(known.path + ": hangs on a camera, not in the world; it can't be felt");
-        return;
-    }
-    if (instance.followsCamera && fresh)
-        say(known.path + ": hangs on what turns with the camera on screen; it is felt unturned");
-    _extract.paint = paintOf(known.property);
-    _warnings.clear();
-    const Eigen::Matrix4d matrix = _toArray * midair::bridge::toEigen(instance.world);
-    if (!_meshes.get(*instance.node, matrix, _extract, _parts, _warnings))
-    {
-        say(known.path + ": its matrix is singular, not finite or a perspective; it can't be felt");
-        return;
-    }
-    for (const std::string& warning : _warnings)
-        say(known.path + ": " + warning);
-    if (_parts.empty())
-    {
-        say(known.path + ": has no triangles; it can't be felt");
-        return;
-    }
-    ++_instances;
-    for (const midair::bridge::CachedMesh& part : _parts)
-        fillPart(instance.id, known, part);
-}
-
-void HapticEngine::fillPart(std::uint64_t instance,
-                            const Known& known,
-                            const midair::bridge::CachedMesh& part)
-{
-    if (_snapshot.objects.size() <= _objects) _snapshot.objects.resize(_objects + 1);
-    HapticObject& object = _snapshot.objects[_objects++];
-    object.id = instance ^ part.part;
-    object.whole = instance;
-    object.path = known.path;
-    object.meshId = part.meshId;
-    object.topologyId = part.topologyId;
-    object.mesh = part.mesh;
-    object.pose = part.pose;
-    object.properties = forBridge(known.property);
-    object.touchEvents = known.property.touchEvents;
 }
 
 void HapticEngine::configure(const HapticSettings& given)
@@ -285,6 +171,7 @@ void HapticEngine::configure(const HapticSettings& given)
     errors.push_back(_hands.setSettings(_settings.hands, _settings.reach, _settings.shadows));
     for (const std::string& what : errors)
         if (!what.empty()) say(what);
+    _collector.configure(_toArray, _settings.shadows);
     if (!thread) return;
 
     midair::bridge::PoseAndStretch parts;
@@ -297,6 +184,7 @@ void HapticEngine::configure(const HapticSettings& given)
     _worldToArray = parts.pose;
     _toArray = parts.pose.matrix();
     _toArray.topLeftCorner<3, 3>() *= _settings.metresPerUnit;
+    _collector.configure(_toArray, _settings.shadows);
     startThread();
 }
 
@@ -351,6 +239,9 @@ void HapticEngine::startThread()
 
 void HapticEngine::takeResult()
 {
+    const std::uint64_t results = _thread ? _thread->results() : 0;
+    if (results == _resultsSeen) return;
+    _resultsSeen = results;
     const auto result = latestResult();
     if (!result || result == _seen) return;
     const bool fresh = !_seen || result->frame != _seen->frame;

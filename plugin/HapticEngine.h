@@ -1,11 +1,9 @@
 #pragma once
 
-#include "CollectHapticSurfacesVisitor.h"
 #include "HandTracker.h"
 #include "LatencyStatistics.h"
-#include "TaggedObstacles.h"
+#include "SceneCollector.h"
 #include "engine-bridge/HologramThread.h"
-#include "engine-bridge/MeshCache.h"
 #include "engine-bridge/MessageLog.h"
 
 #include <osgMidair/HapticSettings>
@@ -29,8 +27,9 @@ class GUIActionAdapter;
 }
 namespace osgViewer
 {
+class View;
 class ViewerBase;
-}
+} // namespace osgViewer
 
 namespace osgMidair
 {
@@ -45,7 +44,10 @@ public:
     HapticEngine(osg::Node* root, const HapticSettings* settings);
 
     /// Where nothing under the root is haptic, the whole of it is felt so.
-    void setDefaultProperty(const HapticProperty& property) { _default = property; }
+    void setDefaultProperty(const HapticProperty& property)
+    {
+        _collector.setDefaultProperty(property);
+    }
 
     /// Changes what the settings come to, before each new pipeline: an application's own solver or device, limits.
     void setOptionsFilter(std::function<void(midair::bridge::HologramOptions&)> filter)
@@ -54,21 +56,24 @@ public:
     }
 
     /// Follows the viewer behind \a adapter from now on: update() runs after each of its update traversals, once a frame
-    /// however many of its views show the root; silent while none does. Without an osgViewer nothing happens.
-    void follow(osgGA::GUIActionAdapter* adapter);
+    /// however many of its views show the root; silent while none does. Without an osgViewer nothing happens. False when
+    /// \a adapter is the one of the last call: nothing to do.
+    bool follow(osgGA::GUIActionAdapter* adapter);
     void follow(osgViewer::ViewerBase& viewer);
 
     /// Null when the root is gone.
     osg::ref_ptr<osg::Node> root() const;
 
-    /// Tags under the root are looked for with the next update, not only every kTagFrames frames.
-    void dirtyTags() { _tagFrame = 0; }
-    static constexpr unsigned int kTagFrames = 60;
+    /// Tags under the root are looked for with the next update.
+    void dirtyTags() { _collector.dirtyTags(); }
 
-    /// One frame: what is active under the root, whose parent is at \a world, is to be felt from now on.
+    /// One frame: what is active under \a root, the engine's own, whose parent is at \a world, is to be felt from now on.
     /// \a age_s: seconds since the frame's stamp. Touch callbacks are called last.
-    void
-    update(const osg::Matrixd& world, unsigned int frame, double age_s, double simulationTime_s);
+    void update(osg::Node& root,
+                const osg::Matrixd& world,
+                unsigned int frame,
+                double age_s,
+                double simulationTime_s);
 
     /// Of the update thread.
     HandTracker& hands() { return _hands; }
@@ -86,52 +91,29 @@ protected:
         override; ///< the array is silent when it returns; writes the report if one is asked for
 
 private:
-    /// What is remembered of an instance from frame to frame.
-    struct Known
-    {
-        osg::observer_ptr<osg::Node> node;
-        std::string path;
-        std::string tag;
-        HapticProperty raw;      ///< as the node has it
-        HapticProperty property; ///< with what was out of range repaired
-        unsigned int seen = 0;
-    };
-
     void tellTouches();
-    void collect(osg::Node& root, const osg::Matrixd& world);
-    void fillObstacle(const HapticInstance& instance);
+    bool collect(osg::Node& root, const osg::Matrixd& world);
     void configure(const HapticSettings& settings);
     void startThread();
-    Known& know(const HapticInstance& instance, bool& fresh);
-    void fill(const HapticInstance& instance);
-    void
-    fillPart(std::uint64_t instance, const Known& known, const midair::bridge::CachedMesh& part);
-    bool changedSinceSubmitted() const;
+    bool objectsChanged() const;
     void submit();
     void takeResult();
     void say(const std::string& message);
 
     osg::observer_ptr<osg::Node> _root;
     const HapticSettings* const _given; ///< valid while _root is
-    std::optional<HapticProperty> _default;
     std::function<void(midair::bridge::HologramOptions&)> _filter;
     std::vector<osg::observer_ptr<osg::Operation>> _followers; ///< in viewers
-    unsigned int _tagFrame = 0;                                ///< frames until tags are looked for
-    CollectHapticSurfacesVisitor _collector;
-    midair::bridge::MeshCache _meshes;
-    midair::bridge::ExtractOptions _extract;
+    osgGA::GUIActionAdapter* _adapter = nullptr;               ///< of the last follow(): _view
+    osg::observer_ptr<osgViewer::View> _view;
+    osgViewer::ViewerBase* _viewer = nullptr; ///< then that of _view
+    SceneCollector _collector;
     HandTracker _hands;
-    TaggedObstacles _obstacles;
-    std::unordered_map<std::uint64_t, Known> _known;
-    std::vector<std::string> _warnings;
-    std::vector<midair::bridge::CachedMesh> _parts;       ///< of the instance being filled in
     midair::bridge::SceneSnapshot _snapshot;              ///< being filled
     std::vector<midair::bridge::HapticObject> _submitted; ///< as last handed over
     midair::bridge::Surroundings _submittedAround;
-    std::size_t _objects = 0; ///< filled into _snapshot: parts of instances
-    int _instances = 0;       ///< that can be felt
-    unsigned int _frame = 0;
     bool _submittedAny = false;
+    std::uint64_t _resultsSeen = 0;
     double _submitTime_s = 0.0;
     Eigen::Isometry3d _worldToArray = Eigen::Isometry3d::Identity(); ///< world in metres -> array
     Eigen::Matrix4d _toArray = Eigen::Matrix4d::Identity(); ///< world in scene units -> array

@@ -44,10 +44,8 @@ void HapticScene::traverse(osg::NodeVisitor& visitor)
 {
     if (visitor.getVisitorType() == osg::NodeVisitor::EVENT_VISITOR)
         if (osgGA::EventVisitor* event = visitor.asEventVisitor())
-        {
-            _engine->follow(event->getActionAdapter());
-            SceneKeys::addTo(event->getActionAdapter(), *this);
-        }
+            if (_engine->follow(event->getActionAdapter()))
+                SceneKeys::addTo(event->getActionAdapter(), *this);
     osg::Group::traverse(visitor);
 }
 
@@ -55,7 +53,7 @@ void HapticScene::update(const osg::FrameStamp* frameStamp, const osg::Matrixd& 
 {
     const unsigned int frame = frameStamp ? frameStamp->getFrameNumber() : 0;
     const double time_s = frameStamp ? frameStamp->getSimulationTime() : 0.0;
-    _engine->update(world, frame, 0.0, time_s);
+    _engine->update(*this, world, frame, 0.0, time_s);
 }
 
 void HapticScene::setHandSource(HandSource* source)
