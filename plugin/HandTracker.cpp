@@ -4,8 +4,6 @@
 
 #include <osgMidair/HapticSurface>
 
-#include <osg/Notify>
-
 #include <algorithm>
 
 namespace osgMidair
@@ -44,6 +42,12 @@ std::string HandTracker::setSettings(const std::string& uri, double reach_m, boo
     return error;
 }
 
+std::vector<std::string> HandTracker::takeMessages()
+{
+    HandSource* source = active();
+    return source ? source->takeMessages() : std::vector<std::string>();
+}
+
 void HandTracker::locate(double time_s,
                          const Eigen::Isometry3d& worldToArray,
                          midair::bridge::Surroundings& around)
@@ -58,12 +62,8 @@ void HandTracker::locate(double time_s,
     _frame.time_s = time_s;
     _frame.hands.clear();
     around.hands.clear();
-    HandSource* source = _source ? _source.get() : _namedSource.get();
-    if (!source) return;
-    const bool any = source->getHands(time_s, _hands);
-    for (const std::string& message : source->takeMessages())
-        OSG_WARN << "osgMidair: " << message << std::endl;
-    if (!any) return;
+    HandSource* source = active();
+    if (!source || !source->getHands(time_s, _hands)) return;
     for (const Hand& hand : _hands)
         _frame.hands.push_back(toBridge(hand));
     _frame = midair::bridge::transformed(_frame, worldToArray);

@@ -32,6 +32,9 @@ public:
     /// Plays \a uri where the application has set no source. Returns what is wrong with it, once, or an empty text.
     std::string setSettings(const std::string& uri, double reach_m, bool shadows);
 
+    /// What the source wants the user to know since the last call.
+    std::vector<std::string> takeMessages();
+
     /// Where hands are now, as the hologram thread wants them. \a worldToArray: world in metres -> array.
     void locate(double time_s,
                 const Eigen::Isometry3d& worldToArray,
@@ -59,6 +62,8 @@ public:
     int touching() const;
 
 private:
+    HandSource* active() const { return _source ? _source.get() : _namedSource.get(); }
+
     osg::ref_ptr<HandSource> _source;      ///< the application's
     osg::ref_ptr<HandSource> _namedSource; ///< that of the settings
     std::string _uri;

@@ -94,6 +94,8 @@ void HapticEngine::update(osg::Node& root,
     _snapshot.frame = frame;
     _snapshot.time_s = start_s - age_s;
     _hands.locate(simulationTime_s, _worldToArray, _snapshot.around);
+    for (const std::string& message : _hands.takeMessages())
+        say(message);
     if (_settings.enabled) _collector.addObstacles(_snapshot.around.props);
     takeResult();
     _hands.touch(_snapshot.objects, _seen.get());

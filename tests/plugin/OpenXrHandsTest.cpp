@@ -111,19 +111,18 @@ TEST(OpenXrHands, ArePlacedByTheMatrixOfTheirName)
     EXPECT_EQ(source->getStatus().find("openxr: Fake XR 1.2.3; "), 0u) << source->getStatus();
 }
 
-TEST(OpenXrHands, WhatIsMissingIsTold)
+TEST(OpenXrHands, WhatIsMissingIsAMessageOfTheScene)
 {
-    const Notices notices;
     BoxScene box;
     box.scene->setHands("openxr:?loader=libmidair_no_such_loader.so.1");
     HeadlessViewer viewer(box.scene);
-    ASSERT_TRUE(viewer.framesUntil([&] { return !notices.text().empty(); }));
+    ASSERT_TRUE(viewer.framesUntil([&] { return !box.scene->getStatistics().messages.empty(); }));
     viewer.frames(5);
-    EXPECT_EQ(
-        notices.text(),
-        "osgMidair: openxr: the loader can't be loaded (libmidair_no_such_loader.so.1: cannot "
-        "open shared object file: No such file or directory); no hands. Install "
-        "libopenxr-loader1 and an OpenXR runtime\n");
+    EXPECT_EQ(box.scene->getStatistics().messages,
+              std::vector<std::string>{
+                  "openxr: the loader can't be loaded (libmidair_no_such_loader.so.1: cannot open "
+                  "shared object file: No such file or directory); no hands. Install "
+                  "libopenxr-loader1 and an OpenXR runtime"});
 }
 
 TEST(OpenXrHands, NamesThatAreWrongAreToldWithWhatIsRight)
