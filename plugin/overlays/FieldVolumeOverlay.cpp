@@ -101,8 +101,7 @@ void FieldVolumeOverlay::traverse(osg::NodeVisitor& visitor)
     if (visitor.getVisitorType() == osg::NodeVisitor::CULL_VISITOR && _shownFrame > 0)
     {
         // From back to front as seen from here: along the axis that the line of sight follows most.
-        const osg::BoundingSphere bound = _cloud[0]->getBound();
-        const osg::Vec3 sight = bound.center() - visitor.getEyePoint();
+        const osg::Vec3 sight = _cloud[0]->getBound().center() - visitor.getEyePoint();
         int axis = 0;
         for (int k = 1; k < 3; ++k)
             if (std::abs(sight[k]) > std::abs(sight[axis])) axis = k;
@@ -148,6 +147,7 @@ void FieldVolumeOverlay::show(const FieldVolume& volume)
         }
         indices.dirty();
         _cloud[g]->dirtyBound();
+        _cloud[g]->getBound(); // made here: views that cull at the same time would each make it
     }
     _radius->set(1.05F * static_cast<float>(volume.pitch_m));
 

@@ -263,6 +263,14 @@ void Hud::update()
                        volumeShown ? volume->getRange() : 0.0F);
 }
 
+// It takes no place in the scene. The sheets' own bounds are made here all the same, while one thread alone is at work: views
+// that cull at the same time would each make them.
+osg::BoundingSphere Hud::computeBound() const
+{
+    Overlay::computeBound();
+    return {};
+}
+
 void Hud::traverse(osg::NodeVisitor& visitor)
 {
     if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR) update();

@@ -27,14 +27,6 @@ int hostThatNeverCloses()
 
 } // namespace
 
-#if defined(__SANITIZE_THREAD__)
-// umockdev and GLib aren't built with the sanitizer, which therefore doesn't see how their threads wait for each other.
-extern "C" const char* __tsan_default_suppressions()
-{
-    return "race:libglib-2.0.so\nrace:libgio-2.0.so\nrace:libumockdev.so\n";
-}
-#endif
-
 int main(int argc, char** argv)
 {
     if (!restartWithUmockdev(argv)) return 1;

@@ -264,7 +264,7 @@ TEST(FieldsInTurn, TheMonitorsFindingsComeWithTheResult)
     SceneSnapshot snapshot = squareSnapshot();
     thread.submit(snapshot);
     std::shared_ptr<const HologramResult> result;
-    for (int k = 0; k < 10000; ++k)
+    for (int k = 0; k < 300000; ++k) // the monitor runs only when nobody else wants to
     {
         result = thread.latestResult();
         if (result && !result->turn.empty() && result->monitored &&

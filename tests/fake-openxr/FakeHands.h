@@ -5,14 +5,6 @@
 
 #include <cstdlib>
 
-#if defined(__SANITIZE_ADDRESS__)
-// Debian's loader loses a kilobyte with each instance that it destroys.
-extern "C" __attribute__((used)) inline const char* __lsan_default_suppressions()
-{
-    return "leak:libopenxr_loader.so\n";
-}
-#endif
-
 /// The fake runtime, as it comes, is the machine's OpenXR runtime from here on.
 inline void useFakeRuntime()
 {

@@ -4,6 +4,8 @@
 #include "ScenePoints.h"
 #include "haptics/HologramSolver.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -88,16 +90,25 @@ TEST(WeightedGs, StopsAtTheErrorAskedFor)
 
 TEST(Greedy, LeavesTheErrorsOfTheReferenceWithEightBits)
 {
-    // Within a factor of 2: the order of transducers is random and the reference's level is its user's choice.
+    // Within a factor of 2 in the middle of five orders: that of the transducers is random, rounding decides between levels
+    // that are nearly as good, and the reference's level is its user's choice.
     const TransducerArray array = TransducerArray::octagonalPrism();
     for (const Published& published :
          {Published{11, 0.001, 0.8}, Published{25, 0.009, 0.8}, Published{50, 0.024, 0.8}})
     {
-        const SolveReport report = solveSphere("greedy", published.n, array);
-        EXPECT_EQ(report.iterations, 1);
-        EXPECT_GT(report.rms, published.rms / 2.0) << "n = " << published.n;
-        EXPECT_LT(report.rms, published.rms * 2.0) << "n = " << published.n;
-        EXPECT_NEAR(report.loudness, published.loudness, 0.02);
+        std::array<double, 5> rms{};
+        for (std::size_t k = 0; k < rms.size(); ++k)
+        {
+            SolverOptions options;
+            options.seed = k + 1;
+            const SolveReport report = solveSphere("greedy", published.n, array, 0.0, options);
+            EXPECT_EQ(report.iterations, 1);
+            EXPECT_NEAR(report.loudness, published.loudness, 0.02);
+            rms[k] = report.rms;
+        }
+        std::sort(rms.begin(), rms.end());
+        EXPECT_GT(rms[2], published.rms / 2.0) << "n = " << published.n;
+        EXPECT_LT(rms[2], published.rms * 2.0) << "n = " << published.n;
     }
 }
 
