@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <initializer_list>
 
 namespace osgMidair
 {
@@ -166,6 +167,36 @@ public:
     flat::Sparkline latency;
 };
 
+namespace
+{
+
+/// What was not done since the start, because there was no need; what never happened is left out.
+void addSpared(std::vector<std::pair<std::string, std::string>>& rows,
+               const midair::bridge::HologramCounters& counters)
+{
+    const auto line = [](std::initializer_list<std::pair<std::uint64_t, const char*>> counts)
+    {
+        std::string text;
+        for (const auto& [count, what] : counts)
+            if (count > 0)
+                text +=
+                    (text.empty() ? "" : ", ") + flat::number(static_cast<double>(count)) + what;
+        return text;
+    };
+    const std::string left = line({{counters.outOfWorkspace, " outside"},
+                                   {counters.outOfReach, " out of reach"},
+                                   {counters.overBudget, " over budget"}});
+    if (!left.empty()) rows.emplace_back("points spared", left);
+    const std::string fields =
+        line({{counters.skippedUnmoved, " unmoved"}, {counters.superseded, " overtaken"}});
+    if (!fields.empty()) rows.emplace_back("fields spared", fields);
+    const std::string meshes =
+        line({{counters.sampled, " sampled"}, {counters.followed, " followed"}});
+    if (!meshes.empty()) rows.emplace_back("meshes", meshes);
+}
+
+} // namespace
+
 Hud::Hud() : _panel(std::make_unique<Panel>())
 {
     addChild(_panel->topLeft);
@@ -230,7 +261,6 @@ void Hud::update()
     _volume.lock(volume);
     const bool sliceShown = slice && slice->isShown();
     const bool volumeShown = volume && volume->isShown();
-    const auto count = [](std::uint64_t n) { return flat::number(static_cast<double>(n)); };
     Panel::Rows rows;
     rows.emplace_back("control points",
                       format("%d, %d left out", report.points, static_cast<int>(r.skipped.cols())));
@@ -238,9 +268,7 @@ void Hud::update()
         "solve",
         format("%.2f ms (matrix %.2f)", report.matrix_ms + report.solve_ms, report.matrix_ms));
     rows.emplace_back("updates", format("%.0f / s", r.updatesPerSecond));
-    rows.emplace_back("spared",
-                      count(r.counters.skippedUnmoved) + " unmoved, " +
-                          count(r.counters.superseded) + " overtaken");
+    addSpared(rows, r.counters);
     rows.emplace_back("error rms, max",
                       format("%.2f %%, %.2f %%", 100.0 * report.rms, 100.0 * report.max));
     rows.emplace_back("loudness E", format("%.3f", report.loudness));
