@@ -1,19 +1,17 @@
 #include "device/ByteSink.h"
 
 #include "device/ArrayDevice.h"
+#include "device/LastWill.h"
+#include "device/UsbNode.h"
 
-#include <algorithm>
 #include <cerrno>
-#include <csignal>
 #include <cstring>
 
 #include <fcntl.h>
 #include <ftdi.h>
 #include <poll.h>
+#include <spdlog/spdlog.h>
 #include <sys/ioctl.h>
-#include <sys/socket.h>
-#include <sys/syscall.h>
-#include <sys/wait.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -48,42 +46,6 @@ speed_t speedOf(int baud)
     }
 }
 
-// What the child does. Only calls that are safe after a fork of a program with threads; fds other than the three are closed.
-[[noreturn]] void guard(int alive, int port, const std::uint8_t* will, std::size_t size)
-{
-    ::setsid(); // a Ctrl-C for the program isn't for its guard
-    ::signal(SIGTERM, SIG_IGN);
-    ::signal(SIGHUP, SIG_IGN);
-    const int low = std::min(alive, port);
-    const int high = std::max(alive, port);
-    ::syscall(SYS_close_range, 0U, unsigned(low) - 1U, 0U);
-    ::syscall(SYS_close_range, unsigned(low) + 1U, unsigned(high) - 1U, 0U);
-    ::syscall(SYS_close_range, unsigned(high) + 1U, ~0U, 0U);
-    char farewell = 0;
-    ssize_t count = 0;
-    do
-        count = ::read(alive, &farewell, 1);
-    while (count < 0 && errno == EINTR);
-    if (count == 0) // no farewell: the program has died
-        while (size > 0)
-        {
-            const ssize_t written = ::write(port, will, size);
-            if (written < 0 && errno == EAGAIN)
-            {
-                pollfd wait{port, POLLOUT, 0};
-                ::poll(&wait, 1, kWriteTimeout_ms);
-            }
-            else if (written < 0 && errno != EINTR)
-                break;
-            else if (written > 0)
-            {
-                will += written;
-                size -= static_cast<std::size_t>(written);
-            }
-        }
-    ::_exit(0);
-}
-
 } // namespace
 
 SerialPort::SerialPort(const std::string& device,
@@ -109,7 +71,7 @@ SerialPort::SerialPort(const std::string& device,
     if (::tcsetattr(_port, TCSANOW, &settings) != 0)
         fail("doesn't take " + std::to_string(baud) + " baud: ");
     if (::ioctl(_port, TIOCEXCL) != 0) fail("can't be had alone: ");
-    startGuard(lastWill);
+    _lastWill = std::make_unique<LastWill>(LastWill::Way{_port, 0}, lastWill);
 }
 
 bool SerialPort::knows(int baud)
@@ -117,34 +79,9 @@ bool SerialPort::knows(int baud)
     return speedOf(baud) != B0;
 }
 
-void SerialPort::startGuard(const std::vector<std::uint8_t>& lastWill)
-{
-    int ends[2];
-    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) return;
-    _guard = ::fork();
-    if (_guard == 0)
-    {
-        ::close(ends[1]);
-        guard(ends[0], _port, lastWill.data(), lastWill.size());
-    }
-    ::close(ends[0]);
-    _alive = ends[1];
-}
-
 SerialPort::~SerialPort()
 {
-    if (_alive >= 0)
-    {
-        const char farewell = 'x';
-        while (::send(_alive, &farewell, 1, MSG_NOSIGNAL) < 0 && errno == EINTR)
-        {
-        }
-        ::close(_alive);
-    }
-    if (_guard > 0)
-        while (::waitpid(_guard, nullptr, 0) < 0 && errno == EINTR)
-        {
-        }
+    _lastWill.reset();
     ::close(_port);
 }
 
@@ -181,7 +118,8 @@ void SerialPort::discard()
     ::tcflush(_port, TCOFLUSH);
 }
 
-FtdiFifo::FtdiFifo(const std::string& serial) : _ftdi(ftdi_new())
+FtdiFifo::FtdiFifo(const std::string& serial, const std::vector<std::uint8_t>& lastWill) :
+    _ftdi(ftdi_new())
 {
     const auto fail = [&](const std::string& what)
     {
@@ -205,10 +143,18 @@ FtdiFifo::FtdiFifo(const std::string& serial) : _ftdi(ftdi_new())
     if (ftdi_set_bitmode(_ftdi, 0xFF, BITMODE_RESET) < 0 ||
         ftdi_setflowctrl(_ftdi, SIO_DISABLE_FLOW_CTRL) < 0)
         fail("doesn't take its settings: ");
+    const int descriptor = descriptorOf(_ftdi->usb_dev, static_cast<unsigned>(_ftdi->interface));
+    if (descriptor < 0)
+        spdlog::warn("FT232H: nobody silences the board if this program crashes: libusb's "
+                     "descriptor isn't found");
+    else // what libftdi calls in is into the chip
+        _lastWill = std::make_unique<LastWill>(
+            LastWill::Way{descriptor, static_cast<unsigned>(_ftdi->in_ep)}, lastWill);
 }
 
 FtdiFifo::~FtdiFifo()
 {
+    _lastWill.reset(); // as long as its child holds the device too, nobody else can have it
     ftdi_usb_close(_ftdi);
     ftdi_free(_ftdi);
 }

@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include <sys/types.h>
-
 struct ftdi_context;
 
 namespace midair::device
 {
+
+class LastWill;
 
 /// Where a board takes its bytes: a serial port or an FTDI chip. One thread at a time.
 class ByteSink
@@ -30,8 +30,7 @@ protected:
 
 /// A serial port, raw, 8N1, for this program alone.
 ///
-/// The boards on it have no watchdog. So a child process keeps the port open too, and when this process ends without
-/// closing, be it by SIGKILL, it writes \a lastWill (the bytes that silence the board).
+/// When this process ends without closing, the board on it gets \a lastWill, the bytes that silence it.
 class SerialPort : public ByteSink
 {
 public:
@@ -47,18 +46,18 @@ public:
     void discard() override;
 
 private:
-    void startGuard(const std::vector<std::uint8_t>& lastWill);
-
     int _port = -1;
-    int _alive = -1; ///< one end of a socket: closed without a word means that this process died
-    pid_t _guard = -1;
+    std::unique_ptr<LastWill> _lastWill;
 };
 
 /// An FT232H in asynchronous FIFO mode, opened by its serial number.
+///
+/// When this process ends without closing, the board behind it gets \a lastWill, the bytes that silence it.
 class FtdiFifo : public ByteSink
 {
 public:
-    explicit FtdiFifo(const std::string& serial); ///< throws DeviceError
+    /// Throws DeviceError.
+    FtdiFifo(const std::string& serial, const std::vector<std::uint8_t>& lastWill);
     ~FtdiFifo() override;
 
     FtdiFifo(const FtdiFifo&) = delete;
@@ -68,6 +67,7 @@ public:
 
 private:
     ftdi_context* _ftdi = nullptr;
+    std::unique_ptr<LastWill> _lastWill;
 };
 
 } // namespace midair::device

@@ -127,8 +127,8 @@ std::unique_ptr<ArrayDevice> openFifoBoard(DeviceUri& uri, const DeviceLayout& l
     return std::make_unique<BoardDevice>(uri.text(),
                                          makeBoardCodec(uri.scheme()),
                                          layout.transducers,
-                                         [serial](const std::vector<std::uint8_t>&)
-                                         { return std::make_unique<FtdiFifo>(serial); });
+                                         [serial](const std::vector<std::uint8_t>& lastWill)
+                                         { return std::make_unique<FtdiFifo>(serial, lastWill); });
 }
 
 constexpr const char* kNoPointsInRecording =

@@ -1,4 +1,5 @@
 #include "device/ArrayDevice.h"
+#include "device/UsbNode.h"
 #include "device/UsbTransferPool.h"
 
 #include <libusb.h>
@@ -22,17 +23,6 @@ std::string idText(std::uint16_t vendor, std::uint16_t product)
 {
     char text[16];
     std::snprintf(text, sizeof text, "%04x:%04x", vendor, product);
-    return text;
-}
-
-std::string nodeOf(libusb_device* device)
-{
-    char text[40];
-    std::snprintf(text,
-                  sizeof text,
-                  "/dev/bus/usb/%03d/%03d",
-                  libusb_get_bus_number(device),
-                  libusb_get_device_address(device));
     return text;
 }
 

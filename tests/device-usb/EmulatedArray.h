@@ -85,6 +85,7 @@ private:
     gboolean handle(UMockdevIoctlClient* client);
     gboolean answer(UMockdevIoctlClient* client);
     gboolean submit(UMockdevIoctlClient* client, UMockdevIoctlData* data);
+    gboolean bulk(UMockdevIoctlClient* client, UMockdevIoctlData* data);
     gboolean reap(UMockdevIoctlClient* client);
     gboolean discard(UMockdevIoctlClient* client);
     void startOut(const Urb& urb);

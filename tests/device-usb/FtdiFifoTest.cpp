@@ -1,10 +1,11 @@
 #include "../device/Fields.h"
 #include "EmulatedArray.h"
+#include "Eventually.h"
+#include "Host.h"
 #include "device/ArrayDevice.h"
 #include "device/VirtualBoard.h"
 
-#include <functional>
-#include <thread>
+#include <mutex>
 
 #include <gtest/gtest.h>
 
@@ -33,14 +34,9 @@ struct Board
             same = std::abs(q[i] - wanted[i]) < 1e-6F; // single precision
         return same;
     }
-};
 
-bool eventually(const std::function<bool()>& condition)
-{
-    for (int i = 0; i < 5000 && !condition(); ++i)
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    return condition();
-}
+    bool isSilent() { return plays(std::vector<std::complex<float>>(256)); }
+};
 
 std::string openError(const std::string& uri)
 {
@@ -69,7 +65,7 @@ TEST(FtdiFifo, carries_fields_to_an_OpenMPD_board)
         EXPECT_TRUE(eventually([&] { return peer.plays(device->played()); }));
     }
     device.reset();
-    EXPECT_TRUE(eventually([&] { return peer.plays(std::vector<std::complex<float>>(256)); }));
+    EXPECT_TRUE(eventually([&] { return peer.isSilent(); }));
 }
 
 TEST(FtdiFifo, is_lost_when_unplugged_and_taken_up_again)
@@ -87,7 +83,7 @@ TEST(FtdiFifo, is_lost_when_unplugged_and_taken_up_again)
         }));
     peer.chip.plug();
     ASSERT_TRUE(eventually([&] { return device->report().state == DeviceState::READY; }));
-    EXPECT_TRUE(eventually([&] { return peer.plays(std::vector<std::complex<float>>(256)); }));
+    EXPECT_TRUE(eventually([&] { return peer.isSilent(); }));
     ASSERT_TRUE(device->send(randomField(256, 3)));
     EXPECT_TRUE(
         eventually([&] { return device->report().pending == 0 && peer.plays(device->played()); }));
@@ -98,4 +94,32 @@ TEST(FtdiFifo, names_a_chip_that_is_not_there)
     Board peer;
     const std::string error = openError("openmpd:B0002");
     EXPECT_EQ(error.find("FT232H \"B0002\": none is plugged in"), 0U) << error;
+}
+
+TEST(FtdiFifo, is_silent_after_a_SIGKILL_of_the_host)
+{
+    Board peer;
+    Host host("--fifo-host");
+    ASSERT_TRUE(host.waitUntilStopped());
+    ASSERT_FALSE(peer.isSilent());
+    host.kill();
+    EXPECT_TRUE(eventually([&] { return peer.isSilent(); }));
+    // The child that silenced it has ended too: another program can have the board.
+    EXPECT_TRUE(eventually([] { return openError("openmpd:A0001") == "no error"; }));
+}
+
+TEST(FtdiFifo, is_free_for_another_program_as_soon_as_it_is_closed)
+{
+    Board peer;
+    for (unsigned seed = 1; seed < 4; ++seed)
+    {
+        const auto device = openDevice("openmpd:", {256, {}});
+        ASSERT_TRUE(device->send(randomField(256, seed)));
+        ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
+        const std::string error = openError("openmpd:");
+        EXPECT_NE(error.find("another program or the kernel's serial driver uses it"),
+                  std::string::npos)
+            << error;
+    }
+    EXPECT_EQ(openError("openmpd:"), "no error");
 }

@@ -1,19 +1,17 @@
 #include "../device/Fields.h"
 #include "EmulatedArray.h"
 #include "Eventually.h"
+#include "Host.h"
 #include "device/ArrayDevice.h"
 #include "device/DriveEncoder.h"
 
 #include <cerrno>
-#include <csignal>
 #include <functional>
 #include <thread>
 
 #include <gtest/gtest.h>
 #include <linux/capability.h>
-#include <spawn.h>
 #include <sys/syscall.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 using namespace midair::device;
@@ -146,14 +144,9 @@ TEST(UsbArrayDevice, is_silent_after_closing)
 TEST(UsbArrayDevice, is_silent_within_100_ms_of_a_SIGKILL_of_the_host)
 {
     EmulatedArray array(kLayout);
-    char program[] = "/proc/self/exe";
-    char argument[] = "--host";
-    char* arguments[] = {program, argument, nullptr};
-    pid_t host = 0;
-    ASSERT_EQ(::posix_spawn(&host, program, nullptr, nullptr, arguments, environ), 0);
+    Host host("--host");
     const bool played = eventually([&] { return !isSilent(array.playing()); });
-    ::kill(host, SIGKILL);
-    ::waitpid(host, nullptr, 0);
+    host.kill();
     const double dead_s = EmulatedArray::now_s(); // no packet came later
     ASSERT_TRUE(played);
     std::this_thread::sleep_for(
