@@ -2,9 +2,16 @@
 
 #include "UsbIpServer.h"
 #include "device/ArrayDevice.h"
+#include "device/VirtualBoard.h"
 
+#include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <functional>
+#include <mutex>
+
+#include <sys/wait.h>
+#include <unistd.h>
 
 using namespace midair::device;
 
@@ -84,11 +91,83 @@ void stream(ArrayDevice& device, VirtualFirmware& firmware)
     check(report.lost == 0 && report.faults == 0, "none is lost");
 }
 
+/// An OpenMPD board behind an FT232H.
+struct Board
+{
+    std::mutex mutex;
+    std::unique_ptr<VirtualBoard> board = makeVirtualBoard("openmpd", 256);
+    UsbIpServer chip{[this](const std::uint8_t* bytes, std::size_t count)
+                     {
+                         std::lock_guard<std::mutex> lock(mutex);
+                         board->receive(bytes, count);
+                     }};
+
+    bool isSilent()
+    {
+        std::lock_guard<std::mutex> lock(mutex);
+        const auto q = board->playing();
+        return q == std::vector<std::complex<float>>(q.size());
+    }
+};
+
+bool opensBoard()
+{
+    try
+    {
+        return openDevice("openmpd:A0001", {256, {}}) != nullptr;
+    }
+    catch (const DeviceError& refusal)
+    {
+        std::printf("VM        %s\n", refusal.what());
+        return false;
+    }
+}
+
+// A program of its own that is killed: plays on the board for ever.
+int boardHostThatNeverCloses()
+{
+    const auto device = openDevice("openmpd:A0001", {256, {}});
+    DriveSignal field;
+    field.phase.assign(256, 1);
+    field.duty.assign(256, 255);
+    while (true)
+    {
+        device->send(field);
+        ::usleep(2000);
+    }
+}
+
+void killBoardHost()
+{
+    Board board;
+    check(board.chip.plug(), "vhci-hcd takes the FT232H");
+    check(eventually([] { return opensBoard(); }), "it is enumerated and opened");
+    check(opensBoard(), "it is free again as soon as it is closed");
+    const pid_t host = ::fork();
+    if (host == 0)
+    {
+        ::execl("/proc/self/exe", "midair_vm_test", "--board-host", nullptr);
+        ::_exit(1);
+    }
+    check(eventually([&] { return !board.isSilent(); }), "another program plays on it");
+    board.chip.hold();
+    check(eventually([&] { return board.chip.held() == 1; }), "a field is in flight");
+    ::kill(host, SIGKILL);
+    ::waitpid(host, nullptr, 0);
+    check(eventually([&] { return board.chip.held() == 2; }),
+          "after a SIGKILL of that program its child's silence is in flight behind the field");
+    board.chip.letGo();
+    check(eventually([&] { return board.isSilent(); }), "the board is silent");
+    check(board.chip.unlinkedHeld() == 0, "the kernel has taken back neither");
+    check(eventually([] { return opensBoard(); }), "another program can have the board");
+}
+
 } // namespace
 
-int main()
+int main(int argc, char** argv)
 {
     std::setvbuf(stdout, nullptr, _IOLBF, 0);
+    if (argc > 1 && std::strcmp(argv[1], "--board-host") == 0) return boardHostThatNeverCloses();
     DeviceLayout layout{3984, {}};
     for (int i = 0; i < 3984; ++i)
         layout.board.push_back(i / 249);
@@ -118,6 +197,7 @@ int main()
           "it plays again");
     device.reset();
     check(silent(firmware.playing(UsbIpServer::now_s())), "closing silences it");
+    killBoardHost();
     std::printf(failures == 0 ? "VM TEST PASSED\n" : "VM TEST FAILED\n");
     return failures == 0 ? 0 : 1;
 }

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <chrono>
 #include <string>
+#include <utility>
 
 #include <fcntl.h>
 #include <poll.h>
@@ -20,6 +21,7 @@ constexpr std::uint32_t kUnlinked = 4;
 constexpr std::size_t kHeaderBytes = 48;
 constexpr std::uint32_t kOut = 3;
 constexpr std::uint32_t kIn = 6;
+constexpr std::uint32_t kFifoOut = 2;
 
 constexpr std::uint8_t kDevice[] = {
     18, 1, 0, 2, 0, 0, 0, 64, 0x09, 0x12, 0x01, 0x00, 0, 1, 1, 2, 3, 1};
@@ -27,6 +29,13 @@ constexpr std::uint8_t kDevice[] = {
 constexpr std::uint8_t kConfiguration[] = {
     9, 2, 41,   0,    2,    1, 0, 0x80, 50,   9, 4, 0, 0, 0, 0xFF, 0,    0, 0, 9, 4, 1,
     0, 2, 0xFF, 0x4D, 0x48, 0, 7, 5,    0x03, 2, 0, 2, 0, 7, 5,    0x86, 2, 0, 2, 0};
+
+constexpr std::uint8_t kFifoDevice[] = {
+    18, 1, 0, 2, 0, 0, 0, 64, 0x03, 0x04, 0x14, 0x60, 0, 9, 1, 2, 3, 1};
+// One interface, bulk IN 1, bulk OUT 2.
+constexpr std::uint8_t kFifoConfiguration[] = {9, 2, 32, 0,    1,    1,    0, 0x80, 50, 9,    4,
+                                               0, 0, 2,  0xFF, 0xFF, 0xFF, 0, 7,    5,  0x81, 2,
+                                               0, 2, 0,  7,    5,    0x02, 2, 0,    2,  0};
 
 void put(std::vector<std::uint8_t>& out, std::uint32_t value)
 {
@@ -55,6 +64,15 @@ bool readAll(int socket, std::uint8_t* bytes, std::size_t count)
 
 } // namespace
 
+UsbIpServer::UsbIpServer(midair::device::VirtualFirmware& firmware) :
+    _firmware(&firmware),
+    _take([&firmware](const std::uint8_t* bytes, std::size_t count)
+          { firmware.receive(bytes, count, now_s()); })
+{
+}
+
+UsbIpServer::UsbIpServer(Take take) : _take(std::move(take)) {}
+
 double UsbIpServer::now_s()
 {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
@@ -66,15 +84,17 @@ bool UsbIpServer::plug()
     int ends[2];
     if (::socketpair(AF_UNIX, SOCK_STREAM, 0, ends) != 0) return false;
     const int attach = ::open("/sys/devices/platform/vhci_hcd.0/attach", O_WRONLY);
-    const std::string text =
-        "0 " + std::to_string(ends[1]) + " 65538 3"; // port, socket, bus 1 device 2, high speed
+    const std::string number = _firmware != nullptr ? "0" : "1";
+    const std::string text = number + " " + std::to_string(ends[1]) + " " +
+                             (_firmware != nullptr ? "65538" : "65539") +
+                             " 3"; // port, socket, bus 1 device 2 or 3, high speed
     const bool taken = attach >= 0 && ::write(attach, text.data(), text.size()) ==
                                           static_cast<ssize_t>(text.size());
     if (attach >= 0) ::close(attach);
     ::close(ends[1]); // the kernel holds it
     _socket = ends[0];
     _stop = false;
-    _firmware.powerCycle(now_s());
+    if (_firmware != nullptr) _firmware->powerCycle(now_s());
     _thread = std::thread([this] { run(); });
     return taken;
 }
@@ -143,13 +163,50 @@ void UsbIpServer::submit(const Header& header)
         if (!readAll(_socket, data.data(), data.size())) return;
     }
     if (header.endpoint == 0) return control(header, data);
-    if (header.endpoint == kIn && header.direction == 1)
+    if (_firmware != nullptr && header.endpoint == kIn && header.direction == 1)
     {
         _waitingIn.push_back(header);
         return;
     }
-    if (header.endpoint == kOut) _firmware.receive(data.data(), data.size(), now_s());
-    answer(header, header.endpoint == kOut ? 0 : -EPIPE, nullptr, 0);
+    if (header.endpoint != (_firmware != nullptr ? kOut : kFifoOut) || header.direction == 1)
+        return answer(header, -EPIPE, nullptr, 0);
+    std::lock_guard<std::mutex> lock(_mutex);
+    if (_holding)
+        _held.push_back({header, data});
+    else
+        receive(header, data);
+}
+
+void UsbIpServer::receive(const Header& header, const std::vector<std::uint8_t>& data)
+{
+    _take(data.data(), data.size());
+    answer(header, 0, nullptr, 0);
+}
+
+void UsbIpServer::hold()
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    _holding = true;
+}
+
+void UsbIpServer::letGo()
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    _holding = false;
+    for (const Held& held : std::exchange(_held, {}))
+        receive(held.header, held.data);
+}
+
+std::size_t UsbIpServer::held()
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    return _held.size();
+}
+
+int UsbIpServer::unlinkedHeld()
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    return _unlinkedHeld;
 }
 
 void UsbIpServer::control(const Header& header, const std::vector<std::uint8_t>& data)
@@ -165,16 +222,19 @@ void UsbIpServer::control(const Header& header, const std::vector<std::uint8_t>&
         switch (setup[3])
         {
         case 1:
-            return give(kDevice, sizeof kDevice);
+            return _firmware != nullptr ? give(kDevice, sizeof kDevice)
+                                        : give(kFifoDevice, sizeof kFifoDevice);
         case 2:
-            return give(kConfiguration, sizeof kConfiguration);
+            return _firmware != nullptr ? give(kConfiguration, sizeof kConfiguration)
+                                        : give(kFifoConfiguration, sizeof kFifoConfiguration);
         case 3:
             return setup[2] == 0 ? give(languages, sizeof languages) : give(serial, sizeof serial);
         default:
             return answer(header, -EPIPE, nullptr, 0);
         }
     }
-    if (setup[0] == 0x41 && setup[1] == 0x4D) _firmware.receive(data.data(), data.size(), now_s());
+    if (_firmware != nullptr && setup[0] == 0x41 && setup[1] == 0x4D)
+        _take(data.data(), data.size());
     const std::uint8_t zeros[2] = {};
     if (header.direction == 1)
         give(zeros, sizeof zeros);
@@ -188,8 +248,17 @@ void UsbIpServer::unlink(const Header& header)
         std::find_if(_waitingIn.begin(),
                      _waitingIn.end(),
                      [&](const Header& one) { return one.sequence == header.length; });
-    const bool found = waiting != _waitingIn.end();
+    bool found = waiting != _waitingIn.end();
     if (found) _waitingIn.erase(waiting);
+    std::lock_guard<std::mutex> lock(_mutex);
+    for (auto held = _held.begin(); !found && held != _held.end(); ++held)
+        if (held->header.sequence == header.length)
+        {
+            found = true;
+            ++_unlinkedHeld;
+            _held.erase(held);
+            break;
+        }
     std::vector<std::uint8_t> out;
     put(out, kUnlinked);
     put(out, header.sequence);
@@ -202,11 +271,11 @@ void UsbIpServer::unlink(const Header& header)
 
 void UsbIpServer::feedIn()
 {
-    while (!_waitingIn.empty() && _firmware.hasAnswer(now_s()))
+    while (_firmware != nullptr && !_waitingIn.empty() && _firmware->hasAnswer(now_s()))
     {
         const Header header = _waitingIn.front();
         _waitingIn.pop_front();
-        const auto bytes = _firmware.takeAnswer(header.length, now_s());
+        const auto bytes = _firmware->takeAnswer(header.length, now_s());
         answer(header, 0, bytes.data(), bytes.size());
     }
 }
