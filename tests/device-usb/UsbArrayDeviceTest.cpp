@@ -5,6 +5,7 @@
 #include "device/ArrayDevice.h"
 #include "device/DriveEncoder.h"
 
+#include <atomic>
 #include <cerrno>
 #include <functional>
 #include <thread>
@@ -155,29 +156,35 @@ TEST(UsbArrayDevice, is_silent_within_100_ms_of_a_SIGKILL_of_the_host)
     EXPECT_EQ(array.firmware().status(EmulatedArray::now_s()).watchdogs, 1U);
 }
 
+// By the order of what the array sees, not by the clock: the mute is there when silence() returns, and no field came before it.
 TEST(UsbArrayDevice, a_mute_overtakes_fields_that_wait)
 {
     EmulatedArray array(kLayout);
+    std::atomic<int> fieldsBeforeMute{-1};
+    array.onControl = [&](const std::uint8_t* packet)
+    {
+        if (packet[3] == static_cast<std::uint8_t>(protocol::Type::MUTE) && fieldsBeforeMute < 0)
+            fieldsBeforeMute = array.fieldTransfers.load();
+    };
     const auto device = openDevice("usb:", kLayout);
     ASSERT_TRUE(device->send(evenField(8, 1, 200)));
-    ASSERT_TRUE(eventually([&] { return !isSilent(array.playing()); }));
+    ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
     array.hangs = 1000; // the pipe is blocked: what is sent now waits
     for (int i = 0; i < 6; ++i)
-    {
         ASSERT_TRUE(device->send(evenField(8, 2, 200)));
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
+    ASSERT_TRUE(eventually([&] { return array.hangs < 1000; }));
+    EXPECT_EQ(fieldsBeforeMute, -1);
     std::thread([&] { device->silence(); }).join();
-    ASSERT_TRUE(eventually([&] { return isSilent(array.playing()); },
-                           0.09)); // before a timeout or the watchdog could do it
+    EXPECT_EQ(fieldsBeforeMute, 1);
+    EXPECT_TRUE(isSilent(array.playing()));
     array.hangs = 0;
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    EXPECT_TRUE(isSilent(array.playing())); // none of them plays later
-    EXPECT_EQ(array.firmware().status(EmulatedArray::now_s()).played, 1U);
-    EXPECT_EQ(device->report().played, 1U);
-    expectCountersAddUp(device->report());
     ASSERT_TRUE(device->send(evenField(8, 3, 200)));
     EXPECT_TRUE(eventually([&] { return array.playing() == evenField(8, 3, 200); }));
+    ASSERT_TRUE(eventually([&] { return device->report().pending == 0; }));
+    // The first and the last: none of those that waited played in between.
+    EXPECT_EQ(array.firmware().status(EmulatedArray::now_s()).played, 2U);
+    EXPECT_EQ(device->report().played, 2U);
+    expectCountersAddUp(device->report());
 }
 
 TEST(UsbArrayDevice, survives_a_stall_and_sends_the_field_again)
