@@ -129,6 +129,7 @@ public:
             setKeep(false);
             return;
         }
+        if (_direct && !_statistics.collecting() && engine->rests(*root)) return;
         _viewer->getViews(_views);
         for (osgViewer::View* view : _views)
         {
@@ -143,11 +144,12 @@ public:
                            stamp ? stamp->getSimulationTime() : 0.0);
             _statistics.show(*_viewer, _views, *engine, stamp ? stamp->getFrameNumber() : 0);
             _collected = true;
+            _direct = shown == root;
             return;
         }
         // Taken out of the picture, or switched off: silent, but for another viewer that may show it.
         if (_collected) engine->silence();
-        _collected = false;
+        _collected = _direct = false;
     }
 
 private:
@@ -156,6 +158,7 @@ private:
     osgViewer::ViewerBase::Views _views;
     ViewerStatistics _statistics;
     bool _collected = false;
+    bool _direct = false; ///< a view shows the root itself
 };
 
 } // namespace

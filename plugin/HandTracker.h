@@ -44,6 +44,9 @@ public:
     void touch(const std::vector<midair::bridge::HapticObject>& objects,
                const midair::bridge::HologramResult* newest);
 
+    /// Where hands come from; null: nowhere.
+    HandSource* active() const { return _source ? _source.get() : _namedSource.get(); }
+
     bool hasEvents() const { return !_proximity.events().empty(); }
 
     /// Calls callbacks; they may do anything with the scene, so it is done last. \a nodeOf gives an object's node or null.
@@ -62,8 +65,6 @@ public:
     int touching() const;
 
 private:
-    HandSource* active() const { return _source ? _source.get() : _namedSource.get(); }
-
     osg::ref_ptr<HandSource> _source;      ///< the application's
     osg::ref_ptr<HandSource> _namedSource; ///< that of the settings
     std::string _uri;

@@ -82,6 +82,18 @@ bool HapticEngine::collect(osg::Node& root, const osg::Matrixd& world)
     return changed;
 }
 
+bool HapticEngine::rests(const osg::Node& root)
+{
+    if (!_submittedAny || _hands.active()) return false;
+    root.getBound(); // made anew where something under it has moved
+    const double now_s = midair::bridge::steadySeconds();
+    if (_bounds == 0 || _bounds != _boundsSeen || now_s - _submitTime_s < kRest_s ||
+        now_s - _lookTime_s > kLook_s)
+        return false;
+    ++_restingFrames;
+    return true;
+}
+
 void HapticEngine::update(osg::Node& root,
                           const osg::Matrixd& world,
                           unsigned int frame,
@@ -89,6 +101,8 @@ void HapticEngine::update(osg::Node& root,
                           double simulationTime_s)
 {
     const double start_s = midair::bridge::steadySeconds();
+    _lookTime_s = start_s;
+    _boundsSeen = _bounds;
     configure(*_given);
     const bool fresh = collect(root, world);
     _snapshot.frame = frame;
@@ -280,6 +294,9 @@ HapticStatistics HapticEngine::statistics() const
     const std::lock_guard<std::mutex> lock(_mutex);
     HapticStatistics all = _statistics;
     all.messages = _messages.all();
+    all.restingFrames = _restingFrames;
+    all.frames += all.restingFrames;
+    all.idleFrames += all.restingFrames;
     all.latencyP50_ms = _latencies.percentile(0.5);
     all.latencyP99_ms = _latencies.percentile(0.99);
     if (!_thread) return all;

@@ -13,6 +13,8 @@
 #include <osg/Referenced>
 #include <osg/observer_ptr>
 
+#include <atomic>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -65,7 +67,20 @@ public:
     osg::ref_ptr<osg::Node> root() const;
 
     /// Tags under the root are looked for with the next update.
-    void dirtyTags() { _collector.dirtyTags(); }
+    void dirtyTags()
+    {
+        _collector.dirtyTags();
+        _lookTime_s = 0.0;
+    }
+
+    /// Whether there is nothing to do in this frame, which counts as one then: for kRest_s nothing has changed, less than
+    /// kLook_s ago everything was looked at, and the bound of \a root says that since then nothing under it has moved.
+    /// Changes that no bound shows (masks, vertices, properties) are seen with the next look. Only for a root that calls
+    /// noteBound() whenever its bound is made, and that no transform is above.
+    bool rests(const osg::Node& root);
+    void noteBound() { ++_bounds; }
+    static constexpr double kRest_s = 0.5;
+    static constexpr double kLook_s = 0.1;
 
     /// One frame: what is active under \a root, the engine's own, whose parent is at \a world, is to be felt from now on.
     /// \a age_s: seconds since the frame's stamp. Touch callbacks are called last.
@@ -113,6 +128,10 @@ private:
     std::vector<midair::bridge::HapticObject> _submitted; ///< as last handed over
     midair::bridge::Surroundings _submittedAround;
     bool _submittedAny = false;
+    std::atomic<unsigned int> _bounds{0}; ///< made; a cull may do that
+    unsigned int _boundsSeen = 0;
+    double _lookTime_s = 0.0; ///< of the last update()
+    std::atomic<std::uint64_t> _restingFrames{0};
     std::uint64_t _resultsSeen = 0;
     double _submitTime_s = 0.0;
     Eigen::Isometry3d _worldToArray = Eigen::Isometry3d::Identity(); ///< world in metres -> array

@@ -49,6 +49,12 @@ void HapticScene::traverse(osg::NodeVisitor& visitor)
     osg::Group::traverse(visitor);
 }
 
+osg::BoundingSphere HapticScene::computeBound() const
+{
+    _engine->noteBound();
+    return osg::Group::computeBound();
+}
+
 void HapticScene::update(const osg::FrameStamp* frameStamp, const osg::Matrixd& world)
 {
     const unsigned int frame = frameStamp ? frameStamp->getFrameNumber() : 0;

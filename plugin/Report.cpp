@@ -36,6 +36,7 @@ nlohmann::ordered_json toJson(const HapticStatistics& s, const HapticSettings& s
             {"counters",
              {{"frames", s.frames},
               {"idleFrames", s.idleFrames},
+              {"restingFrames", s.restingFrames},
               {"snapshots", s.snapshots},
               {"superseded", s.superseded},
               {"solves", s.solves},

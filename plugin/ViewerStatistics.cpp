@@ -59,7 +59,8 @@ void ViewerStatistics::show(osgViewer::ViewerBase& viewer,
     // The display takes lines up when it is first switched on: they have to be there before.
     if (!_linesAdded) addLines(views);
     osg::Stats* stats = viewer.getViewerStats();
-    if (!stats || !stats->collectStats("frame_rate")) return;
+    _collecting = stats && stats->collectStats("frame_rate");
+    if (!_collecting) return;
     const HapticStatistics now = engine.statistics();
     for (const Line& line : kLines)
         stats->setAttribute(frame, line.attribute, now.*line.value);

@@ -17,10 +17,13 @@ public:
               const HapticEngine& engine,
               unsigned int frame);
 
+    bool collecting() const { return _collecting; }
+
 private:
     void addLines(const osgViewer::ViewerBase::Views& views);
 
     bool _linesAdded = false;
+    bool _collecting = false;
 };
 
 } // namespace osgMidair

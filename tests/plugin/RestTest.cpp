@@ -1,0 +1,113 @@
+#include "KitTest.h"
+
+#include <osg/Geometry>
+
+#include <gtest/gtest.h>
+
+using namespace osgMidair;
+
+namespace
+{
+
+/// A scene that has come to rest in a viewer.
+struct Rest : testing::Test
+{
+    Rest() : viewer(box.scene) { EXPECT_TRUE(comesToRest()); }
+
+    bool comesToRest()
+    {
+        const std::uint64_t before = box.scene->getStatistics().restingFrames;
+        return viewer.framesUntil([&]
+                                  { return box.scene->getStatistics().restingFrames > before; });
+    }
+
+    std::uint64_t snapshots() const { return box.scene->getStatistics().snapshots; }
+
+    /// Whether a change is seen by the very next frame, whenever that comes.
+    bool seenAtOnce()
+    {
+        const std::uint64_t before = snapshots();
+        viewer.frame();
+        return snapshots() == before + 1;
+    }
+
+    bool seenInTime()
+    {
+        const std::uint64_t before = snapshots();
+        return viewer.framesUntil([&] { return snapshots() > before; });
+    }
+
+    BoxScene box;
+    HeadlessViewer viewer;
+};
+
+} // namespace
+
+TEST_F(Rest, FramesAreCountedAndSolveNothing)
+{
+    const HapticStatistics before = box.scene->getStatistics();
+    viewer.frames(20);
+    const HapticStatistics after = box.scene->getStatistics();
+    EXPECT_EQ(after.frames, before.frames + 20);
+    EXPECT_EQ(after.idleFrames, before.idleFrames + 20);
+    EXPECT_GT(after.restingFrames, before.restingFrames);
+    EXPECT_EQ(after.snapshots, 1u);
+}
+
+TEST_F(Rest, AMovedTransformIsSeenByTheNextFrame)
+{
+    for (double x : {0.001, 0.002, 0.003})
+    {
+        box.transform->setMatrix(osg::Matrixd::translate(x, 0.0, 0.1));
+        EXPECT_TRUE(seenAtOnce()) << x;
+        ASSERT_TRUE(comesToRest());
+    }
+}
+
+TEST_F(Rest, AnObjectThatComesOrGoesIsSeenByTheNextFrame)
+{
+    box.transform->removeChild(box.surface);
+    EXPECT_TRUE(seenAtOnce());
+    ASSERT_TRUE(comesToRest());
+    box.transform->addChild(box.surface);
+    EXPECT_TRUE(seenAtOnce());
+}
+
+TEST_F(Rest, WhatNoBoundShowsIsSeenWithTheNextLook)
+{
+    box.surface->setPressure(0.5);
+    EXPECT_TRUE(seenInTime());
+    ASSERT_TRUE(comesToRest());
+    box.transform->setNodeMask(0);
+    EXPECT_TRUE(seenInTime());
+    ASSERT_TRUE(comesToRest());
+    box.transform->setNodeMask(~0u);
+    EXPECT_TRUE(seenInTime());
+    ASSERT_TRUE(comesToRest());
+    box.scene->setEnabled(false);
+    EXPECT_TRUE(seenInTime());
+}
+
+TEST_F(Rest, TakenOutOfThePictureItIsSilent)
+{
+    viewer.viewer.setSceneData(new osg::Group);
+    EXPECT_TRUE(viewer.framesUntil(
+        [&]
+        {
+            const auto result = box.scene->getLatestResult();
+            return result && result->points.size() == 0;
+        }));
+}
+
+TEST_F(Rest, HandsAreFollowedInEveryFrame)
+{
+    box.scene->setHandSource(new InjectedHands);
+    viewer.framesUntil([] { return true; });
+    const std::uint64_t before = box.scene->getStatistics().restingFrames;
+    for (int i = 0; i < 200; ++i)
+    {
+        viewer.frame();
+        std::this_thread::sleep_for(std::chrono::milliseconds(4));
+    }
+    EXPECT_LE(box.scene->getStatistics().restingFrames, before);
+}
