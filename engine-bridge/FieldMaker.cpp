@@ -8,6 +8,14 @@
 namespace midair::bridge
 {
 
+haptics::ControlPoints allOf(const std::vector<haptics::ControlPoints>& parts)
+{
+    haptics::ControlPoints all = parts.front();
+    for (std::size_t k = 1; k < parts.size(); ++k)
+        haptics::append(all, parts[k]);
+    return all;
+}
+
 haptics::MatchedFields& FieldMaker::solvers(int set, bool absolute)
 {
     const std::pair<int, bool> key(set, absolute);

@@ -27,6 +27,9 @@ struct MadeFields
     haptics::SolveReport report;          ///< of all fields together
 };
 
+/// The points of all \a parts, of which there is at least one.
+haptics::ControlPoints allOf(const std::vector<haptics::ControlPoints>& parts);
+
 /// Makes the fields for a set of control points: one for all of them, one for each subset in turn, or one for each instant
 /// of the modulation of objects that are not all modulated alike.
 ///
