@@ -100,7 +100,7 @@ public:
     {
         for (int board = 0; board * kChannels < signal.size(); ++board)
         {
-            std::array<std::uint8_t, kSteps * kPorts> bits{};
+            std::array<std::uint8_t, std::size_t(kSteps) * kPorts> bits{};
             for (int channel = 0; channel < kChannels; ++channel)
             {
                 const Pulse pulse = pulseOf(signal, board * kChannels + channel);

@@ -5,7 +5,7 @@
 #include "device/UsbNode.h"
 
 #include <cerrno>
-#include <cstring>
+#include <system_error>
 
 #include <fcntl.h>
 #include <ftdi.h>
@@ -54,7 +54,7 @@ SerialPort::SerialPort(const std::string& device,
 {
     const auto fail = [&](const std::string& what)
     {
-        const std::string reason = what + std::strerror(errno);
+        const std::string reason = what + std::generic_category().message(errno);
         const bool denied = errno == EACCES;
         if (_port >= 0) ::close(_port);
         throw DeviceError("serial port \"" + device + "\": " + reason +
@@ -99,7 +99,7 @@ bool SerialPort::write(const std::vector<std::uint8_t>& bytes)
         if (count < 0 && errno == EINTR) continue;
         if (count < 0 && errno != EAGAIN)
         {
-            _error = std::strerror(errno);
+            _error = std::generic_category().message(errno);
             return false;
         }
         pollfd wait{_port, POLLOUT, 0};

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
-#include <cstring>
+#include <system_error>
 
 #include <linux/usbdevice_fs.h>
 #include <poll.h>
@@ -101,7 +101,8 @@ LastWill::LastWill(const Way& way, const std::vector<std::uint8_t>& bytes)
     const bool paired = ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0;
     if (paired) _guard = ::fork();
     if (_guard < 0)
-        spdlog::warn("nobody silences the board if this program crashes: {}", std::strerror(errno));
+        spdlog::warn("nobody silences the board if this program crashes: {}",
+                     std::generic_category().message(errno));
     if (!paired) return;
     if (_guard == 0)
     {

@@ -123,7 +123,7 @@ std::unique_ptr<ArrayDevice> openSerialBoard(DeviceUri& uri, const DeviceLayout&
 std::unique_ptr<ArrayDevice> openFifoBoard(DeviceUri& uri, const DeviceLayout& layout)
 {
     uri.rejectUnknown();
-    const std::string serial = uri.path();
+    const std::string& serial = uri.path();
     return std::make_unique<BoardDevice>(uri.text(),
                                          makeBoardCodec(uri.scheme()),
                                          layout.transducers,

@@ -6,9 +6,9 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <iterator>
+#include <system_error>
 
 #include <spdlog/spdlog.h>
 
@@ -26,7 +26,8 @@ PlayingDevice::PlayingDevice(const std::string& file,
 {
     std::ifstream stream(file, std::ios::binary);
     if (!stream)
-        throw DeviceError("recording \"" + file + "\": can't be read: " + std::strerror(errno));
+        throw DeviceError("recording \"" + file +
+                          "\": can't be read: " + std::generic_category().message(errno));
     _bytes.assign(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>());
     const recording::Reader reader(_bytes.data(), _bytes.size(), file);
     if (reader.transducers() != transducers)

@@ -1,7 +1,7 @@
 #include "device/RecordingDevice.h"
 
 #include <cerrno>
-#include <cstring>
+#include <system_error>
 
 #include <fcntl.h>
 #include <spdlog/spdlog.h>
@@ -18,7 +18,8 @@ RecordingDevice::RecordingDevice(const std::string& file, int transducers) :
 {
     _descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (_descriptor < 0)
-        throw DeviceError("recording \"" + file + "\": can't be written: " + std::strerror(errno));
+        throw DeviceError("recording \"" + file +
+                          "\": can't be written: " + std::generic_category().message(errno));
     const auto now = std::chrono::system_clock::now().time_since_epoch();
     write(_writer.header(std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()));
     if (!_failure.empty())
@@ -53,7 +54,7 @@ bool RecordingDevice::write(const std::vector<std::uint8_t>& bytes)
         if (count < 0)
         {
             _failure = std::string("writing failed after ") + std::to_string(_fields) +
-                       " fields: " + std::strerror(errno);
+                       " fields: " + std::generic_category().message(errno);
             spdlog::error("recording \"{}\": {}", _file, _failure);
             return false;
         }
