@@ -77,7 +77,10 @@ bool hasObstacleTag(const osg::Node& node)
 
 bool isOwnObject(const osg::Node& node)
 {
-    return dynamic_cast<const HapticSurface*>(&node) || hasHapticTag(node) || hasObstacleTag(node);
+    // What doesn't ask for the event traversal can be none, and that costs least to ask.
+    return node.getNumChildrenRequiringEventTraversal() > 0 &&
+           (dynamic_cast<const HapticSurface*>(&node) || hasHapticTag(node) ||
+            hasObstacleTag(node));
 }
 
 CollectHapticSurfacesVisitor::CollectHapticSurfacesVisitor() :

@@ -77,7 +77,7 @@ bool hasHapticTag(const osg::Node& node);
 /// User value "obstacle" (a bool), or a description "obstacle": a real thing that is in the sound's way.
 bool hasObstacleTag(const osg::Node& node);
 
-/// A HapticSurface or a tagged node: something that is an object of its own.
+/// A HapticSurface or a node whose tag was marked: something that is an object of its own.
 bool isOwnObject(const osg::Node& node);
 
 } // namespace osgMidair

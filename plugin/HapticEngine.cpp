@@ -114,8 +114,7 @@ void HapticEngine::update(osg::Node& root,
     takeResult();
     _hands.touch(_snapshot.objects, _seen.get());
     const bool refused = _seen && !_seen->playing && start_s - _submitTime_s > kRetry_s;
-    const bool idle = _submittedAny && !refused && !(fresh && objectsChanged()) &&
-                      midair::bridge::equivalent(_snapshot.around, _submittedAround);
+    const bool idle = _submittedAny && !refused && !changedSinceSubmitted(fresh);
     if (!idle) submit();
 
     {
@@ -146,19 +145,18 @@ void HapticEngine::silence()
     _snapshot.time_s = midair::bridge::steadySeconds();
     _hands.touch(_snapshot.objects,
                  nullptr); // whatever was touched is gone; before the snapshot is given away
-    if (!_submittedAny || objectsChanged() ||
-        !midair::bridge::equivalent(_snapshot.around, _submittedAround))
-        submit();
+    if (!_submittedAny || changedSinceSubmitted(true)) submit();
     tellTouches();
 }
 
-bool HapticEngine::objectsChanged() const
+bool HapticEngine::changedSinceSubmitted(bool objectsToo) const
 {
-    return !std::equal(_snapshot.objects.begin(),
-                       _snapshot.objects.end(),
-                       _submitted.begin(),
-                       _submitted.end(),
-                       sameObject);
+    if (!midair::bridge::equivalent(_snapshot.around, _submittedAround)) return true;
+    return objectsToo && !std::equal(_snapshot.objects.begin(),
+                                     _snapshot.objects.end(),
+                                     _submitted.begin(),
+                                     _submitted.end(),
+                                     sameObject);
 }
 
 void HapticEngine::submit()
@@ -187,8 +185,6 @@ void HapticEngine::configure(const HapticSettings& given)
     errors.push_back(_hands.setSettings(_settings.hands, _settings.reach, _settings.shadows));
     for (const std::string& what : errors)
         if (!what.empty()) say(what);
-    _collector.configure(_toArray, _settings.shadows);
-    if (!thread) return;
 
     midair::bridge::PoseAndStretch parts;
     if (!midair::bridge::decompose(midair::bridge::toEigen(_settings.calibration), parts) ||
@@ -201,7 +197,7 @@ void HapticEngine::configure(const HapticSettings& given)
     _toArray = parts.pose.matrix();
     _toArray.topLeftCorner<3, 3>() *= _settings.metresPerUnit;
     _collector.configure(_toArray, _settings.shadows);
-    startThread();
+    if (thread) startThread();
 }
 
 void HapticEngine::startThread()

@@ -110,7 +110,8 @@ private:
     bool collect(osg::Node& root, const osg::Matrixd& world);
     void configure(const HapticSettings& settings);
     void startThread();
-    bool objectsChanged() const;
+    /// \a objectsToo: they may have; else only what is around them is compared.
+    bool changedSinceSubmitted(bool objectsToo) const;
     void submit();
     void takeResult();
     void say(const std::string& message);

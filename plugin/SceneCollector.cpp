@@ -11,9 +11,7 @@ using midair::bridge::MeshCache;
 
 SceneCollector::SceneCollector(std::function<void(const std::string&)> say) : _say(std::move(say))
 {
-    // What is an object of its own isn't part of the one around it; only what asks for events can be one.
-    _extract.skip = [](const osg::Node& node)
-    { return node.getNumChildrenRequiringEventTraversal() > 0 && isOwnObject(node); };
+    _extract.skip = isOwnObject; // what is one isn't part of the one around it
 }
 
 void SceneCollector::configure(const Eigen::Matrix4d& toArray, bool shadows)
