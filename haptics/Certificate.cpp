@@ -184,10 +184,10 @@ Certificate Certifier::certify(const ControlPoints& points,
     if (q.size() != 0 && (q.size() != array.size() || !q.allFinite()))
         throw InputError("certificate: the activations must be finite, one for each of the " +
                          std::to_string(array.size()) + " transducers");
-    _G.bind(array, medium);
-    _G.build(points.positions);
-    const PhaseObjective objective(gramMatrix(_G), points.targets, _options.lambdaRel);
-    const Eigen::VectorXcd p = q.size() != 0 ? pressures(_G, q) : Eigen::VectorXcd();
+    _propagation.bind(array, medium);
+    _propagation.build(points.positions);
+    const PhaseObjective objective(gramMatrix(_propagation), points.targets, _options.lambdaRel);
+    const Eigen::VectorXcd p = q.size() != 0 ? pressures(_propagation, q) : Eigen::VectorXcd();
     const double matrix_ms = since_ms(start);
 
     Certificate result = certify(objective, p);

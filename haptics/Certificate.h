@@ -99,7 +99,7 @@ public:
 
 private:
     CertificateOptions _options;
-    PropagationMatrix _G;
+    PropagationMatrix _propagation;
 };
 
 } // namespace midair::haptics

@@ -19,13 +19,13 @@ void PhaseCorrection::reserve(const FieldProblem& field)
     const auto m = static_cast<std::size_t>(field.G.paddedTransducers());
     _even = (n + 1) / 2 * 2;
     _stride = (n + 16) / 16 * 16; // whole cache lines
-    _J.reserve(m * static_cast<std::size_t>(_even / 2));
+    _jacobian.reserve(m * static_cast<std::size_t>(_even / 2));
     _unit.reserve(static_cast<std::size_t>(field.G.blocks()) * static_cast<std::size_t>(_stride));
     _scaledDirection.reserve(static_cast<std::size_t>(field.threads()) *
                              static_cast<std::size_t>(_stride));
     for (AlignedBuffer<float>* v : {&_root, &_t, &_sum})
         v->reserve(m);
-    for (Eigen::VectorXf* v : {&_x, &_r, &_d, &_Ad, &_scale})
+    for (Eigen::VectorXf* v : {&_x, &_r, &_d, &_curved, &_scale})
         if (v->size() != n) v->resize(n);
 }
 
@@ -58,7 +58,7 @@ void PhaseCorrection::form(const FieldProblem& field, const SplitVector& q, int 
                           field.u.im.data(),
                           re,
                           im,
-                          _J.data() + static_cast<std::size_t>(offset) * (_even / 2));
+                          _jacobian.data() + static_cast<std::size_t>(offset) * (_even / 2));
     const float* scale = field.G.fixedScale(block);
     float* unit = _unit.data() + static_cast<std::size_t>(block) * _stride;
     for (int l = 0; l < n; ++l)
@@ -89,7 +89,7 @@ void PhaseCorrection::pass(FieldProblem& field,
                     sum[k] += _alpha * t[k];
             else
                 form(field, q, b);
-            const std::int32_t* J = _J.data() + static_cast<std::size_t>(i) * (_even / 2);
+            const std::int32_t* J = _jacobian.data() + static_cast<std::size_t>(i) * (_even / 2);
             const float* unit = _unit.data() + static_cast<std::size_t>(b) * _stride;
             float* scaled = _scaledDirection.data() + static_cast<std::size_t>(thread) * _stride;
             for (int l = 0; l < n; ++l)
@@ -103,7 +103,7 @@ void PhaseCorrection::pass(FieldProblem& field,
         float sum = 0.0f;
         for (int thread = 0; thread < field.threads(); ++thread)
             sum += field.partial(thread)[l];
-        _Ad[l] = sum;
+        _curved[l] = sum;
     }
 }
 
@@ -132,8 +132,8 @@ int PhaseCorrection::solve(FieldProblem& field,
     {
         pass(field, q, _steps > 0, _d.data());
         ++_steps;
-        _Ad -= _Ad.dot(_flat) * _flat;
-        const float curvature = _d.dot(_Ad);
+        _curved -= _curved.dot(_flat) * _flat;
+        const float curvature = _d.dot(_curved);
         if (!(curvature > 0.0f))
         {
             _alpha = 0.0f;
@@ -141,7 +141,7 @@ int PhaseCorrection::solve(FieldProblem& field,
         }
         _alpha = rr / curvature;
         _x += _alpha * _d;
-        _r -= _alpha * _Ad;
+        _r -= _alpha * _curved;
         const float next = _r.squaredNorm();
         _d = _r + (next / rr) * _d;
         rr = next;

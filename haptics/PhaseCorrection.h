@@ -33,11 +33,11 @@ private:
     void form(const FieldProblem& field, const SplitVector& q, int block);
     void pass(FieldProblem& field, const SplitVector& q, bool formed, const float* direction);
 
-    AlignedBuffer<std::int32_t> _J;        // (n + 1)/2 x m pairs of rows
+    AlignedBuffer<std::int32_t> _jacobian; // (n + 1)/2 x m pairs of rows
     AlignedBuffer<float> _unit;            // blocks x n: what rows of J are to be multiplied by
     AlignedBuffer<float> _root, _t, _sum;  // m
     AlignedBuffer<float> _scaledDirection; // threads x n
-    Eigen::VectorXf _x, _r, _d, _Ad, _scale, _flat;
+    Eigen::VectorXf _x, _r, _d, _curved, _scale, _flat;
     int _even = 0;   // n, or n + 1 where that is odd
     int _stride = 0; // of _unit and _scaledDirection
     int _steps = 0;

@@ -105,17 +105,17 @@ PhaseObjective::PhaseObjective(Eigen::MatrixXcd K,
     _factor.compute(K);
     if (_factor.info() != Eigen::Success)
         throw InputError("phase objective: K is not positive semidefinite");
-    _M = _factor.solve(Eigen::MatrixXcd::Identity(n, n));
-    _M = _lambda * (_a.asDiagonal() * _M * _a.asDiagonal());
-    mirrorLowerTriangle(_M);
-    _trace = _M.trace().real();
+    _matrix = _factor.solve(Eigen::MatrixXcd::Identity(n, n));
+    _matrix = _lambda * (_a.asDiagonal() * _matrix * _a.asDiagonal());
+    mirrorLowerTriangle(_matrix);
+    _trace = _matrix.trace().real();
 
     const Eigen::Index stride =
         (n + kernels::kPhaseLanes - 1) / kernels::kPhaseLanes * kernels::kPhaseLanes;
     _re = Eigen::MatrixXd::Zero(stride, n);
     _im = Eigen::MatrixXd::Zero(stride, n);
-    _re.topRows(n) = _M.real();
-    _im.topRows(n) = _M.imag();
+    _re.topRows(n) = _matrix.real();
+    _im.topRows(n) = _matrix.imag();
     const double scale = static_cast<double>(n) / _trace;
     _fastRe = (_re * scale).cast<float>();
     _fastIm = (_im * scale).cast<float>();
@@ -133,12 +133,12 @@ kernels::HermitianView<float> PhaseObjective::fastView() const
 
 double PhaseObjective::value(const Eigen::VectorXcd& u) const
 {
-    return u.dot(_M * u).real();
+    return u.dot(_matrix * u).real();
 }
 
 Eigen::VectorXd PhaseObjective::gradient(const Eigen::VectorXcd& u) const
 {
-    return 2.0 * (u.conjugate().array() * (_M * u).array()).imag();
+    return 2.0 * (u.conjugate().array() * (_matrix * u).array()).imag();
 }
 
 double PhaseObjective::descend(Eigen::VectorXcd& u, int maxRounds, double tolerance) const

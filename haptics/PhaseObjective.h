@@ -32,10 +32,10 @@ public:
     /// kSmallestLambdaRel to 1e9: below, the rounding of K would show. Throws InputError.
     PhaseObjective(Eigen::MatrixXcd K, const Eigen::VectorXd& targets, double lambdaRel = 0.1);
 
-    int size() const { return static_cast<int>(_M.cols()); }
+    int size() const { return static_cast<int>(_matrix.cols()); }
     double lambda() const { return _lambda; } ///< Pa^2
     const Eigen::VectorXd& targets() const { return _a; }
-    const Eigen::MatrixXcd& M() const { return _M; }
+    const Eigen::MatrixXcd& M() const { return _matrix; }
     double trace() const { return _trace; }      ///< of M: the mean of u* M u over random phases
     kernels::HermitianView<double> view() const; ///< M
     kernels::HermitianView<float>
@@ -60,7 +60,7 @@ public:
 private:
     Eigen::LLT<Eigen::MatrixXcd> _factor; // of K + lambda I
     Eigen::VectorXd _a;
-    Eigen::MatrixXcd _M;
+    Eigen::MatrixXcd _matrix;
     Eigen::MatrixXd _re, _im; // of M, for the kernels
     Eigen::MatrixXf _fastRe, _fastIm;
     double _lambda = 0.0, _trace = 0.0;

@@ -27,7 +27,7 @@ bool PropagationMatrix::resize(int points)
         const auto entries =
             static_cast<std::size_t>(_capacity) * static_cast<std::size_t>(_padded);
         if (_storage == Storage::FLOAT)
-            _G.reserve(2 * entries);
+            _entries.reserve(2 * entries);
         else
         {
             _fixed.reserve(entries);
@@ -125,7 +125,7 @@ void PropagationMatrix::buildBatch(int block, const kernels::PointBatch& batch, 
 {
     const auto first = static_cast<std::size_t>(offset(block)) * _capacity;
     if (_storage == Storage::FLOAT)
-        buildBatch(block, batch, kernels::FloatRows{_G.data() + 2 * first}, sums);
+        buildBatch(block, batch, kernels::FloatRows{_entries.data() + 2 * first}, sums);
     else
         buildBatch(block,
                    batch,
@@ -164,7 +164,8 @@ float PropagationMatrix::buildRowInDouble(int block, int l)
                        static_cast<std::size_t>(l) * static_cast<std::size_t>(width(block));
     const Eigen::Vector3d r = _rows.col(l) * _wavelength_m;
     if (_storage == Storage::FLOAT)
-        return rowInDouble(block, r, _G.data() + 2 * first, _G.data() + 2 * first + width(block));
+        return rowInDouble(
+            block, r, _entries.data() + 2 * first, _entries.data() + 2 * first + width(block));
     alignas(64) float re[kBlockWidth], im[kBlockWidth];
     const float sum = rowInDouble(block, r, re, im);
     _scale[static_cast<std::size_t>(block) * _capacity + static_cast<std::size_t>(l)] =

@@ -73,7 +73,7 @@ public:
     /// FLOAT: n rows of [re width][im width].
     const float* blockData(int block) const
     {
-        return _G.data() + std::size_t(2) * offset(block) * _capacity;
+        return _entries.data() + std::size_t(2) * offset(block) * _capacity;
     }
     /// FIXED: n rows of \a width lanes, and what each row is to be multiplied by.
     const std::int32_t* fixedData(int block) const
@@ -129,7 +129,7 @@ private:
     Eigen::Matrix3Xd _rows; // points of the rows, wavelengths
     std::vector<unsigned char>
         _inFloat; // row by row, a flag a block: within the float kernel's range
-    AlignedBuffer<float> _G;
+    AlignedBuffer<float> _entries;
     AlignedBuffer<std::int32_t> _fixed;
     AlignedBuffer<float> _scale; // of the rows in _fixed, block by block
 };
