@@ -49,8 +49,11 @@ struct DriveAbility
 {
     int phaseLevels = 256;
     std::vector<float> amplitudes; ///< ascending in [0, 1]; empty: amplitudeLevels()
-    double maxPressure_Pa =
-        0; ///< SafetyLimits', to be held by whoever knows control points; 0: none
+    /// SafetyLimits', to be held by whoever knows control points; 0: none.
+    double maxPressure_Pa = 0;
+    bool fades = false; ///< amplitudes may be lowered on the way: a ramp, a thermal budget
+    /// m long, from 0: parts of the array that fade or fall silent by themselves; empty: all is one.
+    std::vector<int> part = {};
 };
 
 enum class DeviceState
@@ -132,6 +135,10 @@ public:
 std::unique_ptr<ArrayDevice> openDevice(const std::string& uri, const DeviceLayout& layout);
 std::unique_ptr<ArrayDevice>
 openLimitedDevice(const std::string& uri, const DeviceLayout& layout, const SafetyLimits& limits);
+
+/// Whether \a uri, or one in its list, is a show of its own (`play:`), which takes no fields from anybody.
+/// Throws DeviceError for what isn't a URI.
+bool playsByItself(const std::string& uri);
 
 /// The kinds of devices, one line each, for help texts.
 std::string deviceKinds();

@@ -1,19 +1,12 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
+#include "device/SteadyClock.h"
 
-#include <chrono>
 #include <mutex>
 
 namespace midair::device
 {
-
-/// Seconds of std::chrono::steady_clock, which every time in a report is in.
-inline double steadySeconds()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 /// A DeviceReport that several threads write to.
 class FieldCounters

@@ -238,6 +238,7 @@ DriveAbility GuardedDevice::ability() const
 {
     DriveAbility ability = _device->ability();
     ability.maxPressure_Pa = stricterPressure(ability.maxPressure_Pa, _limits.maxPressure_Pa);
+    ability.fades = ability.fades || _limits.ramp_s > 0 || _limits.meanDrive < 1;
     return ability;
 }
 

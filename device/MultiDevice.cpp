@@ -155,7 +155,14 @@ DriveAbility MultiDevice::ability() const
         if (!one.amplitudes.empty() &&
             (coarsest.amplitudes.empty() || one.amplitudes.size() < coarsest.amplitudes.size()))
             coarsest.amplitudes = one.amplitudes;
+        coarsest.fades = coarsest.fades || one.fades;
     }
+    // Several that have all transducers, an array and its recorder, are one array.
+    std::vector<int> part(static_cast<std::size_t>(_transducers), 0);
+    for (std::size_t k = _parts.size(); k-- > 0;)
+        std::fill_n(part.begin() + _parts[k].first, _parts[k].count, static_cast<int>(k));
+    if (std::any_of(part.begin(), part.end(), [&](int k) { return k != part.front(); }))
+        coarsest.part = std::move(part);
     return coarsest;
 }
 

@@ -268,6 +268,14 @@ std::vector<std::complex<float>> ArrayDevice::wouldPlay(const DriveSignal& signa
     return q;
 }
 
+bool playsByItself(const std::string& uri)
+{
+    const std::vector<std::string> list = splitDeviceList(uri);
+    return std::any_of(list.begin(),
+                       list.end(),
+                       [](const std::string& one) { return DeviceUri(one).scheme() == "play"; });
+}
+
 std::unique_ptr<ArrayDevice> openDevice(const std::string& uri, const DeviceLayout& layout)
 {
     return openLimitedDevice(uri, layout, {});

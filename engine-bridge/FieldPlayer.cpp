@@ -1,6 +1,8 @@
 #include "engine-bridge/FieldPlayer.h"
 
 #include "device/DriveEncoder.h"
+#include "device/GuardedDevice.h"
+#include "device/SteadyClock.h"
 #include "haptics/InputError.h"
 
 #include <algorithm>
@@ -12,14 +14,6 @@ namespace midair::bridge
 
 namespace
 {
-
-constexpr double kPi = 3.14159265358979323846;
-
-double now_s()
-{
-    using namespace std::chrono;
-    return duration<double>(steady_clock::now().time_since_epoch()).count();
-}
 
 std::chrono::steady_clock::time_point instant(double time_s)
 {
@@ -71,7 +65,7 @@ void FieldPlayer::play(const std::vector<Eigen::VectorXcf>& cycle,
         if (!goesOn)
         {
             _modulator = modulator;
-            _start_s = now_s();
+            _start_s = device::steadySeconds();
             _step = 0;
         }
     }
@@ -94,23 +88,6 @@ FieldPlayer::Counters FieldPlayer::counters() const
 }
 
 // Duty level L plays sin(pi L / 510): the level that plays `amplitude` times that, for each of the 256.
-void FieldPlayer::scaleDuty(const device::DriveSignal& from, double amplitude)
-{
-    _out.phase = from.phase;
-    _out.duty.resize(from.duty.size());
-    std::array<std::uint8_t, 256> scaled{};
-    for (std::size_t level = 0; level < scaled.size(); ++level)
-    {
-        const double wanted = amplitude * std::sin(kPi * static_cast<double>(level) / 510.0);
-        scaled[level] =
-            static_cast<std::uint8_t>(std::lround(std::asin(std::min(wanted, 1.0)) * 510.0 / kPi));
-    }
-    std::transform(from.duty.begin(),
-                   from.duty.end(),
-                   _out.duty.begin(),
-                   [&scaled](std::uint8_t level) { return scaled[level]; });
-}
-
 bool FieldPlayer::sendStep(std::unique_lock<std::mutex>& lock)
 {
     const double period_s = 1.0 / _modulator.options().fieldRate_Hz;
@@ -118,7 +95,7 @@ bool FieldPlayer::sendStep(std::unique_lock<std::mutex>& lock)
     const double due_s = _start_s + static_cast<double>(_step) * period_s;
     if (_wake.wait_until(lock, instant(due_s), [&] { return _quit || _generation != generation; }))
         return !_quit;
-    const auto reached = static_cast<std::int64_t>((now_s() - _start_s) / period_s);
+    const auto reached = static_cast<std::int64_t>((device::steadySeconds() - _start_s) / period_s);
     if (reached > _step)
     {
         _counters.leftOut += static_cast<std::uint64_t>(reached - _step);
@@ -127,11 +104,12 @@ bool FieldPlayer::sendStep(std::unique_lock<std::mutex>& lock)
     const double time_s = static_cast<double>(_step) * period_s;
     const int fields = static_cast<int>(_cycle.size());
     const haptics::Modulator::Step step = _modulator.at(time_s, fields);
-    scaleDuty(_cycle[static_cast<std::size_t>(step.field)], step.amplitude);
+    device::scaleDuties(_cycle[static_cast<std::size_t>(step.field)], step.amplitude, _out);
     const bool changes = _modulator.changes(_cycle.size());
     ++_step;
     _sending = true;
-    _counters.worstLateness_s = std::max(_counters.worstLateness_s, now_s() - _start_s - time_s);
+    _counters.worstLateness_s =
+        std::max(_counters.worstLateness_s, device::steadySeconds() - _start_s - time_s);
     lock.unlock();
     const bool taken = _device.send(_out);
     lock.lock();

@@ -53,7 +53,6 @@ private:
     void run();
     /// The next step to send, waited for; false when there is none any more.
     bool sendStep(std::unique_lock<std::mutex>& lock);
-    void scaleDuty(const device::DriveSignal& from, double amplitude);
 
     device::ArrayDevice& _device;
     mutable std::mutex

@@ -3,6 +3,7 @@
 #include "device/DeviceUri.h"
 #include "device/DriveEncoder.h"
 #include "device/GuardedDevice.h"
+#include "device/SteadyClock.h"
 #include "haptics/InputError.h"
 #include "haptics/PressureField.h"
 
@@ -13,12 +14,6 @@
 
 namespace midair::bridge
 {
-
-double steadySeconds()
-{
-    using namespace std::chrono;
-    return duration<double>(steady_clock::now().time_since_epoch()).count();
-}
 
 namespace
 {
@@ -82,7 +77,14 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
         limits.maxPressure_Pa = _options.maxPressure_Pa;
         _options.deviceFactory =
             [limits](const std::string& uri, const device::DeviceLayout& layout)
-        { return device::openLimitedDevice(uri, layout, limits); };
+        {
+            // Its first refused field would end the show.
+            if (device::playsByItself(uri))
+                throw device::DeviceError("device \"" + uri +
+                                          "\": a recording takes no fields of a scene; play it "
+                                          "with midair-device play FILE");
+            return device::openLimitedDevice(uri, layout, limits);
+        };
     }
     if (_options.solver.empty() && !haptics::solverNames().empty())
         _options.solver = haptics::solverNames().front();
@@ -114,7 +116,11 @@ void HologramPipeline::openDevice()
     _options.array.drive.amplitudeLevels =
         ability.amplitudes.empty() ? device::amplitudeLevels() : ability.amplitudes;
     const double cap_Pa = device::stricterPressure(_options.maxPressure_Pa, ability.maxPressure_Pa);
-    if (cap_Pa > 0.0) _cap = std::make_unique<PressureCap>(cap_Pa);
+    if (cap_Pa > 0.0)
+        _cap = std::make_unique<PressureCap>(
+            cap_Pa,
+            [this](const device::DriveSignal& signal) { return wouldPlay(signal); },
+            ability);
 }
 
 void HologramPipeline::silenceDevice()
@@ -193,7 +199,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
         set, snapshot.objects, result->points, assembled.absolute, array, _options.medium);
     result->report = made.report;
     ++_counters.solves;
-    _solveTimes_s.push_back(steadySeconds());
+    _solveTimes_s.push_back(device::steadySeconds());
     if (!result->report.message.empty()) _messages.say(result->report.message);
     if (result->report.stop == haptics::StopReason::REFUSED)
         silence();
@@ -211,28 +217,37 @@ const haptics::TransducerArray& HologramPipeline::arrayFor(const HologramResult&
         result.points, _options.array, _options.medium.wavelength(_options.array.frequency_Hz));
 }
 
-void HologramPipeline::holdToCap(const haptics::TransducerArray& array, HologramResult& result)
+PressureCap::Where HologramPipeline::whereCapHolds(const haptics::TransducerArray& array,
+                                                   const HologramResult& result) const
 {
     // A hand that shadows may be gone before the next field, so the cap holds without it too.
     std::vector<const haptics::TransducerArray*> arrays{&array};
     if (&array != &_options.array) arrays.push_back(&_options.array);
-    CappedField field = _cap->hold(
-        result.points.positions,
-        arrays,
-        _options.medium,
-        [this](const device::DriveSignal& signal) { return wouldPlay(signal); },
-        _signal,
-        _options.solverOptions.threads);
+    return {result.points.positions,
+            arrays,
+            _options.medium,
+            _modulation.amplitudeRate_Hz > 0.0,
+            _options.solverOptions.threads};
+}
+
+void HologramPipeline::noteCap(HologramResult& result)
+{
+    if (result.capFactor >= 1.0) return;
+    ++_counters.capped;
+    const std::string cap = device::shortNumber(_cap->max_Pa()) + " Pa at any control point";
+    _messages.say(result.capFactor > 0.0
+                      ? "the field is held down to the cap of " + cap
+                      : "silent: the device's levels can't keep to the cap of " + cap);
+}
+
+void HologramPipeline::holdToCap(const haptics::TransducerArray& array, HologramResult& result)
+{
+    CappedField field = _cap->hold(whereCapHolds(array, result), _signal);
     result.capFactor = field.factor;
     result.played = std::move(field.played);
     result.achieved_Pa = std::move(field.achieved_Pa);
-    if (field.factor >= 1.0) return;
-    rate(result.points, result.achieved_Pa, result.absolute, result.report);
-    ++_counters.capped;
-    const std::string cap = device::shortNumber(_cap->max_Pa()) + " Pa at any control point";
-    _messages.say(field.factor > 0.0
-                      ? "the field is held down to the cap of " + cap
-                      : "silent: the device's levels can't keep to the cap of " + cap);
+    if (field.factor < 1.0) rate(result.points, result.achieved_Pa, result.absolute, result.report);
+    noteCap(result);
 }
 
 void HologramPipeline::play(const haptics::TransducerArray& array, HologramResult& result)
@@ -342,17 +357,18 @@ void HologramPipeline::finish(const SceneSnapshot& snapshot, HologramResult& res
     result.frame = snapshot.frame;
     result.playing = _playing;
     result.maxPressure_Pa = _cap ? _cap->max_Pa() : 0.0;
-    result.latency_ms = (steadySeconds() - snapshot.time_s) * 1e3;
+    result.latency_ms = (device::steadySeconds() - snapshot.time_s) * 1e3;
     result.counters = _counters;
     result.updatesPerSecond = updatesPerSecond();
     result.deviceStatus = _device ? _device->status() : "not open: " + _deviceError;
     if (_monitor) result.monitored = _monitor->latest();
+    if (result.monitored) result.report.surface = result.monitored->surface;
     result.messages = _messages.all();
 }
 
 double HologramPipeline::updatesPerSecond()
 {
-    const double now = steadySeconds();
+    const double now = device::steadySeconds();
     while (!_solveTimes_s.empty() && _solveTimes_s.front() < now - 1.0)
         _solveTimes_s.pop_front();
     return static_cast<double>(_solveTimes_s.size());

@@ -105,6 +105,9 @@ private:
     void silenceDevice();
     const haptics::TransducerArray& arrayFor(const HologramResult& result);
     void play(const haptics::TransducerArray& array, HologramResult& result);
+    PressureCap::Where whereCapHolds(const haptics::TransducerArray& array,
+                                     const HologramResult& result) const;
+    void noteCap(HologramResult& result);
     void holdToCap(const haptics::TransducerArray& array, HologramResult& result);
     bool sendSignal();
     std::string refusal() const;
@@ -125,9 +128,6 @@ private:
     void playInTurn(const haptics::TransducerArray& array,
                     const std::vector<Eigen::VectorXcf>& fields,
                     HologramResult& result);
-    void holdTurnToCap(const haptics::TransducerArray& array,
-                       std::vector<Eigen::VectorXcf>& fields,
-                       HologramResult& result);
     void remember(const SceneSnapshot& snapshot,
                   int set,
                   MadeFields& made,
@@ -168,8 +168,5 @@ private:
     std::shared_ptr<const HologramResult> _last;
     std::deque<double> _solveTimes_s; ///< of the last second
 };
-
-/// Seconds of the steady clock, as SceneSnapshot::time_s wants them.
-double steadySeconds();
 
 } // namespace midair::bridge

@@ -262,6 +262,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::askMonitor()
     if (!found->error.empty()) _messages.say(found->error);
     auto result = std::make_shared<HologramResult>(*_last);
     result->monitored = found;
+    result->report.surface = found->surface;
     result->messages = _messages.all();
     return _last = result;
 }

@@ -104,44 +104,15 @@ Eigen::VectorXf HologramPipeline::achievedOf(const haptics::TransducerArray& arr
     return achieved_Pa;
 }
 
-// All fields by one factor, so that what they are to each other stays.
-void HologramPipeline::holdTurnToCap(const haptics::TransducerArray& array,
-                                     std::vector<Eigen::VectorXcf>& fields,
-                                     HologramResult& result)
-{
-    constexpr int kMostRounds = 6;
-    constexpr double kHeadroom = 0.999; // of rounding to levels
-    double whole = 1.0;
-    for (int round = 0; round < kMostRounds && whole > 0.0; ++round)
-    {
-        double least = 1.0;
-        for (const Eigen::VectorXcf& q : fields)
-        {
-            device::encode(q.data(), static_cast<int>(q.size()), _signal);
-            result.capFactor = 1.0;
-            holdToCap(array, result);
-            least = std::min(least, result.capFactor);
-        }
-        if (least >= 1.0) break;
-        whole = round + 1 < kMostRounds ? whole * least * kHeadroom : 0.0;
-        for (Eigen::VectorXcf& q : fields)
-            haptics::scaleField(q, static_cast<float>(least * kHeadroom), array.drive);
-    }
-    result.capFactor = whole;
-}
-
 void HologramPipeline::playInTurn(const haptics::TransducerArray& array,
                                   const std::vector<Eigen::VectorXcf>& fields,
                                   HologramResult& result)
 {
     std::vector<Eigen::VectorXcf> played = fields;
-    // Keeping one field to the cap rates it over all points; what counts is each in the field for it.
-    const Eigen::VectorXf achieved_Pa = result.achieved_Pa;
-    const haptics::SolveReport report = result.report;
-    if (_cap) holdTurnToCap(array, played, result);
-    result.report = report;
+    if (_cap) result.capFactor = _cap->holdAll(whereCapHolds(array, result), played);
+    noteCap(result);
     result.turn.clear();
-    result.achieved_Pa = achieved_Pa * static_cast<float>(result.capFactor);
+    result.achieved_Pa *= static_cast<float>(result.capFactor);
     result.report.level_Pa *= result.capFactor;
     result.report.loudness *= result.capFactor;
     result.played.setZero(_options.array.size());

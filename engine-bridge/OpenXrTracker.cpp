@@ -1,6 +1,6 @@
 #include "engine-bridge/OpenXrTracker.h"
 
-#include "engine-bridge/HologramPipeline.h"
+#include "device/SteadyClock.h"
 #include "engine-bridge/OpenXrSession.h"
 
 #include <algorithm>
@@ -142,7 +142,7 @@ void OpenXrTracker::follow(OpenXrSession& session)
         lock.unlock();
         session.handleEvents();
         if (asked) session.locate(frame);
-        frame.time_s = steadySeconds();
+        frame.time_s = device::steadySeconds();
         lock.lock();
         _leftOut = session.jointsLeftOut();
         _condition = "openxr: " + session.runtime() + (session.isRunning() ? "" : ", idle");
@@ -170,14 +170,14 @@ void OpenXrTracker::say(const std::string& message)
 
 bool OpenXrTracker::isAskedFor() const
 {
-    return steadySeconds() - _asked_s < kIdleAfter_s;
+    return device::steadySeconds() - _asked_s < kIdleAfter_s;
 }
 
 bool OpenXrTracker::latest(HandFrame& frame)
 {
     const std::lock_guard<std::mutex> lock(_mutex);
     if (!isAskedFor()) _wake.notify_all();
-    _asked_s = steadySeconds();
+    _asked_s = device::steadySeconds();
     frame.hands.clear();
     if (_asked_s - _frame.time_s > kStale_s) return false;
     frame.hands = _frame.hands;

@@ -2,6 +2,7 @@
 
 #include "haptics/ControlPoints.h"
 #include "haptics/Medium.h"
+#include "haptics/SurfaceStatistics.h"
 #include "haptics/TransducerArray.h"
 
 #include <Eigen/Core>
@@ -84,6 +85,10 @@ struct SolveReport
     double driveChange = 0.0;
     /// Of that, what lies from 20 Hz to 20 kHz beside the carrier at the options' updateRate_Hz: see audibleShare().
     double audibleChange = 0.0;
+    /// What a hand would find between the points: filled by whoever knows the surface that they stand for
+    /// (surfaceStatistics()), since that takes many solves' time; of a live scene that of the newest field that was looked
+    /// at. samples == 0: none.
+    SurfaceStatistics surface;
 };
 
 /// Control points in, activations out; holds its buffers and the last field between calls.

@@ -2,6 +2,7 @@
 
 #include "Environment.h"
 #include "Report.h"
+#include "device/SteadyClock.h"
 #include "engine-bridge/Convert.h"
 #include "haptics/InputError.h"
 
@@ -86,7 +87,7 @@ bool HapticEngine::rests(const osg::Node& root)
 {
     if (!_submittedAny || _hands.active()) return false;
     root.getBound(); // made anew where something under it has moved
-    const double now_s = midair::bridge::steadySeconds();
+    const double now_s = midair::device::steadySeconds();
     if (_bounds == 0 || _bounds != _boundsSeen || now_s - _submitTime_s < kRest_s ||
         now_s - _lookTime_s > kLook_s)
         return false;
@@ -100,7 +101,7 @@ void HapticEngine::update(osg::Node& root,
                           double age_s,
                           double simulationTime_s)
 {
-    const double start_s = midair::bridge::steadySeconds();
+    const double start_s = midair::device::steadySeconds();
     _lookTime_s = start_s;
     _boundsSeen = _bounds;
     configure(*_given);
@@ -125,7 +126,7 @@ void HapticEngine::update(osg::Node& root,
         _statistics.objects = _settings.enabled ? _collector.instances() : 0;
         _statistics.hands = _hands.hands();
         _statistics.touching = _hands.touching();
-        _statistics.collect_ms = (midair::bridge::steadySeconds() - start_s) * 1e3;
+        _statistics.collect_ms = (midair::device::steadySeconds() - start_s) * 1e3;
     }
     tellTouches();
 }
@@ -142,7 +143,7 @@ void HapticEngine::silence()
     if (!_thread) return;
     _collector.forget();
     _snapshot.objects.clear();
-    _snapshot.time_s = midair::bridge::steadySeconds();
+    _snapshot.time_s = midair::device::steadySeconds();
     _hands.touch(_snapshot.objects,
                  nullptr); // whatever was touched is gone; before the snapshot is given away
     if (!_submittedAny || changedSinceSubmitted(true)) submit();
@@ -164,7 +165,7 @@ void HapticEngine::submit()
     _submitted = _snapshot.objects;
     _submittedAround = _snapshot.around;
     _submittedAny = true;
-    _submitTime_s = midair::bridge::steadySeconds();
+    _submitTime_s = midair::device::steadySeconds();
     if (!_thread) return;
     _thread->submit(_snapshot);
     _collector.forget(); // what is in its place now is an old one
@@ -320,18 +321,15 @@ HapticStatistics HapticEngine::statistics() const
     all.outline = result->outline;
     all.meanPhaseStep_rad = result->report.meanPhaseStep_rad;
     all.audibleChange = result->report.audibleChange;
-    if (result->monitored)
-    {
-        const midair::haptics::SurfaceStatistics& surface = result->monitored->surface;
-        all.surfaceSamples = surface.samples;
-        all.surfaceMean_Pa = surface.mean_Pa;
-        all.surfaceVariation = surface.coefficientOfVariation;
-        all.surfacePercentile1 = surface.percentile1;
-        all.surfacePercentile10 = surface.percentile10;
-        all.surfaceContrast = surface.contrast;
-        if (result->monitored->certificate.points > 0)
-            all.certifiedGap = result->monitored->certificate.gapOfPhases();
-    }
+    const midair::haptics::SurfaceStatistics& surface = result->report.surface;
+    all.surfaceSamples = surface.samples;
+    all.surfaceMean_Pa = surface.mean_Pa;
+    all.surfaceVariation = surface.coefficientOfVariation;
+    all.surfacePercentile1 = surface.percentile1;
+    all.surfacePercentile10 = surface.percentile10;
+    all.surfaceContrast = surface.contrast;
+    if (result->monitored && result->monitored->certificate.points > 0)
+        all.certifiedGap = result->monitored->certificate.gapOfPhases();
     all.capFactor = result->capFactor;
     all.matrix_ms = result->report.matrix_ms;
     all.solve_ms = result->report.solve_ms;

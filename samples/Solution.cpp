@@ -109,15 +109,21 @@ Eigen::VectorXcf playedBy(const haptics::TransducerArray& array, const device::D
     return Eigen::Map<Eigen::VectorXcf>(played.data(), static_cast<Eigen::Index>(played.size()));
 }
 
-void holdToCap(double max_Pa, Solution& solution)
+bridge::PressureCap capOf(const SolveArguments& arguments, const haptics::TransducerArray& array)
 {
-    bridge::CappedField field = bridge::PressureCap(max_Pa).hold(
-        solution.points.positions,
-        {&solution.array},
-        solution.medium,
-        [&](const device::DriveSignal& signal) { return playedBy(solution.array, signal); },
-        solution.signal,
-        2);
+    device::DriveAbility ability;
+    ability.amplitudes = array.drive.amplitudeLevels;
+    return {arguments.maxPressure_Pa,
+            [&array](const device::DriveSignal& signal) { return playedBy(array, signal); },
+            std::move(ability)};
+}
+
+void holdToCap(const SolveArguments& arguments, Solution& solution)
+{
+    bridge::CappedField field =
+        capOf(arguments, solution.array)
+            .hold({solution.points.positions, {&solution.array}, solution.medium, false, 2},
+                  solution.signal);
     solution.parts.capFactor = field.factor;
     if (field.factor >= 1.0) return;
     solution.played = std::move(field.played);
@@ -157,7 +163,7 @@ void solve(const SolveArguments& arguments, Solution& solution)
 
     device::encode(q.data(), static_cast<int>(q.size()), solution.signal);
     solution.played = playedBy(solution.array, solution.signal);
-    if (arguments.maxPressure_Pa > 0.0) holdToCap(arguments.maxPressure_Pa, solution);
+    if (arguments.maxPressure_Pa > 0.0) holdToCap(arguments, solution);
     const Eigen::MatrixXcd G = haptics::referencePropagationMatrix(
         solution.points.positions, solution.array, solution.medium);
     solution.achieved_Pa = (G * solution.played.cast<std::complex<double>>()).cwiseAbs();
@@ -176,9 +182,15 @@ Eigen::VectorXd achievedBy(const Eigen::VectorXcf& q,
 /// Fields in turn, or outlines, as the drive that is written plays them.
 void playTurns(const SolveArguments& arguments, Turns turns, Solution& solution)
 {
+    for (const haptics::ControlPoints& part : turns.parts)
+        haptics::append(solution.points, part);
     if (arguments.maxPressure_Pa > 0.0)
-        throw InputError("--max-pressure is for a single field; leave --cycle, --subsets and "
-                         "--outline out");
+    {
+        solution.parts.capFactor =
+            capOf(arguments, solution.array)
+                .holdAll({solution.points.positions, {&solution.array}, solution.medium, false, 2},
+                         turns.fields);
+    }
     for (std::size_t k = 0; k < turns.fields.size(); ++k)
     {
         Eigen::VectorXcf& q = turns.fields[k];
@@ -187,7 +199,6 @@ void playTurns(const SolveArguments& arguments, Turns turns, Solution& solution)
         q = playedBy(solution.array, signal);
         solution.signals.push_back(signal);
         if (k >= turns.parts.size()) continue;
-        haptics::append(solution.points, turns.parts[k]);
         const Eigen::VectorXd part = achievedBy(q, turns.parts[k], solution);
         solution.achieved_Pa.conservativeResize(solution.achieved_Pa.size() + part.size());
         solution.achieved_Pa.tail(part.size()) = part;
@@ -226,7 +237,7 @@ void measureSurface(const SolveArguments& arguments, Solution& solution)
     options.threads = 2;
     std::vector<Eigen::VectorXcf> cycle = solution.turns.fields;
     if (cycle.empty()) cycle.push_back(solution.played);
-    solution.parts.surface =
+    solution.report.surface =
         haptics::surfaceStatistics(feltSurface(arguments, solution.points.positions, solution),
                                    solution.array,
                                    solution.medium,

@@ -209,14 +209,14 @@ void writeSummary(const std::string& path,
                       {"solve_ms", report.solve_ms}};
     json["fields"] = parts.fields;
     if (parts.fields > 1) json["fieldRate_Hz"] = parts.fieldRate_Hz;
-    if (parts.surface)
-        json["surface"] = {{"samples", parts.surface->samples},
-                           {"mean_Pa", parts.surface->mean_Pa},
-                           {"coefficientOfVariation", parts.surface->coefficientOfVariation},
-                           {"percentile1", parts.surface->percentile1},
-                           {"percentile10", parts.surface->percentile10},
-                           {"offMean_Pa", parts.surface->offMean_Pa},
-                           {"contrast", parts.surface->contrast}};
+    if (report.surface.samples > 0)
+        json["surface"] = {{"samples", report.surface.samples},
+                           {"mean_Pa", report.surface.mean_Pa},
+                           {"coefficientOfVariation", report.surface.coefficientOfVariation},
+                           {"percentile1", report.surface.percentile1},
+                           {"percentile10", report.surface.percentile10},
+                           {"offMean_Pa", report.surface.offMean_Pa},
+                           {"contrast", report.surface.contrast}};
     if (parts.certificate)
         json["certificate"] = {{"bound", parts.certificate->bound},
                                {"best", parts.certificate->best},

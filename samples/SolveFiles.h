@@ -5,7 +5,6 @@
 #include "haptics/ControlPoints.h"
 #include "haptics/HologramSolver.h"
 #include "haptics/Medium.h"
-#include "haptics/SurfaceStatistics.h"
 #include "haptics/TransducerArray.h"
 
 #include <Eigen/Core>
@@ -38,7 +37,6 @@ struct SummaryParts
     double capFactor = 1.0; ///< what a cap of pressure took off all amplitudes
     int fields = 1;         ///< played in turn, steps between them included
     double fieldRate_Hz = 0.0;
-    std::optional<haptics::SurfaceStatistics> surface;
     std::optional<haptics::Certificate> certificate;
 };
 

@@ -1,5 +1,6 @@
 /// The main job: an object that moves in the array, with the field that is played for it; in a window or as pictures.
 
+#include "device/SteadyClock.h"
 #include "engine-bridge/HologramPipeline.h"
 #include "engine-bridge/HologramResult.h"
 #include "haptics/TransducerArray.h"
@@ -121,7 +122,7 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
     DemoPicture picture;
     osgMidair::FieldSliceOverlay& slice = *scene.overlays().getFieldSlice();
     picture.frame = viewer.getFrameStamp()->getFrameNumber();
-    const double start = bridge::steadySeconds();
+    const double start = device::steadySeconds();
     std::shared_ptr<const bridge::HologramResult> result;
     for (;;)
     {
@@ -129,7 +130,7 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
         result = scene.haptics().getLatestResult();
         const bool handled = s.solves + s.skippedUnmoved + s.superseded >= s.snapshots;
         if ((result && result->frame >= picture.frame) || (result && handled) ||
-            bridge::steadySeconds() - start > 20.0)
+            device::steadySeconds() - start > 20.0)
             break;
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
@@ -177,9 +178,9 @@ int runHeadless(const DemoOptions& options)
     int taken = 0;
     for (int i = 0; i < frames; ++i)
     {
-        const double begin = bridge::steadySeconds();
+        const double begin = device::steadySeconds();
         frame(viewer, scene, i * kFrameTime_s, draw);
-        const double spent = bridge::steadySeconds() - begin;
+        const double spent = device::steadySeconds() - begin;
         report.seconds += spent;
         report.addFrame(1e3 * spent, scene.haptics().getLatestResult().get());
         if (!draw || i % between != between - 1) continue;
@@ -222,20 +223,20 @@ int runBenchmark(const DemoOptions& options)
     frame(viewer, scene, 0.0, true);
     settle(viewer, scene, 0.0, true);
     const int frames = options.frames > 0 ? options.frames : 300;
-    const double start = bridge::steadySeconds();
+    const double start = device::steadySeconds();
     const CpuTimes before = CpuTimes::now();
     double update_ms = 0.0;
     for (int i = 0; i < frames; ++i)
     {
-        const double begin = bridge::steadySeconds();
+        const double begin = device::steadySeconds();
         const double beginUpdate_ms = CpuTimes::now().thread_ms;
         frame(viewer, scene, begin - start, false);
         update_ms += CpuTimes::now().thread_ms - beginUpdate_ms;
         viewer.renderingTraversals();
-        report.addFrame(1e3 * (bridge::steadySeconds() - begin),
+        report.addFrame(1e3 * (device::steadySeconds() - begin),
                         scene.haptics().getLatestResult().get());
     }
-    report.seconds = bridge::steadySeconds() - start;
+    report.seconds = device::steadySeconds() - start;
     const CpuTimes after = CpuTimes::now();
     finish(scene, report);
     report.picturesProblem = "benchmark";
@@ -281,15 +282,15 @@ int runWindow(const DemoOptions& options)
     report.options = options;
     report.model = scene.name();
     report.picturesProblem = "shown in a window";
-    const double start = bridge::steadySeconds();
+    const double start = device::steadySeconds();
     for (int i = 0; !viewer.done() && (options.frames == 0 || i < options.frames); ++i)
     {
-        const double begin = bridge::steadySeconds();
+        const double begin = device::steadySeconds();
         frame(viewer, scene, begin - start, true);
-        report.addFrame(1e3 * (bridge::steadySeconds() - begin),
+        report.addFrame(1e3 * (device::steadySeconds() - begin),
                         scene.haptics().getLatestResult().get());
     }
-    report.seconds = bridge::steadySeconds() - start;
+    report.seconds = device::steadySeconds() - start;
     finish(scene, report);
     report.print();
     return 0;

@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <functional>
 #include <iostream>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
@@ -255,22 +256,23 @@ int circle(const Options& options)
         axis.norm() > 0.5 ? axis.normalized() : Eigen::Vector3d(Eigen::Vector3d::UnitY());
     const Eigen::Vector3d a = normal.unitOrthogonal();
     const Eigen::Vector3d b = normal.cross(a);
-    const double cap_Pa = device->ability().maxPressure_Pa;
+    const haptics::Medium medium;
+    const device::DriveAbility ability = device->ability();
+    std::optional<bridge::PressureCap> cap;
+    if (ability.maxPressure_Pa > 0)
+        cap.emplace(
+            ability.maxPressure_Pa,
+            [&](const DriveSignal& drive) { return wouldPlay(*device, drive); },
+            ability);
     DriveSignal signal;
     const double start_s = device::steadySeconds();
     for (int i = 0; goesOn(start_s + options.seconds, *device); ++i)
     {
         const double angle = 2 * M_PI * options.turnsPerSecond * i / options.rate_Hz;
-        const Eigen::Vector3d point =
+        const Eigen::Matrix3Xd point =
             centre + options.radius_m * (std::cos(angle) * a + std::sin(angle) * b);
         focus(array, k, point, options.amplitude, signal);
-        if (cap_Pa > 0)
-            bridge::PressureCap(cap_Pa).hold(
-                point,
-                {&array},
-                {},
-                [&](const auto& drive) { return wouldPlay(*device, drive); },
-                signal);
+        if (cap) cap->hold({point, {&array}, medium}, signal);
         device->send(signal);
         pause(start_s + (i + 1) / options.rate_Hz);
     }

@@ -103,14 +103,14 @@ void printSummary(const Solution& solution, const std::string& folder)
             solution.parts.fieldRate_Hz,
             report.meanPhaseStep_rad,
             report.audibleChange);
-    if (solution.parts.surface)
+    if (report.surface.samples > 0)
         std::printf("surface     %.1f Pa mean radiation pressure, cv %.3f, percentiles 1 and 10 at "
                     "%.2f and %.2f of the mean, contrast %.1f\n",
-                    solution.parts.surface->mean_Pa,
-                    solution.parts.surface->coefficientOfVariation,
-                    solution.parts.surface->percentile1,
-                    solution.parts.surface->percentile10,
-                    solution.parts.surface->contrast);
+                    report.surface.mean_Pa,
+                    report.surface.coefficientOfVariation,
+                    report.surface.percentile1,
+                    report.surface.percentile10,
+                    report.surface.contrast);
     if (solution.parts.capFactor < 1.0)
         std::printf("cap         held down to %.4f of the amplitude%s\n",
                     solution.parts.capFactor,

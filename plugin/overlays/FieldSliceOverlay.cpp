@@ -1,3 +1,4 @@
+#include "device/SteadyClock.h"
 #include "engine-bridge/HologramResult.h"
 #include "plugin/overlays/Discs.h"
 #include "plugin/overlays/FieldSlice.h"
@@ -12,7 +13,6 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <mutex>
@@ -23,12 +23,6 @@ namespace osgMidair
 
 namespace
 {
-
-double now_s()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 osg::Vec3 osgVec(const Eigen::Vector3d& v)
 {
@@ -200,7 +194,7 @@ void FieldSliceOverlay::setResult(
     }
     request.range_Pa = _range_Pa;
     if (!_worker) _worker = std::make_unique<Worker>(); // a thread only where something is shown
-    const double now = now_s();
+    const double now = midair::device::steadySeconds();
     // The first range has to come before the GPU can colour.
     const bool onGpu = _gpu && _shownRange_Pa > 0.0F;
     if (onGpu) showOnGpu(request);
@@ -268,7 +262,7 @@ void FieldSliceOverlay::place(const SliceRequest& request)
 void FieldSliceOverlay::count(std::uint64_t frame)
 {
     _shownFrame = frame;
-    const double now = now_s();
+    const double now = midair::device::steadySeconds();
     // Smoothed over about a second's worth of slices.
     if (_lastShown_s > 0.0)
         _slicesPerSecond += 0.1 * (1.0 / std::max(1e-4, now - _lastShown_s) - _slicesPerSecond);

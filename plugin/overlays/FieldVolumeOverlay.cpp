@@ -1,3 +1,4 @@
+#include "device/SteadyClock.h"
 #include "engine-bridge/HologramResult.h"
 #include "plugin/overlays/Discs.h"
 #include "plugin/overlays/FieldVolume.h"
@@ -5,7 +6,6 @@
 #include <osgMidair/FieldVolumeOverlay>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace osgMidair
@@ -39,12 +39,6 @@ void main()
     gl_FragColor = vec4(color.rgb, color.a * soft);
 }
 )";
-
-double now_s()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 } // namespace
 
@@ -154,7 +148,7 @@ void FieldVolumeOverlay::show(const FieldVolume& volume)
     _shownRange_Pa = volume.range_Pa;
     _shownFrame = volume.frame;
     _compute_ms = volume.compute_ms;
-    const double now = now_s();
+    const double now = midair::device::steadySeconds();
     if (_lastShown_s > 0.0)
         _volumesPerSecond += 0.2 * (1.0 / std::max(1e-4, now - _lastShown_s) - _volumesPerSecond);
     _lastShown_s = now;

@@ -1,3 +1,4 @@
+#include "device/SteadyClock.h"
 #include "engine-bridge/HologramResult.h"
 #include "plugin/overlays/Discs.h"
 #include "plugin/overlays/Sheet.h"
@@ -7,7 +8,6 @@
 #include <osgUtil/CullVisitor>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -29,12 +29,6 @@ constexpr float kPanelWidth = 302.0F;
 constexpr float kNames = 108.0F; ///< the values begin this far right of the names
 constexpr float kMargin = 10.0F;
 constexpr float kMessageWidth = 520.0F;
-
-double now_s()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 [[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...)
 {
@@ -248,7 +242,7 @@ void Hud::setResult(const std::shared_ptr<const midair::bridge::HologramResult>&
 void Hud::update()
 {
     ++_frames;
-    const double now = now_s();
+    const double now = midair::device::steadySeconds();
     if (now - _lastUpdate_s < _updateInterval_s || !_result) return;
     if (_lastUpdate_s > 0.0) _frameRate = _frames / (now - _lastUpdate_s);
     _frames = 0;
@@ -276,9 +270,8 @@ void Hud::update()
         rows.emplace_back(
             "off the best",
             format("%.1f %% at most", 100.0 * r.monitored->certificate.gapOfPhases()));
-    if (r.monitored && r.monitored->surface.samples > 0)
-        rows.emplace_back("surface cv",
-                          format("%.2f", r.monitored->surface.coefficientOfVariation));
+    if (r.report.surface.samples > 0)
+        rows.emplace_back("surface cv", format("%.2f", r.report.surface.coefficientOfVariation));
     rows.emplace_back("pressure", flat::number(std::round(report.level_Pa)) + " Pa (peak)");
     rows.emplace_back("latency", format("%.1f ms", r.latency_ms));
     if (sliceShown) rows.emplace_back("slice", format("%.0f / s", slice->getSlicesPerSecond()));

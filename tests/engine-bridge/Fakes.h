@@ -2,6 +2,7 @@
 
 #include "device/ArrayDevice.h"
 #include "device/DriveEncoder.h"
+#include "device/SteadyClock.h"
 #include "engine-bridge/HologramPipeline.h"
 
 #include <algorithm>
@@ -131,7 +132,7 @@ inline std::shared_ptr<const midair::haptics::TriangleMesh> squareMesh(double si
 inline midair::bridge::SceneSnapshot squareSnapshot(double x_m = 0.0)
 {
     midair::bridge::SceneSnapshot snapshot;
-    snapshot.time_s = midair::bridge::steadySeconds();
+    snapshot.time_s = midair::device::steadySeconds();
     midair::bridge::HapticObject object;
     object.id = 1;
     object.path = "Scene/Square";

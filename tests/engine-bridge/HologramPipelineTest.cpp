@@ -271,6 +271,25 @@ TEST(HologramPipeline, ADeviceThatCannotBeOpenedIsAMessage)
     EXPECT_EQ(result->deviceStatus, "not open: " + result->messages[0]);
 }
 
+// The show isn't begun: its file is not even looked for.
+TEST(HologramPipeline, ARecordingIsNoDeviceForAScene)
+{
+    for (const std::string uri : {"play:show.rec?to=sim:", "sim:,play:show.rec?to=sim:"})
+    {
+        auto options = fakeOptions(std::make_shared<FakeLog>());
+        options.deviceFactory = nullptr;
+        options.deviceUri = uri;
+        HologramPipeline pipeline(options);
+        const auto result = pipeline.process(squareSnapshot());
+        EXPECT_GT(result->achieved_Pa.minCoeff(), 0.0f) << "solved and shown all the same";
+        ASSERT_EQ(result->messages.size(), 1u);
+        EXPECT_EQ(result->messages[0],
+                  "device \"" + uri +
+                      "\": a recording takes no fields of a scene; play it with midair-device "
+                      "play FILE");
+    }
+}
+
 TEST(HologramPipeline, ClosingSilencesTheDevice)
 {
     auto log = std::make_shared<FakeLog>();

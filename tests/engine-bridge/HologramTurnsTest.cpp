@@ -268,7 +268,7 @@ TEST(FieldsInTurn, TheMonitorsFindingsComeWithTheResult)
     {
         result = thread.latestResult();
         if (result && !result->turn.empty() && result->monitored &&
-            result->monitored->surface.coefficientOfVariation < 0.8)
+            result->report.surface.coefficientOfVariation < 0.8)
             break;
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
@@ -277,8 +277,9 @@ TEST(FieldsInTurn, TheMonitorsFindingsComeWithTheResult)
     EXPECT_EQ(found.error, "");
     EXPECT_GT(found.certificate.bound, 0.0);
     EXPECT_GT(found.certificate.gapOfField(), 0.0);
-    EXPECT_GT(found.surface.samples, 400); // 40 mm square, a fifth of a wavelength
-    EXPECT_NEAR(found.surface.coefficientOfVariation,
+    const haptics::SurfaceStatistics& surface = result->report.surface;
+    EXPECT_GT(surface.samples, 400); // 40 mm square, a fifth of a wavelength
+    EXPECT_NEAR(surface.coefficientOfVariation,
                 variation(placesOnSquare(), result->turn),
                 0.15); // the places leave the margin out
 }

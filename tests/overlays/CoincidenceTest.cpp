@@ -1,3 +1,4 @@
+#include "device/SteadyClock.h"
 #include "engine-bridge/HologramPipeline.h"
 #include "engine-bridge/HologramResult.h"
 #include "engine-bridge/MeshExtractor.h"
@@ -158,7 +159,7 @@ TEST_P(Coincidence, StrongestSpotLiesOnTheVisibleSurface)
     scene.overlays().setNodeMask(0);
     scene.paintPlain(kMagenta);
 
-    const double start = bridge::steadySeconds();
+    const double start = device::steadySeconds();
     for (const double time_s : {0.0, 0.9, 2.3, 4.1})
     {
         SCOPED_TRACE(time_s);
@@ -175,7 +176,7 @@ TEST_P(Coincidence, StrongestSpotLiesOnTheVisibleSurface)
             frame = viewer.getFrameStamp()->getFrameNumber();
         }
         std::shared_ptr<const bridge::HologramResult> result;
-        while ((!result || result->frame < frame) && bridge::steadySeconds() - start < 120.0)
+        while ((!result || result->frame < frame) && device::steadySeconds() - start < 120.0)
         {
             std::this_thread::sleep_for(std::chrono::milliseconds(2));
             result = scene.haptics().getLatestResult();

@@ -190,6 +190,24 @@ TEST(Solve, NoPointGetsMoreThanTheCap)
     }
 }
 
+TEST(Solve, NoPointGetsMoreThanTheCapFromFieldsInTurn)
+{
+    const std::string out = folder("capInTurn");
+    for (const std::string options : {" --cycle 3", " --subsets 2", " --outline"})
+    {
+        SCOPED_TRACE(options);
+        const Outcome outcome = shell(kProgram + " " + kStar + " --size 0.06 --max-pressure 400" +
+                                      options + " --out " + out);
+        ASSERT_EQ(outcome.code, 0) << outcome.output;
+        double loudest_Pa = 0.0;
+        for (const auto& point : readCsv(out + "/control_points.csv"))
+            loudest_Pa = std::max(loudest_Pa, point[7]);
+        EXPECT_LE(loudest_Pa, 400.0);
+        EXPECT_GT(loudest_Pa, 250.0); // a level of the drive is 8 % there, and fields differ
+        EXPECT_LT(readSummary(out).at("report").at("capFactor").get<double>(), 1.0);
+    }
+}
+
 TEST(Solve, FieldsInTurnAreWrittenAndMeasured)
 {
     const std::string one = folder("one"), many = folder("cycle"), subsets = folder("subsets");

@@ -167,7 +167,8 @@ void judge(const Cell& cell,
            Result& result)
 {
     const double wavelength_m = Medium{}.wavelength(array.frequency_Hz);
-    result.surface = surfaceStatistics(pose * surfaceOf(cell, wavelength_m), array, Medium{}, {q});
+    result.last.surface =
+        surfaceStatistics(pose * surfaceOf(cell, wavelength_m), array, Medium{}, {q});
     constexpr int kMostCertified = 400; // an n x n matrix and its factorisations
     if (points.size() > kMostCertified) return;
     CertificateOptions options;
@@ -223,7 +224,7 @@ Result run(const Cell& cell)
         steps.push_back(report.meanPhaseStep_rad);
         audible.push_back(report.audibleChange);
         iterations.push_back(report.iterations);
-        result.stop = stopReasonName(report.stop);
+        result.last = report;
     }
     result.cell = cell;
     result.points = base.size();

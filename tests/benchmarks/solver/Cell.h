@@ -38,11 +38,10 @@ struct Result
     double roofline_ms =
         0.0; ///< one build of the matrix and one read of it, on one thread, in this run
     double phaseStep_rad = 0.0, audibleChange = 0.0;
-    haptics::SurfaceStatistics surface; ///< of the last field; no samples: not measured
+    haptics::SolveReport last; ///< of the last field
     /// u* M u (lambdaRel 0.1) of the last field's phases, the certified bound below all, and the gap between them; 0: not had.
     double objective = 0.0, bound = 0.0, gap = 0.0;
     int iterations = 0;
-    std::string stop;
 };
 
 /// Throws InputError for a case, mode or solver that is not known.

@@ -112,8 +112,8 @@ void print(const Result& r)
                 r.leastLoudness,
                 r.iterations,
                 1e6 * r.matrix_ms / (std::max(r.points, 1) * double(r.transducers)),
-                r.surface.coefficientOfVariation,
-                r.surface.contrast,
+                r.last.surface.coefficientOfVariation,
+                r.last.surface.contrast,
                 100.0 * r.gap);
     std::fflush(stdout);
 }
