@@ -1,7 +1,7 @@
 #pragma once
 
 #include "haptics/ControlPoints.h"
-#include "haptics/SurfaceStatistics.h"
+#include "haptics/HologramSolver.h"
 
 #include <string>
 #include <vector>
