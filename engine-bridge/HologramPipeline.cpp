@@ -182,6 +182,8 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
     _counters.followed = _assembler->followed();
     _counters.outOfWorkspace += assembled.outOfWorkspace;
     _counters.overBudget += assembled.overBudget;
+    _counters.crowded += assembled.crowded;
+    _counters.unpainted += assembled.unpainted;
     _around.begin(snapshot.around);
     _counters.outOfReach += _around.keepWithinReach(result->points, result->skipped);
     _playing = true;

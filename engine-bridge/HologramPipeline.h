@@ -91,7 +91,7 @@ public:
     /// How long attend() may be put off, s.
     double rest_s() const;
     /// A device that plays a still scene is looked after so often: a field that it lost is back within a blink.
-    static constexpr double kAttend_s = 0.2; // each look costs some 50 us, most of it waking up
+    static constexpr double kAttend_s = 0.5; // each look costs some 50 us, most of it waking up
 
     /// The array plays nothing until the next process(), which solves in any case.
     void silence();

@@ -26,6 +26,8 @@ struct HologramCounters
     std::uint64_t overBudget = 0; ///< points left out because there were too many
     std::uint64_t outOfWorkspace =
         0;                        ///< points or objects left out because the array can't reach them
+    std::uint64_t crowded = 0;    ///< points left out because another one was too near
+    std::uint64_t unpainted = 0;  ///< points left out because their paint is of intensity 0
     std::uint64_t outOfReach = 0; ///< points left out because no hand was near them
     std::uint64_t capped = 0;     ///< fields played at less, to keep to the cap of pressure
     std::uint64_t resent =

@@ -195,6 +195,9 @@ void PointAssembler::select(const SceneSnapshot& snapshot, AssembledPoints& out)
     out.points = std::move(selection.points);
     out.outOfWorkspace += outOfWorkspace(report);
     out.overBudget = static_cast<std::uint64_t>(report.overBudget);
+    out.crowded = static_cast<std::uint64_t>(report.spacedOut + report.crowdThinned +
+                                             report.crowdMerged + report.crowdDropped);
+    out.unpainted = static_cast<std::uint64_t>(report.noTarget);
     if (report.overBudget > 0)
         _messages.say("more points than the budget of " + std::to_string(_selector.maxPoints) +
                       "; objects of lower priority get fewer");

@@ -23,6 +23,8 @@ struct AssembledPoints
     bool absolute = false;    ///< targets are in Pa; else relative
     std::uint64_t outOfWorkspace = 0; ///< points, and objects that were not even sampled
     std::uint64_t overBudget = 0;     ///< points
+    std::uint64_t crowded = 0;        ///< points too near another one
+    std::uint64_t unpainted = 0;      ///< points of intensity 0
 };
 
 /// Turns a snapshot's objects into control points, and tells whether any of them moved since it last did.

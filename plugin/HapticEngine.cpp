@@ -85,13 +85,13 @@ bool HapticEngine::collect(osg::Node& root, const osg::Matrixd& world)
 
 bool HapticEngine::rests(const osg::Node& root)
 {
-    if (!_submittedAny || _hands.active()) return false;
+    if (!_rest.possible) return false;
     root.getBound(); // made anew where something under it has moved
     const double now_s = midair::device::steadySeconds();
-    if (_bounds == 0 || _bounds != _boundsSeen || now_s - _submitTime_s < kRest_s ||
-        now_s - _lookTime_s > kLook_s)
+    if (_rest.bounds == 0 || _rest.bounds != _rest.boundsSeen ||
+        now_s - _rest.submitTime_s < kRest_s || now_s - _rest.lookTime_s > kLook_s)
         return false;
-    ++_restingFrames;
+    ++_rest.frames;
     return true;
 }
 
@@ -102,8 +102,8 @@ void HapticEngine::update(osg::Node& root,
                           double simulationTime_s)
 {
     const double start_s = midair::device::steadySeconds();
-    _lookTime_s = start_s;
-    _boundsSeen = _bounds;
+    _rest.lookTime_s = start_s;
+    _rest.boundsSeen = _rest.bounds;
     configure(*_given);
     const bool fresh = collect(root, world);
     _snapshot.frame = frame;
@@ -114,9 +114,10 @@ void HapticEngine::update(osg::Node& root,
     if (_settings.enabled) _collector.addObstacles(_snapshot.around.props);
     takeResult();
     _hands.touch(_snapshot.objects, _seen.get());
-    const bool refused = _seen && !_seen->playing && start_s - _submitTime_s > kRetry_s;
+    const bool refused = _seen && !_seen->playing && start_s - _rest.submitTime_s > kRetry_s;
     const bool idle = _submittedAny && !refused && !changedSinceSubmitted(fresh);
     if (!idle) submit();
+    _rest.possible = _submittedAny && !_hands.active();
 
     {
         const std::lock_guard<std::mutex> lock(_mutex);
@@ -165,7 +166,7 @@ void HapticEngine::submit()
     _submitted = _snapshot.objects;
     _submittedAround = _snapshot.around;
     _submittedAny = true;
-    _submitTime_s = midair::device::steadySeconds();
+    _rest.submitTime_s = midair::device::steadySeconds();
     if (!_thread) return;
     _thread->submit(_snapshot);
     _collector.forget(); // what is in its place now is an old one
@@ -291,7 +292,7 @@ HapticStatistics HapticEngine::statistics() const
     const std::lock_guard<std::mutex> lock(_mutex);
     HapticStatistics all = _statistics;
     all.messages = _messages.all();
-    all.restingFrames = _restingFrames;
+    all.restingFrames = _rest.frames;
     all.frames += all.restingFrames;
     all.idleFrames += all.restingFrames;
     all.latencyP50_ms = _latencies.percentile(0.5);
@@ -306,6 +307,8 @@ HapticStatistics HapticEngine::statistics() const
     all.outOfWorkspace = counters.outOfWorkspace;
     all.outOfReach = counters.outOfReach;
     all.overBudget = counters.overBudget;
+    all.crowded = counters.crowded;
+    all.unpainted = counters.unpainted;
     all.capped = counters.capped;
     all.resent = counters.resent;
     const auto result = _thread->latestResult();

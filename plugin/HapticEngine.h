@@ -70,7 +70,7 @@ public:
     void dirtyTags()
     {
         _collector.dirtyTags();
-        _lookTime_s = 0.0;
+        lookNext();
     }
 
     /// Whether there is nothing to do in this frame, which counts as one then: for kRest_s nothing has changed, less than
@@ -78,7 +78,7 @@ public:
     /// Changes that no bound shows (masks, vertices, properties) are seen with the next look. Only for a root that calls
     /// noteBound() whenever its bound is made, and that no transform is above.
     bool rests(const osg::Node& root);
-    void noteBound() { ++_bounds; }
+    void noteBound() { ++_rest.bounds; }
     static constexpr double kRest_s = 0.5;
     static constexpr double kLook_s = 0.1;
 
@@ -92,6 +92,9 @@ public:
 
     /// Of the update thread.
     HandTracker& hands() { return _hands; }
+
+    /// The next frame looks at everything, at rest or not.
+    void lookNext() { _rest.lookTime_s = 0.0; }
 
     /// Nothing is to be felt.
     void silence();
@@ -129,12 +132,18 @@ private:
     std::vector<midair::bridge::HapticObject> _submitted; ///< as last handed over
     midair::bridge::Surroundings _submittedAround;
     bool _submittedAny = false;
-    std::atomic<unsigned int> _bounds{0}; ///< made; a cull may do that
-    unsigned int _boundsSeen = 0;
-    double _lookTime_s = 0.0; ///< of the last update()
-    std::atomic<std::uint64_t> _restingFrames{0};
     std::uint64_t _resultsSeen = 0;
-    double _submitTime_s = 0.0;
+    /// What rests() asks in every frame, when no cache holds any of it: in one line of memory.
+    struct alignas(64) Rest
+    {
+        std::atomic<unsigned int> bounds{0}; ///< made; a cull may do that
+        unsigned int boundsSeen = 0;         ///< by the last update()
+        bool possible = false;               ///< something was submitted, and no hand may come
+        double lookTime_s = 0.0;             ///< of the last update()
+        double submitTime_s = 0.0;
+        std::atomic<std::uint64_t> frames{0}; ///< that rested
+    };
+    Rest _rest;
     Eigen::Isometry3d _worldToArray = Eigen::Isometry3d::Identity(); ///< world in metres -> array
     Eigen::Matrix4d _toArray = Eigen::Matrix4d::Identity(); ///< world in scene units -> array
     HapticSettings _settings;                               ///< as configured, repaired

@@ -64,6 +64,7 @@ void HapticScene::update(const osg::FrameStamp* frameStamp, const osg::Matrixd& 
 
 void HapticScene::setHandSource(HandSource* source)
 {
+    _engine->lookNext();
     _engine->hands().setSource(source);
 }
 
@@ -84,6 +85,7 @@ TouchCallback* HapticScene::getTouchCallback() const
 
 void HapticScene::setObstacles(const std::vector<Obstacle>& obstacles)
 {
+    _engine->lookNext();
     _engine->hands().setObstacles(obstacles);
 }
 

@@ -27,6 +27,14 @@ HapticSurface::HapticSurface(const HapticSurface& other, const osg::CopyOp& copy
 
 HapticSurface::~HapticSurface() = default;
 
+// Nothing is done here for events: they go further down only where something else asked for them.
+void HapticSurface::traverse(osg::NodeVisitor& visitor)
+{
+    const bool isEvent = visitor.getVisitorType() == osg::NodeVisitor::EVENT_VISITOR;
+    if (isEvent && getNumChildrenRequiringEventTraversal() <= 1) return;
+    osg::Group::traverse(visitor);
+}
+
 void HapticSurface::setFormatVersion(int version)
 {
     _readVersion = version;

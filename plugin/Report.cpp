@@ -47,6 +47,8 @@ nlohmann::ordered_json toJson(const HapticStatistics& s, const HapticSettings& s
               {"outOfWorkspace", s.outOfWorkspace},
               {"outOfReach", s.outOfReach},
               {"overBudget", s.overBudget},
+              {"crowded", s.crowded},
+              {"unpainted", s.unpainted},
               {"capped", s.capped},
               {"resent", s.resent}}},
             {"hands", {{"known", s.hands}, {"touching", s.touching}}},

@@ -179,7 +179,9 @@ void addSpared(std::vector<std::pair<std::string, std::string>>& rows,
     };
     const std::string left = line({{counters.outOfWorkspace, " outside"},
                                    {counters.outOfReach, " out of reach"},
-                                   {counters.overBudget, " over budget"}});
+                                   {counters.overBudget, " over budget"},
+                                   {counters.crowded, " crowded"},
+                                   {counters.unpainted, " unpainted"}});
     if (!left.empty()) rows.emplace_back("points spared", left);
     const std::string fields =
         line({{counters.skippedUnmoved, " unmoved"}, {counters.superseded, " overtaken"}});

@@ -121,6 +121,35 @@ TEST_F(AssemblerOfFifty, TheBudgetGoesToThePriorities)
               "more points than the budget of 50; objects of lower priority get fewer");
 }
 
+TEST_F(Assembler, WhatIsPaintedOutIsCounted)
+{
+    SceneSnapshot snapshot = facing();
+    auto mesh = std::make_shared<haptics::TriangleMesh>(*snapshot.objects[0].mesh);
+    mesh->intensity = Eigen::Vector4f(0.0f, 0.0f, 0.0f, 1.0f); // one of two triangles
+    const int whole = assembler->assemble(snapshot).points.size();
+    snapshot.objects[0].mesh = mesh;
+    snapshot.objects[0].meshId = 7;
+    const AssembledPoints out = assembler->assemble(snapshot);
+    EXPECT_GT(out.unpainted, 5u);
+    EXPECT_GT(out.points.size(), 5);
+    EXPECT_EQ(out.unpainted + static_cast<std::uint64_t>(out.points.size()),
+              static_cast<std::uint64_t>(whole));
+}
+
+TEST_F(Assembler, WhatAnotherObjectsPointsLeaveNoRoomForIsCounted)
+{
+    SceneSnapshot snapshot = facing();
+    snapshot.objects.push_back(snapshot.objects[0]);
+    snapshot.objects[1].id = 2;
+    snapshot.objects[1].pose.translation().x() += 0.001;
+    const AssembledPoints one = assembler->assemble(facing());
+    const AssembledPoints out = assembler->assemble(snapshot);
+    EXPECT_EQ(one.crowded, 0u);
+    EXPECT_GT(out.crowded, static_cast<std::uint64_t>(one.points.size()) / 2);
+    EXPECT_EQ(out.crowded + static_cast<std::uint64_t>(out.points.size()),
+              2u * static_cast<std::uint64_t>(one.points.size()));
+}
+
 TEST_F(Assembler, PointsFollowAMorphingMeshByTheirBarycentrics)
 {
     const Eigen::Matrix3Xd rest = squareMesh()->vertices;

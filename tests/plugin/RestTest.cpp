@@ -99,6 +99,39 @@ TEST_F(Rest, TakenOutOfThePictureItIsSilent)
         }));
 }
 
+// Surfaces ask for events only to be found: that doesn't lead every event of every frame through what is below them.
+TEST_F(Rest, EventsGoBelowASurfaceOnlyToWhoAskedForThem)
+{
+    struct Child : osg::Group
+    {
+        void traverse(osg::NodeVisitor& visitor) override
+        {
+            visits += visitor.getVisitorType() == osg::NodeVisitor::EVENT_VISITOR ? 1 : 0;
+            osg::Group::traverse(visitor);
+        }
+        int visits = 0;
+    };
+    struct Asks : osg::NodeCallback
+    {
+        void operator()(osg::Node* node, osg::NodeVisitor* visitor) override
+        {
+            ++calls;
+            traverse(node, visitor);
+        }
+        int calls = 0;
+    };
+    osg::ref_ptr<Child> quiet = new Child;
+    box.surface->addChild(quiet);
+    viewer.frames(3);
+    EXPECT_EQ(quiet->visits, 0);
+    osg::ref_ptr<osg::Group> asking = new osg::Group;
+    osg::ref_ptr<Asks> asks = new Asks;
+    asking->setEventCallback(asks);
+    box.surface->addChild(asking);
+    viewer.frames(3);
+    EXPECT_GE(asks->calls, 3);
+}
+
 TEST_F(Rest, HandsAreFollowedInEveryFrame)
 {
     box.scene->setHandSource(new InjectedHands);
