@@ -136,6 +136,7 @@ private:
     bool makeNextSet();
     std::shared_ptr<const HologramResult> playAllSets();
     bool isOutline(const SceneSnapshot& snapshot) const;
+    std::vector<haptics::Outline> stillOutlines() const;
     std::shared_ptr<const HologramResult> playOutlines();
     std::shared_ptr<const HologramResult> askMonitor();
     void submitToMonitor(const HologramResult& result);

@@ -134,13 +134,12 @@ bool HologramPipeline::isOutline(const SceneSnapshot& snapshot) const
            std::all_of(snapshot.objects.begin(), snapshot.objects.end(), isCurve);
 }
 
-std::shared_ptr<const HologramResult> HologramPipeline::playOutlines()
+// Of all objects of the still scene, array frame; none where a part of one can't be felt.
+std::vector<haptics::Outline> HologramPipeline::stillOutlines() const
 {
-    StillScene& still = _still;
-    still.outlineMissing = false;
     const double wavelength_m = _options.medium.wavelength(_options.array.frequency_Hz);
     std::vector<haptics::Outline> outlines;
-    for (const HapticObject& object : still.snapshot.objects)
+    for (const HapticObject& object : _still.snapshot.objects)
     {
         const double target = object.properties.pressureInPa || !_last->absolute
                                   ? object.properties.pressure
@@ -150,10 +149,19 @@ std::shared_ptr<const HologramResult> HologramPipeline::playOutlines()
         {
             outline.vertices = (object.pose * outline.vertices).eval();
             outline.target = target;
-            if (!_assembler->areInside(outline.points(0.5 * wavelength_m))) return _last;
+            if (!_assembler->areInside(outline.points(0.5 * wavelength_m))) return {};
             outlines.push_back(std::move(outline));
         }
     }
+    return outlines;
+}
+
+std::shared_ptr<const HologramResult> HologramPipeline::playOutlines()
+{
+    StillScene& still = _still;
+    still.outlineMissing = false;
+    const std::vector<haptics::Outline> outlines = stillOutlines();
+    if (outlines.empty()) return _last;
     if (!_outlines)
     {
         haptics::OutlineOptions options;
