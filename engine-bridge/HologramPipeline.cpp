@@ -201,6 +201,9 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
         set, snapshot.objects, result->points, assembled.absolute, array, _options.medium);
     result->report = made.report;
     ++_counters.solves;
+    const int built = made.report.rowsBuilt;
+    _counters.rowsBuilt += static_cast<std::uint64_t>(built);
+    _counters.rowsKept += static_cast<std::uint64_t>(std::max(0, made.report.points - built));
     _solveTimes_s.push_back(device::steadySeconds());
     if (!result->report.message.empty()) _messages.say(result->report.message);
     if (result->report.stop == haptics::StopReason::REFUSED)

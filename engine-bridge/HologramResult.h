@@ -21,6 +21,8 @@ struct HologramCounters
     std::uint64_t superseded = 0; ///< replaced by a newer one before they were looked at
     std::uint64_t solves = 0;
     std::uint64_t skippedUnmoved = 0; ///< nothing moved: nothing solved
+    std::uint64_t rowsBuilt = 0;      ///< of the propagation matrix: points that came or moved
+    std::uint64_t rowsKept = 0;       ///< points that had not moved: theirs were there
     std::uint64_t sampled = 0;        ///< meshes sampled (a cached mesh is not sampled again)
     std::uint64_t followed = 0;   ///< meshes whose points went along with their vertices, unsampled
     std::uint64_t overBudget = 0; ///< points left out because there were too many

@@ -302,6 +302,8 @@ HapticStatistics HapticEngine::statistics() const
     all.superseded = counters.superseded;
     all.solves = counters.solves;
     all.skippedUnmoved = counters.skippedUnmoved;
+    all.rowsBuilt = counters.rowsBuilt;
+    all.rowsKept = counters.rowsKept;
     all.meshesSampled = counters.sampled;
     all.meshesFollowed = counters.followed;
     all.outOfWorkspace = counters.outOfWorkspace;

@@ -41,6 +41,8 @@ nlohmann::ordered_json toJson(const HapticStatistics& s, const HapticSettings& s
               {"superseded", s.superseded},
               {"solves", s.solves},
               {"skippedUnmoved", s.skippedUnmoved},
+              {"rowsBuilt", s.rowsBuilt},
+              {"rowsKept", s.rowsKept},
               {"meshesRead", s.meshesRead},
               {"meshesSampled", s.meshesSampled},
               {"meshesFollowed", s.meshesFollowed},

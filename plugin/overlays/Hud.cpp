@@ -177,7 +177,8 @@ void addSpared(std::vector<std::pair<std::string, std::string>>& rows,
                     (text.empty() ? "" : ", ") + flat::number(static_cast<double>(count)) + what;
         return text;
     };
-    const std::string left = line({{counters.outOfWorkspace, " outside"},
+    const std::string left = line({{counters.rowsKept, " unmoved"},
+                                   {counters.outOfWorkspace, " outside"},
                                    {counters.outOfReach, " out of reach"},
                                    {counters.overBudget, " over budget"},
                                    {counters.crowded, " crowded"},

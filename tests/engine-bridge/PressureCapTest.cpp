@@ -1,6 +1,7 @@
 #include "engine-bridge/PressureCap.h"
 
 #include "DoubleField.h"
+#include "device/DriveEncoder.h"
 #include "device/GuardedDevice.h"
 #include "haptics/InputError.h"
 
