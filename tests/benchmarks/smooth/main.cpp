@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -183,6 +184,21 @@ Eigen::Matrix3Xd fibonacciSphere(int n, double radius_m)
     return points;
 }
 
+// Mean radiation pressure of the quietest and of the loudest of the fields, each alone. That of the cycle is their mean.
+std::pair<double, double> rangeAlone_Pa(const Eigen::Matrix3Xd& surface,
+                                        const TransducerArray& array,
+                                        const Medium& medium,
+                                        const std::vector<Eigen::VectorXcf>& fields)
+{
+    std::pair<double, double> range(1e30, 0.0);
+    for (const Eigen::VectorXcf& q : fields)
+    {
+        const double mean_Pa = meanRadiationPressure(surface, array, medium, {q}).mean();
+        range = {std::min(range.first, mean_Pa), std::max(range.second, mean_Pa)};
+    }
+    return range;
+}
+
 // The 30 mm sphere with about 100 points a field: fields in turn, then the same evened out together.
 void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
 {
@@ -193,19 +209,20 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
     sampling.spacing_m = spacing_m;
     const Eigen::Matrix3Xd fine =
         fibonacciSphere(4000, kRadius_m); // 1.7 mm, a fifth of a wavelength
-    std::printf(
-        "Sphere of 30 mm, fields in turn\n%-8s %4s %7s | %8s %6s | %8s %6s %6s | %6s %6s  %s\n",
-        "",
-        "K",
-        "points",
-        "one, Pa",
-        "cv",
-        "mean Pa",
-        "cv",
-        "1 %",
-        "step",
-        "change",
-        "ms");
+    std::printf("Sphere of 30 mm, fields in turn; 'one' is the first of them alone\n"
+                "%-8s %4s %7s | %8s %6s %-15s | %8s %6s %6s | %6s %6s  %s\n",
+                "",
+                "K",
+                "points",
+                "one, Pa",
+                "cv",
+                "others",
+                "mean Pa",
+                "cv",
+                "1 %",
+                "step",
+                "change",
+                "ms");
     const TriangleMesh mesh = sphereMesh(kRadius_m, 40);
     // What each field lacks in accuracy at its own points is not felt where fields take turns: louder is better.
     constexpr double kLouder = 1.5;
@@ -237,14 +254,18 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
                     meanRadiationPressure(fine, array, medium, fields), Eigen::VectorXd());
                 const SurfaceStatistics one = statisticsOf(
                     meanRadiationPressure(fine, array, medium, {fields[0]}), Eigen::VectorXd());
+                const auto [least_Pa, most_Pa] = rangeAlone_Pa(fine, array, medium, fields);
                 const CycleSteps change = cycleSteps(fields);
                 const char* kind = steps > 0 ? "3 steps" : mode.c_str();
-                std::printf("%-8s %4d %7d | %8.1f %6.3f | %8.1f %6.3f %6.3f | %6.3f %6.3f  %.0f\n",
+                std::printf("%-8s %4d %7d | %8.1f %6.3f %6.1f .. %5.1f | %8.1f %6.3f %6.3f | %6.3f "
+                            "%6.3f  %.0f\n",
                             kind,
                             K,
                             r.points,
                             one.mean_Pa,
                             one.coefficientOfVariation,
+                            least_Pa,
+                            most_Pa,
                             on.mean_Pa,
                             on.coefficientOfVariation,
                             on.percentile1,
