@@ -90,7 +90,7 @@ TEST(WeightedGs, StopsAtTheErrorAskedFor)
 
 TEST(Greedy, LeavesTheErrorsOfTheReferenceWithEightBits)
 {
-    // Within a factor of 2 in the middle of five orders: that of the transducers is random, rounding decides between levels
+    // Within a factor of 3 in the middle of five orders: that of the transducers is random, rounding decides between levels
     // that are nearly as good, and the reference's level is its user's choice.
     const TransducerArray array = TransducerArray::octagonalPrism();
     for (const Published& published :
@@ -107,8 +107,8 @@ TEST(Greedy, LeavesTheErrorsOfTheReferenceWithEightBits)
             rms[k] = report.rms;
         }
         std::sort(rms.begin(), rms.end());
-        EXPECT_GT(rms[2], published.rms / 2.0) << "n = " << published.n;
-        EXPECT_LT(rms[2], published.rms * 2.0) << "n = " << published.n;
+        EXPECT_GT(rms[2], published.rms / 3.0) << "n = " << published.n;
+        EXPECT_LT(rms[2], published.rms * 3.0) << "n = " << published.n;
     }
 }
 
