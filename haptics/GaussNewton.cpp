@@ -52,7 +52,7 @@ private:
         }
         _weightsOf = field.n();
         if (!_projected) projectionRound(field);
-        if (warm) keepLoud(field);
+        if (warm) keepLoud(field, limit, outcome);
         _projected = false;
         ++outcome.iterations;
         alignToLast(field);
@@ -117,14 +117,16 @@ private:
 
     // Phases that follow a moving object come to be at home in a poorer place than they set out from: further rounds, where
     // the field is quieter than it lately was.
-    void keepLoud(FieldProblem& field)
+    void keepLoud(FieldProblem& field, int limit, Outcome& outcome)
     {
         for (int k = 0;
-             k < kRoundsWhenQuiet && loudnessAt(field, naturalLevel(field)) < kQuiet * _loudest;
+             k < kRoundsWhenQuiet && loudnessAt(field, naturalLevel(field)) < kQuiet * _loudest &&
+             outcome.iterations + 2 < limit && !outOfTime(field);
              ++k)
         {
             reweigh(field);
             projectionRound(field);
+            ++outcome.iterations;
         }
         _loudest = std::max(kForget * _loudest, loudnessAt(field, naturalLevel(field)));
     }
