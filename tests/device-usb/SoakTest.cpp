@@ -1,10 +1,10 @@
 #include "../device/Fields.h"
 #include "EmulatedArray.h"
 #include "device/ArrayDevice.h"
+#include "tests/LongTests.h"
 
 #include <algorithm>
 #include <atomic>
-#include <cstdlib>
 #include <fstream>
 #include <thread>
 
@@ -124,8 +124,6 @@ TEST(Soak, seconds_at_500_fields_a_second)
 
 TEST(Soak, DISABLED_ten_minutes_at_500_fields_a_second)
 {
-    const char* wanted = std::getenv("MIDAIR_LONG_TESTS");
-    if (wanted == nullptr || std::string(wanted) != "1")
-        GTEST_SKIP() << "only with tests/run.sh --long";
+    if (!longTestsAsked()) GTEST_SKIP() << "only with tests/run.sh --long";
     soak(600);
 }

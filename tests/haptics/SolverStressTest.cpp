@@ -3,6 +3,7 @@
 #include "ScenePoints.h"
 #include "haptics/HologramSolver.h"
 #include "haptics/PropagationMatrix.h"
+#include "tests/LongTests.h"
 
 #include <Eigen/Geometry>
 
@@ -12,7 +13,6 @@
 #include <cstdlib>
 #include <new>
 #include <random>
-#include <string>
 
 #include <gtest/gtest.h>
 
@@ -22,12 +22,6 @@ namespace
 {
 
 std::atomic<long> allocations{0};
-
-bool isLong()
-{
-    const char* wanted = std::getenv("MIDAIR_LONG_TESTS");
-    return wanted != nullptr && std::string(wanted) == "1";
-}
 
 void* counted(std::size_t size, std::size_t alignment)
 {
@@ -153,7 +147,7 @@ TEST(SolverStress, FromOnePointToHundreds)
         // The floor that 8-bit phases leave is 0.0014 at n = 150; spacing is over a wavelength for all but that.
         EXPECT_LT(sound(spherePoints(n, 0.045), array).rms, 0.003);
     }
-    if (!isLong()) return;
+    if (!longTestsAsked()) return;
     EXPECT_LT(sound(spherePoints(2000, 0.09), array).rms, 0.5);
 }
 
@@ -299,7 +293,7 @@ TEST(SolverStress, NoDriftOverManyUpdates)
     Eigen::VectorXcf q;
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
-    const int updates = isLong() ? 100000 : 300;
+    const int updates = longTestsAsked() ? 100000 : 300;
     double worst = 0.0, least = 10.0;
     for (int k = 0; k < updates; ++k)
     {
