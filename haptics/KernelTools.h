@@ -17,7 +17,7 @@
 namespace midair::haptics::kernels
 {
 
-constexpr int kMaxWidth = 256; ///< of a block
+constexpr int kMaxWidth = 512; ///< of a block
 
 // Adding and subtracting 1.5 * 2^23 rounds to an integer, without the instruction that plain x86-64 lacks.
 constexpr float kToInteger = 12582912.0f;
@@ -68,18 +68,26 @@ MIDAIR_INLINE float lowOf(std::int32_t pair)
     return static_cast<float>(static_cast<std::int32_t>(static_cast<std::uint32_t>(pair) << 16));
 }
 
-// sin(2 pi f) and cos(2 pi f) for |f| <= 0.516, from those of the half angle: minimax polynomials in f^2 (errors 2e-8
-// and 7e-8), then sin 2a = 2 sin a cos a and cos 2a = 1 - 2 sin^2 a.
-MIDAIR_INLINE void sinCosTurns(float f, float& sine, float& cosine)
+// sin(pi f) and cos(pi f) for |f| <= 0.516: minimax polynomials in f^2 (errors 2e-8 and 7e-8).
+MIDAIR_INLINE float sinHalf(float f)
 {
     const float t = f * f;
-    const float s =
-        f * (3.14159263503f +
-             t * (-5.16770929141f +
-                  t * (2.55005910546f + t * (-0.598158107429f + t * 0.0773628877593f))));
-    const float c =
-        0.99999993561f +
-        t * (-4.93479009056f + t * (4.05834761398f + t * (-1.33141553217f + t * 0.218668933026f)));
+    return f * (3.14159263503f +
+                t * (-5.16770929141f +
+                     t * (2.55005910546f + t * (-0.598158107429f + t * 0.0773628877593f))));
+}
+MIDAIR_INLINE float cosHalf(float f)
+{
+    const float t = f * f;
+    return 0.99999993561f +
+           t * (-4.93479009056f +
+                t * (4.05834761398f + t * (-1.33141553217f + t * 0.218668933026f)));
+}
+
+// sin(2 pi f) and cos(2 pi f): sin 2a = 2 sin a cos a and cos 2a = 1 - 2 sin^2 a.
+MIDAIR_INLINE void sinCosTurns(float f, float& sine, float& cosine)
+{
+    const float s = sinHalf(f), c = cosHalf(f);
     sine = 2.0f * s * c;
     cosine = 1.0f - 2.0f * s * s;
 }

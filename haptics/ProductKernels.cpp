@@ -167,11 +167,11 @@ void forward(const std::int32_t* G,
 {
     width &= ~(kLanes - 1);
     int l = 0;
-    for (; l + 2 <= n; l += 2)
+    for (; l + 4 <= n; l += 4)
     {
-        const std::int32_t *a = G + width * l, *b = a + width;
-        float ar = 0, ai = 0, br = 0, bi = 0;
-#pragma omp simd aligned(a, b, qRe, qIm : 64) reduction(+ : ar, ai, br, bi)
+        const std::int32_t *a = G + width * l, *b = a + width, *c = b + width, *d = c + width;
+        float ar = 0, ai = 0, br = 0, bi = 0, cr = 0, ci = 0, dr = 0, di = 0;
+#pragma omp simd aligned(a, b, c, d, qRe, qIm : 64) reduction(+ : ar, ai, br, bi, cr, ci, dr, di)
         for (int i = 0; i < width; ++i)
         {
             const float x = qRe[i], y = qIm[i];
@@ -179,13 +179,21 @@ void forward(const std::int32_t* G,
             ai += lowOf(a[i]) * y + highOf(a[i]) * x;
             br += lowOf(b[i]) * x - highOf(b[i]) * y;
             bi += lowOf(b[i]) * y + highOf(b[i]) * x;
+            cr += lowOf(c[i]) * x - highOf(c[i]) * y;
+            ci += lowOf(c[i]) * y + highOf(c[i]) * x;
+            dr += lowOf(d[i]) * x - highOf(d[i]) * y;
+            di += lowOf(d[i]) * y + highOf(d[i]) * x;
         }
         pRe[l] += ar * scale[l];
         pIm[l] += ai * scale[l];
         pRe[l + 1] += br * scale[l + 1];
         pIm[l + 1] += bi * scale[l + 1];
+        pRe[l + 2] += cr * scale[l + 2];
+        pIm[l + 2] += ci * scale[l + 2];
+        pRe[l + 3] += dr * scale[l + 3];
+        pIm[l + 3] += di * scale[l + 3];
     }
-    if (l < n)
+    for (; l < n; ++l)
     {
         const std::int32_t* a = G + width * l;
         float ar = 0, ai = 0;

@@ -1,5 +1,6 @@
 #include "haptics/PropagationKernels.h"
 
+#include "haptics/DirectivityModels.h"
 #include "haptics/KernelTools.h"
 
 #include <algorithm>
@@ -11,61 +12,13 @@ namespace midair::haptics::kernels
 namespace
 {
 
-struct CubicModel
-{
-    DirectivityCubic D;
-    MIDAIR_INLINE float largest() const { return D.largest; }
-    MIDAIR_INLINE float operator()(float x) const
-    {
-        const float value = D.c0 + x * (D.c1 + x * (D.c2 + x * D.c3));
-        return std::max(value, 0.0f);
-    }
-};
-
-struct PointModel
-{
-    MIDAIR_INLINE float largest() const { return 1.0f; }
-    MIDAIR_INLINE float operator()(float) const { return 1.0f; }
-};
-
-// log2 D is linear in theta between the table's angles: a sum of hinges, without the gathers that a look-up would take.
-struct TableModel
-{
-    DirectivityTable table;
-    MIDAIR_INLINE float largest() const { return table.largest; }
-    MIDAIR_INLINE float operator()(float x) const
-    {
-        // acos(x) = sqrt(1 - x) P(x), 0 <= x <= 1, minimax, 2e-8; then in steps of ten degrees.
-        const float y = std::min(std::max(x, 0.0f), 1.0f);
-        float P = -0.00126276826f;
-        P = P * y + 0.00667108375f;
-        P = P * y - 0.0170895386f;
-        P = P * y + 0.0308928811f;
-        P = P * y - 0.0501746613f;
-        P = P * y + 0.0889790425f;
-        P = P * y - 0.214598804f;
-        P = P * y + 1.57079630f;
-        const float step = std::sqrt(1.0f - y) * P * 5.7295779513f;
-        float t = table.start + step * table.bend[0];
-        for (int k = 1; k < DirectivityTable::kSteps; ++k)
-            t += table.bend[k] * std::max(0.0f, step - static_cast<float>(k));
-        // 2^t = (2^(t/4))^4 with a minimax polynomial for -0.65 <= t/4 <= 0, 7e-9.
-        float e = 1.041982288e-06f;
-        e = e * t + 3.684179282e-05f;
-        e = e * t + 0.0008662909306f;
-        e = e * t + 0.01501357995f;
-        e = e * t + 0.1732866681f;
-        e = e * t + 0.9999999955f;
-        e *= e;
-        return x < 0.0f ? 0.0f : e * e;
-    }
-};
-
-// Of one row and block: e and R, then phase and amplitude.
+// Of one group and the batch's points, from loop to loop; sums of a block's amplitudes, lane by lane.
 struct Scratch
 {
-    alignas(64) float excess[kMaxWidth];
-    alignas(64) float distance[kMaxWidth];
+    alignas(64) float excess[PointBatch::kSize][kGroup];  // e, then the phase in turns
+    alignas(64) float square[PointBatch::kSize][kGroup];  // R^2, then the amplitude
+    alignas(64) float inverse[PointBatch::kSize][kGroup]; // 1/R
+    alignas(64) float sums[PointBatch::kSize][kGroup];
 };
 
 // What a point's distances to a group's transducers are expanded about. With r0 the vector from the centre, R0 = |r0|:
@@ -127,63 +80,62 @@ expand(const GroupGeometry& group, const PointBatch& points, float decay, Expans
     }
 }
 
-// e and R of a group's entries.
+// e and R^2 of a group's entries.
 MIDAIR_INLINE void
-distances(const BlockGeometry& block, const Expansion& at, int k, int first, int lanes, Scratch& s)
+squares(const BlockGeometry& block, const Expansion& at, int first, int points, Scratch& s)
 {
     const float *x = block.x + first, *y = block.y + first, *z = block.z + first;
-    const float* squares = block.square + first;
-    float *excess = s.excess + first, *distance = s.distance + first;
-    const float ax = at.ax[k], ay = at.ay[k], az = at.az[k], square = at.square[k];
-#pragma omp simd aligned(x, y, z, squares, excess, distance : 64)
-    for (int i = 0; i < lanes; ++i)
+    const float* own = block.square + first;
+    for (int k = 0; k < points; ++k)
     {
-        const float e = squares[i] + ax * x[i] + ay * y[i] + az * z[i];
-        excess[i] = e;
-        distance[i] = std::sqrt(square + e);
+        const float ax = at.ax[k], ay = at.ay[k], az = at.az[k], square = at.square[k];
+        float *excess = s.excess[k], *whole = s.square[k];
+#pragma omp simd aligned(x, y, z, own, excess, whole : 64)
+        for (int i = 0; i < kGroup; ++i)
+        {
+            const float e = own[i] + ax * x[i] + ay * y[i] + az * z[i];
+            excess[i] = e;
+            whole[i] = square + e;
+        }
     }
 }
 
-// Amplitudes strength D / R exp(-beta R) level in place of R, and phases -R (turns) in place of e.
-template<bool kPlanar, typename Model>
-MIDAIR_INLINE void waves(const BlockGeometry& block,
-                         const Expansion& at,
-                         int k,
-                         int first,
-                         int lanes,
-                         Model D,
-                         Scratch& s)
+// Amplitudes strength D / R exp(-beta R) level, and phases offset - R in turns, -1/2 .. 1/2.
+template<bool kPlanar, bool kWithOffset, typename Model>
+MIDAIR_INLINE void
+waves(const BlockGeometry& block, const Expansion& at, int first, int points, Model D, Scratch& s)
 {
     const float *x = block.x + first, *y = block.y + first, *z = block.z + first;
     const float *nx = block.nx + first, *ny = block.ny + first, *nz = block.nz + first;
     const float* strength = block.strength + first;
-    float *excess = s.excess + first, *distance = s.distance + first;
-    const float ax = at.ax[k], ay = at.ay[k], az = at.az[k], base = at.turns[k];
-    const float R0 = at.distance[k], height = at.height[k];
-    // exp(-decay (R - R0)) as a parabola: decay * radius is small.
-    const float c0 = at.decayed[k], c1 = at.slope[k], c2 = at.bend[k];
-#pragma omp simd aligned(x, y, z, nx, ny, nz, strength, excess, distance : 64)
-    for (int i = 0; i < lanes; ++i)
+    for (int k = 0; k < points; ++k)
     {
-        const float R = distance[i];
-        const float twice = R + R0;
-        const float inverseOfBoth = 1.0f / (R * twice);
-        const float inverse = inverseOfBoth * twice;
-        const float beyond = excess[i] * (R * inverseOfBoth);
-        float cosine = height * inverse;
-        if constexpr (!kPlanar)
-            cosine = -0.5f *
-                     (nx[i] * (ax + 2.0f * x[i]) + ny[i] * (ay + 2.0f * y[i]) +
-                      nz[i] * (az + 2.0f * z[i])) *
-                     inverse;
-        distance[i] = (strength[i] * inverse) * ((c0 + beyond * (c1 + beyond * c2)) * D(cosine));
-        excess[i] = base - beyond;
+        const float ax = at.ax[k], ay = at.ay[k], az = at.az[k], height = at.height[k];
+        const float R0 = at.distance[k], base = at.turns[k];
+        // exp(-decay (R - R0)) as a parabola: decay * radius is small.
+        const float c0 = at.decayed[k], c1 = at.slope[k], c2 = at.bend[k];
+        float *excess = s.excess[k], *square = s.square[k], *sums = s.sums[k];
+        const float* inverses = s.inverse[k];
+#pragma omp simd aligned(x, y, z, nx, ny, nz, strength, excess, square, inverses, sums : 64)
+        for (int i = 0; i < kGroup; ++i)
+        {
+            const float inverse = inverses[i];
+            const float beyond = excess[i] / (square[i] * inverse + R0);
+            float cosine = height * inverse;
+            if constexpr (!kPlanar)
+                cosine = -0.5f *
+                         (nx[i] * (ax + 2.0f * x[i]) + ny[i] * (ay + 2.0f * y[i]) +
+                          nz[i] * (az + 2.0f * z[i])) *
+                         inverse;
+            const float amplitude =
+                (strength[i] * inverse) * ((c0 + beyond * (c1 + beyond * c2)) * D(cosine));
+            square[i] = amplitude;
+            sums[i] += std::fabs(amplitude);
+            float f = base - beyond;
+            if constexpr (kWithOffset) f += block.offset_turns[first + i];
+            excess[i] = f - rounded(f);
+        }
     }
-}
-
-MIDAIR_INLINE int lanesOf(int width, int group)
-{
-    return std::min(kGroup, width - group * kGroup) & ~(kLanes - 1);
 }
 
 // What the entries of a row are multiples of, so that \a bound fits.
@@ -226,11 +178,6 @@ scale(const Rows& rows, float largestD, float decay, int groups, Expansion* at, 
 struct FloatRow
 {
     float *re, *im;
-    MIDAIR_INLINE FloatRow(const FloatRows& rows, int row, int width, float) :
-        re(rows.entries + 2L * width * row),
-        im(re + width)
-    {
-    }
     MIDAIR_INLINE void put(int i, float x, float y) const
     {
         re[i] = x;
@@ -241,21 +188,42 @@ struct FloatRow
 struct FixedRow
 {
     std::int32_t* entries;
-    MIDAIR_INLINE FixedRow(const FixedRows& rows, int row, int width, float unit) :
-        entries(rows.entries + 1L * width * row)
-    {
-        rows.scale[row] = unit * (1.0f / 65536.0f);
-    }
     MIDAIR_INLINE void put(int i, float x, float y) const { entries[i] = packPair(x, y); }
 };
 
-MIDAIR_INLINE FloatRow rowOf(const FloatRows& rows, int row, int width, float unit)
+MIDAIR_INLINE FloatRow rowOf(const FloatRows& rows, int row, int width)
 {
-    return {rows, row, width, unit};
+    float* re = rows.entries + 2L * width * row;
+    return {re, re + width};
 }
-MIDAIR_INLINE FixedRow rowOf(const FixedRows& rows, int row, int width, float unit)
+MIDAIR_INLINE FixedRow rowOf(const FixedRows& rows, int row, int width)
 {
-    return {rows, row, width, unit};
+    return {rows.entries + 1L * width * row};
+}
+MIDAIR_INLINE void keepUnit(const FloatRows&, int, float) {}
+MIDAIR_INLINE void keepUnit(const FixedRows& rows, int row, float unit)
+{
+    rows.scale[row] = unit * (1.0f / 65536.0f);
+}
+
+// A group's entries from their amplitudes and phases.
+template<typename Rows>
+MIDAIR_INLINE void
+turn(const PointBatch& points, int width, int first, const Rows& rows, const Scratch& s)
+{
+    for (int k = 0; k < points.count; ++k)
+    {
+        const auto row = rowOf(rows, points.row[k], width);
+        const float *amplitudes = s.square[k], *turns = s.excess[k];
+#pragma omp simd aligned(amplitudes, turns : 64)
+        for (int i = 0; i < kGroup; ++i)
+        {
+            // Of half the angle: a cos 2h = a - 2 a sin^2 h, a sin 2h = 2 a sin h cos h.
+            const float a = amplitudes[i], sine = sinHalf(turns[i]);
+            const float along = a * (sine + sine);
+            row.put(first + i, a - along * sine, along * cosHalf(turns[i]));
+        }
+    }
 }
 
 // G_li = strength_i D / R exp(-beta R) exp(j 2 pi (offset_i - R)), R in wavelengths (see PropagationMatrix.h).
@@ -268,39 +236,35 @@ MIDAIR_INLINE void buildRows(const BlockGeometry& block,
                              float* sums)
 {
     const int width = block.width & ~(kLanes - 1);
-    const int groups = (width + kGroup - 1) / kGroup;
+    const int groups = width / kGroup;
     Expansion at[kMaxWidth / kGroup];
     for (int g = 0; g < groups; ++g)
         expand(block.groups[g], points, decay, at[g]);
     alignas(64) float units[PointBatch::kSize];
     scale(rows, D.largest(), decay, groups, at, units);
-    // In three loops: a single one is a chain of some 150 cycles, longer than what a core looks ahead.
     Scratch s;
     for (int k = 0; k < points.count; ++k)
+        std::fill_n(s.sums[k], kGroup, 0.0f);
+    // In several loops: a single one is a chain of some 150 cycles, more of which wait than a core has places for.
+    for (int g = 0; g < groups; ++g)
     {
-        for (int g = 0; g < groups; ++g)
-            distances(block, at[g], k, g * kGroup, lanesOf(width, g), s);
-        for (int g = 0; g < groups; ++g)
-            if (block.groups[g].planar)
-                waves<true>(block, at[g], k, g * kGroup, lanesOf(width, g), D, s);
-            else
-                waves<false>(block, at[g], k, g * kGroup, lanesOf(width, g), D, s);
-        const auto row = rowOf(rows, points.row[k], width, units[k]);
-        const float* offset = block.offset_turns;
+        const int first = g * kGroup;
+        squares(block, at[g], first, points.count, s);
+        inverseRoots(points.count * kGroup, s.square[0], s.inverse[0]);
+        if (block.groups[g].planar)
+            waves<true, kWithOffset>(block, at[g], first, points.count, D, s);
+        else
+            waves<false, kWithOffset>(block, at[g], first, points.count, D, s);
+        turn(points, width, first, rows, s);
+    }
+    for (int k = 0; k < points.count; ++k)
+    {
         float sum = 0.0f;
 #pragma omp simd reduction(+ : sum)
-        for (int i = 0; i < width; ++i)
-        {
-            float f = s.excess[i];
-            if constexpr (kWithOffset) f += offset[i];
-            f -= rounded(f);
-            float sine, cosine;
-            sinCosTurns(f, sine, cosine);
-            const float a = s.distance[i];
-            sum += std::fabs(a);
-            row.put(i, a * cosine, a * sine);
-        }
+        for (int i = 0; i < kGroup; ++i)
+            sum += s.sums[k][i];
         sums[k] = sum * units[k];
+        keepUnit(rows, points.row[k], units[k]);
     }
 }
 

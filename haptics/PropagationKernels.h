@@ -9,12 +9,12 @@
 namespace midair::haptics::kernels
 {
 
-constexpr int kLanes = 16; ///< floats in the widest register
+constexpr int kLanes = 32; ///< floats in two of the widest registers
 
 /// Which variant this machine runs: "AVX-512", "AVX2", "x86-64", or "generic" without run-time choice.
 const char* isaName();
 
-constexpr int kGroup = 32; ///< transducers about one centre
+constexpr int kGroup = kLanes; ///< transducers about one centre
 
 /// Transducers that stand close together: distances from a control point are expanded about their centre.
 struct GroupGeometry
@@ -112,6 +112,9 @@ void buildPoint(const BlockGeometry& block,
                 float decay,
                 const FixedRows& rows,
                 float* sums);
+/// 1/sqrt(x_i) to 2e-7, x_i > 0; \a count a multiple of kLanes. Estimates of AVX2 differ from maker to maker in their last bits,
+/// within that.
+void inverseRoots(int count, const float* x, float* inverse);
 constexpr double kMostDecay = 1.0;
 /// Wavelengths: groups of transducers farther apart lose more than 1e-5 of a turn in R - R0.
 constexpr double kLargestRadius = 6.5;
