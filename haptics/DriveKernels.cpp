@@ -50,8 +50,8 @@ DriveDifference compareDrives(
 {
     constexpr float kTwoPi = 6.2831853f;
     width &= ~(kLanes - 1);
-    float steps = 0, change = 0, power = 0, re = 0, im = 0;
-#pragma omp simd aligned(qRe, qIm, beforeRe, beforeIm : 64) reduction(+ : steps, change, power, re, im)
+    float steps = 0, change = 0, power = 0;
+#pragma omp simd aligned(qRe, qIm, beforeRe, beforeIm : 64) reduction(+ : steps, change, power)
     for (int i = 0; i < width; ++i)
     {
         const float x = beforeRe[i] * qRe[i] + beforeIm[i] * qIm[i];
@@ -60,10 +60,23 @@ DriveDifference compareDrives(
         steps += std::fabs(phaseTurns(x, y));
         change += dx * dx + dy * dy;
         power += qRe[i] * qRe[i] + qIm[i] * qIm[i];
-        re += x;
-        im += y;
     }
-    return {kTwoPi * steps, change, power, re, im};
+    return {kTwoPi * steps, change, power};
+}
+
+MIDAIR_CLONES
+InnerProduct innerProduct(
+    int width, const float* qRe, const float* qIm, const float* beforeRe, const float* beforeIm)
+{
+    width &= ~(kLanes - 1);
+    float re = 0, im = 0;
+#pragma omp simd aligned(qRe, qIm, beforeRe, beforeIm : 64) reduction(+ : re, im)
+    for (int i = 0; i < width; ++i)
+    {
+        re += beforeRe[i] * qRe[i] + beforeIm[i] * qIm[i];
+        im += beforeIm[i] * qRe[i] - beforeRe[i] * qIm[i];
+    }
+    return {re, im};
 }
 
 MIDAIR_CLONES

@@ -173,12 +173,18 @@ void turn(int width, const float* root, const float* t, float limit, float* qRe,
 /// How the drive \a q differs from \a before: sums over transducers.
 struct DriveDifference
 {
-    float phaseSteps;       ///< |arg(q_i conj(before_i))|, rad
-    float change;           ///< |q_i - before_i|^2
-    float power;            ///< |q_i|^2
-    float innerRe, innerIm; ///< before_i conj(q_i)
+    float phaseSteps; ///< |arg(q_i conj(before_i))|, rad
+    float change;     ///< |q_i - before_i|^2
+    float power;      ///< |q_i|^2
 };
 DriveDifference compareDrives(
+    int width, const float* qRe, const float* qIm, const float* beforeRe, const float* beforeIm);
+/// sum_i before_i conj(q_i).
+struct InnerProduct
+{
+    float re, im;
+};
+InnerProduct innerProduct(
     int width, const float* qRe, const float* qIm, const float* beforeRe, const float* beforeIm);
 /// q_i times the complex number (re, im).
 void multiply(int width, float re, float im, float* qRe, float* qIm);

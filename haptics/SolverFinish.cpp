@@ -22,9 +22,9 @@ std::complex<float> SolverBase::alignToLast(FieldProblem& field)
 {
     if (!hasLast(field)) return 1.0f;
     const int width = field.G.paddedTransducers();
-    const kernels::DriveDifference difference = kernels::compareDrives(
+    const kernels::InnerProduct product = kernels::innerProduct(
         width, field.q.re.data(), field.q.im.data(), _last.re.data(), _last.im.data());
-    std::complex<float> turn(difference.innerRe, difference.innerIm);
+    std::complex<float> turn(product.re, product.im);
     if (!(std::abs(turn) > 1e-6f)) return 1.0f;
     turn /= std::abs(turn);
     kernels::multiply(width, turn.real(), turn.imag(), field.q.re.data(), field.q.im.data());

@@ -210,7 +210,7 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
     const Eigen::Matrix3Xd fine =
         fibonacciSphere(4000, kRadius_m); // 1.7 mm, a fifth of a wavelength
     std::printf("Sphere of 30 mm, fields in turn; 'one' is the first of them alone\n"
-                "%-8s %4s %7s | %8s %6s %-15s | %8s %6s %6s | %6s %6s  %s\n",
+                "%-9s %4s %7s | %8s %6s %-15s | %8s %6s %6s | %6s %6s  %s\n",
                 "",
                 "K",
                 "points",
@@ -230,7 +230,8 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
         for (const int K : {1, 2, 4, 8, 16, 32})
         {
             const bool evened = mode == "evened";
-            if (K > (quick ? 8 : (evened ? 8 : 32)) || (evened && (sweeps == 0 || quick))) continue;
+            if (K > (quick ? 8 : (evened ? 16 : 32)) || (evened && (sweeps == 0 || quick)))
+                continue;
             std::vector<ControlPoints> sets;
             for (const SurfaceSamples& samples : sampleSurfaceSets(mesh, sampling, K))
             {
@@ -248,7 +249,7 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
                 cycle.solve(sets, fibonacciSphere(1550, kRadius_m), array, medium);
             for (const int steps : {0, 3})
             {
-                if (steps > 0 && (mode != "apart" || K < 2)) continue;
+                if (steps > 0 && (mode == "louder" || K < 2)) continue;
                 const std::vector<Eigen::VectorXcf> fields = cycle.smoothed(steps);
                 const SurfaceStatistics on = statisticsOf(
                     meanRadiationPressure(fine, array, medium, fields), Eigen::VectorXd());
@@ -256,10 +257,10 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
                     meanRadiationPressure(fine, array, medium, {fields[0]}), Eigen::VectorXd());
                 const auto [least_Pa, most_Pa] = rangeAlone_Pa(fine, array, medium, fields);
                 const CycleSteps change = cycleSteps(fields);
-                const char* kind = steps > 0 ? "3 steps" : mode.c_str();
-                std::printf("%-8s %4d %7d | %8.1f %6.3f %6.1f .. %5.1f | %8.1f %6.3f %6.3f | %6.3f "
+                const std::string kind = steps > 0 ? mode + " +3" : mode;
+                std::printf("%-9s %4d %7d | %8.1f %6.3f %6.1f .. %5.1f | %8.1f %6.3f %6.3f | %6.3f "
                             "%6.3f  %.0f\n",
-                            kind,
+                            kind.c_str(),
                             K,
                             r.points,
                             one.mean_Pa,
@@ -276,7 +277,7 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
                 if (csv != nullptr)
                     std::fprintf(csv,
                                  "sphere,%s,%d,%d,%g,%g,%g,%g,%g,%g,%g,%g\n",
-                                 kind,
+                                 kind.c_str(),
                                  K,
                                  r.points,
                                  evened ? 0.0 : (K == 8 ? 0.35 : (K == 16 ? 0.25 : 0.0)),
