@@ -209,7 +209,7 @@ MIDAIR_INLINE void keepUnit(const FixedRows& rows, int row, float unit)
 // A group's entries from their amplitudes and phases.
 template<typename Rows>
 MIDAIR_INLINE void
-turn(const PointBatch& points, int width, int first, const Rows& rows, const Scratch& s)
+writeEntries(const PointBatch& points, int width, int first, const Rows& rows, const Scratch& s)
 {
     for (int k = 0; k < points.count; ++k)
     {
@@ -255,7 +255,7 @@ MIDAIR_INLINE void buildRows(const BlockGeometry& block,
             waves<true, kWithOffset>(block, at[g], first, points.count, D, s);
         else
             waves<false, kWithOffset>(block, at[g], first, points.count, D, s);
-        turn(points, width, first, rows, s);
+        writeEntries(points, width, first, rows, s);
     }
     for (int k = 0; k < points.count; ++k)
     {
