@@ -7,37 +7,6 @@ namespace midair::haptics::kernels
 {
 
 MIDAIR_CLONES
-void formJacobian(const std::int32_t* G,
-                  int n,
-                  int width,
-                  const float* uRe,
-                  const float* uIm,
-                  const float* rRe,
-                  const float* rIm,
-                  std::int32_t* J)
-{
-    constexpr float kUnit = 1.0f / 65536.0f;
-    width &= ~(kLanes - 1);
-    for (int l = 0; l < n; l += 2)
-    {
-        // The last row of an odd n has no partner: its own once more, with u = 0.
-        const bool pair = l + 1 < n;
-        const std::int32_t *a = G + width * l, *b = pair ? a + width : a;
-        std::int32_t* row = J + width * (l / 2);
-        const float ur = uRe[l] * kUnit, ui = uIm[l] * kUnit;
-        const float vr = pair ? uRe[l + 1] * kUnit : 0.0f, vi = pair ? uIm[l + 1] * kUnit : 0.0f;
-#pragma omp simd aligned(a, b, row, rRe, rIm : 64)
-        for (int i = 0; i < width; ++i)
-        {
-            const float x = rRe[i], y = rIm[i];
-            const float first = lowOf(a[i]) * (ui * x - ur * y) - highOf(a[i]) * (ur * x + ui * y);
-            const float second = lowOf(b[i]) * (vi * x - vr * y) - highOf(b[i]) * (vr * x + vi * y);
-            row[i] = packPair(first, second);
-        }
-    }
-}
-
-MIDAIR_CLONES
 void transposedJacobian(const std::int32_t* J, int n, int width, const float* x, float* t)
 {
     width &= ~(kLanes - 1);
