@@ -89,7 +89,7 @@ MIDAIR_AVX512 void rootsOf(int count, const float* x, float* inverse)
 }
 
 // With c = conj(u_l) r_i: J_li = -(Re G Im c + Im G Re c). Lanes hold pairs of 16 bits, r and u in units of 1/kUnity, c in
-// units of 2^-14. What is cut off, and the carry that the upper half of G has from the lower, is below 2e-4 of the row's bound:
+// units of 2^-14. What is cut off, and the carry that the upper half of G has from the lower, is below 3e-4 of the row's bound:
 // of a matrix that both directions of a step read alike, which need not be exact.
 constexpr float kUnity = 32766.0f; // room for what is a little over 1
 

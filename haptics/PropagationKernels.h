@@ -154,7 +154,7 @@ void quantisePhase(
 
 /// J_li = -Im(conj(u_l) G_li r_i) over one block, in the units of row l of G, r_i = q_i root_i with |r_i| <= 1: how |p_l|
 /// changes with the phase of q_i. Two rows share a row of lanes, l (low) and l + 1 (high), (n + 1)/2 rows of \a width.
-/// Within 2e-4 of the row's bound.
+/// Within 3e-4 of the row's bound.
 void formJacobian(const std::int32_t* G,
                   int n,
                   int width,
