@@ -23,8 +23,6 @@ struct Size
 };
 
 const std::vector<Size> kSizes = {{25, 0.03}, {50, 0.03}, {100, 0.03}, {200, 0.06}, {400, 0.06}};
-// Methods that work on an n x n matrix of everything take seconds beyond this size.
-constexpr int kLargestForAll = 200;
 constexpr int kMostGreedyRounds = 5;
 
 // The production solver's table, and every method's curve of time against error by its iteration limit.
@@ -37,7 +35,6 @@ std::vector<Cell> allCells(bool quick, const Cell& common)
         if (quick && size.points != 25 && size.points != 100) continue;
         for (const std::string& solver : solvers)
         {
-            if (solver != solvers.front() && size.points > kLargestForAll) continue;
             for (const char* mode : {"update", "cold"})
             {
                 if (quick && solver != solvers.front() && std::string(mode) == "update") continue;
@@ -55,7 +52,9 @@ std::vector<Cell> allCells(bool quick, const Cell& common)
                     cell.mode = mode;
                     cell.iterations = limit;
                     cell.repeats = quick ? (solver == solvers.front() ? 9 : 1)
-                                         : (solver == solvers.front() ? 41 : 5);
+                                         : (solver == solvers.front() ? 41
+                                            : size.points > 200       ? 3
+                                                                      : 5);
                     cells.push_back(cell);
                 }
             }
