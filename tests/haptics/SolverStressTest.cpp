@@ -163,12 +163,11 @@ TEST(SolverStress, CrowdedPointsGiveAFieldWithItsError)
     EXPECT_GT(sound(twice, array).rms, 0.2);
     EXPECT_LT(sound(at(grid(30, 1, 8.5e-3)), array).rms, 0.01); // collinear
     EXPECT_LT(sound(at(grid(7, 7, 8.5e-3)), array).rms, 0.02);  // coplanar
-    // A tenth of a wavelength apart, where rounding decides which of many poor fields is found: more often a good one.
-    std::vector<double> rms;
-    for (int k = 0; k < 21; ++k)
-        rms.push_back(sound(at(grid(20, 1, 0.75e-3 + 0.01e-3 * k)), array).rms);
-    std::nth_element(rms.begin(), rms.begin() + 10, rms.end());
-    EXPECT_LT(rms[10], 0.05);
+    // A tenth of a wavelength apart, where rounding decides which of many fields is found: three of five are good.
+    int good = 0;
+    for (int k = 0; k < 60; ++k)
+        good += sound(at(grid(20, 1, 0.75e-3 + 3.5e-6 * k)), array).rms < 0.05;
+    EXPECT_GT(good, 24); // 36 less three deviations
     // 36 points within half a wavelength, where a field has no more than a handful of degrees of freedom: at least as even
     // as one focus in their middle.
     const ControlPoints crowd = at(grid(6, 6, 0.85e-3));
