@@ -1,0 +1,80 @@
+#include "haptics/base/Number.h"
+
+#include <clocale>
+
+#include <gtest/gtest.h>
+
+using namespace midair::base;
+
+namespace
+{
+
+/// A locale with a decimal comma, where the machine has one.
+class Comma
+{
+public:
+    Comma()
+    {
+        for (const char* name : {"de_DE.UTF-8", "de_DE", "fr_FR.UTF-8"})
+            if (!_set) _set = std::setlocale(LC_ALL, name) != nullptr;
+    }
+    ~Comma() { std::setlocale(LC_ALL, "C"); }
+    Comma(const Comma&) = delete;
+    Comma& operator=(const Comma&) = delete;
+
+private:
+    bool _set = false;
+};
+
+} // namespace
+
+TEST(Number, ReadsDecimals)
+{
+    for (const auto& [text, right] : {std::pair<const char*, double>{"0.2", 0.2},
+                                      {"-1.5e3", -1500.0},
+                                      {"+7", 7.0},
+                                      {".5", 0.5},
+                                      {"1e-300", 1e-300}})
+    {
+        double value = 0.0;
+        EXPECT_TRUE(parseNumber(text, value)) << text;
+        EXPECT_EQ(value, right) << text;
+    }
+}
+
+TEST(Number, RefusesAllElse)
+{
+    for (const char* text :
+         {"", " 1", "1 ", "0,2", "1.", "0x10", "nan", "inf", "1e999", "+-1", "--1", "+", "1e", "a"})
+    {
+        double value = 3.0;
+        if (std::string(text) == "1.") // from_chars takes it, and so do people
+            EXPECT_TRUE(parseNumber(text, value));
+        else
+        {
+            EXPECT_FALSE(parseNumber(text, value)) << text;
+            EXPECT_EQ(value, 3.0) << text;
+        }
+    }
+}
+
+TEST(Number, WholeNumbersStayWithinAnInt)
+{
+    int value = 3;
+    EXPECT_TRUE(parseWhole("-12", value));
+    EXPECT_EQ(value, -12);
+    for (const char* text : {"1.0", "99999999999", "1e3", "", "12 "})
+        EXPECT_FALSE(parseWhole(text, value)) << text;
+    EXPECT_EQ(value, -12);
+}
+
+TEST(Number, TheLocaleChangesNothing)
+{
+    const Comma comma;
+    double value = 0.0;
+    EXPECT_TRUE(parseNumber("0.25", value));
+    EXPECT_EQ(value, 0.25);
+    EXPECT_FALSE(parseNumber("0,25", value));
+    EXPECT_EQ(shortNumber(0.25), "0.25");
+    EXPECT_EQ(shortNumber(1234567.0), "1.23457e+06");
+}
