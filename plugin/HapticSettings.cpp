@@ -67,9 +67,11 @@ OptionTable<HapticSettings> makeTable()
                  0,
                  kMostPoints,
                  "control points shared by all objects; 0: 1000 (default)");
-    table.text("hands",
-               &S::hands,
-               "where hands come from: recorded:FILE, recorded:FILE?loop, openxr: (default none)");
+    table.text(
+        "hands",
+        &S::hands,
+        "where hands come from: none (default), recorded:FILE, recorded:FILE?loop, openxr:, or a "
+        "name of the user's");
     table.number("reach",
                  &S::reach,
                  0.0,
@@ -83,6 +85,11 @@ OptionTable<HapticSettings> makeTable()
                  0.0,
                  1e6,
                  "Pa (peak) that no control point gets more than; 0: no cap (default)");
+    table.number("maxAmplitude",
+                 &S::maxAmplitude,
+                 0.0,
+                 1.0,
+                 "0 .. 1 of full drive that no transducer gets more than (default 1)");
     table.number("cycle",
                  &S::cycle,
                  1,
@@ -117,7 +124,12 @@ const OptionTable<HapticSettings>& settingsTable()
 
 bool HapticSettings::set(const std::string& name, const std::string& value, std::string& error)
 {
-    return settingsTable().set(*this, name, value, error);
+    if (!settingsTable().set(*this, name, value, error)) return false;
+    // Whoever sets it by name is no file.
+    if (name == "array") wishes.array.reset();
+    if (name == "device") wishes.device.reset();
+    if (name == "hands") wishes.hands.reset();
+    return true;
 }
 
 std::vector<std::string> HapticSettings::repair()
@@ -141,9 +153,10 @@ bool operator==(const HapticSettings& a, const HapticSettings& b)
            a.phaseOnly == b.phaseOnly && a.threads == b.threads &&
            a.motionTolerance == b.motionTolerance && a.maxPoints == b.maxPoints &&
            a.hands == b.hands && a.reach == b.reach && a.shadows == b.shadows &&
-           a.maxPressure == b.maxPressure && a.cycle == b.cycle && a.cycleSteps == b.cycleSteps &&
-           a.subsets == b.subsets && a.fieldRate == b.fieldRate &&
-           a.denseOutlines == b.denseOutlines && a.monitorInterval == b.monitorInterval;
+           a.maxPressure == b.maxPressure && a.maxAmplitude == b.maxAmplitude &&
+           a.cycle == b.cycle && a.cycleSteps == b.cycleSteps && a.subsets == b.subsets &&
+           a.fieldRate == b.fieldRate && a.denseOutlines == b.denseOutlines &&
+           a.monitorInterval == b.monitorInterval && a.wishes == b.wishes;
 }
 
 } // namespace osgMidair
