@@ -62,17 +62,6 @@ const osg::ApplicationUsageProxy kUsage[] = {
 
 } // namespace
 
-namespace
-{
-
-/// Variables that are there for safety: one that isn't understood silences.
-bool isForSafety(const std::string& name)
-{
-    return name == "device" || name == "maxPressure" || name == "maxAmplitude" || name == "enabled";
-}
-
-} // namespace
-
 HapticSettings Environment::apply(HapticSettings settings, std::vector<std::string>& errors)
 {
     bool silent = false;
@@ -95,17 +84,14 @@ HapticSettings Environment::apply(HapticSettings settings, std::vector<std::stri
         // Empty is as good as missing, but for hands: there it takes them away.
         if (!value || (!*value && std::string(name) != "hands")) continue;
         const double amplitude = settings.maxAmplitude;
-        const bool understood = settings.set(name, value, error);
-        if (!understood) errors.push_back(std::string(variable) + ": " + error);
-        if (!understood && isForSafety(name))
-        {
-            silent = true;
-            errors.back() += "; nothing is played";
-        }
+        const bool enabled = settings.enabled;
+        if (!settings.set(name, value, error))
+            errors.push_back(std::string(variable) + ": " + error);
+        silent = silent || (enabled && !settings.enabled);
         if (std::string(name) == "maxAmplitude" && settings.maxAmplitude > amplitude)
             settings.maxAmplitude = amplitude; // the stricter one counts
     }
-    if (silent) settings.enabled = false; // whatever OSG_MIDAIR_ENABLED says
+    if (silent) settings.enabled = false; // whatever comes after it says
     return settings;
 }
 

@@ -13,6 +13,7 @@ namespace
 
 constexpr double kNoLimit = std::numeric_limits<double>::max();
 constexpr int kMostPoints = 1000000;
+constexpr double kMostPressure_Pa = 1e6;
 
 OptionTable<HapticSettings> makeTable()
 {
@@ -83,7 +84,7 @@ OptionTable<HapticSettings> makeTable()
     table.number("maxPressure",
                  &S::maxPressure,
                  0.0,
-                 1e6,
+                 kMostPressure_Pa,
                  "Pa (peak) that no control point gets more than; 0: no cap (default)");
     table.number("maxAmplitude",
                  &S::maxAmplitude,
@@ -114,6 +115,12 @@ OptionTable<HapticSettings> makeTable()
     return table;
 }
 
+bool isForSafety(const std::string& name)
+{
+    return name == "enabled" || name == "maxPressure" || name == "maxAmplitude" ||
+           name == "calibration";
+}
+
 const OptionTable<HapticSettings>& settingsTable()
 {
     static const OptionTable<HapticSettings> table = makeTable();
@@ -124,7 +131,14 @@ const OptionTable<HapticSettings>& settingsTable()
 
 bool HapticSettings::set(const std::string& name, const std::string& value, std::string& error)
 {
-    if (!settingsTable().set(*this, name, value, error)) return false;
+    if (!settingsTable().set(*this, name, value, error))
+    {
+        // A limit that nobody understands is kept best by silence.
+        if (!isForSafety(name)) return false;
+        enabled = false;
+        error += "; nothing is played";
+        return false;
+    }
     // Whoever sets it by name is no file.
     if (name == "array") wishes.array.reset();
     if (name == "device") wishes.device.reset();
@@ -134,7 +148,13 @@ bool HapticSettings::set(const std::string& name, const std::string& value, std:
 
 std::vector<std::string> HapticSettings::repair()
 {
-    return settingsTable().repair(*this);
+    const bool isLimited = maxPressure >= 0.0 && maxPressure <= kMostPressure_Pa &&
+                           maxAmplitude >= 0.0 && maxAmplitude <= 1.0; // false for NaN, too
+    std::vector<std::string> said = settingsTable().repair(*this);
+    if (isLimited) return said;
+    enabled = false;
+    said.emplace_back("a limit is out of range: nothing is played");
+    return said;
 }
 
 std::vector<std::pair<std::string, std::string>> HapticSettings::describe()

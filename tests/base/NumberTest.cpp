@@ -1,6 +1,7 @@
 #include "haptics/base/Number.h"
 
 #include <clocale>
+#include <cstdio>
 
 #include <gtest/gtest.h>
 
@@ -77,4 +78,13 @@ TEST(Number, TheLocaleChangesNothing)
     EXPECT_FALSE(parseNumber("0,25", value));
     EXPECT_EQ(shortNumber(0.25), "0.25");
     EXPECT_EQ(shortNumber(1234567.0), "1.23457e+06");
+}
+
+TEST(Number, PrintfWritesAPointWhereItIsAskedTo)
+{
+    const Comma comma;
+    const DecimalPoint point;
+    char text[16];
+    std::snprintf(text, sizeof text, "%.2f", 0.25);
+    EXPECT_STREQ(text, "0.25");
 }
