@@ -18,6 +18,8 @@ midair_test_packages=(
     libopenxr-loader1                     # loads the tests' own OpenXR runtime
     xvfb xauth                            # osgviewer in the tests
     clang-format-14
+    clang                                 # libFuzzer
+    valgrind                              # memory that was not set
 )
 
 # Installs those of its arguments that are missing; says so first. Without root or sudo: prints the line to type and stops.
