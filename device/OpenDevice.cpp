@@ -111,14 +111,16 @@ std::unique_ptr<ArrayDevice> openSerialBoard(DeviceUri& uri, const DeviceLayout&
     if (!SerialPort::knows(baud))
         throw uri.error("baud=" + std::to_string(baud) +
                         " should be 9600, 57600, 115200, 230400, 460800 or 921600");
+    // Opening the port resets an Arduino, whose bootloader listens for a second, and goes on for as long as bytes keep arriving.
+    const double settle_s = uri.takeSeconds("settle", uri.scheme() == "ultraino" ? 2 : 0);
     uri.rejectUnknown();
     const std::string port = uri.path();
     return std::make_unique<BoardDevice>(
         uri.text(),
         makeBoardCodec(uri.scheme()),
         layout.transducers,
-        [port, baud](const std::vector<std::uint8_t>& lastWill)
-        { return std::make_unique<SerialPort>(port, baud, lastWill); });
+        [port, baud, settle_s](const std::vector<std::uint8_t>& lastWill)
+        { return std::make_unique<SerialPort>(port, baud, lastWill, settle_s); });
 }
 
 std::unique_ptr<ArrayDevice> openFifoBoard(DeviceUri& uri, const DeviceLayout& layout)

@@ -56,8 +56,7 @@ SimulatedArray::SimulatedArray(const DeviceLayout& layout, const Options& option
 {
     if (_codec != nullptr)
     {
-        _codec->appendOpening(_bytes);
-        _codec->appendSilence(_bytes, layout.transducers);
+        _codec->appendReset(_bytes, layout.transducers);
         _board->receive(_bytes.data(), _bytes.size());
         return;
     }
