@@ -19,19 +19,43 @@ HologramThread::HologramThread(PipelineFactory makePipeline) :
 
 HologramThread::~HologramThread()
 {
-    _slot.close();
+    _slot.close([this] { _stop.request(); });
+    silenceNow();
     _thread.join();
 }
 
 void HologramThread::setPipeline(PipelineFactory makePipeline)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
-    _newPipeline.swap(makePipeline);
+    _slot.between(
+        [&](bool, bool)
+        {
+            const std::lock_guard<std::mutex> lock(_mutex);
+            _newPipeline.swap(makePipeline);
+            _stop.request();
+        });
 }
 
 void HologramThread::submit(SceneSnapshot& snapshot)
 {
-    _slot.put(snapshot);
+    const bool isSilence = snapshot.objects.empty();
+    const auto request = [&]
+    {
+        if (isSilence) _stop.request();
+    };
+    if (_slot.put(snapshot, request) && isSilence) silenceNow();
+}
+
+void HologramThread::setAtWork(HologramPipeline* pipeline)
+{
+    const std::lock_guard<std::mutex> lock(_atWorkMutex);
+    _atWork = pipeline;
+}
+
+// Once the stop is asked for: what the pipeline has in hand is not sent any more.
+void HologramThread::silenceNow()
+{
+    const std::lock_guard<std::mutex> lock(_atWorkMutex);
+    if (_atWork) _atWork->silenceNow();
 }
 
 std::shared_ptr<const HologramResult> HologramThread::latestResult() const
@@ -66,9 +90,10 @@ void HologramThread::run()
     std::uint64_t droppedBefore = 0;
     for (;;)
     {
-        const auto taken =
-            _slot.take(snapshot, pipeline ? pipeline->rest_s() : HologramPipeline::kAttend_s);
-        if (taken == LatestSlot<SceneSnapshot>::Taken::CLOSED) return;
+        const auto taken = _slot.take(snapshot,
+                                      pipeline ? pipeline->rest_s() : HologramPipeline::kAttend_s,
+                                      [this] { _stop.clear(); });
+        if (taken == LatestSlot<SceneSnapshot>::Taken::CLOSED) return setAtWork(nullptr);
         if (taken == LatestSlot<SceneSnapshot>::Taken::NOTHING)
         {
             const auto result = pipeline ? pipeline->attend() : nullptr;
@@ -94,6 +119,7 @@ void HologramThread::makePipeline(std::unique_ptr<HologramPipeline>& pipeline)
         make.swap(_newPipeline);
     }
     if (!make) return;
+    setAtWork(nullptr);
     pipeline.reset();
     try
     {
@@ -108,6 +134,16 @@ void HologramThread::makePipeline(std::unique_ptr<HologramPipeline>& pipeline)
         result->deviceStatus = "not open";
         publish(result, {});
     }
+    if (!pipeline) return;
+    pipeline->setStop(_stop.token());
+    setAtWork(pipeline.get());
+    // What broke off the one before isn't meant for this one, unless it came for what still waits.
+    _slot.between(
+        [this](bool isWaiting, bool isClosed)
+        {
+            const std::lock_guard<std::mutex> lock(_mutex);
+            if (!isWaiting && !isClosed && !_newPipeline) _stop.clear();
+        });
 }
 
 } // namespace midair::bridge

@@ -37,7 +37,11 @@ bool FieldCycleOptions::isValid(std::string* error) const
 
 FieldCycle::FieldCycle(const FieldCycleOptions& options) :
     _options(options),
-    _dense(std::max(options.solverOptions.threads, 1))
+    _dense(options.solverOptions.pool
+               ? options.solverOptions.pool
+               : std::make_shared<ThreadPool>(std::max(options.solverOptions.threads, 1)),
+           Storage::FLOAT,
+           options.solverOptions.stop)
 {
     std::string error;
     if (!options.isValid(&error)) throw InputError("field cycle: " + error);
@@ -67,22 +71,24 @@ const FieldCycleReport& FieldCycle::solve(const std::vector<ControlPoints>& sets
         _reports.push_back(solved);
         if (solved.stop == StopReason::REFUSED)
             throw InputError("field cycle: set " + std::to_string(k) + ": " + solved.message);
+        if (solved.stop == StopReason::STOPPED) throw Stopped();
         _report.points += solved.points;
         _report.worstRms = std::max(_report.worstRms, solved.rms);
     }
     const int threads = _options.solverOptions.threads;
+    const StopToken& stop = _options.solverOptions.stop;
     if (surface.cols() > 0)
     {
-        _report.alone =
-            statisticsOf(meanRadiationPressure(surface, array, medium, {_fields[0]}, 2.0, threads),
-                         Eigen::VectorXd());
+        _report.alone = statisticsOf(
+            meanRadiationPressure(surface, array, medium, {_fields[0]}, 2.0, threads, stop),
+            Eigen::VectorXd());
         if (_options.sweeps > 0) even(surface, array, medium);
     }
     if (_options.reorder) _order = orderFields(_fields);
     alignFields(_fields, _drive);
     if (surface.cols() > 0)
         _report.cycle =
-            statisticsOf(meanRadiationPressure(surface, array, medium, _fields, 2.0, threads),
+            statisticsOf(meanRadiationPressure(surface, array, medium, _fields, 2.0, threads, stop),
                          Eigen::VectorXd());
     const CycleSteps steps = cycleSteps(_fields);
     _report.meanPhaseStep_rad = steps.meanPhaseStep_rad;

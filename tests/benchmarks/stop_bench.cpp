@@ -1,0 +1,119 @@
+// How soon a solve ends once it is asked to: each solver with few and many points, a million iterations, from the request to
+// the return, in wall time and in time of the thread that solves.
+#include "haptics/HologramSolver.h"
+#include "haptics/InputError.h"
+#include "haptics/StopToken.h"
+#include "haptics/ThreadPool.h"
+#include "tests/haptics/ScenePoints.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+using namespace midair::haptics;
+
+namespace
+{
+
+double wall_ms()
+{
+    return std::chrono::duration<double, std::milli>(
+               std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+double threadTime_ms(clockid_t clock)
+{
+    timespec time{};
+    clock_gettime(clock, &time);
+    return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+}
+
+struct Ending
+{
+    double wall_ms = 0.0, cpu_ms = 0.0;
+};
+
+/// Asked to stop \a after_ms into the solve; solved again where it ended by itself before.
+Ending timeStop(const std::string& name, int n, double after_ms, int threads)
+{
+    StopSource source;
+    SolverOptions options;
+    options.maxIterations = 1000000;
+    options.rmsTolerance = 0.0;
+    options.skipTolerance = 0.0;
+    options.warmStart = false;
+    options.threads = threads;
+    options.stop = source.token();
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const auto solver = makeSolver(name, options);
+    const ControlPoints points = spherePoints(n, 0.06);
+    std::atomic<double> requested_ms{0.0}, cpuThen_ms{0.0};
+    clockid_t clock{};
+    pthread_getcpuclockid(pthread_self(), &clock);
+    std::thread later(
+        [&]
+        {
+            std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(after_ms));
+            cpuThen_ms = threadTime_ms(clock);
+            requested_ms = wall_ms();
+            source.request();
+        });
+    Eigen::VectorXcf q;
+    while (solver->solve(points, array, Medium(), q).stop != StopReason::STOPPED)
+    {
+    }
+    const Ending ending{wall_ms() - requested_ms, threadTime_ms(clock) - cpuThen_ms};
+    later.join();
+    return ending;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    std::vector<std::string> solvers = solverNames();
+    std::vector<int> counts = {100, 1000};
+    int repeats = 11;
+    int threads = 1;
+    double upTo_ms = 3000.0;
+    CLI::App app("midair-stop-bench: time from asking a solve to stop until it is back");
+    app.add_option("--solvers", solvers)->check(CLI::IsMember(solverNames()));
+    app.add_option("--points", counts);
+    app.add_option("--repeats", repeats)->check(CLI::Range(1, 10000));
+    app.add_option("--threads", threads)->check(CLI::Range(1, 256));
+    app.add_option("--up-to", upTo_ms, "ms; requests come evenly spread over so long");
+    CLI11_PARSE(app, argc, argv);
+    std::printf(
+        "solver, points, threads, median wall ms, worst wall ms, median cpu ms, worst cpu ms\n");
+    for (const std::string& name : solvers)
+        for (const int n : counts)
+        {
+            std::vector<double> wall, cpu;
+            for (int k = 0; k < repeats; ++k)
+            {
+                const Ending ending = timeStop(name, n, upTo_ms * (k + 0.5) / repeats, threads);
+                wall.push_back(ending.wall_ms);
+                cpu.push_back(ending.cpu_ms);
+            }
+            std::sort(wall.begin(), wall.end());
+            std::sort(cpu.begin(), cpu.end());
+            std::printf("%s, %d, %d, %.1f, %.1f, %.1f, %.1f\n",
+                        name.c_str(),
+                        n,
+                        threads,
+                        wall[wall.size() / 2],
+                        wall.back(),
+                        cpu[cpu.size() / 2],
+                        cpu.back());
+            std::fflush(stdout);
+        }
+    return 0;
+}
