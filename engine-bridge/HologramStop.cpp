@@ -2,6 +2,7 @@
 #include "engine-bridge/HologramPipeline.h"
 #include "haptics/Limits.h"
 #include "haptics/ThreadPool.h"
+#include "haptics/base/Number.h"
 
 #include <algorithm>
 
@@ -49,8 +50,8 @@ void HologramPipeline::keepToLimits()
     keepBelow("cycleSteps", _options.cycleSteps, kMostFields / _options.cycle - 1, cycle);
     double& interval_s = _options.monitorInterval_s;
     if (!(interval_s > 0.0 && interval_s < kLeastMonitorInterval_s)) return;
-    _messages.say("monitorInterval_s is " + device::shortNumber(interval_s) +
-                  "; a field is looked at every " + device::shortNumber(kLeastMonitorInterval_s) +
+    _messages.say("monitorInterval_s is " + base::shortNumber(interval_s) +
+                  "; a field is looked at every " + base::shortNumber(kLeastMonitorInterval_s) +
                   " s at most");
     interval_s = kLeastMonitorInterval_s;
 }
