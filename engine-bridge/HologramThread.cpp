@@ -1,9 +1,20 @@
 #include "engine-bridge/HologramThread.h"
 
+#include "device/SteadyClock.h"
+
 #include <utility>
 
 namespace midair::bridge
 {
+
+namespace
+{
+
+// What is made while nothing moves is begun anew when it was broken off: not by every snapshot, or it would never be done where
+// they come all the time and move nothing.
+constexpr double kPatience_s = 0.5;
+
+} // namespace
 
 HologramThread::HologramThread(HologramOptions options) :
     HologramThread([options = std::move(options)]
@@ -40,7 +51,9 @@ void HologramThread::submit(SceneSnapshot& snapshot)
     const bool isSilence = snapshot.objects.empty();
     const auto request = [&]
     {
-        if (isSilence) _stop.request();
+        const double since_s = _restWorkSince_s;
+        if (isSilence || (since_s > 0.0 && device::steadySeconds() - since_s > kPatience_s))
+            _stop.request();
     };
     if (_slot.put(snapshot, request) && isSilence) silenceNow();
 }
@@ -96,7 +109,9 @@ void HologramThread::run()
         if (taken == LatestSlot<SceneSnapshot>::Taken::CLOSED) return setAtWork(nullptr);
         if (taken == LatestSlot<SceneSnapshot>::Taken::NOTHING)
         {
+            _restWorkSince_s = device::steadySeconds();
             const auto result = pipeline ? pipeline->attend() : nullptr;
+            _restWorkSince_s = 0.0;
             if (result) publish(result, pipeline->counters());
             continue;
         }

@@ -64,8 +64,9 @@ private:
     std::shared_ptr<const HologramResult> _result;
     std::atomic<std::uint64_t> _results{0};
     HologramCounters _counters;
-    haptics::StopSource _stop; ///< asked for, and cleared, under the slot's lock
-    std::mutex _atWorkMutex;   ///< of what follows; held while a device falls silent
+    std::atomic<double> _restWorkSince_s{0.0}; ///< steady clock; 0: none is under way
+    haptics::StopSource _stop;                 ///< asked for, and cleared, under the slot's lock
+    std::mutex _atWorkMutex; ///< of what follows; held while a device falls silent
     HologramPipeline* _atWork = nullptr;
     std::thread _thread; ///< last: starts when all else is there
 };

@@ -1,9 +1,13 @@
 // How soon a solve ends once it is asked to: each solver with few and many points, a million iterations, from the request to
-// the return, in wall time and in time of the thread that solves.
+// the return, in wall time and in time of the thread that solves. Then whole scenes with settings that take long, from closing
+// until the thread is gone, and the most memory that was used by then.
+#include "engine-bridge/HologramThread.h"
 #include "haptics/HologramSolver.h"
 #include "haptics/InputError.h"
 #include "haptics/StopToken.h"
 #include "haptics/ThreadPool.h"
+#include "tests/engine-bridge/Fakes.h"
+#include "tests/engine-bridge/SphereMesh.h"
 #include "tests/haptics/ScenePoints.h"
 
 #include <algorithm>
@@ -16,8 +20,11 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <sys/resource.h>
 
 using namespace midair::haptics;
+using midair::bridge::HologramOptions;
+using midair::bridge::SceneSnapshot;
 
 namespace
 {
@@ -75,6 +82,106 @@ Ending timeStop(const std::string& name, int n, double after_ms, int threads)
     return ending;
 }
 
+struct SceneCase
+{
+    const char* name;
+    double radius_m;
+    int rings;
+    double spacing_m;
+    std::function<void(HologramOptions&, midair::bridge::HapticObject&)> set;
+};
+
+const std::vector<SceneCase>& sceneCases()
+{
+    using midair::bridge::HapticObject;
+    static const std::vector<SceneCase> cases = {
+        {"threads 256 subsets 64",
+         0.06,
+         20,
+         0.006,
+         [](HologramOptions& o, HapticObject&)
+         {
+             o.solverOptions.threads = 256;
+             o.subsets = 64;
+         }},
+        {"sdp-bcd of a million iterations",
+         0.06,
+         20,
+         0.006,
+         [](HologramOptions& o, HapticObject&)
+         {
+             o.solver = "sdp-bcd";
+             o.solverOptions.maxIterations = 1000000;
+         }},
+        {"cycle 64 steps 16 capped",
+         0.06,
+         20,
+         0.006,
+         [](HologramOptions& o, HapticObject&)
+         {
+             o.cycle = 64;
+             o.cycleSteps = 16;
+             o.maxPressure_Pa = 500.0;
+         }},
+        {"outlines",
+         0.05,
+         3,
+         0.0,
+         [](HologramOptions&, HapticObject& object)
+         { object.properties.sampling = Sampling::EDGES; }},
+        {"monitor",
+         0.06,
+         20,
+         0.006,
+         [](HologramOptions& o, HapticObject&) { o.monitorInterval_s = 0.05; }},
+        {"a million points asked for",
+         0.07,
+         20,
+         0.002,
+         [](HologramOptions& o, HapticObject&) { o.maxPoints = 1000000; }},
+        {"a million triangles", 0.06, 500, 0.006, [](HologramOptions&, HapticObject&) {}},
+    };
+    return cases;
+}
+
+double timeClosing(const SceneCase& scene, double after_ms)
+{
+    HologramOptions options;
+    options.array = TransducerArray::octagonalPrism();
+    options.deviceUri = "null:";
+    SceneSnapshot snapshot = squareSnapshot();
+    midair::bridge::HapticObject& object = snapshot.objects[0];
+    object.mesh = sphere(scene.radius_m, scene.rings);
+    object.properties.spacing_m = scene.spacing_m;
+    scene.set(options, object);
+    auto thread = std::make_unique<midair::bridge::HologramThread>(options);
+    thread->submit(snapshot);
+    std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(after_ms));
+    const double start_ms = wall_ms();
+    thread.reset();
+    return wall_ms() - start_ms;
+}
+
+void benchScenes(int repeats, double upTo_ms)
+{
+    std::printf("\nscene, median ms, worst ms, most memory so far MB\n");
+    for (const SceneCase& scene : sceneCases())
+    {
+        std::vector<double> times;
+        for (int k = 0; k < repeats; ++k)
+            times.push_back(timeClosing(scene, upTo_ms * (k + 0.5) / repeats));
+        std::sort(times.begin(), times.end());
+        rusage usage{};
+        getrusage(RUSAGE_SELF, &usage);
+        std::printf("%s, %.1f, %.1f, %ld\n",
+                    scene.name,
+                    times[times.size() / 2],
+                    times.back(),
+                    usage.ru_maxrss / 1024);
+        std::fflush(stdout);
+    }
+}
+
 } // namespace
 
 int main(int argc, char** argv)
@@ -115,5 +222,6 @@ int main(int argc, char** argv)
                         cpu.back());
             std::fflush(stdout);
         }
+    benchScenes(repeats, upTo_ms);
     return 0;
 }

@@ -208,6 +208,50 @@ TEST(HologramStop, ASnapshotBehindOneThatIsSolvedStillWaits)
         << "only silence and new settings break off a solve";
 }
 
+TEST(HologramStop, WhatIsMadeAtRestForLongGivesWayToWhatMoves)
+{
+    // The fields of the first snapshot, and of what moved, are there at once; the other set of the cycle never is.
+    struct Endless : FakeSolver
+    {
+        using FakeSolver::FakeSolver;
+        haptics::SolveReport solve(const haptics::ControlPoints& points,
+                                   const haptics::TransducerArray& array,
+                                   const haptics::Medium& medium,
+                                   Eigen::VectorXcf& q) override
+        {
+            const haptics::SolveReport report = FakeSolver::solve(points, array, medium, q);
+            while (endless && !options().stop.requested())
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            options().stop.throwIfRequested();
+            return report;
+        }
+        bool endless = false;
+    };
+    auto log = std::make_shared<FakeLog>();
+    HologramOptions options = fakeOptions(log);
+    options.cycle = 2;
+    auto made = std::make_shared<int>(0);
+    options.solverFactory = [log, made](const std::string&, const haptics::SolverOptions& o)
+    {
+        auto solver = std::make_unique<Endless>(log, o);
+        solver->endless = ++*made == 3; // the first is only made to see whether it can be
+        return solver;
+    };
+    HologramThread thread(options);
+    SceneSnapshot snapshot = squareSnapshot();
+    thread.submit(snapshot);
+    ASSERT_TRUE(eventually([&] { return log->solves == 2; }));
+    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    EXPECT_EQ(log->solves, 2);
+    const int silences = log->silences;
+    snapshot = squareSnapshot(0.005);
+    snapshot.frame = 7;
+    thread.submit(snapshot);
+    // Either set's turn may come: the endless one's next solve is broken off by the silence at the end.
+    EXPECT_TRUE(eventually([&] { return log->solves == 3; }));
+    EXPECT_EQ(log->silences, silences) << "what is played goes on";
+}
+
 TEST(HologramStop, SixtyFourSubsetsOn256ThreadsCloseSoon)
 {
     auto log = std::make_shared<FakeLog>();

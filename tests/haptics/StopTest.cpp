@@ -340,6 +340,21 @@ TEST(Limits, ACertificateIsForSoManyPoints)
     }
 }
 
+TEST(Limits, AMeshOfTooManyTrianglesIsRefusedBeforeItIsLookedAt)
+{
+    TriangleMesh mesh = test::makeMesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {});
+    mesh.triangles.setZero(3, kMostTriangles + 1);
+    try
+    {
+        sampleSurface(mesh);
+        ADD_FAILURE() << "no error";
+    }
+    catch (const InputError& error)
+    {
+        EXPECT_STREQ(error.what(), "The mesh has 4000001 triangles; there must be at most 4000000");
+    }
+}
+
 TEST(Limits, OutlinesOfAHugeLengthAreRefusedBeforeTheyArePlaced)
 {
     // A thousand of them, each within what one outline may have, are 100 million places where pressure would be judged.
