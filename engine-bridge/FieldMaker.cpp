@@ -1,6 +1,7 @@
 #include "engine-bridge/FieldMaker.h"
 
 #include "haptics/FieldOrder.h"
+#include "haptics/Limits.h"
 
 #include <algorithm>
 #include <sstream>
@@ -23,6 +24,28 @@ haptics::MatchedFields& FieldMaker::solvers(int set, bool absolute)
     if (found != _solvers.end()) return found->second;
     auto make = [this, absolute] { return _options.makeSolver(absolute); };
     return _solvers.emplace(key, haptics::MatchedFields(make)).first->second;
+}
+
+// Each set's solvers keep their matrices, so that they start warm: those of as many sets as there is memory for.
+void FieldMaker::makeRoom(const std::pair<int, bool>& key, int points)
+{
+    int& own = _points[key];
+    own = std::max(own, points);
+    int all = 0;
+    for (const auto& known : _points)
+        all += known.second;
+    for (auto other = _points.begin(); other != _points.end() && all > haptics::kMostPointsInTurn;)
+    {
+        if (other->first == key)
+        {
+            ++other;
+            continue;
+        }
+        all -= other->second;
+        _solvers.erase(other->first);
+        _last.erase(other->first);
+        other = _points.erase(other);
+    }
 }
 
 FieldMaker::Beat FieldMaker::beatOf(const std::vector<HapticObject>& objects,
@@ -95,8 +118,13 @@ MadeFields FieldMaker::make(int set,
     MadeFields made;
     const Beat beat = beatOf(objects, points);
     made.parts = split(beat, points, made);
+    int all = 0;
+    for (const haptics::ControlPoints& part : made.parts)
+        all += part.size();
+    makeRoom({set, absolute}, all);
     std::vector<Eigen::VectorXcf>& last = _last[{set, absolute}];
     made.report = solvers(set, absolute).solve(made.parts, array, medium, last);
+    if (made.report.stop == haptics::StopReason::STOPPED) throw haptics::Stopped();
     // The first instant of a modulation has all points at their full targets.
     if (beat.rate_Hz > 0.0 && !beat.alike) made.parts.resize(1);
     if (made.report.stop == haptics::StopReason::REFUSED) return made;

@@ -54,7 +54,8 @@ public:
     }
 
     /// \a set numbers the point sets of the scene: each starts warm from its own last fields. \a points.object indexes
-    /// \a objects. Where the report says REFUSED there are no fields.
+    /// \a objects. Where the report says REFUSED there are no fields. Throws haptics::Stopped where a
+    /// solver was stopped. Sets of more than haptics::kMostPointsInTurn points together start cold, some of them.
     MadeFields make(int set,
                     const std::vector<HapticObject>& objects,
                     const haptics::ControlPoints& points,
@@ -77,10 +78,12 @@ private:
     std::vector<haptics::ControlPoints>
     split(const Beat& beat, const haptics::ControlPoints& points, MadeFields& made);
     haptics::MatchedFields& solvers(int set, bool absolute);
+    void makeRoom(const std::pair<int, bool>& key, int points);
 
     Options _options;
     MessageLog& _messages;
     std::map<std::pair<int, bool>, haptics::MatchedFields> _solvers;
+    std::map<std::pair<int, bool>, int> _points; ///< of all fields that these keep matrices for
     std::map<std::pair<int, bool>, std::vector<Eigen::VectorXcf>> _last; ///< what they left
 };
 

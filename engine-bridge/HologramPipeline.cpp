@@ -70,6 +70,7 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
 {
     std::string error;
     if (!_options.isValid(&error)) throw haptics::InputError(error);
+    keepToLimits();
     if (!_options.solverFactory)
         _options.solverFactory = [](const std::string& name, const haptics::SolverOptions& o)
         { return haptics::makeSolver(name, o); };
@@ -126,19 +127,6 @@ void HologramPipeline::openDevice()
             ability);
 }
 
-void HologramPipeline::silenceDevice()
-{
-    _holds = false;
-    if (_player) _player->stop(); // or it would play on over the silence
-    if (_device) _device->silence();
-}
-
-void HologramPipeline::silence()
-{
-    _playing = false;
-    silenceDevice();
-}
-
 std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnapshot& snapshot,
                                                                 std::uint64_t superseded)
 {
@@ -150,6 +138,10 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
             ++_counters.skippedUnmoved;
         else
             _last = solveAndPlay(snapshot);
+    }
+    catch (const haptics::Stopped&)
+    {
+        _last = stopped(snapshot);
     }
     catch (const std::exception& error)
     {
@@ -235,7 +227,8 @@ PressureCap::Where HologramPipeline::whereCapHolds(const haptics::TransducerArra
             arrays,
             _options.medium,
             _modulation.amplitudeRate_Hz > 0.0,
-            _options.solverOptions.threads};
+            _options.solverOptions.threads,
+            _options.solverOptions.stop};
 }
 
 void HologramPipeline::noteCap(HologramResult& result)
@@ -273,7 +266,7 @@ void HologramPipeline::play(const haptics::TransducerArray& array, HologramResul
         // The field at its full amplitude is what is shown; a step that the device refuses is followed by the next.
         std::vector<std::complex<float>> q;
         device::decode(_signal, q);
-        _player->play({vectorOf(q)}, _modulation);
+        handToPlayer({vectorOf(q)});
     }
     // A field that the device did not take is tried again: with the next snapshot, moved or not, and by attend().
     else if (_device && !sendSignal())
@@ -282,6 +275,9 @@ void HologramPipeline::play(const haptics::TransducerArray& array, HologramResul
 
 bool HologramPipeline::sendSignal()
 {
+    const std::lock_guard<std::mutex> lock(_sending);
+    // Whoever asked for it may have silenced the device already.
+    _options.solverOptions.stop.throwIfRequested();
     _before = _device->report();
     _playing = _device->send(_signal);
     // A device that is there and refuses all the same is not asked again and again.
@@ -330,11 +326,25 @@ void HologramPipeline::measure(const haptics::TransducerArray& array, HologramRe
                                              array,
                                              _options.medium,
                                              result.played,
-                                             _options.solverOptions.threads)
+                                             _options.solverOptions.threads,
+                                             _options.solverOptions.stop)
                              .cwiseAbs();
 }
 
 std::shared_ptr<const HologramResult> HologramPipeline::attend()
+{
+    try
+    {
+        return lookAfterDevice();
+    }
+    catch (const haptics::Stopped&)
+    {
+        // Whoever asked for it silences the device, or replaces or ends this.
+        return nullptr;
+    }
+}
+
+std::shared_ptr<const HologramResult> HologramPipeline::lookAfterDevice()
 {
     if (auto result = goOn()) return result;
     // What is modulated is sent again and again anyway.

@@ -18,6 +18,7 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -35,7 +36,8 @@ struct HologramOptions
     std::string
         owner; ///< what messages call who drives the device, where somebody else wants it too
     double motionTolerance = 0.01; ///< >= 0, in wavelengths: what moved less is not solved again
-    int maxPoints = 0; ///< >= 0; control points shared by all objects; 0: the selector's default
+    /// >= 0; control points shared by all objects, haptics::kMostControlPoints at most; 0: the selector's default.
+    int maxPoints = 0;
     /// >= 0; peak Pa that no control point ever gets more than, whatever is asked for; 0: none. The device's own cap
     /// (`max-pressure` in its URI) counts too, the stricter one.
     double maxPressure_Pa = 0.0;
@@ -100,6 +102,13 @@ public:
     /// The array plays nothing until the next process(), which solves in any case.
     void silence();
 
+    /// To be given before the first process(). Where \a stop asks for it process() and attend() are back within milliseconds,
+    /// with nothing sent any more: process() STOPPED and silent, attend() as if nothing had changed.
+    void setStop(const haptics::StopToken& stop);
+    /// Any thread, while process() is at work: the array is silent. What is in hand may be played after it, unless a stop
+    /// was asked for before.
+    void silenceNow();
+
     const HologramCounters& counters() const { return _counters; }
     const HologramOptions& options() const { return _options; }
     const std::vector<std::string>& messages() const { return _messages.all(); }
@@ -119,6 +128,9 @@ private:
     Eigen::VectorXcf playedNow() const;
     void measure(const haptics::TransducerArray& array, HologramResult& result) const;
     std::shared_ptr<const HologramResult> solveAndPlay(const SceneSnapshot& snapshot);
+    std::shared_ptr<const HologramResult> lookAfterDevice();
+    void keepToLimits();
+    std::shared_ptr<const HologramResult> stopped(const SceneSnapshot& snapshot);
     std::shared_ptr<const HologramResult> refuse(const SceneSnapshot& snapshot,
                                                  const std::string& why);
     void finish(const SceneSnapshot& snapshot, HologramResult& result);
@@ -128,6 +140,7 @@ private:
     void prepareTurns();
     int nextSet();
     void usePlayer(bool inTurn);
+    void handToPlayer(const std::vector<Eigen::VectorXcf>& fields);
     void playMade(const haptics::TransducerArray& array, MadeFields& made, HologramResult& result);
     void playInTurn(const haptics::TransducerArray& array,
                     const std::vector<Eigen::VectorXcf>& fields,
@@ -150,6 +163,8 @@ private:
                   const HologramResult& result) const;
 
     HologramOptions _options;
+    std::mutex
+        _sending; ///< of what is sent to the device and the player, and of the player's coming and going
     std::unique_ptr<device::ArrayDevice> _device;
     std::unique_ptr<FieldPlayer>
         _player; ///< while fields are played in turn or modulated: what sends to the device; gone first

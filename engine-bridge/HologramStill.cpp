@@ -3,6 +3,7 @@
 #include "haptics/FeatureChains.h"
 #include "haptics/FieldOrder.h"
 #include "haptics/InputError.h"
+#include "haptics/Limits.h"
 #include "haptics/PressureField.h"
 
 #include <algorithm>
@@ -37,6 +38,10 @@ std::shared_ptr<const HologramResult> HologramPipeline::goOn()
     {
         if (_still.outlineMissing) return _last = playOutlines();
         if (_still.setsMissing) return makeNextSet() ? nullptr : _last = playAllSets();
+    }
+    catch (const haptics::Stopped&)
+    {
+        throw; // made another time, if at all
     }
     catch (const std::exception& error)
     {
@@ -139,17 +144,25 @@ std::vector<haptics::Outline> HologramPipeline::stillOutlines() const
 {
     const double wavelength_m = _options.medium.wavelength(_options.array.frequency_Hz);
     std::vector<haptics::Outline> outlines;
+    double points = 0.0;
     for (const HapticObject& object : _still.snapshot.objects)
     {
         const double target = object.properties.pressureInPa || !_last->absolute
                                   ? object.properties.pressure
                                   : object.properties.pressure * _last->points.targets.maxCoeff();
-        for (haptics::Outline& outline : haptics::featureOutlines(
-                 *object.mesh, haptics::SamplerOptions().creaseAngle_rad, wavelength_m))
+        for (haptics::Outline& outline :
+             haptics::featureOutlines(*object.mesh,
+                                      haptics::SamplerOptions().creaseAngle_rad,
+                                      wavelength_m,
+                                      _options.solverOptions.stop))
         {
             outline.vertices = (object.pose * outline.vertices).eval();
             outline.target = target;
-            if (!_assembler->areInside(outline.points(0.5 * wavelength_m))) return {};
+            // Before anything is placed along it.
+            points += haptics::pointsAlong({outline}, 0.5 * wavelength_m);
+            if (points > haptics::kMostControlPoints ||
+                !_assembler->areInside(outline.points(0.5 * wavelength_m)))
+                return {};
             outlines.push_back(std::move(outline));
         }
     }
@@ -168,6 +181,8 @@ std::shared_ptr<const HologramResult> HologramPipeline::playOutlines()
         options.starts = kOutlineStarts;
         options.finalists = kOutlineFinalists;
         options.threads = _options.solverOptions.threads;
+        options.pool = _options.solverOptions.pool;
+        options.stop = _options.solverOptions.stop;
         options.seed = _options.solverOptions.seed;
         _outlines = std::make_unique<haptics::OutlineHologram>(options);
     }
@@ -215,11 +230,14 @@ void HologramPipeline::fitLevel(const haptics::TransducerArray& array,
                                 const HologramResult& result) const
 {
     double share = std::min(_options.solverOptions.loudness, 1.0);
-    const Eigen::VectorXd y =
-        haptics::pressureAt(
-            result.points.positions, array, _options.medium, q, _options.solverOptions.threads)
-            .cwiseAbs()
-            .cast<double>();
+    const Eigen::VectorXd y = haptics::pressureAt(result.points.positions,
+                                                  array,
+                                                  _options.medium,
+                                                  q,
+                                                  _options.solverOptions.threads,
+                                                  _options.solverOptions.stop)
+                                  .cwiseAbs()
+                                  .cast<double>();
     const double level = y.dot(result.points.targets) / result.points.targets.squaredNorm();
     if (result.absolute && level > 0.0) share = std::min(share, 1.0 / level);
     if (share < 1.0) haptics::scaleField(q, static_cast<float>(share), array.drive);

@@ -1,9 +1,20 @@
 #include "engine-bridge/HologramThread.h"
 
+#include "device/SteadyClock.h"
+
 #include <utility>
 
 namespace midair::bridge
 {
+
+namespace
+{
+
+// What is made while nothing moves is begun anew when it was broken off: not by every snapshot, or it would never be done where
+// they come all the time and move nothing.
+constexpr double kPatience_s = 0.5;
+
+} // namespace
 
 HologramThread::HologramThread(HologramOptions options) :
     HologramThread([options = std::move(options)]
@@ -19,19 +30,45 @@ HologramThread::HologramThread(PipelineFactory makePipeline) :
 
 HologramThread::~HologramThread()
 {
-    _slot.close();
+    _slot.close([this] { _stop.request(); });
+    silenceNow();
     _thread.join();
 }
 
 void HologramThread::setPipeline(PipelineFactory makePipeline)
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
-    _newPipeline.swap(makePipeline);
+    _slot.between(
+        [&](bool, bool)
+        {
+            const std::lock_guard<std::mutex> lock(_mutex);
+            _newPipeline.swap(makePipeline);
+            _stop.request();
+        });
 }
 
 void HologramThread::submit(SceneSnapshot& snapshot)
 {
-    _slot.put(snapshot);
+    const bool isSilence = snapshot.objects.empty();
+    const auto request = [&]
+    {
+        const double since_s = _restWorkSince_s;
+        if (isSilence || (since_s > 0.0 && device::steadySeconds() - since_s > kPatience_s))
+            _stop.request();
+    };
+    if (_slot.put(snapshot, request) && isSilence) silenceNow();
+}
+
+void HologramThread::setAtWork(HologramPipeline* pipeline)
+{
+    const std::lock_guard<std::mutex> lock(_atWorkMutex);
+    _atWork = pipeline;
+}
+
+// Once the stop is asked for: what the pipeline has in hand is not sent any more.
+void HologramThread::silenceNow()
+{
+    const std::lock_guard<std::mutex> lock(_atWorkMutex);
+    if (_atWork) _atWork->silenceNow();
 }
 
 std::shared_ptr<const HologramResult> HologramThread::latestResult() const
@@ -66,12 +103,15 @@ void HologramThread::run()
     std::uint64_t droppedBefore = 0;
     for (;;)
     {
-        const auto taken =
-            _slot.take(snapshot, pipeline ? pipeline->rest_s() : HologramPipeline::kAttend_s);
-        if (taken == LatestSlot<SceneSnapshot>::Taken::CLOSED) return;
+        const auto taken = _slot.take(snapshot,
+                                      pipeline ? pipeline->rest_s() : HologramPipeline::kAttend_s,
+                                      [this] { _stop.clear(); });
+        if (taken == LatestSlot<SceneSnapshot>::Taken::CLOSED) return setAtWork(nullptr);
         if (taken == LatestSlot<SceneSnapshot>::Taken::NOTHING)
         {
+            _restWorkSince_s = device::steadySeconds();
             const auto result = pipeline ? pipeline->attend() : nullptr;
+            _restWorkSince_s = 0.0;
             if (result) publish(result, pipeline->counters());
             continue;
         }
@@ -94,6 +134,7 @@ void HologramThread::makePipeline(std::unique_ptr<HologramPipeline>& pipeline)
         make.swap(_newPipeline);
     }
     if (!make) return;
+    setAtWork(nullptr);
     pipeline.reset();
     try
     {
@@ -113,6 +154,16 @@ void HologramThread::makePipeline(std::unique_ptr<HologramPipeline>& pipeline)
         result->deviceStatus = "not open";
         publish(result, {});
     }
+    if (!pipeline) return;
+    pipeline->setStop(_stop.token());
+    setAtWork(pipeline.get());
+    // What broke off the one before isn't meant for this one, unless it came for what still waits.
+    _slot.between(
+        [this](bool isWaiting, bool isClosed)
+        {
+            const std::lock_guard<std::mutex> lock(_mutex);
+            if (!isWaiting && !isClosed && !_newPipeline) _stop.clear();
+        });
 }
 
 } // namespace midair::bridge

@@ -52,11 +52,19 @@ int HologramPipeline::nextSet()
 // The thread that plays in turn is there only while it is needed.
 void HologramPipeline::usePlayer(bool inTurn)
 {
+    const std::lock_guard<std::mutex> lock(_sending);
     if (!inTurn)
         _player.reset();
     else if (!_player && _device)
         _player = std::make_unique<FieldPlayer>(*_device);
     if (_player) _holds = false;
+}
+
+void HologramPipeline::handToPlayer(const std::vector<Eigen::VectorXcf>& fields)
+{
+    const std::lock_guard<std::mutex> lock(_sending);
+    _options.solverOptions.stop.throwIfRequested(); // as in sendSignal()
+    _player->play(fields, _modulation);
 }
 
 void HologramPipeline::playMade(const haptics::TransducerArray& array,
@@ -96,7 +104,8 @@ Eigen::VectorXf HologramPipeline::achievedOf(const haptics::TransducerArray& arr
                                                          array,
                                                          _options.medium,
                                                          made.fields[k],
-                                                         _options.solverOptions.threads)
+                                                         _options.solverOptions.threads,
+                                                         _options.solverOptions.stop)
                                          .cwiseAbs();
         achieved_Pa.conservativeResize(achieved_Pa.size() + part.size());
         achieved_Pa.tail(part.size()) = part;
@@ -133,7 +142,7 @@ void HologramPipeline::playInTurn(const haptics::TransducerArray& array,
     result.report.audibleChange =
         steps.driveChange * haptics::audibleShare(_modulation.fieldRate_Hz);
     usePlayer(true);
-    if (_player) _player->play(played, _modulation);
+    if (_player) handToPlayer(played);
 }
 
 void HologramPipeline::remember(const SceneSnapshot& snapshot,

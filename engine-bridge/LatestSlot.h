@@ -22,6 +22,12 @@ public:
     /// False, with \a value untouched, when closed.
     bool put(T& value)
     {
+        return put(value, [] {});
+    }
+    /// Calls \a meanwhile() once the value is there, before anybody can take it: it should be short.
+    template<typename Meanwhile>
+    bool put(T& value, const Meanwhile& meanwhile)
+    {
         {
             const std::lock_guard<std::mutex> lock(_mutex);
             if (_closed) return false;
@@ -29,6 +35,7 @@ public:
             ++_puts;
             if (_full) ++_drops;
             _full = true;
+            meanwhile();
         }
         _filled.notify_one();
         return true;
@@ -44,6 +51,12 @@ public:
     /// Waits for a value, \a atMost_s at most, and swaps it into \a value.
     Taken take(T& value, double atMost_s)
     {
+        return take(value, atMost_s, [] {});
+    }
+    /// Calls \a meanwhile() when it takes a value, before the next can be put.
+    template<typename Meanwhile>
+    Taken take(T& value, double atMost_s, const Meanwhile& meanwhile)
+    {
         std::unique_lock<std::mutex> lock(_mutex);
         _filled.wait_for(
             lock, std::chrono::duration<double>(atMost_s), [this] { return _full || _closed; });
@@ -51,16 +64,31 @@ public:
         if (!_full) return Taken::NOTHING;
         std::swap(_value, value);
         _full = false;
+        meanwhile();
         return Taken::VALUE;
     }
 
     void close()
     {
+        close([] {});
+    }
+    template<typename Meanwhile>
+    void close(const Meanwhile& meanwhile)
+    {
         {
             const std::lock_guard<std::mutex> lock(_mutex);
             _closed = true;
+            meanwhile();
         }
         _filled.notify_all();
+    }
+
+    /// Calls \a meanwhile(whether a value waits, whether closed) while nothing is put or taken.
+    template<typename Meanwhile>
+    void between(const Meanwhile& meanwhile)
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        meanwhile(_full, _closed);
     }
 
     std::uint64_t puts() const { return locked(_puts); }

@@ -1,5 +1,7 @@
 #include "engine-bridge/PointAssembler.h"
 
+#include "haptics/Limits.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -51,6 +53,12 @@ PointAssembler::PointAssembler(const haptics::TransducerArray& array,
     _normals(array.normals),
     _messages(messages)
 {
+}
+
+void PointAssembler::setStop(const haptics::StopToken& stop)
+{
+    _selector.stop = stop;
+    _samples.setStop(stop);
 }
 
 bool PointAssembler::usable(const HapticObject& object)
@@ -114,8 +122,10 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
             strongest_Pa = std::max(strongest_Pa, object.properties.pressure);
     out.absolute = strongest_Pa > 0.0;
 
+    _assembled = false; // should it be broken off
     _placed.clear();
     _posed.clear();
+    _candidates = 0;
     for (std::size_t i = 0; i < snapshot.objects.size(); ++i)
     {
         const HapticObject& object = snapshot.objects[i];
@@ -155,12 +165,23 @@ void PointAssembler::add(
         _messages.say(object.path + ": " + cached.error + "; it can't be felt");
         return;
     }
+    const haptics::SurfaceSamples& samples =
+        cached.sets[static_cast<std::size_t>(set) % cached.sets.size()];
+    _candidates += samples.size();
+    if (_candidates > haptics::kMostCandidates)
+    {
+        _messages.say(object.path + ": with its " + std::to_string(samples.size()) +
+                      " samples the scene's objects have more than " +
+                      std::to_string(haptics::kMostCandidates) + " together; it can't be felt");
+        _candidates -= samples.size();
+        return;
+    }
     haptics::PosedObject& posed = _posed.emplace_back();
     posed.object = index;
     posed.priority = p.priority;
     posed.target = p.pressure * unit_Pa;
     posed.spacing_m = spacing_m;
-    posed.pose(cached.sets[static_cast<std::size_t>(set) % cached.sets.size()], object.pose);
+    posed.pose(samples, object.pose);
     keepSide(p.side, posed);
 }
 
@@ -169,8 +190,10 @@ void PointAssembler::keepSide(Side side, haptics::PosedObject& posed) const
     if (side == Side::BOTH) return;
     const double wanted = side == Side::FRONT ? 1.0 : -1.0;
     Eigen::Index kept = 0;
+    haptics::StopLook look(_selector.stop, 16);
     for (Eigen::Index i = 0; i < posed.positions.cols(); ++i)
     {
+        look.turn();
         // Where the sound comes from: directions to the transducers that face the point, weighted like power, 1/R^2.
         const Eigen::Matrix3Xd way = _transducers.colwise() - posed.positions.col(i);
         const Eigen::ArrayXd facing = -(way.array() * _normals.array()).colwise().sum().transpose();

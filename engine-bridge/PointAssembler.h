@@ -44,6 +44,9 @@ public:
                    const Options& options,
                    MessageLog& messages);
 
+    /// Where \a stop asks for it assemble() throws haptics::Stopped.
+    void setStop(const haptics::StopToken& stop);
+
     /// True where \a snapshot holds the objects of the last assemble(), none moved by more than the tolerance.
     bool unmoved(const SceneSnapshot& snapshot);
 
@@ -83,6 +86,7 @@ private:
     SampleCache _samples;
     std::vector<Placed> _placed;
     std::vector<haptics::PosedObject> _posed;
+    Eigen::Index _candidates = 0; ///< of all in _posed
     bool _assembled = false;
 };
 

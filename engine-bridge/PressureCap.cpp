@@ -84,7 +84,7 @@ Eigen::MatrixXcf pressureOfParts(const PressureCap::Where& where,
                                  const std::vector<int>& part)
 {
     if (part.empty())
-        return haptics::pressureAt(where.points, array, where.medium, q, where.threads);
+        return haptics::pressureAt(where.points, array, where.medium, q, where.threads, where.stop);
     const int parts = 1 + *std::max_element(part.begin(), part.end());
     Eigen::MatrixXcf p(where.points.cols(), parts);
     for (int k = 0; k < parts; ++k)
@@ -92,7 +92,8 @@ Eigen::MatrixXcf pressureOfParts(const PressureCap::Where& where,
         Eigen::VectorXcf own = q;
         for (Eigen::Index i = 0; i < own.size(); ++i)
             if (part[static_cast<std::size_t>(i)] != k) own[i] = 0.0f;
-        p.col(k) = haptics::pressureAt(where.points, array, where.medium, own, where.threads);
+        p.col(k) =
+            haptics::pressureAt(where.points, array, where.medium, own, where.threads, where.stop);
     }
     return p;
 }

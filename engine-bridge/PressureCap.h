@@ -3,6 +3,7 @@
 #include "device/ArrayDevice.h"
 #include "haptics/HologramSolver.h"
 #include "haptics/Medium.h"
+#include "haptics/StopToken.h"
 #include "haptics/TransducerArray.h"
 
 #include <Eigen/Core>
@@ -48,6 +49,7 @@ public:
         const haptics::Medium& medium;
         bool modulated = false; ///< amplitudes will be lowered even where the device doesn't
         int threads = 1;
+        haptics::StopToken stop = {}; ///< where it asks for that, haptics::Stopped is thrown
     };
 
     /// Lowers the duties of \a signal as far as needed.

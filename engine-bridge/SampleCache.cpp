@@ -1,6 +1,9 @@
 #include "engine-bridge/SampleCache.h"
 
 #include "haptics/InputError.h"
+#include "haptics/Limits.h"
+
+#include <string>
 
 namespace midair::bridge
 {
@@ -62,18 +65,45 @@ void SampleCache::sample(const HapticObject& object, Entry& entry)
     haptics::SamplerOptions options;
     options.spacing_m = entry.spacing_m;
     options.sampling = entry.sampling;
+    options.stop = _stop;
     entry.sampledMesh = object.mesh;
     ++_sampled;
     try
     {
         const bool one = options.sampling == haptics::Sampling::VERTICES;
         entry.cached.sets = haptics::sampleSurfaceSets(*object.mesh, options, one ? 1 : entry.sets);
+        if (!makeRoom(entry))
+            throw haptics::InputError("with it the scene's meshes have more than " +
+                                      std::to_string(haptics::kMostCachedSamples) +
+                                      " samples in the sets of their points");
     }
     catch (const haptics::InputError& error)
     {
         entry.cached.sets.clear();
         entry.cached.error = error.what();
     }
+}
+
+// What isn't needed in this snapshot goes first.
+bool SampleCache::makeRoom(const Entry& entry)
+{
+    const auto samplesOf = [](const Entry& one)
+    {
+        Eigen::Index count = 0;
+        for (const haptics::SurfaceSamples& set : one.cached.sets)
+            count += set.size();
+        return count;
+    };
+    const auto all = [&]
+    {
+        Eigen::Index count = samplesOf(entry);
+        for (const Entry& one : _entries)
+            count += samplesOf(one);
+        return count;
+    };
+    if (all() <= haptics::kMostCachedSamples) return true;
+    _entries.remove_if([](const Entry& one) { return one.unused > 0; });
+    return all() <= haptics::kMostCachedSamples;
 }
 
 const CachedSamples& SampleCache::get(const HapticObject& object, double spacing_m, int sets)

@@ -36,6 +36,9 @@ public:
     /// Valid until endSnapshot(). \a spacing_m > 0. \a sets >= 1 shifted sets of points; vertices have one only.
     const CachedSamples& get(const HapticObject& object, double spacing_m, int sets = 1);
 
+    /// Sampling that \a stop breaks off throws haptics::Stopped.
+    void setStop(const haptics::StopToken& stop) { _stop = stop; }
+
     /// Forgets what has not been asked for in kKeptSnapshots snapshots.
     void endSnapshot();
 
@@ -62,7 +65,9 @@ private:
 
     bool follow(const Entry& from, const HapticObject& object, Entry& to);
     void sample(const HapticObject& object, Entry& entry);
+    bool makeRoom(const Entry& entry);
 
+    haptics::StopToken _stop;
     std::list<Entry> _entries; ///< few: as many as there are different meshes
     std::uint64_t _sampled = 0;
     std::uint64_t _followed = 0;

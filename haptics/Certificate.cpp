@@ -1,9 +1,10 @@
 #include "haptics/Certificate.h"
 
 #include "haptics/InputError.h"
+#include "haptics/LargeMatrix.h"
+#include "haptics/Limits.h"
 #include "haptics/PhaseRelaxation.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 #include <chrono>
@@ -29,15 +30,18 @@ constexpr double kSmallestFall = 2e-8;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // A number not above the smallest eigenvalue of M - diag y - sigma I, if that is found positive definite; else -infinity.
-double provenMargin(const Eigen::MatrixXcd& M, const Eigen::VectorXd& y, double sigma)
+double provenMargin(const Eigen::MatrixXcd& M,
+                    const Eigen::VectorXd& y,
+                    double sigma,
+                    const StopToken& stop)
 {
     const double n = static_cast<double>(M.cols());
     Eigen::MatrixXcd S = M;
     S.diagonal().real() -= y;
     S.diagonal().real().array() -= sigma;
-    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXcd>> factor(S);
+    const BlockCholesky factor(S, stop);
     constexpr double kNone = -std::numeric_limits<double>::infinity();
-    if (factor.info() != Eigen::Success || !S.allFinite()) return kNone;
+    if (!factor.isPositive() || !factor.isFinite()) return kNone;
     // L L* = S + E with |E_kl| <= gamma |l_k| |l_l| and |l_k|^2 = s_kk / (1 - gamma), so |E| <= gamma / (1 - gamma) tr S,
     // gamma = 8 (n + 4) eps: generous for complex arithmetic and any order of summation. The diagonal's two subtractions
     // are rounded to eps of what went in.
@@ -45,6 +49,18 @@ double provenMargin(const Eigen::MatrixXcd& M, const Eigen::VectorXd& y, double 
     const double trace = (diagonal.abs() + y.array().abs() + std::abs(sigma)).sum();
     const double gamma = 8.0 * (n + 4.0) * kEpsilon;
     return -(gamma / (1.0 - gamma) + 2.0 * kEpsilon) * trace;
+}
+
+// Of many points a little below it.
+double smallestEigenvalue(const Eigen::MatrixXcd& S, const StopToken& stop)
+{
+    constexpr Eigen::Index kAtOnce = 128;
+    if (S.cols() <= kAtOnce)
+        return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd>(S, Eigen::EigenvaluesOnly)
+            .eigenvalues()[0];
+    constexpr double kTolerance = 1e-8;
+    const LeadingPair pair = leadingPair(-S, kTolerance, stop);
+    return -pair.value - pair.residual;
 }
 
 // p = G q.
@@ -88,21 +104,20 @@ bool CertificateOptions::isValid(std::string* error) const
     return true;
 }
 
-double certifiedBound(const Eigen::MatrixXcd& M, const Eigen::VectorXd& y)
+double certifiedBound(const Eigen::MatrixXcd& M, const Eigen::VectorXd& y, const StopToken& stop)
 {
     const double n = static_cast<double>(M.cols());
     Eigen::MatrixXcd S = M;
     S.diagonal().real() -= y;
     // With room for the rounding of M - diag y, which may cancel altogether.
     const double norm = S.norm() + 1e-13 * (M.norm() + y.norm());
-    const double guess =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd>(S, Eigen::EigenvaluesOnly).eigenvalues()[0];
+    const double guess = smallestEigenvalue(S, stop);
     // Minus the Frobenius norm is below every eigenvalue, by far more than its rounding: used where no guess is proved.
     double sigma = -(1.0 + 1e-6) * norm;
     double margin = 0.0;
     for (double below = 4.0 * n * kEpsilon * norm; below < norm; below *= 8.0)
     {
-        const double proven = provenMargin(M, y, guess - below);
+        const double proven = provenMargin(M, y, guess - below, stop);
         if (!std::isfinite(proven)) continue;
         sigma = guess - below;
         margin = proven;
@@ -125,12 +140,16 @@ Certificate Certifier::certify(const PhaseObjective& objective, const Eigen::Vec
         (givenPhases.size() != objective.size() || !givenPhases.allFinite()))
         throw InputError("certificate: the given phases must be finite, one for each of the " +
                          std::to_string(objective.size()) + " control points");
+    if (objective.size() > kMostCertifiedPoints)
+        throw InputError("certificate: there are " + std::to_string(objective.size()) +
+                         " control points; at most " + std::to_string(kMostCertifiedPoints) +
+                         " are certified");
     const Clock::time_point start = Clock::now();
     Certificate result;
     result.points = objective.size();
 
     // The fall of a round tells how far the minimum is; what counts is proved, so the first guess only costs time.
-    PhaseRelaxation relaxation(objective, _options.seed);
+    PhaseRelaxation relaxation(objective, _options.seed, _options.stop);
     double fall = _options.tolerance / 300.0;
     while (!result.tight)
     {
@@ -138,7 +157,7 @@ Certificate Certifier::certify(const PhaseObjective& objective, const Eigen::Vec
         result.relaxed = relaxation.value();
         result.bound =
             std::max(result.rounds > 0 ? result.bound : -std::numeric_limits<double>::infinity(),
-                     certifiedBound(objective.M(), relaxation.y()));
+                     certifiedBound(objective.M(), relaxation.y(), _options.stop));
         result.tight = result.relaxed - result.bound <= _options.tolerance * result.relaxed;
         const bool spent =
             relaxation.rounds() >= _options.maxRounds || relaxation.rounds() == result.rounds;
@@ -153,7 +172,7 @@ Certificate Certifier::certify(const PhaseObjective& objective, const Eigen::Vec
     const Clock::time_point searchStart = Clock::now();
     relaxation.reduceRank();
     result.rank = relaxation.rank();
-    PhaseSearch search(objective, _options.seed);
+    PhaseSearch search(objective, _options.seed, _options.stop);
     if (givenPhases.size() != 0)
     {
         result.hasGiven = true;
@@ -181,12 +200,18 @@ Certificate Certifier::certify(const ControlPoints& points,
     if (points.size() == 0 || array.size() == 0 || !points.positions.allFinite())
         throw InputError("certificate: there must be at least one control point and one "
                          "transducer, at finite places");
+    if (points.size() > kMostCertifiedPoints)
+        throw InputError("certificate: there are " + std::to_string(points.size()) +
+                         " control points; at most " + std::to_string(kMostCertifiedPoints) +
+                         " are certified");
     if (q.size() != 0 && (q.size() != array.size() || !q.allFinite()))
         throw InputError("certificate: the activations must be finite, one for each of the " +
                          std::to_string(array.size()) + " transducers");
     _propagation.bind(array, medium);
+    _options.stop.throwIfRequested();
     _propagation.build(points.positions);
-    const PhaseObjective objective(gramMatrix(_propagation), points.targets, _options.lambdaRel);
+    const PhaseObjective objective(
+        gramMatrix(_propagation, _options.stop), points.targets, _options.lambdaRel, _options.stop);
     const Eigen::VectorXcd p = q.size() != 0 ? pressures(_propagation, q) : Eigen::VectorXcd();
     const double matrix_ms = since_ms(start);
 

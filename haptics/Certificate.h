@@ -24,6 +24,7 @@ struct CertificateOptions
     int batches =
         2; ///< >= 0; of kRoundings rounded solutions, of which the best are carried on; 0: no search
     std::uint64_t seed = 1;
+    StopToken stop; ///< where it asks for that, Stopped is thrown
 
     bool isValid(std::string* error = nullptr) const;
 };
@@ -68,7 +69,9 @@ private:
 /// positive semidefinite, by a Cholesky factorisation that runs to its end and whose backward error is taken off (Rump,
 /// "Verification of positive definiteness", BIT 46, 2006). The rounding of sums, and of a u* M u that is evaluated in
 /// double to compare with, is taken off as well. \a M n x n, exactly Hermitian; \a y n.
-double certifiedBound(const Eigen::MatrixXcd& M, const Eigen::VectorXd& y);
+/// Throws Stopped where \a stop asks for it.
+double
+certifiedBound(const Eigen::MatrixXcd& M, const Eigen::VectorXd& y, const StopToken& stop = {});
 
 /// Bounds the least misfit from below and looks for phases that come near it. The semidefinite relaxation of phase
 /// retrieval, min tr(M U) over U >= 0 with unit diagonal, is solved in factored form, U = V* V with unit columns, by
@@ -89,7 +92,7 @@ public:
 
     /// G, K and M from the scene, in float up to K; \a q (m or empty): the activations of a field that is compared with the
     /// best. One call at a time, since G is kept.
-    /// Throws InputError for points, targets or an array that make no finite G.
+    /// Throws InputError for points, targets or an array that make no finite G, and for more than kMostCertifiedPoints.
     Certificate certify(const ControlPoints& points,
                         const TransducerArray& array,
                         const Medium& medium,

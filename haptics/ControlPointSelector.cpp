@@ -40,7 +40,8 @@ public:
              const SelectorOptions& options) :
         _objects(objects),
         _workspace(workspace),
-        _options(options)
+        _options(options),
+        _look(options.stop, 16)
     {
         _report.perObject.assign(objects.size(), 0);
         for (const PosedObject& object : objects)
@@ -97,6 +98,7 @@ private:
     const std::vector<PosedObject>& _objects;
     const Workspace& _workspace;
     const SelectorOptions& _options;
+    StopLook _look;
     double _largestSpacing = 0.0;
     double _crowd = 0.0;
     std::vector<Candidate> _candidates;
@@ -143,6 +145,7 @@ void Selector::collect()
         _report.candidates += static_cast<int>(count);
         for (Eigen::Index i = 0; i < count; ++i)
         {
+            _look.turn();
             const double intensity =
                 object.intensity.size() > 0 ? static_cast<double>(object.intensity[i]) : 1.0;
             const Candidate candidate{static_cast<int>(source),
@@ -179,6 +182,7 @@ void Selector::dropCrowds()
     std::vector<char> crowded(_candidates.size(), 0);
     for (std::size_t i = 0; i < _candidates.size(); ++i)
     {
+        _look.turn();
         points.visitNear(_candidates[i].position,
                          searchRadius(),
                          [&](int near, double d2)
@@ -207,6 +211,7 @@ void Selector::thin(bool merge)
     std::vector<Candidate> kept;
     for (const Candidate& candidate : _candidates)
     {
+        _look.turn();
         int crowdedBy = -1;
         double nearest2 = std::numeric_limits<double>::infinity();
         bool spaced = true;
@@ -279,7 +284,7 @@ void Selector::keepBudget()
                           candidate.sample,
                           candidate.position});
     }
-    const std::vector<char> keep = shareBudget(points, _options.maxPoints);
+    const std::vector<char> keep = shareBudget(points, _options.maxPoints, _options.stop);
     std::vector<Candidate> kept;
     for (std::size_t i = 0; i < _candidates.size(); ++i)
     {

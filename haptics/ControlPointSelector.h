@@ -1,6 +1,7 @@
 #pragma once
 
 #include "haptics/ControlPoints.h"
+#include "haptics/StopToken.h"
 #include "haptics/SurfaceSampler.h"
 #include "haptics/TransducerArray.h"
 
@@ -32,6 +33,7 @@ struct SelectorOptions
     double minDistanceWavelengths = 1.0; ///< >= 0; to the nearest transducer
     double reach_m =
         0.0; ///< >= 0; farthest from the nearest transducer; 0: twice the array's extent, at least 0.3 m
+    StopToken stop; ///< where it asks for that, Stopped is thrown
 
     bool isValid(std::string* error = nullptr) const;
 };

@@ -32,10 +32,7 @@ ChainSpot spotAt(const SampleBuilder& builder, const FeatureChain& chain, double
 }
 
 /// True where neighbours along the chain, \a count equal steps apart, are not nearer than the spacing as the crow flies.
-bool stepsKeepApart(const SampleBuilder& builder,
-                    const FeatureChain& chain,
-                    int count,
-                    double shift)
+bool stepsKeepApart(SampleBuilder& builder, const FeatureChain& chain, int count, double shift)
 {
     const double step = chain.length() / count;
     const double spacing2 = std::pow(builder.edgeSpacing() * (1.0 + 2e-9), 2);
@@ -51,6 +48,7 @@ bool stepsKeepApart(const SampleBuilder& builder,
     Eigen::Vector3d before = point(0);
     for (int i = 1; i <= last; ++i)
     {
+        builder.look();
         const Eigen::Vector3d here = point(i);
         if ((here - before).squaredNorm() < spacing2) return false;
         before = here;

@@ -101,6 +101,7 @@ void throwDarts(SampleBuilder& builder, std::mt19937_64& random, const PointGrid
     std::vector<Dart> darts(static_cast<std::size_t>(count));
     for (Dart& dart : darts)
     {
+        builder.look();
         dart = throwDart(cumulative, random);
         const int meshTriangle = topology.triangles[static_cast<std::size_t>(dart.triangle)];
         earlier->nearest(pointOnTriangle(builder.mesh(), meshTriangle, dart.barycentric),
@@ -134,6 +135,7 @@ void fillFaces(SampleBuilder& builder)
              {mesh.vertices.col(v[0]), mesh.vertices.col(v[1]), mesh.vertices.col(v[2])}});
         while (!pieces.empty())
         {
+            builder.look();
             const Fragment piece = pieces.back();
             pieces.pop_back();
             if (last >= 0 && covers(builder.points()[last], piece, reach2)) continue;

@@ -177,17 +177,21 @@ std::vector<FeatureChain> chainFeatures(const TriangleMesh& mesh,
     return chains;
 }
 
-std::vector<Outline>
-featureOutlines(const TriangleMesh& mesh, double creaseAngle_rad, double spacing_m)
+std::vector<Outline> featureOutlines(const TriangleMesh& mesh,
+                                     double creaseAngle_rad,
+                                     double spacing_m,
+                                     const StopToken& stop)
 {
-    const MeshTopology topology = buildTopology(mesh, creaseAngle_rad, spacing_m);
+    const MeshTopology topology = buildTopology(mesh, creaseAngle_rad, spacing_m, stop);
     if (topology.features.empty())
         throw InputError("The mesh has no edges to follow: it is closed and smooth; sample its "
                          "surface, or make the crease angle smaller");
     std::vector<Outline> outlines;
+    StopLook look(stop);
     for (const FeatureChain& chain :
          chainFeatures(mesh, topology, findCorners(mesh, topology, creaseAngle_rad)))
     {
+        look.turn();
         if (!(chain.length() > 0.0)) continue;
         Outline outline;
         outline.closed = chain.closed && chain.steps.size() > 2;

@@ -37,7 +37,10 @@ std::vector<FeatureChain> chainFeatures(const TriangleMesh& mesh,
 
 /// The feature edges of \a mesh as curves, in its own frame: from corner to corner, or round. Edges shorter than the
 /// rounding of the mesh are passed over as by sampleSurface at \a spacing_m. Throws InputError as that does with EDGES.
-std::vector<Outline>
-featureOutlines(const TriangleMesh& mesh, double creaseAngle_rad, double spacing_m);
+/// Throws Stopped where \a stop asks for it.
+std::vector<Outline> featureOutlines(const TriangleMesh& mesh,
+                                     double creaseAngle_rad,
+                                     double spacing_m,
+                                     const StopToken& stop = {});
 
 } // namespace midair::haptics

@@ -37,7 +37,11 @@ bool FieldCycleOptions::isValid(std::string* error) const
 
 FieldCycle::FieldCycle(const FieldCycleOptions& options) :
     _options(options),
-    _dense(std::max(options.solverOptions.threads, 1))
+    _dense(options.solverOptions.pool
+               ? options.solverOptions.pool
+               : std::make_shared<ThreadPool>(std::max(options.solverOptions.threads, 1)),
+           Storage::FLOAT,
+           options.solverOptions.stop)
 {
     std::string error;
     if (!options.isValid(&error)) throw InputError("field cycle: " + error);
@@ -67,10 +71,12 @@ const FieldCycleReport& FieldCycle::solve(const std::vector<ControlPoints>& sets
         _reports.push_back(solved);
         if (solved.stop == StopReason::REFUSED)
             throw InputError("field cycle: set " + std::to_string(k) + ": " + solved.message);
+        if (solved.stop == StopReason::STOPPED) throw Stopped();
         _report.points += solved.points;
         _report.worstRms = std::max(_report.worstRms, solved.rms);
     }
     const int threads = _options.solverOptions.threads;
+    const StopToken& stop = _options.solverOptions.stop;
     if (surface.cols() > 0)
     {
         const auto played = std::find_if(_fields.begin(),
@@ -78,7 +84,7 @@ const FieldCycleReport& FieldCycle::solve(const std::vector<ControlPoints>& sets
                                          [](const Eigen::VectorXcf& q) { return !q.isZero(0.0f); });
         const Eigen::VectorXcf& first = played == _fields.end() ? _fields[0] : *played;
         _report.alone =
-            statisticsOf(meanRadiationPressure(surface, array, medium, {first}, 2.0, threads),
+            statisticsOf(meanRadiationPressure(surface, array, medium, {first}, 2.0, threads, stop),
                          Eigen::VectorXd());
         if (_options.sweeps > 0 && _report.alone.mean_Pa > 0.0) even(surface, array, medium);
     }
@@ -86,7 +92,7 @@ const FieldCycleReport& FieldCycle::solve(const std::vector<ControlPoints>& sets
     alignFields(_fields, _drive);
     if (surface.cols() > 0)
         _report.cycle =
-            statisticsOf(meanRadiationPressure(surface, array, medium, _fields, 2.0, threads),
+            statisticsOf(meanRadiationPressure(surface, array, medium, _fields, 2.0, threads, stop),
                          Eigen::VectorXd());
     const CycleSteps steps = cycleSteps(_fields);
     _report.meanPhaseStep_rad = steps.meanPhaseStep_rad;

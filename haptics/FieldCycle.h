@@ -55,7 +55,7 @@ public:
 
     /// One field a set (K >= 1). \a surface (3 x n, a third of a wavelength apart or closer) is where the sweeps even out and
     /// where the report is taken; empty: neither. A set that was solved before is solved warm. Throws InputError for no
-    /// sets and where a field is refused.
+    /// sets and where a field is refused, Stopped where the solver options' token asks for it.
     const FieldCycleReport& solve(const std::vector<ControlPoints>& sets,
                                   const Eigen::Matrix3Xd& surface,
                                   const TransducerArray& array,

@@ -34,6 +34,24 @@ void takeLowestPriority()
 #endif
 }
 
+// What was taken away by takeLowestPriority(), as far as the rights allow: whoever waits for the thread to end is not to wait
+// for everything else on a busy machine.
+void giveBackPriority(std::thread& thread)
+{
+#ifdef __linux__
+    const sched_param none{};
+    pthread_setschedparam(thread.native_handle(), SCHED_OTHER, &none);
+#else
+    (void)thread;
+#endif
+}
+
+CertificateOptions stoppable(CertificateOptions options, const StopSource& source)
+{
+    options.stop = source.token();
+    return options;
+}
+
 const FieldMonitor::Options& checked(const FieldMonitor::Options& options)
 {
     if (options.interval_s >= 0.0 && options.interval_s <= 1e6) return options;
@@ -49,7 +67,7 @@ const FieldMonitor::Options& checked(const FieldMonitor::Options& options)
 
 FieldMonitor::FieldMonitor(const Options& options) :
     _options(checked(options)),
-    _certifier(options.certificate),
+    _certifier(stoppable(options.certificate, _stopWork)),
     _thread([this] { run(); })
 {
 }
@@ -57,6 +75,8 @@ FieldMonitor::FieldMonitor(const Options& options) :
 FieldMonitor::~FieldMonitor()
 {
     _stop = true;
+    _stopWork.request();
+    giveBackPriority(_thread);
     _wake.notify_one();
     _thread.join();
 }
@@ -115,6 +135,7 @@ const FieldMonitor::Sampled& FieldMonitor::sample(const FeltSurface& surface, do
     options.spacing_m = spacing_m;
     options.sampling = surface.sampling;
     options.maxPoints = kMostSamples;
+    options.stop = _stopWork.token();
     if (_sampled.size() >= kMostMeshes) _sampled.erase(_sampled.begin());
     _sampled.push_back({surface.mesh,
                         surface.sampling,
@@ -134,7 +155,12 @@ Eigen::Matrix3Xd FieldMonitor::feltSurface(const PlayedField& field)
     {
         Eigen::Matrix3Xd part =
             surface.pose * sample(surface, kSampleSpacing * wavelength_m).positions;
-        if (surface.reach_m > 0.0) part = samplesNear(part, points, surface.reach_m);
+        if (surface.reach_m > 0.0)
+            part = samplesNear(part, points, surface.reach_m, _stopWork.token());
+        if (felt.cols() + part.cols() > kMostSamples)
+            throw InputError("field monitor: the surfaces take more than " +
+                             std::to_string(kMostSamples) +
+                             " samples a fifth of a wavelength apart; they are not measured");
         felt.conservativeResize(3, felt.cols() + part.cols());
         felt.rightCols(part.cols()) = part;
     }
@@ -151,10 +177,13 @@ FieldMonitor::Result FieldMonitor::examine(const PlayedField& field)
         if (!field.surfaces.empty())
         {
             const std::vector<Eigen::VectorXcf> alone{field.q};
+            SurfaceStatisticsOptions options;
+            options.stop = _stopWork.token();
             result.surface = surfaceStatistics(feltSurface(field),
                                                *field.array,
                                                field.medium,
-                                               field.cycle.empty() ? alone : field.cycle);
+                                               field.cycle.empty() ? alone : field.cycle,
+                                               options);
         }
         if (_options.certify)
             result.certificate =

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "haptics/Certificate.h"
+#include "haptics/StopToken.h"
 #include "haptics/SurfaceSampler.h"
 #include "haptics/SurfaceStatistics.h"
 #include "haptics/TriangleMesh.h"
@@ -65,7 +66,7 @@ public:
 
     /// Throws InputError for options that are not valid.
     explicit FieldMonitor(const Options& options);
-    /// Ends after the certificate under way, if any.
+    /// Breaks off what is under way: ends within milliseconds of a core.
     ~FieldMonitor();
     FieldMonitor(const FieldMonitor&) = delete;
     FieldMonitor& operator=(const FieldMonitor&) = delete;
@@ -119,6 +120,7 @@ private:
     const Sampled& sample(const FeltSurface& surface, double spacing_m);
 
     Options _options;
+    StopSource _stopWork;
     Certifier _certifier;          // the thread's
     std::vector<Sampled> _sampled; // likewise
     Slot<const PlayedField> _field;

@@ -21,6 +21,8 @@ constexpr int kMostCertifiedPoints = 1000;
 constexpr int kMostPointsInTurn = 20000;
 /// Samples of all objects of a scene that are looked through for control points.
 constexpr int kMostCandidates = 200000;
+/// Samples of all sets of all meshes that are kept, some 150 bytes each.
+constexpr int kMostCachedSamples = 2000000;
 /// Of one mesh.
 constexpr int kMostTriangles = 4000000;
 /// Of outlines, where their pressure is judged.

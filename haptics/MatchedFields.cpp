@@ -2,6 +2,7 @@
 
 #include "haptics/FieldOrder.h"
 #include "haptics/InputError.h"
+#include "haptics/Limits.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +15,8 @@ namespace
 
 bool isField(const SolveReport& report)
 {
-    return report.stop != StopReason::NOTHING_TO_DO && report.stop != StopReason::REFUSED;
+    return report.stop != StopReason::NOTHING_TO_DO && report.stop != StopReason::REFUSED &&
+           report.stop != StopReason::STOPPED;
 }
 
 /// Pa per unit of target; 0 where nothing is played.
@@ -73,13 +75,14 @@ SolveReport together(const std::vector<SolveReport>& reports)
         if (all.message.empty() && isField(r)) all.message = r.message;
         // Why the first stopped that did not reach what was asked for; a refusal before all else.
         const bool isReason = isField(r) && r.stop != StopReason::CONVERGED && !chosen;
-        if (r.stop == StopReason::REFUSED || isReason)
+        const bool isEnd = r.stop == StopReason::REFUSED || r.stop == StopReason::STOPPED;
+        if (isEnd || isReason)
         {
             all.stop = r.stop;
             all.message = r.message;
             chosen = true;
         }
-        if (r.stop == StopReason::REFUSED) break;
+        if (isEnd) break;
         if (!isField(r)) continue;
         if (!chosen) all.stop = r.stop;
         squares += r.rms * r.rms * (r.points - r.leftOut);
@@ -101,6 +104,14 @@ SolveReport MatchedFields::solve(const std::vector<ControlPoints>& parts,
 {
     if (parts.empty())
         throw InputError("fields in turn: there are no points; there must be at least one set");
+    Eigen::Index points = 0;
+    for (const ControlPoints& part : parts)
+        points += part.size();
+    if (points > kMostPointsInTurn)
+        throw InputError("fields in turn: the " + std::to_string(parts.size()) + " fields have " +
+                         std::to_string(points) +
+                         " control points together; there must be at most " +
+                         std::to_string(kMostPointsInTurn));
     while (_solvers.size() < parts.size())
         _solvers.push_back(_makeSolver());
     fields.resize(parts.size());
@@ -109,6 +120,12 @@ SolveReport MatchedFields::solve(const std::vector<ControlPoints>& parts,
     for (std::size_t k = 0; k < parts.size(); ++k)
     {
         _reports[k] = _solvers[k]->solve(parts[k], array, medium, fields[k]);
+        if (_reports[k].stop == StopReason::STOPPED)
+        {
+            for (Eigen::VectorXcf& field : fields)
+                field.setZero(array.size());
+            return _reports[k];
+        }
         const double level = unitLevel(_reports[k], parts[k]);
         if (level > 0.0) common = common > 0.0 ? std::min(common, level) : level;
     }

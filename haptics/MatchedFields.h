@@ -25,7 +25,8 @@ public:
     /// One field for each of \a parts (>= 1), in their order, into \a fields (m activations each, on the array's levels).
     /// With relative targets the loudest that the weakest field allows; with absolute ones each as loud as it is to be. A
     /// part without points is silent. The report is of all together: rms and max over all points, sums of times and
-    /// counts, level_Pa where the target is largest. REFUSED where a part is.
+    /// counts, level_Pa where the target is largest. REFUSED where a part is,
+    /// STOPPED with all fields zero where one is. Throws InputError for no parts and for more than kMostPointsInTurn points.
     SolveReport solve(const std::vector<ControlPoints>& parts,
                       const TransducerArray& array,
                       const Medium& medium,

@@ -1,6 +1,7 @@
 #include "haptics/MeshTopology.h"
 
 #include "haptics/InputError.h"
+#include "haptics/Limits.h"
 #include "haptics/PointGrid.h"
 
 #include <Eigen/Geometry>
@@ -25,6 +26,9 @@ void checkMesh(const TriangleMesh& mesh)
 {
     const Eigen::Index vertices = mesh.vertices.cols();
     if (mesh.triangles.cols() == 0) throw InputError("The mesh has no triangles");
+    if (mesh.triangles.cols() > kMostTriangles)
+        throw InputError("The mesh has " + std::to_string(mesh.triangles.cols()) +
+                         " triangles; there must be at most " + std::to_string(kMostTriangles));
     for (Eigen::Index v = 0; v < vertices; ++v)
     {
         if (!mesh.vertices.col(v).allFinite())
@@ -89,7 +93,10 @@ std::vector<double> shortestEdges(const TriangleMesh& mesh)
     return shortest2;
 }
 
-void weldVertices(const TriangleMesh& mesh, double spacing_m, MeshTopology& topology)
+void weldVertices(const TriangleMesh& mesh,
+                  double spacing_m,
+                  const StopToken& stop,
+                  MeshTopology& topology)
 {
     topology.weld.assign(static_cast<std::size_t>(mesh.vertices.cols()), -1);
     double largest = 0.0;
@@ -107,8 +114,11 @@ void weldVertices(const TriangleMesh& mesh, double spacing_m, MeshTopology& topo
     const std::vector<double> shortest = shortestEdges(mesh);
     PointGrid grid(8.0 * tolerance);
     grid.reserve(static_cast<std::size_t>(mesh.vertices.cols()));
+    // Where they all lie in one cell of the grid a single look for the nearest takes milliseconds.
+    StopLook look(stop, 16);
     for (const int v : mesh.triangles.reshaped())
     {
+        look.turn();
         int& welded = topology.weld[static_cast<std::size_t>(v)];
         if (welded >= 0) continue;
         const Eigen::Vector3d point = mesh.vertices.col(v);
@@ -119,7 +129,7 @@ void weldVertices(const TriangleMesh& mesh, double spacing_m, MeshTopology& topo
     topology.vertexCount = grid.size();
 }
 
-void collectTriangles(const TriangleMesh& mesh, MeshTopology& topology)
+void collectTriangles(const TriangleMesh& mesh, const StopToken& stop, MeshTopology& topology)
 {
     // Below this height over length a normal is rounding noise.
     constexpr double kFlatness = 1e-10;
@@ -128,8 +138,10 @@ void collectTriangles(const TriangleMesh& mesh, MeshTopology& topology)
     topology.corners.reserve(static_cast<std::size_t>(count));
     topology.normals.reserve(static_cast<std::size_t>(count));
     topology.areas.reserve(static_cast<std::size_t>(count));
+    StopLook look(stop);
     for (Eigen::Index t = 0; topology.vertexCount > 0 && t < count; ++t)
     {
+        look.turn();
         const Eigen::Vector3i v = mesh.triangles.col(t);
         const std::array<int, 3> welded = {topology.weld[static_cast<std::size_t>(v[0])],
                                            topology.weld[static_cast<std::size_t>(v[1])],
@@ -264,6 +276,7 @@ void addFeature(const TriangleMesh& mesh,
 /// Half edges bucketed by their lower vertex: linear in the mesh's size, no hashing.
 void findFeatures(const TriangleMesh& mesh,
                   double creaseAngle_rad,
+                  const StopToken& stop,
                   MeshTopology& topology,
                   std::vector<char>& boundary)
 {
@@ -271,8 +284,10 @@ void findFeatures(const TriangleMesh& mesh,
     topology.onFeature = boundary;
     const double cosCrease = std::cos(creaseAngle_rad);
     std::vector<HalfEdge> halves;
+    StopLook look(stop);
     for (int v = 0; v < topology.vertexCount; ++v)
     {
+        look.turn();
         halves.clear();
         const auto index = static_cast<std::size_t>(v);
         for (int i = topology.fanStart[index]; i < topology.fanStart[index + 1]; ++i)
@@ -327,12 +342,15 @@ bool turns(const MeshTopology& topology, std::size_t vertex, double cosHalfCreas
 void measureDeficits(const TriangleMesh& mesh,
                      const std::vector<char>& boundary,
                      double creaseAngle_rad,
+                     const StopToken& stop,
                      MeshTopology& topology)
 {
     const double cosHalfCrease = std::cos(0.5 * creaseAngle_rad);
     topology.deficit.assign(static_cast<std::size_t>(topology.vertexCount), 0.0);
+    StopLook look(stop);
     for (std::size_t vertex = 0; vertex < topology.deficit.size(); ++vertex)
     {
+        look.turn();
         if (topology.onFeature[vertex] == 0 && !turns(topology, vertex, cosHalfCrease)) continue;
         double deficit = boundary[vertex] != 0 ? kPi : 2.0 * kPi;
         for (int i = topology.fanStart[vertex]; i < topology.fanStart[vertex + 1]; ++i)
@@ -358,16 +376,21 @@ double cornerAngle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eig
     return std::atan2(ab.cross(ac).norm(), ab.dot(ac));
 }
 
-MeshTopology buildTopology(const TriangleMesh& mesh, double creaseAngle_rad, double spacing_m)
+MeshTopology buildTopology(const TriangleMesh& mesh,
+                           double creaseAngle_rad,
+                           double spacing_m,
+                           const StopToken& stop)
 {
     checkMesh(mesh);
+    stop.throwIfRequested();
     MeshTopology topology;
-    weldVertices(mesh, spacing_m, topology);
-    collectTriangles(mesh, topology);
+    weldVertices(mesh, spacing_m, stop, topology);
+    collectTriangles(mesh, stop, topology);
     collectFans(topology);
+    stop.throwIfRequested();
     std::vector<char> boundary;
-    findFeatures(mesh, creaseAngle_rad, topology, boundary);
-    measureDeficits(mesh, boundary, creaseAngle_rad, topology);
+    findFeatures(mesh, creaseAngle_rad, stop, topology, boundary);
+    measureDeficits(mesh, boundary, creaseAngle_rad, stop, topology);
     return topology;
 }
 

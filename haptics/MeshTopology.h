@@ -1,5 +1,6 @@
 #pragma once
 
+#include "haptics/StopToken.h"
 #include "haptics/TriangleMesh.h"
 
 #include <Eigen/Core>
@@ -55,7 +56,11 @@ struct MeshTopology
 /// Throws InputError for NaN vertices (naming the first), indices out of range and a mesh without area.
 /// Vertices nearer to each other than the rounding of single precision, than a thousandth of \a spacing_m and than a
 /// tenth of their shortest edge, are one.
-MeshTopology buildTopology(const TriangleMesh& mesh, double creaseAngle_rad, double spacing_m);
+/// Throws Stopped where \a stop asks for it.
+MeshTopology buildTopology(const TriangleMesh& mesh,
+                           double creaseAngle_rad,
+                           double spacing_m,
+                           const StopToken& stop = {});
 
 /// The angle of a triangle at its first corner, 0 .. pi.
 double cornerAngle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);

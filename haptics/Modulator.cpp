@@ -17,6 +17,7 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kMostAmplitudeRate_Hz =
     500.0; // beyond it the skin feels nothing and the ear all the more
 constexpr double kMostFieldRate_Hz = 40e3; // a field a period
+constexpr double kLeastFieldRate_Hz = 0.01; // times of far later steps are still times of the clock
 
 ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
 {
@@ -46,8 +47,8 @@ bool ModulatorOptions::isValid(std::string* error) const
         text << "amplitudeRate_Hz is " << amplitudeRate_Hz << "; it must be within 0 .. 500";
     else if (!(amplitudeDepth >= 0.0 && amplitudeDepth <= 1.0))
         text << "amplitudeDepth is " << amplitudeDepth << "; it must be within 0 .. 1";
-    else if (!(fieldRate_Hz > 0.0 && fieldRate_Hz <= kMostFieldRate_Hz))
-        text << "fieldRate_Hz is " << fieldRate_Hz << "; it must be above 0 and at most 40000";
+    else if (!(fieldRate_Hz >= kLeastFieldRate_Hz && fieldRate_Hz <= kMostFieldRate_Hz))
+        text << "fieldRate_Hz is " << fieldRate_Hz << "; it must be within 0.01 .. 40000";
     else
         return true;
     if (error != nullptr) *error = text.str();

@@ -14,7 +14,7 @@ struct ModulatorOptions
 {
     double amplitudeRate_Hz = 0.0; ///< 0 .. 500; of the radiation pressure; 0: none
     double amplitudeDepth = 1.0;   ///< 0 .. 1; 1: down to silence
-    double fieldRate_Hz = 1000.0;  ///< > 0 .. 40,000; fields a second, where there are several
+    double fieldRate_Hz = 1000.0;  ///< 0.01 .. 40,000; fields a second, where there are several
 
     bool isValid(std::string* error = nullptr) const;
 };

@@ -38,6 +38,14 @@ double Outline::length_m() const
     return length;
 }
 
+double pointsAlong(const std::vector<Outline>& outlines, double spacing_m)
+{
+    double count = 0.0;
+    for (const Outline& outline : outlines)
+        count += std::ceil(outline.length_m() / spacing_m) + (outline.closed ? 0.0 : 1.0);
+    return count;
+}
+
 Eigen::Matrix3Xd Outline::points(double spacing_m) const
 {
     const double length = length_m();

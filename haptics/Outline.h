@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include <vector>
+
 namespace midair::haptics
 {
 
@@ -26,5 +28,9 @@ struct Outline
                           int corners = 720);
     static Outline line(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 };
+
+/// About how many points \a outlines take together, nothing being placed; infinite for a spacing of 0. Throws InputError where an
+/// outline has no length.
+double pointsAlong(const std::vector<Outline>& outlines, double spacing_m);
 
 } // namespace midair::haptics

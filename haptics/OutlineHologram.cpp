@@ -1,6 +1,7 @@
 #include "haptics/OutlineHologram.h"
 
 #include "haptics/InputError.h"
+#include "haptics/Limits.h"
 #include "haptics/PressureField.h"
 
 #include <algorithm>
@@ -16,8 +17,7 @@ namespace
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kJudgeSpacing = 0.1; // wavelengths
-constexpr int kMostPoints = 5000;
-constexpr int kFirstCorrections = 5; // of each start, to tell which are worth following
+constexpr int kFirstCorrections = 5;  // of each start, to tell which are worth following
 constexpr int kRaises = 6; // of the pressure asked for, until the mean is what it should be
 constexpr int kRaiseCorrections = 15; // after each
 // A little more is asked for than must be had, since what the field lacks lowers the mean.
@@ -64,10 +64,27 @@ bool OutlineOptions::isValid(std::string* error) const
 
 OutlineHologram::OutlineHologram(const OutlineOptions& options) :
     _options(options),
-    _field(options.threads < 1 ? 1 : options.threads)
+    _field(options.pool ? options.pool : std::make_shared<ThreadPool>(std::max(options.threads, 1)),
+           Storage::FLOAT,
+           options.stop)
 {
     std::string error;
     if (!options.isValid(&error)) throw InputError("outline hologram: " + error);
+}
+
+// Before anything is placed along them.
+void OutlineHologram::checkLength(const std::vector<Outline>& outlines, double wavelength_m) const
+{
+    const double spacing_m = _options.spacing * wavelength_m;
+    const double points = pointsAlong(outlines, spacing_m);
+    if (points > kMostControlPoints ||
+        pointsAlong(outlines, kJudgeSpacing * wavelength_m) > kMostOutlineSamples)
+    {
+        std::ostringstream text;
+        text << "outline hologram: " << points << " points " << spacing_m << " m apart; at most "
+             << kMostControlPoints << " can be solved for";
+        throw InputError(text.str());
+    }
 }
 
 // The points that are solved for from here on, spacing_m apart along every outline.
@@ -84,13 +101,6 @@ void OutlineHologram::place(const Scene& scene, double spacing_m)
         for (Eigen::Index l = 0; l < n; ++l)
             _along.push_back(static_cast<double>(l) /
                              static_cast<double>(outline.closed ? n : n - 1));
-    }
-    if (count > kMostPoints)
-    {
-        std::ostringstream text;
-        text << "outline hologram: " << count << " points " << spacing_m << " m apart; at most "
-             << kMostPoints << " can be solved for";
-        throw InputError(text.str());
     }
     ControlPoints& points = _points;
     points.positions.resize(3, count);
@@ -139,8 +149,8 @@ SurfaceStatistics OutlineHologram::judge(const Scene& scene, Eigen::VectorXcf* p
 {
     const Eigen::VectorXcf q = playedPhases(_field);
     if (played != nullptr) *played = q;
-    Eigen::VectorXd pressure_Pa =
-        meanRadiationPressure(scene.dense, scene.array, scene.medium, {q}, 2.0, _options.threads);
+    Eigen::VectorXd pressure_Pa = meanRadiationPressure(
+        scene.dense, scene.array, scene.medium, {q}, 2.0, _options.threads, _options.stop);
     pressure_Pa.array() /=
         scene.targets.array().square(); // an outline is even if all of it is at its own
     return statisticsOf(pressure_Pa, Eigen::VectorXd());
@@ -273,10 +283,12 @@ OutlineReport OutlineHologram::solve(const std::vector<Outline>& outlines,
     if (!array.isValid(&error) || !medium.isValid(&error))
         throw InputError("outline hologram: " + error);
     const double wavelength_m = medium.wavelength(array.frequency_Hz);
+    checkLength(outlines, wavelength_m);
     Eigen::Matrix3Xd dense;
     Eigen::VectorXd targets;
     for (const Outline& outline : outlines)
     {
+        _options.stop.throwIfRequested();
         if (!(outline.target > 0.0 && std::isfinite(outline.target)))
             throw InputError("outline hologram: an outline's target is " +
                              std::to_string(outline.target) + "; it must be above 0");

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -28,7 +29,9 @@ struct OutlineOptions
     bool warmStart =
         true; ///< where outlines of as many points were solved before: one start, the field of then
     std::uint64_t seed = 1;
-    int threads = 1; ///< 1 ..
+    int threads = 1;                  ///< 1 ..
+    std::shared_ptr<ThreadPool> pool; ///< as SolverOptions::pool
+    StopToken stop;                   ///< where it asks for that, Stopped is thrown
 
     bool isValid(std::string* error = nullptr) const;
 };
@@ -66,7 +69,8 @@ public:
     /// Throws InputError for options that are not valid.
     explicit OutlineHologram(const OutlineOptions& options = {});
 
-    /// m activations into \a q, on the array's levels. Throws InputError where outlines, array or medium are not valid.
+    /// m activations into \a q, on the array's levels. Throws InputError where outlines, array or medium are not valid
+    /// or the outlines too long (Limits.h), Stopped where that is asked for.
     OutlineReport solve(const std::vector<Outline>& outlines,
                         const TransducerArray& array,
                         const Medium& medium,
@@ -96,6 +100,7 @@ private:
         double unit_Pa;          // radiation pressure of 1 Pa
     };
 
+    void checkLength(const std::vector<Outline>& outlines, double wavelength_m) const;
     void place(const Scene& scene, double spacing_m);
     std::string start(int index);
     SurfaceStatistics judge(const Scene& scene, Eigen::VectorXcf* played = nullptr);

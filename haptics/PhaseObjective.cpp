@@ -50,8 +50,12 @@ void checkInput(const Eigen::MatrixXcd& K, const Eigen::VectorXd& targets, doubl
 constexpr double kOver = 0.65;
 
 template<typename T>
-double descendPhases(
-    const kernels::HermitianView<T>& M, Eigen::VectorXcd& u, int maxRounds, double fall, T smallest)
+double descendPhases(const kernels::HermitianView<T>& M,
+                     Eigen::VectorXcd& u,
+                     int maxRounds,
+                     double fall,
+                     T smallest,
+                     const StopToken& stop)
 {
     using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
     Vector xRe = Vector::Zero(M.stride), xIm = xRe, sRe = xRe, sIm = xRe;
@@ -60,6 +64,7 @@ double descendPhases(
     kernels::multiply(M, xRe.data(), xIm.data(), sRe.data(), sIm.data());
     for (int round = 0; round < maxRounds; ++round)
     {
+        stop.throwIfRequested();
         const double fell = kernels::descendOnce(
             M, 1, T(kOver), smallest, xRe.data(), xIm.data(), sRe.data(), sIm.data());
         if (!(fell > fall)) break;
@@ -144,14 +149,21 @@ Eigen::VectorXd PhaseObjective::gradient(const Eigen::VectorXcd& u) const
     return 2.0 * (u.conjugate().array() * (_matrix * u).array()).imag();
 }
 
-double PhaseObjective::descend(Eigen::VectorXcd& u, int maxRounds, double tolerance) const
+double PhaseObjective::descend(Eigen::VectorXcd& u,
+                               int maxRounds,
+                               double tolerance,
+                               const StopToken& stop) const
 {
-    return descendPhases(view(), u, maxRounds, tolerance * _trace, 1e-9);
+    return descendPhases(view(), u, maxRounds, tolerance * _trace, 1e-9, stop);
 }
 
-double PhaseObjective::descendFast(Eigen::VectorXcd& u, int maxRounds, double tolerance) const
+double PhaseObjective::descendFast(Eigen::VectorXcd& u,
+                                   int maxRounds,
+                                   double tolerance,
+                                   const StopToken& stop) const
 {
-    return descendPhases(fastView(), u, maxRounds, tolerance * size(), 1e-4f) * _trace / size();
+    return descendPhases(fastView(), u, maxRounds, tolerance * size(), 1e-4f, stop) * _trace /
+           size();
 }
 
 Eigen::VectorXcd PhaseObjective::weights(const Eigen::VectorXcd& u) const

@@ -52,10 +52,17 @@ public:
     /// d(u* M u) / d phi_l = 2 Im(conj(u_l) (M u)_l) for u_l = exp(j phi_l).
     Eigen::VectorXd gradient(const Eigen::VectorXcd& u) const;
     /// Coordinate descent: each phase in turn becomes that of minus its row's sum over the others, which is its minimum.
-    /// Stops once a round gains less than \a tolerance * trace() or after \a maxRounds; returns u* M u.
-    double descend(Eigen::VectorXcd& u, int maxRounds = 1000, double tolerance = 1e-9) const;
+    /// Stops once a round gains less than \a tolerance * trace() or after \a maxRounds; returns u* M u. Throws Stopped
+    /// between rounds where \a stop asks for it.
+    double descend(Eigen::VectorXcd& u,
+                   int maxRounds = 1000,
+                   double tolerance = 1e-9,
+                   const StopToken& stop = {}) const;
     /// The same in float, several times faster; \a tolerance 1e-6 and more.
-    double descendFast(Eigen::VectorXcd& u, int maxRounds, double tolerance) const;
+    double descendFast(Eigen::VectorXcd& u,
+                       int maxRounds,
+                       double tolerance,
+                       const StopToken& stop = {}) const;
 
     /// w = (K + lambda I)^-1 diag(a) u, so that q = G* w.
     Eigen::VectorXcd weights(const Eigen::VectorXcd& u) const;

@@ -44,8 +44,11 @@ Eigen::VectorXcd unitPhases(const Eigen::VectorXcd& p)
     return u;
 }
 
-PhaseRelaxation::PhaseRelaxation(const PhaseObjective& objective, std::uint64_t seed) :
-    _objective(objective)
+PhaseRelaxation::PhaseRelaxation(const PhaseObjective& objective,
+                                 std::uint64_t seed,
+                                 StopToken stop) :
+    _objective(objective),
+    _stop(std::move(stop))
 {
     const int components = static_cast<int>(std::ceil(std::sqrt(objective.size()))) + 1;
     std::mt19937_64 random(seed);
@@ -82,8 +85,11 @@ void PhaseRelaxation::refreshProducts()
 {
     const kernels::HermitianView<float> M = _objective.fastView();
     for (Eigen::Index c = 0; c < _xRe.cols(); ++c)
+    {
+        _stop.throwIfRequested();
         kernels::multiply(
             M, _xRe.col(c).data(), _xIm.col(c).data(), _sRe.col(c).data(), _sIm.col(c).data());
+    }
 }
 
 void PhaseRelaxation::descend(int maxRounds, double fall)
@@ -91,6 +97,7 @@ void PhaseRelaxation::descend(int maxRounds, double fall)
     const kernels::HermitianView<float> M = _objective.fastView();
     while (_rounds < maxRounds)
     {
+        _stop.throwIfRequested();
         const double fell = kernels::descendOnce(
             M, rank(), kOver, kSmallestStep, _xRe.data(), _xIm.data(), _sRe.data(), _sIm.data());
         ++_rounds;
@@ -144,8 +151,9 @@ Eigen::VectorXcd PhaseRelaxation::leadingPhases() const
     return unitPhases(vectors().col(0));
 }
 
-PhaseSearch::PhaseSearch(const PhaseObjective& objective, std::uint64_t seed) :
+PhaseSearch::PhaseSearch(const PhaseObjective& objective, std::uint64_t seed, StopToken stop) :
     _objective(objective),
+    _stop(std::move(stop)),
     _random(seed)
 {
 }
@@ -153,8 +161,8 @@ PhaseSearch::PhaseSearch(const PhaseObjective& objective, std::uint64_t seed) :
 void PhaseSearch::tryFrom(const Eigen::VectorXcd& start)
 {
     Eigen::VectorXcd u = start;
-    _objective.descendFast(u, kMaxRounds, kSettledFast);
-    const double value = _objective.descend(u, kMaxRounds, kSettled);
+    _objective.descendFast(u, kMaxRounds, kSettledFast, _stop);
+    const double value = _objective.descend(u, kMaxRounds, kSettled, _stop);
     if (_starts++ == 0 || value < _bestValue)
     {
         _bestValue = value;
@@ -169,7 +177,7 @@ void PhaseSearch::tryRoundings(const PhaseRelaxation& relaxation, int count, int
     for (int i = 0; i < count; ++i)
     {
         Eigen::VectorXcd u = relaxation.round(_random);
-        const double value = _objective.descendFast(u, kFirstRounds, 0.0);
+        const double value = _objective.descendFast(u, kFirstRounds, 0.0, _stop);
         candidates.emplace_back(value, std::move(u));
     }
     const int kept = std::min(count, carriedOn);

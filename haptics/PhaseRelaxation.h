@@ -18,8 +18,9 @@ Eigen::VectorXcd unitPhases(const Eigen::VectorXcd& p);
 class PhaseRelaxation
 {
 public:
-    /// From random vectors of ceil(sqrt(n)) + 1 components. \a objective must outlive this.
-    PhaseRelaxation(const PhaseObjective& objective, std::uint64_t seed);
+    /// From random vectors of ceil(sqrt(n)) + 1 components. \a objective must outlive this. Throws Stopped, from descend() too,
+    /// where \a stop asks for it.
+    PhaseRelaxation(const PhaseObjective& objective, std::uint64_t seed, StopToken stop = {});
 
     /// Rounds until one gains less than \a fall * trace(M), or \a maxRounds in all.
     void descend(int maxRounds, double fall);
@@ -45,6 +46,7 @@ private:
     void refreshProducts();
 
     const PhaseObjective& _objective;
+    StopToken _stop;
     Eigen::MatrixXf _xRe, _xIm; // stride x components
     Eigen::MatrixXf _sRe, _sIm; // M x
     int _rounds = 0;
@@ -54,7 +56,8 @@ private:
 class PhaseSearch
 {
 public:
-    explicit PhaseSearch(const PhaseObjective& objective, std::uint64_t seed);
+    /// What takes long throws Stopped where \a stop asks for it.
+    explicit PhaseSearch(const PhaseObjective& objective, std::uint64_t seed, StopToken stop = {});
 
     /// Descends from \a u.
     void tryFrom(const Eigen::VectorXcd& u);
@@ -67,6 +70,7 @@ public:
 
 private:
     const PhaseObjective& _objective;
+    StopToken _stop;
     std::mt19937_64 _random;
     Eigen::VectorXcd _best;
     double _bestValue = 0.0;

@@ -16,6 +16,7 @@ namespace
 void spread(const std::vector<BudgetPoint>& points,
             const std::vector<std::size_t>& members,
             int quota,
+            const StopToken& stop,
             std::vector<char>& keep)
 {
     std::vector<std::size_t> order = members;
@@ -26,6 +27,7 @@ void spread(const std::vector<BudgetPoint>& points,
     std::size_t next = 0;
     for (int taken = 0; taken < quota; ++taken)
     {
+        stop.throwIfRequested();
         keep[order[next]] = 1;
         const Eigen::Vector3d point = points[order[next]].position;
         distance2[next] = -1.0;
@@ -43,7 +45,8 @@ void spread(const std::vector<BudgetPoint>& points,
 
 } // namespace
 
-std::vector<char> shareBudget(const std::vector<BudgetPoint>& points, int maxPoints)
+std::vector<char>
+shareBudget(const std::vector<BudgetPoint>& points, int maxPoints, const StopToken& stop)
 {
     std::vector<char> keep(points.size(), 0);
     std::map<int, std::map<int, std::vector<std::size_t>>, std::greater<>> groups;
@@ -79,7 +82,7 @@ std::vector<char> shareBudget(const std::vector<BudgetPoint>& points, int maxPoi
                 ++quota;
                 ++given;
             }
-            spread(points, own, quota, keep);
+            spread(points, own, quota, stop, keep);
         }
         left -= share;
     }

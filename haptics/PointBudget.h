@@ -1,5 +1,7 @@
 #pragma once
 
+#include "haptics/StopToken.h"
+
 #include <Eigen/Core>
 
 #include <vector>
@@ -19,7 +21,8 @@ struct BudgetPoint
 
 /// A flag for each point: 1 for at most \a maxPoints that stay. Priority by priority; the first that doesn't fit as a
 /// whole is shared among its sources in proportion to their points (largest remainders), and each source's share is
-/// spread over it.
-std::vector<char> shareBudget(const std::vector<BudgetPoint>& points, int maxPoints);
+/// spread over it. Throws Stopped where \a stop asks for it.
+std::vector<char>
+shareBudget(const std::vector<BudgetPoint>& points, int maxPoints, const StopToken& stop = {});
 
 } // namespace midair::haptics

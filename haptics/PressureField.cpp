@@ -58,7 +58,8 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
                             const TransducerArray& array,
                             const Medium& medium,
                             const Eigen::VectorXcf& activations,
-                            int threads)
+                            int threads,
+                            const StopToken& stop)
 {
     if (activations.size() != array.size())
         throw InputError("activations are " + std::to_string(activations.size()) +
@@ -91,6 +92,7 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
         for (Eigen::Index begin = next.fetch_add(kPointsAtOnce); begin < n;
              begin = next.fetch_add(kPointsAtOnce))
         {
+            if (stop.requested()) return;
             const Eigen::Index count = std::min(kPointsAtOnce, n - begin);
             G.resize(static_cast<int>(count));
             for (int l = 0; l < static_cast<int>(count); ++l)
@@ -114,6 +116,7 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
     work();
     for (std::thread& helper : helpers)
         helper.join();
+    stop.throwIfRequested();
     return pressure;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "haptics/Medium.h"
+#include "haptics/StopToken.h"
 #include "haptics/TransducerArray.h"
 
 #include <Eigen/Core>
@@ -23,12 +24,13 @@ struct FieldGrid
 
 /// Complex peak pressure in Pa at \a points (3 x n) for \a activations (m, |q| = 1 is full drive); on \a threads threads.
 /// Transducers with an activation of 0 cost nothing. To 1e-5 of what all of them in phase would give there.
-/// Throws InputError where the activations are not as many as the transducers.
+/// Throws InputError where the activations are not as many as the transducers, Stopped where \a stop asks for it.
 Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
                             const TransducerArray& array,
                             const Medium& medium,
                             const Eigen::VectorXcf& activations,
-                            int threads = 1);
+                            int threads = 1,
+                            const StopToken& stop = {});
 
 /// Time-averaged pressure on a surface, Pa: alpha p_rms^2 / (rho c^2), 1 <= alpha <= 2 (Inoue, Makino, Shinoda 2015,
 /// equation 1, per area); \a pressure_Pa is a peak amplitude. alpha is 2 where the surface reflects all, as skin nearly does.

@@ -21,6 +21,7 @@ SampleBuilder::SampleBuilder(const TriangleMesh& mesh,
     _mesh(mesh),
     _topology(topology),
     _options(options),
+    _look(options.stop),
     _points(options.spacing_m * 1.05)
 {
     _samples.normalStart.push_back(0);
@@ -28,6 +29,7 @@ SampleBuilder::SampleBuilder(const TriangleMesh& mesh,
 
 bool SampleBuilder::place(int meshTriangle, const Eigen::Vector3d& barycentric, double radius)
 {
+    look();
     const Eigen::Vector3d point = pointOnTriangle(_mesh, meshTriangle, barycentric);
     if (_points.anyNear(point, radius * kSafety)) return false;
     if (_points.size() >= _options.maxPoints) throwTooManyPoints(_topology, _options);

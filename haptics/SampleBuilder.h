@@ -40,6 +40,9 @@ public:
     Eigen::Vector3d edgePoint(const FeatureEdge& edge, double fraction) const;
     Eigen::Vector3d vertexPoint(int vertex) const;
 
+    /// For loops that may turn long without a try: throws Stopped where the options' token asks for it.
+    void look() { _look.turn(); }
+
     const PointGrid& points() const { return _points; }
     const TriangleMesh& mesh() const { return _mesh; }
     const MeshTopology& topology() const { return _topology; }
@@ -60,6 +63,7 @@ private:
     const TriangleMesh& _mesh;
     const MeshTopology& _topology;
     const SamplerOptions& _options;
+    StopLook _look;
     PointGrid _points;
     SurfaceSamples _samples; ///< all but the matrices
     std::vector<Eigen::Vector3d> _barycentrics;

@@ -78,7 +78,11 @@ SampledMesh prepare(const TriangleMesh& mesh, const SamplerOptions& options)
     std::string error;
     if (!options.isValid(&error)) throw InputError(error);
     SampledMesh sampled{
-        mesh, options, buildTopology(mesh, options.creaseAngle_rad, options.spacing_m), {}, {}};
+        mesh,
+        options,
+        buildTopology(mesh, options.creaseAngle_rad, options.spacing_m, options.stop),
+        {},
+        {}};
     if (options.sampling == Sampling::EDGES && sampled.topology.features.empty())
     {
         std::ostringstream text;
@@ -88,7 +92,9 @@ SampledMesh prepare(const TriangleMesh& mesh, const SamplerOptions& options)
         throw InputError(text.str());
     }
     checkExtent(sampled);
+    options.stop.throwIfRequested();
     sampled.corners = findCorners(mesh, sampled.topology, options.creaseAngle_rad);
+    options.stop.throwIfRequested();
     sampled.chains = chainFeatures(mesh, sampled.topology, sampled.corners);
     return sampled;
 }
@@ -187,6 +193,7 @@ sampleSurfaceSets(const TriangleMesh& mesh, const SamplerOptions& options, int c
                                   set,
                                   radicalInverse(static_cast<unsigned>(set)),
                                   set > 0 ? &earlier : nullptr));
+        options.stop.throwIfRequested();
         for (const auto& point : sets.back().positions.colwise())
             earlier.insert(point);
     }

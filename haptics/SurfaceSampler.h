@@ -1,5 +1,6 @@
 #pragma once
 
+#include "haptics/StopToken.h"
 #include "haptics/TriangleMesh.h"
 
 #include <cstdint>
@@ -28,6 +29,7 @@ struct SamplerOptions
     double edgeSpacing_m =
         0.0; ///< 0 .. spacing_m; smallest distance along outlines and creases, 0: spacing_m
     int maxPoints = 20000; ///< >= 1; a mesh that needs more is refused
+    StopToken stop;        ///< where it asks for that, Stopped is thrown
 
     bool isValid(std::string* error = nullptr) const;
 };
@@ -57,7 +59,7 @@ struct SurfaceSamples
 /// farther than 1.1 edge spacings. VERTICES: corners first, then by vertex number, each that is free of the spacing.
 /// The same mesh and options give the same points. A mesh smaller than the spacing gets one point.
 /// Throws InputError for options out of range, NaN vertices, indices out of range, meshes without a triangle of
-/// positive area, more than maxPoints points (telling a spacing that would do), and EDGES on a mesh without features.
+/// positive area, more than maxPoints points (telling a spacing that would do) or kMostTriangles triangles, and EDGES on a mesh without features.
 SurfaceSamples sampleSurface(const TriangleMesh& mesh, const SamplerOptions& options);
 
 /// \a count sets of nearly equal size on the same surface, each as sampleSurface promises, each in the gaps of those

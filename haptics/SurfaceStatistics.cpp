@@ -39,6 +39,7 @@ Eigen::Matrix3Xd placesOff(const Eigen::Matrix3Xd& surface,
     int found = 0;
     for (int t = 0; t < kTriesPerPlace * options.offPoints && found < options.offPoints; ++t)
     {
+        options.stop.throwIfRequested();
         const double x = uniform();
         const double y = uniform();
         const double z = uniform();
@@ -106,26 +107,34 @@ Eigen::VectorXd meanRadiationPressure(const Eigen::Matrix3Xd& points,
                                       const Medium& medium,
                                       const std::vector<Eigen::VectorXcf>& cycle,
                                       double alpha,
-                                      int threads)
+                                      int threads,
+                                      const StopToken& stop)
 {
     if (cycle.empty()) throw InputError("the cycle has no fields; there must be at least one");
     // The radiation pressure goes with |p|^2, so that this is what is averaged.
     Eigen::VectorXd square = Eigen::VectorXd::Zero(points.cols());
     for (const Eigen::VectorXcf& q : cycle)
-        square +=
-            pressureAt(points, array, medium, q, threads).cast<std::complex<double>>().cwiseAbs2();
+        square += pressureAt(points, array, medium, q, threads, stop)
+                      .cast<std::complex<double>>()
+                      .cwiseAbs2();
     return square * (radiationPressure(1.0, medium, alpha) / static_cast<double>(cycle.size()));
 }
 
-Eigen::Matrix3Xd
-samplesNear(const Eigen::Matrix3Xd& samples, const Eigen::Matrix3Xd& points, double reach_m)
+Eigen::Matrix3Xd samplesNear(const Eigen::Matrix3Xd& samples,
+                             const Eigen::Matrix3Xd& points,
+                             double reach_m,
+                             const StopToken& stop)
 {
     Eigen::Matrix3Xd near(3, samples.cols());
     Eigen::Index count = 0;
+    StopLook look(stop);
     for (const auto& sample : samples.colwise())
+    {
+        look.turn();
         if (points.cols() > 0 &&
             (points.colwise() - sample).colwise().squaredNorm().minCoeff() <= reach_m * reach_m)
             near.col(count++) = sample;
+    }
     near.conservativeResize(3, count);
     return near;
 }
@@ -146,8 +155,10 @@ SurfaceStatistics surfaceStatistics(const Eigen::Matrix3Xd& surface,
         options.offDistance_m > 0.0 ? options.offDistance_m : medium.wavelength(array.frequency_Hz);
     const Eigen::Matrix3Xd off = placesOff(surface, distance_m, options);
     return statisticsOf(
-        meanRadiationPressure(surface, array, medium, cycle, options.alpha, options.threads),
-        meanRadiationPressure(off, array, medium, cycle, options.alpha, options.threads));
+        meanRadiationPressure(
+            surface, array, medium, cycle, options.alpha, options.threads, options.stop),
+        meanRadiationPressure(
+            off, array, medium, cycle, options.alpha, options.threads, options.stop));
 }
 
 } // namespace midair::haptics

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "haptics/Medium.h"
+#include "haptics/StopToken.h"
 #include "haptics/TransducerArray.h"
 
 #include <Eigen/Core>
@@ -21,6 +22,7 @@ struct SurfaceStatisticsOptions
     int offPoints = 1000;       ///< >= 0; 0: no contrast
     std::uint64_t seed = 1;     ///< of the places off the surface
     int threads = 1;            ///< 1 ..
+    StopToken stop;             ///< where it asks for that, Stopped is thrown
 
     bool isValid(std::string* error = nullptr) const;
 };
@@ -45,13 +47,14 @@ struct SurfaceStatistics
 SurfaceStatistics statisticsOf(const Eigen::VectorXd& on_Pa, const Eigen::VectorXd& off_Pa);
 
 /// Radiation pressure in Pa at \a points (3 x n), averaged over \a cycle, each field being played for the same time.
-/// Throws InputError for an empty cycle.
+/// Throws InputError for an empty cycle, Stopped where \a stop asks for it.
 Eigen::VectorXd meanRadiationPressure(const Eigen::Matrix3Xd& points,
                                       const TransducerArray& array,
                                       const Medium& medium,
                                       const std::vector<Eigen::VectorXcf>& cycle,
                                       double alpha = 2.0,
-                                      int threads = 1);
+                                      int threads = 1,
+                                      const StopToken& stop = {});
 
 /// Of the fields \a cycle (K >= 1 times m activations, as the device plays them) on \a surface (3 x n, metres, in the array
 /// frame): samples spread evenly over it, a fifth of a wavelength apart or closer, since the field between control points is
@@ -63,7 +66,10 @@ SurfaceStatistics surfaceStatistics(const Eigen::Matrix3Xd& surface,
                                     const SurfaceStatisticsOptions& options = {});
 
 /// Of \a samples (3 x n) those within \a reach_m of one of \a points (3 x m): the part of a surface that is to be felt.
-Eigen::Matrix3Xd
-samplesNear(const Eigen::Matrix3Xd& samples, const Eigen::Matrix3Xd& points, double reach_m);
+/// Throws Stopped where \a stop asks for it.
+Eigen::Matrix3Xd samplesNear(const Eigen::Matrix3Xd& samples,
+                             const Eigen::Matrix3Xd& points,
+                             double reach_m,
+                             const StopToken& stop = {});
 
 } // namespace midair::haptics

@@ -60,7 +60,7 @@ TEST(Modulator, SaysWhatIsWrong)
     options = {};
     options.fieldRate_Hz = 0.0;
     EXPECT_FALSE(options.isValid(&error));
-    EXPECT_EQ(error, "fieldRate_Hz is 0; it must be above 0 and at most 40000");
+    EXPECT_EQ(error, "fieldRate_Hz is 0; it must be within 0.01 .. 40000");
     EXPECT_THROW(Modulator{options}, InputError);
 }
 

@@ -122,11 +122,13 @@ TEST_F(Collect, NestedSurfacesAreTwoObjects)
     EXPECT_EQ(instances().size(), 2u);
 }
 
-TEST_F(Collect, ASceneInsideASceneIsItsOwn)
+TEST_F(Collect, WhatIsInASceneInsideTheSceneIsTheOuterOnes)
 {
     osg::ref_ptr<HapticScene> inner = new HapticScene;
     inner->addChild(surface);
     scene->addChild(inner);
+    EXPECT_EQ(instances().size(), 1u);
+    inner->setEnabled(false);
     EXPECT_EQ(instances().size(), 0u);
 }
 
