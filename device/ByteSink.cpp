@@ -5,6 +5,7 @@
 #include "device/SteadyClock.h"
 #include "device/UsbNode.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <system_error>
 
@@ -69,7 +70,8 @@ bool ByteSink::bequeath()
 SerialPort::SerialPort(const std::string& device,
                        int baud,
                        const std::vector<std::uint8_t>& lastWill,
-                       double settle_s)
+                       double settle_s) :
+    _settle_s(settle_s)
 {
     const auto fail = [&](const std::string& what)
     {
@@ -116,6 +118,15 @@ bool SerialPort::present()
         return true;
     _error = "unplugged";
     return false;
+}
+
+bool SerialPort::hears(std::uint8_t answer)
+{
+    std::uint8_t bytes[512];
+    bool heard = false;
+    for (ssize_t count = 0; (count = ::read(_port, bytes, sizeof bytes)) > 0;)
+        heard = heard || std::find(bytes, bytes + count, answer) != bytes + count;
+    return heard;
 }
 
 bool SerialPort::write(const std::vector<std::uint8_t>& bytes)

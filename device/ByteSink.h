@@ -27,7 +27,11 @@ public:
     virtual void discard() {}
     /// Whether the way is still there, as far as that can be told without writing; false with error() set.
     virtual bool present() { return true; }
-    /// When what is written is taken for the first time (steadySeconds()), for a board that starts when it is opened.
+    /// Whether \a answer is among the bytes that came back since this was asked last.
+    virtual bool hears(std::uint8_t /*answer*/) { return false; }
+    /// How long a board that starts when it is opened takes nothing; 0: no such board.
+    virtual double settle_s() const { return 0; }
+    /// When that ends (steadySeconds()).
     virtual double settled_s() const { return 0; }
     /// A sign of life for whoever silences the board when this program hangs, to be given every 100 ms.
     void beat();
@@ -62,10 +66,13 @@ public:
     void discard() override;
 
     bool present() override;
+    bool hears(std::uint8_t answer) override;
+    double settle_s() const override { return _settle_s; }
     double settled_s() const override { return _settled_s; }
 
 private:
     int _port = -1;
+    const double _settle_s;
     double _settled_s = 0;
 };
 
