@@ -18,8 +18,6 @@ constexpr double kLook_s = 0.05;  ///< signs of life, and whether the line is st
 
 constexpr double kClosing_s = 0.005;
 constexpr double kAnswer_s = 1; ///< within which a board answers that does: five repeats
-constexpr double kHeld =
-    4; ///< times as long stays a bootloader that was sent something: 6.5 s for 1 s
 
 constexpr const char* kPlaysOn =
     "the board may still play what it had, for it has no watchdog: cut its power";
@@ -82,12 +80,13 @@ void BoardDevice::adopt(std::unique_ptr<ByteSink> sink)
     _resetDue = true;
     _lookedAfter_s = 0;
     _answerDue_s = 0;
+    _missed = 0;
 }
 
 void BoardDevice::lookAfterLine(std::unique_lock<std::mutex>& lock)
 {
     _lookedAfter_s = steadySeconds();
-    _sink->beat();
+    _sink->beat(_missed > 0);
     if (!_sink->present())
         lose(lock, _sink->error());
     else if (watchesAnswers())
@@ -120,6 +119,7 @@ void BoardDevice::missAnswer()
     if (_answers == Answers::UNKNOWN && _missed > 1)
     {
         _answers = Answers::NEVER;
+        _missed = 0;
         spdlog::warn("{}: never answers, so nobody knows whether it plays what it is sent, or is "
                      "silent when it should be",
                      _name);
@@ -131,7 +131,7 @@ void BoardDevice::missAnswer()
         spdlog::error("{}: hasn't answered to its silence: {}", _name, kPlaysOn);
         return;
     }
-    const double still_s = kHeld * _sink->settle_s();
+    const double still_s = _sink->held_s();
     const std::string why = fmt::format("answers no more, as if it had been reset; for {:.0f} s "
                                         "nothing is written, so that its bootloader ends, and then "
                                         "it is silenced: until then {}",

@@ -57,9 +57,9 @@ speed_t speedOf(int baud)
 ByteSink::ByteSink() = default;
 ByteSink::~ByteSink() = default;
 
-void ByteSink::beat()
+void ByteSink::beat(bool held)
 {
-    if (_lastWill != nullptr) _lastWill->beat();
+    if (_lastWill != nullptr) _lastWill->beat(held);
 }
 
 bool ByteSink::bequeath()
@@ -97,7 +97,7 @@ SerialPort::SerialPort(const std::string& device,
         fail("doesn't take " + std::to_string(baud) + " baud: ");
     if (::ioctl(_port, TIOCEXCL) != 0) fail("can't be had alone: ");
     _settled_s = steadySeconds() + settle_s;
-    _lastWill = std::make_unique<LastWill>(LastWill::Way{_port, 0}, lastWill, _settled_s);
+    _lastWill = std::make_unique<LastWill>(LastWill::Way{_port, 0}, lastWill, _settled_s, held_s());
 }
 
 bool SerialPort::knows(int baud)

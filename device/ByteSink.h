@@ -33,8 +33,11 @@ public:
     virtual double settle_s() const { return 0; }
     /// When that ends (steadySeconds()).
     virtual double settled_s() const { return 0; }
-    /// A sign of life for whoever silences the board when this program hangs, to be given every 100 ms.
-    void beat();
+    /// How long it takes nothing after it was sent something in that time: a Mega's bootloader some 6.5 s, where settling takes 1 s.
+    double held_s() const { return 4 * settle_s(); }
+    /// A sign of life for whoever silences the board when this program hangs, to be given every 100 ms. \a held: the board takes
+    /// nothing, for held_s() from now.
+    void beat(bool held = false);
     /// Gives up writing: whoever else holds the board writes its last will. Whether it could.
     bool bequeath();
     const std::string& error() const { return _error; }
