@@ -100,12 +100,14 @@ bool BoardDevice::watchesAnswers() const
 
 void BoardDevice::listen()
 {
-    if (_sink->hears(static_cast<std::uint8_t>(_codec->answer())))
+    const bool heard = _sink->hears(static_cast<std::uint8_t>(_codec->answer()));
+    if (_resetDue) return; // a board that starts may send anything
+    if (heard)
     {
         _answers = Answers::YES;
         _answerDue_s = 0;
         _missed = 0;
-        if (!_resetDue) becomeReady();
+        becomeReady();
     }
     else if (_answerDue_s > 0 && steadySeconds() > _answerDue_s)
         missAnswer();
@@ -217,11 +219,13 @@ BoardDevice::Piece BoardDevice::nextPiece()
 
 void BoardDevice::writeNext(std::unique_lock<std::mutex>& lock)
 {
+    if (watchesAnswers()) // what comes back from here on is for this piece, as the line was free
+    {
+        listen();
+        if (nextWrite_s() > steadySeconds()) return;
+    }
     const bool overtakes = !_resetDue && _silenceWanted && _codec->restarts();
     Piece piece = nextPiece();
-    // What comes back from here on is for this piece, as the line was free.
-    if (watchesAnswers() && _sink->hears(static_cast<std::uint8_t>(_codec->answer())))
-        _answerDue_s = 0;
     lock.unlock();
     if (overtakes) _sink->discard();
     const bool written = _sink->write(_bytes);
