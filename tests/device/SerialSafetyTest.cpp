@@ -124,6 +124,16 @@ TEST(Mega, is_silenced_after_its_bootloader_and_then_plays)
     EXPECT_TRUE(eventually([&] { return mega.board.silentInBothBuffers(); }));
 }
 
+TEST(Mega, is_waited_for_by_default)
+{
+    BoardEmulator board("ultraino", 64, {115200, true, 1.0, 6.5}); // as it is in truth
+    board.start();
+    openDevice("ultraino:" + board.name(), {64, {}});
+    EXPECT_FALSE(board.starting());
+    EXPECT_TRUE(eventually([&] { return board.silentInBothBuffers(); }));
+    EXPECT_EQ(board.eaten(), 0U);
+}
+
 TEST(Mega, is_silent_after_a_mute_that_opens_and_closes)
 {
     Mega mega;
