@@ -109,6 +109,10 @@ public:
     bool restarts() const override { return false; }
     // Two buffers, and a field that was cut off shifts the first silent one, which then leaves the cut one's head where it is.
     int silentFields() const override { return 3; }
+    int answer() const override
+    {
+        return 0x00;
+    } // what is for the next board of the chain goes to the computer too
 
     // The board plays a list of patterns, each for so many periods: here one pattern for ever (durations 1, then 0 as the end).
     void appendOpening(std::vector<std::uint8_t>& out) const override

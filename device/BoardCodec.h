@@ -44,6 +44,8 @@ public:
     virtual int silentFields() const = 0;
     /// Appends the opening and that many silent fields: a swap that nobody asked for brings nothing back.
     void appendSilence(std::vector<std::uint8_t>& out, int transducers) const;
+    /// The byte that comes back for every field when the board has taken it; negative: the board never says anything.
+    virtual int answer() const { return -1; }
     /// Appends what silences whatever is on the line, also what this program has told nothing: a board that is stacked on ours.
     virtual void appendReset(std::vector<std::uint8_t>& out, int transducers) const
     {

@@ -71,6 +71,10 @@ private:
     void writeNext(std::unique_lock<std::mutex>& lock);
     void lose(std::unique_lock<std::mutex>& lock, std::string why);
     bool quiet() const; ///< nothing is left to be written before closing
+    void becomeReady();
+    bool watchesAnswers() const;
+    void listen();
+    void missAnswer();
     double nextWrite_s() const;
     Piece nextPiece(); ///< and its bytes in _bytes
     void finish(Piece piece);
@@ -100,7 +104,17 @@ private:
     double _repeatAt_s = 0;
     double _openingAt_s = 0; ///< when the codec's opening was last written
     double _lookedAfter_s = 0;
-    bool _ready = false; ///< takes fields
+    // Whether a board that should answer does: an Arduino that is reset listens to its bootloader, which takes every byte for a
+    // reason to stay, and then begins to play by itself.
+    enum class Answers
+    {
+        UNKNOWN,
+        YES,
+        NEVER
+    } _answers = Answers::UNKNOWN;
+    double _answerDue_s = 0; ///< 0: none is
+    int _missed = 0;         ///< answers in a row
+    bool _ready = false;     ///< takes fields
     bool _closing = false;
     FieldCounters _counters;
     std::thread _thread;

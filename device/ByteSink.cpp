@@ -5,6 +5,7 @@
 #include "device/SteadyClock.h"
 #include "device/UsbNode.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <system_error>
 
@@ -56,9 +57,9 @@ speed_t speedOf(int baud)
 ByteSink::ByteSink() = default;
 ByteSink::~ByteSink() = default;
 
-void ByteSink::beat()
+void ByteSink::beat(bool held)
 {
-    if (_lastWill != nullptr) _lastWill->beat();
+    if (_lastWill != nullptr) _lastWill->beat(held);
 }
 
 bool ByteSink::bequeath()
@@ -69,7 +70,8 @@ bool ByteSink::bequeath()
 SerialPort::SerialPort(const std::string& device,
                        int baud,
                        const std::vector<std::uint8_t>& lastWill,
-                       double settle_s)
+                       double settle_s) :
+    _settle_s(settle_s)
 {
     const auto fail = [&](const std::string& what)
     {
@@ -95,7 +97,7 @@ SerialPort::SerialPort(const std::string& device,
         fail("doesn't take " + std::to_string(baud) + " baud: ");
     if (::ioctl(_port, TIOCEXCL) != 0) fail("can't be had alone: ");
     _settled_s = steadySeconds() + settle_s;
-    _lastWill = std::make_unique<LastWill>(LastWill::Way{_port, 0}, lastWill, _settled_s);
+    _lastWill = std::make_unique<LastWill>(LastWill::Way{_port, 0}, lastWill, _settled_s, held_s());
 }
 
 bool SerialPort::knows(int baud)
@@ -116,6 +118,15 @@ bool SerialPort::present()
         return true;
     _error = "unplugged";
     return false;
+}
+
+bool SerialPort::hears(std::uint8_t answer)
+{
+    std::uint8_t bytes[512];
+    bool heard = false;
+    for (ssize_t count = 0; (count = ::read(_port, bytes, sizeof bytes)) > 0;)
+        heard = heard || std::find(bytes, bytes + count, answer) != bytes + count;
+    return heard;
 }
 
 bool SerialPort::write(const std::vector<std::uint8_t>& bytes)

@@ -27,10 +27,17 @@ public:
     virtual void discard() {}
     /// Whether the way is still there, as far as that can be told without writing; false with error() set.
     virtual bool present() { return true; }
-    /// When what is written is taken for the first time (steadySeconds()), for a board that starts when it is opened.
+    /// Whether \a answer is among the bytes that came back since this was asked last.
+    virtual bool hears(std::uint8_t /*answer*/) { return false; }
+    /// How long a board that starts when it is opened takes nothing; 0: no such board.
+    virtual double settle_s() const { return 0; }
+    /// When that ends (steadySeconds()).
     virtual double settled_s() const { return 0; }
-    /// A sign of life for whoever silences the board when this program hangs, to be given every 100 ms.
-    void beat();
+    /// How long it takes nothing after it was sent something in that time: a Mega's bootloader some 6.5 s, where settling takes 1 s.
+    double held_s() const { return 4 * settle_s(); }
+    /// A sign of life for whoever silences the board when this program hangs, to be given every 100 ms. \a held: the board takes
+    /// nothing, for held_s() from now.
+    void beat(bool held = false);
     /// Gives up writing: whoever else holds the board writes its last will. Whether it could.
     bool bequeath();
     const std::string& error() const { return _error; }
@@ -62,10 +69,13 @@ public:
     void discard() override;
 
     bool present() override;
+    bool hears(std::uint8_t answer) override;
+    double settle_s() const override { return _settle_s; }
     double settled_s() const override { return _settled_s; }
 
 private:
     int _port = -1;
+    const double _settle_s;
     double _settled_s = 0;
 };
 

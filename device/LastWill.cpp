@@ -35,6 +35,7 @@ constexpr std::size_t kMostBulkBytes =
     16384;                               ///< that usbfs takes in one piece, also in old kernels
 constexpr char kName[] = "midair-guard"; ///< 15 bytes at most
 constexpr char kBeat = 'b';
+constexpr char kHeldBeat = 'h';
 constexpr char kFarewell = 'x';
 
 // All below runs in the child: only calls that are safe after a fork of a program with threads.
@@ -127,14 +128,15 @@ struct Charge
     const std::uint8_t* bytes;
     std::size_t size;
     double notBefore_s;
+    double held_s;
 
-    double early_s() const
+    static double now_s() // steadySeconds()
     {
         timespec now{};
-        ::clock_gettime(CLOCK_MONOTONIC, &now); // steadySeconds()
-        return notBefore_s - static_cast<double>(now.tv_sec) -
-               static_cast<double>(now.tv_nsec) * 1e-9;
+        ::clock_gettime(CLOCK_MONOTONIC, &now);
+        return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
     }
+    double early_s() const { return notBefore_s - now_s(); }
     bool write() const
     {
         return way.endpoint == 0 ? writeBytes(way.descriptor, bytes, size)
@@ -152,7 +154,7 @@ struct Charge
     }
 };
 
-[[noreturn]] void guard(const Charge& charge)
+[[noreturn]] void guard(Charge charge)
 {
     const std::uint64_t all = ~std::uint64_t(0); // libc spares two, which would end the child
     ::syscall(SYS_rt_sigprocmask, SIG_SETMASK, &all, nullptr, sizeof all);
@@ -180,12 +182,16 @@ struct Charge
         if (count <= 0) ::_exit(charge.writeInTime() ? 0 : 1); // no farewell: the program has died
         if (words[count - 1] == kFarewell) ::_exit(0);
         beating = true;
+        if (words[count - 1] == kHeldBeat) charge.notBefore_s = Charge::now_s() + charge.held_s;
     }
 }
 
 } // namespace
 
-LastWill::LastWill(const Way& way, const std::vector<std::uint8_t>& bytes, double notBefore_s)
+LastWill::LastWill(const Way& way,
+                   const std::vector<std::uint8_t>& bytes,
+                   double notBefore_s,
+                   double held_s)
 {
     int ends[2];
     const bool paired = ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0;
@@ -198,7 +204,7 @@ LastWill::LastWill(const Way& way, const std::vector<std::uint8_t>& bytes, doubl
     if (_guard == 0)
     {
         ::close(ends[1]);
-        guard({ends[0], way, bytes.data(), bytes.size(), notBefore_s});
+        guard({ends[0], way, bytes.data(), bytes.size(), notBefore_s, held_s});
     }
     ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
     if (_guard < 0)
@@ -221,9 +227,9 @@ LastWill::~LastWill()
     await();
 }
 
-void LastWill::beat()
+void LastWill::beat(bool held)
 {
-    if (_alive >= 0) ::send(_alive, &kBeat, 1, MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (_alive >= 0) ::send(_alive, held ? &kHeldBeat : &kBeat, 1, MSG_NOSIGNAL | MSG_DONTWAIT);
 }
 
 bool LastWill::execute()

@@ -24,16 +24,20 @@ public:
         unsigned endpoint = 0;
     };
 
-    /// Nothing is written before \a notBefore_s (steadySeconds()), for a board that is still starting and would lose it. Where no
-    /// child can be had, that is logged and the board goes without.
-    LastWill(const Way& way, const std::vector<std::uint8_t>& bytes, double notBefore_s = 0);
+    /// Nothing is written before \a notBefore_s (steadySeconds()), for a board that is still starting and would lose it, nor in the
+    /// \a held_s after a sign of life that says so. Where no child can be had, that is logged and the board goes without.
+    LastWill(const Way& way,
+             const std::vector<std::uint8_t>& bytes,
+             double notBefore_s = 0,
+             double held_s = 0);
     ~LastWill(); ///< the farewell: nothing is written, and the child has let go of the descriptor when this returns
 
     LastWill(const LastWill&) = delete;
     LastWill& operator=(const LastWill&) = delete;
 
     /// A sign of life, to be given every 100 ms or so once the first was given. One thread at a time.
-    void beat();
+    /// \a held: the board is in its bootloader, which stays as long as it is sent something.
+    void beat(bool held = false);
     /// The child writes now and ends; whether the descriptor took all of it. For a way that this process can't write to any more.
     bool execute();
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <deque>
 #include <memory>
+#include <utility>
 
 namespace midair::device
 {
@@ -188,6 +189,7 @@ public:
 
     UltrainoBoard* next = nullptr;
     std::uint64_t swaps = 0;
+    std::vector<std::uint8_t> forwarded;
 
 private:
     static constexpr std::size_t kPattern = 100; ///< bytes: 10 steps of 10 ports
@@ -205,6 +207,7 @@ private:
     }
     void forward(std::uint8_t byte)
     {
+        forwarded.push_back(byte);
         if (next != nullptr) next->take(byte);
     }
 
@@ -227,6 +230,12 @@ public:
     {
         for (; count > 0; --count, ++bytes)
             _boards.front().take(*bytes);
+        for (std::size_t i = 1; i < _boards.size(); ++i)
+            _boards[i].forwarded.clear(); // only the first is wired to the computer
+    }
+    std::vector<std::uint8_t> takeAnswer() override
+    {
+        return std::exchange(_boards.front().forwarded, {});
     }
     void powerUp() override
     {

@@ -22,6 +22,8 @@ public:
     virtual void rest(double /*seconds*/) {}
     /// Forgets all and does what the firmware does first, which with two of the three boards is full drive.
     virtual void powerUp() = 0;
+    /// What it has sent back since.
+    virtual std::vector<std::uint8_t> takeAnswer() { return {}; }
     /// What sounds now.
     virtual std::vector<std::complex<float>> playing() const = 0;
     virtual std::uint64_t swaps() const = 0; ///< fields that began to sound

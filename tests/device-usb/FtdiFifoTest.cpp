@@ -19,11 +19,25 @@ struct Board
 {
     std::mutex mutex;
     std::unique_ptr<VirtualBoard> board = makeVirtualBoard("openmpd", 256);
+    bool sounded = false;
     EmulatedArray chip{[this](const std::uint8_t* bytes, std::size_t count)
                        {
                            std::lock_guard<std::mutex> lock(mutex);
                            board->receive(bytes, count);
+                           for (const std::complex<float> q : board->playing())
+                               sounded = sounded || std::abs(q) > 0;
                        }};
+
+    bool hasSounded()
+    {
+        std::lock_guard<std::mutex> lock(mutex);
+        return sounded;
+    }
+    std::uint64_t swaps()
+    {
+        std::lock_guard<std::mutex> lock(mutex);
+        return board->swaps();
+    }
 
     bool plays(const std::vector<std::complex<float>>& wanted)
     {
@@ -101,11 +115,47 @@ TEST(FtdiFifo, is_silent_after_a_SIGKILL_of_the_host)
     Board peer;
     Host host("--fifo-host");
     ASSERT_TRUE(host.waitUntilStopped());
-    ASSERT_FALSE(peer.isSilent());
+    ASSERT_TRUE(peer.hasSounded());
     host.kill();
     EXPECT_TRUE(eventually([&] { return peer.isSilent(); }));
     // The child that silenced it has ended too: another program can have the board.
     EXPECT_TRUE(eventually([] { return openError("openmpd:A0001") == "no error"; }));
+}
+
+TEST(FtdiFifo, is_silent_while_the_host_is_stopped)
+{
+    Board peer;
+    Host host("--fifo-host");
+    ASSERT_TRUE(host.waitUntilStopped());
+    ASSERT_TRUE(peer.hasSounded());
+    EXPECT_TRUE(eventually([&] { return peer.isSilent(); }));
+}
+
+TEST(FtdiFifo, is_written_again_and_again)
+{
+    Board peer;
+    const auto device = openDevice("openmpd:", {256, {}});
+    ASSERT_TRUE(device->send(randomField(256, 1)));
+    ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
+    const std::uint64_t before = peer.swaps();
+    EXPECT_TRUE(eventually([&] { return peer.swaps() >= before + 3; }));
+    EXPECT_TRUE(peer.plays(device->played()));
+    EXPECT_EQ(device->report().played, 1U);
+}
+
+TEST(FtdiFifo, says_that_it_may_play_on_when_it_is_unplugged)
+{
+    Board peer;
+    const auto device = openDevice("openmpd:", {256, {}});
+    ASSERT_TRUE(device->send(randomField(256, 1)));
+    ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
+    peer.chip.unplug(); // and nothing is sent
+    EXPECT_TRUE(eventually(
+        [&] {
+            return device->report().message.find("may still play what it had") != std::string::npos;
+        }))
+        << device->report().message;
+    EXPECT_EQ(device->report().state, DeviceState::LOST);
 }
 
 TEST(FtdiFifo, is_free_for_another_program_as_soon_as_it_is_closed)

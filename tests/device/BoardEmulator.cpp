@@ -166,6 +166,12 @@ void BoardEmulator::take(std::uint8_t byte, double now_s)
     }
     else
         _board->receive(&byte, 1);
+    const auto answer = _board->takeAnswer();
+    if (_master >= 0 && _opened && _options.answers &&
+        ::write(_master, answer.data(), answer.size()) < 0)
+    {
+        // a computer that doesn't read loses it
+    }
 }
 
 void BoardEmulator::powerCycle()

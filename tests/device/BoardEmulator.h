@@ -28,6 +28,7 @@ public:
         bool mega = false;
         double boot_s = 0.05; ///< until the sketch starts, if nothing is sent
         double held_s = 0.3;  ///< after the last byte, once something was
+        bool answers = true;  ///< what the firmware sends back arrives
     };
 
     BoardEmulator(const std::string& board, int transducers, const Options& options);

@@ -147,6 +147,16 @@ TEST(LastWill, waits_until_the_board_takes_it)
     EXPECT_GE(steadySeconds(), notBefore_s);
 }
 
+TEST(LastWill, waits_for_a_board_that_is_held_in_its_bootloader)
+{
+    Pipe board;
+    LastWill will({board.ends[1], 0}, kSilence, 0, 0.3);
+    const double held_s = steadySeconds();
+    will.beat(true);
+    EXPECT_TRUE(will.execute());
+    EXPECT_GE(steadySeconds(), held_s + 0.3);
+}
+
 TEST(LastWill, takes_no_signals)
 {
     Pipe board;

@@ -28,9 +28,12 @@ constexpr const char* kPlaysOn =
 /// An Ultraino board: an Arduino Mega.
 struct Mega
 {
-    BoardEmulator board{"ultraino", 64, {115200, true}};
+    BoardEmulator board;
 
-    Mega() { board.start(); }
+    explicit Mega(bool answers = true) : board("ultraino", 64, {115200, true, 0.05, 0.5, answers})
+    {
+        board.start();
+    }
     std::unique_ptr<ArrayDevice> open() const
     {
         return openDevice("ultraino:" + board.name() + "?settle=500ms", {64, {}});
@@ -38,6 +41,24 @@ struct Mega
     bool playsItsOwnPattern()
     {
         return !board.starting() && near(board.playing(), std::vector<std::complex<float>>(64, 1));
+    }
+};
+
+/// One whose sketch plays a field.
+struct PlayingMega : Mega
+{
+    std::unique_ptr<ArrayDevice> device = open();
+
+    explicit PlayingMega(bool answers = true) : Mega(answers)
+    {
+        device->send(randomField(64, 1));
+        EXPECT_TRUE(eventually([&] { return near(board.playing(), hears()); }));
+    }
+    static std::vector<std::complex<float>> hears()
+    {
+        std::vector<std::complex<float>> q;
+        makeBoardCodec("ultraino")->played(randomField(64, 1), q);
+        return q;
     }
 };
 
@@ -103,6 +124,16 @@ TEST(Mega, is_silenced_after_its_bootloader_and_then_plays)
     EXPECT_TRUE(eventually([&] { return mega.board.silentInBothBuffers(); }));
 }
 
+TEST(Mega, is_waited_for_by_default)
+{
+    BoardEmulator board("ultraino", 64, {115200, true, 1.0, 6.5}); // as it is in truth
+    board.start();
+    openDevice("ultraino:" + board.name(), {64, {}});
+    EXPECT_FALSE(board.starting());
+    EXPECT_TRUE(eventually([&] { return board.silentInBothBuffers(); }));
+    EXPECT_EQ(board.eaten(), 0U);
+}
+
 TEST(Mega, is_silent_after_a_mute_that_opens_and_closes)
 {
     Mega mega;
@@ -140,6 +171,42 @@ TEST(Mega, is_silenced_after_its_bootloader_when_it_comes_back)
     EXPECT_TRUE(eventually([&] { return mega.board.silentInBothBuffers(); }));
     EXPECT_EQ(mega.board.eaten(), 0U);
     EXPECT_EQ(device->report().reconnects, 1U);
+}
+
+// By its button: the bootloader would take the repeats for a reason to stay, and start the pattern when they end.
+TEST(Mega, is_left_to_its_bootloader_and_silenced_when_it_is_reset)
+{
+    PlayingMega mega;
+    mega.board.powerCycle();
+    mega.board.inject(1); // the bootloader has a byte in its first moment
+    ASSERT_TRUE(eventually([&] { return mega.device->report().state == DeviceState::LOST; }));
+    EXPECT_NE(mega.device->report().message.find("answers no more"), std::string::npos);
+    EXPECT_GT(mega.board.eaten(), 0U);
+    ASSERT_TRUE(eventually([&] { return mega.device->report().state == DeviceState::READY; }));
+    EXPECT_TRUE(eventually([&] { return mega.board.silentInBothBuffers(); }));
+    ASSERT_TRUE(mega.device->send(randomField(64, 1)));
+    EXPECT_TRUE(eventually([&] { return near(mega.board.playing(), mega.hears()); }));
+}
+
+TEST(Mega, is_silent_after_a_closing_while_its_bootloader_listens)
+{
+    PlayingMega mega;
+    mega.board.powerCycle();
+    mega.board.inject(1); // the bootloader has a byte in its first moment
+    mega.device.reset();
+    EXPECT_FALSE(mega.board.starting()); // so nothing begins after it has gone
+    EXPECT_TRUE(eventually([&] { return mega.board.silentInBothBuffers(); }));
+}
+
+TEST(Mega, plays_also_where_its_answers_dont_arrive)
+{
+    PlayingMega mega(false);
+    ASSERT_TRUE(eventually([&] { return mega.device->report().state == DeviceState::LOST; }));
+    ASSERT_TRUE(eventually([&] { return mega.device->report().state == DeviceState::READY; }));
+    ASSERT_TRUE(mega.device->send(randomField(64, 1)));
+    EXPECT_TRUE(eventually([&] { return near(mega.board.playing(), mega.hears()); }));
+    mega.device.reset();
+    EXPECT_TRUE(eventually([&] { return mega.board.silentInBothBuffers(); }));
 }
 
 TEST(SonicSurfaceBoard, has_its_field_back_after_damaged_bytes)

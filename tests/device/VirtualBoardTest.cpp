@@ -147,6 +147,15 @@ TEST(VirtualUltraino, plays_all_patterns_that_have_a_duration)
     expectAll(*board, 1);
 }
 
+TEST(VirtualUltraino, sends_back_what_is_for_the_next_board)
+{
+    const auto board = makeVirtualBoard("ultraino", 64);
+    feed(*board,
+         {0x11, 0x72, 0x70, 0x10, 0x00}); // its own bytes it keeps, the others' it counts down
+    EXPECT_EQ(board->takeAnswer(), (std::vector<std::uint8_t>{0x71, 0x70, 0x10, 0x00}));
+    EXPECT_TRUE(board->takeAnswer().empty());
+}
+
 TEST(VirtualOpenMpd, is_silent_until_a_whole_field_has_come)
 {
     const auto board = makeVirtualBoard("openmpd", 256);
