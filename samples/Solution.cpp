@@ -252,7 +252,7 @@ void solveModel(const SolveArguments& arguments, Solution& solution)
 {
     std::vector<haptics::ControlPoints> sets;
     for (const haptics::PosedObject& object : sampleModel(arguments, solution))
-        sets.push_back(selectPoints(arguments, object, solution));
+        if (!arguments.outline) sets.push_back(selectPoints(arguments, object, solution));
     if (arguments.outline)
         playTurns(arguments,
                   solveOutlines(solution.mesh,

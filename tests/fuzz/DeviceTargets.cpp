@@ -175,10 +175,12 @@ void fuzzUri(const std::uint8_t* data, std::size_t size)
                    [](DeviceUri& uri)
                    {
                        const SafetyLimits limits = takeLimits(uri, {});
-                       require(within(limits.maxAmplitude, 0, 1) && within(limits.ramp_s, 0, 10) &&
-                                   within(limits.meanDrive, 0, 1) && limits.meanDriveTime_s > 0 &&
-                                   std::isfinite(limits.meanDriveTime_s) && limits.hold_s >= 0 &&
-                                   limits.maxPressure_Pa >= 0,
+                       // A ramp that is too long is refused by the guard that holds them.
+                       require(within(limits.maxAmplitude, 0, 1) && within(limits.ramp_s, 0, 1e6) &&
+                                   within(limits.meanDrive, 0, 1) &&
+                                   within(limits.meanDriveTime_s, 0, 1e6) &&
+                                   within(limits.hold_s, 0, 1e6) &&
+                                   within(limits.maxPressure_Pa, 0, 1e6),
                                "limits are within their ranges");
                    });
     }

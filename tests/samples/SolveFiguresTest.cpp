@@ -155,7 +155,9 @@ protected:
         }
         const nlohmann::json& report = all.at("report");
         if (wanted > 0 && report.at("level_Pa").get<double>() > 0.0)
+        {
             EXPECT_NEAR(std::sqrt(squares / wanted), report.at("rms").get<double>(), 1e-3);
+        }
         EXPECT_GT(fs::file_size(out() + "/field.png"), 1000U);
     }
 
@@ -232,7 +234,8 @@ TEST_F(SolveFigures, EverySamplingInTurnAndHalfOutside)
     for (const std::string sampling : {"surface", "edges", "vertices"})
         for (const std::string& turns : kTurns)
         {
-            if (turns == " --outline") continue;
+            const bool cycles = turns.find("--cycle") != std::string::npos;
+            if (turns == " --outline" || (cycles && sampling == "vertices")) continue;
             const std::string star = kStar + turns + " --sampling " + sampling;
             solve(star + " --rotation-deg 10 20 30", 0);
             solve(star + " --position 0 -0.098 0", -1); // half of it behind the array
