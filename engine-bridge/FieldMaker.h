@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine-bridge/LineRate.h"
 #include "engine-bridge/MessageLog.h"
 #include "engine-bridge/SceneSnapshot.h"
 #include "haptics/MatchedFields.h"
@@ -45,6 +46,7 @@ public:
         std::function<std::unique_ptr<haptics::HologramSolver>(bool absolute)> makeSolver;
         int subsets = 1; ///< >= 1; of the points, played in turn
         haptics::ModulatorOptions modulation;
+        LineRate line; ///< to the device; what it doesn't carry is not made
     };
 
     FieldMaker(Options options, MessageLog& messages) :
@@ -54,7 +56,8 @@ public:
     }
 
     /// \a set numbers the point sets of the scene: each starts warm from its own last fields. \a points.object indexes
-    /// \a objects. Where the report says REFUSED there are no fields.
+    /// \a objects. Where the report says REFUSED there are no fields. Throws haptics::InputError for a modulation that the
+    /// line doesn't carry.
     MadeFields make(int set,
                     const std::vector<HapticObject>& objects,
                     const haptics::ControlPoints& points,

@@ -1,6 +1,7 @@
 #include "haptics/FieldMonitor.h"
 
 #include "haptics/InputError.h"
+#include "haptics/base/PlainText.h"
 
 #include <algorithm>
 #include <chrono>
@@ -37,12 +38,8 @@ void takeLowestPriority()
 const FieldMonitor::Options& checked(const FieldMonitor::Options& options)
 {
     if (options.interval_s >= 0.0 && options.interval_s <= 1e6) return options;
-    char text[96];
-    std::snprintf(text,
-                  sizeof text,
-                  "field monitor: interval_s is %g; it must be from 0 to 1e6",
-                  options.interval_s);
-    throw InputError(text);
+    throw InputError(base::plainText("field monitor: interval_s is %g; it must be from 0 to 1e6",
+                                     options.interval_s));
 }
 
 } // namespace

@@ -64,6 +64,7 @@ void printResiduals(const bridge::CalibrationReport& report)
 void writeMatrix(const std::string& path, const Eigen::Isometry3d& worldToArray)
 {
     std::ofstream out(path);
+    out.imbue(std::locale::classic());
     out << "# array = M world, column vectors, metres\n"
         << std::setprecision(17) << worldToArray.matrix() << "\n";
     out.flush();
