@@ -68,7 +68,9 @@ void requireRecording(const std::string& file, int descriptor)
 
 OpenFile::~OpenFile()
 {
-    if (_descriptor >= 0) ::close(_descriptor);
+    if (_descriptor < 0) return;
+    ::flock(_descriptor, LOCK_UN); // a child of this process may have a copy of the descriptor
+    ::close(_descriptor);
 }
 
 OpenFile::OpenFile(OpenFile&& other) noexcept : _descriptor(std::exchange(other._descriptor, -1)) {}
