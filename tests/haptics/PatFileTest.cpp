@@ -7,7 +7,7 @@
 #include <cmath>
 #include <complex>
 #include <cstdio>
-#include <sstream>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -165,4 +165,30 @@ TEST(PatFile, NamesTheLineThatIsWrong)
     EXPECT_EQ(errorOf(pat),
               "board.pat, line 6: isn't there; it must be 256 phase adjustments with commas "
               "between them");
+}
+
+// Whatever a file holds: an array that is valid, or a message.
+TEST(PatFile, HoldsAnArrayOrIsRefused)
+{
+    const std::string good = Pat().text();
+    std::mt19937 random(1);
+    int refused = 0;
+    for (int k = 0; k < 500; ++k)
+    {
+        std::string text = good;
+        for (unsigned i = random() % 4; i-- > 0;)
+            text[random() % text.size()] = "0,().-\n e9"[random() % 10];
+        text.resize(random() % 3 == 0 ? random() % text.size() : text.size());
+        try
+        {
+            EXPECT_TRUE(readPat(text, "board.pat").array.isValid()) << k;
+        }
+        catch (const InputError& error)
+        {
+            EXPECT_EQ(std::string(error.what()).find("board.pat, line "), 0U) << error.what();
+            ++refused;
+        }
+    }
+    EXPECT_GT(refused, 100);
+    EXPECT_LT(refused, 500);
 }
