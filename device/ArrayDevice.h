@@ -54,6 +54,7 @@ struct DriveAbility
     bool fades = false; ///< amplitudes may be lowered on the way: a ramp, a thermal budget
     /// m long, from 0: parts of the array that fade or fall silent by themselves; empty: all is one.
     std::vector<int> part = {};
+    double fieldsPerSecond = 0; ///< how many the line to it carries; 0: more than anybody sends
 };
 
 enum class DeviceState
@@ -86,6 +87,7 @@ struct DeviceReport
     std::string firmware;     ///< "1.2.3"; empty where unknown
     double temperature_C = 0; ///< 0 where unknown
     std::string message;      ///< the last fault; empty while there was none
+    std::string shortfall;    ///< "3 of 1000 fields were played"; empty where it was half or more
 };
 
 /// A phased array that plays one field until the next replaces it whole. send() never blocks on the hardware.

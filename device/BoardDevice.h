@@ -41,7 +41,13 @@ public:
     void silence() override;
     std::string status() const override;
     DeviceReport report() const override;
-    DriveAbility ability() const override { return {_codec->phaseLevels(), _codec->amplitudes()}; }
+    DriveAbility ability() const override
+    {
+        DriveAbility ability{_codec->phaseLevels(), _codec->amplitudes()};
+        ability.fieldsPerSecond =
+            _codec->bytesPerSecond() / static_cast<double>(_silentFrame.size());
+        return ability;
+    }
     std::vector<std::complex<float>> played() const override;
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 

@@ -1,8 +1,8 @@
 #include "device/DeviceUri.h"
 
-#include <cmath>
-#include <cstdio>
-#include <cstdlib>
+#include "haptics/base/Number.h"
+
+#include <algorithm>
 
 namespace midair::device
 {
@@ -12,29 +12,35 @@ namespace
 
 constexpr double kMostSeconds = 1e6;
 
-// strtod would take "nan", hexadecimal and leading blanks; a URI has plain decimals.
+// A decimal, and what follows it: a unit.
 bool parseDecimal(const std::string& text, double& value, std::string& rest)
 {
     const std::size_t end = text.find_first_not_of("+-.0123456789eE");
     const std::string digits = text.substr(0, end);
     rest = end == std::string::npos ? std::string() : text.substr(end);
-    if (digits.empty()) return false;
-    char* stop = nullptr;
-    value = std::strtod(digits.c_str(), &stop);
-    return *stop == '\0' && std::isfinite(value);
+    return base::parseNumber(digits, value);
+}
+
+// Where a number was written as some languages do, says so.
+std::string withPoint(const std::string& text)
+{
+    return text.find(',') == std::string::npos ? std::string() : ", with a point and not a comma";
+}
+
+// A list may be longer than what helps in a message.
+std::string shown(const std::string& text)
+{
+    constexpr std::size_t kShown = 200;
+    return text.size() <= kShown ? text : text.substr(0, kShown) + "..";
 }
 
 } // namespace
 
-std::string shortNumber(double value)
-{
-    char text[32];
-    std::snprintf(text, sizeof text, "%g", value);
-    return text;
-}
-
 DeviceUri::DeviceUri(const std::string& text, const std::string& thing) : _thing(thing), _text(text)
 {
+    if (text.size() > kMostUriCharacters)
+        throw error("has " + std::to_string(text.size()) + " characters, should have at most " +
+                    std::to_string(kMostUriCharacters));
     const std::size_t colon = text.find(':');
     if (colon == std::string::npos || colon == 0)
         throw error("a " + _thing + " is named SCHEME:PATH?KEY=VALUE, for instance \"sim:\"");
@@ -59,7 +65,7 @@ DeviceUri::DeviceUri(const std::string& text, const std::string& thing) : _thing
 
 DeviceError DeviceUri::error(const std::string& what) const
 {
-    return DeviceError(_thing + " \"" + _text + "\": " + what);
+    return DeviceError(_thing + " \"" + shown(_text) + "\": " + what);
 }
 
 std::string DeviceUri::take(const std::string& key)
@@ -82,8 +88,8 @@ double DeviceUri::takeNumber(const std::string& key, double fallback, double low
     double value = 0;
     std::string rest;
     if (!parseDecimal(text, value, rest) || !rest.empty() || value < low || value > high)
-        throw error(key + "=" + text + " should be a number from " + shortNumber(low) + " to " +
-                    shortNumber(high));
+        throw error(key + "=" + text + " should be a number from " + base::shortNumber(low) +
+                    " to " + base::shortNumber(high) + withPoint(text));
     return value;
 }
 
@@ -96,7 +102,8 @@ double DeviceUri::takeSeconds(const std::string& key, double fallback_s)
     const bool number = parseDecimal(text, value, unit);
     const double scale = unit == "s" ? 1 : unit == "ms" ? 1e-3 : unit == "us" ? 1e-6 : 0;
     if (!number || scale == 0 || value < 0 || value * scale > kMostSeconds)
-        throw error(key + "=" + text + " should be a time such as 2s, 100ms or 20us");
+        throw error(key + "=" + text + " should be a time such as 2s, 100ms or 20us" +
+                    withPoint(text));
     return value * scale;
 }
 

@@ -9,12 +9,15 @@
 namespace midair::device
 {
 
+constexpr std::size_t kMostUriCharacters = 4096; ///< of a device's name, and of a list of them
+constexpr int kMostDevices = 64;                 ///< in a list
+
 /// A device's name (or another thing's of the outside) taken apart: `scheme:path?key=value&key=value`. Each device takes the
 /// parameters that it knows, then calls rejectUnknown(), so that a misspelt one is an error and not a default.
 class DeviceUri
 {
 public:
-    /// Throws DeviceError when there is no scheme or a parameter has no value. \a thing is what errors call it.
+    /// Throws DeviceError when it is too long, there is no scheme or a parameter has no value. \a thing is what errors call it.
     explicit DeviceUri(const std::string& text, const std::string& thing = "device");
 
     const std::string& text() const { return _text; }
@@ -51,8 +54,5 @@ private:
     std::map<std::string, std::string> _parameters;
     std::set<std::string> _known;
 };
-
-/// The shortest text of a number, for messages.
-std::string shortNumber(double value);
 
 } // namespace midair::device

@@ -1,5 +1,7 @@
 #include "device/FieldCounters.h"
 
+#include <algorithm>
+
 namespace midair::device
 {
 
@@ -17,7 +19,18 @@ std::string countersText(const DeviceReport& report)
     add(report.faults, "faults");
     add(report.reconnects, "reconnects");
     if (!report.message.empty()) text += "; " + report.message;
+    const std::string shortfall = shortfallOf(report);
+    if (!shortfall.empty()) text += "; " + shortfall;
     return text;
+}
+
+// What a newer field overtakes is no loss.
+std::string shortfallOf(const DeviceReport& report)
+{
+    const std::uint64_t settled = report.sent - std::min(report.sent, report.pending);
+    const std::uint64_t due = settled - std::min(settled, report.dropped);
+    if (due == 0 || 2 * report.played >= due) return "";
+    return std::to_string(report.played) + " of " + std::to_string(settled) + " fields were played";
 }
 
 } // namespace midair::device

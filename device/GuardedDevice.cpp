@@ -4,6 +4,7 @@
 #include "device/DriveEncoder.h"
 #include "device/FieldCounters.h"
 #include "device/JointCommit.h"
+#include "haptics/base/Number.h"
 
 #include <algorithm>
 #include <array>
@@ -42,8 +43,8 @@ double peakAmplitude(const DriveSignal& signal)
 void require(bool good, const char* name, double value, const char* range)
 {
     if (!good)
-        throw DeviceError(std::string("device limits: ") + name + " is " + shortNumber(value) +
-                          ", should be " + range);
+        throw DeviceError(std::string("device limits: ") + name + " is " +
+                          base::shortNumber(value) + ", should be " + range);
 }
 
 } // namespace
@@ -256,6 +257,7 @@ std::vector<std::complex<float>> GuardedDevice::wouldPlay(const DriveSignal& sig
 DeviceReport GuardedDevice::report() const
 {
     DeviceReport report = _device->report();
+    if (report.shortfall.empty()) report.shortfall = shortfallOf(report); // a mute is none
     std::lock_guard<std::mutex> lock(_mutex);
     report.sent += _refused;
     report.refused += _refused;
@@ -269,8 +271,8 @@ std::string GuardedDevice::status() const
     std::lock_guard<std::mutex> lock(_mutex);
     if (_muted) text += "; muted";
     if (_sounds && _gain < 1)
-        text +=
-            "; limited to " + shortNumber(std::round(_gain * 1000) / 10) + " % of the amplitude";
+        text += "; limited to " + base::shortNumber(std::round(_gain * 1000) / 10) +
+                " % of the amplitude";
     return text;
 }
 

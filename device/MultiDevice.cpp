@@ -1,5 +1,6 @@
 #include "device/MultiDevice.h"
 
+#include "device/DeviceUri.h"
 #include "device/FieldCounters.h"
 #include "device/GuardedDevice.h"
 
@@ -12,6 +13,10 @@ namespace midair::device
 
 std::vector<std::string> splitDeviceList(const std::string& text)
 {
+    if (text.size() > kMostUriCharacters)
+        throw DeviceError("device \"" + text.substr(0, 40) + "..\": has " +
+                          std::to_string(text.size()) + " characters, should have at most " +
+                          std::to_string(kMostUriCharacters));
     std::vector<std::string> parts;
     std::size_t begin = 0;
     for (std::size_t comma = text.find(','); comma != std::string::npos;
@@ -29,6 +34,10 @@ std::vector<std::string> splitDeviceList(const std::string& text)
         begin = comma + 1;
     }
     parts.push_back(text.substr(begin));
+    if (parts.size() > kMostDevices)
+        throw DeviceError("device \"" + text.substr(0, 40) + "..\": is a list of " +
+                          std::to_string(parts.size()) + " devices, should be at most " +
+                          std::to_string(kMostDevices));
     return parts;
 }
 
@@ -118,6 +127,7 @@ DeviceReport MultiDevice::report() const
     for (const Part& part : _parts)
     {
         const DeviceReport one = part.device->report();
+        if (sum.shortfall.empty()) sum.shortfall = one.shortfall;
         if (one.state > sum.state)
         {
             sum.state = one.state;
@@ -156,6 +166,10 @@ DriveAbility MultiDevice::ability() const
             (coarsest.amplitudes.empty() || one.amplitudes.size() < coarsest.amplitudes.size()))
             coarsest.amplitudes = one.amplitudes;
         coarsest.fades = coarsest.fades || one.fades;
+        if (one.fieldsPerSecond > 0)
+            coarsest.fieldsPerSecond = coarsest.fieldsPerSecond > 0
+                                           ? std::min(coarsest.fieldsPerSecond, one.fieldsPerSecond)
+                                           : one.fieldsPerSecond;
     }
     // Several that have all transducers, an array and its recorder, are one array.
     std::vector<int> part(static_cast<std::size_t>(_transducers), 0);

@@ -31,7 +31,7 @@ public:
     void setMuted(bool muted) override;
     std::string status() const override;
     DeviceReport report() const override;
-    DriveAbility ability() const override; ///< the coarsest of all
+    DriveAbility ability() const override; ///< the coarsest and slowest of all
     bool identify(int board, bool light) override;
     std::vector<std::complex<float>>
     played() const override; ///< of the first device that has the transducer
@@ -53,6 +53,7 @@ private:
 };
 
 /// The devices of a list, cut at commas that a kind of device follows; one when there is no such comma.
+/// Throws DeviceError for a list that is too long (DeviceUri.h).
 std::vector<std::string> splitDeviceList(const std::string& text);
 
 } // namespace midair::device

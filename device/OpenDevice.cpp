@@ -12,9 +12,9 @@
 #include "device/RecordingDevice.h"
 #include "device/SimulatedArray.h"
 #include "device/UsbArrayDevice.h"
+#include "haptics/base/Number.h"
 
 #include <algorithm>
-#include <cstdio>
 
 namespace midair::device
 {
@@ -99,8 +99,9 @@ std::unique_ptr<ArrayDevice> openNull(DeviceUri& uri, const DeviceLayout& layout
 std::unique_ptr<ArrayDevice> openRecording(DeviceUri& uri, const DeviceLayout& layout)
 {
     uri.requirePath("a file");
+    const bool overwrite = uri.takeFlag("overwrite", false);
     uri.rejectUnknown();
-    return std::make_unique<RecordingDevice>(uri.path(), layout.transducers);
+    return std::make_unique<RecordingDevice>(uri.path(), layout.transducers, overwrite);
 }
 
 std::unique_ptr<ArrayDevice> openSerialBoard(DeviceUri& uri, const DeviceLayout& layout)
@@ -123,10 +124,26 @@ std::unique_ptr<ArrayDevice> openSerialBoard(DeviceUri& uri, const DeviceLayout&
         { return std::make_unique<SerialPort>(port, baud, lastWill, settle_s); });
 }
 
+// Any FT232H may be something else, so none is taken that wasn't named.
+std::string pluggedInFifos()
+{
+    std::string list;
+    for (const UsbListing& one : listUsbDevices(kFifoAddress))
+        list += (list.empty() ? "" : ", ") +
+                (one.serial.empty() ? "one that doesn't tell its serial number"
+                                    : "openmpd:" + one.serial) +
+                " (" + one.condition + ")";
+    return list.empty() ? "no FT232H is plugged in" : "plugged in: " + list;
+}
+
 std::unique_ptr<ArrayDevice> openFifoBoard(DeviceUri& uri, const DeviceLayout& layout)
 {
     uri.rejectUnknown();
     const std::string& serial = uri.path();
+    if (serial.empty())
+        throw uri.error("which one? Name it by its serial number, for any FT232H may be something "
+                        "else; " +
+                        pluggedInFifos());
     return std::make_unique<BoardDevice>(uri.text(),
                                          makeBoardCodec(uri.scheme()),
                                          layout.transducers,
@@ -153,10 +170,14 @@ std::unique_ptr<ArrayDevice> openPlaying(DeviceUri& uri, const DeviceLayout& lay
     const std::string to = uri.takeText("to", "");
     uri.rejectUnknown();
     if (to.empty()) throw uri.error("say on which device: \"play:FILE?to=usb:\"");
+    if (playsByItself(to))
+        throw uri.error("a recording plays on an array, not on another recording: \"play:\" may "
+                        "not stand in \"to\"");
+    // Read before anything is opened, so that nothing records over it.
+    recording::Show show(uri.path(), layout.transducers);
     std::unique_ptr<ArrayDevice> device = openList(to, layout, {});
     if (device->ability().maxPressure_Pa > 0) throw uri.error(kNoPointsInRecording);
-    return std::make_unique<PlayingDevice>(
-        uri.path(), layout.transducers, options, std::move(device));
+    return std::make_unique<PlayingDevice>(std::move(show), options, std::move(device));
 }
 
 struct Scheme
@@ -178,7 +199,9 @@ constexpr Scheme kSchemes[] = {
      openSerialBoard,
      "ultraino:TTY            open boards of 64, chained, on a serial port"},
     {"openmpd", openFifoBoard, "openmpd:SERIAL          an open board of 256 behind an FT232H"},
-    {"record", openRecording, "record:FILE             writes every field into a file"},
+    {"record",
+     openRecording,
+     "record:FILE             writes every field into a file; ?overwrite=yes into any"},
     {"play",
      openPlaying,
      "play:FILE?to=DEVICE     plays a recording on another device; ?loop=yes&speed=2"},
@@ -217,10 +240,10 @@ MultiDevice::Part partOf(DeviceUri& uri, const DeviceLayout& layout)
     const int last = layout.board.empty() ? 0 : layout.board.back();
     int from = 0;
     int to = 0;
-    char rest = 0;
-    const int read = std::sscanf(boards.c_str(), "%d-%d%c", &from, &to, &rest);
-    if (read == 1) to = from;
-    if (read < 1 || read > 2 || boards.find_first_not_of("0123456789-") != std::string::npos ||
+    const std::size_t dash = std::min(boards.find('-'), boards.size());
+    const std::string end = dash == boards.size() ? boards : boards.substr(dash + 1);
+    const bool read = base::parseWhole(boards.substr(0, dash), from) && base::parseWhole(end, to);
+    if (!read || boards.find_first_not_of("0123456789-") != std::string::npos || from < 0 ||
         from > to || to > last)
         throw uri.error("boards=" + boards + " should be a board or a range of them, from 0 to " +
                         std::to_string(last));

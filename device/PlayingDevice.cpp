@@ -1,39 +1,23 @@
 #include "device/PlayingDevice.h"
 
-#include "device/DeviceUri.h"
 #include "device/FieldCounters.h"
 #include "device/Recording.h"
+#include "haptics/base/Number.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <fstream>
-#include <iterator>
-#include <system_error>
 
 #include <spdlog/spdlog.h>
 
 namespace midair::device
 {
 
-PlayingDevice::PlayingDevice(const std::string& file,
-                             int transducers,
+PlayingDevice::PlayingDevice(recording::Show show,
                              const Options& options,
                              std::unique_ptr<ArrayDevice> device) :
-    _file(file),
-    _transducers(transducers),
+    _show(std::move(show)),
     _options(options),
     _device(std::move(device))
 {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream)
-        throw DeviceError("recording \"" + file +
-                          "\": can't be read: " + std::generic_category().message(errno));
-    _bytes.assign(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>());
-    const recording::Reader reader(_bytes.data(), _bytes.size(), file);
-    if (reader.transducers() != transducers)
-        throw DeviceError("recording \"" + file + "\": was made for " +
-                          std::to_string(reader.transducers()) +
-                          " transducers, but the array has " + std::to_string(transducers));
     _thread = std::thread([this] { run(); });
 }
 
@@ -61,7 +45,7 @@ void PlayingDevice::run()
 
 bool PlayingDevice::playOnce(std::unique_lock<std::mutex>& lock)
 {
-    recording::Reader reader(_bytes.data(), _bytes.size(), _file);
+    recording::Reader reader(_show.bytes(), _show.file());
     recording::Entry entry;
     const auto start = std::chrono::steady_clock::now();
     recording::Stop stop = reader.next(entry);
@@ -86,9 +70,9 @@ bool PlayingDevice::playOnce(std::unique_lock<std::mutex>& lock)
         _ending = std::string(stop == recording::Stop::TRUNCATED ? "the file breaks off"
                                                                  : "the file is damaged") +
                   " at byte " + std::to_string(reader.offset()) + " of " +
-                  std::to_string(_bytes.size()) + ", after " + std::to_string(_fields) +
+                  std::to_string(_show.bytes().size()) + ", after " + std::to_string(_fields) +
                   " whole fields";
-        spdlog::warn("recording \"{}\": {}", _file, _ending);
+        spdlog::warn("recording \"{}\": {}", _show.file(), _ending);
     }
     return true;
 }
@@ -115,6 +99,23 @@ bool PlayingDevice::finished() const
     return _finished;
 }
 
+std::string PlayingDevice::ending() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    return _ending;
+}
+
+DeviceReport PlayingDevice::report() const
+{
+    DeviceReport report = _device->report();
+    std::lock_guard<std::mutex> lock(_mutex);
+    if (!_finished || _ending.empty()) return report;
+    report.state = DeviceState::LOST;
+    ++report.faults;
+    report.message = "recording \"" + _show.file() + "\": " + _ending;
+    return report;
+}
+
 double PlayingDevice::worstLateness_s() const
 {
     std::lock_guard<std::mutex> lock(_mutex);
@@ -125,8 +126,8 @@ std::string PlayingDevice::status() const
 {
     const std::string device = _device->status();
     std::lock_guard<std::mutex> lock(_mutex);
-    return "play:" + _file + ": " +
-           (_finished ? "at the end" : "at " + shortNumber(_time_s) + " s") + ", " +
+    return "play:" + _show.file() + ": " +
+           (_finished ? "at the end" : "at " + base::shortNumber(_time_s) + " s") + ", " +
            std::to_string(_fields) + " fields" + (_ending.empty() ? "" : "; " + _ending) + " -> " +
            device;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
+#include "device/RecordingFile.h"
 
 #include <condition_variable>
 #include <mutex>
@@ -20,9 +21,7 @@ public:
         bool loop = false;
     };
 
-    /// Throws DeviceError for a file that can't be read or was made for another number of transducers.
-    PlayingDevice(const std::string& file,
-                  int transducers,
+    PlayingDevice(recording::Show show,
                   const Options& options,
                   std::unique_ptr<ArrayDevice> device);
     ~PlayingDevice() override;
@@ -34,7 +33,8 @@ public:
     void silence() override;                                         ///< stops the show
     void setMuted(bool muted) override { _device->setMuted(muted); } ///< the show goes on unheard
     std::string status() const override;
-    DeviceReport report() const override { return _device->report(); }
+    /// The other device's, which counts as failed when the file broke off or was damaged.
+    DeviceReport report() const override;
     DriveAbility ability() const override { return _device->ability(); }
     bool identify(int board, bool light) override { return _device->identify(board, light); }
     std::vector<std::complex<float>> played() const override { return _device->played(); }
@@ -44,17 +44,16 @@ public:
     }
 
     bool finished() const;
+    std::string ending() const;     ///< what was wrong with the file; empty: nothing
     double worstLateness_s() const; ///< how much later than recorded a field was sent, at most
 
 private:
     void run();
     bool playOnce(std::unique_lock<std::mutex>& lock); ///< false: stopped
 
-    const std::string _file;
-    const int _transducers;
+    const recording::Show _show;
     const Options _options;
     const std::unique_ptr<ArrayDevice> _device;
-    std::vector<std::uint8_t> _bytes;
     mutable std::mutex _mutex;
     std::condition_variable _wake;
     bool _stop = false;

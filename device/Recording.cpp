@@ -13,7 +13,6 @@ namespace midair::device::recording
 namespace
 {
 
-constexpr char kMagic[9] = "MIDAIRF\n";
 constexpr std::size_t kRecordHeaderBytes = 16;
 constexpr std::size_t kCrcBytes = 4;
 
@@ -63,7 +62,7 @@ Writer::Writer(int transducers) : _transducers(transducers), _before(silence(tra
 
 std::vector<std::uint8_t> Writer::header(std::uint64_t start_ns) const
 {
-    std::vector<std::uint8_t> bytes(kMagic, kMagic + 8);
+    std::vector<std::uint8_t> bytes(kMagic, kMagic + kMagicBytes);
     ByteWriter out(bytes);
     out.u16(kVersion);
     out.u16(kHeaderBytes);
@@ -120,8 +119,8 @@ Reader::Reader(const std::uint8_t* data, std::size_t size, const std::string& na
     _size(size)
 {
     ByteReader in(data, size);
-    const std::uint8_t* magic = in.bytes(8);
-    if (magic == nullptr || std::memcmp(magic, kMagic, 8) != 0)
+    const std::uint8_t* magic = in.bytes(kMagicBytes);
+    if (magic == nullptr || std::memcmp(magic, kMagic, kMagicBytes) != 0)
         throw DeviceError("recording \"" + name +
                           "\": not a recording of fields: it doesn't start with MIDAIRF");
     const std::uint16_t version = in.u16();
@@ -140,6 +139,11 @@ Reader::Reader(const std::uint8_t* data, std::size_t size, const std::string& na
                           " transducers, should be 1 to " + std::to_string(kMostTransducers));
     _transducers = static_cast<int>(transducers);
     _before = silence(_transducers);
+}
+
+Reader::Reader(const std::string& bytes, const std::string& name) :
+    Reader(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), name)
+{
 }
 
 Stop Reader::next(Entry& entry)

@@ -22,6 +22,8 @@ namespace recording
 
 constexpr std::uint16_t kVersion = 1;
 constexpr std::size_t kHeaderBytes = 32;
+constexpr char kMagic[9] = "MIDAIRF\n";
+constexpr std::size_t kMagicBytes = 8;
 constexpr int kMostTransducers = 1 << 20;
 
 enum class Kind : std::uint8_t
@@ -74,6 +76,7 @@ class Reader
 public:
     /// Keeps the pointer. Throws DeviceError (\a name is the file's) when the header isn't one of version 1.
     Reader(const std::uint8_t* data, std::size_t size, const std::string& name);
+    Reader(const std::string& bytes, const std::string& name);
 
     int transducers() const { return _transducers; }
     std::uint64_t start_ns() const { return _start_ns; }

@@ -3,30 +3,22 @@
 #include <cerrno>
 #include <system_error>
 
-#include <fcntl.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 namespace midair::device
 {
 
-RecordingDevice::RecordingDevice(const std::string& file, int transducers) :
+RecordingDevice::RecordingDevice(const std::string& file, int transducers, bool overwrite) :
     _file(file),
+    _opened(recording::openForWriting(file, overwrite)),
     _held(transducers),
     _writer(transducers),
     _start(std::chrono::steady_clock::now())
 {
-    _descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (_descriptor < 0)
-        throw DeviceError("recording \"" + file +
-                          "\": can't be written: " + std::generic_category().message(errno));
     const auto now = std::chrono::system_clock::now().time_since_epoch();
     write(_writer.header(std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()));
-    if (!_failure.empty())
-    {
-        ::close(_descriptor);
-        throw DeviceError("recording \"" + file + "\": " + _failure);
-    }
+    if (!_failure.empty()) throw DeviceError("recording \"" + file + "\": " + _failure);
 }
 
 RecordingDevice::~RecordingDevice()
@@ -34,7 +26,6 @@ RecordingDevice::~RecordingDevice()
     std::lock_guard<std::mutex> lock(_mutex);
     silenceLocked();
     if (_failure.empty()) write(_writer.mark(elapsed_ns(), recording::Kind::END));
-    ::close(_descriptor);
 }
 
 std::uint64_t RecordingDevice::elapsed_ns() const
@@ -49,7 +40,8 @@ bool RecordingDevice::write(const std::vector<std::uint8_t>& bytes)
     std::size_t done = 0;
     while (done < bytes.size())
     {
-        const ssize_t count = ::write(_descriptor, bytes.data() + done, bytes.size() - done);
+        const ssize_t count =
+            ::write(_opened.descriptor(), bytes.data() + done, bytes.size() - done);
         if (count < 0 && errno == EINTR) continue;
         if (count < 0)
         {

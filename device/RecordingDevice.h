@@ -4,6 +4,7 @@
 #include "device/FieldCounters.h"
 #include "device/HeldField.h"
 #include "device/Recording.h"
+#include "device/RecordingFile.h"
 
 #include <chrono>
 #include <mutex>
@@ -16,8 +17,9 @@ namespace midair::device
 class RecordingDevice : public ArrayDevice
 {
 public:
-    /// Replaces \a file; throws DeviceError when it can't be written.
-    RecordingDevice(const std::string& file, int transducers);
+    /// Replaces \a file where that is a recording, or with \a overwrite any regular file; throws DeviceError where it can't be
+    /// written or must not be (RecordingFile.h).
+    RecordingDevice(const std::string& file, int transducers, bool overwrite = false);
     ~RecordingDevice() override; ///< writes silence and the end mark
 
     RecordingDevice(const RecordingDevice&) = delete;
@@ -35,11 +37,11 @@ private:
     void silenceLocked();
 
     const std::string _file;
+    const recording::OpenFile _opened;
     HeldField _held;
     mutable std::mutex _mutex;
     recording::Writer _writer;
     std::chrono::steady_clock::time_point _start;
-    int _descriptor = -1;
     FieldCounters _counters;
     std::uint64_t _fields = 0;
     std::uint64_t _bytes = 0;

@@ -171,6 +171,7 @@ bool SimulatedArray::send(const DriveSignal& signal)
             {
                 ++report.sent;
                 ++report.lost;
+                report.message = "a field didn't come whole and was not played";
             });
     else
         _counters.countPlayed(sentAt_s);
@@ -217,8 +218,18 @@ bool SimulatedArray::identify(int board, bool light)
 
 DriveAbility SimulatedArray::ability() const
 {
-    if (_codec == nullptr) return {};
-    return {_codec->phaseLevels(), _codec->amplitudes()};
+    DriveAbility ability;
+    ability.fieldsPerSecond = _options.firmware.fieldsPerSecond;
+    if (_codec == nullptr) return ability;
+    ability.phaseLevels = _codec->phaseLevels();
+    ability.amplitudes = _codec->amplitudes();
+    // The simulation has no line; who rehearses with it is to meet the board's.
+    std::vector<std::uint8_t> frame;
+    _codec->appendSilence(frame, _layout.transducers);
+    const double carried = _codec->bytesPerSecond() / static_cast<double>(frame.size());
+    if (ability.fieldsPerSecond <= 0 || carried < ability.fieldsPerSecond)
+        ability.fieldsPerSecond = carried;
+    return ability;
 }
 
 DeviceReport SimulatedArray::report() const

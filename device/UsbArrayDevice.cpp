@@ -2,10 +2,11 @@
 
 #include "device/DeviceUri.h"
 #include "device/DriveEncoder.h"
+#include "haptics/base/Number.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 
 #include <spdlog/spdlog.h>
 
@@ -26,6 +27,12 @@ std::chrono::duration<double> seconds(double s)
     return std::chrono::duration<double>(s);
 }
 
+bool parseHexadecimal(const std::string& text, std::uint16_t& value)
+{
+    const char* const end = text.data() + text.size();
+    return std::from_chars(text.data(), end, value, 16).ptr == end;
+}
+
 } // namespace
 
 UsbArrayDevice::Options UsbArrayDevice::takeOptions(DeviceUri& uri)
@@ -36,14 +43,12 @@ UsbArrayDevice::Options UsbArrayDevice::takeOptions(DeviceUri& uri)
     const std::string id = uri.takeText("id", "");
     if (!id.empty())
     {
-        unsigned vendor = 0;
-        unsigned product = 0;
-        char rest = 0;
-        if (id.size() != 9 || std::sscanf(id.c_str(), "%4x:%4x%c", &vendor, &product, &rest) != 2)
+        std::uint16_t& vendor = options.address.vendor;
+        std::uint16_t& product = options.address.product;
+        if (id.size() != 9 || id[4] != ':' || !parseHexadecimal(id.substr(0, 4), vendor) ||
+            !parseHexadecimal(id.substr(5), product))
             throw uri.error("id=" + id +
                             " should be vendor and product in hexadecimal, such as 1209:0001");
-        options.address.vendor = static_cast<std::uint16_t>(vendor);
-        options.address.product = static_cast<std::uint16_t>(product);
     }
     return options;
 }
@@ -203,6 +208,15 @@ bool UsbArrayDevice::identify(int board, bool light)
     return _ready && _pool->control(bytes);
 }
 
+// What the firmware said when it was greeted; nothing while it isn't there.
+DriveAbility UsbArrayDevice::ability() const
+{
+    DriveAbility ability;
+    std::lock_guard<std::mutex> lock(_mutex);
+    ability.fieldsPerSecond = _info.info.fieldsPerSecond;
+    return ability;
+}
+
 DeviceReport UsbArrayDevice::report() const
 {
     std::lock_guard<std::mutex> lock(_mutex);
@@ -218,7 +232,7 @@ std::string UsbArrayDevice::status() const
     std::string text = _name + ": ";
     if (!_ready) return text + "not there; " + countersText(now);
     text += "firmware " + now.firmware + ", " + std::to_string(_layout.transducers) +
-            " transducers, " + shortNumber(now.temperature_C) + " C, " + countersText(now);
+            " transducers, " + base::shortNumber(now.temperature_C) + " C, " + countersText(now);
     if ((_status.flags & protocol::WATCHDOG_FIRED) != 0)
         text += "; muted by its watchdog until the next field";
     if ((_status.flags & protocol::OVER_TEMPERATURE) != 0)

@@ -48,6 +48,7 @@ public:
     void silence() override;
     std::string status() const override;
     DeviceReport report() const override;
+    DriveAbility ability() const override;
     bool identify(int board, bool light) override;
     std::vector<std::complex<float>> played() const override;
 

@@ -1,6 +1,7 @@
 #include "device/DeviceUri.h"
 #include "device/DriveEncoder.h"
 #include "device/UsbArrayDevice.h"
+#include "haptics/base/Number.h"
 
 #include <algorithm>
 
@@ -125,7 +126,7 @@ bool UsbArrayDevice::work(std::unique_lock<std::mutex>& lock)
     {
         lock.unlock();
         disconnect("gives no answer that this program understands since " +
-                   shortNumber(kSilentDevice_s) + " s");
+                   base::shortNumber(kSilentDevice_s) + " s");
         lock.lock();
         return true;
     }

@@ -25,6 +25,9 @@ struct UsbAddress
     std::string serial;             ///< empty: the first that is there
 };
 
+/// An FT232H as it leaves the factory: perhaps the chip of a board.
+inline const UsbAddress kFifoAddress{0x0403, 0x6014, {}};
+
 /// What is plugged in, for lists.
 struct UsbListing
 {

@@ -2,6 +2,7 @@
 
 #include "engine-bridge/RobustFit.h"
 #include "haptics/InputError.h"
+#include "haptics/base/PlainText.h"
 
 #include <Eigen/Eigenvalues>
 
@@ -25,9 +26,7 @@ constexpr int kEdgeDirections = 256;
 
 std::string format(const char* pattern, double a, double b = 0.0, double c = 0.0, double d = 0.0)
 {
-    char buffer[256];
-    std::snprintf(buffer, sizeof buffer, pattern, a, b, c, d);
-    return buffer;
+    return base::plainText(pattern, a, b, c, d);
 }
 
 PointPairs chosen(const PointPairs& pairs, const std::vector<bool>& which)

@@ -2,9 +2,9 @@
 
 #include "haptics/FieldOrder.h"
 #include "haptics/Limits.h"
+#include "haptics/base/PlainText.h"
 
 #include <algorithm>
-#include <sstream>
 
 namespace midair::bridge
 {
@@ -74,7 +74,7 @@ FieldMaker::Beat FieldMaker::beatOf(const std::vector<HapticObject>& objects,
         beat.depth[l] = p.modulationFrequency_Hz > 0.0 ? p.modulationDepth : 0.0;
         if (p.modulationFrequency_Hz > 0.0 && p.modulationFrequency_Hz != beat.rate_Hz)
         {
-            std::ostringstream text;
+            base::PlainStream text;
             text << objects[index].path << ": is modulated at " << beat.rate_Hz << " Hz as "
                  << leader->path << " is, not at " << p.modulationFrequency_Hz
                  << " Hz: the array plays one field at a time";
@@ -90,10 +90,12 @@ std::vector<haptics::ControlPoints>
 FieldMaker::split(const Beat& beat, const haptics::ControlPoints& points, MadeFields& made)
 {
     made.modulation = _options.modulation;
+    _options.line.fit(made.modulation,
+                      beat.rate_Hz > 0.0 ? beat.rate_Hz : made.modulation.amplitudeRate_Hz);
     if (beat.rate_Hz > 0.0 && !beat.alike)
     {
-        const int steps = static_cast<int>(
-            std::clamp(_options.modulation.fieldRate_Hz / beat.rate_Hz, 2.0, double(kMostSteps)));
+        const int steps = static_cast<int>(std::clamp(
+            made.modulation.fieldRate_Hz / beat.rate_Hz + 1e-9, 2.0, double(kMostSteps)));
         made.modulation.fieldRate_Hz = steps * beat.rate_Hz;
         if (_options.subsets > 1)
             _messages.say("objects that are modulated differently are not played in subsets");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine-bridge/LineRate.h"
 #include "engine-bridge/MessageLog.h"
 #include "engine-bridge/SceneSnapshot.h"
 #include "haptics/MatchedFields.h"
@@ -45,6 +46,7 @@ public:
         std::function<std::unique_ptr<haptics::HologramSolver>(bool absolute)> makeSolver;
         int subsets = 1; ///< >= 1; of the points, played in turn
         haptics::ModulatorOptions modulation;
+        LineRate line; ///< to the device; what it doesn't carry is not made
     };
 
     FieldMaker(Options options, MessageLog& messages) :
@@ -54,8 +56,9 @@ public:
     }
 
     /// \a set numbers the point sets of the scene: each starts warm from its own last fields. \a points.object indexes
-    /// \a objects. Where the report says REFUSED there are no fields. Throws haptics::Stopped where a
-    /// solver was stopped. Sets of more than haptics::kMostPointsInTurn points together start cold, some of them.
+    /// \a objects. Where the report says REFUSED there are no fields. Throws haptics::Stopped where a solver was stopped, and
+    /// haptics::InputError for a modulation that the line doesn't carry. Sets of more than haptics::kMostPointsInTurn points
+    /// together start cold, some of them.
     MadeFields make(int set,
                     const std::vector<HapticObject>& objects,
                     const haptics::ControlPoints& points,

@@ -1,11 +1,11 @@
 #include "engine-bridge/HologramPipeline.h"
 
-#include "device/DeviceUri.h"
 #include "device/DriveEncoder.h"
 #include "device/GuardedDevice.h"
 #include "device/SteadyClock.h"
 #include "haptics/InputError.h"
 #include "haptics/PressureField.h"
+#include "haptics/base/Number.h"
 
 #include <algorithm>
 #include <chrono>
@@ -34,12 +34,12 @@ bool HologramOptions::isValid(std::string* error) const
         return fail("array \"" + array.name + "\" has no transducers, should have at least one");
     if (!medium.isValid(error)) return false;
     if (!(motionTolerance >= 0.0))
-        return fail("motionTolerance is " + std::to_string(motionTolerance) +
+        return fail("motionTolerance is " + base::shortNumber(motionTolerance) +
                     " wavelengths, should be at least 0");
     if (maxPoints < 0)
         return fail("maxPoints is " + std::to_string(maxPoints) + ", should be at least 0");
     if (!(maxPressure_Pa >= 0.0 && maxPressure_Pa <= 1e6))
-        return fail("maxPressure_Pa is " + std::to_string(maxPressure_Pa) +
+        return fail("maxPressure_Pa is " + base::shortNumber(maxPressure_Pa) +
                     ", should be 0 (none) to 1e6");
     if (!(maxAmplitude >= 0.0 && maxAmplitude <= 1.0))
         return fail("maxAmplitude is " + std::to_string(maxAmplitude) + ", should be 0 to 1");
@@ -50,7 +50,7 @@ bool HologramOptions::isValid(std::string* error) const
     if (subsets < 1 || subsets > kMostFields)
         return fail("subsets is " + std::to_string(subsets) + ", should be 1 to 64");
     if (!(monitorInterval_s >= 0.0 && monitorInterval_s <= 1e6))
-        return fail("monitorInterval_s is " + std::to_string(monitorInterval_s) +
+        return fail("monitorInterval_s is " + base::shortNumber(monitorInterval_s) +
                     ", should be 0 (never) to 1e6");
     if (!modulation.isValid(error)) return false;
     return solverOptions.isValid(error);
@@ -235,7 +235,7 @@ void HologramPipeline::noteCap(HologramResult& result)
 {
     if (result.capFactor >= 1.0) return;
     ++_counters.capped;
-    const std::string cap = device::shortNumber(_cap->max_Pa()) + " Pa at any control point";
+    const std::string cap = base::shortNumber(_cap->max_Pa()) + " Pa at any control point";
     _messages.say(result.capFactor > 0.0
                       ? "the field is held down to the cap of " + cap
                       : "silent: the device's levels can't keep to the cap of " + cap);

@@ -4,6 +4,7 @@
 #include "engine-bridge/FieldMaker.h"
 #include "engine-bridge/FieldPlayer.h"
 #include "engine-bridge/HologramResult.h"
+#include "engine-bridge/LineRate.h"
 #include "engine-bridge/MessageLog.h"
 #include "engine-bridge/PointAssembler.h"
 #include "engine-bridge/PressureCap.h"
@@ -183,6 +184,7 @@ private:
     device::DeviceReport _before; ///< when _signal was sent
     std::unique_ptr<PressureCap> _cap;
     haptics::ModulatorOptions _modulation; ///< of what is played
+    LineRate _line;
     Eigen::VectorXcf _q;
     device::DriveSignal _signal; ///< of fields in turn the first
     std::shared_ptr<const HologramResult> _last;

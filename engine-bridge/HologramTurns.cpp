@@ -5,6 +5,7 @@
 #include "haptics/FieldOrder.h"
 #include "haptics/InputError.h"
 #include "haptics/PressureField.h"
+#include "haptics/base/Number.h"
 
 #include <algorithm>
 #include <stdexcept>
@@ -22,6 +23,7 @@ void HologramPipeline::prepareTurns()
     FieldMaker::Options options;
     options.subsets = _options.subsets;
     options.modulation = _options.modulation;
+    if (_device) options.line = _line = LineRate(_device->ability());
     options.makeSolver = [this](bool absolute)
     {
         haptics::SolverOptions solver = _options.solverOptions;
@@ -136,6 +138,11 @@ void HologramPipeline::playInTurn(const haptics::TransducerArray& array,
     }
     result.played = result.turn.front();
     result.fieldRate_Hz = _modulation.fieldRate_Hz;
+    if (_line.isSlowerThan(_options.modulation.fieldRate_Hz))
+        _messages.say("fields in turn follow each other at " +
+                      base::shortNumber(_modulation.fieldRate_Hz) + " a second, not " +
+                      base::shortNumber(_options.modulation.fieldRate_Hz) +
+                      ": the device carries " + _line.text());
     const haptics::CycleSteps steps = haptics::cycleSteps(played);
     result.report.meanPhaseStep_rad = steps.meanPhaseStep_rad;
     result.report.driveChange = steps.driveChange;

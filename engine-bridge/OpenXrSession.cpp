@@ -1,5 +1,7 @@
 #include "engine-bridge/OpenXrSession.h"
 
+#include "haptics/base/PlainText.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -34,15 +36,11 @@ Event as(const XrEventDataBuffer& buffer)
 std::string described(const XrHandJointLocationEXT& location)
 {
     const XrVector3f& p = location.pose.position;
-    char text[160];
-    std::snprintf(text,
-                  sizeof text,
-                  "position %g %g %g m, radius %g m",
-                  static_cast<double>(p.x),
-                  static_cast<double>(p.y),
-                  static_cast<double>(p.z),
-                  static_cast<double>(location.radius));
-    return text;
+    return base::plainText("position %g %g %g m, radius %g m",
+                           static_cast<double>(p.x),
+                           static_cast<double>(p.y),
+                           static_cast<double>(p.z),
+                           static_cast<double>(location.radius));
 }
 
 /// Takes over what can be believed; false where the runtime says valid and means an impossible place or thickness.

@@ -1,6 +1,7 @@
 #include "engine-bridge/PointAssembler.h"
 
 #include "haptics/Limits.h"
+#include "haptics/base/Number.h"
 
 #include <algorithm>
 #include <cmath>
@@ -72,9 +73,9 @@ bool PointAssembler::usable(const HapticObject& object)
     if (!object.mesh || object.mesh->triangles.cols() == 0) return refuse("has no triangles");
     if (!object.pose.matrix().allFinite()) return refuse("its pose is not finite");
     if (!(p.pressure > 0.0) || !std::isfinite(p.pressure))
-        return refuse("pressure is " + std::to_string(p.pressure) + ", should be over 0");
+        return refuse("pressure is " + base::shortNumber(p.pressure) + ", should be over 0");
     if (!(p.spacing_m >= 0.0) || !std::isfinite(p.spacing_m))
-        return refuse("spacing is " + std::to_string(p.spacing_m) + " m, should be at least 0");
+        return refuse("spacing is " + base::shortNumber(p.spacing_m) + " m, should be at least 0");
     return true;
 }
 

@@ -5,6 +5,7 @@
 #include "haptics/FieldOrder.h"
 #include "haptics/InputError.h"
 #include "haptics/PressureField.h"
+#include "haptics/base/Number.h"
 
 #include <algorithm>
 #include <cmath>
@@ -117,7 +118,7 @@ PressureCap::PressureCap(double max_Pa, Play play, device::DriveAbility ability)
     _coarsest(coarsestStep(_ability.amplitudes))
 {
     if (!(max_Pa > 0.0 && max_Pa <= kMost_Pa))
-        throw haptics::InputError("cap of pressure is " + std::to_string(max_Pa) +
+        throw haptics::InputError("cap of pressure is " + base::shortNumber(max_Pa) +
                                   " Pa, should be over 0 and at most 1e6");
 }
 

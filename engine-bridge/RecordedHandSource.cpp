@@ -232,7 +232,8 @@ std::string RecordedHandSource::status() const
 void writeHandRecording(std::ostream& out, const std::vector<HandFrame>& frames)
 {
     const auto precision = out.precision(10);
-    const std::locale before = out.imbue(std::locale::classic());
+    const std::locale before =
+        out.imbue(std::locale::classic()); // a point in numbers, as it is read
     out << kHeadings << "\n";
     for (const HandFrame& frame : frames)
         for (const Hand& hand : frame.hands)
@@ -246,8 +247,8 @@ void writeHandRecording(std::ostream& out, const std::vector<HandFrame>& frames)
                     << joint.radius_m << "," << joint.positionValid << "," << joint.orientationValid
                     << "\n";
             }
-    out.precision(precision);
     out.imbue(before);
+    out.precision(precision);
 }
 
 } // namespace midair::bridge

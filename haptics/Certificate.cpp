@@ -4,6 +4,7 @@
 #include "haptics/LargeMatrix.h"
 #include "haptics/Limits.h"
 #include "haptics/PhaseRelaxation.h"
+#include "haptics/base/Number.h"
 
 #include <Eigen/Eigenvalues>
 
@@ -94,9 +95,11 @@ bool CertificateOptions::isValid(std::string* error) const
         return false;
     };
     if (!(lambdaRel >= PhaseObjective::kSmallestLambdaRel && lambdaRel <= 1e9))
-        return fail("lambdaRel is " + std::to_string(lambdaRel) + "; it must be from 1e-5 to 1e9");
+        return fail("lambdaRel is " + base::shortNumber(lambdaRel) +
+                    "; it must be from 1e-5 to 1e9");
     if (!(tolerance >= 1e-12 && tolerance <= 1.0))
-        return fail("tolerance is " + std::to_string(tolerance) + "; it must be from 1e-12 to 1");
+        return fail("tolerance is " + base::shortNumber(tolerance) +
+                    "; it must be from 1e-12 to 1");
     if (maxRounds < 1)
         return fail("maxRounds is " + std::to_string(maxRounds) + "; it must be at least 1");
     if (batches < 0)

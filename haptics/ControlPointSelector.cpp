@@ -3,6 +3,7 @@
 #include "haptics/InputError.h"
 #include "haptics/PointBudget.h"
 #include "haptics/PointGrid.h"
+#include "haptics/base/Number.h"
 
 #include <algorithm>
 #include <cmath>
@@ -335,7 +336,7 @@ void checkObject(const PosedObject& object, std::size_t index)
     }
     if (!(object.spacing_m > 0.0) || !std::isfinite(object.spacing_m))
     {
-        throw InputError(name + " has the spacing " + std::to_string(object.spacing_m) +
+        throw InputError(name + " has the spacing " + base::shortNumber(object.spacing_m) +
                          " m; it must be positive and finite");
     }
 }

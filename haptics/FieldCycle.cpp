@@ -2,12 +2,12 @@
 
 #include "haptics/InputError.h"
 #include "haptics/PressureField.h"
+#include "haptics/base/PlainText.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <numeric>
-#include <sstream>
 
 namespace midair::haptics
 {
@@ -22,7 +22,7 @@ constexpr int kInnerSteps =
 
 bool FieldCycleOptions::isValid(std::string* error) const
 {
-    std::ostringstream text;
+    base::PlainStream text;
     if (sweeps < 0)
         text << "sweeps is " << sweeps << "; it must be at least 0";
     else if (corrections < 1)

@@ -1,6 +1,7 @@
 #include "haptics/FieldMonitor.h"
 
 #include "haptics/InputError.h"
+#include "haptics/base/PlainText.h"
 
 #include <algorithm>
 #include <chrono>
@@ -55,12 +56,8 @@ CertificateOptions stoppable(CertificateOptions options, const StopSource& sourc
 const FieldMonitor::Options& checked(const FieldMonitor::Options& options)
 {
     if (options.interval_s >= 0.0 && options.interval_s <= 1e6) return options;
-    char text[96];
-    std::snprintf(text,
-                  sizeof text,
-                  "field monitor: interval_s is %g; it must be from 0 to 1e6",
-                  options.interval_s);
-    throw InputError(text);
+    throw InputError(base::plainText("field monitor: interval_s is %g; it must be from 0 to 1e6",
+                                     options.interval_s));
 }
 
 } // namespace

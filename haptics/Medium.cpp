@@ -1,7 +1,8 @@
 #include "haptics/Medium.h"
 
+#include "haptics/base/PlainText.h"
+
 #include <cmath>
-#include <sstream>
 
 namespace midair::haptics
 {
@@ -43,7 +44,7 @@ bool inRange(const char* name, double value, double low, double high, std::strin
     if (value >= low && value <= high) return true;
     if (error != nullptr)
     {
-        std::ostringstream text;
+        base::PlainStream text;
         text << name << " is " << value << "; it must be within " << low << " .. " << high;
         *error = text.str();
     }

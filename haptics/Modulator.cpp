@@ -1,11 +1,11 @@
 #include "haptics/Modulator.h"
 
 #include "haptics/InputError.h"
+#include "haptics/base/PlainText.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 namespace midair::haptics
 {
@@ -42,7 +42,7 @@ ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
 
 bool ModulatorOptions::isValid(std::string* error) const
 {
-    std::ostringstream text;
+    base::PlainStream text;
     if (!(amplitudeRate_Hz >= 0.0 && amplitudeRate_Hz <= kMostAmplitudeRate_Hz))
         text << "amplitudeRate_Hz is " << amplitudeRate_Hz << "; it must be within 0 .. 500";
     else if (!(amplitudeDepth >= 0.0 && amplitudeDepth <= 1.0))

@@ -1,12 +1,12 @@
 #include "haptics/Outline.h"
 
 #include "haptics/InputError.h"
+#include "haptics/base/PlainText.h"
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 namespace midair::haptics
 {
@@ -22,7 +22,7 @@ constexpr double kMostPoints = 100000;
 double Outline::length_m() const
 {
     const Eigen::Index least = closed ? 3 : 2;
-    std::ostringstream text;
+    base::PlainStream text;
     if (vertices.cols() < least)
         text << "outline: " << vertices.cols() << " vertices; " << (closed ? "a closed" : "an open")
              << " one needs at least " << least;
@@ -53,7 +53,7 @@ Eigen::Matrix3Xd Outline::points(double spacing_m) const
     const double steps = std::max(std::ceil(length / spacing_m - 1e-9), closed ? 3.0 : 1.0);
     if (!(spacing_m > 0.0) || !(steps < kMostPoints))
     {
-        std::ostringstream text;
+        base::PlainStream text;
         text << "outline: points " << spacing_m << " m apart along " << length
              << " m; the spacing must be above " << length / kMostPoints << " m";
         throw InputError(text.str());

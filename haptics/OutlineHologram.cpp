@@ -3,11 +3,11 @@
 #include "haptics/InputError.h"
 #include "haptics/Limits.h"
 #include "haptics/PressureField.h"
+#include "haptics/base/PlainText.h"
 
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <sstream>
 
 namespace midair::haptics
 {
@@ -41,7 +41,7 @@ bool better(bool loudEnough, const SurfaceStatistics& a, const SurfaceStatistics
 
 bool OutlineOptions::isValid(std::string* error) const
 {
-    std::ostringstream text;
+    base::PlainStream text;
     if (!(spacing >= 0.1 && spacing <= 1.0))
         text << "spacing is " << spacing << " wavelengths; it must be within 0.1 .. 1";
     else if (starts < 1 || starts > 1000)
@@ -80,7 +80,7 @@ void OutlineHologram::checkLength(const std::vector<Outline>& outlines, double w
     if (points > kMostControlPoints ||
         pointsAlong(outlines, kJudgeSpacing * wavelength_m) > kMostOutlineSamples)
     {
-        std::ostringstream text;
+        base::PlainStream text;
         text << "outline hologram: " << points << " points " << spacing_m << " m apart; at most "
              << kMostControlPoints << " can be solved for";
         throw InputError(text.str());
@@ -131,7 +131,7 @@ std::string OutlineHologram::start(int index)
         for (std::size_t l = 0; l < n; ++l)
             _field.u.set(
                 l, std::polar(1.0f, static_cast<float>(2.0 * kPi * kTurns[index] * _along[l])));
-        std::ostringstream name;
+        base::PlainStream name;
         name << "ramp of " << kTurns[index];
         return index == 0 ? "equal" : name.str();
     }

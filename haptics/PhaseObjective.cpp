@@ -2,6 +2,7 @@
 
 #include "haptics/InputError.h"
 #include "haptics/PropagationMatrix.h"
+#include "haptics/base/Number.h"
 
 #include <cmath>
 #include <complex>
@@ -39,7 +40,7 @@ void checkInput(const Eigen::MatrixXcd& K, const Eigen::VectorXd& targets, doubl
         throw InputError(
             "phase objective: targets must be finite and at least 0, one of them more");
     if (!(lambdaRel >= PhaseObjective::kSmallestLambdaRel && lambdaRel <= kLargestLambdaRel))
-        throw InputError("phase objective: lambdaRel is " + std::to_string(lambdaRel) +
+        throw InputError("phase objective: lambdaRel is " + base::shortNumber(lambdaRel) +
                          "; it must be from 1e-5 to 1e9");
     if (!K.allFinite() || !(K.trace().real() > 0.0))
         throw InputError(

@@ -1,8 +1,7 @@
 #include "haptics/SampleBuilder.h"
 
 #include "haptics/InputError.h"
-
-#include <sstream>
+#include "haptics/base/PlainText.h"
 
 namespace midair::haptics
 {
@@ -163,7 +162,7 @@ void throwTooManyPoints(const MeshTopology& topology, const SamplerOptions& opti
         scale *= 1.05;
     }
     scale = std::max(scale, 1.25);
-    std::ostringstream text;
+    base::PlainStream text;
     text.precision(3);
     text << "A spacing of " << options.spacing_m << " m";
     if (options.edgeSpacing_m > 0.0) text << " (" << options.edgeSpacing_m << " m along edges)";

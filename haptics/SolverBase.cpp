@@ -2,6 +2,7 @@
 
 #include "haptics/AudibleChange.h"
 #include "haptics/InputError.h"
+#include "haptics/base/PlainText.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,9 +22,7 @@ constexpr int kLouderRounds = 3;
 
 std::string numbered(const char* format, double a, double b = 0.0, double c = 0.0, double d = 0.0)
 {
-    char text[256];
-    std::snprintf(text, sizeof text, format, a, b, c, d);
-    return text;
+    return base::plainText(format, a, b, c, d);
 }
 
 std::string pointRefusal(const ControlPoints& points)

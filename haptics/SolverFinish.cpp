@@ -1,5 +1,6 @@
 // The end of a solve: what the device can play, and the report about it.
 #include "haptics/SolverBase.h"
+#include "haptics/base/PlainText.h"
 
 #include <algorithm>
 #include <cmath>
@@ -154,15 +155,8 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
         level.s * std::sqrt(static_cast<double>(_field.a.squaredNorm())) / _field.meanRowSum();
     result.leftOut = result.points - _field.n();
     if (result.leftOut > 0)
-    {
-        char text[128];
-        std::snprintf(text,
-                      sizeof text,
-                      "%d of %d control points left out: target 0 or out of the array's reach",
-                      result.leftOut,
-                      result.points);
-        result.message = text;
-    }
+        result.message = std::to_string(result.leftOut) + " of " + std::to_string(result.points) +
+                         " control points left out: target 0 or out of the array's reach";
     if (_options.absoluteTargets) reportShortfall(result);
 
     if (!hasLast(_field)) return;
@@ -189,20 +183,17 @@ void SolverBase::reportShortfall(SolveReport& result) const
         worst = l;
     }
     if (result.shortPoints == 0) return;
-    char text[256];
-    std::snprintf(text,
-                  sizeof text,
-                  "%s%d of %d control points fall short, the worst (point %d) by %.1f %%: asked "
-                  "for %.4g Pa where the "
-                  "target is largest, the array reaches %.4g Pa there",
-                  result.message.empty() ? "" : "; ",
-                  result.shortPoints,
-                  _field.n(),
-                  _active[static_cast<std::size_t>(worst)],
-                  100.0 * result.worstShortfall,
-                  static_cast<double>(_largestTarget),
-                  result.level_Pa);
-    result.message += text;
+    result.message += base::plainText(
+        "%s%d of %d control points fall short, the worst (point %d) by %.1f %%: asked "
+        "for %.4g Pa where the "
+        "target is largest, the array reaches %.4g Pa there",
+        result.message.empty() ? "" : "; ",
+        result.shortPoints,
+        _field.n(),
+        _active[static_cast<std::size_t>(worst)],
+        100.0 * result.worstShortfall,
+        static_cast<double>(_largestTarget),
+        result.level_Pa);
 }
 
 void SolverBase::keep(const ControlPoints&, const SolveReport& result, Eigen::VectorXcf& q)

@@ -1,6 +1,7 @@
 #include "haptics/HologramSolver.h"
 #include "haptics/InputError.h"
 #include "haptics/Solvers.h"
+#include "haptics/base/PlainText.h"
 
 #include <cmath>
 #include <cstdio>
@@ -30,12 +31,7 @@ constexpr NamedSolver kSolvers[] = {
 bool fail(std::string* error, const char* name, double value, const char* range)
 {
     if (error)
-    {
-        char text[160];
-        std::snprintf(
-            text, sizeof text, "solver option %s is %g; it must be %s", name, value, range);
-        *error = text;
-    }
+        *error = base::plainText("solver option %s is %g; it must be %s", name, value, range);
     return false;
 }
 

@@ -5,12 +5,12 @@
 #include "haptics/MeshTopology.h"
 #include "haptics/SampleBuilder.h"
 #include "haptics/SamplingPasses.h"
+#include "haptics/base/PlainText.h"
 
 #include <Eigen/Geometry>
 
 #include <cmath>
 #include <random>
-#include <sstream>
 
 namespace midair::haptics
 {
@@ -25,7 +25,7 @@ bool violated(std::string* error, const char* name, T value, const char* range)
 {
     if (error != nullptr)
     {
-        std::ostringstream text;
+        base::PlainStream text;
         text << "SamplerOptions::" << name << " is " << value << "; it must be " << range;
         *error = text.str();
     }
@@ -66,7 +66,7 @@ void checkExtent(const SampledMesh& sampled)
     constexpr double kResolution = 1e-9;
     if (edge < kResolution * largest)
     {
-        std::ostringstream text;
+        base::PlainStream text;
         text << "A spacing of " << edge << " m is too fine for a mesh that reaches " << largest
              << " m from its origin; it must be " << kResolution * largest << " m or more";
         throw InputError(text.str());
@@ -85,7 +85,7 @@ SampledMesh prepare(const TriangleMesh& mesh, const SamplerOptions& options)
         {}};
     if (options.sampling == Sampling::EDGES && sampled.topology.features.empty())
     {
-        std::ostringstream text;
+        base::PlainStream text;
         text << "The mesh has no edges to sample: it is closed and no edge turns by more than "
              << options.creaseAngle_rad * 180.0 / kPi
              << " degrees; sample its surface, or make the crease angle smaller";

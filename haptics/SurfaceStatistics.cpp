@@ -2,11 +2,11 @@
 
 #include "haptics/InputError.h"
 #include "haptics/PressureField.h"
+#include "haptics/base/PlainText.h"
 
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <sstream>
 
 namespace midair::haptics
 {
@@ -56,7 +56,7 @@ Eigen::Matrix3Xd placesOff(const Eigen::Matrix3Xd& surface,
 
 bool SurfaceStatisticsOptions::isValid(std::string* error) const
 {
-    std::ostringstream text;
+    base::PlainStream text;
     if (!(alpha >= 1.0 && alpha <= 2.0))
         text << "alpha is " << alpha << "; it must be within 1 .. 2";
     else if (!(offRadius_m > 0.0 && std::isfinite(offRadius_m)))

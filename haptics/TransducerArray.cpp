@@ -1,9 +1,9 @@
 #include "haptics/TransducerArray.h"
 
 #include "haptics/BoardGrid.h"
+#include "haptics/base/PlainText.h"
 
 #include <cmath>
-#include <sstream>
 
 namespace midair::haptics
 {
@@ -83,7 +83,7 @@ TransducerArray TransducerArray::singleBoard()
 bool TransducerArray::isValid(std::string* error) const
 {
     const auto m = static_cast<std::size_t>(size());
-    std::ostringstream text;
+    base::PlainStream text;
     if (m == 0)
         text << "the array has no transducers";
     else if (static_cast<std::size_t>(normals.cols()) != m || board.size() != m)

@@ -2,13 +2,13 @@
 #include "haptics/InputError.h"
 #include "haptics/JsonReader.h"
 #include "haptics/TransducerArray.h"
+#include "haptics/base/PlainText.h"
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 namespace midair::haptics
 {
@@ -375,7 +375,7 @@ std::string TransducerArray::toJson() const
     head["phaseLevels"] = drive.phaseLevels;
     head["amplitudeLevels"] = drive.amplitudeLevels;
 
-    std::ostringstream text;
+    base::PlainStream text;
     text << "{\n";
     for (const auto& item : head.items())
         text << "  \"" << item.key()

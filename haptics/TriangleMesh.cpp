@@ -1,6 +1,7 @@
 #include "haptics/TriangleMesh.h"
 
 #include "haptics/InputError.h"
+#include "haptics/base/Number.h"
 
 #include <cmath>
 #include <string>
@@ -18,7 +19,7 @@ TriangleMesh TriangleMesh::scaledTo(double size_m) const
 {
     if (!(size_m > 0.0) || !std::isfinite(size_m))
     {
-        throw InputError("The size to scale a mesh to is " + std::to_string(size_m) +
+        throw InputError("The size to scale a mesh to is " + base::shortNumber(size_m) +
                          " m; it must be positive and finite");
     }
     if (vertices.cols() == 0) throw InputError("A mesh without vertices can't be scaled");

@@ -1,9 +1,10 @@
 #include "haptics/ControlPointSelector.h"
 #include "haptics/InputError.h"
+#include "haptics/base/Number.h"
+#include "haptics/base/PlainText.h"
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 namespace midair::haptics
 {
@@ -15,7 +16,7 @@ bool violated(std::string* error, const char* name, double value, const char* ra
 {
     if (error != nullptr)
     {
-        std::ostringstream text;
+        base::PlainStream text;
         text << "SelectorOptions::" << name << " is " << value << "; it must be " << range;
         *error = text.str();
     }
@@ -57,7 +58,7 @@ Workspace::Workspace(const TransducerArray& array,
     if (array.size() == 0) throw InputError("The array has no transducers");
     if (!(wavelength_m > 0.0) || !std::isfinite(wavelength_m))
     {
-        throw InputError("The wavelength is " + std::to_string(wavelength_m) +
+        throw InputError("The wavelength is " + base::shortNumber(wavelength_m) +
                          " m; it must be positive and finite");
     }
     if (!(_reach > 0.0))

@@ -17,6 +17,7 @@ midair_test_packages=(
     umockdev libumockdev-dev              # emulated USB devices
     libopenxr-loader1                     # loads the tests' own OpenXR runtime
     xvfb xauth                            # osgviewer in the tests
+    locales                               # a locale with a decimal comma
     clang-format-14
     clang                                 # libFuzzer
     valgrind                              # memory that was not set

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace osgMidair::flat
 {
@@ -238,10 +237,7 @@ std::vector<double> ticks(double from, double to, int atMost)
 
 std::string number(double value)
 {
-    const midair::base::DecimalPoint point;
-    char digits[32];
-    std::snprintf(digits, sizeof digits, "%.6g", std::abs(value) < 1e-12 ? 0.0 : value);
-    std::string made = digits;
+    std::string made = midair::base::shortNumber(std::abs(value) < 1e-12 ? 0.0 : value);
     const std::size_t first = made.front() == '-' ? 1 : 0;
     const std::size_t whole = made.find_first_not_of("0123456789", first);
     const std::size_t end = whole == std::string::npos ? made.size() : whole;

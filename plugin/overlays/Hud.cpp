@@ -1,6 +1,6 @@
 #include "device/SteadyClock.h"
 #include "engine-bridge/HologramResult.h"
-#include "haptics/base/Number.h"
+#include "haptics/base/PlainText.h"
 #include "plugin/overlays/Discs.h"
 #include "plugin/overlays/Sheet.h"
 
@@ -10,8 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <initializer_list>
 
 namespace osgMidair
@@ -31,16 +29,7 @@ constexpr float kNames = 108.0F; ///< the values begin this far right of the nam
 constexpr float kMargin = 10.0F;
 constexpr float kMessageWidth = 520.0F;
 
-[[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...)
-{
-    const midair::base::DecimalPoint point;
-    char buffer[160];
-    std::va_list arguments;
-    va_start(arguments, pattern);
-    std::vsnprintf(buffer, sizeof buffer, pattern, arguments);
-    va_end(arguments);
-    return buffer;
-}
+using midair::base::plainText;
 
 /// \a text in lines of at most \a width, broken between words; at most two, the rest is left out.
 std::vector<std::string> twoLines(const std::string& text, float width)
@@ -261,27 +250,29 @@ void Hud::update()
     const bool sliceShown = slice && slice->isShown();
     const bool volumeShown = volume && volume->isShown();
     Panel::Rows rows;
-    rows.emplace_back("control points",
-                      format("%d, %d left out", report.points, static_cast<int>(r.skipped.cols())));
+    rows.emplace_back(
+        "control points",
+        plainText("%d, %d left out", report.points, static_cast<int>(r.skipped.cols())));
     rows.emplace_back(
         "solve",
-        format("%.2f ms (matrix %.2f)", report.matrix_ms + report.solve_ms, report.matrix_ms));
-    rows.emplace_back("updates", format("%.0f / s", r.updatesPerSecond));
+        plainText("%.2f ms (matrix %.2f)", report.matrix_ms + report.solve_ms, report.matrix_ms));
+    rows.emplace_back("updates", plainText("%.0f / s", r.updatesPerSecond));
     addSpared(rows, r.counters);
     rows.emplace_back("error rms, max",
-                      format("%.2f %%, %.2f %%", 100.0 * report.rms, 100.0 * report.max));
-    rows.emplace_back("loudness E", format("%.3f", report.loudness));
+                      plainText("%.2f %%, %.2f %%", 100.0 * report.rms, 100.0 * report.max));
+    rows.emplace_back("loudness E", plainText("%.3f", report.loudness));
     if (r.monitored && r.monitored->certificate.points > 0)
         rows.emplace_back(
             "off the best",
-            format("%.1f %% at most", 100.0 * r.monitored->certificate.gapOfPhases()));
+            plainText("%.1f %% at most", 100.0 * r.monitored->certificate.gapOfPhases()));
     if (r.report.surface.samples > 0)
-        rows.emplace_back("surface cv", format("%.2f", r.report.surface.coefficientOfVariation));
+        rows.emplace_back("surface cv", plainText("%.2f", r.report.surface.coefficientOfVariation));
     rows.emplace_back("pressure", flat::number(std::round(report.level_Pa)) + " Pa (peak)");
-    rows.emplace_back("latency", format("%.1f ms", r.latency_ms));
-    if (sliceShown) rows.emplace_back("slice", format("%.0f / s", slice->getSlicesPerSecond()));
-    if (volumeShown) rows.emplace_back("volume", format("%.0f / s", volume->getVolumesPerSecond()));
-    rows.emplace_back("frames", _frameRate > 0.0 ? format("%.0f / s", _frameRate) : "-");
+    rows.emplace_back("latency", plainText("%.1f ms", r.latency_ms));
+    if (sliceShown) rows.emplace_back("slice", plainText("%.0f / s", slice->getSlicesPerSecond()));
+    if (volumeShown)
+        rows.emplace_back("volume", plainText("%.0f / s", volume->getVolumesPerSecond()));
+    rows.emplace_back("frames", _frameRate > 0.0 ? plainText("%.0f / s", _frameRate) : "-");
     rows.emplace_back("device", r.deviceStatus);
     _panel->drawFigures(rows, !r.messages.empty() ? r.messages.back() : report.message);
     _panel->drawCourses();

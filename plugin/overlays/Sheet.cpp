@@ -1,13 +1,12 @@
 #include "plugin/overlays/Sheet.h"
 
-#include "haptics/base/Number.h"
+#include "haptics/base/PlainText.h"
 
 #include <osg/Texture2D>
 #include <osgText/Font>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace osgMidair::flat
 {
@@ -42,16 +41,8 @@ osg::ref_ptr<osg::Geometry> dynamicGeometry()
 
 std::string withUnit(double value, const std::string& unit)
 {
-    const midair::base::DecimalPoint point;
-    char digits[48];
-    std::snprintf(digits,
-                  sizeof digits,
-                  value < 1.0     ? "%.2f %s"
-                  : value < 100.0 ? "%.1f %s"
-                                  : "%.0f %s",
-                  value,
-                  unit.c_str());
-    return digits;
+    const int digits = value < 1.0 ? 2 : value < 100.0 ? 1 : 0;
+    return midair::base::plainText("%.*f %s", digits, value, unit.c_str());
 }
 
 } // namespace

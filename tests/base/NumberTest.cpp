@@ -1,33 +1,13 @@
 #include "haptics/base/Number.h"
 
-#include <clocale>
+#include "../CommaLocale.h"
+#include "haptics/base/PlainText.h"
+
 #include <cstdio>
 
 #include <gtest/gtest.h>
 
 using namespace midair::base;
-
-namespace
-{
-
-/// A locale with a decimal comma, where the machine has one.
-class Comma
-{
-public:
-    Comma()
-    {
-        for (const char* name : {"de_DE.UTF-8", "de_DE", "fr_FR.UTF-8"})
-            if (!_set) _set = std::setlocale(LC_ALL, name) != nullptr;
-    }
-    ~Comma() { std::setlocale(LC_ALL, "C"); }
-    Comma(const Comma&) = delete;
-    Comma& operator=(const Comma&) = delete;
-
-private:
-    bool _set = false;
-};
-
-} // namespace
 
 TEST(Number, ReadsDecimals)
 {
@@ -71,20 +51,25 @@ TEST(Number, WholeNumbersStayWithinAnInt)
 
 TEST(Number, TheLocaleChangesNothing)
 {
-    const Comma comma;
+    const CommaLocale comma;
+    if (!comma.isSet()) GTEST_SKIP();
     double value = 0.0;
     EXPECT_TRUE(parseNumber("0.25", value));
     EXPECT_EQ(value, 0.25);
     EXPECT_FALSE(parseNumber("0,25", value));
     EXPECT_EQ(shortNumber(0.25), "0.25");
     EXPECT_EQ(shortNumber(1234567.0), "1.23457e+06");
+    char printed[16];
+    std::snprintf(printed, sizeof printed, "%g", 0.25);
+    ASSERT_STREQ(printed, "0,25") << "else nothing is tested";
+    EXPECT_EQ(plainText("%g m, %d", 0.25, 7), "0.25 m, 7");
+    PlainStream stream;
+    stream << 0.25 << " of " << 12345;
+    EXPECT_EQ(stream.str(), "0.25 of 12345");
 }
 
-TEST(Number, PrintfWritesAPointWhereItIsAskedTo)
+TEST(PlainText, IsAsLongAsItHasToBe)
 {
-    const Comma comma;
-    const DecimalPoint point;
-    char text[16];
-    std::snprintf(text, sizeof text, "%.2f", 0.25);
-    EXPECT_STREQ(text, "0.25");
+    const std::string text(1000, 'x');
+    EXPECT_EQ(plainText("<%s>", text.c_str()), "<" + text + ">");
 }

@@ -85,7 +85,7 @@ TEST(FtdiFifo, carries_fields_to_an_OpenMPD_board)
 TEST(FtdiFifo, is_lost_when_unplugged_and_taken_up_again)
 {
     Board peer;
-    const auto device = openDevice("openmpd:", {256, {}});
+    const auto device = openDevice("openmpd:A0001", {256, {}});
     ASSERT_TRUE(device->send(randomField(256, 1)));
     ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
     peer.chip.unplug();
@@ -108,6 +108,17 @@ TEST(FtdiFifo, names_a_chip_that_is_not_there)
     Board peer;
     const std::string error = openError("openmpd:B0002");
     EXPECT_EQ(error.find("FT232H \"B0002\": none is plugged in"), 0U) << error;
+}
+
+TEST(FtdiFifo, is_not_taken_by_chance)
+{
+    const std::string which =
+        "device \"openmpd:\": which one? Name it by its serial number, for any "
+        "FT232H may be something else; ";
+    EXPECT_EQ(openError("openmpd:"), which + "no FT232H is plugged in");
+    Board peer;
+    EXPECT_EQ(openError("openmpd:"), which + "plugged in: openmpd:A0001 (free)");
+    EXPECT_EQ(openError("openmpd:A0001"), "no error");
 }
 
 TEST(FtdiFifo, is_silent_after_a_SIGKILL_of_the_host)
@@ -163,13 +174,13 @@ TEST(FtdiFifo, is_free_for_another_program_as_soon_as_it_is_closed)
     Board peer;
     for (unsigned seed = 1; seed < 4; ++seed)
     {
-        const auto device = openDevice("openmpd:", {256, {}});
+        const auto device = openDevice("openmpd:A0001", {256, {}});
         ASSERT_TRUE(device->send(randomField(256, seed)));
         ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
-        const std::string error = openError("openmpd:");
+        const std::string error = openError("openmpd:A0001");
         EXPECT_NE(error.find("another program or the kernel's serial driver uses it"),
                   std::string::npos)
             << error;
     }
-    EXPECT_EQ(openError("openmpd:"), "no error");
+    EXPECT_EQ(openError("openmpd:A0001"), "no error");
 }

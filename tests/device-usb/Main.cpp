@@ -36,7 +36,7 @@ int hostThatNeverCloses()
 // connection that it leaves, and the answer to a request that it was killed in would be taken for the answer to the child's.
 int fifoHostThatNeverCloses()
 {
-    const auto device = openDevice("openmpd:", {256, {}});
+    const auto device = openDevice("openmpd:A0001", {256, {}});
     device->send(loudField(256));
     while (device->report().played == 0)
         ::usleep(1000);

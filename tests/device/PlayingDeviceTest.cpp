@@ -156,6 +156,7 @@ TEST(PlayingDevice, names_what_is_wrong)
     writeBytes(file, recording::Writer(5).header(0));
     EXPECT_EQ(openError("play:" + file + "?to=null:"),
               "recording \"" + file + "\": was made for 5 transducers, but the array has 4");
+    writeBytes(file, recording::Writer(4).header(0)); // from here on it's what follows the file
     EXPECT_EQ(openError("play:" + file),
               "device \"play:" + file + "\": say on which device: \"play:FILE?to=usb:\"");
     const std::string noPoints = "\": max-pressure can't be held: a recording has no control "
@@ -240,4 +241,60 @@ TEST(MultiDevice, names_transducers_that_nobody_has)
     EXPECT_EQ(
         error("null:?boards=x"),
         "device \"null:?boards=x\": boards=x should be a board or a range of them, from 0 to 2");
+}
+
+TEST(PlayingDevice, of_a_damaged_file_counts_as_failed_and_names_it)
+{
+    const std::string file = temporaryFile("show");
+    std::vector<std::uint8_t> bytes = show();
+    bytes[bytes.size() - 30] ^= 1; // in the last field
+    writeBytes(file, bytes);
+    const auto device = openDevice("play:" + file + "?speed=100&to=null:", {4, {}});
+    waitForEnd(*device);
+    const DeviceReport report = device->report();
+    EXPECT_EQ(report.state, DeviceState::LOST);
+    EXPECT_EQ(report.message.find("recording \"" + file + "\": the file is damaged at byte "), 0U)
+        << report.message;
+}
+
+TEST(PlayingDevice, plays_on_no_other_recording)
+{
+    const std::string file = temporaryFile("show");
+    writeBytes(file, show());
+    const std::string why =
+        "\": a recording plays on an array, not on another recording: \"play:\" "
+        "may not stand in \"to\"";
+    const std::string nested = "play:" + file + "?to=play:" + file + "?to=null:";
+    EXPECT_EQ(openError(nested), "device \"" + nested + why);
+    const std::string second = "play:" + file + "?to=null:,play:" + file + "?to=null:";
+    EXPECT_EQ(openError(second), "device \"" + second + why);
+    std::string deep;
+    for (int i = 0; i < 9000; ++i)
+        deep += "play:a?to=";
+    EXPECT_EQ(openError(deep + "null:"),
+              "device \"play:a?to=play:a?to=play:a?to=play:a?to=..\": has 90005 characters, should "
+              "have at most 4096");
+    EXPECT_THROW(playsByItself(deep), DeviceError);
+}
+
+TEST(MultiDevice, is_a_list_of_limited_length)
+{
+    const auto list = [](int count)
+    {
+        std::string text = "null:";
+        for (int i = 1; i < count; ++i)
+            text += ",null:";
+        return text;
+    };
+    EXPECT_EQ(openError(list(64)), "no error");
+    EXPECT_EQ(openError(list(65)),
+              "device \"null:,null:,null:,null:,null:,null:,null..\": is a list of 65 devices, "
+              "should be at most 64");
+}
+
+TEST(MultiDevice, is_as_slow_as_the_slowest)
+{
+    EXPECT_EQ(openDevice("sim:,null:", {256, {}})->ability().fieldsPerSecond, 0);
+    EXPECT_EQ(openDevice("sim:?fps=90,sim:?fps=70,null:", {256, {}})->ability().fieldsPerSecond,
+              70);
 }

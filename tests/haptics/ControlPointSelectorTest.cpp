@@ -376,9 +376,8 @@ TEST_F(ControlPointSelector, RefusesWhatItCantUse)
               "Object 0 has 2 positions, 1 normals and 0 intensities; they must be as many");
     object = objectOf(1, 0, {{0, 0, 0}});
     object.spacing_m = 0.0;
-    EXPECT_EQ(errorOf({object}),
-              "Object 0 has the spacing 0.000000 m; it must be positive and finite");
-    EXPECT_EQ(errorOf({}, 0.0), "The wavelength is 0.000000 m; it must be positive and finite");
+    EXPECT_EQ(errorOf({object}), "Object 0 has the spacing 0 m; it must be positive and finite");
+    EXPECT_EQ(errorOf({}, 0.0), "The wavelength is 0 m; it must be positive and finite");
     options.maxPoints = 0;
     EXPECT_EQ(errorOf({}), "SelectorOptions::maxPoints is 0; it must be 1 or more");
     options = {};

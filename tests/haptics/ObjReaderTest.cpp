@@ -382,7 +382,7 @@ TEST(TriangleMesh, RefusesToScaleNothing)
     };
     TriangleMesh mesh = readObj(kStar);
     EXPECT_EQ(errorOf(mesh, 0.0),
-              "The size to scale a mesh to is 0.000000 m; it must be positive and finite");
+              "The size to scale a mesh to is 0 m; it must be positive and finite");
     EXPECT_EQ(errorOf(mesh, std::nan("")),
               "The size to scale a mesh to is nan m; it must be positive and finite");
     EXPECT_EQ(errorOf(TriangleMesh(), 0.1), "A mesh without vertices can't be scaled");

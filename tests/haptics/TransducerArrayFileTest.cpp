@@ -257,17 +257,18 @@ TEST(TransducerArrayFile, ShippedArraysAreTheDevicesTheyName)
                     std::sin(pi * n / 10.0),
                     1e-7);
 
-    // Each is a full square grid of 10.5 mm round the origin, in whatever order.
+    // Each is a full square grid round the origin, in whatever order: of 10.5 mm, Ultraino's of 10.0 mm.
     for (const TransducerArray* array : {&sonic, &openmpd, &ultraino})
     {
         EXPECT_TRUE(array->isValid());
         const int side = array == &ultraino ? 8 : 16;
+        const double pitch_m = array == &ultraino ? 10.0e-3 : 10.5e-3;
         ASSERT_EQ(array->size(), side * side) << array->name;
         std::vector<int> seen(static_cast<std::size_t>(side * side), 0);
         for (int i = 0; i < array->size(); ++i)
         {
-            const double column = array->positions(0, i) / 10.5e-3 + 0.5 * (side - 1);
-            const double row = array->positions(1, i) / 10.5e-3 + 0.5 * (side - 1);
+            const double column = array->positions(0, i) / pitch_m + 0.5 * (side - 1);
+            const double row = array->positions(1, i) / pitch_m + 0.5 * (side - 1);
             EXPECT_NEAR(column, std::round(column), 1e-9);
             EXPECT_NEAR(row, std::round(row), 1e-9);
             ++seen.at(static_cast<std::size_t>(std::lround(row) * side + std::lround(column)));
@@ -276,8 +277,46 @@ TEST(TransducerArrayFile, ShippedArraysAreTheDevicesTheyName)
         }
         EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), side * side) << array->name;
     }
-    // Spot checks of the wiring: SonicSurface's wires 0 and 3, OpenMPD's pin 249.
-    EXPECT_TRUE(sonic.positions.col(0).isApprox(Eigen::Vector3d(-0.07875, 0.07875, 0), 1e-12));
-    EXPECT_TRUE(sonic.positions.col(3).isApprox(Eigen::Vector3d(-0.06825, 0.06825, 0), 1e-12));
+    // A spot check of the wiring: OpenMPD's pin 249.
     EXPECT_TRUE(openmpd.positions.col(249).isApprox(Eigen::Vector3d(-0.07875, 0.07875, 0), 1e-12));
+}
+
+// The board's published control program (upnalab/SonicSurface, ControlSoftware/Python/SonicSurface.py) has these emitters, in the order of
+// the wire, at (column, emission, row), which is right-handed there: its focus is computed with them as they stand. The rows
+// have their middle at 2 mm.
+TEST(TransducerArrayFile, SonicSurfaceIsTheBoardAndNotItsMirrorImage)
+{
+    struct Emitter
+    {
+        int wire;
+        double column_m;
+        double row_m;
+    };
+    const Emitter published[] = {{0, -0.07875, 0.08075},
+                                 {1, -0.05775, 0.08075},
+                                 {3, -0.06825, 0.07025},
+                                 {64, -0.03675, 0.08075},
+                                 {100, -0.03675, -0.01375},
+                                 {128, 0.00525, 0.08075},
+                                 {192, 0.04725, 0.08075},
+                                 {255, 0.05775, -0.06625}};
+    const TransducerArray array = TransducerArray::load("sonicsurface");
+    // Of their frame, x along the columns, y the emission, z along the rows, into ours.
+    Eigen::Matrix3d turn;
+    turn.col(0) = Eigen::Vector3d::UnitX();
+    turn.col(1) = array.normals.col(0);
+    turn.col(2) = turn.col(0).cross(turn.col(1));
+    ASSERT_NEAR(turn.determinant(), 1.0, 1e-12) << "a board can be turned, not mirrored";
+    const Eigen::Vector3d focus(0.02, 0.03, 0.12);
+    const Eigen::Vector3d theirFocus = turn.transpose() * focus;
+    for (const Emitter& emitter : published)
+    {
+        const Eigen::Vector3d there(emitter.column_m, 0.0, emitter.row_m - 0.002);
+        EXPECT_NEAR((array.positions.col(emitter.wire) - turn * there).norm(), 0.0, 1e-9)
+            << emitter.wire;
+        // So a focus is where it is asked for: all paths to it are as long as in the published frame.
+        EXPECT_NEAR(
+            (array.positions.col(emitter.wire) - focus).norm(), (there - theirFocus).norm(), 1e-9)
+            << emitter.wire;
+    }
 }
