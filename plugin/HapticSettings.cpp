@@ -1,5 +1,6 @@
 #include "Assignments.h"
 #include "OptionTable.h"
+#include "haptics/Limits.h"
 
 #include <osgMidair/HapticSettings>
 
@@ -12,7 +13,6 @@ namespace
 {
 
 constexpr double kNoLimit = std::numeric_limits<double>::max();
-constexpr int kMostPoints = 1000000;
 constexpr double kMostPressure_Pa = 1e6;
 
 OptionTable<HapticSettings> makeTable()
@@ -66,8 +66,8 @@ OptionTable<HapticSettings> makeTable()
     table.number("maxPoints",
                  &S::maxPoints,
                  0,
-                 kMostPoints,
-                 "control points shared by all objects; 0: 1000 (default)");
+                 midair::haptics::kMostControlPoints,
+                 "control points shared by all objects, at most 5000; 0: 1000 (default)");
     table.text(
         "hands",
         &S::hands,
@@ -107,11 +107,12 @@ OptionTable<HapticSettings> makeTable()
     table.flag("denseOutlines",
                &S::denseOutlines,
                "true (default) or false; edges that rest are one smooth field");
-    table.number("monitorInterval",
-                 &S::monitorInterval,
-                 0.0,
-                 1e6,
-                 "s; so often fields are certified and measured; 0: never (default)");
+    table.numberOrZero(
+        "monitorInterval",
+        &S::monitorInterval,
+        0.05,
+        1e6,
+        "s, 0.05 .. 1e6; so often fields are certified and measured; 0: never (default)");
     return table;
 }
 

@@ -20,10 +20,12 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
         ->check(CLI::Range(0.0, 10.0))
         ->capture_default_str();
     app.add_option(
-           "--array", options.array, "octagon, board, a shipped array's name, or a JSON file")
-        ->capture_default_str();
-    app.add_option("--device", options.device, "What plays the field: sim:, record:FILE, null:, ..")
-        ->capture_default_str();
+        "--array",
+        options.array,
+        "octagon, board, a shipped array's name, or a JSON file [the scene's, or octagon]");
+    app.add_option("--device",
+                   options.device,
+                   "What plays the field: sim:, record:FILE, null:, .. [the scene's, or sim:]");
     app.add_option("--solver", options.solver, "Name of the solver [the kit's default]");
     app.add_option("--temperature", options.temperature_C, "Of the air, in degrees Celsius")
         ->check(CLI::Range(-40.0, 60.0))

@@ -11,8 +11,8 @@ struct DemoOptions
 {
     std::string model; ///< a file that OSG reads; empty: the paper's star
     double size_m = 0.12;
-    std::string array = "octagon";
-    std::string device = "sim:";
+    std::string array;  ///< empty: the scene file's, else the octagon
+    std::string device; ///< empty: the scene file's as far as it is granted, else sim:
     std::string solver; ///< empty: the kit's default
     double temperature_C = 20.0;
     std::string sampling;        ///< surface, edges, vertices; empty: the kit's default

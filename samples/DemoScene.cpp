@@ -119,8 +119,8 @@ void DemoScene::applySettings(const DemoOptions& options, bool wrapped)
 {
     // What a scene file says stands, unless an option says otherwise.
     const DemoOptions defaults;
-    if (wrapped || options.array != defaults.array) _haptics->setArray(options.array);
-    if (wrapped || options.device != defaults.device) _haptics->setDevice(options.device);
+    if (!options.array.empty()) _haptics->setArray(options.array);
+    if (!options.device.empty()) _haptics->setDevice(options.device);
     if (wrapped || !options.solver.empty()) _haptics->setSolver(options.solver);
     if (wrapped || options.temperature_C != defaults.temperature_C)
         _haptics->setTemperature(options.temperature_C);

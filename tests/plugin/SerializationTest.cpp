@@ -82,6 +82,7 @@ HapticSettings unusualSettings()
     s.reach = 0.0625;
     s.shadows = true;
     s.maxPressure = 1250.5;
+    s.maxAmplitude = 0.375;
     s.cycle = 8;
     s.cycleSteps = 3;
     s.subsets = 2;
@@ -161,7 +162,7 @@ void expectUnusual(const HapticSettings& s)
     EXPECT_EQ(s.shadows, wanted.shadows);
 }
 
-/// What versions 2 and 3 of HapticScene brought.
+/// What versions 2 to 4 of HapticScene brought.
 void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
 {
     expectNear(s.maxPressure, wanted.maxPressure);
@@ -171,6 +172,7 @@ void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
     expectNear(s.fieldRate, wanted.fieldRate);
     EXPECT_EQ(s.denseOutlines, wanted.denseOutlines);
     expectNear(s.monitorInterval, wanted.monitorInterval);
+    expectNear(s.maxAmplitude, wanted.maxAmplitude);
 }
 
 void expectUnusual(osg::Node* node,
@@ -225,8 +227,18 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion2)
 TEST_P(Serialization, ReadsTheStoredFilesOfVersion3)
 {
     findPlugins();
+    const std::string file = std::string(MIDAIR_TEST_DATA "/format-v3/scene.") + GetParam();
+    // Without what came later.
+    HapticSettings settings = unusualSettings();
+    settings.maxAmplitude = HapticSettings().maxAmplitude;
+    expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
+}
+
+TEST_P(Serialization, ReadsTheStoredFilesOfVersion4)
+{
+    findPlugins();
     expectUnusual(
-        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v3/scene.") + GetParam())
+        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v4/scene.") + GetParam())
             .get());
 }
 
