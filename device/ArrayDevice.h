@@ -135,8 +135,11 @@ public:
 
 /// `sim:`, `usb:`, `record:FILE`, `null:`, ..; a list with commas opens several as one. Throws DeviceError.
 std::unique_ptr<ArrayDevice> openDevice(const std::string& uri, const DeviceLayout& layout);
-std::unique_ptr<ArrayDevice>
-openLimitedDevice(const std::string& uri, const DeviceLayout& layout, const SafetyLimits& limits);
+/// \a owner is who drives it, for the message to whoever in this program opens the same hardware or recording meanwhile.
+std::unique_ptr<ArrayDevice> openLimitedDevice(const std::string& uri,
+                                               const DeviceLayout& layout,
+                                               const SafetyLimits& limits,
+                                               const std::string& owner = {});
 
 /// Whether \a uri, or one in its list, is a show of its own (`play:`), which takes no fields from anybody.
 /// Throws DeviceError for what isn't a URI.

@@ -24,8 +24,10 @@ std::complex<float> activation(double delay_turns, double duty)
     return std::complex<float>(std::polar(std::sin(M_PI * duty), -2 * M_PI * delay_turns));
 }
 
-/// 16 x 16 emitters on a serial port of 230400 baud: 254, 256 delays of 1/32 period (32: off), 253 to swap.
-/// Source: the board's published FPGA design and host program (S. Freire, A. Marzo, "SonicSurface").
+/// 16 x 16 emitters on a serial port of 230400 baud: 254, 256 delays of 1/32 period (32: off), 253 to exchange two buffers.
+/// 151 switches the emitters' clocks on; 192 and 193 choose which of two stacked boards takes fields. They go before 254, since the
+/// design for tactile modulation knows none of the three and takes them for delays, which 254 then overwrites.
+/// Source: the board's published FPGA design and host program (S. Freire, A. Marzo, "SonicSurface", Distribute.vhd).
 class SonicSurface : public BoardCodec
 {
 public:
@@ -35,8 +37,24 @@ public:
     int phaseLevels() const override { return kSteps; }
     std::vector<float> amplitudes() const override { return {0, 1}; }
     double bytesPerSecond() const override { return 23040; }
-    void appendOpening(std::vector<std::uint8_t>&) const override {}
+    void appendOpening(std::vector<std::uint8_t>& out) const override
+    {
+        out.push_back(kClocksOn);
+        out.push_back(kPrimary);
+    }
     bool restarts() const override { return true; }
+    int silentFields() const override { return 2; } // two buffers
+
+    // The board that is stacked on ours, if there is one, may still play what another program left it. Ours comes first, since
+    // every swap is for both.
+    void appendReset(std::vector<std::uint8_t>& out, int transducers) const override
+    {
+        appendSilence(out, transducers);
+        out.push_back(kSecondary);
+        for (int i = 0; i < silentFields(); ++i)
+            appendSilentField(out, transducers);
+        out.push_back(kPrimary);
+    }
 
     void appendField(std::vector<std::uint8_t>& out, const DriveSignal& signal) const override
     {
@@ -59,6 +77,9 @@ public:
 private:
     static constexpr int kEmitters = 256;
     static constexpr int kSteps = 32;
+    static constexpr std::uint8_t kClocksOn = 151;
+    static constexpr std::uint8_t kPrimary = 192;
+    static constexpr std::uint8_t kSecondary = 193;
 
     // On is the nearer of the two amplitudes from sin(pi duty/510) = 1/2 up.
     static bool on(int duty) { return duty >= kDutyPeriod / 6; }
@@ -86,6 +107,8 @@ public:
     }
     double bytesPerSecond() const override { return 11520; }
     bool restarts() const override { return false; }
+    // Two buffers, and a field that was cut off shifts the first silent one, which then leaves the cut one's head where it is.
+    int silentFields() const override { return 3; }
 
     // The board plays a list of patterns, each for so many periods: here one pattern for ever (durations 1, then 0 as the end).
     void appendOpening(std::vector<std::uint8_t>& out) const override
@@ -158,7 +181,8 @@ private:
 };
 
 /// 256 emitters behind an FT232H FIFO: 256 delays of 1/128 period in pin order, then 256 pulse widths of 1/128 period.
-/// Bit 7 of the first delay starts a frame; bits 7 of delays 26 to 34 set the rate. Source: the published driver of OpenMPD.
+/// Bit 7 of the first delay starts a frame; bits 7 of delays 26 to 34 set the rate. Source: the published driver of OpenMPD
+/// and the board's FPGA design (RMResearch, OpenMPD_Hardware, FPGA_3.4.2: FrameBufferController.vhd, CommandReader.vhd).
 class OpenMpd : public BoardCodec
 {
 public:
@@ -176,6 +200,16 @@ public:
     double bytesPerSecond() const override { return 8e6; } // the asynchronous FIFO's
     void appendOpening(std::vector<std::uint8_t>&) const override {}
     bool restarts() const override { return false; }
+    // The board takes 512 bytes at a time and finds the start of a frame by its bit: after one that was cut off it plays every
+    // frame when the next one has come, the second whole one at the earliest.
+    int silentFields() const override { return 4; }
+
+    // Delays of 0, where a field that is all off has others: a frame whose start is lost may take delays for pulse widths.
+    void appendSilentField(std::vector<std::uint8_t>& out, int) const override
+    {
+        out.push_back(kStart);
+        out.insert(out.end(), 2UL * kEmitters - 1, 0);
+    }
 
     void appendField(std::vector<std::uint8_t>& out, const DriveSignal& signal) const override
     {
@@ -187,7 +221,7 @@ public:
             out[begin + i] = static_cast<std::uint8_t>(startOf(signal.phase[i], width));
             out[begin + kEmitters + i] = static_cast<std::uint8_t>(width);
         }
-        out[begin] |= 0x80;
+        out[begin] |= kStart;
     }
 
     void played(const DriveSignal& signal, std::vector<std::complex<float>>& q) const override
@@ -204,6 +238,7 @@ public:
 private:
     static constexpr int kEmitters = 256;
     static constexpr int kSteps = 128;
+    static constexpr std::uint8_t kStart = 0x80;
 
     // trunc(128 asin(A)/pi) with A = sin(pi duty/510).
     static int widthOf(int duty) { return duty * kSteps / kDutyPeriod; }
@@ -215,12 +250,26 @@ private:
 
 } // namespace
 
-void BoardCodec::appendSilence(std::vector<std::uint8_t>& out, int transducers) const
+double BoardCodec::fieldsPerSecond(int transducers) const
+{
+    std::vector<std::uint8_t> field;
+    appendSilentField(field, transducers);
+    return bytesPerSecond() / static_cast<double>(field.size());
+}
+
+void BoardCodec::appendSilentField(std::vector<std::uint8_t>& out, int transducers) const
 {
     DriveSignal off;
     off.phase.assign(transducers, 0);
     off.duty.assign(transducers, 0);
     appendField(out, off);
+}
+
+void BoardCodec::appendSilence(std::vector<std::uint8_t>& out, int transducers) const
+{
+    appendOpening(out);
+    for (int i = 0; i < silentFields(); ++i)
+        appendSilentField(out, transducers);
 }
 
 std::unique_ptr<BoardCodec> makeBoardCodec(const std::string& name)

@@ -26,8 +26,10 @@ public:
     virtual int phaseLevels() const = 0;
     virtual std::vector<float> amplitudes() const = 0; ///< ascending from 0 to 1
     virtual double bytesPerSecond() const = 0;
+    double fieldsPerSecond(int transducers) const; ///< that the line carries
 
-    /// Appends what has to be sent once before the first field; may be nothing.
+    /// Appends what makes the board take fields, whatever it was told before; may be nothing. It goes before the first field, and
+    /// again now and then, since a byte that arrives damaged may have told it something else. Harmless between any two fields.
     virtual void appendOpening(std::vector<std::uint8_t>& out) const = 0;
     /// Appends one field.
     virtual void appendField(std::vector<std::uint8_t>& out, const DriveSignal& signal) const = 0;
@@ -37,7 +39,17 @@ public:
     /// What the board makes of \a signal: its own phase and amplitude steps.
     virtual void played(const DriveSignal& signal, std::vector<std::complex<float>>& q) const = 0;
 
+    /// Appends one field with all off. Boards that exchange two buffers still hold the field before it, in the other one.
+    virtual void appendSilentField(std::vector<std::uint8_t>& out, int transducers) const;
+    /// How many silent fields in a row leave nothing of an older one in the board, also of one that was cut off.
+    virtual int silentFields() const = 0;
+    /// Appends the opening and that many silent fields: a swap that nobody asked for brings nothing back.
     void appendSilence(std::vector<std::uint8_t>& out, int transducers) const;
+    /// Appends what silences whatever is on the line, also what this program has told nothing: a board that is stacked on ours.
+    virtual void appendReset(std::vector<std::uint8_t>& out, int transducers) const
+    {
+        appendSilence(out, transducers);
+    }
 };
 
 /// "sonicsurface", "ultraino", "openmpd"; nullptr for any other name.

@@ -15,8 +15,10 @@ namespace midair::device
 
 /// `sonicsurface:TTY`, `ultraino:TTY`, `openmpd:SERIAL`: an open board, which takes bytes and never answers.
 ///
-/// A worker writes the newest field as soon as the one before has left the line. A lost board is opened again every quarter of a
-/// second, silent until the next field.
+/// A worker writes the newest field as soon as the one before has left the line, and what plays, be it silence, again every 200 ms,
+/// so that a byte that arrived damaged or a board that was switched off and on is mended. Nothing else is written before the
+/// board was silenced, after opening and after every loss. A lost board is silenced where anybody still can, and opened again
+/// every quarter of a second.
 class BoardDevice : public ArrayDevice
 {
 public:
@@ -29,7 +31,8 @@ public:
                 std::unique_ptr<BoardCodec> codec,
                 int transducers,
                 Open open);
-    ~BoardDevice() override;
+    ~BoardDevice()
+        override; ///< a board that is still starting is waited for: it would begin to play by itself
 
     BoardDevice(const BoardDevice&) = delete;
     BoardDevice& operator=(const BoardDevice&) = delete;
@@ -41,39 +44,68 @@ public:
     DriveAbility ability() const override
     {
         DriveAbility ability{_codec->phaseLevels(), _codec->amplitudes()};
-        ability.fieldsPerSecond =
-            _codec->bytesPerSecond() / static_cast<double>(_silentFrame.size());
+        ability.fieldsPerSecond = _codec->fieldsPerSecond(_transducers);
         return ability;
     }
     std::vector<std::complex<float>> played() const override;
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
-    void connect(); ///< throws DeviceError
-    void run();
-    void lose(std::string why); ///< by value: it may be the error of the sink that goes
-    bool writePaced(std::unique_lock<std::mutex>& lock);
+    /// What the worker writes in one go.
+    struct Piece
+    {
+        enum
+        {
+            RESET,   ///< silences whatever is on the line
+            SILENCE, ///< one silent field
+            FIELD,
+            REPEAT
+        } kind = REPEAT;
+        std::uint64_t epoch = 0;
+        std::vector<std::uint8_t> field; ///< bytes of what plays then
+        DriveSignal signal;
+        double sentAt_s = 0;
+    };
+
     void silenceLocked();
+    // The worker's; with _mutex held, where it is given that is let go for the time of what may take long.
+    void run();
+    void reconnect(std::unique_lock<std::mutex>& lock);
+    void adopt(std::unique_ptr<ByteSink> sink);
+    void lookAfterLine(std::unique_lock<std::mutex>& lock);
+    void writeNext(std::unique_lock<std::mutex>& lock);
+    void lose(std::unique_lock<std::mutex>& lock, std::string why);
+    bool quiet() const; ///< nothing is left to be written before closing
+    double nextWrite_s() const;
+    Piece nextPiece(); ///< and its bytes in _bytes
+    void finish(Piece piece);
 
     const std::string _name;
     const std::unique_ptr<BoardCodec> _codec;
     const int _transducers;
     const Open _open;
-    std::vector<std::uint8_t> _silentFrame;
+    std::vector<std::uint8_t> _reset;       ///< silences all there is, whatever it was told before
+    std::vector<std::uint8_t> _silentField; ///< one
     mutable std::mutex _mutex;
     std::condition_variable _wake;
-    std::condition_variable _quiet;
-    std::unique_ptr<ByteSink> _sink; ///< the worker's
-    std::vector<std::uint8_t> _bytes;
+    std::unique_ptr<ByteSink> _sink;    ///< the worker's; null: lost
+    std::vector<std::uint8_t> _bytes;   ///< the worker's
+    std::vector<std::uint8_t> _current; ///< the field, or silence, that the board has got
     DriveSignal _slot;
     double _slotAt_s = 0;
     bool _slotFull = false;
     bool _silenceWanted = false;
+    bool _resetDue = false; ///< nothing but _reset is written, and that not before _settled_s
+    int _silentLeft = 0;    ///< fields, for the board's other buffers
     std::uint64_t _epoch =
         0; ///< counts silences: a field of an older one never becomes what is playing
     DriveSignal _playing;
+    double _settled_s = 0;
     double _lineFree_s = 0; ///< when the last byte will have left
-    bool _ready = false;
+    double _repeatAt_s = 0;
+    double _openingAt_s = 0; ///< when the codec's opening was last written
+    double _lookedAfter_s = 0;
+    bool _ready = false; ///< takes fields
     bool _closing = false;
     FieldCounters _counters;
     std::thread _thread;

@@ -2,6 +2,7 @@
 
 #include "device/ArrayDevice.h"
 #include "device/LastWill.h"
+#include "device/SteadyClock.h"
 #include "device/UsbNode.h"
 
 #include <cerrno>
@@ -11,6 +12,7 @@
 #include <ftdi.h>
 #include <poll.h>
 #include <spdlog/spdlog.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
@@ -22,6 +24,9 @@ namespace
 {
 
 constexpr int kWriteTimeout_ms = 500;
+constexpr int kFifoTimeout_ms =
+    300; ///< shorter than the guard's patience, since no sign of life is given meanwhile
+constexpr int kBeat_ms = 100;
 constexpr int kFtdiVendor = 0x0403;
 constexpr int kFt232h = 0x6014;
 
@@ -48,30 +53,49 @@ speed_t speedOf(int baud)
 
 } // namespace
 
+ByteSink::ByteSink() = default;
+ByteSink::~ByteSink() = default;
+
+void ByteSink::beat()
+{
+    if (_lastWill != nullptr) _lastWill->beat();
+}
+
+bool ByteSink::bequeath()
+{
+    return _lastWill != nullptr && _lastWill->execute();
+}
+
 SerialPort::SerialPort(const std::string& device,
                        int baud,
-                       const std::vector<std::uint8_t>& lastWill)
+                       const std::vector<std::uint8_t>& lastWill,
+                       double settle_s)
 {
     const auto fail = [&](const std::string& what)
     {
-        const std::string reason = what + std::generic_category().message(errno);
+        const bool taken = errno == EBUSY || errno == EWOULDBLOCK;
         const bool denied = errno == EACCES;
+        const std::string reason =
+            taken ? "another program has it" : what + std::generic_category().message(errno);
         if (_port >= 0) ::close(_port);
         throw DeviceError("serial port \"" + device + "\": " + reason +
                           (denied ? "; does your user belong to the group dialout?" : ""));
     };
     _port = ::open(device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (_port < 0) fail("can't be opened: ");
+    // TIOCEXCL doesn't stop root; and before anything is changed, since another program may be writing.
+    if (::flock(_port, LOCK_EX | LOCK_NB) != 0) fail("can't be locked: ");
     termios settings{};
     if (::tcgetattr(_port, &settings) != 0) fail("isn't a serial port: ");
     ::cfmakeraw(&settings);
     settings.c_cflag =
-        (settings.c_cflag & ~(CSTOPB | PARENB | CRTSCTS | CSIZE)) | CS8 | CLOCAL | CREAD;
+        (settings.c_cflag & ~(CSTOPB | PARENB | CRTSCTS | CSIZE | HUPCL)) | CS8 | CLOCAL | CREAD;
     ::cfsetspeed(&settings, speedOf(baud));
     if (::tcsetattr(_port, TCSANOW, &settings) != 0)
         fail("doesn't take " + std::to_string(baud) + " baud: ");
     if (::ioctl(_port, TIOCEXCL) != 0) fail("can't be had alone: ");
-    _lastWill = std::make_unique<LastWill>(LastWill::Way{_port, 0}, lastWill);
+    _settled_s = steadySeconds() + settle_s;
+    _lastWill = std::make_unique<LastWill>(LastWill::Way{_port, 0}, lastWill, _settled_s);
 }
 
 bool SerialPort::knows(int baud)
@@ -85,15 +109,27 @@ SerialPort::~SerialPort()
     ::close(_port);
 }
 
+bool SerialPort::present()
+{
+    pollfd port{_port, 0, 0};
+    if (::poll(&port, 1, 0) <= 0 || (port.revents & (POLLERR | POLLHUP | POLLNVAL)) == 0)
+        return true;
+    _error = "unplugged";
+    return false;
+}
+
 bool SerialPort::write(const std::vector<std::uint8_t>& bytes)
 {
     std::size_t done = 0;
+    int waited_ms = 0;
     while (done < bytes.size())
     {
+        if (!present()) return false;
         const ssize_t count = ::write(_port, bytes.data() + done, bytes.size() - done);
         if (count > 0)
         {
             done += static_cast<std::size_t>(count);
+            waited_ms = 0;
             continue;
         }
         if (count < 0 && errno == EINTR) continue;
@@ -102,11 +138,12 @@ bool SerialPort::write(const std::vector<std::uint8_t>& bytes)
             _error = std::generic_category().message(errno);
             return false;
         }
+        beat(); // waiting for the line isn't hanging
         pollfd wait{_port, POLLOUT, 0};
-        const int ready = ::poll(&wait, 1, kWriteTimeout_ms);
-        if (ready == 0 || (ready > 0 && (wait.revents & (POLLERR | POLLHUP | POLLNVAL)) != 0))
+        if (::poll(&wait, 1, kBeat_ms) == 0) waited_ms += kBeat_ms;
+        if (waited_ms >= kWriteTimeout_ms)
         {
-            _error = ready == 0 ? "takes no more bytes" : "unplugged";
+            _error = "takes no more bytes";
             return false;
         }
     }
@@ -139,7 +176,7 @@ FtdiFifo::FtdiFifo(const std::string& serial, const std::vector<std::uint8_t>& l
              "/etc/udev/rules.d, run \"udevadm control --reload\" and plug the board in again: ");
     if (error == -5) fail("another program or the kernel's serial driver uses it: ");
     if (error < 0) fail("can't be opened: ");
-    _ftdi->usb_write_timeout = kWriteTimeout_ms;
+    _ftdi->usb_write_timeout = kFifoTimeout_ms;
     if (ftdi_set_bitmode(_ftdi, 0xFF, BITMODE_RESET) < 0 ||
         ftdi_setflowctrl(_ftdi, SIO_DISABLE_FLOW_CTRL) < 0)
         fail("doesn't take its settings: ");

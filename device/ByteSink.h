@@ -16,26 +16,42 @@ class LastWill;
 class ByteSink
 {
 public:
-    virtual ~ByteSink() = default;
+    ByteSink();
+    virtual ~ByteSink();
+    ByteSink(const ByteSink&) = delete;
+    ByteSink& operator=(const ByteSink&) = delete;
 
     /// All of \a bytes, or false with error() set.
     virtual bool write(const std::vector<std::uint8_t>& bytes) = 0;
     /// Forgets what was written and hasn't left the computer, where that can be done.
     virtual void discard() {}
+    /// Whether the way is still there, as far as that can be told without writing; false with error() set.
+    virtual bool present() { return true; }
+    /// When what is written is taken for the first time (steadySeconds()), for a board that starts when it is opened.
+    virtual double settled_s() const { return 0; }
+    /// A sign of life for whoever silences the board when this program hangs, to be given every 100 ms.
+    void beat();
+    /// Gives up writing: whoever else holds the board writes its last will. Whether it could.
+    bool bequeath();
     const std::string& error() const { return _error; }
 
 protected:
     std::string _error;
+    std::unique_ptr<LastWill> _lastWill;
 };
 
-/// A serial port, raw, 8N1, for this program alone.
+/// A serial port, raw, 8N1, for this program alone: also programs of root are told, by a lock.
 ///
-/// When this process ends without closing, the board on it gets \a lastWill, the bytes that silence it.
+/// When this process ends without closing, or hangs, the board on it gets \a lastWill, the bytes that silence it. Opening raises
+/// DTR, which resets an Arduino; closing leaves it high, so that the next opening doesn't.
 class SerialPort : public ByteSink
 {
 public:
-    /// Throws DeviceError.
-    SerialPort(const std::string& device, int baud, const std::vector<std::uint8_t>& lastWill);
+    /// The board on it takes nothing in the first \a settle_s. Throws DeviceError.
+    SerialPort(const std::string& device,
+               int baud,
+               const std::vector<std::uint8_t>& lastWill,
+               double settle_s = 0);
     ~SerialPort() override;
     static bool knows(int baud);
 
@@ -45,14 +61,17 @@ public:
     bool write(const std::vector<std::uint8_t>& bytes) override;
     void discard() override;
 
+    bool present() override;
+    double settled_s() const override { return _settled_s; }
+
 private:
     int _port = -1;
-    std::unique_ptr<LastWill> _lastWill;
+    double _settled_s = 0;
 };
 
 /// An FT232H in asynchronous FIFO mode, opened by its serial number.
 ///
-/// When this process ends without closing, the board behind it gets \a lastWill, the bytes that silence it.
+/// When this process ends without closing, or hangs, the board behind it gets \a lastWill, the bytes that silence it.
 class FtdiFifo : public ByteSink
 {
 public:
@@ -67,7 +86,6 @@ public:
 
 private:
     ftdi_context* _ftdi = nullptr;
-    std::unique_ptr<LastWill> _lastWill;
 };
 
 } // namespace midair::device

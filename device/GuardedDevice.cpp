@@ -85,7 +85,9 @@ void scaleDuties(const DriveSignal& signal, double gain, DriveSignal& scaled)
 
 GuardedDevice::GuardedDevice(std::unique_ptr<ArrayDevice> device,
                              const SafetyLimits& limits,
-                             int transducers) :
+                             int transducers,
+                             std::unique_ptr<DeviceClaim> claim) :
+    _claim(std::move(claim)),
     _device(std::move(device)),
     _limits(limits),
     _transducers(transducers)

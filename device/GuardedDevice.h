@@ -1,6 +1,7 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
+#include "device/DeviceClaim.h"
 
 #include <condition_variable>
 #include <mutex>
@@ -18,7 +19,11 @@ class GuardedDevice : public ArrayDevice
 {
 public:
     /// Throws DeviceError for limits that are out of range.
-    GuardedDevice(std::unique_ptr<ArrayDevice> device, const SafetyLimits& limits, int transducers);
+    /// \a claim is given back when the device is closed; may be null.
+    GuardedDevice(std::unique_ptr<ArrayDevice> device,
+                  const SafetyLimits& limits,
+                  int transducers,
+                  std::unique_ptr<DeviceClaim> claim = {});
     ~GuardedDevice() override; ///< takes ramp_s when something sounds
 
     GuardedDevice(const GuardedDevice&) = delete;
@@ -44,6 +49,7 @@ private:
     void noteSilence();
     void run();
 
+    const std::unique_ptr<DeviceClaim> _claim; ///< outlives the device
     const std::unique_ptr<ArrayDevice> _device;
     const SafetyLimits _limits;
     const int _transducers;

@@ -8,10 +8,11 @@
 namespace midair::device
 {
 
-/// A child process that holds a board's descriptor open too and, when this process ends without a farewell, be it by SIGKILL, writes
-/// the bytes that silence the board.
+/// A child process that holds a board's descriptor open too and writes the bytes that silence the board when this process ends
+/// without a farewell, be it by SIGKILL, or gives no sign of life for half a second, be it by SIGSTOP.
 ///
-/// For boards without a watchdog. The child holds nothing else of this process, and ends with this object.
+/// For boards without a watchdog. The child holds nothing else of this process, takes no signal that can be refused, is called
+/// "midair-guard" wherever processes are looked up by name, and ends with this object.
 class LastWill
 {
 public:
@@ -23,14 +24,22 @@ public:
         unsigned endpoint = 0;
     };
 
-    /// Where no child can be had, that is logged and the board goes without.
-    LastWill(const Way& way, const std::vector<std::uint8_t>& bytes);
+    /// Nothing is written before \a notBefore_s (steadySeconds()), for a board that is still starting and would lose it. Where no
+    /// child can be had, that is logged and the board goes without.
+    LastWill(const Way& way, const std::vector<std::uint8_t>& bytes, double notBefore_s = 0);
     ~LastWill(); ///< the farewell: nothing is written, and the child has let go of the descriptor when this returns
 
     LastWill(const LastWill&) = delete;
     LastWill& operator=(const LastWill&) = delete;
 
+    /// A sign of life, to be given every 100 ms or so once the first was given. One thread at a time.
+    void beat();
+    /// The child writes now and ends; whether the descriptor took all of it. For a way that this process can't write to any more.
+    bool execute();
+
 private:
+    bool await(); ///< the child's end; whether it wrote what it had to
+
     int _alive = -1; ///< one end of a socket: closed without a word means that this process died
     pid_t _guard = -1;
 };

@@ -1,5 +1,6 @@
 #include "device/ArrayDevice.h"
 #include "device/BoardDevice.h"
+#include "device/DeviceClaim.h"
 #include "device/DeviceUri.h"
 #include "device/DriveEncoder.h"
 #include "device/FieldCounters.h"
@@ -111,14 +112,16 @@ std::unique_ptr<ArrayDevice> openSerialBoard(DeviceUri& uri, const DeviceLayout&
     if (!SerialPort::knows(baud))
         throw uri.error("baud=" + std::to_string(baud) +
                         " should be 9600, 57600, 115200, 230400, 460800 or 921600");
+    // Opening the port resets an Arduino, whose bootloader listens for a second, and goes on for as long as bytes keep arriving.
+    const double settle_s = uri.takeSeconds("settle", uri.scheme() == "ultraino" ? 2 : 0);
     uri.rejectUnknown();
     const std::string port = uri.path();
     return std::make_unique<BoardDevice>(
         uri.text(),
         makeBoardCodec(uri.scheme()),
         layout.transducers,
-        [port, baud](const std::vector<std::uint8_t>& lastWill)
-        { return std::make_unique<SerialPort>(port, baud, lastWill); });
+        [port, baud, settle_s](const std::vector<std::uint8_t>& lastWill)
+        { return std::make_unique<SerialPort>(port, baud, lastWill, settle_s); });
 }
 
 // Any FT232H may be something else, so none is taken that wasn't named.
@@ -153,8 +156,10 @@ constexpr const char* kNoPointsInRecording =
     "it was recorded; "
     "max-amplitude caps it again";
 
-std::unique_ptr<ArrayDevice>
-openList(const std::string& text, const DeviceLayout& layout, const SafetyLimits& limits);
+std::unique_ptr<ArrayDevice> openList(const std::string& text,
+                                      const DeviceLayout& layout,
+                                      const SafetyLimits& limits,
+                                      const std::string& owner = {});
 
 std::unique_ptr<ArrayDevice> openPlaying(DeviceUri& uri, const DeviceLayout& layout)
 {
@@ -203,8 +208,10 @@ constexpr Scheme kSchemes[] = {
     {"null", openNull, "null:                   takes every field"},
 };
 
-std::unique_ptr<ArrayDevice>
-openOne(DeviceUri& uri, const DeviceLayout& layout, const SafetyLimits& limits)
+std::unique_ptr<ArrayDevice> openOne(DeviceUri& uri,
+                                     const DeviceLayout& layout,
+                                     const SafetyLimits& limits,
+                                     const std::string& owner)
 {
     const SafetyLimits strict = takeLimits(uri, limits);
     if (uri.scheme() == "play" && strict.maxPressure_Pa > 0) throw uri.error(kNoPointsInRecording);
@@ -212,8 +219,12 @@ openOne(DeviceUri& uri, const DeviceLayout& layout, const SafetyLimits& limits)
     for (const Scheme& scheme : kSchemes)
     {
         if (uri.scheme() == scheme.name)
+        {
+            auto claim = std::make_unique<DeviceClaim>(uri, owner);
+            auto device = scheme.open(uri, layout);
             return std::make_unique<GuardedDevice>(
-                scheme.open(uri, layout), strict, layout.transducers);
+                std::move(device), strict, layout.transducers, std::move(claim));
+        }
         known += std::string(known.empty() ? "" : ", ") + scheme.name + ":";
     }
     throw uri.error("unknown kind \"" + uri.scheme() + ":\"; known are " + known);
@@ -252,15 +263,17 @@ DeviceLayout cut(const DeviceLayout& layout, const MultiDevice::Part& part)
     return piece;
 }
 
-std::unique_ptr<ArrayDevice>
-openList(const std::string& text, const DeviceLayout& layout, const SafetyLimits& limits)
+std::unique_ptr<ArrayDevice> openList(const std::string& text,
+                                      const DeviceLayout& layout,
+                                      const SafetyLimits& limits,
+                                      const std::string& owner)
 {
     std::vector<MultiDevice::Part> parts;
     for (const std::string& one : splitDeviceList(text))
     {
         DeviceUri uri(one);
         parts.push_back(partOf(uri, layout));
-        parts.back().device = openOne(uri, cut(layout, parts.back()), limits);
+        parts.back().device = openOne(uri, cut(layout, parts.back()), limits, owner);
     }
     if (parts.size() == 1 && parts[0].count == layout.transducers)
         return std::move(parts[0].device);
@@ -304,11 +317,13 @@ std::unique_ptr<ArrayDevice> openDevice(const std::string& uri, const DeviceLayo
     return openLimitedDevice(uri, layout, {});
 }
 
-std::unique_ptr<ArrayDevice>
-openLimitedDevice(const std::string& uri, const DeviceLayout& layout, const SafetyLimits& limits)
+std::unique_ptr<ArrayDevice> openLimitedDevice(const std::string& uri,
+                                               const DeviceLayout& layout,
+                                               const SafetyLimits& limits,
+                                               const std::string& owner)
 {
     checkLayout(layout);
-    return openList(uri, layout, limits);
+    return openList(uri, layout, limits, owner);
 }
 
 std::string deviceKinds()

@@ -41,6 +41,8 @@ bool HologramOptions::isValid(std::string* error) const
     if (!(maxPressure_Pa >= 0.0 && maxPressure_Pa <= 1e6))
         return fail("maxPressure_Pa is " + base::shortNumber(maxPressure_Pa) +
                     ", should be 0 (none) to 1e6");
+    if (!(maxAmplitude >= 0.0 && maxAmplitude <= 1.0))
+        return fail("maxAmplitude is " + std::to_string(maxAmplitude) + ", should be 0 to 1");
     if (cycle < 1 || cycle > kMostFields)
         return fail("cycle is " + std::to_string(cycle) + " fields, should be 1 to 64");
     if (cycleSteps < 0 || cycleSteps > kMostCycleSteps)
@@ -75,15 +77,16 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
     {
         device::SafetyLimits limits;
         limits.maxPressure_Pa = _options.maxPressure_Pa;
-        _options.deviceFactory =
-            [limits](const std::string& uri, const device::DeviceLayout& layout)
+        limits.maxAmplitude = _options.maxAmplitude;
+        _options.deviceFactory = [limits, owner = _options.owner](
+                                     const std::string& uri, const device::DeviceLayout& layout)
         {
             // Its first refused field would end the show.
             if (device::playsByItself(uri))
                 throw device::DeviceError("device \"" + uri +
                                           "\": a recording takes no fields of a scene; play it "
                                           "with midair-device play FILE");
-            return device::openLimitedDevice(uri, layout, limits);
+            return device::openLimitedDevice(uri, layout, limits, owner);
         };
     }
     if (_options.solver.empty() && !haptics::solverNames().empty())

@@ -33,11 +33,15 @@ struct HologramOptions
     std::string solver; ///< a name that makeSolver knows; empty: its default
     haptics::SolverOptions solverOptions;
     std::string deviceUri = "sim:";
+    std::string
+        owner; ///< what messages call who drives the device, where somebody else wants it too
     double motionTolerance = 0.01; ///< >= 0, in wavelengths: what moved less is not solved again
     int maxPoints = 0; ///< >= 0; control points shared by all objects; 0: the selector's default
     /// >= 0; peak Pa that no control point ever gets more than, whatever is asked for; 0: none. The device's own cap
     /// (`max-pressure` in its URI) counts too, the stricter one.
     double maxPressure_Pa = 0.0;
+    /// 0 .. 1 of full drive; no transducer ever gets more. The device's own cap (`max-amplitude`) counts too, the stricter one.
+    double maxAmplitude = 1.0;
     /// Amplitude modulation of all that is played, for arrays too weak for a static image (a rate of 0: none), and how
     /// many fields a second follow each other where they are played in turn, steps between them included.
     haptics::ModulatorOptions modulation;

@@ -98,6 +98,11 @@ void HologramThread::makePipeline(std::unique_ptr<HologramPipeline>& pipeline)
     try
     {
         pipeline = make();
+        if (pipeline) return;
+        auto result = std::make_shared<HologramResult>();
+        result->report.stop = haptics::StopReason::NOTHING_TO_DO;
+        result->deviceStatus = "not open";
+        publish(result, {});
     }
     catch (const std::exception& error)
     {

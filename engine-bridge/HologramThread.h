@@ -32,7 +32,7 @@ public:
     HologramThread& operator=(const HologramThread&) = delete;
 
     /// Replaces the pipeline before the next snapshot is processed: the old one is gone, its device closed, before
-    /// \a makePipeline runs. What that throws becomes a result that is REFUSED, with the message. Doesn't wait.
+    /// \a makePipeline runs; where that gives none, nothing is played until the next. What it throws becomes a result that is REFUSED, with the message. Doesn't wait.
     void setPipeline(PipelineFactory makePipeline);
 
     /// Hands \a snapshot over and leaves an old one in its place, whose memory the caller may refill. Never waits for the

@@ -2,6 +2,7 @@
 
 #include "engine-bridge/TextColumns.h"
 #include "haptics/InputError.h"
+#include "haptics/base/Number.h"
 
 #include <array>
 #include <cmath>
@@ -28,11 +29,13 @@ constexpr std::array<Unit, 6> kUnits = {{{"m", "metres", 1.0},
                                          {"in", "inches", 0.0254},
                                          {"ft", "feet", 0.3048}}};
 
+constexpr std::size_t kMostPairs = 10000;
+
 bool anyNumber(const std::vector<std::string>& fields)
 {
     double value = 0.0;
     for (const std::string& field : fields)
-        if (parseNumber(field, value)) return true;
+        if (base::parseNumber(field, value)) return true;
     return false;
 }
 
@@ -57,9 +60,12 @@ PointPairs readPointPairs(std::istream& in, const std::string& name)
                 " columns; a point pair has six: world x, y, z, array x, y, z");
         std::array<double, 6> row{};
         for (std::size_t i = 0; i < 6; ++i)
-            if (!parseNumber(fields[i], row[i]))
+            if (!base::parseNumber(fields[i], row[i]))
                 throw haptics::InputError(where + "\"" + fields[i] + "\" in column " +
                                           std::to_string(i + 1) + " is not a finite number");
+        if (rows.size() == kMostPairs)
+            throw haptics::InputError(where + "more than " + std::to_string(kMostPairs) +
+                                      " point pairs, which are the most possible");
         rows.push_back(row);
     }
     PointPairs pairs;
@@ -79,7 +85,7 @@ double unitInMetres(const std::string& nameOrNumber)
     for (const Unit& unit : kUnits)
         if (nameOrNumber == unit.symbol || nameOrNumber == unit.name) return unit.metres;
     double value = 0.0;
-    if (parseNumber(nameOrNumber, value) && value > 0.0) return value;
+    if (base::parseNumber(nameOrNumber, value) && value > 0.0) return value;
     throw haptics::InputError(
         "unit \"" + nameOrNumber +
         "\" is not known; give m, cm, mm, um, in, ft, or the metres a unit has");

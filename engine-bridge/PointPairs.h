@@ -19,7 +19,8 @@ struct PointPairs
 
 /// Reads six columns a line: world x y z, array x y z, parted by commas, semicolons, tabs or blanks. Blank lines and
 /// lines that begin with # are passed over, and so is a first line of headings. \a name stands in messages.
-/// Throws haptics::InputError naming the line for a wrong count, for what is no number and for what is not finite.
+/// Throws haptics::InputError naming the line for a wrong count, for what is no number, for what is not finite and for more
+/// than 10,000 pairs.
 PointPairs readPointPairs(std::istream& in, const std::string& name);
 
 /// "m", "cm", "mm", "um", "in", "ft", or a positive number: metres a unit. Throws haptics::InputError for anything else.

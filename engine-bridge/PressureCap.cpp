@@ -202,13 +202,21 @@ void rate(const haptics::ControlPoints& points,
 {
     const Eigen::ArrayXd y = achieved_Pa.cast<double>().array();
     const Eigen::ArrayXd a = points.targets.array();
+    const Eigen::Index wanted = (a > 0.0).count();
+    if (wanted == 0)
+    {
+        // No points, or nothing wanted at any: nothing is missed either.
+        report.rms = report.max = report.loudness = report.level_Pa = report.worstShortfall = 0.0;
+        report.shortPoints = 0;
+        return;
+    }
     const double s = (y * a).sum() / a.square().sum();
     const double level_Pa = s * a.maxCoeff();
     if (report.level_Pa > 0.0) report.loudness *= level_Pa / report.level_Pa;
     report.level_Pa = level_Pa;
     if (!(s > 0.0)) return; // silent: no error relative to nothing
-    const Eigen::ArrayXd error = y / (a * (absolute ? 1.0 : s)) - 1.0;
-    report.rms = std::sqrt(error.square().mean());
+    const Eigen::ArrayXd error = (a > 0.0).select(y / (a * (absolute ? 1.0 : s)) - 1.0, 0.0);
+    report.rms = std::sqrt(error.square().sum() / static_cast<double>(wanted));
     report.max = error.abs().maxCoeff();
     if (!absolute) return;
     constexpr double kShort = 0.01;

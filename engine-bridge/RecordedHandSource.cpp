@@ -1,14 +1,16 @@
 #include "engine-bridge/HandSource.h"
 #include "engine-bridge/TextColumns.h"
 #include "haptics/InputError.h"
+#include "haptics/base/Number.h"
+#include "haptics/base/RegularFile.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iomanip>
 #include <istream>
+#include <locale>
 #include <ostream>
+#include <sstream>
 
 namespace midair::bridge
 {
@@ -16,6 +18,14 @@ namespace midair::bridge
 namespace
 {
 
+// A line of thirty bytes makes a hand of two thousand, so that the size alone is no limit.
+constexpr std::size_t kMostBytes = std::size_t(64) << 20;
+constexpr std::size_t kMostFrames = 200000;
+constexpr std::size_t kMostHandsInAll = 200000;
+constexpr std::size_t kMostHandsInFrame = 8;
+constexpr double kFarthest_m = 1e6;
+constexpr double kLargestRadius_m = 1e3;
+constexpr double kLongest_s = 1e9;
 constexpr std::size_t kColumns = 13;
 const char* const kHeadings =
     "time_s,hand,joint,x,y,z,qx,qy,qz,qw,radius_m,position_valid,orientation_valid";
@@ -52,7 +62,7 @@ std::string parse(const std::vector<std::string>& fields, Row& row)
     if (row.joint < 0) return "joint \"" + fields[2] + "\" is not known; index_tip is one";
     std::array<double, kColumns> numbers{};
     for (std::size_t i = 0; i < kColumns; ++i)
-        if (i != 2 && !parseNumber(fields[i], numbers[i]))
+        if (i != 2 && !base::parseNumber(fields[i], numbers[i]))
             return "\"" + fields[i] + "\" in column " + std::to_string(i + 1) +
                    " is not a finite number";
     if (numbers[1] != std::floor(numbers[1]) || std::abs(numbers[1]) > 1e6)
@@ -67,20 +77,23 @@ std::string parse(const std::vector<std::string>& fields, Row& row)
     joint.positionValid = numbers[11] != 0.0;
     joint.orientationValid = numbers[12] != 0.0;
     if (row.time_s < 0.0) return "time " + fields[0] + " is before 0";
+    if (row.time_s > kLongest_s) return "time " + fields[0] + " is over 1e9 s";
+    if (!(joint.position.cwiseAbs().maxCoeff() <= kFarthest_m))
+        return "the joint is farther than 1e6 m from the origin";
     if (joint.radius_m < 0.0) return "radius " + fields[10] + " is under 0";
+    if (joint.radius_m > kLargestRadius_m) return "radius " + fields[10] + " is over 1000 m";
     if (joint.orientationValid && std::abs(joint.orientation.norm() - 1.0) > 1e-3)
         return "the quaternion's length is not 1";
     if (joint.orientationValid) joint.orientation.normalize();
     return {};
 }
 
-Hand& handOf(HandFrame& frame, int id)
+/// The frame's hand of that number, or null.
+Hand* handOf(HandFrame& frame, int id)
 {
     for (Hand& hand : frame.hands)
-        if (hand.id == id) return hand;
-    frame.hands.emplace_back();
-    frame.hands.back().id = id;
-    return frame.hands.back();
+        if (hand.id == id) return &hand;
+    return nullptr;
 }
 
 /// What is valid in both is interpolated; what is valid in one alone is not known in between.
@@ -117,8 +130,16 @@ RecordedHandSource::RecordedHandSource(const std::string& path, bool loop) :
     _name(path),
     _loop(loop)
 {
-    std::ifstream in(path);
-    if (!in) throw haptics::InputError("can't read the hand recording \"" + path + "\"");
+    std::string text;
+    try
+    {
+        text = base::readRegularFile(path, kMostBytes);
+    }
+    catch (const base::FileError& error)
+    {
+        throw haptics::InputError("hand recording \"" + path + "\" " + error.what());
+    }
+    std::istringstream in(text);
     read(in);
 }
 
@@ -133,6 +154,7 @@ void RecordedHandSource::read(std::istream& in)
 {
     std::string line;
     Row row;
+    std::size_t hands = 0;
     for (int number = 1; std::getline(in, line); ++number)
     {
         const std::vector<std::string> fields = splitColumns(line);
@@ -140,14 +162,28 @@ void RecordedHandSource::read(std::istream& in)
         std::string wrong = parse(fields, row);
         if (wrong.empty() && !_frames.empty() && row.time_s < _frames.back().time_s)
             wrong = "time " + fields[0] + " is before the line above it";
+        const bool isNew = _frames.empty() || row.time_s > _frames.back().time_s;
+        Hand* hand = isNew ? nullptr : handOf(_frames.back(), row.hand);
+        if (wrong.empty() && isNew && _frames.size() == kMostFrames)
+            wrong = "more than 200000 frames, which are the most possible";
+        if (wrong.empty() && !hand && !isNew && _frames.back().hands.size() == kMostHandsInFrame)
+            wrong = "more than 8 hands at one time, which are the most possible";
+        if (wrong.empty() && !hand && hands == kMostHandsInAll)
+            wrong = "more than 200000 hands in all frames together, which are the most possible";
         if (!wrong.empty())
             throw haptics::InputError(_name + ", line " + std::to_string(number) + ": " + wrong);
-        if (_frames.empty() || row.time_s > _frames.back().time_s)
+        if (isNew)
         {
             _frames.emplace_back();
             _frames.back().time_s = row.time_s;
         }
-        handOf(_frames.back(), row.hand).joints[static_cast<std::size_t>(row.joint)] = row.value;
+        if (!hand)
+        {
+            hand = &_frames.back().hands.emplace_back();
+            hand->id = row.hand;
+            ++hands;
+        }
+        hand->joints[static_cast<std::size_t>(row.joint)] = row.value;
     }
     if (_frames.empty())
         throw haptics::InputError(_name + ": no hand joints in it; a line is " + kHeadings);
@@ -161,7 +197,11 @@ double RecordedHandSource::duration_s() const
 bool RecordedHandSource::frameAt(double time_s, HandFrame& frame)
 {
     double t = time_s;
-    if (_loop && duration_s() > 0.0) t -= std::floor(t / duration_s()) * duration_s();
+    if (_loop && duration_s() > 0.0)
+    {
+        t = std::fmod(t, duration_s());
+        if (t < 0.0) t += duration_s();
+    }
     const auto after =
         std::lower_bound(_frames.begin(),
                          _frames.end(),
@@ -192,8 +232,7 @@ std::string RecordedHandSource::status() const
 void writeHandRecording(std::ostream& out, const std::vector<HandFrame>& frames)
 {
     const auto precision = out.precision(10);
-    const std::locale before =
-        out.imbue(std::locale::classic()); // a point in numbers, as it is read
+    const std::locale before = out.imbue(std::locale::classic());
     out << kHeadings << "\n";
     for (const HandFrame& frame : frames)
         for (const Hand& hand : frame.hands)
@@ -207,8 +246,8 @@ void writeHandRecording(std::ostream& out, const std::vector<HandFrame>& frames)
                     << joint.radius_m << "," << joint.positionValid << "," << joint.orientationValid
                     << "\n";
             }
-    out.imbue(before);
     out.precision(precision);
+    out.imbue(before);
 }
 
 } // namespace midair::bridge

@@ -1,8 +1,5 @@
 #include "engine-bridge/TextColumns.h"
 
-#include <charconv>
-#include <cmath>
-
 namespace midair::bridge
 {
 
@@ -18,15 +15,6 @@ std::vector<std::string> splitColumns(const std::string& line)
     }
     if (!fields.empty() && fields[0][0] == '#') fields.clear();
     return fields;
-}
-
-bool parseNumber(const std::string& text, double& value)
-{
-    const char* begin = text.data();
-    const char* const end = begin + text.size();
-    if (begin != end && *begin == '+') ++begin; // which from_chars does not take
-    const auto [rest, error] = std::from_chars(begin, end, value);
-    return error == std::errc() && rest == end && std::isfinite(value);
 }
 
 } // namespace midair::bridge

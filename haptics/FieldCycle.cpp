@@ -73,10 +73,14 @@ const FieldCycleReport& FieldCycle::solve(const std::vector<ControlPoints>& sets
     const int threads = _options.solverOptions.threads;
     if (surface.cols() > 0)
     {
+        const auto played = std::find_if(_fields.begin(),
+                                         _fields.end(),
+                                         [](const Eigen::VectorXcf& q) { return !q.isZero(0.0f); });
+        const Eigen::VectorXcf& first = played == _fields.end() ? _fields[0] : *played;
         _report.alone =
-            statisticsOf(meanRadiationPressure(surface, array, medium, {_fields[0]}, 2.0, threads),
+            statisticsOf(meanRadiationPressure(surface, array, medium, {first}, 2.0, threads),
                          Eigen::VectorXd());
-        if (_options.sweeps > 0) even(surface, array, medium);
+        if (_options.sweeps > 0 && _report.alone.mean_Pa > 0.0) even(surface, array, medium);
     }
     if (_options.reorder) _order = orderFields(_fields);
     alignFields(_fields, _drive);
@@ -112,9 +116,12 @@ void FieldCycle::even(const Eigen::Matrix3Xd& surface,
     EvenField::Limits limits;
     limits.corrections = _options.corrections;
     limits.innerSteps = kInnerSteps;
-    std::vector<Eigen::VectorXf> squares(_fields.size());
+    std::vector<Eigen::VectorXf> squares(_fields.size(), Eigen::VectorXf::Zero(surface.cols()));
     Eigen::VectorXf sum = Eigen::VectorXf::Zero(surface.cols());
+    std::vector<std::size_t> sounding; // a set without points stays silent
     for (std::size_t k = 0; k < _fields.size(); ++k)
+        if (!_fields[k].isZero(0.0f)) sounding.push_back(k);
+    for (const std::size_t k : sounding)
     {
         setPhases(_dense, _fields[k]);
         _dense.forward(_dense.q, _dense.p);
@@ -124,7 +131,7 @@ void FieldCycle::even(const Eigen::Matrix3Xd& surface,
     }
     for (int sweep = 0; sweep < _options.sweeps; ++sweep)
     {
-        for (std::size_t k = 0; k < _fields.size(); ++k)
+        for (const std::size_t k : sounding)
         {
             setPhases(_dense, _fields[k]);
             const Eigen::VectorXf given = Eigen::VectorXf::Constant(sum.size(), K - 1.0f) -

@@ -92,13 +92,17 @@ void FieldProblem::reserve()
     // Apart by a cache line, so that threads do not share one.
     const std::size_t stride = (2 * n + 31) / 16 * 16;
     _partialStride = std::max(_partialStride, stride);
-    _partial.reserve(_partialStride * static_cast<std::size_t>(_pool.threads()));
-    _rowSumParts.reserve(_partialStride * static_cast<std::size_t>(_pool.threads()));
+    _partial.reserve(_partialStride * static_cast<std::size_t>(_pool->threads()));
+    _rowSumParts.reserve(_partialStride * static_cast<std::size_t>(_pool->threads()));
 }
 
 void FieldProblem::buildBlock(int thread, int block)
 {
-    G.buildRows(block, _stale.data(), static_cast<int>(_stale.size()), rowSums(thread));
+    // Of thousands of points a block may take a tenth of a second, where its entries have to be computed in double.
+    constexpr int kRows = 512;
+    const int count = static_cast<int>(_stale.size());
+    for (int first = 0; first < count && !_stop.requested(); first += kRows)
+        G.buildRows(block, _stale.data() + first, std::min(kRows, count - first), rowSums(thread));
 }
 
 void FieldProblem::sumRows()
@@ -163,7 +167,7 @@ void FieldProblem::sumPartials(SplitVector& sum)
     for (int l = 0; l < n(); ++l)
     {
         float re = 0.0f, im = 0.0f;
-        for (int thread = 0; thread < _pool.threads(); ++thread)
+        for (int thread = 0; thread < _pool->threads(); ++thread)
         {
             re += partial(thread)[l];
             im += partial(thread)[n() + l];

@@ -4,11 +4,14 @@
 #include "haptics/ControlPoints.h"
 #include "haptics/HologramSolver.h"
 #include "haptics/PropagationMatrix.h"
+#include "haptics/StopToken.h"
 #include "haptics/ThreadPool.h"
 
 #include <Eigen/Core>
 
 #include <chrono>
+#include <memory>
+#include <utility>
 #include <vector>
 
 namespace midair::haptics
@@ -38,8 +41,16 @@ class FieldProblem
 {
 public:
     explicit FieldProblem(int threads, Storage storage = Storage::FLOAT) :
+        FieldProblem(std::make_shared<ThreadPool>(threads), storage)
+    {
+    }
+    /// \a pool isn't null; nobody else runs it meanwhile. What reads all of G throws Stopped where \a stop asks for it.
+    explicit FieldProblem(std::shared_ptr<ThreadPool> pool,
+                          Storage storage = Storage::FLOAT,
+                          StopToken stop = {}) :
         G(storage),
-        _pool(threads)
+        _pool(std::move(pool)),
+        _stop(std::move(stop))
     {
     }
 
@@ -102,20 +113,23 @@ public:
     SplitVector z, q;             ///< paddedTransducers()
     AlignedBuffer<float> inverse; ///< 1/|z_i|
 
-    int threads() const { return _pool.threads(); }
+    int threads() const { return _pool->threads(); }
+    const StopToken& stop() const { return _stop; }
     /// Calls before(thread) once and then inBlock(thread, block) for every block of the thread, on all threads. Blocks
-    /// belong to threads by their number alone, so that sums come out the same every time.
+    /// belong to threads by their number alone, so that sums come out the same every time. Throws Stopped, some blocks left
+    /// out, where that is asked for.
     template<typename Before, typename InBlock>
     void eachBlock(const Before& before, const InBlock& inBlock)
     {
-        _pool.run(
+        _pool->run(
             [&](int thread)
             {
                 before(thread);
                 const int last = G.blocks() * (thread + 1) / threads();
-                for (int b = G.blocks() * thread / threads(); b < last; ++b)
+                for (int b = G.blocks() * thread / threads(); b < last && !_stop.requested(); ++b)
                     inBlock(thread, b);
             });
+        _stop.throwIfRequested();
     }
     /// Partial sums over transducers of thread \a thread, 2 x n floats, and their sum into \a p.
     float* partial(int thread)
@@ -137,7 +151,8 @@ private:
         return _rowSumParts.data() + static_cast<std::size_t>(thread) * _partialStride;
     }
 
-    ThreadPool _pool;
+    std::shared_ptr<ThreadPool> _pool;
+    StopToken _stop;
     DriveResolution _drive;
     Eigen::Matrix3Xd _positions; // of the rows as they were built
     std::vector<unsigned char> _fresh;

@@ -21,6 +21,8 @@ public:
     explicit GerchbergSaxton(const SolverOptions& options) : SolverBase("gs", options) {}
 
 private:
+    int mostPoints() const override { return kMostDensePoints; }
+
     Outcome iterate(FieldProblem& field, bool /*warm*/) override
     {
         const TikhonovInverse inverse(field, options().lambdaRel);

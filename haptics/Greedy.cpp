@@ -17,7 +17,7 @@ namespace
 // the reference implementation is used at. 0.7 halves the error, 0.9 doubles it.
 constexpr double kAim = 0.8;
 constexpr int kContinuousLevels = 256; // tried for a device whose phases are continuous
-constexpr int kClockInterval = 64;     // transducers between looks at the clock
+constexpr int kClockInterval = 6400;   // points times transducers between looks at the clock
 
 /// Sets one transducer after the other to the phase level that leaves the least error (Suzuki, Fujiwara, Makino, Shinoda,
 /// "Radiation pressure field reconstruction for ultrasound midair haptics by greedy algorithm with brute-force search",
@@ -86,6 +86,7 @@ private:
     bool pass(FieldProblem& field, bool takeOut)
     {
         const auto n = static_cast<std::size_t>(field.n());
+        const int interval = std::max(1, kClockInterval / field.n());
         int done = 0;
         for (const int i : _order)
         {
@@ -109,7 +110,7 @@ private:
             field.q.set(s, q);
             for (std::size_t l = 0; l < n; ++l)
                 _p.set(l, _p.at(l) + _column.at(l) * q);
-            if (++done % kClockInterval == 0 && outOfTime(field)) return false;
+            if (++done % interval == 0 && outOfTime(field)) return false;
         }
         return true;
     }

@@ -25,9 +25,11 @@ public:
     explicit GsPat(const SolverOptions& options) : SolverBase("gs-pat", options) {}
 
 private:
+    int mostPoints() const override { return kMostDensePoints; }
+
     Outcome iterate(FieldProblem& field, bool /*warm*/) override
     {
-        const Eigen::MatrixXcd K = gramMatrix(field.G);
+        const Eigen::MatrixXcd K = gramMatrix(field.G, field.stop());
         const Eigen::VectorXd energy = K.diagonal().real(); // sum_i |G_li|^2
         const Eigen::MatrixXcf R =
             (K * energy.cwiseInverse().asDiagonal()).cast<std::complex<float>>();

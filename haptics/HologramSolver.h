@@ -2,6 +2,7 @@
 
 #include "haptics/ControlPoints.h"
 #include "haptics/Medium.h"
+#include "haptics/StopToken.h"
 #include "haptics/SurfaceStatistics.h"
 #include "haptics/TransducerArray.h"
 
@@ -14,6 +15,8 @@
 
 namespace midair::haptics
 {
+
+class ThreadPool;
 
 /// What a solver is asked for; isValid() names the first violated constraint.
 struct SolverOptions
@@ -29,7 +32,9 @@ struct SolverOptions
     double loudness = 1.0;
     bool phaseOnly =
         true;        ///< every transducer at one amplitude; false: amplitudes are solved for too
-    int threads = 1; ///< 1 ..
+    int threads = 1; ///< 1 .. 256; more than the machine has cores are slower, not faster
+    /// Threads that solvers share which never run at the same time, in place of threads of their own; null: their own.
+    std::shared_ptr<ThreadPool> pool;
     std::uint64_t seed = 1;
     bool warmStart = true; ///< start from the last field where the points correspond
     /// >= 0, in wavelengths: points that moved by no more keep their rows of G; when none moved further, and nothing else
@@ -40,6 +45,9 @@ struct SolverOptions
     double maxAmplitudeStep = 0.0; ///< 0 .. 1; the same for its amplitude; 0: any
     /// > 0; at which fields follow each other: what of a change is audible hangs on it.
     double updateRate_Hz = 1000.0;
+    /// Looked at wherever the deadline is, and between blocks of the matrix: a solve that is asked to stop is back within
+    /// milliseconds, STOPPED.
+    StopToken stop;
 
     bool isValid(std::string* error = nullptr) const;
 };
@@ -52,7 +60,8 @@ enum class StopReason
     MAX_ITERATIONS,
     DEADLINE,
     SKIPPED, ///< nothing moved by more than the tolerance
-    REFUSED  ///< the input is not solvable; message says why; activations are zero
+    REFUSED, ///< the input is not solvable; message says why; activations are zero
+    STOPPED  ///< SolverOptions::stop asked for it; activations are zero, the next solve starts from nothing
 };
 
 const char* stopReasonName(StopReason reason);
@@ -98,7 +107,8 @@ public:
     virtual ~HologramSolver() = default;
 
     /// Solves for \a points and leaves m activations in \a q, |q_i| <= 1, as array.drive can play them. Never NaN:
-    /// what can't be solved is REFUSED with zero activations. Not thread-safe; one thread at a time.
+    /// what can't be solved is REFUSED with zero activations, more points than Limits.h has room for too. One thread at a
+    /// time; another one breaks it off by SolverOptions::stop.
     virtual SolveReport solve(const ControlPoints& points,
                               const TransducerArray& array,
                               const Medium& medium,

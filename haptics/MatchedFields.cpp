@@ -30,11 +30,22 @@ void append(ControlPoints& to, const ControlPoints& more)
     const Eigen::Index n = to.positions.cols(), m = more.positions.cols();
     to.positions.conservativeResize(3, n + m);
     to.positions.rightCols(m) = more.positions;
+    const Eigen::Index known = to.normals.cols();
     to.normals.conservativeResize(3, n + m);
-    to.normals.rightCols(m) = more.normals;
+    // Curves and tests have no normals: zeros, never what was in memory.
+    if (known != n) to.normals.leftCols(n).setZero();
+    if (more.normals.cols() == m)
+        to.normals.rightCols(m) = more.normals;
+    else
+        to.normals.rightCols(m).setZero();
     to.targets.conservativeResize(n + m);
     to.targets.tail(m) = more.targets;
-    to.object.insert(to.object.end(), more.object.begin(), more.object.end());
+    const bool told = to.object.size() == static_cast<std::size_t>(n) &&
+                      more.object.size() == static_cast<std::size_t>(m);
+    if (told)
+        to.object.insert(to.object.end(), more.object.begin(), more.object.end());
+    else
+        to.object.clear();
 }
 
 SolveReport together(const std::vector<SolveReport>& reports)
@@ -59,7 +70,7 @@ SolveReport together(const std::vector<SolveReport>& reports)
         all.max = std::max(all.max, r.max);
         all.level_Pa = std::max(all.level_Pa, r.level_Pa);
         all.worstShortfall = std::max(all.worstShortfall, r.worstShortfall);
-        if (all.message.empty()) all.message = r.message;
+        if (all.message.empty() && isField(r)) all.message = r.message;
         // Why the first stopped that did not reach what was asked for; a refusal before all else.
         const bool isReason = isField(r) && r.stop != StopReason::CONVERGED && !chosen;
         if (r.stop == StopReason::REFUSED || isReason)
@@ -76,6 +87,8 @@ SolveReport together(const std::vector<SolveReport>& reports)
         all.loudness += r.loudness;
         ++fields;
     }
+    // A part without points is worth a word only where none has any.
+    if (fields == 0 && all.message.empty()) all.message = reports.front().message;
     all.rms = points > 0 ? std::sqrt(squares / points) : 0.0;
     if (fields > 0) all.loudness /= fields;
     return all;

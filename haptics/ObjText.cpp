@@ -1,14 +1,12 @@
 #include "haptics/ObjText.h"
 
 #include "haptics/InputError.h"
+#include "haptics/base/RegularFile.h"
 
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <limits>
-#include <sstream>
 #include <string_view>
 
 namespace midair::haptics
@@ -16,6 +14,9 @@ namespace midair::haptics
 
 namespace
 {
+
+constexpr std::size_t kMostBytes = std::size_t(256) << 20;
+constexpr std::size_t kMostCorners = 4096; // cutting a polygon takes the square of it
 
 /// Walks an OBJ file line by line and collects what ObjText holds.
 class ObjScanner
@@ -172,6 +173,10 @@ void ObjScanner::takeFace()
         fail(_line,
              "the face has " + std::to_string(_tokens.size() - 1) + " corners; it needs 3 or more");
     }
+    if (_tokens.size() - 1 > kMostCorners)
+        fail(_line,
+             "the face has " + std::to_string(_tokens.size() - 1) + " corners; at most " +
+                 std::to_string(kMostCorners) + " are possible");
     Face face{_line, {}};
     face.corners.reserve(_tokens.size() - 1);
     for (std::size_t i = 1; i < _tokens.size(); ++i)
@@ -192,9 +197,13 @@ void ObjScanner::takeLine()
     }
     else if (_tokens[0] == "mtllib" && _tokens.size() > 1)
     {
-        const std::string folder = _path.substr(0, _path.find_last_of('/') + 1);
+        const std::filesystem::path folder(_path.substr(0, _path.find_last_of('/') + 1));
         const std::string name(_tokens[1]);
-        if (!std::ifstream(folder + name).good())
+        // Looked for, never opened: a name in a file may be that of a pipe or a device.
+        std::error_code ignored;
+        const std::filesystem::path given(name);
+        if (!std::filesystem::is_regular_file(given.is_absolute() ? given : folder / given,
+                                              ignored))
         {
             _text.warnings.push_back(_path + ", line " + std::to_string(_line) +
                                      ": the material file " + inQuotes(name) +
@@ -297,18 +306,16 @@ ObjText readObjText(const std::string& path)
     {
         throw InputError(path + ": this is a folder, not a file");
     }
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream) throw InputError(path + ": the file can't be opened");
-    std::ostringstream buffer;
-    buffer << stream.rdbuf();
-    const std::string file = buffer.str();
-    if (stream.bad() || (buffer.fail() && !file.empty()))
+    std::string file;
+    try
     {
-        throw InputError(path + ": the file can't be read");
+        file = base::readRegularFile(path, kMostBytes);
+    }
+    catch (const base::FileError& error)
+    {
+        throw InputError(path + ": " + error.what());
     }
     if (file.empty()) throw InputError(path + ": the file is empty");
-    constexpr std::size_t kLargest = std::numeric_limits<int>::max();
-    if (file.size() > kLargest) throw InputError(path + ": the file is larger than 2 GiB");
     return ObjScanner(path).scan(file);
 }
 

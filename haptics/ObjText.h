@@ -15,7 +15,7 @@ struct ObjText
     std::vector<std::string> warnings;
 };
 
-/// Reads and checks the file; the OBJ library takes in silence what is broken and tells no line. Throws InputError
+/// Reads and checks the file, a regular one of at most 256 MiB whose faces have at most 4096 corners; the OBJ library takes in silence what is broken and tells no line. Throws InputError
 /// "PATH, line N: ...".
 ObjText readObjText(const std::string& path);
 

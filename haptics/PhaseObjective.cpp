@@ -81,12 +81,15 @@ Eigen::MatrixXcd gramMatrix(const Eigen::MatrixXcd& G)
     return K;
 }
 
-Eigen::MatrixXcd gramMatrix(const PropagationMatrix& G)
+Eigen::MatrixXcd gramMatrix(const PropagationMatrix& G, const StopToken& stop)
 {
     const int n = G.points();
     Eigen::MatrixXd re = Eigen::MatrixXd::Zero(n, n), im = re;
     for (int block = 0; block < G.blocks(); ++block)
+    {
+        stop.throwIfRequested();
         kernels::addGram(G.blockData(block), n, G.width(block), n, re.data(), im.data());
+    }
     Eigen::MatrixXcd K(n, n);
     K.real() = re;
     K.imag() = im;
@@ -96,17 +99,17 @@ Eigen::MatrixXcd gramMatrix(const PropagationMatrix& G)
 
 PhaseObjective::PhaseObjective(Eigen::MatrixXcd K,
                                const Eigen::VectorXd& targets,
-                               double lambdaRel) :
+                               double lambdaRel,
+                               const StopToken& stop) :
     _a(targets)
 {
     checkInput(K, targets, lambdaRel);
     const Eigen::Index n = K.cols();
     _lambda = lambdaRel * K.trace().real() / static_cast<double>(n);
     K.diagonal().array() += _lambda;
-    _factor.compute(K);
-    if (_factor.info() != Eigen::Success)
+    if (!_factor.compute(std::move(K), stop))
         throw InputError("phase objective: K is not positive semidefinite");
-    _matrix = _factor.solve(Eigen::MatrixXcd::Identity(n, n));
+    _matrix = _factor.inverse(stop);
     _matrix = _lambda * (_a.asDiagonal() * _matrix * _a.asDiagonal());
     mirrorLowerTriangle(_matrix);
     _trace = _matrix.trace().real();

@@ -1,8 +1,9 @@
 #pragma once
 
+#include "haptics/LargeMatrix.h"
 #include "haptics/PhaseKernels.h"
+#include "haptics/StopToken.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 namespace midair::haptics
@@ -11,7 +12,8 @@ namespace midair::haptics
 class PropagationMatrix;
 
 /// K = G G* (n x n) of a float matrix: products in float over a block of transducers, sums between blocks in double.
-Eigen::MatrixXcd gramMatrix(const PropagationMatrix& G);
+/// Throws Stopped, between blocks, where that is asked for.
+Eigen::MatrixXcd gramMatrix(const PropagationMatrix& G, const StopToken& stop = {});
 /// K = G G* in double throughout.
 Eigen::MatrixXcd gramMatrix(const Eigen::MatrixXcd& G);
 
@@ -29,8 +31,12 @@ public:
     PhaseObjective() = default;
 
     /// \a K n x n Hermitian positive semidefinite, \a targets n (finite, >= 0, not all 0), \a lambdaRel from
-    /// kSmallestLambdaRel to 1e9: below, the rounding of K would show. Throws InputError.
-    PhaseObjective(Eigen::MatrixXcd K, const Eigen::VectorXd& targets, double lambdaRel = 0.1);
+    /// kSmallestLambdaRel to 1e9: below, the rounding of K would show. Throws InputError, and
+    /// Stopped where that is asked for.
+    PhaseObjective(Eigen::MatrixXcd K,
+                   const Eigen::VectorXd& targets,
+                   double lambdaRel = 0.1,
+                   const StopToken& stop = {});
 
     int size() const { return static_cast<int>(_matrix.cols()); }
     double lambda() const { return _lambda; } ///< Pa^2
@@ -58,7 +64,7 @@ public:
     double misfitAndPower(const Eigen::VectorXcd& p, double power) const;
 
 private:
-    Eigen::LLT<Eigen::MatrixXcd> _factor; // of K + lambda I
+    BlockCholesky _factor; // of K + lambda I
     Eigen::VectorXd _a;
     Eigen::MatrixXcd _matrix;
     Eigen::MatrixXd _re, _im; // of M, for the kernels

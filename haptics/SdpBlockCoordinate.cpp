@@ -1,8 +1,7 @@
+#include "haptics/LargeMatrix.h"
 #include "haptics/SolverBase.h"
 #include "haptics/Solvers.h"
 #include "haptics/TikhonovInverse.h"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -29,6 +28,8 @@ public:
     explicit SdpBlockCoordinate(const SolverOptions& options) : SolverBase("sdp-bcd", options) {}
 
 private:
+    int mostPoints() const override { return kMostDensePoints; }
+
     Outcome iterate(FieldProblem& field, bool /*warm*/) override
     {
         const int n = field.n();
@@ -58,8 +59,7 @@ private:
             ++outcome.iterations;
             if (outOfTime(field)) outcome.stop = StopReason::DEADLINE;
         }
-        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd> eigen(U);
-        Eigen::VectorXcd u = eigen.eigenvectors().col(n - 1);
+        Eigen::VectorXcd u = leadingPair(U, 1e-10, field.stop()).vector;
         for (int l = 0; l < n; ++l)
             u[l] = std::abs(u[l]) > 1e-12 ? u[l] / std::abs(u[l]) : 1.0;
         inverse.play(field, u);

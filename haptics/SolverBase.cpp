@@ -73,9 +73,26 @@ SolverBase::SolverBase(std::string name, const SolverOptions& options, Storage s
     _options(options),
     _beyond(options.absoluteTargets ? 0.0 : std::max(0.0, options.loudness - 1.0)),
     _audibleShare(audibleShare(options.updateRate_Hz)),
-    _field(options.threads, storage)
+    _field(options.pool ? options.pool : std::make_shared<ThreadPool>(options.threads),
+           storage,
+           options.stop)
 {
     _options.loudness = std::min(options.loudness, 1.0);
+}
+
+// What would take gigabytes or minutes.
+std::string SolverBase::tooLarge(int points, int transducers) const
+{
+    if (points > mostPoints())
+        return "there are " + std::to_string(points) + " control points; " + _name +
+               " is for at most " + std::to_string(mostPoints());
+    if (static_cast<std::size_t>(points) * static_cast<std::size_t>(transducers) > kMostEntries)
+        return numbered("%.0f control points and %.0f transducers are more than can be solved for; "
+                        "their product must be at most %.0f",
+                        points,
+                        transducers,
+                        static_cast<double>(kMostEntries));
+    return {};
 }
 
 std::string SolverBase::refusal(const ControlPoints& points,
@@ -85,6 +102,8 @@ std::string SolverBase::refusal(const ControlPoints& points,
 {
     std::string why;
     if (!medium.isValid(&why)) return why;
+    why = tooLarge(points.size(), array.size());
+    if (!why.empty()) return why;
     if (points.targets.size() != points.size())
         return numbered("there are %.0f control points and %.0f targets",
                         points.size(),
@@ -194,6 +213,27 @@ SolveReport SolverBase::solve(const ControlPoints& points,
                               Eigen::VectorXcf& q)
 {
     _field.start();
+    try
+    {
+        return solveUnlessStopped(points, array, medium, q);
+    }
+    catch (const Stopped& stopped)
+    {
+        SolveReport result;
+        result.solver = _name;
+        result.points = points.size();
+        result.transducers = array.size();
+        result.solve_ms = _field.elapsed_ms();
+        return silent(result, StopReason::STOPPED, stopped.what(), array.size(), q);
+    }
+}
+
+SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
+                                           const TransducerArray& array,
+                                           const Medium& medium,
+                                           Eigen::VectorXcf& q)
+{
+    _options.stop.throwIfRequested();
     SolveReport result;
     result.solver = _name;
     result.points = points.size();
@@ -286,6 +326,8 @@ const char* stopReasonName(StopReason reason)
         return "skipped";
     case StopReason::REFUSED:
         return "refused";
+    case StopReason::STOPPED:
+        return "stopped";
     }
     return "unknown";
 }

@@ -2,6 +2,7 @@
 
 #include "haptics/FieldProblem.h"
 #include "haptics/HologramSolver.h"
+#include "haptics/Limits.h"
 
 #include <string>
 #include <vector>
@@ -40,14 +41,19 @@ protected:
     /// first round in one. iterate follows, unless points are out of reach.
     virtual void build(FieldProblem& field) { field.build(); }
 
+    /// To be asked in every turn of a loop. Throws Stopped where that was asked for.
     bool outOfTime(const FieldProblem& field) const
     {
+        _options.stop.throwIfRequested();
         return _options.deadline_ms > 0.0 && field.elapsed_ms() >= _options.deadline_ms;
     }
     int iterationLimit(int methodsOwn) const
     {
         return _options.maxIterations > 0 ? _options.maxIterations : methodsOwn;
     }
+
+    /// Control points that the method has time and memory for.
+    virtual int mostPoints() const { return kMostControlPoints; }
 
     /// Turns field.q and field.u by the common phase that brings q nearest to the last field, and returns it.
     std::complex<float> alignToLast(FieldProblem& field);
@@ -67,6 +73,11 @@ private:
         double s = 0.0, rms = 0.0, max = 0.0;
     };
 
+    SolveReport solveUnlessStopped(const ControlPoints& points,
+                                   const TransducerArray& array,
+                                   const Medium& medium,
+                                   Eigen::VectorXcf& q);
+    std::string tooLarge(int points, int transducers) const;
     std::string refusal(const ControlPoints& points,
                         const TransducerArray& array,
                         const Medium& medium,

@@ -1,5 +1,7 @@
 #include "haptics/ThreadPool.h"
 
+#include <algorithm>
+
 namespace midair::haptics
 {
 
@@ -20,7 +22,13 @@ void pause()
 
 } // namespace
 
-ThreadPool::ThreadPool(int threads)
+int coreCount()
+{
+    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+// Who looks out for work while others want its core only keeps them from it.
+ThreadPool::ThreadPool(int threads) : _spins(threads <= coreCount() ? kSpins : 0)
 {
     for (int thread = 1; thread < threads; ++thread)
         _workers.emplace_back([this, thread] { work(thread); });
@@ -54,19 +62,26 @@ void ThreadPool::runErased(Function function, void* data)
     }
     _wake.notify_all();
     function(data, 0);
-    // The others have as much to do: they are about to be done, unless the machine is short of cores.
-    for (int spins = 0; _running.load(std::memory_order_acquire) > 0; ++spins)
+    waitForOthers();
+}
+
+// They have as much to do and are about to be done, unless the machine is short of cores.
+void ThreadPool::waitForOthers()
+{
+    for (int spins = 0; spins < _spins; ++spins)
     {
-        if (spins < kSpins)
-            pause();
-        else
-            std::this_thread::yield();
+        if (_running.load(std::memory_order_acquire) == 0) return;
+        pause();
     }
+    std::unique_lock<std::mutex> lock(_mutex);
+    _callerSleeps = true;
+    _done.wait(lock, [this] { return _running == 0; });
+    _callerSleeps = false;
 }
 
 unsigned ThreadPool::waitForWork(unsigned seen)
 {
-    for (int spins = 0; spins < kSpins; ++spins)
+    for (int spins = 0; spins < _spins; ++spins)
     {
         const unsigned generation = _generation.load(std::memory_order_acquire);
         if (generation != seen) return generation;
@@ -85,7 +100,10 @@ void ThreadPool::work(int thread)
         seen = waitForWork(seen);
         if (_stop) return;
         _function(_data, thread);
-        _running.fetch_sub(1, std::memory_order_acq_rel);
+        // Sequentially consistent, as the caller's store and look are: one of the two sees the other's.
+        if (_running.fetch_sub(1) > 1 || !_callerSleeps) continue;
+        const std::lock_guard<std::mutex> lock(_mutex);
+        _done.notify_one();
     }
 }
 

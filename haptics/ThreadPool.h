@@ -10,8 +10,12 @@
 namespace midair::haptics
 {
 
+/// Cores that this process may use; at least 1. More threads than that only wait for one another.
+int coreCount();
+
 /// A few threads that run one function together and wait for one another; a call allocates nothing and costs a few
-/// microseconds, since idle workers look out for work for a moment before they sleep.
+/// microseconds, since idle workers look out for work for a moment before they sleep. Where there
+/// are more of them than cores they sleep at once.
 class ThreadPool
 {
 public:
@@ -37,10 +41,15 @@ private:
     void runErased(Function function, void* data);
     void work(int thread);
     unsigned waitForWork(unsigned seen);
+    void waitForOthers();
+
+    const int _spins; ///< looks before sleeping
 
     std::vector<std::thread> _workers;
     std::mutex _mutex;
-    std::condition_variable _wake;
+    std::condition_variable _wake; ///< workers, for work
+    std::condition_variable _done; ///< the caller, for workers
+    std::atomic<bool> _callerSleeps{false};
     std::atomic<unsigned> _generation{0};
     std::atomic<int> _running{0};
     std::atomic<bool> _stop{false};

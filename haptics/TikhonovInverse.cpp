@@ -1,5 +1,6 @@
 #include "haptics/TikhonovInverse.h"
 
+#include "haptics/LargeMatrix.h"
 #include "haptics/PhaseObjective.h"
 
 #include <algorithm>
@@ -20,18 +21,18 @@ constexpr double kLargestLambdaRel = 1e6;
 TikhonovInverse::TikhonovInverse(const FieldProblem& field, double lambdaRel)
 {
     const int n = field.n();
-    Eigen::MatrixXcd K = gramMatrix(field.G);
+    Eigen::MatrixXcd K = gramMatrix(field.G, field.stop());
     const double unit = K.trace().real() / n;
     _lambda = std::clamp(lambdaRel, kSmallestLambdaRel, kLargestLambdaRel) * unit;
     K.diagonal().array() += _lambda;
-    Eigen::LLT<Eigen::MatrixXcd> cholesky(K);
-    while (cholesky.info() != Eigen::Success)
+    BlockCholesky cholesky(K, field.stop());
+    while (!cholesky.isPositive())
     {
         K.diagonal().array() += 9.0 * _lambda;
         _lambda *= 10.0;
-        cholesky.compute(K);
+        cholesky.compute(K, field.stop());
     }
-    _inverse = cholesky.solve(Eigen::MatrixXcd::Identity(n, n));
+    _inverse = cholesky.inverse(field.stop());
 }
 
 Eigen::MatrixXcd TikhonovInverse::projector() const

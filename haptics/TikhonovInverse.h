@@ -2,7 +2,6 @@
 
 #include "haptics/FieldProblem.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 namespace midair::haptics
@@ -13,6 +12,7 @@ namespace midair::haptics
 class TikhonovInverse
 {
 public:
+    /// Throws Stopped where field's token asks for it.
     TikhonovInverse(const FieldProblem& field, double lambdaRel);
 
     double lambda() const { return _lambda; }

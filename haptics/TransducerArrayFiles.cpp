@@ -1,5 +1,6 @@
 #include "haptics/InputError.h"
 #include "haptics/TransducerArray.h"
+#include "haptics/base/RegularFile.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -15,6 +16,8 @@ namespace
 {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kMostBytes = std::size_t(32) << 20;
 
 // The user's own folders come first so that a shipped array can be replaced by a measured one of the same name.
 std::vector<fs::path> arrayFolders()
@@ -37,11 +40,16 @@ TransducerArray read(const fs::path& path)
     std::error_code ignored;
     if (fs::is_directory(path, ignored))
         throw InputError("array file '" + path.string() + "' is a folder; a JSON file is expected");
-    std::ifstream file(path, std::ios::binary);
-    if (!file) throw InputError("array file '" + path.string() + "' can't be opened for reading");
-    std::ostringstream text;
-    text << file.rdbuf();
-    TransducerArray array = TransducerArray::fromJson(text.str(), path.string());
+    std::string text;
+    try
+    {
+        text = base::readRegularFile(path.string(), kMostBytes);
+    }
+    catch (const base::FileError& error)
+    {
+        throw InputError("array file '" + path.string() + "' " + error.what());
+    }
+    TransducerArray array = TransducerArray::fromJson(text, path.string());
     if (array.name.empty()) array.name = path.stem().string();
     return array;
 }

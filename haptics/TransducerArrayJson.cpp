@@ -77,6 +77,10 @@ void readDrive(const Reader& reader, const Json& root, DriveResolution& drive)
     if (levels == root.end()) return;
     const std::string right =
         "a list of numbers that rises from 0 or above to 1, or empty (continuous)";
+    if (levels->is_array() && levels->size() > kMostTransducers)
+        reader.fail("amplitudeLevels",
+                    "has " + std::to_string(levels->size()) +
+                        " entries; at most 65536 are possible");
     for (const Json& level : reader.list(*levels, "amplitudeLevels", right))
     {
         const std::string path = Reader::at("amplitudeLevels", drive.amplitudeLevels.size());
@@ -229,6 +233,9 @@ readPlaces(const Reader& reader, const Json& item, const std::string& path)
                             "'; it must have a grid or places, not both");
     std::vector<Eigen::Vector2d> places;
     const std::string listPath = Reader::at(path, "places_m");
+    if (list->size() > kMostTransducers)
+        reader.fail(listPath,
+                    "has " + std::to_string(list->size()) + " entries; at most 65536 are possible");
     for (const Json& place :
          reader.list(*list, listPath, "a list of [along the columns, along the rows] in metres"))
         places.push_back(

@@ -1,7 +1,9 @@
 #include "Assignments.h"
 
+#include "haptics/base/Number.h"
+
+#include <algorithm>
 #include <cctype>
-#include <locale>
 #include <sstream>
 #include <vector>
 
@@ -113,16 +115,24 @@ void forEachAssignment(const std::string& text,
     }
 }
 
-bool parseMatrix(const std::string& text, osg::Matrixd& matrix)
+bool parseNumbers(const std::string& text, double* values, int count)
 {
     std::istringstream in(text);
-    in.imbue(std::locale::classic());
-    osg::Matrixd read;
-    for (int i = 0; i < 16; ++i)
-        if (!(in >> read.ptr()[i])) return false;
-    if (!(in >> std::ws).eof()) return false;
-    matrix = read;
+    std::vector<double> read;
+    for (std::string word; in >> word;)
+    {
+        double value = 0.0;
+        if (!midair::base::parseNumber(word, value)) return false;
+        read.push_back(value);
+    }
+    if (read.size() != static_cast<std::size_t>(count)) return false;
+    std::copy(read.begin(), read.end(), values);
     return true;
+}
+
+bool parseMatrix(const std::string& text, osg::Matrixd& matrix)
+{
+    return parseNumbers(text, matrix.ptr(), 16);
 }
 
 } // namespace osgMidair

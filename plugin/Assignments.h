@@ -14,6 +14,10 @@ namespace osgMidair
 void forEachAssignment(const std::string& text,
                        const std::function<void(const std::string&, const std::string&)>& take);
 
+/// Reads \a count finite numbers, parted by blanks, into \a values, with a point whatever the locale; false, and \a values as
+/// they were, where it is anything else.
+bool parseNumbers(const std::string& text, double* values, int count);
+
 /// Reads "1 0 0 0  0 1 0 0  0 0 1 0  x y z 1": 16 numbers, row by row as OSG writes them; false where it is anything else.
 bool parseMatrix(const std::string& text, osg::Matrixd& matrix);
 

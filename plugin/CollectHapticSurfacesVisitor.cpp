@@ -83,8 +83,9 @@ bool isOwnObject(const osg::Node& node)
             hasObstacleTag(node));
 }
 
-CollectHapticSurfacesVisitor::CollectHapticSurfacesVisitor() :
-    osg::NodeVisitor(NODE_VISITOR, TRAVERSE_ACTIVE_CHILDREN)
+CollectHapticSurfacesVisitor::CollectHapticSurfacesVisitor(const osg::Node* owner) :
+    osg::NodeVisitor(NODE_VISITOR, TRAVERSE_ACTIVE_CHILDREN),
+    _owner(owner)
 {
 }
 
@@ -92,6 +93,7 @@ void CollectHapticSurfacesVisitor::collect(osg::Node& root,
                                            const osg::Matrixd& world,
                                            const HapticProperty* otherwise)
 {
+    _innerScenes.clear();
     _instances.clear();
     _paths.clear();
     _pathStarts.clear();
@@ -120,6 +122,14 @@ std::uint64_t CollectHapticSurfacesVisitor::pathId() const
         hash ^= hash >> 31;
     }
     return hash;
+}
+
+bool CollectHapticSurfacesVisitor::enter(const osg::Node& node)
+{
+    const auto* scene = dynamic_cast<const HapticScene*>(&node);
+    if (!scene || scene == _owner) return true;
+    if (scene->getEnabled()) _innerScenes.push_back(scene);
+    return scene->getEnabled();
 }
 
 void CollectHapticSurfacesVisitor::check(osg::Node& node)
@@ -162,8 +172,7 @@ std::string CollectHapticSurfacesVisitor::path(const HapticInstance& instance)
 void CollectHapticSurfacesVisitor::apply(osg::Node& node)
 {
     if (!leadsSomewhere(node)) return;
-    // A haptic scene inside another one plays its own objects.
-    if (_nodePath.size() > 1 && dynamic_cast<HapticScene*>(&node)) return;
+    if (!enter(node)) return;
     check(node);
     traverse(node);
 }

@@ -12,6 +12,8 @@
 namespace osgMidair
 {
 
+class HapticScene;
+
 /// One haptic node, or one obstacle, on one node path.
 struct HapticInstance
 {
@@ -33,7 +35,9 @@ struct HapticInstance
 class CollectHapticSurfacesVisitor : public osg::NodeVisitor
 {
 public:
-    CollectHapticSurfacesVisitor();
+    /// \a owner: the scene that it collects for. Others that are met are inside it: their surfaces are its own, unless they are
+    /// disabled. Null: it is no scene, and all that it meets are inside.
+    explicit CollectHapticSurfacesVisitor(const osg::Node* owner = nullptr);
 
     /// Starts anew under \a root, whose parent is at \a world. Memory is kept from call to call. Where nothing haptic is found
     /// \a root itself becomes an instance with the property \a otherwise, if that isn't null.
@@ -41,6 +45,9 @@ public:
     collect(osg::Node& root, const osg::Matrixd& world, const HapticProperty* otherwise = nullptr);
 
     const std::vector<HapticInstance>& instances() const { return _instances; }
+
+    /// The enabled scenes inside the owner's that the last collect() met.
+    const std::vector<const HapticScene*>& innerScenes() const { return _innerScenes; }
 
     /// "HapticScene/MatrixTransform 'arm'/HapticSurface 'hand'" for an instance of the last collect().
     std::string path(const HapticInstance& instance);
@@ -59,6 +66,11 @@ private:
     HapticInstance& add(osg::Node& node, const HapticProperty* property);
     std::uint64_t pathId() const;
 
+    /// False for a scene inside the owner's that is disabled: nothing under it is felt.
+    bool enter(const osg::Node& node);
+
+    const osg::Node* const _owner;
+    std::vector<const HapticScene*> _innerScenes;
     std::vector<HapticInstance> _instances;
     std::vector<osg::Node*> _paths; ///< node paths one after the other, each ended by null
     std::vector<std::size_t> _pathStarts;

@@ -22,13 +22,25 @@ const osg::ApplicationUsageProxy kUsage[] = {
      "Solver of haptic scenes instead of the one they name."},
     {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
      "OSG_MIDAIR_HANDS <uri>",
-     "Where haptic scenes get hands from: recorded:FILE, recorded:FILE?loop, openxr:."},
+     "Where haptic scenes get hands from: recorded:FILE, recorded:FILE?loop, openxr:; none (or "
+     "empty): from nowhere."},
     {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
      "OSG_MIDAIR_REACH <metres>",
      "Haptic scenes solve only what is so near to a hand; 0: everything."},
     {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
      "OSG_MIDAIR_MAX_PRESSURE <Pa>",
      "Haptic scenes give no control point more than this (peak); 0: no cap."},
+    {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
+     "OSG_MIDAIR_MAX_AMPLITUDE <0..1>",
+     "Haptic scenes give no transducer more of full drive than this, nor more than they say "
+     "themselves."},
+    {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
+     "OSG_MIDAIR_TRUST <scene>",
+     "scene: scene files open the devices and hands that they name, without a grant."},
+    {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
+     "OSG_MIDAIR_GRANTS <file>",
+     "Names that scene files may use, and the URIs they stand for; default "
+     "~/.config/osgMidair/grants."},
     {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
      "OSG_MIDAIR_CYCLE <fields>",
      "Haptic scenes play so many fields for shifted points in turn, which smooths what rests."},
@@ -52,6 +64,7 @@ const osg::ApplicationUsageProxy kUsage[] = {
 
 HapticSettings Environment::apply(HapticSettings settings, std::vector<std::string>& errors)
 {
+    bool silent = false;
     for (const auto& [variable, name] :
          {std::pair<const char*, const char*>{"OSG_MIDAIR_DEVICE", "device"},
           {"OSG_MIDAIR_ARRAY", "array"},
@@ -59,6 +72,7 @@ HapticSettings Environment::apply(HapticSettings settings, std::vector<std::stri
           {"OSG_MIDAIR_HANDS", "hands"},
           {"OSG_MIDAIR_REACH", "reach"},
           {"OSG_MIDAIR_MAX_PRESSURE", "maxPressure"},
+          {"OSG_MIDAIR_MAX_AMPLITUDE", "maxAmplitude"},
           {"OSG_MIDAIR_CYCLE", "cycle"},
           {"OSG_MIDAIR_SUBSETS", "subsets"},
           {"OSG_MIDAIR_MONITOR", "monitorInterval"},
@@ -67,9 +81,17 @@ HapticSettings Environment::apply(HapticSettings settings, std::vector<std::stri
         const char* value =
             std::getenv(variable); // NOLINT(concurrency-mt-unsafe): OSG itself reads it so
         std::string error;
-        if (value && *value && !settings.set(name, value, error))
+        // Empty is as good as missing, but for hands: there it takes them away.
+        if (!value || (!*value && std::string(name) != "hands")) continue;
+        const double amplitude = settings.maxAmplitude;
+        const bool enabled = settings.enabled;
+        if (!settings.set(name, value, error))
             errors.push_back(std::string(variable) + ": " + error);
+        silent = silent || (enabled && !settings.enabled);
+        if (std::string(name) == "maxAmplitude" && settings.maxAmplitude > amplitude)
+            settings.maxAmplitude = amplitude; // the stricter one counts
     }
+    if (silent) settings.enabled = false; // whatever comes after it says
     return settings;
 }
 

@@ -122,7 +122,7 @@ osg::ref_ptr<HandSource> openHandSource(const std::string& uri, std::string& err
 {
     const std::string recorded = "recorded:";
     const std::string openXr = "openxr:";
-    if (uri.empty()) return nullptr;
+    if (uri.empty() || uri == "none") return nullptr;
     try
     {
         if (uri.compare(0, recorded.size(), recorded) == 0)

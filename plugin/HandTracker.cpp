@@ -1,6 +1,7 @@
 #include "HandTracker.h"
 
 #include "HandConversion.h"
+#include "OpeningHands.h"
 
 #include <osgMidair/HapticSurface>
 
@@ -38,7 +39,8 @@ std::string HandTracker::setSettings(const std::string& uri, double reach_m, boo
     if (uri == _uri) return {};
     _uri = uri;
     std::string error;
-    _namedSource = openHandSource(uri, error);
+    const bool isFile = uri.compare(0, 9, "recorded:") == 0;
+    _namedSource = isFile ? new OpeningHands(uri) : openHandSource(uri, error);
     return error;
 }
 

@@ -29,8 +29,11 @@ public:
     void setObstacles(const std::vector<Obstacle>& obstacles) { _obstacles = obstacles; }
     const std::vector<Obstacle>& obstacles() const { return _obstacles; }
 
-    /// Plays \a uri where the application has set no source. Returns what is wrong with it, once, or an empty text.
+    /// Plays \a uri where the application has set no source; a recording is read on a thread of its own. Returns what is wrong
+    /// with it, once, or an empty text; what is wrong with a recording is a message.
     std::string setSettings(const std::string& uri, double reach_m, bool shadows);
+
+    const std::string& uri() const { return _uri; }
 
     /// What the source wants the user to know since the last call.
     std::vector<std::string> takeMessages();

@@ -15,7 +15,8 @@ void HapticCallback::operator()(osg::Node* node, osg::NodeVisitor* visitor)
 {
     if (osgGA::EventVisitor* event = visitor->asEventVisitor())
     {
-        if (!_engine || _engine->root() != node) _engine = new HapticEngine(node, &_settings);
+        if (!_engine || _engine->root() != node)
+            _engine = new HapticEngine(*node, _settings, OwnerKind::CALLBACK);
         _engine->follow(event->getActionAdapter());
     }
     traverse(node, visitor);

@@ -50,7 +50,7 @@ bool HapticDevice::checkEvents()
     if (!scene || !view->getViewerBase()) return false;
     if (!_engine || _engine->root() != scene)
     {
-        _engine = new HapticEngine(scene, &_settings);
+        _engine = new HapticEngine(*scene, _settings, OwnerKind::DEVICE);
         _engine->setDefaultProperty(_property);
     }
     _engine->follow(*view->getViewerBase());

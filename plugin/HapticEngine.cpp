@@ -1,10 +1,14 @@
 #include "HapticEngine.h"
 
 #include "Environment.h"
+#include "Grants.h"
 #include "Report.h"
+#include "device/GuardedDevice.h"
 #include "device/SteadyClock.h"
 #include "engine-bridge/Convert.h"
 #include "haptics/InputError.h"
+
+#include <osgMidair/HapticScene>
 
 #include <osg/Notify>
 #include <osgViewer/View>
@@ -22,10 +26,13 @@ namespace
 /// How long a field that the device refused waits for its next try.
 constexpr double kRetry_s = 0.5;
 
-/// What changes between them, if anything, does not need a new hologram thread.
-bool sameButForHands(HapticSettings a, const HapticSettings& b)
+/// What changes between them, if anything, does not need a new hologram thread: a scene that is disabled is silent, and keeps
+/// the device that it has.
+bool isForSameThread(HapticSettings a, const HapticSettings& b)
 {
+    a.enabled = b.enabled;
     a.hands = b.hands;
+    a.wishes.hands = b.wishes.hands;
     a.reach = b.reach;
     a.shadows = b.shadows;
     return a == b;
@@ -39,11 +46,14 @@ bool sameObject(const HapticObject& a, const HapticObject& b)
 
 } // namespace
 
-HapticEngine::HapticEngine(osg::Node* root, const HapticSettings* settings) :
+HapticEngine::HapticEngine(osg::Node& root, const HapticSettings& settings, OwnerKind kind) :
     osg::Referenced(true),
-    _root(root),
-    _given(settings),
-    _collector([this](const std::string& message) { say(message); })
+    _root(&root),
+    _owner(root, kind),
+    _kind(kind),
+    _given(&settings),
+    _collector(kind == OwnerKind::SCENE ? &root : nullptr,
+               [this](const std::string& message) { say(message); })
 {
 }
 
@@ -56,8 +66,9 @@ HapticEngine::~HapticEngine()
     if (ran) writeReport(last, _settings);
 }
 
-void HapticEngine::say(const std::string& message)
+void HapticEngine::say(const std::string& unsafe)
 {
+    const std::string message = printable(unsafe); // it may hold what a file says
     bool fresh = false;
     {
         const std::lock_guard<std::mutex> lock(_mutex);
@@ -104,8 +115,10 @@ void HapticEngine::update(osg::Node& root,
     const double start_s = midair::device::steadySeconds();
     _rest.lookTime_s = start_s;
     _rest.boundsSeen = _rest.bounds;
+    if (standsBack()) return;
     configure(*_given);
     const bool fresh = collect(root, world);
+    keepInnerLimits();
     _snapshot.frame = frame;
     _snapshot.time_s = start_s - age_s;
     _hands.locate(simulationTime_s, _worldToArray, _snapshot.around);
@@ -174,19 +187,63 @@ void HapticEngine::submit()
     ++_statistics.snapshots;
 }
 
+// For messages.
+std::string HapticEngine::name() const
+{
+    const osg::ref_ptr<osg::Node> node = root();
+    const std::string named = node ? " \"" + node->getName() + "\"" : std::string();
+    return _kind == OwnerKind::SCENE      ? "the HapticScene" + named
+           : _kind == OwnerKind::CALLBACK ? "the HapticCallback of" + named
+                                          : "the viewer's --device";
+}
+
+// True where another one plays what is under the root: what this one has open is closed then.
+bool HapticEngine::standsBack()
+{
+    std::string outer = _owner.outer();
+    if (outer == _outer) return !outer.empty();
+    _outer = std::move(outer);
+    _configured = false;
+    _isStale = true;
+    if (_outer.empty()) return false;
+    say(name() + " is inside " + _outer +
+        ", which plays it: of its own settings only its caps and Enabled count");
+    _hands.setSettings("", 0.0, false);
+    if (!_thread) return true;
+    _thread->setPipeline([] { return std::unique_ptr<midair::bridge::HologramPipeline>(); });
+    silence();
+    return true;
+}
+
+// What is set, with what the environment overrides, the user grants, and no limit that isn't understood.
+void HapticEngine::readSettings(const HapticSettings& given)
+{
+    std::vector<std::string> messages;
+    _settings = Environment::apply(given, messages);
+    _settings = Grants::ofUser(messages).apply(_settings, name(), messages);
+    for (const std::string& what : _settings.repair())
+        messages.push_back(what);
+    for (const std::string& what : messages)
+        say(what);
+}
+
+void HapticEngine::openHands()
+{
+    // A scene that is disabled opens none, but keeps those that it has: it may be enabled again at once.
+    const bool open = _settings.enabled || _settings.hands == _hands.uri();
+    const std::string error =
+        _hands.setSettings(open ? _settings.hands : "", _settings.reach, _settings.shadows);
+    if (!error.empty()) say(error);
+}
+
 void HapticEngine::configure(const HapticSettings& given)
 {
     if (_configured && given == _raw) return;
-    const bool thread = !_configured || !sameButForHands(given, _raw);
+    _isStale = _isStale || !_configured || !isForSameThread(given, _raw);
     _configured = true;
     _raw = given;
-    std::vector<std::string> errors;
-    _settings = Environment::apply(given, errors);
-    for (const std::string& what : _settings.repair())
-        errors.push_back(what);
-    errors.push_back(_hands.setSettings(_settings.hands, _settings.reach, _settings.shadows));
-    for (const std::string& what : errors)
-        if (!what.empty()) say(what);
+    readSettings(given);
+    openHands();
 
     midair::bridge::PoseAndStretch parts;
     if (!midair::bridge::decompose(midair::bridge::toEigen(_settings.calibration), parts) ||
@@ -199,21 +256,29 @@ void HapticEngine::configure(const HapticSettings& given)
     _toArray = parts.pose.matrix();
     _toArray.topLeftCorner<3, 3>() *= _settings.metresPerUnit;
     _collector.configure(_toArray, _settings.shadows);
-    if (thread) startThread();
+    if (_settings.enabled && _isStale) startThread();
 }
 
-void HapticEngine::startThread()
+// Scenes inside this one may ask for less than it plays, never for more.
+void HapticEngine::keepInnerLimits()
+{
+    double pressure_Pa = 0.0;
+    double amplitude = 1.0;
+    for (const HapticScene* inner : _collector.innerScenes())
+    {
+        pressure_Pa = midair::device::stricterPressure(pressure_Pa, inner->getMaxPressure());
+        amplitude = std::min(amplitude, inner->getMaxAmplitude());
+    }
+    if (pressure_Pa == _innerPressure_Pa && amplitude == _innerAmplitude) return;
+    _innerPressure_Pa = pressure_Pa;
+    _innerAmplitude = amplitude;
+    if (_settings.enabled) startThread();
+}
+
+midair::bridge::HologramOptions HapticEngine::hologramOptions() const
 {
     midair::bridge::HologramOptions options;
-    std::string arrayError;
-    try
-    {
-        options.array = midair::haptics::TransducerArray::load(_settings.array);
-    }
-    catch (const std::exception& error)
-    {
-        arrayError = std::string(error.what()) + "; nothing is played";
-    }
+    options.owner = name();
     options.medium = {_settings.temperature, _settings.humidity, _settings.airPressure};
     options.solver = _settings.solver;
     options.solverOptions.maxIterations = _settings.maxIterations;
@@ -226,25 +291,47 @@ void HapticEngine::startThread()
     options.deviceUri = _settings.device;
     options.motionTolerance = _settings.motionTolerance;
     options.maxPoints = _settings.maxPoints;
-    if (!arrayError.empty()) say(arrayError);
-    options.maxPressure_Pa = _settings.maxPressure;
+    options.maxPressure_Pa =
+        midair::device::stricterPressure(_settings.maxPressure, _innerPressure_Pa);
+    options.maxAmplitude = std::min(_settings.maxAmplitude, _innerAmplitude);
     options.cycle = _settings.cycle;
     options.cycleSteps = _settings.cycleSteps;
     options.subsets = _settings.subsets;
     options.modulation.fieldRate_Hz = _settings.fieldRate;
     options.denseOutlines = _settings.denseOutlines;
     options.monitorInterval_s = _settings.monitorInterval;
-    if (_filter) _filter(options);
-    _submittedAny = false; // the new pipeline hasn't seen anything yet
+    return options;
+}
 
-    std::shared_ptr<const midair::haptics::TransducerArray> array;
-    if (options.array.size() > 0)
-        array = std::make_shared<midair::haptics::TransducerArray>(options.array);
+// What is read from files, the array, is read by the thread: no frame waits for it.
+void HapticEngine::startThread()
+{
+    midair::bridge::HologramOptions options = hologramOptions();
+    if (_filter) _filter(options);
+    const midair::haptics::Medium medium = options.medium;
+    _isStale = false;
+    _submittedAny = false; // the new pipeline hasn't seen anything yet
+    const auto loaded = std::make_shared<LoadedArray>();
+    auto make = [options = std::move(options), name = _settings.array, loaded]() mutable
+    {
+        try
+        {
+            if (name.empty()) throw midair::haptics::InputError("there is no array");
+            options.array = midair::haptics::TransducerArray::load(name);
+        }
+        catch (const std::exception& error)
+        {
+            throw midair::haptics::InputError(std::string(error.what()) + "; nothing is played");
+        }
+        {
+            const std::lock_guard<std::mutex> lock(loaded->mutex);
+            loaded->array = std::make_shared<midair::haptics::TransducerArray>(options.array);
+        }
+        return std::make_unique<midair::bridge::HologramPipeline>(options);
+    };
     const std::lock_guard<std::mutex> lock(_mutex);
-    _array = array;
-    _medium = options.medium;
-    auto make = [options = std::move(options)]
-    { return std::make_unique<midair::bridge::HologramPipeline>(options); };
+    _array = loaded;
+    _medium = medium;
     if (_thread)
         _thread->setPipeline(make);
     else
@@ -277,8 +364,14 @@ std::shared_ptr<const midair::bridge::HologramResult> HapticEngine::latestResult
 
 std::shared_ptr<const midair::haptics::TransducerArray> HapticEngine::array() const
 {
-    const std::lock_guard<std::mutex> lock(_mutex);
-    return _array;
+    std::shared_ptr<LoadedArray> loaded;
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        loaded = _array;
+    }
+    if (!loaded) return nullptr;
+    const std::lock_guard<std::mutex> lock(loaded->mutex);
+    return loaded->array;
 }
 
 midair::haptics::Medium HapticEngine::medium() const

@@ -3,6 +3,7 @@
 #include "HandTracker.h"
 #include "LatencyStatistics.h"
 #include "SceneCollector.h"
+#include "SceneOwners.h"
 #include "engine-bridge/HologramThread.h"
 #include "engine-bridge/MessageLog.h"
 
@@ -36,14 +37,17 @@ class ViewerBase;
 namespace osgMidair
 {
 
+class HapticScene;
+
 /// What a HapticScene does: collects what is under a root into snapshots, hands them to a hologram thread, keeps the books.
 ///
 /// update() and silence() belong to the thread that updates the scene; the rest may be called from any.
 class HapticEngine : public osg::Referenced
 {
 public:
-    /// \a root and \a settings are looked at as long as \a root lives.
-    HapticEngine(osg::Node* root, const HapticSettings* settings);
+    /// \a root, a HapticScene or a node with another owner, and \a settings are looked at as long as \a root lives. Where an owner
+    /// is further out it opens nothing: that one plays what is under \a root.
+    HapticEngine(osg::Node& root, const HapticSettings& settings, OwnerKind kind);
 
     /// Where nothing under the root is haptic, the whole of it is felt so.
     void setDefaultProperty(const HapticProperty& property)
@@ -109,9 +113,22 @@ protected:
         override; ///< the array is silent when it returns; writes the report if one is asked for
 
 private:
+    /// An array that the hologram thread loads.
+    struct LoadedArray
+    {
+        std::mutex mutex;
+        std::shared_ptr<const midair::haptics::TransducerArray> array;
+    };
+
+    std::string name() const;
+    bool standsBack();
+    void openHands();
     void tellTouches();
     bool collect(osg::Node& root, const osg::Matrixd& world);
     void configure(const HapticSettings& settings);
+    void readSettings(const HapticSettings& given);
+    void keepInnerLimits();
+    midair::bridge::HologramOptions hologramOptions() const;
     void startThread();
     /// \a objectsToo: they may have; else only what is around them is compared.
     bool changedSinceSubmitted(bool objectsToo) const;
@@ -120,6 +137,8 @@ private:
     void say(const std::string& message);
 
     osg::observer_ptr<osg::Node> _root;
+    const SceneOwner _owner;
+    const OwnerKind _kind;
     const HapticSettings* const _given; ///< valid while _root is
     std::function<void(midair::bridge::HologramOptions&)> _filter;
     std::vector<osg::observer_ptr<osg::Operation>> _followers; ///< in viewers
@@ -149,10 +168,14 @@ private:
     HapticSettings _settings;                               ///< as configured, repaired
     HapticSettings _raw;                                    ///< as given
     bool _configured = false;
+    bool _isStale = true; ///< the thread's pipeline is one of other settings, or there is none
+    std::string _outer;   ///< what plays this scene in its place
+    double _innerPressure_Pa = 0.0; ///< the strictest cap of scenes inside this one; 0: none
+    double _innerAmplitude = 1.0;
 
     mutable std::mutex _mutex; ///< of what follows
     std::unique_ptr<midair::bridge::HologramThread> _thread;
-    std::shared_ptr<const midair::haptics::TransducerArray> _array;
+    std::shared_ptr<LoadedArray> _array;
     midair::haptics::Medium _medium;
     midair::bridge::MessageLog _messages;
     HapticStatistics _statistics; ///< the engine's own share

@@ -3,8 +3,6 @@
 
 #include <osgMidair/HapticProperty>
 
-#include <sstream>
-
 namespace osgMidair
 {
 
@@ -14,12 +12,12 @@ namespace
 /// "2", "2 relative", "500 Pa", "1.2kPa".
 bool setPressure(HapticProperty& property, const std::string& text)
 {
-    std::istringstream in(text);
-    in.imbue(std::locale::classic());
+    const std::size_t end = text.find_first_not_of("+-.0123456789eE");
     double value = 0.0;
-    std::string unit;
-    if (!(in >> value)) return false;
-    in >> unit;
+    if (!midair::base::parseNumber(text.substr(0, end), value)) return false;
+    std::string unit = end == std::string::npos ? std::string() : text.substr(end);
+    unit.erase(0, unit.find_first_not_of(" \t"));
+    unit.erase(unit.find_last_not_of(" \t") + 1);
     if (unit != "" && unit != "relative" && unit != "Pa" && unit != "kPa") return false;
     property.pressure = unit == "kPa" ? value * 1e3 : value;
     property.pressureUnit =

@@ -1,3 +1,5 @@
+#include "Assignments.h"
+#include "Grants.h"
 #include "HandTracker.h"
 #include "HapticEngine.h"
 #include "SceneKeys.h"
@@ -9,10 +11,12 @@
 #include <osg/Notify>
 #include <osgGA/EventVisitor>
 
+#include <algorithm>
+
 namespace osgMidair
 {
 
-HapticScene::HapticScene() : _engine(new HapticEngine(this, &_settings))
+HapticScene::HapticScene() : _engine(new HapticEngine(*this, _settings, OwnerKind::SCENE))
 {
     setNumChildrenRequiringEventTraversal(1);
 }
@@ -20,7 +24,7 @@ HapticScene::HapticScene() : _engine(new HapticEngine(this, &_settings))
 HapticScene::HapticScene(const HapticScene& other, const osg::CopyOp& copyop) :
     osg::Group(other, copyop),
     _settings(other._settings),
-    _engine(new HapticEngine(this, &_settings))
+    _engine(new HapticEngine(*this, _settings, OwnerKind::SCENE))
 {
     _engine->hands().setSource(other.getHandSource());
     _engine->hands().setCallback(other.getTouchCallback());
@@ -38,6 +42,41 @@ void HapticScene::setFormatVersion(int version)
         OSG_WARN << "osgMidair: a HapticScene of format version " << version
                  << " was written by a newer kit; this one knows version " << kFormatVersion
                  << " and may lose properties" << std::endl;
+}
+
+void HapticScene::wishArray(const std::string& array)
+{
+    _settings.array = array;
+    _settings.wishes.array = array;
+}
+
+void HapticScene::wishDevice(const std::string& uri)
+{
+    _settings.device = uri;
+    _settings.wishes.device = uri;
+}
+
+void HapticScene::wishHands(const std::string& uri)
+{
+    _settings.hands = uri;
+    _settings.wishes.hands = uri;
+}
+
+void HapticScene::endReading(const std::optional<std::string>& folder, const std::string& options)
+{
+    _settings.wishes.folder = folder;
+    const auto known = HapticSettings::describe();
+    forEachAssignment(options,
+                      [this, &known](const std::string& name, const std::string& value)
+                      {
+                          // Options are shared by all readers: what isn't a setting is another's.
+                          const auto isNamed = [&name](const auto& setting)
+                          { return setting.first == name; };
+                          std::string error;
+                          if (std::any_of(known.begin(), known.end(), isNamed) &&
+                              !_settings.set(name, value, error))
+                              OSG_WARN << "osgMidair: options: " << printable(error) << std::endl;
+                      });
 }
 
 void HapticScene::traverse(osg::NodeVisitor& visitor)

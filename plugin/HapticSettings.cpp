@@ -13,6 +13,7 @@ namespace
 
 constexpr double kNoLimit = std::numeric_limits<double>::max();
 constexpr int kMostPoints = 1000000;
+constexpr double kMostPressure_Pa = 1e6;
 
 OptionTable<HapticSettings> makeTable()
 {
@@ -67,9 +68,11 @@ OptionTable<HapticSettings> makeTable()
                  0,
                  kMostPoints,
                  "control points shared by all objects; 0: 1000 (default)");
-    table.text("hands",
-               &S::hands,
-               "where hands come from: recorded:FILE, recorded:FILE?loop, openxr: (default none)");
+    table.text(
+        "hands",
+        &S::hands,
+        "where hands come from: none (default), recorded:FILE, recorded:FILE?loop, openxr:, or a "
+        "name of the user's");
     table.number("reach",
                  &S::reach,
                  0.0,
@@ -81,8 +84,13 @@ OptionTable<HapticSettings> makeTable()
     table.number("maxPressure",
                  &S::maxPressure,
                  0.0,
-                 1e6,
+                 kMostPressure_Pa,
                  "Pa (peak) that no control point gets more than; 0: no cap (default)");
+    table.number("maxAmplitude",
+                 &S::maxAmplitude,
+                 0.0,
+                 1.0,
+                 "0 .. 1 of full drive that no transducer gets more than (default 1)");
     table.number("cycle",
                  &S::cycle,
                  1,
@@ -107,6 +115,12 @@ OptionTable<HapticSettings> makeTable()
     return table;
 }
 
+bool isForSafety(const std::string& name)
+{
+    return name == "enabled" || name == "maxPressure" || name == "maxAmplitude" ||
+           name == "calibration";
+}
+
 const OptionTable<HapticSettings>& settingsTable()
 {
     static const OptionTable<HapticSettings> table = makeTable();
@@ -117,12 +131,30 @@ const OptionTable<HapticSettings>& settingsTable()
 
 bool HapticSettings::set(const std::string& name, const std::string& value, std::string& error)
 {
-    return settingsTable().set(*this, name, value, error);
+    if (!settingsTable().set(*this, name, value, error))
+    {
+        // A limit that nobody understands is kept best by silence.
+        if (!isForSafety(name)) return false;
+        enabled = false;
+        error += "; nothing is played";
+        return false;
+    }
+    // Whoever sets it by name is no file.
+    if (name == "array") wishes.array.reset();
+    if (name == "device") wishes.device.reset();
+    if (name == "hands") wishes.hands.reset();
+    return true;
 }
 
 std::vector<std::string> HapticSettings::repair()
 {
-    return settingsTable().repair(*this);
+    const bool isLimited = maxPressure >= 0.0 && maxPressure <= kMostPressure_Pa &&
+                           maxAmplitude >= 0.0 && maxAmplitude <= 1.0; // false for NaN, too
+    std::vector<std::string> said = settingsTable().repair(*this);
+    if (isLimited) return said;
+    enabled = false;
+    said.emplace_back("a limit is out of range: nothing is played");
+    return said;
 }
 
 std::vector<std::pair<std::string, std::string>> HapticSettings::describe()
@@ -141,9 +173,10 @@ bool operator==(const HapticSettings& a, const HapticSettings& b)
            a.phaseOnly == b.phaseOnly && a.threads == b.threads &&
            a.motionTolerance == b.motionTolerance && a.maxPoints == b.maxPoints &&
            a.hands == b.hands && a.reach == b.reach && a.shadows == b.shadows &&
-           a.maxPressure == b.maxPressure && a.cycle == b.cycle && a.cycleSteps == b.cycleSteps &&
-           a.subsets == b.subsets && a.fieldRate == b.fieldRate &&
-           a.denseOutlines == b.denseOutlines && a.monitorInterval == b.monitorInterval;
+           a.maxPressure == b.maxPressure && a.maxAmplitude == b.maxAmplitude &&
+           a.cycle == b.cycle && a.cycleSteps == b.cycleSteps && a.subsets == b.subsets &&
+           a.fieldRate == b.fieldRate && a.denseOutlines == b.denseOutlines &&
+           a.monitorInterval == b.monitorInterval && a.wishes == b.wishes;
 }
 
 } // namespace osgMidair

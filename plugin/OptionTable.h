@@ -1,9 +1,9 @@
 #pragma once
 
+#include "haptics/base/Number.h"
+
 #include <functional>
 #include <initializer_list>
-#include <locale>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -89,7 +89,18 @@ public:
             }
             return false;
         };
-        return add({name, help, set, "one of " + expected, {}});
+        // A file in binary may hold any number.
+        auto repair = [member, all, expected, name](T& object, const T& defaults, std::string& what)
+        {
+            for (const auto& choice : all)
+                if (choice.second == object.*member) return false;
+            what = std::string(name) + " is number " +
+                   std::to_string(static_cast<int>(object.*member)) + ", should be one of " +
+                   expected + "; the default is used";
+            object.*member = defaults.*member;
+            return true;
+        };
+        return add({name, help, set, "one of " + expected, repair});
     }
     OptionTable& add(Option<T> option)
     {
@@ -133,27 +144,28 @@ public:
     }
 
 private:
-    template<typename V>
-    static std::string written(V value)
+    static bool read(const std::string& text, double& value)
     {
-        std::ostringstream out;
-        out << value;
-        return out.str();
+        return midair::base::parseNumber(text, value);
     }
+    static bool read(const std::string& text, int& value)
+    {
+        return midair::base::parseWhole(text, value);
+    }
+    static std::string trimmed(const std::string& text)
+    {
+        const std::size_t first = text.find_first_not_of(" \t");
+        if (first == std::string::npos) return {};
+        return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+    }
+    static std::string written(double value) { return midair::base::shortNumber(value); }
 
     template<typename V>
     OptionTable& ranged(const char* name, V T::*member, V low, V high, const char* help)
     {
         const std::string range = written(low) + " .. " + written(high);
         auto set = [member](T& object, const std::string& text)
-        {
-            std::istringstream in(text);
-            in.imbue(std::locale::classic());
-            V value{};
-            if (!(in >> value) || !(in >> std::ws).eof()) return false;
-            object.*member = value;
-            return true;
-        };
+        { return read(trimmed(text), object.*member); };
         auto repair = [=](T& object, const T& defaults, std::string& what)
         {
             V& value = object.*member;

@@ -9,7 +9,10 @@ namespace osgMidair
 using midair::bridge::HapticObject;
 using midair::bridge::MeshCache;
 
-SceneCollector::SceneCollector(std::function<void(const std::string&)> say) : _say(std::move(say))
+SceneCollector::SceneCollector(const osg::Node* owner,
+                               std::function<void(const std::string&)> say) :
+    _say(std::move(say)),
+    _visitor(owner)
 {
     _extract.skip = isOwnObject; // what is one isn't part of the one around it
 }

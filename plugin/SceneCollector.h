@@ -26,8 +26,9 @@ namespace osgMidair
 class SceneCollector
 {
 public:
-    /// \a say is told what can't be felt, with the node's path, possibly again and again.
-    explicit SceneCollector(std::function<void(const std::string&)> say);
+    /// \a owner: the HapticScene that it collects for; null: something else, which all scenes that it meets are inside of. \a say is told what can't be felt, with the node's
+    /// path, possibly again and again.
+    SceneCollector(const osg::Node* owner, std::function<void(const std::string&)> say);
 
     /// Where nothing under the root is haptic, the whole of it is felt so.
     void setDefaultProperty(const HapticProperty& property) { _default = property; }
@@ -56,6 +57,9 @@ public:
 
     int instances() const { return _felt; } ///< that can be felt
     std::uint64_t extractions() const { return _meshes.extractions(); }
+
+    /// Haptic scenes that the last collect() found active inside the owner's.
+    const std::vector<const HapticScene*>& innerScenes() const { return _visitor.innerScenes(); }
 
     /// The node of an instance; null when it is gone.
     osg::Node* nodeOf(std::uint64_t instance) const;

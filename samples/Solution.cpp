@@ -150,7 +150,7 @@ TurnOptions turnOptions(const SolveArguments& arguments, const Solution& solutio
 void fitTargets(Solution& solution)
 {
     const Eigen::VectorXd& a = solution.points.targets;
-    const bool relative = !solution.absolute && a.size() > 0;
+    const bool relative = !solution.absolute && a.squaredNorm() > 0.0;
     solution.target_Pa = relative ? a * (solution.achieved_Pa.dot(a) / a.squaredNorm()) : a;
 }
 
@@ -182,6 +182,7 @@ Eigen::VectorXd achievedBy(const Eigen::VectorXcf& q,
 /// Fields in turn, or outlines, as the drive that is written plays them.
 void playTurns(const SolveArguments& arguments, Turns turns, Solution& solution)
 {
+    solution.points = {};
     for (const haptics::ControlPoints& part : turns.parts)
         haptics::append(solution.points, part);
     if (arguments.maxPressure_Pa > 0.0)
@@ -224,7 +225,9 @@ Eigen::Matrix3Xd feltSurface(const SolveArguments& arguments,
     sampling.spacing_m = 0.18 * wavelength_m; // no spot is farther than 1.1 of it from a sample
     sampling.sampling = arguments.outline ? haptics::Sampling::EDGES : arguments.sampling;
     sampling.maxPoints = 200000;
-    const double spacing_m = arguments.spacing_m > 0.0 ? arguments.spacing_m : wavelength_m;
+    // No nearer than the samples, or a point would have none.
+    const double spacing_m = std::max(
+        arguments.spacing_m > 0.0 ? arguments.spacing_m : wavelength_m, sampling.spacing_m);
     return haptics::samplesNear(solution.pose *
                                     haptics::sampleSurface(solution.mesh, sampling).positions,
                                 points,
@@ -282,6 +285,22 @@ void solveModel(const SolveArguments& arguments, Solution& solution)
     if (solution.points.size() > 0) measureSurface(arguments, solution);
 }
 
+/// The field, or the first of those in turn that has points.
+void certify(Solution& solution)
+{
+    const Turns& turns = solution.turns;
+    const haptics::ControlPoints* points = &solution.points;
+    const Eigen::VectorXcf* played = &solution.played;
+    for (std::size_t k = 0; k < turns.parts.size(); ++k)
+    {
+        points = &turns.parts[k];
+        played = &turns.fields[k];
+        if (points->size() > 0 && !played->isZero(0.0f)) break;
+    }
+    solution.parts.certificate =
+        haptics::Certifier().certify(*points, solution.array, solution.medium, *played);
+}
+
 } // namespace
 
 Solution solveAll(const SolveArguments& arguments)
@@ -312,12 +331,7 @@ Solution solveAll(const SolveArguments& arguments)
         else
             solve(arguments, solution);
     }
-    if (arguments.certify && solution.report.level_Pa > 0.0)
-        solution.parts.certificate = haptics::Certifier().certify(
-            solution.turns.parts.empty() ? solution.points : solution.turns.parts.front(),
-            solution.array,
-            solution.medium,
-            solution.played);
+    if (arguments.certify && solution.report.level_Pa > 0.0) certify(solution);
     return solution;
 }
 

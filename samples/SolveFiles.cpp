@@ -1,11 +1,13 @@
 #include "samples/SolveFiles.h"
 
 #include "haptics/InputError.h"
+#include "haptics/base/Number.h"
+#include "haptics/base/RegularFile.h"
 
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
+#include <locale>
 #include <sstream>
 #include <string_view>
 #include <vector>
@@ -18,6 +20,21 @@ namespace
 {
 
 using haptics::InputError;
+
+constexpr std::size_t kMostBytes = std::size_t(64) << 20;
+constexpr std::size_t kMostPoints = 100000;
+
+std::string wholeFile(const std::string& path)
+{
+    try
+    {
+        return base::readRegularFile(path, kMostBytes);
+    }
+    catch (const base::FileError& error)
+    {
+        throw InputError(path + ": " + error.what());
+    }
+}
 
 std::vector<std::string> splitLine(std::string line)
 {
@@ -36,9 +53,8 @@ std::vector<std::string> splitLine(std::string line)
 double
 parseCell(const std::string& path, int line, const std::string& column, const std::string& text)
 {
-    char* end = nullptr;
-    const double value = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0' || !std::isfinite(value))
+    double value = 0.0;
+    if (!base::parseNumber(text, value))
         throw InputError(path + ":" + std::to_string(line) + ": " + column + " is '" + text +
                          "', it must be a finite number");
     return value;
@@ -82,6 +98,7 @@ std::ofstream openForWriting(const std::string& path)
 {
     std::ofstream file(path);
     if (!file) throw InputError("cannot write " + path);
+    file.imbue(std::locale::classic());
     file.precision(9);
     return file;
 }
@@ -96,8 +113,7 @@ void finish(std::ofstream& file, const std::string& path)
 
 haptics::ControlPoints readControlPoints(const std::string& path, bool& absolute)
 {
-    std::ifstream file(path);
-    if (!file) throw InputError("cannot read " + path + ": no such file, or no permission");
+    std::istringstream file(wholeFile(path));
     std::string line;
     std::getline(file, line);
     const Columns columns = readHeader(path, line);
@@ -116,6 +132,10 @@ haptics::ControlPoints readControlPoints(const std::string& path, bool& absolute
                                columns.cell[i] < cells.size() ? cells[columns.cell[i]] : "");
         if (std::hypot(row[3], row[4], row[5]) == 0.0)
             throw InputError(path + ":" + std::to_string(number) + ": the normal nx,ny,nz is zero");
+        if (rows.size() == kMostPoints)
+            throw InputError(path + ":" + std::to_string(number) + ": there are more than " +
+                             std::to_string(kMostPoints) +
+                             " control points, which is the most possible");
         rows.push_back(row);
     }
     if (rows.empty()) throw InputError(path + ": there are no control points below the header");
@@ -129,7 +149,7 @@ haptics::ControlPoints readControlPoints(const std::string& path, bool& absolute
     {
         const auto& row = rows[static_cast<std::size_t>(l)];
         points.positions.col(l) << row[0], row[1], row[2];
-        points.normals.col(l) = Eigen::Vector3d(row[3], row[4], row[5]).normalized();
+        points.normals.col(l) = Eigen::Vector3d(row[3], row[4], row[5]).stableNormalized();
         points.targets[l] = row[6];
     }
     return points;

@@ -17,7 +17,7 @@ namespace midair::samples
 
 /// Reads control points from a CSV file with a header line: x_m,y_m,z_m,nx,ny,nz and either target_Pa (absolute;
 /// \a absolute becomes true) or target (relative). Columns may stand in any order, others are passed over.
-/// Throws haptics::InputError naming the file and the line.
+/// A regular file of at most 64 MiB and 100,000 points. Throws haptics::InputError naming the file and the line.
 haptics::ControlPoints readControlPoints(const std::string& path, bool& absolute);
 
 /// x_m,y_m,z_m,nx,ny,nz,target_Pa,achieved_Pa: one row a control point; both pressures are peak amplitudes.

@@ -1,6 +1,7 @@
 #include "samples/SolveTurns.h"
 
 #include "haptics/AudibleChange.h"
+#include "haptics/ControlPointSelector.h"
 #include "haptics/FeatureChains.h"
 #include "haptics/FieldCycle.h"
 #include "haptics/InputError.h"
@@ -10,6 +11,7 @@
 #include "haptics/SurfaceSampler.h"
 
 #include <algorithm>
+#include <cstdio>
 
 namespace midair::samples
 {
@@ -60,6 +62,47 @@ Turns solveCycle(const std::vector<haptics::ControlPoints>& sets,
 
 } // namespace
 
+namespace
+{
+
+/// Leaves out those that aren't whole within the array's reach, and says so.
+void keepWithinReach(std::vector<haptics::Outline>& outlines,
+                     const haptics::TransducerArray& array,
+                     double wavelength_m)
+{
+    const haptics::Workspace workspace(array, wavelength_m, haptics::SelectorOptions());
+    const auto isOutside = [&](const haptics::Outline& outline)
+    {
+        const Eigen::Matrix3Xd points = outline.points(0.5 * wavelength_m);
+        for (Eigen::Index k = 0; k < points.cols(); ++k)
+            if (workspace.judge(points.col(k)) != haptics::Workspace::Verdict::INSIDE) return true;
+        return false;
+    };
+    const std::size_t before = outlines.size();
+    outlines.erase(std::remove_if(outlines.begin(), outlines.end(), isOutside), outlines.end());
+    if (outlines.size() < before)
+        std::fprintf(stderr,
+                     "midair-solve: solves for %zu of %zu outlines: %zu are not whole within the "
+                     "array's reach\n",
+                     outlines.size(),
+                     before,
+                     before - outlines.size());
+}
+
+/// One field that is silent, as a solver's without points.
+Turns silentTurns(const std::string& solver, const haptics::TransducerArray& array)
+{
+    Turns turns;
+    turns.fields.push_back(Eigen::VectorXcf::Zero(array.size()));
+    turns.parts.resize(1);
+    turns.report.solver = solver;
+    turns.report.transducers = array.size();
+    turns.report.message = "there are no control points";
+    return turns;
+}
+
+} // namespace
+
 Turns solveInTurn(const std::vector<haptics::ControlPoints>& sets,
                   const TurnOptions& options,
                   const Eigen::Matrix3Xd& surface,
@@ -86,6 +129,11 @@ Turns solveOutlines(const haptics::TriangleMesh& mesh,
         haptics::featureOutlines(mesh, haptics::SamplerOptions().creaseAngle_rad, wavelength_m);
     for (haptics::Outline& outline : outlines)
         outline.vertices = (pose * outline.vertices).eval();
+    if (!outlines.empty())
+    {
+        keepWithinReach(outlines, array, wavelength_m);
+        if (outlines.empty()) return silentTurns("outline", array);
+    }
     haptics::OutlineHologram hologram;
     Turns turns;
     turns.fields.resize(1);
@@ -100,7 +148,7 @@ Turns solveOutlines(const haptics::TriangleMesh& mesh,
     if (pressure_Pa > 0.0)
     {
         points.targets *= pressure_Pa;
-        const double share = pressure_Pa / y.mean();
+        const double share = y.size() > 0 ? pressure_Pa / y.mean() : 1.0;
         if (share < 1.0)
             haptics::scaleField(turns.fields.front(), static_cast<float>(share), array.drive);
     }

@@ -3,6 +3,7 @@
 #include "engine-bridge/Calibration.h"
 #include "engine-bridge/Convert.h"
 #include "haptics/InputError.h"
+#include "haptics/base/RegularFile.h"
 
 #include <osgMidair/HapticScene>
 
@@ -15,6 +16,8 @@
 #include <fstream>
 #include <iomanip>
 #include <iostream>
+#include <locale>
+#include <sstream>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -42,14 +45,33 @@ struct Settings
     double edge_mm = 150.0;
 };
 
+constexpr std::size_t kMostBytes = std::size_t(16) << 20;
+
+/// A pipe may be as long as it wants.
+bridge::PointPairs readPairsFromStdin()
+{
+    std::string text(kMostBytes + 1, '\0');
+    std::cin.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(std::cin.gcount()));
+    if (text.size() > kMostBytes)
+        throw haptics::InputError("stdin has over 16 MiB, should have at most as much");
+    std::istringstream in(text);
+    return bridge::readPointPairs(in, "stdin");
+}
+
 bridge::PointPairs readPairs(const std::string& path)
 {
-    if (path == "-") return bridge::readPointPairs(std::cin, "stdin");
-    std::ifstream in(path);
-    if (!in)
-        throw haptics::InputError("can't read \"" + path +
-                                  "\": give a file of point pairs, or - for stdin");
-    return bridge::readPointPairs(in, path);
+    if (path == "-") return readPairsFromStdin();
+    try
+    {
+        std::istringstream in(base::readRegularFile(path, kMostBytes));
+        return bridge::readPointPairs(in, path);
+    }
+    catch (const base::FileError& error)
+    {
+        throw haptics::InputError("point pairs \"" + path + "\": " + error.what() +
+                                  "; give a file of point pairs, or - for stdin");
+    }
 }
 
 void printResiduals(const bridge::CalibrationReport& report)

@@ -19,6 +19,8 @@ midair_test_packages=(
     xvfb xauth                            # osgviewer in the tests
     locales                               # a locale with a decimal comma
     clang-format-14
+    clang                                 # libFuzzer
+    valgrind                              # memory that was not set
 )
 
 # Installs those of its arguments that are missing; says so first. Without root or sudo: prints the line to type and stops.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # tests/run.sh [--long] [--sanitize] [--vm] [--avx512] [--filter REGEX]: installs what is missing, builds, and runs the tests.
-#   --long       also those that take many minutes (stress, soak)
+#   --long       also those that take many minutes (stress, soak), and a minute of fuzzing for each target
 #   --sanitize   the tests once more under the address and undefined-behaviour sanitizers, and under the thread sanitizer
 #   --vm         also the USB path on the kernel's own stack, in a virtual machine
 #   --avx512     also the kernels on emulated processors with AVX2 and AVX-512
@@ -39,6 +39,9 @@ if [ $sanitize = 1 ]; then
     run build-asan
     midair_build build-tsan all -DMIDAIR_TESTS=ON "$werror" -DMIDAIR_SANITIZE=thread
     run build-tsan
+fi
+if [ $long = 1 ]; then
+    tests/fuzz/run.sh 60
 fi
 if [ $vm = 1 ]; then
     tests/vm/run.sh

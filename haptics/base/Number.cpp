@@ -23,6 +23,12 @@ bool parse(const std::string& text, T& value)
     return true;
 }
 
+locale_t plainLocale()
+{
+    static const locale_t plain = ::newlocale(LC_ALL_MASK, "C", nullptr);
+    return plain;
+}
+
 } // namespace
 
 bool parseNumber(const std::string& text, double& value)
@@ -44,6 +50,13 @@ std::string shortNumber(double value)
     const auto end =
         std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 6);
     return std::string(text.data(), end.ptr);
+}
+
+DecimalPoint::DecimalPoint() : _before(::uselocale(plainLocale())) {}
+
+DecimalPoint::~DecimalPoint()
+{
+    ::uselocale(_before);
 }
 
 } // namespace midair::base

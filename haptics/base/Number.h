@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include <locale.h> // NOLINT(modernize-deprecated-headers): locale_t is POSIX's
+
 namespace midair::base
 {
 
@@ -14,5 +16,18 @@ bool parseWhole(const std::string& text, int& value);
 
 /// "0.2", "1e-05": at most six digits, with a point whatever the locale.
 std::string shortNumber(double value);
+
+/// As long as it lives, this thread's printf() and its like write numbers with a point, whatever the locale.
+class DecimalPoint
+{
+public:
+    DecimalPoint();
+    ~DecimalPoint();
+    DecimalPoint(const DecimalPoint&) = delete;
+    DecimalPoint& operator=(const DecimalPoint&) = delete;
+
+private:
+    const locale_t _before;
+};
 
 } // namespace midair::base

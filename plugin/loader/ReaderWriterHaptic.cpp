@@ -1,3 +1,4 @@
+#include "haptics/base/RegularFile.h"
 #include "plugin/Assignments.h"
 
 #include <osgMidair/HapticDevice>
@@ -15,15 +16,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <locale>
-#include <sstream>
 
 namespace osgMidair
 {
 
 namespace
 {
+
+constexpr std::size_t kMostSettingsBytes = 1 << 20;
 
 /// What MODEL.haptic and FILE.haptic take as options.
 struct LoaderOptions
@@ -46,13 +46,6 @@ private:
     bool setOwn(const std::string& name, const std::string& value, std::string& error);
 };
 
-bool readVector(const std::string& text, osg::Vec3d& v)
-{
-    std::istringstream in(text);
-    in.imbue(std::locale::classic());
-    return static_cast<bool>(in >> v.x() >> v.y() >> v.z()) && (in >> std::ws).eof();
-}
-
 bool knows(const std::vector<std::pair<std::string, std::string>>& described,
            const std::string& name)
 {
@@ -73,9 +66,7 @@ bool LoaderOptions::setOwn(const std::string& name, const std::string& value, st
     }
     if (name == "size")
     {
-        std::istringstream in(value);
-        in.imbue(std::locale::classic());
-        isSizeSet = static_cast<bool>(in >> size_m) && size_m > 0.0 && std::isfinite(size_m);
+        isSizeSet = parseNumbers(value, &size_m, 1) && size_m > 0.0;
         if (!isSizeSet)
         {
             size_m = 0.0;
@@ -91,7 +82,7 @@ bool LoaderOptions::setOwn(const std::string& name, const std::string& value, st
         return true;
     }
     if (name != "position" && name != "rotation") return false;
-    if (!readVector(value, name == "position" ? position : rotation_deg))
+    if (!parseNumbers(value, (name == "position" ? position : rotation_deg).ptr(), 3))
         error = name + " is \"" + value + "\", should be three numbers";
     return true;
 }
@@ -172,13 +163,18 @@ public:
     {
         const std::string file = settingsFile(fileName, options);
         if (file.empty()) return readNode(fileName, options);
-        std::ifstream in(file);
-        std::stringstream text;
-        text << in.rdbuf();
-        if (!in) return ReadResult("can't read " + file);
+        std::string text;
+        try
+        {
+            text = midair::base::readRegularFile(file, kMostSettingsBytes);
+        }
+        catch (const midair::base::FileError& error)
+        {
+            return ReadResult("settings \"" + file + "\": " + error.what());
+        }
         LoaderOptions loader;
         loader.forDevice = true;
-        loader.parse(text.str(), file);
+        loader.parse(text, file);
         if (options) loader.parse(options->getOptionString(), file);
         return new HapticDevice(loader.settings, loader.property);
     }

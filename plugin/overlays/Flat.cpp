@@ -1,5 +1,7 @@
 #include "plugin/overlays/Flat.h"
 
+#include "haptics/base/Number.h"
+
 #include <osg/BlendFunc>
 #include <osg/Texture2D>
 #include <osgDB/FileUtils>
@@ -236,6 +238,7 @@ std::vector<double> ticks(double from, double to, int atMost)
 
 std::string number(double value)
 {
+    const midair::base::DecimalPoint point;
     char digits[32];
     std::snprintf(digits, sizeof digits, "%.6g", std::abs(value) < 1e-12 ? 0.0 : value);
     std::string made = digits;

@@ -1,6 +1,7 @@
 #include "plugin/overlays/GpuSlice.h"
 
 #include "engine-bridge/HologramResult.h"
+#include "haptics/base/Number.h"
 #include "plugin/overlays/Discs.h"
 
 #include <osgMidair/ColorMap>
@@ -197,7 +198,7 @@ GpuSlice::GpuSlice() :
     constexpr auto kOff = osg::StateAttribute::OFF | osg::StateAttribute::PROTECTED;
     osg::StateSet* state = _camera->getOrCreateStateSet();
     std::string fragments = kFragmentSource;
-    fragments.replace(fragments.find("RIM"), 3, std::to_string(kSliceRim));
+    fragments.replace(fragments.find("RIM"), 3, midair::base::shortNumber(kSliceRim));
     state->setAttributeAndModes(makeProgram("osgMidair slice", kVertexSource, fragments.c_str()),
                                 kOn);
     state->setMode(GL_BLEND, kOff);

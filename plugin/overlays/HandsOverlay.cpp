@@ -1,5 +1,6 @@
 #include "engine-bridge/Hand.h"
 #include "engine-bridge/HandProximity.h"
+#include "haptics/base/Number.h"
 #include "plugin/overlays/Discs.h"
 #include "plugin/overlays/Flat.h"
 
@@ -234,6 +235,7 @@ void HandsOverlay::drawMarks(double time_s)
             radii[3 * i + k] = osg::Vec3(0.0F, 0.0F, radius);
             colors[3 * i + k] = bytes(kTouching, opacity);
         }
+        const midair::base::DecimalPoint point;
         char force[32] = "";
         if (mark.force_N > 0.0) std::snprintf(force, sizeof force, "  %.2f mN", 1e3 * mark.force_N);
         const std::string label = midair::bridge::boneName(mark.bone) + force;

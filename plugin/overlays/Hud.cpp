@@ -1,5 +1,6 @@
 #include "device/SteadyClock.h"
 #include "engine-bridge/HologramResult.h"
+#include "haptics/base/Number.h"
 #include "plugin/overlays/Discs.h"
 #include "plugin/overlays/Sheet.h"
 
@@ -32,6 +33,7 @@ constexpr float kMessageWidth = 520.0F;
 
 [[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...)
 {
+    const midair::base::DecimalPoint point;
     char buffer[160];
     std::va_list arguments;
     va_start(arguments, pattern);

@@ -1,5 +1,7 @@
 #include "plugin/overlays/Sheet.h"
 
+#include "haptics/base/Number.h"
+
 #include <osg/Texture2D>
 #include <osgText/Font>
 
@@ -40,6 +42,7 @@ osg::ref_ptr<osg::Geometry> dynamicGeometry()
 
 std::string withUnit(double value, const std::string& unit)
 {
+    const midair::base::DecimalPoint point;
     char digits[48];
     std::snprintf(digits,
                   sizeof digits,

@@ -6,6 +6,43 @@
 #include <osgDB/ObjectWrapper>
 #include <osgDB/OutputStream>
 
+#include <optional>
+#include <string>
+
+namespace
+{
+
+using osgMidair::HapticScene;
+
+/// Nothing in the file: what stands around it, its folder and the user's options, when all of it was read.
+class EndOfScene : public osgDB::BaseSerializer
+{
+public:
+    EndOfScene() : osgDB::BaseSerializer(READ_WRITE_PROPERTY) {}
+
+    const std::string& getName() const override
+    {
+        static const std::string name = "EndOfScene";
+        return name;
+    }
+
+    bool read(osgDB::InputStream& is, osg::Object& object) override
+    {
+        // OSG's reader puts the file's folder in front, unless it reads from a stream.
+        const osgDB::Options* options = is.getOptions();
+        std::optional<std::string> folder;
+        if (options && !options->getDatabasePathList().empty())
+            folder = options->getDatabasePathList().front();
+        static_cast<HapticScene&>(object).endReading(
+            folder, options ? options->getOptionString() : std::string());
+        return true;
+    }
+
+    bool write(osgDB::OutputStream&, const osg::Object&) override { return true; }
+};
+
+} // namespace
+
 // .osgb is positional: this order is frozen. What comes later is added at the end under a higher format version.
 REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
                                osgMidair_HapticScene,
@@ -15,8 +52,12 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
 {
     ADD_INT_SERIALIZER(FormatVersion, 0);
     ADD_BOOL_SERIALIZER(Enabled, true);
-    ADD_STRING_SERIALIZER(Array, "octagon");
-    ADD_STRING_SERIALIZER(Device, "sim:");
+    wrapper->addSerializer(new osgDB::StringSerializer<MyClass>(
+                               "Array", "octagon", &MyClass::getArray, &MyClass::wishArray),
+                           osgDB::BaseSerializer::RW_STRING);
+    wrapper->addSerializer(new osgDB::StringSerializer<MyClass>(
+                               "Device", "sim:", &MyClass::getDevice, &MyClass::wishDevice),
+                           osgDB::BaseSerializer::RW_STRING);
     ADD_MATRIXD_SERIALIZER(Calibration, osg::Matrixd());
     ADD_DOUBLE_SERIALIZER(MetresPerUnit, 1.0);
     ADD_DOUBLE_SERIALIZER(Temperature, 20.0);
@@ -32,7 +73,9 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
     ADD_INT_SERIALIZER(Threads, 1);
     ADD_DOUBLE_SERIALIZER(MotionTolerance, 0.01);
     ADD_INT_SERIALIZER(MaxPoints, 0);
-    ADD_STRING_SERIALIZER(Hands, "");
+    wrapper->addSerializer(
+        new osgDB::StringSerializer<MyClass>("Hands", "", &MyClass::getHands, &MyClass::wishHands),
+        osgDB::BaseSerializer::RW_STRING);
     ADD_DOUBLE_SERIALIZER(Reach, 0.0);
     ADD_BOOL_SERIALIZER(Shadows, false);
 
@@ -63,4 +106,12 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
         new Later(
             "MonitorInterval", 0.0, &MyClass::getMonitorInterval, &MyClass::setMonitorInterval),
         osgDB::BaseSerializer::RW_DOUBLE);
+
+    // Version 4
+    using Limit = osgMidair::SinceVersion<osgDB::PropByValSerializer<MyClass, double>, MyClass, 4>;
+    wrapper->addSerializer(
+        new Limit("MaxAmplitude", 1.0, &MyClass::getMaxAmplitude, &MyClass::setMaxAmplitude),
+        osgDB::BaseSerializer::RW_DOUBLE);
+
+    wrapper->addSerializer(new EndOfScene, osgDB::BaseSerializer::RW_USER); // stays the last
 }

@@ -73,3 +73,13 @@ TEST(PlainText, IsAsLongAsItHasToBe)
     const std::string text(1000, 'x');
     EXPECT_EQ(plainText("<%s>", text.c_str()), "<" + text + ">");
 }
+
+TEST(Number, PrintfWritesAPointWhereItIsAskedTo)
+{
+    const CommaLocale comma;
+    if (!comma.isSet()) GTEST_SKIP();
+    const DecimalPoint point;
+    char text[16];
+    std::snprintf(text, sizeof text, "%.2f", 0.25);
+    EXPECT_STREQ(text, "0.25");
+}

@@ -1,6 +1,10 @@
 #include "device/LastWill.h"
 
+#include "device/SteadyClock.h"
+
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -45,6 +49,21 @@ struct Pipe
     }
 };
 
+// To the children of this process that are called as the guard is.
+void signalGuards(int signal)
+{
+    for (const auto& entry : std::filesystem::directory_iterator("/proc"))
+    {
+        std::ifstream file(entry.path() / "stat");
+        std::string pid;
+        std::string name;
+        std::string state;
+        int parent = 0;
+        file >> pid >> name >> state >> parent;
+        if (parent == ::getpid() && name == "(midair-guard)") ::kill(std::stoi(pid), signal);
+    }
+}
+
 } // namespace
 
 TEST(LastWill, is_written_when_the_program_dies)
@@ -86,6 +105,67 @@ TEST(LastWill, holds_nothing_of_the_program_but_the_board)
     after.closeIn();
     EXPECT_TRUE(before.readToEnd(bytes));
     EXPECT_TRUE(after.readToEnd(bytes));
+}
+
+TEST(LastWill, is_written_when_the_program_stops_giving_signs_of_life)
+{
+    Pipe board;
+    LastWill will({board.ends[1], 0}, kSilence);
+    will.beat();
+    std::uint8_t bytes[3] = {};
+    EXPECT_EQ(::read(board.ends[0], bytes, sizeof bytes), 3);
+    EXPECT_EQ(std::vector<std::uint8_t>(bytes, bytes + 3), kSilence);
+    EXPECT_EQ(::read(board.ends[0], bytes, sizeof bytes), 3); // again, as long as that lasts
+}
+
+TEST(LastWill, is_written_on_request)
+{
+    Pipe board;
+    LastWill will({board.ends[1], 0}, kSilence);
+    will.beat();
+    EXPECT_TRUE(will.execute());
+    EXPECT_FALSE(will.execute()); // nobody is there any more
+    board.closeIn();
+    std::vector<std::uint8_t> bytes;
+    EXPECT_TRUE(board.readToEnd(bytes));
+    EXPECT_EQ(bytes, kSilence);
+}
+
+TEST(LastWill, tells_when_it_cant_be_written)
+{
+    Pipe board;
+    LastWill will({board.ends[0], 0}, kSilence); // the end to read from
+    EXPECT_FALSE(will.execute());
+}
+
+TEST(LastWill, waits_until_the_board_takes_it)
+{
+    Pipe board;
+    const double notBefore_s = steadySeconds() + 0.3;
+    LastWill will({board.ends[1], 0}, kSilence, notBefore_s);
+    EXPECT_TRUE(will.execute());
+    EXPECT_GE(steadySeconds(), notBefore_s);
+}
+
+TEST(LastWill, takes_no_signals)
+{
+    Pipe board;
+    const pid_t program = ::fork();
+    if (program == 0)
+    {
+        ::setpgid(0, 0);
+        const LastWill will({board.ends[1], 0}, kSilence);
+        ::usleep(
+            100000); // the guard has a group of its own by then, or the signals below reach it in its first moments
+        for (int signal = 1; signal < SIGRTMAX; ++signal)
+            if (signal != SIGKILL && signal != SIGSTOP) signalGuards(signal);
+        ::raise(SIGKILL);
+    }
+    ::waitpid(program, nullptr, 0);
+    board.closeIn();
+    std::vector<std::uint8_t> bytes;
+    EXPECT_TRUE(board.readToEnd(bytes));
+    EXPECT_EQ(bytes, kSilence);
 }
 
 TEST(LastWill, gives_up_where_the_descriptor_takes_nothing)

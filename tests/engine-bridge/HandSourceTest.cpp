@@ -3,10 +3,14 @@
 #include "haptics/InputError.h"
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <locale>
 #include <set>
 #include <sstream>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace midair::bridge
 {
@@ -190,8 +194,91 @@ TEST(RecordedHandSource, ErrorsNameTheLine)
     }
     catch (const haptics::InputError& error)
     {
-        EXPECT_STREQ(error.what(), "can't read the hand recording \"/nowhere/hands.csv\"");
+        EXPECT_STREQ(error.what(),
+                     "hand recording \"/nowhere/hands.csv\" can't be read: No such file or "
+                     "directory");
     }
+}
+
+TEST(RecordedHandSource, AsksForNoMoreMemoryThanAHandIsWorth)
+{
+    const auto joint = [](double time_s, int hand) {
+        return std::to_string(time_s) + "," + std::to_string(hand) +
+               ",palm,0,0,0,0,0,0,1,0.01,1,1\n";
+    };
+    std::string hands;
+    for (int hand = 0; hand < 9; ++hand)
+        hands += joint(0.0, hand);
+    EXPECT_EQ(sourceError(hands),
+              "hands.csv, line 9: more than 8 hands at one time, which are the most possible");
+    std::string frames;
+    for (int frame = 0; frame <= 200000; ++frame)
+        frames += joint(frame, 1);
+    EXPECT_EQ(sourceError(frames),
+              "hands.csv, line 200001: more than 200000 frames, which are the most possible");
+    frames.clear();
+    for (int frame = 0; frame < 66667; ++frame)
+        for (int hand = 0; hand < 3; ++hand)
+            frames += joint(frame, hand);
+    EXPECT_EQ(sourceError(frames),
+              "hands.csv, line 200001: more than 200000 hands in all frames together, which are "
+              "the most possible");
+}
+
+TEST(RecordedHandSource, IsARegularFileOf64MiBAtMost)
+{
+    const std::string path = testing::TempDir() + "midair-hands-" + std::to_string(::getpid());
+    std::ofstream(path) << "";
+    std::filesystem::resize_file(path, (std::uintmax_t(64) << 20) + 1);
+    const std::pair<std::string, std::string> wrong[] = {
+        {path, "has 67108865 bytes, should have at most 64 MiB"},
+        {"/dev/zero", "is a device or a pipe, should be a regular file"}};
+    for (const auto& [name, what] : wrong)
+        try
+        {
+            RecordedHandSource hands(name);
+            ADD_FAILURE() << name;
+        }
+        catch (const haptics::InputError& error)
+        {
+            EXPECT_EQ(error.what(), "hand recording \"" + name + "\" " + what);
+        }
+    std::filesystem::remove(path);
+}
+
+TEST(RecordedHandSource, ImpossibleValuesAreNamed)
+{
+    EXPECT_EQ(sourceError("1e300,1,palm,0,0,0,0,0,0,1,0.01,1,1\n"),
+              "hands.csv, line 1: time 1e300 is over 1e9 s");
+    EXPECT_EQ(sourceError("0,1,palm,0,1e308,0,0,0,0,1,0.01,1,1\n"),
+              "hands.csv, line 1: the joint is farther than 1e6 m from the origin");
+    EXPECT_EQ(sourceError("0,1,palm,0,0,0,0,0,0,1,1e308,1,1\n"),
+              "hands.csv, line 1: radius 1e308 is over 1000 m");
+}
+
+TEST(RecordedHandSource, LoopsOverTheShortestOfTimes)
+{
+    RecordedHandSource played = source("0,1,palm,0,0,0,0,0,0,1,0.01,1,1\n"
+                                       "1e-320,1,palm,1,0,0,0,0,0,1,0.01,1,1\n",
+                                       true);
+    HandFrame frame;
+    for (const double time_s : {0.0, 1.0, 1e9, -1.0})
+    {
+        ASSERT_TRUE(played.frameAt(time_s, frame)) << time_s;
+        EXPECT_TRUE(frame.hands[0].joints[PALM].position.allFinite());
+    }
+}
+
+TEST(RecordedHandSource, IsWrittenWithADecimalPointInEveryLocale)
+{
+    struct Comma : std::numpunct<char>
+    {
+        char do_decimal_point() const override { return ','; }
+    };
+    const std::locale before = std::locale::global(std::locale(std::locale::classic(), new Comma));
+    const std::string text = recording({frameWith(0.25, {0.5, 0, 0})});
+    std::locale::global(before);
+    EXPECT_EQ(source(text).frames().at(0).time_s, 0.25);
 }
 
 TEST(InjectedHandSource, GivesTheLastFrameUntilItIsStale)

@@ -60,6 +60,15 @@ TEST(PointPairs, ErrorsNameTheLine)
               "pairs.csv, line 2: \"also\" in column 1 is not a finite number");
 }
 
+TEST(PointPairs, ThereAreAtMostTenThousand)
+{
+    std::string text;
+    for (int i = 0; i <= 10000; ++i)
+        text += "1 2 3 4 5 6\n";
+    EXPECT_EQ(readError(text),
+              "pairs.csv, line 10001: more than 10000 point pairs, which are the most possible");
+}
+
 TEST(PointPairs, Units)
 {
     EXPECT_EQ(unitInMetres("mm"), 1e-3);

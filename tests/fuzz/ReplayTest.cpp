@@ -1,4 +1,4 @@
-#include "FuzzTargets.h"
+#include "tests/fuzz/FuzzTargets.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -84,4 +84,49 @@ TEST(Fuzz, protocol_keeps_its_promises_on_the_corpus_and_near_it)
 TEST(Fuzz, recording_keeps_its_promises_on_the_corpus_and_near_it)
 {
     replay("recording", fuzzRecording);
+}
+
+TEST(Fuzz, uri_keeps_its_promises_on_the_corpus_and_near_it)
+{
+    replay("uri", fuzzUri);
+}
+
+TEST(Fuzz, obj_keeps_its_promises_on_the_corpus_and_near_it)
+{
+    replay("obj", fuzzObj);
+}
+
+TEST(Fuzz, array_keeps_its_promises_on_the_corpus_and_near_it)
+{
+    replay("array", fuzzArray);
+}
+
+TEST(Fuzz, points_keeps_its_promises_on_the_corpus_and_near_it)
+{
+    replay("points", fuzzPoints);
+}
+
+TEST(Fuzz, hands_keeps_its_promises_on_the_corpus_and_near_it)
+{
+    replay("hands", fuzzHands);
+}
+
+TEST(Fuzz, pairs_keeps_its_promises_on_the_corpus_and_near_it)
+{
+    replay("pairs", fuzzPairs);
+}
+
+TEST(Fuzz, options_keeps_its_promises_on_the_corpus_and_near_it)
+{
+    replay("options", fuzzOptions);
+}
+
+TEST(Fuzz, environment_keeps_its_promises_on_the_corpus_and_near_it)
+{
+    replay("environment", fuzzEnvironment);
+}
+
+TEST(Fuzz, scene_keeps_its_promises_on_the_corpus_and_near_it)
+{
+    replay("scene", fuzzScene);
 }

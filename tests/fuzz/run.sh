@@ -1,17 +1,23 @@
 #!/usr/bin/env bash
-# usage: tests/fuzz/run.sh [SECONDS]   fuzzes the protocol's and the recording's readers with libFuzzer (needs clang), each for so
-# long (60). New inputs go into build/fuzz/; what finds a fault stays there as crash-*.
+# usage: tests/fuzz/run.sh [SECONDS [TARGET]..]   fuzzes what reads bytes from outside with libFuzzer (needs clang), each target
+# for so long (60), one after the other; without TARGETs all that have a corpus. New inputs go into build-fuzz/corpus/TARGET;
+# what finds a fault stays in build-fuzz/found as TARGET-crash-*, TARGET-timeout-*, TARGET-oom-* or TARGET-leak-*.
 set -euo pipefail
-cd "$(dirname "$0")/../.."
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+. samples/packages.sh
 seconds=${1:-60}
+[ $# -eq 0 ] || shift
+[ $# -gt 0 ] || set -- $(cd tests/fuzz/corpus && echo *)
 command -v clang++ > /dev/null || { echo "tests/fuzz: clang++ is missing (apt install clang): skipped"; exit 0; }
-mkdir -p build/fuzz
-for target in Protocol Recording; do
-    name=${target,,}
-    clang++ -std=c++17 -g -O1 -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all -I. \
-        "tests/fuzz/Fuzz$target.cpp" tests/fuzz/FuzzTargets.cpp \
-        device/Protocol.cpp device/VirtualFirmware.cpp device/Recording.cpp device/Crc32c.cpp -o "build/fuzz/fuzz_$name"
-    mkdir -p "build/fuzz/$name"
-    "build/fuzz/fuzz_$name" -max_total_time="$seconds" -max_len=4096 -artifact_prefix=build/fuzz/ -print_final_stats=1 \
-        "build/fuzz/$name" "tests/fuzz/corpus/$name"
+midair_build build-fuzz midair_fuzz -DMIDAIR_FUZZ=ON -DCMAKE_CXX_COMPILER=clang++
+mkdir -p build-fuzz/found
+export LSAN_OPTIONS=print_suppressions=0:suppressions=$PWD/tests/sanitizers/leaks.txt
+failed=()
+for name in "$@"; do
+    mkdir -p "build-fuzz/corpus/$name"
+    echo "fuzzing $name for $seconds s"
+    "build-fuzz/bin/fuzz_$name" -max_total_time="$seconds" -max_len=4096 -timeout=20 -rss_limit_mb=1024 -verbosity=0 \
+        -print_final_stats=1 -artifact_prefix="build-fuzz/found/$name-" \
+        "build-fuzz/corpus/$name" "tests/fuzz/corpus/$name" || failed+=("$name")
 done
+[ ${#failed[@]} -eq 0 ] || { echo "tests/fuzz: faults found by ${failed[*]}: see build-fuzz/found" >&2; exit 1; }

@@ -70,6 +70,31 @@ TEST(FieldCycle, EveningOutTogetherSmoothsFurther)
     EXPECT_NEAR(on(together).coefficientOfVariation, b.cycle.coefficientOfVariation, 0.05);
 }
 
+TEST(FieldCycle, ASetWithoutPointsStaysSilentWhileTheOthersAreEvenedOut)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const Eigen::Matrix3Xd surface = spherePoints(300, 0.012).positions;
+    FieldCycleOptions options;
+    options.sweeps = 1;
+    std::vector<ControlPoints> sets = turnedSpheres(2, 16, 0.012);
+    sets.insert(sets.begin(), ControlPoints());
+    FieldCycle cycle(options);
+    const FieldCycleReport report = cycle.solve(sets, surface, array, Medium());
+    EXPECT_GT(report.alone.mean_Pa, 0.0);
+    EXPECT_TRUE(std::isfinite(report.cycle.coefficientOfVariation));
+    for (std::size_t k = 0; k < sets.size(); ++k)
+    {
+        ASSERT_TRUE(cycle.fields()[k].allFinite());
+        EXPECT_EQ(cycle.fields()[k].isZero(0.0f),
+                  sets[static_cast<std::size_t>(cycle.order()[k])].size() == 0);
+    }
+    const FieldCycleReport none =
+        cycle.solve({ControlPoints(), ControlPoints()}, surface, array, Medium());
+    EXPECT_EQ(none.cycle.mean_Pa, 0.0);
+    for (const Eigen::VectorXcf& q : cycle.fields())
+        EXPECT_TRUE(q.isZero(0.0f));
+}
+
 // Each field turned by a phase of its own, in a shuffled order: what the cycle makes of it is not worse than the best
 // order of all, by trying them.
 TEST(FieldCycle, OrdersAndAlignsForTheLeastChange)

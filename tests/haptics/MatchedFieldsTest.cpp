@@ -117,6 +117,58 @@ TEST(MatchedFields, ARefusalIsTold)
     EXPECT_NE(report.message.find("control point 2"), std::string::npos) << report.message;
 }
 
+TEST(MatchedFields, WithoutPointsAreSilent)
+{
+    const TransducerArray array = TransducerArray::singleBoard();
+    MatchedFields fields = matched();
+    std::vector<Eigen::VectorXcf> q;
+    const std::vector<ControlPoints> nothing = subsetsInTurn(ControlPoints(), 2);
+    ASSERT_EQ(nothing.size(), 1u);
+    SolveReport report = fields.solve({nothing[0], nothing[0]}, array, Medium(), q);
+    EXPECT_EQ(report.stop, StopReason::NOTHING_TO_DO);
+    EXPECT_EQ(report.message, "there are no control points");
+    EXPECT_EQ(report.points, 0);
+    EXPECT_EQ(report.rms, 0.0);
+    for (const Eigen::VectorXcf& field : q)
+        EXPECT_TRUE(field.isZero(0.0f));
+    // One that has none is not worth a word beside one that has some.
+    report = fields.solve({nothing[0], spherePoints(4, 0.01, {0, 0, 0.1})}, array, Medium(), q);
+    EXPECT_NE(report.stop, StopReason::NOTHING_TO_DO);
+    EXPECT_EQ(report.message, "");
+    EXPECT_TRUE(q[0].isZero(0.0f));
+    EXPECT_FALSE(q[1].isZero(0.0f));
+}
+
+TEST(MatchedFields, PointsWithoutNormalsAreAppendedWithZeros)
+{
+    ControlPoints bare;
+    bare.positions = Eigen::Matrix3Xd::Ones(3, 40);
+    bare.targets = Eigen::VectorXd::Ones(40);
+    ControlPoints whole = spherePoints(40, 0.01);
+    whole.object.assign(40, 7);
+
+    ControlPoints all = bare;
+    append(all, whole);
+    ASSERT_EQ(all.normals.cols(), 80);
+    EXPECT_TRUE(all.normals.leftCols(40).isZero(0.0));
+    EXPECT_EQ(all.normals.rightCols(40), whole.normals);
+    EXPECT_TRUE(all.object.empty()) << "of half of them it isn't known";
+
+    all = whole;
+    append(all, bare);
+    ASSERT_EQ(all.normals.cols(), 80);
+    EXPECT_EQ(all.normals.leftCols(40), whole.normals);
+    EXPECT_TRUE(all.normals.rightCols(40).isZero(0.0));
+    EXPECT_TRUE(all.object.empty());
+
+    all = ControlPoints();
+    append(all, whole);
+    append(all, ControlPoints());
+    append(all, whole);
+    EXPECT_EQ(all.object.size(), 80u);
+    EXPECT_EQ(all.positions.rightCols(40), whole.positions);
+}
+
 TEST(ModulationSteps, SayWhatIsWrong)
 {
     const ControlPoints points = spherePoints(3, 0.02);

@@ -281,7 +281,8 @@ TEST_F(ObjReader, NamesFilesThatArentThere)
         }
         catch (const InputError& error)
         {
-            EXPECT_EQ(std::string(error.what()), name + ": the file can't be opened");
+            EXPECT_EQ(std::string(error.what()),
+                      name + ": can't be read: No such file or directory");
         }
     }
     try

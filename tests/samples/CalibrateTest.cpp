@@ -169,8 +169,17 @@ TEST(MidairCalibrate, InputErrorsAreNamed)
     EXPECT_EQ(missing.code, 2);
     EXPECT_EQ(
         missing.output,
-        "midair-calibrate: can't read \"/nowhere/pairs.csv\": give a file of point pairs, or - for "
-        "stdin\n");
+        "midair-calibrate: point pairs \"/nowhere/pairs.csv\": can't be read: No such file or "
+        "directory; give a file of point pairs, or - for stdin\n");
+    const Outcome endless = shell(kProgram + " /dev/zero");
+    EXPECT_EQ(endless.code, 2);
+    EXPECT_EQ(endless.output,
+              "midair-calibrate: point pairs \"/dev/zero\": is a device or a pipe, should be a "
+              "regular file; give a file of point pairs, or - for stdin\n");
+    const Outcome tooMuch = shell("head -c 16777217 /dev/zero | " + kProgram + " -");
+    EXPECT_EQ(tooMuch.code, 2);
+    EXPECT_EQ(tooMuch.output,
+              "midair-calibrate: stdin has over 16 MiB, should have at most as much\n");
     const Outcome line = shell("echo 1 2 3 | " + kProgram + " -");
     EXPECT_EQ(line.code, 2);
     EXPECT_EQ(line.output,

@@ -1,24 +1,24 @@
-#include "FuzzTargets.h"
-
 #include "device/ArrayDevice.h"
+#include "device/DeviceUri.h"
+#include "device/GuardedDevice.h"
+#include "device/MultiDevice.h"
 #include "device/Recording.h"
+#include "device/SimulatedArray.h"
+#include "device/UsbArrayDevice.h"
 #include "device/VirtualFirmware.h"
+#include "tests/fuzz/FuzzTargets.h"
+#include "tests/fuzz/Require.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
 
 using namespace midair::device;
 
 namespace
 {
-
-void require(bool good, const char* what)
-{
-    if (good) return;
-    std::fprintf(stderr, "broken: %s\n", what);
-    std::abort();
-}
 
 const DeviceLayout kLayout = {4, {0, 0, 0, 1}};
 
@@ -102,4 +102,87 @@ void fuzzRecording(const std::uint8_t* data, std::size_t size)
     catch (const DeviceError&)
     {
     }
+}
+
+namespace
+{
+
+bool within(double value, double low, double high)
+{
+    return value >= low && value <= high;
+}
+
+/// Takes what a device of that kind would, and says whether the name is understood.
+template<typename Take>
+bool understood(const std::string& text, Take take)
+{
+    try
+    {
+        DeviceUri uri(text);
+        take(uri);
+        uri.rejectUnknown();
+        return true;
+    }
+    catch (const DeviceError& error)
+    {
+        require(*error.what() != '\0', "an error says something");
+        return false;
+    }
+}
+
+/// Only what touches no hardware and no file, and doesn't fade out for seconds.
+bool mayBeOpened(const std::vector<std::string>& parts)
+{
+    for (const std::string& part : parts)
+    {
+        const std::string scheme = part.substr(0, part.find(':'));
+        if ((scheme != "sim" && scheme != "null") || part.find("ramp") != std::string::npos)
+            return false;
+    }
+    return parts.size() <= 8;
+}
+
+void play(const std::string& text)
+{
+    try
+    {
+        const std::unique_ptr<ArrayDevice> device = openDevice(text, kLayout);
+        device->send(even(9));
+        for (const std::complex<float>& q : device->played())
+            require(std::abs(q) <= 1.001f, "no transducer plays more than full drive");
+        require(device->report().sent >= 1, "a field that is sent is counted");
+        require(!device->status().empty(), "a device tells its state");
+        device->silence();
+    }
+    catch (const DeviceError&)
+    {
+    }
+}
+
+} // namespace
+
+void fuzzUri(const std::uint8_t* data, std::size_t size)
+{
+    const std::string text(reinterpret_cast<const char*>(data), size);
+    const std::vector<std::string> parts = splitDeviceList(text);
+    std::string joined;
+    for (const std::string& part : parts)
+    {
+        joined += (joined.empty() ? "" : ",") + part;
+        understood(part, [](DeviceUri& uri) { SimulatedArray::takeOptions(uri); });
+        understood(part, [](DeviceUri& uri) { UsbArrayDevice::takeOptions(uri); });
+        understood(part,
+                   [](DeviceUri& uri)
+                   {
+                       const SafetyLimits limits = takeLimits(uri, {});
+                       require(within(limits.maxAmplitude, 0, 1) && within(limits.ramp_s, 0, 10) &&
+                                   within(limits.meanDrive, 0, 1) && limits.meanDriveTime_s > 0 &&
+                                   std::isfinite(limits.meanDriveTime_s) && limits.hold_s >= 0 &&
+                                   limits.maxPressure_Pa >= 0,
+                               "limits are within their ranges");
+                   });
+    }
+    require(!parts.empty() && (joined == text || parts.front().empty()),
+            "a list of devices is cut without losing a byte");
+    if (mayBeOpened(parts)) play(text);
 }

@@ -1,0 +1,56 @@
+#include "device/DeviceClaim.h"
+
+#include "device/DeviceUri.h"
+
+#include <filesystem>
+#include <map>
+#include <mutex>
+
+namespace midair::device
+{
+
+namespace
+{
+
+struct Claims
+{
+    std::mutex mutex;
+    std::map<std::string, std::string> owners; ///< by what is owned
+};
+
+Claims& claims()
+{
+    static Claims all;
+    return all;
+}
+
+std::string keyOf(const DeviceUri& uri)
+{
+    const std::string& scheme = uri.scheme();
+    if (scheme == "sim" || scheme == "null" || scheme == "play") return {};
+    if (scheme == "usb" || scheme == "openmpd") return scheme + ":" + uri.path();
+    // A file of the system: links to the same one are the same, and so is one port under two schemes.
+    std::error_code error;
+    const std::filesystem::path file = std::filesystem::weakly_canonical(uri.path(), error);
+    return error ? uri.path() : file.string();
+}
+
+} // namespace
+
+DeviceClaim::DeviceClaim(const DeviceUri& uri, const std::string& owner) : _key(keyOf(uri))
+{
+    if (_key.empty()) return;
+    const std::string name = owner.empty() ? "another part of this program" : owner;
+    const std::lock_guard<std::mutex> lock(claims().mutex);
+    const auto [place, isFirst] = claims().owners.emplace(_key, name);
+    if (!isFirst) throw uri.error("is driven by " + place->second + "; a device has one owner");
+}
+
+DeviceClaim::~DeviceClaim()
+{
+    if (_key.empty()) return;
+    const std::lock_guard<std::mutex> lock(claims().mutex);
+    claims().owners.erase(_key);
+}
+
+} // namespace midair::device

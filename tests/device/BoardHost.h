@@ -1,0 +1,61 @@
+#pragma once
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/// This program once more under a name of its own, as one that opens a board, plays a field (randomField(.., 1)) on it and never
+/// closes it.
+class BoardHost
+{
+public:
+    BoardHost(const std::string& uri, int transducers)
+    {
+        static int count = 0;
+        name = "mh" + std::to_string(::getpid()) + "x" + std::to_string(count++);
+        _link = std::filesystem::temp_directory_path() / name;
+        std::filesystem::remove(_link);
+        std::filesystem::create_symlink(std::filesystem::read_symlink("/proc/self/exe"), _link);
+        ::setenv("MIDAIR_TEST_HOST", uri.c_str(), 1);
+        ::setenv("MIDAIR_TEST_HOST_TRANSDUCERS", std::to_string(transducers).c_str(), 1);
+        std::string program = _link;
+        std::string filter = "--gtest_filter=BoardHost.DISABLED_plays_until_it_is_ended";
+        std::string disabled = "--gtest_also_run_disabled_tests";
+        std::string brief = "--gtest_brief=1";
+        char* const arguments[] = {
+            program.data(), filter.data(), disabled.data(), brief.data(), nullptr};
+        if (::posix_spawn(&_process, program.c_str(), nullptr, nullptr, arguments, environ) != 0)
+            throw std::runtime_error("can't start this program again");
+    }
+    ~BoardHost()
+    {
+        send(SIGKILL);
+        wait();
+        std::filesystem::remove(_link);
+    }
+
+    BoardHost(const BoardHost&) = delete;
+    BoardHost& operator=(const BoardHost&) = delete;
+
+    void send(int signal)
+    {
+        if (_process > 0) ::kill(_process, signal);
+    }
+    void wait()
+    {
+        if (_process > 0) ::waitpid(_process, nullptr, 0);
+        _process = 0;
+    }
+
+    std::string name; ///< of the process
+
+private:
+    std::filesystem::path _link;
+    pid_t _process = 0;
+};
