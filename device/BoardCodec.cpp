@@ -254,6 +254,13 @@ private:
 
 } // namespace
 
+double BoardCodec::fieldsPerSecond(int transducers) const
+{
+    std::vector<std::uint8_t> field;
+    appendSilentField(field, transducers);
+    return bytesPerSecond() / static_cast<double>(field.size());
+}
+
 void BoardCodec::appendSilentField(std::vector<std::uint8_t>& out, int transducers) const
 {
     DriveSignal off;

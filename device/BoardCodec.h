@@ -26,6 +26,7 @@ public:
     virtual int phaseLevels() const = 0;
     virtual std::vector<float> amplitudes() const = 0; ///< ascending from 0 to 1
     virtual double bytesPerSecond() const = 0;
+    double fieldsPerSecond(int transducers) const; ///< that the line carries
 
     /// Appends what makes the board take fields, whatever it was told before; may be nothing. It goes before the first field, and
     /// again now and then, since a byte that arrives damaged may have told it something else. Harmless between any two fields.

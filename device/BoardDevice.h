@@ -44,8 +44,7 @@ public:
     DriveAbility ability() const override
     {
         DriveAbility ability{_codec->phaseLevels(), _codec->amplitudes()};
-        ability.fieldsPerSecond =
-            _codec->bytesPerSecond() / static_cast<double>(_silentFrame.size());
+        ability.fieldsPerSecond = _codec->fieldsPerSecond(_transducers);
         return ability;
     }
     std::vector<std::complex<float>> played() const override;

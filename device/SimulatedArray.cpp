@@ -224,9 +224,7 @@ DriveAbility SimulatedArray::ability() const
     ability.phaseLevels = _codec->phaseLevels();
     ability.amplitudes = _codec->amplitudes();
     // The simulation has no line; who rehearses with it is to meet the board's.
-    std::vector<std::uint8_t> frame;
-    _codec->appendSilence(frame, _layout.transducers);
-    const double carried = _codec->bytesPerSecond() / static_cast<double>(frame.size());
+    const double carried = _codec->fieldsPerSecond(_layout.transducers);
     if (ability.fieldsPerSecond <= 0 || carried < ability.fieldsPerSecond)
         ability.fieldsPerSecond = carried;
     return ability;

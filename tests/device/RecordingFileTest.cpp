@@ -137,10 +137,12 @@ TEST(RecordingFile, belongs_to_one_recorder_or_to_players)
         "recording \"" + file +
         "\": is being recorded or played by somebody else; choose another name";
     {
-        const auto device = openDevice("record:" + file, {4, {}});
+        const recording::OpenFile other = recording::openForWriting(file, false);
         EXPECT_EQ(openError("record:" + file), taken);
     }
-    EXPECT_EQ(openError("record:" + file + ",record:" + file), taken);
+    EXPECT_EQ(openError("record:" + file + ",record:" + file),
+              "device \"record:" + file +
+                  "\": is driven by another part of this program; a device has one owner");
     writeBytes(file, oneField());
     EXPECT_EQ(openError("play:" + file + "?to=record:" + file), taken);
     EXPECT_EQ(readBytes(file), oneField());

@@ -144,8 +144,11 @@ TEST(PatFile, NamesTheLineThatIsWrong)
     EXPECT_EQ(with(4, "(0, 0, 0),(1, 2, 3"), "board.pat, line 4: place 1 doesn't end");
     EXPECT_EQ(with(4, "(0, 0, 0)"),
               "board.pat, line 4: has 1 places (x, y, z) in metres; there must be 256");
-    EXPECT_EQ(with(5, good.lines[4] + "1,"),
-              "board.pat, line 5: pin 1 is there twice; each from 0 to 255 must be there once");
+    EXPECT_EQ(with(5, "48" + good.lines[4].substr(2)),
+              "board.pat, line 5: pin 48 is there twice; each from 0 to 255 must be there once");
+    EXPECT_EQ(with(5, "1.5" + good.lines[4].substr(2)),
+              "board.pat, line 5: pin 1.5 isn't a whole number; each from 0 to 255 must be there "
+              "once");
     EXPECT_EQ(with(5, "1,2,256"),
               "board.pat, line 5: \"256\" is among the pins; they must be numbers from 0 to 255");
     EXPECT_EQ(with(6, "1,2"), "board.pat, line 6: has 2 phase adjustments; there must be 256");
