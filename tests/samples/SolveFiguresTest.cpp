@@ -255,7 +255,7 @@ TEST_F(SolveFigures, EverySolverInTurn)
         if (help.find(solver) == std::string::npos) continue;
         ++known;
         for (const std::string turns : {"", " --cycle 2 --cycle-steps 1", " --subsets 2"})
-            solve(kStar + " --sampling vertices --solver " + solver + turns, 0);
+            solve(kStar + " --sampling edges --solver " + solver + turns, 0);
     }
     EXPECT_EQ(known, 7);
 }
