@@ -346,7 +346,7 @@ TEST(Limits, AMeshOfTooManyTrianglesIsRefusedBeforeItIsLookedAt)
     mesh.triangles.setZero(3, kMostTriangles + 1);
     try
     {
-        sampleSurface(mesh);
+        sampleSurface(mesh, {});
         ADD_FAILURE() << "no error";
     }
     catch (const InputError& error)
