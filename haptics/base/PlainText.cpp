@@ -1,17 +1,42 @@
 #include "haptics/base/PlainText.h"
 
-#include "haptics/base/Number.h"
-
 #include <cstdarg>
 #include <cstdio>
 #include <vector>
 
+#include <locale.h> // newlocale
+
 namespace midair::base
 {
 
+namespace
+{
+
+/// The locale "C" for this thread alone, as long as it lives.
+class PlainLocale
+{
+public:
+    PlainLocale()
+    {
+        static const locale_t kPlain = ::newlocale(LC_ALL_MASK, "C", nullptr);
+        if (kPlain != nullptr) _before = ::uselocale(kPlain);
+    }
+    ~PlainLocale()
+    {
+        if (_before != nullptr) ::uselocale(_before);
+    }
+    PlainLocale(const PlainLocale&) = delete;
+    PlainLocale& operator=(const PlainLocale&) = delete;
+
+private:
+    locale_t _before = nullptr;
+};
+
+} // namespace
+
 std::string plainText(const char* pattern, ...)
 {
-    const DecimalPoint point;
+    const PlainLocale plain;
     std::vector<char> text(256);
     va_list values;
     va_list again;
