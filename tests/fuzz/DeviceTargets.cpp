@@ -164,7 +164,15 @@ void play(const std::string& text)
 void fuzzUri(const std::uint8_t* data, std::size_t size)
 {
     const std::string text(reinterpret_cast<const char*>(data), size);
-    const std::vector<std::string> parts = splitDeviceList(text);
+    std::vector<std::string> parts;
+    try
+    {
+        parts = splitDeviceList(text);
+    }
+    catch (const DeviceError&)
+    {
+        return; // too long
+    }
     std::string joined;
     for (const std::string& part : parts)
     {
