@@ -135,7 +135,7 @@ public:
 
 /// `sim:`, `usb:`, `record:FILE`, `null:`, ..; a list with commas opens several as one. Throws DeviceError.
 std::unique_ptr<ArrayDevice> openDevice(const std::string& uri, const DeviceLayout& layout);
-/// \a owner is who drives it, for the message to whoever in this program opens the same hardware or recording meanwhile.
+/// \a owner is who drives it: another owner in this program that opens the same hardware or recording meanwhile is refused by that name.
 std::unique_ptr<ArrayDevice> openLimitedDevice(const std::string& uri,
                                                const DeviceLayout& layout,
                                                const SafetyLimits& limits,

@@ -40,9 +40,8 @@ std::string keyOf(const DeviceUri& uri)
 DeviceClaim::DeviceClaim(const DeviceUri& uri, const std::string& owner) : _key(keyOf(uri))
 {
     if (_key.empty()) return;
-    const std::string name = owner.empty() ? "another part of this program" : owner;
     const std::lock_guard<std::mutex> lock(claims().mutex);
-    const auto [place, isFirst] = claims().owners.emplace(_key, name);
+    const auto [place, isFirst] = claims().owners.emplace(_key, owner);
     if (!isFirst) throw uri.error("is driven by " + place->second + "; a device has one owner");
 }
 

@@ -220,7 +220,8 @@ std::unique_ptr<ArrayDevice> openOne(DeviceUri& uri,
     {
         if (uri.scheme() == scheme.name)
         {
-            auto claim = std::make_unique<DeviceClaim>(uri, owner);
+            // Who gives no name is refused by the system, where the hardware is in use.
+            auto claim = owner.empty() ? nullptr : std::make_unique<DeviceClaim>(uri, owner);
             auto device = scheme.open(uri, layout);
             return std::make_unique<GuardedDevice>(
                 std::move(device), strict, layout.transducers, std::move(claim));
