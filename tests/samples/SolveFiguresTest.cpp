@@ -324,11 +324,9 @@ TEST_F(SolveFigures, ValgrindFindsNothing)
     if (shell("valgrind --version").code != 0) GTEST_SKIP() << "no valgrind";
     std::vector<std::string> commands;
     for (const std::string& turns : kTurns)
-    {
         commands.push_back(kStar + turns + " --certify --pressure 300 --max-pressure 200");
-        commands.push_back(kStar + turns + " --position 0 -0.098 0");
-        commands.push_back(kStar + turns + " --position 0 0 5");
-    }
+    commands.push_back(kStar + " --cycle 2 --position 0 -0.098 0");
+    commands.push_back(kStar + " --cycle 2 --position 0 0 5");
     for (const std::string& solver : kSolvers)
         commands.push_back(kStar + " --sampling vertices --subsets 2 --solver " + solver);
     commands.push_back(points(kTwo) + " --subsets 2");
