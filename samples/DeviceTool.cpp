@@ -161,10 +161,12 @@ int identifyBoards(const DeviceOptions& options)
 int muteArray(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
-    const auto device = open(options, array);
+    auto device = open(options, array);
     device->setMuted(true);
-    if (!isLost(*device)) std::cout << "muted\n";
-    return finish(*device);
+    const int ended = finish(*device);
+    device.reset(); // waits for a board that is still starting: before that it isn't silent
+    if (ended == FINE) std::cout << "muted\n";
+    return ended;
 }
 
 int playRecording(const DeviceOptions& options)
