@@ -103,9 +103,9 @@ void HapticOverlays::setArrayToParent(const osg::Matrix& matrix)
 std::shared_ptr<const midair::bridge::HologramResult>
 HapticOverlays::follow(const osg::NodePath& path)
 {
-    HapticScene* scene = nullptr;
+    HapticScene* scene = nullptr; // the outermost: it plays what is in those inside it
     for (osg::Node* node : path)
-        if (auto* found = dynamic_cast<HapticScene*>(node)) scene = found;
+        if (!scene) scene = dynamic_cast<HapticScene*>(node);
     if (!scene) return _shown;
     const auto array = scene->getTransducerArray();
     const midair::haptics::Medium medium = scene->getMedium();
