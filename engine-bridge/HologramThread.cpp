@@ -126,6 +126,16 @@ void HologramThread::run()
     }
 }
 
+void HologramThread::publishClosed(haptics::StopReason stop, const std::string& why)
+{
+    auto result = std::make_shared<HologramResult>();
+    result->report.stop = stop;
+    result->report.message = why;
+    if (!why.empty()) result->messages.push_back(why);
+    result->deviceStatus = "not open";
+    publish(result, {});
+}
+
 void HologramThread::makePipeline(std::unique_ptr<HologramPipeline>& pipeline)
 {
     PipelineFactory make;
@@ -139,20 +149,11 @@ void HologramThread::makePipeline(std::unique_ptr<HologramPipeline>& pipeline)
     try
     {
         pipeline = make();
-        if (pipeline) return;
-        auto result = std::make_shared<HologramResult>();
-        result->report.stop = haptics::StopReason::NOTHING_TO_DO;
-        result->deviceStatus = "not open";
-        publish(result, {});
+        if (!pipeline) publishClosed(haptics::StopReason::NOTHING_TO_DO, {});
     }
     catch (const std::exception& error)
     {
-        auto result = std::make_shared<HologramResult>();
-        result->report.stop = haptics::StopReason::REFUSED;
-        result->report.message = error.what();
-        result->messages.emplace_back(error.what());
-        result->deviceStatus = "not open";
-        publish(result, {});
+        publishClosed(haptics::StopReason::REFUSED, error.what());
     }
     if (!pipeline) return;
     pipeline->setStop(_stop.token());

@@ -56,6 +56,8 @@ private:
     void makePipeline(std::unique_ptr<HologramPipeline>& pipeline);
     void setAtWork(HologramPipeline* pipeline);
     void silenceNow();
+    /// No pipeline, so no device: \a why, where that is somebody's fault.
+    void publishClosed(haptics::StopReason stop, const std::string& why);
     void publish(std::shared_ptr<const HologramResult> result, const HologramCounters& counters);
 
     LatestSlot<SceneSnapshot> _slot;
