@@ -145,7 +145,7 @@ TEST(FtdiFifo, is_silent_while_the_host_is_stopped)
 TEST(FtdiFifo, is_written_again_and_again)
 {
     Board peer;
-    const auto device = openDevice("openmpd:", {256, {}});
+    const auto device = openDevice("openmpd:A0001", {256, {}});
     ASSERT_TRUE(device->send(randomField(256, 1)));
     ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
     const std::uint64_t before = peer.swaps();
@@ -157,7 +157,7 @@ TEST(FtdiFifo, is_written_again_and_again)
 TEST(FtdiFifo, says_that_it_may_play_on_when_it_is_unplugged)
 {
     Board peer;
-    const auto device = openDevice("openmpd:", {256, {}});
+    const auto device = openDevice("openmpd:A0001", {256, {}});
     ASSERT_TRUE(device->send(randomField(256, 1)));
     ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
     peer.chip.unplug(); // and nothing is sent
