@@ -94,6 +94,7 @@ Class describe(const osg::ref_ptr<osg::Node>& node, const std::string& defaults)
     std::size_t length = defaults.size();
     for (std::size_t i = 0; i < wrapper->getSerializerList().size(); ++i)
     {
+        if (wrapper->getTypeList()[i] == Serializer::RW_USER) continue; // nothing in the file
         c.properties.push_back(
             {wrapper->getSerializerList()[i]->getName(), wrapper->getTypeList()[i]});
         const Serializer::Type type = c.properties.back().type;
