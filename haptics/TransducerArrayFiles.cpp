@@ -1,6 +1,7 @@
 #include "haptics/InputError.h"
 #include "haptics/TransducerArray.h"
 #include "haptics/base/RegularFile.h"
+#include "haptics/base/UserEnvironment.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -23,10 +24,9 @@ constexpr std::size_t kMostBytes = std::size_t(32) << 20;
 std::vector<fs::path> arrayFolders()
 {
     std::vector<fs::path> folders;
-    // NOLINTNEXTLINE(concurrency-mt-unsafe): only read; nothing in the project sets the environment.
-    if (const char* own = std::getenv("OSG_MIDAIR_ARRAYS"))
+    if (const auto own = base::userVariable("OSG_MIDAIR_ARRAYS"))
     {
-        std::istringstream list(own);
+        std::istringstream list(*own);
         for (std::string folder; std::getline(list, folder, ':');)
             if (!folder.empty()) folders.emplace_back(folder);
     }

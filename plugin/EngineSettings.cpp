@@ -39,6 +39,7 @@ void HapticEngine::readSettings(const HapticSettings& given)
     _settings = Grants::ofUser(messages).apply(_settings, name(), messages);
     for (const std::string& what : _settings.repair())
         messages.push_back(what);
+    if (_settings.isSilenced) _settings.enabled = false;
     for (const std::string& what : messages)
         say(what);
 }
@@ -59,15 +60,16 @@ void HapticEngine::configure(const HapticSettings& given)
     _configured = true;
     _raw = given;
     readSettings(given);
-    openHands();
 
     midair::bridge::PoseAndStretch parts;
     if (!midair::bridge::decompose(midair::bridge::toEigen(_settings.calibration), parts) ||
         !parts.stretch.isIdentity(0.02))
     {
-        say("calibration is not rigid (a scene unit is set by metresPerUnit); it is not used");
+        say("calibration is not rigid (a scene unit is set by metresPerUnit); nothing is played");
         parts = {};
+        _settings.enabled = false;
     }
+    openHands();
     _worldToArray = parts.pose;
     _toArray = parts.pose.matrix();
     _toArray.topLeftCorner<3, 3>() *= _settings.metresPerUnit;
@@ -82,6 +84,13 @@ void HapticEngine::keepInnerLimits()
     double amplitude = 1.0;
     for (const HapticScene* inner : _collector.innerScenes())
     {
+        if (!HapticSettings::isLimit(inner->getMaxPressure(), inner->getMaxAmplitude()))
+        {
+            say("the HapticScene \"" + inner->getName() +
+                "\" has a cap that is out of range: nothing is played");
+            amplitude = 0.0;
+            continue;
+        }
         pressure_Pa = midair::device::stricterPressure(pressure_Pa, inner->getMaxPressure());
         amplitude = std::min(amplitude, inner->getMaxAmplitude());
     }

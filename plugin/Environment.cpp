@@ -1,8 +1,11 @@
 #include "Environment.h"
 
+#include "device/GuardedDevice.h"
+#include "haptics/base/UserEnvironment.h"
+
 #include <osg/ApplicationUsage>
 
-#include <cstdlib>
+#include <algorithm>
 
 namespace osgMidair
 {
@@ -29,7 +32,8 @@ const osg::ApplicationUsageProxy kUsage[] = {
      "Haptic scenes solve only what is so near to a hand; 0: everything."},
     {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
      "OSG_MIDAIR_MAX_PRESSURE <Pa>",
-     "Haptic scenes give no control point more than this (peak); 0: no cap."},
+     "Haptic scenes give no control point more than this (peak), nor more than they say "
+     "themselves."},
     {osg::ApplicationUsage::ENVIRONMENTAL_VARIABLE,
      "OSG_MIDAIR_MAX_AMPLITUDE <0..1>",
      "Haptic scenes give no transducer more of full drive than this, nor more than they say "
@@ -62,43 +66,89 @@ const osg::ApplicationUsageProxy kUsage[] = {
 
 } // namespace
 
+namespace
+{
+
+struct Variable
+{
+    const char* name;
+    const char* setting;
+};
+
+constexpr Variable kVariables[] = {{"OSG_MIDAIR_DEVICE", "device"},
+                                   {"OSG_MIDAIR_ARRAY", "array"},
+                                   {"OSG_MIDAIR_SOLVER", "solver"},
+                                   {"OSG_MIDAIR_HANDS", "hands"},
+                                   {"OSG_MIDAIR_REACH", "reach"},
+                                   {"OSG_MIDAIR_MAX_PRESSURE", "maxPressure"},
+                                   {"OSG_MIDAIR_MAX_AMPLITUDE", "maxAmplitude"},
+                                   {"OSG_MIDAIR_CYCLE", "cycle"},
+                                   {"OSG_MIDAIR_SUBSETS", "subsets"},
+                                   {"OSG_MIDAIR_MONITOR", "monitorInterval"},
+                                   {"OSG_MIDAIR_ENABLED", "enabled"}};
+
+/// Sets what \a variable says; of limits the stricter one counts, and one that can't be kept silences.
+void applyTo(HapticSettings& settings,
+             const Variable& variable,
+             const std::string& value,
+             std::vector<std::string>& errors)
+{
+    // Empty is as good as missing, but for hands: there it takes them away.
+    if (value.empty() && std::string(variable.setting) != "hands") return;
+    const HapticSettings before = settings;
+    std::string error;
+    if (!settings.set(variable.setting, value, error))
+        errors.push_back(std::string(variable.name) + ": " + error);
+    if (!HapticSettings::isLimit(settings.maxPressure, settings.maxAmplitude))
+    {
+        settings.isSilenced = true;
+        errors.push_back(std::string(variable.name) + " is \"" + value +
+                         "\", which is out of range; nothing is played");
+    }
+    settings.maxAmplitude = std::min(settings.maxAmplitude, before.maxAmplitude);
+    settings.maxPressure =
+        midair::device::stricterPressure(settings.maxPressure, before.maxPressure);
+}
+
+/// What was set after the program began may be a file's doing: it takes away, and gives nothing.
+void restrictBy(HapticSettings& settings,
+                const Variable& variable,
+                const std::string& value,
+                std::vector<std::string>& errors)
+{
+    const std::string setting = variable.setting;
+    HapticSettings asked = settings;
+    applyTo(asked, variable, value, errors);
+    const bool takesHands = setting == "hands" && (asked.hands.empty() || asked.hands == "none");
+    if (setting == "enabled")
+        settings.enabled = settings.enabled && asked.enabled;
+    else if ((setting != "device" && setting != "array" && setting != "hands") || takesHands)
+        settings = asked;
+    else
+        errors.push_back(std::string(variable.name) +
+                         " was set after the program began, which a file can do: it is not used");
+    settings.isSilenced = settings.isSilenced || asked.isSilenced;
+}
+
+} // namespace
+
 HapticSettings Environment::apply(HapticSettings settings, std::vector<std::string>& errors)
 {
-    bool silent = false;
-    for (const auto& [variable, name] :
-         {std::pair<const char*, const char*>{"OSG_MIDAIR_DEVICE", "device"},
-          {"OSG_MIDAIR_ARRAY", "array"},
-          {"OSG_MIDAIR_SOLVER", "solver"},
-          {"OSG_MIDAIR_HANDS", "hands"},
-          {"OSG_MIDAIR_REACH", "reach"},
-          {"OSG_MIDAIR_MAX_PRESSURE", "maxPressure"},
-          {"OSG_MIDAIR_MAX_AMPLITUDE", "maxAmplitude"},
-          {"OSG_MIDAIR_CYCLE", "cycle"},
-          {"OSG_MIDAIR_SUBSETS", "subsets"},
-          {"OSG_MIDAIR_MONITOR", "monitorInterval"},
-          {"OSG_MIDAIR_ENABLED", "enabled"}})
+    if (!HapticSettings::isLimit(settings.maxPressure, settings.maxAmplitude))
+        settings.isSilenced = true; // told by repair(), but for what the user's own limits replace
+    for (const Variable& variable : kVariables)
     {
-        const char* value =
-            std::getenv(variable); // NOLINT(concurrency-mt-unsafe): OSG itself reads it so
-        std::string error;
-        // Empty is as good as missing, but for hands: there it takes them away.
-        if (!value || (!*value && std::string(name) != "hands")) continue;
-        const double amplitude = settings.maxAmplitude;
-        const bool enabled = settings.enabled;
-        if (!settings.set(name, value, error))
-            errors.push_back(std::string(variable) + ": " + error);
-        silent = silent || (enabled && !settings.enabled);
-        if (std::string(name) == "maxAmplitude" && settings.maxAmplitude > amplitude)
-            settings.maxAmplitude = amplitude; // the stricter one counts
+        const auto user = midair::base::userVariable(variable.name);
+        const auto now = midair::base::variableNow(variable.name);
+        if (user) applyTo(settings, variable, *user, errors);
+        if (now && now != user) restrictBy(settings, variable, *now, errors);
     }
-    if (silent) settings.enabled = false; // whatever comes after it says
     return settings;
 }
 
 std::string Environment::reportFile()
 {
-    const char* value = std::getenv("OSG_MIDAIR_REPORT"); // NOLINT(concurrency-mt-unsafe)
-    return value ? value : "";
+    return midair::base::userVariable("OSG_MIDAIR_REPORT").value_or("");
 }
 
 } // namespace osgMidair

@@ -4,9 +4,10 @@
 #include "device/MultiDevice.h"
 #include "haptics/TransducerArray.h"
 #include "haptics/base/RegularFile.h"
+#include "haptics/base/UserEnvironment.h"
 
 #include <algorithm>
-#include <cstdlib>
+#include <cctype>
 #include <filesystem>
 #include <stdexcept>
 
@@ -26,8 +27,7 @@ constexpr std::size_t kMostPrinted = 300;
 
 std::string environment(const char* name)
 {
-    const char* value = std::getenv(name); // NOLINT(concurrency-mt-unsafe): OSG itself reads it so
-    return value ? value : "";
+    return midair::base::userVariable(name).value_or("");
 }
 
 std::string grantsFile()
@@ -45,10 +45,17 @@ std::string distrust(const std::string& file)
 {
     struct stat about = {};
     if (::stat(file.c_str(), &about) != 0) return {}; // the reader says why
-    if (about.st_uid != ::geteuid() && about.st_uid != 0)
-        return "belongs to another user, should belong to you";
-    if ((about.st_mode & (S_IWGRP | S_IWOTH)) != 0)
-        return "can be written by others: chmod go-w takes that away";
+    struct stat link = {};
+    struct stat folder = {};
+    const std::string parent = fs::absolute(file).parent_path().string();
+    if (::lstat(file.c_str(), &link) != 0 || ::stat(parent.c_str(), &folder) != 0)
+        return "can't be looked at";
+    for (const struct stat* one : {&about, &link, &folder})
+        if (one->st_uid != ::geteuid() && one->st_uid != 0)
+            return one == &folder ? "is in another user's folder, should be in one of yours"
+                                  : "belongs to another user, should belong to you";
+    if (((about.st_mode | folder.st_mode) & (S_IWGRP | S_IWOTH)) != 0)
+        return "can be written by others, or its folder can: chmod go-w takes that away";
     return {};
 }
 
@@ -128,6 +135,16 @@ std::string printable(const std::string& text)
     std::string shown = text.substr(0, kMostPrinted);
     for (char& c : shown)
         if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
+    // In UTF-8 also U+0080 .. U+009F, and U+200B .. U+202F and U+2060 .. U+206F, which hide text or turn it round.
+    for (std::size_t i = 0; i + 1 < shown.size(); ++i)
+    {
+        const auto at = [&](std::size_t k)
+        { return k < shown.size() ? static_cast<unsigned char>(shown[k]) : 0U; };
+        if (at(i) == 0xC2 && at(i + 1) >= 0x80 && at(i + 1) <= 0x9F) shown[i] = shown[i + 1] = '?';
+        const bool hides = at(i + 1) == 0x80 && at(i + 2) >= 0x8B && at(i + 2) <= 0xAF;
+        const bool turns = at(i + 1) == 0x81 && at(i + 2) >= 0xA0 && at(i + 2) <= 0xAF;
+        if (at(i) == 0xE2 && (hides || turns)) shown[i] = shown[i + 1] = shown[i + 2] = '?';
+    }
     return shown.size() < text.size() ? shown + ".." : shown;
 }
 

@@ -132,12 +132,13 @@ std::vector<std::pair<std::string, std::string>> HapticProperty::describe()
 
 bool operator==(const HapticProperty& a, const HapticProperty& b)
 {
-    return a.enabled == b.enabled && a.pressure == b.pressure && a.pressureUnit == b.pressureUnit &&
-           a.spacing == b.spacing && a.sampling == b.sampling && a.side == b.side &&
-           a.priority == b.priority && a.modulationFrequency == b.modulationFrequency &&
-           a.modulationDepth == b.modulationDepth && a.intensity == b.intensity &&
-           a.intensityChannel == b.intensityChannel && a.intensityLow == b.intensityLow &&
-           a.intensityHigh == b.intensityHigh && a.touchEvents == b.touchEvents;
+    return a.enabled == b.enabled && same(a.pressure, b.pressure) &&
+           a.pressureUnit == b.pressureUnit && same(a.spacing, b.spacing) &&
+           a.sampling == b.sampling && a.side == b.side && a.priority == b.priority &&
+           same(a.modulationFrequency, b.modulationFrequency) &&
+           same(a.modulationDepth, b.modulationDepth) && a.intensity == b.intensity &&
+           a.intensityChannel == b.intensityChannel && same(a.intensityLow, b.intensityLow) &&
+           same(a.intensityHigh, b.intensityHigh) && a.touchEvents == b.touchEvents;
 }
 
 } // namespace osgMidair

@@ -1,8 +1,7 @@
-#include "Assignments.h"
-#include "Grants.h"
 #include "HandTracker.h"
 #include "HapticEngine.h"
 #include "SceneKeys.h"
+#include "UserOptions.h"
 #include "engine-bridge/HologramResult.h"
 #include "haptics/Medium.h"
 
@@ -10,8 +9,6 @@
 
 #include <osg/Notify>
 #include <osgGA/EventVisitor>
-
-#include <algorithm>
 
 namespace osgMidair
 {
@@ -62,21 +59,10 @@ void HapticScene::wishHands(const std::string& uri)
     _settings.wishes.hands = uri;
 }
 
-void HapticScene::endReading(const std::optional<std::string>& folder, const std::string& options)
+void HapticScene::endReading(const std::optional<std::string>& folder)
 {
     _settings.wishes.folder = folder;
-    const auto known = HapticSettings::describe();
-    forEachAssignment(options,
-                      [this, &known](const std::string& name, const std::string& value)
-                      {
-                          // Options are shared by all readers: what isn't a setting is another's.
-                          const auto isNamed = [&name](const auto& setting)
-                          { return setting.first == name; };
-                          std::string error;
-                          if (std::any_of(known.begin(), known.end(), isNamed) &&
-                              !_settings.set(name, value, error))
-                              OSG_WARN << "osgMidair: options: " << printable(error) << std::endl;
-                      });
+    applyUserOptions(_settings);
 }
 
 void HapticScene::traverse(osg::NodeVisitor& visitor)

@@ -4,6 +4,7 @@
 
 #include <osgMidair/HapticSettings>
 
+#include <algorithm>
 #include <limits>
 
 namespace osgMidair
@@ -136,7 +137,7 @@ bool HapticSettings::set(const std::string& name, const std::string& value, std:
     {
         // A limit that nobody understands is kept best by silence.
         if (!isForSafety(name)) return false;
-        enabled = false;
+        isSilenced = true;
         error += "; nothing is played";
         return false;
     }
@@ -147,13 +148,18 @@ bool HapticSettings::set(const std::string& name, const std::string& value, std:
     return true;
 }
 
+bool HapticSettings::isLimit(double maxPressure_Pa, double maxAmplitude)
+{
+    return maxPressure_Pa >= 0.0 && maxPressure_Pa <= kMostPressure_Pa && maxAmplitude >= 0.0 &&
+           maxAmplitude <= 1.0; // false for NaN, too
+}
+
 std::vector<std::string> HapticSettings::repair()
 {
-    const bool isLimited = maxPressure >= 0.0 && maxPressure <= kMostPressure_Pa &&
-                           maxAmplitude >= 0.0 && maxAmplitude <= 1.0; // false for NaN, too
+    const bool isLimited = isLimit(maxPressure, maxAmplitude);
     std::vector<std::string> said = settingsTable().repair(*this);
     if (isLimited) return said;
-    enabled = false;
+    isSilenced = true;
     said.emplace_back("a limit is out of range: nothing is played");
     return said;
 }
@@ -166,18 +172,20 @@ std::vector<std::pair<std::string, std::string>> HapticSettings::describe()
 bool operator==(const HapticSettings& a, const HapticSettings& b)
 {
     return a.enabled == b.enabled && a.array == b.array && a.device == b.device &&
-           a.calibration == b.calibration && a.metresPerUnit == b.metresPerUnit &&
-           a.temperature == b.temperature && a.humidity == b.humidity &&
-           a.airPressure == b.airPressure && a.solver == b.solver &&
-           a.maxIterations == b.maxIterations && a.rmsTolerance == b.rmsTolerance &&
-           a.deadline == b.deadline && a.lambda == b.lambda && a.loudness == b.loudness &&
-           a.phaseOnly == b.phaseOnly && a.threads == b.threads &&
-           a.motionTolerance == b.motionTolerance && a.maxPoints == b.maxPoints &&
-           a.hands == b.hands && a.reach == b.reach && a.shadows == b.shadows &&
-           a.maxPressure == b.maxPressure && a.maxAmplitude == b.maxAmplitude &&
-           a.cycle == b.cycle && a.cycleSteps == b.cycleSteps && a.subsets == b.subsets &&
-           a.fieldRate == b.fieldRate && a.denseOutlines == b.denseOutlines &&
-           a.monitorInterval == b.monitorInterval && a.wishes == b.wishes;
+           std::equal(a.calibration.ptr(), a.calibration.ptr() + 16, b.calibration.ptr(), same) &&
+           same(a.metresPerUnit, b.metresPerUnit) && same(a.temperature, b.temperature) &&
+           same(a.humidity, b.humidity) && same(a.airPressure, b.airPressure) &&
+           a.solver == b.solver && a.maxIterations == b.maxIterations &&
+           same(a.rmsTolerance, b.rmsTolerance) && same(a.deadline, b.deadline) &&
+           same(a.lambda, b.lambda) && same(a.loudness, b.loudness) && a.phaseOnly == b.phaseOnly &&
+           a.threads == b.threads && same(a.motionTolerance, b.motionTolerance) &&
+           a.maxPoints == b.maxPoints && a.hands == b.hands && same(a.reach, b.reach) &&
+           a.shadows == b.shadows && same(a.maxPressure, b.maxPressure) &&
+           same(a.maxAmplitude, b.maxAmplitude) && a.cycle == b.cycle &&
+           a.cycleSteps == b.cycleSteps && a.subsets == b.subsets &&
+           same(a.fieldRate, b.fieldRate) && a.denseOutlines == b.denseOutlines &&
+           same(a.monitorInterval, b.monitorInterval) && a.wishes == b.wishes &&
+           a.isSilenced == b.isSilenced;
 }
 
 } // namespace osgMidair

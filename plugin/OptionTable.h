@@ -2,6 +2,7 @@
 
 #include "haptics/base/Number.h"
 
+#include <cmath>
 #include <functional>
 #include <initializer_list>
 #include <string>
@@ -10,6 +11,12 @@
 
 namespace osgMidair
 {
+
+/// Equal, or neither a number: a NaN that stays is no change.
+inline bool same(double a, double b)
+{
+    return a == b || (std::isnan(a) && std::isnan(b));
+}
 
 /// One named value of a plain struct \a T: how it is read from text, what it may be, what it is for.
 template<typename T>

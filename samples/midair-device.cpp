@@ -2,6 +2,7 @@
 
 #include "DeviceTool.h"
 
+#include <cmath>
 #include <csignal>
 #include <exception>
 #include <iostream>
@@ -63,6 +64,13 @@ int main(int argc, char** argv)
     importing->add_option("FILE", options.file, "the .pat file")->required();
     importing->add_option("--out", options.out, "the array file")->required();
     CLI11_PARSE(app, argc, argv);
+    for (const double number : {options.seconds,
+                                options.rate_Hz,
+                                options.amplitude,
+                                options.radius_m,
+                                options.turnsPerSecond})
+        if (!std::isfinite(number)) // which a range doesn't refuse
+            return app.exit(CLI::ValidationError("options", "nan and inf are no numbers here"));
     std::signal(SIGINT, [](int) { interrupted = true; });
     std::signal(SIGTERM, [](int) { interrupted = true; });
     try

@@ -1,5 +1,7 @@
 #include "haptics/base/RegularFile.h"
 #include "plugin/Assignments.h"
+#include "plugin/Grants.h"
+#include "plugin/UserOptions.h"
 
 #include <osgMidair/HapticDevice>
 #include <osgMidair/HapticOverlays>
@@ -92,9 +94,10 @@ void LoaderOptions::parse(const std::string& text, const std::string& where)
     forEachAssignment(text,
                       [this, &where](const std::string& name, const std::string& value)
                       {
-                          if (name.empty()) return; // a flag of another plugin
                           std::string error;
-                          if (setOwn(name, value, error))
+                          if (name.empty()) // else a flag of another plugin
+                              error = cutListWarning(value);
+                          else if (setOwn(name, value, error))
                               ;
                           // An array and an object can both be enabled; the array is what one switches.
                           else if (knows(HapticSettings::describe(), name))
@@ -104,7 +107,8 @@ void LoaderOptions::parse(const std::string& text, const std::string& where)
                           else
                               error = "unknown option \"" + name + "\"";
                           if (!error.empty())
-                              OSG_WARN << "osgMidair: " << where << ": " << error << std::endl;
+                              OSG_WARN << "osgMidair: " << printable(where + ": " + error)
+                                       << std::endl;
                       });
 }
 
@@ -119,7 +123,7 @@ placed(osg::Node* model, const LoaderOptions& options, const std::string& fileNa
     const osg::Vec3d extent = osg::Vec3d(box._max) - osg::Vec3d(box._min);
     const double largest = std::max({extent.x(), extent.y(), extent.z()});
     if (!options.isSizeSet && largest > 1.0)
-        OSG_WARN << "osgMidair: " << fileName << " is " << largest
+        OSG_WARN << "osgMidair: " << printable(fileName) << " is " << largest
                  << " m across; give its size in metres: -O \"size=0.1\"" << std::endl;
     const bool moved = options.position.length2() > 0.0 || options.rotation_deg.length2() > 0.0;
     if ((!options.isSizeSet || largest <= 0.0) && !moved) return model;
@@ -170,12 +174,14 @@ public:
         }
         catch (const midair::base::FileError& error)
         {
-            return ReadResult("settings \"" + file + "\": " + error.what());
+            return ReadResult("settings \"" + printable(file) + "\": " + error.what());
         }
         LoaderOptions loader;
         loader.forDevice = true;
         loader.parse(text, file);
         if (options) loader.parse(options->getOptionString(), file);
+        if (options && options->getOptionString() != userOptions())
+            makeWishes(loader.settings, osgDB::getFilePath(file));
         return new HapticDevice(loader.settings, loader.property);
     }
 
@@ -184,7 +190,8 @@ public:
         if (!acceptsExtension(osgDB::getLowerCaseFileExtension(fileName)))
             return ReadResult::FILE_NOT_HANDLED;
         if (!settingsFile(fileName, options).empty())
-            return ReadResult(fileName + " holds settings: use it as --device " + fileName);
+            return ReadResult(printable(fileName) + " holds settings: use it as --device " +
+                              printable(fileName));
         const std::string modelName = osgDB::getNameLessExtension(fileName);
         if (osgDB::getFileExtension(modelName).empty()) return ReadResult::FILE_NOT_FOUND;
         osg::ref_ptr<osg::Node> model = osgDB::readRefNodeFile(modelName, options);
@@ -192,6 +199,7 @@ public:
 
         LoaderOptions loader;
         if (options) loader.parse(options->getOptionString(), fileName);
+        makeWishes(loader.settings, osgDB::getFilePath(osgDB::findDataFile(modelName, options)));
         osg::ref_ptr<HapticSurface> surface = new HapticSurface;
         surface->setName(osgDB::getSimpleFileName(modelName));
         surface->setProperty(loader.property);

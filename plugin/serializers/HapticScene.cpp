@@ -14,7 +14,7 @@ namespace
 
 using osgMidair::HapticScene;
 
-/// Nothing in the file: what stands around it, its folder and the user's options, when all of it was read.
+/// Nothing in the file: the end of it, when its folder and the user's options count.
 class EndOfScene : public osgDB::BaseSerializer
 {
 public:
@@ -33,8 +33,7 @@ public:
         std::optional<std::string> folder;
         if (options && !options->getDatabasePathList().empty())
             folder = options->getDatabasePathList().front();
-        static_cast<HapticScene&>(object).endReading(
-            folder, options ? options->getOptionString() : std::string());
+        static_cast<HapticScene&>(object).endReading(folder);
         return true;
     }
 

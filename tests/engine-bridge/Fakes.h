@@ -87,6 +87,7 @@ public:
     {
         ++_log->sends;
         if (_log->refuseSends) return false;
+        const std::lock_guard<std::mutex> lock(_mutex);
         midair::device::decode(signal, _played);
         for (const std::complex<float> q : _played)
             _log->loudestAmplitude = std::max(_log->loudestAmplitude.load(), std::abs(q));
@@ -95,14 +96,20 @@ public:
     void silence() override
     {
         ++_log->silences;
+        const std::lock_guard<std::mutex> lock(_mutex);
         std::fill(_played.begin(), _played.end(), 0.0f);
     }
     std::string status() const override { return "fake"; }
     midair::device::DeviceReport report() const override { return {}; }
-    std::vector<std::complex<float>> played() const override { return _played; }
+    std::vector<std::complex<float>> played() const override
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        return _played;
+    }
 
 private:
     std::shared_ptr<FakeLog> _log;
+    mutable std::mutex _mutex; ///< any thread may silence
     std::vector<std::complex<float>> _played;
 };
 

@@ -1,3 +1,4 @@
+#include "haptics/base/UserEnvironment.h"
 #include "plugin/Assignments.h"
 #include "plugin/Environment.h"
 #include "tests/fuzz/FuzzTargets.h"
@@ -61,6 +62,7 @@ void fuzzOptions(const std::uint8_t* data, std::size_t size)
 
 void fuzzEnvironment(const std::uint8_t* data, std::size_t size)
 {
+    midair::base::trustVariablesOfProgram(); // as if they had been there when it began
     std::istringstream lines(std::string(reinterpret_cast<const char*>(data), size));
     std::vector<std::string> names;
     for (std::string line; std::getline(lines, line);)

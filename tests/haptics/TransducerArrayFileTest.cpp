@@ -1,5 +1,6 @@
 #include "haptics/InputError.h"
 #include "haptics/TransducerArray.h"
+#include "haptics/base/UserEnvironment.h"
 
 #include <Eigen/Geometry>
 
@@ -222,6 +223,7 @@ TEST(TransducerArrayFile, OwnFoldersComeBeforeTheShippedOnes)
     const TemporaryFolder folder;
     folder.write("mine.json", "{" + kHead + "," + kOne + "}");
     folder.write("openmpd.json", "{" + kHead + "," + kOne + "}");
+    midair::base::trustVariablesOfProgram();
     ::setenv("OSG_MIDAIR_ARRAYS", ("/no/such/folder:" + folder.path()).c_str(), 1);
     const TransducerArray mine = TransducerArray::load("mine");
     const TransducerArray replaced = TransducerArray::load("openmpd");

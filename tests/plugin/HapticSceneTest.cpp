@@ -221,7 +221,7 @@ TEST(HapticScene, ACalibrationThatScalesIsRefused)
     viewer.frame();
     EXPECT_TRUE(
         says(*box.scene,
-             "calibration is not rigid (a scene unit is set by metresPerUnit); it is not used"));
+             "calibration is not rigid (a scene unit is set by metresPerUnit); nothing is played"));
 }
 
 TEST(HapticScene, ValuesOutOfRangeAreNamedWithTheNodePath)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine-bridge/HologramResult.h"
+#include "haptics/base/UserEnvironment.h"
 
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
@@ -16,6 +17,9 @@
 #include <functional>
 #include <string>
 #include <thread>
+
+/// Tests set variables as the user would before the program begins.
+inline const bool kTrustsItself = (midair::base::trustVariablesOfProgram(), true);
 
 /// OSG finds the kit's plugins in the build, wherever the tests run.
 inline void findPlugins()
