@@ -244,12 +244,11 @@ void Grants::applyDevice(HapticSettings& settings, const Told& told) const
             // Not even a URI: granted by nothing.
         }
         settings.device = "sim:";
-        told.refuse(
-            "the device",
-            asked,
-            "a file may only wish for what isn't sim: or null:, so sim: plays. To grant it: "
-            "OSG_MIDAIR_DEVICE, -O device=.., a --device file, or a name for it in " +
-                grantsFile());
+        told.refuse("the device",
+                    asked,
+                    "only the user opens anything but sim: and null:, so sim: plays. To grant it: "
+                    "OSG_MIDAIR_DEVICE, -O device=.., a --device file, or a name for it in " +
+                        grantsFile());
     }
 }
 
@@ -291,7 +290,7 @@ void Grants::applyHands(HapticSettings& settings, const Told& told) const
     }
     if (!wish) return;
     const std::string recorded = "recorded:";
-    std::string why = "a file may only wish for what isn't recorded:";
+    std::string why = "only the user opens anything but a recording beside the scene";
     if (asked.compare(0, recorded.size(), recorded) == 0) try
         {
             const std::string loop = "?loop";

@@ -173,9 +173,10 @@ void HapticEngine::submit()
 std::string HapticEngine::name() const
 {
     const osg::ref_ptr<osg::Node> node = root();
-    const std::string named = node ? " \"" + node->getName() + "\"" : std::string();
-    return _kind == OwnerKind::SCENE      ? "the HapticScene" + named
-           : _kind == OwnerKind::CALLBACK ? "the HapticCallback of" + named
+    const std::string named =
+        node && !node->getName().empty() ? " \"" + node->getName() + "\"" : "";
+    return _kind == OwnerKind::SCENE ? (named.empty() ? "a HapticScene" : "the HapticScene" + named)
+           : _kind == OwnerKind::CALLBACK ? "a HapticCallback"
                                           : "the viewer's --device";
 }
 
