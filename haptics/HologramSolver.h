@@ -61,7 +61,7 @@ enum class StopReason
     DEADLINE,
     SKIPPED, ///< nothing moved by more than the tolerance
     REFUSED, ///< the input is not solvable; message says why; activations are zero
-    STOPPED  ///< SolverOptions::stop asked for it; activations are zero, the next solve starts from nothing
+    STOPPED ///< SolverOptions::stop asked for it; activations are zero, the next solve starts from nothing
 };
 
 const char* stopReasonName(StopReason reason);

@@ -16,7 +16,7 @@ namespace
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kMostAmplitudeRate_Hz =
     500.0; // beyond it the skin feels nothing and the ear all the more
-constexpr double kMostFieldRate_Hz = 40e3; // a field a period
+constexpr double kMostFieldRate_Hz = 40e3;  // a field a period
 constexpr double kLeastFieldRate_Hz = 0.01; // times of far later steps are still times of the clock
 
 ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)

@@ -73,7 +73,8 @@ struct CollectorTest : testing::Test
     osg::ref_ptr<HapticSurface> first = new HapticSurface(shape.get());
     osg::ref_ptr<HapticSurface> second = new HapticSurface;
     std::vector<std::string> said;
-    SceneCollector collector{nullptr, [this](const std::string& message) { said.push_back(message); }};
+    SceneCollector collector{nullptr,
+                             [this](const std::string& message) { said.push_back(message); }};
     std::vector<HapticObject> objects;
 };
 
