@@ -48,7 +48,8 @@ void makeWishes(HapticSettings& settings, const std::string& folder)
         settings.wishes.device = settings.device;
     if (settings.hands != user.hands && settings.hands != none.hands)
         settings.wishes.hands = settings.hands;
-    settings.wishes.folder = folder;
+    const HapticWishes& wishes = settings.wishes;
+    if (wishes.array || wishes.device || wishes.hands) settings.wishes.folder = folder;
 }
 
 std::string cutListWarning(const std::string& word)

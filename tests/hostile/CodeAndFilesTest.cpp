@@ -136,9 +136,9 @@ TEST_P(Hostile, NoFileIsWrittenWithOptionsOrWhenDisabled)
     EXPECT_EQ(Workplace::read(victim), kPrecious);
 
     // The same file through the pseudo-loader.
-    const osg::ref_ptr<osgDB::Options> options = new osgDB::Options("device=null: array=board");
-    const osg::ref_ptr<osg::Node> wrapped = osgDB::readRefNodeFile(
-        _place.beside(std::string("scene.") + GetParam()) + ".haptic", options);
+    const CommandLine options("device=null: array=board");
+    const osg::ref_ptr<osg::Node> wrapped =
+        osgDB::readRefNodeFile(_place.beside(std::string("scene.") + GetParam()) + ".haptic");
     ASSERT_TRUE(wrapped);
     viewBriefly(*wrapped);
     EXPECT_EQ(Workplace::read(victim), kPrecious);

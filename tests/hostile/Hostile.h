@@ -75,6 +75,25 @@ private:
     bool _had = false;
 };
 
+/// The options of a command line, -O, as long as it lives.
+class CommandLine
+{
+public:
+    explicit CommandLine(const std::string& options) :
+        _before(osgDB::Registry::instance()->getOptions())
+    {
+        const osg::ref_ptr<osgDB::Options> given = new osgDB::Options(options);
+        given->setObjectCacheHint(osgDB::Options::CACHE_NONE);
+        osgDB::Registry::instance()->setOptions(given);
+    }
+    ~CommandLine() { osgDB::Registry::instance()->setOptions(_before); }
+    CommandLine(const CommandLine&) = delete;
+    CommandLine& operator=(const CommandLine&) = delete;
+
+private:
+    osg::ref_ptr<osgDB::Options> _before;
+};
+
 /// A scene of somebody else's that came as a file of the format under test: what it can do to the user who looks at it.
 class Hostile : public testing::TestWithParam<const char*>
 {
@@ -95,9 +114,8 @@ protected:
         change(*box.scene);
         const std::string file = _place.beside(std::string("scene.") + GetParam());
         EXPECT_TRUE(osgDB::writeNodeFile(*box.scene, file));
-        const osg::ref_ptr<osgDB::Options> given = new osgDB::Options(options);
-        given->setObjectCacheHint(osgDB::Options::CACHE_NONE);
-        osg::ref_ptr<osg::Node> node = osgDB::readRefNodeFile(file, given);
+        const CommandLine given(options);
+        osg::ref_ptr<osg::Node> node = osgDB::readRefNodeFile(file);
         auto* scene = dynamic_cast<osgMidair::HapticScene*>(node.get());
         EXPECT_NE(scene, nullptr);
         return scene;

@@ -57,13 +57,11 @@ protected:
     const Workplace _place;
 };
 
-/// A scene through -O or the like, in this process.
+/// A scene with options of the command line, in this process.
 osg::ref_ptr<HapticScene> withOptions(const std::string& file, const std::string& options)
 {
-    const osg::ref_ptr<osgDB::Options> before = osgDB::Registry::instance()->getOptions();
-    osgDB::Registry::instance()->setOptions(new osgDB::Options(options));
+    const CommandLine given(options);
     const osg::ref_ptr<osg::Node> node = osgDB::readRefNodeFile(file);
-    osgDB::Registry::instance()->setOptions(before);
     return dynamic_cast<HapticScene*>(node.get());
 }
 
