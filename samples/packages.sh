@@ -18,6 +18,7 @@ midair_test_packages=(
     libopenxr-loader1                     # loads the tests' own OpenXR runtime
     xvfb xauth                            # osgviewer in the tests
     locales                               # a locale with a decimal comma
+    psmisc procps                         # killall and pkill, which a guard has to survive
     clang-format-14
     clang                                 # libFuzzer
     valgrind                              # memory that was not set
