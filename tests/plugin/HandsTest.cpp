@@ -5,7 +5,9 @@
 #include <osgMidair/RigidBodyCallback>
 
 #include <algorithm>
+#include <chrono>
 #include <fstream>
+#include <thread>
 #include <vector>
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
@@ -215,12 +217,20 @@ TEST(Hands, ARecordingNamedInTheSettingsIsPlayed)
     TouchedBox box;
     box.scene->setHandSource(nullptr);
     box.scene->setHands("recorded:" + file);
-    for (double time = 5.0; time < 5.5; time += 0.01)
+    const auto frameAt = [&](double time)
     {
         box.viewer.viewer.advance(time);
         box.viewer.viewer.eventTraversal();
         box.viewer.viewer.updateTraversal();
+    };
+    // The file is read on a thread of its own, which may take longer than all frames here.
+    for (int i = 0; i < 1000 && box.scene->getStatistics().hands == 0; ++i)
+    {
+        frameAt(5.0);
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
+    for (double time = 5.0; time < 5.5; time += 0.01)
+        frameAt(time);
     ASSERT_EQ(box.diary->lines, (std::vector<std::string>{"enter box", "leave box"}));
     // 23 mm in 0.2 s, through 0 after 20/23 of it and past 4 mm after 7/23; frames of 10 ms.
     EXPECT_NEAR(box.diary->touches[0].time - 5.0, 0.2 * 20.0 / 23.0, 0.0101);
