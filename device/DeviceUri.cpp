@@ -1,6 +1,6 @@
 #include "device/DeviceUri.h"
 
-#include "haptics/base/Number.h"
+#include "haptics/base/text/Number.h"
 
 #include <algorithm>
 

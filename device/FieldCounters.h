@@ -1,7 +1,7 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
-#include "device/SteadyClock.h"
+#include "haptics/base/threads/SteadyClock.h"
 
 #include <mutex>
 
@@ -33,7 +33,7 @@ public:
             {
                 ++report.sent;
                 ++report.played;
-                report.lastHandedOver_s = steadySeconds();
+                report.lastHandedOver_s = base::steadySeconds();
                 report.latency_s = report.lastHandedOver_s - sentAt_s;
             });
     }

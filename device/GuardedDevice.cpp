@@ -4,7 +4,7 @@
 #include "device/DriveEncoder.h"
 #include "device/FieldCounters.h"
 #include "device/JointCommit.h"
-#include "haptics/base/Number.h"
+#include "haptics/base/text/Number.h"
 
 #include <algorithm>
 #include <array>
@@ -105,7 +105,7 @@ GuardedDevice::GuardedDevice(std::unique_ptr<ArrayDevice> device,
             "maxPressure",
             limits.maxPressure_Pa,
             "0 (none) to 1e6 Pa");
-    _accounted_s = steadySeconds();
+    _accounted_s = base::steadySeconds();
     if (limits.ramp_s > 0 || limits.meanDrive < 1 || limits.hold_s > 0)
         _thread = std::thread([this] { run(); });
 }
@@ -165,7 +165,7 @@ bool GuardedDevice::sendTogether(const DriveSignal& signal,
         if (joint != nullptr) joint->leave();
         return false;
     }
-    const double now_s = steadySeconds();
+    const double now_s = base::steadySeconds();
     _wanted = signal;
     _wantedPeak = peakAmplitude(signal);
     _wantedDrive = _limits.meanDrive < 1 ? meanSquare(signal) : 0;
@@ -196,7 +196,7 @@ void GuardedDevice::setMuted(bool muted)
 
 void GuardedDevice::noteSilence()
 {
-    account(steadySeconds());
+    account(base::steadySeconds());
     _sounds = false;
     _drive = 0;
     _ramp = 0;
@@ -208,7 +208,7 @@ void GuardedDevice::run()
     const double tick_s =
         std::min(0.02, _limits.ramp_s > 0 ? 0.002 : _limits.meanDriveTime_s / 100);
     std::unique_lock<std::mutex> lock(_mutex);
-    double last_s = steadySeconds();
+    double last_s = base::steadySeconds();
     while (!_closing || (_sounds && _ramp > 0 && _limits.ramp_s > 0))
     {
         if (_sounds)
@@ -218,10 +218,10 @@ void GuardedDevice::run()
         else
         {
             _wake.wait(lock, [&] { return _sounds || _closing; });
-            last_s = steadySeconds();
+            last_s = base::steadySeconds();
         }
         if (!_sounds) continue;
-        const double now_s = steadySeconds();
+        const double now_s = base::steadySeconds();
         const double step = _limits.ramp_s > 0 ? (now_s - last_s) / _limits.ramp_s : 1;
         last_s = now_s;
         _ramp = std::clamp(_closing ? _ramp - step : _ramp + step, 0.0, 1.0);

@@ -1,7 +1,7 @@
 // A finger comes down on a box that a Bullet body carries through the array, without a window: what is touched, how much of
 // the box is solved for it, and what its shadow takes away. Run it with a hand recording to play that instead.
 
-#include "engine-bridge/HologramResult.h"
+#include "engine-bridge/pipeline/HologramResult.h"
 
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>

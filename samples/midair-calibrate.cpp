@@ -1,8 +1,8 @@
 // Finds the rigid matrix from a scene's world to the array from spots measured in both, and says how good it is.
 
-#include "engine-bridge/Calibration.h"
-#include "engine-bridge/Convert.h"
-#include "haptics/InputError.h"
+#include "engine-bridge/calibration/Calibration.h"
+#include "engine-bridge/scene/Convert.h"
+#include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 
 #include <osgMidair/HapticScene>
@@ -54,7 +54,7 @@ bridge::PointPairs readPairsFromStdin()
     std::cin.read(text.data(), static_cast<std::streamsize>(text.size()));
     text.resize(static_cast<std::size_t>(std::cin.gcount()));
     if (text.size() > kMostBytes)
-        throw haptics::InputError("stdin has over 16 MiB, should have at most as much");
+        throw base::InputError("stdin has over 16 MiB, should have at most as much");
     std::istringstream in(text);
     return bridge::readPointPairs(in, "stdin");
 }
@@ -69,8 +69,8 @@ bridge::PointPairs readPairs(const std::string& path)
     }
     catch (const base::FileError& error)
     {
-        throw haptics::InputError("point pairs \"" + path + "\": " + error.what() +
-                                  "; give a file of point pairs, or - for stdin");
+        throw base::InputError("point pairs \"" + path + "\": " + error.what() +
+                               "; give a file of point pairs, or - for stdin");
     }
 }
 
@@ -90,7 +90,7 @@ void writeMatrix(const std::string& path, const Eigen::Isometry3d& worldToArray)
     out << "# array = M world, column vectors, metres\n"
         << std::setprecision(17) << worldToArray.matrix() << "\n";
     out.flush();
-    if (!out) throw haptics::InputError("can't write the matrix to \"" + path + "\"");
+    if (!out) throw base::InputError("can't write the matrix to \"" + path + "\"");
 }
 
 /// Sets the calibration of every HapticScene that it meets.
@@ -135,14 +135,14 @@ void writeScene(const std::string& from,
 {
     findKit();
     const osg::ref_ptr<osg::Node> scene = osgDB::readRefNodeFile(from);
-    if (!scene) throw haptics::InputError("can't read the scene \"" + from + "\"");
+    if (!scene) throw base::InputError("can't read the scene \"" + from + "\"");
     SetCalibration set(worldToArray);
     scene->accept(set);
     if (set.scenes == 0)
-        throw haptics::InputError("there is no osgMidair::HapticScene in \"" + from +
-                                  "\" to hold a calibration");
+        throw base::InputError("there is no osgMidair::HapticScene in \"" + from +
+                               "\" to hold a calibration");
     if (!osgDB::writeNodeFile(*scene, to))
-        throw haptics::InputError("can't write the scene to \"" + to + "\"");
+        throw base::InputError("can't write the scene to \"" + to + "\"");
     std::cout << "calibration written into " << set.scenes << " HapticScene of " << to << "\n";
 }
 
@@ -195,7 +195,7 @@ int main(int argc, char** argv)
     {
         return calibrate(settings);
     }
-    catch (const haptics::InputError& error)
+    catch (const base::InputError& error)
     {
         std::cerr << "midair-calibrate: " << error.what() << "\n";
         return WRONG_INPUT;

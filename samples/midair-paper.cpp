@@ -1,11 +1,11 @@
 // midair-paper: the scenes of Inoue, Makino, Shinoda (World Haptics 2015), solved anew: prints the figures, draws the fields.
 
 #include "device/DriveEncoder.h"
-#include "haptics/HologramSolver.h"
-#include "haptics/PressureField.h"
-#include "haptics/PropagationMatrix.h"
-#include "haptics/TriangleMesh.h"
-#include "samples/FieldImage.h"
+#include "haptics/propagation/PressureField.h"
+#include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/solvers/HologramSolver.h"
+#include "haptics/surface/TriangleMesh.h"
+#include "samples/views/FieldImage.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "haptics/base/RegularFile.h"
-#include "plugin/Assignments.h"
-#include "plugin/Grants.h"
-#include "plugin/UserOptions.h"
+#include "plugin/settings/Assignments.h"
+#include "plugin/settings/Grants.h"
+#include "plugin/settings/UserOptions.h"
 
 #include <osgMidair/HapticDevice>
 #include <osgMidair/HapticOverlays>

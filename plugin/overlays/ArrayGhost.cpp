@@ -1,6 +1,6 @@
-#include "engine-bridge/HologramResult.h"
-#include "haptics/TransducerArray.h"
-#include "plugin/overlays/Discs.h"
+#include "engine-bridge/pipeline/HologramResult.h"
+#include "haptics/array/TransducerArray.h"
+#include "plugin/overlays/DiscGeometry.h"
 
 #include <osgMidair/ArrayGhost>
 #include <osgMidair/ColorMap>

@@ -1,5 +1,5 @@
-#include "engine-bridge/HologramResult.h"
-#include "plugin/overlays/Discs.h"
+#include "engine-bridge/pipeline/HologramResult.h"
+#include "plugin/overlays/DiscGeometry.h"
 
 #include <osgMidair/ColorMap>
 #include <osgMidair/ControlPointOverlay>

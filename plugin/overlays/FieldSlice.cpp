@@ -1,7 +1,7 @@
 #include "plugin/overlays/FieldSlice.h"
 
-#include "engine-bridge/HologramResult.h"
-#include "plugin/overlays/Discs.h"
+#include "engine-bridge/pipeline/HologramResult.h"
+#include "plugin/overlays/DiscGeometry.h"
 
 #include <osgMidair/ColorMap>
 

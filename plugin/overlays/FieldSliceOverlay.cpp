@@ -1,6 +1,6 @@
-#include "device/SteadyClock.h"
-#include "engine-bridge/HologramResult.h"
-#include "plugin/overlays/Discs.h"
+#include "engine-bridge/pipeline/HologramResult.h"
+#include "haptics/base/threads/SteadyClock.h"
+#include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/FieldSlice.h"
 #include "plugin/overlays/GpuSlice.h"
 
@@ -194,7 +194,7 @@ void FieldSliceOverlay::setResult(
     }
     request.range_Pa = _range_Pa;
     if (!_worker) _worker = std::make_unique<Worker>(); // a thread only where something is shown
-    const double now = midair::device::steadySeconds();
+    const double now = midair::base::steadySeconds();
     // The first range has to come before the GPU can colour.
     const bool onGpu = _gpu && _shownRange_Pa > 0.0F;
     if (onGpu) showOnGpu(request);
@@ -262,7 +262,7 @@ void FieldSliceOverlay::place(const SliceRequest& request)
 void FieldSliceOverlay::count(std::uint64_t frame)
 {
     _shownFrame = frame;
-    const double now = midair::device::steadySeconds();
+    const double now = midair::base::steadySeconds();
     // Smoothed over about a second's worth of slices.
     if (_lastShown_s > 0.0)
         _slicesPerSecond += 0.1 * (1.0 / std::max(1e-4, now - _lastShown_s) - _slicesPerSecond);

@@ -1,8 +1,8 @@
 #include "plugin/overlays/FieldVolume.h"
 
-#include "engine-bridge/HologramResult.h"
-#include "haptics/PressureField.h"
-#include "plugin/overlays/Discs.h"
+#include "engine-bridge/pipeline/HologramResult.h"
+#include "haptics/propagation/PressureField.h"
+#include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/FieldSlice.h"
 
 #include <osgMidair/ColorMap>

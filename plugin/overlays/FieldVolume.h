@@ -1,8 +1,8 @@
 #pragma once
 
-#include "haptics/FieldLattice.h"
-#include "haptics/Medium.h"
-#include "haptics/TransducerArray.h"
+#include "haptics/array/Medium.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/propagation/FieldLattice.h"
 #include "plugin/overlays/LatestWorker.h"
 
 #include <osgMidair/FieldVolumeOverlay>

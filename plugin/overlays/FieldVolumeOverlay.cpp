@@ -1,6 +1,6 @@
-#include "device/SteadyClock.h"
-#include "engine-bridge/HologramResult.h"
-#include "plugin/overlays/Discs.h"
+#include "engine-bridge/pipeline/HologramResult.h"
+#include "haptics/base/threads/SteadyClock.h"
+#include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/FieldVolume.h"
 
 #include <osgMidair/FieldVolumeOverlay>
@@ -148,7 +148,7 @@ void FieldVolumeOverlay::show(const FieldVolume& volume)
     _shownRange_Pa = volume.range_Pa;
     _shownFrame = volume.frame;
     _compute_ms = volume.compute_ms;
-    const double now = midair::device::steadySeconds();
+    const double now = midair::base::steadySeconds();
     if (_lastShown_s > 0.0)
         _volumesPerSecond += 0.2 * (1.0 / std::max(1e-4, now - _lastShown_s) - _volumesPerSecond);
     _lastShown_s = now;

@@ -1,8 +1,8 @@
 #include "plugin/overlays/GpuSlice.h"
 
-#include "engine-bridge/HologramResult.h"
-#include "haptics/base/Number.h"
-#include "plugin/overlays/Discs.h"
+#include "engine-bridge/pipeline/HologramResult.h"
+#include "haptics/base/text/Number.h"
+#include "plugin/overlays/DiscGeometry.h"
 
 #include <osgMidair/ColorMap>
 

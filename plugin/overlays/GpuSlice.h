@@ -1,7 +1,7 @@
 #pragma once
 
-#include "haptics/Medium.h"
-#include "haptics/TransducerArray.h"
+#include "haptics/array/Medium.h"
+#include "haptics/array/TransducerArray.h"
 #include "plugin/overlays/FieldSlice.h"
 
 #include <osg/Camera>

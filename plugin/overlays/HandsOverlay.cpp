@@ -1,8 +1,8 @@
-#include "engine-bridge/Hand.h"
-#include "engine-bridge/HandProximity.h"
-#include "haptics/base/PlainText.h"
-#include "plugin/overlays/Discs.h"
-#include "plugin/overlays/Flat.h"
+#include "engine-bridge/hands/Hand.h"
+#include "engine-bridge/hands/HandProximity.h"
+#include "haptics/base/text/PlainText.h"
+#include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/PixelDrawing.h"
 
 #include <osgMidair/HandsOverlay>
 
@@ -146,7 +146,7 @@ void HandsOverlay::setHands(const std::vector<midair::bridge::HandCapsule>& caps
         if (mark == _marks.end())
         {
             mark = _marks.emplace(_marks.end());
-            mark->label = flat::text("", {}, 0.010F, osg::Vec4(kTouching, 1.0F));
+            mark->label = pixels::text("", {}, 0.010F, osg::Vec4(kTouching, 1.0F));
             mark->label->setAxisAlignment(osgText::TextBase::SCREEN);
             drawTranslucent(*mark->label, POINT_BIN);
             addChild(mark->label);

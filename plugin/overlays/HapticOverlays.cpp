@@ -1,7 +1,7 @@
-#include "engine-bridge/Hand.h"
-#include "haptics/Medium.h"
-#include "haptics/TransducerArray.h"
-#include "plugin/HapticEngine.h"
+#include "engine-bridge/hands/Hand.h"
+#include "haptics/array/Medium.h"
+#include "haptics/array/TransducerArray.h"
+#include "plugin/engine/HapticEngine.h"
 
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticScene>

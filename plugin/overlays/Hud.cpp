@@ -1,8 +1,8 @@
-#include "device/SteadyClock.h"
-#include "engine-bridge/HologramResult.h"
-#include "haptics/base/PlainText.h"
-#include "plugin/overlays/Discs.h"
-#include "plugin/overlays/Sheet.h"
+#include "engine-bridge/pipeline/HologramResult.h"
+#include "haptics/base/text/PlainText.h"
+#include "haptics/base/threads/SteadyClock.h"
+#include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/TextPanel.h"
 
 #include <osgMidair/Hud>
 
@@ -34,12 +34,12 @@ using midair::base::plainText;
 /// \a text in lines of at most \a width, broken between words; at most two, the rest is left out.
 std::vector<std::string> twoLines(const std::string& text, float width)
 {
-    if (flat::Sheet::width(text, kTextSize) <= width) return {text};
+    if (pixels::TextPanel::width(text, kTextSize) <= width) return {text};
     std::size_t end = std::string::npos;
     for (std::size_t at = text.find(' '); at != std::string::npos; at = text.find(' ', at + 1))
-        if (flat::Sheet::width(text.substr(0, at), kTextSize) <= width) end = at;
-    if (end == std::string::npos) return {flat::Sheet::fitted(text, kTextSize, width)};
-    return {text.substr(0, end), flat::Sheet::fitted(text.substr(end + 1), kTextSize, width)};
+        if (pixels::TextPanel::width(text.substr(0, at), kTextSize) <= width) end = at;
+    if (end == std::string::npos) return {pixels::TextPanel::fitted(text, kTextSize, width)};
+    return {text.substr(0, end), pixels::TextPanel::fitted(text.substr(end + 1), kTextSize, width)};
 }
 
 } // namespace
@@ -51,9 +51,9 @@ public:
     using Rows = std::vector<std::pair<std::string, std::string>>;
 
     Panel() :
-        topLeft(new flat::Sheet),
-        bottomLeft(new flat::Sheet),
-        bottomRight(new flat::Sheet),
+        topLeft(new pixels::TextPanel),
+        bottomLeft(new pixels::TextPanel),
+        bottomRight(new pixels::TextPanel),
         error("error rms", "%"),
         latency("latency", "ms")
     {
@@ -65,7 +65,7 @@ public:
     /// Names and values, values that are too long in two lines; below them \a message.
     void drawFigures(const Rows& rows, const std::string& message)
     {
-        flat::Sheet& sheet = *topLeft;
+        pixels::TextPanel& sheet = *topLeft;
         sheet.clear();
         std::vector<std::vector<std::string>> values;
         std::size_t lines = 0;
@@ -77,7 +77,7 @@ public:
         const float bottom = -kMargin - 34.0F - kRow * static_cast<float>(lines);
         sheet.strokes().rectangle({kMargin, bottom}, {kMargin + kPanelWidth, -kMargin}, kPanel);
         const float x = kMargin + 8.0F;
-        sheet.text(flat::Sheet::fitted(title, kTextSize + 1.0F, kPanelWidth - 16.0F),
+        sheet.text(pixels::TextPanel::fitted(title, kTextSize + 1.0F, kPanelWidth - 16.0F),
                    {x, -kMargin - 18.0F},
                    kTextSize + 1.0F,
                    kBright);
@@ -90,8 +90,8 @@ public:
         }
         if (!message.empty())
         {
-            const std::string fits = flat::Sheet::fitted(message, kTextSize, kMessageWidth);
-            const float width = flat::Sheet::width(fits, kTextSize) + 16.0F;
+            const std::string fits = pixels::TextPanel::fitted(message, kTextSize, kMessageWidth);
+            const float width = pixels::TextPanel::width(fits, kTextSize) + 16.0F;
             sheet.strokes().rectangle(
                 {kMargin, bottom - 26.0F}, {kMargin + width, bottom - 4.0F}, kPanel);
             sheet.text(fits, {x, bottom - 20.0F}, kTextSize, kWarning);
@@ -101,7 +101,7 @@ public:
 
     void drawCourses()
     {
-        flat::Sheet& sheet = *bottomLeft;
+        pixels::TextPanel& sheet = *bottomLeft;
         sheet.clear();
         sheet.strokes().rectangle({kMargin, kMargin}, {kMargin + 226.0F, kMargin + 112.0F}, kPanel);
         error.draw(sheet, {kMargin + 8.0F, kMargin + 64.0F}, {132.0F, 28.0F});
@@ -112,10 +112,10 @@ public:
     /// Scales from the bottom up; those whose range is 0 are left out.
     void drawScales(float field_Pa, float volume_Pa)
     {
-        std::vector<flat::Scale> scales;
+        std::vector<pixels::Scale> scales;
         const auto add = [&](const ColorMap& map, const char* heading, float height)
         {
-            flat::Scale scale;
+            pixels::Scale scale;
             scale.map = &map;
             scale.heading = heading;
             scale.size = {14.0F, height};
@@ -130,26 +130,26 @@ public:
             add(ColorMap::radiation(), "radiation, Pa", 84.0F)->label(volume_Pa, 5);
         if (field_Pa > 0.0F)
             add(ColorMap::pressure(), "|p| (peak), Pa", 118.0F)->label(field_Pa, 6);
-        flat::Sheet& sheet = *bottomRight;
+        pixels::TextPanel& sheet = *bottomRight;
         sheet.clear();
         float y = kMargin + 14.0F;
-        for (flat::Scale& scale : scales)
+        for (pixels::Scale& scale : scales)
         {
             scale.lowerLeft = {-kMargin - 96.0F, y};
             y += scale.size.y() + 40.0F;
         }
         sheet.strokes().rectangle({-kMargin - 104.0F, kMargin}, {-kMargin, y - 14.0F}, kPanel);
-        for (const flat::Scale& scale : scales)
+        for (const pixels::Scale& scale : scales)
             scale.draw(sheet, 12.0F, kBright);
         sheet.finish();
     }
 
-    osg::ref_ptr<flat::Sheet> topLeft;
-    osg::ref_ptr<flat::Sheet> bottomLeft;
-    osg::ref_ptr<flat::Sheet> bottomRight;
+    osg::ref_ptr<pixels::TextPanel> topLeft;
+    osg::ref_ptr<pixels::TextPanel> bottomLeft;
+    osg::ref_ptr<pixels::TextPanel> bottomRight;
     std::string title = "osgMidair";
-    flat::Sparkline error;
-    flat::Sparkline latency;
+    pixels::Sparkline error;
+    pixels::Sparkline latency;
 };
 
 namespace
@@ -165,7 +165,7 @@ void addSpared(std::vector<std::pair<std::string, std::string>>& rows,
         for (const auto& [count, what] : counts)
             if (count > 0)
                 text +=
-                    (text.empty() ? "" : ", ") + flat::number(static_cast<double>(count)) + what;
+                    (text.empty() ? "" : ", ") + pixels::number(static_cast<double>(count)) + what;
         return text;
     };
     const std::string left = line({{counters.rowsKept, " unmoved"},
@@ -190,7 +190,7 @@ Hud::Hud() : _panel(std::make_unique<Panel>())
     addChild(_panel->topLeft);
     addChild(_panel->bottomLeft);
     addChild(_panel->bottomRight);
-    flat::paintInOrder(*this, HUD_BIN);
+    pixels::paintInOrder(*this, HUD_BIN);
     setNumChildrenRequiringUpdateTraversal(1);
 }
 
@@ -236,7 +236,7 @@ void Hud::setResult(const std::shared_ptr<const midair::bridge::HologramResult>&
 void Hud::update()
 {
     ++_frames;
-    const double now = midair::device::steadySeconds();
+    const double now = midair::base::steadySeconds();
     if (now - _lastUpdate_s < _updateInterval_s || !_result) return;
     if (_lastUpdate_s > 0.0) _frameRate = _frames / (now - _lastUpdate_s);
     _frames = 0;
@@ -267,7 +267,7 @@ void Hud::update()
             plainText("%.1f %% at most", 100.0 * r.monitored->certificate.gapOfPhases()));
     if (r.report.surface.samples > 0)
         rows.emplace_back("surface cv", plainText("%.2f", r.report.surface.coefficientOfVariation));
-    rows.emplace_back("pressure", flat::number(std::round(report.level_Pa)) + " Pa (peak)");
+    rows.emplace_back("pressure", pixels::number(std::round(report.level_Pa)) + " Pa (peak)");
     rows.emplace_back("latency", plainText("%.1f ms", r.latency_ms));
     if (sliceShown) rows.emplace_back("slice", plainText("%.0f / s", slice->getSlicesPerSecond()));
     if (volumeShown)

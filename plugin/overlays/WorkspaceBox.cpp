@@ -1,5 +1,5 @@
-#include "plugin/overlays/Discs.h"
-#include "plugin/overlays/Flat.h"
+#include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/PixelDrawing.h"
 
 #include <osgMidair/WorkspaceBox>
 
@@ -20,7 +20,7 @@ const osg::Vec4 kInk(0.78F, 0.82F, 0.88F, 0.9F);
 osg::ref_ptr<osgText::Text> label(const std::string& content, const osg::Vec3& position, float size)
 {
     osg::ref_ptr<osgText::Text> made =
-        flat::text(content, {}, size, kInk, osgText::TextBase::CENTER_CENTER);
+        pixels::text(content, {}, size, kInk, osgText::TextBase::CENTER_CENTER);
     made->setPosition(position);
     made->setAxisAlignment(osgText::TextBase::SCREEN);
     return made;
@@ -58,7 +58,7 @@ void WorkspaceBox::setBox(const osg::BoundingBox& box_m)
         osg::Vec3 outward(side, -1.0F, -1.0F);
         outward[axis] = 0.0F;
         outward.normalize();
-        for (const double tick : flat::ticks(1e3 * _box._min[axis], 1e3 * _box._max[axis], 5))
+        for (const double tick : pixels::ticks(1e3 * _box._min[axis], 1e3 * _box._max[axis], 5))
         {
             osg::Vec3 at(axis == 2 ? _box.xMax() : _box.xMin(), _box.yMin(), _box.zMin());
             at[axis] = static_cast<float>(1e-3 * tick);
@@ -70,7 +70,7 @@ void WorkspaceBox::setBox(const osg::BoundingBox& box_m)
         osg::Vec3 beyond = outward * 0.9F;
         beyond[axis] = 0.6F;
         addChild(label(std::string(1, "xyz"[axis]) + " = " +
-                           flat::number(std::round(1e3 * _box._max[axis])) + " mm",
+                           pixels::number(std::round(1e3 * _box._max[axis])) + " mm",
                        end + beyond * textSize,
                        textSize));
     }

@@ -1,4 +1,4 @@
-#include "SinceVersion.h"
+#include "plugin/serializers/SinceVersion.h"
 
 #include <osgMidair/HapticScene>
 

@@ -1,10 +1,10 @@
 // How tight and how fast the certificate is, and how far every method's field is from the best that exists: equal targets
 // on a Fibonacci sphere in the octagonal prism, one thread, G, K and M included.
-#include "haptics/Certificate.h"
-#include "haptics/HologramSolver.h"
-#include "haptics/InputError.h"
-#include "haptics/PropagationKernels.h"
-#include "tests/haptics/ScenePoints.h"
+#include "haptics/base/InputError.h"
+#include "haptics/propagation/kernels/PropagationKernels.h"
+#include "haptics/solvers/HologramSolver.h"
+#include "haptics/solvers/certificate/Certificate.h"
+#include "tests/haptics/solvers/ScenePoints.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -147,7 +147,7 @@ int main(int argc, char** argv)
         printCertificates(arguments);
         if (arguments.solvers) printSolvers(arguments);
     }
-    catch (const InputError& error)
+    catch (const midair::base::InputError& error)
     {
         std::fprintf(stderr, "midair-certificate-bench: %s\n", error.what());
         return 2;

@@ -3,8 +3,8 @@
 #include "device/ArrayDevice.h"
 #include "device/DriveEncoder.h"
 #include "device/FieldCounters.h"
-#include "device/Protocol.h"
-#include "device/UsbTransferPool.h"
+#include "device/usb/Protocol.h"
+#include "device/usb/UsbTransferPool.h"
 
 #include <algorithm>
 #include <atomic>
@@ -59,9 +59,9 @@ void encoding()
     std::vector<double> times_us;
     for (int i = 0; i < 3000; ++i)
     {
-        const double start_s = steadySeconds();
+        const double start_s = midair::base::steadySeconds();
         encode(q.data(), kTransducers, signal);
-        times_us.push_back((steadySeconds() - start_s) * 1e6);
+        times_us.push_back((midair::base::steadySeconds() - start_s) * 1e6);
     }
     std::printf("encode_us,%d,median,%.2f,p99,%.2f\n",
                 kTransducers,
@@ -75,15 +75,15 @@ void simulation(double seconds)
     DriveSignal signal;
     signal.phase.assign(kTransducers, 0);
     signal.duty.assign(kTransducers, 255);
-    const double start_s = steadySeconds();
-    while (steadySeconds() < start_s + seconds)
+    const double start_s = midair::base::steadySeconds();
+    while (midair::base::steadySeconds() < start_s + seconds)
     {
         ++signal.phase[0];
         device->send(signal);
     }
     const DeviceReport report = device->report();
     std::printf("sim,fields_per_s,%.0f\n",
-                static_cast<double>(report.played) / (steadySeconds() - start_s));
+                static_cast<double>(report.played) / (midair::base::steadySeconds() - start_s));
 }
 
 #ifdef MIDAIR_HAS_UMOCKDEV
@@ -98,7 +98,7 @@ void printTimes(const char* what, std::vector<double>& times_ms)
 
 void sleepUntil(double time_s)
 {
-    const double wait_s = time_s - steadySeconds();
+    const double wait_s = time_s - midair::base::steadySeconds();
     if (wait_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(wait_s));
 }
 
@@ -117,12 +117,12 @@ public:
 private:
     void run()
     {
-        double due_s = steadySeconds();
+        double due_s = midair::base::steadySeconds();
         while (!_stop)
         {
-            due_s = std::max(due_s + 1e-3, steadySeconds());
+            due_s = std::max(due_s + 1e-3, midair::base::steadySeconds());
             sleepUntil(due_s);
-            _late_ms.push_back((steadySeconds() - due_s) * 1e3);
+            _late_ms.push_back((midair::base::steadySeconds() - due_s) * 1e3);
         }
     }
     std::atomic<bool> _stop{false};
@@ -139,8 +139,8 @@ public:
         array.onField = [this](const std::uint8_t* bytes)
         {
             std::lock_guard<std::mutex> lock(_mutex);
-            _latencies_ms.push_back((steadySeconds() - _sent_s[bytes[16] + 256U * bytes[17]]) *
-                                    1e3);
+            _latencies_ms.push_back(
+                (midair::base::steadySeconds() - _sent_s[bytes[16] + 256U * bytes[17]]) * 1e3);
         };
     }
     void stamp(DriveSignal& signal, unsigned i)
@@ -148,7 +148,7 @@ public:
         signal.phase[0] = static_cast<std::uint8_t>(i);
         signal.phase[1] = static_cast<std::uint8_t>(i >> 8);
         std::lock_guard<std::mutex> lock(_mutex);
-        _sent_s[i & 0xFFFF] = steadySeconds();
+        _sent_s[i & 0xFFFF] = midair::base::steadySeconds();
     }
     std::vector<double> take()
     {
@@ -187,7 +187,7 @@ void emulation(double seconds, double rate_Hz)
     DriveSignal signal = fullDrive();
     const std::vector<protocol::Range> ranges = protocol::ranges(octagon());
     std::vector<std::uint8_t> bytes;
-    const double start_s = steadySeconds();
+    const double start_s = midair::base::steadySeconds();
     const auto fields = static_cast<unsigned>(seconds * rate_Hz);
     for (unsigned i = 0; i < fields; ++i)
     {
@@ -205,7 +205,7 @@ void stream(ArrayDevice& device, WireClock& clock, double seconds, double rate_H
 {
     DriveSignal signal = fullDrive();
     const DeviceReport before = device.report();
-    const double start_s = steadySeconds();
+    const double start_s = midair::base::steadySeconds();
     const auto fields = static_cast<unsigned>(seconds * rate_Hz);
     for (unsigned i = 0; i < fields; ++i)
     {
@@ -213,7 +213,7 @@ void stream(ArrayDevice& device, WireClock& clock, double seconds, double rate_H
         device.send(signal);
         sleepUntil(start_s + (i + 1) / rate_Hz);
     }
-    const double passed_s = steadySeconds() - start_s;
+    const double passed_s = midair::base::steadySeconds() - start_s;
     const DeviceReport report = device.report();
     std::vector<double> latencies_ms = clock.take();
     std::printf("usb,sent_per_s,%.0f,played_per_s,%.0f,dropped,%llu,lost,%llu\n",
@@ -229,8 +229,8 @@ void flatOut(ArrayDevice& device, WireClock& clock, double seconds)
 {
     DriveSignal signal = fullDrive();
     const std::uint64_t before = device.report().played;
-    const double start_s = steadySeconds();
-    for (unsigned i = 0; steadySeconds() < start_s + seconds;)
+    const double start_s = midair::base::steadySeconds();
+    for (unsigned i = 0; midair::base::steadySeconds() < start_s + seconds;)
     {
         if (device.report().pending < 4)
         {
@@ -240,7 +240,7 @@ void flatOut(ArrayDevice& device, WireClock& clock, double seconds)
         else
             std::this_thread::sleep_for(std::chrono::microseconds(50));
     }
-    const double passed_s = steadySeconds() - start_s;
+    const double passed_s = midair::base::steadySeconds() - start_s;
     std::printf("usb,flat_out_played_per_s,%.0f\n",
                 static_cast<double>(device.report().played - before) / passed_s);
     clock.take();
@@ -256,7 +256,7 @@ void mutes(EmulatedArray& array, ArrayDevice& device)
     array.onControl = [arrival](const std::uint8_t*)
     {
         double none = 0;
-        arrival->compare_exchange_strong(none, steadySeconds()); // the first counts
+        arrival->compare_exchange_strong(none, midair::base::steadySeconds()); // the first counts
     };
     const DriveSignal signal = fullDrive();
     std::vector<double> times_ms;
@@ -268,9 +268,9 @@ void mutes(EmulatedArray& array, ArrayDevice& device)
             std::this_thread::sleep_for(std::chrono::microseconds(200));
         }
         arrived_s = 0;
-        const double start_s = steadySeconds();
+        const double start_s = midair::base::steadySeconds();
         device.silence();
-        while (arrived_s == 0 && steadySeconds() < start_s + 1)
+        while (arrived_s == 0 && midair::base::steadySeconds() < start_s + 1)
             std::this_thread::sleep_for(std::chrono::microseconds(20));
         times_ms.push_back((arrived_s - start_s) * 1e3);
     }
@@ -308,7 +308,7 @@ private:
     void note(int i)
     {
         const std::lock_guard<std::mutex> lock(_mutex);
-        _came_s[i][_field[i]] = steadySeconds();
+        _came_s[i][_field[i]] = midair::base::steadySeconds();
     }
     std::mutex _mutex;
     unsigned _field[2] = {}; ///< umockdev's thread's
@@ -328,7 +328,7 @@ void twoArrays(double seconds, double rate_Hz)
     DriveSignal signal = fullDrive();
     std::vector<double> handedOver_ms;
     double skew_s = 0;
-    const double start_s = steadySeconds();
+    const double start_s = midair::base::steadySeconds();
     const auto fields = static_cast<unsigned>(seconds * rate_Hz);
     for (unsigned i = 0; i < fields; ++i)
     {

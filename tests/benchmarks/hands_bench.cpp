@@ -1,8 +1,8 @@
 // What hands cost a frame: touch against meshes of several sizes, reach, and shadows over the array.
 
-#include "engine-bridge/HandProximity.h"
-#include "engine-bridge/Obstacles.h"
-#include "tests/engine-bridge/SphereMesh.h"
+#include "engine-bridge/hands/HandProximity.h"
+#include "engine-bridge/hands/Obstacles.h"
+#include "tests/engine-bridge/pipeline/SphereMesh.h"
 
 #include <algorithm>
 #include <cmath>

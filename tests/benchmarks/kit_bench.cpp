@@ -1,9 +1,9 @@
 // What the kit costs an application: collecting 10 haptic nodes out of 10,000 and handing a snapshot over, a scene in which
 // nothing moves, and the time from a frame's stamp to the drive signal while a viewer draws.
 
-#include "engine-bridge/HologramThread.h"
-#include "plugin/HapticEngine.h"
-#include "samples/Offscreen.h"
+#include "engine-bridge/pipeline/HologramThread.h"
+#include "plugin/engine/HapticEngine.h"
+#include "samples/views/Offscreen.h"
 
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>

@@ -1,8 +1,8 @@
 // How long a mesh takes to sample, and how well the samples keep what the sampler promises.
-#include "haptics/InputError.h"
-#include "haptics/PointGrid.h"
-#include "haptics/SurfaceSampler.h"
-#include "tests/haptics/SampleMeshes.h"
+#include "haptics/base/InputError.h"
+#include "haptics/surface/PointGrid.h"
+#include "haptics/surface/SurfaceSampler.h"
+#include "tests/haptics/surface/SampleMeshes.h"
 
 #include <algorithm>
 #include <chrono>
@@ -179,7 +179,7 @@ int main(int argc, char** argv)
             report(name + "+", refined(mesh, triangles), options, repeats);
         }
     }
-    catch (const InputError& error)
+    catch (const midair::base::InputError& error)
     {
         std::fprintf(stderr, "%s\n", error.what());
         return 1;

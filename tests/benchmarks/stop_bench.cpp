@@ -1,14 +1,14 @@
 // How soon a solve ends once it is asked to: each solver with few and many points, a million iterations, from the request to
 // the return, in wall time and in time of the thread that solves. Then whole scenes with settings that take long, from closing
 // until the thread is gone, and the most memory that was used by then.
-#include "engine-bridge/HologramThread.h"
-#include "haptics/HologramSolver.h"
-#include "haptics/InputError.h"
-#include "haptics/StopToken.h"
-#include "haptics/ThreadPool.h"
-#include "tests/engine-bridge/Fakes.h"
-#include "tests/engine-bridge/SphereMesh.h"
-#include "tests/haptics/ScenePoints.h"
+#include "engine-bridge/pipeline/HologramThread.h"
+#include "haptics/base/InputError.h"
+#include "haptics/base/threads/StopToken.h"
+#include "haptics/base/threads/ThreadPool.h"
+#include "haptics/solvers/HologramSolver.h"
+#include "tests/engine-bridge/pipeline/Fakes.h"
+#include "tests/engine-bridge/pipeline/SphereMesh.h"
+#include "tests/haptics/solvers/ScenePoints.h"
 
 #include <algorithm>
 #include <atomic>
@@ -51,7 +51,7 @@ struct Ending
 /// Asked to stop \a after_ms into the solve; solved again where it ended by itself before.
 Ending timeStop(const std::string& name, int n, double after_ms, int threads)
 {
-    StopSource source;
+    midair::base::StopSource source;
     SolverOptions options;
     options.maxIterations = 1000000;
     options.rmsTolerance = 0.0;

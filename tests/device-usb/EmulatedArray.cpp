@@ -1,7 +1,7 @@
-#include "EmulatedArray.h"
+#include "tests/device-usb/EmulatedArray.h"
 
-#include "Descriptors.h"
-#include "Testbed.h"
+#include "tests/device-usb/Descriptors.h"
+#include "tests/device-usb/Testbed.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "ReadyPipe.h"
-#include "device/VirtualFirmware.h"
+#include "device/simulation/VirtualFirmware.h"
+#include "tests/device-usb/ReadyPipe.h"
 
 #include <atomic>
 #include <condition_variable>

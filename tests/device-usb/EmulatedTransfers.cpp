@@ -1,6 +1,6 @@
-#include "Descriptors.h"
-#include "EmulatedArray.h"
-#include "Testbed.h"
+#include "tests/device-usb/Descriptors.h"
+#include "tests/device-usb/EmulatedArray.h"
+#include "tests/device-usb/Testbed.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "EmulatedArray.h"
+#include "tests/device-usb/EmulatedArray.h"
 
 #include <chrono>
 #include <functional>

@@ -1,9 +1,9 @@
-#include "../device/Fields.h"
-#include "EmulatedArray.h"
-#include "Eventually.h"
-#include "Host.h"
 #include "device/ArrayDevice.h"
-#include "device/VirtualBoard.h"
+#include "device/simulation/VirtualBoard.h"
+#include "tests/device-usb/EmulatedArray.h"
+#include "tests/device-usb/Eventually.h"
+#include "tests/device-usb/Host.h"
+#include "tests/device/Fields.h"
 
 #include <mutex>
 

@@ -1,5 +1,5 @@
-#include "Preload.h"
 #include "device/ArrayDevice.h"
+#include "tests/device-usb/Preload.h"
 
 #include <csignal>
 #include <cstring>

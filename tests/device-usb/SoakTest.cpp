@@ -1,7 +1,7 @@
-#include "../device/Fields.h"
-#include "EmulatedArray.h"
 #include "device/ArrayDevice.h"
 #include "tests/LongTests.h"
+#include "tests/device-usb/EmulatedArray.h"
+#include "tests/device/Fields.h"
 
 #include <algorithm>
 #include <atomic>

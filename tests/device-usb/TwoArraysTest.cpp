@@ -1,8 +1,8 @@
-#include "../device/Fields.h"
-#include "EmulatedArray.h"
-#include "Eventually.h"
 #include "device/JointCommit.h"
-#include "device/UsbArrayDevice.h"
+#include "device/usb/UsbArrayDevice.h"
+#include "tests/device-usb/EmulatedArray.h"
+#include "tests/device-usb/Eventually.h"
+#include "tests/device/Fields.h"
 
 #include <array>
 #include <mutex>

@@ -1,8 +1,8 @@
 #include "device/GuardedDevice.h"
 
-#include "Fields.h"
 #include "device/DriveEncoder.h"
 #include "device/FieldCounters.h"
+#include "tests/device/Fields.h"
 
 #include <cmath>
 #include <mutex>
@@ -30,7 +30,7 @@ struct Log
     void add(double amplitude, bool silence)
     {
         std::lock_guard<std::mutex> lock(mutex);
-        events.push_back({steadySeconds(), amplitude, silence});
+        events.push_back({midair::base::steadySeconds(), amplitude, silence});
     }
     std::vector<Event> all()
     {
@@ -165,8 +165,8 @@ TEST(GuardedDevice, keeps_the_mean_drive_within_the_budget)
     limits.meanDrive = 0.25;
     limits.meanDriveTime_s = 0.3;
     const auto device = guarded(log, limits);
-    const double start_s = steadySeconds();
-    while (steadySeconds() < start_s + 1.0)
+    const double start_s = midair::base::steadySeconds();
+    while (midair::base::steadySeconds() < start_s + 1.0)
     {
         ASSERT_TRUE(device->send(evenField(4, 0, 255)));
         std::this_thread::sleep_for(std::chrono::milliseconds(5));

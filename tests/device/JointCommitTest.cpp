@@ -1,9 +1,9 @@
 #include "device/JointCommit.h"
 
-#include "Fields.h"
 #include "device/FieldCounters.h"
 #include "device/GuardedDevice.h"
-#include "device/MultiDevice.h"
+#include "device/opening/MultiDevice.h"
+#include "tests/device/Fields.h"
 
 #include <algorithm>
 #include <array>

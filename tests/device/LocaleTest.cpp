@@ -1,7 +1,7 @@
 // A decimal comma of the program's locale changes no number, neither read nor written.
-#include "../CommaLocale.h"
 #include "device/ArrayDevice.h"
 #include "device/GuardedDevice.h"
+#include "tests/CommaLocale.h"
 
 #include <gtest/gtest.h>
 

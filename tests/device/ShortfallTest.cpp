@@ -1,7 +1,7 @@
-#include "Fields.h"
 #include "device/ArrayDevice.h"
-#include "device/BoardCodec.h"
 #include "device/FieldCounters.h"
+#include "device/boards/BoardCodec.h"
+#include "tests/device/Fields.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // A decimal comma of the program's locale changes no number, neither read nor written.
-#include "../CommaLocale.h"
-#include "Fakes.h"
-#include "engine-bridge/HandSource.h"
+#include "engine-bridge/hands/HandSource.h"
+#include "tests/CommaLocale.h"
+#include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <sstream>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "FakeRuntime.h"
-#include "engine-bridge/Hand.h"
+#include "engine-bridge/hands/Hand.h"
+#include "tests/fake-openxr/FakeRuntime.h"
 
 #include <cstdlib>
 

@@ -1,6 +1,6 @@
 // An OpenXR runtime without a headset, for Debian's loader: the test that links this library shares its state with the
 // runtime, since the loader gets the same library.
-#include "FakeRuntime.h"
+#include "tests/fake-openxr/FakeRuntime.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,12 +1,12 @@
-#include "engine-bridge/Calibration.h"
-#include "engine-bridge/HandSource.h"
-#include "engine-bridge/PointPairs.h"
-#include "haptics/HologramSolver.h"
-#include "haptics/InputError.h"
-#include "haptics/SurfaceSampler.h"
-#include "haptics/TransducerArray.h"
-#include "haptics/TriangleMesh.h"
-#include "samples/SolveFiles.h"
+#include "engine-bridge/calibration/Calibration.h"
+#include "engine-bridge/calibration/PointPairs.h"
+#include "engine-bridge/hands/HandSource.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/base/InputError.h"
+#include "haptics/solvers/HologramSolver.h"
+#include "haptics/surface/SurfaceSampler.h"
+#include "haptics/surface/TriangleMesh.h"
+#include "samples/solve/SolveFiles.h"
 #include "tests/fuzz/FuzzTargets.h"
 #include "tests/fuzz/MemoryFile.h"
 #include "tests/fuzz/Require.h"
@@ -17,7 +17,7 @@
 #include <vector>
 
 using namespace midair;
-using haptics::InputError;
+using base::InputError;
 
 namespace
 {
@@ -27,7 +27,7 @@ std::string textOf(const std::uint8_t* data, std::size_t size)
     return std::string(reinterpret_cast<const char*>(data), size);
 }
 
-void requireText(const InputError& error)
+void requireText(const midair::base::InputError& error)
 {
     require(*error.what() != '\0', "an error says something");
 }
@@ -55,7 +55,7 @@ void sampleMesh(const haptics::TriangleMesh& mesh)
         require(samples.positions.allFinite() && samples.normals.allFinite(),
                 "points on a surface are finite");
     }
-    catch (const InputError& error)
+    catch (const midair::base::InputError& error)
     {
         requireText(error);
     }
@@ -78,7 +78,7 @@ void fuzzObj(const std::uint8_t* data, std::size_t size)
                 "every vertex is painted, or none");
         if (mesh.triangles.cols() <= 64) sampleMesh(mesh);
     }
-    catch (const InputError& error)
+    catch (const midair::base::InputError& error)
     {
         requireText(error);
     }
@@ -100,7 +100,7 @@ void fuzzArray(const std::uint8_t* data, std::size_t size)
                     again.drive.amplitudeLevels == array.drive.amplitudeLevels,
                 "an array that was read and written reads the same");
     }
-    catch (const InputError& error)
+    catch (const midair::base::InputError& error)
     {
         requireText(error);
     }
@@ -128,7 +128,7 @@ void fuzzPoints(const std::uint8_t* data, std::size_t size)
         require(std::isfinite(report.rms) && std::isfinite(report.level_Pa),
                 "what a solver reports is finite");
     }
-    catch (const InputError& error)
+    catch (const midair::base::InputError& error)
     {
         requireText(error);
     }
@@ -161,7 +161,7 @@ void fuzzHands(const std::uint8_t* data, std::size_t size)
         require(again.frames().size() <= hands.frames().size(),
                 "a recording that was read can be written and read");
     }
-    catch (const InputError& error)
+    catch (const midair::base::InputError& error)
     {
         requireText(error);
     }
@@ -186,7 +186,7 @@ void fuzzPairs(const std::uint8_t* data, std::size_t size)
                     turn.determinant() > 0.0,
                 "a calibration is rigid");
     }
-    catch (const InputError& error)
+    catch (const midair::base::InputError& error)
     {
         requireText(error);
     }

@@ -1,6 +1,6 @@
 #include "haptics/base/UserEnvironment.h"
-#include "plugin/Assignments.h"
-#include "plugin/Environment.h"
+#include "plugin/settings/Assignments.h"
+#include "plugin/settings/EnvironmentVariables.h"
 #include "tests/fuzz/FuzzTargets.h"
 #include "tests/fuzz/Require.h"
 

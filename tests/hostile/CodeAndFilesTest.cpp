@@ -1,6 +1,6 @@
 // Code that a scene would run, files that it would write, read or wait for.
-#include "Hostile.h"
-#include "haptics/TransducerArray.h"
+#include "haptics/array/TransducerArray.h"
+#include "tests/hostile/Hostile.h"
 
 #include <osgMidair/HapticDevice>
 #include <osgMidair/HapticOverlays>

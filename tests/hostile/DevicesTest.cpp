@@ -1,6 +1,6 @@
 // Devices that a scene would drive, what the user grants it, and who owns a device.
-#include "Hostile.h"
-#include "plugin/HapticEngine.h"
+#include "plugin/engine/HapticEngine.h"
+#include "tests/hostile/Hostile.h"
 
 #include <osgMidair/HapticDevice>
 

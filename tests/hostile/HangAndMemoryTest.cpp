@@ -1,5 +1,5 @@
 // Numbers that a scene would have the machine busy or full with.
-#include "Hostile.h"
+#include "tests/hostile/Hostile.h"
 
 #include <osg/Group>
 

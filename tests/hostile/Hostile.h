@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../plugin/KitTest.h"
+#include "tests/plugin/KitTest.h"
 
 #include <osgDB/ReadFile>
 #include <osgDB/WriteFile>

@@ -1,6 +1,6 @@
 // Files of other formats of OSG's that hand over options and set variables: what they say is no more the user's than a scene is. And
 // limits that something after them would undo.
-#include "Hostile.h"
+#include "tests/hostile/Hostile.h"
 
 #include <osgMidair/HapticDevice>
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine-bridge/HologramResult.h"
+#include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/base/UserEnvironment.h"
 
 #include <osgMidair/HapticScene>

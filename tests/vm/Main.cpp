@@ -1,8 +1,8 @@
 // Runs inside the virtual machine of run.sh: the USB path on the kernel's own stack.
 
-#include "UsbIpServer.h"
 #include "device/ArrayDevice.h"
-#include "device/VirtualBoard.h"
+#include "device/simulation/VirtualBoard.h"
+#include "tests/vm/UsbIpServer.h"
 
 #include <csignal>
 #include <cstdio>

@@ -1,4 +1,4 @@
-#include "UsbIpServer.h"
+#include "tests/vm/UsbIpServer.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "device/VirtualFirmware.h"
+#include "device/simulation/VirtualFirmware.h"
 
 #include <atomic>
 #include <deque>

@@ -16,7 +16,7 @@ midair_build build midair-bench
 work=build/vm/avx512 root=build/vm/avx512/root
 guest_kernel
 guest_root $root build/bin/midair_haptics_tests build/bin/midair-bench
-cp -r haptics/arrays $root/arrays
+cp -r haptics/array/arrays $root/arrays
 cat > $root/init << 'INIT'
 #!/bin/busybox sh
 /bin/busybox mount -t proc proc /proc

@@ -1,9 +1,9 @@
 #include "tests/benchmarks/smooth/Patches.h"
 
-#include "haptics/EvenField.h"
-#include "haptics/FieldCycle.h"
-#include "haptics/PressureField.h"
-#include "haptics/SurfaceSampler.h"
+#include "haptics/propagation/PressureField.h"
+#include "haptics/sequence/SpeckleCycle.h"
+#include "haptics/solvers/LevenbergMarquardt.h"
+#include "haptics/surface/SurfaceSampler.h"
 
 #include <Eigen/Geometry>
 
@@ -126,7 +126,7 @@ void runPatches(bool quick)
             field.assign(points, all, array, medium, 0.0);
             field.build();
             setPhases(field, q);
-            EvenField even;
+            LevenbergMarquardt even;
             even.fit(field, std::sqrt(1.03 * level), {});
             printPatch(patch,
                        "one field, evened out",
@@ -143,8 +143,8 @@ void runPatches(bool quick)
             std::vector<ControlPoints> sets;
             for (const SurfaceSamples& samples : sampleSurfaceSets(mesh, sampling, K))
                 sets.push_back(pointsAt(samples.positions));
-            FieldCycle cycle;
-            const FieldCycleReport& r = cycle.solve(sets, fine, array, medium);
+            SpeckleCycle cycle;
+            const SpeckleCycleReport& r = cycle.solve(sets, fine, array, medium);
             char kind[32];
             std::snprintf(kind, sizeof kind, "%d fields in turn", K);
             printPatch(patch, kind, 1.0, r.points, judge(cycle.fields()), r.solve_ms);

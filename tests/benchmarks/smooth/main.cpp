@@ -1,8 +1,8 @@
 // How smooth outlines and surfaces can be made, and at what loudness: tables of what is asked and what is reached.
-#include "haptics/FieldCycle.h"
-#include "haptics/OutlineHologram.h"
-#include "haptics/PropagationKernels.h"
-#include "haptics/SurfaceSampler.h"
+#include "haptics/propagation/kernels/PropagationKernels.h"
+#include "haptics/sequence/SpeckleCycle.h"
+#include "haptics/solvers/OutlineHologram.h"
+#include "haptics/surface/SurfaceSampler.h"
 #include "tests/benchmarks/smooth/Patches.h"
 
 #include <cmath>
@@ -241,11 +241,11 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
                 points.targets = Eigen::VectorXd::Ones(samples.size());
                 sets.push_back(points);
             }
-            FieldCycleOptions options;
+            SpeckleCycleOptions options;
             options.sweeps = evened ? sweeps : 0;
             if (mode == "louder") options.solverOptions.loudness = kLouder;
-            FieldCycle cycle(options);
-            const FieldCycleReport& r =
+            SpeckleCycle cycle(options);
+            const SpeckleCycleReport& r =
                 cycle.solve(sets, fibonacciSphere(1550, kRadius_m), array, medium);
             for (const int steps : {0, 3})
             {

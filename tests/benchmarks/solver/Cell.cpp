@@ -1,12 +1,12 @@
 #include "tests/benchmarks/solver/Cell.h"
 
-#include "haptics/Certificate.h"
-#include "haptics/HologramSolver.h"
-#include "haptics/InputError.h"
-#include "haptics/PropagationMatrix.h"
-#include "haptics/SurfaceSampler.h"
-#include "haptics/TriangleMesh.h"
-#include "tests/haptics/ScenePoints.h"
+#include "haptics/base/InputError.h"
+#include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/solvers/HologramSolver.h"
+#include "haptics/solvers/certificate/Certificate.h"
+#include "haptics/surface/SurfaceSampler.h"
+#include "haptics/surface/TriangleMesh.h"
+#include "tests/haptics/solvers/ScenePoints.h"
 
 #include <Eigen/Geometry>
 
@@ -89,8 +89,8 @@ ControlPoints pointsOf(const Cell& cell, double wavelength_m)
         return plain(along(corners, true, cell.points));
     }
     if (cell.kase.size() < 4 || cell.kase.substr(cell.kase.size() - 4) != ".obj")
-        throw InputError("unknown case '" + cell.kase +
-                         "'; known are sphere, star, line and a path that ends in .obj");
+        throw base::InputError("unknown case '" + cell.kase +
+                               "'; known are sphere, star, line and a path that ends in .obj");
     SamplerOptions sampling;
     sampling.spacing_m = wavelength_m;
     const SurfaceSamples samples =
@@ -115,7 +115,7 @@ double roofline_ms(const ControlPoints& points, const TransducerArray& array, in
 {
     PropagationMatrix G;
     G.bind(array, Medium{});
-    AlignedBuffer<float> q, p;
+    base::AlignedBuffer<float> q, p;
     q.reserve(static_cast<std::size_t>(2 * G.paddedTransducers()));
     p.reserve(static_cast<std::size_t>(2 * points.size()));
     std::vector<double> times;
@@ -184,7 +184,7 @@ void judge(const Cell& cell,
 Result run(const Cell& cell)
 {
     if (cell.mode != "update" && cell.mode != "cold")
-        throw InputError("unknown mode '" + cell.mode + "'; known are update, cold");
+        throw base::InputError("unknown mode '" + cell.mode + "'; known are update, cold");
     const TransducerArray array = TransducerArray::octagonalPrism();
     const ControlPoints base = pointsOf(cell, Medium{}.wavelength(array.frequency_Hz));
     ControlPoints points = base;

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "haptics/ControlPoints.h"
-#include "haptics/HologramSolver.h"
+#include "haptics/points/ControlPoints.h"
+#include "haptics/solvers/HologramSolver.h"
 
 #include <string>
 #include <vector>

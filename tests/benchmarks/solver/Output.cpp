@@ -1,5 +1,5 @@
-#include "haptics/InputError.h"
-#include "haptics/PropagationKernels.h"
+#include "haptics/base/InputError.h"
+#include "haptics/propagation/kernels/PropagationKernels.h"
 #include "tests/benchmarks/solver/Cell.h"
 
 #include <cstdio>
@@ -47,7 +47,7 @@ std::string commit()
 void openOrThrow(std::ofstream& file, const std::string& path)
 {
     file.open(path);
-    if (!file) throw haptics::InputError("cannot write " + path);
+    if (!file) throw base::InputError("cannot write " + path);
 }
 
 } // namespace

@@ -1,7 +1,7 @@
 // midair-bench: run time against error of every solver, point set and size, with the loudness that each reaches.
-#include "haptics/HologramSolver.h"
-#include "haptics/InputError.h"
-#include "haptics/PropagationKernels.h"
+#include "haptics/base/InputError.h"
+#include "haptics/propagation/kernels/PropagationKernels.h"
+#include "haptics/solvers/HologramSolver.h"
 #include "tests/benchmarks/solver/Cell.h"
 
 #include <algorithm>
@@ -164,7 +164,7 @@ int main(int argc, char** argv)
             if (!json.empty()) bench::writeJson(json, results);
         }
     }
-    catch (const haptics::InputError& error)
+    catch (const base::InputError& error)
     {
         std::fprintf(stderr, "midair-bench: %s\n", error.what());
         return 1;

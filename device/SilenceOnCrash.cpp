@@ -1,0 +1,260 @@
+#include "device/SilenceOnCrash.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <csignal>
+#include <cstdint>
+#include <cstring>
+#include <ctime>
+#include <system_error>
+
+#include <fcntl.h>
+#include <linux/usbdevice_fs.h>
+#include <poll.h>
+#include <spdlog/spdlog.h>
+#include <sys/ioctl.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <termios.h>
+#include <unistd.h>
+
+namespace midair::device
+{
+
+namespace
+{
+
+constexpr int kWriteTimeout_ms = 500;
+constexpr int kPatience_ms = 500;
+constexpr int kTries =
+    4; ///< timeouts in a row after which a descriptor that takes nothing is given up
+constexpr std::size_t kMostBulkBytes =
+    16384;                               ///< that usbfs takes in one piece, also in old kernels
+constexpr char kName[] = "midair-guard"; ///< 15 bytes at most
+constexpr char kBeat = 'b';
+constexpr char kHeldBeat = 'h';
+constexpr char kFarewell = 'x';
+
+// All below runs in the child: only calls that are safe after a fork of a program with threads.
+
+bool gone(int descriptor)
+{
+    pollfd port{descriptor, 0, 0};
+    return ::poll(&port, 1, 0) > 0 && (port.revents & (POLLERR | POLLHUP | POLLNVAL)) != 0;
+}
+
+bool writeBytes(int descriptor, const std::uint8_t* bytes, std::size_t size)
+{
+    ::tcflush(descriptor,
+              TCOFLUSH); // what a line that is stuck holds would come before the silence
+    int tries = 0;
+    while (size > 0 && tries < kTries)
+    {
+        const ssize_t written = ::write(descriptor, bytes, size);
+        if (written < 0 && errno == EAGAIN)
+        {
+            pollfd wait{descriptor, POLLOUT, 0};
+            if (::poll(&wait, 1, kWriteTimeout_ms) == 0) ++tries;
+            if ((wait.revents & (POLLERR | POLLHUP | POLLNVAL)) != 0) return false;
+        }
+        else if (written < 0 && errno != EINTR)
+            return false;
+        else if (written > 0)
+        {
+            tries = 0;
+            bytes += written;
+            size -= static_cast<std::size_t>(written);
+        }
+    }
+    return size == 0;
+}
+
+// What the dead process had in flight goes out first, since its transfers belong to the descriptor and wait at the same endpoint.
+bool writeBulk(const SilenceOnCrash::Way& way, const std::uint8_t* bytes, std::size_t size)
+{
+    while (size > 0)
+    {
+        usbdevfs_bulktransfer transfer{};
+        transfer.ep = way.endpoint;
+        transfer.len = static_cast<unsigned>(std::min(size, kMostBulkBytes));
+        transfer.timeout = kWriteTimeout_ms;
+        transfer.data = const_cast<std::uint8_t*>(bytes); // only read
+        const int written = ::ioctl(way.descriptor, USBDEVFS_BULK, &transfer);
+        if (written < 0 && errno != EINTR) return false;
+        if (written == 0) return false;
+        if (written > 0)
+        {
+            bytes += written;
+            size -= static_cast<std::size_t>(written);
+        }
+    }
+    return true;
+}
+
+// Programs that end others by name look at the short name and at the command line, which lies in memory where the program has got
+// it: fields 48 and 49 of /proc/self/stat.
+void takeName()
+{
+    ::prctl(PR_SET_NAME, kName);
+    char text[1024];
+    const int file = ::open("/proc/self/stat", O_RDONLY | O_CLOEXEC);
+    const ssize_t size = file < 0 ? 0 : ::read(file, text, sizeof text - 1);
+    if (file >= 0) ::close(file);
+    if (size <= 0) return;
+    text[size] = 0;
+    const char* at = std::strrchr(text, ')');
+    for (int field = 2; at != nullptr && field < 48; ++field)
+        at = std::strchr(at + 1, ' ');
+    if (at == nullptr) return;
+    std::uintptr_t begin = 0;
+    std::uintptr_t end = 0;
+    const char* next = std::from_chars(at + 1, text + size, begin).ptr;
+    if (next < text + size) std::from_chars(next + 1, text + size, end);
+    if (begin == 0 || end <= begin) return;
+    auto* line =
+        reinterpret_cast<char*>(begin); // NOLINT(performance-no-int-to-ptr): the kernel's number
+    std::memset(line, 0, end - begin);
+    std::memcpy(line, kName, std::min<std::size_t>(sizeof kName, end - begin) - 1);
+}
+
+/// What the child knows.
+struct Charge
+{
+    int alive;
+    SilenceOnCrash::Way way;
+    const std::uint8_t* bytes;
+    std::size_t size;
+    double notBefore_s;
+    double held_s;
+
+    static double now_s() // steadySeconds()
+    {
+        timespec now{};
+        ::clock_gettime(CLOCK_MONOTONIC, &now);
+        return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
+    }
+    double early_s() const { return notBefore_s - now_s(); }
+    bool write() const
+    {
+        return way.endpoint == 0 ? writeBytes(way.descriptor, bytes, size)
+                                 : writeBulk(way, bytes, size);
+    }
+    bool writeInTime() const
+    {
+        double rest_s = early_s();
+        while (rest_s > 0 && !gone(way.descriptor))
+        {
+            ::poll(nullptr, 0, std::min(100, static_cast<int>(rest_s * 1000) + 1));
+            rest_s = early_s();
+        }
+        return write();
+    }
+};
+
+[[noreturn]] void guard(Charge charge)
+{
+    const std::uint64_t all = ~std::uint64_t(0); // libc spares two, which would end the child
+    ::syscall(SYS_rt_sigprocmask, SIG_SETMASK, &all, nullptr, sizeof all);
+    ::setsid(); // a Ctrl-C for the program isn't for its guard
+    takeName();
+    // The rest isn't ours to hold: other ports, other devices' claims, the sockets of other guards.
+    const auto low = static_cast<unsigned>(std::min(charge.alive, charge.way.descriptor));
+    const auto high = static_cast<unsigned>(std::max(charge.alive, charge.way.descriptor));
+    if (low > 0) ::close_range(0, low - 1, 0);
+    if (high > low + 1) ::close_range(low + 1, high - 1, 0);
+    ::close_range(high + 1, ~0U, 0);
+    bool beating = false;
+    while (true)
+    {
+        pollfd program{charge.alive, POLLIN, 0};
+        const int ready = ::poll(&program, 1, beating ? kPatience_ms : -1);
+        if (ready == 0) // stopped, or hanging: again and again, as long as it is
+        {
+            if (charge.early_s() <= 0) charge.write();
+            continue;
+        }
+        char words[64];
+        const ssize_t count = ::recv(charge.alive, words, sizeof words, 0);
+        if (count < 0 && errno == EINTR) continue;
+        if (count <= 0) ::_exit(charge.writeInTime() ? 0 : 1); // no farewell: the program has died
+        if (words[count - 1] == kFarewell) ::_exit(0);
+        beating = true;
+        if (words[count - 1] == kHeldBeat) charge.notBefore_s = Charge::now_s() + charge.held_s;
+    }
+}
+
+} // namespace
+
+SilenceOnCrash::SilenceOnCrash(const Way& way,
+                               const std::vector<std::uint8_t>& bytes,
+                               double notBefore_s,
+                               double held_s)
+{
+    int ends[2];
+    const bool paired = ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0;
+    // The program's own handlers must not run in the child, and no signal but SIGKILL and SIGSTOP is to end or hold it.
+    sigset_t all;
+    sigset_t before;
+    ::sigfillset(&all);
+    ::pthread_sigmask(SIG_SETMASK, &all, &before);
+    if (paired) _guard = ::fork();
+    if (_guard == 0)
+    {
+        ::close(ends[1]);
+        guard({ends[0], way, bytes.data(), bytes.size(), notBefore_s, held_s});
+    }
+    ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+    if (_guard < 0)
+        spdlog::warn("nobody silences the board if this program crashes: {}",
+                     std::generic_category().message(errno));
+    if (!paired) return;
+    ::close(ends[0]);
+    _alive = ends[1];
+}
+
+SilenceOnCrash::~SilenceOnCrash()
+{
+    if (_alive >= 0)
+    {
+        while (::send(_alive, &kFarewell, 1, MSG_NOSIGNAL) < 0 && errno == EINTR)
+        {
+        }
+        ::close(_alive);
+    }
+    await();
+}
+
+void SilenceOnCrash::beat(bool held)
+{
+    if (_alive >= 0) ::send(_alive, held ? &kHeldBeat : &kBeat, 1, MSG_NOSIGNAL | MSG_DONTWAIT);
+}
+
+bool SilenceOnCrash::execute()
+{
+    if (_alive >= 0)
+    {
+        ::shutdown(_alive,
+                   SHUT_RDWR); // a child of the program that was forked since may hold it too
+        ::close(_alive);
+    }
+    _alive = -1;
+    return await();
+}
+
+bool SilenceOnCrash::await()
+{
+    if (_guard <= 0) return false;
+    int status = 0;
+    pid_t ended = 0;
+    do
+        ended = ::waitpid(_guard, &status, 0);
+    while (ended < 0 && errno == EINTR);
+    const bool wrote = ended == _guard && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    _guard = -1;
+    return wrote;
+}
+
+} // namespace midair::device

@@ -1,0 +1,133 @@
+#include "device/boards/BoardDevice.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace midair::device
+{
+
+BoardDevice::BoardDevice(const std::string& name,
+                         std::unique_ptr<BoardCodec> codec,
+                         int transducers,
+                         Open open) :
+    _name(name),
+    _codec(std::move(codec)),
+    _transducers(transducers),
+    _open(std::move(open))
+{
+    if (!_codec->takes(transducers))
+        throw DeviceError("device \"" + name + "\": a " + _codec->name() + " has " +
+                          _codec->takesText() + ", but the array has " +
+                          std::to_string(transducers));
+    _codec->appendReset(_reset, transducers);
+    _codec->appendSilentField(_silentField, transducers);
+    _playing.phase.assign(transducers, 0);
+    _playing.duty.assign(transducers, 0);
+    adopt(_open(_reset));
+    if (_settled_s <= base::steadySeconds())
+    {
+        Piece first = nextPiece();
+        if (!_sink->write(_bytes))
+        {
+            const std::string why = _sink->error();
+            _sink->bequeath();
+            throw DeviceError("device \"" + name + "\": " + why);
+        }
+        finish(std::move(first));
+    }
+    _ready = true; // fields that come while the board is starting wait, the newest wins
+    _thread = std::thread([this] { run(); });
+}
+
+BoardDevice::~BoardDevice()
+{
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        silenceLocked();
+        _closing = true;
+    }
+    _wake.notify_all();
+    _thread.join();
+}
+
+bool BoardDevice::send(const DriveSignal& signal)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    const bool whole = signal.size() == _transducers && signal.duty.size() == signal.phase.size();
+    if (!whole || !_ready || _closing)
+    {
+        _counters.countRefused();
+        return false;
+    }
+    _counters.change(
+        [&](DeviceReport& report)
+        {
+            ++report.sent;
+            report.dropped += _slotFull ? 1 : 0;
+        });
+    _slot = signal;
+    _slotAt_s = base::steadySeconds();
+    _slotFull = true;
+    _wake.notify_all();
+    return true;
+}
+
+void BoardDevice::silenceLocked()
+{
+    const std::uint64_t dropped = _slotFull ? 1 : 0;
+    _slotFull = false;
+    _counters.change([&](DeviceReport& report) { report.dropped += dropped; });
+    if (_sink == nullptr) return; // what was told about the board when it was lost stays true
+    std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
+    ++_epoch;
+    _silenceWanted = true;
+    _wake.notify_all();
+}
+
+void BoardDevice::silence()
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    silenceLocked();
+}
+
+DeviceReport BoardDevice::report() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    DeviceReport report = _counters.report();
+    report.pending = report.sent - report.played - report.dropped - report.lost - report.refused;
+    return report;
+}
+
+std::string BoardDevice::status() const
+{
+    const DeviceReport now = report();
+    std::string text = _name + ": ";
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        char starting[80] = {};
+        if (_sink != nullptr && _resetDue)
+            std::snprintf(starting,
+                          sizeof starting,
+                          "starting, is silenced in %.0f ms; ",
+                          1000 * std::max(0.0, _settled_s - base::steadySeconds()));
+        text += _sink == nullptr ? "not there; " : starting;
+    }
+    return text + countersText(now) + " (the board does not answer)";
+}
+
+std::vector<std::complex<float>> BoardDevice::played() const
+{
+    std::vector<std::complex<float>> q;
+    std::lock_guard<std::mutex> lock(_mutex);
+    _codec->played(_playing, q);
+    return q;
+}
+
+std::vector<std::complex<float>> BoardDevice::wouldPlay(const DriveSignal& signal) const
+{
+    std::vector<std::complex<float>> q;
+    _codec->played(signal, q);
+    return q;
+}
+
+} // namespace midair::device

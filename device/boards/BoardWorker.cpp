@@ -1,0 +1,318 @@
+// The worker of BoardDevice: the only one that writes.
+
+#include "device/boards/BoardDevice.h"
+
+#include <algorithm>
+
+#include <spdlog/spdlog.h>
+
+namespace midair::device
+{
+
+namespace
+{
+
+constexpr double kReconnect_s = 0.25;
+constexpr double kRepeat_s = 0.2; ///< and at least every other frame is free for what is new
+constexpr double kLook_s = 0.05;  ///< signs of life, and whether the line is still there
+
+constexpr double kClosing_s = 0.005;
+constexpr double kAnswer_s = 1; ///< within which a board answers that does: five repeats
+
+constexpr const char* kPlaysOn =
+    "the board may still play what it had, for it has no watchdog: cut its power";
+constexpr const char* kWasSilenced =
+    "silence was written to the board once more, but it doesn't say whether it got it: if it still "
+    "plays, cut its power";
+
+std::chrono::duration<double> seconds(double s)
+{
+    return std::chrono::duration<double>(s);
+}
+
+} // namespace
+
+void BoardDevice::run()
+{
+    std::unique_lock<std::mutex> lock(_mutex);
+    while (!_closing || !quiet())
+    {
+        if (_sink == nullptr)
+            reconnect(lock);
+        else if (base::steadySeconds() - _lookedAfter_s >= (_closing ? kClosing_s : kLook_s))
+            lookAfterLine(lock);
+        else if (const double due_s = nextWrite_s(), wait_s = due_s - base::steadySeconds();
+                 wait_s > 0)
+            _wake.wait_for(
+                lock, seconds(std::min(wait_s, kLook_s)), [&] { return nextWrite_s() < due_s; });
+        else
+            writeNext(lock);
+    }
+}
+
+bool BoardDevice::quiet() const
+{
+    return _sink == nullptr || (!_resetDue && !_silenceWanted && _silentLeft == 0 &&
+                                base::steadySeconds() >= _lineFree_s && _answerDue_s == 0);
+}
+
+void BoardDevice::reconnect(std::unique_lock<std::mutex>& lock)
+{
+    _wake.wait_for(lock, seconds(kReconnect_s), [&] { return _closing; });
+    if (_closing) return;
+    std::unique_ptr<ByteSink> sink;
+    lock.unlock();
+    try
+    {
+        sink = _open(_reset);
+    }
+    catch (const DeviceError&)
+    {
+        // what is wrong was said when it was lost
+    }
+    lock.lock();
+    if (sink != nullptr) adopt(std::move(sink));
+}
+
+void BoardDevice::adopt(std::unique_ptr<ByteSink> sink)
+{
+    _settled_s = sink->settled_s();
+    _sink = std::move(sink);
+    _resetDue = true;
+    _lookedAfter_s = 0;
+    _answerDue_s = 0;
+    _missed = 0;
+}
+
+void BoardDevice::lookAfterLine(std::unique_lock<std::mutex>& lock)
+{
+    _lookedAfter_s = base::steadySeconds();
+    _sink->beat(_missed > 0);
+    if (!_sink->present())
+        lose(lock, _sink->error());
+    else if (watchesAnswers())
+        listen();
+}
+
+bool BoardDevice::watchesAnswers() const
+{
+    return _codec->answer() >= 0 && _sink->settle_s() > 0 && _answers != Answers::NEVER;
+}
+
+void BoardDevice::listen()
+{
+    const bool heard = _sink->hears(static_cast<std::uint8_t>(_codec->answer()));
+    if (_resetDue) return; // a board that starts may send anything
+    if (heard)
+    {
+        _answers = Answers::YES;
+        _answerDue_s = 0;
+        _missed = 0;
+        becomeReady();
+    }
+    else if (_answerDue_s > 0 && base::steadySeconds() > _answerDue_s)
+        missAnswer();
+}
+
+// What was written has gone to a bootloader, it seems, or the board has no power. The bootloader ends when nothing comes.
+void BoardDevice::missAnswer()
+{
+    _answerDue_s = 0;
+    ++_missed;
+    if (_answers == Answers::UNKNOWN && _missed > 1)
+    {
+        _answers = Answers::NEVER;
+        _missed = 0;
+        spdlog::warn("{}: never answers, so nobody knows whether it plays what it is sent, or is "
+                     "silent when it should be",
+                     _name);
+        becomeReady();
+        return;
+    }
+    if (_closing && _missed > 1)
+    {
+        spdlog::error("{}: hasn't answered to its silence: {}", _name, kPlaysOn);
+        return;
+    }
+    const double still_s = _sink->held_s();
+    const std::string why = fmt::format("answers no more, as if it had been reset; for {:.0f} s "
+                                        "nothing is written, so that its bootloader ends, and then "
+                                        "it is silenced: until then {}",
+                                        still_s,
+                                        kPlaysOn);
+    if (_ready) spdlog::error("{}: {}", _name, why);
+    _resetDue = true;
+    _settled_s = base::steadySeconds() + still_s;
+    _silenceWanted = false;
+    _silentLeft = 0;
+    _ready = false;
+    _counters.change(
+        [&](DeviceReport& report)
+        {
+            report.state = DeviceState::LOST;
+            report.dropped += _slotFull ? 1 : 0;
+            ++report.faults;
+            report.message = why;
+        });
+    _slotFull = false;
+}
+
+void BoardDevice::becomeReady()
+{
+    if (_ready) return;
+    _ready = true;
+    std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
+    _counters.change(
+        [](DeviceReport& report)
+        {
+            report.state = DeviceState::READY;
+            ++report.reconnects;
+        });
+    spdlog::info("{}: back, and silenced until the next field", _name);
+}
+
+// What is in the operating system's buffer can't be overtaken, so the line has to be free; unless a field may be cut off.
+double BoardDevice::nextWrite_s() const
+{
+    if (_resetDue) return _settled_s;
+    if (_silenceWanted && _codec->restarts()) return 0;
+    if (_silenceWanted || _slotFull || _silentLeft > 0) return _lineFree_s;
+    return _closing ? base::steadySeconds() + kClosing_s : _repeatAt_s; // nothing more
+}
+
+BoardDevice::Piece BoardDevice::nextPiece()
+{
+    Piece piece;
+    piece.epoch = _epoch;
+    _bytes.clear();
+    if (_resetDue)
+    {
+        piece.kind = Piece::RESET;
+        piece.field = _silentField;
+        _bytes = _reset;
+        _openingAt_s = base::steadySeconds();
+        return piece;
+    }
+    if (_silenceWanted || (!_slotFull && _silentLeft > 0))
+    {
+        piece.kind = Piece::SILENCE;
+        piece.field = _silentField;
+    }
+    else if (_slotFull)
+    {
+        piece.kind = Piece::FIELD;
+        piece.signal = std::move(_slot);
+        piece.sentAt_s = _slotAt_s;
+        _slotFull = false;
+        _codec->appendField(piece.field, piece.signal);
+    }
+    else
+        piece.field = _current;
+    const double now_s = base::steadySeconds();
+    if (piece.kind != Piece::FIELD || now_s - _openingAt_s >= kRepeat_s)
+    {
+        _codec->appendOpening(_bytes);
+        _openingAt_s = now_s;
+    }
+    _bytes.insert(_bytes.end(), piece.field.begin(), piece.field.end());
+    return piece;
+}
+
+void BoardDevice::writeNext(std::unique_lock<std::mutex>& lock)
+{
+    if (watchesAnswers()) // what comes back from here on is for this piece, as the line was free
+    {
+        listen();
+        if (nextWrite_s() > base::steadySeconds()) return;
+    }
+    const bool overtakes = !_resetDue && _silenceWanted && _codec->restarts();
+    Piece piece = nextPiece();
+    lock.unlock();
+    if (overtakes) _sink->discard();
+    const bool written = _sink->write(_bytes);
+    lock.lock();
+    if (written)
+    {
+        finish(std::move(piece));
+        return;
+    }
+    if (piece.kind == Piece::FIELD) _counters.change([](DeviceReport& report) { ++report.lost; });
+    lose(lock, _sink->error());
+}
+
+void BoardDevice::finish(Piece piece)
+{
+    const double now_s = base::steadySeconds();
+    const double onLine_s = static_cast<double>(_bytes.size()) / _codec->bytesPerSecond();
+    _lineFree_s = now_s + onLine_s;
+    _repeatAt_s = now_s + std::max(kRepeat_s, 2 * onLine_s);
+    const bool newest = piece.epoch == _epoch;
+    if (watchesAnswers() && _answerDue_s == 0) _answerDue_s = _lineFree_s + kAnswer_s;
+    switch (piece.kind)
+    {
+    case Piece::RESET:
+        _resetDue = false;
+        _silenceWanted = _silenceWanted && !newest;
+        _silentLeft = 0;
+        // A board that answers is back when it has; at the first opening fields may wait already.
+        if (_counters.report().state == DeviceState::LOST && !watchesAnswers()) becomeReady();
+        break;
+    case Piece::SILENCE:
+        if (!newest) break;
+        _silentLeft = _silenceWanted ? _codec->silentFields() - 1 : std::max(0, _silentLeft - 1);
+        _silenceWanted = false;
+        break;
+    case Piece::FIELD:
+        _silentLeft = 0; // the buffers hold silence and this field
+        _counters.change(
+            [&](DeviceReport& report)
+            {
+                ++report.played;
+                report.lastHandedOver_s = now_s;
+                report.latency_s = now_s - piece.sentAt_s;
+            });
+        if (newest) _playing = std::move(piece.signal);
+        break;
+    case Piece::REPEAT:
+        break;
+    }
+    if (piece.kind != Piece::REPEAT) _current = std::move(piece.field);
+}
+
+// Whoever still can writes silence: this program, and where it can't, the guard, which is not sent away but told to act.
+void BoardDevice::lose(std::unique_lock<std::mutex>& lock, std::string why)
+{
+    const bool settled = !_resetDue || base::steadySeconds() >= _settled_s;
+    std::unique_ptr<ByteSink> sink = std::move(_sink);
+    const bool first = _ready;
+    _ready = false;
+    _silenceWanted = false;
+    _resetDue = false;
+    _silentLeft = 0;
+    _counters.change(
+        [&](DeviceReport& report)
+        {
+            report.state = DeviceState::LOST;
+            report.dropped += _slotFull ? 1 : 0;
+            ++report.faults;
+            report.message = why;
+        });
+    _slotFull = false;
+    lock.unlock();
+    bool silenced = false;
+    if (settled && sink->present())
+    {
+        sink->discard();
+        silenced = sink->write(_reset);
+    }
+    silenced = silenced || sink->bequeath();
+    sink.reset();
+    lock.lock();
+    why += "; ";
+    why += silenced ? kWasSilenced : kPlaysOn;
+    if (silenced) std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
+    _counters.change([&](DeviceReport& report) { report.message = why; });
+    if (first) spdlog::error("{}: {}", _name, why);
+}
+
+} // namespace midair::device

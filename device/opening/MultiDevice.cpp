@@ -1,0 +1,220 @@
+#include "device/opening/MultiDevice.h"
+
+#include "device/DeviceUri.h"
+#include "device/FieldCounters.h"
+#include "device/GuardedDevice.h"
+
+#include <algorithm>
+#include <cctype>
+#include <limits>
+
+namespace midair::device
+{
+
+std::vector<std::string> splitDeviceList(const std::string& text)
+{
+    if (text.size() > kMostUriCharacters)
+        throw DeviceError("device \"" + text.substr(0, 40) + "..\": has " +
+                          std::to_string(text.size()) + " characters, should have at most " +
+                          std::to_string(kMostUriCharacters));
+    std::vector<std::string> parts;
+    std::size_t begin = 0;
+    for (std::size_t comma = text.find(','); comma != std::string::npos;
+         comma = text.find(',', comma + 1))
+    {
+        // A comma may be part of a file's name; letters and a colon after it are a new device.
+        std::size_t end = comma + 1;
+        while (end < text.size() && std::isalpha(static_cast<unsigned char>(text[end])) != 0)
+            ++end;
+        if (end == comma + 1 || end == text.size() || text[end] != ':') continue;
+        const std::string part = text.substr(begin, comma - begin);
+        if (part.find("?to=") != std::string::npos || part.find("&to=") != std::string::npos)
+            continue; // a list within play:, which takes the rest
+        parts.push_back(part);
+        begin = comma + 1;
+    }
+    parts.push_back(text.substr(begin));
+    if (parts.size() > kMostDevices)
+        throw DeviceError("device \"" + text.substr(0, 40) + "..\": is a list of " +
+                          std::to_string(parts.size()) + " devices, should be at most " +
+                          std::to_string(kMostDevices));
+    return parts;
+}
+
+MultiDevice::MultiDevice(std::vector<Part> parts, int transducers) :
+    _parts(std::move(parts)),
+    _transducers(transducers),
+    _staging(static_cast<int>(std::count_if(
+        _parts.begin(), _parts.end(), [](const Part& part) { return part.device->canStage(); }))),
+    _cuts(_parts.size())
+{
+}
+
+// From when each device handed over its last field, once all have this one. Joints measure for themselves.
+void MultiDevice::measureSkew() const
+{
+    if (_staging > 1) return;
+    double first = std::numeric_limits<double>::infinity();
+    double last = 0;
+    for (const Part& part : _parts)
+    {
+        const DeviceReport report = part.device->report();
+        if (report.state != DeviceState::READY || report.pending > 0 ||
+            report.lastHandedOver_s == 0)
+            return;
+        first = std::min(first, report.lastHandedOver_s);
+        last = std::max(last, report.lastHandedOver_s);
+    }
+    _skew->note(last - first);
+}
+
+void MultiDevice::cut(const DriveSignal& signal, const Part& part, DriveSignal& piece)
+{
+    const auto first = static_cast<std::ptrdiff_t>(part.first);
+    piece.phase.assign(signal.phase.begin() + first, signal.phase.begin() + first + part.count);
+    piece.duty.assign(signal.duty.begin() + first, signal.duty.begin() + first + part.count);
+}
+
+bool MultiDevice::send(const DriveSignal& signal)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    if (signal.size() != _transducers || signal.duty.size() != signal.phase.size())
+    {
+        ++_refused;
+        return false;
+    }
+    measureSkew(); // of the field before, which is through in most cases
+    for (std::size_t i = 0; i < _parts.size();
+         ++i) // cut first, so that the sends follow each other closely
+        cut(signal, _parts[i], _cuts[i]);
+    // One that could wait for no other plays without the detour.
+    const auto joint = _staging > 1 ? std::make_shared<JointCommit>(_staging, _skew) : nullptr;
+    bool taken = true;
+    for (std::size_t i = 0; i < _parts.size(); ++i)
+    {
+        ArrayDevice& device = *_parts[i].device;
+        taken = device.sendTogether(_cuts[i], device.canStage() ? joint : nullptr) && taken;
+    }
+    return taken;
+}
+
+void MultiDevice::silence()
+{
+    for (const Part& part : _parts)
+        part.device->silence();
+}
+
+void MultiDevice::setMuted(bool muted)
+{
+    for (const Part& part : _parts)
+        part.device->setMuted(muted);
+}
+
+std::string MultiDevice::status() const
+{
+    std::string text;
+    for (const Part& part : _parts)
+        text += (text.empty() ? "" : " | ") + part.device->status();
+    return text;
+}
+
+// The sums of all devices' counters; state and message of the first that is worse off than the others.
+DeviceReport MultiDevice::report() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    measureSkew();
+    DeviceReport sum;
+    for (const Part& part : _parts)
+    {
+        const DeviceReport one = part.device->report();
+        if (sum.shortfall.empty()) sum.shortfall = one.shortfall;
+        if (one.state > sum.state)
+        {
+            sum.state = one.state;
+            sum.message = one.message;
+        }
+        if (sum.message.empty()) sum.message = one.message;
+        sum.sent += one.sent;
+        sum.played += one.played;
+        sum.dropped += one.dropped;
+        sum.lost += one.lost;
+        sum.refused += one.refused;
+        sum.pending += one.pending;
+        sum.faults += one.faults;
+        sum.reconnects += one.reconnects;
+        sum.lastHandedOver_s = std::max(sum.lastHandedOver_s, one.lastHandedOver_s);
+        sum.latency_s = std::max(sum.latency_s, one.latency_s);
+        sum.temperature_C = std::max(sum.temperature_C, one.temperature_C);
+        if (sum.firmware.empty()) sum.firmware = one.firmware;
+    }
+    sum.sent += _refused;
+    sum.refused += _refused;
+    sum.skew_s = _skew->read().last_s;
+    sum.worstSkew_s = _skew->read().worst_s;
+    return sum;
+}
+
+DriveAbility MultiDevice::ability() const
+{
+    DriveAbility coarsest;
+    for (const Part& part : _parts)
+    {
+        const DriveAbility one = part.device->ability();
+        coarsest.phaseLevels = std::min(coarsest.phaseLevels, one.phaseLevels);
+        coarsest.maxPressure_Pa = stricterPressure(coarsest.maxPressure_Pa, one.maxPressure_Pa);
+        if (!one.amplitudes.empty() &&
+            (coarsest.amplitudes.empty() || one.amplitudes.size() < coarsest.amplitudes.size()))
+            coarsest.amplitudes = one.amplitudes;
+        coarsest.fades = coarsest.fades || one.fades;
+        if (one.fieldsPerSecond > 0)
+            coarsest.fieldsPerSecond = coarsest.fieldsPerSecond > 0
+                                           ? std::min(coarsest.fieldsPerSecond, one.fieldsPerSecond)
+                                           : one.fieldsPerSecond;
+    }
+    // Several that have all transducers, an array and its recorder, are one array.
+    std::vector<int> part(static_cast<std::size_t>(_transducers), 0);
+    for (std::size_t k = _parts.size(); k-- > 0;)
+        std::fill_n(part.begin() + _parts[k].first, _parts[k].count, static_cast<int>(k));
+    if (std::any_of(part.begin(), part.end(), [&](int k) { return k != part.front(); }))
+        coarsest.part = std::move(part);
+    return coarsest;
+}
+
+bool MultiDevice::identify(int board, bool light)
+{
+    bool any = false;
+    for (const Part& part : _parts)
+        any = part.device->identify(board, light) || any;
+    return any;
+}
+
+// Where several have a transducer, the first in the list counts.
+template<typename Play>
+std::vector<std::complex<float>> MultiDevice::join(Play&& play) const
+{
+    std::vector<std::complex<float>> q(_transducers);
+    for (auto part = _parts.rbegin(); part != _parts.rend(); ++part)
+    {
+        const auto piece = play(*part);
+        std::copy(piece.begin(), piece.end(), q.begin() + part->first);
+    }
+    return q;
+}
+
+std::vector<std::complex<float>> MultiDevice::played() const
+{
+    return join([](const Part& part) { return part.device->played(); });
+}
+
+std::vector<std::complex<float>> MultiDevice::wouldPlay(const DriveSignal& signal) const
+{
+    return join(
+        [&](const Part& part)
+        {
+            DriveSignal piece;
+            cut(signal, part, piece);
+            return part.device->wouldPlay(piece);
+        });
+}
+
+} // namespace midair::device

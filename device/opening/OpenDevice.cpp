@@ -1,0 +1,338 @@
+#include "device/ArrayDevice.h"
+#include "device/DeviceClaim.h"
+#include "device/DeviceUri.h"
+#include "device/DriveEncoder.h"
+#include "device/FieldCounters.h"
+#include "device/GuardedDevice.h"
+#include "device/HeldField.h"
+#include "device/JointCommit.h"
+#include "device/boards/BoardDevice.h"
+#include "device/opening/MultiDevice.h"
+#include "device/recording/PlayingDevice.h"
+#include "device/recording/RecordingDevice.h"
+#include "device/simulation/SimulatedArray.h"
+#include "device/usb/UsbArrayDevice.h"
+#include "haptics/base/text/Number.h"
+
+#include <algorithm>
+
+namespace midair::device
+{
+
+namespace
+{
+
+/// `null:`: takes every field and holds it in memory.
+class NullDevice : public ArrayDevice
+{
+public:
+    explicit NullDevice(int transducers) : _held(transducers) {}
+
+    bool send(const DriveSignal& signal) override
+    {
+        if (signal.size() != _held.transducers() || signal.duty.size() != signal.phase.size())
+        {
+            _counters.countRefused();
+            return false;
+        }
+        _held.replace(signal);
+        _counters.countPlayed(base::steadySeconds());
+        return true;
+    }
+    void silence() override { _held.clear(); }
+    std::string status() const override { return "null: " + countersText(report()); }
+    DeviceReport report() const override { return _counters.report(); }
+    std::vector<std::complex<float>> played() const override { return _held.activations(); }
+
+private:
+    HeldField _held;
+    FieldCounters _counters;
+};
+
+void checkLayout(const DeviceLayout& layout)
+{
+    if (layout.transducers < 1)
+        throw DeviceError("device layout: " + std::to_string(layout.transducers) +
+                          " transducers, should be at least 1");
+    if (layout.board.empty()) return;
+    if (layout.board.size() != static_cast<std::size_t>(layout.transducers))
+        throw DeviceError("device layout: board numbers for " +
+                          std::to_string(layout.board.size()) + " transducers, should be for all " +
+                          std::to_string(layout.transducers));
+    if (layout.board.front() != 0)
+        throw DeviceError("device layout: the first board is " +
+                          std::to_string(layout.board.front()) + ", should be 0");
+    int before = 0;
+    for (const int board : layout.board)
+    {
+        if (board < before || board > before + 1)
+            throw DeviceError("device layout: board " + std::to_string(board) + " follows board " +
+                              std::to_string(before) + ", should ascend from 0 without gaps");
+        before = board;
+    }
+}
+
+using Opener = std::unique_ptr<ArrayDevice> (*)(DeviceUri&, const DeviceLayout&);
+
+std::unique_ptr<ArrayDevice> openSimulation(DeviceUri& uri, const DeviceLayout& layout)
+{
+    uri.rejectPath();
+    const SimulatedArray::Options options = SimulatedArray::takeOptions(uri);
+    uri.rejectUnknown();
+    return std::make_unique<SimulatedArray>(layout, options);
+}
+
+std::unique_ptr<ArrayDevice> openUsb(DeviceUri& uri, const DeviceLayout& layout)
+{
+    const UsbArrayDevice::Options options = UsbArrayDevice::takeOptions(uri);
+    uri.rejectUnknown();
+    return std::make_unique<UsbArrayDevice>(layout, options);
+}
+
+std::unique_ptr<ArrayDevice> openNull(DeviceUri& uri, const DeviceLayout& layout)
+{
+    uri.rejectPath();
+    uri.rejectUnknown();
+    return std::make_unique<NullDevice>(layout.transducers);
+}
+
+std::unique_ptr<ArrayDevice> openRecording(DeviceUri& uri, const DeviceLayout& layout)
+{
+    uri.requirePath("a file");
+    const bool overwrite = uri.takeFlag("overwrite", false);
+    uri.rejectUnknown();
+    return std::make_unique<RecordingDevice>(uri.path(), layout.transducers, overwrite);
+}
+
+std::unique_ptr<ArrayDevice> openSerialBoard(DeviceUri& uri, const DeviceLayout& layout)
+{
+    uri.requirePath("a serial port");
+    const int baud = static_cast<int>(
+        uri.takeNumber("baud", uri.scheme() == "ultraino" ? 115200 : 230400, 0, 1e7));
+    if (!SerialPort::knows(baud))
+        throw uri.error("baud=" + std::to_string(baud) +
+                        " should be 9600, 57600, 115200, 230400, 460800 or 921600");
+    // Opening the port resets an Arduino, whose bootloader listens for a second, and goes on for as long as bytes keep arriving.
+    const double settle_s = uri.takeSeconds("settle", uri.scheme() == "ultraino" ? 2 : 0);
+    uri.rejectUnknown();
+    const std::string port = uri.path();
+    return std::make_unique<BoardDevice>(
+        uri.text(),
+        makeBoardCodec(uri.scheme()),
+        layout.transducers,
+        [port, baud, settle_s](const std::vector<std::uint8_t>& lastWill)
+        { return std::make_unique<SerialPort>(port, baud, lastWill, settle_s); });
+}
+
+// Any FT232H may be something else, so none is taken that wasn't named.
+std::string pluggedInFifos()
+{
+    std::string list;
+    for (const UsbListing& one : listUsbDevices(kFifoAddress))
+        list += (list.empty() ? "" : ", ") +
+                (one.serial.empty() ? "one that doesn't tell its serial number"
+                                    : "openmpd:" + one.serial) +
+                " (" + one.condition + ")";
+    return list.empty() ? "no FT232H is plugged in" : "plugged in: " + list;
+}
+
+std::unique_ptr<ArrayDevice> openFifoBoard(DeviceUri& uri, const DeviceLayout& layout)
+{
+    uri.rejectUnknown();
+    const std::string& serial = uri.path();
+    if (serial.empty())
+        throw uri.error("which one? Name it by its serial number, for any FT232H may be something "
+                        "else; " +
+                        pluggedInFifos());
+    return std::make_unique<BoardDevice>(uri.text(),
+                                         makeBoardCodec(uri.scheme()),
+                                         layout.transducers,
+                                         [serial](const std::vector<std::uint8_t>& lastWill)
+                                         { return std::make_unique<FtdiFifo>(serial, lastWill); });
+}
+
+constexpr const char* kNoPointsInRecording =
+    "max-pressure can't be held: a recording has no control points. It holds what was capped when "
+    "it was recorded; "
+    "max-amplitude caps it again";
+
+std::unique_ptr<ArrayDevice> openList(const std::string& text,
+                                      const DeviceLayout& layout,
+                                      const SafetyLimits& limits,
+                                      const std::string& owner = {});
+
+std::unique_ptr<ArrayDevice> openPlaying(DeviceUri& uri, const DeviceLayout& layout)
+{
+    uri.requirePath("a file");
+    PlayingDevice::Options options;
+    options.speed = uri.takeNumber("speed", 1, 0.001, 1000);
+    options.loop = uri.takeFlag("loop", false);
+    const std::string to = uri.takeText("to", "");
+    uri.rejectUnknown();
+    if (to.empty()) throw uri.error("say on which device: \"play:FILE?to=usb:\"");
+    if (playsByItself(to))
+        throw uri.error("a recording plays on an array, not on another recording: \"play:\" may "
+                        "not stand in \"to\"");
+    // Read before anything is opened, so that nothing records over it.
+    recording::Show show(uri.path(), layout.transducers);
+    std::unique_ptr<ArrayDevice> device = openList(to, layout, {});
+    if (device->ability().maxPressure_Pa > 0) throw uri.error(kNoPointsInRecording);
+    return std::make_unique<PlayingDevice>(std::move(show), options, std::move(device));
+}
+
+struct Scheme
+{
+    const char* name;
+    Opener open;
+    const char* text;
+};
+
+constexpr Scheme kSchemes[] = {
+    {"sim",
+     openSimulation,
+     "sim:                    a virtual array; ?drop=0.01&unplug_at=2s&.. rehearses faults"},
+    {"usb", openUsb, "usb: or usb:SERIAL      the array over USB; ?wait=yes begins without it"},
+    {"sonicsurface",
+     openSerialBoard,
+     "sonicsurface:TTY        an open board of 256 on a serial port"},
+    {"ultraino",
+     openSerialBoard,
+     "ultraino:TTY            open boards of 64, chained, on a serial port"},
+    {"openmpd", openFifoBoard, "openmpd:SERIAL          an open board of 256 behind an FT232H"},
+    {"record",
+     openRecording,
+     "record:FILE             writes every field into a file; ?overwrite=yes into any"},
+    {"play",
+     openPlaying,
+     "play:FILE?to=DEVICE     plays a recording on another device; ?loop=yes&speed=2"},
+    {"null", openNull, "null:                   takes every field"},
+};
+
+std::unique_ptr<ArrayDevice> openOne(DeviceUri& uri,
+                                     const DeviceLayout& layout,
+                                     const SafetyLimits& limits,
+                                     const std::string& owner)
+{
+    const SafetyLimits strict = takeLimits(uri, limits);
+    if (uri.scheme() == "play" && strict.maxPressure_Pa > 0) throw uri.error(kNoPointsInRecording);
+    std::string known;
+    for (const Scheme& scheme : kSchemes)
+    {
+        if (uri.scheme() == scheme.name)
+        {
+            // Who gives no name is refused by the system, where the hardware is in use.
+            auto claim = owner.empty() ? nullptr : std::make_unique<DeviceClaim>(uri, owner);
+            auto device = scheme.open(uri, layout);
+            return std::make_unique<GuardedDevice>(
+                std::move(device), strict, layout.transducers, std::move(claim));
+        }
+        known += std::string(known.empty() ? "" : ", ") + scheme.name + ":";
+    }
+    throw uri.error("unknown kind \"" + uri.scheme() + ":\"; known are " + known);
+}
+
+// "0-7" or "3": the transducers of these boards.
+MultiDevice::Part partOf(DeviceUri& uri, const DeviceLayout& layout)
+{
+    MultiDevice::Part part;
+    part.count = layout.transducers;
+    const std::string boards = uri.takeText("boards", "");
+    if (boards.empty()) return part;
+    const int last = layout.board.empty() ? 0 : layout.board.back();
+    int from = 0;
+    int to = 0;
+    const std::size_t dash = std::min(boards.find('-'), boards.size());
+    const std::string end = dash == boards.size() ? boards : boards.substr(dash + 1);
+    const bool read = base::parseWhole(boards.substr(0, dash), from) && base::parseWhole(end, to);
+    if (!read || boards.find_first_not_of("0123456789-") != std::string::npos || from < 0 ||
+        from > to || to > last)
+        throw uri.error("boards=" + boards + " should be a board or a range of them, from 0 to " +
+                        std::to_string(last));
+    if (layout.board.empty()) return part;
+    const auto begin = std::lower_bound(layout.board.begin(), layout.board.end(), from);
+    part.first = static_cast<int>(begin - layout.board.begin());
+    part.count = static_cast<int>(std::upper_bound(begin, layout.board.end(), to) - begin);
+    return part;
+}
+
+DeviceLayout cut(const DeviceLayout& layout, const MultiDevice::Part& part)
+{
+    DeviceLayout piece{part.count, {}};
+    if (!layout.board.empty())
+        for (int i = 0; i < part.count; ++i)
+            piece.board.push_back(layout.board[part.first + i] - layout.board[part.first]);
+    return piece;
+}
+
+std::unique_ptr<ArrayDevice> openList(const std::string& text,
+                                      const DeviceLayout& layout,
+                                      const SafetyLimits& limits,
+                                      const std::string& owner)
+{
+    std::vector<MultiDevice::Part> parts;
+    for (const std::string& one : splitDeviceList(text))
+    {
+        DeviceUri uri(one);
+        parts.push_back(partOf(uri, layout));
+        parts.back().device = openOne(uri, cut(layout, parts.back()), limits, owner);
+    }
+    if (parts.size() == 1 && parts[0].count == layout.transducers)
+        return std::move(parts[0].device);
+    std::vector<bool> covered(layout.transducers);
+    for (const MultiDevice::Part& part : parts)
+        std::fill_n(covered.begin() + part.first, part.count, true);
+    const auto missing = std::find(covered.begin(), covered.end(), false);
+    if (missing != covered.end())
+        throw DeviceError("device \"" + text + "\": no device has transducer " +
+                          std::to_string(missing - covered.begin()) + " of " +
+                          std::to_string(layout.transducers));
+    return std::make_unique<MultiDevice>(std::move(parts), layout.transducers);
+}
+
+} // namespace
+
+bool ArrayDevice::sendTogether(const DriveSignal& signal, const std::shared_ptr<JointCommit>& joint)
+{
+    const bool taken = send(signal);
+    if (joint != nullptr) joint->leave();
+    return taken;
+}
+
+std::vector<std::complex<float>> ArrayDevice::wouldPlay(const DriveSignal& signal) const
+{
+    std::vector<std::complex<float>> q;
+    decode(signal, q);
+    return q;
+}
+
+bool playsByItself(const std::string& uri)
+{
+    const std::vector<std::string> list = splitDeviceList(uri);
+    return std::any_of(list.begin(),
+                       list.end(),
+                       [](const std::string& one) { return DeviceUri(one).scheme() == "play"; });
+}
+
+std::unique_ptr<ArrayDevice> openDevice(const std::string& uri, const DeviceLayout& layout)
+{
+    return openLimitedDevice(uri, layout, {});
+}
+
+std::unique_ptr<ArrayDevice> openLimitedDevice(const std::string& uri,
+                                               const DeviceLayout& layout,
+                                               const SafetyLimits& limits,
+                                               const std::string& owner)
+{
+    checkLayout(layout);
+    return openList(uri, layout, limits, owner);
+}
+
+std::string deviceKinds()
+{
+    std::string text;
+    for (const Scheme& scheme : kSchemes)
+        text += std::string(scheme.text) + "\n";
+    return text;
+}
+
+} // namespace midair::device

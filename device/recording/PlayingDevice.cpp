@@ -1,0 +1,135 @@
+#include "device/recording/PlayingDevice.h"
+
+#include "device/FieldCounters.h"
+#include "device/recording/Recording.h"
+#include "haptics/base/text/Number.h"
+
+#include <algorithm>
+
+#include <spdlog/spdlog.h>
+
+namespace midair::device
+{
+
+PlayingDevice::PlayingDevice(recording::Show show,
+                             const Options& options,
+                             std::unique_ptr<ArrayDevice> device) :
+    _show(std::move(show)),
+    _options(options),
+    _device(std::move(device))
+{
+    _thread = std::thread([this] { run(); });
+}
+
+PlayingDevice::~PlayingDevice()
+{
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        _stop = true;
+    }
+    _wake.notify_all();
+    _thread.join();
+}
+
+void PlayingDevice::run()
+{
+    std::unique_lock<std::mutex> lock(_mutex);
+    do
+    {
+        if (!playOnce(lock)) break;
+    } while (_options.loop && _fields > 0);
+    _finished = true;
+    lock.unlock();
+    _device->silence();
+}
+
+bool PlayingDevice::playOnce(std::unique_lock<std::mutex>& lock)
+{
+    recording::Reader reader(_show.bytes(), _show.file());
+    recording::Entry entry;
+    const auto start = std::chrono::steady_clock::now();
+    recording::Stop stop = reader.next(entry);
+    for (; stop == recording::Stop::MORE; stop = reader.next(entry))
+    {
+        _time_s = static_cast<double>(entry.time_ns) * 1e-9;
+        const auto due = start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                     std::chrono::duration<double>(_time_s / _options.speed));
+        if (_wake.wait_until(lock, due, [&] { return _stop; })) return false;
+        const std::chrono::duration<double> late = std::chrono::steady_clock::now() - due;
+        _worstLateness_s = std::max(_worstLateness_s, late.count());
+        lock.unlock();
+        if (entry.kind == recording::Kind::FIELD)
+            _device->send(entry.signal);
+        else
+            _device->silence();
+        lock.lock();
+        _fields += entry.kind == recording::Kind::FIELD ? 1 : 0;
+    }
+    if (stop != recording::Stop::END && _ending.empty())
+    {
+        _ending = std::string(stop == recording::Stop::TRUNCATED ? "the file breaks off"
+                                                                 : "the file is damaged") +
+                  " at byte " + std::to_string(reader.offset()) + " of " +
+                  std::to_string(_show.bytes().size()) + ", after " + std::to_string(_fields) +
+                  " whole fields";
+        spdlog::warn("recording \"{}\": {}", _show.file(), _ending);
+    }
+    return true;
+}
+
+bool PlayingDevice::send(const DriveSignal&)
+{
+    return false;
+}
+
+void PlayingDevice::silence()
+{
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        _stop = true;
+    }
+    _wake.notify_all();
+    _device
+        ->silence(); // at once; run() does so again when it ends, for a field that was just on its way
+}
+
+bool PlayingDevice::finished() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    return _finished;
+}
+
+std::string PlayingDevice::ending() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    return _ending;
+}
+
+DeviceReport PlayingDevice::report() const
+{
+    DeviceReport report = _device->report();
+    std::lock_guard<std::mutex> lock(_mutex);
+    if (!_finished || _ending.empty()) return report;
+    report.state = DeviceState::LOST;
+    ++report.faults;
+    report.message = "recording \"" + _show.file() + "\": " + _ending;
+    return report;
+}
+
+double PlayingDevice::worstLateness_s() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    return _worstLateness_s;
+}
+
+std::string PlayingDevice::status() const
+{
+    const std::string device = _device->status();
+    std::lock_guard<std::mutex> lock(_mutex);
+    return "play:" + _show.file() + ": " +
+           (_finished ? "at the end" : "at " + base::shortNumber(_time_s) + " s") + ", " +
+           std::to_string(_fields) + " fields" + (_ending.empty() ? "" : "; " + _ending) + " -> " +
+           device;
+}
+
+} // namespace midair::device

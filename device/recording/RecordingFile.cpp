@@ -1,0 +1,126 @@
+#include "device/recording/RecordingFile.h"
+
+#include "device/ArrayDevice.h"
+#include "device/recording/Recording.h"
+#include "haptics/base/RegularFile.h"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace midair::device::recording
+{
+
+namespace
+{
+
+constexpr std::size_t kMostBytes = std::size_t(2) << 30;
+// Neither follows a link in the last place, nor waits for the other end of a pipe, nor takes a terminal.
+constexpr int kCareful = O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC;
+
+[[noreturn]] void fail(const std::string& file, const std::string& why)
+{
+    throw DeviceError("recording \"" + file + "\": " + why);
+}
+
+[[noreturn]] void failToWrite(const std::string& file)
+{
+    fail(file, "can't be written: " + std::generic_category().message(errno));
+}
+
+// Before a descriptor is there, since opening some devices has effects of its own, and once it is.
+void requireOwnFile(const std::string& file, const struct stat& about)
+{
+    if (S_ISLNK(about.st_mode))
+        fail(file, "is a link, and nothing is written through one; name the file itself");
+    if (S_ISDIR(about.st_mode)) fail(file, "is a folder; name a file in it");
+    if (!S_ISREG(about.st_mode))
+        fail(file, "is a device or a pipe; a recording goes into a regular file");
+    if (about.st_nlink > 1)
+        fail(file,
+             "has " + std::to_string(about.st_nlink) +
+                 " names (hard links), and what is written here would be in all of them; choose "
+                 "another name");
+}
+
+void requireRecording(const std::string& file, int descriptor)
+{
+    std::array<char, kMagicBytes> begin{};
+    const ssize_t count = ::pread(descriptor, begin.data(), begin.size(), 0);
+    if (count < 0) failToWrite(file);
+    if (count == 0 || (count == static_cast<ssize_t>(begin.size()) &&
+                       std::memcmp(begin.data(), kMagic, begin.size()) == 0))
+        return;
+    fail(file,
+         "is there and isn't a recording (it doesn't start with MIDAIRF), so it stays as it is; "
+         "choose another name, or say record:" +
+             file + "?overwrite=yes");
+}
+
+} // namespace
+
+OpenFile::~OpenFile()
+{
+    if (_descriptor < 0) return;
+    ::flock(_descriptor, LOCK_UN); // a child of this process may have a copy of the descriptor
+    ::close(_descriptor);
+}
+
+OpenFile::OpenFile(OpenFile&& other) noexcept : _descriptor(std::exchange(other._descriptor, -1)) {}
+
+OpenFile& OpenFile::operator=(OpenFile&& other) noexcept
+{
+    std::swap(_descriptor, other._descriptor);
+    return *this;
+}
+
+OpenFile openForWriting(const std::string& file, bool overwrite)
+{
+    struct stat about = {};
+    const bool there = ::lstat(file.c_str(), &about) == 0;
+    if (!there && errno != ENOENT) failToWrite(file);
+    if (there) requireOwnFile(file, about);
+    OpenFile opened(::open(file.c_str(), (there ? O_RDWR : O_RDWR | O_CREAT) | kCareful, 0666));
+    const int descriptor = opened.descriptor();
+    if (descriptor < 0 && errno == ELOOP)
+        fail(file, "is a link, and nothing is written through one; name the file itself");
+    if (descriptor < 0 || ::fstat(descriptor, &about) != 0) failToWrite(file);
+    requireOwnFile(file, about);
+    // Where the file system has no locks, all but two at one file is as safe as with them.
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        fail(file, "is being recorded or played by somebody else; choose another name");
+    if (!overwrite) requireRecording(file, descriptor);
+    if (::ftruncate(descriptor, 0) != 0) failToWrite(file);
+    return opened;
+}
+
+Show::Show(const std::string& file, int transducers) : _file(file)
+{
+    try
+    {
+        // The lock is the file's, whatever it is opened for; one that can't be had keeps nobody from playing.
+        struct stat about = {};
+        if (::stat(file.c_str(), &about) == 0 && S_ISREG(about.st_mode))
+            _held = OpenFile(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+        if (_held.descriptor() >= 0) ::flock(_held.descriptor(), LOCK_SH | LOCK_NB);
+        _bytes = base::readRegularFile(file, kMostBytes);
+    }
+    catch (const base::FileError& error)
+    {
+        fail(file, error.what());
+    }
+    const Reader reader(_bytes, file);
+    if (reader.transducers() != transducers)
+        fail(file,
+             "was made for " + std::to_string(reader.transducers()) +
+                 " transducers, but the array has " + std::to_string(transducers));
+}
+
+} // namespace midair::device::recording

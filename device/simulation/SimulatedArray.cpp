@@ -1,0 +1,282 @@
+#include "device/simulation/SimulatedArray.h"
+
+#include "device/DeviceUri.h"
+#include "device/DriveEncoder.h"
+
+#include <algorithm>
+
+#include <spdlog/spdlog.h>
+
+namespace midair::device
+{
+
+namespace
+{
+
+// Refuses before anything is built, so that the members can be const.
+const DeviceLayout&
+checked(const DeviceLayout& layout, const BoardCodec* codec, const std::string& name)
+{
+    if (codec == nullptr && !name.empty())
+        throw DeviceError("device \"sim:\": board=" + name +
+                          " should be sonicsurface, ultraino or openmpd");
+    if (codec != nullptr && !codec->takes(layout.transducers))
+        throw DeviceError("device \"sim:\": board " + name + " has " + codec->takesText() +
+                          ", but the array has " + std::to_string(layout.transducers));
+    return layout;
+}
+
+} // namespace
+
+SimulatedArray::Options SimulatedArray::takeOptions(DeviceUri& uri)
+{
+    constexpr double kNever_s = 1e6;
+    Options options;
+    options.drop = uri.takeNumber("drop", 0, 0, 1);
+    options.corrupt = uri.takeNumber("corrupt", 0, 0, 1);
+    options.seed = static_cast<unsigned>(uri.takeNumber("seed", 1, 0, 1e9));
+    options.firmware.latency_s = uri.takeSeconds("latency", 0);
+    options.firmware.fieldsPerSecond = uri.takeNumber("fps", 0, 0, 1e6);
+    options.unplugAt_s = uri.takeSeconds("unplug_at", kNever_s);
+    options.replugAt_s = uri.takeSeconds("replug_at", kNever_s);
+    options.hangAt_s = uri.takeSeconds("hang_at", kNever_s);
+    options.board = uri.takeText("board", "");
+    return options;
+}
+
+SimulatedArray::SimulatedArray(const DeviceLayout& layout, const Options& options) :
+    _layout(checked(layout, makeBoardCodec(options.board).get(), options.board)),
+    _options(options),
+    _ranges(protocol::ranges(layout)),
+    _start_s(base::steadySeconds()),
+    _codec(makeBoardCodec(options.board)),
+    _firmware(layout, options.firmware),
+    _board(makeVirtualBoard(options.board, layout.transducers)),
+    _random(options.seed)
+{
+    if (_codec != nullptr)
+    {
+        _codec->appendReset(_bytes, layout.transducers);
+        _board->receive(_bytes.data(), _bytes.size());
+        return;
+    }
+    protocol::Packet hello;
+    hello.type = protocol::Type::HELLO;
+    protocol::append(_bytes, hello);
+    _firmware.receive(_bytes.data(), _bytes.size(), 0);
+    _firmware.takeAnswer(4096, 0);
+}
+
+SimulatedArray::~SimulatedArray()
+{
+    silence();
+}
+
+double SimulatedArray::advance() const
+{
+    const double now_s = base::steadySeconds() - _start_s;
+    // A real host sends KEEPALIVE from a thread of its own; here the firmware is told when somebody looks.
+    if (!unplugged(now_s)) _firmware.keptAlive(std::min(now_s, _options.hangAt_s));
+    const std::uint32_t watchdogs = _firmware.status(now_s).watchdogs;
+    if (watchdogs > _watchdogs)
+        _counters.change(
+            [](DeviceReport& report)
+            {
+                ++report.faults;
+                report.message = "muted by its watchdog";
+            });
+    _watchdogs = watchdogs;
+    if (now_s >= _options.unplugAt_s && !_unplugged)
+    {
+        _unplugged = _lost = true;
+        _counters.change(
+            [](DeviceReport& report)
+            {
+                ++report.faults;
+                report.state = DeviceState::LOST;
+                report.message = "unplugged";
+            });
+        _firmware.powerCycle(now_s);
+        _watchdogs = 0;
+        spdlog::error("sim: unplugged; silent until it is plugged in again");
+    }
+    if (now_s >= _options.replugAt_s && _options.replugAt_s > _options.unplugAt_s && _lost)
+    {
+        _lost = false;
+        _counters.change(
+            [](DeviceReport& report)
+            {
+                ++report.reconnects;
+                report.state = DeviceState::READY;
+            });
+        spdlog::info("sim: plugged in again");
+    }
+    return now_s;
+}
+
+// Every packet may be lost or damaged on its own, as on a wire.
+void SimulatedArray::deliver(double now_s)
+{
+    if (_options.drop <= 0 && _options.corrupt <= 0)
+    {
+        _firmware.receive(_bytes.data(), _bytes.size(), now_s);
+        return;
+    }
+    std::uniform_real_distribution<double> chance(0, 1);
+    std::size_t begin = 0;
+    while (begin < _bytes.size())
+    {
+        const std::size_t length = protocol::kHeaderBytes + _bytes[begin + 4] +
+                                   256U * _bytes[begin + 5] + protocol::kCrcBytes;
+        if (chance(_random) < _options.corrupt) _bytes[begin + _random() % length] ^= 0x10;
+        if (chance(_random) >= _options.drop)
+            _firmware.receive(_bytes.data() + begin, length, now_s);
+        begin += length;
+    }
+}
+
+bool SimulatedArray::sendPackets(const DriveSignal& signal, double now_s)
+{
+    if (++_sequence == 0) ++_sequence; // 0 means none
+    _bytes.clear();
+    protocol::appendField(_bytes, signal, _ranges, _sequence);
+    deliver(now_s);
+    _firmware.takeAnswer(1 << 16, now_s);
+    return _firmware.status(now_s).lastPlayed == _sequence;
+}
+
+bool SimulatedArray::send(const DriveSignal& signal)
+{
+    const double sentAt_s = base::steadySeconds();
+    std::lock_guard<std::mutex> lock(_mutex);
+    const double now_s = advance();
+    const bool whole =
+        signal.size() == _layout.transducers && signal.duty.size() == signal.phase.size();
+    if (!whole || unplugged(now_s))
+    {
+        _counters.countRefused();
+        return false;
+    }
+    if (_codec != nullptr)
+    {
+        _bytes.clear();
+        _codec->appendField(_bytes, signal);
+        _board->receive(_bytes.data(), _bytes.size());
+        _counters.countPlayed(sentAt_s);
+        return true;
+    }
+    if (now_s >= _options.hangAt_s || !sendPackets(signal, now_s))
+        _counters.change(
+            [](DeviceReport& report)
+            {
+                ++report.sent;
+                ++report.lost;
+                report.message = "a field didn't come whole and was not played";
+            });
+    else
+        _counters.countPlayed(sentAt_s);
+    return true;
+}
+
+void SimulatedArray::silenceLocked(double now_s)
+{
+    _bytes.clear();
+    if (_codec != nullptr)
+    {
+        _codec->appendSilence(_bytes, _layout.transducers);
+        _board->receive(_bytes.data(), _bytes.size());
+        return;
+    }
+    if (unplugged(now_s) || now_s >= _options.hangAt_s) return;
+    protocol::Packet mute;
+    mute.type = protocol::Type::MUTE;
+    mute.sequence = ++_sequence;
+    protocol::append(_bytes, mute);
+    _firmware.receive(_bytes.data(), _bytes.size(), now_s);
+}
+
+void SimulatedArray::silence()
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    silenceLocked(advance());
+}
+
+bool SimulatedArray::identify(int board, bool light)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    const double now_s = advance();
+    if (_codec != nullptr || unplugged(now_s)) return false;
+    protocol::Packet packet;
+    packet.type = protocol::Type::IDENTIFY;
+    packet.board = board < 0 ? protocol::kAllBoards : static_cast<std::uint16_t>(board);
+    packet.light = light;
+    _bytes.clear();
+    protocol::append(_bytes, packet);
+    _firmware.receive(_bytes.data(), _bytes.size(), now_s);
+    return true;
+}
+
+DriveAbility SimulatedArray::ability() const
+{
+    DriveAbility ability;
+    ability.fieldsPerSecond = _options.firmware.fieldsPerSecond;
+    if (_codec == nullptr) return ability;
+    ability.phaseLevels = _codec->phaseLevels();
+    ability.amplitudes = _codec->amplitudes();
+    // The simulation has no line; who rehearses with it is to meet the board's.
+    const double carried = _codec->fieldsPerSecond(_layout.transducers);
+    if (ability.fieldsPerSecond <= 0 || carried < ability.fieldsPerSecond)
+        ability.fieldsPerSecond = carried;
+    return ability;
+}
+
+DeviceReport SimulatedArray::report() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    const double now_s = advance();
+    DeviceReport report = _counters.report();
+    if (_codec == nullptr)
+    {
+        report.firmware = "1." + std::to_string(_options.firmware.firmwareMinor) + ".0";
+        report.temperature_C = _firmware.status(now_s).temperature_dC / 10.0;
+    }
+    return report;
+}
+
+std::string SimulatedArray::status() const
+{
+    const std::string counters = countersText(report());
+    std::lock_guard<std::mutex> lock(_mutex);
+    const double now_s = advance();
+    std::string text =
+        "sim: " + (_codec != nullptr ? std::string(_codec->name()) + ", " : std::string()) +
+        std::to_string(_layout.transducers) + " transducers, " + counters;
+    if (_codec != nullptr) return text;
+    const protocol::Status status = _firmware.status(now_s);
+    if ((status.flags & protocol::WATCHDOG_FIRED) != 0) text += "; muted by the watchdog";
+    if (status.incomplete > 0)
+        text += "; " + std::to_string(status.incomplete) +
+                " fields came incomplete and were not played";
+    return text;
+}
+
+std::vector<std::complex<float>> SimulatedArray::played() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    const double now_s = advance();
+    if (unplugged(now_s)) return std::vector<std::complex<float>>(_layout.transducers);
+    if (_codec != nullptr) return _board->playing();
+    std::vector<std::complex<float>> q;
+    decode(_firmware.playing(now_s), q);
+    return q;
+}
+
+std::vector<std::complex<float>> SimulatedArray::wouldPlay(const DriveSignal& signal) const
+{
+    if (_codec == nullptr) return ArrayDevice::wouldPlay(signal);
+    std::vector<std::complex<float>> q;
+    _codec->played(signal, q);
+    return q;
+}
+
+} // namespace midair::device

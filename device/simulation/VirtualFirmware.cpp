@@ -1,0 +1,289 @@
+#include "device/simulation/VirtualFirmware.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::device
+{
+
+using protocol::Packet;
+using protocol::Type;
+
+namespace
+{
+
+constexpr double kCoolingBand_C = 5;
+constexpr std::size_t kMostAnswers = 64; // a host that never reads must not make the device grow
+
+} // namespace
+
+VirtualFirmware::VirtualFirmware(const DeviceLayout& layout, const Options& options) :
+    _options(options),
+    _transducers(layout.transducers),
+    _temperature_C(options.temperature_C)
+{
+    _boardBegin.push_back(0);
+    for (int i = 1; i < _transducers; ++i)
+        if (!layout.board.empty() && layout.board[i] != layout.board[i - 1])
+            _boardBegin.push_back(i);
+    _light.assign(_boardBegin.size(), false);
+    _boardBegin.push_back(_transducers);
+    reset();
+}
+
+void VirtualFirmware::reset()
+{
+    _parser = protocol::StreamParser();
+    _back.phase.assign(_transducers, 0);
+    _back.duty.assign(_transducers, 0);
+    _front = _back;
+    _stamp.assign(_transducers, 0);
+    _queue.clear();
+    _answers.clear();
+    _status = protocol::Status();
+    _newest = 0;
+    mute(protocol::MUTED);
+}
+
+void VirtualFirmware::powerCycle(double now_s)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    reset();
+    _lastPacket_s = now_s;
+}
+
+void VirtualFirmware::mute(std::uint16_t why)
+{
+    _queue.clear();
+    std::fill(_front.duty.begin(), _front.duty.end(), std::uint8_t(0));
+    _status.flags =
+        static_cast<std::uint16_t>((_status.flags & ~unsigned(protocol::PLAYING)) | why);
+}
+
+// Brings the state to now_s: swaps what is due, unless the watchdog came before.
+void VirtualFirmware::advance(double now_s)
+{
+    const double watchdogAt_s = _lastPacket_s + _watchdog_s;
+    while (!_queue.empty() && _queue.front().due_s <= std::min(now_s, watchdogAt_s))
+    {
+        _front = std::move(_queue.front().signal);
+        _queue.pop_front();
+    }
+    const bool sounds = (_status.flags & protocol::PLAYING) != 0;
+    if (sounds && now_s > watchdogAt_s)
+    {
+        mute(protocol::WATCHDOG_FIRED);
+        ++_status.watchdogs;
+        answerStatus(0);
+    }
+}
+
+void VirtualFirmware::answerStatus(std::uint32_t sequence)
+{
+    _status.temperature_dC = static_cast<std::int16_t>(std::lround(_temperature_C * 10));
+    _status.badPackets = _parser.badPackets();
+    Packet packet;
+    packet.type = Type::STATUS;
+    packet.version = _options.protocolVersion;
+    packet.sequence = sequence;
+    packet.status = _status;
+    std::vector<std::uint8_t> bytes;
+    protocol::append(bytes, packet);
+    _answers.push_back(std::move(bytes));
+    if (_answers.size() > kMostAnswers) _answers.pop_front();
+}
+
+void VirtualFirmware::receive(const std::uint8_t* bytes, std::size_t count, double now_s)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    advance(now_s);
+    _parser.push(bytes, count);
+    Packet packet;
+    while (_parser.next(packet))
+    {
+        _lastPacket_s = now_s;
+        handle(packet, now_s);
+    }
+    advance(now_s);
+}
+
+void VirtualFirmware::handle(const Packet& packet, double now_s)
+{
+    switch (packet.type)
+    {
+    case Type::HELLO:
+    {
+        _newest = 0;
+        _status.lastPlayed = 0;
+        std::fill(_stamp.begin(), _stamp.end(), 0U);
+        mute(protocol::MUTED);
+        _watchdog_s =
+            std::min<double>(std::max<int>(packet.watchdog_ms, 1), 1000 * protocol::kWatchdog_s) /
+            1000;
+        Packet answer;
+        answer.type = Type::INFO;
+        answer.version = _options.protocolVersion;
+        answer.info.firmwareMajor = 1;
+        answer.info.firmwareMinor = _options.firmwareMinor;
+        answer.info.boards = static_cast<std::uint16_t>(_boardBegin.size() - 1);
+        answer.info.transducers = static_cast<std::uint32_t>(_transducers);
+        answer.info.watchdog_ms = static_cast<std::uint16_t>(std::lround(_watchdog_s * 1000));
+        answer.info.fieldsPerSecond =
+            static_cast<std::uint16_t>(std::min(_options.fieldsPerSecond, 65535.0));
+        answer.info.nonce = packet.nonce;
+        std::vector<std::uint8_t> bytes;
+        protocol::append(bytes, answer);
+        _answers.push_back(std::move(bytes));
+        break;
+    }
+    case Type::DATA:
+        store(packet);
+        break;
+    case Type::COMMIT:
+        commit(packet, now_s);
+        answerStatus(packet.sequence);
+        break;
+    case Type::MUTE:
+        // One that a newer field has overtaken is outdated; 0 always mutes.
+        if (packet.sequence == 0 || protocol::newer(packet.sequence, _newest))
+        {
+            _newest = packet.sequence == 0 ? _newest : packet.sequence;
+            mute(protocol::MUTED);
+        }
+        answerStatus(packet.sequence);
+        break;
+    case Type::KEEPALIVE:
+        break;
+    case Type::GET_STATUS:
+        answerStatus(0);
+        break;
+    case Type::IDENTIFY:
+        for (std::size_t board = 0; board < _light.size(); ++board)
+            if (packet.board == protocol::kAllBoards || packet.board == board)
+                _light[board] = packet.light;
+        break;
+    case Type::STATUS:
+    case Type::INFO:
+        break; // no host sends these
+    }
+}
+
+void VirtualFirmware::store(const Packet& packet)
+{
+    if (packet.board + 1U >= _boardBegin.size()) return;
+    const int begin = _boardBegin[packet.board] + packet.first;
+    const int count = static_cast<int>(packet.phases.size());
+    if (begin + count > _boardBegin[packet.board + 1U]) return;
+    std::copy(packet.phases.begin(), packet.phases.end(), _back.phase.begin() + begin);
+    std::copy(packet.duties.begin(), packet.duties.end(), _back.duty.begin() + begin);
+    std::fill_n(_stamp.begin() + begin, count, packet.sequence);
+}
+
+void VirtualFirmware::commit(const Packet& packet, double now_s)
+{
+    if (!protocol::newer(packet.sequence, _newest))
+    {
+        ++_status.stale;
+        return;
+    }
+    const bool complete =
+        packet.transducers == static_cast<std::uint32_t>(_transducers) &&
+        std::all_of(_stamp.begin(),
+                    _stamp.end(),
+                    [&](std::uint32_t stamp) { return stamp == packet.sequence; });
+    if (!complete)
+    {
+        ++_status.incomplete;
+        return;
+    }
+    if ((_status.flags & protocol::OVER_TEMPERATURE) != 0) return;
+    double due_s = now_s + _options.latency_s;
+    if (_options.fieldsPerSecond > 0)
+    {
+        // One that waits for its turn gives way to a newer one.
+        if (!_queue.empty() && _queue.back().due_s > due_s)
+        {
+            due_s = _queue.back().due_s;
+            _queue.pop_back();
+            ++_status.stale;
+            --_status.played;
+        }
+        else
+            due_s = std::max(due_s, _lastDue_s + 1 / _options.fieldsPerSecond);
+    }
+    _lastDue_s = due_s;
+    _queue.push_back({due_s, _back});
+    _newest = packet.sequence;
+    _status.lastPlayed = packet.sequence;
+    ++_status.played;
+    _status.flags = protocol::PLAYING;
+}
+
+std::vector<std::uint8_t> VirtualFirmware::takeAnswer(std::size_t most, double now_s)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    advance(now_s);
+    std::vector<std::uint8_t> bytes;
+    while (!_answers.empty() && bytes.size() + _answers.front().size() <= most)
+    {
+        bytes.insert(bytes.end(), _answers.front().begin(), _answers.front().end());
+        _answers.pop_front();
+    }
+    return bytes;
+}
+
+bool VirtualFirmware::hasAnswer(double now_s)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    advance(now_s);
+    return !_answers.empty();
+}
+
+void VirtualFirmware::keptAlive(double now_s)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    _lastPacket_s = now_s;
+    advance(now_s);
+}
+
+DriveSignal VirtualFirmware::playing(double now_s)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    advance(now_s);
+    return _front;
+}
+
+protocol::Status VirtualFirmware::status(double now_s)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    advance(now_s);
+    _status.badPackets = _parser.badPackets();
+    _status.temperature_dC = static_cast<std::int16_t>(std::lround(_temperature_C * 10));
+    return _status;
+}
+
+bool VirtualFirmware::light(int board) const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    return _light.at(board);
+}
+
+void VirtualFirmware::setTemperature(double celsius, double now_s)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    advance(now_s);
+    _temperature_C = celsius;
+    const bool hot = (_status.flags & protocol::OVER_TEMPERATURE) != 0;
+    if (!hot && celsius > _options.temperatureLimit_C)
+    {
+        mute(protocol::OVER_TEMPERATURE);
+        answerStatus(0);
+    }
+    else if (hot && celsius < _options.temperatureLimit_C - kCoolingBand_C)
+    {
+        _status.flags = protocol::MUTED;
+        answerStatus(0);
+    }
+}
+
+} // namespace midair::device

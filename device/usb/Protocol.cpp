@@ -1,0 +1,341 @@
+#include "device/usb/Protocol.h"
+
+#include "device/ArrayDevice.h"
+#include "haptics/base/Bytes.h"
+#include "haptics/base/Crc32c.h"
+
+#include <algorithm>
+
+namespace midair::device::protocol
+{
+
+namespace
+{
+
+constexpr std::uint8_t kMagic0 = 0x4D; // "MH"
+constexpr std::uint8_t kMagic1 = 0x48;
+constexpr std::size_t kDataHead = 4; // first, count
+constexpr std::size_t kStatusBytes = 28;
+constexpr std::size_t kInfoBytes = 24;
+
+void putU16(std::vector<std::uint8_t>& out, std::size_t at, std::size_t value)
+{
+    out[at] = static_cast<std::uint8_t>(value);
+    out[at + 1] = static_cast<std::uint8_t>(value >> 8);
+}
+
+// Header with the payload's length still open; gives where the packet begins.
+std::size_t begin(std::vector<std::uint8_t>& out,
+                  Type type,
+                  std::uint16_t board,
+                  std::uint32_t sequence,
+                  std::uint8_t version = kVersion)
+{
+    const std::size_t start = out.size();
+    base::ByteWriter writer(out);
+    writer.u8(kMagic0);
+    writer.u8(kMagic1);
+    writer.u8(version);
+    writer.u8(static_cast<std::uint8_t>(type));
+    writer.u16(0);
+    writer.u16(board);
+    writer.u32(sequence);
+    return start;
+}
+
+void finish(std::vector<std::uint8_t>& out, std::size_t start)
+{
+    putU16(out, start + 4, out.size() - start - kHeaderBytes);
+    base::ByteWriter(out).u32(base::crc32c(out.data() + start, out.size() - start));
+}
+
+void appendStatus(base::ByteWriter& out, const Status& status)
+{
+    out.u32(status.lastPlayed);
+    out.u16(status.flags);
+    out.u16(static_cast<std::uint16_t>(status.temperature_dC));
+    out.u32(status.played);
+    out.u32(status.stale);
+    out.u32(status.incomplete);
+    out.u32(status.badPackets);
+    out.u32(status.watchdogs);
+}
+
+void appendInfo(base::ByteWriter& out, const Info& info)
+{
+    out.u8(info.firmwareMajor);
+    out.u8(info.firmwareMinor);
+    out.u8(info.firmwarePatch);
+    out.u8(0);
+    out.u16(info.boards);
+    out.u16(0);
+    out.u32(info.transducers);
+    out.u16(info.phaseLevels);
+    out.u16(info.dutyLevels);
+    out.u16(info.watchdog_ms);
+    out.u16(info.fieldsPerSecond);
+    out.u32(info.nonce);
+}
+
+Status readStatus(base::ByteReader& in)
+{
+    Status status;
+    status.lastPlayed = in.u32();
+    status.flags = in.u16();
+    status.temperature_dC = static_cast<std::int16_t>(in.u16());
+    status.played = in.u32();
+    status.stale = in.u32();
+    status.incomplete = in.u32();
+    status.badPackets = in.u32();
+    status.watchdogs = in.u32();
+    return status;
+}
+
+Info readInfo(base::ByteReader& in)
+{
+    Info info;
+    info.firmwareMajor = in.u8();
+    info.firmwareMinor = in.u8();
+    info.firmwarePatch = in.u8();
+    in.u8();
+    info.boards = in.u16();
+    in.u16();
+    info.transducers = in.u32();
+    info.phaseLevels = in.u16();
+    info.dutyLevels = in.u16();
+    info.watchdog_ms = in.u16();
+    info.fieldsPerSecond = in.u16();
+    info.nonce = in.u32();
+    return info;
+}
+
+// Whether a payload of this length may belong to the type, so that garbage is known by its first 12 bytes.
+bool lengthFits(Type type, std::size_t length)
+{
+    switch (type)
+    {
+    case Type::HELLO:
+        return length == 8;
+    case Type::DATA:
+        return length > kDataHead && length % 2 == 0 && length <= kDataHead + 2 * kMostInPacket;
+    case Type::COMMIT:
+    case Type::IDENTIFY:
+        return length == 4;
+    case Type::MUTE:
+    case Type::KEEPALIVE:
+    case Type::GET_STATUS:
+        return length == 0;
+    case Type::STATUS:
+        return length == kStatusBytes;
+    case Type::INFO:
+        return length == kInfoBytes;
+    }
+    return false;
+}
+
+bool readPayload(base::ByteReader& in, Packet& packet)
+{
+    switch (packet.type)
+    {
+    case Type::HELLO:
+        packet.nonce = in.u32();
+        packet.watchdog_ms = in.u16();
+        in.u16();
+        break;
+    case Type::DATA:
+    {
+        packet.first = in.u16();
+        const std::size_t count = in.u16();
+        const std::uint8_t* phases = in.bytes(count);
+        const std::uint8_t* duties = in.bytes(count);
+        if (!in.ok() || in.left() != 0) return false;
+        packet.phases.assign(phases, phases + count);
+        packet.duties.assign(duties, duties + count);
+        break;
+    }
+    case Type::COMMIT:
+        packet.transducers = in.u32();
+        break;
+    case Type::IDENTIFY:
+        packet.light = in.u32() != 0;
+        break;
+    case Type::STATUS:
+        packet.status = readStatus(in);
+        break;
+    case Type::INFO:
+        packet.info = readInfo(in);
+        break;
+    case Type::MUTE:
+    case Type::KEEPALIVE:
+    case Type::GET_STATUS:
+        break;
+    }
+    return in.ok() && in.left() == 0;
+}
+
+} // namespace
+
+std::string Info::firmware() const
+{
+    return std::to_string(firmwareMajor) + "." + std::to_string(firmwareMinor) + "." +
+           std::to_string(firmwarePatch);
+}
+
+void append(std::vector<std::uint8_t>& out, const Packet& packet)
+{
+    const std::size_t start =
+        begin(out, packet.type, packet.board, packet.sequence, packet.version);
+    base::ByteWriter writer(out);
+    switch (packet.type)
+    {
+    case Type::HELLO:
+        writer.u32(packet.nonce);
+        writer.u16(packet.watchdog_ms);
+        writer.u16(0);
+        break;
+    case Type::DATA:
+        writer.u16(packet.first);
+        writer.u16(static_cast<std::uint16_t>(packet.phases.size()));
+        writer.bytes(packet.phases.data(), packet.phases.size());
+        writer.bytes(packet.duties.data(), packet.duties.size());
+        break;
+    case Type::COMMIT:
+        writer.u32(packet.transducers);
+        break;
+    case Type::IDENTIFY:
+        writer.u32(packet.light ? 1 : 0);
+        break;
+    case Type::STATUS:
+        appendStatus(writer, packet.status);
+        break;
+    case Type::INFO:
+        appendInfo(writer, packet.info);
+        break;
+    case Type::MUTE:
+    case Type::KEEPALIVE:
+    case Type::GET_STATUS:
+        break;
+    }
+    finish(out, start);
+}
+
+std::vector<Range> ranges(const DeviceLayout& layout)
+{
+    std::vector<Range> cut;
+    int boardBegin = 0;
+    for (int i = 0; i < layout.transducers; ++i)
+    {
+        const int board = layout.board.empty() ? 0 : layout.board[i];
+        const bool newBoard = i > 0 && board != cut.back().board;
+        if (newBoard) boardBegin = i;
+        if (i == 0 || newBoard || cut.back().count == kMostInPacket)
+            cut.push_back({static_cast<std::uint16_t>(board),
+                           static_cast<std::uint16_t>(i - boardBegin),
+                           0,
+                           i});
+        ++cut.back().count;
+    }
+    return cut;
+}
+
+void appendData(std::vector<std::uint8_t>& out,
+                const DriveSignal& signal,
+                const std::vector<Range>& ranges,
+                std::uint32_t sequence)
+{
+    for (const Range& range : ranges)
+    {
+        const std::size_t start = begin(out, Type::DATA, range.board, sequence);
+        base::ByteWriter writer(out);
+        writer.u16(range.first);
+        writer.u16(range.count);
+        writer.bytes(signal.phase.data() + range.offset, range.count);
+        writer.bytes(signal.duty.data() + range.offset, range.count);
+        finish(out, start);
+    }
+}
+
+void appendCommit(std::vector<std::uint8_t>& out, int transducers, std::uint32_t sequence)
+{
+    const std::size_t start = begin(out, Type::COMMIT, kAllBoards, sequence);
+    base::ByteWriter(out).u32(static_cast<std::uint32_t>(transducers));
+    finish(out, start);
+}
+
+void appendField(std::vector<std::uint8_t>& out,
+                 const DriveSignal& signal,
+                 const std::vector<Range>& ranges,
+                 std::uint32_t sequence)
+{
+    appendData(out, signal, ranges, sequence);
+    appendCommit(out, signal.size(), sequence);
+}
+
+void StreamParser::push(const std::uint8_t* bytes, std::size_t count)
+{
+    if (_begin > 0 && _begin == _bytes.size()) clear();
+    _bytes.insert(_bytes.end(), bytes, bytes + count);
+}
+
+void StreamParser::clear()
+{
+    _bytes.clear();
+    _begin = 0;
+}
+
+StreamParser::Result StreamParser::parse(std::size_t& used, Packet& packet) const
+{
+    const std::uint8_t* data = _bytes.data() + _begin;
+    const std::size_t size = _bytes.size() - _begin;
+    if (data[0] != kMagic0 || (size > 1 && data[1] != kMagic1)) return Result::BAD;
+    if (size < kHeaderBytes) return Result::MORE;
+    base::ByteReader in(data + 2, kHeaderBytes - 2);
+    const std::uint8_t version = in.u8();
+    const Type type = static_cast<Type>(in.u8());
+    const std::size_t length = in.u16();
+    // Other versions may have other packets, but how they greet stays, so that both sides can say what is wrong.
+    const bool greeting = type == Type::HELLO || type == Type::INFO;
+    if (!lengthFits(type, length) || (version != kVersion && !greeting)) return Result::BAD;
+    const std::size_t whole = kHeaderBytes + length + kCrcBytes;
+    if (size < whole) return Result::MORE;
+    if (base::ByteReader(data + whole - kCrcBytes, kCrcBytes).u32() !=
+        base::crc32c(data, whole - kCrcBytes))
+        return Result::BAD;
+    Packet read;
+    read.version = version;
+    read.type = type;
+    read.board = in.u16();
+    read.sequence = in.u32();
+    base::ByteReader payload(data + kHeaderBytes, length);
+    if (!readPayload(payload, read)) return Result::BAD;
+    packet = std::move(read);
+    used = whole;
+    return Result::PACKET;
+}
+
+bool StreamParser::next(Packet& packet)
+{
+    while (_begin < _bytes.size())
+    {
+        std::size_t used = 0;
+        const Result result = parse(used, packet);
+        if (result == Result::PACKET)
+        {
+            _begin += used;
+            _skipping = false;
+            return true;
+        }
+        if (result == Result::MORE) break;
+        if (!_skipping) ++_bad;
+        _skipping = true;
+        const auto* from = _bytes.data() + _begin + 1;
+        const auto* end = _bytes.data() + _bytes.size();
+        _begin = static_cast<std::size_t>(std::find(from, end, kMagic0) - _bytes.data());
+    }
+    // What is left is at most the start of one packet, so this copies little.
+    _bytes.erase(_bytes.begin(), _bytes.begin() + static_cast<std::ptrdiff_t>(_begin));
+    _begin = 0;
+    return false;
+}
+
+} // namespace midair::device::protocol

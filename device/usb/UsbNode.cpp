@@ -1,0 +1,53 @@
+#include "device/usb/UsbNode.h"
+
+#include <libusb.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+
+#include <dirent.h>
+#include <linux/usbdevice_fs.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+
+namespace midair::device
+{
+
+std::string nodeOf(libusb_device* device)
+{
+    char text[40];
+    std::snprintf(text,
+                  sizeof text,
+                  "/dev/bus/usb/%03d/%03d",
+                  libusb_get_bus_number(device),
+                  libusb_get_device_address(device));
+    return text;
+}
+
+// libusb doesn't tell. Another thread may have the same device open for a moment, to read its serial number, so the descriptor also
+// has to be the one that holds the claim: to claim again what it holds succeeds and changes nothing, for any other it is busy.
+int descriptorOf(libusb_device_handle* handle, unsigned interface)
+{
+    struct stat node
+    {
+    };
+    if (::stat(nodeOf(libusb_get_device(handle)).c_str(), &node) != 0) return -1;
+    const std::unique_ptr<DIR, int (*)(DIR*)> open(::opendir("/proc/self/fd"), ::closedir);
+    if (open == nullptr) return -1;
+    while (const dirent* entry = ::readdir(open.get()))
+    {
+        const int descriptor =
+            std::atoi(entry->d_name); // of "." and "..": 0, which comes once more
+        struct stat file
+        {
+        };
+        const bool same = ::fstat(descriptor, &file) == 0 && file.st_dev == node.st_dev &&
+                          file.st_ino == node.st_ino;
+        if (same && ::ioctl(descriptor, USBDEVFS_CLAIMINTERFACE, &interface) == 0)
+            return descriptor;
+    }
+    return -1;
+}
+
+} // namespace midair::device

@@ -1,0 +1,324 @@
+#include "engine-bridge/calibration/Calibration.h"
+
+#include "engine-bridge/calibration/RobustFit.h"
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/PlainText.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+constexpr int kEnoughPoints = 12;
+constexpr double kLineRatio = 0.05;  ///< second over first standard deviation: below, a line
+constexpr double kPlaneRatio = 0.1;  ///< third over first: below, a plane
+constexpr double kMirrorRatio = 0.5; ///< mirrored noise over direct: below, the wrong hand
+constexpr int kDraws = 4000;         ///< 95 % quantile good to about 1.5 %
+constexpr int kEdgeDirections = 256;
+
+std::string format(const char* pattern, double a, double b = 0.0, double c = 0.0, double d = 0.0)
+{
+    return base::plainText(pattern, a, b, c, d);
+}
+
+PointPairs chosen(const PointPairs& pairs, const std::vector<bool>& which)
+{
+    PointPairs result;
+    const auto count = std::count(which.begin(), which.end(), true);
+    result.world.resize(3, count);
+    result.array.resize(3, count);
+    for (Eigen::Index k = 0, to = 0; k < pairs.world.cols(); ++k)
+    {
+        if (!which[static_cast<std::size_t>(k)]) continue;
+        result.world.col(to) = pairs.world.col(k);
+        result.array.col(to++) = pairs.array.col(k);
+    }
+    return result;
+}
+
+/// Standard deviations along the principal axes, largest first.
+Eigen::Vector3d spread(const Eigen::Matrix3Xd& points)
+{
+    const Eigen::Matrix3Xd centred = points.colwise() - points.rowwise().mean();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(centred * centred.transpose());
+    const double count = static_cast<double>(points.cols());
+    return (axes.eigenvalues().cwiseMax(0.0) / count).cwiseSqrt().reverse();
+}
+
+Eigen::Matrix3d cross(const Eigen::Vector3d& v)
+{
+    Eigen::Matrix3d m;
+    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+    return m;
+}
+
+/// Error of the fit at r, to first order: e = t + w x (r - c) with c the pairs' centroid, Cov t = sigma^2/n I and
+/// Cov w = sigma^2 A^-1, A = sum(|d|^2 I - d d^T), d = r_k - c (normal equations of the rigid fit; its trace is the target
+/// registration error of Fitzpatrick, West, Maurer 1998). Returns Cov e / sigma^2.
+class ErrorModel
+{
+public:
+    explicit ErrorModel(const Eigen::Matrix3Xd& points) :
+        _centre(points.rowwise().mean()),
+        _count(static_cast<double>(points.cols()))
+    {
+        const Eigen::Matrix3Xd d = points.colwise() - _centre;
+        const Eigen::Matrix3d moments =
+            d.squaredNorm() * Eigen::Matrix3d::Identity() - d * d.transpose();
+        _inverse = moments.inverse();
+    }
+
+    Eigen::Matrix3d at(const Eigen::Vector3d& r) const
+    {
+        const Eigen::Matrix3d lever = cross(r - _centre);
+        return Eigen::Matrix3d::Identity() / _count + lever * _inverse * lever.transpose();
+    }
+
+    /// At the worst of some evenly spread spots of the sphere of \a radius round the origin (a Fibonacci lattice).
+    Eigen::Matrix3d worstAtRadius(double radius) const
+    {
+        Eigen::Matrix3d worst = at(Eigen::Vector3d(0, 0, radius));
+        const double golden = M_PI * (3.0 - std::sqrt(5.0));
+        for (int i = 0; i < kEdgeDirections; ++i)
+        {
+            const double z = 1.0 - (2.0 * i + 1.0) / kEdgeDirections;
+            const double ring = std::sqrt(1.0 - z * z);
+            const Eigen::Vector3d u(ring * std::cos(golden * i), ring * std::sin(golden * i), z);
+            const Eigen::Matrix3d here = at(radius * u);
+            if (here.trace() > worst.trace()) worst = here;
+        }
+        return worst;
+    }
+
+private:
+    Eigen::Vector3d _centre;
+    double _count;
+    Eigen::Matrix3d _inverse;
+};
+
+/// Median and 95 % quantile of |e|, e normal with covariance sigma^2 C, sigma itself known from \a freedom degrees of
+/// freedom only (so Student's, not Gauss's tails): by seeded draws.
+void errorQuantiles(CalibrationReport& report,
+                    const Eigen::Matrix3d& C,
+                    int freedom,
+                    std::uint64_t seed)
+{
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(C);
+    const Eigen::Vector3d sigmas = report.noise_m * axes.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    std::chi_squared_distribution<double> chi2(freedom);
+    std::vector<double> errors(kDraws);
+    for (double& error : errors)
+    {
+        const Eigen::Vector3d z(normal(random), normal(random), normal(random));
+        error = sigmas.cwiseProduct(z).norm() * std::sqrt(freedom / chi2(random));
+    }
+    std::sort(errors.begin(), errors.end());
+    report.edgeErrorMedian_m = errors[kDraws / 2];
+    report.edgeError95_m = errors[kDraws * 95 / 100];
+}
+
+void warn(CalibrationReport& report, CalibrationProblem problem, const std::string& text)
+{
+    report.warnings.push_back({problem, text});
+}
+
+std::string unitWarning(double scale)
+{
+    const std::string text =
+        format("the world points have to be scaled by %.4g to fit the array points, ", scale);
+    const std::string world = unitName(scale);
+    const std::string array = unitName(1.0 / scale);
+    if (!world.empty())
+        return text + "so they are probably in " + world + " where metres are expected";
+    if (!array.empty())
+        return text + "so the array points are probably in " + array + " where metres are expected";
+    return text +
+           "and no common unit explains it: check both units, and the tracker's own calibration";
+}
+
+/// Is the world mirrored? A similarity fit of the mirrored points is then far better. False for coplanar points, which
+/// fit their mirror image as well as themselves.
+bool mirrored(const PointPairs& pairs, const RobustFit& direct, const RobustFitOptions& options)
+{
+    PointPairs mirror = pairs;
+    mirror.world.row(0) *= -1.0;
+    const RobustFit other = robustFit(mirror, options);
+    return other.inliers >= direct.inliers && other.noise_m < kMirrorRatio * direct.noise_m;
+}
+
+/// Unit and handedness, from a fit that may scale. Returns false where either is wrong.
+bool checkScaleAndHand(CalibrationReport& report,
+                       const PointPairs& pairs,
+                       const CalibrationOptions& options)
+{
+    const RobustFitOptions similarity = {true, options.outlierSigmas, options.trials, options.seed};
+    const RobustFit fit = robustFit(pairs, similarity);
+    if (mirrored(pairs, fit, similarity))
+    {
+        warn(report,
+             CalibrationProblem::WRONG_HANDEDNESS,
+             "a mirrored world fits far better, so one of the two frames is left-handed: both must "
+             "be "
+             "right-handed (an axis negated, or two exchanged, in one of them)");
+        return false;
+    }
+    const PointPairs kept = chosen(pairs, fit.inlier);
+    report.scale = fit.scale;
+    // Var s = sigma^2 / sum |d|^2 with d in world units, the normal equation of s alone.
+    report.scaleError =
+        fit.noise_m / (spread(kept.world).norm() * std::sqrt(static_cast<double>(kept.size())));
+    const double off = std::abs(report.scale - 1.0);
+    if (off <= options.scaleTolerance || off <= 3.0 * report.scaleError) return true;
+    warn(report, CalibrationProblem::WRONG_UNIT, unitWarning(report.scale));
+    return false;
+}
+
+void checkShape(CalibrationReport& report, const PointPairs& kept)
+{
+    const int n = kept.size();
+    if (n < kEnoughPoints)
+        warn(report,
+             CalibrationProblem::FEW_POINTS,
+             std::to_string(n) +
+                 " point pairs; take 12 or more, spread over the workspace and not in "
+                 "one plane");
+    const Eigen::Vector3d sigmas = spread(kept.world);
+    if (sigmas[2] < kPlaneRatio * sigmas[0])
+        warn(report,
+             CalibrationProblem::COPLANAR,
+             "the points lie nearly in one plane, so handedness can't be checked and errors away "
+             "from "
+             "it are larger; take 12 or more that do not");
+}
+
+void listOutliers(CalibrationReport& report)
+{
+    std::string list;
+    for (std::size_t k = 0; k < report.outlier.size(); ++k)
+    {
+        if (!report.outlier[k]) continue;
+        list += (list.empty() ? "" : ", ") + std::to_string(k + 1) +
+                format(" (%.1f mm)", 1e3 * report.residuals_m[static_cast<Eigen::Index>(k)]);
+    }
+    if (!list.empty())
+        warn(report, CalibrationProblem::OUTLIERS, "pairs left out as outliers: " + list);
+}
+
+void checkInput(const PointPairs& pairs, const CalibrationOptions& options)
+{
+    std::string error;
+    if (!options.isValid(&error)) throw base::InputError(error);
+    if (pairs.array.cols() != pairs.world.cols())
+        throw base::InputError(std::to_string(pairs.world.cols()) + " world points and " +
+                               std::to_string(pairs.array.cols()) +
+                               " array points; there must be as many of each");
+    for (Eigen::Index k = 0; k < pairs.world.cols(); ++k)
+        if (!pairs.world.col(k).allFinite() || !pairs.array.col(k).allFinite())
+            throw base::InputError("point pair " + std::to_string(k + 1) +
+                                   " has a coordinate that is not finite");
+}
+
+} // namespace
+
+bool CalibrationOptions::isValid(std::string* error) const
+{
+    const char* wrong = nullptr;
+    if (!(edge_m > 0.0 && std::isfinite(edge_m))) wrong = "edge_m must be over 0";
+    if (!(outlierSigmas > 0.0)) wrong = "outlierSigmas must be over 0";
+    if (!(scaleTolerance > 0.0)) wrong = "scaleTolerance must be over 0";
+    if (trials < 1) wrong = "trials must be at least 1";
+    if (wrong && error) *error = std::string("CalibrationOptions: ") + wrong;
+    return !wrong;
+}
+
+bool CalibrationReport::has(CalibrationProblem problem) const
+{
+    return std::any_of(warnings.begin(),
+                       warnings.end(),
+                       [&](const CalibrationWarning& w) { return w.problem == problem; });
+}
+
+std::string CalibrationReport::text() const
+{
+    const auto out = static_cast<int>(std::count(outlier.begin(), outlier.end(), true));
+    const auto all = static_cast<int>(outlier.size());
+    std::string result = usable ? "calibrated from " : "not calibrated: ";
+    result += std::to_string(all - out) + " of " + std::to_string(all) + " point pairs\n";
+    if (usable)
+    {
+        double largest = 0.0;
+        for (std::size_t k = 0; k < outlier.size(); ++k)
+            if (!outlier[k]) largest = std::max(largest, residuals_m[static_cast<Eigen::Index>(k)]);
+        result += format("residuals: rms %.2f mm, largest %.2f mm\n", 1e3 * rms_m, 1e3 * largest);
+        result += format("noise: %.2f mm a coordinate\n", 1e3 * noise_m);
+        result += format("scale: %.4f +- %.4f\n", scale, scaleError);
+        result += format("likely error at the workspace's edge, %.0f mm from its centre: %.2f mm "
+                         "(median), %.2f mm (95 %%)\n",
+                         1e3 * edge_m,
+                         1e3 * edgeErrorMedian_m,
+                         1e3 * edgeError95_m);
+    }
+    for (const CalibrationWarning& warning : warnings)
+        result += "warning: " + warning.text + "\n";
+    return result;
+}
+
+CalibrationReport calibrate(const PointPairs& pairs, const CalibrationOptions& options)
+{
+    checkInput(pairs, options);
+    CalibrationReport report;
+    const int n = pairs.size();
+    report.edge_m = options.edge_m;
+    report.outlier.assign(static_cast<std::size_t>(n), false);
+    report.residuals_m = Eigen::VectorXd::Zero(n);
+    if (n < 3)
+    {
+        warn(report,
+             CalibrationProblem::TOO_FEW_POINTS,
+             std::to_string(n) +
+                 " point pairs; three are the least, 12 or more that are not in one "
+                 "plane are right");
+        return report;
+    }
+    RobustFit fit = robustFit(pairs, {false, options.outlierSigmas, options.trials, options.seed});
+    PointPairs kept = chosen(pairs, fit.inlier);
+    const Eigen::Vector3d all = spread(pairs.world);
+    const Eigen::Vector3d sigmas = spread(kept.world);
+    if (all[1] <= kLineRatio * all[0] || sigmas[1] <= kLineRatio * sigmas[0])
+    {
+        warn(report,
+             CalibrationProblem::COLLINEAR,
+             "the points lie on one line, so the turn about it is open; take 12 or more that are "
+             "not "
+             "in one plane");
+        return report;
+    }
+    if (!checkScaleAndHand(report, pairs, options)) return report;
+
+    report.usable = true;
+    report.worldToArray.linear() = fit.linear;
+    report.worldToArray.translation() = fit.offset;
+    report.residuals_m = fit.residuals_m;
+    for (std::size_t k = 0; k < fit.inlier.size(); ++k)
+        report.outlier[k] = !fit.inlier[k];
+    report.noise_m = fit.noise_m;
+    const int freedom = 3 * fit.inliers - 6;
+    report.rms_m = fit.noise_m * std::sqrt(freedom / static_cast<double>(fit.inliers));
+    const Eigen::Matrix3d C = ErrorModel(kept.array).worstAtRadius(options.edge_m);
+    errorQuantiles(report, C, freedom, options.seed);
+    checkShape(report, kept);
+    listOutliers(report);
+    return report;
+}
+
+} // namespace midair::bridge

@@ -1,0 +1,38 @@
+#pragma once
+
+#include "engine-bridge/calibration/PointPairs.h"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// How robustFit() goes about it.
+struct RobustFitOptions
+{
+    bool scaling = false;       ///< fit a uniform scale too
+    double outlierSigmas = 4.0; ///< > 0
+    int trials = 1000;          ///< >= 1
+    std::uint64_t seed = 1;
+};
+
+/// array ~ linear world + offset over the pairs that agree.
+struct RobustFit
+{
+    Eigen::Matrix3d linear = Eigen::Matrix3d::Identity(); ///< rotation times scale
+    Eigen::Vector3d offset = Eigen::Vector3d::Zero();     ///< metres
+    double scale = 1.0;
+    Eigen::VectorXd residuals_m; ///< n
+    std::vector<bool> inlier;    ///< n
+    int inliers = 0;
+    double noise_m = 0.0; ///< standard deviation a coordinate over the inliers
+};
+
+/// Least median of squares over triples (all of them, or seeded random ones), then least squares over the inliers until
+/// they stay the same. At least three finite pairs; the caller looks after degenerate ones.
+RobustFit robustFit(const PointPairs& pairs, const RobustFitOptions& options);
+
+} // namespace midair::bridge

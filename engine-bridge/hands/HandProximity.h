@@ -1,0 +1,140 @@
+#pragma once
+
+#include "engine-bridge/HapticObject.h"
+#include "engine-bridge/hands/Hand.h"
+#include "engine-bridge/hands/MeshDistance.h"
+#include "haptics/array/Medium.h"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// When a hand touches; isValid() names the first violated constraint.
+struct ProximityOptions
+{
+    double range_m = 0.05; ///< >= leave_m; hands farther than this from an object are not measured
+    double enter_m = 0.0;  ///< a touch begins when the skin is nearer than this (under 0: overlaps)
+    double leave_m =
+        4e-3; ///< >= enter_m; and ends when it is farther than this, so that tremor makes no events
+    double hold_s = 0.1; ///< >= 0; a hand that the tracker lost goes on touching for so long
+    double alpha = 2.0;  ///< 1 .. 2; how skin reflects sound: 2 all of it (the paper's equation 1)
+    double relative_Pa =
+        0.0; ///< >= 0; peak pressure that a relative pressure of 1 stands for; 0: force unknown
+
+    bool isValid(std::string* error = nullptr) const;
+};
+
+/// One hand near one object, now.
+struct HandContact
+{
+    std::uint64_t object = 0; ///< HapticObject::id
+    int hand = 0;             ///< Hand::id
+    int bone = 0;             ///< the nearest one
+    double distance_m = 0.0;  ///< skin to surface, under 0 where they overlap
+    Eigen::Vector3d position =
+        Eigen::Vector3d::Zero(); ///< on the object, in the objects' frame (array)
+    bool touching = false;
+    double overlap_m2 = 0.0; ///< of the object's surface within the hand
+    double force_N = 0.0;    ///< see HandProximity
+};
+
+/// A touch began or ended.
+struct TouchEvent
+{
+    enum Kind
+    {
+        ENTER,
+        LEAVE
+    };
+    Kind kind = ENTER;
+    std::uint64_t object = 0;
+    std::string path; ///< the object's node path
+    double time_s = 0.0;
+    HandContact contact; ///< when it began; for LEAVE as last seen
+};
+
+/// Which hands are near which objects, and when touches begin and end.
+///
+/// The force is an estimate: F = alpha p^2 / (2 rho c^2) A with p the peak pressure wanted of the object, A the area of its
+/// surface within the hand. It takes the pressure of the control points for that of the whole surface, of which the field
+/// between them falls short: an upper estimate. Everything is in metres and in the objects' frame. One thread at a time;
+/// each instance keeps its own hierarchies.
+class HandProximity
+{
+public:
+    /// Throws base::InputError where \a options are wrong.
+    explicit HandProximity(const ProximityOptions& options = {},
+                           const haptics::Medium& medium = {});
+
+    /// Measures \a hands (in the objects' frame) against \a objects at \a time_s (never decreasing). Objects that are
+    /// gone, and hands that are gone for longer than hold_s, end their touches.
+    void update(const std::vector<HapticObject>& objects, const HandFrame& hands, double time_s);
+
+    const std::vector<HandContact>& contacts() const { return _contacts; } ///< within range, now
+    const std::vector<TouchEvent>& events() const { return _events; }      ///< of the last update
+
+    /// Hands and objects that touch, pairs of them.
+    std::size_t touches() const { return _touches.size(); }
+
+    /// Forgets contacts and events of the last update; touches go on.
+    void clear()
+    {
+        _contacts.clear();
+        _events.clear();
+    }
+
+    void setRelativePressure(double relative_Pa) { _options.relative_Pa = relative_Pa; } ///< >= 0
+    const ProximityOptions& options() const { return _options; }
+
+private:
+    struct CachedMesh
+    {
+        std::unique_ptr<MeshDistance> distance;
+        std::uint64_t lastUse = 0;
+    };
+    struct Touch
+    {
+        HandContact contact;
+        std::string path;
+        double lastSeen_s = 0.0;
+        std::uint64_t lastUpdate = 0;
+    };
+
+    struct Bone
+    {
+        double away_m; ///< from the mesh's centre
+        Capsule shape; ///< mesh frame
+        int bone;
+    };
+
+    MeshDistance& meshOf(const HapticObject& object);
+    void measure(const HapticObject& object, int hand, const std::vector<HandCapsule>& capsules);
+    void estimateForce(const HapticObject& object, const MeshDistance& mesh, HandContact& contact);
+    void compare(const std::vector<HapticObject>& objects, double time_s);
+    void
+    endTouches(const std::vector<HapticObject>& objects, const HandFrame& hands, double time_s);
+    void forgetMeshes();
+    Touch* touchOf(std::uint64_t object, int hand);
+
+    ProximityOptions _options;
+    haptics::Medium _medium;
+    std::unordered_map<std::uint64_t, CachedMesh> _meshes; ///< by meshId
+    std::uint64_t _updates = 0;
+    std::vector<Bone> _bones;
+    std::vector<Capsule> _overlapping; ///< of the hand measured now, in the mesh's frame
+    std::vector<HandContact> _contacts;
+    std::vector<Touch> _touches; ///< few
+    std::vector<TouchEvent> _events;
+};
+
+/// Which of \a points (3 x n) are within \a reach_m of the skin of any of \a capsules; n long.
+std::vector<bool> withinReach(const Eigen::Matrix3Xd& points,
+                              const std::vector<HandCapsule>& capsules,
+                              double reach_m);
+
+} // namespace midair::bridge

@@ -1,0 +1,37 @@
+#include "engine-bridge/hands/HandSource.h"
+
+#include <cmath>
+
+namespace midair::bridge
+{
+
+void InjectedHandSource::set(const HandFrame& frame)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _frame = frame;
+    ++_set;
+}
+
+void InjectedHandSource::clear()
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _frame.hands.clear();
+}
+
+bool InjectedHandSource::frameAt(double time_s, HandFrame& frame)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    frame.time_s = time_s;
+    frame.hands.clear();
+    if (_frame.hands.empty() || !(std::abs(time_s - _frame.time_s) <= _staleAfter_s)) return false;
+    frame = _frame;
+    return true;
+}
+
+std::string InjectedHandSource::status() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return "hands set by the application, " + std::to_string(_set) + " frames so far";
+}
+
+} // namespace midair::bridge

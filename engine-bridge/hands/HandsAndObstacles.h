@@ -1,0 +1,55 @@
+#pragma once
+
+#include "engine-bridge/hands/Hand.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/points/ControlPoints.h"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// The hands and props in the array, and what the field should make of them; array frame.
+struct HandsAndObstacles
+{
+    std::vector<HandCapsule> hands;
+    std::vector<Capsule>
+        props; ///< real things that are in the sound's way; never what is only seen
+    double reach_m =
+        0.0; ///< > 0: only points within this of a hand's skin are solved; 0: all, hands or none
+    bool shadows = false; ///< hands and props take transducers' sound away
+};
+
+/// Moves by less than this change nothing: a fifth of a wavelength or less of the devices there are.
+constexpr double kHandTolerance_m = 1e-3;
+
+/// True where the field for \a a is the field for \a b: what matters of them is the same, none of it moved by more than the
+/// tolerance.
+bool equivalent(const HandsAndObstacles& a, const HandsAndObstacles& b);
+
+/// What a HandsAndObstacles does to control points and to the array, remembered until the next one.
+class ReachAndShadow
+{
+public:
+    /// True where \a now is equivalent to what was last given to begin().
+    bool unmoved(const HandsAndObstacles& now) const { return equivalent(now, _last); }
+
+    void begin(const HandsAndObstacles& now) { _last = now; }
+
+    /// Moves the points that no hand can reach from \a points to \a skipped; how many. All stay where reach_m is 0.
+    std::uint64_t keepWithinReach(haptics::ControlPoints& points, Eigen::Matrix3Xd& skipped) const;
+
+    /// \a array, its gains lowered where hands and props are between it and \a points; valid until the next call.
+    const haptics::TransducerArray& shadowed(const haptics::ControlPoints& points,
+                                             const haptics::TransducerArray& array,
+                                             double wavelength_m);
+
+private:
+    HandsAndObstacles _last;
+    haptics::TransducerArray _shadowed;
+};
+
+} // namespace midair::bridge

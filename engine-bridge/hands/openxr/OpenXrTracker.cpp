@@ -1,0 +1,203 @@
+#include "engine-bridge/hands/openxr/OpenXrTracker.h"
+
+#include "engine-bridge/hands/openxr/OpenXrSession.h"
+#include "haptics/base/threads/SteadyClock.h"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+/// Nobody has asked for hands for so long: only events are handled, a few times a second.
+constexpr double kIdleAfter_s = 1.0;
+constexpr double kIdleInterval_s = 0.1;
+
+/// The loader writes to stderr whenever a runtime can't be reached: less and less often.
+constexpr double kLongestRetry_s = 60.0;
+
+/// Another tracker that ends needs less to do so; one that still has the runtime then is told of.
+constexpr double kHandOver_s = 2.0;
+
+std::chrono::duration<double> seconds(double time_s)
+{
+    return std::chrono::duration<double>(time_s);
+}
+
+/// Who has the program's one OpenXR instance.
+struct Turn
+{
+    std::mutex mutex;
+    std::condition_variable ended;
+    bool taken = false;
+};
+
+Turn& turn()
+{
+    static Turn one;
+    return one;
+}
+
+} // namespace
+
+bool operator==(const OpenXrOptions& a, const OpenXrOptions& b)
+{
+    return a.loader == b.loader && a.space == b.space && a.retry_s == b.retry_s;
+}
+
+std::shared_ptr<OpenXrTracker> OpenXrTracker::open(const OpenXrOptions& options)
+{
+    static std::mutex mutex;
+    static std::weak_ptr<OpenXrTracker> last;
+    const std::lock_guard<std::mutex> lock(mutex);
+    std::shared_ptr<OpenXrTracker> tracker = last.lock();
+    if (tracker && tracker->_options == options) return tracker;
+    tracker = std::make_shared<OpenXrTracker>(options);
+    last = tracker;
+    return tracker;
+}
+
+OpenXrTracker::OpenXrTracker(const OpenXrOptions& options) :
+    _options(options),
+    _asked_s(-std::numeric_limits<double>::infinity()),
+    _thread([this] { run(); })
+{
+}
+
+OpenXrTracker::~OpenXrTracker()
+{
+    _stop = true;
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        _wake.notify_all();
+    }
+    {
+        const std::lock_guard<std::mutex> lock(turn().mutex);
+        turn().ended.notify_all();
+    }
+    _thread.join();
+}
+
+void OpenXrTracker::run()
+{
+    if (!takeTurn()) return;
+    double retry_s = _options.retry_s;
+    for (bool again = true; again && !_stop;)
+    {
+        if (followSession(again)) retry_s = _options.retry_s;
+        std::unique_lock<std::mutex> lock(_mutex);
+        if (again) _wake.wait_for(lock, seconds(retry_s), [this] { return _stop.load(); });
+        retry_s = std::max(retry_s, std::min(2.0 * retry_s, kLongestRetry_s));
+    }
+    const std::lock_guard<std::mutex> lock(turn().mutex);
+    turn().taken = false;
+    turn().ended.notify_all();
+}
+
+bool OpenXrTracker::followSession(bool& again)
+{
+    bool connected = false;
+    try
+    {
+        OpenXrSession session(
+            _options.loader, _options.space, [this](const std::string& message) { say(message); });
+        connected = true;
+        follow(session);
+    }
+    catch (const OpenXrError& error)
+    {
+        lose(error.what());
+        again = error.mayPass();
+    }
+    return connected;
+}
+
+bool OpenXrTracker::takeTurn()
+{
+    Turn& mine = turn();
+    std::unique_lock<std::mutex> lock(mine.mutex);
+    const auto ready = [this, &mine] { return _stop || !mine.taken; };
+    if (!mine.ended.wait_for(lock, seconds(kHandOver_s), ready))
+    {
+        lose("openxr: another hand source of this program follows OpenXR with other options; no "
+             "hands until it ends");
+        mine.ended.wait(lock, ready);
+    }
+    if (_stop) return false;
+    mine.taken = true;
+    return true;
+}
+
+void OpenXrTracker::follow(OpenXrSession& session)
+{
+    HandFrame frame;
+    std::unique_lock<std::mutex> lock(_mutex);
+    while (!_stop)
+    {
+        const bool asked = isAskedFor();
+        lock.unlock();
+        session.handleEvents();
+        if (asked) session.locate(frame);
+        frame.time_s = base::steadySeconds();
+        lock.lock();
+        _leftOut = session.jointsLeftOut();
+        _condition = "openxr: " + session.runtime() + (session.isRunning() ? "" : ", idle");
+        if (asked) _frame = frame;
+        if (asked && !frame.hands.empty()) ++_frames;
+        _wake.wait_for(lock,
+                       seconds(asked ? kInterval_s : kIdleInterval_s),
+                       [this, asked] { return _stop || (!asked && isAskedFor()); });
+    }
+}
+
+void OpenXrTracker::lose(const std::string& why)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _frame.hands.clear();
+    _condition = why;
+    _messages.say(why);
+}
+
+void OpenXrTracker::say(const std::string& message)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _messages.say(message);
+}
+
+bool OpenXrTracker::isAskedFor() const
+{
+    return base::steadySeconds() - _asked_s < kIdleAfter_s;
+}
+
+bool OpenXrTracker::latest(HandFrame& frame)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    if (!isAskedFor()) _wake.notify_all();
+    _asked_s = base::steadySeconds();
+    frame.hands.clear();
+    if (_asked_s - _frame.time_s > kStale_s) return false;
+    frame.hands = _frame.hands;
+    return !frame.hands.empty();
+}
+
+std::vector<std::string> OpenXrTracker::messages(std::size_t& told) const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    const std::vector<std::string>& all = _messages.all();
+    const auto first = static_cast<std::ptrdiff_t>(std::min(told, all.size()));
+    told = all.size();
+    return {all.begin() + first, all.end()};
+}
+
+std::string OpenXrTracker::status() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return _condition + "; " + std::to_string(_frames) + " frames with hands, " +
+           std::to_string(_leftOut) + " joints left out";
+}
+
+} // namespace midair::bridge

@@ -1,0 +1,244 @@
+#include "engine-bridge/pipeline/PointAssembler.h"
+
+#include "haptics/base/Limits.h"
+#include "haptics/base/text/Number.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+/// Largest distance that any of \a corners travels from pose \a a to pose \a b.
+double travel(const Eigen::Matrix<double, 3, 8>& corners,
+              const Eigen::Isometry3d& a,
+              const Eigen::Isometry3d& b)
+{
+    const Eigen::Matrix3d turned = b.linear() - a.linear();
+    const Eigen::Vector3d moved = b.translation() - a.translation();
+    return ((turned * corners).colwise() + moved).colwise().norm().maxCoeff();
+}
+
+haptics::SelectorOptions selectorOptions(const PointAssembler::Options& options)
+{
+    haptics::SelectorOptions selector;
+    if (options.maxPoints > 0) selector.maxPoints = options.maxPoints;
+    return selector;
+}
+
+std::uint64_t outOfWorkspace(const haptics::SelectionReport& report)
+{
+    return static_cast<std::uint64_t>(report.tooClose + report.behind + report.outOfReach);
+}
+
+} // namespace
+
+PointAssembler::PointAssembler(const haptics::TransducerArray& array,
+                               const Options& options,
+                               base::MessageLog& messages) :
+    _options(options),
+    _selector(selectorOptions(options)),
+    _workspace(array, options.wavelength_m, _selector),
+    _transducers(array.positions),
+    _normals(array.normals),
+    _messages(messages)
+{
+}
+
+void PointAssembler::setStop(const base::StopToken& stop)
+{
+    _selector.stop = stop;
+    _samples.setStop(stop);
+}
+
+bool PointAssembler::usable(const HapticObject& object)
+{
+    auto refuse = [this, &object](const std::string& why)
+    {
+        _messages.say(object.path + ": " + why + "; it can't be felt");
+        return false;
+    };
+    const HapticProperties& p = object.properties;
+    if (!object.mesh || object.mesh->triangles.cols() == 0) return refuse("has no triangles");
+    if (!object.pose.matrix().allFinite()) return refuse("its pose is not finite");
+    if (!(p.pressure > 0.0) || !std::isfinite(p.pressure))
+        return refuse("pressure is " + base::shortNumber(p.pressure) + ", should be over 0");
+    if (!(p.spacing_m >= 0.0) || !std::isfinite(p.spacing_m))
+        return refuse("spacing is " + base::shortNumber(p.spacing_m) + " m, should be at least 0");
+    return true;
+}
+
+bool PointAssembler::unmoved(const SceneSnapshot& snapshot)
+{
+    if (!_assembled || snapshot.objects.size() != _placed.size()) return false;
+    for (std::size_t i = 0; i < _placed.size(); ++i)
+    {
+        const HapticObject& now = snapshot.objects[i];
+        const Placed& then = _placed[i];
+        // Written so that a pose that is not finite counts as moved.
+        const bool still = now.id == then.id && now.meshId == then.meshId &&
+                           now.properties == then.properties &&
+                           travel(then.corners, now.pose, then.pose) <= _options.motionTolerance_m;
+        if (!still) return false;
+    }
+    return true;
+}
+
+bool PointAssembler::withinReach(const HapticObject& object) const
+{
+    const Eigen::Matrix3Xd& vertices = object.mesh->vertices;
+    const Eigen::Vector3d low = vertices.rowwise().minCoeff();
+    const Eigen::Vector3d high = vertices.rowwise().maxCoeff();
+    const double radius = 0.5 * (high - low).norm();
+    if (!std::isfinite(radius)) return true; // the sampler says what is wrong with it
+    const Eigen::Vector3d middle = object.pose * (0.5 * (low + high)).eval();
+    const double nearest = (_transducers.colwise() - middle).colwise().norm().minCoeff();
+    return nearest - radius <= _workspace.reach_m();
+}
+
+bool PointAssembler::areInside(const Eigen::Matrix3Xd& points) const
+{
+    for (const auto& point : points.colwise())
+        if (_workspace.judge(point) != haptics::Workspace::Verdict::INSIDE) return false;
+    return true;
+}
+
+AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
+{
+    AssembledPoints out;
+    double strongest_Pa = 0.0;
+    for (const HapticObject& object : snapshot.objects)
+        if (object.properties.pressureInPa)
+            strongest_Pa = std::max(strongest_Pa, object.properties.pressure);
+    out.absolute = strongest_Pa > 0.0;
+
+    _assembled = false; // should it be broken off
+    _placed.clear();
+    _posed.clear();
+    _candidates = 0;
+    for (std::size_t i = 0; i < snapshot.objects.size(); ++i)
+    {
+        const HapticObject& object = snapshot.objects[i];
+        const HapticProperties& p = object.properties;
+        Placed& placed = _placed.emplace_back();
+        placed.id = object.id;
+        placed.meshId = object.meshId;
+        placed.properties = p;
+        placed.pose = object.pose;
+        if (!usable(object)) continue;
+        if (!withinReach(object))
+        {
+            _messages.say(object.path + ": is out of the array's reach; it can't be felt there");
+            ++out.outOfWorkspace;
+            placed.corners = boxCorners(object.mesh->vertices);
+            continue;
+        }
+        // Where some objects are in Pa, the others are relative to the strongest of those.
+        const double unit_Pa = out.absolute && !p.pressureInPa ? strongest_Pa : 1.0;
+        add(object, static_cast<int>(i), unit_Pa, set, placed);
+    }
+    _samples.endSnapshot();
+    select(snapshot, out);
+    _assembled = true;
+    return out;
+}
+
+void PointAssembler::add(
+    const HapticObject& object, int index, double unit_Pa, int set, Placed& placed)
+{
+    const HapticProperties& p = object.properties;
+    const double spacing_m = p.spacing_m > 0.0 ? p.spacing_m : _options.wavelength_m;
+    const CachedSamples& cached = _samples.get(object, spacing_m, _options.sets);
+    placed.corners = cached.corners;
+    if (!cached.error.empty())
+    {
+        _messages.say(object.path + ": " + cached.error + "; it can't be felt");
+        return;
+    }
+    const haptics::SurfaceSamples& samples =
+        cached.sets[static_cast<std::size_t>(set) % cached.sets.size()];
+    _candidates += samples.size();
+    if (_candidates > base::kMostCandidates)
+    {
+        _messages.say(object.path + ": with its " + std::to_string(samples.size()) +
+                      " samples the scene's objects have more than " +
+                      std::to_string(base::kMostCandidates) + " together; it can't be felt");
+        _candidates -= samples.size();
+        return;
+    }
+    haptics::PosedObject& posed = _posed.emplace_back();
+    posed.object = index;
+    posed.priority = p.priority;
+    posed.target = p.pressure * unit_Pa;
+    posed.spacing_m = spacing_m;
+    posed.pose(samples, object.pose);
+    keepSide(p.side, posed);
+}
+
+void PointAssembler::keepSide(Side side, haptics::PosedObject& posed) const
+{
+    if (side == Side::BOTH) return;
+    const double wanted = side == Side::FRONT ? 1.0 : -1.0;
+    Eigen::Index kept = 0;
+    base::StopLook look(_selector.stop, 16);
+    for (Eigen::Index i = 0; i < posed.positions.cols(); ++i)
+    {
+        look.turn();
+        // Where the sound comes from: directions to the transducers that face the point, weighted like power, 1/R^2.
+        const Eigen::Matrix3Xd way = _transducers.colwise() - posed.positions.col(i);
+        const Eigen::ArrayXd facing = -(way.array() * _normals.array()).colwise().sum().transpose();
+        const Eigen::ArrayXd distance = way.colwise().norm().transpose();
+        const Eigen::VectorXd weight =
+            (facing > 0.0).select(1.0 / distance.cube(), Eigen::ArrayXd::Zero(distance.size()));
+        if (wanted * (way * weight).dot(posed.normals.col(i)) <= 0.0) continue;
+        posed.positions.col(kept) = posed.positions.col(i);
+        posed.normals.col(kept) = posed.normals.col(i);
+        if (posed.intensity.size() > 0) posed.intensity[kept] = posed.intensity[i];
+        ++kept;
+    }
+    posed.positions.conservativeResize(3, kept);
+    posed.normals.conservativeResize(3, kept);
+    if (posed.intensity.size() > 0) posed.intensity.conservativeResize(kept);
+}
+
+void PointAssembler::select(const SceneSnapshot& snapshot, AssembledPoints& out)
+{
+    haptics::Selection selection = haptics::selectControlPoints(_posed, _workspace, _selector);
+    const haptics::SelectionReport& report = selection.report;
+    out.points = std::move(selection.points);
+    out.outOfWorkspace += outOfWorkspace(report);
+    out.overBudget = static_cast<std::uint64_t>(report.overBudget);
+    out.crowded = static_cast<std::uint64_t>(report.spacedOut + report.crowdThinned +
+                                             report.crowdMerged + report.crowdDropped);
+    out.unpainted = static_cast<std::uint64_t>(report.noTarget);
+    if (report.overBudget > 0)
+        _messages.say("more points than the budget of " + std::to_string(_selector.maxPoints) +
+                      "; objects of lower priority get fewer");
+    for (std::size_t i = 0; i < _posed.size(); ++i)
+        if (_posed[i].positions.cols() > 0 && report.perObject[i] == 0)
+            _messages.say(snapshot.objects[static_cast<std::size_t>(_posed[i].object)].path +
+                          ": none of its points can be felt where it is (" + report.summary() +
+                          ")");
+
+    Eigen::Index candidates = 0;
+    for (const auto& posed : _posed)
+        candidates += posed.positions.cols();
+    std::vector<std::vector<bool>> chosen(_posed.size());
+    for (std::size_t i = 0; i < _posed.size(); ++i)
+        chosen[i].resize(static_cast<std::size_t>(_posed[i].positions.cols()));
+    for (std::size_t k = 0; k < selection.source.size(); ++k)
+        chosen[static_cast<std::size_t>(selection.source[k])]
+              [static_cast<std::size_t>(selection.sample[k])] = true;
+    out.skipped.resize(3, candidates);
+    Eigen::Index n = 0;
+    for (std::size_t i = 0; i < _posed.size(); ++i)
+        for (std::size_t k = 0; k < chosen[i].size(); ++k)
+            if (!chosen[i][k])
+                out.skipped.col(n++) = _posed[i].positions.col(static_cast<Eigen::Index>(k));
+    out.skipped.conservativeResize(3, n);
+}
+
+} // namespace midair::bridge

@@ -1,0 +1,93 @@
+#pragma once
+
+#include "engine-bridge/pipeline/SampleCache.h"
+#include "engine-bridge/pipeline/SceneSnapshot.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/base/text/MessageLog.h"
+#include "haptics/points/ControlPointSelector.h"
+#include "haptics/points/ControlPoints.h"
+
+#include <Eigen/Geometry>
+
+#include <cstdint>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// Where pressure is wanted for one snapshot.
+struct AssembledPoints
+{
+    haptics::ControlPoints points; ///< array frame; object indexes the snapshot's objects
+    Eigen::Matrix3Xd skipped; ///< array frame; sampled but left out (workspace, spacing, budget)
+    bool absolute = false;    ///< targets are in Pa; else relative
+    std::uint64_t outOfWorkspace = 0; ///< points, and objects that were not even sampled
+    std::uint64_t overBudget = 0;     ///< points
+    std::uint64_t crowded = 0;        ///< points too near another one
+    std::uint64_t unpainted = 0;      ///< points of intensity 0
+};
+
+/// Turns a snapshot's objects into control points, and tells whether any of them moved since it last did.
+class PointAssembler
+{
+public:
+    struct Options
+    {
+        double wavelength_m = 8.5e-3;   ///< > 0; the spacing of objects that name none
+        double motionTolerance_m = 0.0; ///< >= 0; what moved less counts as unmoved
+        int maxPoints = 0;              ///< >= 0; 0: the selector's default
+        int sets = 1;                   ///< 1 .. 1024; shifted sets of points on each surface
+    };
+
+    /// Throws base::InputError for an array without transducers.
+    PointAssembler(const haptics::TransducerArray& array,
+                   const Options& options,
+                   base::MessageLog& messages);
+
+    /// Where \a stop asks for it assemble() throws base::Stopped.
+    void setStop(const base::StopToken& stop);
+
+    /// True where \a snapshot holds the objects of the last assemble(), none moved by more than the tolerance.
+    bool unmoved(const SceneSnapshot& snapshot);
+
+    /// Samples (once per mesh), poses and selects. Objects that can't be felt are left out with a message. \a set, 0 .. sets - 1,
+    /// says which points of each surface; vertices are in every set.
+    AssembledPoints assemble(const SceneSnapshot& snapshot, int set = 0);
+
+    /// True where all of \a points (array frame) can be reached.
+    bool areInside(const Eigen::Matrix3Xd& points) const;
+
+    std::uint64_t sampled() const { return _samples.sampled(); }
+    std::uint64_t followed() const { return _samples.followed(); }
+
+private:
+    /// An object as it was when last assembled.
+    struct Placed
+    {
+        std::uint64_t id = 0;
+        std::uint64_t meshId = 0;
+        HapticProperties properties;
+        Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+        Eigen::Matrix<double, 3, 8> corners = Eigen::Matrix<double, 3, 8>::Zero();
+    };
+
+    bool usable(const HapticObject& object);
+    bool withinReach(const HapticObject& object) const;
+    void add(const HapticObject& object, int index, double unit_Pa, int set, Placed& placed);
+    void keepSide(Side side, haptics::PosedObject& posed) const;
+    void select(const SceneSnapshot& snapshot, AssembledPoints& out);
+
+    const Options _options;
+    haptics::SelectorOptions _selector;
+    haptics::Workspace _workspace;
+    Eigen::Matrix3Xd _transducers; ///< 3 x m, m
+    Eigen::Matrix3Xd _normals;
+    base::MessageLog& _messages;
+    SampleCache _samples;
+    std::vector<Placed> _placed;
+    std::vector<haptics::PosedObject> _posed;
+    Eigen::Index _candidates = 0; ///< of all in _posed
+    bool _assembled = false;
+};
+
+} // namespace midair::bridge

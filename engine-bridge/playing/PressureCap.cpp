@@ -1,0 +1,228 @@
+#include "engine-bridge/playing/PressureCap.h"
+
+#include "device/DriveEncoder.h"
+#include "device/GuardedDevice.h"
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/Number.h"
+#include "haptics/propagation/PressureField.h"
+#include "haptics/sequence/FieldOrder.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+constexpr double kMost_Pa = 1e6;
+constexpr int kMostSteps = 24;
+constexpr double kHeadroom = 0.999; // so that one step is enough where the levels are fine
+constexpr float kFieldError =
+    1e-5f; // haptics::pressureAt's, of what all transducers in phase would give
+
+// sum_i P0 g_i a_i / R_il for each point: at least what transducers at amplitudes a give there when all are in phase, since
+// D <= 1 and the air takes some. R isn't taken below kNearestDistance_m, as in the model itself.
+Eigen::VectorXf inPhase(const Eigen::Matrix3Xd& points,
+                        const haptics::TransducerArray& array,
+                        const Eigen::VectorXf& amplitudes)
+{
+    const Eigen::Array3Xf from = array.positions.cast<float>().array();
+    Eigen::ArrayXf strength = static_cast<float>(array.sourceAmplitude_Pa_m) * amplitudes.array();
+    if (array.gain.size() > 0) strength *= array.gain.cast<float>().array().abs();
+    const Eigen::ArrayXf x = from.row(0).transpose();
+    const Eigen::ArrayXf y = from.row(1).transpose();
+    const Eigen::ArrayXf z = from.row(2).transpose();
+    constexpr auto kNearest2 =
+        static_cast<float>(haptics::kNearestDistance_m * haptics::kNearestDistance_m);
+    Eigen::VectorXf sum(points.cols());
+    for (Eigen::Index l = 0; l < points.cols(); ++l)
+    {
+        const Eigen::Vector3f r = points.col(l).cast<float>();
+        sum[l] = (strength * ((x - r.x()).square() + (y - r.y()).square() + (z - r.z()).square())
+                                 .max(kNearest2)
+                                 .rsqrt())
+                     .sum();
+    }
+    return sum;
+}
+
+// Of amplitudes that are the same but for transducers that are off, any lower gain makes the same field, only quieter.
+bool isEven(const device::DriveSignal& signal)
+{
+    std::uint8_t one = 0;
+    for (const std::uint8_t duty : signal.duty)
+    {
+        if (duty == 0) continue;
+        if (one != 0 && duty != one) return false;
+        one = duty;
+    }
+    return true;
+}
+
+// The largest |f_0 p_0 + f_1 p_1 + ..| over all f in [0, 1], for each point, p (n x parts). It is convex in f, so largest where
+// each is 0 or 1; of many parts the sum of the magnitudes, which is no less.
+Eigen::VectorXf mostOfParts(const Eigen::MatrixXcf& p)
+{
+    constexpr Eigen::Index kMostParts = 4;
+    if (p.cols() > kMostParts) return p.cwiseAbs().rowwise().sum();
+    Eigen::VectorXf most = Eigen::VectorXf::Zero(p.rows());
+    for (unsigned subset = 1; subset < 1u << p.cols(); ++subset)
+    {
+        Eigen::VectorXcf sum = Eigen::VectorXcf::Zero(p.rows());
+        for (Eigen::Index k = 0; k < p.cols(); ++k)
+            if ((subset >> k & 1u) != 0) sum += p.col(k);
+        most = most.cwiseMax(sum.cwiseAbs());
+    }
+    return most;
+}
+
+// Complex pressures (n x parts) that each part of the array makes.
+Eigen::MatrixXcf pressureOfParts(const PressureCap::Where& where,
+                                 const haptics::TransducerArray& array,
+                                 const Eigen::VectorXcf& q,
+                                 const std::vector<int>& part)
+{
+    if (part.empty())
+        return haptics::pressureAt(where.points, array, where.medium, q, where.threads, where.stop);
+    const int parts = 1 + *std::max_element(part.begin(), part.end());
+    Eigen::MatrixXcf p(where.points.cols(), parts);
+    for (int k = 0; k < parts; ++k)
+    {
+        Eigen::VectorXcf own = q;
+        for (Eigen::Index i = 0; i < own.size(); ++i)
+            if (part[static_cast<std::size_t>(i)] != k) own[i] = 0.0f;
+        p.col(k) =
+            haptics::pressureAt(where.points, array, where.medium, own, where.threads, where.stop);
+    }
+    return p;
+}
+
+// Rounded down to a duty level, then by the device to one of its own, whose amplitudes lie at most so far apart.
+float coarsestStep(const std::vector<float>& amplitudes)
+{
+    constexpr auto kDutyStep = static_cast<float>(M_PI / 510.0); // sin's steepest
+    float step = 0.0f;
+    for (std::size_t i = 1; i < amplitudes.size(); ++i)
+        step = std::max(step, amplitudes[i] - amplitudes[i - 1]);
+    return amplitudes.empty() ? kDutyStep : kDutyStep + 2.0f * step;
+}
+
+} // namespace
+
+PressureCap::PressureCap(double max_Pa, Play play, device::DriveAbility ability) :
+    _max_Pa(max_Pa),
+    _play(std::move(play)),
+    _ability(std::move(ability)),
+    _coarsest(coarsestStep(_ability.amplitudes))
+{
+    if (!(max_Pa > 0.0 && max_Pa <= kMost_Pa))
+        throw base::InputError("cap of pressure is " + base::shortNumber(max_Pa) +
+                               " Pa, should be over 0 and at most 1e6");
+}
+
+// The largest pressure anywhere in any of the arrays, with what its computation may be wrong by.
+double PressureCap::loudest(const Where& where,
+                            const device::DriveSignal& signal,
+                            CappedField& field) const
+{
+    const bool rounds = (_ability.fades || where.modulated) && !isEven(signal);
+    const Eigen::VectorXf amplitudes = field.played.cwiseAbs();
+    Eigen::VectorXf rounding;
+    if (rounds) rounding = amplitudes.cwiseMin(_coarsest);
+    double most_Pa = 0.0;
+    for (const haptics::TransducerArray* array : where.arrays)
+    {
+        const Eigen::MatrixXcf p = pressureOfParts(where, *array, field.played, _ability.part);
+        const Eigen::VectorXf inPhase_Pa = inPhase(where.points, *array, amplitudes);
+        Eigen::VectorXf bound_Pa = mostOfParts(p) + kFieldError * inPhase_Pa;
+        if (rounds)
+            bound_Pa = (bound_Pa + inPhase(where.points, *array, rounding)).cwiseMin(inPhase_Pa);
+        if (array == where.arrays.front()) field.achieved_Pa = p.rowwise().sum().cwiseAbs();
+        // Not max(), which may pass over what is not a number.
+        for (const float one : bound_Pa)
+            if (!(one <= most_Pa)) most_Pa = one;
+    }
+    return most_Pa;
+}
+
+CappedField PressureCap::hold(const Where& where, device::DriveSignal& signal) const
+{
+    CappedField field;
+    const device::DriveSignal wanted = signal;
+    for (int step = 0; step < kMostSteps && field.factor > 0.0; ++step)
+    {
+        field.played = _play(signal);
+        if (step > 0 && field.played.isZero(0.0f)) break;
+        const double most_Pa = loudest(where, signal, field);
+        if (most_Pa <= _max_Pa) return field;
+        // Where the levels are coarse a step may change nothing: each next one is larger.
+        field.factor *= kHeadroom * std::min(_max_Pa / most_Pa, std::pow(0.8, step));
+        if (!std::isfinite(field.factor)) break;
+        device::scaleDuties(wanted, field.factor, signal);
+    }
+    field.factor = 0.0;
+    std::fill(signal.duty.begin(), signal.duty.end(), std::uint8_t(0));
+    field.played.setZero(signal.size());
+    field.achieved_Pa.setZero(where.points.cols());
+    return field;
+}
+
+double PressureCap::holdAll(const Where& where, std::vector<Eigen::VectorXcf>& fields) const
+{
+    const std::vector<Eigen::VectorXcf> wanted = fields;
+    double whole = 1.0;
+    for (int step = 0; step < kMostSteps && whole > 0.0; ++step)
+    {
+        double least = 1.0;
+        for (const Eigen::VectorXcf& q : fields)
+        {
+            device::DriveSignal signal;
+            if (!device::encode(q.data(), static_cast<int>(q.size()), signal))
+                throw base::InputError("field in turn has an activation that is not finite");
+            least = std::min(least, hold(where, signal).factor);
+        }
+        if (least >= 1.0) return whole;
+        // As in hold(); rounding may have taken it up again.
+        whole *= least * (1.0 - std::ldexp(1.0 - kHeadroom, std::min(step, 9)));
+        fields = wanted;
+        for (Eigen::VectorXcf& q : fields)
+            haptics::scaleField(q, static_cast<float>(whole), where.arrays.front()->drive);
+    }
+    for (Eigen::VectorXcf& q : fields)
+        q.setZero();
+    return 0.0;
+}
+
+// With the solvers' own definitions: s = (y.a)/(a.a), errors y/(s a) - 1, with absolute targets s = 1.
+void rate(const haptics::ControlPoints& points,
+          const Eigen::VectorXf& achieved_Pa,
+          bool absolute,
+          haptics::SolveReport& report)
+{
+    const Eigen::ArrayXd y = achieved_Pa.cast<double>().array();
+    const Eigen::ArrayXd a = points.targets.array();
+    const Eigen::Index wanted = (a > 0.0).count();
+    if (wanted == 0)
+    {
+        // No points, or nothing wanted at any: nothing is missed either.
+        report.rms = report.max = report.loudness = report.level_Pa = report.worstShortfall = 0.0;
+        report.shortPoints = 0;
+        return;
+    }
+    const double s = (y * a).sum() / a.square().sum();
+    const double level_Pa = s * a.maxCoeff();
+    if (report.level_Pa > 0.0) report.loudness *= level_Pa / report.level_Pa;
+    report.level_Pa = level_Pa;
+    if (!(s > 0.0)) return; // silent: no error relative to nothing
+    const Eigen::ArrayXd error = (a > 0.0).select(y / (a * (absolute ? 1.0 : s)) - 1.0, 0.0);
+    report.rms = std::sqrt(error.square().sum() / static_cast<double>(wanted));
+    report.max = error.abs().maxCoeff();
+    if (!absolute) return;
+    constexpr double kShort = 0.01;
+    report.shortPoints = static_cast<int>((error < -kShort).count());
+    report.worstShortfall = std::max(0.0, -error.minCoeff());
+}
+
+} // namespace midair::bridge

@@ -1,0 +1,135 @@
+#include "engine-bridge/scene/SubtreeWalk.h"
+
+#include "engine-bridge/scene/CameraFreeTransform.h"
+
+#include <algorithm>
+
+namespace midair::bridge
+{
+
+void SubtreeWalk::walk(osg::Node& start, const ExtractOptions& now)
+{
+    options = &now;
+    root = &start;
+    setTraversalMask(now.traversalMask);
+    matrix.makeIdentity();
+    _toRoot.makeIdentity();
+    identity = true;
+    part = 0;
+    _parts = 0;
+    paint = {};
+    open(0, matrix);
+    if (now.paint.source == PaintOptions::TEXTURE) paintAbove(start);
+    if (osg::Drawable* drawable = start.asDrawable())
+        visit(*drawable);
+    else
+        traverse(start); // the root's own transform belongs to the pose
+}
+
+void SubtreeWalk::paintAbove(osg::Node& start)
+{
+    // The nearest texture counts; above a shared subtree there may be several, of which OSG's first parent is taken.
+    const osg::Node* node = &start;
+    for (PaintState found; node; node = node->getNumParents() > 0 ? node->getParent(0) : nullptr)
+    {
+        found = {};
+        found.apply(node->getStateSet());
+        if (!paint.texture) paint.texture = found.texture;
+        if (!paint.matrix) paint.matrix = found.matrix;
+        if (paint.texture && paint.matrix) return;
+    }
+}
+
+void SubtreeWalk::descend(osg::Node& node)
+{
+    const PaintState outer = paint;
+    if (options->paint.source == PaintOptions::TEXTURE) paint.apply(node.getStateSet());
+    traverse(node);
+    paint = outer;
+}
+
+void SubtreeWalk::apply(osg::Node& node)
+{
+    if (options->skip && options->skip(node)) return;
+    enter(node);
+    descend(node);
+}
+
+bool SubtreeWalk::isMover(const osg::Transform& transform) const
+{
+    return std::binary_search(options->movers.begin(), options->movers.end(), &transform);
+}
+
+std::uint64_t SubtreeWalk::pathKey() const
+{
+    std::uint64_t key = 1;
+    for (const osg::Node* node : _nodePath)
+    {
+        key = (key ^ reinterpret_cast<std::uintptr_t>(node)) * 0x9E3779B97F4A7C15ull;
+        key ^= key >> 29;
+    }
+    return key;
+}
+
+void SubtreeWalk::apply(osg::Transform& node)
+{
+    if (options->skip && options->skip(node)) return;
+    enter(node);
+    // An absolute frame hangs on the camera, not in the world.
+    if (node.getReferenceFrame() != osg::Transform::RELATIVE_RF) return;
+    const osg::Matrixd outer = matrix;
+    const bool outerIdentity = identity;
+    const osg::Matrixd local = cameraFreeMatrix(node, this);
+    if (!isMover(node))
+    {
+        matrix.preMult(local);
+        identity = false;
+        still(node, local);
+        descend(node);
+    }
+    else
+    {
+        const osg::Matrixd outerToRoot = _toRoot;
+        const std::size_t outerPart = part;
+        _toRoot = local * matrix * _toRoot;
+        matrix.makeIdentity();
+        identity = true;
+        part = ++_parts;
+        open(pathKey(), _toRoot);
+        descend(node);
+        _toRoot = outerToRoot;
+        part = outerPart;
+    }
+    matrix = outer;
+    identity = outerIdentity;
+}
+
+void SubtreeWalk::apply(osg::Billboard& node)
+{
+    if (options->skip && options->skip(node)) return;
+    enter(node);
+    const PaintState outerPaint = paint;
+    if (options->paint.source == PaintOptions::TEXTURE) paint.apply(node.getStateSet());
+    const osg::Matrixd outer = matrix;
+    for (unsigned int i = 0; i < node.getNumDrawables(); ++i)
+    {
+        matrix = osg::Matrixd::translate(node.getPosition(i)) * outer;
+        const bool outerIdentity = identity;
+        identity = false;
+        if (osg::Drawable* drawable = node.getDrawable(i)) drawable->accept(*this);
+        identity = outerIdentity;
+    }
+    matrix = outer;
+    paint = outerPaint;
+}
+
+void SubtreeWalk::apply(osg::Drawable& drawable)
+{
+    if (options->skip && options->skip(drawable)) return;
+    const PaintState outer = paint;
+    if (options->paint.source == PaintOptions::TEXTURE) paint.apply(drawable.getStateSet());
+    visit(drawable);
+    paint = outer;
+}
+
+} // namespace midair::bridge

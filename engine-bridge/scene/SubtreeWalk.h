@@ -1,0 +1,73 @@
+#pragma once
+
+#include "engine-bridge/scene/PaintReader.h"
+
+#include <osg/Billboard>
+#include <osg/Camera>
+#include <osg/Drawable>
+#include <osg/NodeVisitor>
+#include <osg/Projection>
+#include <osg/Transform>
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// What of a subtree becomes the mesh.
+struct ExtractOptions
+{
+    PaintOptions paint;
+    unsigned int traversalMask = ~0u; ///< nodes whose mask has none of these bits are left out
+    std::function<bool(const osg::Node&)> skip; ///< subtrees to leave out; empty: none
+    PaintImages* images = nullptr; ///< where pictures are kept; null: they are read each time
+    /// Sorted; transforms that move by themselves: what is below each is a part of its own, in its own coordinates.
+    std::vector<const osg::Transform*> movers;
+};
+
+/// Hands out each drawable of an active subtree, with the part that it belongs to and its matrix to that part's frame.
+///
+/// Part 0 is in the frame of the root's children; each mover on a path opens another.
+class SubtreeWalk : public osg::NodeVisitor
+{
+public:
+    SubtreeWalk() : osg::NodeVisitor(NODE_VISITOR, TRAVERSE_ACTIVE_CHILDREN) {}
+
+    /// \a now has to outlive the walk.
+    void walk(osg::Node& root, const ExtractOptions& now);
+
+    void apply(osg::Node& node) override;
+    void apply(osg::Transform& node) override;
+    void apply(osg::Billboard& node) override;
+    void apply(osg::Drawable& drawable) override;
+    void apply(osg::Camera&) override {}
+    void apply(osg::Projection&) override {}
+
+protected:
+    virtual void enter(osg::Node&) {}
+    /// A transform that is no mover, and its matrix.
+    virtual void still(osg::Transform&, const osg::Matrixd& /*local*/) {}
+    /// A new part: a number of the way to its mover, its children -> the root's.
+    virtual void open(std::uint64_t /*key*/, const osg::Matrixd& /*toRoot*/) {}
+    virtual void visit(osg::Drawable& drawable) = 0;
+
+    const ExtractOptions* options = nullptr;
+    osg::Node* root = nullptr;
+    osg::Matrixd matrix; ///< to the part's frame
+    bool identity = true;
+    std::size_t part = 0;
+    PaintState paint;
+
+private:
+    void descend(osg::Node& node);
+    bool isMover(const osg::Transform& transform) const;
+    std::uint64_t pathKey() const;
+    void paintAbove(osg::Node& root);
+
+    osg::Matrixd _toRoot; ///< of the part
+    std::size_t _parts = 0;
+};
+
+} // namespace midair::bridge

@@ -1,0 +1,219 @@
+#include "haptics/array/PatFile.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/Number.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr int kTransducers = 256;
+constexpr int kLevels = 128;
+constexpr int kLines = 7;
+constexpr const char* kBlanks = " \t\r";
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kMostMetres = 10.0;
+constexpr double kMostDegrees = 360.0;
+constexpr double kLeastCorrection = 0.01;
+constexpr double kMostCorrection = 100.0;
+
+std::string trimmed(const std::string& text)
+{
+    const std::size_t begin = text.find_first_not_of(kBlanks);
+    if (begin == std::string::npos) return "";
+    return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+}
+
+/// A file in lines, each of which is named where it is wrong.
+class PatReader
+{
+public:
+    PatReader(const std::string& text, const std::string& source) : _source(source)
+    {
+        for (std::size_t begin = 0; begin < text.size();)
+        {
+            const std::size_t end = std::min(text.find('\n', begin), text.size());
+            _lines.push_back(trimmed(text.substr(begin, end - begin)));
+            begin = end + 1;
+        }
+        while (!_lines.empty() && _lines.back().empty())
+            _lines.pop_back();
+    }
+
+    [[noreturn]] void fail(int line, const std::string& what) const
+    {
+        throw base::InputError(_source + ", line " + std::to_string(line) + ": " + what);
+    }
+
+    /// Line \a number, from 1.
+    const std::string& line(int number, const std::string& what) const
+    {
+        if (number > static_cast<int>(_lines.size()))
+            fail(number, "isn't there; it must be " + what);
+        return _lines[static_cast<std::size_t>(number - 1)];
+    }
+
+    void whole(int number, const std::string& what, int right) const
+    {
+        int value = 0;
+        const std::string& text = line(number, what);
+        if (!base::parseWhole(text, value) || value != right)
+            fail(number, "is \"" + text.substr(0, 40) + "\"; it must be " + what);
+    }
+
+    /// kTransducers numbers with commas between them and, in the published files, after the last.
+    std::vector<double> numbers(int number, const std::string& what, double low, double high) const
+    {
+        std::vector<double> values;
+        const std::string& text = line(number, "256 " + what + " with commas between them");
+        for (std::size_t begin = 0; begin < text.size();)
+        {
+            const std::size_t end = std::min(text.find(',', begin), text.size());
+            values.push_back(
+                value(number, trimmed(text.substr(begin, end - begin)), what, low, high));
+            begin = end + 1;
+        }
+        requireAll(number, what, values.size());
+        return values;
+    }
+
+    /// (x, y, z),(x, y, z),
+    Eigen::Matrix3Xd places(int number) const
+    {
+        const std::string what = "places (x, y, z) in metres";
+        const std::string& text = line(number, "256 " + what);
+        Eigen::Matrix3Xd places(3, kTransducers);
+        std::size_t count = 0;
+        for (std::size_t begin = text.find('('); begin != std::string::npos;
+             begin = text.find('(', begin + 1), ++count)
+        {
+            const std::size_t end = text.find(')', begin);
+            if (end == std::string::npos)
+                fail(number, "place " + std::to_string(count) + " doesn't end");
+            if (count < kTransducers)
+                place(number, text.substr(begin + 1, end - begin - 1), count, places);
+        }
+        requireAll(number, what, count);
+        return places;
+    }
+
+    void requireEnd() const
+    {
+        if (_lines.size() > kLines)
+            fail(kLines + 1, "is more than there must be; the amplitudes in line 7 are the last");
+    }
+
+private:
+    double value(
+        int number, const std::string& text, const std::string& what, double low, double high) const
+    {
+        double read = 0.0;
+        if (!base::parseNumber(text, read) || read < low || read > high)
+            fail(number,
+                 "\"" + text.substr(0, 40) + "\" is among the " + what +
+                     "; they must be numbers from " + base::shortNumber(low) + " to " +
+                     base::shortNumber(high));
+        return read;
+    }
+
+    void
+    place(int number, const std::string& text, std::size_t index, Eigen::Matrix3Xd& places) const
+    {
+        std::size_t begin = 0;
+        for (Eigen::Index axis = 0; axis < 3; ++axis)
+        {
+            const std::size_t comma = text.find(',', begin);
+            const bool last = axis == 2;
+            if (last != (comma == std::string::npos))
+                fail(number,
+                     "place " + std::to_string(index) + " is (" + text.substr(0, 60) +
+                         "); it must be (x, y, z) in metres");
+            places(axis, static_cast<Eigen::Index>(index)) =
+                value(number,
+                      trimmed(text.substr(begin, last ? comma : comma - begin)),
+                      "places",
+                      -kMostMetres,
+                      kMostMetres);
+            begin = comma + 1;
+        }
+    }
+
+    void requireAll(int number, const std::string& what, std::size_t count) const
+    {
+        if (count != kTransducers)
+            fail(number, "has " + std::to_string(count) + " " + what + "; there must be 256");
+    }
+
+    std::string _source;
+    std::vector<std::string> _lines;
+};
+
+std::vector<int> pinsOf(const PatReader& reader, int line)
+{
+    const std::vector<double> numbers = reader.numbers(line, "pins", 0.0, kTransducers - 1);
+    std::vector<int> pins;
+    std::vector<bool> seen(kTransducers);
+    for (const double number : numbers)
+    {
+        const auto pin = static_cast<std::size_t>(number);
+        if (static_cast<double>(pin) != number || seen[pin])
+            reader.fail(line,
+                        "pin " + base::shortNumber(number) +
+                            (seen[pin] ? " is there twice" : " isn't a whole number") +
+                            "; each from 0 to 255 must be there once");
+        seen[pin] = true;
+        pins.push_back(static_cast<int>(pin));
+    }
+    return pins;
+}
+
+} // namespace
+
+PatBoard readPat(const std::string& text, const std::string& source)
+{
+    const PatReader reader(text, source);
+    PatBoard board;
+    board.serial = reader.line(1, "the serial number of the board's FT232H");
+    if (board.serial.empty() || board.serial.find_first_of(" \t,?&:(") != std::string::npos)
+        reader.fail(1,
+                    "is \"" + board.serial.substr(0, 40) +
+                        "\"; it must be the serial number of the board's FT232H");
+    reader.whole(2, "the number of transducers, 256", kTransducers);
+    reader.whole(3, "the number of phase levels, 128", kLevels);
+    const Eigen::Matrix3Xd places = reader.places(4);
+    const std::vector<int> pins = pinsOf(reader, 5);
+    const std::vector<double> delays_deg =
+        reader.numbers(6, "phase adjustments", -kMostDegrees, kMostDegrees);
+    const std::vector<double> corrections =
+        reader.numbers(7, "amplitude adjustments", kLeastCorrection, kMostCorrection);
+    reader.requireEnd();
+
+    TransducerArray& array = board.array;
+    array.name = "openmpd " + board.serial;
+    array.positions.resize(3, kTransducers);
+    array.normals = Eigen::Vector3d::UnitZ().replicate(1, kTransducers);
+    array.phaseOffset_rad.resize(kTransducers);
+    array.gain.resize(kTransducers);
+    array.board.assign(kTransducers, 0);
+    array.drive.phaseLevels = kLevels;
+    for (int width = 0; width <= kLevels / 2; ++width)
+        array.drive.amplitudeLevels.push_back(static_cast<float>(std::sin(kPi * width / kLevels)));
+    // The driver takes the adjustment off the delay that it wants and multiplies the amplitude: so the transducer is by itself
+    // that much later, and weaker by the inverse.
+    for (std::size_t t = 0; t < kTransducers; ++t)
+    {
+        const Eigen::Index pin = pins[t];
+        array.positions.col(pin) = places.col(static_cast<Eigen::Index>(t));
+        array.phaseOffset_rad[pin] = -delays_deg[t] * kPi / 180.0;
+        array.gain[pin] = 1.0 / corrections[t];
+    }
+    return board;
+}
+
+} // namespace midair::haptics

@@ -1,0 +1,114 @@
+#include "haptics/array/TransducerArray.h"
+
+#include "haptics/array/BoardGrid.h"
+#include "haptics/base/text/PlainText.h"
+
+#include <cmath>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr double kPi = 3.14159265358979323846;
+
+// Board of the paper's device: 192.0 x 151.4 mm, 18 x 14 places at 10.16 mm, three of them taken by connectors.
+constexpr double kBoardWidth_m = 0.1920;
+constexpr double kBoardHeight_m = 0.1514;
+
+Board paperBoard()
+{
+    Board board;
+    board.places = gridPlaces(18, 14, 10.16e-3, {{1, 1}, {2, 1}, {16, 1}});
+    return board;
+}
+
+// 256 levels of duty; level L is a duty of L/510 and drives with a relative amplitude of sin(pi L / 510).
+DriveResolution paperDrive()
+{
+    DriveResolution drive;
+    drive.phaseLevels = 256;
+    drive.amplitudeLevels.resize(256);
+    for (int L = 0; L < 256; ++L)
+        drive.amplitudeLevels[static_cast<std::size_t>(L)] =
+            static_cast<float>(std::sin(kPi * L / 510.0));
+    return drive;
+}
+
+// Measured by Inoue, Makino, Shinoda 2015: all 3984 transducers focused at the centre at drive level 32, that is a
+// relative amplitude of sin(pi 32/510) = 0.196, give p_rms = 5.53 kPa there. The arrivals are in phase, so that
+//     p_rms = P0 sin(pi 32/510) / sqrt(2) * sum_i D(theta_i) e^(-beta R_i) / R_i
+// and the sum, over the geometry below in air of 20 C and 50 %, is 14,620 /m: the transducer's data sheet (121.5 dB SPL
+// at 0.30 m: 10.1 Pa m) would give 20.4 kPa, so what the device reached in its cavity corresponds to
+//     P0 = 10.1 * 5.53 / 20.4 = 2.73 Pa m.
+constexpr double kPrismSourceAmplitude_Pa_m = 2.73;
+
+} // namespace
+
+TransducerArray TransducerArray::octagonalPrism()
+{
+    TransducerArray array;
+    array.name = "octagon";
+    array.sourceAmplitude_Pa_m = kPrismSourceAmplitude_Pa_m;
+    array.drive = paperDrive();
+
+    // The long edges of eight boards close a ring: apothem = edge (1 + sqrt 2)/2 = 231.8 mm.
+    const double apothem_m = 0.5 * kBoardWidth_m * (1.0 + std::sqrt(2.0));
+    for (int side = 0; side < 8; ++side)
+    {
+        const double angle = 2.0 * kPi * side / 8.0;
+        const Eigen::Vector3d outward(std::sin(angle), 0.0, std::cos(angle));
+        for (const double y : {-0.5 * kBoardHeight_m, 0.5 * kBoardHeight_m})
+        {
+            Board board = paperBoard();
+            board.position = apothem_m * outward + y * Eigen::Vector3d::UnitY();
+            board.normal = -outward;
+            board.columnsAlong = levelColumns(board.normal);
+            appendBoard(board, array);
+        }
+    }
+    return array;
+}
+
+TransducerArray TransducerArray::singleBoard()
+{
+    TransducerArray array;
+    array.name = "board";
+    array.drive = paperDrive();
+    appendBoard(paperBoard(), array);
+    return array;
+}
+
+bool TransducerArray::isValid(std::string* error) const
+{
+    const auto m = static_cast<std::size_t>(size());
+    base::PlainStream text;
+    if (m == 0)
+        text << "the array has no transducers";
+    else if (static_cast<std::size_t>(normals.cols()) != m || board.size() != m)
+        text << m << " positions, " << normals.cols() << " normals, " << board.size()
+             << " board indices; there must be as many of each";
+    else if (phaseOffset_rad.size() != 0 && static_cast<std::size_t>(phaseOffset_rad.size()) != m)
+        text << phaseOffset_rad.size() << " phase offsets; there must be none or " << m;
+    else if (gain.size() != 0 && static_cast<std::size_t>(gain.size()) != m)
+        text << gain.size() << " gains; there must be none or " << m;
+    else if (!positions.allFinite() || !phaseOffset_rad.allFinite() || !gain.allFinite())
+        text << "a position, phase offset or gain is not finite";
+    else if (!((normals.colwise().norm().array() - 1.0).abs() < 1e-6).all())
+        text << "a normal is not of unit length";
+    else if (gain.size() != 0 && gain.minCoeff() < 0.0)
+        text << "gain is " << gain.minCoeff() << "; it must be at least 0";
+    else if (!(frequency_Hz > 0.0 && std::isfinite(frequency_Hz)))
+        text << "frequency_Hz is " << frequency_Hz << "; it must be above 0";
+    else if (!(sourceAmplitude_Pa_m > 0.0 && std::isfinite(sourceAmplitude_Pa_m)))
+        text << "sourceAmplitude_Pa_m is " << sourceAmplitude_Pa_m << "; it must be above 0";
+    else if (drive.phaseLevels < 0 || drive.phaseLevels == 1)
+        text << "phaseLevels is " << drive.phaseLevels << "; it must be 0 (continuous) or 2 and up";
+    else
+        return true;
+    if (error != nullptr) *error = text.str();
+    return false;
+}
+
+} // namespace midair::haptics

@@ -1,0 +1,399 @@
+#include "haptics/array/BoardGrid.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/JsonReader.h"
+#include "haptics/base/text/PlainText.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+using Json = base::JsonReader::Json;
+using Reader = base::JsonReader;
+
+constexpr int kMostTransducers = 65536;
+constexpr double kFarthest_m = 10.0; // catches lengths that were written in millimetres
+
+// The bounds keep every product of them within a float.
+double phaseOffset(const Reader& reader, const Json& value, const std::string& path)
+{
+    return reader.number(value, path, -1000.0, 1000.0, "an angle in radians, within -1000 .. 1000");
+}
+
+double gain(const Reader& reader, const Json& value, const std::string& path)
+{
+    return reader.number(value, path, 0.0, 1000.0, "a number from 0 to 1000");
+}
+
+double positive(
+    const Reader& reader, const Json& root, const char* key, double high, const std::string& right)
+{
+    return reader.number(reader.required(root, "", key, right),
+                         key,
+                         std::numeric_limits<double>::min(),
+                         high,
+                         right);
+}
+
+Eigen::Vector3d position(const Reader& reader, const Json& value, const std::string& path)
+{
+    return reader.vector(value, path, 3, kFarthest_m, "[x, y, z] in metres, each within -10 .. 10");
+}
+
+// Optional per-transducer values, kept apart until it is known whether any transducer has them.
+struct Trimming
+{
+    std::vector<double> phaseOffset_rad;
+    std::vector<double> gain;
+    bool hasPhaseOffset = false;
+    bool hasGain = false;
+
+    void store(TransducerArray& array) const
+    {
+        if (hasPhaseOffset)
+            array.phaseOffset_rad =
+                Eigen::Map<const Eigen::VectorXd>(phaseOffset_rad.data(), array.size());
+        if (hasGain) array.gain = Eigen::Map<const Eigen::VectorXd>(gain.data(), array.size());
+    }
+};
+
+void readDrive(const Reader& reader, const Json& root, DriveResolution& drive)
+{
+    if (const auto levels = root.find("phaseLevels"); levels != root.end())
+    {
+        const char* const right = "0 (continuous) or a whole number from 2 to 65536";
+        drive.phaseLevels = reader.integer(*levels, "phaseLevels", 0, 65536, right);
+        if (drive.phaseLevels == 1) reader.wrong("phaseLevels", *levels, right);
+    }
+    const auto levels = root.find("amplitudeLevels");
+    if (levels == root.end()) return;
+    const std::string right =
+        "a list of numbers that rises from 0 or above to 1, or empty (continuous)";
+    if (levels->is_array() && levels->size() > kMostTransducers)
+        reader.fail("amplitudeLevels",
+                    "has " + std::to_string(levels->size()) +
+                        " entries; at most 65536 are possible");
+    for (const Json& level : reader.list(*levels, "amplitudeLevels", right))
+    {
+        const std::string path = Reader::at("amplitudeLevels", drive.amplitudeLevels.size());
+        const auto a =
+            static_cast<float>(reader.number(level, path, 0.0, 1.0, "a number from 0 to 1"));
+        if (!drive.amplitudeLevels.empty() && !(a > drive.amplitudeLevels.back()))
+            reader.wrong(path, level, "above the level before it");
+        drive.amplitudeLevels.push_back(a);
+    }
+    if (!drive.amplitudeLevels.empty() && drive.amplitudeLevels.back() != 1.0f)
+        reader.wrong(Reader::at("amplitudeLevels", drive.amplitudeLevels.size() - 1),
+                     levels->back(),
+                     "1, being the last");
+}
+
+// A transducer without a board sits on the one of its predecessor.
+int readBoardIndex(const Reader& reader,
+                   const Json& item,
+                   const std::string& path,
+                   const TransducerArray& array)
+{
+    const int last = array.board.empty() ? 0 : array.board.back();
+    const auto found = item.find("board");
+    if (found == item.end()) return last;
+    const int next = array.board.empty() ? 0 : last + 1;
+    const std::string right = last == next ? "0, being the first"
+                                           : std::to_string(last) + " or " + std::to_string(next) +
+                                                 ": boards count up from 0 without a gap";
+    return reader.integer(*found, Reader::at(path, "board"), last, next, right);
+}
+
+void readTransducers(const Reader& reader,
+                     const Json& list,
+                     TransducerArray& array,
+                     Trimming& trimming)
+{
+    reader.list(list, "transducers", "a list of transducers");
+    const std::size_t m = list.size();
+    if (m > kMostTransducers)
+        reader.fail("transducers",
+                    "has " + std::to_string(m) + " entries; at most 65536 are possible");
+    array.positions.resize(3, static_cast<Eigen::Index>(m));
+    array.normals.resize(3, static_cast<Eigen::Index>(m));
+    for (std::size_t i = 0; i < m; ++i)
+    {
+        const Json& item = list[i];
+        const std::string path = Reader::at("transducers", i);
+        reader.object(
+            item, path, {"position_m", "normal", "board", "phaseOffset_rad", "gain", "comment"});
+        const auto column = static_cast<Eigen::Index>(i);
+        array.positions.col(column) =
+            position(reader,
+                     reader.required(item, path, "position_m", "[x, y, z] in metres"),
+                     Reader::at(path, "position_m"));
+        array.normals.col(column) = reader.direction(
+            reader.required(item, path, "normal", "the direction of emission [x, y, z]"),
+            Reader::at(path, "normal"));
+        array.board.push_back(readBoardIndex(reader, item, path, array));
+        trimming.hasPhaseOffset |= item.contains("phaseOffset_rad");
+        trimming.hasGain |= item.contains("gain");
+        trimming.phaseOffset_rad.push_back(
+            item.contains("phaseOffset_rad")
+                ? phaseOffset(reader, item["phaseOffset_rad"], Reader::at(path, "phaseOffset_rad"))
+                : 0.0);
+        trimming.gain.push_back(
+            item.contains("gain") ? gain(reader, item["gain"], Reader::at(path, "gain")) : 1.0);
+    }
+}
+
+// Appends a board's value of one for all, or one each.
+bool readBoardValues(const Reader& reader,
+                     const Json& board,
+                     const std::string& boardPath,
+                     const char* key,
+                     std::size_t count,
+                     double (*read)(const Reader&, const Json&, const std::string&),
+                     double otherwise,
+                     std::vector<double>& values)
+{
+    const auto found = board.find(key);
+    if (found == board.end())
+    {
+        values.insert(values.end(), count, otherwise);
+        return false;
+    }
+    const std::string path = Reader::at(boardPath, key);
+    if (!found->is_array())
+    {
+        values.insert(values.end(), count, read(reader, *found, path));
+        return true;
+    }
+    if (found->size() != count)
+        reader.fail(path,
+                    "has " + std::to_string(found->size()) +
+                        " entries; it must be one number, or a list of " + std::to_string(count) +
+                        ", one for each transducer of the board");
+    for (std::size_t i = 0; i < count; ++i)
+        values.push_back(read(reader, (*found)[i], Reader::at(path, i)));
+    return true;
+}
+
+std::vector<Eigen::Vector2d>
+readGrid(const Reader& reader, const Json& item, const std::string& path)
+{
+    const char* const countIs = "a whole number from 1 to 256";
+    const int columns = reader.integer(reader.required(item, path, "columns", countIs),
+                                       Reader::at(path, "columns"),
+                                       1,
+                                       256,
+                                       countIs);
+    const int rows = reader.integer(
+        reader.required(item, path, "rows", countIs), Reader::at(path, "rows"), 1, 256, countIs);
+    const char* const pitchIs = "metres between neighbours, above 0, at most 1";
+    const double pitch_m = reader.number(reader.required(item, path, "pitch_m", pitchIs),
+                                         Reader::at(path, "pitch_m"),
+                                         std::numeric_limits<double>::min(),
+                                         1.0,
+                                         pitchIs);
+    std::vector<std::pair<int, int>> without;
+    if (const auto list = item.find("without"); list != item.end())
+    {
+        const std::string right = "[column, row] with a column of 1 .. " + std::to_string(columns) +
+                                  " and a row of 1 .. " + std::to_string(rows);
+        const std::string listPath = Reader::at(path, "without");
+        for (const Json& place : reader.list(*list, listPath, "a list of [column, row]"))
+        {
+            const std::string placePath = Reader::at(listPath, without.size());
+            if (!place.is_array() || place.size() != 2 || !place[0].is_number_integer() ||
+                !place[1].is_number_integer())
+                reader.wrong(placePath, place, right);
+            const auto column = place[0].get<double>();
+            const auto row = place[1].get<double>();
+            if (column < 1 || column > columns || row < 1 || row > rows)
+                reader.wrong(placePath, place, right);
+            without.emplace_back(static_cast<int>(column), static_cast<int>(row));
+        }
+    }
+    return gridPlaces(columns, rows, pitch_m, without);
+}
+
+std::vector<Eigen::Vector2d>
+readPlaces(const Reader& reader, const Json& item, const std::string& path)
+{
+    const auto list = item.find("places_m");
+    if (list == item.end()) return readGrid(reader, item, path);
+    for (const char* key : {"columns", "rows", "pitch_m", "without"})
+        if (item.contains(key))
+            reader.fail(path,
+                        "has both 'places_m' and '" + std::string(key) +
+                            "'; it must have a grid or places, not both");
+    std::vector<Eigen::Vector2d> places;
+    const std::string listPath = Reader::at(path, "places_m");
+    if (list->size() > kMostTransducers)
+        reader.fail(listPath,
+                    "has " + std::to_string(list->size()) + " entries; at most 65536 are possible");
+    for (const Json& place :
+         reader.list(*list, listPath, "a list of [along the columns, along the rows] in metres"))
+        places.push_back(
+            reader.vector(place,
+                          Reader::at(listPath, places.size()),
+                          2,
+                          kFarthest_m,
+                          "[along the columns, along the rows] in metres, each within -10 .. 10"));
+    return places;
+}
+
+// Where a board is and which way it faces; its places are still to come.
+Board readPose(const Reader& reader, const Json& item, const std::string& path)
+{
+    Board board;
+    board.position = position(
+        reader,
+        reader.required(item, path, "position_m", "the board's middle [x, y, z] in metres"),
+        Reader::at(path, "position_m"));
+    board.normal = reader.direction(
+        reader.required(item, path, "normal", "the direction of emission [x, y, z]"),
+        Reader::at(path, "normal"));
+    board.columnsAlong = levelColumns(board.normal);
+    if (const auto found = item.find("columnsAlong"); found != item.end())
+    {
+        const std::string columnsPath = Reader::at(path, "columnsAlong");
+        const Eigen::Vector3d along = reader.direction(*found, columnsPath);
+        const Eigen::Vector3d across = along - along.dot(board.normal) * board.normal;
+        if (across.norm() < 1e-3)
+            reader.wrong(columnsPath, *found, "a direction across the board's normal");
+        board.columnsAlong = across.normalized();
+    }
+    return board;
+}
+
+void readBoards(const Reader& reader, const Json& list, TransducerArray& array, Trimming& trimming)
+{
+    reader.list(list, "boards", "a list of boards");
+    for (std::size_t b = 0; b < list.size(); ++b)
+    {
+        const Json& item = list[b];
+        const std::string path = Reader::at("boards", b);
+        reader.object(item,
+                      path,
+                      {"position_m",
+                       "normal",
+                       "columnsAlong",
+                       "columns",
+                       "rows",
+                       "pitch_m",
+                       "without",
+                       "places_m",
+                       "phaseOffset_rad",
+                       "gain",
+                       "comment"});
+        Board board = readPose(reader, item, path);
+        board.places = readPlaces(reader, item, path);
+        if (board.places.empty())
+            reader.fail(path, "has no transducers; it must have at least one");
+        const std::size_t count = board.places.size();
+        if (static_cast<std::size_t>(array.size()) + count > kMostTransducers)
+            reader.fail(
+                path,
+                "brings the array to more than 65536 transducers, which is the most possible");
+        appendBoard(board, array);
+        trimming.hasPhaseOffset |= readBoardValues(reader,
+                                                   item,
+                                                   path,
+                                                   "phaseOffset_rad",
+                                                   count,
+                                                   phaseOffset,
+                                                   0.0,
+                                                   trimming.phaseOffset_rad);
+        trimming.hasGain |=
+            readBoardValues(reader, item, path, "gain", count, gain, 1.0, trimming.gain);
+    }
+}
+
+} // namespace
+
+TransducerArray TransducerArray::fromJson(const std::string& json, const std::string& source)
+{
+    const Reader reader(source);
+    const Json root = reader.parse(json);
+    reader.object(root,
+                  "",
+                  {"name",
+                   "comment",
+                   "frequency_Hz",
+                   "sourceAmplitude_Pa_m",
+                   "directivity",
+                   "phaseLevels",
+                   "amplitudeLevels",
+                   "transducers",
+                   "boards"});
+    TransducerArray array;
+    if (const auto name = root.find("name"); name != root.end())
+        array.name = reader.string(*name, "name");
+
+    array.frequency_Hz = positive(reader, root, "frequency_Hz", 1e7, "Hz, above 0, at most 1e7");
+    array.sourceAmplitude_Pa_m =
+        positive(reader,
+                 root,
+                 "sourceAmplitude_Pa_m",
+                 1e5,
+                 "peak pressure times distance on axis in Pa m, above 0, at most 1e5");
+    const std::string model = reader.string(
+        reader.required(root, "", "directivity", "the name of a directivity model"), "directivity");
+    try
+    {
+        array.directivity = directivityFromName(model);
+    }
+    catch (const base::InputError& error)
+    {
+        reader.fail("directivity:", error.what());
+    }
+    readDrive(reader, root, array.drive);
+
+    Trimming trimming;
+    if (root.contains("transducers")) readTransducers(reader, root["transducers"], array, trimming);
+    if (root.contains("boards")) readBoards(reader, root["boards"], array, trimming);
+    if (array.size() == 0)
+        reader.fail("", "has no transducers; 'transducers' or 'boards' must list at least one");
+    trimming.store(array);
+    return array;
+}
+
+std::string TransducerArray::toJson() const
+{
+    std::string error;
+    if (!isValid(&error)) throw base::InputError("array '" + name + "' can't be written: " + error);
+    Json head;
+    head["name"] = name;
+    head["frequency_Hz"] = frequency_Hz;
+    head["sourceAmplitude_Pa_m"] = sourceAmplitude_Pa_m;
+    head["directivity"] = directivityName(directivity);
+    head["phaseLevels"] = drive.phaseLevels;
+    head["amplitudeLevels"] = drive.amplitudeLevels;
+
+    base::PlainStream text;
+    text << "{\n";
+    for (const auto& item : head.items())
+        text << "  \"" << item.key()
+             << "\": " << item.value().dump(-1, ' ', false, Json::error_handler_t::replace)
+             << ",\n";
+    text << "  \"transducers\": [\n";
+    for (Eigen::Index i = 0; i < positions.cols(); ++i)
+    {
+        Json item;
+        item["position_m"] = {positions(0, i), positions(1, i), positions(2, i)};
+        item["normal"] = {normals(0, i), normals(1, i), normals(2, i)};
+        item["board"] = board[static_cast<std::size_t>(i)];
+        if (phaseOffset_rad.size() > 0) item["phaseOffset_rad"] = phaseOffset_rad[i];
+        if (gain.size() > 0) item["gain"] = gain[i];
+        text << "    " << item.dump() << (i + 1 < positions.cols() ? ",\n" : "\n");
+    }
+    text << "  ]\n}\n";
+    return text.str();
+}
+
+} // namespace midair::haptics

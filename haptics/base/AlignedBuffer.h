@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstring>
+#include <memory>
+#include <new>
+
+namespace midair::base
+{
+
+/// An array of plain numbers on a cache-line boundary that only ever grows, so that a later update allocates nothing.
+template<typename T>
+class AlignedBuffer
+{
+public:
+    static constexpr std::size_t kAlignment = 64; ///< bytes; one AVX-512 register, one cache line
+
+    /// Makes room for \a count elements; existing ones are lost when it has to grow, new ones are zero.
+    void reserve(std::size_t count)
+    {
+        if (count <= _capacity) return;
+        _data.reset(
+            static_cast<T*>(::operator new (count * sizeof(T), std::align_val_t{kAlignment})));
+        std::memset(static_cast<void*>(_data.get()), 0, count * sizeof(T));
+        _capacity = count;
+    }
+    void setZero()
+    {
+        if (_capacity > 0) std::memset(static_cast<void*>(_data.get()), 0, _capacity * sizeof(T));
+    }
+
+    T* data() { return _data.get(); }
+    const T* data() const { return _data.get(); }
+    T& operator[](std::size_t i) { return _data.get()[i]; }
+    const T& operator[](std::size_t i) const { return _data.get()[i]; }
+    std::size_t capacity() const { return _capacity; }
+
+private:
+    struct Free
+    {
+        void operator()(T* data) const { ::operator delete (data, std::align_val_t{kAlignment}); }
+    };
+    std::unique_ptr<T[], Free> _data;
+    std::size_t _capacity = 0;
+};
+
+} // namespace midair::base

@@ -1,0 +1,153 @@
+#include "haptics/base/text/JsonReader.h"
+
+#include "haptics/base/InputError.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace midair::base
+{
+
+namespace
+{
+
+// As in the file where that is short. What is long or nested is only described: a text of 100,000 brackets is no help,
+// and writing it out would recurse as deep.
+std::string shown(const JsonReader::Json& value)
+{
+    if (value.is_object()) return "an object";
+    if (value.is_array() &&
+        (value.size() > 6 ||
+         std::any_of(value.begin(), value.end(), [](const auto& v) { return v.is_structured(); })))
+        return "a list of " + std::to_string(value.size());
+    const std::string text = value.dump(-1, ' ', false, JsonReader::Json::error_handler_t::replace);
+    return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+}
+
+} // namespace
+
+JsonReader::JsonReader(std::string source) : _source(std::move(source)) {}
+
+JsonReader::Json JsonReader::parse(const std::string& text) const
+{
+    try
+    {
+        return Json::parse(text);
+    }
+    catch (const nlohmann::json::exception& error)
+    {
+        // "[json.exception.parse_error.101] parse error at line 3, column 4: ..."; the number means nothing to a user.
+        const std::string what = error.what();
+        const std::size_t end = what.find("] ");
+        fail("", "not JSON: " + (end == std::string::npos ? what : what.substr(end + 2)));
+    }
+}
+
+void JsonReader::fail(const std::string& path, const std::string& what) const
+{
+    throw InputError(_source + ": " + (path.empty() ? "" : path + " ") + what);
+}
+
+void JsonReader::wrong(const std::string& path, const Json& value, const std::string& right) const
+{
+    fail(path, "is " + shown(value) + "; it must be " + right);
+}
+
+void JsonReader::object(const Json& value,
+                        const std::string& path,
+                        std::initializer_list<const char*> known) const
+{
+    if (!value.is_object())
+        wrong(path.empty() ? "the whole file" : path, value, "an object in braces");
+    std::string names;
+    for (const char* name : known)
+        names += std::string(names.empty() ? "" : ", ") + name;
+    for (const auto& item : value.items())
+        if (std::find(known.begin(), known.end(), item.key()) == known.end())
+            fail(path, "has the unknown key '" + item.key() + "'; known are " + names);
+}
+
+const JsonReader::Json& JsonReader::required(const Json& parent,
+                                             const std::string& path,
+                                             const char* key,
+                                             const std::string& right) const
+{
+    const auto found = parent.find(key);
+    if (found == parent.end()) fail(path, "lacks '" + std::string(key) + "'; it must be " + right);
+    return *found;
+}
+
+double JsonReader::number(const Json& value,
+                          const std::string& path,
+                          double low,
+                          double high,
+                          const std::string& right) const
+{
+    if (!value.is_number()) wrong(path, value, right);
+    const auto x = value.get<double>();
+    if (!std::isfinite(x) || x < low || x > high) wrong(path, value, right);
+    return x;
+}
+
+int JsonReader::integer(
+    const Json& value, const std::string& path, int low, int high, const std::string& right) const
+{
+    if (!value.is_number_integer()) wrong(path, value, right);
+    const auto x = value.get<double>(); // wide enough for what does not fit an int
+    if (x < low || x > high) wrong(path, value, right);
+    return static_cast<int>(x);
+}
+
+std::string JsonReader::string(const Json& value, const std::string& path) const
+{
+    if (!value.is_string()) wrong(path, value, "a text in quotes");
+    return value.get<std::string>();
+}
+
+const JsonReader::Json&
+JsonReader::list(const Json& value, const std::string& path, const std::string& right) const
+{
+    if (!value.is_array()) wrong(path, value, right);
+    return value;
+}
+
+Eigen::VectorXd JsonReader::vector(const Json& value,
+                                   const std::string& path,
+                                   int size,
+                                   double limit,
+                                   const std::string& right) const
+{
+    if (!value.is_array() || static_cast<int>(value.size()) != size) wrong(path, value, right);
+    Eigen::VectorXd v(size);
+    for (int k = 0; k < size; ++k)
+    {
+        const Json& component = value[static_cast<std::size_t>(k)];
+        if (!component.is_number()) wrong(path, value, right);
+        v[k] = component.get<double>();
+        if (!std::isfinite(v[k]) || std::abs(v[k]) > limit) wrong(path, value, right);
+    }
+    return v;
+}
+
+Eigen::Vector3d JsonReader::direction(const Json& value, const std::string& path) const
+{
+    const std::string right = "a direction [x, y, z] that is not zero";
+    const Eigen::Vector3d v = vector(value, path, 3, 1e100, right);
+    const double length = v.norm();
+    if (!(length > 1e-100)) wrong(path, value, right);
+    // A unit vector stays as it is to the last bit, so that an array that was saved is read back equal.
+    return std::abs(length - 1.0) < 1e-14 ? v : Eigen::Vector3d(v / length);
+}
+
+std::string JsonReader::at(const std::string& path, const char* key)
+{
+    return path.empty() ? key : path + "." + key;
+}
+
+std::string JsonReader::at(const std::string& path, std::size_t index)
+{
+    return path + "[" + std::to_string(index) + "]";
+}
+
+} // namespace midair::base

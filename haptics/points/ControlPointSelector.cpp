@@ -1,0 +1,389 @@
+#include "haptics/points/ControlPointSelector.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/Number.h"
+#include "haptics/points/PointBudget.h"
+#include "haptics/surface/PointGrid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+/// Covers what posing rounds: points sampled exactly a spacing apart are not too near.
+constexpr double kSlack = 1.0 - 1e-6;
+
+/// A point that is still in the running.
+struct Candidate
+{
+    int source;
+    int sample;
+    Eigen::Vector3d position;
+    Eigen::Vector3d normal;
+    double target;
+    Eigen::Vector3d positionSum; ///< of all that were merged into it
+    Eigen::Vector3d normalSum;
+    int merged = 1;
+};
+
+/// Takes candidates through the stages; each leaves fewer.
+class Selector
+{
+public:
+    Selector(const std::vector<PosedObject>& objects,
+             const Workspace& workspace,
+             const SelectorOptions& options) :
+        _objects(objects),
+        _workspace(workspace),
+        _options(options),
+        _look(options.stop, 16)
+    {
+        _report.perObject.assign(objects.size(), 0);
+        for (const PosedObject& object : objects)
+        {
+            _largestSpacing = std::max(_largestSpacing, object.spacing_m);
+        }
+        _crowd = options.crowdingWavelengths * workspace.wavelength_m();
+    }
+
+    Selection run()
+    {
+        collect();
+        sort();
+        if (_options.crowding == Crowding::DROP) dropCrowds();
+        thin(_options.crowding == Crowding::MERGE);
+        if (_options.crowding == Crowding::MERGE)
+        {
+            moveMerged();
+            thin(false); // means may have come near to others
+        }
+        keepBudget();
+        return finish();
+    }
+
+private:
+    const PosedObject& objectOf(const Candidate& candidate) const
+    {
+        return _objects[static_cast<std::size_t>(candidate.source)];
+    }
+    /// Nearer than this two points are a crowd.
+    double crowdLimit(const Candidate& a, const Candidate& b) const
+    {
+        return a.source == b.source ? std::min(_crowd, objectOf(a).spacing_m) : _crowd;
+    }
+    double searchRadius() const { return std::max({_largestSpacing, _crowd, kLeastCell}); }
+    PointGrid grid() const
+    {
+        PointGrid points(searchRadius());
+        points.reserve(_candidates.size());
+        return points;
+    }
+
+    void collect();
+    bool accept(const Candidate& candidate);
+    void sort();
+    void dropCrowds();
+    void thin(bool merge);
+    void moveMerged();
+    void keepBudget();
+    Selection finish();
+
+    static constexpr double kLeastCell = 1e-6; ///< m
+
+    const std::vector<PosedObject>& _objects;
+    const Workspace& _workspace;
+    const SelectorOptions& _options;
+    base::StopLook _look;
+    double _largestSpacing = 0.0;
+    double _crowd = 0.0;
+    std::vector<Candidate> _candidates;
+    SelectionReport _report;
+};
+
+bool Selector::accept(const Candidate& candidate)
+{
+    const double length = candidate.normal.norm();
+    if (!candidate.position.allFinite() || !std::isfinite(length) ||
+        !std::isfinite(candidate.target))
+    {
+        ++_report.notFinite;
+        return false;
+    }
+    if (!(candidate.target > 0.0))
+    {
+        ++_report.noTarget;
+        return false;
+    }
+    switch (_workspace.judge(candidate.position))
+    {
+    case Workspace::Verdict::INSIDE:
+        return true;
+    case Workspace::Verdict::TOO_CLOSE:
+        ++_report.tooClose;
+        break;
+    case Workspace::Verdict::BEHIND:
+        ++_report.behind;
+        break;
+    case Workspace::Verdict::OUT_OF_REACH:
+        ++_report.outOfReach;
+        break;
+    }
+    return false;
+}
+
+void Selector::collect()
+{
+    for (std::size_t source = 0; source < _objects.size(); ++source)
+    {
+        const PosedObject& object = _objects[source];
+        const Eigen::Index count = object.positions.cols();
+        _report.candidates += static_cast<int>(count);
+        for (Eigen::Index i = 0; i < count; ++i)
+        {
+            _look.turn();
+            const double intensity =
+                object.intensity.size() > 0 ? static_cast<double>(object.intensity[i]) : 1.0;
+            const Candidate candidate{static_cast<int>(source),
+                                      static_cast<int>(i),
+                                      object.positions.col(i),
+                                      object.normals.col(i),
+                                      object.target * intensity,
+                                      object.positions.col(i),
+                                      object.normals.col(i)};
+            if (accept(candidate)) _candidates.push_back(candidate);
+        }
+    }
+}
+
+void Selector::sort()
+{
+    const auto key = [this](const Candidate& c)
+    {
+        return std::make_tuple(-static_cast<long>(objectOf(c).priority),
+                               c.position.squaredNorm(),
+                               c.position.x(),
+                               c.position.y(),
+                               c.position.z(),
+                               objectOf(c).object);
+    };
+    std::stable_sort(_candidates.begin(),
+                     _candidates.end(),
+                     [&](const Candidate& a, const Candidate& b) { return key(a) < key(b); });
+}
+
+void Selector::dropCrowds()
+{
+    PointGrid points = grid();
+    std::vector<char> crowded(_candidates.size(), 0);
+    for (std::size_t i = 0; i < _candidates.size(); ++i)
+    {
+        _look.turn();
+        points.visitNear(_candidates[i].position,
+                         searchRadius(),
+                         [&](int near, double d2)
+                         {
+                             const auto other = static_cast<std::size_t>(near);
+                             const double limit =
+                                 kSlack * crowdLimit(_candidates[i], _candidates[other]);
+                             if (d2 < limit * limit) crowded[i] = crowded[other] = 1;
+                             return false;
+                         });
+        points.insert(_candidates[i].position);
+    }
+    std::vector<Candidate> kept;
+    for (std::size_t i = 0; i < _candidates.size(); ++i)
+    {
+        if (crowded[i] == 0) kept.push_back(_candidates[i]);
+    }
+    _report.crowdDropped += static_cast<int>(_candidates.size() - kept.size());
+    _candidates = std::move(kept);
+}
+
+/// The first in order stays, later ones too near to it go.
+void Selector::thin(bool merge)
+{
+    PointGrid points = grid();
+    std::vector<Candidate> kept;
+    for (const Candidate& candidate : _candidates)
+    {
+        _look.turn();
+        int crowdedBy = -1;
+        double nearest2 = std::numeric_limits<double>::infinity();
+        bool spaced = true;
+        points.visitNear(
+            candidate.position,
+            searchRadius(),
+            [&](int near, double d2)
+            {
+                const Candidate& other = kept[static_cast<std::size_t>(near)];
+                const double limit = kSlack * crowdLimit(candidate, other);
+                const double spacing = candidate.source == other.source
+                                           ? 0.0
+                                           : kSlack * std::max(objectOf(candidate).spacing_m,
+                                                               objectOf(other).spacing_m);
+                if (d2 < limit * limit && (d2 < nearest2 || (d2 == nearest2 && near < crowdedBy)))
+                {
+                    crowdedBy = near;
+                    nearest2 = d2;
+                }
+                spaced = spaced && d2 >= spacing * spacing;
+                return false;
+            });
+        if (crowdedBy >= 0 && merge)
+        {
+            Candidate& into = kept[static_cast<std::size_t>(crowdedBy)];
+            into.positionSum += candidate.position;
+            into.normalSum += candidate.normal;
+            into.target = std::max(into.target, candidate.target);
+            ++into.merged;
+            ++_report.crowdMerged;
+        }
+        else if (crowdedBy >= 0)
+        {
+            ++_report.crowdThinned;
+        }
+        else if (!spaced)
+        {
+            ++_report.spacedOut;
+        }
+        else
+        {
+            points.insert(candidate.position);
+            kept.push_back(candidate);
+        }
+    }
+    _candidates = std::move(kept);
+}
+
+void Selector::moveMerged()
+{
+    for (Candidate& candidate : _candidates)
+    {
+        if (candidate.merged == 1) continue;
+        candidate.position = candidate.positionSum / candidate.merged;
+        if (candidate.normalSum.norm() > 1e-6) candidate.normal = candidate.normalSum.normalized();
+    }
+}
+
+void Selector::keepBudget()
+{
+    if (static_cast<int>(_candidates.size()) <= _options.maxPoints) return;
+    std::vector<BudgetPoint> points;
+    points.reserve(_candidates.size());
+    for (const Candidate& candidate : _candidates)
+    {
+        const PosedObject& object = objectOf(candidate);
+        points.push_back({object.priority,
+                          object.object,
+                          candidate.source,
+                          candidate.sample,
+                          candidate.position});
+    }
+    const std::vector<char> keep = shareBudget(points, _options.maxPoints, _options.stop);
+    std::vector<Candidate> kept;
+    for (std::size_t i = 0; i < _candidates.size(); ++i)
+    {
+        if (keep[i] != 0) kept.push_back(_candidates[i]);
+    }
+    _report.overBudget = static_cast<int>(_candidates.size() - kept.size());
+    _candidates = std::move(kept);
+}
+
+Selection Selector::finish()
+{
+    std::sort(_candidates.begin(),
+              _candidates.end(),
+              [](const Candidate& a, const Candidate& b)
+              { return std::tie(a.source, a.sample) < std::tie(b.source, b.sample); });
+    Selection selection;
+    const auto n = static_cast<Eigen::Index>(_candidates.size());
+    selection.points.positions.resize(3, n);
+    selection.points.normals.resize(3, n);
+    selection.points.targets.resize(n);
+    for (Eigen::Index i = 0; i < n; ++i)
+    {
+        const Candidate& candidate = _candidates[static_cast<std::size_t>(i)];
+        selection.points.positions.col(i) = candidate.position;
+        selection.points.normals.col(i) = candidate.normal;
+        selection.points.targets[i] = candidate.target;
+        selection.points.object.push_back(objectOf(candidate).object);
+        selection.source.push_back(candidate.source);
+        selection.sample.push_back(candidate.sample);
+        ++_report.perObject[static_cast<std::size_t>(candidate.source)];
+    }
+    _report.selected = static_cast<int>(n);
+    selection.report = _report;
+    return selection;
+}
+
+void checkObject(const PosedObject& object, std::size_t index)
+{
+    const std::string name = "Object " + std::to_string(index);
+    const Eigen::Index n = object.positions.cols();
+    if (object.normals.cols() != n ||
+        (object.intensity.size() != 0 && object.intensity.size() != n))
+    {
+        throw base::InputError(name + " has " + std::to_string(n) + " positions, " +
+                               std::to_string(object.normals.cols()) + " normals and " +
+                               std::to_string(object.intensity.size()) +
+                               " intensities; they must be as many");
+    }
+    if (!(object.spacing_m > 0.0) || !std::isfinite(object.spacing_m))
+    {
+        throw base::InputError(name + " has the spacing " + base::shortNumber(object.spacing_m) +
+                               " m; it must be positive and finite");
+    }
+}
+
+} // namespace
+
+void PosedObject::pose(const SurfaceSamples& samples, const Eigen::Isometry3d& meshToArray)
+{
+    positions.noalias() = meshToArray.linear() * samples.positions;
+    positions.colwise() += meshToArray.translation();
+    normals.noalias() = meshToArray.linear() * samples.normals;
+    intensity = samples.intensity;
+}
+
+std::string SelectionReport::summary() const
+{
+    if (selected == candidates) return "";
+    std::string text = std::to_string(selected) + " of " + std::to_string(candidates) + " points";
+    const char* separator = ": ";
+    const auto tell = [&](int count, const char* what)
+    {
+        if (count == 0) return;
+        text += separator + std::to_string(count) + " " + what;
+        separator = ", ";
+    };
+    tell(notFinite, "not finite");
+    tell(noTarget, "without a positive target");
+    tell(outOfReach, "out of reach");
+    tell(behind, "behind the array");
+    tell(tooClose, "too close to a transducer");
+    tell(crowdDropped, "dropped from crowds");
+    tell(crowdMerged, "merged into others");
+    tell(crowdThinned, "thinned from crowds");
+    tell(spacedOut, "too near another object's");
+    tell(overBudget, "over the budget");
+    return text;
+}
+
+Selection selectControlPoints(const std::vector<PosedObject>& objects,
+                              const Workspace& workspace,
+                              const SelectorOptions& options)
+{
+    std::string error;
+    if (!options.isValid(&error)) throw base::InputError(error);
+    for (std::size_t i = 0; i < objects.size(); ++i)
+        checkObject(objects[i], i);
+    return Selector(objects, workspace, options).run();
+}
+
+} // namespace midair::haptics

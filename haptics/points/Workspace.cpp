@@ -1,0 +1,124 @@
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/Number.h"
+#include "haptics/base/text/PlainText.h"
+#include "haptics/points/ControlPointSelector.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+bool violated(std::string* error, const char* name, double value, const char* range)
+{
+    if (error != nullptr)
+    {
+        base::PlainStream text;
+        text << "SelectorOptions::" << name << " is " << value << "; it must be " << range;
+        *error = text.str();
+    }
+    return false;
+}
+
+} // namespace
+
+bool SelectorOptions::isValid(std::string* error) const
+{
+    if (maxPoints < 1) return violated(error, "maxPoints", maxPoints, "1 or more");
+    if (!(crowdingWavelengths >= 0.0 && crowdingWavelengths <= 1.0))
+    {
+        return violated(error, "crowdingWavelengths", crowdingWavelengths, "in 0 .. 1");
+    }
+    if (!(minDistanceWavelengths >= 0.0) || !std::isfinite(minDistanceWavelengths))
+    {
+        return violated(
+            error, "minDistanceWavelengths", minDistanceWavelengths, "0 or more and finite");
+    }
+    if (!(reach_m >= 0.0) || !std::isfinite(reach_m))
+    {
+        return violated(error, "reach_m", reach_m, "0 or more and finite");
+    }
+    return true;
+}
+
+Workspace::Workspace(const TransducerArray& array,
+                     double wavelength_m,
+                     const SelectorOptions& options) :
+    _positions(array.positions),
+    _normals(array.normals),
+    _wavelength(wavelength_m),
+    _minDistance(options.minDistanceWavelengths * wavelength_m),
+    _reach(options.reach_m)
+{
+    std::string error;
+    if (!options.isValid(&error)) throw base::InputError(error);
+    if (array.size() == 0) throw base::InputError("The array has no transducers");
+    if (!(wavelength_m > 0.0) || !std::isfinite(wavelength_m))
+    {
+        throw base::InputError("The wavelength is " + base::shortNumber(wavelength_m) +
+                               " m; it must be positive and finite");
+    }
+    if (!(_reach > 0.0))
+    {
+        constexpr double kLeastReach_m = 0.3;
+        const Eigen::Vector3d extent =
+            _positions.rowwise().maxCoeff() - _positions.rowwise().minCoeff();
+        _reach = std::max(2.0 * extent.maxCoeff(), kLeastReach_m);
+    }
+    constexpr double kSamePlane = 1e-6; // m, and of a unit vector
+    for (int i = 0; i < array.size(); ++i)
+    {
+        const Eigen::Vector3d normal = _normals.col(i);
+        const double offset = normal.dot(_positions.col(i));
+        const bool known =
+            std::any_of(_planes.begin(),
+                        _planes.end(),
+                        [&](const Plane& plane)
+                        {
+                            return std::abs(plane.offset - offset) < kSamePlane &&
+                                   (plane.normal - normal).squaredNorm() < kSamePlane * kSamePlane;
+                        });
+        if (!known) _planes.push_back({normal, offset, _positions.col(i)});
+    }
+}
+
+Workspace::Verdict Workspace::judge(const Eigen::Vector3d& point) const
+{
+    // In front of every plane by the least distance, and within reach of one transducer: all is well. That is every
+    // point in a prism, and spares looking at each transducer.
+    bool inFront = true;
+    bool near = false;
+    for (const Plane& plane : _planes)
+    {
+        if (plane.normal.dot(point) - plane.offset < _minDistance)
+        {
+            inFront = false;
+            break;
+        }
+        near = near || (plane.sample - point).squaredNorm() <= _reach * _reach;
+    }
+    if (inFront && near) return Verdict::INSIDE;
+
+    Eigen::Index nearest = 0;
+    const double distance =
+        std::sqrt((_positions.colwise() - point).colwise().squaredNorm().minCoeff(&nearest));
+    if (distance > _reach) return Verdict::OUT_OF_REACH;
+    const double height = _normals.col(nearest).dot(point - _positions.col(nearest));
+    if (height < 0.0)
+    {
+        // Right behind the nearest transducer its board stands between the point and all the others. Far to the side
+        // of it others may still see the point.
+        const double side = std::sqrt(std::max(0.0, distance * distance - height * height));
+        if (side <= std::max(-height, _wavelength)) return Verdict::BEHIND;
+        const bool seen =
+            ((_normals.array() * (-(_positions.colwise() - point)).array()).colwise().sum() > 0.0)
+                .any();
+        if (!seen) return Verdict::BEHIND;
+    }
+    return distance < _minDistance ? Verdict::TOO_CLOSE : Verdict::INSIDE;
+}
+
+} // namespace midair::haptics

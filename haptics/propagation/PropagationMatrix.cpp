@@ -1,0 +1,275 @@
+#include "haptics/propagation/PropagationMatrix.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr double kTwoPi = 6.283185307179586;
+
+// Wavelengths: nearer, single precision of R^2 - R0^2 is not enough for 1e-5.
+constexpr double kNearest = 0.25;
+
+} // namespace
+
+bool PropagationMatrix::resize(int points)
+{
+    const bool stale = points > _capacity;
+    if (stale)
+    {
+        _capacity = points;
+        _rows.resize(3, points);
+        _inFloat.resize(static_cast<std::size_t>(points) * _bounds.size());
+        const auto entries =
+            static_cast<std::size_t>(_capacity) * static_cast<std::size_t>(_padded);
+        if (_storage == Storage::FLOAT)
+            _entries.reserve(2 * entries);
+        else
+        {
+            _fixed.reserve(entries);
+            _scale.reserve(static_cast<std::size_t>(_capacity) * _bounds.size());
+        }
+    }
+    _points = points;
+    return stale;
+}
+
+kernels::BlockGeometry PropagationMatrix::geometry(int block) const
+{
+    const auto stride = static_cast<std::size_t>(_padded);
+    const float* g = _geometry.data() + offset(block);
+    return {g,
+            g + stride,
+            g + 2 * stride,
+            g + 3 * stride,
+            g + 4 * stride,
+            g + 5 * stride,
+            g + 6 * stride,
+            g + 7 * stride,
+            _hasOffset ? g + 8 * stride : nullptr,
+            _groups.data() + offset(block) / kernels::kGroup,
+            width(block)};
+}
+
+// Distances (in wavelengths) from a point to what lies \a distance away with \a bound around it.
+PropagationMatrix::Range PropagationMatrix::rangeOf(const Shell& bound,
+                                                    const Eigen::Vector3d& r) const
+{
+    const double distance = (r - bound.centre).norm();
+    return {std::max(bound.nearest - distance, distance - bound.farthest),
+            distance + bound.farthest};
+}
+
+bool PropagationMatrix::suitsKernel(const Range& range) const
+{
+    return range.nearest >= kNearest && range.nearest * _wavelength_m >= kNearestDistance_m &&
+           _beta * _wavelength_m * (range.farthest + kernels::kLargestRadius) < kernels::kMostDecay;
+}
+
+void PropagationMatrix::setPoint(int l, const Eigen::Vector3d& r)
+{
+    // Inside the array, where a prism's points are, one look at the whole array is enough; else block by block, and
+    // where a block's bounds are too wide transducer by transducer.
+    const Eigen::Vector3d x = r / _wavelength_m;
+    _rows.col(l) = x;
+    const bool all = suitsKernel(rangeOf(_bound, x));
+    unsigned char* inFloat = _inFloat.data() + static_cast<std::size_t>(l) * _bounds.size();
+    for (std::size_t b = 0; b < _bounds.size(); ++b)
+    {
+        inFloat[b] = _compact[b] && (all || suitsKernel(rangeOf(_bounds[b], x)));
+        if (inFloat[b] || !_compact[b]) continue;
+        const int block = static_cast<int>(b);
+        const auto places =
+            _places.middleCols(offset(block), std::min(width(block), _transducers - offset(block)));
+        const auto squares = (places.colwise() - x).colwise().squaredNorm();
+        inFloat[b] = suitsKernel({std::sqrt(squares.minCoeff()), std::sqrt(squares.maxCoeff())});
+    }
+}
+
+void PropagationMatrix::buildRows(int block, const int* rows, int count, double* sums)
+{
+    kernels::PointBatch batch;
+    batch.count = 0;
+    for (int k = 0; k < count; ++k)
+    {
+        const int l = rows[k];
+        if (!_inFloat[static_cast<std::size_t>(l) * _bounds.size() +
+                      static_cast<std::size_t>(block)])
+        {
+            sums[l] += static_cast<double>(buildRowInDouble(block, l));
+            continue;
+        }
+        batch.x[batch.count] = _rows(0, l);
+        batch.y[batch.count] = _rows(1, l);
+        batch.z[batch.count] = _rows(2, l);
+        batch.row[batch.count++] = l;
+        if (batch.count < kernels::PointBatch::kSize) continue;
+        buildBatch(block, batch, sums);
+        batch.count = 0;
+    }
+    if (batch.count == 0) return;
+    for (int k = batch.count; k < kernels::PointBatch::kSize; ++k)
+    {
+        batch.x[k] = batch.x[0];
+        batch.y[k] = batch.y[0];
+        batch.z[k] = batch.z[0];
+    }
+    buildBatch(block, batch, sums);
+}
+
+void PropagationMatrix::buildBatch(int block, const kernels::PointBatch& batch, double* sums)
+{
+    const auto first = static_cast<std::size_t>(offset(block)) * _capacity;
+    if (_storage == Storage::FLOAT)
+        buildBatch(block, batch, kernels::FloatRows{_entries.data() + 2 * first}, sums);
+    else
+        buildBatch(block,
+                   batch,
+                   kernels::FixedRows{_fixed.data() + first,
+                                      _scale.data() + static_cast<std::size_t>(block) * _capacity},
+                   sums);
+}
+
+template<typename Rows>
+void PropagationMatrix::buildBatch(int block,
+                                   const kernels::PointBatch& batch,
+                                   const Rows& rows,
+                                   double* sums)
+{
+    const auto decay = static_cast<float>(_beta * _wavelength_m);
+    float ofBatch[kernels::PointBatch::kSize];
+    switch (_array.directivity)
+    {
+    case Directivity::T4010A1_HARMONICS:
+        kernels::buildCubic(geometry(block), batch, decay, _cubic, rows, ofBatch);
+        break;
+    case Directivity::T4010A1_TABLE:
+        kernels::buildTable(geometry(block), batch, decay, _table, rows, ofBatch);
+        break;
+    case Directivity::POINT:
+        kernels::buildPoint(geometry(block), batch, decay, rows, ofBatch);
+        break;
+    }
+    for (int k = 0; k < batch.count; ++k)
+        sums[batch.row[k]] += static_cast<double>(ofBatch[k]);
+}
+
+float PropagationMatrix::buildRowInDouble(int block, int l)
+{
+    const auto first = static_cast<std::size_t>(offset(block)) * _capacity +
+                       static_cast<std::size_t>(l) * static_cast<std::size_t>(width(block));
+    const Eigen::Vector3d r = _rows.col(l) * _wavelength_m;
+    if (_storage == Storage::FLOAT)
+        return rowInDouble(
+            block, r, _entries.data() + 2 * first, _entries.data() + 2 * first + width(block));
+    alignas(64) float re[kBlockWidth], im[kBlockWidth];
+    const float sum = rowInDouble(block, r, re, im);
+    _scale[static_cast<std::size_t>(block) * _capacity + static_cast<std::size_t>(l)] =
+        kernels::packRow(width(block), re, im, _fixed.data() + first);
+    return sum;
+}
+
+float PropagationMatrix::rowInDouble(int block,
+                                     const Eigen::Vector3d& r,
+                                     float* re,
+                                     float* im) const
+{
+    double sum = 0.0;
+    for (int i = 0; i < width(block); ++i)
+    {
+        re[i] = im[i] = 0.0f;
+        if (offset(block) + i >= _transducers) continue;
+        const int source = _order[static_cast<std::size_t>(offset(block) + i)];
+        const Eigen::Vector3d d = r - _array.positions.col(source);
+        const double R = std::max(d.norm(), kNearestDistance_m);
+        const double cosTheta = std::clamp(d.dot(_array.normals.col(source)) / R, -1.0, 1.0);
+        const double gain = _array.gain.size() > 0 ? _array.gain[source] : 1.0;
+        const double a = _array.sourceAmplitude_Pa_m * gain *
+                         directivity(_array.directivity, cosTheta) / R * std::exp(-_beta * R);
+        const double phase =
+            (_hasOffset ? _array.phaseOffset_rad[source] : 0.0) - kTwoPi * R / _wavelength_m;
+        re[i] = static_cast<float>(a * std::cos(phase));
+        im[i] = static_cast<float>(a * std::sin(phase));
+        sum += std::fabs(a);
+    }
+    return static_cast<float>(sum);
+}
+
+void PropagationMatrix::build(const Eigen::Matrix3Xd& points)
+{
+    resize(static_cast<int>(points.cols()));
+    std::vector<int> rows(static_cast<std::size_t>(_points));
+    std::vector<double> sums(rows.size());
+    for (int l = 0; l < _points; ++l)
+    {
+        rows[static_cast<std::size_t>(l)] = l;
+        setPoint(l, points.col(l));
+    }
+    for (int b = 0; b < blocks(); ++b)
+        buildRows(b, rows.data(), _points, sums.data());
+}
+
+void PropagationMatrix::backward(
+    int block, const float* wRe, const float* wIm, float* zRe, float* zIm) const
+{
+    if (_storage == Storage::FIXED)
+        return kernels::backward(fixedData(block),
+                                 fixedScale(block),
+                                 _points,
+                                 width(block),
+                                 wRe,
+                                 wIm,
+                                 zRe + offset(block),
+                                 zIm + offset(block));
+    kernels::backward(blockData(block),
+                      _points,
+                      width(block),
+                      wRe,
+                      wIm,
+                      zRe + offset(block),
+                      zIm + offset(block));
+}
+
+void PropagationMatrix::forward(
+    int block, const float* qRe, const float* qIm, float* pRe, float* pIm) const
+{
+    if (_storage == Storage::FIXED)
+        return kernels::forward(fixedData(block),
+                                fixedScale(block),
+                                _points,
+                                width(block),
+                                qRe + offset(block),
+                                qIm + offset(block),
+                                pRe,
+                                pIm);
+    kernels::forward(blockData(block),
+                     _points,
+                     width(block),
+                     qRe + offset(block),
+                     qIm + offset(block),
+                     pRe,
+                     pIm);
+}
+
+std::complex<float> PropagationMatrix::at(int l, int lane) const
+{
+    const int block = lane / kBlockWidth;
+    const std::size_t place = static_cast<std::size_t>(l) * static_cast<std::size_t>(width(block)) +
+                              static_cast<std::size_t>(lane - offset(block));
+    if (_storage == Storage::FIXED)
+    {
+        const std::int32_t pair = fixedData(block)[place];
+        const auto low = static_cast<std::int16_t>(pair);
+        const float scale = fixedScale(block)[l] * 65536.0f;
+        return {scale * static_cast<float>(low), scale * static_cast<float>((pair - low) / 65536)};
+    }
+    const float* re = blockData(block) + place +
+                      static_cast<std::size_t>(l) * static_cast<std::size_t>(width(block));
+    return {re[0], re[width(block)]};
+}
+
+} // namespace midair::haptics

@@ -1,0 +1,166 @@
+#include "haptics/propagation/SurfaceStatistics.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/PlainText.h"
+#include "haptics/propagation/PressureField.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+// sorted: ascending, not empty; fraction 0 .. 1.
+double percentile(const Eigen::VectorXd& sorted, double fraction)
+{
+    const double place = fraction * static_cast<double>(sorted.size() - 1);
+    const auto k = static_cast<Eigen::Index>(place);
+    const Eigen::Index above = std::min(k + 1, sorted.size() - 1);
+    return sorted[k] + (place - static_cast<double>(k)) * (sorted[above] - sorted[k]);
+}
+
+// Evenly spread in the ball round the samples' middle, as far as they keep their distance; the same seed gives the same
+// places everywhere, which the library's distributions don't promise.
+Eigen::Matrix3Xd placesOff(const Eigen::Matrix3Xd& surface,
+                           double distance_m,
+                           const SurfaceStatisticsOptions& options)
+{
+    constexpr int kTriesPerPlace =
+        20; // in a ball that the surface fills there are few places or none
+    const Eigen::Vector3d middle = surface.rowwise().mean();
+    std::mt19937_64 random(options.seed);
+    const auto uniform = [&random]
+    { return 2.0 * (static_cast<double>(random() >> 11U) * 0x1p-53) - 1.0; };
+    Eigen::Matrix3Xd places(3, options.offPoints);
+    int found = 0;
+    for (int t = 0; t < kTriesPerPlace * options.offPoints && found < options.offPoints; ++t)
+    {
+        options.stop.throwIfRequested();
+        const double x = uniform();
+        const double y = uniform();
+        const double z = uniform();
+        const Eigen::Vector3d step(x, y, z);
+        if (step.squaredNorm() > 1.0) continue;
+        const Eigen::Vector3d place = middle + options.offRadius_m * step;
+        const double nearest2 = (surface.colwise() - place).colwise().squaredNorm().minCoeff();
+        if (nearest2 >= distance_m * distance_m) places.col(found++) = place;
+    }
+    return places.leftCols(found);
+}
+
+} // namespace
+
+bool SurfaceStatisticsOptions::isValid(std::string* error) const
+{
+    base::PlainStream text;
+    if (!(alpha >= 1.0 && alpha <= 2.0))
+        text << "alpha is " << alpha << "; it must be within 1 .. 2";
+    else if (!(offRadius_m > 0.0 && std::isfinite(offRadius_m)))
+        text << "offRadius_m is " << offRadius_m << "; it must be above 0";
+    else if (!(offDistance_m >= 0.0 && std::isfinite(offDistance_m)))
+        text << "offDistance_m is " << offDistance_m << "; it must be at least 0";
+    else if (offPoints < 0)
+        text << "offPoints is " << offPoints << "; it must be at least 0";
+    else if (threads < 1)
+        text << "threads is " << threads << "; it must be at least 1";
+    else
+        return true;
+    if (error != nullptr) *error = text.str();
+    return false;
+}
+
+SurfaceStatistics statisticsOf(const Eigen::VectorXd& on_Pa, const Eigen::VectorXd& off_Pa)
+{
+    if (on_Pa.size() == 0)
+        throw base::InputError("the surface has no samples; there must be at least one");
+    if (!on_Pa.allFinite() || !off_Pa.allFinite())
+        throw base::InputError(
+            "a radiation pressure is not finite; positions and activations must be");
+
+    SurfaceStatistics statistics;
+    statistics.samples = static_cast<int>(on_Pa.size());
+    statistics.offSamples = static_cast<int>(off_Pa.size());
+    statistics.mean_Pa = on_Pa.mean();
+    if (statistics.mean_Pa > 0.0)
+    {
+        const double mean = statistics.mean_Pa;
+        Eigen::VectorXd sorted = on_Pa;
+        std::sort(sorted.begin(), sorted.end());
+        statistics.coefficientOfVariation =
+            std::sqrt((on_Pa.array() - mean).square().mean()) / mean;
+        statistics.percentile1 = percentile(sorted, 0.01) / mean;
+        statistics.percentile5 = percentile(sorted, 0.05) / mean;
+        statistics.percentile10 = percentile(sorted, 0.10) / mean;
+        statistics.percentile95 = percentile(sorted, 0.95) / mean;
+    }
+    if (off_Pa.size() > 0) statistics.offMean_Pa = off_Pa.mean();
+    if (statistics.offMean_Pa > 0.0)
+        statistics.contrast = statistics.mean_Pa / statistics.offMean_Pa;
+    return statistics;
+}
+
+Eigen::VectorXd meanRadiationPressure(const Eigen::Matrix3Xd& points,
+                                      const TransducerArray& array,
+                                      const Medium& medium,
+                                      const std::vector<Eigen::VectorXcf>& cycle,
+                                      double alpha,
+                                      int threads,
+                                      const base::StopToken& stop)
+{
+    if (cycle.empty())
+        throw base::InputError("the cycle has no fields; there must be at least one");
+    // The radiation pressure goes with |p|^2, so that this is what is averaged.
+    Eigen::VectorXd square = Eigen::VectorXd::Zero(points.cols());
+    for (const Eigen::VectorXcf& q : cycle)
+        square += pressureAt(points, array, medium, q, threads, stop)
+                      .cast<std::complex<double>>()
+                      .cwiseAbs2();
+    return square * (radiationPressure(1.0, medium, alpha) / static_cast<double>(cycle.size()));
+}
+
+Eigen::Matrix3Xd samplesNear(const Eigen::Matrix3Xd& samples,
+                             const Eigen::Matrix3Xd& points,
+                             double reach_m,
+                             const base::StopToken& stop)
+{
+    Eigen::Matrix3Xd near(3, samples.cols());
+    Eigen::Index count = 0;
+    base::StopLook look(stop);
+    for (const auto& sample : samples.colwise())
+    {
+        look.turn();
+        if (points.cols() > 0 &&
+            (points.colwise() - sample).colwise().squaredNorm().minCoeff() <= reach_m * reach_m)
+            near.col(count++) = sample;
+    }
+    near.conservativeResize(3, count);
+    return near;
+}
+
+SurfaceStatistics surfaceStatistics(const Eigen::Matrix3Xd& surface,
+                                    const TransducerArray& array,
+                                    const Medium& medium,
+                                    const std::vector<Eigen::VectorXcf>& cycle,
+                                    const SurfaceStatisticsOptions& options)
+{
+    std::string error;
+    if (!options.isValid(&error)) throw base::InputError("surface statistics: " + error);
+    if (surface.cols() == 0)
+        throw base::InputError("the surface has no samples; there must be at least one");
+    if (!surface.allFinite()) throw base::InputError("a sample of the surface is not finite");
+
+    const double distance_m =
+        options.offDistance_m > 0.0 ? options.offDistance_m : medium.wavelength(array.frequency_Hz);
+    const Eigen::Matrix3Xd off = placesOff(surface, distance_m, options);
+    return statisticsOf(
+        meanRadiationPressure(
+            surface, array, medium, cycle, options.alpha, options.threads, options.stop),
+        meanRadiationPressure(
+            off, array, medium, cycle, options.alpha, options.threads, options.stop));
+}
+
+} // namespace midair::haptics

@@ -1,0 +1,196 @@
+#include "haptics/sequence/FieldMonitor.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/PlainText.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <utility>
+
+#ifdef __linux__
+#include <pthread.h>
+#include <sched.h>
+#endif
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kSampleSpacing = 0.18; // wavelengths: none is farther than a fifth from the next
+constexpr int kMostSamples = 100000;
+constexpr std::size_t kMostMeshes = 16;
+
+void takeLowestPriority()
+{
+#ifdef __linux__
+    // Runs only on cores that nobody else wants; needs no rights. If it is refused, the thread runs all the same.
+    const sched_param none{};
+    pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);
+#endif
+}
+
+// What was taken away by takeLowestPriority(), as far as the rights allow: whoever waits for the thread to end is not to wait
+// for everything else on a busy machine.
+void giveBackPriority(std::thread& thread)
+{
+#ifdef __linux__
+    const sched_param none{};
+    pthread_setschedparam(thread.native_handle(), SCHED_OTHER, &none);
+#else
+    (void)thread;
+#endif
+}
+
+CertificateOptions stoppable(CertificateOptions options, const base::StopSource& source)
+{
+    options.stop = source.token();
+    return options;
+}
+
+const FieldMonitor::Options& checked(const FieldMonitor::Options& options)
+{
+    if (options.interval_s >= 0.0 && options.interval_s <= 1e6) return options;
+    throw base::InputError(base::plainText(
+        "field monitor: interval_s is %g; it must be from 0 to 1e6", options.interval_s));
+}
+
+} // namespace
+
+FieldMonitor::FieldMonitor(const Options& options) :
+    _options(checked(options)),
+    _certifier(stoppable(options.certificate, _stopWork)),
+    _thread([this] { run(); })
+{
+}
+
+FieldMonitor::~FieldMonitor()
+{
+    _stop = true;
+    _stopWork.request();
+    giveBackPriority(_thread);
+    _wake.notify_one();
+    _thread.join();
+}
+
+bool FieldMonitor::isWaiting() const
+{
+    return _waiting && _field.isEmpty();
+}
+
+void FieldMonitor::submit(std::shared_ptr<const PlayedField> field)
+{
+    _field.put(std::move(field));
+    _wake.notify_one();
+}
+
+std::shared_ptr<const FieldMonitor::Result> FieldMonitor::latest() const
+{
+    const std::lock_guard<std::mutex> lock(_latestMutex);
+    if (auto result = _published.take()) _latest = std::move(result);
+    return _latest;
+}
+
+void FieldMonitor::run()
+{
+    takeLowestPriority();
+    const auto interval = std::chrono::duration_cast<Clock::duration>(
+        std::chrono::duration<double>(_options.interval_s));
+    while (!_stop)
+    {
+        _waiting = true;
+        sleepUntil(Clock::time_point::max(), true);
+        _waiting = false;
+        const Clock::time_point next = Clock::now() + interval;
+        if (const auto field = _field.take())
+            _published.put(std::make_shared<const Result>(examine(*field)));
+        sleepUntil(next, false);
+    }
+}
+
+void FieldMonitor::sleepUntil(Clock::time_point end, bool orField)
+{
+    // The caller notifies without the mutex, so a call can be missed: then this looks again.
+    constexpr std::chrono::milliseconds kLookAgain(50);
+    std::unique_lock<std::mutex> lock(_sleepMutex);
+    while (!_stop && !(orField && !_field.isEmpty()) && Clock::now() < end)
+        _wake.wait_until(lock, std::min(end, Clock::now() + kLookAgain));
+}
+
+const FieldMonitor::Sampled& FieldMonitor::sample(const FeltSurface& surface, double spacing_m)
+{
+    for (const Sampled& known : _sampled)
+        if (known.mesh == surface.mesh && known.sampling == surface.sampling &&
+            known.spacing_m == spacing_m)
+            return known;
+    SamplerOptions options;
+    options.spacing_m = spacing_m;
+    options.sampling = surface.sampling;
+    options.maxPoints = kMostSamples;
+    options.stop = _stopWork.token();
+    if (_sampled.size() >= kMostMeshes) _sampled.erase(_sampled.begin());
+    _sampled.push_back({surface.mesh,
+                        surface.sampling,
+                        spacing_m,
+                        sampleSurface(*surface.mesh, options).positions});
+    return _sampled.back();
+}
+
+// Of all surfaces, what is near a control point: what the selection left out is not to be felt.
+Eigen::Matrix3Xd FieldMonitor::feltSurface(const PlayedField& field)
+{
+    const double wavelength_m = field.medium.wavelength(field.array->frequency_Hz);
+    Eigen::Matrix3Xd points(3, field.points.size() + field.others.size());
+    points << field.points.positions, field.others.positions;
+    Eigen::Matrix3Xd felt(3, 0);
+    for (const FeltSurface& surface : field.surfaces)
+    {
+        Eigen::Matrix3Xd part =
+            surface.pose * sample(surface, kSampleSpacing * wavelength_m).positions;
+        if (surface.reach_m > 0.0)
+            part = samplesNear(part, points, surface.reach_m, _stopWork.token());
+        if (felt.cols() + part.cols() > kMostSamples)
+            throw base::InputError("field monitor: the surfaces take more than " +
+                                   std::to_string(kMostSamples) +
+                                   " samples a fifth of a wavelength apart; they are not measured");
+        felt.conservativeResize(3, felt.cols() + part.cols());
+        felt.rightCols(part.cols()) = part;
+    }
+    return felt;
+}
+
+FieldMonitor::Result FieldMonitor::examine(const PlayedField& field)
+{
+    Result result;
+    result.number = field.number;
+    try
+    {
+        if (!field.array) throw base::InputError("field monitor: the field has no array");
+        if (!field.surfaces.empty())
+        {
+            const std::vector<Eigen::VectorXcf> alone{field.q};
+            SurfaceStatisticsOptions options;
+            options.stop = _stopWork.token();
+            result.surface = surfaceStatistics(feltSurface(field),
+                                               *field.array,
+                                               field.medium,
+                                               field.cycle.empty() ? alone : field.cycle,
+                                               options);
+        }
+        if (_options.certify)
+            result.certificate =
+                _certifier.certify(field.points, *field.array, field.medium, field.q);
+    }
+    catch (const std::exception& error)
+    {
+        result.error = error.what();
+    }
+    return result;
+}
+
+} // namespace midair::haptics

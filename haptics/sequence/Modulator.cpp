@@ -1,0 +1,143 @@
+#include "haptics/sequence/Modulator.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/PlainText.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kMostAmplitudeRate_Hz =
+    500.0; // beyond it the skin feels nothing and the ear all the more
+constexpr double kMostFieldRate_Hz = 40e3;  // a field a period
+constexpr double kLeastFieldRate_Hz = 0.01; // times of far later steps are still times of the clock
+
+ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
+{
+    const auto n = static_cast<Eigen::Index>(chosen.size());
+    ControlPoints result;
+    result.positions.resize(3, n);
+    result.normals.resize(3, points.normals.cols() > 0 ? n : 0);
+    result.targets.resize(n);
+    for (Eigen::Index l = 0; l < n; ++l)
+    {
+        const int from = chosen[static_cast<std::size_t>(l)];
+        result.positions.col(l) = points.positions.col(from);
+        if (points.normals.cols() > 0) result.normals.col(l) = points.normals.col(from);
+        result.targets[l] = points.targets[from];
+        if (!points.object.empty())
+            result.object.push_back(points.object[static_cast<std::size_t>(from)]);
+    }
+    return result;
+}
+
+} // namespace
+
+bool ModulatorOptions::isValid(std::string* error) const
+{
+    base::PlainStream text;
+    if (!(amplitudeRate_Hz >= 0.0 && amplitudeRate_Hz <= kMostAmplitudeRate_Hz))
+        text << "amplitudeRate_Hz is " << amplitudeRate_Hz << "; it must be within 0 .. 500";
+    else if (!(amplitudeDepth >= 0.0 && amplitudeDepth <= 1.0))
+        text << "amplitudeDepth is " << amplitudeDepth << "; it must be within 0 .. 1";
+    else if (!(fieldRate_Hz >= kLeastFieldRate_Hz && fieldRate_Hz <= kMostFieldRate_Hz))
+        text << "fieldRate_Hz is " << fieldRate_Hz << "; it must be within 0.01 .. 40000";
+    else
+        return true;
+    if (error != nullptr) *error = text.str();
+    return false;
+}
+
+Modulator::Modulator(const ModulatorOptions& options) : _options(options)
+{
+    std::string error;
+    if (!options.isValid(&error)) throw base::InputError("modulator: " + error);
+}
+
+Modulator::Step Modulator::at(double time_s, int fields) const
+{
+    Step step;
+    if (fields > 1)
+    {
+        // Times that stand for a field's start, computed as k / rate, are not to fall before it by rounding.
+        const double played = std::floor(time_s * _options.fieldRate_Hz + 1e-6);
+        const double in = std::fmod(played, fields);
+        step.field = static_cast<int>(in < 0.0 ? in + fields : in);
+    }
+    if (_options.amplitudeRate_Hz > 0.0)
+    {
+        const double pressure =
+            1.0 - 0.5 * _options.amplitudeDepth *
+                      (1.0 - std::cos(2.0 * kPi * _options.amplitudeRate_Hz * time_s));
+        step.amplitude = std::sqrt(std::max(pressure, 0.0));
+    }
+    return step;
+}
+
+std::vector<ControlPoints> subsetsInTurn(const ControlPoints& points, int count)
+{
+    if (count < 1)
+        throw base::InputError("subsets in turn: " + std::to_string(count) +
+                               " subsets; there must be at least one");
+    const int n = points.size();
+    std::vector<std::vector<int>> subsets(
+        static_cast<std::size_t>(std::max(1, std::min(count, n))));
+    std::vector<unsigned char> taken(static_cast<std::size_t>(n), 0);
+    // In turn each subset takes the point that is farthest from those it has.
+    Eigen::MatrixXd nearest2 = Eigen::MatrixXd::Constant(
+        n, static_cast<Eigen::Index>(subsets.size()), std::numeric_limits<double>::max());
+    for (int given = 0; given < n; ++given)
+    {
+        const auto s = static_cast<std::size_t>(given) % subsets.size();
+        const auto column = static_cast<Eigen::Index>(s);
+        int best = -1;
+        for (int l = 0; l < n; ++l)
+            if (!taken[static_cast<std::size_t>(l)] &&
+                (best < 0 || nearest2(l, column) > nearest2(best, column)))
+                best = l;
+        taken[static_cast<std::size_t>(best)] = 1;
+        subsets[s].push_back(best);
+        for (int l = 0; l < n; ++l)
+            nearest2(l, column) =
+                std::min(nearest2(l, column),
+                         (points.positions.col(l) - points.positions.col(best)).squaredNorm());
+    }
+    std::vector<ControlPoints> result;
+    for (const std::vector<int>& subset : subsets)
+        result.push_back(pick(points, subset));
+    return result;
+}
+
+std::vector<ControlPoints>
+modulationSteps(const ControlPoints& points, const Eigen::VectorXd& depth, int steps)
+{
+    if (steps < 2)
+        throw base::InputError("modulation: " + std::to_string(steps) +
+                               " steps a period; there must be at least two");
+    if (depth.size() != points.size() || !(depth.array() >= 0.0 && depth.array() <= 1.0).all())
+        throw base::InputError(
+            "modulation: there must be a depth of 0 .. 1 for each control point");
+    constexpr double kSilent = 1e-3; // of the target
+    std::vector<ControlPoints> result;
+    for (int j = 0; j < steps; ++j)
+    {
+        const double down = 0.5 * (1.0 - std::cos(2.0 * kPi * j / steps));
+        const Eigen::VectorXd share = (1.0 - depth.array() * down).max(0.0).sqrt();
+        std::vector<int> heard;
+        for (int l = 0; l < points.size(); ++l)
+            if (share[l] > kSilent) heard.push_back(l);
+        result.push_back(pick(points, heard));
+        for (std::size_t l = 0; l < heard.size(); ++l)
+            result.back().targets[static_cast<Eigen::Index>(l)] *= share[heard[l]];
+    }
+    return result;
+}
+
+} // namespace midair::haptics

@@ -1,0 +1,171 @@
+#include "haptics/solvers/GaussNewtonStep.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr float kLargestTurn_rad = 0.5f;
+
+} // namespace
+
+void GaussNewtonStep::reserve(const FieldProblem& field)
+{
+    const int n = field.n();
+    const auto m = static_cast<std::size_t>(field.G.paddedTransducers());
+    _even = (n + 1) / 2 * 2;
+    _stride = (n + 16) / 16 * 16; // whole cache lines
+    _jacobian.reserve(m * static_cast<std::size_t>(_even / 2));
+    _unit.reserve(static_cast<std::size_t>(field.G.blocks()) * static_cast<std::size_t>(_stride));
+    _scaledDirection.reserve(static_cast<std::size_t>(field.threads()) *
+                             static_cast<std::size_t>(_stride));
+    for (base::AlignedBuffer<float>* v : {&_root, &_t, &_sum})
+        v->reserve(m);
+    for (Eigen::VectorXf* v : {&_x, &_r, &_d, &_curved, &_scale})
+        if (v->size() != n) v->resize(n);
+}
+
+// Square roots of D. Where z nearly vanishes a phase is free to turn: not without bound.
+void GaussNewtonStep::findRoots(const FieldProblem& field)
+{
+    const int m = field.m();
+    const float mean = Eigen::Map<const Eigen::VectorXf>(field.inverse.data(), m).mean();
+    Eigen::Map<Eigen::ArrayXf> root(_root.data(), m);
+    root = Eigen::Map<const Eigen::ArrayXf>(field.inverse.data(), m).min(4.0f * mean).sqrt();
+    std::fill(_root.data() + m, _root.data() + field.G.paddedTransducers(), 0.0f);
+}
+
+void GaussNewtonStep::form(const FieldProblem& field, const SplitVector& q, int block)
+{
+    const int n = field.n(), offset = field.G.offset(block), width = field.G.width(block);
+    const float* root = _root.data() + offset;
+    const float largest = std::max(*std::max_element(root, root + width), 1e-30f);
+    alignas(64) float re[PropagationMatrix::kBlockWidth], im[PropagationMatrix::kBlockWidth];
+    for (int i = 0; i < width; ++i)
+    {
+        const float r = root[i] / largest;
+        re[i] = q.re[offset + i] * r;
+        im[i] = q.im[offset + i] * r;
+    }
+    kernels::formJacobian(field.G.fixedData(block),
+                          n,
+                          width,
+                          field.u.re.data(),
+                          field.u.im.data(),
+                          re,
+                          im,
+                          _jacobian.data() + static_cast<std::size_t>(offset) * (_even / 2));
+    const float* scale = field.G.fixedScale(block);
+    float* unit = _unit.data() + static_cast<std::size_t>(block) * _stride;
+    for (int l = 0; l < n; ++l)
+        unit[l] = scale[l] * largest * _scale[l];
+    if (_even > n) unit[n] = 0.0f;
+    std::fill_n(_sum.data() + offset, width, 0.0f);
+}
+
+// _sum += _alpha t of the direction before; t = J^T direction; partial += J t. One read of J, or of G where J is formed.
+void GaussNewtonStep::pass(FieldProblem& field,
+                           const SplitVector& q,
+                           bool formed,
+                           const float* direction)
+{
+    const int n = field.n();
+    field.eachBlock(
+        [&](int thread)
+        {
+            float* part = field.partial(thread);
+            std::fill(part, part + _even, 0.0f);
+        },
+        [&](int thread, int b)
+        {
+            const int i = field.G.offset(b), width = field.G.width(b);
+            float *t = _t.data() + i, *sum = _sum.data() + i;
+            if (formed)
+                for (int k = 0; k < width; ++k)
+                    sum[k] += _alpha * t[k];
+            else
+                form(field, q, b);
+            const std::int32_t* J = _jacobian.data() + static_cast<std::size_t>(i) * (_even / 2);
+            const float* unit = _unit.data() + static_cast<std::size_t>(b) * _stride;
+            float* scaled = _scaledDirection.data() + static_cast<std::size_t>(thread) * _stride;
+            for (int l = 0; l < n; ++l)
+                scaled[l] = direction[l] * unit[l];
+            if (_even > n) scaled[n] = 0.0f;
+            kernels::transposedJacobian(J, _even, width, scaled, t);
+            kernels::applyJacobian(J, unit, _even, width, t, field.partial(thread));
+        });
+    for (int l = 0; l < n; ++l)
+    {
+        float sum = 0.0f;
+        for (int thread = 0; thread < field.threads(); ++thread)
+            sum += field.partial(thread)[l];
+        _curved[l] = sum;
+    }
+}
+
+int GaussNewtonStep::solve(FieldProblem& field,
+                           const SplitVector& q,
+                           const Eigen::VectorXf& weights,
+                           double tolerance,
+                           int maxSteps)
+{
+    reserve(field);
+    findRoots(field);
+    const int n = field.n();
+    _scale = (weights.dot(field.y) / weights.dot(field.a) * field.a).cwiseInverse();
+    // Along w the matrix is all but singular: without this the search spends its steps there.
+    _flat = weights.cwiseProduct(field.a);
+    _flat /= _flat.norm();
+    _x.setZero();
+    _r = Eigen::VectorXf::Ones(n) - field.y.cwiseProduct(_scale);
+    _r -= _r.dot(_flat) * _flat;
+    _d = _r;
+    float rr = _r.squaredNorm();
+    _alpha = 0.0f;
+    _steps = 0;
+    const auto goal = static_cast<float>(tolerance * tolerance * n);
+    while (_steps < maxSteps && rr > goal)
+    {
+        pass(field, q, _steps > 0, _d.data());
+        ++_steps;
+        _curved -= _curved.dot(_flat) * _flat;
+        const float curvature = _d.dot(_curved);
+        if (!(curvature > 0.0f))
+        {
+            _alpha = 0.0f;
+            break;
+        }
+        _alpha = rr / curvature;
+        _x += _alpha * _d;
+        _r -= _alpha * _curved;
+        const float next = _r.squaredNorm();
+        _d = _r + (next / rr) * _d;
+        rr = next;
+    }
+    return _steps;
+}
+
+void GaussNewtonStep::turn(const FieldProblem& field,
+                           int block,
+                           float fraction,
+                           SplitVector& q) const
+{
+    if (_steps == 0) return;
+    const int offset = field.G.offset(block), width = field.G.width(block);
+    const float *sum = _sum.data() + offset, *t = _t.data() + offset;
+    alignas(64) float step[PropagationMatrix::kBlockWidth];
+    for (int k = 0; k < width; ++k)
+        step[k] = fraction * (sum[k] + _alpha * t[k]);
+    kernels::turn(width,
+                  _root.data() + offset,
+                  step,
+                  kLargestTurn_rad,
+                  q.re.data() + offset,
+                  q.im.data() + offset);
+}
+
+} // namespace midair::haptics

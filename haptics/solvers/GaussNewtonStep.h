@@ -1,0 +1,47 @@
+#pragma once
+
+#include "haptics/solvers/FieldProblem.h"
+
+namespace midair::haptics
+{
+
+/// One Gauss-Newton correction of the transducers' phases towards |p_l| = s a_l.
+/// With J_li = d|p_l|/d phi_i = -Im(conj(u_l) G_li q_i) and D = diag(1/|z_i|), z = G* c, the step is
+///     d phi = D J^T x,  J D J^T x = s a - |p|  (conjugate gradients in the space of the points, rows scaled by 1/(s a_l)).
+/// To first order it is what changing c_l by x_l u_l does to the phases of G* c, so the weights of the next update follow
+/// by c_l + x_l u_l. J is formed once, in fixed point: the steps read a quarter of what G in float would be.
+class GaussNewtonStep
+{
+public:
+    /// Finds the step from \a q, about which p is linearised; field.u, y, inverse belong to it. \a weights w (n, > 0): no
+    /// change of the phases of q alters w.|p| to first order, so s = (w.|p|)/(w.a), and the search keeps clear of
+    /// that direction. Stops at a relative residual rms below \a tolerance or after \a maxSteps; returns the steps
+    /// taken. No allocation after the first call of a size.
+    int solve(FieldProblem& field,
+              const SplitVector& q,
+              const Eigen::VectorXf& weights,
+              double tolerance,
+              int maxSteps);
+    /// Takes \a fraction of the step in one block of \a q.
+    void turn(const FieldProblem& field, int block, float fraction, SplitVector& q) const;
+    /// x_l of the last solve.
+    float multiplier(int l) const { return _steps > 0 ? _x[l] * _scale[l] : 0.0f; }
+
+private:
+    void reserve(const FieldProblem& field);
+    void findRoots(const FieldProblem& field);
+    void form(const FieldProblem& field, const SplitVector& q, int block);
+    void pass(FieldProblem& field, const SplitVector& q, bool formed, const float* direction);
+
+    base::AlignedBuffer<std::int32_t> _jacobian; // (n + 1)/2 x m pairs of rows
+    base::AlignedBuffer<float> _unit; // blocks x n: what rows of J are to be multiplied by
+    base::AlignedBuffer<float> _root, _t, _sum;  // m
+    base::AlignedBuffer<float> _scaledDirection; // threads x n
+    Eigen::VectorXf _x, _r, _d, _curved, _scale, _flat;
+    int _even = 0;   // n, or n + 1 where that is odd
+    int _stride = 0; // of _unit and _scaledDirection
+    int _steps = 0;
+    float _alpha = 0.0f; // the step along _t that is not in _sum yet
+};
+
+} // namespace midair::haptics

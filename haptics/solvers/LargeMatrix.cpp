@@ -1,0 +1,139 @@
+#include "haptics/solvers/LargeMatrix.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+// Up to here a factor takes a millisecond, a decomposition some 20 ms.
+constexpr Eigen::Index kSmall = 128;
+// Columns of a step: of 1000 x 1000 numbers one takes some 30 ms.
+constexpr Eigen::Index kStep = 32;
+constexpr Eigen::Index kLanczosSteps = 60;
+constexpr int kRestarts = 60;
+
+Eigen::VectorXcd startingVector(Eigen::Index n)
+{
+    std::mt19937_64 random(1);
+    const auto uniform = [&random]
+    { return 2.0 * (static_cast<double>(random() >> 11U) * 0x1p-53) - 1.0; };
+    Eigen::VectorXcd v(n);
+    for (std::complex<double>& value : v)
+    {
+        const double re = uniform();
+        value = {re, uniform()};
+    }
+    return v.normalized();
+}
+
+/// Lanczos from \a pair.vector (Golub, Van Loan, "Matrix computations", 10.1), every vector made orthogonal to all before.
+void improve(const Eigen::MatrixXcd& A, LeadingPair& pair, const base::StopToken& stop)
+{
+    const Eigen::Index most = std::min(kLanczosSteps, A.cols());
+    Eigen::MatrixXcd V(A.cols(), most);
+    Eigen::VectorXd diagonal(most), below(most);
+    V.col(0) = pair.vector;
+    Eigen::VectorXcd w;
+    Eigen::Index steps = 0;
+    while (steps < most)
+    {
+        stop.throwIfRequested();
+        w.noalias() = A * V.col(steps);
+        diagonal[steps] = V.col(steps).dot(w).real();
+        const double size = w.norm();
+        for (int pass = 0; pass < 2; ++pass)
+            w -= (V.leftCols(steps + 1) * (V.leftCols(steps + 1).adjoint() * w)).eval();
+        below[steps] = w.norm();
+        ++steps;
+        if (steps == most || !(below[steps - 1] > 1e-14 * size)) break;
+        V.col(steps) = w / below[steps - 1];
+    }
+    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz;
+    ritz.computeFromTridiagonal(diagonal.head(steps), below.head(steps - 1));
+    pair.vector = (V.leftCols(steps) * ritz.eigenvectors().col(steps - 1)).normalized();
+    w.noalias() = A * pair.vector;
+    pair.value = pair.vector.dot(w).real();
+    pair.residual = (w - pair.value * pair.vector).norm();
+}
+
+} // namespace
+
+bool BlockCholesky::compute(Eigen::MatrixXcd A, const base::StopToken& stop)
+{
+    _L = std::move(A);
+    const Eigen::Index n = _L.cols(), width = n <= kSmall ? n : kStep;
+    _positive = true;
+    for (Eigen::Index k = 0; k < n && _positive; k += width)
+    {
+        stop.throwIfRequested();
+        const Eigen::Index w = std::min(width, n - k), rest = n - k - w;
+        auto corner = _L.block(k, k, w, w);
+        const Eigen::LLT<Eigen::Ref<Eigen::MatrixXcd>> factor(corner);
+        _positive = factor.info() == Eigen::Success;
+        if (!_positive || rest == 0) continue;
+        auto panel = _L.block(k + w, k, rest, w);
+        corner.adjoint().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(panel);
+        _L.bottomRightCorner(rest, rest)
+            .selfadjointView<Eigen::Lower>()
+            .rankUpdate(panel, std::complex<double>(-1.0));
+    }
+    return _positive;
+}
+
+bool BlockCholesky::isFinite() const
+{
+    return _L.triangularView<Eigen::Lower>().toDenseMatrix().allFinite();
+}
+
+Eigen::MatrixXcd BlockCholesky::inverse(const base::StopToken& stop) const
+{
+    const Eigen::Index n = _L.cols(), width = n <= kSmall ? n : kStep;
+    Eigen::MatrixXcd result = Eigen::MatrixXcd::Identity(n, n);
+    for (Eigen::Index k = 0; k < n; k += width)
+    {
+        stop.throwIfRequested();
+        auto columns = result.middleCols(k, std::min(width, n - k));
+        _L.triangularView<Eigen::Lower>().solveInPlace(columns);
+        stop.throwIfRequested();
+        _L.adjoint().triangularView<Eigen::Upper>().solveInPlace(columns);
+    }
+    return result;
+}
+
+Eigen::VectorXcd BlockCholesky::solve(const Eigen::VectorXcd& b) const
+{
+    Eigen::VectorXcd x = b;
+    _L.triangularView<Eigen::Lower>().solveInPlace(x);
+    _L.adjoint().triangularView<Eigen::Upper>().solveInPlace(x);
+    return x;
+}
+
+LeadingPair leadingPair(const Eigen::MatrixXcd& A, double tolerance, const base::StopToken& stop)
+{
+    LeadingPair pair;
+    if (A.cols() <= kSmall)
+    {
+        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd> eigen(A);
+        pair.value = eigen.eigenvalues()[A.cols() - 1];
+        pair.vector = eigen.eigenvectors().col(A.cols() - 1);
+        return pair;
+    }
+    pair.vector = startingVector(A.cols());
+    const double norm = A.norm();
+    for (int restart = 0; restart < kRestarts; ++restart)
+    {
+        improve(A, pair, stop);
+        if (!(pair.residual > tolerance * norm)) break;
+    }
+    return pair;
+}
+
+} // namespace midair::haptics

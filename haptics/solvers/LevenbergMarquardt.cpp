@@ -1,0 +1,231 @@
+#include "haptics/solvers/LevenbergMarquardt.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr double kFirstDamping = 0.1; // relative to the mean of diag(J J^T)
+constexpr double kLeastDamping = 1e-4;
+constexpr double kMostDamping = 1e3;
+constexpr float kInnerTolerance = 0.05f;
+
+constexpr float kMostReweighing = 5.0f; // in a round of projections
+
+} // namespace
+
+Eigen::VectorXcf currentPhases(const FieldProblem& field)
+{
+    Eigen::VectorXcf q(field.m());
+    field.fromLanes(field.q, q);
+    return q;
+}
+
+void setPhases(FieldProblem& field, const Eigen::VectorXcf& q)
+{
+    field.toLanes(q, field.q);
+}
+
+Eigen::VectorXcf playedPhases(FieldProblem& field)
+{
+    kernels::quantisePhase(field.G.paddedTransducers(),
+                           field.drive().phaseLevels,
+                           field.q.re.data(),
+                           field.q.im.data(),
+                           field.z.re.data(),
+                           field.z.im.data());
+    Eigen::VectorXcf q(field.m());
+    field.fromLanes(field.z, q);
+    return q;
+}
+
+void LevenbergMarquardt::project(FieldProblem& field, int rounds)
+{
+    reserve(field);
+    _weight = field.a;
+    for (int k = 0; k < rounds; ++k)
+    {
+        _weight /= _weight.mean();
+        for (int l = 0; l < field.n(); ++l)
+            _w.set(static_cast<std::size_t>(l),
+                   field.u.at(static_cast<std::size_t>(l)) * _weight[l]);
+        field.projectRound(_w, field.p);
+        field.phasesOf(field.p);
+        const float s = field.y.dot(field.a) / field.a.squaredNorm();
+        for (int l = 0; l < field.n(); ++l)
+            _weight[l] *= std::clamp(s * field.a[l] / std::max(field.y[l], 1e-30f),
+                                     1.0f / kMostReweighing,
+                                     kMostReweighing);
+    }
+}
+
+void LevenbergMarquardt::reserve(const FieldProblem& field)
+{
+    const auto m = static_cast<std::size_t>(field.G.paddedTransducers());
+    const auto n = static_cast<std::size_t>(field.n());
+    for (base::AlignedBuffer<float>* v : {&_d, &_sum})
+        v->reserve(m);
+    for (SplitVector* v : {&_t, &_kept})
+        v->reserve(m);
+    _w.reserve(n);
+    for (Eigen::VectorXf* v : {&_r, &_x, &_rest, &_direction, &_product, &_weight})
+        if (v->size() != field.n()) v->resize(field.n());
+}
+
+// r_l = 1 + g_l - |p_l|^2/(s a_l)^2 of field.q; returns f.
+double LevenbergMarquardt::measure(FieldProblem& field, double s, const Eigen::VectorXf& given)
+{
+    field.forward(field.q, field.p);
+    double f = 0.0;
+    for (int l = 0; l < field.n(); ++l)
+    {
+        const auto goal = static_cast<float>(1.0 / (s * field.a[l] * s * field.a[l]));
+        _r[l] = 1.0f - goal * std::norm(field.p.at(static_cast<std::size_t>(l)));
+        if (given.size() > 0) _r[l] += given[l];
+        _weight[l] = 2.0f * goal;
+        f += static_cast<double>(_r[l]) * _r[l];
+    }
+    return f;
+}
+
+// With J_li = d(|p_l|^2)/d phi_i / (s a_l)^2 = -weight_l Im(conj(p_l) G_li q_i):
+//     sum += alpha d of the direction before,  d = J^T direction,  product = J d;  G is read once.
+void LevenbergMarquardt::pass(FieldProblem& field, float alpha)
+{
+    const int n = field.n();
+    for (int l = 0; l < n; ++l)
+    {
+        const auto k = static_cast<std::size_t>(l);
+        _w.set(k, field.p.at(k) * (_weight[l] * _direction[l]));
+    }
+    field.eachBlock(
+        [&](int thread) { field.clearPartial(thread); },
+        [&](int thread, int b)
+        {
+            const int first = field.G.offset(b);
+            field.G.backward(b, _w.re.data(), _w.im.data(), field.z.re.data(), field.z.im.data());
+            const float *qRe = field.q.re.data() + first, *qIm = field.q.im.data() + first;
+            const float *zRe = field.z.re.data() + first, *zIm = field.z.im.data() + first;
+            float *d = _d.data() + first, *sum = _sum.data() + first;
+            float *tRe = _t.re.data() + first, *tIm = _t.im.data() + first;
+            for (int i = 0; i < field.G.width(b); ++i)
+            {
+                sum[i] += alpha * d[i];
+                d[i] = qRe[i] * zIm[i] - qIm[i] * zRe[i]; // -Im(q conj(z))
+                tRe[i] = qRe[i] * d[i];
+                tIm[i] = qIm[i] * d[i];
+            }
+            field.forwardBlock(thread, b, _t);
+        });
+    for (int l = 0; l < n; ++l)
+    {
+        const auto k = static_cast<std::size_t>(l);
+        float re = 0.0f, im = 0.0f;
+        for (int thread = 0; thread < field.threads(); ++thread)
+        {
+            re += field.partial(thread)[l];
+            im += field.partial(thread)[n + l];
+        }
+        _product[l] = _weight[l] * (field.p.im[k] * re - field.p.re[k] * im);
+    }
+}
+
+// sum = J^T x with (J J^T + damping I) x = r, by conjugate gradients in the space of the points.
+void LevenbergMarquardt::step(FieldProblem& field, double damping, int innerSteps)
+{
+    const auto mu = static_cast<float>(damping * _gain);
+    std::fill(_sum.data(), _sum.data() + field.G.paddedTransducers(), 0.0f);
+    std::fill(_d.data(), _d.data() + field.G.paddedTransducers(), 0.0f);
+    _rest = _r;
+    _direction = _r;
+    float square = _rest.squaredNorm(), alpha = 0.0f;
+    const float done = kInnerTolerance * kInnerTolerance * square;
+    for (int k = 0; k < innerSteps && square > done; ++k)
+    {
+        pass(field, alpha);
+        _product += mu * _direction;
+        const float curvature = _direction.dot(_product);
+        if (!(curvature > 0.0f)) return;
+        alpha = square / curvature;
+        _rest -= alpha * _product;
+        const float next = _rest.squaredNorm();
+        _direction = _rest + (next / square) * _direction;
+        square = next;
+    }
+    for (int i = 0; i < field.G.paddedTransducers(); ++i)
+        _sum[static_cast<std::size_t>(i)] += alpha * _d[static_cast<std::size_t>(i)];
+}
+
+// q_i times (1 + j d/2)/(1 - j d/2): an angle of d for small ones, never half a turn, and of unit length without a sine.
+void LevenbergMarquardt::turn(FieldProblem& field)
+{
+    float *qRe = field.q.re.data(), *qIm = field.q.im.data();
+    const float *fromRe = _kept.re.data(), *fromIm = _kept.im.data(), *d = _sum.data();
+    for (int i = 0; i < field.G.paddedTransducers(); ++i)
+    {
+        const float h = 0.5f * d[i], scale = 1.0f / (1.0f + h * h);
+        const float c = (1.0f - h * h) * scale, s = 2.0f * h * scale;
+        qRe[i] = fromRe[i] * c - fromIm[i] * s;
+        qIm[i] = fromRe[i] * s + fromIm[i] * c;
+    }
+}
+
+int LevenbergMarquardt::fit(FieldProblem& field, double s, const Limits& limits)
+{
+    return fit(field, s, Eigen::VectorXf(), limits);
+}
+
+int LevenbergMarquardt::fit(FieldProblem& field,
+                            double s,
+                            const Eigen::VectorXf& given,
+                            const Limits& limits)
+{
+    reserve(field);
+    const auto m = static_cast<std::size_t>(field.G.paddedTransducers());
+    const auto keep = [&](SplitVector& from, SplitVector& to)
+    {
+        std::copy(from.re.data(), from.re.data() + m, to.re.data());
+        std::copy(from.im.data(), from.im.data() + m, to.im.data());
+    };
+    double f = measure(field, s, given), before = f, damping = kFirstDamping;
+    const double done = limits.tolerance * limits.tolerance * field.n();
+    int corrections = 0;
+    while (corrections < limits.corrections && f > done && damping < kMostDamping)
+    {
+        // |G_li| as if alike along a row; only the scale of the damping hangs on it.
+        _gain = 0.0;
+        for (int l = 0; l < field.n(); ++l)
+            _gain += std::pow(field.rowSum(l) * _weight[l] *
+                                  std::abs(field.p.at(static_cast<std::size_t>(l))),
+                              2) /
+                     (2.0 * field.m() * field.n());
+        keep(field.q, _kept);
+        double next = f;
+        for (; damping < kMostDamping; damping *= 4.0)
+        {
+            step(field, damping, limits.innerSteps);
+            turn(field);
+            next = measure(field, s, given);
+            if (next < f) break;
+            keep(_kept, field.q);
+            measure(field, s, given);
+        }
+        if (!(next < f)) break;
+        f = next;
+        damping = std::max(0.3 * damping, kLeastDamping);
+        if (++corrections % 3 == 0)
+        {
+            if (f > (1.0 - limits.progress) * before) break;
+            before = f;
+        }
+    }
+    field.phasesOf(field.p);
+    _residual = std::sqrt(f / field.n());
+    return corrections;
+}
+
+} // namespace midair::haptics

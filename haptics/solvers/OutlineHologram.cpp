@@ -1,0 +1,319 @@
+#include "haptics/solvers/OutlineHologram.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/Limits.h"
+#include "haptics/base/text/PlainText.h"
+#include "haptics/propagation/PressureField.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kJudgeSpacing = 0.1; // wavelengths
+constexpr int kFirstCorrections = 5;  // of each start, to tell which are worth following
+constexpr int kRaises = 6; // of the pressure asked for, until the mean is what it should be
+constexpr int kRaiseCorrections = 15; // after each
+// A little more is asked for than must be had, since what the field lacks lowers the mean.
+constexpr double kHeadroom = 1.03;
+// A field that is louder by itself than it must be is evened out at nearly its own mean.
+constexpr double kOwnShare = 0.97;
+
+// Turns along an outline that starting phases make, in the order in which they are tried; then random phases.
+constexpr double kTurns[] = {0.0, 1.0, -1.0, 2.0};
+constexpr int kRamps = 4;
+
+bool better(bool loudEnough, const SurfaceStatistics& a, const SurfaceStatistics& b, double floor)
+{
+    // Loud enough first, then the smoother one; of those that are not, the louder one.
+    const bool other = b.mean_Pa >= floor;
+    if (loudEnough != other) return loudEnough;
+    return loudEnough ? a.coefficientOfVariation < b.coefficientOfVariation : a.mean_Pa > b.mean_Pa;
+}
+
+} // namespace
+
+bool OutlineOptions::isValid(std::string* error) const
+{
+    base::PlainStream text;
+    if (!(spacing >= 0.1 && spacing <= 1.0))
+        text << "spacing is " << spacing << " wavelengths; it must be within 0.1 .. 1";
+    else if (starts < 1 || starts > 1000)
+        text << "starts is " << starts << "; it must be within 1 .. 1000";
+    else if (finalists < 1)
+        text << "finalists is " << finalists << "; it must be at least 1";
+    else if (rounds < 1)
+        text << "rounds is " << rounds << "; it must be at least 1";
+    else if (corrections < 0)
+        text << "corrections is " << corrections << "; it must be at least 0";
+    else if (!(loudness > 0.0 && std::isfinite(loudness)))
+        text << "loudness is " << loudness << "; it must be above 0";
+    else if (threads < 1)
+        text << "threads is " << threads << "; it must be at least 1";
+    else
+        return true;
+    if (error != nullptr) *error = text.str();
+    return false;
+}
+
+OutlineHologram::OutlineHologram(const OutlineOptions& options) :
+    _options(options),
+    _field(options.pool ? options.pool
+                        : std::make_shared<base::ThreadPool>(std::max(options.threads, 1)),
+           Storage::FLOAT,
+           options.stop)
+{
+    std::string error;
+    if (!options.isValid(&error)) throw base::InputError("outline hologram: " + error);
+}
+
+// Before anything is placed along them.
+void OutlineHologram::checkLength(const std::vector<Outline>& outlines, double wavelength_m) const
+{
+    const double spacing_m = _options.spacing * wavelength_m;
+    const double points = pointsAlong(outlines, spacing_m);
+    if (points > base::kMostControlPoints ||
+        pointsAlong(outlines, kJudgeSpacing * wavelength_m) > base::kMostOutlineSamples)
+    {
+        base::PlainStream text;
+        text << "outline hologram: " << points << " points " << spacing_m << " m apart; at most "
+             << base::kMostControlPoints << " can be solved for";
+        throw base::InputError(text.str());
+    }
+}
+
+// The points that are solved for from here on, spacing_m apart along every outline.
+void OutlineHologram::place(const Scene& scene, double spacing_m)
+{
+    std::vector<Eigen::Matrix3Xd> parts;
+    Eigen::Index count = 0;
+    _along.clear();
+    for (const Outline& outline : scene.outlines)
+    {
+        parts.push_back(outline.points(spacing_m));
+        const Eigen::Index n = parts.back().cols();
+        count += n;
+        for (Eigen::Index l = 0; l < n; ++l)
+            _along.push_back(static_cast<double>(l) /
+                             static_cast<double>(outline.closed ? n : n - 1));
+    }
+    ControlPoints& points = _points;
+    points.positions.resize(3, count);
+    points.normals.setZero(3, count); // a curve has none of its own
+    points.targets.resize(count);
+    Eigen::Index at = 0;
+    for (std::size_t k = 0; k < parts.size(); ++k)
+    {
+        points.positions.middleCols(at, parts[k].cols()) = parts[k];
+        points.targets.segment(at, parts[k].cols()).setConstant(scene.outlines[k].target);
+        at += parts[k].cols();
+    }
+    std::vector<int> all(static_cast<std::size_t>(count));
+    for (std::size_t l = 0; l < all.size(); ++l)
+        all[l] = static_cast<int>(l);
+    _field.assign(points, all, scene.array, scene.medium, 0.0);
+    _field.build();
+    if (!(_field.meanRowSum() > 0.0))
+        throw base::InputError("outline hologram: no transducer reaches the outlines");
+}
+
+// Starting phases number `index` into field.u; returns their name.
+std::string OutlineHologram::start(int index)
+{
+    const auto n = static_cast<std::size_t>(_field.n());
+    if (index < kRamps)
+    {
+        for (std::size_t l = 0; l < n; ++l)
+            _field.u.set(
+                l, std::polar(1.0f, static_cast<float>(2.0 * kPi * kTurns[index] * _along[l])));
+        base::PlainStream name;
+        name << "ramp of " << kTurns[index];
+        return index == 0 ? "equal" : name.str();
+    }
+    std::mt19937_64 random(_options.seed + static_cast<std::uint64_t>(index));
+    for (std::size_t l = 0; l < n; ++l)
+        _field.u.set(l,
+                     std::polar(1.0f,
+                                static_cast<float>(2.0 * kPi * 0x1p-53 *
+                                                   static_cast<double>(random() >> 11U))));
+    return "random " + std::to_string(index - kRamps);
+}
+
+// Of field.q as the device plays it.
+SurfaceStatistics OutlineHologram::judge(const Scene& scene, Eigen::VectorXcf* played)
+{
+    const Eigen::VectorXcf q = playedPhases(_field);
+    if (played != nullptr) *played = q;
+    Eigen::VectorXd pressure_Pa = meanRadiationPressure(
+        scene.dense, scene.array, scene.medium, {q}, 2.0, _options.threads, _options.stop);
+    pressure_Pa.array() /=
+        scene.targets.array().square(); // an outline is even if all of it is at its own
+    return statisticsOf(pressure_Pa, Eigen::VectorXd());
+}
+
+// The loudest field for points a wavelength apart.
+SurfaceStatistics OutlineHologram::solveApart(const Scene& scene, double spacing_m)
+{
+    place(scene, spacing_m);
+    SurfaceStatistics loudest;
+    for (int k = 0; k < _options.starts; ++k)
+    {
+        start(k);
+        _even.project(_field, 2 * _options.rounds);
+        const SurfaceStatistics found = judge(scene);
+        if (found.mean_Pa > loudest.mean_Pa) loudest = found;
+    }
+    return loudest;
+}
+
+// Evens field.q out at the candidate's goal.
+void OutlineHologram::follow(const Scene& scene, int corrections, Candidate& candidate)
+{
+    LevenbergMarquardt::Limits limits;
+    limits.corrections = corrections;
+    candidate.corrections +=
+        _even.fit(_field, std::sqrt(candidate.goal_Pa / scene.unit_Pa), limits);
+    candidate.along = judge(scene);
+    candidate.q = currentPhases(_field);
+}
+
+// Asks for more until the mean is what it has to be.
+void OutlineHologram::raise(const Scene& scene, double floor_Pa, Candidate& candidate)
+{
+    setPhases(_field, candidate.q);
+    follow(scene, _options.corrections, candidate);
+    const int corrections = std::min(kRaiseCorrections, _options.corrections);
+    for (int k = 0; k < kRaises && corrections > 0 && candidate.along.mean_Pa < floor_Pa; ++k)
+    {
+        // The more uneven the field has to become, the more slowly the mean follows: first by a little, then by more.
+        const double lack = floor_Pa / std::max(candidate.along.mean_Pa, 1e-30);
+        candidate.goal_Pa *=
+            std::clamp(1.005 * std::pow(lack, 1.5 + 0.5 * k), 1.01 + 0.01 * k, 1.25);
+        follow(scene, corrections, candidate);
+    }
+}
+
+std::vector<OutlineHologram::Candidate>
+OutlineHologram::begin(const Scene& scene, double floor_Pa, OutlineReport& report)
+{
+    std::vector<Candidate> candidates;
+    const bool warm = _options.warmStart && _last.size() == _field.m() && _lastPoints == _field.n();
+    const int starts = warm ? 1 : _options.starts;
+    for (int k = 0; k < starts; ++k)
+    {
+        OutlineReport::Start begun;
+        if (warm)
+        {
+            begun.name = "last field";
+            setPhases(_field, _last);
+            _field.forward(_field.q, _field.p);
+            _field.phasesOf(_field.p);
+            _even.project(_field, 3);
+        }
+        else
+        {
+            begun.name = start(k);
+            _even.project(_field, _options.rounds);
+        }
+        const double own = judge(scene).mean_Pa;
+        Candidate candidate;
+        candidate.start = k;
+        candidate.goal_Pa = std::max(kHeadroom * floor_Pa, kOwnShare * own);
+        follow(scene, std::min(kFirstCorrections, _options.corrections), candidate);
+        begun.mean_Pa = candidate.along.mean_Pa;
+        begun.coefficientOfVariation = candidate.along.coefficientOfVariation;
+        report.starts.push_back(begun);
+        candidates.push_back(std::move(candidate));
+    }
+    return candidates;
+}
+
+void OutlineHologram::finish(const Scene& scene,
+                             double floor_Pa,
+                             std::vector<Candidate>& candidates,
+                             OutlineReport& report,
+                             Eigen::VectorXcf& q)
+{
+    // What is missing in the mean counts like what is uneven.
+    const auto lack = [floor_Pa](const Candidate& c)
+    {
+        return c.along.coefficientOfVariation +
+               2.0 * std::max(0.0, 1.0 - c.along.mean_Pa / std::max(floor_Pa, 1e-30));
+    };
+    std::stable_sort(candidates.begin(),
+                     candidates.end(),
+                     [&](const Candidate& a, const Candidate& b) { return lack(a) < lack(b); });
+    if (candidates.size() > static_cast<std::size_t>(_options.finalists))
+        candidates.resize(static_cast<std::size_t>(_options.finalists));
+    const Candidate* best = nullptr;
+    for (Candidate& candidate : candidates)
+    {
+        raise(scene, floor_Pa, candidate);
+        auto& line = report.starts[static_cast<std::size_t>(candidate.start)];
+        line.mean_Pa = candidate.along.mean_Pa;
+        line.coefficientOfVariation = candidate.along.coefficientOfVariation;
+        line.finalist = true;
+        if (best == nullptr ||
+            better(candidate.along.mean_Pa >= floor_Pa, candidate.along, best->along, floor_Pa))
+            best = &candidate;
+    }
+    setPhases(_field, best->q);
+    report.along = judge(scene, &q);
+    report.chosen = best->start;
+    report.corrections = best->corrections;
+    report.loudEnough = report.along.mean_Pa >= floor_Pa;
+    _last = best->q;
+    _lastPoints = _field.n();
+}
+
+OutlineReport OutlineHologram::solve(const std::vector<Outline>& outlines,
+                                     const TransducerArray& array,
+                                     const Medium& medium,
+                                     Eigen::VectorXcf& q)
+{
+    _field.start();
+    std::string error;
+    if (outlines.empty())
+        throw base::InputError(
+            "outline hologram: there are no outlines; there must be at least one");
+    if (!array.isValid(&error) || !medium.isValid(&error))
+        throw base::InputError("outline hologram: " + error);
+    const double wavelength_m = medium.wavelength(array.frequency_Hz);
+    checkLength(outlines, wavelength_m);
+    Eigen::Matrix3Xd dense;
+    Eigen::VectorXd targets;
+    for (const Outline& outline : outlines)
+    {
+        _options.stop.throwIfRequested();
+        if (!(outline.target > 0.0 && std::isfinite(outline.target)))
+            throw base::InputError("outline hologram: an outline's target is " +
+                                   std::to_string(outline.target) + "; it must be above 0");
+        const Eigen::Matrix3Xd part = outline.points(kJudgeSpacing * wavelength_m);
+        dense.conservativeResize(3, dense.cols() + part.cols());
+        dense.rightCols(part.cols()) = part;
+        targets.conservativeResize(dense.cols());
+        targets.tail(part.cols()).setConstant(outline.target);
+    }
+    const Scene scene{outlines, array, medium, dense, targets, radiationPressure(1.0, medium)};
+
+    OutlineReport report;
+    place(scene, _options.spacing * wavelength_m);
+    const bool warm = _options.warmStart && _last.size() == _field.m() && _lastPoints == _field.n();
+    if (!warm) _lastApart = solveApart(scene, wavelength_m);
+    report.apart = _lastApart;
+    const double floor_Pa = _options.loudness * report.apart.mean_Pa;
+    if (!warm) place(scene, _options.spacing * wavelength_m);
+    report.points = _field.n();
+    std::vector<Candidate> candidates = begin(scene, floor_Pa, report);
+    finish(scene, floor_Pa, candidates, report, q);
+    report.solve_ms = _field.elapsed_ms();
+    return report;
+}
+
+} // namespace midair::haptics

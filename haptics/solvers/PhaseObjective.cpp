@@ -1,0 +1,182 @@
+#include "haptics/solvers/PhaseObjective.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/Number.h"
+#include "haptics/propagation/PropagationMatrix.h"
+
+#include <cmath>
+#include <complex>
+#include <string>
+#include <utility>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr double kLargestLambdaRel = 1e9;
+
+void mirrorLowerTriangle(Eigen::MatrixXcd& A)
+{
+    for (Eigen::Index l = 0; l < A.cols(); ++l)
+    {
+        A(l, l) = A(l, l).real();
+        for (Eigen::Index k = l + 1; k < A.rows(); ++k)
+            A(l, k) = std::conj(A(k, l));
+    }
+}
+
+void checkInput(const Eigen::MatrixXcd& K, const Eigen::VectorXd& targets, double lambdaRel)
+{
+    const std::string n = std::to_string(K.cols());
+    if (K.cols() == 0 || K.rows() != K.cols())
+        throw base::InputError("phase objective: K is " + std::to_string(K.rows()) + " x " + n +
+                               "; it must be square and not empty");
+    if (targets.size() != K.cols())
+        throw base::InputError("phase objective: " + std::to_string(targets.size()) +
+                               " targets for " + n + " control points");
+    if (!targets.allFinite() || targets.minCoeff() < 0.0 || !(targets.maxCoeff() > 0.0))
+        throw base::InputError(
+            "phase objective: targets must be finite and at least 0, one of them more");
+    if (!(lambdaRel >= PhaseObjective::kSmallestLambdaRel && lambdaRel <= kLargestLambdaRel))
+        throw base::InputError("phase objective: lambdaRel is " + base::shortNumber(lambdaRel) +
+                               "; it must be from 1e-5 to 1e9");
+    if (!K.allFinite() || !(K.trace().real() > 0.0))
+        throw base::InputError(
+            "phase objective: K is not finite or zero; no transducer reaches a control point");
+}
+
+// Going on past each phase's minimum by two thirds of the step: a third of the rounds (measured, n = 50 to 200).
+constexpr double kOver = 0.65;
+
+template<typename T>
+double descendPhases(const kernels::HermitianView<T>& M,
+                     Eigen::VectorXcd& u,
+                     int maxRounds,
+                     double fall,
+                     T smallest,
+                     const base::StopToken& stop)
+{
+    using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+    Vector xRe = Vector::Zero(M.stride), xIm = xRe, sRe = xRe, sIm = xRe;
+    xRe.head(M.n) = u.real().cast<T>();
+    xIm.head(M.n) = u.imag().cast<T>();
+    kernels::multiply(M, xRe.data(), xIm.data(), sRe.data(), sIm.data());
+    for (int round = 0; round < maxRounds; ++round)
+    {
+        stop.throwIfRequested();
+        const double fell = kernels::descendOnce(
+            M, 1, T(kOver), smallest, xRe.data(), xIm.data(), sRe.data(), sIm.data());
+        if (!(fell > fall)) break;
+    }
+    for (Eigen::Index l = 0; l < u.size(); ++l)
+        u[l] = std::complex<double>(xRe[l], xIm[l]);
+    u = u.cwiseQuotient(u.cwiseAbs().cast<std::complex<double>>()).eval();
+    return static_cast<double>(xRe.dot(sRe) + xIm.dot(sIm));
+}
+
+} // namespace
+
+Eigen::MatrixXcd gramMatrix(const Eigen::MatrixXcd& G)
+{
+    Eigen::MatrixXcd K = Eigen::MatrixXcd::Zero(G.rows(), G.rows());
+    K.selfadjointView<Eigen::Lower>().rankUpdate(G);
+    mirrorLowerTriangle(K);
+    return K;
+}
+
+Eigen::MatrixXcd gramMatrix(const PropagationMatrix& G, const base::StopToken& stop)
+{
+    const int n = G.points();
+    Eigen::MatrixXd re = Eigen::MatrixXd::Zero(n, n), im = re;
+    for (int block = 0; block < G.blocks(); ++block)
+    {
+        stop.throwIfRequested();
+        kernels::addGram(G.blockData(block), n, G.width(block), n, re.data(), im.data());
+    }
+    Eigen::MatrixXcd K(n, n);
+    K.real() = re;
+    K.imag() = im;
+    mirrorLowerTriangle(K);
+    return K;
+}
+
+PhaseObjective::PhaseObjective(Eigen::MatrixXcd K,
+                               const Eigen::VectorXd& targets,
+                               double lambdaRel,
+                               const base::StopToken& stop) :
+    _a(targets)
+{
+    checkInput(K, targets, lambdaRel);
+    const Eigen::Index n = K.cols();
+    _lambda = lambdaRel * K.trace().real() / static_cast<double>(n);
+    K.diagonal().array() += _lambda;
+    if (!_factor.compute(std::move(K), stop))
+        throw base::InputError("phase objective: K is not positive semidefinite");
+    _matrix = _factor.inverse(stop);
+    _matrix = _lambda * (_a.asDiagonal() * _matrix * _a.asDiagonal());
+    mirrorLowerTriangle(_matrix);
+    _trace = _matrix.trace().real();
+
+    const Eigen::Index stride =
+        (n + kernels::kPhaseLanes - 1) / kernels::kPhaseLanes * kernels::kPhaseLanes;
+    _re = Eigen::MatrixXd::Zero(stride, n);
+    _im = Eigen::MatrixXd::Zero(stride, n);
+    _re.topRows(n) = _matrix.real();
+    _im.topRows(n) = _matrix.imag();
+    const double scale = static_cast<double>(n) / _trace;
+    _fastRe = (_re * scale).cast<float>();
+    _fastIm = (_im * scale).cast<float>();
+}
+
+kernels::HermitianView<double> PhaseObjective::view() const
+{
+    return {size(), static_cast<int>(_re.rows()), _re.data(), _im.data()};
+}
+
+kernels::HermitianView<float> PhaseObjective::fastView() const
+{
+    return {size(), static_cast<int>(_fastRe.rows()), _fastRe.data(), _fastIm.data()};
+}
+
+double PhaseObjective::value(const Eigen::VectorXcd& u) const
+{
+    return u.dot(_matrix * u).real();
+}
+
+Eigen::VectorXd PhaseObjective::gradient(const Eigen::VectorXcd& u) const
+{
+    return 2.0 * (u.conjugate().array() * (_matrix * u).array()).imag();
+}
+
+double PhaseObjective::descend(Eigen::VectorXcd& u,
+                               int maxRounds,
+                               double tolerance,
+                               const base::StopToken& stop) const
+{
+    return descendPhases(view(), u, maxRounds, tolerance * _trace, 1e-9, stop);
+}
+
+double PhaseObjective::descendFast(Eigen::VectorXcd& u,
+                                   int maxRounds,
+                                   double tolerance,
+                                   const base::StopToken& stop) const
+{
+    return descendPhases(fastView(), u, maxRounds, tolerance * size(), 1e-4f, stop) * _trace /
+           size();
+}
+
+Eigen::VectorXcd PhaseObjective::weights(const Eigen::VectorXcd& u) const
+{
+    return _factor.solve(_a.asDiagonal() * u);
+}
+
+double PhaseObjective::misfitAndPower(const Eigen::VectorXcd& p, double power) const
+{
+    const double wanted = _a.dot(p.cwiseAbs());
+    const double cost = p.squaredNorm() + _lambda * power;
+    return _a.squaredNorm() - (cost > 0.0 ? wanted * wanted / cost : 0.0);
+}
+
+} // namespace midair::haptics

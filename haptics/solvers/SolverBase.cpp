@@ -1,0 +1,336 @@
+#include "haptics/solvers/SolverBase.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/PlainText.h"
+#include "haptics/propagation/AudibleChange.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+// A point that sees less than this of what the best seen point sees would drag the whole field down to itself.
+constexpr double kReach = 1e-3;
+// Enough to tell which points are cheap; more turn into another field, whose pressures the phases at hand reach less well.
+constexpr int kLouderRounds = 3;
+
+std::string numbered(const char* format, double a, double b = 0.0, double c = 0.0, double d = 0.0)
+{
+    return base::plainText(format, a, b, c, d);
+}
+
+std::string pointRefusal(const ControlPoints& points)
+{
+    for (int l = 0; l < points.size(); ++l)
+    {
+        const Eigen::Vector3d r = points.positions.col(l);
+        if (!r.allFinite())
+            return numbered("control point %.0f is at (%g, %g, %g); coordinates must be finite",
+                            l,
+                            r[0],
+                            r[1],
+                            r[2]);
+        const double target = points.targets[l];
+        if (!(target >= 0.0) || target > 1e12)
+            return numbered(
+                "control point %.0f has the target %g; targets are 0 .. 1e12", l, target);
+    }
+    return {};
+}
+
+std::string arrayRefusal(const TransducerArray& array)
+{
+    const int m = array.size();
+    if (m == 0) return "the array has no transducers";
+    if (array.normals.cols() != m)
+        return numbered("the array has %.0f positions and %.0f normals",
+                        m,
+                        static_cast<double>(array.normals.cols()));
+    for (const Eigen::VectorXd* v : {&array.gain, &array.phaseOffset_rad})
+        if (v->size() != 0 && (v->size() != m || !v->allFinite()))
+            return numbered(
+                "the array's gains and phase offsets must be %.0f finite numbers or none", m);
+    if (!array.positions.allFinite() || !array.normals.allFinite())
+        return "the array has a position or normal that is not finite";
+    if (!(array.frequency_Hz > 0.0) || !std::isfinite(array.frequency_Hz))
+        return numbered("the array's frequency is %g Hz; it must be positive", array.frequency_Hz);
+    if (!(array.sourceAmplitude_Pa_m > 0.0) || !std::isfinite(array.sourceAmplitude_Pa_m))
+        return numbered("the array's source amplitude is %g Pa m; it must be positive",
+                        array.sourceAmplitude_Pa_m);
+    return {};
+}
+
+} // namespace
+
+SolverBase::SolverBase(std::string name, const SolverOptions& options, Storage storage) :
+    _name(std::move(name)),
+    _options(options),
+    _beyond(options.absoluteTargets ? 0.0 : std::max(0.0, options.loudness - 1.0)),
+    _audibleShare(audibleShare(options.updateRate_Hz)),
+    _field(options.pool ? options.pool : std::make_shared<base::ThreadPool>(options.threads),
+           storage,
+           options.stop)
+{
+    _options.loudness = std::min(options.loudness, 1.0);
+}
+
+// What would take gigabytes or minutes.
+std::string SolverBase::tooLarge(int points, int transducers) const
+{
+    if (points > mostPoints())
+        return "there are " + std::to_string(points) + " control points; " + _name +
+               " is for at most " + std::to_string(mostPoints());
+    if (static_cast<std::size_t>(points) * static_cast<std::size_t>(transducers) >
+        base::kMostEntries)
+        return numbered("%.0f control points and %.0f transducers are more than can be solved for; "
+                        "their product must be at most %.0f",
+                        points,
+                        transducers,
+                        static_cast<double>(base::kMostEntries));
+    return {};
+}
+
+std::string SolverBase::refusal(const ControlPoints& points,
+                                const TransducerArray& array,
+                                const Medium& medium,
+                                bool isKnown) const
+{
+    std::string why;
+    if (!medium.isValid(&why)) return why;
+    why = tooLarge(points.size(), array.size());
+    if (!why.empty()) return why;
+    if (points.targets.size() != points.size())
+        return numbered("there are %.0f control points and %.0f targets",
+                        points.size(),
+                        static_cast<double>(points.targets.size()));
+    if (!isKnown) why = arrayRefusal(array);
+    return why.empty() ? pointRefusal(points) : why;
+}
+
+void SolverBase::chooseActive(const ControlPoints& points)
+{
+    _active.clear();
+    for (int l = 0; l < points.size(); ++l)
+        if (points.targets[l] > 0.0) _active.push_back(l);
+}
+
+// True if some points went: the field has to be assigned and built again.
+bool SolverBase::dropUnreachable()
+{
+    double best = 0.0;
+    for (int l = 0; l < _field.n(); ++l)
+        best = std::max(best, _field.rowSum(l));
+    const std::size_t before = _active.size();
+    std::size_t kept = 0;
+    for (int l = 0; l < _field.n(); ++l)
+        if (_field.rowSum(l) > kReach * best &&
+            _field.rowSum(l) > std::numeric_limits<float>::min())
+            _active[kept++] = _active[static_cast<std::size_t>(l)];
+    _active.resize(kept);
+    return kept != before;
+}
+
+bool SolverBase::isSkippable(int stale, const Eigen::VectorXcf& q) const
+{
+    return stale == 0 && _lastGood && _options.warmStart && _active == _lastActive &&
+           _field.a.cast<double>().isApprox(_lastTargets, 1e-7) && q.size() == _lastQ.size() &&
+           q == _lastQ;
+}
+
+// Only ratios count from here on: the largest target is 1.
+void SolverBase::scaleTargets()
+{
+    _largestTarget = _field.a.maxCoeff();
+    _field.a /= _largestTarget;
+}
+
+bool SolverBase::isContinued(const TransducerArray& array) const
+{
+    return _options.warmStart && _lastGood && _lastQ.size() == array.size() &&
+           _active == _lastActive;
+}
+
+// Phases to start from: those of the field before at the same points, or what it makes at points that are new.
+bool SolverBase::prepareStart(const TransducerArray& array)
+{
+    const bool warm = _options.warmStart && _lastGood && _lastQ.size() == array.size();
+    if (!warm)
+    {
+        for (int l = 0; l < _field.n(); ++l)
+            _field.u.set(static_cast<std::size_t>(l), 1.0f);
+        return false;
+    }
+    if (isContinued(array)) return true;
+    _field.toLanes(_lastQ, _field.q);
+    _field.forward(_field.q, _field.p);
+    _field.phasesOf(_field.p);
+    return false;
+}
+
+// Unweighted projections q <- phase(G* (a u)) climb sum_l a_l |p_l|, which is the loudness E. A few of them, from the phases of
+// a good field, show which points are cheap: y. Solved for is then a_l (y_l / (s a_l))^x, s the fitted level: the error grows
+// in proportion to x, the loudness by less and less (midair-bench prints both).
+SolverBase::Outcome SolverBase::iterateLouder(bool warm)
+{
+    Outcome first;
+    if (!warm)
+    {
+        first = iterate(_field, false);
+        if (outOfTime(_field)) return first;
+    }
+    const auto n = static_cast<std::size_t>(_field.n());
+    _keptU.reserve(n);
+    _keptA = _field.a;
+    std::copy_n(_field.u.re.data(), n, _keptU.re.data());
+    std::copy_n(_field.u.im.data(), n, _keptU.im.data());
+    for (int round = 0; round < kLouderRounds; ++round)
+    {
+        for (std::size_t l = 0; l < n; ++l)
+            _field.w.set(l, _field.u.at(l) * _keptA[static_cast<Eigen::Index>(l)]);
+        _field.projectRound(_field.w, _field.p);
+        _field.phasesOf(_field.p);
+    }
+    const float s = _field.y.dot(_keptA) / _keptA.squaredNorm();
+    const auto x = static_cast<float>(_beyond);
+    for (Eigen::Index l = 0; l < _keptA.size(); ++l)
+        _field.a[l] = _keptA[l] * std::pow(std::max(_field.y[l] / (s * _keptA[l]), 1e-3f), x);
+    std::copy_n(_keptU.re.data(), n, _field.u.re.data());
+    std::copy_n(_keptU.im.data(), n, _field.u.im.data());
+    Outcome outcome = iterate(_field, true);
+    outcome.iterations += first.iterations + kLouderRounds;
+    _field.a = _keptA;
+    return outcome;
+}
+
+SolveReport SolverBase::solve(const ControlPoints& points,
+                              const TransducerArray& array,
+                              const Medium& medium,
+                              Eigen::VectorXcf& q)
+{
+    _field.start();
+    try
+    {
+        return solveUnlessStopped(points, array, medium, q);
+    }
+    catch (const base::Stopped& stopped)
+    {
+        SolveReport result;
+        result.solver = _name;
+        result.points = points.size();
+        result.transducers = array.size();
+        result.solve_ms = _field.elapsed_ms();
+        return silent(result, StopReason::STOPPED, stopped.what(), array.size(), q);
+    }
+}
+
+SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
+                                           const TransducerArray& array,
+                                           const Medium& medium,
+                                           Eigen::VectorXcf& q)
+{
+    _options.stop.throwIfRequested();
+    SolveReport result;
+    result.solver = _name;
+    result.points = points.size();
+    result.transducers = array.size();
+    const bool isKnown = _field.isBoundTo(array, medium);
+    const std::string why = refusal(points, array, medium, isKnown);
+    if (!why.empty()) return silent(result, StopReason::REFUSED, why, array.size(), q);
+    chooseActive(points);
+    if (_active.empty())
+        return silent(result,
+                      StopReason::NOTHING_TO_DO,
+                      points.size() == 0 ? "there are no control points" : "every target is 0",
+                      array.size(),
+                      q);
+
+    const double tolerance_m = _options.skipTolerance * medium.wavelength(array.frequency_Hz);
+    int stale = _field.assign(points, _active, array, medium, tolerance_m, isKnown);
+    if (!isKnown && _lastQ.size() == array.size()) _field.toLanes(_lastQ, _last);
+    if (isSkippable(stale, q))
+    {
+        result = _lastReport;
+        result.stop = StopReason::SKIPPED;
+        result.rowsBuilt = result.iterations = 0;
+        result.matrix_ms = result.solve_ms = 0.0;
+        result.meanPhaseStep_rad = result.driveChange = result.audibleChange = 0.0;
+        return result;
+    }
+    // What goes beyond the accurate loudness looks around first: no round of the build's would last.
+    const bool continues = isContinued(array) && _beyond == 0.0;
+    if (continues)
+        build(_field);
+    else
+        _field.build();
+    result.matrix_ms = _field.build_ms();
+    if (dropUnreachable())
+    {
+        if (_active.empty())
+            return silent(result,
+                          StopReason::NOTHING_TO_DO,
+                          "no transducer reaches any control point",
+                          array.size(),
+                          q);
+        stale += _field.assign(points, _active, array, medium, tolerance_m, true);
+        _field.build();
+        result.matrix_ms += _field.build_ms();
+    }
+    result.rowsBuilt = stale;
+
+    scaleTargets();
+    const bool warm = prepareStart(array);
+    const Outcome outcome = _beyond > 0.0 ? iterateLouder(warm) : iterate(_field, warm);
+    if (!outcome.playable) makePlayable(outcome);
+    report(outcome, result);
+    result.solve_ms = _field.elapsed_ms() - result.matrix_ms;
+    if (!std::isfinite(result.rms) || !(result.loudness > 0.0))
+        return silent(
+            result, StopReason::REFUSED, "the field did not come out finite", array.size(), q);
+    keep(points, result, q);
+    return result;
+}
+
+SolveReport
+SolverBase::silent(SolveReport result, StopReason stop, std::string why, int m, Eigen::VectorXcf& q)
+{
+    q.setZero(m);
+    _lastGood = false;
+    _field.forget();
+    result.stop = stop;
+    result.message = std::move(why);
+    result.rms = result.max = result.loudness = result.level_Pa = 0.0;
+    result.leftOut = result.points;
+    return result;
+}
+
+const char* stopReasonName(StopReason reason)
+{
+    switch (reason)
+    {
+    case StopReason::NOTHING_TO_DO:
+        return "nothing to do";
+    case StopReason::CONVERGED:
+        return "converged";
+    case StopReason::STALLED:
+        return "stalled";
+    case StopReason::MAX_ITERATIONS:
+        return "iteration limit";
+    case StopReason::DEADLINE:
+        return "deadline";
+    case StopReason::SKIPPED:
+        return "skipped";
+    case StopReason::REFUSED:
+        return "refused";
+    case StopReason::STOPPED:
+        return "stopped";
+    }
+    return "unknown";
+}
+
+} // namespace midair::haptics

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "haptics/solvers/HologramSolver.h"
+
+#include <memory>
+
+/// One function a method; makeSolver finds them by name.
+namespace midair::haptics
+{
+
+/// "gauss-newton": the production solver.
+std::unique_ptr<HologramSolver> makeGaussNewton(const SolverOptions& options);
+/// "gs": Inoue, Makino, Shinoda 2015, Algorithm 1.
+std::unique_ptr<HologramSolver> makeGerchbergSaxton(const SolverOptions& options);
+/// "sdp-bcd": the same, Algorithm 2, with u projected to unit phases.
+std::unique_ptr<HologramSolver> makeSdpBlockCoordinate(const SolverOptions& options);
+
+/// "gs-pat": Plasencia et al. 2020.
+std::unique_ptr<HologramSolver> makeGsPat(const SolverOptions& options);
+/// "wgs": weighted Gerchberg-Saxton, Marzo and Drinkwater 2019.
+std::unique_ptr<HologramSolver> makeWeightedGerchbergSaxton(const SolverOptions& options);
+/// "greedy": Suzuki et al. 2021.
+std::unique_ptr<HologramSolver> makeGreedy(const SolverOptions& options);
+/// "lbfgs": quasi-Newton on the transducers' phases.
+std::unique_ptr<HologramSolver> makeLbfgs(const SolverOptions& options);
+
+} // namespace midair::haptics

@@ -1,0 +1,214 @@
+#include "haptics/solvers/SolverBase.h"
+#include "haptics/solvers/Solvers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr int kDefaultIterations = 300;
+constexpr std::size_t kMemory = 8; // pairs of steps and changes of the gradient
+constexpr int kMaxHalvings = 20;
+constexpr double kArmijo = 1e-4;
+constexpr double kStalled = 1e-4; // relative fall of the cost of ten steps
+// E that is aimed at: a little below what unit amplitudes reach (0.9 to 1.3), so that the points can be met exactly.
+constexpr double kAim = 0.8;
+
+/// Gradient descent on the transducers' phases phi (unit amplitudes) by L-BFGS (Nocedal, Wright, "Numerical optimization",
+/// algorithms 7.4 and 3.1), as Andersson, "levitate" (2019), has it:
+///     f = 1/2 sum_l (|p_l| / s - a_l)^2,  df/dphi_i = -Im(q_i conj(z_i)),  z = G* (r u) / s,  r_l = |p_l| / s - a_l.
+/// A cost reads G once, a gradient once more.
+class Lbfgs final : public SolverBase
+{
+public:
+    explicit Lbfgs(const SolverOptions& options) : SolverBase("lbfgs", options) {}
+
+private:
+    struct Pair
+    {
+        Eigen::VectorXf step, change;
+        double inverse = 0.0; // 1 / (step . change)
+    };
+
+    Outcome iterate(FieldProblem& field, bool /*warm*/) override
+    {
+        start(field);
+        Outcome outcome;
+        const int limit = iterationLimit(kDefaultIterations);
+        double before = _cost;
+        while (outcome.iterations < limit && outcome.stop == StopReason::MAX_ITERATIONS)
+        {
+            if (rms(field) <= options().rmsTolerance)
+            {
+                outcome.stop = StopReason::CONVERGED;
+                break;
+            }
+            if (!step(field)) outcome.stop = StopReason::STALLED;
+            ++outcome.iterations;
+            if (outcome.iterations % 10 == 0)
+            {
+                if (before - _cost <= kStalled * before) outcome.stop = StopReason::STALLED;
+                before = _cost;
+            }
+            if (outOfTime(field)) outcome.stop = StopReason::DEADLINE;
+        }
+        return outcome;
+    }
+
+    // From the phases that the points' phases ask for.
+    void start(FieldProblem& field)
+    {
+        const int m = field.m();
+        _scale = kAim * field.meanRowSum() / static_cast<double>(field.a.norm());
+        for (int l = 0; l < field.n(); ++l)
+        {
+            const auto row = static_cast<std::size_t>(l);
+            field.w.set(row, field.u.at(row) * field.a[l]);
+        }
+        field.backward(field.w, field.z);
+        _phi.resize(m);
+        for (int i = 0; i < m; ++i)
+            _phi[i] = std::arg(field.z.at(static_cast<std::size_t>(i)));
+        _pairs.resize(kMemory);
+        _held = _newest = 0;
+        _cost = cost(field, _phi);
+        gradient(field, _gradient);
+    }
+
+    // f; leaves q and p = G q.
+    double cost(FieldProblem& field, const Eigen::VectorXf& phi) const
+    {
+        for (int i = 0; i < field.m(); ++i)
+            field.q.set(static_cast<std::size_t>(i), std::polar(1.0f, phi[i]));
+        field.forward(field.q, field.p);
+        field.phasesOf(field.p);
+        double sum = 0.0;
+        for (int l = 0; l < field.n(); ++l)
+        {
+            const double r = field.y[l] / _scale - field.a[l];
+            sum += r * r;
+        }
+        return 0.5 * sum;
+    }
+
+    // At the field that cost() left.
+    void gradient(FieldProblem& field, Eigen::VectorXf& result) const
+    {
+        for (int l = 0; l < field.n(); ++l)
+        {
+            const auto row = static_cast<std::size_t>(l);
+            const double r = field.y[l] / _scale - field.a[l];
+            field.w.set(row, field.u.at(row) * static_cast<float>(r / _scale));
+        }
+        field.backward(field.w, field.z);
+        result.resize(field.m());
+        for (int i = 0; i < field.m(); ++i)
+        {
+            const auto s = static_cast<std::size_t>(i);
+            result[i] = -(field.q.im[s] * field.z.re[s] - field.q.re[s] * field.z.im[s]);
+        }
+    }
+
+    double rms(const FieldProblem& field) const
+    {
+        double squares = 0.0;
+        const double s = static_cast<double>(field.y.dot(field.a) / field.a.squaredNorm());
+        for (int l = 0; l < field.n(); ++l)
+        {
+            const double error = field.y[l] / (s * field.a[l]) - 1.0;
+            squares += error * error;
+        }
+        return std::sqrt(squares / field.n());
+    }
+
+    // direction = -H gradient, H from the last pairs (algorithm 7.4).
+    void direct()
+    {
+        _direction = -_gradient;
+        double weight[kMemory];
+        for (std::size_t k = 0; k < _held; ++k)
+        {
+            const std::size_t at = (_newest + kMemory - k) % kMemory;
+            weight[at] = _pairs[at].inverse * static_cast<double>(_pairs[at].step.dot(_direction));
+            _direction -= static_cast<float>(weight[at]) * _pairs[at].change;
+        }
+        if (_held > 0)
+        {
+            const Pair& pair = _pairs[_newest];
+            _direction *= static_cast<float>(
+                1.0 / (pair.inverse * static_cast<double>(pair.change.squaredNorm())));
+        }
+        else // Where the cost would reach 0 if it fell on at this rate.
+            _direction *= static_cast<float>(
+                _cost / std::max(1e-30, static_cast<double>(_gradient.squaredNorm())));
+        for (std::size_t k = _held; k-- > 0;)
+        {
+            const std::size_t at = (_newest + kMemory - k) % kMemory;
+            const double b =
+                _pairs[at].inverse * static_cast<double>(_pairs[at].change.dot(_direction));
+            _direction += static_cast<float>(weight[at] - b) * _pairs[at].step;
+        }
+    }
+
+    // False if nothing falls any more; the field is then the one before.
+    bool step(FieldProblem& field)
+    {
+        direct();
+        double slope = static_cast<double>(_direction.dot(_gradient));
+        if (!(slope < 0.0))
+        {
+            _held = 0;
+            direct();
+            slope = static_cast<double>(_direction.dot(_gradient));
+        }
+        double length = 1.0;
+        for (int halving = 0; halving < kMaxHalvings && slope < 0.0; ++halving, length *= 0.5)
+        {
+            _tried = _phi + static_cast<float>(length) * _direction;
+            const double tried = cost(field, _tried);
+            if (!(tried <= _cost + kArmijo * length * slope)) continue;
+            accept(field, tried);
+            return true;
+        }
+        cost(field, _phi);
+        return false;
+    }
+
+    void accept(FieldProblem& field, double tried)
+    {
+        const std::size_t at = _held == 0 ? 0 : (_newest + 1) % kMemory;
+        Pair& pair = _pairs[at];
+        pair.step = _tried - _phi;
+        pair.change = -_gradient;
+        _phi.swap(_tried);
+        _cost = tried;
+        gradient(field, _gradient);
+        pair.change += _gradient;
+        const double product = static_cast<double>(pair.step.dot(pair.change));
+        // A pair without curvature would spoil H; float's noise makes such near the end.
+        if (!(product > 1e-10 * static_cast<double>(pair.change.squaredNorm()))) return;
+        pair.inverse = 1.0 / product;
+        _newest = at;
+        _held = std::min(_held + 1, kMemory);
+    }
+
+    double _scale = 1.0; // s: Pa at a_l = 1
+    double _cost = 0.0;
+    Eigen::VectorXf _phi, _tried, _gradient, _direction; // m
+    std::vector<Pair> _pairs;                            // a ring
+    std::size_t _held = 0, _newest = 0;
+};
+
+} // namespace
+
+std::unique_ptr<HologramSolver> makeLbfgs(const SolverOptions& options)
+{
+    return std::make_unique<Lbfgs>(options);
+}
+
+} // namespace midair::haptics

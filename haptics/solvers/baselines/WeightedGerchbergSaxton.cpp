@@ -1,0 +1,81 @@
+#include "haptics/solvers/SolverBase.h"
+#include "haptics/solvers/Solvers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr int kDefaultIterations = 200;
+constexpr float kFewest =
+    1e-3f; // of its target: a point that has less is weighted up as if it had this
+constexpr float kLeastWeight = 1e-6f;
+
+/// Gerchberg-Saxton between points and unit-amplitude transducers with a weight a point (Marzo, Drinkwater, "Holographic
+/// acoustic tweezers", PNAS 116, 2019; there after Di Leonardo, Ianni, Ruocco 2007). A round:
+///     q = unit(G* (w a u)),  p = G q,  u = p / |p|,  w_l <- w_l s a_l / |p_l|  with s so that the weights keep their mean.
+class WeightedGerchbergSaxton final : public SolverBase
+{
+public:
+    explicit WeightedGerchbergSaxton(const SolverOptions& options) : SolverBase("wgs", options) {}
+
+private:
+    Outcome iterate(FieldProblem& field, bool warm) override
+    {
+        const int n = field.n();
+        // Weights go on with the field that they belong to.
+        if (!warm || _weights.size() != n) _weights = Eigen::VectorXf::Ones(n);
+
+        Outcome outcome;
+        const int limit = iterationLimit(kDefaultIterations);
+        while (outcome.iterations < limit && outcome.stop == StopReason::MAX_ITERATIONS)
+        {
+            for (int l = 0; l < n; ++l)
+            {
+                const auto row = static_cast<std::size_t>(l);
+                field.w.set(row, field.u.at(row) * (_weights[l] * field.a[l]));
+            }
+            field.projectRound(field.w, field.p);
+            field.phasesOf(field.p);
+            ++outcome.iterations;
+            const float rms = reweigh(field);
+            if (rms <= static_cast<float>(options().rmsTolerance))
+                outcome.stop = StopReason::CONVERGED;
+            else if (outOfTime(field))
+                outcome.stop = StopReason::DEADLINE;
+        }
+        return outcome;
+    }
+
+    // Returns the rms of y_l / (s a_l) - 1.
+    float reweigh(const FieldProblem& field)
+    {
+        const float s = field.y.dot(field.a) / field.a.squaredNorm();
+        if (!(s > 0.0f)) return std::numeric_limits<float>::infinity();
+        float squares = 0.0f;
+        for (int l = 0; l < field.n(); ++l)
+        {
+            const float reached = field.y[l] / (s * field.a[l]);
+            squares += (reached - 1.0f) * (reached - 1.0f);
+            _weights[l] /= std::max(reached, kFewest);
+        }
+        _weights = (_weights / _weights.mean()).cwiseMax(kLeastWeight);
+        return std::sqrt(squares / static_cast<float>(field.n()));
+    }
+
+    Eigen::VectorXf _weights;
+};
+
+} // namespace
+
+std::unique_ptr<HologramSolver> makeWeightedGerchbergSaxton(const SolverOptions& options)
+{
+    return std::make_unique<WeightedGerchbergSaxton>(options);
+}
+
+} // namespace midair::haptics

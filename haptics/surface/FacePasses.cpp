@@ -1,0 +1,160 @@
+#include "haptics/surface/SamplingPasses.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr double kReach = 1.05; ///< in spacings; the promise is 1.1
+constexpr double kDartsPerCell = 40.0;
+
+/// The same on every standard library, unlike std::uniform_real_distribution.
+double uniform(std::mt19937_64& random)
+{
+    return static_cast<double>(random() >> 11U) * 0x1p-53;
+}
+
+struct Dart
+{
+    int triangle;
+    Eigen::Vector3d barycentric;
+    double distance2; ///< to the earlier sets, at most the spacing's square
+};
+
+Dart throwDart(const std::vector<double>& cumulative, std::mt19937_64& random)
+{
+    const double pick = uniform(random) * cumulative.back();
+    auto at = std::upper_bound(cumulative.begin(), cumulative.end(), pick);
+    if (at == cumulative.end()) --at;
+    // Uniform over the triangle: Osada et al., "Shape distributions", 2002, equation 1.
+    const double root = std::sqrt(uniform(random));
+    const double v = uniform(random);
+    return {
+        static_cast<int>(at - cumulative.begin()), {1.0 - root, root * (1.0 - v), root * v}, 0.0};
+}
+
+/// A piece of a triangle that is not yet known to be covered.
+struct Fragment
+{
+    std::array<Eigen::Vector3d, 3> barycentrics;
+    std::array<Eigen::Vector3d, 3> corners;
+};
+
+/// A ball is convex: a piece whose corners it holds lies in it.
+bool covers(const Eigen::Vector3d& point, const Fragment& piece, double reach2)
+{
+    return (piece.corners[0] - point).squaredNorm() <= reach2 &&
+           (piece.corners[1] - point).squaredNorm() <= reach2 &&
+           (piece.corners[2] - point).squaredNorm() <= reach2;
+}
+
+/// Halves the longest edge, so that slivers become compact.
+std::array<Fragment, 2> split(const Fragment& piece, const TriangleMesh& mesh, int meshTriangle)
+{
+    std::size_t longest = 0;
+    double longest2 = -1.0;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        const double length2 = (piece.corners[(k + 1) % 3] - piece.corners[k]).squaredNorm();
+        if (length2 > longest2)
+        {
+            longest2 = length2;
+            longest = k;
+        }
+    }
+    const std::size_t next = (longest + 1) % 3;
+    const Eigen::Vector3d middle = 0.5 * (piece.barycentrics[longest] + piece.barycentrics[next]);
+    const Eigen::Vector3d point = pointOnTriangle(mesh, meshTriangle, middle);
+    std::array<Fragment, 2> halves = {piece, piece};
+    halves[0].barycentrics[next] = middle;
+    halves[0].corners[next] = point;
+    halves[1].barycentrics[longest] = middle;
+    halves[1].corners[longest] = point;
+    return halves;
+}
+
+} // namespace
+
+void throwDarts(SampleBuilder& builder, std::mt19937_64& random, const PointGrid* earlier)
+{
+    const MeshTopology& topology = builder.topology();
+    std::vector<double> cumulative(topology.areas.size());
+    std::partial_sum(topology.areas.begin(), topology.areas.end(), cumulative.begin());
+    const double spacing = builder.spacing();
+    const auto count =
+        static_cast<int>(std::ceil(kDartsPerCell * topology.area / (spacing * spacing)));
+    if (earlier == nullptr)
+    {
+        for (int i = 0; i < count; ++i)
+        {
+            const Dart dart = throwDart(cumulative, random);
+            builder.tryFace(dart.triangle, dart.barycentric, spacing);
+        }
+        return;
+    }
+    std::vector<Dart> darts(static_cast<std::size_t>(count));
+    for (Dart& dart : darts)
+    {
+        builder.look();
+        dart = throwDart(cumulative, random);
+        const int meshTriangle = topology.triangles[static_cast<std::size_t>(dart.triangle)];
+        earlier->nearest(pointOnTriangle(builder.mesh(), meshTriangle, dart.barycentric),
+                         spacing,
+                         &dart.distance2);
+    }
+    std::stable_sort(darts.begin(),
+                     darts.end(),
+                     [](const Dart& a, const Dart& b) { return a.distance2 > b.distance2; });
+    for (const Dart& dart : darts)
+        builder.tryFace(dart.triangle, dart.barycentric, spacing);
+}
+
+/// A piece is done when one point's ball of 1.05 spacings holds it. Else its middle gets a point, where that keeps
+/// the spacing, and it is halved. A piece of a twentieth of a spacing is always done: its middle has a point nearer
+/// than the spacing, by then. So the set ends up maximal and the whole surface covered.
+void fillFaces(SampleBuilder& builder)
+{
+    const MeshTopology& topology = builder.topology();
+    const TriangleMesh& mesh = builder.mesh();
+    const double reach = kReach * builder.spacing();
+    const double reach2 = reach * reach;
+    int last = -1; // neighbouring triangles mostly share their point
+    std::vector<Fragment> pieces;
+    for (int t = 0; t < static_cast<int>(topology.triangles.size()); ++t)
+    {
+        const int meshTriangle = topology.triangles[static_cast<std::size_t>(t)];
+        const Eigen::Vector3i v = mesh.triangles.col(meshTriangle);
+        pieces.push_back(
+            {{Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()},
+             {mesh.vertices.col(v[0]), mesh.vertices.col(v[1]), mesh.vertices.col(v[2])}});
+        while (!pieces.empty())
+        {
+            builder.look();
+            const Fragment piece = pieces.back();
+            pieces.pop_back();
+            if (last >= 0 && covers(builder.points()[last], piece, reach2)) continue;
+            const Eigen::Vector3d middle =
+                (piece.barycentrics[0] + piece.barycentrics[1] + piece.barycentrics[2]) / 3.0;
+            if (builder.tryFace(t, middle, builder.spacing()))
+            {
+                last = builder.points().size() - 1;
+            }
+            else
+            {
+                last = builder.points().nearest(pointOnTriangle(mesh, meshTriangle, middle), reach);
+            }
+            if (last >= 0 && covers(builder.points()[last], piece, reach2)) continue;
+            const auto halves = split(piece, mesh, meshTriangle);
+            pieces.push_back(halves[1]);
+            pieces.push_back(halves[0]);
+        }
+    }
+}
+
+} // namespace midair::haptics

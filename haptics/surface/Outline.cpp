@@ -1,0 +1,112 @@
+#include "haptics/surface/Outline.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/PlainText.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kMostPoints = 100000;
+
+} // namespace
+
+double Outline::length_m() const
+{
+    const Eigen::Index least = closed ? 3 : 2;
+    base::PlainStream text;
+    if (vertices.cols() < least)
+        text << "outline: " << vertices.cols() << " vertices; " << (closed ? "a closed" : "an open")
+             << " one needs at least " << least;
+    else if (!vertices.allFinite())
+        text << "outline: a vertex is not finite";
+    if (!text.str().empty()) throw base::InputError(text.str());
+
+    double length = 0.0;
+    for (Eigen::Index k = 0; k + 1 < vertices.cols(); ++k)
+        length += (vertices.col(k + 1) - vertices.col(k)).norm();
+    if (closed) length += (vertices.col(0) - vertices.col(vertices.cols() - 1)).norm();
+    if (!(length > 0.0)) throw base::InputError("outline: its length is 0; it must be above 0");
+    return length;
+}
+
+double pointsAlong(const std::vector<Outline>& outlines, double spacing_m)
+{
+    double count = 0.0;
+    for (const Outline& outline : outlines)
+        count += std::ceil(outline.length_m() / spacing_m) + (outline.closed ? 0.0 : 1.0);
+    return count;
+}
+
+Eigen::Matrix3Xd Outline::points(double spacing_m) const
+{
+    const double length = length_m();
+    // A length of a whole number of spacings is not to fall into one step more by rounding.
+    const double steps = std::max(std::ceil(length / spacing_m - 1e-9), closed ? 3.0 : 1.0);
+    if (!(spacing_m > 0.0) || !(steps < kMostPoints))
+    {
+        base::PlainStream text;
+        text << "outline: points " << spacing_m << " m apart along " << length
+             << " m; the spacing must be above " << length / kMostPoints << " m";
+        throw base::InputError(text.str());
+    }
+    const auto count = static_cast<Eigen::Index>(steps);
+    Eigen::Matrix3Xd result(3, closed ? count : count + 1);
+    Eigen::Index edge = 0;
+    double start = 0.0; // of the edge, along the polyline
+    const auto end = [&](Eigen::Index k) { return vertices.col((k + 1) % vertices.cols()); };
+    const Eigen::Index lastEdge = vertices.cols() - (closed ? 1 : 2);
+    for (Eigen::Index k = 0; k < result.cols(); ++k)
+    {
+        const double place = length * static_cast<double>(k) / static_cast<double>(count);
+        double edgeLength = (end(edge) - vertices.col(edge)).norm();
+        while (edge < lastEdge && place > start + edgeLength)
+        {
+            start += edgeLength;
+            ++edge;
+            edgeLength = (end(edge) - vertices.col(edge)).norm();
+        }
+        const double share =
+            edgeLength > 0.0 ? std::clamp((place - start) / edgeLength, 0.0, 1.0) : 0.0;
+        result.col(k) = vertices.col(edge) + share * (end(edge) - vertices.col(edge));
+    }
+    return result;
+}
+
+Outline Outline::circle(const Eigen::Vector3d& centre,
+                        double diameter_m,
+                        const Eigen::Vector3d& axis,
+                        int corners)
+{
+    const Eigen::Quaterniond turn =
+        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitY(), axis);
+    Outline result;
+    result.closed = true;
+    result.vertices.resize(3, corners);
+    for (int k = 0; k < corners; ++k)
+    {
+        const double angle = 2.0 * kPi * k / corners;
+        result.vertices.col(k) =
+            centre +
+            turn * (0.5 * diameter_m * Eigen::Vector3d(std::cos(angle), 0.0, std::sin(angle)));
+    }
+    return result;
+}
+
+Outline Outline::line(const Eigen::Vector3d& from, const Eigen::Vector3d& to)
+{
+    Outline result;
+    result.vertices.resize(3, 2);
+    result.vertices << from, to;
+    return result;
+}
+
+} // namespace midair::haptics

@@ -1,0 +1,250 @@
+#include "haptics/surface/SurfaceSampler.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/PlainText.h"
+#include "haptics/surface/FeatureChains.h"
+#include "haptics/surface/MeshTopology.h"
+#include "haptics/surface/SampleBuilder.h"
+#include "haptics/surface/SamplingPasses.h"
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <random>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr double kPi = 3.14159265358979323846;
+
+template<typename T>
+bool violated(std::string* error, const char* name, T value, const char* range)
+{
+    if (error != nullptr)
+    {
+        base::PlainStream text;
+        text << "SamplerOptions::" << name << " is " << value << "; it must be " << range;
+        *error = text.str();
+    }
+    return false;
+}
+
+/// What all sample sets of one mesh have in common.
+struct SampledMesh
+{
+    const TriangleMesh& mesh;
+    const SamplerOptions& options;
+    MeshTopology topology;
+    std::vector<int> corners;
+    std::vector<FeatureChain> chains;
+};
+
+/// Refuses at once what would only be refused after minutes of placing points.
+void checkExtent(const SampledMesh& sampled)
+{
+    const MeshTopology& topology = sampled.topology;
+    const SamplerOptions& options = sampled.options;
+    // The estimate doubles where sheets lie on each other, so only a clear excess is taken for one.
+    constexpr double kClear = 4.0;
+    if (options.sampling != Sampling::VERTICES &&
+        !(estimatePoints(topology, options, 1.0) <= kClear * options.maxPoints))
+    {
+        throwTooManyPoints(topology, options);
+    }
+    double largest = 0.0;
+    for (const int t : topology.triangles)
+    {
+        for (const int v : sampled.mesh.triangles.col(t))
+        {
+            largest = std::max(largest, sampled.mesh.vertices.col(v).cwiseAbs().maxCoeff());
+        }
+    }
+    const double edge = options.edgeSpacing_m > 0.0 ? options.edgeSpacing_m : options.spacing_m;
+    constexpr double kResolution = 1e-9;
+    if (edge < kResolution * largest)
+    {
+        base::PlainStream text;
+        text << "A spacing of " << edge << " m is too fine for a mesh that reaches " << largest
+             << " m from its origin; it must be " << kResolution * largest << " m or more";
+        throw base::InputError(text.str());
+    }
+}
+
+SampledMesh prepare(const TriangleMesh& mesh, const SamplerOptions& options)
+{
+    std::string error;
+    if (!options.isValid(&error)) throw base::InputError(error);
+    SampledMesh sampled{
+        mesh,
+        options,
+        buildTopology(mesh, options.creaseAngle_rad, options.spacing_m, options.stop),
+        {},
+        {}};
+    if (options.sampling == Sampling::EDGES && sampled.topology.features.empty())
+    {
+        base::PlainStream text;
+        text << "The mesh has no edges to sample: it is closed and no edge turns by more than "
+             << options.creaseAngle_rad * 180.0 / kPi
+             << " degrees; sample its surface, or make the crease angle smaller";
+        throw base::InputError(text.str());
+    }
+    checkExtent(sampled);
+    options.stop.throwIfRequested();
+    sampled.corners = findCorners(mesh, sampled.topology, options.creaseAngle_rad);
+    options.stop.throwIfRequested();
+    sampled.chains = chainFeatures(mesh, sampled.topology, sampled.corners);
+    return sampled;
+}
+
+/// \a set counts from 0; \a earlier holds the points of the sets before it.
+SurfaceSamples
+sampleOnce(const SampledMesh& sampled, int set, double shift, const PointGrid* earlier)
+{
+    const SamplerOptions& options = sampled.options;
+    SampleBuilder builder(sampled.mesh, sampled.topology, options);
+    if (set == 0)
+    {
+        for (const int v : sampled.corners)
+        {
+            // EDGES leaves out tips that no feature edge reaches.
+            if (options.sampling == Sampling::EDGES && !sampled.topology.hasFeature(v)) continue;
+            builder.tryVertex(v, builder.edgeSpacing());
+        }
+    }
+    if (options.sampling == Sampling::VERTICES)
+    {
+        for (int v = 0; v < sampled.topology.vertexCount; ++v)
+        {
+            builder.tryVertex(v, builder.spacing());
+        }
+        return builder.finish();
+    }
+    placeChains(builder, sampled.chains, shift);
+    fillEdges(builder);
+    if (options.sampling == Sampling::SURFACE)
+    {
+        std::mt19937_64 random(options.seed + 0x9E3779B97F4A7C15ULL * static_cast<unsigned>(set));
+        throwDarts(builder, random, earlier);
+        fillFaces(builder);
+    }
+    return builder.finish();
+}
+
+/// 0, 1/2, 1/4, 3/4, 1/8, ...: every prefix is spread evenly (van der Corput, 1935).
+double radicalInverse(unsigned index)
+{
+    double value = 0.0;
+    for (double digit = 0.5; index != 0; digit *= 0.5, index >>= 1U)
+    {
+        if ((index & 1U) != 0) value += digit;
+    }
+    return value;
+}
+
+} // namespace
+
+bool SamplerOptions::isValid(std::string* error) const
+{
+    if (!(spacing_m > 0.0) || !std::isfinite(spacing_m))
+    {
+        return violated(error, "spacing_m", spacing_m, "positive and finite");
+    }
+    if (!(creaseAngle_rad >= 0.0 && creaseAngle_rad <= kPi))
+    {
+        return violated(error, "creaseAngle_rad", creaseAngle_rad, "in 0 .. pi");
+    }
+    if (!(edgeSpacing_m >= 0.0 && edgeSpacing_m <= spacing_m))
+    {
+        return violated(error, "edgeSpacing_m", edgeSpacing_m, "in 0 .. spacing_m");
+    }
+    if (maxPoints < 1) return violated(error, "maxPoints", maxPoints, "1 or more");
+    return true;
+}
+
+SurfaceSamples sampleSurface(const TriangleMesh& mesh, const SamplerOptions& options)
+{
+    return sampleOnce(prepare(mesh, options), 0, 0.0, nullptr);
+}
+
+std::vector<SurfaceSamples>
+sampleSurfaceSets(const TriangleMesh& mesh, const SamplerOptions& options, int count)
+{
+    constexpr int kMostSets = 1024;
+    if (count < 1 || count > kMostSets)
+    {
+        throw base::InputError("The number of sample sets is " + std::to_string(count) +
+                               "; it must be in 1 .. " + std::to_string(kMostSets));
+    }
+    if (count > 1 && options.sampling == Sampling::VERTICES)
+    {
+        throw base::InputError("A mesh has one set of vertices; " + std::to_string(count) +
+                               " sample sets need its surface or its edges");
+    }
+    const SampledMesh sampled = prepare(mesh, options);
+    std::vector<SurfaceSamples> sets;
+    sets.reserve(static_cast<std::size_t>(count));
+    PointGrid earlier(0.5 * options.spacing_m);
+    for (int set = 0; set < count; ++set)
+    {
+        sets.push_back(sampleOnce(sampled,
+                                  set,
+                                  radicalInverse(static_cast<unsigned>(set)),
+                                  set > 0 ? &earlier : nullptr));
+        options.stop.throwIfRequested();
+        for (const auto& point : sets.back().positions.colwise())
+            earlier.insert(point);
+    }
+    return sets;
+}
+
+void updateSamples(const TriangleMesh& deformed, SurfaceSamples& samples)
+{
+    for (const int t : samples.normalTriangle)
+    {
+        if (t >= deformed.triangles.cols())
+        {
+            throw base::InputError("The samples refer to triangle " + std::to_string(t) +
+                                   "; the deformed mesh has " +
+                                   std::to_string(deformed.triangles.cols()));
+        }
+        if (deformed.triangles.col(t).maxCoeff() >= deformed.vertices.cols())
+        {
+            throw base::InputError("Triangle " + std::to_string(t) +
+                                   " of the deformed mesh refers to vertex " +
+                                   std::to_string(deformed.triangles.col(t).maxCoeff()) +
+                                   "; there are " + std::to_string(deformed.vertices.cols()));
+        }
+    }
+    for (int i = 0; i < samples.size(); ++i)
+    {
+        const auto index = static_cast<std::size_t>(i);
+        samples.positions.col(i) =
+            pointOnTriangle(deformed, samples.triangle[index], samples.barycentric.col(i));
+        samples.intensity[i] =
+            intensityAt(deformed, samples.triangle[index], samples.barycentric.col(i));
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        Eigen::Vector3d own = Eigen::Vector3d::Zero();
+        for (int k = samples.normalStart[index]; k < samples.normalStart[index + 1]; ++k)
+        {
+            const auto face = static_cast<std::size_t>(k);
+            const Eigen::Vector3i v = deformed.triangles.col(samples.normalTriangle[face]);
+            const Eigen::Vector3d a = deformed.vertices.col(v[0]);
+            const Eigen::Vector3d cross =
+                (deformed.vertices.col(v[1]) - a).cross(deformed.vertices.col(v[2]) - a);
+            const double length = cross.norm();
+            if (!(length > 0.0) || !std::isfinite(length)) continue;
+            const Eigen::Vector3d normal = cross / length;
+            if (own.isZero(0.0)) own = normal;
+            sum += samples.normalWeight[face] * normal;
+        }
+        // Faces folded onto each other cancel; one of them is as good as the other then.
+        constexpr double kCancelled = 1e-6;
+        if (!(sum.norm() > kCancelled)) sum = own;
+        if (!sum.isZero(0.0)) samples.normals.col(i) = sum.normalized();
+    }
+}
+
+} // namespace midair::haptics

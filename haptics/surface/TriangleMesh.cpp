@@ -1,0 +1,48 @@
+#include "haptics/surface/TriangleMesh.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/Number.h"
+
+#include <cmath>
+#include <string>
+
+namespace midair::haptics
+{
+
+Eigen::Vector3d TriangleMesh::extent() const
+{
+    if (vertices.cols() == 0) return Eigen::Vector3d::Zero();
+    return vertices.rowwise().maxCoeff() - vertices.rowwise().minCoeff();
+}
+
+TriangleMesh TriangleMesh::scaledTo(double size_m) const
+{
+    if (!(size_m > 0.0) || !std::isfinite(size_m))
+    {
+        throw base::InputError("The size to scale a mesh to is " + base::shortNumber(size_m) +
+                               " m; it must be positive and finite");
+    }
+    if (vertices.cols() == 0) throw base::InputError("A mesh without vertices can't be scaled");
+    for (Eigen::Index i = 0; i < vertices.cols(); ++i)
+    {
+        if (!vertices.col(i).allFinite())
+        {
+            throw base::InputError("Vertex " + std::to_string(i) +
+                                   " of the mesh is not finite; the mesh can't be scaled");
+        }
+    }
+    const Eigen::Vector3d low = vertices.rowwise().minCoeff();
+    const Eigen::Vector3d high = vertices.rowwise().maxCoeff();
+    // Halved first: the difference of two finite numbers may overflow.
+    const double halfExtent = (0.5 * high - 0.5 * low).maxCoeff();
+    const double scale = 0.5 * size_m / halfExtent;
+    if (!(halfExtent > 0.0) || !std::isfinite(scale))
+    {
+        throw base::InputError("All vertices of the mesh lie in one point; it can't be scaled");
+    }
+    TriangleMesh scaled = *this;
+    scaled.vertices = scale * (vertices.colwise() - (0.5 * low + 0.5 * high));
+    return scaled;
+}
+
+} // namespace midair::haptics

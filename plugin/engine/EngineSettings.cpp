@@ -1,0 +1,166 @@
+// What a HapticEngine makes of settings: granted, within their ranges, and the pipeline that they ask for.
+
+#include "device/GuardedDevice.h"
+#include "engine-bridge/scene/Convert.h"
+#include "haptics/base/InputError.h"
+#include "plugin/engine/HapticEngine.h"
+#include "plugin/settings/EnvironmentVariables.h"
+#include "plugin/settings/Grants.h"
+
+#include <osgMidair/HapticScene>
+
+#include <algorithm>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+/// What changes between them, if anything, does not need a new hologram thread: a scene that is disabled is silent, and keeps
+/// the device that it has.
+bool isForSameThread(HapticSettings a, const HapticSettings& b)
+{
+    a.enabled = b.enabled;
+    a.hands = b.hands;
+    a.wishes.hands = b.wishes.hands;
+    a.reach = b.reach;
+    a.shadows = b.shadows;
+    return a == b;
+}
+
+} // namespace
+
+// What is set, with what the environment overrides, the user grants, and no limit that isn't understood.
+void HapticEngine::readSettings(const HapticSettings& given)
+{
+    std::vector<std::string> messages;
+    _settings = Environment::apply(given, messages);
+    _settings = Grants::ofUser(messages).apply(_settings, name(), messages);
+    for (const std::string& what : _settings.repair())
+        messages.push_back(what);
+    if (_settings.isSilenced) _settings.enabled = false;
+    for (const std::string& what : messages)
+        say(what);
+}
+
+void HapticEngine::openHands()
+{
+    // A scene that is disabled opens none, but keeps those that it has: it may be enabled again at once.
+    const bool open = _settings.enabled || _settings.hands == _hands.uri();
+    const std::string error =
+        _hands.setSettings(open ? _settings.hands : "", _settings.reach, _settings.shadows);
+    if (!error.empty()) say(error);
+}
+
+void HapticEngine::configure(const HapticSettings& given)
+{
+    if (_configured && given == _raw) return;
+    _isStale = _isStale || !_configured || !isForSameThread(given, _raw);
+    _configured = true;
+    _raw = given;
+    readSettings(given);
+
+    midair::bridge::PoseAndStretch parts;
+    if (!midair::bridge::decompose(midair::bridge::toEigen(_settings.calibration), parts) ||
+        !parts.stretch.isIdentity(0.02))
+    {
+        say("calibration is not rigid (a scene unit is set by metresPerUnit); nothing is played");
+        parts = {};
+        _settings.enabled = false;
+    }
+    openHands();
+    _worldToArray = parts.pose;
+    _toArray = parts.pose.matrix();
+    _toArray.topLeftCorner<3, 3>() *= _settings.metresPerUnit;
+    _collector.configure(_toArray, _settings.shadows);
+    if (_settings.enabled && _isStale) startThread();
+}
+
+// Scenes inside this one may ask for less than it plays, never for more.
+void HapticEngine::keepInnerLimits()
+{
+    double pressure_Pa = 0.0;
+    double amplitude = 1.0;
+    for (const HapticScene* inner : _collector.innerScenes())
+    {
+        if (!HapticSettings::isLimit(inner->getMaxPressure(), inner->getMaxAmplitude()))
+        {
+            say("the HapticScene \"" + inner->getName() +
+                "\" has a cap that is out of range: nothing is played");
+            amplitude = 0.0;
+            continue;
+        }
+        pressure_Pa = midair::device::stricterPressure(pressure_Pa, inner->getMaxPressure());
+        amplitude = std::min(amplitude, inner->getMaxAmplitude());
+    }
+    if (pressure_Pa == _innerPressure_Pa && amplitude == _innerAmplitude) return;
+    _innerPressure_Pa = pressure_Pa;
+    _innerAmplitude = amplitude;
+    if (_settings.enabled) startThread();
+}
+
+midair::bridge::HologramOptions HapticEngine::hologramOptions() const
+{
+    midair::bridge::HologramOptions options;
+    options.owner = name();
+    options.medium = {_settings.temperature, _settings.humidity, _settings.airPressure};
+    options.solver = _settings.solver;
+    options.solverOptions.maxIterations = _settings.maxIterations;
+    options.solverOptions.rmsTolerance = _settings.rmsTolerance;
+    options.solverOptions.deadline_ms = _settings.deadline;
+    options.solverOptions.lambdaRel = _settings.lambda;
+    options.solverOptions.loudness = _settings.loudness;
+    options.solverOptions.phaseOnly = _settings.phaseOnly;
+    options.solverOptions.threads = _settings.threads;
+    options.deviceUri = _settings.device;
+    options.motionTolerance = _settings.motionTolerance;
+    options.maxPoints = _settings.maxPoints;
+    options.maxPressure_Pa =
+        midair::device::stricterPressure(_settings.maxPressure, _innerPressure_Pa);
+    options.maxAmplitude = std::min(_settings.maxAmplitude, _innerAmplitude);
+    options.cycle = _settings.cycle;
+    options.cycleSteps = _settings.cycleSteps;
+    options.subsets = _settings.subsets;
+    options.modulation.fieldRate_Hz = _settings.fieldRate;
+    options.denseOutlines = _settings.denseOutlines;
+    options.monitorInterval_s = _settings.monitorInterval;
+    return options;
+}
+
+// What is read from files, the array, is read by the thread: no frame waits for it.
+void HapticEngine::startThread()
+{
+    midair::bridge::HologramOptions options = hologramOptions();
+    if (_filter) _filter(options);
+    const midair::haptics::Medium medium = options.medium;
+    _isStale = false;
+    _submittedAny = false; // the new pipeline hasn't seen anything yet
+    const auto loaded = std::make_shared<LoadedArray>();
+    auto make = [options = std::move(options), name = _settings.array, loaded]() mutable
+    {
+        try
+        {
+            if (name.empty()) throw midair::base::InputError("there is no array");
+            options.array = midair::haptics::TransducerArray::load(name);
+        }
+        catch (const std::exception& error)
+        {
+            throw midair::base::InputError(std::string(error.what()) + "; nothing is played");
+        }
+        {
+            const std::lock_guard<std::mutex> lock(loaded->mutex);
+            loaded->array = std::make_shared<midair::haptics::TransducerArray>(options.array);
+        }
+        return std::make_unique<midair::bridge::HologramPipeline>(options);
+    };
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _array = loaded;
+    _medium = medium;
+    if (_thread)
+        _thread->setPipeline(make);
+    else
+        _thread = std::make_unique<midair::bridge::HologramThread>(make);
+}
+
+} // namespace osgMidair

@@ -1,0 +1,191 @@
+#include "plugin/engine/HapticEngine.h"
+#include "plugin/engine/ViewerStatistics.h"
+
+#include <osg/Notify>
+#include <osg/Timer>
+#include <osg/Transform>
+#include <osg/observer_ptr>
+#include <osgViewer/Scene>
+#include <osgViewer/View>
+#include <osgViewer/ViewerBase>
+
+#include <algorithm>
+#include <vector>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+/// Looks for a node from above, through active children only, without walking what doesn't lead there.
+class ActivePathFinder : public osg::NodeVisitor
+{
+public:
+    explicit ActivePathFinder(osg::Node& target) :
+        osg::NodeVisitor(NODE_VISITOR, TRAVERSE_ACTIVE_CHILDREN),
+        _target(target)
+    {
+        addAncestors(target);
+        std::sort(_ancestors.begin(), _ancestors.end());
+    }
+
+    bool find(osg::Node& root)
+    {
+        _world.makeIdentity();
+        root.accept(*this);
+        return _found;
+    }
+
+    /// Where the target's parent is.
+    const osg::Matrixd& world() const { return _foundWorld; }
+
+    void apply(osg::Node& node) override
+    {
+        if (_found) return;
+        if (&node == &_target)
+        {
+            _found = true;
+            _foundWorld = _world;
+        }
+        else if (std::binary_search(_ancestors.begin(), _ancestors.end(), &node))
+            traverse(node);
+    }
+
+    void apply(osg::Transform& node) override
+    {
+        if (&node == &_target)
+        {
+            // Its own matrix is not part of where its parent is.
+            apply(static_cast<osg::Node&>(node));
+            return;
+        }
+        const osg::Matrixd outer = _world;
+        // Cameras between the view's own and the scene are taken as part of the picture, not of the world.
+        if (!node.asCamera()) node.computeLocalToWorldMatrix(_world, this);
+        apply(static_cast<osg::Node&>(node));
+        _world = outer;
+    }
+
+private:
+    void addAncestors(const osg::Node& node)
+    {
+        for (unsigned int i = 0; i < node.getNumParents(); ++i)
+        {
+            const osg::Node* parent = node.getParent(i);
+            if (std::find(_ancestors.begin(), _ancestors.end(), parent) != _ancestors.end())
+                continue;
+            _ancestors.push_back(parent);
+            addAncestors(*parent);
+        }
+    }
+
+    osg::Node& _target;
+    std::vector<const osg::Node*> _ancestors;
+    osg::Matrixd _world;
+    osg::Matrixd _foundWorld;
+    bool _found = false;
+};
+
+/// Whether \a target is active somewhere under \a root, and where its parent is.
+bool findActive(osg::Node& target, osg::Node& root, osg::Matrixd& world)
+{
+    if (&target == &root) return root.getNodeMask() != 0; // nearly always
+    ActivePathFinder finder(target);
+    const bool found = finder.find(root);
+    world = finder.world();
+    return found;
+}
+
+double secondsSince(const osgViewer::View& view, const osg::FrameStamp& stamp)
+{
+    const osg::Timer& timer = *osg::Timer::instance();
+    const double age_s =
+        timer.delta_s(view.getStartTick(), timer.tick()) - stamp.getReferenceTime();
+    // An application may run its frames by a clock of its own.
+    return age_s >= 0.0 && age_s < 1.0 ? age_s : 0.0;
+}
+
+/// Runs right after a viewer's update traversal, when all matrices are right.
+class CollectOperation : public osg::Operation
+{
+public:
+    CollectOperation(osgViewer::ViewerBase& viewer, HapticEngine& engine) :
+        osg::Operation("osgMidair collect", true),
+        _viewer(&viewer),
+        _engine(&engine)
+    {
+    }
+
+    bool follows(const osgViewer::ViewerBase& viewer) const { return _viewer == &viewer; }
+
+    void operator()(osg::Object*) override
+    {
+        osg::ref_ptr<HapticEngine> engine;
+        osg::ref_ptr<osg::Node> root;
+        if (_engine.lock(engine)) root = engine->root();
+        if (!root)
+        {
+            setKeep(false);
+            return;
+        }
+        if (_direct && !_statistics.collecting() && engine->rests(*root)) return;
+        _viewer->getViews(_views);
+        for (osgViewer::View* view : _views)
+        {
+            osg::Node* const shown = view->getSceneData();
+            osg::Matrixd world;
+            if (!shown || !findActive(*root, *shown, world)) continue;
+            const osg::FrameStamp* stamp = view->getFrameStamp();
+            engine->update(*root,
+                           world,
+                           stamp ? stamp->getFrameNumber() : 0,
+                           stamp ? secondsSince(*view, *stamp) : 0.0,
+                           stamp ? stamp->getSimulationTime() : 0.0);
+            _statistics.show(*_viewer, _views, *engine, stamp ? stamp->getFrameNumber() : 0);
+            _collected = true;
+            _direct = shown == root;
+            return;
+        }
+        // Taken out of the picture, or switched off: silent, but for another viewer that may show it.
+        if (_collected) engine->silence();
+        _collected = _direct = false;
+    }
+
+private:
+    osgViewer::ViewerBase* const _viewer; ///< owns this operation
+    osg::observer_ptr<HapticEngine> _engine;
+    osgViewer::ViewerBase::Views _views;
+    ViewerStatistics _statistics;
+    bool _collected = false;
+    bool _direct = false; ///< a view shows the root itself
+};
+
+} // namespace
+
+bool HapticEngine::follow(osgGA::GUIActionAdapter* adapter)
+{
+    // Asked with every event. A view may go, another one come at its address, or one change viewers.
+    if (adapter == _adapter && _view.valid() && _view->getViewerBase() == _viewer) return false;
+    auto* view = dynamic_cast<osgViewer::View*>(adapter);
+    if (!view || !view->getViewerBase()) return false;
+    _adapter = adapter;
+    _view = view;
+    _viewer = view->getViewerBase();
+    follow(*_viewer);
+    return true;
+}
+
+void HapticEngine::follow(osgViewer::ViewerBase& viewer)
+{
+    for (const auto& follower : _followers)
+    {
+        const auto* collect = dynamic_cast<const CollectOperation*>(follower.get());
+        if (collect && collect->follows(viewer)) return;
+    }
+    osg::ref_ptr<osg::Operation> operation = new CollectOperation(viewer, *this);
+    viewer.addUpdateOperation(operation);
+    _followers.emplace_back(operation);
+}
+
+} // namespace osgMidair

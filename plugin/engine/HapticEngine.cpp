@@ -1,0 +1,301 @@
+#include "plugin/engine/HapticEngine.h"
+
+#include "haptics/base/threads/SteadyClock.h"
+#include "plugin/engine/Report.h"
+#include "plugin/settings/Grants.h"
+
+#include <osg/Notify>
+#include <osgViewer/View>
+
+#include <algorithm>
+
+namespace osgMidair
+{
+
+using midair::bridge::HapticObject;
+
+namespace
+{
+
+/// How long a field that the device refused waits for its next try.
+constexpr double kRetry_s = 0.5;
+
+bool sameObject(const HapticObject& a, const HapticObject& b)
+{
+    return a.id == b.id && a.meshId == b.meshId && a.properties == b.properties &&
+           a.pose.matrix() == b.pose.matrix();
+}
+
+} // namespace
+
+HapticEngine::HapticEngine(osg::Node& root, const HapticSettings& settings, OwnerKind kind) :
+    osg::Referenced(true),
+    _root(&root),
+    _owner(root, kind),
+    _kind(kind),
+    _given(&settings),
+    _collector(kind == OwnerKind::SCENE ? &root : nullptr,
+               [this](const std::string& message) { say(message); })
+{
+}
+
+HapticEngine::~HapticEngine()
+{
+    takeResult();
+    const bool ran = _thread != nullptr;
+    const HapticStatistics last = statistics();
+    _thread.reset();
+    if (ran) writeReport(last, _settings);
+}
+
+void HapticEngine::say(const std::string& unsafe)
+{
+    const std::string message = printable(unsafe); // it may hold what a file says
+    bool fresh = false;
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        fresh = _messages.say(message);
+    }
+    if (fresh) OSG_WARN << "osgMidair: " << message << std::endl;
+}
+
+osg::ref_ptr<osg::Node> HapticEngine::root() const
+{
+    osg::ref_ptr<osg::Node> node;
+    _root.lock(node);
+    return node;
+}
+
+// False when the objects are as in the frame before.
+bool HapticEngine::collect(osg::Node& root, const osg::Matrixd& world)
+{
+    if (_settings.enabled) return _collector.collect(root, world, _snapshot.objects);
+    _collector.forget();
+    const bool changed = !_snapshot.objects.empty();
+    _snapshot.objects.clear();
+    return changed;
+}
+
+bool HapticEngine::rests(const osg::Node& root)
+{
+    if (!_rest.possible) return false;
+    root.getBound(); // made anew where something under it has moved
+    const double now_s = midair::base::steadySeconds();
+    if (_rest.bounds == 0 || _rest.bounds != _rest.boundsSeen ||
+        now_s - _rest.submitTime_s < kRest_s || now_s - _rest.lookTime_s > kLook_s)
+        return false;
+    ++_rest.frames;
+    return true;
+}
+
+void HapticEngine::update(osg::Node& root,
+                          const osg::Matrixd& world,
+                          unsigned int frame,
+                          double age_s,
+                          double simulationTime_s)
+{
+    const double start_s = midair::base::steadySeconds();
+    _rest.lookTime_s = start_s;
+    _rest.boundsSeen = _rest.bounds;
+    if (standsBack()) return;
+    configure(*_given);
+    const bool fresh = collect(root, world);
+    keepInnerLimits();
+    _snapshot.frame = frame;
+    _snapshot.time_s = start_s - age_s;
+    _hands.locate(simulationTime_s, _worldToArray, _snapshot.around);
+    for (const std::string& message : _hands.takeMessages())
+        say(message);
+    if (_settings.enabled) _collector.addObstacles(_snapshot.around.props);
+    takeResult();
+    _hands.touch(_snapshot.objects, _seen.get());
+    const bool refused = _seen && !_seen->playing && start_s - _rest.submitTime_s > kRetry_s;
+    const bool idle = _submittedAny && !refused && !changedSinceSubmitted(fresh);
+    if (!idle) submit();
+    _rest.possible = _submittedAny && !_hands.active();
+
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        ++_statistics.frames;
+        if (idle) ++_statistics.idleFrames;
+        _statistics.meshesRead = _collector.extractions();
+        _statistics.objects = _settings.enabled ? _collector.instances() : 0;
+        _statistics.hands = _hands.hands();
+        _statistics.touching = _hands.touching();
+        _statistics.collect_ms = (midair::base::steadySeconds() - start_s) * 1e3;
+    }
+    tellTouches();
+}
+
+void HapticEngine::tellTouches()
+{
+    if (!_hands.hasEvents()) return;
+    const Eigen::Affine3d arrayToScene(Eigen::Matrix4d(_toArray.inverse()));
+    _hands.tell([this](std::uint64_t id) { return _collector.nodeOf(id); }, arrayToScene);
+}
+
+void HapticEngine::silence()
+{
+    if (!_thread) return;
+    _collector.forget();
+    _snapshot.objects.clear();
+    _snapshot.time_s = midair::base::steadySeconds();
+    _hands.touch(_snapshot.objects,
+                 nullptr); // whatever was touched is gone; before the snapshot is given away
+    if (!_submittedAny || changedSinceSubmitted(true)) submit();
+    tellTouches();
+}
+
+bool HapticEngine::changedSinceSubmitted(bool objectsToo) const
+{
+    if (!midair::bridge::equivalent(_snapshot.around, _submittedAround)) return true;
+    return objectsToo && !std::equal(_snapshot.objects.begin(),
+                                     _snapshot.objects.end(),
+                                     _submitted.begin(),
+                                     _submitted.end(),
+                                     sameObject);
+}
+
+void HapticEngine::submit()
+{
+    _submitted = _snapshot.objects;
+    _submittedAround = _snapshot.around;
+    _submittedAny = true;
+    _rest.submitTime_s = midair::base::steadySeconds();
+    if (!_thread) return;
+    _thread->submit(_snapshot);
+    _collector.forget(); // what is in its place now is an old one
+    const std::lock_guard<std::mutex> lock(_mutex);
+    ++_statistics.snapshots;
+}
+
+// For messages.
+std::string HapticEngine::name() const
+{
+    const osg::ref_ptr<osg::Node> node = root();
+    const std::string named =
+        node && !node->getName().empty() ? " \"" + node->getName() + "\"" : "";
+    return _kind == OwnerKind::SCENE ? (named.empty() ? "a HapticScene" : "the HapticScene" + named)
+           : _kind == OwnerKind::CALLBACK ? "a HapticCallback"
+                                          : "the viewer's --device";
+}
+
+// True where another one plays what is under the root: what this one has open is closed then.
+bool HapticEngine::standsBack()
+{
+    std::string outer = _owner.outer();
+    if (outer == _outer) return !outer.empty();
+    _outer = std::move(outer);
+    _configured = false;
+    _isStale = true;
+    if (_outer.empty()) return false;
+    say(name() + " is inside " + _outer +
+        ", which plays it: of its own settings only its caps and Enabled count");
+    _hands.setSettings("", 0.0, false);
+    if (!_thread) return true;
+    _thread->setPipeline([] { return std::unique_ptr<midair::bridge::HologramPipeline>(); });
+    silence();
+    return true;
+}
+
+void HapticEngine::takeResult()
+{
+    const std::uint64_t results = _thread ? _thread->results() : 0;
+    if (results == _resultsSeen) return;
+    _resultsSeen = results;
+    const auto result = latestResult();
+    if (!result || result == _seen) return;
+    const bool fresh = !_seen || result->frame != _seen->frame;
+    _seen = result;
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        // What is still made for a frame that rests (fields in turn, outlines, figures) comes when there is time.
+        if (fresh) _latencies.add(result->latency_ms);
+    }
+    for (const std::string& message : result->messages)
+        say(message);
+}
+
+std::shared_ptr<const midair::bridge::HologramResult> HapticEngine::latestResult() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return _thread ? _thread->latestResult() : nullptr;
+}
+
+std::shared_ptr<const midair::haptics::TransducerArray> HapticEngine::array() const
+{
+    std::shared_ptr<LoadedArray> loaded;
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        loaded = _array;
+    }
+    if (!loaded) return nullptr;
+    const std::lock_guard<std::mutex> lock(loaded->mutex);
+    return loaded->array;
+}
+
+midair::haptics::Medium HapticEngine::medium() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return _medium;
+}
+
+HapticStatistics HapticEngine::statistics() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    HapticStatistics all = _statistics;
+    all.messages = _messages.all();
+    all.restingFrames = _rest.frames;
+    all.frames += all.restingFrames;
+    all.idleFrames += all.restingFrames;
+    all.latencyP50_ms = _latencies.percentile(0.5);
+    all.latencyP99_ms = _latencies.percentile(0.99);
+    if (!_thread) return all;
+    const midair::bridge::HologramCounters counters = _thread->counters();
+    all.superseded = counters.superseded;
+    all.solves = counters.solves;
+    all.skippedUnmoved = counters.skippedUnmoved;
+    all.rowsBuilt = counters.rowsBuilt;
+    all.rowsKept = counters.rowsKept;
+    all.meshesSampled = counters.sampled;
+    all.meshesFollowed = counters.followed;
+    all.outOfWorkspace = counters.outOfWorkspace;
+    all.outOfReach = counters.outOfReach;
+    all.overBudget = counters.overBudget;
+    all.crowded = counters.crowded;
+    all.unpainted = counters.unpainted;
+    all.capped = counters.capped;
+    all.resent = counters.resent;
+    const auto result = _thread->latestResult();
+    if (!result) return all;
+    all.points = result->points.size();
+    all.rms = result->report.rms;
+    all.max = result->report.max;
+    all.loudness = result->report.loudness;
+    all.level_Pa = result->report.level_Pa;
+    all.maxPressure_Pa = result->maxPressure_Pa;
+    all.fieldsInTurn = static_cast<int>(result->turn.size());
+    all.fieldRate_Hz = result->fieldRate_Hz;
+    all.outline = result->outline;
+    all.meanPhaseStep_rad = result->report.meanPhaseStep_rad;
+    all.audibleChange = result->report.audibleChange;
+    const midair::haptics::SurfaceStatistics& surface = result->report.surface;
+    all.surfaceSamples = surface.samples;
+    all.surfaceMean_Pa = surface.mean_Pa;
+    all.surfaceVariation = surface.coefficientOfVariation;
+    all.surfacePercentile1 = surface.percentile1;
+    all.surfacePercentile10 = surface.percentile10;
+    all.surfaceContrast = surface.contrast;
+    if (result->monitored && result->monitored->certificate.points > 0)
+        all.certifiedGap = result->monitored->certificate.gapOfPhases();
+    all.capFactor = result->capFactor;
+    all.matrix_ms = result->report.matrix_ms;
+    all.solve_ms = result->report.solve_ms;
+    all.updatesPerSecond = result->updatesPerSecond;
+    all.latency_ms = result->latency_ms;
+    all.stop = midair::haptics::stopReasonName(result->report.stop);
+    all.device = result->deviceStatus;
+    return all;
+}
+
+} // namespace osgMidair

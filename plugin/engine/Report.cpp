@@ -1,0 +1,103 @@
+#include "plugin/engine/Report.h"
+
+#include "plugin/settings/EnvironmentVariables.h"
+
+#include <osg/Notify>
+
+#include <fstream>
+#include <mutex>
+
+#include <nlohmann/json.hpp>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+nlohmann::ordered_json surfaceJson(const HapticStatistics& s)
+{
+    if (s.surfaceSamples == 0) return nullptr;
+    nlohmann::ordered_json json = {{"samples", s.surfaceSamples},
+                                   {"mean_Pa", s.surfaceMean_Pa},
+                                   {"coefficientOfVariation", s.surfaceVariation},
+                                   {"percentile1", s.surfacePercentile1},
+                                   {"percentile10", s.surfacePercentile10},
+                                   {"contrast", s.surfaceContrast}};
+    if (s.certifiedGap >= 0.0) json["certifiedGap"] = s.certifiedGap;
+    return json;
+}
+
+nlohmann::ordered_json toJson(const HapticStatistics& s, const HapticSettings& settings)
+{
+    return {{"array", settings.array},
+            {"device", settings.device},
+            {"deviceStatus", s.device},
+            {"counters",
+             {{"frames", s.frames},
+              {"idleFrames", s.idleFrames},
+              {"restingFrames", s.restingFrames},
+              {"snapshots", s.snapshots},
+              {"superseded", s.superseded},
+              {"solves", s.solves},
+              {"skippedUnmoved", s.skippedUnmoved},
+              {"rowsBuilt", s.rowsBuilt},
+              {"rowsKept", s.rowsKept},
+              {"meshesRead", s.meshesRead},
+              {"meshesSampled", s.meshesSampled},
+              {"meshesFollowed", s.meshesFollowed},
+              {"outOfWorkspace", s.outOfWorkspace},
+              {"outOfReach", s.outOfReach},
+              {"overBudget", s.overBudget},
+              {"crowded", s.crowded},
+              {"unpainted", s.unpainted},
+              {"capped", s.capped},
+              {"resent", s.resent}}},
+            {"hands", {{"known", s.hands}, {"touching", s.touching}}},
+            {"field",
+             {{"objects", s.objects},
+              {"points", s.points},
+              {"stop", s.stop},
+              {"rms", s.rms},
+              {"max", s.max},
+              {"loudness", s.loudness},
+              {"level_Pa", s.level_Pa},
+              {"maxPressure_Pa", s.maxPressure_Pa},
+              {"fieldsInTurn", s.fieldsInTurn},
+              {"fieldRate_Hz", s.fieldRate_Hz},
+              {"outline", s.outline},
+              {"meanPhaseStep_rad", s.meanPhaseStep_rad},
+              {"audibleChange", s.audibleChange},
+              {"capFactor", s.capFactor},
+              {"matrix_ms", s.matrix_ms},
+              {"solve_ms", s.solve_ms},
+              {"updatesPerSecond", s.updatesPerSecond}}},
+            {"surface", surfaceJson(s)},
+            {"latency_ms",
+             {{"last", s.latency_ms}, {"p50", s.latencyP50_ms}, {"p99", s.latencyP99_ms}}},
+            {"collect_ms", s.collect_ms},
+            {"messages", s.messages}};
+}
+
+} // namespace
+
+std::string reportJson(const HapticStatistics& statistics, const HapticSettings& settings)
+{
+    return toJson(statistics, settings).dump(2);
+}
+
+void writeReport(const HapticStatistics& statistics, const HapticSettings& settings)
+{
+    const std::string name = Environment::reportFile();
+    if (name.empty()) return;
+    static std::mutex mutex;
+    static nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
+    const std::lock_guard<std::mutex> lock(mutex);
+    scenes.push_back(toJson(statistics, settings));
+    std::ofstream file(name);
+    file << nlohmann::ordered_json{{"scenes", scenes}}.dump(2) << '\n';
+    if (!file.flush())
+        OSG_WARN << "osgMidair: OSG_MIDAIR_REPORT: can't write \"" << name << "\"" << std::endl;
+}
+
+} // namespace osgMidair

@@ -1,0 +1,90 @@
+#include "plugin/engine/SceneOwners.h"
+
+#include <osgMidair/HapticScene>
+
+#include <algorithm>
+#include <mutex>
+#include <vector>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+struct Entry
+{
+    const osg::Node* root; ///< only compared
+    OwnerKind kind;
+};
+
+struct Registry
+{
+    std::mutex mutex;
+    std::vector<Entry> entries; ///< but scenes, which one meets on the way up
+    std::vector<const osg::Node*> seen;
+};
+
+Registry& registry()
+{
+    static Registry all;
+    return all;
+}
+
+std::string nameOf(OwnerKind kind)
+{
+    return kind == OwnerKind::DEVICE ? "a viewer's --device" : "a node with a HapticCallback";
+}
+
+std::string nameOf(const HapticScene& scene)
+{
+    return scene.getName().empty() ? "another HapticScene"
+                                   : "the HapticScene \"" + scene.getName() + "\"";
+}
+
+/// Above \a node, or at it where the owner comes before \a kind. A scene with many parents is not walked twice.
+std::string ownerFrom(const osg::Node& node, bool isRoot, OwnerKind kind)
+{
+    std::vector<const osg::Node*>& seen = registry().seen;
+    if (std::find(seen.begin(), seen.end(), &node) != seen.end()) return {};
+    seen.push_back(&node);
+    for (const Entry& entry : registry().entries)
+        if (entry.root == &node && (!isRoot || entry.kind > kind)) return nameOf(entry.kind);
+    const auto* scene = isRoot ? nullptr : dynamic_cast<const HapticScene*>(&node);
+    if (scene) return nameOf(*scene);
+    for (unsigned int i = 0; i < node.getNumParents(); ++i)
+    {
+        std::string owner = ownerFrom(*node.getParent(i), false, kind);
+        if (!owner.empty()) return owner;
+    }
+    return {};
+}
+
+} // namespace
+
+SceneOwner::SceneOwner(const osg::Node& root, OwnerKind kind) : _root(root), _kind(kind)
+{
+    if (kind == OwnerKind::SCENE) return;
+    const std::lock_guard<std::mutex> lock(registry().mutex);
+    registry().entries.push_back({&root, kind});
+}
+
+SceneOwner::~SceneOwner()
+{
+    const std::lock_guard<std::mutex> lock(registry().mutex);
+    auto& entries = registry().entries;
+    const auto own = std::find_if(entries.begin(),
+                                  entries.end(),
+                                  [this](const Entry& entry)
+                                  { return entry.root == &_root && entry.kind == _kind; });
+    if (own != entries.end()) entries.erase(own);
+}
+
+std::string SceneOwner::outer() const
+{
+    const std::lock_guard<std::mutex> lock(registry().mutex);
+    registry().seen.clear();
+    return ownerFrom(_root, true, _kind);
+}
+
+} // namespace osgMidair

@@ -1,0 +1,149 @@
+#include "engine-bridge/hands/HandSource.h"
+
+#include "device/DeviceUri.h"
+#include "engine-bridge/hands/openxr/OpenXrHandSource.h"
+#include "plugin/hands/HandConversion.h"
+#include "plugin/settings/Assignments.h"
+
+#include <osgMidair/HandSource>
+
+#include <stdexcept>
+#include <utility>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+/// Plays what a source of the bridge gives.
+template<typename Source>
+class BridgedHands : public HandSource
+{
+public:
+    template<typename... Args>
+    explicit BridgedHands(Args&&... args) : _source(std::forward<Args>(args)...)
+    {
+    }
+
+    bool getHands(double time, std::vector<Hand>& hands) override
+    {
+        if (!_begun) _origin = time;
+        _begun = true;
+        const bool any = _source.frameAt(time - _origin, _frame);
+        hands.clear();
+        for (const midair::bridge::Hand& hand : _frame.hands)
+            hands.push_back(fromBridge(hand));
+        return any;
+    }
+
+    std::string getStatus() const override { return _source.status(); }
+
+protected:
+    Source _source;
+
+private:
+    midair::bridge::HandFrame _frame;
+    bool _begun = false;
+    double _origin = 0.0; ///< s, of the scene's clock
+};
+
+using RecordedHands = BridgedHands<midair::bridge::RecordedHandSource>;
+
+class OpenXrHands : public BridgedHands<midair::bridge::OpenXrHandSource>
+{
+public:
+    using BridgedHands::BridgedHands;
+
+    std::vector<std::string> takeMessages() override { return _source.takeMessages(); }
+};
+
+osg::ref_ptr<HandSource> openRecording(std::string file)
+{
+    const std::string loop = "?loop";
+    const bool loops = file.size() > loop.size() &&
+                       file.compare(file.size() - loop.size(), loop.size(), loop) == 0;
+    if (loops) file.resize(file.size() - loop.size());
+    return new RecordedHands(file, loops);
+}
+
+osg::ref_ptr<HandSource> openOpenXr(const std::string& text)
+{
+    using midair::bridge::OpenXrSpace;
+    midair::device::DeviceUri uri(text, "hand source");
+    uri.rejectPath();
+    midair::bridge::OpenXrOptions options;
+    options.loader = uri.takeText("loader", options.loader);
+    const std::string space = uri.takeText("space", "");
+    if (!space.empty() && space != "stage" && space != "local")
+        throw uri.error("space=" + space + " should be stage or local");
+    if (!space.empty()) options.space = space == "stage" ? OpenXrSpace::STAGE : OpenXrSpace::LOCAL;
+    Eigen::Isometry3d placement = midair::bridge::OpenXrHandSource::upright();
+    const std::string matrix = uri.takeText("matrix", "");
+    osg::Matrixd given;
+    midair::bridge::PoseAndStretch parts;
+    if (!matrix.empty())
+    {
+        if (!parseMatrix(matrix, given) ||
+            !midair::bridge::decompose(midair::bridge::toEigen(given), parts) ||
+            !parts.stretch.isIdentity(0.02))
+            throw uri.error(
+                "matrix=" + matrix +
+                " should be 16 numbers of a rigid matrix, row by row, translation last");
+        placement = parts.pose;
+    }
+    uri.rejectUnknown();
+    return new OpenXrHands(options, placement);
+}
+
+} // namespace
+
+void InjectedHands::setHands(const std::vector<Hand>& hands)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _hands = hands;
+    ++_set;
+}
+
+bool InjectedHands::getHands(double /*time*/, std::vector<Hand>& hands)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    hands = _hands;
+    return !hands.empty();
+}
+
+std::string InjectedHands::getStatus() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return "hands set by the application, " + std::to_string(_set) + " times so far";
+}
+
+osg::ref_ptr<HandSource> openHandSource(const std::string& uri, std::string& error)
+{
+    const std::string recorded = "recorded:";
+    const std::string openXr = "openxr:";
+    if (uri.empty() || uri == "none") return nullptr;
+    try
+    {
+        if (uri.compare(0, recorded.size(), recorded) == 0)
+            return openRecording(uri.substr(recorded.size()));
+        if (uri.compare(0, openXr.size(), openXr) == 0) return openOpenXr(uri);
+        error = "hand source \"" + uri +
+                "\" is not known; recorded:FILE, recorded:FILE?loop and openxr: are";
+    }
+    catch (const std::runtime_error& wrong) // InputError of recordings, DeviceError of URIs
+    {
+        error = wrong.what();
+    }
+    return nullptr;
+}
+
+Hand openHand(int id, const osg::Vec3d& tip, const osg::Quat& orientation)
+{
+    return fromBridge(midair::bridge::openHandWithIndexTipAt(
+        id,
+        Eigen::Vector3d(tip.x(), tip.y(), tip.z()),
+        Eigen::Quaterniond(orientation.w(), orientation.x(), orientation.y(), orientation.z())));
+}
+
+} // namespace osgMidair

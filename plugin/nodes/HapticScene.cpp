@@ -1,0 +1,152 @@
+#include "engine-bridge/pipeline/HologramResult.h"
+#include "haptics/array/Medium.h"
+#include "plugin/engine/HapticEngine.h"
+#include "plugin/engine/SceneKeys.h"
+#include "plugin/hands/HandTracker.h"
+#include "plugin/settings/UserOptions.h"
+
+#include <osgMidair/HapticScene>
+
+#include <osg/Notify>
+#include <osgGA/EventVisitor>
+
+namespace osgMidair
+{
+
+HapticScene::HapticScene() : _engine(new HapticEngine(*this, _settings, OwnerKind::SCENE))
+{
+    setNumChildrenRequiringEventTraversal(1);
+}
+
+HapticScene::HapticScene(const HapticScene& other, const osg::CopyOp& copyop) :
+    osg::Group(other, copyop),
+    _settings(other._settings),
+    _engine(new HapticEngine(*this, _settings, OwnerKind::SCENE))
+{
+    _engine->hands().setSource(other.getHandSource());
+    _engine->hands().setCallback(other.getTouchCallback());
+    _engine->hands().setObstacles(other.getObstacles());
+    // Not copied by the base class.
+    setNumChildrenRequiringEventTraversal(getNumChildrenRequiringEventTraversal() + 1);
+}
+
+HapticScene::~HapticScene() = default;
+
+void HapticScene::setFormatVersion(int version)
+{
+    _readVersion = version;
+    if (version > kFormatVersion)
+        OSG_WARN << "osgMidair: a HapticScene of format version " << version
+                 << " was written by a newer kit; this one knows version " << kFormatVersion
+                 << " and may lose properties" << std::endl;
+}
+
+void HapticScene::wishArray(const std::string& array)
+{
+    _settings.array = array;
+    _settings.wishes.array = array;
+}
+
+void HapticScene::wishDevice(const std::string& uri)
+{
+    _settings.device = uri;
+    _settings.wishes.device = uri;
+}
+
+void HapticScene::wishHands(const std::string& uri)
+{
+    _settings.hands = uri;
+    _settings.wishes.hands = uri;
+}
+
+void HapticScene::endReading(const std::optional<std::string>& folder)
+{
+    _settings.wishes.folder = folder;
+    applyUserOptions(_settings);
+}
+
+void HapticScene::traverse(osg::NodeVisitor& visitor)
+{
+    if (visitor.getVisitorType() == osg::NodeVisitor::EVENT_VISITOR)
+        if (osgGA::EventVisitor* event = visitor.asEventVisitor())
+            if (_engine->follow(event->getActionAdapter()))
+                SceneKeys::addTo(event->getActionAdapter(), *this);
+    osg::Group::traverse(visitor);
+}
+
+osg::BoundingSphere HapticScene::computeBound() const
+{
+    _engine->noteBound();
+    return osg::Group::computeBound();
+}
+
+void HapticScene::update(const osg::FrameStamp* frameStamp, const osg::Matrixd& world)
+{
+    const unsigned int frame = frameStamp ? frameStamp->getFrameNumber() : 0;
+    const double time_s = frameStamp ? frameStamp->getSimulationTime() : 0.0;
+    _engine->update(*this, world, frame, 0.0, time_s);
+}
+
+void HapticScene::setHandSource(HandSource* source)
+{
+    _engine->lookNext();
+    _engine->hands().setSource(source);
+}
+
+HandSource* HapticScene::getHandSource() const
+{
+    return _engine->hands().source();
+}
+
+void HapticScene::setTouchCallback(TouchCallback* callback)
+{
+    _engine->hands().setCallback(callback);
+}
+
+TouchCallback* HapticScene::getTouchCallback() const
+{
+    return _engine->hands().callback();
+}
+
+void HapticScene::setObstacles(const std::vector<Obstacle>& obstacles)
+{
+    _engine->lookNext();
+    _engine->hands().setObstacles(obstacles);
+}
+
+const std::vector<Obstacle>& HapticScene::getObstacles() const
+{
+    return _engine->hands().obstacles();
+}
+
+void HapticScene::dirtyTags()
+{
+    _engine->dirtyTags();
+}
+
+void HapticScene::silence()
+{
+    _engine->silence();
+}
+
+std::shared_ptr<const midair::bridge::HologramResult> HapticScene::getLatestResult() const
+{
+    return _engine->latestResult();
+}
+
+HapticStatistics HapticScene::getStatistics() const
+{
+    return _engine->statistics();
+}
+
+std::shared_ptr<const midair::haptics::TransducerArray> HapticScene::getTransducerArray() const
+{
+    return _engine->array();
+}
+
+midair::haptics::Medium HapticScene::getMedium() const
+{
+    return _engine->medium();
+}
+
+} // namespace osgMidair

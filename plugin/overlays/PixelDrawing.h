@@ -1,0 +1,103 @@
+#pragma once
+
+#include <osgMidair/ColorMap>
+#include <osgMidair/Export>
+
+#include <osg/Geometry>
+#include <osg/Group>
+#include <osgText/Text>
+
+#include <string>
+#include <vector>
+
+/// Drawing in pixels, for the HUD and for figures; shown to the samples.
+namespace osgMidair::pixels
+{
+
+/// DejaVu Sans where it is installed (Debian: fonts-dejavu-core), else OSG's own bitmap font.
+OSGMIDAIR_EXPORT osg::ref_ptr<osgText::Font> font();
+
+/// \a content at \a position, \a size pixels high.
+OSGMIDAIR_EXPORT osg::ref_ptr<osgText::Text>
+text(const std::string& content,
+     const osg::Vec2& position,
+     float size,
+     const osg::Vec4& color,
+     osgText::TextBase::AlignmentType alignment = osgText::TextBase::LEFT_BASE_LINE);
+
+/// A filled rectangle.
+OSGMIDAIR_EXPORT osg::ref_ptr<osg::Geometry>
+rectangle(const osg::Vec2& lowerLeft, const osg::Vec2& upperRight, const osg::Vec4& color);
+
+/// A rectangle that shows \a image, smoothed or texel by texel.
+OSGMIDAIR_EXPORT osg::ref_ptr<osg::Geometry> picture(const osg::Vec2& lowerLeft,
+                                                     const osg::Vec2& upperRight,
+                                                     osg::Image* image,
+                                                     bool smooth,
+                                                     bool turned = false);
+
+/// Collects strokes of any width into one geometry (as quads, so that their width follows every scale).
+class OSGMIDAIR_EXPORT Strokes
+{
+public:
+    Strokes();
+
+    void line(const osg::Vec2& from, const osg::Vec2& to, float width, const osg::Vec4& color);
+    void frame(const osg::Vec2& lowerLeft,
+               const osg::Vec2& upperRight,
+               float width,
+               const osg::Vec4& color);
+    void rectangle(const osg::Vec2& lowerLeft, const osg::Vec2& upperRight, const osg::Vec4& color);
+    void disc(const osg::Vec2& centre, float radius, const osg::Vec4& color);
+
+    osg::ref_ptr<osg::Geometry> geometry();
+    /// \a geometry shows what has been collected, now and whenever this is called again.
+    void show(osg::Geometry& geometry);
+    void clear();
+
+private:
+    void
+    triangle(const osg::Vec2& a, const osg::Vec2& b, const osg::Vec2& c, const osg::Vec4& color);
+
+    osg::ref_ptr<osg::Vec3Array> _vertices;
+    osg::ref_ptr<osg::Vec4Array> _colors;
+};
+
+/// Depth test and lighting off, blending on, children drawn in the order in which they were added.
+OSGMIDAIR_EXPORT void paintInOrder(osg::Node& node, int bin);
+
+/// Round values between \a from and \a to (1, 2 or 5 times a power of ten apart), at most \a atMost of them.
+OSGMIDAIR_EXPORT std::vector<double> ticks(double from, double to, int atMost);
+
+/// A tick's label: no needless digits, thousands kept apart by a thin gap.
+OSGMIDAIR_EXPORT std::string number(double value);
+
+/// A map with its scale: a bar with ticks, numbers and a heading that names quantity and unit. Upright bars carry their
+/// numbers on the right, lying ones below.
+class OSGMIDAIR_EXPORT ColorBar : public osg::Group
+{
+public:
+    struct Layout
+    {
+        osg::Vec2 lowerLeft;
+        osg::Vec2 size; ///< of the bar without its numbers; pixels
+        float textSize = 13.0F;
+        osg::Vec4 textColor = {1.0F, 1.0F, 1.0F, 1.0F};
+        int maxTicks = 6;
+    };
+
+    ColorBar(const ColorMap& map, const std::string& heading, const Layout& layout);
+
+    /// Evenly spread numbers from \a low to \a high; does nothing while they stay the same.
+    void setRange(double low, double high);
+    /// Given labels at given places (0 .. 1).
+    void setLabels(const std::vector<std::pair<double, std::string>>& labels);
+
+private:
+    Layout _layout;
+    double _low = 0.0;
+    double _high = 0.0;
+    osg::ref_ptr<osg::Group> _labels;
+};
+
+} // namespace osgMidair::pixels

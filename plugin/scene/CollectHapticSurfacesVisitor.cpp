@@ -1,0 +1,228 @@
+#include "plugin/scene/CollectHapticSurfacesVisitor.h"
+
+#include "engine-bridge/scene/CameraFreeTransform.h"
+
+#include <osgMidair/HapticScene>
+#include <osgMidair/HapticSurface>
+
+#include <osg/Camera>
+#include <osg/Drawable>
+#include <osg/Transform>
+#include <osg/ValueObject>
+
+#include <algorithm>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+const std::string kTag = "haptic";
+const std::string kObstacleTag = "obstacle";
+
+/// The description that begins with the word \a tag, or null.
+const std::string* description(const osg::Node& node, const std::string& tag)
+{
+    const osg::UserDataContainer* container = node.getUserDataContainer();
+    if (!container) return nullptr;
+    for (const std::string& text : container->getDescriptions())
+        if (text.compare(0, tag.size(), tag) == 0 &&
+            (text.size() == tag.size() || text.find_first_of(" :=") == tag.size()))
+            return &text;
+    return nullptr;
+}
+
+const osg::Object* userValue(const osg::Node& node, const std::string& tag)
+{
+    const osg::UserDataContainer* container = node.getUserDataContainer();
+    return container ? container->getUserObject(tag) : nullptr;
+}
+
+} // namespace
+
+bool hasHapticTag(const osg::Node& node)
+{
+    return node.getUserDataContainer() && (userValue(node, kTag) || description(node, kTag));
+}
+
+bool hapticTag(const osg::Node& node, std::string& text)
+{
+    if (const osg::Object* value = userValue(node, kTag))
+    {
+        if (const auto* words = dynamic_cast<const osg::StringValueObject*>(value))
+            text = words->getValue();
+        else if (const auto* flag = dynamic_cast<const osg::BoolValueObject*>(value))
+            text = flag->getValue() ? "true" : "false";
+        else
+            text = "true";
+        return true;
+    }
+    if (const std::string* words = description(node, kTag))
+    {
+        const std::size_t start = words->find_first_not_of(" :=", kTag.size());
+        text = start == std::string::npos ? "true" : words->substr(start);
+        return true;
+    }
+    return false;
+}
+
+bool hasObstacleTag(const osg::Node& node)
+{
+    if (!node.getUserDataContainer()) return false;
+    const osg::Object* value = userValue(node, kObstacleTag);
+    const auto* flag = dynamic_cast<const osg::BoolValueObject*>(value);
+    return flag ? flag->getValue() : value || description(node, kObstacleTag);
+}
+
+bool isOwnObject(const osg::Node& node)
+{
+    // What doesn't ask for the event traversal can be none, and that costs least to ask.
+    return node.getNumChildrenRequiringEventTraversal() > 0 &&
+           (dynamic_cast<const HapticSurface*>(&node) || hasHapticTag(node) ||
+            hasObstacleTag(node));
+}
+
+CollectHapticSurfacesVisitor::CollectHapticSurfacesVisitor(const osg::Node* owner) :
+    osg::NodeVisitor(NODE_VISITOR, TRAVERSE_ACTIVE_CHILDREN),
+    _owner(owner)
+{
+}
+
+void CollectHapticSurfacesVisitor::collect(osg::Node& root,
+                                           const osg::Matrixd& world,
+                                           const HapticProperty* otherwise)
+{
+    _innerScenes.clear();
+    _instances.clear();
+    _paths.clear();
+    _pathStarts.clear();
+    _world = world;
+    _inWorld = true;
+    _followsCamera = false;
+    root.accept(*this);
+    const bool haptic = std::any_of(
+        _instances.begin(), _instances.end(), [](const HapticInstance& i) { return !i.obstacle; });
+    if (haptic || !otherwise || !validNodeMask(root)) return;
+    if (osg::Transform* transform = root.asTransform())
+        transform->computeLocalToWorldMatrix(_world, this);
+    pushOntoNodePath(&root);
+    add(root, otherwise);
+    popFromNodePath();
+}
+
+std::uint64_t CollectHapticSurfacesVisitor::pathId() const
+{
+    // FNV-1a over the addresses on the path.
+    std::uint64_t hash = 0xCBF29CE484222325ull;
+    for (const osg::Node* node : _nodePath)
+    {
+        hash ^= static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(node));
+        hash *= 0x100000001B3ull;
+        hash ^= hash >> 31;
+    }
+    return hash;
+}
+
+bool CollectHapticSurfacesVisitor::enter(const osg::Node& node)
+{
+    const auto* scene = dynamic_cast<const HapticScene*>(&node);
+    if (!scene || scene == _owner) return true;
+    if (scene->getEnabled()) _innerScenes.push_back(scene);
+    return scene->getEnabled();
+}
+
+void CollectHapticSurfacesVisitor::check(osg::Node& node)
+{
+    const auto* surface = dynamic_cast<const HapticSurface*>(&node);
+    if (surface || hasHapticTag(node)) add(node, surface ? &surface->getProperty() : nullptr);
+    if (hasObstacleTag(node)) add(node, nullptr).obstacle = true;
+}
+
+HapticInstance& CollectHapticSurfacesVisitor::add(osg::Node& node, const HapticProperty* property)
+{
+    HapticInstance instance;
+    instance.node = &node;
+    instance.id = pathId();
+    instance.world = _world;
+    instance.property = property;
+    instance.inWorld = _inWorld;
+    instance.followsCamera = _followsCamera;
+    _instances.push_back(instance);
+    _pathStarts.push_back(_paths.size());
+    _paths.insert(_paths.end(), _nodePath.begin(), _nodePath.end());
+    _paths.push_back(nullptr);
+    return _instances.back();
+}
+
+std::string CollectHapticSurfacesVisitor::path(const HapticInstance& instance)
+{
+    std::string text;
+    const auto index = static_cast<std::size_t>(&instance - _instances.data());
+    for (std::size_t i = _pathStarts[index]; _paths[i]; ++i)
+    {
+        const osg::Node& node = *_paths[i];
+        text += text.empty() ? "" : "/";
+        text += node.className();
+        if (!node.getName().empty()) text += " '" + node.getName() + "'";
+    }
+    return text;
+}
+
+void CollectHapticSurfacesVisitor::apply(osg::Node& node)
+{
+    if (!leadsSomewhere(node)) return;
+    if (!enter(node)) return;
+    check(node);
+    traverse(node);
+}
+
+void CollectHapticSurfacesVisitor::apply(osg::Transform& node)
+{
+    if (!leadsSomewhere(node)) return;
+    const osg::Matrixd outer = _world;
+    const bool outerInWorld = _inWorld;
+    const bool outerFollows = _followsCamera;
+    if (node.getReferenceFrame() != osg::Transform::RELATIVE_RF) _inWorld = false;
+    if (midair::bridge::followsCamera(node)) _followsCamera = true;
+    if (_inWorld) _world.preMult(midair::bridge::cameraFreeMatrix(node, this));
+    check(node);
+    traverse(node);
+    _world = outer;
+    _inWorld = outerInWorld;
+    _followsCamera = outerFollows;
+}
+
+void CollectHapticSurfacesVisitor::apply(osg::Camera& node)
+{
+    if (!leadsSomewhere(node)) return;
+    const bool outerInWorld = _inWorld;
+    _inWorld = false;
+    check(node);
+    traverse(node);
+    _inWorld = outerInWorld;
+}
+
+void CollectHapticSurfacesVisitor::apply(osg::Drawable& drawable)
+{
+    if (leadsSomewhere(drawable)) check(drawable);
+}
+
+void markTags(osg::Node& root)
+{
+    // Protected in osg::Node, since only a subclass is expected to want traversals; a tag makes a node a haptic one.
+    struct Counts : osg::Node
+    {
+        using osg::Node::setNumChildrenRequiringEventTraversal;
+    };
+    // Plain recursion, several times faster than a visitor: into everything, whether or not it is shown now.
+    if (root.getUserDataContainer() && root.getNumChildrenRequiringEventTraversal() == 0 &&
+        (hasHapticTag(root) || hasObstacleTag(root)))
+        (root.*&Counts::setNumChildrenRequiringEventTraversal)(1);
+    osg::Group* group = root.asGroup();
+    const unsigned int children = group ? group->getNumChildren() : 0;
+    for (unsigned int i = 0; i < children; ++i)
+        markTags(*group->getChild(i));
+}
+
+} // namespace osgMidair

@@ -1,0 +1,138 @@
+#include "plugin/settings/Assignments.h"
+
+#include "haptics/base/text/Number.h"
+
+#include <algorithm>
+#include <cctype>
+#include <sstream>
+#include <vector>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+bool isBlank(char c)
+{
+    return std::isspace(static_cast<unsigned char>(c)) != 0;
+}
+
+std::string trimmed(const std::string& text)
+{
+    std::size_t first = 0;
+    std::size_t last = text.size();
+    while (first < last && isBlank(text[first]))
+        ++first;
+    while (last > first && isBlank(text[last - 1]))
+        --last;
+    const bool quoted = last - first >= 2 && (text[first] == '"' || text[first] == '\'') &&
+                        text[last - 1] == text[first];
+    return quoted ? text.substr(first + 1, last - first - 2) : text.substr(first, last - first);
+}
+
+/// Cuts at semicolons, commas and line ends outside quotes; leaves comments out.
+std::vector<std::string> pieces(const std::string& text)
+{
+    std::vector<std::string> all(1);
+    char quote = 0;
+    bool comment = false;
+    for (const char c : text)
+    {
+        if (c == '\n') comment = false;
+        if (comment) continue;
+        if (quote)
+            quote = c == quote ? '\0' : quote;
+        else if (c == '"' || c == '\'')
+            quote = c;
+        else if (c == '#')
+        {
+            comment = true;
+            continue;
+        }
+        else if (c == ';' || c == ',' || c == '\n' || c == '\r')
+        {
+            all.emplace_back();
+            continue;
+        }
+        all.back() += c;
+    }
+    return all;
+}
+
+/// Where the next "name=" starts after \a from, or the end.
+std::size_t nextName(const std::string& piece, std::size_t from)
+{
+    char quote = 0;
+    for (std::size_t i = from; i < piece.size(); ++i)
+    {
+        const char c = piece[i];
+        if (quote)
+            quote = c == quote ? '\0' : quote;
+        else if (c == '"' || c == '\'')
+            quote = c;
+        else if (c == '=' && i > from)
+        {
+            std::size_t start = i;
+            while (start > from && !isBlank(piece[start - 1]))
+                --start;
+            if (start > from) return start;
+        }
+    }
+    return piece.size();
+}
+
+} // namespace
+
+void forEachAssignment(const std::string& text,
+                       const std::function<void(const std::string&, const std::string&)>& take)
+{
+    for (const std::string& piece : pieces(text))
+    {
+        std::size_t start = 0;
+        while (start < piece.size())
+        {
+            const std::size_t equals = piece.find('=', start);
+            if (equals == std::string::npos)
+            {
+                const std::string word = trimmed(piece.substr(start));
+                if (!word.empty()) take("", word);
+                break;
+            }
+            const std::size_t end = nextName(piece, equals + 1);
+            // A name is one word; those before it stand alone.
+            std::istringstream words(piece.substr(start, equals - start));
+            std::string name;
+            std::string word;
+            while (words >> word)
+            {
+                if (!name.empty()) take("", name);
+                name = word;
+            }
+            take(name, trimmed(piece.substr(equals + 1, end - equals - 1)));
+            start = end;
+        }
+    }
+}
+
+bool parseNumbers(const std::string& text, double* values, int count)
+{
+    std::istringstream in(text);
+    std::vector<double> read;
+    for (std::string word; in >> word;)
+    {
+        double value = 0.0;
+        if (!midair::base::parseNumber(word, value)) return false;
+        read.push_back(value);
+    }
+    if (read.size() != static_cast<std::size_t>(count)) return false;
+    std::copy(read.begin(), read.end(), values);
+    return true;
+}
+
+bool parseMatrix(const std::string& text, osg::Matrixd& matrix)
+{
+    return parseNumbers(text, matrix.ptr(), 16);
+}
+
+} // namespace osgMidair

@@ -1,0 +1,319 @@
+#include "plugin/settings/Grants.h"
+
+#include "device/DeviceUri.h"
+#include "device/opening/MultiDevice.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/base/RegularFile.h"
+#include "haptics/base/UserEnvironment.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <stdexcept>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostGrantBytes = 64 << 10;
+constexpr std::size_t kMostPrinted = 300;
+
+std::string environment(const char* name)
+{
+    return midair::base::userVariable(name).value_or("");
+}
+
+std::string grantsFile()
+{
+    const std::string named = environment("OSG_MIDAIR_GRANTS");
+    if (!named.empty()) return named;
+    const std::string config = environment("XDG_CONFIG_HOME");
+    if (!config.empty()) return config + "/osgMidair/grants";
+    const std::string home = environment("HOME");
+    return home.empty() ? "" : home + "/.config/osgMidair/grants";
+}
+
+/// Why nobody but the user could have written \a file, or that somebody could.
+std::string distrust(const std::string& file)
+{
+    struct stat about = {};
+    if (::stat(file.c_str(), &about) != 0) return {}; // the reader says why
+    struct stat link = {};
+    struct stat folder = {};
+    const std::string parent = fs::absolute(file).parent_path().string();
+    if (::lstat(file.c_str(), &link) != 0 || ::stat(parent.c_str(), &folder) != 0)
+        return "can't be looked at";
+    for (const struct stat* one : {&about, &link, &folder})
+        if (one->st_uid != ::geteuid() && one->st_uid != 0)
+            return one == &folder ? "is in another user's folder, should be in one of yours"
+                                  : "belongs to another user, should belong to you";
+    if (((about.st_mode | folder.st_mode) & (S_IWGRP | S_IWOTH)) != 0)
+        return "can be written by others, or its folder can: chmod go-w takes that away";
+    return {};
+}
+
+bool isName(const std::string& text)
+{
+    return !text.empty() &&
+           std::all_of(text.begin(),
+                       text.end(),
+                       [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; });
+}
+
+std::string trimmed(const std::string& text)
+{
+    const std::size_t first = text.find_first_not_of(" \t\r");
+    if (first == std::string::npos) return {};
+    return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+/// The regular file \a name in the folder of the scene, or below it; throws std::runtime_error.
+std::string besideScene(const HapticWishes& wishes, const std::string& name)
+{
+    if (fs::path(name).is_absolute())
+        throw std::runtime_error("a file names no absolute paths, only what is beside it");
+    if (!wishes.folder) throw std::runtime_error("the scene's own folder is not known");
+    std::error_code error;
+    const fs::path folder = fs::canonical(wishes.folder->empty() ? "." : *wishes.folder, error);
+    if (error) throw std::runtime_error("the scene's own folder is not known");
+    const fs::path file = fs::canonical(folder / name, error); // follows links
+    if (error) throw std::runtime_error("there is no such file beside the scene");
+    const auto [end, rest] = std::mismatch(folder.begin(), folder.end(), file.begin(), file.end());
+    if (end != folder.end() || rest == file.end())
+        throw std::runtime_error("it lies outside the scene's folder");
+    if (!fs::is_regular_file(file, error))
+        throw std::runtime_error("it is a device, a pipe or a folder, should be a regular file");
+    return file.string();
+}
+
+bool isHarmless(const std::vector<std::string>& list)
+{
+    return std::all_of(list.begin(),
+                       list.end(),
+                       [](const std::string& one)
+                       {
+                           const std::string scheme = midair::device::DeviceUri(one).scheme();
+                           return scheme == "sim" || scheme == "null";
+                       });
+}
+
+/// Whether not even a scene that is trusted opens it: it writes or reads files.
+bool touchesFiles(const std::vector<std::string>& list)
+{
+    return std::any_of(list.begin(),
+                       list.end(),
+                       [](const std::string& one)
+                       {
+                           const std::string scheme = midair::device::DeviceUri(one).scheme();
+                           return scheme == "record" || scheme == "play";
+                       });
+}
+
+} // namespace
+
+/// Where the messages of one scene go.
+struct Grants::Told
+{
+    const std::string& scene;
+    std::vector<std::string>& messages;
+
+    void refuse(const std::string& what, const std::string& value, const std::string& why) const
+    {
+        messages.push_back(scene + " asks for " + what + " \"" + printable(value) + "\": " + why);
+    }
+};
+
+std::string printable(const std::string& text)
+{
+    std::string shown = text.substr(0, kMostPrinted);
+    for (char& c : shown)
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
+    // In UTF-8 also U+0080 .. U+009F, and U+200B .. U+202F and U+2060 .. U+206F, which hide text or turn it round.
+    for (std::size_t i = 0; i + 1 < shown.size(); ++i)
+    {
+        const auto at = [&](std::size_t k)
+        { return k < shown.size() ? static_cast<unsigned char>(shown[k]) : 0U; };
+        if (at(i) == 0xC2 && at(i + 1) >= 0x80 && at(i + 1) <= 0x9F) shown[i] = shown[i + 1] = '?';
+        const bool hides = at(i + 1) == 0x80 && at(i + 2) >= 0x8B && at(i + 2) <= 0xAF;
+        const bool turns = at(i + 1) == 0x81 && at(i + 2) >= 0xA0 && at(i + 2) <= 0xAF;
+        if (at(i) == 0xE2 && (hides || turns)) shown[i] = shown[i + 1] = shown[i + 2] = '?';
+    }
+    return shown.size() < text.size() ? shown + ".." : shown;
+}
+
+Grants::Grants(Names names, bool trustsScenes) :
+    _names(std::move(names)),
+    _trustsScenes(trustsScenes)
+{
+}
+
+Grants::Names Grants::parse(const std::string& text)
+{
+    Names names;
+    std::size_t begin = 0;
+    for (int number = 1; begin < text.size(); ++number)
+    {
+        const std::size_t end = std::min(text.find('\n', begin), text.size());
+        std::string line = text.substr(begin, end - begin);
+        begin = end + 1;
+        line = trimmed(line.substr(0, line.find('#')));
+        if (line.empty()) continue;
+        const std::string where = "line " + std::to_string(number) + ": ";
+        const std::size_t equals = line.find('=');
+        const std::string name = trimmed(line.substr(0, equals));
+        const std::string value =
+            equals == std::string::npos ? std::string() : trimmed(line.substr(equals + 1));
+        if (!isName(name) || value.empty())
+            throw std::runtime_error(where + "\"" + printable(line) +
+                                     "\" should read NAME = VALUE, for instance desk = "
+                                     "usb:?max-amplitude=0.3&hold=1s");
+        if (!names.emplace(name, value).second)
+            throw std::runtime_error(where + "the name \"" + name + "\" is there twice");
+    }
+    return names;
+}
+
+Grants Grants::ofUser(std::vector<std::string>& messages)
+{
+    const std::string trust = environment("OSG_MIDAIR_TRUST");
+    if (trust == "scene")
+        messages.push_back("OSG_MIDAIR_TRUST=scene: scene files open devices and hands as they "
+                           "like");
+    else if (!trust.empty())
+        messages.push_back("OSG_MIDAIR_TRUST is \"" + printable(trust) +
+                           "\", should be scene or nothing; scene files are not trusted");
+    Names names;
+    const std::string file = grantsFile();
+    std::error_code error;
+    if (!file.empty() && (fs::exists(file, error) || !environment("OSG_MIDAIR_GRANTS").empty()))
+    {
+        std::string why = distrust(file);
+        try
+        {
+            if (why.empty()) names = parse(midair::base::readRegularFile(file, kMostGrantBytes));
+        }
+        catch (const std::runtime_error& wrong)
+        {
+            why = wrong.what();
+        }
+        if (!why.empty())
+            messages.push_back("grants \"" + file + "\": " + why + "; nothing of it is granted");
+    }
+    return Grants(std::move(names), trust == "scene");
+}
+
+const std::string* Grants::find(const std::string& name) const
+{
+    const auto found = _names.find(name);
+    return found == _names.end() ? nullptr : &found->second;
+}
+
+HapticSettings Grants::apply(HapticSettings settings,
+                             const std::string& scene,
+                             std::vector<std::string>& messages) const
+{
+    const Told told{scene, messages};
+    applyDevice(settings, told);
+    applyArray(settings, told);
+    applyHands(settings, told);
+    return settings;
+}
+
+void Grants::applyDevice(HapticSettings& settings, const Told& told) const
+{
+    const bool wish = settings.wishes.device == settings.device;
+    if (const std::string* granted = find(settings.device))
+        settings.device = *granted;
+    else if (wish)
+    {
+        const std::string asked = settings.device;
+        try
+        {
+            const std::vector<std::string> list = midair::device::splitDeviceList(asked);
+            if (isHarmless(list) || (_trustsScenes && !touchesFiles(list))) return;
+        }
+        catch (const std::runtime_error&)
+        {
+            // Not even a URI: granted by nothing.
+        }
+        settings.device = "sim:";
+        told.refuse("the device",
+                    asked,
+                    "only the user opens anything but sim: and null:, so sim: plays. To grant it: "
+                    "OSG_MIDAIR_DEVICE, -O device=.., a --device file, or a name for it in " +
+                        grantsFile());
+    }
+}
+
+void Grants::applyArray(HapticSettings& settings, const Told& told) const
+{
+    const std::string asked = settings.array;
+    const bool wish = settings.wishes.array == asked;
+    if (asked == "octagon" || asked == "board") return;
+    const std::vector<std::string> known = midair::haptics::TransducerArray::names();
+    if (std::find(known.begin(), known.end(), asked) != known.end()) return;
+    if (const std::string* granted = find(asked))
+        settings.array = *granted;
+    else if (wish)
+        try
+        {
+            settings.array = besideScene(settings.wishes, asked);
+        }
+        catch (const std::runtime_error& why)
+        {
+            settings.array.clear();
+            told.refuse("the array",
+                        asked,
+                        std::string(why.what()) +
+                            "; nothing is played. To grant it: OSG_MIDAIR_ARRAY, -O array=.., or a "
+                            "name for it in " +
+                            grantsFile());
+        }
+}
+
+void Grants::applyHands(HapticSettings& settings, const Told& told) const
+{
+    const std::string asked = settings.hands;
+    const bool wish = settings.wishes.hands == asked;
+    if (asked.empty() || asked == "none") return;
+    if (const std::string* granted = find(asked))
+    {
+        settings.hands = *granted;
+        return;
+    }
+    if (!wish) return;
+    const std::string recorded = "recorded:";
+    std::string why = "only the user opens anything but a recording beside the scene";
+    if (asked.compare(0, recorded.size(), recorded) == 0) try
+        {
+            const std::string loop = "?loop";
+            std::string file = asked.substr(recorded.size());
+            const bool loops = file.size() > loop.size() &&
+                               file.compare(file.size() - loop.size(), loop.size(), loop) == 0;
+            if (loops) file.resize(file.size() - loop.size());
+            settings.hands = recorded + besideScene(settings.wishes, file) + (loops ? loop : "");
+            return;
+        }
+        catch (const std::runtime_error& wrong)
+        {
+            why = wrong.what();
+        }
+    else if (_trustsScenes && asked.find("loader=") == std::string::npos)
+        return;
+    settings.hands.clear();
+    told.refuse("the hands",
+                asked,
+                why +
+                    ", so there are none. To grant them: OSG_MIDAIR_HANDS, -O hands=.., or a "
+                    "name for them in " +
+                    grantsFile());
+}
+
+} // namespace osgMidair

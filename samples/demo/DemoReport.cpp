@@ -1,0 +1,167 @@
+#include "samples/demo/DemoReport.h"
+
+#include "engine-bridge/pipeline/HologramResult.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+
+namespace midair::samples
+{
+
+double quantile(std::vector<double> values, double share)
+{
+    if (values.empty()) return 0.0;
+    std::sort(values.begin(), values.end());
+    return values[static_cast<std::size_t>(
+        std::lround(share * static_cast<double>(values.size() - 1)))];
+}
+
+void DemoReport::addFrame(double frame_ms, const bridge::HologramResult* newest)
+{
+    _frame_ms.push_back(frame_ms);
+    if (!newest || newest->frame == _lastField) return;
+    _lastField = newest->frame;
+    _solve_ms.push_back(newest->report.matrix_ms + newest->report.solve_ms);
+    _rms.push_back(newest->report.rms);
+    _loudness.push_back(newest->report.loudness);
+    _latency_ms.push_back(newest->latency_ms);
+}
+
+bool DemoReport::write(const std::string& path, std::string& error) const
+{
+    nlohmann::ordered_json json;
+    json["model"] = model;
+    json["size_m"] = options.size_m;
+    json["array"] = options.array;
+    json["transducers"] = transducers;
+    json["device"] = statistics.device;
+    json["temperature_C"] = options.temperature_C;
+    json["frames"] = _frame_ms.size();
+    json["framesPerSecond"] = seconds > 0.0 ? static_cast<double>(_frame_ms.size()) / seconds : 0.0;
+    json["frame_ms"] = {{"median", quantile(_frame_ms, 0.5)}, {"p99", quantile(_frame_ms, 0.99)}};
+    json["objects"] = statistics.objects;
+    json["points"] = statistics.points;
+    json["snapshots"] = statistics.snapshots;
+    json["superseded"] = statistics.superseded;
+    json["solves"] = statistics.solves;
+    json["skippedUnmoved"] = statistics.skippedUnmoved;
+    json["idleFrames"] = statistics.idleFrames;
+    json["meshesSampled"] = statistics.meshesSampled;
+    json["outOfWorkspace"] = statistics.outOfWorkspace;
+    json["updatesPerSecond"] = statistics.updatesPerSecond;
+    json["solve_ms"] = {{"median", quantile(_solve_ms, 0.5)}, {"p99", quantile(_solve_ms, 0.99)}};
+    json["rms"] = {{"median", quantile(_rms, 0.5)}, {"max", quantile(_rms, 1.0)}};
+    json["loudness"] = {{"median", quantile(_loudness, 0.5)}, {"min", quantile(_loudness, 0.0)}};
+    json["level_Pa"] = statistics.level_Pa;
+    json["maxPressure_Pa"] = statistics.maxPressure_Pa;
+    json["capFactor"] = statistics.capFactor;
+    json["capped"] = statistics.capped;
+    json["latency_ms"] = {{"median", quantile(_latency_ms, 0.5)},
+                          {"p99", quantile(_latency_ms, 0.99)}};
+    json["fieldsInTurn"] = statistics.fieldsInTurn;
+    json["fieldRate_Hz"] = statistics.fieldRate_Hz;
+    json["outline"] = statistics.outline;
+    json["meanPhaseStep_rad"] = statistics.meanPhaseStep_rad;
+    json["audibleChange"] = statistics.audibleChange;
+    if (statistics.surfaceSamples > 0)
+    {
+        json["surface"] = {{"samples", statistics.surfaceSamples},
+                           {"mean_Pa", statistics.surfaceMean_Pa},
+                           {"coefficientOfVariation", statistics.surfaceVariation},
+                           {"percentile1", statistics.surfacePercentile1},
+                           {"percentile10", statistics.surfacePercentile10},
+                           {"contrast", statistics.surfaceContrast}};
+        if (statistics.certifiedGap >= 0.0) json["certifiedGap"] = statistics.certifiedGap;
+    }
+    json["slice_ms"] = slice_ms;
+    json["slicesPerSecond"] = slicesPerSecond;
+    json["pictures"] = nlohmann::ordered_json::array();
+    for (const DemoPicture& picture : _pictures)
+        json["pictures"].push_back({{"file", picture.file},
+                                    {"frame", picture.frame},
+                                    {"fieldFrame", picture.fieldFrame},
+                                    {"latency_ms", picture.latency_ms},
+                                    {"peak_Pa", picture.peak_Pa},
+                                    {"peakToPoint_mm", picture.peakToPoint_mm}});
+    if (!picturesProblem.empty()) json["picturesProblem"] = picturesProblem;
+    json["messages"] = statistics.messages;
+    std::ofstream file(path);
+    file << json.dump(2) << '\n';
+    file.close();
+    if (file) return true;
+    error = "can't write " + path;
+    return false;
+}
+
+void DemoReport::print() const
+{
+    const double fps = seconds > 0.0 ? static_cast<double>(_frame_ms.size()) / seconds : 0.0;
+    std::printf("object      %s, largest extent %.0f mm, %d control points\n",
+                model.c_str(),
+                1e3 * options.size_m,
+                statistics.points);
+    std::printf("array       %s, %d transducers, %.1f C\n",
+                options.array.c_str(),
+                transducers,
+                options.temperature_C);
+    std::printf("device      %s\n", statistics.device.c_str());
+    std::printf("frames      %zu at %.1f/s, 99 %% within %.1f ms\n",
+                _frame_ms.size(),
+                fps,
+                quantile(_frame_ms, 0.99));
+    std::printf("fields      %llu solved of %llu handed over, %llu overtaken, %llu unmoved\n",
+                static_cast<unsigned long long>(statistics.solves),
+                static_cast<unsigned long long>(statistics.snapshots),
+                static_cast<unsigned long long>(statistics.superseded),
+                static_cast<unsigned long long>(statistics.skippedUnmoved));
+    std::printf("solve       %.2f ms median, %.2f ms p99 (matrix included)\n",
+                quantile(_solve_ms, 0.5),
+                quantile(_solve_ms, 0.99));
+    std::printf("accuracy    rms %.3f %% median, %.3f %% worst\n",
+                100.0 * quantile(_rms, 0.5),
+                100.0 * quantile(_rms, 1.0));
+    std::printf("loudness    E %.3f, %.0f Pa (peak) at the points\n",
+                quantile(_loudness, 0.5),
+                statistics.level_Pa);
+    if (statistics.maxPressure_Pa > 0.0)
+        std::printf("cap         %.0f Pa at every point: %llu fields held down, the last to %.3f "
+                    "of its amplitude\n",
+                    statistics.maxPressure_Pa,
+                    static_cast<unsigned long long>(statistics.capped),
+                    statistics.capFactor);
+    if (statistics.outline) std::printf("curves      one stationary field of dense points\n");
+    if (statistics.fieldsInTurn > 1)
+        std::printf("in turn     %d fields at %.0f/s, audible change %.2f of the drive\n",
+                    statistics.fieldsInTurn,
+                    statistics.fieldRate_Hz,
+                    statistics.audibleChange);
+    if (statistics.surfaceSamples > 0)
+        std::printf(
+            "surface     %.1f Pa mean, cv %.2f, first percentile %.2f of the mean, contrast "
+            "%.1f\n",
+            statistics.surfaceMean_Pa,
+            statistics.surfaceVariation,
+            statistics.surfacePercentile1,
+            statistics.surfaceContrast);
+    if (statistics.certifiedGap >= 0.0)
+        std::printf("certificate phases at most %.2f %% over the best there are\n",
+                    100.0 * statistics.certifiedGap);
+    std::printf("latency     %.2f ms median, %.2f ms p99, frame stamp to drive signal\n",
+                quantile(_latency_ms, 0.5),
+                quantile(_latency_ms, 0.99));
+    if (picturesProblem.empty())
+        std::printf("pictures    %zu in %s, slice in %.1f ms\n",
+                    _pictures.size(),
+                    options.out.c_str(),
+                    slice_ms);
+    else
+        std::printf("pictures    none: %s\n", picturesProblem.c_str());
+    for (const std::string& message : statistics.messages)
+        std::printf("note        %s\n", message.c_str());
+}
+
+} // namespace midair::samples

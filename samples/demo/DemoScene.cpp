@@ -1,0 +1,166 @@
+#include "samples/demo/DemoScene.h"
+
+#include "samples/demo/DemoObject.h"
+
+#include <osgMidair/HapticSurface>
+
+#include <osg/Material>
+#include <osgDB/FileNameUtils>
+#include <osgDB/FileUtils>
+#include <osgDB/ReadFile>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace midair::samples
+{
+
+namespace
+{
+
+/// The first HapticScene of a graph.
+class FindHapticScene : public osg::NodeVisitor
+{
+public:
+    FindHapticScene() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) {}
+    void apply(osg::Group& group) override
+    {
+        if (!found) found = dynamic_cast<osgMidair::HapticScene*>(&group);
+        if (!found) traverse(group);
+    }
+    osgMidair::HapticScene* found = nullptr;
+};
+
+std::string starFile()
+{
+    const std::string shipped = std::string(MIDAIR_SAMPLES_FOLDER) + "/models/star.obj";
+    const std::string found = osgDB::findDataFile(shipped);
+    return found.empty() ? shipped : found;
+}
+
+} // namespace
+
+osg::Matrix demoPose(double time_s)
+{
+    const auto wave = [&](double period_s, double phase)
+    { return std::sin(2.0 * osg::PI * (time_s / period_s + phase)); };
+    return osg::Matrix::rotate(2.0 * osg::PI * time_s / 9.0, osg::Y_AXIS) *
+           osg::Matrix::rotate(osg::DegreesToRadians(24.0) * wave(7.0, 0.15), osg::X_AXIS) *
+           osg::Matrix::rotate(osg::DegreesToRadians(32.0) * wave(5.0, 0.0), osg::Z_AXIS) *
+           osg::Matrix::translate(
+               0.024 * wave(6.0, 0.0), 0.010 * wave(4.0, 0.25), 0.018 * wave(3.0, 0.0));
+}
+
+DemoScene::DemoScene(const DemoOptions& options) :
+    _still(options.still),
+    _root(new osg::Group),
+    _overlays(new osgMidair::HapticOverlays)
+{
+    const std::string file = options.model.empty() ? starFile() : options.model;
+    _name = osgDB::getSimpleFileName(file);
+    FindHapticScene finder;
+    osg::ref_ptr<osg::Node> read;
+    if (osgDB::getLowerCaseFileExtension(file).compare(0, 3, "osg") == 0 ||
+        osgDB::getLowerCaseFileExtension(file) == "haptic")
+        read = osgDB::readRefNodeFile(file);
+    if (read) read->accept(finder);
+    if (finder.found)
+    {
+        _haptics = finder.found;
+        _root->addChild(lit(read));
+        applySettings(options, false);
+    }
+    else
+        wrap(options);
+    _haptics->setName(_name);
+    _haptics->addChild(_overlays);
+    if (options.overlays.empty()) return;
+    const auto wanted = [&](const char* name)
+    { return std::count(options.overlays.begin(), options.overlays.end(), name) > 0; };
+    _overlays->setShowControlPoints(wanted("points"));
+    _overlays->setShowFieldSlice(wanted("slice"));
+    _overlays->setShowFieldVolume(wanted("volume"));
+    _overlays->setShowHands(wanted("hands"));
+    _overlays->setShowArray(wanted("array"));
+    _overlays->setShowWorkspace(wanted("workspace"));
+    _overlays->setShowFigures(wanted("figures"));
+}
+
+void DemoScene::wrap(const DemoOptions& options)
+{
+    const DemoObject object =
+        loadDemoObject(options.model.empty() ? starFile() : options.model, options.size_m);
+    osg::ref_ptr<osgMidair::HapticSurface> surface = new osgMidair::HapticSurface(object.model);
+    surface->setName(object.name);
+    osgMidair::HapticProperty property = surface->getProperty();
+    if (options.sampling == "edges") property.sampling = osgMidair::HapticProperty::EDGES;
+    if (options.sampling == "vertices") property.sampling = osgMidair::HapticProperty::VERTICES;
+    property.spacing = options.spacing_m;
+    property.modulationFrequency = options.modulation_Hz;
+    if (options.pressure_Pa > 0.0)
+    {
+        property.pressureUnit = osgMidair::HapticProperty::PASCAL;
+        property.pressure = options.pressure_Pa;
+    }
+    surface->setProperty(property);
+    _moved = new osg::MatrixTransform;
+    _moved->setDataVariance(osg::Object::DYNAMIC);
+    _moved->addChild(surface);
+    _moved->addChild(object.edges);
+    _edges = object.edges;
+    _haptics = new osgMidair::HapticScene;
+    _haptics->addChild(_moved);
+    applySettings(options, true);
+    _root->addChild(lit(_haptics));
+}
+
+void DemoScene::applySettings(const DemoOptions& options, bool wrapped)
+{
+    // What a scene file says stands, unless an option says otherwise.
+    const DemoOptions defaults;
+    if (!options.array.empty()) _haptics->setArray(options.array);
+    if (!options.device.empty()) _haptics->setDevice(options.device);
+    if (wrapped || !options.solver.empty()) _haptics->setSolver(options.solver);
+    if (wrapped || options.temperature_C != defaults.temperature_C)
+        _haptics->setTemperature(options.temperature_C);
+    if (wrapped || options.maxPoints != defaults.maxPoints)
+        _haptics->setMaxPoints(options.maxPoints);
+    if (wrapped || options.maxPressure_Pa > 0.0) _haptics->setMaxPressure(options.maxPressure_Pa);
+    if (wrapped || options.loudness != defaults.loudness) _haptics->setLoudness(options.loudness);
+    if (wrapped || options.cycle > 1) _haptics->setCycle(options.cycle);
+    if (wrapped || options.cycleSteps > 0) _haptics->setCycleSteps(options.cycleSteps);
+    if (wrapped || options.subsets > 1) _haptics->setSubsets(options.subsets);
+    if (wrapped || options.fieldRate_Hz != defaults.fieldRate_Hz)
+        _haptics->setFieldRate(options.fieldRate_Hz);
+    if (wrapped || options.monitor_s > 0.0) _haptics->setMonitorInterval(options.monitor_s);
+}
+
+void DemoScene::moveTo(double time_s)
+{
+    if (_moved && !_still) _moved->setMatrix(demoPose(time_s));
+}
+
+void DemoScene::paintPlain(const osg::Vec4& color)
+{
+    if (_edges) _edges->setNodeMask(0);
+    osg::ref_ptr<osg::Material> material = new osg::Material;
+    for (const auto set :
+         {&osg::Material::setAmbient, &osg::Material::setDiffuse, &osg::Material::setSpecular})
+        (*material.*set)(osg::Material::FRONT_AND_BACK, {0.0F, 0.0F, 0.0F, 1.0F});
+    material->setEmission(osg::Material::FRONT_AND_BACK, color);
+    osg::StateSet* state = _haptics->getOrCreateStateSet();
+    constexpr auto kForced =
+        osg::StateAttribute::ON | osg::StateAttribute::OVERRIDE | osg::StateAttribute::PROTECTED;
+    state->setAttributeAndModes(material, kForced);
+    state->setMode(GL_BLEND, osg::StateAttribute::OFF | osg::StateAttribute::OVERRIDE);
+}
+
+void DemoScene::lookAt(osg::Vec3d& eye, osg::Vec3d& centre, osg::Vec3d& up)
+{
+    eye.set(0.075, -1.20, 0.085);
+    centre.set(-0.010, 0.0, 0.0);
+    up = osg::Z_AXIS;
+}
+
+} // namespace midair::samples

@@ -1,0 +1,317 @@
+/// The main job: an object that moves in the array, with the field that is played for it; in a window or as pictures.
+
+#include "engine-bridge/pipeline/HologramPipeline.h"
+#include "engine-bridge/pipeline/HologramResult.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/base/threads/SteadyClock.h"
+#include "samples/demo/DemoOptions.h"
+#include "samples/demo/DemoReport.h"
+#include "samples/demo/DemoScene.h"
+#include "samples/views/Offscreen.h"
+
+#include <osgDB/WriteFile>
+#include <osgGA/OrbitManipulator>
+#include <osgGA/StateSetManipulator>
+#include <osgViewer/Viewer>
+#include <osgViewer/ViewerEventHandlers>
+
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <exception>
+#include <filesystem>
+#include <thread>
+
+namespace
+{
+
+using namespace midair;
+using namespace midair::samples;
+
+const osg::Vec4 kBackground(0.052F, 0.060F, 0.078F, 1.0F);
+constexpr double kFrameTime_s = 1.0 / 60.0;
+constexpr int kPictures = 6;
+
+void aim(osg::Camera& camera)
+{
+    osg::Vec3d eye;
+    osg::Vec3d centre;
+    osg::Vec3d up;
+    DemoScene::lookAt(eye, centre, up);
+    camera.setViewMatrixAsLookAt(eye, centre, up);
+    camera.setClearColor(kBackground);
+}
+
+/// Takes still pictures of a scene that another viewer runs: twice as large, averaged down.
+class PictureTaker
+{
+public:
+    PictureTaker(DemoScene& scene, int width, int height, std::string& problem) :
+        _scene(scene),
+        _grabber(new FrameGrabber(kScale))
+    {
+        _viewer.setLightingMode(osg::View::NO_LIGHT);
+        _ready = setUpOffscreen(
+            _viewer, width * kScale, height * kScale, DemoScene::kFovy_deg, &problem);
+        if (!_ready) return;
+        aim(*_viewer.getCamera());
+        _viewer.getCamera()->setFinalDrawCallback(_grabber);
+        _viewer.setSceneData(scene.root());
+    }
+
+    osg::ref_ptr<osg::Image> take()
+    {
+        if (!_ready) return nullptr;
+        _scene.overlays().getHud()->setScale(kScale);
+        _viewer.renderingTraversals(); // compiles what is new
+        _grabber->request();
+        _viewer.renderingTraversals();
+        _scene.overlays().getHud()->setScale(0.0F);
+        return _grabber->image();
+    }
+
+private:
+    static constexpr int kScale = 2;
+
+    DemoScene& _scene;
+    osgViewer::Viewer _viewer;
+    osg::ref_ptr<FrameGrabber> _grabber;
+    bool _ready = false;
+};
+
+/// What this process has used of the processors so far, whoever else uses them.
+struct CpuTimes
+{
+    double process_ms = 0.0;
+    double thread_ms = 0.0; ///< the calling one's
+
+    static CpuTimes now()
+    {
+        const auto read_ms = [](clockid_t clock)
+        {
+            timespec time{};
+            clock_gettime(clock, &time);
+            return 1e3 * static_cast<double>(time.tv_sec) +
+                   1e-6 * static_cast<double>(time.tv_nsec);
+        };
+        return {read_ms(CLOCK_PROCESS_CPUTIME_ID), read_ms(CLOCK_THREAD_CPUTIME_ID)};
+    }
+};
+
+/// One frame at \a time_s of the scene's own time; without OpenGL everything but the drawing.
+void frame(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, bool draw)
+{
+    scene.moveTo(time_s);
+    viewer.advance(time_s);
+    viewer.eventTraversal();
+    viewer.updateTraversal();
+    if (draw) viewer.renderingTraversals();
+}
+
+double nearestPoint_mm(const bridge::HologramResult& result, const osg::Vec3d& place)
+{
+    if (result.points.size() == 0) return 0.0;
+    const Eigen::Vector3d at(place.x(), place.y(), place.z());
+    return 1e3 *
+           std::sqrt((result.points.positions.colwise() - at).colwise().squaredNorm().minCoeff());
+}
+
+/// Holds the scene at \a time_s, where its last frame was, until the field for it is solved and its slice is drawn: what a picture shows belongs together.
+DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, bool draw)
+{
+    DemoPicture picture;
+    osgMidair::FieldSliceOverlay& slice = *scene.overlays().getFieldSlice();
+    picture.frame = viewer.getFrameStamp()->getFrameNumber();
+    const double start = base::steadySeconds();
+    std::shared_ptr<const bridge::HologramResult> result;
+    for (;;)
+    {
+        const osgMidair::HapticStatistics s = scene.haptics().getStatistics();
+        result = scene.haptics().getLatestResult();
+        const bool handled = s.solves + s.skippedUnmoved + s.superseded >= s.snapshots;
+        if ((result && result->frame >= picture.frame) || (result && handled) ||
+            base::steadySeconds() - start > 20.0)
+            break;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    if (!result) return picture;
+    scene.overlays().show(result);
+    slice.waitFor(result->frame, 20.0);
+    if (scene.overlays().getShowFieldVolume())
+        scene.overlays().getFieldVolume()->waitFor(result->frame, 20.0);
+    picture.fieldFrame = slice.getShownFrame();
+    picture.latency_ms = result->latency_ms;
+    picture.peak_Pa = slice.getPeakPressure();
+    picture.peakToPoint_mm = nearestPoint_mm(*result, slice.getPeak());
+    frame(viewer, scene, time_s, draw); // the figures of the HUD follow
+    return picture;
+}
+
+void finish(DemoScene& scene, DemoReport& report)
+{
+    report.statistics = scene.haptics().getStatistics();
+    report.options.array = scene.haptics().getArray();
+    report.slice_ms = scene.overlays().getFieldSlice()->getComputeTime_ms();
+    report.slicesPerSecond = scene.overlays().getFieldSlice()->getSlicesPerSecond();
+    if (const auto array = scene.haptics().getTransducerArray()) report.transducers = array->size();
+}
+
+int runHeadless(const DemoOptions& options)
+{
+    DemoScene scene(options);
+    DemoReport report;
+    report.options = options;
+    report.model = scene.name();
+    std::filesystem::create_directories(options.out);
+
+    osgViewer::Viewer viewer;
+    viewer.setLightingMode(osg::View::NO_LIGHT);
+    const bool draw =
+        setUpOffscreen(viewer, 800, 600, DemoScene::kFovy_deg, &report.picturesProblem);
+    if (draw) aim(*viewer.getCamera());
+    viewer.setSceneData(scene.root());
+    PictureTaker camera(scene, options.width, options.height, report.picturesProblem);
+
+    const int frames = options.frames > 0 ? options.frames : 240;
+    const int between = std::max(1, frames / kPictures);
+    const std::string stem =
+        (std::filesystem::path(options.out) / std::filesystem::path(scene.name()).stem()).string();
+    int taken = 0;
+    for (int i = 0; i < frames; ++i)
+    {
+        const double begin = base::steadySeconds();
+        frame(viewer, scene, i * kFrameTime_s, draw);
+        const double spent = base::steadySeconds() - begin;
+        report.seconds += spent;
+        report.addFrame(1e3 * spent, scene.haptics().getLatestResult().get());
+        if (!draw || i % between != between - 1) continue;
+        scene.overlays().getHud()->setUpdateInterval(0.0);
+        DemoPicture picture = settle(viewer, scene, i * kFrameTime_s, draw);
+        scene.overlays().getHud()->setUpdateInterval(0.25);
+        picture.file = stem + "_" + std::to_string(++taken) + ".png";
+        const osg::ref_ptr<osg::Image> image = camera.take();
+        if (!image || !osgDB::writeImageFile(*image, picture.file))
+        {
+            report.picturesProblem = "can't write " + picture.file;
+            continue;
+        }
+        report.addPicture(picture);
+    }
+    finish(scene, report);
+    std::string error;
+    const bool written = report.write(options.out + "/report.json", error);
+    report.print();
+    if (!written) std::fprintf(stderr, "midair-demo: %s\n", error.c_str());
+    return written ? 0 : 1;
+}
+
+int runBenchmark(const DemoOptions& options)
+{
+    DemoScene scene(options);
+    DemoReport report;
+    report.options = options;
+    report.model = scene.name();
+    osgViewer::Viewer viewer;
+    viewer.setLightingMode(osg::View::NO_LIGHT);
+    std::string problem;
+    if (!setUpOffscreen(viewer, 800, 600, DemoScene::kFovy_deg, &problem))
+    {
+        std::fprintf(stderr, "midair-demo: %s\n", problem.c_str());
+        return 1;
+    }
+    aim(*viewer.getCamera());
+    viewer.setSceneData(scene.root());
+    frame(viewer, scene, 0.0, true);
+    settle(viewer, scene, 0.0, true);
+    const int frames = options.frames > 0 ? options.frames : 300;
+    const double start = base::steadySeconds();
+    const CpuTimes before = CpuTimes::now();
+    double update_ms = 0.0;
+    for (int i = 0; i < frames; ++i)
+    {
+        const double begin = base::steadySeconds();
+        const double beginUpdate_ms = CpuTimes::now().thread_ms;
+        frame(viewer, scene, begin - start, false);
+        update_ms += CpuTimes::now().thread_ms - beginUpdate_ms;
+        viewer.renderingTraversals();
+        report.addFrame(1e3 * (base::steadySeconds() - begin),
+                        scene.haptics().getLatestResult().get());
+    }
+    report.seconds = base::steadySeconds() - start;
+    const CpuTimes after = CpuTimes::now();
+    finish(scene, report);
+    report.picturesProblem = "benchmark";
+    report.print();
+    std::printf("slice       %.1f/s, %.1f ms each; volume %.1f/s, %.1f ms each\n",
+                report.slicesPerSecond,
+                report.slice_ms,
+                scene.overlays().getFieldVolume()->getVolumesPerSecond(),
+                scene.overlays().getFieldVolume()->getComputeTime_ms());
+    const double thread_ms = (after.thread_ms - before.thread_ms) / frames;
+    std::printf("cpu         %.1f ms a frame in all threads; of these %.1f ms update, %.1f ms cull "
+                "and draw in the viewer's thread\n",
+                (after.process_ms - before.process_ms) / frames,
+                update_ms / frames,
+                thread_ms - update_ms / frames);
+    return 0;
+}
+
+int runWindow(const DemoOptions& options)
+{
+    DemoScene scene(options);
+    osgViewer::Viewer viewer;
+    viewer.setLightingMode(osg::View::NO_LIGHT);
+    viewer.setUpViewInWindow(60, 60, options.width, options.height);
+    viewer.getCamera()->setProjectionMatrixAsPerspective(
+        DemoScene::kFovy_deg, static_cast<double>(options.width) / options.height, 0.01, 10.0);
+    viewer.getCamera()->setClearColor(kBackground);
+    osg::ref_ptr<osgGA::OrbitManipulator> manipulator = new osgGA::OrbitManipulator;
+    osg::Vec3d eye;
+    osg::Vec3d centre;
+    osg::Vec3d up;
+    DemoScene::lookAt(eye, centre, up);
+    manipulator->setHomePosition(eye, centre, up);
+    viewer.setCameraManipulator(manipulator);
+    osg::ref_ptr<osg::ApplicationUsage> usage = new osg::ApplicationUsage;
+    osgMidair::OverlayKeys(&scene.overlays()).getUsage(*usage);
+    viewer.addEventHandler(new osgViewer::StatsHandler);
+    viewer.addEventHandler(new osgViewer::WindowSizeHandler);
+    viewer.addEventHandler(new osgViewer::HelpHandler(usage));
+    viewer.setSceneData(scene.root());
+    viewer.realize();
+    DemoReport report;
+    report.options = options;
+    report.model = scene.name();
+    report.picturesProblem = "shown in a window";
+    const double start = base::steadySeconds();
+    for (int i = 0; !viewer.done() && (options.frames == 0 || i < options.frames); ++i)
+    {
+        const double begin = base::steadySeconds();
+        frame(viewer, scene, begin - start, true);
+        report.addFrame(1e3 * (base::steadySeconds() - begin),
+                        scene.haptics().getLatestResult().get());
+    }
+    report.seconds = base::steadySeconds() - start;
+    finish(scene, report);
+    report.print();
+    return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    DemoOptions options;
+    int status = 0;
+    if (!parseDemoOptions(argc, argv, options, status)) return status;
+    try
+    {
+        if (options.benchmark) return runBenchmark(options);
+        return options.headless || !haveDisplay() ? runHeadless(options) : runWindow(options);
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "midair-demo: %s\n", error.what());
+        return 1;
+    }
+}

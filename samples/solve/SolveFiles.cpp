@@ -1,0 +1,255 @@
+#include "samples/solve/SolveFiles.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/RegularFile.h"
+#include "haptics/base/text/Number.h"
+
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <locale>
+#include <sstream>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace midair::samples
+{
+namespace
+{
+
+using base::InputError;
+
+constexpr std::size_t kMostBytes = std::size_t(64) << 20;
+constexpr std::size_t kMostPoints = 100000;
+
+std::string wholeFile(const std::string& path)
+{
+    try
+    {
+        return base::readRegularFile(path, kMostBytes);
+    }
+    catch (const base::FileError& error)
+    {
+        throw base::InputError(path + ": " + error.what());
+    }
+}
+
+std::vector<std::string> splitLine(std::string line)
+{
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    std::vector<std::string> cells;
+    std::stringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, ',');)
+    {
+        const auto first = cell.find_first_not_of(" \t");
+        const auto last = cell.find_last_not_of(" \t");
+        cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+    }
+    return cells;
+}
+
+double
+parseCell(const std::string& path, int line, const std::string& column, const std::string& text)
+{
+    double value = 0.0;
+    if (!base::parseNumber(text, value))
+        throw base::InputError(path + ":" + std::to_string(line) + ": " + column + " is '" + text +
+                               "', it must be a finite number");
+    return value;
+}
+
+/// Which cell of a row holds x_m, y_m, z_m, nx, ny, nz and the target, in this order.
+struct Columns
+{
+    std::array<std::size_t, 7> cell{};
+    std::array<std::string, 7> name{"x_m", "y_m", "z_m", "nx", "ny", "nz", "target_Pa"};
+    bool absolute = true;
+};
+
+Columns readHeader(const std::string& path, const std::string& line)
+{
+    const std::vector<std::string> names = splitLine(line);
+    const auto find = [&](const std::string& name)
+    {
+        for (std::size_t cell = 0; cell < names.size(); ++cell)
+            if (names[cell] == name) return cell;
+        return names.size();
+    };
+    Columns columns;
+    if (find("target_Pa") == names.size())
+    {
+        columns.absolute = false;
+        columns.name[6] = "target";
+    }
+    for (std::size_t i = 0; i < columns.name.size(); ++i)
+    {
+        columns.cell[i] = find(columns.name[i]);
+        if (columns.cell[i] == names.size())
+            throw base::InputError(
+                path + ":1: there is no column " +
+                (i == 6 ? "target_Pa or target" : columns.name[i]) +
+                "; the header must hold x_m,y_m,z_m,nx,ny,nz and target_Pa or target");
+    }
+    return columns;
+}
+
+std::ofstream openForWriting(const std::string& path)
+{
+    std::ofstream file(path);
+    if (!file) throw base::InputError("cannot write " + path);
+    file.imbue(std::locale::classic());
+    file.precision(9);
+    return file;
+}
+
+void finish(std::ofstream& file, const std::string& path)
+{
+    file.close();
+    if (!file) throw base::InputError("could not write " + path + " to its end: is the disk full?");
+}
+
+} // namespace
+
+haptics::ControlPoints readControlPoints(const std::string& path, bool& absolute)
+{
+    std::istringstream file(wholeFile(path));
+    std::string line;
+    std::getline(file, line);
+    const Columns columns = readHeader(path, line);
+    absolute = columns.absolute;
+
+    std::vector<std::array<double, 7>> rows;
+    for (int number = 2; std::getline(file, line); ++number)
+    {
+        if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+        const std::vector<std::string> cells = splitLine(line);
+        std::array<double, 7> row{};
+        for (std::size_t i = 0; i < row.size(); ++i)
+            row[i] = parseCell(path,
+                               number,
+                               columns.name[i],
+                               columns.cell[i] < cells.size() ? cells[columns.cell[i]] : "");
+        if (std::hypot(row[3], row[4], row[5]) == 0.0)
+            throw base::InputError(path + ":" + std::to_string(number) +
+                                   ": the normal nx,ny,nz is zero");
+        if (rows.size() == kMostPoints)
+            throw base::InputError(path + ":" + std::to_string(number) + ": there are more than " +
+                                   std::to_string(kMostPoints) +
+                                   " control points, which is the most possible");
+        rows.push_back(row);
+    }
+    if (rows.empty())
+        throw base::InputError(path + ": there are no control points below the header");
+
+    const auto n = static_cast<Eigen::Index>(rows.size());
+    haptics::ControlPoints points;
+    points.positions.resize(3, n);
+    points.normals.resize(3, n);
+    points.targets.resize(n);
+    for (Eigen::Index l = 0; l < n; ++l)
+    {
+        const auto& row = rows[static_cast<std::size_t>(l)];
+        points.positions.col(l) << row[0], row[1], row[2];
+        points.normals.col(l) = Eigen::Vector3d(row[3], row[4], row[5]).stableNormalized();
+        points.targets[l] = row[6];
+    }
+    return points;
+}
+
+void writeControlPoints(const std::string& path,
+                        const haptics::ControlPoints& points,
+                        const Eigen::VectorXd& target_Pa,
+                        const Eigen::VectorXd& achieved_Pa)
+{
+    std::ofstream file = openForWriting(path);
+    file << "x_m,y_m,z_m,nx,ny,nz,target_Pa,achieved_Pa\n";
+    for (int l = 0; l < points.size(); ++l)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+            file << points.positions(axis, l) << ',';
+        for (int axis = 0; axis < 3; ++axis)
+            file << points.normals(axis, l) << ',';
+        file << target_Pa[l] << ',' << achieved_Pa[l] << '\n';
+    }
+    finish(file, path);
+}
+
+void writeDrive(const std::string& path,
+                const haptics::TransducerArray& array,
+                const device::DriveSignal& signal)
+{
+    std::ofstream file = openForWriting(path);
+    file << "x_m,y_m,z_m,nx,ny,nz,phase_level,duty_level\n";
+    for (int i = 0; i < array.size(); ++i)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+            file << array.positions(axis, i) << ',';
+        for (int axis = 0; axis < 3; ++axis)
+            file << array.normals(axis, i) << ',';
+        const auto index = static_cast<std::size_t>(i);
+        file << int(signal.phase[index]) << ',' << int(signal.duty[index]) << '\n';
+    }
+    finish(file, path);
+}
+
+void writeSummary(const std::string& path,
+                  const haptics::TransducerArray& array,
+                  const haptics::Medium& medium,
+                  const haptics::SolveReport& report,
+                  const SummaryParts& parts)
+{
+    nlohmann::ordered_json json;
+    json["array"] = array.name;
+    json["transducers"] = array.size();
+    json["frequency_Hz"] = array.frequency_Hz;
+    json["soundSpeed_m_s"] = medium.soundSpeed();
+    json["attenuation_Np_m"] = medium.attenuation(array.frequency_Hz);
+    json["sourceAmplitude_Pa_m"] = array.sourceAmplitude_Pa_m;
+    json["directivity"] = haptics::directivityName(array.directivity);
+    json["temperature_C"] = medium.temperature_C;
+    json["relativeHumidity"] = medium.relativeHumidity;
+    json["pressure_Pa"] = medium.pressure_Pa;
+    json["report"] = {{"solver", report.solver},
+                      {"stop", haptics::stopReasonName(report.stop)},
+                      {"message", report.message},
+                      {"points", report.points},
+                      {"transducers", report.transducers},
+                      {"iterations", report.iterations},
+                      {"rms", report.rms},
+                      {"max", report.max},
+                      {"loudness", report.loudness},
+                      {"level_Pa", report.level_Pa},
+                      {"capFactor", parts.capFactor},
+                      {"leftOut", report.leftOut},
+                      {"shortPoints", report.shortPoints},
+                      {"worstShortfall", report.worstShortfall},
+                      {"meanPhaseStep_rad", report.meanPhaseStep_rad},
+                      {"driveChange", report.driveChange},
+                      {"audibleChange", report.audibleChange},
+                      {"matrix_ms", report.matrix_ms},
+                      {"solve_ms", report.solve_ms}};
+    json["fields"] = parts.fields;
+    if (parts.fields > 1) json["fieldRate_Hz"] = parts.fieldRate_Hz;
+    if (report.surface.samples > 0)
+        json["surface"] = {{"samples", report.surface.samples},
+                           {"mean_Pa", report.surface.mean_Pa},
+                           {"coefficientOfVariation", report.surface.coefficientOfVariation},
+                           {"percentile1", report.surface.percentile1},
+                           {"percentile10", report.surface.percentile10},
+                           {"offMean_Pa", report.surface.offMean_Pa},
+                           {"contrast", report.surface.contrast}};
+    if (parts.certificate)
+        json["certificate"] = {{"bound", parts.certificate->bound},
+                               {"best", parts.certificate->best},
+                               {"phases", parts.certificate->givenPhases},
+                               {"field", parts.certificate->givenField},
+                               {"tight", parts.certificate->tight},
+                               {"total_ms", parts.certificate->total_ms}};
+    std::ofstream file = openForWriting(path);
+    file << json.dump(2) << '\n';
+    finish(file, path);
+}
+
+} // namespace midair::samples

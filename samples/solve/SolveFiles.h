@@ -1,0 +1,50 @@
+#pragma once
+
+#include "device/DriveSignal.h"
+#include "haptics/array/Medium.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/points/ControlPoints.h"
+#include "haptics/solvers/HologramSolver.h"
+#include "haptics/solvers/certificate/Certificate.h"
+
+#include <Eigen/Core>
+
+#include <optional>
+#include <string>
+
+namespace midair::samples
+{
+
+/// Reads control points from a CSV file with a header line: x_m,y_m,z_m,nx,ny,nz and either target_Pa (absolute;
+/// \a absolute becomes true) or target (relative). Columns may stand in any order, others are passed over.
+/// A regular file of at most 64 MiB and 100,000 points. Throws base::InputError naming the file and the line.
+haptics::ControlPoints readControlPoints(const std::string& path, bool& absolute);
+
+/// x_m,y_m,z_m,nx,ny,nz,target_Pa,achieved_Pa: one row a control point; both pressures are peak amplitudes.
+void writeControlPoints(const std::string& path,
+                        const haptics::ControlPoints& points,
+                        const Eigen::VectorXd& target_Pa,
+                        const Eigen::VectorXd& achieved_Pa);
+
+/// x_m,y_m,z_m,nx,ny,nz,phase_level,duty_level: one row a transducer, in the array's order.
+void writeDrive(const std::string& path,
+                const haptics::TransducerArray& array,
+                const device::DriveSignal& signal);
+
+/// What a summary tells besides the report; what isn't there is left out.
+struct SummaryParts
+{
+    double capFactor = 1.0; ///< what a cap of pressure took off all amplitudes
+    int fields = 1;         ///< played in turn, steps between them included
+    double fieldRate_Hz = 0.0;
+    std::optional<haptics::Certificate> certificate;
+};
+
+/// What a recomputation of the field needs, the SolveReport under "report", and \a parts.
+void writeSummary(const std::string& path,
+                  const haptics::TransducerArray& array,
+                  const haptics::Medium& medium,
+                  const haptics::SolveReport& report,
+                  const SummaryParts& parts);
+
+} // namespace midair::samples

@@ -1,0 +1,167 @@
+// midair-solve: a model (or a list of points) in, the drive of the array and the field it makes out; needs no scene.
+
+#include "haptics/base/InputError.h"
+#include "haptics/propagation/PressureField.h"
+#include "samples/solve/Solution.h"
+#include "samples/views/FieldImage.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+namespace
+{
+
+using namespace midair;
+using namespace midair::samples;
+using base::InputError;
+
+void writeField(const Solution& solution, const std::string& title, const std::string& path)
+{
+    FieldImage image;
+    image.grid = bestSlice(solution.points, 0.02, 4e-4);
+    image.pressure_Pa = haptics::pressureAt(
+        image.grid.points(), solution.array, solution.medium, solution.played, 2);
+    if (solution.turns.fields.size() > 1)
+    {
+        // What the skin averages: the root of the mean square.
+        Eigen::VectorXf square = Eigen::VectorXf::Zero(image.pressure_Pa.size());
+        for (const Eigen::VectorXcf& q : solution.turns.fields)
+            square +=
+                haptics::pressureAt(image.grid.points(), solution.array, solution.medium, q, 2)
+                    .cwiseAbs2() /
+                static_cast<float>(solution.turns.fields.size());
+        image.pressure_Pa = square.cwiseSqrt().cast<std::complex<float>>();
+    }
+    image.points = solution.points;
+    image.achieved_Pa = solution.achieved_Pa.cast<float>();
+    image.level_Pa = solution.target_Pa.size() > 0 ? solution.target_Pa.maxCoeff() : 0.0;
+    if (solution.mesh.triangles.cols() > 0)
+        image.outline = outlineInPlane(solution.mesh, solution.pose, image.grid);
+    image.title = title;
+    char caption[160];
+    std::snprintf(caption,
+                  sizeof caption,
+                  "%s, %d points, rms %.2f %%, %.0f Pa peak",
+                  solution.report.solver.c_str(),
+                  solution.report.points,
+                  100.0 * solution.report.rms,
+                  solution.report.level_Pa);
+    image.caption = caption;
+    std::string message;
+    writeFieldImage(path, image, &message);
+    if (!message.empty()) std::fprintf(stderr, "midair-solve: %s\n", message.c_str());
+}
+
+void writeAll(const Solution& solution, const std::string& title, const std::string& folder)
+{
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error)
+        throw midair::base::InputError("cannot make the folder " + folder + ": " + error.message());
+    writeControlPoints(
+        folder + "/control_points.csv", solution.points, solution.target_Pa, solution.achieved_Pa);
+    if (solution.signals.size() < 2)
+        writeDrive(folder + "/drive.csv", solution.array, solution.signal);
+    for (std::size_t k = 0; k < solution.signals.size() && solution.signals.size() > 1; ++k)
+    {
+        char name[32];
+        std::snprintf(name, sizeof name, "/drive_%02zu.csv", k + 1);
+        writeDrive(folder + name, solution.array, solution.signals[k]);
+    }
+    writeSummary(
+        folder + "/summary.json", solution.array, solution.medium, solution.report, solution.parts);
+    writeField(solution, title, folder + "/field.png");
+}
+
+void printSummary(const Solution& solution, const std::string& folder)
+{
+    const haptics::SolveReport& report = solution.report;
+    std::printf("array       %s, %d transducers, %.1f kHz\n",
+                solution.array.name.c_str(),
+                solution.array.size(),
+                solution.array.frequency_Hz * 1e-3);
+    std::printf("air         %.1f C, wavelength %.3f mm\n",
+                solution.medium.temperature_C,
+                solution.medium.wavelength(solution.array.frequency_Hz) * 1e3);
+    std::printf("points      %d\n", report.points);
+    std::printf("solver      %s, %d iterations, %s, %.2f ms + %.2f ms matrix\n",
+                report.solver.c_str(),
+                report.iterations,
+                haptics::stopReasonName(report.stop),
+                report.solve_ms,
+                report.matrix_ms);
+    std::printf(
+        "error       rms %.3f %%, largest %.3f %%\n", 100.0 * report.rms, 100.0 * report.max);
+    std::printf("level       %.0f Pa peak, loudness E %.3f\n", report.level_Pa, report.loudness);
+    if (solution.parts.fields > 1)
+        std::printf(
+            "in turn     %d fields at %.0f/s: mean phase step %.2f rad, audible change %.2f "
+            "of the drive\n",
+            solution.parts.fields,
+            solution.parts.fieldRate_Hz,
+            report.meanPhaseStep_rad,
+            report.audibleChange);
+    if (report.surface.samples > 0)
+        std::printf("surface     %.1f Pa mean radiation pressure, cv %.3f, percentiles 1 and 10 at "
+                    "%.2f and %.2f of the mean, contrast %.1f\n",
+                    report.surface.mean_Pa,
+                    report.surface.coefficientOfVariation,
+                    report.surface.percentile1,
+                    report.surface.percentile10,
+                    report.surface.contrast);
+    if (solution.parts.capFactor < 1.0)
+        std::printf("cap         held down to %.4f of the amplitude%s\n",
+                    solution.parts.capFactor,
+                    solution.parts.capFactor > 0.0 ? "" : ": the array's levels can't keep to it");
+    if (solution.parts.certificate)
+        std::printf("certificate misfit and power of the field %.1f %%, of its phases %.2f %%, of "
+                    "the best phases "
+                    "found %.2f %% over the bound (%.1f ms)\n",
+                    100.0 * solution.parts.certificate->gapOfField(),
+                    100.0 * solution.parts.certificate->gapOfPhases(),
+                    100.0 * solution.parts.certificate->gap(),
+                    solution.parts.certificate->total_ms);
+    if (!report.message.empty()) std::printf("note        %s\n", report.message.c_str());
+    std::printf("written to  %s\n", folder.c_str());
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    SolveArguments arguments;
+    CLI::App app("Solves the field that makes MODEL touchable in mid-air, and writes the drive of "
+                 "the array.\n"
+                 "Array frame: metres, right-handed, origin at the centre of the workspace, y "
+                 "along the prism's axis.",
+                 "midair-solve");
+    addOptions(app, arguments);
+    CLI11_PARSE(app, argc, argv);
+    if (arguments.model.empty() && arguments.pointsFile.empty())
+    {
+        std::fprintf(
+            stderr,
+            "midair-solve: name a MODEL.obj or --points-file FILE.csv; --help lists the options\n");
+        return 2;
+    }
+    try
+    {
+        const Solution solution = solveAll(arguments);
+        const std::string& source =
+            arguments.model.empty() ? arguments.pointsFile : arguments.model;
+        writeAll(solution, std::filesystem::path(source).filename().string(), arguments.out);
+        printSummary(solution, arguments.out);
+        return solution.report.stop == haptics::StopReason::REFUSED ||
+                       solution.report.stop == haptics::StopReason::NOTHING_TO_DO
+                   ? 1
+                   : 0;
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "midair-solve: %s\n", error.what());
+        return 2;
+    }
+}

@@ -1,0 +1,255 @@
+#include "engine-bridge/hands/HandProximity.h"
+
+#include "haptics/base/InputError.h"
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+using Eigen::Vector3d;
+
+/// A square of 200 mm in z = 0 of its own frame.
+std::shared_ptr<const haptics::TriangleMesh> square()
+{
+    auto mesh = std::make_shared<haptics::TriangleMesh>();
+    mesh->vertices.resize(3, 4);
+    mesh->vertices << -0.1, 0.1, 0.1, -0.1, -0.1, -0.1, 0.1, 0.1, 0, 0, 0, 0;
+    mesh->triangles.resize(3, 2);
+    mesh->triangles << 0, 0, 1, 2, 2, 3;
+    return mesh;
+}
+
+HapticObject object(std::uint64_t id, const Eigen::Isometry3d& pose = Eigen::Isometry3d::Identity())
+{
+    HapticObject result;
+    result.id = id;
+    result.path = "scene/square" + std::to_string(id);
+    result.meshId = 1;
+    result.mesh = square();
+    result.pose = pose;
+    return result;
+}
+
+/// A hand of which only the index finger's last bone is tracked, pointing down, its skin \a gap over (0, 0).
+HandFrame finger(double gap, int id = 1)
+{
+    HandFrame frame;
+    Hand hand;
+    hand.id = id;
+    const double radius = 0.008;
+    hand.joints[INDEX_TIP] = {
+        Vector3d(0, 0, gap + radius), Eigen::Quaterniond::Identity(), radius, true, true};
+    hand.joints[INDEX_DISTAL] = {
+        Vector3d(0, 0, gap + radius + 0.02), Eigen::Quaterniond::Identity(), radius, true, true};
+    frame.hands.push_back(hand);
+    return frame;
+}
+
+std::string history(HandProximity& proximity, const std::vector<double>& gaps)
+{
+    std::string result;
+    double time = 0.0;
+    for (const double gap : gaps)
+    {
+        proximity.update({object(7)}, finger(gap), time += 0.01);
+        for (const TouchEvent& event : proximity.events())
+            result += event.kind == TouchEvent::ENTER ? "E" : "L";
+        result += ".";
+    }
+    return result;
+}
+
+TEST(HandProximity, DistanceIsInTheObjectsFrame)
+{
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() =
+        Eigen::AngleAxisd(M_PI / 2, Vector3d::UnitY()).toRotationMatrix(); // now in x = 0.03
+    pose.translation() = Vector3d(0.03, 0.0, 0.01);
+    HandProximity proximity;
+    proximity.update({object(3, pose)}, finger(0.005), 0.0);
+    ASSERT_EQ(proximity.contacts().size(), 1u);
+    const HandContact& contact = proximity.contacts()[0];
+    EXPECT_EQ(contact.object, 3u);
+    EXPECT_EQ(contact.hand, 1);
+    EXPECT_EQ(boneName(contact.bone), "index distal to index tip");
+    EXPECT_NEAR(contact.distance_m, 0.022, 1e-14);
+    EXPECT_NEAR(contact.position.x(), 0.03, 1e-14);
+    EXPECT_FALSE(contact.touching);
+}
+
+TEST(HandProximity, TouchesHaveHysteresis)
+{
+    HandProximity proximity; // enters under 0, leaves over 4 mm
+    EXPECT_EQ(
+        history(proximity, {0.02, 0.001, -0.001, 0.002, -0.002, 0.0039, 0.0041, 0.002, -0.001}),
+        "..E....L..E.");
+}
+
+TEST(HandProximity, TremorMakesNoEvents)
+{
+    HandProximity proximity;
+    std::mt19937_64 random(1);
+    std::uniform_real_distribution<double> tremor(-0.0019, 0.0019);
+    history(proximity, {-0.001});
+    for (int i = 0; i < 200; ++i)
+    {
+        proximity.update({object(7)}, finger(0.002 + tremor(random)), 1.0 + 0.01 * i);
+        EXPECT_TRUE(proximity.events().empty()) << i;
+    }
+}
+
+TEST(HandProximity, EventsSayWhatWasTouched)
+{
+    HandProximity proximity;
+    proximity.update({object(7)}, finger(-0.001), 0.5);
+    ASSERT_EQ(proximity.events().size(), 1u);
+    const TouchEvent event = proximity.events()[0];
+    EXPECT_EQ(event.kind, TouchEvent::ENTER);
+    EXPECT_EQ(event.object, 7u);
+    EXPECT_EQ(event.path, "scene/square7");
+    EXPECT_EQ(event.time_s, 0.5);
+    EXPECT_NEAR(event.contact.distance_m, -0.001, 1e-14);
+    EXPECT_TRUE(event.contact.touching);
+    proximity.update({object(7)}, finger(0.1), 0.6);
+    ASSERT_EQ(proximity.events().size(), 1u);
+    EXPECT_EQ(proximity.events()[0].kind, TouchEvent::LEAVE);
+    EXPECT_FALSE(proximity.events()[0].contact.touching);
+    EXPECT_TRUE(proximity.contacts().empty());
+}
+
+TEST(HandProximity, ALostHandIsHeldForAMoment)
+{
+    HandProximity proximity; // holds for 0.1 s
+    proximity.update({object(7)}, finger(-0.001), 0.0);
+    HandFrame lost = finger(-0.001);
+    lost.hands[0].joints[INDEX_TIP].positionValid = false;
+    proximity.update({object(7)}, lost, 0.05);
+    EXPECT_TRUE(proximity.events().empty());
+    proximity.update({object(7)}, finger(-0.001), 0.08);
+    EXPECT_TRUE(proximity.events().empty()); // found again before the hold ended: no second enter
+    proximity.update({object(7)}, {}, 0.17);
+    EXPECT_TRUE(proximity.events().empty());
+    proximity.update({object(7)}, {}, 0.19);
+    ASSERT_EQ(proximity.events().size(), 1u);
+    EXPECT_EQ(proximity.events()[0].kind, TouchEvent::LEAVE);
+}
+
+TEST(HandProximity, ARemovedObjectIsLeftAtOnce)
+{
+    HandProximity proximity;
+    proximity.update({object(7), object(8)}, finger(-0.001), 0.0);
+    EXPECT_EQ(proximity.events().size(), 2u);
+    proximity.update({object(8)}, finger(-0.001), 0.01);
+    ASSERT_EQ(proximity.events().size(), 1u);
+    EXPECT_EQ(proximity.events()[0].object, 7u);
+    EXPECT_EQ(proximity.events()[0].path, "scene/square7");
+}
+
+TEST(HandProximity, TwoHandsTouchEachForItself)
+{
+    HandProximity proximity;
+    HandFrame both = finger(-0.001, 0);
+    both.hands.push_back(finger(0.01, 1).hands[0]);
+    proximity.update({object(7)}, both, 0.0);
+    EXPECT_EQ(proximity.contacts().size(), 2u);
+    ASSERT_EQ(proximity.events().size(), 1u);
+    EXPECT_EQ(proximity.events()[0].contact.hand, 0);
+    both.hands.erase(both.hands.begin()); // the left hand is gone, the right one touches
+    both.hands[0] = finger(-0.001, 1).hands[0];
+    proximity.update({object(7)}, both, 0.2);
+    ASSERT_EQ(proximity.events().size(), 2u);
+    EXPECT_EQ(proximity.events()[0].kind, TouchEvent::ENTER);
+    EXPECT_EQ(proximity.events()[0].contact.hand, 1);
+    EXPECT_EQ(proximity.events()[1].kind, TouchEvent::LEAVE);
+    EXPECT_EQ(proximity.events()[1].contact.hand, 0);
+}
+
+TEST(HandProximity, ForceIsRadiationPressureTimesOverlap)
+{
+    HapticObject pressed = object(7);
+    pressed.properties.pressureInPa = true;
+    pressed.properties.pressure = 5000.0;
+    HandProximity proximity;
+    proximity.update({pressed}, finger(-0.002), 0.0);
+    ASSERT_EQ(proximity.contacts().size(), 1u);
+    const HandContact& contact = proximity.contacts()[0];
+    // The ball of 8 mm cut 6 mm from its centre: a disc of 28 mm^2, chords of two millimetres round it.
+    EXPECT_NEAR(contact.overlap_m2, M_PI * (64e-6 - 36e-6), 0.02 * M_PI * 28e-6);
+    // 2 p^2 / (2 rho c^2) with rho = 1.204 kg/m^3 and c = 343.2 m/s at 20 degrees: 176 Pa, to their digits.
+    EXPECT_NEAR(contact.force_N,
+                25e6 / (1.204 * 343.2 * 343.2) * contact.overlap_m2,
+                2e-3 * contact.force_N);
+    pressed.properties.pressureInPa = false;
+    pressed.properties.pressure = 0.5;
+    proximity.update({pressed}, finger(-0.002), 0.1);
+    EXPECT_EQ(proximity.contacts()[0].force_N, 0.0); // what 1 stands for is not known
+    proximity.setRelativePressure(10000.0);
+    proximity.update({pressed}, finger(-0.002), 0.2);
+    EXPECT_NEAR(proximity.contacts()[0].force_N, contact.force_N, 1e-12);
+    proximity.update({pressed}, finger(0.001), 0.3);
+    EXPECT_EQ(proximity.contacts()[0].force_N, 0.0);
+}
+
+TEST(HandProximity, EmptyObjectsAndNoHandsAreFine)
+{
+    HandProximity proximity;
+    HapticObject nothing = object(1);
+    nothing.mesh = std::make_shared<haptics::TriangleMesh>();
+    HapticObject null = object(2);
+    null.mesh = nullptr;
+    proximity.update({nothing, null}, finger(-0.001), 0.0);
+    proximity.update({}, {}, 0.1);
+    EXPECT_TRUE(proximity.contacts().empty());
+    EXPECT_TRUE(proximity.events().empty());
+}
+
+TEST(HandProximity, WrongOptionsAreNamed)
+{
+    const auto message = [](const ProximityOptions& options)
+    {
+        try
+        {
+            HandProximity proximity(options);
+        }
+        catch (const base::InputError& error)
+        {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    ProximityOptions options;
+    options.leave_m = -0.01;
+    EXPECT_EQ(message(options), "ProximityOptions: leave_m must be at least enter_m");
+    options = {};
+    options.range_m = 0.001;
+    EXPECT_EQ(message(options),
+              "ProximityOptions: range_m must be at least leave_m and not under 0");
+    options = {};
+    options.alpha = 3.0;
+    EXPECT_EQ(message(options), "ProximityOptions: alpha must be 1 to 2");
+}
+
+TEST(WithinReach, IsTheDistanceFromTheSkin)
+{
+    const std::vector<HandCapsule> capsules = {
+        {{Vector3d(0, 0, 0), Vector3d(0.1, 0, 0), 0.01}, 0, 0},
+        {{Vector3d(0, 0.3, 0), Vector3d(0, 0.3, 0), 0.02}, 0, 1}};
+    Eigen::Matrix3Xd points(3, 7);
+    points << 0.05, 0.05, 0.119, 0.121, 0.0, 0.0, NAN, //
+        0.0, 0.021, 0.0, 0.0, 0.3, 0.3, 0.0,           //
+        0.0, 0.0, 0.0, 0.0, 0.029, 0.031, 0.0;
+    const std::vector<bool> expected = {true, false, true, false, true, false, false};
+    EXPECT_EQ(withinReach(points, capsules, 0.01), expected);
+    EXPECT_EQ(withinReach(points, {}, 1.0), std::vector<bool>(7, false));
+}
+
+} // namespace
+
+} // namespace midair::bridge

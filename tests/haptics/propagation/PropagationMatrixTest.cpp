@@ -1,0 +1,238 @@
+#include "haptics/propagation/PropagationMatrix.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numeric>
+#include <random>
+
+#include <gtest/gtest.h>
+
+using namespace midair::haptics;
+
+namespace
+{
+
+Eigen::Matrix3Xd randomPoints(int n, double halfExtent_m, unsigned seed)
+{
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-halfExtent_m, halfExtent_m);
+    Eigen::Matrix3Xd points(3, n);
+    for (int l = 0; l < n; ++l)
+        for (int axis = 0; axis < 3; ++axis)
+            points(axis, l) = uniform(random);
+    return points;
+}
+
+// The largest |G - G_reference| relative to |G_reference|, or, where the directivity nearly vanishes, to the entry of a
+// point source.
+double
+largestError(const TransducerArray& array, const Medium& medium, const Eigen::Matrix3Xd& points)
+{
+    PropagationMatrix G;
+    G.bind(array, medium);
+    G.build(points);
+    const Eigen::MatrixXcd reference = referencePropagationMatrix(points, array, medium);
+    TransducerArray bare = array;
+    bare.directivity = Directivity::POINT;
+    const Eigen::MatrixXcd onAxis = referencePropagationMatrix(points, bare, medium);
+    double error = 0.0;
+    for (int l = 0; l < points.cols(); ++l)
+        for (int lane = 0; lane < array.size(); ++lane)
+        {
+            const int i = G.order()[static_cast<std::size_t>(lane)];
+            const double scale = std::max(std::abs(reference(l, i)), 0.1 * std::abs(onAxis(l, i)));
+            error = std::max(
+                error, std::abs(std::complex<double>(G.at(l, lane)) - reference(l, i)) / scale);
+        }
+    return error;
+}
+
+// 1e-5 is what the product promises; a phase of 60 turns in plain float would already be 4e-5 off.
+constexpr double kTolerance = 1e-5;
+
+} // namespace
+
+TEST(PropagationMatrix, AgreesWithTheReferenceThroughoutTheWorkspaceForEveryDirectivity)
+{
+    for (const Directivity model :
+         {Directivity::T4010A1_HARMONICS, Directivity::T4010A1_TABLE, Directivity::POINT})
+        for (TransducerArray array :
+             {TransducerArray::octagonalPrism(), TransducerArray::singleBoard()})
+        {
+            array.directivity = model;
+            EXPECT_LT(largestError(array, Medium{}, randomPoints(40, 0.15, 1)), kTolerance)
+                << array.name << ' ' << directivityName(model);
+        }
+}
+
+TEST(PropagationMatrix, AgreesForGainsAndPhaseOffsets)
+{
+    TransducerArray array = TransducerArray::octagonalPrism();
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    array.gain.resize(array.size());
+    array.phaseOffset_rad.resize(array.size());
+    for (int i = 0; i < array.size(); ++i)
+    {
+        array.gain[i] = 0.5 + uniform(random);
+        array.phaseOffset_rad[i] = 40.0 * (uniform(random) - 0.5);
+    }
+    EXPECT_LT(largestError(array, Medium{}, randomPoints(20, 0.1, 2)), kTolerance);
+}
+
+TEST(PropagationMatrix, AgreesInAnyAirAndAtOtherFrequencies)
+{
+    for (const double temperature_C : {-40.0, 0.0, 60.0})
+        for (const double frequency_Hz : {25e3, 40e3, 70e3})
+        {
+            Medium medium;
+            medium.temperature_C = temperature_C;
+            medium.relativeHumidity = 0.9;
+            TransducerArray array = TransducerArray::octagonalPrism();
+            array.frequency_Hz = frequency_Hz;
+            EXPECT_LT(largestError(array, medium, randomPoints(10, 0.12, 4)), kTolerance)
+                << temperature_C << " C, " << frequency_Hz << " Hz";
+        }
+}
+
+TEST(PropagationMatrix, AgreesWhereTheFloatKernelDoesNotReach)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    Eigen::Matrix3Xd points(3, 5);
+    points.col(0) = array.positions.col(17); // on a transducer
+    points.col(1) =
+        array.positions.col(400) + 1e-3 * array.normals.col(400); // a millimetre before one
+    points.col(2) = array.positions.col(1000) - 0.05 * array.normals.col(1000); // behind one
+    points.col(3) = Eigen::Vector3d(10.0, 0.0, 0.0);                            // 10 m away
+    points.col(4) = Eigen::Vector3d(0.0, 0.9, 0.0); // along the axis, outside
+    EXPECT_LT(largestError(array, Medium{}, points), kTolerance);
+}
+
+TEST(PropagationMatrix, SumsAmplitudesAndCarriesBothDirections)
+{
+    const TransducerArray array = TransducerArray::singleBoard(); // 249: not a multiple of a block
+    const Eigen::Matrix3Xd points =
+        randomPoints(7, 0.05, 5).colwise() + Eigen::Vector3d(0.0, 0.0, 0.2);
+    PropagationMatrix G;
+    G.bind(array, Medium{});
+    G.resize(7);
+    const Eigen::MatrixXcd reference = referencePropagationMatrix(points, array, Medium{});
+    std::array<int, 7> rows{};
+    std::array<double, 7> sums{};
+    std::iota(rows.begin(), rows.end(), 0);
+    for (int l = 0; l < 7; ++l)
+        G.setPoint(l, points.col(l));
+    for (int b = 0; b < G.blocks(); ++b)
+        G.buildRows(b, rows.data(), 7, sums.data());
+    for (std::size_t l = 0; l < 7; ++l)
+        EXPECT_NEAR(sums[l], reference.row(static_cast<int>(l)).cwiseAbs().sum(), 1e-5 * sums[l]);
+
+    midair::base::AlignedBuffer<float> w, q, p;
+    w.reserve(14);
+    p.reserve(14);
+    q.reserve(static_cast<std::size_t>(2 * G.paddedTransducers()));
+    float *wIm = w.data() + 7, *pIm = p.data() + 7, *qIm = q.data() + G.paddedTransducers();
+    Eigen::VectorXcd exact(7);
+    for (int l = 0; l < 7; ++l)
+    {
+        w[static_cast<std::size_t>(l)] = 0.3f * static_cast<float>(l + 1);
+        wIm[l] = 1.0f - 0.2f * static_cast<float>(l);
+        exact[l] = {w[static_cast<std::size_t>(l)], wIm[l]};
+    }
+    for (int b = 0; b < G.blocks(); ++b)
+    {
+        G.backward(b, w.data(), wIm, q.data(), qIm);
+        G.forward(b, q.data(), qIm, p.data(), pIm);
+    }
+    const Eigen::VectorXcd z = reference.adjoint() * exact;
+    const Eigen::VectorXcd pExact = reference * z; // order does not matter to a sum
+    for (int lane = 0; lane < array.size(); ++lane)
+    {
+        const auto k = static_cast<std::size_t>(lane);
+        EXPECT_LT(std::abs(std::complex<double>(q[k], qIm[lane]) - z[G.order()[k]]),
+                  1e-5 * z.norm());
+    }
+    for (int l = 0; l < 7; ++l)
+        EXPECT_LT(
+            std::abs(std::complex<double>(p[static_cast<std::size_t>(l)], pIm[l]) - pExact[l]),
+            1e-5 * pExact.norm());
+}
+
+TEST(PropagationMatrix, FixedPointHoldsItsProductsToTheSameTolerance)
+{
+    std::mt19937 random(11);
+    std::normal_distribution<double> normal;
+    TransducerArray gains = TransducerArray::octagonalPrism();
+    gains.gain.setLinSpaced(gains.size(), 0.2, 2.0);
+    gains.phaseOffset_rad.setLinSpaced(gains.size(), -9.0, 9.0);
+    for (const TransducerArray& array : {TransducerArray::octagonalPrism(), gains})
+    {
+        Eigen::Matrix3Xd points = randomPoints(9, 0.1, 6);
+        points.col(4) = array.positions.col(90) + 0.01 * array.normals.col(90); // next to one
+        points.col(7) = Eigen::Vector3d(0.0, 3.0, 0.0);                         // far off
+        const Eigen::MatrixXcd G = referencePropagationMatrix(points, array, Medium{});
+        PropagationMatrix fixed(Storage::FIXED);
+        fixed.bind(array, Medium{});
+        fixed.build(points);
+        const auto m = static_cast<std::size_t>(fixed.paddedTransducers());
+
+        Eigen::VectorXcd q(array.size()), w(9);
+        midair::base::AlignedBuffer<float> lanes, sums, back;
+        lanes.reserve(2 * m);
+        back.reserve(2 * m);
+        sums.reserve(18);
+        for (std::size_t lane = 0; lane < fixed.order().size(); ++lane)
+        {
+            const int i = fixed.order()[lane];
+            q[i] = std::polar(1.0, normal(random));
+            lanes[lane] = static_cast<float>(q[i].real());
+            lanes[m + lane] = static_cast<float>(q[i].imag());
+        }
+        for (int b = 0; b < fixed.blocks(); ++b)
+            fixed.forward(b, lanes.data(), lanes.data() + m, sums.data(), sums.data() + 9);
+        const Eigen::VectorXcd p = G * q;
+        // Rounding errors add up like noise: sqrt(m) of them, of the size of 2e-5 of the largest entries.
+        for (int l = 0; l < 9; ++l)
+            EXPECT_LT(std::abs(std::complex<double>(sums[static_cast<std::size_t>(l)],
+                                                    sums[static_cast<std::size_t>(9 + l)]) -
+                               p[l]),
+                      1e-5 * G.row(l).cwiseAbs().sum())
+                << l;
+
+        midair::base::AlignedBuffer<float> weights;
+        weights.reserve(18);
+        for (std::size_t l = 0; l < 9; ++l)
+        {
+            w[static_cast<int>(l)] = {normal(random), normal(random)};
+            weights[l] = static_cast<float>(w[static_cast<int>(l)].real());
+            weights[9 + l] = static_cast<float>(w[static_cast<int>(l)].imag());
+        }
+        for (int b = 0; b < fixed.blocks(); ++b)
+            fixed.backward(b, weights.data(), weights.data() + 9, back.data(), back.data() + m);
+        const Eigen::VectorXcd z = G.adjoint() * w;
+        double off = 0.0;
+        for (std::size_t lane = 0; lane < fixed.order().size(); ++lane)
+            off += std::norm(std::complex<double>(back[lane], back[m + lane]) -
+                             z[fixed.order()[lane]]);
+        EXPECT_LT(std::sqrt(off), 1e-4 * z.norm());
+    }
+}
+
+TEST(PropagationMatrix, RebuildsOnlyWhatIsStale)
+{
+    TransducerArray array = TransducerArray::singleBoard();
+    PropagationMatrix G;
+    EXPECT_TRUE(G.bind(array, Medium{}));
+    array.name = "another name";
+    EXPECT_FALSE(G.bind(array, Medium{}));
+    EXPECT_TRUE(G.resize(10));
+    EXPECT_FALSE(G.resize(4));
+    EXPECT_FALSE(G.resize(10));
+    Medium warm;
+    warm.temperature_C = 30.0;
+    EXPECT_TRUE(G.bind(array, warm));
+}

@@ -1,0 +1,188 @@
+// The house's own rules, read from its files: which way includes point, how large folders and files are.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace
+{
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = MIDAIR_ROOT;
+const std::set<std::string> kTops = {
+    "plugin", "engine-bridge", "haptics", "device", "samples", "tests"};
+
+std::string textOf(const fs::path& file)
+{
+    std::ifstream in(file, std::ios::binary);
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
+bool isSource(const fs::path& file)
+{
+    return file.extension() == ".h" || file.extension() == ".cpp" ||
+           file.parent_path().filename() == "osgMidair";
+}
+
+/// All regular files below the six folders, relative to the root.
+std::vector<fs::path> allFiles()
+{
+    std::vector<fs::path> files;
+    for (const std::string& top : kTops)
+        for (const auto& entry : fs::recursive_directory_iterator(kRoot / top))
+            if (entry.is_regular_file() && entry.path().extension() != ".pyc")
+                files.push_back(fs::relative(entry.path(), kRoot));
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+/// A folder's storeys from the ground up, as its CMakeLists.txt lists them; each line needs its sentence.
+std::vector<std::string> storeysOf(const fs::path& folder)
+{
+    const std::string text = textOf(kRoot / folder / "CMakeLists.txt");
+    const std::size_t begin = text.find("set(MIDAIR_STOREYS");
+    const std::size_t end = text.find("\n)", begin);
+    std::vector<std::string> storeys;
+    if (begin == std::string::npos || end == std::string::npos) return storeys;
+    std::istringstream lines(text.substr(begin, end - begin));
+    std::string line;
+    std::getline(lines, line);
+    const std::regex pattern(R"(\s+(\S+)\s+# \S.*)");
+    while (std::getline(lines, line))
+    {
+        std::smatch match;
+        EXPECT_TRUE(std::regex_match(line, match, pattern))
+            << folder << "/CMakeLists.txt: a folder without its sentence: " << line;
+        if (match.empty()) continue;
+        const std::string name = match[1];
+        storeys.push_back(name == "." ? folder.generic_string() : (folder / name).generic_string());
+    }
+    return storeys;
+}
+
+/// Height of each folder of the product over the ground.
+std::map<std::string, int> heights()
+{
+    std::map<std::string, int> height;
+    int next = 0;
+    for (const char* library : {"haptics/base", "haptics", "device", "engine-bridge"})
+        for (const std::string& storey : storeysOf(library))
+            height[storey] = next++;
+    height["plugin/include/osgMidair"] = next++;
+    for (const std::string& storey : storeysOf("plugin"))
+        height[storey] = next++;
+    height["plugin/serializers"] = next++;
+    height["plugin/loader"] = next++;
+    return height;
+}
+
+std::vector<std::string> includesOf(const fs::path& file)
+{
+    static const std::regex pattern(R"(#\s*include\s*(?:"([^"]+)\"|<(osgMidair/[^>]+)>))");
+    const std::string text = textOf(kRoot / file);
+    std::vector<std::string> includes;
+    for (std::sregex_iterator match(text.begin(), text.end(), pattern), end; match != end; ++match)
+        includes.push_back((*match)[1].matched ? (*match)[1].str()
+                                               : "plugin/include/" + (*match)[2].str());
+    return includes;
+}
+
+TEST(House, NoIncludeGoesUp)
+{
+    const std::map<std::string, int> height = heights();
+    ASSERT_GT(height.size(), 25u);
+    int arrows = 0;
+    for (const fs::path& file : allFiles())
+    {
+        const std::string top = file.begin()->string();
+        if (!isSource(file) || top == "samples" || top == "tests") continue;
+        const auto own = height.find(file.parent_path().generic_string());
+        ASSERT_NE(own, height.end()) << file << " is in a folder that no CMakeLists.txt lists";
+        for (const std::string& include : includesOf(file))
+        {
+            const fs::path other(include);
+            const auto there = height.find(other.parent_path().generic_string());
+            ASSERT_NE(there, height.end())
+                << file << " includes " << include << ", which is in no folder of the product";
+            EXPECT_TRUE(fs::exists(kRoot / other)) << file << " includes " << include;
+            EXPECT_LE(there->second, own->second) << file << " includes upwards: " << include;
+            // Side by side: the array knows no field, the field no array.
+            EXPECT_FALSE(top == "device" && *other.begin() == "haptics" &&
+                         include.rfind("haptics/base/", 0) != 0)
+                << file << " includes " << include;
+            ++arrows;
+        }
+    }
+    EXPECT_GT(arrows, 500);
+}
+
+TEST(House, OnlyTheUpperStoreysKnowTheSceneGraph)
+{
+    static const std::regex pattern(R"(#\s*include\s*<(osg\w*/|bt[A-Z]|Bullet|LinearMath))");
+    int known = 0;
+    for (const fs::path& file : allFiles())
+    {
+        if (!isSource(file)) continue;
+        const std::string folder = file.parent_path().generic_string();
+        const std::string top = file.begin()->string();
+        const std::string text = textOf(kRoot / file);
+        std::smatch match;
+        if (!std::regex_search(text, match, pattern)) continue;
+        ++known;
+        const bool isBullet = match[1].str().rfind("osg", 0) != 0;
+        const bool allowed = top == "plugin" || top == "tests" || top == "samples" ||
+                             folder == "engine-bridge/scene" || folder == "engine-bridge/bodies" ||
+                             (folder == "engine-bridge/hands" && isBullet);
+        EXPECT_TRUE(allowed) << file << " includes " << match[1] << "..";
+    }
+    EXPECT_GT(known, 20);
+}
+
+TEST(House, FoldersAndFilesAreSmall)
+{
+    std::map<std::string, int> count;
+    for (const fs::path& file : allFiles())
+    {
+        ++count[file.parent_path().generic_string()];
+        if (!isSource(file)) continue;
+        const std::string text = textOf(kRoot / file);
+        EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 400) << file;
+    }
+    for (const auto& [folder, files] : count)
+        EXPECT_LE(files, 25) << folder;
+}
+
+TEST(House, TestsMirrorTheFolders)
+{
+    for (const std::string top : {"haptics", "device", "engine-bridge", "plugin", "samples"})
+        for (const auto& entry : fs::recursive_directory_iterator(kRoot / "tests" / top))
+        {
+            if (!entry.is_directory()) continue;
+            EXPECT_TRUE(fs::is_directory(kRoot / fs::relative(entry.path(), kRoot / "tests")))
+                << entry.path() << " tests no folder of the product";
+        }
+}
+
+TEST(House, TheTopLevelIsAsItIs)
+{
+    const std::set<std::string> files = {
+        "CMakeLists.txt", "README.md", "LICENSE", "CHANGELOG.md", "CONTRIBUTING.md"};
+    for (const auto& entry : fs::directory_iterator(kRoot))
+    {
+        const std::string name = entry.path().filename().string();
+        if (name.front() == '.' || name.rfind("build", 0) == 0) continue;
+        EXPECT_TRUE(entry.is_directory() ? kTops.count(name) : files.count(name)) << name;
+    }
+}
+
+} // namespace

@@ -1,0 +1,293 @@
+#include "tests/plugin/KitTest.h"
+
+#include <osgMidair/HapticCallback>
+#include <osgMidair/HapticDevice>
+
+#include <osg/ComputeBoundsVisitor>
+#include <osg/PagedLOD>
+#include <osgDB/ReadFile>
+#include <osgDB/WriteFile>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+using namespace osgMidair;
+
+namespace
+{
+
+const std::string kStar = MIDAIR_ROOT "/samples/models/star.obj";
+
+HapticScene* readHaptic(osg::ref_ptr<osg::Node>& keep, const std::string& options)
+{
+    findPlugins();
+    const osg::ref_ptr<osgDB::Options> given = new osgDB::Options(options);
+    keep = osgDB::readRefNodeFile(kStar + ".haptic", given);
+    return dynamic_cast<HapticScene*>(keep.get());
+}
+
+struct TemporaryFolder
+{
+    std::filesystem::path path;
+    TemporaryFolder()
+    {
+        std::string name = (std::filesystem::temp_directory_path() / "osgmidair-XXXXXX").string();
+        path = mkdtemp(name.data());
+    }
+    ~TemporaryFolder() { std::filesystem::remove_all(path); }
+    std::string write(const std::string& name, const std::string& text) const
+    {
+        std::ofstream(path / name) << text;
+        return (path / name).string();
+    }
+};
+
+/// A program of OSG's that loads the kit. A sanitizer's runtime has to be there before it; what OSG leaves unfreed isn't told.
+std::string stock(const std::string& program)
+{
+    const std::string runtime = MIDAIR_SANITIZER_RUNTIME;
+    if (runtime.empty()) return program;
+    return "env ASAN_OPTIONS=detect_leaks=0 LD_PRELOAD=" + runtime + " " + program;
+}
+
+/// Frames for osgviewer to run: until there is a field, which takes longer under a sanitizer.
+std::string frames()
+{
+    return std::string(MIDAIR_SANITIZER_RUNTIME).empty() ? "300" : "5000";
+}
+
+/// Runs a command with the kit in OSG's path; its output, and whether it ended well.
+std::string run(const std::string& command, bool& ok)
+{
+    const std::string full = "OSG_LIBRARY_PATH=" MIDAIR_LIBRARY_FOLDER " " + command + " 2>&1";
+    std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(full.c_str(), "r"), pclose);
+    std::string output;
+    char buffer[4096];
+    while (pipe && std::fgets(buffer, sizeof buffer, pipe.get()))
+        output += buffer;
+    ok = pipe && pclose(pipe.release()) == 0;
+    return output;
+}
+
+bool installed(const char* program)
+{
+    return std::system((std::string("command -v ") + program + " >/dev/null").c_str()) == 0;
+}
+
+std::string contents(const std::filesystem::path& file)
+{
+    std::stringstream text;
+    text << std::ifstream(file).rdbuf();
+    return text.str();
+}
+
+} // namespace
+
+TEST(Loader, AnyModelBecomesAHapticScene)
+{
+    osg::ref_ptr<osg::Node> keep;
+    HapticScene* scene = readHaptic(
+        keep, "noRotation size=0.08 pressure=500 Pa, sampling=edges device=null: array=board");
+    ASSERT_NE(scene, nullptr);
+    EXPECT_EQ(scene->getDevice(), "null:");
+    EXPECT_EQ(scene->getArray(), "board");
+    auto* surface = dynamic_cast<HapticSurface*>(scene->getChild(0));
+    ASSERT_NE(surface, nullptr);
+    EXPECT_EQ(surface->getName(), "star.obj");
+    EXPECT_EQ(surface->getPressure(), 500.0);
+    EXPECT_EQ(surface->getPressureUnit(), HapticProperty::PASCAL);
+    EXPECT_EQ(surface->getSampling(), HapticProperty::EDGES);
+    osg::ComputeBoundsVisitor bounds;
+    scene->accept(bounds);
+    const osg::BoundingBox& box = bounds.getBoundingBox();
+    EXPECT_NEAR(box.xMax() - box.xMin(), 0.08, 1e-6); // float vertices
+    EXPECT_NEAR(box.center().length(), 0.0, 1e-6);
+}
+
+TEST(Loader, WithoutASizeTheModelStaysAsItIs)
+{
+    osg::ref_ptr<osg::Node> keep;
+    HapticScene* scene = readHaptic(keep, "");
+    ASSERT_NE(scene, nullptr);
+    osg::ComputeBoundsVisitor bounds;
+    scene->accept(bounds);
+    const osg::BoundingBox& box = bounds.getBoundingBox();
+    EXPECT_NEAR(box.xMax() - box.xMin(), 0.12, 1e-6); // float vertices
+    EXPECT_TRUE(scene->getSettings() == HapticSettings());
+}
+
+TEST(Loader, BadOptionsAreNamed)
+{
+    Notices handler;
+    osg::ref_ptr<osg::Node> keep;
+    readHaptic(keep, "size=-1 sampling=holes smell=4");
+    for (const char* said : {"size is \"-1\", should be over 0 (metres)",
+                             "sampling is \"holes\", should be one of surface, edges, vertices",
+                             "unknown option \"smell\""})
+        EXPECT_NE(handler.text().find(said), std::string::npos) << handler.text();
+}
+
+TEST(Loader, ADeviceSaysWhatIsOnlyForModels)
+{
+    findPlugins();
+    const TemporaryFolder folder;
+    const std::string file =
+        folder.write("desk.haptic", "array=board; size=0.1; rotation=0 0 90\n");
+    Notices handler;
+    osg::ref_ptr<HapticDevice> device = osgDB::readRefFile<HapticDevice>(file);
+    ASSERT_NE(device, nullptr);
+    EXPECT_EQ(device->getSettings().array, "board");
+    for (const char* said : {": size is for MODEL.haptic and is not used here",
+                             ": rotation is for MODEL.haptic and is not used here"})
+        EXPECT_NE(handler.text().find(file + said), std::string::npos) << handler.text();
+}
+
+TEST(Loader, AMissingModelIsNoScene)
+{
+    findPlugins();
+    EXPECT_EQ(osgDB::readRefNodeFile("/nowhere/bunny.obj.haptic"), nullptr);
+}
+
+TEST(Loader, ASettingsFileIsAViewersDevice)
+{
+    findPlugins();
+    const TemporaryFolder folder;
+    const std::string file =
+        folder.write("desk.haptic", "# the array on the desk\narray = board\nsampling=vertices\n");
+    osg::ref_ptr<HapticDevice> device = osgDB::readRefFile<HapticDevice>(file);
+    ASSERT_NE(device, nullptr);
+    osg::ref_ptr<osg::MatrixTransform> plain =
+        new osg::MatrixTransform(osg::Matrixd::translate(0.0, 0.0, 0.15));
+    plain->addChild(BoxScene::box());
+    HeadlessViewer viewer(plain);
+    viewer.viewer.addDevice(device);
+    ASSERT_TRUE(viewer.framesUntil([&] { return device->getLatestResult() != nullptr; }));
+    EXPECT_EQ(device->getLatestResult()->points.size(), 8)
+        << "nothing is haptic: all of it is, by the file's property";
+    EXPECT_NEAR(device->getLatestResult()->points.positions.row(2).mean(), 0.15, 1e-6);
+    osg::ref_ptr<HapticSurface> surface = new HapticSurface(BoxScene::box(0.03f).get());
+    plain->addChild(surface);
+    ASSERT_TRUE(viewer.framesUntil([&] { return device->getLatestResult()->points.size() > 8; }))
+        << "now something is, and only that";
+}
+
+TEST(HapticCallback, PlaysUnderAnyRoot)
+{
+    HapticSettings settings;
+    settings.array = "board";
+    osg::ref_ptr<HapticCallback> callback = new HapticCallback(settings);
+    BoxScene box;
+    osg::ref_ptr<osg::Group> root = new osg::Group;
+    root->addChild(box.transform);
+    root->addEventCallback(callback);
+    HeadlessViewer viewer(root);
+    ASSERT_TRUE(viewer.framesUntil([&] { return callback->getLatestResult() != nullptr; }));
+    EXPECT_GT(callback->getLatestResult()->points.size(), 8);
+    EXPECT_EQ(callback->getStatistics().objects, 1);
+}
+
+TEST(StockPrograms, OsgconvKeepsTheKitsNodes)
+{
+    if (!installed("osgconv")) GTEST_SKIP() << "osgconv is not installed";
+    const TemporaryFolder folder;
+    const std::string out = (folder.path / "star.osgt").string();
+    bool ok = false;
+    const std::string said =
+        run(stock("osgconv") + " " MIDAIR_ROOT "/samples/scenes/star.osgt " + out, ok);
+    EXPECT_TRUE(ok) << said;
+    const std::string text = contents(out);
+    EXPECT_NE(text.find("osgMidair::HapticScene {"), std::string::npos);
+    EXPECT_NE(text.find("osgMidair::HapticSurface {"), std::string::npos);
+    EXPECT_NE(text.find("Name \"star\""), std::string::npos);
+}
+
+TEST(StockPrograms, OsgconvListsTheLoadersOptions)
+{
+    if (!installed("osgconv")) GTEST_SKIP() << "osgconv is not installed";
+    bool ok = false;
+    const std::string said = run(stock("osgconv") + " --format haptic", ok);
+    for (const char* option :
+         {"size=<metres>", "pressure=", "spacing=", "device=", "array=", "solver="})
+        EXPECT_NE(said.find(option), std::string::npos) << option << "\n" << said;
+}
+
+TEST(StockPrograms, ATagSurvivesTheOptimizerAndGoesWithoutTheKit)
+{
+    if (!installed("osgconv")) GTEST_SKIP() << "osgconv is not installed";
+    const TemporaryFolder folder;
+    const std::string in = folder.write("tagged.osgt", R"(#Ascii Scene
+#Version 161
+#Generator OpenSceneGraph 3.6.5
+osg::Group { UniqueID 1 Children 1 {
+  osg::Group { UniqueID 2
+    UserDataContainer TRUE { osg::DefaultUserDataContainer { UniqueID 3
+      UDC_UserObjects 1 { osg::StringValueObject { UniqueID 4 Name "haptic" Value "pressure=2" } } } }
+    Children 1 { osg::ShapeDrawable { UniqueID 5 Shape TRUE { osg::Box { UniqueID 6 } } } }
+  }
+} }
+)");
+    const std::string out = (folder.path / "out.osgt").string();
+    bool ok = false;
+    const std::string said = run("env -u OSG_LIBRARY_PATH osgconv " + in + " " + out, ok);
+    ASSERT_TRUE(ok) << said;
+    EXPECT_NE(contents(out).find("Value \"pressure=2\""), std::string::npos) << contents(out);
+}
+
+TEST(StockPrograms, OsgviewerPlaysASceneFileAndReports)
+{
+    if (!installed("osgviewer") || !installed("xvfb-run"))
+        GTEST_SKIP() << "osgviewer or xvfb-run is not installed";
+    const TemporaryFolder folder;
+    const std::string report = (folder.path / "report.json").string();
+    bool ok = false;
+    const std::string said = run(
+        "OSG_RUN_FRAME_COUNT=" + frames() + " OSG_MIDAIR_DEVICE=null: OSG_MIDAIR_REPORT=" + report +
+            " xvfb-run -a -s '-screen 0 640x480x24' " + stock("osgviewer") +
+            " --window 0 0 320 240 " MIDAIR_ROOT "/samples/scenes/star.osgt",
+        ok);
+    EXPECT_TRUE(ok) << said;
+    const std::string text = contents(report);
+    EXPECT_NE(text.find("\"device\": \"null:\""), std::string::npos) << text << said;
+    EXPECT_NE(text.find("\"frames\": " + frames() + ","), std::string::npos) << text;
+    EXPECT_NE(text.find("\"solves\": 1,"), std::string::npos) << text;
+    EXPECT_NE(text.find("\"messages\": []"), std::string::npos) << text;
+}
+
+TEST(StockPrograms, OsgviewerPagesAnObjectIn)
+{
+    if (!installed("osgviewer") || !installed("xvfb-run"))
+        GTEST_SKIP() << "osgviewer or xvfb-run is not installed";
+    findPlugins();
+    const TemporaryFolder folder;
+    const std::string page = (folder.path / "page.osgt").string();
+    const std::string file = (folder.path / "scene.osgt").string();
+    const std::string report = (folder.path / "report.json").string();
+    const osg::ref_ptr<HapticSurface> surface = new HapticSurface(BoxScene::box().get());
+    surface->setSampling(HapticProperty::VERTICES);
+    ASSERT_TRUE(osgDB::writeNodeFile(*surface, page));
+    osg::ref_ptr<osg::PagedLOD> paged = new osg::PagedLOD;
+    paged->setCenter(osg::Vec3());
+    paged->setRadius(0.1f);
+    paged->setFileName(0, "page.osgt");
+    paged->setRange(0, 0.0f, 1e6f);
+    osg::ref_ptr<HapticScene> scene = new HapticScene;
+    scene->addChild(paged);
+    ASSERT_TRUE(osgDB::writeNodeFile(*scene, file));
+    bool ok = false;
+    const std::string said = run("OSG_RUN_FRAME_COUNT=" + frames() +
+                                     " OSG_MIDAIR_DEVICE=null: OSG_MIDAIR_REPORT=" + report +
+                                     " xvfb-run -a -s '-screen 0 640x480x24' " +
+                                     stock("osgviewer") + " --window 0 0 160 120 " + file,
+                                 ok);
+    EXPECT_TRUE(ok) << said;
+    const std::string text = contents(report);
+    EXPECT_NE(text.find("\"objects\": 1,"), std::string::npos) << text << said;
+    EXPECT_NE(text.find("\"points\": 8,"), std::string::npos) << text;
+    EXPECT_NE(text.find("\"meshesRead\": 1,"), std::string::npos) << text;
+}

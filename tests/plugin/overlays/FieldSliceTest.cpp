@@ -1,0 +1,203 @@
+#include "plugin/overlays/FieldSlice.h"
+
+#include "engine-bridge/pipeline/HologramResult.h"
+#include "haptics/propagation/PropagationMatrix.h"
+
+#include <osgMidair/HapticOverlays>
+
+#include <osgUtil/UpdateVisitor>
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+using namespace osgMidair;
+namespace haptics = midair::haptics;
+namespace bridge = midair::bridge;
+
+namespace
+{
+
+std::shared_ptr<const haptics::TransducerArray> board()
+{
+    static const auto made =
+        std::make_shared<haptics::TransducerArray>(haptics::TransducerArray::singleBoard());
+    return made;
+}
+
+/// A field focused on \a focus (array frame, m), or with random phases.
+std::shared_ptr<bridge::HologramResult> played(const Eigen::Vector3d* focus, std::uint64_t frame)
+{
+    auto result = std::make_shared<bridge::HologramResult>();
+    result->frame = frame;
+    result->played.resize(board()->size());
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> angle(0.0F, 6.2831853F);
+    for (auto& q : result->played)
+        q = std::polar(1.0F, angle(random));
+    if (focus)
+    {
+        const Eigen::VectorXcd g =
+            haptics::referencePropagationMatrix(*focus, *board(), haptics::Medium())
+                .row(0)
+                .adjoint();
+        result->played = (g.array() / g.array().abs()).cast<std::complex<float>>();
+        result->points.positions = *focus;
+        result->points.normals = Eigen::Vector3d::UnitZ();
+        result->points.targets = Eigen::VectorXd::Ones(1);
+    }
+    return result;
+}
+
+SliceRequest request(const std::shared_ptr<bridge::HologramResult>& result)
+{
+    SliceRequest made;
+    made.frame = result->frame;
+    made.array = board();
+    made.result = result;
+    made.centre = Eigen::Vector3d(0.01, -0.02, 0.12);
+    made.u = Eigen::Vector3d(1.0, 0.0, 1.0).normalized();
+    made.v = Eigen::Vector3d::UnitY();
+    made.radius_m = 0.03;
+    return made;
+}
+
+Eigen::Vector3d pixelPlace(const SliceRequest& request, int column, int row)
+{
+    const double x = 2.0 * column / (kSlicePixels - 1) - 1.0;
+    const double y = 2.0 * row / (kSlicePixels - 1) - 1.0;
+    return request.centre + request.radius_m * (x * request.u + y * request.v);
+}
+
+} // namespace
+
+TEST(FieldSlice, ShowsTheFieldBetweenItsSamples)
+{
+    const SliceRequest asked = request(played(nullptr, 1));
+    const Slice slice = SliceComputer().compute(asked);
+    Eigen::Matrix3Xd places(3, 0);
+    std::vector<float> shown;
+    for (int column = 5; column < kSlicePixels; column += 17)
+        for (int row = 3; row < kSlicePixels; row += 13)
+        {
+            const Eigen::Vector3d place = pixelPlace(asked, column, row);
+            if ((place - asked.centre).norm() > 0.97 * asked.radius_m)
+                continue; // where the rim has not begun to fade
+            places.conservativeResize(3, places.cols() + 1);
+            places.col(places.cols() - 1) = place;
+            shown.push_back(slice.magnitude_Pa(row, column));
+        }
+    const Eigen::VectorXd exact =
+        (haptics::referencePropagationMatrix(places, *board(), asked.medium) *
+         asked.result->played.cast<std::complex<double>>())
+            .cwiseAbs();
+    // From 0.37 to 0.63 of the sampling rate is room for a Kaiser filter of 12 taps and 49 dB; both axes and the lattice's
+    // 3e-3 add up.
+    for (std::size_t i = 0; i < shown.size(); ++i)
+        EXPECT_NEAR(shown[i], exact[static_cast<Eigen::Index>(i)], 1e-2 * exact.maxCoeff());
+    EXPECT_GT(shown.size(), 150U);
+}
+
+TEST(FieldSlice, FindsTheFocus)
+{
+    const Eigen::Vector3d focus(0.015, -0.012, 0.125);
+    SliceRequest asked = request(played(&focus, 1));
+    asked.centre = focus + 0.004 * asked.u - 0.006 * asked.v;
+    const Slice slice = SliceComputer().compute(asked);
+    // One pixel is 0.24 mm; a board's focus leans a little towards the board.
+    EXPECT_LT((slice.peak - focus).norm(), 2e-3);
+    const double exact =
+        std::abs((haptics::referencePropagationMatrix(slice.peak, *board(), asked.medium) *
+                  asked.result->played.cast<std::complex<double>>())(0));
+    EXPECT_NEAR(slice.peak_Pa, exact, 1e-2 * exact);
+}
+
+TEST(FieldSliceOverlay, ShowsTheNewestFieldWithoutWaiting)
+{
+    const Eigen::Vector3d focus(0.0, 0.01, 0.12);
+    osg::ref_ptr<FieldSliceOverlay> overlay = new FieldSliceOverlay;
+    overlay->setResult(played(&focus, 1)); // before it knows an array: nothing to show
+    EXPECT_FALSE(overlay->waitFor(1, 0.0));
+    overlay->setArray(board(), haptics::Medium());
+    for (std::uint64_t frame = 1; frame <= 5; ++frame)
+        overlay->setResult(played(&focus, frame));
+    ASSERT_TRUE(overlay->waitFor(5, 60.0));
+    EXPECT_EQ(overlay->getShownFrame(), 5U);
+    EXPECT_GE(overlay->getRange(), overlay->getPeakPressure());
+    EXPECT_LE(overlay->getRange(), 1.11F * overlay->getPeakPressure()); // two digits
+    const osg::Vec3d place(focus.x(), focus.y(), focus.z());
+    // The slice cuts the focus, which is long across the board: y = const is seen along its length.
+    EXPECT_LT((overlay->getPeak() - place).length(), 12e-3);
+    overlay->setRange(1234.0F);
+    overlay->setResult(played(&focus, 6));
+    ASSERT_TRUE(overlay->waitFor(6, 60.0));
+    EXPECT_EQ(overlay->getRange(), 1234.0F);
+}
+
+TEST(FieldSliceOverlay, FieldOfAnotherArrayIsNotDrawn)
+{
+    osg::ref_ptr<FieldSliceOverlay> overlay = new FieldSliceOverlay;
+    overlay->setArray(board(), haptics::Medium());
+    auto result = played(nullptr, 3);
+    result->played.conservativeResize(100);
+    overlay->setResult(result);
+    EXPECT_FALSE(overlay->waitFor(3, 0.0));
+    EXPECT_EQ(overlay->getNumChildren(), 0U);
+}
+
+TEST(HapticOverlays, HiddenOnesGetNothingAndCatchUp)
+{
+    const Eigen::Vector3d focus(0.0, 0.01, 0.12);
+    osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
+    overlays->setArray(board(), haptics::Medium());
+    overlays->setShowFieldSlice(false);
+    overlays->show(played(&focus, 1));
+    EXPECT_FALSE(overlays->getFieldSlice()->waitFor(1, 0.0));
+    osgUtil::UpdateVisitor update;
+    overlays->accept(update);
+    overlays->setShowFieldSlice(true);
+    overlays->accept(update); // nothing new has come, but it was left out
+    EXPECT_TRUE(overlays->getFieldSlice()->waitFor(1, 60.0));
+}
+
+TEST(HapticOverlays, KeysSwitchThem)
+{
+    osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
+    OverlayKeys keys(overlays);
+    osg::ref_ptr<osgGA::GUIEventAdapter> event = new osgGA::GUIEventAdapter;
+    const auto press = [&](int key)
+    {
+        event->setEventType(osgGA::GUIEventAdapter::KEYDOWN);
+        event->setKey(key);
+        struct Actions : osgGA::GUIActionAdapter
+        {
+            void requestRedraw() override {}
+            void requestContinuousUpdate(bool) override {}
+            void requestWarpPointer(float, float) override {}
+        } actions;
+        return keys.handle(*event, actions);
+    };
+    EXPECT_TRUE(press(osgGA::GUIEventAdapter::KEY_F3));
+    EXPECT_FALSE(overlays->getShowFieldSlice());
+    EXPECT_TRUE(overlays->getShowArray());
+    EXPECT_TRUE(press(osgGA::GUIEventAdapter::KEY_F7));
+    EXPECT_FALSE(overlays->getShowArray());
+    EXPECT_FALSE(overlays->getShowFigures());
+    EXPECT_TRUE(press(osgGA::GUIEventAdapter::KEY_F7));
+    EXPECT_TRUE(overlays->getShowFieldSlice());
+    EXPECT_FALSE(press(osgGA::GUIEventAdapter::KEY_F8));
+    EXPECT_FALSE(press('h'));
+}
+
+TEST(HapticOverlays, CopiesShowTheSame)
+{
+    osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
+    overlays->setShowArray(false);
+    overlays->setName("seen");
+    const osg::ref_ptr<osg::Object> copy = overlays->clone(osg::CopyOp::DEEP_COPY_ALL);
+    auto& copied = dynamic_cast<HapticOverlays&>(*copy);
+    EXPECT_FALSE(copied.getShowArray());
+    EXPECT_TRUE(copied.getShowFigures());
+    EXPECT_EQ(copied.getName(), "seen");
+    EXPECT_NE(copied.getHud(), overlays->getHud());
+}

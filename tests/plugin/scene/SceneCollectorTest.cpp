@@ -1,0 +1,167 @@
+#include "plugin/scene/SceneCollector.h"
+
+#include "tests/plugin/KitTest.h"
+
+#include <osg/Geometry>
+
+#include <gtest/gtest.h>
+
+using namespace osgMidair;
+using midair::bridge::HapticObject;
+
+namespace
+{
+
+osg::ref_ptr<osg::Geometry> triangle()
+{
+    osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
+    osg::ref_ptr<osg::Vec3Array> corners = new osg::Vec3Array;
+    corners->push_back({0.0f, 0.0f, 0.0f});
+    corners->push_back({1.0f, 0.0f, 0.0f});
+    corners->push_back({0.0f, 1.0f, 0.0f});
+    geometry->setVertexArray(corners);
+    geometry->addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLES, 0, 3));
+    return geometry;
+}
+
+/// Two objects next to each other: one on a transform, one around a transform of its own.
+struct CollectorTest : testing::Test
+{
+    CollectorTest()
+    {
+        mover->addChild(first);
+        inner->addChild(triangle());
+        second->addChild(triangle());
+        second->addChild(inner);
+        scene->addChild(mover);
+        scene->addChild(second);
+        EXPECT_TRUE(frame()) << "the first time all is new";
+        EXPECT_FALSE(frame());
+    }
+
+    /// Whether anything changed; what stands in the objects is compared with what a new collector finds.
+    bool frame()
+    {
+        const bool changed = collector.collect(*scene, osg::Matrixd(), objects);
+        SceneCollector anew(nullptr, [](const std::string&) {});
+        std::vector<HapticObject> expected;
+        anew.collect(*scene, osg::Matrixd(), expected);
+        if (objects.size() > 2) return changed; // a part of its own, which only time can tell
+        EXPECT_EQ(objects.size(), expected.size());
+        for (std::size_t i = 0; i < std::min(objects.size(), expected.size()); ++i)
+        {
+            EXPECT_EQ(objects[i].whole, expected[i].whole);
+            EXPECT_EQ(objects[i].properties, expected[i].properties);
+            EXPECT_EQ(objects[i].touchEvents, expected[i].touchEvents);
+            EXPECT_TRUE(objects[i].pose.isApprox(expected[i].pose));
+            EXPECT_EQ(objects[i].mesh->vertices, expected[i].mesh->vertices);
+        }
+        return changed;
+    }
+
+    /// The change is seen in one frame and at rest in the next.
+    void expectOneChange(const char* what)
+    {
+        EXPECT_TRUE(frame()) << what;
+        EXPECT_FALSE(frame()) << what;
+    }
+
+    osg::ref_ptr<HapticScene> scene = new HapticScene;
+    osg::ref_ptr<osg::MatrixTransform> mover = new osg::MatrixTransform;
+    osg::ref_ptr<osg::MatrixTransform> inner = new osg::MatrixTransform;
+    osg::ref_ptr<osg::Geometry> shape = triangle();
+    osg::ref_ptr<HapticSurface> first = new HapticSurface(shape.get());
+    osg::ref_ptr<HapticSurface> second = new HapticSurface;
+    std::vector<std::string> said;
+    SceneCollector collector{nullptr,
+                             [this](const std::string& message) { said.push_back(message); }};
+    std::vector<HapticObject> objects;
+};
+
+} // namespace
+
+TEST_F(CollectorTest, SeesWhateverChangesOnce)
+{
+    mover->setMatrix(osg::Matrixd::translate(0.1, 0.0, 0.0));
+    expectOneChange("moved");
+    mover->setMatrix(osg::Matrixd::scale(2.0, 2.0, 2.0));
+    expectOneChange("scaled");
+    (*static_cast<osg::Vec3Array*>(shape->getVertexArray()))[1].x() = 0.5f;
+    shape->getVertexArray()->dirty();
+    expectOneChange("morphed");
+    first->setPressure(0.5);
+    expectOneChange("another pressure");
+    first->setTouchEvents(true);
+    expectOneChange("touch events");
+    first->setEnabled(false);
+    expectOneChange("not felt any more");
+    first->setEnabled(true);
+    expectOneChange("felt again");
+    mover->setNodeMask(0);
+    expectOneChange("hidden");
+    mover->setNodeMask(~0u);
+    expectOneChange("shown again");
+    scene->removeChild(second);
+    expectOneChange("removed");
+    scene->insertChild(0, second);
+    expectOneChange("put before the other one");
+    EXPECT_TRUE(said.empty()) << said.front();
+}
+
+TEST_F(CollectorTest, SeesATransformWithinAnObjectMove)
+{
+    inner->setMatrix(osg::Matrixd::translate(0.0, 0.0, 0.2));
+    EXPECT_TRUE(frame()); // read anew: what is below it is a part of its own from now on
+    ASSERT_EQ(objects.size(), 3u);
+    frame();
+    for (double z : {0.3, 0.4})
+    {
+        inner->setMatrix(osg::Matrixd::translate(0.0, 0.0, z));
+        expectOneChange("moved");
+        ASSERT_EQ(objects.size(), 3u);
+        EXPECT_EQ(objects[2].pose.translation().z(), z);
+    }
+}
+
+TEST_F(CollectorTest, MakesAllAnewWhereTheObjectsWereGivenAway)
+{
+    objects.assign(7, HapticObject());
+    collector.forget();
+    expectOneChange("given away");
+    Eigen::Matrix4d toArray = Eigen::Matrix4d::Identity();
+    toArray(0, 3) = 0.5;
+    collector.configure(toArray, false);
+    EXPECT_TRUE(collector.collect(*scene, osg::Matrixd(), objects));
+    EXPECT_EQ(objects[0].pose.translation().x(), 0.5);
+}
+
+TEST_F(CollectorTest, KeepsTheMeshOfWhatRestsAndThenBlinks)
+{
+    const std::uint64_t mesh = objects[0].meshId;
+    const auto frames = [&](int count)
+    {
+        for (int i = 0; i < count; ++i)
+            collector.collect(*scene, osg::Matrixd(), objects);
+    };
+    frames(2 * midair::bridge::MeshCache::kKeptFrames);
+    mover->setNodeMask(0);
+    frames(100);
+    mover->setNodeMask(~0u);
+    frames(1);
+    EXPECT_EQ(objects[0].meshId, mesh);
+    EXPECT_EQ(collector.extractions(), 2u);
+}
+
+TEST_F(CollectorTest, SaysWhatCanNotBeFeltOnceAndGoesOn)
+{
+    mover->setMatrix(osg::Matrixd::scale(1.0, 0.0, 1.0));
+    frame();
+    frame();
+    frame();
+    ASSERT_EQ(said.size(), 1u);
+    EXPECT_EQ(said[0],
+              "HapticScene/MatrixTransform/HapticSurface: its matrix is singular, not finite or a "
+              "perspective; it can't be felt");
+    EXPECT_EQ(collector.instances(), 1);
+    EXPECT_EQ(objects.size(), 1u);
+}

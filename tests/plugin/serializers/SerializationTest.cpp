@@ -1,0 +1,297 @@
+#include "tests/plugin/KitTest.h"
+
+#include <osgDB/ReadFile>
+#include <osgDB/Registry>
+#include <osgDB/WriteFile>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+using namespace osgMidair;
+
+namespace
+{
+
+osgDB::ReaderWriter& readerWriter()
+{
+    findPlugins();
+    return *osgDB::Registry::instance()->getReaderWriterForExtension("osgt");
+}
+
+osg::ref_ptr<osgDB::Options> formatOptions(const std::string& extension)
+{
+    const std::string type = extension == "osgt" ? "Ascii" : extension == "osgx" ? "XML" : "Binary";
+    return new osgDB::Options("fileType=" + type);
+}
+
+osg::ref_ptr<osg::Node> throughStream(const osg::Node& node, const std::string& extension)
+{
+    std::stringstream stream(std::ios::in | std::ios::out | std::ios::binary);
+    const auto options = formatOptions(extension);
+    EXPECT_TRUE(readerWriter().writeNode(node, stream, options).success());
+    return readerWriter().readNode(stream, options).takeNode();
+}
+
+HapticProperty unusualProperty()
+{
+    HapticProperty p;
+    p.enabled = false;
+    p.pressure = 812.5;
+    p.pressureUnit = HapticProperty::PASCAL;
+    p.spacing = 0.0125;
+    p.sampling = HapticProperty::EDGES;
+    p.side = HapticProperty::BACK;
+    p.priority = -7;
+    p.modulationFrequency = 200.5;
+    p.modulationDepth = 0.25;
+    p.intensity = HapticProperty::TEXTURE;
+    p.touchEvents = true;
+    p.intensityChannel = HapticProperty::BLUE;
+    p.intensityLow = 0.125;
+    p.intensityHigh = 0.875;
+    return p;
+}
+
+HapticSettings unusualSettings()
+{
+    HapticSettings s;
+    s.enabled = false;
+    s.array = "my arrays/board \"two\".json";
+    s.device = "record:out.bin";
+    s.calibration = osg::Matrixd::rotate(0.5, osg::Vec3d(1.0, 0.0, 0.0)) *
+                    osg::Matrixd::translate(0.125, -0.25, 1.0 / 3.0);
+    s.metresPerUnit = 0.001;
+    s.temperature = 14.5;
+    s.humidity = 0.25;
+    s.airPressure = 95000.0;
+    s.solver = "gs";
+    s.maxIterations = 17;
+    s.rmsTolerance = 0.0078125;
+    s.deadline = 2.5;
+    s.lambda = 0.5;
+    s.loudness = 0.75;
+    s.phaseOnly = false;
+    s.threads = 2;
+    s.motionTolerance = 0.0625;
+    s.maxPoints = 321;
+    s.hands = "recorded:hand.csv?loop";
+    s.reach = 0.0625;
+    s.shadows = true;
+    s.maxPressure = 1250.5;
+    s.maxAmplitude = 0.375;
+    s.cycle = 8;
+    s.cycleSteps = 3;
+    s.subsets = 2;
+    s.fieldRate = 500.0;
+    s.denseOutlines = false;
+    s.monitorInterval = 0.25;
+    return s;
+}
+
+osg::ref_ptr<HapticScene> unusualScene()
+{
+    osg::ref_ptr<HapticScene> scene = new HapticScene;
+    scene->setSettings(unusualSettings());
+    scene->setName("unusual");
+    osg::ref_ptr<HapticSurface> surface = new HapticSurface(BoxScene::box().get());
+    surface->setProperty(unusualProperty());
+    scene->addChild(surface);
+    osg::ref_ptr<HapticSurface> ordinary = new HapticSurface;
+    scene->addChild(ordinary);
+    return scene;
+}
+
+/// Text formats write six digits.
+void expectNear(double a, double b)
+{
+    EXPECT_NEAR(a, b, 2e-6 * std::max(1.0, std::abs(b)));
+}
+
+void expectUnusual(const HapticProperty& p)
+{
+    const HapticProperty wanted = unusualProperty();
+    EXPECT_EQ(p.enabled, wanted.enabled);
+    expectNear(p.pressure, wanted.pressure);
+    EXPECT_EQ(p.pressureUnit, wanted.pressureUnit);
+    expectNear(p.spacing, wanted.spacing);
+    EXPECT_EQ(p.sampling, wanted.sampling);
+    EXPECT_EQ(p.side, wanted.side);
+    EXPECT_EQ(p.priority, wanted.priority);
+    expectNear(p.modulationFrequency, wanted.modulationFrequency);
+    expectNear(p.modulationDepth, wanted.modulationDepth);
+    EXPECT_EQ(p.intensity, wanted.intensity);
+    EXPECT_EQ(p.touchEvents, wanted.touchEvents);
+}
+
+/// What version 2 of HapticSurface brought.
+void expectUnusualPaint(const HapticProperty& p, const HapticProperty& wanted)
+{
+    EXPECT_EQ(p.intensityChannel, wanted.intensityChannel);
+    expectNear(p.intensityLow, wanted.intensityLow);
+    expectNear(p.intensityHigh, wanted.intensityHigh);
+}
+
+void expectUnusual(const HapticSettings& s)
+{
+    const HapticSettings wanted = unusualSettings();
+    EXPECT_EQ(s.enabled, wanted.enabled);
+    EXPECT_EQ(s.array, wanted.array);
+    EXPECT_EQ(s.device, wanted.device);
+    for (int i = 0; i < 16; ++i)
+        expectNear(s.calibration.ptr()[i], wanted.calibration.ptr()[i]);
+    expectNear(s.metresPerUnit, wanted.metresPerUnit);
+    expectNear(s.temperature, wanted.temperature);
+    expectNear(s.humidity, wanted.humidity);
+    expectNear(s.airPressure, wanted.airPressure);
+    EXPECT_EQ(s.solver, wanted.solver);
+    EXPECT_EQ(s.maxIterations, wanted.maxIterations);
+    expectNear(s.rmsTolerance, wanted.rmsTolerance);
+    expectNear(s.deadline, wanted.deadline);
+    expectNear(s.lambda, wanted.lambda);
+    expectNear(s.loudness, wanted.loudness);
+    EXPECT_EQ(s.phaseOnly, wanted.phaseOnly);
+    EXPECT_EQ(s.threads, wanted.threads);
+    expectNear(s.motionTolerance, wanted.motionTolerance);
+    EXPECT_EQ(s.maxPoints, wanted.maxPoints);
+    EXPECT_EQ(s.hands, wanted.hands);
+    expectNear(s.reach, wanted.reach);
+    EXPECT_EQ(s.shadows, wanted.shadows);
+}
+
+/// What versions 2 to 4 of HapticScene brought.
+void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
+{
+    expectNear(s.maxPressure, wanted.maxPressure);
+    EXPECT_EQ(s.cycle, wanted.cycle);
+    EXPECT_EQ(s.cycleSteps, wanted.cycleSteps);
+    EXPECT_EQ(s.subsets, wanted.subsets);
+    expectNear(s.fieldRate, wanted.fieldRate);
+    EXPECT_EQ(s.denseOutlines, wanted.denseOutlines);
+    expectNear(s.monitorInterval, wanted.monitorInterval);
+    expectNear(s.maxAmplitude, wanted.maxAmplitude);
+}
+
+void expectUnusual(osg::Node* node,
+                   const HapticProperty& paint = unusualProperty(),
+                   const HapticSettings& later = unusualSettings())
+{
+    auto* scene = dynamic_cast<HapticScene*>(node);
+    ASSERT_NE(scene, nullptr);
+    EXPECT_EQ(scene->getName(), "unusual");
+    expectUnusual(scene->getSettings());
+    expectUnusualTurns(scene->getSettings(), later);
+    ASSERT_EQ(scene->getNumChildren(), 2u);
+    auto* surface = dynamic_cast<HapticSurface*>(scene->getChild(0));
+    ASSERT_NE(surface, nullptr);
+    expectUnusual(surface->getProperty());
+    expectUnusualPaint(surface->getProperty(), paint);
+    EXPECT_EQ(surface->getNumChildren(), 1u);
+    auto* ordinary = dynamic_cast<HapticSurface*>(scene->getChild(1));
+    ASSERT_NE(ordinary, nullptr);
+    EXPECT_TRUE(ordinary->getProperty() == HapticProperty());
+}
+
+class Serialization : public testing::TestWithParam<const char*>
+{
+};
+
+} // namespace
+
+TEST_P(Serialization, KeepsEveryProperty)
+{
+    expectUnusual(throughStream(*unusualScene(), GetParam()).get());
+}
+
+TEST_P(Serialization, ReadsTheStoredFilesOfVersion1)
+{
+    findPlugins();
+    const std::string file = std::string(MIDAIR_TEST_DATA "/format-v1/scene.") + GetParam();
+    // Without what came later.
+    expectUnusual(osgDB::readRefNodeFile(file).get(), HapticProperty(), HapticSettings());
+}
+
+TEST_P(Serialization, ReadsTheStoredFilesOfVersion2)
+{
+    findPlugins();
+    const std::string file = std::string(MIDAIR_TEST_DATA "/format-v2/scene.") + GetParam();
+    // Without what came later.
+    HapticSettings settings;
+    settings.maxPressure = unusualSettings().maxPressure;
+    expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
+}
+
+TEST_P(Serialization, ReadsTheStoredFilesOfVersion3)
+{
+    findPlugins();
+    const std::string file = std::string(MIDAIR_TEST_DATA "/format-v3/scene.") + GetParam();
+    // Without what came later.
+    HapticSettings settings = unusualSettings();
+    settings.maxAmplitude = HapticSettings().maxAmplitude;
+    expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
+}
+
+TEST_P(Serialization, ReadsTheStoredFilesOfVersion4)
+{
+    findPlugins();
+    expectUnusual(
+        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v4/scene.") + GetParam())
+            .get());
+}
+
+TEST_P(Serialization, ATagIsKeptOnAnOrdinaryGroup)
+{
+    osg::ref_ptr<osg::Group> group = new osg::Group;
+    group->setUserValue("haptic", std::string("pressure=2; sampling=edges"));
+    const auto read = throughStream(*group, GetParam());
+    ASSERT_NE(read, nullptr);
+    std::string tag;
+    EXPECT_TRUE(read->getUserValue("haptic", tag));
+    EXPECT_EQ(tag, "pressure=2; sampling=edges");
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats,
+                         Serialization,
+                         testing::Values("osgt", "osgb", "osgx"),
+                         [](const auto& info) { return std::string(info.param); });
+
+/// Writes the stored files anew; only for a new format version, into a folder of its own.
+TEST(Serialization, WriteStoredFiles)
+{
+    const char* folder = std::getenv("MIDAIR_WRITE_FORMAT_FILES");
+    if (!folder) GTEST_SKIP() << "only with MIDAIR_WRITE_FORMAT_FILES=FOLDER";
+    findPlugins();
+    for (const char* extension : {"osgt", "osgb", "osgx"})
+        EXPECT_TRUE(
+            osgDB::writeNodeFile(*unusualScene(), std::string(folder) + "/scene." + extension));
+}
+
+TEST(Serialization, AFileOfANewerKitIsReadWithAWarning)
+{
+    std::stringstream stream("#Ascii Scene\n#Version 161\n#Generator OpenSceneGraph 3.6.5\n"
+                             "osgMidair::HapticSurface {\n UniqueID 1\n FormatVersion 99\n"
+                             " Pressure 3\n Smell 4\n}\n");
+    const Notices notices;
+    const osg::ref_ptr<osg::Node> node =
+        readerWriter().readNode(stream, formatOptions("osgt")).takeNode();
+    auto* surface = dynamic_cast<HapticSurface*>(node.get());
+    ASSERT_NE(surface, nullptr);
+    EXPECT_EQ(surface->getPressure(), 3.0);
+    EXPECT_NE(notices.text().find(
+                  "a HapticSurface of format version 99 was written by a newer kit; this one "
+                  "knows version 2 and may lose properties"),
+              std::string::npos)
+        << notices.text();
+}
+
+TEST(Serialization, ACopyIsASceneOfItsOwn)
+{
+    osg::ref_ptr<HapticScene> scene = unusualScene();
+    osg::ref_ptr<HapticScene> copy = osg::clone(scene.get(), osg::CopyOp::DEEP_COPY_ALL);
+    expectUnusual(copy.get());
+    EXPECT_EQ(copy->getNumChildrenRequiringEventTraversal(), 3u) << "itself and two surfaces";
+    EXPECT_NE(&copy->engine(), &scene->engine());
+}

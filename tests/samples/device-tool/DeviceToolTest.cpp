@@ -1,0 +1,213 @@
+#include "tests/samples/Shell.h"
+
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+namespace
+{
+
+Outcome tool(const std::string& arguments)
+{
+    return shell(std::string(MIDAIR_BIN) + "/midair-device " + arguments);
+}
+
+bool says(const Outcome& outcome, const std::string& text)
+{
+    return outcome.output.find(text) != std::string::npos;
+}
+
+/// A file of the test's own, gone at its end.
+class OwnFile
+{
+public:
+    explicit OwnFile(const std::string& name) :
+        path(::testing::TempDir() + std::to_string(::getpid()) + "_" + name)
+    {
+        std::remove(path.c_str());
+    }
+    ~OwnFile() { std::remove(path.c_str()); }
+    OwnFile(const OwnFile&) = delete;
+    OwnFile& operator=(const OwnFile&) = delete;
+
+    const std::string path;
+};
+
+/// A recording of 64 fields for ultraino64.
+void record(const std::string& file)
+{
+    const Outcome made =
+        tool("transducers --array ultraino64 --seconds 0.2 --device record:" + file);
+    ASSERT_EQ(made.code, 0) << made.output;
+}
+
+std::string contents(const std::string& file)
+{
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+void write(const std::string& file, const std::string& text)
+{
+    std::ofstream(file, std::ios::binary) << text;
+}
+
+} // namespace
+
+TEST(DeviceTool, says_by_its_exit_code_how_it_went)
+{
+    EXPECT_EQ(tool("status --device sim:").code, 0);
+    EXPECT_EQ(tool("status --device sym:").code, 3);
+    EXPECT_EQ(tool("status --array nowhere.json --device sim:").code, 3);
+    EXPECT_EQ(tool("circle --seconds 5 --device 'sim:?unplug_at=100ms'").code, 4);
+    EXPECT_EQ(tool("identify --device null:").code, 4); // has no lamps
+    EXPECT_EQ(tool("identify --device sim: --board 99").code, 3);
+    EXPECT_NE(tool("").code, 0);
+    EXPECT_EQ(tool("--help").code, 0);
+}
+
+TEST(DeviceTool, names_the_firmware_and_the_kinds_of_devices)
+{
+    EXPECT_TRUE(says(tool("status --device sim:"), "firmware 1.0.0"));
+    EXPECT_TRUE(says(tool("--help"), "sonicsurface:TTY"));
+}
+
+TEST(DeviceTool, plays_its_patterns)
+{
+    const Outcome boards = tool("boards --device sim: --seconds 0.2");
+    EXPECT_TRUE(says(boards, "board 15 of 16")) << boards.output;
+    EXPECT_TRUE(says(boards, "16 sent, 16 played")) << boards.output;
+    const Outcome each =
+        tool("transducers --array ultraino64 --device 'sim:?board=ultraino' --seconds 0.2");
+    EXPECT_TRUE(says(each, "64 sent, 64 played")) << each.output;
+    const Outcome circle = tool("circle --device sim: --seconds 0.2");
+    EXPECT_EQ(circle.code, 0) << circle.output;
+    const Outcome rates = tool("measure --device sim:,null: --seconds 0.2");
+    EXPECT_TRUE(says(rates, "latency   median ")) << rates.output;
+    EXPECT_TRUE(says(rates, "skew ")) << rates.output;
+}
+
+TEST(DeviceTool, keeps_to_a_cap_of_pressure_where_there_is_a_point)
+{
+    const std::string capped = " --device 'sim:?max-pressure=500' --seconds 0.2";
+    EXPECT_EQ(tool("circle" + capped).code, 0);
+    const Outcome boards = tool("boards" + capped);
+    EXPECT_EQ(boards.code, 3);
+    EXPECT_TRUE(says(boards, "this pattern has no control points; max-amplitude caps it"))
+        << boards.output;
+}
+
+TEST(DeviceTool, records_and_plays)
+{
+    const std::string file = ::testing::TempDir() + std::to_string(::getpid()) + "_tool.midair";
+    EXPECT_EQ(tool("transducers --array ultraino64 --seconds 0.2 --device record:" + file).code, 0);
+    const Outcome show = tool("play " + file + " --array ultraino64 --device sim:");
+    EXPECT_EQ(show.code, 0);
+    EXPECT_TRUE(says(show, "at the end, 64 fields -> sim: 64 transducers, 64 sent, 64 played"))
+        << show.output;
+    std::remove(file.c_str());
+}
+
+TEST(DeviceTool, fails_where_less_than_half_is_played)
+{
+    for (const char* pattern : {"circle --rate 200", "measure --rate 200", "boards", "transducers"})
+    {
+        const Outcome bad =
+            tool(std::string(pattern) + " --seconds 0.5 --device 'sim:?drop=0.2&corrupt=0.2'");
+        EXPECT_EQ(bad.code, 4) << pattern << bad.output;
+        EXPECT_TRUE(says(bad, " fields were played: a field didn't come whole")) << bad.output;
+    }
+    EXPECT_EQ(tool("circle --rate 200 --seconds 0.5 --device 'sim:?drop=0.001'").code, 0);
+}
+
+TEST(DeviceTool, waits_for_an_array_that_is_not_there_yet)
+{
+    const Outcome never = tool("circle --device 'usb:?wait=yes' --seconds 0.3");
+    EXPECT_EQ(never.code, 4) << never.output;
+    EXPECT_TRUE(
+        says(never, "midair-device: waits for \"usb:?wait=yes\", at most 0.3 s: usb: no array"))
+        << never.output;
+    const std::string late = " --seconds 6 --device 'sim:?unplug_at=0s&replug_at=2s'";
+    const Outcome comes = tool("boards" + late);
+    EXPECT_EQ(comes.code, 0) << comes.output;
+    EXPECT_TRUE(says(comes, "waits for \"sim:")) << comes.output;
+    EXPECT_TRUE(says(comes, "16 sent, 16 played")) << comes.output;
+}
+
+TEST(DeviceTool, names_the_recording_that_it_could_not_play)
+{
+    const OwnFile file("tool,with?odd&to=name.midair");
+    const std::string quoted = "'" + file.path + "'";
+    const std::string on = " --array ultraino64 --device sim:";
+    const auto fails = [&](const std::string& rest, int code, const std::string& why)
+    {
+        const Outcome outcome = tool("play " + quoted + rest);
+        EXPECT_EQ(outcome.code, code) << outcome.output;
+        EXPECT_TRUE(says(outcome, "recording \"" + file.path + "\"") && says(outcome, why))
+            << outcome.output;
+    };
+    fails(on, 3, "can't be read: No such file or directory");
+    const OwnFile plain("tool_show.midair");
+    record(plain.path);
+    const std::string whole = contents(plain.path);
+    write(file.path, whole);
+    EXPECT_EQ(tool("play " + quoted + on).code, 0);
+    fails(" --array board --device sim:", 3, "was made for 64 transducers, but the array has 249");
+    fails(on + "'?unplug_at=50ms'", 4, "was not played whole: the device failed: unplugged");
+    write(file.path, whole.substr(0, whole.size() - 100));
+    fails(on, 4, "was not played whole: the file breaks off at byte");
+    std::string damaged = whole;
+    damaged[damaged.size() - 100] ^= 1;
+    write(file.path, damaged);
+    fails(on, 4, "was not played whole: the file is damaged at byte");
+    write(file.path, "a letter");
+    fails(on, 3, "not a recording of fields");
+    write(file.path, whole);
+    const Outcome nested = tool("play " + quoted + " --array ultraino64 --device 'play:x?to=sim:'");
+    EXPECT_EQ(nested.code, 3);
+    EXPECT_TRUE(says(nested, "a recording plays on an array")) << nested.output;
+    // Nor is what is played recorded over.
+    EXPECT_EQ(tool("play " + plain.path + " --array ultraino64 --device record:" + plain.path).code,
+              3);
+    EXPECT_EQ(contents(plain.path), whole);
+}
+
+TEST(DeviceTool, makes_an_array_of_a_pat_file)
+{
+    const OwnFile pat("board.pat");
+    const OwnFile json("board.json");
+    std::string places;
+    std::string pins;
+    std::string phases;
+    std::string ones;
+    for (int t = 0; t < 256; ++t)
+    {
+        places += "(" + std::to_string((t / 16 - 7.5) * 0.0105) + ", " +
+                  std::to_string((7.5 - t % 16) * 0.0105) + ", 0.000000),";
+        pins += std::to_string(255 - t) + ",";
+        phases += std::to_string(t - 128) + ",";
+        ones += "1.000000,";
+    }
+    write(pat.path,
+          "FT000001\n256\n128\n" + places + "\n" + pins + "\n" + phases + "\n" + ones + "\n");
+    const std::string import = "import-pat " + pat.path + " --out " + json.path;
+    const Outcome made = tool(import);
+    EXPECT_EQ(made.code, 0) << made.output;
+    EXPECT_TRUE(says(made, "--device openmpd:FT000001")) << made.output;
+    EXPECT_EQ(
+        tool("boards --seconds 0.1 --array " + json.path + " --device 'sim:?board=openmpd'").code,
+        0);
+    write(pat.path, "FT000001\n255\n");
+    const Outcome wrong = tool(import);
+    EXPECT_EQ(wrong.code, 3);
+    EXPECT_TRUE(
+        says(wrong, pat.path + ", line 2: is \"255\"; it must be the number of transducers, 256"))
+        << wrong.output;
+    const Outcome device = tool("import-pat /dev/zero --out " + json.path);
+    EXPECT_EQ(device.code, 3);
+    EXPECT_TRUE(says(device, "/dev/zero: is a device or a pipe, should be a regular file"))
+        << device.output;
+}
