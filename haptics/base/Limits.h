@@ -28,4 +28,27 @@ constexpr int kMostTriangles = 4000000;
 /// Of outlines, where their pressure is judged.
 constexpr int kMostOutlineSamples = 50000;
 
+// Ends of ranges that several storeys check.
+
+/// Of the air: what the formulas of its sound hold for.
+constexpr double kLeastTemperature_C = -40.0;
+constexpr double kMostTemperature_C = 60.0;
+constexpr double kLeastAirPressure_Pa = 50e3;
+constexpr double kMostAirPressure_Pa = 120e3;
+/// Of a solver.
+constexpr double kMostLoudness = 2.0;
+constexpr int kMostThreads = 256;
+/// Peak Pa that a cap can be set to.
+constexpr double kMostPressure_Pa = 1e6;
+/// Of fields, and of subsets of the points, that are played in turn.
+constexpr int kMostFieldsInTurn = 64;
+/// Between one of them and the next.
+constexpr int kMostCycleSteps = 16;
+/// Hz; fields that follow each other: no transducer's carrier (40 kHz) carries more.
+constexpr double kMostFieldRate_Hz = 40e3;
+/// Hz; of an amplitude modulation: above, skin feels no beat.
+constexpr double kMostModulation_Hz = 500.0;
+/// s; between two looks of the monitor.
+constexpr double kMostMonitorInterval_s = 1e6;
+
 } // namespace midair::base

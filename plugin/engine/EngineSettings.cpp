@@ -113,6 +113,7 @@ midair::bridge::HologramOptions HapticEngine::hologramOptions() const
     options.solverOptions.loudness = _settings.loudness;
     options.solverOptions.phaseOnly = _settings.phaseOnly;
     options.solverOptions.threads = _settings.threads;
+    options.solverOptions.updateRate_Hz = _settings.fieldRate;
     options.deviceUri = _settings.device;
     options.motionTolerance = _settings.motionTolerance;
     options.maxPoints = _settings.maxPoints;

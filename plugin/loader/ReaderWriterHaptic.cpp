@@ -1,6 +1,7 @@
 #include "haptics/base/RegularFile.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/Grants.h"
+#include "plugin/settings/SettingTable.h"
 #include "plugin/settings/UserOptions.h"
 
 #include <osgMidair/HapticDevice>
@@ -48,14 +49,6 @@ private:
     bool setOwn(const std::string& name, const std::string& value, std::string& error);
 };
 
-bool knows(const std::vector<std::pair<std::string, std::string>>& described,
-           const std::string& name)
-{
-    return std::any_of(described.begin(),
-                       described.end(),
-                       [&name](const auto& entry) { return entry.first == name; });
-}
-
 bool LoaderOptions::setOwn(const std::string& name, const std::string& value, std::string& error)
 {
     if (forDevice &&
@@ -100,9 +93,9 @@ void LoaderOptions::parse(const std::string& text, const std::string& where)
                           else if (setOwn(name, value, error))
                               ;
                           // An array and an object can both be enabled; the array is what one switches.
-                          else if (knows(HapticSettings::describe(), name))
+                          else if (sceneSettings().find(name))
                               settings.set(name, value, error);
-                          else if (knows(HapticProperty::describe(), name))
+                          else if (surfaceProperties().find(name))
                               property.set(name, value, error);
                           else
                               error = "unknown option \"" + name + "\"";

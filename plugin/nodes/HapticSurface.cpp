@@ -18,7 +18,7 @@ HapticSurface::HapticSurface(osg::Node* child) : HapticSurface()
 
 HapticSurface::HapticSurface(const HapticSurface& other, const osg::CopyOp& copyop) :
     osg::Group(other, copyop),
-    _property(other._property),
+    HapticPropertyHolder(other),
     _touchCallback(other._touchCallback)
 {
     // Not copied by the base class, which counts the children anew.

@@ -1,12 +1,14 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/array/TransducerArray.h"
 #include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/OverlayKinds.h"
 
 #include <osgMidair/ArrayGhost>
 #include <osgMidair/ColorMap>
 
 #include <osg/LineWidth>
 #include <osg/Math>
+#include <osgGA/GUIEventAdapter>
 
 #include <Eigen/Geometry>
 
@@ -17,6 +19,14 @@ namespace osgMidair
 
 namespace
 {
+
+const OverlayRegistration kRegistration({3,
+                                         "Array",
+                                         "array",
+                                         "the array",
+                                         osgGA::GUIEventAdapter::KEY_F4,
+                                         10,
+                                         makeOverlay<ArrayGhost>});
 
 using midair::haptics::TransducerArray;
 

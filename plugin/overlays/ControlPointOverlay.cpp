@@ -1,14 +1,25 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/OverlayKinds.h"
 
 #include <osgMidair/ColorMap>
 #include <osgMidair/ControlPointOverlay>
+
+#include <osgGA/GUIEventAdapter>
 
 namespace osgMidair
 {
 
 namespace
 {
+
+const OverlayRegistration kRegistration({1,
+                                         "ControlPoints",
+                                         "points",
+                                         "the control points",
+                                         osgGA::GUIEventAdapter::KEY_F2,
+                                         60,
+                                         makeOverlay<ControlPointOverlay>});
 
 // Each disc turns to the eye, lifted by its radius towards it, so that a ring in a surface isn't cut by it.
 const char* const kVertexSource = R"(#version 120

@@ -3,12 +3,14 @@
 #include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/FieldSlice.h"
 #include "plugin/overlays/GpuSlice.h"
+#include "plugin/overlays/OverlayKinds.h"
 
 #include <osgMidair/FieldSliceOverlay>
 
 #include <osg/Notify>
 #include <osg/PolygonOffset>
 #include <osg/Texture2D>
+#include <osgGA/GUIEventAdapter>
 
 #include <Eigen/Eigenvalues>
 
@@ -23,6 +25,14 @@ namespace osgMidair
 
 namespace
 {
+
+const OverlayRegistration kRegistration({2,
+                                         "FieldSlice",
+                                         "slice",
+                                         "the slice of the field",
+                                         osgGA::GUIEventAdapter::KEY_F3,
+                                         30,
+                                         makeOverlay<FieldSliceOverlay>});
 
 osg::Vec3 osgVec(const Eigen::Vector3d& v)
 {

@@ -2,8 +2,11 @@
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/FieldVolume.h"
+#include "plugin/overlays/OverlayKinds.h"
 
 #include <osgMidair/FieldVolumeOverlay>
+
+#include <osgGA/GUIEventAdapter>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +16,14 @@ namespace osgMidair
 
 namespace
 {
+
+const OverlayRegistration kRegistration({6,
+                                         "FieldVolume",
+                                         "volume",
+                                         "the field in space",
+                                         osgGA::GUIEventAdapter::KEY_F9,
+                                         40,
+                                         makeOverlay<FieldVolumeOverlay>});
 
 // Each puff is one triangle that turns to the eye round a soft disc.
 const char* const kVertexSource = R"(#version 120

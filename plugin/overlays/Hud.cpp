@@ -2,10 +2,12 @@
 #include "haptics/base/text/PlainText.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/TextPanel.h"
 
 #include <osgMidair/Hud>
 
+#include <osgGA/GUIEventAdapter>
 #include <osgUtil/CullVisitor>
 
 #include <algorithm>
@@ -17,6 +19,9 @@ namespace osgMidair
 
 namespace
 {
+
+const OverlayRegistration kRegistration(
+    {5, "Figures", "figures", "the figures", osgGA::GUIEventAdapter::KEY_F6, 0, makeOverlay<Hud>});
 
 const osg::Vec4 kBright(0.96F, 0.97F, 0.99F, 1.0F);
 const osg::Vec4 kDim(0.68F, 0.72F, 0.78F, 1.0F);

@@ -14,6 +14,13 @@ namespace osgMidair
 void forEachAssignment(const std::string& text,
                        const std::function<void(const std::string&, const std::string&)>& take);
 
+/// One of them.
+struct Assignment
+{
+    std::string name;
+    std::string value;
+};
+
 /// Reads \a count finite numbers, parted by blanks, into \a values, with a point whatever the locale; false, and \a values as
 /// they were, where it is anything else.
 bool parseNumbers(const std::string& text, double* values, int count);

@@ -5,6 +5,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/UserEnvironment.h"
+#include "plugin/settings/RecordedUri.h"
 
 #include <algorithm>
 #include <cctype>
@@ -289,16 +290,11 @@ void Grants::applyHands(HapticSettings& settings, const Told& told) const
         return;
     }
     if (!wish) return;
-    const std::string recorded = "recorded:";
     std::string why = "only the user opens anything but a recording beside the scene";
-    if (asked.compare(0, recorded.size(), recorded) == 0) try
+    if (std::optional<RecordedUri> recorded = RecordedUri::parse(asked)) try
         {
-            const std::string loop = "?loop";
-            std::string file = asked.substr(recorded.size());
-            const bool loops = file.size() > loop.size() &&
-                               file.compare(file.size() - loop.size(), loop.size(), loop) == 0;
-            if (loops) file.resize(file.size() - loop.size());
-            settings.hands = recorded + besideScene(settings.wishes, file) + (loops ? loop : "");
+            recorded->file = besideScene(settings.wishes, recorded->file);
+            settings.hands = recorded->text();
             return;
         }
         catch (const std::runtime_error& wrong)

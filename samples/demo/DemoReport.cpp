@@ -36,10 +36,10 @@ bool DemoReport::write(const std::string& path, std::string& error) const
     nlohmann::ordered_json json;
     json["model"] = model;
     json["size_m"] = options.size_m;
-    json["array"] = options.array;
+    json["array"] = array;
     json["transducers"] = transducers;
     json["device"] = statistics.device;
-    json["temperature_C"] = options.temperature_C;
+    json["temperature_C"] = temperature_C;
     json["frames"] = _frame_ms.size();
     json["framesPerSecond"] = seconds > 0.0 ? static_cast<double>(_frame_ms.size()) / seconds : 0.0;
     json["frame_ms"] = {{"median", quantile(_frame_ms, 0.5)}, {"p99", quantile(_frame_ms, 0.99)}};
@@ -104,10 +104,8 @@ void DemoReport::print() const
                 model.c_str(),
                 1e3 * options.size_m,
                 statistics.points);
-    std::printf("array       %s, %d transducers, %.1f C\n",
-                options.array.c_str(),
-                transducers,
-                options.temperature_C);
+    std::printf(
+        "array       %s, %d transducers, %.1f C\n", array.c_str(), transducers, temperature_C);
     std::printf("device      %s\n", statistics.device.c_str());
     std::printf("frames      %zu at %.1f/s, 99 %% within %.1f ms\n",
                 _frame_ms.size(),

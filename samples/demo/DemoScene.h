@@ -40,7 +40,7 @@ public:
 
 private:
     void wrap(const DemoOptions& options);
-    void applySettings(const DemoOptions& options, bool wrapped);
+    void applySettings(const DemoOptions& options);
 
     std::string _name;
     bool _still = false;

@@ -138,7 +138,7 @@ protected:
 TEST_P(Coincidence, StrongestSpotLiesOnTheVisibleSurface)
 {
     samples::DemoOptions options;
-    options.sampling = "vertices";
+    options.object = {{"sampling", "vertices"}};
     samples::DemoScene scene(options);
     scene.haptics().setCalibration(calibration());
     const osg::Matrix toWorld = osg::Matrix::inverse(calibration());
