@@ -23,6 +23,7 @@ ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
 {
     const auto n = static_cast<Eigen::Index>(chosen.size());
     ControlPoints result;
+    result.absolute = points.absolute;
     result.positions.resize(3, n);
     result.normals.resize(3, points.normals.cols() > 0 ? n : 0);
     result.targets.resize(n);

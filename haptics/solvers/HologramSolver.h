@@ -4,7 +4,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/threads/StopToken.h"
 #include "haptics/points/ControlPoints.h"
-#include "haptics/propagation/SurfaceStatistics.h"
+#include "haptics/solvers/SolveReport.h"
 
 #include <Eigen/Core>
 
@@ -28,10 +28,8 @@ struct SolverOptions
     double rmsTolerance = 1e-3; ///< >= 0; stop once the relative rms error is at most this
     double deadline_ms = 0.0;   ///< >= 0; 0: none; else the best field within this time
     double lambdaRel = 0.1;     ///< >= 0; lambda = lambdaRel trace(K)/n (Tikhonov)
-    bool absoluteTargets =
-        false; ///< targets are in Pa; else only their ratios count and the array plays as loud as it accurately can
     /// Over 0, up to 2. 1: as loud as it accurately can; below, that share of it; above, louder at the price of error:
-    /// targets bent by loudness - 1 of the way to the pressures of the loudest field nearby. Not above 1 with absolute targets.
+    /// targets bent by loudness - 1 of the way to the pressures of the loudest field nearby. Taken as 1 at most with absolute targets.
     double loudness = 1.0;
     bool phaseOnly =
         true;        ///< every transducer at one amplitude; false: amplitudes are solved for too
@@ -53,54 +51,6 @@ struct SolverOptions
     base::StopToken stop;
 
     bool isValid(std::string* error = nullptr) const;
-};
-
-enum class StopReason
-{
-    NOTHING_TO_DO, ///< no points, or none that can be reached
-    CONVERGED,     ///< the error asked for is reached
-    STALLED,       ///< no longer improving
-    MAX_ITERATIONS,
-    DEADLINE,
-    SKIPPED, ///< nothing moved by more than the tolerance
-    REFUSED, ///< the input is not solvable; message says why; activations are zero
-    STOPPED ///< SolverOptions::stop asked for it; activations are zero, the next solve starts from nothing
-};
-
-const char* stopReasonName(StopReason reason);
-
-/// What was solved and how well, for q as the device plays it (clipped, quantised).
-struct SolveReport
-{
-    std::string solver;
-    StopReason stop = StopReason::NOTHING_TO_DO;
-    std::string message; ///< empty, or what the user should know
-    int points = 0;
-    int transducers = 0;
-    int iterations = 0;
-    double rms =
-        0.0; ///< sqrt(mean((y_l/(s a_l) - 1)^2)), s = (y.a)/(a.a); with absolute targets s = 1
-    double max = 0.0;      ///< the largest of the same
-    double loudness = 0.0; ///< E = s |a| / mean_l(sum_i |G_li|)
-    double level_Pa =
-        0.0; ///< s times the largest target: the pressure played where the target is largest
-    double matrix_ms = 0.0;
-    double solve_ms = 0.0;
-    int rowsBuilt = 0;   ///< rows of G that were computed anew; the others had not moved
-    int leftOut = 0;     ///< points with target 0, or that no transducer reaches
-    int shortPoints = 0; ///< absolute targets: points that fall short by more than 1 %
-    double worstShortfall =
-        0.0; ///< absolute targets: the largest 1 - y_l/a_l, 0 if none falls short
-    double meanPhaseStep_rad =
-        0.0; ///< mean |change of phase| of the transducers from the field before
-    /// sum_i |q_i - q_i before|^2 / sum_i |q_i|^2: the energy of the drive's change; 0 for the first field.
-    double driveChange = 0.0;
-    /// Of that, what lies from 20 Hz to 20 kHz beside the carrier at the options' updateRate_Hz: see audibleShare().
-    double audibleChange = 0.0;
-    /// What a hand would find between the points: filled by whoever knows the surface that they stand for
-    /// (surfaceStatistics()), since that takes many solves' time; of a live scene that of the newest field that was looked
-    /// at. samples == 0: none.
-    SurfaceStatistics surface;
 };
 
 /// Control points in, activations out; holds its buffers and the last field between calls.

@@ -79,6 +79,8 @@ public:
     const OutlineOptions& options() const { return _options; }
     /// The points that the last field was solved for, their targets those of their outlines.
     const ControlPoints& points() const { return _points; }
+    /// mean_l sum_i |G_li| at these points, Pa: what all transducers in phase would give there.
+    double meanRowSum_Pa() const { return _field.meanRowSum(); }
 
 private:
     struct Candidate

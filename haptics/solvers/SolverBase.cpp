@@ -71,7 +71,7 @@ std::string arrayRefusal(const TransducerArray& array)
 SolverBase::SolverBase(std::string name, const SolverOptions& options, Storage storage) :
     _name(std::move(name)),
     _options(options),
-    _beyond(options.absoluteTargets ? 0.0 : std::max(0.0, options.loudness - 1.0)),
+    _louder(std::max(0.0, options.loudness - 1.0)),
     _audibleShare(audibleShare(options.updateRate_Hz)),
     _field(options.pool ? options.pool : std::make_shared<base::ThreadPool>(options.threads),
            storage,
@@ -242,6 +242,10 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
     const bool isKnown = _field.isBoundTo(array, medium);
     const std::string why = refusal(points, array, medium, isKnown);
     if (!why.empty()) return silent(result, StopReason::REFUSED, why, array.size(), q);
+    // A field for targets of the other kind is no start: its level means something else.
+    if (points.size() > 0 && points.absolute != _absolute) _lastGood = false;
+    if (points.size() > 0) _absolute = points.absolute;
+    _beyond = _absolute ? 0.0 : _louder;
     chooseActive(points);
     if (_active.empty())
         return silent(result,
@@ -307,30 +311,6 @@ SolverBase::silent(SolveReport result, StopReason stop, std::string why, int m, 
     result.rms = result.max = result.loudness = result.level_Pa = 0.0;
     result.leftOut = result.points;
     return result;
-}
-
-const char* stopReasonName(StopReason reason)
-{
-    switch (reason)
-    {
-    case StopReason::NOTHING_TO_DO:
-        return "nothing to do";
-    case StopReason::CONVERGED:
-        return "converged";
-    case StopReason::STALLED:
-        return "stalled";
-    case StopReason::MAX_ITERATIONS:
-        return "iteration limit";
-    case StopReason::DEADLINE:
-        return "deadline";
-    case StopReason::SKIPPED:
-        return "skipped";
-    case StopReason::REFUSED:
-        return "refused";
-    case StopReason::STOPPED:
-        return "stopped";
-    }
-    return "unknown";
 }
 
 } // namespace midair::haptics

@@ -21,7 +21,7 @@ public:
                       const TransducerArray& array,
                       const Medium& medium,
                       Eigen::VectorXcf& q) final;
-    /// With a loudness of 1 at most: what is asked for beyond is done here.
+    /// With a loudness of 1 at most: what is asked for beyond is done here, with relative targets.
     const SolverOptions& options() const final { return _options; }
 
 protected:
@@ -64,7 +64,9 @@ protected:
     {
         return _options.maxPhaseStep_rad > 0.0 || _options.maxAmplitudeStep > 0.0;
     }
-    /// What relative targets were divided by so that the largest is 1: Pa with absolute targets.
+    /// Whether the targets at hand are in Pa.
+    bool isAbsolute() const { return _absolute; }
+    /// What targets were divided by so that the largest is 1: Pa with absolute targets.
     float largestTarget() const { return _largestTarget; }
 
 private:
@@ -99,7 +101,9 @@ private:
 
     std::string _name;
     SolverOptions _options;
-    double _beyond = 0.0;       // 0 .. 1; of the way to the loudest field
+    double _louder = 0.0; // 0 .. 1; of the way to the loudest field, as the options ask
+    double _beyond = 0.0; // the same for the targets at hand: 0 for absolute ones
+    bool _absolute = false;
     double _audibleShare = 0.0; // of the drive's change, at the options' rate
     SplitVector _keptU;         // n
     Eigen::VectorXf _keptA;     // n

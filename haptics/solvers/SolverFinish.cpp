@@ -85,7 +85,7 @@ void SolverBase::makePlayable(const Outcome&)
         full = power > 0.0 ? std::sqrt(_field.m() / power) : 0.0;
     }
     double share = _options.loudness;
-    if (_options.absoluteTargets)
+    if (_absolute)
     {
         _field.forward(_field.q, _field.p);
         _field.phasesOf(_field.p);
@@ -145,7 +145,7 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
         _field.forward(_field.q, _field.p);
         _field.phasesOf(_field.p);
     }
-    const Level level = measure(_options.absoluteTargets);
+    const Level level = measure(_absolute);
     result.stop = outcome.stop;
     result.iterations = outcome.iterations;
     result.rms = level.rms;
@@ -157,7 +157,7 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
     if (result.leftOut > 0)
         result.message = std::to_string(result.leftOut) + " of " + std::to_string(result.points) +
                          " control points left out: target 0 or out of the array's reach";
-    if (_options.absoluteTargets) reportShortfall(result);
+    if (_absolute) reportShortfall(result);
 
     if (!hasLast(_field)) return;
     const kernels::DriveDifference difference = kernels::compareDrives(_field.G.paddedTransducers(),
