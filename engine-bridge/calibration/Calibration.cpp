@@ -2,6 +2,7 @@
 
 #include "engine-bridge/calibration/RobustFit.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 #include "haptics/base/text/PlainText.h"
 
 #include <Eigen/Eigenvalues>
@@ -86,7 +87,7 @@ public:
     Eigen::Matrix3d worstAtRadius(double radius) const
     {
         Eigen::Matrix3d worst = at(Eigen::Vector3d(0, 0, radius));
-        const double golden = M_PI * (3.0 - std::sqrt(5.0));
+        const double golden = base::kPi * (3.0 - std::sqrt(5.0));
         for (int i = 0; i < kEdgeDirections; ++i)
         {
             const double z = 1.0 - (2.0 * i + 1.0) / kEdgeDirections;

@@ -1,5 +1,7 @@
 #include "engine-bridge/hands/Fresnel.h"
 
+#include "haptics/base/Units.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -22,7 +24,7 @@ std::complex<double> knifeEdge(double v)
     const double g = 1.0 / (2.0 + 4.142 * x + 3.492 * x * x + 6.670 * x * x * x);
     const std::complex<double> beyond = std::complex<double>(0.5, 0.5) *
                                         std::complex<double>(g, -f) *
-                                        std::polar(1.0, -0.5 * M_PI * x * x);
+                                        std::polar(1.0, -0.5 * base::kPi * x * x);
     return v >= 0.0 ? beyond : 1.0 - beyond;
 }
 

@@ -2,6 +2,7 @@
 
 #include "engine-bridge/hands/SegmentDistance.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/text/Range.h"
 #include "haptics/propagation/PressureField.h"
 
 #include <algorithm>
@@ -52,16 +53,17 @@ Ball ballRound(const std::vector<HandCapsule>& capsules)
 
 bool ProximityOptions::isValid(std::string* error) const
 {
-    const char* wrong = nullptr;
-    if (!std::isfinite(enter_m)) wrong = "enter_m must be finite";
-    if (!(leave_m >= enter_m && std::isfinite(leave_m))) wrong = "leave_m must be at least enter_m";
-    if (!(range_m >= leave_m && range_m >= 0.0 && std::isfinite(range_m)))
-        wrong = "range_m must be at least leave_m and not under 0";
-    if (!(hold_s >= 0.0)) wrong = "hold_s must be at least 0";
-    if (!(alpha >= 1.0 && alpha <= 2.0)) wrong = "alpha must be 1 to 2";
-    if (!(relative_Pa >= 0.0)) wrong = "relative_Pa must be at least 0";
-    if (wrong && error) *error = std::string("ProximityOptions: ") + wrong;
-    return !wrong;
+    return base::RangeCheck("ProximityOptions: ")
+        .require(std::isfinite(enter_m), "enter_m must be finite")
+        .check(leave_m >= enter_m && std::isfinite(leave_m), "leave_m", leave_m, "at least enter_m")
+        .check(range_m >= leave_m && range_m >= 0.0 && std::isfinite(range_m),
+               "range_m",
+               range_m,
+               "at least leave_m and not under 0")
+        .check(hold_s >= 0.0, "hold_s", hold_s, "at least 0")
+        .within("alpha", alpha, 1.0, 2.0)
+        .check(relative_Pa >= 0.0, "relative_Pa", relative_Pa, "at least 0")
+        .passed(error);
 }
 
 HandProximity::HandProximity(const ProximityOptions& options, const haptics::Medium& medium) :

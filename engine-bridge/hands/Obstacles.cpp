@@ -3,6 +3,7 @@
 #include "engine-bridge/hands/Fresnel.h"
 #include "engine-bridge/hands/SegmentDistance.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/text/Range.h"
 
 #include <Eigen/Geometry>
 
@@ -160,11 +161,10 @@ std::vector<Capsule> usableOnes(const std::vector<Capsule>& obstacles)
 
 bool ShadowOptions::isValid(std::string* error) const
 {
-    const char* wrong = nullptr;
-    if (!(wavelength_m > 0.0 && std::isfinite(wavelength_m))) wrong = "wavelength_m must be over 0";
-    if (maxTests < 1) wrong = "maxTests must be at least 1";
-    if (wrong && error) *error = std::string("ShadowOptions: ") + wrong;
-    return !wrong;
+    return base::RangeCheck("ShadowOptions: ")
+        .above("wavelength_m", wavelength_m, 0.0)
+        .atLeast("maxTests", maxTests, 1)
+        .passed(error);
 }
 
 double shadowWeight(const Vector3d& source,

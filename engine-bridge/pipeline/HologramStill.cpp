@@ -2,6 +2,7 @@
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/sequence/FieldOrder.h"
 #include "haptics/surface/FeatureChains.h"
@@ -238,7 +239,7 @@ void HologramPipeline::fitLevel(const haptics::TransducerArray& array,
                                                   _options.solverOptions.stop)
                                   .cwiseAbs()
                                   .cast<double>();
-    const double level = y.dot(result.points.targets) / result.points.targets.squaredNorm();
+    const double level = haptics::fittedLevel(y, result.points.targets);
     if (result.absolute && level > 0.0) share = std::min(share, 1.0 / level);
     if (share < 1.0) haptics::scaleField(q, static_cast<float>(share), array.drive);
 }

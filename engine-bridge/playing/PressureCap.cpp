@@ -4,6 +4,7 @@
 #include "device/GuardedDevice.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/sequence/FieldOrder.h"
 
@@ -211,7 +212,7 @@ void rate(const haptics::ControlPoints& points,
         report.shortPoints = 0;
         return;
     }
-    const double s = (y * a).sum() / a.square().sum();
+    const double s = haptics::fittedLevel(y.matrix(), a.matrix());
     const double level_Pa = s * a.maxCoeff();
     if (report.level_Pa > 0.0) report.loudness *= level_Pa / report.level_Pa;
     report.level_Pa = level_Pa;

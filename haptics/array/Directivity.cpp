@@ -1,5 +1,7 @@
-#include "haptics/array/TransducerArray.h"
+#include "haptics/array/Directivity.h"
+
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 
 #include <algorithm>
 #include <array>
@@ -42,7 +44,7 @@ double table(double x)
 {
     constexpr std::array<double, 10> kLevel_dB = {0, 0, 0, -1, -3, -6, -9, -12, -14, -15};
     if (x < 0.0) return 0.0;
-    const double step = std::acos(std::min(x, 1.0)) * 18.0 / 3.14159265358979323846;
+    const double step = std::acos(std::min(x, 1.0)) * 18.0 / base::kPi;
     const int k = std::clamp(static_cast<int>(step), 0, 8);
     const double t = step - k;
     const double level_dB = kLevel_dB[k] + t * (kLevel_dB[k + 1] - kLevel_dB[k]);

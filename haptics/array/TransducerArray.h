@@ -1,5 +1,7 @@
 #pragma once
 
+#include "haptics/array/Directivity.h"
+
 #include <Eigen/Core>
 
 #include <string>
@@ -10,21 +12,6 @@ namespace midair::haptics
 
 /// The model is not used nearer to a transducer than this, about its radius: R is never taken smaller.
 constexpr double kNearestDistance_m = 5e-3;
-
-/// How a transducer's amplitude falls off with the angle theta from its normal; D(0) = 1, D >= 0.
-enum class Directivity
-{
-    T4010A1_HARMONICS, ///< the paper's zonal harmonics of order 0..3
-    T4010A1_TABLE,     ///< the measured table, dB at 0, 10, .. 90 degrees; 0 behind
-    POINT              ///< D = 1
-};
-
-/// D(theta) of \a model at cos(theta) = \a cosTheta in [-1, 1].
-double directivity(Directivity model, double cosTheta);
-
-/// "t4010a1-harmonics", "t4010a1-table", "point". directivityFromName throws InputError for any other name.
-const char* directivityName(Directivity model);
-Directivity directivityFromName(const std::string& name);
 
 /// Which activations a device can play: the solver is told, the device encodes.
 struct DriveResolution

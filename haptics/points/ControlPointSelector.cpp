@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Range.h"
 #include "haptics/points/PointBudget.h"
 #include "haptics/surface/PointGrid.h"
 
@@ -342,6 +343,16 @@ void checkObject(const PosedObject& object, std::size_t index)
 }
 
 } // namespace
+
+bool SelectorOptions::isValid(std::string* error) const
+{
+    return base::RangeCheck("SelectorOptions::")
+        .atLeast("maxPoints", maxPoints, 1)
+        .within("crowdingWavelengths", crowdingWavelengths, 0.0, 1.0)
+        .atLeast("minDistanceWavelengths", minDistanceWavelengths, 0.0)
+        .atLeast("reach_m", reach_m, 0.0)
+        .passed(error);
+}
 
 void PosedObject::pose(const SurfaceSamples& samples, const Eigen::Isometry3d& meshToArray)
 {

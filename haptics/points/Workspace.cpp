@@ -1,6 +1,7 @@
+#include "haptics/points/Workspace.h"
+
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
-#include "haptics/base/text/PlainText.h"
 #include "haptics/points/ControlPointSelector.h"
 
 #include <algorithm>
@@ -8,41 +9,6 @@
 
 namespace midair::haptics
 {
-
-namespace
-{
-
-bool violated(std::string* error, const char* name, double value, const char* range)
-{
-    if (error != nullptr)
-    {
-        base::PlainStream text;
-        text << "SelectorOptions::" << name << " is " << value << "; it must be " << range;
-        *error = text.str();
-    }
-    return false;
-}
-
-} // namespace
-
-bool SelectorOptions::isValid(std::string* error) const
-{
-    if (maxPoints < 1) return violated(error, "maxPoints", maxPoints, "1 or more");
-    if (!(crowdingWavelengths >= 0.0 && crowdingWavelengths <= 1.0))
-    {
-        return violated(error, "crowdingWavelengths", crowdingWavelengths, "in 0 .. 1");
-    }
-    if (!(minDistanceWavelengths >= 0.0) || !std::isfinite(minDistanceWavelengths))
-    {
-        return violated(
-            error, "minDistanceWavelengths", minDistanceWavelengths, "0 or more and finite");
-    }
-    if (!(reach_m >= 0.0) || !std::isfinite(reach_m))
-    {
-        return violated(error, "reach_m", reach_m, "0 or more and finite");
-    }
-    return true;
-}
 
 Workspace::Workspace(const TransducerArray& array,
                      double wavelength_m,

@@ -1,6 +1,7 @@
 #include "haptics/propagation/FieldLattice.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/kernels/LatticeKernels.h"
 
@@ -141,7 +142,7 @@ void LatticeField::cover(const Tile& tile, const Wanted& wanted)
     const double h = radius_m(_lattice->step * half.asDiagonal());
     if (wanted && !wanted(middle, h)) return;
     const double R = nearest_m(middle);
-    const double k = 2.0 * M_PI / _wavelength_m;
+    const double k = base::kTwoPi / _wavelength_m;
     if (R > kNearestDistance_m + 2.0 * h && 0.193 * k * h * h * h <= kPhaseError * R * R)
     {
         march(tile, middle);

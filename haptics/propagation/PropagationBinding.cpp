@@ -1,4 +1,5 @@
 // What a PropagationMatrix takes over from an array and its medium: groups of transducers, directivity, bounds.
+#include "haptics/base/Units.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/TransducerGroups.h"
 
@@ -13,8 +14,6 @@ namespace midair::haptics
 
 namespace
 {
-
-constexpr double kTwoPi = 6.283185307179586;
 
 constexpr double kPlanar = 1e-7;           // wavelengths out of the plane
 constexpr double kMostDecayInGroup = 0.02; // then exp's parabola is good to 1e-6
@@ -64,9 +63,10 @@ kernels::DirectivityCubic cubicOf(Directivity model)
 kernels::DirectivityTable tableOf(Directivity model)
 {
     constexpr int kSteps = kernels::DirectivityTable::kSteps;
-    const auto level = [model](int step) {
+    const auto level = [model](int step)
+    {
         return std::log2(
-            directivity(model, std::max(0.0, std::cos(0.25 * kTwoPi * step / kSteps))));
+            directivity(model, std::max(0.0, std::cos(0.25 * base::kTwoPi * step / kSteps))));
     };
     kernels::DirectivityTable table{};
     table.largest = largestOf(model);
@@ -186,7 +186,7 @@ void PropagationMatrix::bindLane(int lane, int source, const Eigen::Vector3d& ce
     g[stride * 7] = lane < _transducers
                         ? static_cast<float>(_array.sourceAmplitude_Pa_m * gain / _wavelength_m)
                         : 0.0f;
-    const double turns = _hasOffset ? _array.phaseOffset_rad[source] / kTwoPi : 0.0;
+    const double turns = _hasOffset ? _array.phaseOffset_rad[source] / base::kTwoPi : 0.0;
     g[stride * 8] = static_cast<float>(turns - std::round(turns));
 }
 

@@ -1,5 +1,7 @@
 #include "haptics/propagation/PropagationMatrix.h"
 
+#include "haptics/base/Units.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -8,8 +10,6 @@ namespace midair::haptics
 
 namespace
 {
-
-constexpr double kTwoPi = 6.283185307179586;
 
 // Wavelengths: nearer, single precision of R^2 - R0^2 is not enough for 1e-5.
 constexpr double kNearest = 0.25;
@@ -191,7 +191,7 @@ float PropagationMatrix::rowInDouble(int block,
         const double a = _array.sourceAmplitude_Pa_m * gain *
                          directivity(_array.directivity, cosTheta) / R * std::exp(-_beta * R);
         const double phase =
-            (_hasOffset ? _array.phaseOffset_rad[source] : 0.0) - kTwoPi * R / _wavelength_m;
+            (_hasOffset ? _array.phaseOffset_rad[source] : 0.0) - base::kTwoPi * R / _wavelength_m;
         re[i] = static_cast<float>(a * std::cos(phase));
         im[i] = static_cast<float>(a * std::sin(phase));
         sum += std::fabs(a);

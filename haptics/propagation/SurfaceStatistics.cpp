@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/PlainText.h"
+#include "haptics/base/text/Range.h"
 #include "haptics/propagation/PressureField.h"
 
 #include <algorithm>
@@ -56,21 +57,13 @@ Eigen::Matrix3Xd placesOff(const Eigen::Matrix3Xd& surface,
 
 bool SurfaceStatisticsOptions::isValid(std::string* error) const
 {
-    base::PlainStream text;
-    if (!(alpha >= 1.0 && alpha <= 2.0))
-        text << "alpha is " << alpha << "; it must be within 1 .. 2";
-    else if (!(offRadius_m > 0.0 && std::isfinite(offRadius_m)))
-        text << "offRadius_m is " << offRadius_m << "; it must be above 0";
-    else if (!(offDistance_m >= 0.0 && std::isfinite(offDistance_m)))
-        text << "offDistance_m is " << offDistance_m << "; it must be at least 0";
-    else if (offPoints < 0)
-        text << "offPoints is " << offPoints << "; it must be at least 0";
-    else if (threads < 1)
-        text << "threads is " << threads << "; it must be at least 1";
-    else
-        return true;
-    if (error != nullptr) *error = text.str();
-    return false;
+    return base::RangeCheck()
+        .within("alpha", alpha, 1.0, 2.0)
+        .above("offRadius_m", offRadius_m, 0.0)
+        .atLeast("offDistance_m", offDistance_m, 0.0)
+        .atLeast("offPoints", offPoints, 0)
+        .atLeast("threads", threads, 1)
+        .passed(error);
 }
 
 SurfaceStatistics statisticsOf(const Eigen::VectorXd& on_Pa, const Eigen::VectorXd& off_Pa)

@@ -223,7 +223,7 @@ void FieldProblem::phasesOf(const SplitVector& field)
         const auto row = static_cast<std::size_t>(l);
         const std::complex<float> value = field.at(row);
         y[l] = std::abs(value);
-        if (y[l] > 1e-30f) u.set(row, value / y[l]);
+        if (y[l] > kLeastPressure_Pa) u.set(row, value / y[l]);
     }
 }
 

@@ -17,6 +17,9 @@
 namespace midair::haptics
 {
 
+/// Pressures below this have no phase, and quotients by them take this instead, so that they stay finite.
+constexpr float kLeastPressure_Pa = 1e-30f;
+
 /// A complex vector as two aligned arrays of floats.
 struct SplitVector
 {

@@ -1,5 +1,7 @@
 #include "haptics/solvers/LevenbergMarquardt.h"
 
+#include "haptics/solvers/WeightedRound.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -13,8 +15,6 @@ constexpr double kFirstDamping = 0.1; // relative to the mean of diag(J J^T)
 constexpr double kLeastDamping = 1e-4;
 constexpr double kMostDamping = 1e3;
 constexpr float kInnerTolerance = 0.05f;
-
-constexpr float kMostReweighing = 5.0f; // in a round of projections
 
 } // namespace
 
@@ -50,16 +50,8 @@ void LevenbergMarquardt::project(FieldProblem& field, int rounds)
     for (int k = 0; k < rounds; ++k)
     {
         _weight /= _weight.mean();
-        for (int l = 0; l < field.n(); ++l)
-            _w.set(static_cast<std::size_t>(l),
-                   field.u.at(static_cast<std::size_t>(l)) * _weight[l]);
-        field.projectRound(_w, field.p);
-        field.phasesOf(field.p);
-        const float s = field.y.dot(field.a) / field.a.squaredNorm();
-        for (int l = 0; l < field.n(); ++l)
-            _weight[l] *= std::clamp(s * field.a[l] / std::max(field.y[l], 1e-30f),
-                                     1.0f / kMostReweighing,
-                                     kMostReweighing);
+        projectionRound(field, _weight);
+        reweigh(field, _weight);
     }
 }
 

@@ -2,7 +2,9 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/base/Units.h"
 #include "haptics/base/text/PlainText.h"
+#include "haptics/base/text/Range.h"
 #include "haptics/propagation/PressureField.h"
 
 #include <algorithm>
@@ -14,8 +16,6 @@ namespace midair::haptics
 
 namespace
 {
-
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kJudgeSpacing = 0.1; // wavelengths
 constexpr int kFirstCorrections = 5;  // of each start, to tell which are worth following
 constexpr int kRaises = 6; // of the pressure asked for, until the mean is what it should be
@@ -41,25 +41,15 @@ bool better(bool loudEnough, const SurfaceStatistics& a, const SurfaceStatistics
 
 bool OutlineOptions::isValid(std::string* error) const
 {
-    base::PlainStream text;
-    if (!(spacing >= 0.1 && spacing <= 1.0))
-        text << "spacing is " << spacing << " wavelengths; it must be within 0.1 .. 1";
-    else if (starts < 1 || starts > 1000)
-        text << "starts is " << starts << "; it must be within 1 .. 1000";
-    else if (finalists < 1)
-        text << "finalists is " << finalists << "; it must be at least 1";
-    else if (rounds < 1)
-        text << "rounds is " << rounds << "; it must be at least 1";
-    else if (corrections < 0)
-        text << "corrections is " << corrections << "; it must be at least 0";
-    else if (!(loudness > 0.0 && std::isfinite(loudness)))
-        text << "loudness is " << loudness << "; it must be above 0";
-    else if (threads < 1)
-        text << "threads is " << threads << "; it must be at least 1";
-    else
-        return true;
-    if (error != nullptr) *error = text.str();
-    return false;
+    return base::RangeCheck()
+        .within("spacing", spacing, 0.1, 1.0, " wavelengths")
+        .within("starts", starts, 1, 1000)
+        .atLeast("finalists", finalists, 1)
+        .atLeast("rounds", rounds, 1)
+        .atLeast("corrections", corrections, 0)
+        .above("loudness", loudness, 0.0)
+        .atLeast("threads", threads, 1)
+        .passed(error);
 }
 
 OutlineHologram::OutlineHologram(const OutlineOptions& options) :
@@ -131,7 +121,7 @@ std::string OutlineHologram::start(int index)
     {
         for (std::size_t l = 0; l < n; ++l)
             _field.u.set(
-                l, std::polar(1.0f, static_cast<float>(2.0 * kPi * kTurns[index] * _along[l])));
+                l, std::polar(1.0f, static_cast<float>(base::kTwoPi * kTurns[index] * _along[l])));
         base::PlainStream name;
         name << "ramp of " << kTurns[index];
         return index == 0 ? "equal" : name.str();
@@ -140,7 +130,7 @@ std::string OutlineHologram::start(int index)
     for (std::size_t l = 0; l < n; ++l)
         _field.u.set(l,
                      std::polar(1.0f,
-                                static_cast<float>(2.0 * kPi * 0x1p-53 *
+                                static_cast<float>(base::kTwoPi * 0x1p-53 *
                                                    static_cast<double>(random() >> 11U))));
     return "random " + std::to_string(index - kRamps);
 }

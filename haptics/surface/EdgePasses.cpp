@@ -1,4 +1,4 @@
-#include "haptics/surface/SamplingPasses.h"
+#include "haptics/surface/EdgePasses.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "haptics/surface/SamplingPasses.h"
+#include "haptics/surface/FacePasses.h"
 
 #include <algorithm>
 #include <array>

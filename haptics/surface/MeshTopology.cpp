@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/base/Units.h"
 #include "haptics/surface/PointGrid.h"
 
 #include <Eigen/Geometry>
@@ -16,8 +17,6 @@ namespace midair::haptics
 
 namespace
 {
-
-constexpr double kPi = 3.14159265358979323846;
 /// Farther out than any model in metres; keeps squares and cell numbers far from overflow.
 constexpr double kLargestCoordinate_m = 1e9;
 
@@ -353,7 +352,7 @@ void measureDeficits(const TriangleMesh& mesh,
     {
         look.turn();
         if (topology.onFeature[vertex] == 0 && !turns(topology, vertex, cosHalfCrease)) continue;
-        double deficit = boundary[vertex] != 0 ? kPi : 2.0 * kPi;
+        double deficit = boundary[vertex] != 0 ? base::kPi : base::kTwoPi;
         for (int i = topology.fanStart[vertex]; i < topology.fanStart[vertex + 1]; ++i)
         {
             const int fan = topology.fan[static_cast<std::size_t>(i)];

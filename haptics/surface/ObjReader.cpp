@@ -1,6 +1,7 @@
+#include "haptics/surface/ObjReader.h"
+
 #include "haptics/base/InputError.h"
 #include "haptics/surface/ObjText.h"
-#include "haptics/surface/TriangleMesh.h"
 
 #include <Eigen/Geometry>
 

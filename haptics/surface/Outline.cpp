@@ -1,6 +1,7 @@
 #include "haptics/surface/Outline.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 #include "haptics/base/text/PlainText.h"
 
 #include <Eigen/Geometry>
@@ -13,8 +14,6 @@ namespace midair::haptics
 
 namespace
 {
-
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kMostPoints = 100000;
 
 } // namespace
@@ -93,7 +92,7 @@ Outline Outline::circle(const Eigen::Vector3d& centre,
     result.vertices.resize(3, corners);
     for (int k = 0; k < corners; ++k)
     {
-        const double angle = 2.0 * kPi * k / corners;
+        const double angle = base::kTwoPi * k / corners;
         result.vertices.col(k) =
             centre +
             turn * (0.5 * diameter_m * Eigen::Vector3d(std::cos(angle), 0.0, std::sin(angle)));

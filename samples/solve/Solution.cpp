@@ -4,11 +4,14 @@
 #include "engine-bridge/playing/PressureCap.h"
 #include "haptics/base/InputError.h"
 #include "haptics/points/ControlPointSelector.h"
+#include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/sequence/TimeMultiplexer.h"
 #include "haptics/solvers/certificate/Certificate.h"
+#include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
 
 #include <algorithm>
@@ -151,7 +154,7 @@ void fitTargets(Solution& solution)
 {
     const Eigen::VectorXd& a = solution.points.targets;
     const bool relative = !solution.absolute && a.squaredNorm() > 0.0;
-    solution.target_Pa = relative ? a * (solution.achieved_Pa.dot(a) / a.squaredNorm()) : a;
+    solution.target_Pa = relative ? a * haptics::fittedLevel(solution.achieved_Pa, a) : a;
 }
 
 void solve(const SolveArguments& arguments, Solution& solution)

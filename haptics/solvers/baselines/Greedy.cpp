@@ -1,3 +1,5 @@
+#include "haptics/base/Units.h"
+#include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/kernels/PhaseKernels.h"
 #include "haptics/solvers/SolverBase.h"
 #include "haptics/solvers/Solvers.h"
@@ -59,7 +61,7 @@ private:
             _turns.set(
                 k,
                 std::polar(1.0f,
-                           static_cast<float>(2.0 * M_PI * static_cast<double>(k) / _levels)));
+                           static_cast<float>(base::kTwoPi * static_cast<double>(k) / _levels)));
         const std::size_t stride =
             (n + kernels::kPhaseLanes - 1) / kernels::kPhaseLanes * kernels::kPhaseLanes;
         for (SplitVector* v : {&_p, &_column})
@@ -115,21 +117,13 @@ private:
         return true;
     }
 
-    double rms(int n) const
+    double rms(int n)
     {
-        double ya = 0.0, aa = 0.0, squares = 0.0;
-        const auto count = static_cast<std::size_t>(n);
-        for (std::size_t l = 0; l < count; ++l)
-        {
-            ya += static_cast<double>(std::abs(_p.at(l))) * _wanted[l];
-            aa += static_cast<double>(_wanted[l]) * _wanted[l];
-        }
-        for (std::size_t l = 0; l < count; ++l)
-        {
-            const double error = std::abs(_p.at(l)) / (ya / aa * _wanted[l]) - 1.0;
-            squares += error * error;
-        }
-        return std::sqrt(squares / n);
+        _reached.resize(n);
+        for (int l = 0; l < n; ++l)
+            _reached[l] = std::abs(_p.at(static_cast<std::size_t>(l)));
+        const Eigen::Map<const Eigen::VectorXf> wanted(_wanted.data(), n);
+        return relativeErrors(_reached, wanted, fittedLevelInOrder(_reached, wanted)).rms;
     }
 
     // std::shuffle is free to differ between libraries; this is not.
@@ -143,6 +137,7 @@ private:
     SplitVector _turns;      // the levels' phase factors
     SplitVector _p, _column; // n, padded with zeros
     base::AlignedBuffer<float> _wanted;
+    Eigen::VectorXf _reached; // n, |p|
     std::vector<int> _order;
 };
 

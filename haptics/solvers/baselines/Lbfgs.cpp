@@ -1,3 +1,4 @@
+#include "haptics/points/FittedLevel.h"
 #include "haptics/solvers/SolverBase.h"
 #include "haptics/solvers/Solvers.h"
 
@@ -43,7 +44,8 @@ private:
         double before = _cost;
         while (outcome.iterations < limit && outcome.stop == StopReason::MAX_ITERATIONS)
         {
-            if (rms(field) <= options().rmsTolerance)
+            const auto s = static_cast<double>(fittedLevel(field.y, field.a));
+            if (relativeErrors(field.y, field.a, s).rms <= options().rmsTolerance)
             {
                 outcome.stop = StopReason::CONVERGED;
                 break;
@@ -112,18 +114,6 @@ private:
             const auto s = static_cast<std::size_t>(i);
             result[i] = -(field.q.im[s] * field.z.re[s] - field.q.re[s] * field.z.im[s]);
         }
-    }
-
-    double rms(const FieldProblem& field) const
-    {
-        double squares = 0.0;
-        const double s = static_cast<double>(field.y.dot(field.a) / field.a.squaredNorm());
-        for (int l = 0; l < field.n(); ++l)
-        {
-            const double error = field.y[l] / (s * field.a[l]) - 1.0;
-            squares += error * error;
-        }
-        return std::sqrt(squares / field.n());
     }
 
     // direction = -H gradient, H from the last pairs (algorithm 7.4).

@@ -1,5 +1,7 @@
+#include "haptics/points/FittedLevel.h"
 #include "haptics/solvers/SolverBase.h"
 #include "haptics/solvers/Solvers.h"
+#include "haptics/solvers/WeightedRound.h"
 
 #include <algorithm>
 #include <cmath>
@@ -35,13 +37,7 @@ private:
         const int limit = iterationLimit(kDefaultIterations);
         while (outcome.iterations < limit && outcome.stop == StopReason::MAX_ITERATIONS)
         {
-            for (int l = 0; l < n; ++l)
-            {
-                const auto row = static_cast<std::size_t>(l);
-                field.w.set(row, field.u.at(row) * (_weights[l] * field.a[l]));
-            }
-            field.projectRound(field.w, field.p);
-            field.phasesOf(field.p);
+            projectionRound(field, _weights.cwiseProduct(field.a));
             ++outcome.iterations;
             const float rms = reweigh(field);
             if (rms <= static_cast<float>(options().rmsTolerance))
@@ -55,7 +51,7 @@ private:
     // Returns the rms of y_l / (s a_l) - 1.
     float reweigh(const FieldProblem& field)
     {
-        const float s = field.y.dot(field.a) / field.a.squaredNorm();
+        const float s = fittedLevel(field.y, field.a);
         if (!(s > 0.0f)) return std::numeric_limits<float>::infinity();
         float squares = 0.0f;
         for (int l = 0; l < field.n(); ++l)

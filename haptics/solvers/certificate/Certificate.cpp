@@ -3,6 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Range.h"
 #include "haptics/solvers/LargeMatrix.h"
 #include "haptics/solvers/certificate/PhaseRelaxation.h"
 
@@ -89,22 +90,12 @@ Eigen::VectorXcd pressures(const PropagationMatrix& G, const Eigen::VectorXcf& q
 
 bool CertificateOptions::isValid(std::string* error) const
 {
-    const auto fail = [error](const std::string& text)
-    {
-        if (error) *error = "certificate options: " + text;
-        return false;
-    };
-    if (!(lambdaRel >= PhaseObjective::kSmallestLambdaRel && lambdaRel <= 1e9))
-        return fail("lambdaRel is " + base::shortNumber(lambdaRel) +
-                    "; it must be from 1e-5 to 1e9");
-    if (!(tolerance >= 1e-12 && tolerance <= 1.0))
-        return fail("tolerance is " + base::shortNumber(tolerance) +
-                    "; it must be from 1e-12 to 1");
-    if (maxRounds < 1)
-        return fail("maxRounds is " + std::to_string(maxRounds) + "; it must be at least 1");
-    if (batches < 0)
-        return fail("batches is " + std::to_string(batches) + "; it must be at least 0");
-    return true;
+    return base::RangeCheck("certificate options: ")
+        .within("lambdaRel", lambdaRel, PhaseObjective::kSmallestLambdaRel, 1e9)
+        .within("tolerance", tolerance, 1e-12, 1.0)
+        .atLeast("maxRounds", maxRounds, 1)
+        .atLeast("batches", batches, 0)
+        .passed(error);
 }
 
 double

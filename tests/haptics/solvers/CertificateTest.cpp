@@ -1,6 +1,7 @@
 #include "haptics/solvers/certificate/Certificate.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/solvers/certificate/PhaseRelaxation.h"
 #include "tests/haptics/solvers/PhaseScenes.h"
 
