@@ -61,9 +61,10 @@ Eigen::Matrix3d cross(const Eigen::Vector3d& v)
     return m;
 }
 
-/// Error of the fit at r, to first order: e = t + w x (r - c) with c the pairs' centroid, Cov t = sigma^2/n I and
-/// Cov w = sigma^2 A^-1, A = sum(|d|^2 I - d d^T), d = r_k - c (normal equations of the rigid fit; its trace is the target
-/// registration error of Fitzpatrick, West, Maurer 1998). Returns Cov e / sigma^2.
+/// Error of the fit at r, to first order: e = t + w x (r - c) with c the pairs' centroid, Cov t =
+/// sigma^2/n I and Cov w = sigma^2 A^-1, A = sum(|d|^2 I - d d^T), d = r_k - c (normal equations of
+/// the rigid fit; its trace is the target registration error of Fitzpatrick, West, Maurer 1998).
+/// Returns Cov e / sigma^2.
 class ErrorModel
 {
 public:
@@ -83,7 +84,8 @@ public:
         return Eigen::Matrix3d::Identity() / _count + lever * _inverse * lever.transpose();
     }
 
-    /// At the worst of some evenly spread spots of the sphere of \a radius round the origin (a Fibonacci lattice).
+    /// At the worst of some evenly spread spots of the sphere of \a radius round the origin (a
+    /// Fibonacci lattice).
     Eigen::Matrix3d worstAtRadius(double radius) const
     {
         Eigen::Matrix3d worst = at(Eigen::Vector3d(0, 0, radius));
@@ -105,8 +107,8 @@ private:
     Eigen::Matrix3d _inverse;
 };
 
-/// Median and 95 % quantile of |e|, e normal with covariance sigma^2 C, sigma itself known from \a freedom degrees of
-/// freedom only (so Student's, not Gauss's tails): by seeded draws.
+/// Median and 95 % quantile of |e|, e normal with covariance sigma^2 C, sigma itself known from \a
+/// freedom degrees of freedom only (so Student's, not Gauss's tails): by seeded draws.
 void errorQuantiles(CalibrationReport& report,
                     const Eigen::Matrix3d& C,
                     int freedom,
@@ -147,8 +149,8 @@ std::string unitWarning(double scale)
            "and no common unit explains it: check both units, and the tracker's own calibration";
 }
 
-/// Is the world mirrored? A similarity fit of the mirrored points is then far better. False for coplanar points, which
-/// fit their mirror image as well as themselves.
+/// Is the world mirrored? A similarity fit of the mirrored points is then far better. False for
+/// coplanar points, which fit their mirror image as well as themselves.
 bool mirrored(const PointPairs& pairs, const RobustFit& direct, const RobustFitOptions& options)
 {
     PointPairs mirror = pairs;

@@ -31,8 +31,9 @@ struct RobustFit
     double noise_m = 0.0; ///< standard deviation a coordinate over the inliers
 };
 
-/// Least median of squares over triples (all of them, or seeded random ones), then least squares over the inliers until
-/// they stay the same. At least three finite pairs; the caller looks after degenerate ones.
+/// Least median of squares over triples (all of them, or seeded random ones), then least squares
+/// over the inliers until they stay the same. At least three finite pairs; the caller looks after
+/// degenerate ones.
 RobustFit robustFit(const PointPairs& pairs, const RobustFitOptions& options);
 
 } // namespace midair::bridge

@@ -112,7 +112,8 @@ void HandProximity::measure(const HapticObject& object,
         const double away = pointSegmentDistance(mesh.centre(), shape.a, shape.b) - shape.radius_m;
         _bones.push_back({away, shape, capsule.bone});
     }
-    // Only what is nearer than the nearest so far matters: the likely nearest first, and the others' searches are short.
+    // Only what is nearer than the nearest so far matters: the likely nearest first, and the
+    // others' searches are short.
     std::stable_sort(_bones.begin(),
                      _bones.end(),
                      [](const Bone& a, const Bone& b) { return a.away_m < b.away_m; });
@@ -131,7 +132,8 @@ void HandProximity::measure(const HapticObject& object,
     for (HandContact& other : _contacts)
     {
         if (other.object != contact.object || other.hand != hand) continue;
-        // Another part of the same instance: one touch, where it is nearest, with the force on both.
+        // Another part of the same instance: one touch, where it is nearest, with the force on
+        // both.
         contact.overlap_m2 += other.overlap_m2;
         contact.force_N += other.force_N;
         if (other.distance_m < contact.distance_m)

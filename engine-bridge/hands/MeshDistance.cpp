@@ -16,8 +16,8 @@ namespace midair::bridge
 namespace
 {
 
-/// The hierarchy is built in millimetres: Bullet blows every triangle's box up to 0.002 of whatever the unit is, which in
-/// metres makes one lump of a fine mesh.
+/// The hierarchy is built in millimetres: Bullet blows every triangle's box up to 0.002 of whatever
+/// the unit is, which in metres makes one lump of a fine mesh.
 constexpr double kBulletUnits = 1000.0;
 /// Boxes are rounded to Bullet's floats and 16 bits; outwards, but for the floats.
 constexpr double kFloatSlack_m = 1e-6;
@@ -42,8 +42,9 @@ double outside(const std::vector<const Capsule*>& capsules, const Eigen::Vector3
     return least;
 }
 
-/// The part of a small triangle inside, as if the skin were straight across it: the level f = 0 of the linear
-/// interpolant cuts the share f_i^2 / ((f_i - f_j)(f_i - f_k)) off at the corner i that stands alone.
+/// The part of a small triangle inside, as if the skin were straight across it: the level f = 0 of
+/// the linear interpolant cuts the share f_i^2 / ((f_i - f_j)(f_i - f_k)) off at the corner i that
+/// stands alone.
 double clippedArea(const Triangle& t, const std::vector<const Capsule*>& capsules)
 {
     const double area = 0.5 * (t.q - t.p).cross(t.r - t.p).norm();
@@ -92,7 +93,8 @@ double areaInside(const Triangle& t, const std::vector<const Capsule*>& near, do
 
 } // namespace
 
-/// Bullet's hierarchy, and a way through it that looks at the nearer half first and at nothing that is too far.
+/// Bullet's hierarchy, and a way through it that looks at the nearer half first and at nothing that
+/// is too far.
 struct MeshDistance::Bullet
 {
     Eigen::Matrix3Xf vertices; ///< of the mesh, in Bullet's units
@@ -127,8 +129,8 @@ void MeshDistance::Bullet::build(const haptics::TriangleMesh& mesh)
     shape = std::make_unique<btBvhTriangleMeshShape>(&arrays, true);
 }
 
-/// No spot in the node's box is nearer to the capsule's axis than this: the larger of the distances box to box and ball to
-/// axis.
+/// No spot in the node's box is nearer to the capsule's axis than this: the larger of the distances
+/// box to box and ball to axis.
 double MeshDistance::Bullet::lowerBound(const Capsule& capsule, int node) const
 {
     const btQuantizedBvhNode& quantized = nodes()[node];
@@ -145,7 +147,8 @@ double MeshDistance::Bullet::lowerBound(const Capsule& capsule, int node) const
     return std::max(apart.norm(), ball) - kFloatSlack_m;
 }
 
-/// Calls \a visit with every triangle whose box may be within \a limit of the axis; visit may lower the limit.
+/// Calls \a visit with every triangle whose box may be within \a limit of the axis; visit may lower
+/// the limit.
 template<class Visit>
 void MeshDistance::Bullet::walk(const Capsule& capsule,
                                 int node,

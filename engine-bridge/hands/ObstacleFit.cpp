@@ -21,8 +21,8 @@ constexpr double kThinnest_m = 1e-4;
 /// Axes of the surface's spread, the longest extent first, as columns.
 Matrix3d principalAxes(const haptics::TriangleMesh& mesh, Vector3d& middle)
 {
-    // Over the surface and not over the vertices, which may crowd: second moments of triangles about the origin are
-    // A/12 (sum v_i v_i^T + 9 m m^T) with m the mean of the corners v_i.
+    // Over the surface and not over the vertices, which may crowd: second moments of triangles
+    // about the origin are A/12 (sum v_i v_i^T + 9 m m^T) with m the mean of the corners v_i.
     Matrix3d moments = Matrix3d::Zero();
     Vector3d first = Vector3d::Zero();
     double area = 0.0;
@@ -47,7 +47,8 @@ Matrix3d principalAxes(const haptics::TriangleMesh& mesh, Vector3d& middle)
     return solver.eigenvectors().rowwise().reverse();
 }
 
-/// Least and largest first coordinate of what of the triangles lies within low .. high of the second.
+/// Least and largest first coordinate of what of the triangles lies within low .. high of the
+/// second.
 struct Range
 {
     double low = std::numeric_limits<double>::infinity();

@@ -27,9 +27,10 @@ double fresnelScale(double d1, double d2, double wavelength_m)
     return std::sqrt(2.0 * (a + b) / (wavelength_m * a * b));
 }
 
-/// The nearer edge, in units of v, of an obstacle that lies behind the point as the sound goes, or under it: only skin
-/// that the point is on, or nearly, takes anything away. The edge is the mirror image of the horizon's, so that weights
-/// pass smoothly through 1/2 at it. \a sine of the angle over the horizon, 0 .. 1.
+/// The nearer edge, in units of v, of an obstacle that lies behind the point as the sound goes, or
+/// under it: only skin that the point is on, or nearly, takes anything away. The edge is the mirror
+/// image of the horizon's, so that weights pass smoothly through 1/2 at it. \a sine of the angle
+/// over the horizon, 0 .. 1.
 double edgeBehind(double sine, double gap, double radius_m, double wavelength_m)
 {
     const double cosine = std::sqrt(std::max(0.0, 1.0 - sine * sine));
@@ -54,7 +55,8 @@ Vector3d onSkin(const Vector3d& point, const std::vector<Capsule>& obstacles)
     return moved;
 }
 
-/// shadowWeight() for a point that is not inside the obstacle (or is meant to be: of another one's skin).
+/// shadowWeight() for a point that is not inside the obstacle (or is meant to be: of another one's
+/// skin).
 double weightOutside(const Vector3d& source,
                      const Vector3d& point,
                      const Capsule& obstacle,
@@ -129,13 +131,15 @@ public:
     }
 
 private:
-    /// Cosine of the angle from the obstacle's middle beyond which a way from \a spot is lit: its ball, and the edge of
-    /// light round it as it is at its far side. -2 where the spot is inside that.
+    /// Cosine of the angle from the obstacle's middle beyond which a way from \a spot is lit: its
+    /// ball, and the edge of light round it as it is at its far side. -2 where the spot is inside
+    /// that.
     double cosineLimit(const Vector3d& spot, const Capsule& obstacle) const
     {
         const double away = (0.5 * (obstacle.a + obstacle.b) - spot).norm();
         const double half = 0.5 * (obstacle.b - obstacle.a).norm() + obstacle.radius_m;
-        // v = kLit at a height of kLit sqrt(lambda d1 d2/(2 (d1 + d2))), less than with the shorter of both alone.
+        // v = kLit at a height of kLit sqrt(lambda d1 d2/(2 (d1 + d2))), less than with the shorter
+        // of both alone.
         const double ball = half + kLit * std::sqrt(0.5 * _wavelength_m *
                                                     std::max(away + half, _wavelength_m / 8.0));
         if (ball >= away) return -2.0;

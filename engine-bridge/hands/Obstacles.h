@@ -15,9 +15,9 @@ namespace midair::bridge
 struct ShadowOptions
 {
     double wavelength_m = 8.58e-3; ///< > 0
-    int maxTests =
-        20000; ///< >= 1; about how many ways are tested against capsules one by one; beyond, fewer spots
-               ///< stand for all the points, so that the time is bounded
+    /// >= 1; about how many ways are tested against capsules one by one; beyond, fewer spots
+    int maxTests = 20000;
+    ///< stand for all the points, so that the time is bounded
 
     bool isValid(std::string* error = nullptr) const;
 };
@@ -30,29 +30,32 @@ struct ShadowCounters
     int spots = 0;   ///< points that stood for all of them
 };
 
-/// Share of the amplitude, 0 .. 1, that comes from \a source to \a point past \a obstacle. At 8.6 mm a yes or no would be
-/// crude: a finger's shadow is filled by diffraction. The obstacle is taken for the rectangle that it fills across the
-/// straight way, and the weight is what passes that (see Fresnel.h), with v = h sqrt(2 (d1 + d2)/(lambda d1 d2)), h the
-/// height of an edge over the way and d1, d2 its distances from both ends, at least lambda/8.
+/// Share of the amplitude, 0 .. 1, that comes from \a source to \a point past \a obstacle. At 8.6
+/// mm a yes or no would be crude: a finger's shadow is filled by diffraction. The obstacle is taken
+/// for the rectangle that it fills across the straight way, and the weight is what passes that (see
+/// Fresnel.h), with v = h sqrt(2 (d1 + d2)/(lambda d1 d2)), h the height of an edge over the way
+/// and d1, d2 its distances from both ends, at least lambda/8.
 ///
-/// A point inside an obstacle is felt on its skin: it is moved out to the nearest spot of it. What comes to skin from its
-/// own side is let through in full, what comes from below its horizon fades like behind an edge, by 1/2 at the horizon.
+/// A point inside an obstacle is felt on its skin: it is moved out to the nearest spot of it. What
+/// comes to skin from its own side is let through in full, what comes from below its horizon fades
+/// like behind an edge, by 1/2 at the horizon.
 double shadowWeight(const Eigen::Vector3d& source,
                     const Eigen::Vector3d& point,
                     const Capsule& obstacle,
                     double wavelength_m);
 
-/// Weights of all ways, n x m: what the entries of G are multiplied by. The product over the obstacles: exact for
-/// obstacles apart, too dark where they overlap. Slow and plain; shadowGains() is for use at run time.
+/// Weights of all ways, n x m: what the entries of G are multiplied by. The product over the
+/// obstacles: exact for obstacles apart, too dark where they overlap. Slow and plain; shadowGains()
+/// is for use at run time.
 Eigen::MatrixXd shadowWeights(const Eigen::Matrix3Xd& points,
                               const haptics::TransducerArray& array,
                               const std::vector<Capsule>& obstacles,
                               double wavelength_m);
 
-/// A weight a transducer, m: the root mean square of the weights from it to \a points (3 x n), to multiply
-/// TransducerArray::gain by. Ways that stay clear of a capsule are culled by their angle first; where too many are left, some
-/// of the points, evenly picked, stand for all. All ones without obstacles. Throws base::InputError where \a options
-/// are wrong.
+/// A weight a transducer, m: the root mean square of the weights from it to \a points (3 x n), to
+/// multiply TransducerArray::gain by. Ways that stay clear of a capsule are culled by their angle
+/// first; where too many are left, some of the points, evenly picked, stand for all. All ones
+/// without obstacles. Throws base::InputError where \a options are wrong.
 Eigen::VectorXd shadowGains(const Eigen::Matrix3Xd& points,
                             const haptics::TransducerArray& array,
                             const std::vector<Capsule>& obstacles,

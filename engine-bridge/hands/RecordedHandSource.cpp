@@ -232,8 +232,8 @@ std::string RecordedHandSource::status() const
 void writeHandRecording(std::ostream& out, const std::vector<HandFrame>& frames)
 {
     const auto precision = out.precision(10);
-    const std::locale before =
-        out.imbue(std::locale::classic()); // a point in numbers, as it is read
+    // a point in numbers, as it is read
+    const std::locale before = out.imbue(std::locale::classic());
     out << kHeadings << "\n";
     for (const HandFrame& frame : frames)
         for (const Hand& hand : frame.hands)

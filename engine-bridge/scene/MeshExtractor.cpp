@@ -221,7 +221,8 @@ std::uint64_t SubtreeState::poses() const
 
 void inspect(osg::Node& root, const ExtractOptions& options, SubtreeState& state)
 {
-    // Kept from call to call for its node path's memory: this is done for every object in every frame.
+    // Kept from call to call for its node path's memory: this is done for every object in every
+    // frame.
     thread_local InspectWalk walk;
     walk.begin(state);
     walk.walk(root, options);

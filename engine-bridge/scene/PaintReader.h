@@ -61,12 +61,13 @@ struct PaintState
     void apply(const osg::StateSet* state);
 };
 
-/// Pictures of textures, kept: OSG lets go of a texture's image once it is drawn, when the Optimizer (osgviewer's too) has been
-/// at the scene.
+/// Pictures of textures, kept: OSG lets go of a texture's image once it is drawn, when the
+/// Optimizer (osgviewer's too) has been at the scene.
 class PaintImages
 {
 public:
-    /// Equal while the texture shows the same picture; 0: there never was one. Allocates only for what is new.
+    /// Equal while the texture shows the same picture; 0: there never was one. Allocates only for
+    /// what is new.
     std::uint64_t version(const osg::Texture& texture);
 
     /// Null, and why in \a warning, where it can't be read.
@@ -95,7 +96,8 @@ private:
 std::vector<float>
 vertexIntensities(const osg::Geometry& geometry, std::size_t vertices, const PaintOptions& options);
 
-/// Texture coordinates of unit 0 through \a matrix (may be null), 2 x v; empty where there are none for every vertex.
+/// Texture coordinates of unit 0 through \a matrix (may be null), 2 x v; empty where there are none
+/// for every vertex.
 Eigen::Matrix2Xd
 textureCoordinates(const osg::Geometry& geometry, std::size_t vertices, const osg::TexMat* matrix);
 

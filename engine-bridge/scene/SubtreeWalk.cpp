@@ -28,7 +28,8 @@ void SubtreeWalk::walk(osg::Node& start, const ExtractOptions& now)
 
 void SubtreeWalk::paintAbove(osg::Node& start)
 {
-    // The nearest texture counts; above a shared subtree there may be several, of which OSG's first parent is taken.
+    // The nearest texture counts; above a shared subtree there may be several, of which OSG's first
+    // parent is taken.
     const osg::Node* node = &start;
     for (PaintState found; node; node = node->getNumParents() > 0 ? node->getParent(0) : nullptr)
     {

@@ -23,7 +23,8 @@ struct Relaxation
     double nitrogen;
 };
 
-// ISO 9613-1:1993, equations 3 and 4, with the molar concentration of water vapour h (percent) of annex B:
+// ISO 9613-1:1993, equations 3 and 4, with the molar concentration of water vapour h (percent) of
+// annex B:
 //     p_sat/p_r = 10^C,  C = -6.8346 (T_01/T)^1.261 + 4.6151,  h = h_r (p_sat/p_r) / (p_a/p_r)
 //     f_rO = (p_a/p_r) (24 + 4.04e4 h (0.02 + h)/(0.391 + h))
 //     f_rN = (p_a/p_r) (T/T_0)^(-1/2) (9 + 280 h exp(-4.170 ((T/T_0)^(-1/3) - 1)))
@@ -47,9 +48,11 @@ double Medium::soundSpeed() const
 
 double Medium::attenuation(double frequency_Hz) const
 {
-    // ISO 9613-1:1993, equation 5; the standard's 8.686 turns Np into dB and is left out here. f in Hz, T in K:
+    // ISO 9613-1:1993, equation 5; the standard's 8.686 turns Np into dB and is left out here. f in
+    // Hz, T in K:
     //     alpha = f^2 [ 1.84e-11 (p_a/p_r)^-1 (T/T_0)^(1/2) + (T/T_0)^(-5/2)
-    //             ( 0.01275 e^(-2239.1/T) / (f_rO + f^2/f_rO) + 0.1068 e^(-3352/T) / (f_rN + f^2/f_rN) ) ]
+    //             ( 0.01275 e^(-2239.1/T) / (f_rO + f^2/f_rO)
+    //               + 0.1068 e^(-3352/T) / (f_rN + f^2/f_rN) ) ]
     const double T = base::toKelvin(temperature_C);
     const double t = T / kReferenceTemperature_K;
     const double pressureRatio = pressure_Pa / kReferencePressure_Pa;

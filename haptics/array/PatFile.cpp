@@ -205,8 +205,8 @@ PatBoard readPat(const std::string& text, const std::string& source)
     for (int width = 0; width <= kLevels / 2; ++width)
         array.drive.amplitudeLevels.push_back(
             static_cast<float>(std::sin(base::kPi * width / kLevels)));
-    // The driver takes the adjustment off the delay that it wants and multiplies the amplitude: so the transducer is by itself
-    // that much later, and weaker by the inverse.
+    // The driver takes the adjustment off the delay that it wants and multiplies the amplitude: so
+    // the transducer is by itself that much later, and weaker by the inverse.
     for (std::size_t t = 0; t < kTransducers; ++t)
     {
         const Eigen::Index pin = pins[t];

@@ -13,7 +13,8 @@ namespace midair::haptics
 namespace
 {
 
-// Board of the paper's device: 192.0 x 151.4 mm, 18 x 14 places at 10.16 mm, three of them taken by connectors.
+// Board of the paper's device: 192.0 x 151.4 mm, 18 x 14 places at 10.16 mm, three of them taken by
+// connectors.
 constexpr double kBoardWidth_m = 0.1920;
 constexpr double kBoardHeight_m = 0.1514;
 
@@ -24,7 +25,8 @@ Board paperBoard()
     return board;
 }
 
-// 256 levels of duty; level L is a duty of L/510 and drives with a relative amplitude of sin(pi L / 510).
+// 256 levels of duty; level L is a duty of L/510 and drives with a relative amplitude of sin(pi L /
+// 510).
 DriveResolution paperDrive()
 {
     DriveResolution drive;
@@ -36,11 +38,13 @@ DriveResolution paperDrive()
     return drive;
 }
 
-// Measured by Inoue, Makino, Shinoda 2015: all 3984 transducers focused at the centre at drive level 32, that is a
-// relative amplitude of sin(pi 32/510) = 0.196, give p_rms = 5.53 kPa there. The arrivals are in phase, so that
+// Measured by Inoue, Makino, Shinoda 2015: all 3984 transducers focused at the centre at drive
+// level 32, that is a relative amplitude of sin(pi 32/510) = 0.196, give p_rms = 5.53 kPa there.
+// The arrivals are in phase, so that
 //     p_rms = P0 sin(pi 32/510) / sqrt(2) * sum_i D(theta_i) e^(-beta R_i) / R_i
-// and the sum, over the geometry below in air of 20 C and 50 %, is 14,620 /m: the transducer's data sheet (121.5 dB SPL
-// at 0.30 m: 10.1 Pa m) would give 20.4 kPa, so what the device reached in its cavity corresponds to
+// and the sum, over the geometry below in air of 20 C and 50 %, is 14,620 /m: the transducer's data
+// sheet (121.5 dB SPL at 0.30 m: 10.1 Pa m) would give 20.4 kPa, so what the device reached in its
+// cavity corresponds to
 //     P0 = 10.1 * 5.53 / 20.4 = 2.73 Pa m.
 constexpr double kPrismSourceAmplitude_Pa_m = 2.73;
 

@@ -5,15 +5,17 @@
 namespace midair::base
 {
 
-// What a scene or a caller may ask for at most, in one place: beyond, work is refused with a message that names the number and
-// the limit. Chosen so that the largest array of the kit (3984 transducers) stays below 1.5 GB, and that no step of the
-// work that can't be broken off takes longer than some 50 ms of one core.
+// What a scene or a caller may ask for at most, in one place: beyond, work is refused with a
+// message that names the number and the limit. Chosen so that the largest array of the kit (3984
+// transducers) stays below 1.5 GB, and that no step of the work that can't be broken off takes
+// longer than some 50 ms of one core.
 
 /// Of one field: G in single precision is 160 MB.
 constexpr int kMostControlPoints = 5000;
 /// Entries of G, points times transducers, for arrays larger than those.
 constexpr std::size_t kMostEntries = 40000000;
-/// Of solvers that need matrices of points times points in double precision, 16 MB each, and their inverse.
+/// Of solvers that need matrices of points times points in double precision, 16 MB each, and their
+/// inverse.
 constexpr int kMostDensePoints = 1000;
 /// That a certificate is made for: its relaxation keeps some sqrt(n) vectors for each of n points.
 constexpr int kMostCertifiedPoints = 1000;

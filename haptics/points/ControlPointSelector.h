@@ -25,15 +25,15 @@ enum class Crowding
 /// Limits of what is worth solving for; isValid() names the first violated constraint.
 struct SelectorOptions
 {
-    int maxPoints =
-        1000; ///< >= 1; higher priorities take theirs first, equal ones share by their counts
+    /// >= 1; higher priorities take theirs first, equal ones share by their counts
+    int maxPoints = 1000;
     Crowding crowding = Crowding::THIN;
     double crowdingWavelengths =
         1.0 /
         3.0; ///< 0 .. 1; of one object nearer than this (or its own spacing, if less) is a crowd
     double minDistanceWavelengths = 1.0; ///< >= 0; to the nearest transducer
-    double reach_m =
-        0.0; ///< >= 0; farthest from the nearest transducer; 0: twice the array's extent, at least 0.3 m
+    /// >= 0; farthest from the nearest transducer; 0: twice the array's extent, at least 0.3 m
+    double reach_m = 0.0;
     base::StopToken stop; ///< where it asks for that, Stopped is thrown
 
     bool isValid(std::string* error = nullptr) const;
@@ -45,13 +45,14 @@ struct PosedObject
     int object = 0;      ///< goes into ControlPoints::object
     int priority = 0;    ///< larger wins
     double target = 1.0; ///< > 0; times the intensity
-    double spacing_m =
-        8.5e-3; ///< > 0; how far points of other objects are kept (the larger of the two counts)
+    /// > 0; how far points of other objects are kept (the larger of the two counts)
+    double spacing_m = 8.5e-3;
     Eigen::Matrix3Xd positions; ///< 3 x n, metres, array frame
     Eigen::Matrix3Xd normals;   ///< 3 x n
     Eigen::VectorXf intensity;  ///< n or empty: 1
 
-    /// Fills positions, normals and intensity from \a samples; allocates only if their number changed.
+    /// Fills positions, normals and intensity from \a samples; allocates only if their number
+    /// changed.
     void pose(const SurfaceSamples& samples, const Eigen::Isometry3d& meshToArray);
 };
 
@@ -72,11 +73,13 @@ struct SelectionReport
     int overBudget = 0;
     std::vector<int> perObject; ///< selected, by index of the objects as given
 
-    /// "120 of 150 points: 20 behind the array, 10 over the budget of 120"; "" where all were selected.
+    /// "120 of 150 points: 20 behind the array, 10 over the budget of 120"; "" where all were
+    /// selected.
     std::string summary() const;
 };
 
-/// The points to solve for, and where each came from, so that a solver can start from the last field.
+/// The points to solve for, and where each came from, so that a solver can start from the last
+/// field.
 struct Selection
 {
     ControlPoints points;    ///< in the order of the objects and their samples
@@ -85,10 +88,11 @@ struct Selection
     SelectionReport report;
 };
 
-/// Several objects' points into those that are solved for: what the array can't reach is left out, the spacing holds
-/// across objects, crowds are resolved, the budget is kept; all of it counted. Where points compete, priority decides,
-/// then the distance to the middle of the workspace (the nearer stays), then x, y and z: so the order of objects and
-/// points doesn't matter. Throws InputError for members of unequal length, spacings and options out of range.
+/// Several objects' points into those that are solved for: what the array can't reach is left out,
+/// the spacing holds across objects, crowds are resolved, the budget is kept; all of it counted.
+/// Where points compete, priority decides, then the distance to the middle of the workspace (the
+/// nearer stays), then x, y and z: so the order of objects and points doesn't matter. Throws
+/// InputError for members of unequal length, spacings and options out of range.
 Selection selectControlPoints(const std::vector<PosedObject>& objects,
                               const Workspace& workspace,
                               const SelectorOptions& options);

@@ -12,8 +12,8 @@ struct ControlPoints
 {
     Eigen::Matrix3Xd positions; ///< 3 x n, metres
     Eigen::Matrix3Xd normals;   ///< 3 x n, unit length, out of the object
-    Eigen::VectorXd
-        targets; ///< n, > 0: peak pressure, in Pa or relative (SolverOptions says which)
+    /// n, > 0: peak pressure, in Pa or relative (SolverOptions says which)
+    Eigen::VectorXd targets;
     std::vector<int> object; ///< n or empty: index of the object each point belongs to
 
     int size() const { return static_cast<int>(positions.cols()); }

@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-/// How well pressures y (n, Pa) fit targets a (n, in any unit, all above 0): every figure of the kit is made of these.
+/// How well pressures y (n, Pa) fit targets a (n, in any unit, all above 0): every figure of the
+/// kit is made of these.
 namespace midair::haptics
 {
 
-/// s = (y.a)/(a.a): the level at which s a is nearest to y in the sense of least squares; Pa at a_l = 1. In the precision
-/// of the vectors. Not finite where all targets are 0.
+/// s = (y.a)/(a.a): the level at which s a is nearest to y in the sense of least squares; Pa at a_l
+/// = 1. In the precision of the vectors. Not finite where all targets are 0.
 template<typename Achieved, typename Targets>
 typename Achieved::Scalar fittedLevel(const Eigen::MatrixBase<Achieved>& y,
                                       const Eigen::MatrixBase<Targets>& a)
@@ -28,6 +29,9 @@ typename Achieved::Scalar relativeRms(const Eigen::MatrixBase<Achieved>& y,
     return std::sqrt((y.array() / (s * a.array()) - Scalar(1)).square().mean());
 }
 
+/// A point falls short if it misses a target in Pa by more than this share of it.
+constexpr double kShortBy = 0.01;
+
 /// Relative errors e_l = y_l/(s a_l) - 1.
 struct RelativeErrors
 {
@@ -35,8 +39,8 @@ struct RelativeErrors
     double max = 0.0; ///< the largest |e_l|
 };
 
-/// The errors at the level \a s > 0, summed in double and in the points' order: the same to the last bit for the same
-/// pressures, whatever instruction set Eigen was compiled for.
+/// The errors at the level \a s > 0, summed in double and in the points' order: the same to the
+/// last bit for the same pressures, whatever instruction set Eigen was compiled for.
 template<typename Achieved, typename Targets>
 RelativeErrors
 relativeErrors(const Eigen::MatrixBase<Achieved>& y, const Eigen::MatrixBase<Targets>& a, double s)

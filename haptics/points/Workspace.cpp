@@ -53,8 +53,8 @@ Workspace::Workspace(const TransducerArray& array,
 
 Workspace::Verdict Workspace::judge(const Eigen::Vector3d& point) const
 {
-    // In front of every plane by the least distance, and within reach of one transducer: all is well. That is every
-    // point in a prism, and spares looking at each transducer.
+    // In front of every plane by the least distance, and within reach of one transducer: all is
+    // well. That is every point in a prism, and spares looking at each transducer.
     bool inFront = true;
     bool near = false;
     for (const Plane& plane : _planes)
@@ -75,8 +75,8 @@ Workspace::Verdict Workspace::judge(const Eigen::Vector3d& point) const
     const double height = _normals.col(nearest).dot(point - _positions.col(nearest));
     if (height < 0.0)
     {
-        // Right behind the nearest transducer its board stands between the point and all the others. Far to the side
-        // of it others may still see the point.
+        // Right behind the nearest transducer its board stands between the point and all the
+        // others. Far to the side of it others may still see the point.
         const double side = std::sqrt(std::max(0.0, distance * distance - height * height));
         if (side <= std::max(-height, _wavelength)) return Verdict::BEHIND;
         const bool seen =

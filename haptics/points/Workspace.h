@@ -23,7 +23,8 @@ public:
         OUT_OF_REACH
     };
 
-    /// Throws InputError for an array without transducers, a wavelength that is not positive and options out of range.
+    /// Throws InputError for an array without transducers, a wavelength that is not positive and
+    /// options out of range.
     Workspace(const TransducerArray& array, double wavelength_m, const SelectorOptions& options);
 
     Verdict judge(const Eigen::Vector3d& point) const;

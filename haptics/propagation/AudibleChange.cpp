@@ -19,7 +19,8 @@ double sinc2(double x)
     return s * s;
 }
 
-// 2 times the integral of sinc^2 from 0 to x: Simpson's rule up to kFar, beyond that what is left is 1/(pi^2 x) on average.
+// 2 times the integral of sinc^2 from 0 to x: Simpson's rule up to kFar, beyond that what is left
+// is 1/(pi^2 x) on average.
 double within(double x)
 {
     constexpr double kFar = 50.0;

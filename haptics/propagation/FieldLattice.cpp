@@ -34,7 +34,8 @@ kernels::LatticeSources sourcesOf(const base::AlignedBuffer<float>& geometry,
             padded};
 }
 
-/// Along each axis: a flat tile has 8 x 8 samples, a deep one 4 x 5 x 5: rows are summed four samples at a time.
+/// Along each axis: a flat tile has 8 x 8 samples, a deep one 4 x 5 x 5: rows are summed four
+/// samples at a time.
 Eigen::Array3i largestTile(const Eigen::Array3i& count)
 {
     const Eigen::Array3i largest =
@@ -135,8 +136,8 @@ double LatticeField::nearest_m(const Eigen::Vector3d& middle) const
 
 void LatticeField::cover(const Tile& tile, const Wanted& wanted)
 {
-    const Eigen::Vector3d half =
-        0.5 * (tile.count - 1).cast<double>().matrix(); // in steps, from a corner to the middle
+    // in steps, from a corner to the middle
+    const Eigen::Vector3d half = 0.5 * (tile.count - 1).cast<double>().matrix();
     const Eigen::Vector3d middle =
         _lattice->origin + _lattice->step * (tile.first.cast<double>().matrix() + half);
     const double h = radius_m(_lattice->step * half.asDiagonal());

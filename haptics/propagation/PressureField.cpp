@@ -74,8 +74,8 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
     std::atomic<Eigen::Index> next{0};
     const auto work = [&]
     {
-        PropagationMatrix
-            G; // of one chunk: rows that are summed up while they are still in the cache
+        // of one chunk: rows that are summed up while they are still in the cache
+        PropagationMatrix G;
         G.bind(active, medium);
         base::AlignedBuffer<float> qRe; // padded with zeros
         base::AlignedBuffer<float> qIm;

@@ -72,8 +72,8 @@ bool PropagationMatrix::suitsKernel(const Range& range) const
 
 void PropagationMatrix::setPoint(int l, const Eigen::Vector3d& r)
 {
-    // Inside the array, where a prism's points are, one look at the whole array is enough; else block by block, and
-    // where a block's bounds are too wide transducer by transducer.
+    // Inside the array, where a prism's points are, one look at the whole array is enough; else
+    // block by block, and where a block's bounds are too wide transducer by transducer.
     const Eigen::Vector3d x = r / _wavelength_m;
     _rows.col(l) = x;
     const bool all = suitsKernel(rangeOf(_bound, x));

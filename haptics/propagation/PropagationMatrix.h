@@ -17,16 +17,19 @@ namespace midair::haptics
 enum class Storage
 {
     FLOAT, ///< to 1e-5 of P0/R_li
-    FIXED ///< in 2 x 16 bits: within another 2e-5 of the largest entry of row and block, and half of the memory
+    /// in 2 x 16 bits: within another 2e-5 of the largest entry of row and block, and half of the
+    /// memory
+    FIXED
 };
 
-/// G as the solvers use it: the same formula, computed in float, in blocks of transducers so that a block is read once for
-/// both directions of a round. No method allocates once n and m have been seen.
+/// G as the solvers use it: the same formula, computed in float, in blocks of transducers so that a
+/// block is read once for both directions of a round. No method allocates once n and m have been
+/// seen.
 class PropagationMatrix
 {
 public:
-    /// Transducers; 4 or 8 bytes an entry. Wide, for the kernels sum over the transducers of a block; a block of 400 points
-    /// still fits a level-2 cache of 1 MiB.
+    /// Transducers; 4 or 8 bytes an entry. Wide, for the kernels sum over the transducers of a
+    /// block; a block of 400 points still fits a level-2 cache of 1 MiB.
     static constexpr int kBlockWidth = 512;
 
     explicit PropagationMatrix(Storage storage = Storage::FLOAT) : _storage(storage) {}
@@ -48,14 +51,16 @@ public:
         return _padded - offset(block) < kBlockWidth ? _padded - offset(block) : kBlockWidth;
     }
 
-    /// Row \a l belongs to a control point at \a r (m); its entries are stale until buildRows has seen every block.
+    /// Row \a l belongs to a control point at \a r (m); its entries are stale until buildRows has
+    /// seen every block.
     void setPoint(int l, const Eigen::Vector3d& r);
     /// Rows \a rows of block \a block; adds their share of sum_i |G_li| to sums[l].
     void buildRows(int block, const int* rows, int count, double* sums);
     /// All rows at once, one thread.
     void build(const Eigen::Matrix3Xd& points);
 
-    /// The matrix has its own order of transducers (compactOrder): column and lane \a lane is transducer order()[lane].
+    /// The matrix has its own order of transducers (compactOrder): column and lane \a lane is
+    /// transducer order()[lane].
     const std::vector<int>& order() const { return _order; }
 
     /// z = G* w over a block; z and q point at the whole vectors, of paddedTransducers() floats.
@@ -121,8 +126,8 @@ private:
     kernels::DirectivityCubic _cubic{};
     kernels::DirectivityTable _table{};
     Eigen::Matrix3Xd _rows; // points of the rows, wavelengths
-    std::vector<unsigned char>
-        _inFloat; // row by row, a flag a block: within the float kernel's range
+    // row by row, a flag a block: within the float kernel's range
+    std::vector<unsigned char> _inFloat;
     base::AlignedBuffer<float> _entries;
     base::AlignedBuffer<std::int32_t> _fixed;
     base::AlignedBuffer<float> _scale; // of the rows in _fixed, block by block

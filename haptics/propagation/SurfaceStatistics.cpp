@@ -24,14 +24,14 @@ double percentile(const Eigen::VectorXd& sorted, double fraction)
     return sorted[k] + (place - static_cast<double>(k)) * (sorted[above] - sorted[k]);
 }
 
-// Evenly spread in the ball round the samples' middle, as far as they keep their distance; the same seed gives the same
-// places everywhere, which the library's distributions don't promise.
+// Evenly spread in the ball round the samples' middle, as far as they keep their distance; the same
+// seed gives the same places everywhere, which the library's distributions don't promise.
 Eigen::Matrix3Xd placesOff(const Eigen::Matrix3Xd& surface,
                            double distance_m,
                            const SurfaceStatisticsOptions& options)
 {
-    constexpr int kTriesPerPlace =
-        20; // in a ball that the surface fills there are few places or none
+    // in a ball that the surface fills there are few places or none
+    constexpr int kTriesPerPlace = 20;
     const Eigen::Vector3d middle = surface.rowwise().mean();
     std::mt19937_64 random(options.seed);
     const auto uniform = [&random]

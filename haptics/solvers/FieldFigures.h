@@ -28,12 +28,13 @@ inline float loudnessAt(const FieldProblem& field, float s)
     return s * field.a.norm() / static_cast<float>(field.meanRowSum());
 }
 
-/// The rms error that rounding to the device's phase levels leaves (haptics/SOLVER.md, "Rounding"); 0 for continuous phases.
+/// The rms error that rounding to the device's phase levels leaves (haptics/SOLVER.md, "Rounding");
+/// 0 for continuous phases.
 inline float roundingError(const FieldProblem& field)
 {
     constexpr float kOneLevel = 1.814f; // pi/sqrt(3): rms of a rounded phase times the levels, rad
-    constexpr float kLeastLoudness =
-        0.05f; // taken for a field that is quieter, so that the estimate stays finite
+    // taken for a field that is quieter, so that the estimate stays finite
+    constexpr float kLeastLoudness = 0.05f;
     const int levels = field.drive().phaseLevels;
     if (levels == 0) return 0.0f;
     return kOneLevel / static_cast<float>(std::max(levels, 2)) *

@@ -98,7 +98,8 @@ void FieldProblem::reserve()
 
 void FieldProblem::buildBlock(int thread, int block)
 {
-    // Of thousands of points a block may take a tenth of a second, where its entries have to be computed in double.
+    // Of thousands of points a block may take a tenth of a second, where its entries have to be
+    // computed in double.
     constexpr int kRows = 512;
     const int count = static_cast<int>(_stale.size());
     for (int first = 0; first < count && !_stop.requested(); first += kRows)

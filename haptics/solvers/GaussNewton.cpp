@@ -40,11 +40,12 @@ constexpr float kLeastOfWeight = 0.02f;                // that a correction leav
 constexpr int kShapePasses = 3;
 constexpr int kSettlePasses = 4;
 
-/// The production solver: alternating projections find good phases, then Gauss-Newton corrections of the transducers'
-/// phases meet the targets (haptics/SOLVER.md). Every field is q = z/|z|, z = G* c with c_l = w_l u_l and u_l the phase of
-/// p_l: that is the condition for the loudest field with equal relative errors, the weights w being the multipliers of
-/// |p_l| = s a_l under |q_i| <= 1. An update takes the weights and phases of the last field to the new matrix (one
-/// round) and corrects (GaussNewtonStep), which moves the weights along. A cold start finds them by rounds of
+/// The production solver: alternating projections find good phases, then Gauss-Newton corrections
+/// of the transducers' phases meet the targets (haptics/SOLVER.md). Every field is q = z/|z|, z =
+/// G* c with c_l = w_l u_l and u_l the phase of p_l: that is the condition for the loudest field
+/// with equal relative errors, the weights w being the multipliers of |p_l| = s a_l under |q_i| <=
+/// 1. An update takes the weights and phases of the last field to the new matrix (one round) and
+/// corrects (GaussNewtonStep), which moves the weights along. A cold start finds them by rounds of
 /// w_l <- w_l s a_l/|p_l|, u_l <- phase of p_l.
 class GaussNewton final : public SolverBase
 {
@@ -108,15 +109,17 @@ private:
             if (v->size() != field.n()) v->resize(field.n());
     }
 
-    // s with sum_l w_l (s a_l - |p_l|) = 0. No change of the phases of q alters sum_l w_l |p_l| to first order, so a
-    // correction cannot reach any other level (SOLVER.md, "The level of a correction").
+    // s with sum_l w_l (s a_l - |p_l|) = 0. No change of the phases of q alters sum_l w_l |p_l| to
+    // first order, so a correction cannot reach any other level (SOLVER.md, "The level of a
+    // correction").
     float naturalLevel(const FieldProblem& field) const
     {
         return _weights.dot(field.y) / _weights.dot(field.a);
     }
 
-    // Phases that follow a moving object drift into a poorer local optimum than they started from. A field that is quieter
-    // than lately gets further rounds, each of which raises the loudness (SOLVER.md, "Warm start").
+    // Phases that follow a moving object drift into a poorer local optimum than they started from.
+    // A field that is quieter than lately gets further rounds, each of which raises the loudness
+    // (SOLVER.md, "Warm start").
     void keepLoud(FieldProblem& field, int limit, Outcome& outcome)
     {
         for (int k = 0;
@@ -141,8 +144,9 @@ private:
         }
     }
 
-    // Tries several starting phases and goes on with the loudest: where the phases settle decides the level that can be
-    // reached; the corrections remove the error from any of them (SOLVER.md, "Cold start").
+    // Tries several starting phases and goes on with the loudest: where the phases settle decides
+    // the level that can be reached; the corrections remove the error from any of them (SOLVER.md,
+    // "Cold start").
     void coldStart(FieldProblem& field, int limit, Outcome& outcome)
     {
         const auto n = static_cast<std::size_t>(field.n());
@@ -176,8 +180,8 @@ private:
         rounds(field, trial, std::min(kColdRounds, limit), outcome);
     }
 
-    // Chooses amplitudes that the device can play and scales field.q and y by them (SOLVER.md, "Amplitudes"). \a full is
-    // the level of unit amplitudes.
+    // Chooses amplitudes that the device can play and scales field.q and y by them (SOLVER.md,
+    // "Amplitudes"). \a full is the level of unit amplitudes.
     void chooseAmplitudes(FieldProblem& field, float full)
     {
         auto share = static_cast<float>(options().loudness);
@@ -203,8 +207,8 @@ private:
         shapeAmplitudes(field, share);
     }
 
-    // The amplitudes nearest to _gain that the device can play: phase-only, a mix of the two levels about it, evenly spread;
-    // else the level next to _gain |z_i| for each transducer.
+    // The amplitudes nearest to _gain that the device can play: phase-only, a mix of the two levels
+    // about it, evenly spread; else the level next to _gain |z_i| for each transducer.
     void setAmplitudes(const FieldProblem& field)
     {
         const std::vector<float>& levels = field.drive().amplitudeLevels;
@@ -213,8 +217,8 @@ private:
             _amplitudes[i] = playableAmplitude(levels, _gain * std::abs(field.z.at(i)));
     }
 
-    // The corrections have moved the level. One factor on all amplitudes moves it back to the targets, as far as the array
-    // reaches.
+    // The corrections have moved the level. One factor on all amplitudes moves it back to the
+    // targets, as far as the array reaches.
     void settleLevel(FieldProblem& field)
     {
         const float enough = 1.0f / static_cast<float>(field.m());
@@ -230,7 +234,8 @@ private:
         }
     }
 
-    // |q_i| = min(1, g |z_i|) takes the least power for a field; the level that is asked for decides g.
+    // |q_i| = min(1, g |z_i|) takes the least power for a field; the level that is asked for
+    // decides g.
     void shapeAmplitudes(FieldProblem& field, float share)
     {
         double power = 0.0;
@@ -253,8 +258,8 @@ private:
         }
     }
 
-    // Takes \a fraction of the correction's step and measures the field that results, with its phases rounded to the device's
-    // levels if \a rounded.
+    // Takes \a fraction of the correction's step and measures the field that results, with its
+    // phases rounded to the device's levels if \a rounded.
     void play(FieldProblem& field, float fraction, bool rounded)
     {
         field.eachBlock([&](int thread) { field.clearPartial(thread); },
@@ -282,8 +287,9 @@ private:
         if (!_full) kernels::scaleBy(width, _amplitudes.data() + i, re, im);
     }
 
-    // Takes the largest of kStepFractions that makes the field better: far from a solution, where points crowd, |p| is not
-    // linear over the whole step. Returns the fraction taken; 0: none helped, and the field is as before.
+    // Takes the largest of kStepFractions that makes the field better: far from a solution, where
+    // points crowd, |p| is not linear over the whole step. Returns the fraction taken; 0: none
+    // helped, and the field is as before.
     float stepCarefully(FieldProblem& field, float error)
     {
         copy(field, _continuous, _before);
@@ -313,18 +319,19 @@ private:
         std::copy_n(from.im.data(), m, to.im.data());
     }
 
-    // CG tolerance (SOLVER.md, "CG tolerance"): kNextTolerance of the error that the next step starts from, or of a share of
-    // this one where the linearisation does not hold; late CG steps follow ill-conditioned directions. Never below what
-    // rounding or the options' tolerance leave.
+    // CG tolerance (SOLVER.md, "CG tolerance"): kNextTolerance of the error that the next step
+    // starts from, or of a share of this one where the linearisation does not hold; late CG steps
+    // follow ill-conditioned directions. Never below what rounding or the options' tolerance leave.
     static float toleranceOf(float error, float nextError, float least)
     {
         return std::max(least,
                         error > kSearchAbove ? kFarTolerance * error : kNextTolerance * nextError);
     }
 
-    // Corrects until the played field is as exact as was asked for, or its error is all rounding. A correction leaves an rms
-    // of about the square of the one before, so that one whose square is still too large is followed by another: its phases
-    // are not rounded yet, and its CG stops early.
+    // Corrects until the played field is as exact as was asked for, or its error is all rounding. A
+    // correction leaves an rms of about the square of the one before, so that one whose square is
+    // still too large is followed by another: its phases are not rounded yet, and its CG stops
+    // early.
     void correct(FieldProblem& field, int limit, Outcome& outcome)
     {
         const auto tolerance = static_cast<float>(options().rmsTolerance);

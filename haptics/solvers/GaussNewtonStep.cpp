@@ -32,7 +32,8 @@ void GaussNewtonStep::reserve(const FieldProblem& field)
         if (v->size() != n) v->resize(n);
 }
 
-// The square roots of D = diag(1/|z_i|). A transducer whose z_i nearly vanishes would turn without bound, so D is capped.
+// The square roots of D = diag(1/|z_i|). A transducer whose z_i nearly vanishes would turn without
+// bound, so D is capped.
 void GaussNewtonStep::findRoots(const FieldProblem& field)
 {
     const int m = field.m();
@@ -71,8 +72,8 @@ void GaussNewtonStep::form(const FieldProblem& field, const SplitVector& q, int 
     std::fill_n(_sum.data() + offset, width, 0.0f);
 }
 
-// Adds the step along the direction before, _sum += _alpha t, then t = J^T direction and partial += J t. Reads J once, or
-// G where J is still to be formed.
+// Adds the step along the direction before, _sum += _alpha t, then t = J^T direction and partial +=
+// J t. Reads J once, or G where J is still to be formed.
 void GaussNewtonStep::pass(FieldProblem& field,
                            const SplitVector& q,
                            bool formed,
@@ -122,7 +123,8 @@ int GaussNewtonStep::solve(FieldProblem& field,
     findRoots(field);
     const int n = field.n();
     _scale = (weights.dot(field.y) / weights.dot(field.a) * field.a).cwiseInverse();
-    // J D J^T is all but singular along w a (SOLVER.md, "The level of a correction"): the search is kept orthogonal to it.
+    // J D J^T is all but singular along w a (SOLVER.md, "The level of a correction"): the search is
+    // kept orthogonal to it.
     _flat = weights.cwiseProduct(field.a);
     _flat /= _flat.norm();
     _x.setZero();

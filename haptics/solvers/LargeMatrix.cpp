@@ -34,7 +34,8 @@ Eigen::VectorXcd startingVector(Eigen::Index n)
     return v.normalized();
 }
 
-/// Lanczos from \a pair.vector (Golub, Van Loan, "Matrix computations", 10.1), every vector made orthogonal to all before.
+/// Lanczos from \a pair.vector (Golub, Van Loan, "Matrix computations", 10.1), every vector made
+/// orthogonal to all before.
 void improve(const Eigen::MatrixXcd& A, LeadingPair& pair, const base::StopToken& stop)
 {
     const Eigen::Index most = std::min(kLanczosSteps, A.cols());

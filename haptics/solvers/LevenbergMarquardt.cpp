@@ -152,7 +152,8 @@ void LevenbergMarquardt::step(FieldProblem& field, double damping, int innerStep
         _sum[static_cast<std::size_t>(i)] += alpha * _d[static_cast<std::size_t>(i)];
 }
 
-// q_i times (1 + j d/2)/(1 - j d/2): an angle of d for small ones, never half a turn, and of unit length without a sine.
+// q_i times (1 + j d/2)/(1 - j d/2): an angle of d for small ones, never half a turn, and of unit
+// length without a sine.
 void LevenbergMarquardt::turn(FieldProblem& field)
 {
     float *qRe = field.q.re.data(), *qIm = field.q.im.data();

@@ -16,16 +16,17 @@ namespace midair::haptics
 
 namespace
 {
-constexpr double kJudgeSpacing = 0.1; // wavelengths
+// haptics/SOLVER.md, "Dense points", explains these.
+constexpr double kJudgeSpacing = 0.1; // wavelengths, between the samples that a field is judged by
 constexpr int kFirstCorrections = 5;  // of each start, to tell which are worth following
-constexpr int kRaises = 6; // of the pressure asked for, until the mean is what it should be
+constexpr int kWarmRounds = 3;        // of projections, after the field of the last outlines
+constexpr int kRaises = 6;            // of the pressure asked for, until the mean is loud enough
 constexpr int kRaiseCorrections = 15; // after each
-// A little more is asked for than must be had, since what the field lacks lowers the mean.
-constexpr double kHeadroom = 1.03;
-// A field that is louder by itself than it must be is evened out at nearly its own mean.
-constexpr double kOwnShare = 0.97;
+constexpr double kHeadroom = 1.03;    // asked for over what must be had: uneven fields lose of it
+constexpr double kOwnShare = 0.97;    // of its own mean, asked of a field that is louder by itself
+constexpr double kWeightOfLack = 2.0; // of what the mean lacks, over what is uneven
 
-// Turns along an outline that starting phases make, in the order in which they are tried; then random phases.
+// Turns of phase along an outline that the first starts make; the others start from random phases.
 constexpr double kTurns[] = {0.0, 1.0, -1.0, 2.0};
 constexpr int kRamps = 4;
 
@@ -181,7 +182,8 @@ void OutlineHologram::raise(const Scene& scene, double floor_Pa, Candidate& cand
     const int corrections = std::min(kRaiseCorrections, _options.corrections);
     for (int k = 0; k < kRaises && corrections > 0 && candidate.along.mean_Pa < floor_Pa; ++k)
     {
-        // The more uneven the field has to become, the more slowly the mean follows: first by a little, then by more.
+        // The more uneven the field has to become, the more slowly the mean follows: first by a
+        // little, then by more.
         const double lack = floor_Pa / std::max(candidate.along.mean_Pa, 1e-30);
         candidate.goal_Pa *=
             std::clamp(1.005 * std::pow(lack, 1.5 + 0.5 * k), 1.01 + 0.01 * k, 1.25);
@@ -204,7 +206,7 @@ OutlineHologram::begin(const Scene& scene, double floor_Pa, OutlineReport& repor
             setPhases(_field, _last);
             _field.forward(_field.q, _field.p);
             _field.phasesOf(_field.p);
-            _even.project(_field, 3);
+            _even.project(_field, kWarmRounds);
         }
         else
         {
@@ -234,7 +236,7 @@ void OutlineHologram::finish(const Scene& scene,
     const auto lack = [floor_Pa](const Candidate& c)
     {
         return c.along.coefficientOfVariation +
-               2.0 * std::max(0.0, 1.0 - c.along.mean_Pa / std::max(floor_Pa, 1e-30));
+               kWeightOfLack * std::max(0.0, 1.0 - c.along.mean_Pa / std::max(floor_Pa, 1e-30));
     };
     std::stable_sort(candidates.begin(),
                      candidates.end(),

@@ -31,7 +31,8 @@ ChainSpot spotAt(const SampleBuilder& builder, const FeatureChain& chain, double
             walked.reversed ? 1.0 - along : along};
 }
 
-/// True where neighbours along the chain, \a count equal steps apart, are not nearer than the spacing as the crow flies.
+/// True where neighbours along the chain, \a count equal steps apart, are not nearer than the
+/// spacing as the crow flies.
 bool stepsKeepApart(SampleBuilder& builder, const FeatureChain& chain, int count, double shift)
 {
     const double step = chain.length() / count;
@@ -70,8 +71,8 @@ void placeChain(SampleBuilder& builder, const FeatureChain& chain, double shift)
         --count; // the curve bends: a step along it is longer than the way across
     }
     if (count < 1) return;
-    const int first =
-        shift > 0.0 || chain.closed ? 0 : 1; // the corners at the ends have been tried
+    // the corners at the ends have been tried
+    const int first = shift > 0.0 || chain.closed ? 0 : 1;
     for (int i = first; i < count; ++i)
     {
         const ChainSpot spot = spotAt(builder, chain, (i + shift) * chain.length() / count);

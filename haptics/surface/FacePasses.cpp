@@ -115,9 +115,10 @@ void throwDarts(SampleBuilder& builder, std::mt19937_64& random, const PointGrid
         builder.tryFace(dart.triangle, dart.barycentric, spacing);
 }
 
-/// A piece is done when one point's ball of 1.05 spacings holds it. Else its middle gets a point, where that keeps
-/// the spacing, and it is halved. A piece of a twentieth of a spacing is always done: its middle has a point nearer
-/// than the spacing, by then. So the set ends up maximal and the whole surface covered.
+/// A piece is done when one point's ball of 1.05 spacings holds it. Else its middle gets a point,
+/// where that keeps the spacing, and it is halved. A piece of a twentieth of a spacing is always
+/// done: its middle has a point nearer than the spacing, by then. So the set ends up maximal and
+/// the whole surface covered.
 void fillFaces(SampleBuilder& builder)
 {
     const MeshTopology& topology = builder.topology();

@@ -25,8 +25,9 @@ struct FeatureChain
     double length() const { return arc.back(); }
 };
 
-/// Corners: where feature edges end, meet, or turn by more than the crease angle, and tips like a cone's. Sharpest
-/// first, by the angle deficit: convex tips come before notches; ties by vertex number.
+/// Corners: where feature edges end, meet, or turn by more than the crease angle, and tips like a
+/// cone's. Sharpest first, by the angle deficit: convex tips come before notches; ties by vertex
+/// number.
 std::vector<int>
 findCorners(const TriangleMesh& mesh, const MeshTopology& topology, double creaseAngle_rad);
 
@@ -35,9 +36,9 @@ std::vector<FeatureChain> chainFeatures(const TriangleMesh& mesh,
                                         const MeshTopology& topology,
                                         const std::vector<int>& corners);
 
-/// The feature edges of \a mesh as curves, in its own frame: from corner to corner, or round. Edges shorter than the
-/// rounding of the mesh are passed over as by sampleSurface at \a spacing_m. Throws InputError as that does with EDGES.
-/// Throws Stopped where \a stop asks for it.
+/// The feature edges of \a mesh as curves, in its own frame: from corner to corner, or round. Edges
+/// shorter than the rounding of the mesh are passed over as by sampleSurface at \a spacing_m.
+/// Throws InputError as that does with EDGES. Throws Stopped where \a stop asks for it.
 std::vector<Outline> featureOutlines(const TriangleMesh& mesh,
                                      double creaseAngle_rad,
                                      double spacing_m,

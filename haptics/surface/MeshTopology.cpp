@@ -69,7 +69,8 @@ void checkMesh(const TriangleMesh& mesh)
     }
 }
 
-/// The shortest edge of any triangle at each vertex, coinciding corners left aside; m, infinite where there is none.
+/// The shortest edge of any triangle at each vertex, coinciding corners left aside; m, infinite
+/// where there is none.
 std::vector<double> shortestEdges(const TriangleMesh& mesh)
 {
     std::vector<double> shortest2(static_cast<std::size_t>(mesh.vertices.cols()),
@@ -104,8 +105,8 @@ void weldVertices(const TriangleMesh& mesh,
     {
         largest = std::max(largest, mesh.vertices.col(v).cwiseAbs().maxCoeff());
     }
-    // Four units in the last place of a float: seams that a program wrote twice may differ by as much.
-    // Never so small that cell numbers overflow.
+    // Four units in the last place of a float: seams that a program wrote twice may differ by as
+    // much. Never so small that cell numbers overflow.
     const double tolerance =
         std::min(0x1p-22 * largest, std::max(1e-3 * spacing_m, 0x1p-40 * largest));
     if (!(tolerance > 0.0)) return; // all vertices in one point
@@ -323,8 +324,8 @@ void findFeatures(const TriangleMesh& mesh,
     }
 }
 
-/// True where a face at the vertex turns from the first one by more than half the crease angle: no vertex without
-/// features can be a tip otherwise.
+/// True where a face at the vertex turns from the first one by more than half the crease angle: no
+/// vertex without features can be a tip otherwise.
 bool turns(const MeshTopology& topology, std::size_t vertex, double cosHalfCrease)
 {
     const auto begin = static_cast<std::size_t>(topology.fanStart[vertex]);
@@ -338,7 +339,8 @@ bool turns(const MeshTopology& topology, std::size_t vertex, double cosHalfCreas
     return false;
 }
 
-/// Only where there may be a corner: the angles of all corners of a fine mesh take longer than all else here.
+/// Only where there may be a corner: the angles of all corners of a fine mesh take longer than all
+/// else here.
 void measureDeficits(const TriangleMesh& mesh,
                      const std::vector<char>& boundary,
                      double creaseAngle_rad,

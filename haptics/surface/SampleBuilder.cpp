@@ -9,7 +9,8 @@ namespace midair::haptics
 namespace
 {
 
-/// Covers the rounding of a point's coordinates, so that a distance taken later is never under the spacing.
+/// Covers the rounding of a point's coordinates, so that a distance taken later is never under the
+/// spacing.
 constexpr double kSafety = 1.0 + 1e-9;
 
 } // namespace

@@ -9,7 +9,8 @@
 namespace midair::haptics
 {
 
-/// An indexed triangle mesh in metres; any winding, open or closed, vertices may be doubled at seams.
+/// An indexed triangle mesh in metres; any winding, open or closed, vertices may be doubled at
+/// seams.
 struct TriangleMesh
 {
     Eigen::Matrix3Xd vertices;  ///< 3 x v, metres
@@ -19,7 +20,8 @@ struct TriangleMesh
 
     /// Edges of the bounding box; zero for an empty mesh.
     Eigen::Vector3d extent() const;
-    /// Scaled uniformly to the largest extent \a size_m and centred on the bounding box's middle. Throws InputError if flat to a point.
+    /// Scaled uniformly to the largest extent \a size_m and centred on the bounding box's middle.
+    /// Throws InputError if flat to a point.
     TriangleMesh scaledTo(double size_m) const;
 };
 

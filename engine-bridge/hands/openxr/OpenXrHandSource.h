@@ -17,11 +17,12 @@ namespace midair::bridge
 class OpenXrHandSource : public HandSource
 {
 public:
-    /// OpenXR's axes (x right, y up, z to the back) as OSG's (x right, y ahead, z up), the origin the same.
+    /// OpenXR's axes (x right, y up, z to the back) as OSG's (x right, y ahead, z up), the origin
+    /// the same.
     static Eigen::Isometry3d upright();
 
-    /// \a placement: OpenXR's space -> the scene's world in metres. Returns at once; what stands between us and hands is a
-    /// message.
+    /// \a placement: OpenXR's space -> the scene's world in metres. Returns at once; what stands
+    /// between us and hands is a message.
     explicit OpenXrHandSource(const OpenXrOptions& options,
                               const Eigen::Isometry3d& placement = upright());
 

@@ -43,7 +43,8 @@ std::string described(const XrHandJointLocationEXT& location)
                            static_cast<double>(location.radius));
 }
 
-/// Takes over what can be believed; false where the runtime says valid and means an impossible place or thickness.
+/// Takes over what can be believed; false where the runtime says valid and means an impossible
+/// place or thickness.
 bool fill(const XrHandJointLocationEXT& location, HandJoint& joint)
 {
     const XrVector3f& p = location.pose.position;

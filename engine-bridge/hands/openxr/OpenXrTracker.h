@@ -29,14 +29,14 @@ struct OpenXrOptions
 {
     std::string loader = "libopenxr_loader.so.1"; ///< file name of the loader's library
     OpenXrSpace space = OpenXrSpace::BEST;
-    double retry_s =
-        5.0; ///< > 0; until what may come back is tried again; each time twice as long, up to 60
+    /// > 0; until what may come back is tried again; each time twice as long, up to 60
+    double retry_s = 5.0;
 };
 
 bool operator==(const OpenXrOptions& a, const OpenXrOptions& b);
 
-/// Connects to an OpenXR runtime and follows the hands that it tracks, on a thread of its own: nobody else waits for the
-/// runtime. Looks again for a headset or a session that went away.
+/// Connects to an OpenXR runtime and follows the hands that it tracks, on a thread of its own:
+/// nobody else waits for the runtime. Looks again for a headset or a session that went away.
 class OpenXrTracker
 {
 public:
@@ -53,10 +53,12 @@ public:
     OpenXrTracker(const OpenXrTracker&) = delete;
     OpenXrTracker& operator=(const OpenXrTracker&) = delete;
 
-    /// The newest hands, in the runtime's space; false where none are tracked. Never blocks. Any thread.
+    /// The newest hands, in the runtime's space; false where none are tracked. Never blocks. Any
+    /// thread.
     bool latest(HandFrame& frame);
 
-    /// Messages from number \a told on, which goes up by their count; each is there once. Any thread.
+    /// Messages from number \a told on, which goes up by their count; each is there once. Any
+    /// thread.
     std::vector<std::string> messages(std::size_t& told) const;
 
     /// One line: the runtime and how it fares. Any thread.
@@ -65,7 +67,8 @@ public:
 private:
     void run();
     bool takeTurn();
-    /// Connects and follows hands until that is over; false where there was no session. \a again: a later try may do.
+    /// Connects and follows hands until that is over; false where there was no session. \a again: a
+    /// later try may do.
     bool followSession(bool& again);
     void follow(OpenXrSession& session);
     void lose(const std::string& why);

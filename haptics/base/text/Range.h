@@ -10,16 +10,18 @@ namespace midair::base
 ///         .atLeast("maxIterations", maxIterations, 0)
 ///         .within("maxAmplitudeStep", maxAmplitudeStep, 0.0, 1.0)
 ///         .passed(error);
-/// gives "solver option maxAmplitudeStep is 2; it must be within 0 .. 1". NaN is out of every range, and infinity out of
-/// those that have no upper end. Nothing is allocated as long as all checks hold.
+/// gives "solver option maxAmplitudeStep is 2; it must be within 0 .. 1". NaN is out of every
+/// range, and infinity out of those that have no upper end. Nothing is allocated as long as all
+/// checks hold.
 class RangeCheck
 {
 public:
-    /// \a owner stands before the setting's name in the message, with its blank or colons; "": nothing does. It has to
-    /// outlive the check.
+    /// \a owner stands before the setting's name in the message, with its blank or colons; "":
+    /// nothing does. It has to outlive the check.
     explicit RangeCheck(const char* owner = "") : _owner(owner) {}
 
-    /// low <= value <= high. \a unit stands behind the value in the message, with a blank of its own.
+    /// low <= value <= high. \a unit stands behind the value in the message, with a blank of its
+    /// own.
     RangeCheck&
     within(const char* name, double value, double low, double high, const char* unit = "");
     /// low <= value < infinity.

@@ -8,7 +8,8 @@ namespace midair::base
 namespace
 {
 
-// About 20 to 50 microseconds: longer than the pause between two passes of one solve, shorter than that between frames.
+// About 20 to 50 microseconds: longer than the pause between two passes of one solve, shorter than
+// that between frames.
 constexpr int kSpins = 2000;
 
 void pause()
@@ -100,7 +101,8 @@ void ThreadPool::work(int thread)
         seen = waitForWork(seen);
         if (_stop) return;
         _function(_data, thread);
-        // Sequentially consistent, as the caller's store and look are: one of the two sees the other's.
+        // Sequentially consistent, as the caller's store and look are: one of the two sees the
+        // other's.
         if (_running.fetch_sub(1) > 1 || !_callerSleeps) continue;
         const std::lock_guard<std::mutex> lock(_mutex);
         _done.notify_one();

@@ -15,17 +15,19 @@ namespace midair::haptics
 namespace
 {
 
-// E that is aimed at: below what unit amplitudes reach (0.9 to 1.3), so that every point can be met; this is about what
-// the reference implementation is used at. 0.7 halves the error, 0.9 doubles it.
+// E that is aimed at: below what unit amplitudes reach (0.9 to 1.3), so that every point can be
+// met; this is about what the reference implementation is used at. 0.7 halves the error, 0.9
+// doubles it.
 constexpr double kAim = 0.8;
 constexpr int kContinuousLevels = 256; // tried for a device whose phases are continuous
 constexpr int kClockInterval = 6400;   // points times transducers between looks at the clock
 
-/// Sets one transducer after the other to the phase level that leaves the least error (Suzuki, Fujiwara, Makino, Shinoda,
-/// "Radiation pressure field reconstruction for ultrasound midair haptics by greedy algorithm with brute-force search",
-/// IEEE Transactions on Haptics 14, 2021): min over phi of sum_l | s a_l - |p_l + G_li exp(j phi)| |, p being what the
-/// transducers before make. Knows the device's phase levels; an iteration is a pass over all transducers, in shuffled order,
-/// and a second one would take out each and choose again.
+/// Sets one transducer after the other to the phase level that leaves the least error (Suzuki,
+/// Fujiwara, Makino, Shinoda, "Radiation pressure field reconstruction for ultrasound midair
+/// haptics by greedy algorithm with brute-force search", IEEE Transactions on Haptics 14, 2021):
+/// min over phi of sum_l | s a_l - |p_l + G_li exp(j phi)| |, p being what the transducers before
+/// make. Knows the device's phase levels; an iteration is a pass over all transducers, in shuffled
+/// order, and a second one would take out each and choose again.
 class Greedy final : public SolverBase
 {
 public:
@@ -78,7 +80,8 @@ private:
         _order.resize(m);
         std::iota(_order.begin(), _order.end(), 0);
 
-        // Should time run out, the transducers that were not reached play what the starting phases ask of them.
+        // Should time run out, the transducers that were not reached play what the starting phases
+        // ask of them.
         for (std::size_t l = 0; l < n; ++l)
             field.w.set(l, field.u.at(l) * field.a[static_cast<Eigen::Index>(l)]);
         field.backward(field.w, field.q);

@@ -14,11 +14,12 @@ namespace
 constexpr int kDefaultIterations = 20; // a fixed small number, as published
 constexpr float kStill = 1e-6f;
 
-/// Phase retrieval among the points alone (Plasencia, Hirayama, Montano-Murillo, Subramanian, "GS-PAT", ACM Transactions
-/// on Graphics 39, 2020): with the back-propagation B = G* diag(1 / sum_i |G_li|^2) and R = G B (n x n),
+/// Phase retrieval among the points alone (Plasencia, Hirayama, Montano-Murillo, Subramanian,
+/// "GS-PAT", ACM Transactions on Graphics 39, 2020): with the back-propagation B = G* diag(1 /
+/// sum_i |G_li|^2) and R = G B (n x n),
 ///     p = R (a u),  u = p / |p|;  at last, its amplitudes corrected once,  q = B (a^2 / |p| u).
-/// No inverse and no weights: quick, and the points come out unequal. (The authors' OpenCL implementation measures as if
-/// without the correction, twice as unequal.)
+/// No inverse and no weights: quick, and the points come out unequal. (The authors' OpenCL
+/// implementation measures as if without the correction, twice as unequal.)
 class GsPat final : public SolverBase
 {
 public:

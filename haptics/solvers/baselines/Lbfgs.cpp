@@ -17,12 +17,14 @@ constexpr std::size_t kMemory = 8; // pairs of steps and changes of the gradient
 constexpr int kMaxHalvings = 20;
 constexpr double kArmijo = 1e-4;
 constexpr double kStalled = 1e-4; // relative fall of the cost of ten steps
-// E that is aimed at: a little below what unit amplitudes reach (0.9 to 1.3), so that the points can be met exactly.
+// E that is aimed at: a little below what unit amplitudes reach (0.9 to 1.3), so that the points
+// can be met exactly.
 constexpr double kAim = 0.8;
 
-/// Gradient descent on the transducers' phases phi (unit amplitudes) by L-BFGS (Nocedal, Wright, "Numerical optimization",
-/// algorithms 7.4 and 3.1), as Andersson, "levitate" (2019), has it:
-///     f = 1/2 sum_l (|p_l| / s - a_l)^2,  df/dphi_i = -Im(q_i conj(z_i)),  z = G* (r u) / s,  r_l = |p_l| / s - a_l.
+/// Gradient descent on the transducers' phases phi (unit amplitudes) by L-BFGS (Nocedal, Wright,
+/// "Numerical optimization", algorithms 7.4 and 3.1), as Andersson, "levitate" (2019), has it:
+///     f = 1/2 sum_l (|p_l| / s - a_l)^2,  df/dphi_i = -Im(q_i conj(z_i)),
+///     z = G* (r u) / s,  r_l = |p_l| / s - a_l.
 /// A cost reads G once, a gradient once more.
 class Lbfgs final : public SolverBase
 {

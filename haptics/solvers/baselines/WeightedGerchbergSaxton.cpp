@@ -14,13 +14,15 @@ namespace
 {
 
 constexpr int kDefaultIterations = 200;
-constexpr float kFewest =
-    1e-3f; // of its target: a point that has less is weighted up as if it had this
+// of its target: a point that has less is weighted up as if it had this
+constexpr float kFewest = 1e-3f;
 constexpr float kLeastWeight = 1e-6f;
 
-/// Gerchberg-Saxton between points and unit-amplitude transducers with a weight a point (Marzo, Drinkwater, "Holographic
-/// acoustic tweezers", PNAS 116, 2019; there after Di Leonardo, Ianni, Ruocco 2007). A round:
-///     q = unit(G* (w a u)),  p = G q,  u = p / |p|,  w_l <- w_l s a_l / |p_l|  with s so that the weights keep their mean.
+/// Gerchberg-Saxton between points and unit-amplitude transducers with a weight a point (Marzo,
+/// Drinkwater, "Holographic acoustic tweezers", PNAS 116, 2019; there after Di Leonardo, Ianni,
+/// Ruocco 2007). A round:
+///     q = unit(G* (w a u)),  p = G q,  u = p / |p|,  w_l <- w_l s a_l / |p_l|
+/// with s so that the weights keep their mean.
 class WeightedGerchbergSaxton final : public SolverBase
 {
 public:

@@ -27,11 +27,13 @@ double since_ms(Clock::time_point start)
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// The relaxation is minimised in float: less than this it doesn't fall by reliably (of trace(M), a round).
+// The relaxation is minimised in float: less than this it doesn't fall by reliably (of trace(M), a
+// round).
 constexpr double kSmallestFall = 2e-8;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// A number not above the smallest eigenvalue of M - diag y - sigma I, if that is found positive definite; else -infinity.
+// A number not above the smallest eigenvalue of M - diag y - sigma I, if that is found positive
+// definite; else -infinity.
 double provenMargin(const Eigen::MatrixXcd& M,
                     const Eigen::VectorXd& y,
                     double sigma,
@@ -44,9 +46,9 @@ double provenMargin(const Eigen::MatrixXcd& M,
     const BlockCholesky factor(S, stop);
     constexpr double kNone = -std::numeric_limits<double>::infinity();
     if (!factor.isPositive() || !factor.isFinite()) return kNone;
-    // L L* = S + E with |E_kl| <= gamma |l_k| |l_l| and |l_k|^2 = s_kk / (1 - gamma), so |E| <= gamma / (1 - gamma) tr S,
-    // gamma = 8 (n + 4) eps: generous for complex arithmetic and any order of summation. The diagonal's two subtractions
-    // are rounded to eps of what went in.
+    // L L* = S + E with |E_kl| <= gamma |l_k| |l_l| and |l_k|^2 = s_kk / (1 - gamma), so |E| <=
+    // gamma / (1 - gamma) tr S, gamma = 8 (n + 4) eps: generous for complex arithmetic and any
+    // order of summation. The diagonal's two subtractions are rounded to eps of what went in.
     const Eigen::ArrayXd diagonal = M.diagonal().real();
     const double trace = (diagonal.abs() + y.array().abs() + std::abs(sigma)).sum();
     const double gamma = 8.0 * (n + 4.0) * kEpsilon;
@@ -91,7 +93,10 @@ Eigen::VectorXcd pressures(const PropagationMatrix& G, const Eigen::VectorXcf& q
 bool CertificateOptions::isValid(std::string* error) const
 {
     return base::RangeCheck("certificate options: ")
-        .within("lambdaRel", lambdaRel, PhaseObjective::kSmallestLambdaRel, 1e9)
+        .check(lambdaRel >= PhaseObjective::kSmallestLambdaRel && lambdaRel <= 1e9,
+               "lambdaRel",
+               lambdaRel,
+               "within 1e-5 .. 1e9")
         .within("tolerance", tolerance, 1e-12, 1.0)
         .atLeast("maxRounds", maxRounds, 1)
         .atLeast("batches", batches, 0)
@@ -107,7 +112,8 @@ certifiedBound(const Eigen::MatrixXcd& M, const Eigen::VectorXd& y, const base::
     // With room for the rounding of M - diag y, which may cancel altogether.
     const double norm = S.norm() + 1e-13 * (M.norm() + y.norm());
     const double guess = smallestEigenvalue(S, stop);
-    // Minus the Frobenius norm is below every eigenvalue, by far more than its rounding: used where no guess is proved.
+    // Minus the Frobenius norm is below every eigenvalue, by far more than its rounding: used where
+    // no guess is proved.
     double sigma = -(1.0 + 1e-6) * norm;
     double margin = 0.0;
     for (double below = 4.0 * n * kEpsilon * norm; below < norm; below *= 8.0)
@@ -144,7 +150,8 @@ Certificate Certifier::certify(const PhaseObjective& objective, const Eigen::Vec
     Certificate result;
     result.points = objective.size();
 
-    // The fall of a round tells how far the minimum is; what counts is proved, so the first guess only costs time.
+    // The fall of a round tells how far the minimum is; what counts is proved, so the first guess
+    // only costs time.
     PhaseRelaxation relaxation(objective, _options.seed, _options.stop);
     double fall = _options.tolerance / 300.0;
     while (!result.tight)

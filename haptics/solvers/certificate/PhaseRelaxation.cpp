@@ -26,7 +26,8 @@ constexpr int kRefreshInterval = 64; // rounds after which rounding in the kept 
 
 double normal(std::mt19937_64& random)
 {
-    // Box and Muller's, written out: the standard library's normal distribution differs between implementations.
+    // Box and Muller's, written out: the standard library's normal distribution differs between
+    // implementations.
     const double scale = 1.0 / 18446744073709551616.0; // 2^-64
     const double radius = std::sqrt(-2.0 * std::log((static_cast<double>(random()) + 1.0) * scale));
     return radius * std::cos(base::kTwoPi * static_cast<double>(random()) * scale);

@@ -1,4 +1,5 @@
-// What a PropagationMatrix takes over from an array and its medium: groups of transducers, directivity, bounds.
+// What a PropagationMatrix takes over from an array and its medium: groups of transducers,
+// directivity, bounds.
 #include "haptics/base/Units.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/TransducerGroups.h"
@@ -36,7 +37,8 @@ bool sameField(const TransducerArray& a, const TransducerArray& b)
            sameEntries(a.phaseOffset_rad, b.phaseOffset_rad) && sameEntries(a.gain, b.gain);
 }
 
-// D between the steps of a table, or of a polynomial: its largest value on a fine grid of cosines, and some more.
+// D between the steps of a table, or of a polynomial: its largest value on a fine grid of cosines,
+// and some more.
 float largestOf(Directivity model)
 {
     double largest = 0.0;
