@@ -30,7 +30,7 @@ std::string trimmed(const std::string& text)
     return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
 }
 
-/// A file in lines, each of which is named where it is wrong.
+/// A file as numbered lines, so that a message can name the one that is wrong.
 class PatReader
 {
 public:
@@ -67,7 +67,8 @@ public:
             fail(number, "is \"" + text.substr(0, 40) + "\"; it must be " + what);
     }
 
-    /// kTransducers numbers with commas between them and, in the published files, after the last.
+    /// kTransducers numbers with commas between them and, in the published files, one behind the
+    /// last.
     std::vector<double> numbers(int number, const std::string& what, double low, double high) const
     {
         std::vector<double> values;
@@ -83,7 +84,7 @@ public:
         return values;
     }
 
-    /// (x, y, z),(x, y, z),
+    /// Places as "(x, y, z),(x, y, z),".
     Eigen::Matrix3Xd places(int number) const
     {
         const std::string what = "places (x, y, z) in metres";

@@ -53,8 +53,8 @@ Workspace::Workspace(const TransducerArray& array,
 
 Workspace::Verdict Workspace::judge(const Eigen::Vector3d& point) const
 {
-    // In front of every plane by the least distance, and within reach of one transducer: all is
-    // well. That is every point in a prism, and spares looking at each transducer.
+    // A point in front of every plane by the least distance, and within reach of one transducer, is
+    // inside. That holds for all points in a prism, and saves looking at each transducer.
     bool inFront = true;
     bool near = false;
     for (const Plane& plane : _planes)
@@ -76,7 +76,7 @@ Workspace::Verdict Workspace::judge(const Eigen::Vector3d& point) const
     if (height < 0.0)
     {
         // Right behind the nearest transducer its board stands between the point and all the
-        // others. Far to the side of it others may still see the point.
+        // others. Far to its side others may still see the point.
         const double side = std::sqrt(std::max(0.0, distance * distance - height * height));
         if (side <= std::max(-height, _wavelength)) return Verdict::BEHIND;
         const bool seen =

@@ -1,5 +1,5 @@
-// What a PropagationMatrix takes over from an array and its medium: groups of transducers,
-// directivity, bounds.
+// PropagationMatrix, continued: takes over an array and its medium as groups of transducers,
+// directivity and bounds.
 #include "haptics/base/Units.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/TransducerGroups.h"
@@ -28,7 +28,7 @@ bool sameEntries(const Matrix& a, const Matrix& b)
                 0);
 }
 
-// What G depends on; name, board and drive do not matter.
+// True if all that G depends on is the same; the name, the boards and the drive do not matter.
 bool sameField(const TransducerArray& a, const TransducerArray& b)
 {
     return a.size() == b.size() && a.frequency_Hz == b.frequency_Hz &&
@@ -37,8 +37,8 @@ bool sameField(const TransducerArray& a, const TransducerArray& b)
            sameEntries(a.phaseOffset_rad, b.phaseOffset_rad) && sameEntries(a.gain, b.gain);
 }
 
-// D between the steps of a table, or of a polynomial: its largest value on a fine grid of cosines,
-// and some more.
+// A bound on D between the steps of a table or a polynomial: its largest value on a fine grid of
+// cosines, with a margin.
 float largestOf(Directivity model)
 {
     double largest = 0.0;
@@ -47,7 +47,8 @@ float largestOf(Directivity model)
     return static_cast<float>(1.001 * largest);
 }
 
-// The harmonics are a cubic in cos(theta) wherever they are positive; four values in front give it.
+// The harmonics are a cubic in cos(theta) wherever they are positive, so four values in front
+// determine it.
 kernels::DirectivityCubic cubicOf(Directivity model)
 {
     const Eigen::Vector4d x(0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0);
@@ -157,7 +158,7 @@ kernels::GroupGeometry PropagationMatrix::bindGroup(int first, int count)
     const int last = std::min(first + kernels::kGroup, _padded);
     for (int lane = first; lane < last; ++lane)
     {
-        // Padding repeats the last transducer, with no strength.
+        // Padding repeats the last transducer without strength.
         const int source = _order[static_cast<std::size_t>(std::min(lane, _transducers - 1))];
         bindLane(lane, source, centre);
         if (lane >= _transducers) continue;

@@ -15,7 +15,7 @@ namespace midair::haptics
 namespace
 {
 
-// sorted: ascending, not empty; fraction 0 .. 1.
+// \a sorted is ascending and not empty; \a fraction is 0 .. 1.
 double percentile(const Eigen::VectorXd& sorted, double fraction)
 {
     const double place = fraction * static_cast<double>(sorted.size() - 1);
@@ -24,13 +24,14 @@ double percentile(const Eigen::VectorXd& sorted, double fraction)
     return sorted[k] + (place - static_cast<double>(k)) * (sorted[above] - sorted[k]);
 }
 
-// Evenly spread in the ball round the samples' middle, as far as they keep their distance; the same
-// seed gives the same places everywhere, which the library's distributions don't promise.
+// Places spread evenly in the ball round the samples' middle, as far as they keep their distance
+// from the samples. The same seed gives the same places with every library, which its distributions
+// do not promise.
 Eigen::Matrix3Xd placesOff(const Eigen::Matrix3Xd& surface,
                            double distance_m,
                            const SurfaceStatisticsOptions& options)
 {
-    // in a ball that the surface fills there are few places or none
+    // Bounds the search: in a ball that the surface fills there are few places or none.
     constexpr int kTriesPerPlace = 20;
     const Eigen::Vector3d middle = surface.rowwise().mean();
     std::mt19937_64 random(options.seed);
@@ -106,7 +107,7 @@ Eigen::VectorXd meanRadiationPressure(const Eigen::Matrix3Xd& points,
 {
     if (cycle.empty())
         throw base::InputError("the cycle has no fields; there must be at least one");
-    // The radiation pressure goes with |p|^2, so that this is what is averaged.
+    // |p|^2 is averaged, since the radiation pressure is proportional to it.
     Eigen::VectorXd square = Eigen::VectorXd::Zero(points.cols());
     for (const Eigen::VectorXcf& q : cycle)
         square += pressureAt(points, array, medium, q, threads, stop)

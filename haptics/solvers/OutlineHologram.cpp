@@ -32,7 +32,8 @@ constexpr int kRamps = 4;
 
 bool better(bool loudEnough, const SurfaceStatistics& a, const SurfaceStatistics& b, double floor)
 {
-    // Loud enough first, then the smoother one; of those that are not, the louder one.
+    // A field that is loud enough beats one that is not; of those that are the smoother one wins,
+    // else the louder one.
     const bool other = b.mean_Pa >= floor;
     if (loudEnough != other) return loudEnough;
     return loudEnough ? a.coefficientOfVariation < b.coefficientOfVariation : a.mean_Pa > b.mean_Pa;
@@ -64,7 +65,7 @@ OutlineHologram::OutlineHologram(const OutlineOptions& options) :
     if (!options.isValid(&error)) throw base::InputError("outline hologram: " + error);
 }
 
-// Before anything is placed along them.
+// Refuses outlines that are too long before any point is placed along them.
 void OutlineHologram::checkLength(const std::vector<Outline>& outlines, double wavelength_m) const
 {
     const double spacing_m = _options.spacing * wavelength_m;
@@ -79,7 +80,8 @@ void OutlineHologram::checkLength(const std::vector<Outline>& outlines, double w
     }
 }
 
-// The points that are solved for from here on, spacing_m apart along every outline.
+// Places the points that are solved for from here on, \a spacing_m apart along every outline, and
+// builds their matrix.
 void OutlineHologram::place(const Scene& scene, double spacing_m)
 {
     std::vector<Eigen::Matrix3Xd> parts;
@@ -114,7 +116,7 @@ void OutlineHologram::place(const Scene& scene, double spacing_m)
         throw base::InputError("outline hologram: no transducer reaches the outlines");
 }
 
-// Starting phases number `index` into field.u; returns their name.
+// Puts the starting phases of number \a index into field.u and returns their name.
 std::string OutlineHologram::start(int index)
 {
     const auto n = static_cast<std::size_t>(_field.n());
@@ -136,7 +138,7 @@ std::string OutlineHologram::start(int index)
     return "random " + std::to_string(index - kRamps);
 }
 
-// Of field.q as the device plays it.
+// Measures the radiation pressure of field.q along the outlines, as the device plays it.
 SurfaceStatistics OutlineHologram::judge(const Scene& scene, Eigen::VectorXcf* played)
 {
     const Eigen::VectorXcf q = playedPhases(_field);
@@ -148,7 +150,7 @@ SurfaceStatistics OutlineHologram::judge(const Scene& scene, Eigen::VectorXcf* p
     return statisticsOf(pressure_Pa, Eigen::VectorXd());
 }
 
-// The loudest field for points a wavelength apart.
+// Finds the loudest field for points \a spacing_m apart and returns its figures.
 SurfaceStatistics OutlineHologram::solveApart(const Scene& scene, double spacing_m)
 {
     place(scene, spacing_m);
@@ -163,7 +165,7 @@ SurfaceStatistics OutlineHologram::solveApart(const Scene& scene, double spacing
     return loudest;
 }
 
-// Evens field.q out at the candidate's goal.
+// Makes the pressure of field.q equal along the outlines, at the candidate's goal.
 void OutlineHologram::follow(const Scene& scene, int corrections, Candidate& candidate)
 {
     LevenbergMarquardt::Limits limits;
@@ -174,7 +176,7 @@ void OutlineHologram::follow(const Scene& scene, int corrections, Candidate& can
     candidate.q = currentPhases(_field);
 }
 
-// Asks for more until the mean is what it has to be.
+// Follows a finalist to the end, raising its goal until its mean pressure is loud enough.
 void OutlineHologram::raise(const Scene& scene, double floor_Pa, Candidate& candidate)
 {
     setPhases(_field, candidate.q);
@@ -182,8 +184,8 @@ void OutlineHologram::raise(const Scene& scene, double floor_Pa, Candidate& cand
     const int corrections = std::min(kRaiseCorrections, _options.corrections);
     for (int k = 0; k < kRaises && corrections > 0 && candidate.along.mean_Pa < floor_Pa; ++k)
     {
-        // The more uneven the field has to become, the more slowly the mean follows: first by a
-        // little, then by more.
+        // The more uneven the field has to become, the more slowly its mean follows the goal: the
+        // goal rises by a little at first, then by more.
         const double lack = floor_Pa / std::max(candidate.along.mean_Pa, 1e-30);
         candidate.goal_Pa *=
             std::clamp(1.005 * std::pow(lack, 1.5 + 0.5 * k), 1.01 + 0.01 * k, 1.25);
@@ -232,7 +234,7 @@ void OutlineHologram::finish(const Scene& scene,
                              OutlineReport& report,
                              Eigen::VectorXcf& q)
 {
-    // What is missing in the mean counts like what is uneven.
+    // Ranks candidates by what is uneven and by what their mean lacks.
     const auto lack = [floor_Pa](const Candidate& c)
     {
         return c.along.coefficientOfVariation +

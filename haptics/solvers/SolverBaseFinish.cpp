@@ -14,7 +14,7 @@ namespace midair::haptics
 namespace
 {
 
-// of two drives that are compared; below, neither turn is better
+// Of the inner product of two drives; below it, neither phase is better than any other.
 constexpr float kLeastProduct = 1e-6f;
 
 } // namespace

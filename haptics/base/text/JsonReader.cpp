@@ -12,8 +12,8 @@ namespace midair::base
 namespace
 {
 
-// As in the file where that is short. What is long or nested is only described: a text of 100,000
-// brackets is no help, and writing it out would recurse as deep.
+// Shows a value as the file has it, where that is short. What is long or nested is only described:
+// a text of 100,000 brackets is no help, and writing it out would recurse as deep.
 std::string shown(const JsonReader::Json& value)
 {
     if (value.is_object()) return "an object";

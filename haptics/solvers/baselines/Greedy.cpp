@@ -15,9 +15,9 @@ namespace midair::haptics
 namespace
 {
 
-// E that is aimed at: below what unit amplitudes reach (0.9 to 1.3), so that every point can be
-// met; this is about what the reference implementation is used at. 0.7 halves the error, 0.9
-// doubles it.
+// The loudness E that is aimed at. It is below what unit amplitudes reach (0.9 to 1.3), so that
+// every point can be met, and about what the reference implementation is used at; 0.7 halves the
+// error, 0.9 doubles it.
 constexpr double kAim = 0.8;
 constexpr int kContinuousLevels = 256; // tried for a device whose phases are continuous
 constexpr int kClockInterval = 6400;   // points times transducers between looks at the clock
@@ -129,7 +129,7 @@ private:
         return relativeErrors(_reached, wanted, fittedLevelInOrder(_reached, wanted)).rms;
     }
 
-    // std::shuffle is free to differ between libraries; this is not.
+    // std::shuffle may differ between libraries; this does not.
     void shuffle(std::mt19937_64& random)
     {
         for (std::size_t i = _order.size(); i > 1; --i)

@@ -62,7 +62,8 @@ private:
             const float size = std::abs(p[l]);
             const std::complex<float> phase = size > 0.0f ? p[l] / size : u[l];
             field.u.set(row, phase);
-            // Relative to the largest, so that no unit of pressure overflows.
+            // The energies are taken relative to the largest, so that no unit of pressure
+            // overflows.
             const double share = energy.maxCoeff() / energy[l];
             const float correction = size > 0.0f ? field.a[l] / size : 1.0f;
             field.w.set(row, phase * (field.a[l] * correction * static_cast<float>(share)));

@@ -17,8 +17,8 @@ constexpr std::size_t kMemory = 8; // pairs of steps and changes of the gradient
 constexpr int kMaxHalvings = 20;
 constexpr double kArmijo = 1e-4;
 constexpr double kStalled = 1e-4; // relative fall of the cost of ten steps
-// E that is aimed at: a little below what unit amplitudes reach (0.9 to 1.3), so that the points
-// can be met exactly.
+// The loudness E that is aimed at, a little below what unit amplitudes reach (0.9 to 1.3), so that
+// the points can be met exactly.
 constexpr double kAim = 0.8;
 
 /// Gradient descent on the transducers' phases phi (unit amplitudes) by L-BFGS (Nocedal, Wright,
@@ -64,7 +64,7 @@ private:
         return outcome;
     }
 
-    // From the phases that the points' phases ask for.
+    // Starts from the phases that the transducers have for the points' phases.
     void start(FieldProblem& field)
     {
         const int m = field.m();
@@ -84,7 +84,7 @@ private:
         gradient(field, _gradient);
     }
 
-    // f; leaves q and p = G q.
+    // Returns f at \a phi and leaves field.q and field.p = G q.
     double cost(FieldProblem& field, const Eigen::VectorXf& phi) const
     {
         for (int i = 0; i < field.m(); ++i)
@@ -100,7 +100,7 @@ private:
         return 0.5 * sum;
     }
 
-    // At the field that cost() left.
+    // The gradient at the field that cost() left.
     void gradient(FieldProblem& field, Eigen::VectorXf& result) const
     {
         for (int l = 0; l < field.n(); ++l)
@@ -118,7 +118,8 @@ private:
         }
     }
 
-    // direction = -H gradient, H from the last pairs (algorithm 7.4).
+    // _direction = -H gradient, H being the approximate inverse Hessian of the last pairs
+    // (algorithm 7.4).
     void direct()
     {
         _direction = -_gradient;
@@ -147,7 +148,7 @@ private:
         }
     }
 
-    // False if nothing falls any more; the field is then the one before.
+    // Takes one step. False if the cost does not fall any more; the field is then the one before.
     bool step(FieldProblem& field)
     {
         direct();
@@ -182,7 +183,7 @@ private:
         gradient(field, _gradient);
         pair.change += _gradient;
         const double product = static_cast<double>(pair.step.dot(pair.change));
-        // A pair without curvature would spoil H; float's noise makes such near the end.
+        // A pair without curvature would spoil H; rounding in float makes such pairs near the end.
         if (!(product > 1e-10 * static_cast<double>(pair.change.squaredNorm()))) return;
         pair.inverse = 1.0 / product;
         _newest = at;

@@ -68,7 +68,7 @@ private:
         return outcome;
     }
 
-    // std::shuffle is free to differ between libraries; this is not.
+    // std::shuffle may differ between libraries; this does not.
     static void shuffle(std::vector<int>& order, std::mt19937_64& random)
     {
         for (std::size_t i = order.size(); i > 1; --i)

@@ -14,7 +14,7 @@ namespace
 {
 
 constexpr int kDefaultIterations = 200;
-// of its target: a point that has less is weighted up as if it had this
+// Of its target; a point that has less is weighted up as if it had this.
 constexpr float kFewest = 1e-3f;
 constexpr float kLeastWeight = 1e-6f;
 
@@ -32,7 +32,7 @@ private:
     Outcome iterate(FieldProblem& field, bool warm) override
     {
         const int n = field.n();
-        // Weights go on with the field that they belong to.
+        // The weights belong to the last field, so they are kept with it.
         if (!warm || _weights.size() != n) _weights = Eigen::VectorXf::Ones(n);
 
         Outcome outcome;
@@ -50,7 +50,7 @@ private:
         return outcome;
     }
 
-    // Returns the rms of y_l / (s a_l) - 1.
+    // Updates the weights by the published rule. Returns the rms of y_l / (s a_l) - 1.
     float reweigh(const FieldProblem& field)
     {
         const float s = fittedLevel(field.y, field.a);

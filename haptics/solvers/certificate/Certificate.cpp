@@ -27,13 +27,13 @@ double since_ms(Clock::time_point start)
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// The relaxation is minimised in float: less than this it doesn't fall by reliably (of trace(M), a
-// round).
+// The relaxation is minimised in float, where it does not fall reliably by less than this share of
+// trace(M) a round.
 constexpr double kSmallestFall = 2e-8;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// A number not above the smallest eigenvalue of M - diag y - sigma I, if that is found positive
-// definite; else -infinity.
+// Returns a number that is not above the smallest eigenvalue of M - diag y - sigma I, if that
+// matrix is found positive definite; else -infinity.
 double provenMargin(const Eigen::MatrixXcd& M,
                     const Eigen::VectorXd& y,
                     double sigma,
@@ -55,7 +55,7 @@ double provenMargin(const Eigen::MatrixXcd& M,
     return -(gamma / (1.0 - gamma) + 2.0 * kEpsilon) * trace;
 }
 
-// Of many points a little below it.
+// An estimate of the smallest eigenvalue; with many points it is a little below.
 double smallestEigenvalue(const Eigen::MatrixXcd& S, const base::StopToken& stop)
 {
     constexpr Eigen::Index kAtOnce = 128;
@@ -109,7 +109,7 @@ certifiedBound(const Eigen::MatrixXcd& M, const Eigen::VectorXd& y, const base::
     const double n = static_cast<double>(M.cols());
     Eigen::MatrixXcd S = M;
     S.diagonal().real() -= y;
-    // With room for the rounding of M - diag y, which may cancel altogether.
+    // The norm has room for the rounding of M - diag y, which may cancel altogether.
     const double norm = S.norm() + 1e-13 * (M.norm() + y.norm());
     const double guess = smallestEigenvalue(S, stop);
     // Minus the Frobenius norm is below every eigenvalue, by far more than its rounding: used where
@@ -150,8 +150,8 @@ Certificate Certifier::certify(const PhaseObjective& objective, const Eigen::Vec
     Certificate result;
     result.points = objective.size();
 
-    // The fall of a round tells how far the minimum is; what counts is proved, so the first guess
-    // only costs time.
+    // The fall of a round tells how far the minimum is. What counts is proved afterwards, so a poor
+    // guess only costs time.
     PhaseRelaxation relaxation(objective, _options.seed, _options.stop);
     double fall = _options.tolerance / 300.0;
     while (!result.tight)
@@ -168,7 +168,7 @@ Certificate Certifier::certify(const PhaseObjective& objective, const Eigen::Vec
         if (spent || fall < kSmallestFall) break;
         fall *= 0.25;
     }
-    // M is positive definite, and a bound below 0 would say nothing.
+    // M is positive definite, so a bound below 0 would say nothing.
     result.bound = std::max(result.bound, 0.0);
     result.bound_ms = since_ms(start);
 
