@@ -84,8 +84,8 @@ public:
         return Eigen::Matrix3d::Identity() / _count + lever * _inverse * lever.transpose();
     }
 
-    /// At the worst of some evenly spread spots of the sphere of \a radius round the origin (a
-    /// Fibonacci lattice).
+    /// The error at the worst of some evenly spread places on the sphere of \a radius round the
+    /// origin (a Fibonacci lattice).
     Eigen::Matrix3d worstAtRadius(double radius) const
     {
         Eigen::Matrix3d worst = at(Eigen::Vector3d(0, 0, radius));
@@ -107,8 +107,9 @@ private:
     Eigen::Matrix3d _inverse;
 };
 
-/// Median and 95 % quantile of |e|, e normal with covariance sigma^2 C, sigma itself known from \a
-/// freedom degrees of freedom only (so Student's, not Gauss's tails): by seeded draws.
+/// Median and 95 % quantile of |e| by seeded draws, for e normal with covariance sigma^2 C and
+/// sigma known from \a freedom degrees of freedom only (so with Student's tails instead of
+/// Gauss's).
 void errorQuantiles(CalibrationReport& report,
                     const Eigen::Matrix3d& C,
                     int freedom,
@@ -149,8 +150,8 @@ std::string unitWarning(double scale)
            "and no common unit explains it: check both units, and the tracker's own calibration";
 }
 
-/// Is the world mirrored? A similarity fit of the mirrored points is then far better. False for
-/// coplanar points, which fit their mirror image as well as themselves.
+/// True if the world is mirrored: a similarity fit of the mirrored points is then far better. False
+/// for coplanar points, which fit their mirror image as well as themselves.
 bool mirrored(const PointPairs& pairs, const RobustFit& direct, const RobustFitOptions& options)
 {
     PointPairs mirror = pairs;
@@ -159,7 +160,7 @@ bool mirrored(const PointPairs& pairs, const RobustFit& direct, const RobustFitO
     return other.inliers >= direct.inliers && other.noise_m < kMirrorRatio * direct.noise_m;
 }
 
-/// Unit and handedness, from a fit that may scale. Returns false where either is wrong.
+/// Checks unit and handedness by a fit that may scale. Returns false where either is wrong.
 bool checkScaleAndHand(CalibrationReport& report,
                        const PointPairs& pairs,
                        const CalibrationOptions& options)

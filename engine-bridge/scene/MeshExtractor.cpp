@@ -166,7 +166,7 @@ protected:
 
     void enter(osg::Node& node) override
     {
-        // Whatever of the skeleton of nodes stands in the fingerprint stays alive.
+        // All nodes that the fingerprint depends on are kept alive.
         _out.sources.emplace_back(&node);
         const osg::Transform* transform = node.asTransform();
         if (transform && transform->getReferenceFrame() != osg::Transform::RELATIVE_RF)

@@ -76,7 +76,7 @@ void SubtreeWalk::apply(osg::Transform& node)
 {
     if (options->skip && options->skip(node)) return;
     enter(node);
-    // An absolute frame hangs on the camera, not in the world.
+    // An absolute frame belongs to the camera and not to the world.
     if (node.getReferenceFrame() != osg::Transform::RELATIVE_RF) return;
     const osg::Matrixd outer = matrix;
     const bool outerIdentity = identity;

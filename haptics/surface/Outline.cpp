@@ -48,7 +48,7 @@ double pointsAlong(const std::vector<Outline>& outlines, double spacing_m)
 Eigen::Matrix3Xd Outline::points(double spacing_m) const
 {
     const double length = length_m();
-    // A length of a whole number of spacings is not to fall into one step more by rounding.
+    // Rounding must not turn a whole number of spacings into one step more.
     const double steps = std::max(std::ceil(length / spacing_m - 1e-9), closed ? 3.0 : 1.0);
     if (!(spacing_m > 0.0) || !(steps < kMostPoints))
     {

@@ -36,7 +36,8 @@ void checkExtent(const SampledMesh& sampled)
 {
     const MeshTopology& topology = sampled.topology;
     const SamplerOptions& options = sampled.options;
-    // The estimate doubles where sheets lie on each other, so only a clear excess is taken for one.
+    // Where sheets lie on each other the estimate is twice too large, so only a clear excess is
+    // refused.
     constexpr double kClear = 4.0;
     if (options.sampling != Sampling::VERTICES &&
         !(estimatePoints(topology, options, 1.0) <= kClear * options.maxPoints))
@@ -98,7 +99,7 @@ sampleOnce(const SampledMesh& sampled, int set, double shift, const PointGrid* e
     {
         for (const int v : sampled.corners)
         {
-            // EDGES leaves out tips that no feature edge reaches.
+            // With EDGES, tips that no feature edge reaches are left out.
             if (options.sampling == Sampling::EDGES && !sampled.topology.hasFeature(v)) continue;
             builder.tryVertex(v, builder.edgeSpacing());
         }
@@ -227,7 +228,7 @@ void updateSamples(const TriangleMesh& deformed, SurfaceSamples& samples)
             if (own.isZero(0.0)) own = normal;
             sum += samples.normalWeight[face] * normal;
         }
-        // Faces folded onto each other cancel; one of them is as good as the other then.
+        // Normals of faces that are folded onto each other cancel; either of them will do.
         constexpr double kCancelled = 1e-6;
         if (!(sum.norm() > kCancelled)) sum = own;
         if (!sum.isZero(0.0)) samples.normals.col(i) = sum.normalized();
