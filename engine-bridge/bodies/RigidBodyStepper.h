@@ -13,11 +13,11 @@ class btRigidBody;
 namespace midair::bridge
 {
 
-/// How a RigidBodyStepper steps; isValid() names the first violated constraint.
+/// How a RigidBodyStepper steps; isValid() names the first setting that is out of its range.
 struct StepperOptions
 {
     double step_s = 1.0 / 240.0; ///< > 0
-    /// >= step_s; after a longer pause the rest of it is dropped, not simulated
+    /// >= step_s; of a pause longer than this (s) the rest is dropped instead of simulated.
     double catchUp_s = 0.25;
     bool interpolate = true; ///< poses between the last two steps; false: of the last step
 

@@ -11,7 +11,7 @@
 namespace midair::bridge
 {
 
-/// What calibrate() is asked for; isValid() names the first violated constraint.
+/// What calibrate() is asked for; isValid() names the first setting that is out of its range.
 struct CalibrationOptions
 {
     double edge_m = 0.15;         ///< > 0; distance of the workspace's edge from the array's origin

@@ -5,11 +5,11 @@
 namespace midair::bridge
 {
 
-/// What passes a half-plane's edge, over what would without it: F(v) = (1 + j)/2 integral from v to
-/// infinity of e^{-j pi t^2/2} dt (Fresnel-Kirchhoff; ITU-R P.526, equation 7b). v is the height of
-/// the edge over the straight way in units of the first Fresnel zone's sqrt(lambda d1 d2/(2 (d1 +
-/// d2))): F is 1 at -infinity, 1/2 at 0, 0 at infinity. Good to 2e-3, the error of the rational
-/// approximations in Abramowitz & Stegun, 7.3.32 and 7.3.33.
+/// The field behind the edge of a half-plane over the field without it: F(v) = (1 + j)/2 integral
+/// from v to infinity of e^{-j pi t^2/2} dt (Fresnel-Kirchhoff; ITU-R P.526, equation 7b). v is the
+/// height of the edge over the straight way in units of the first Fresnel zone's sqrt(lambda d1
+/// d2/(2 (d1 + d2))): F is 1 at -infinity, 1/2 at 0, 0 at infinity. Good to 2e-3, the error of the
+/// rational approximations in Abramowitz & Stegun, 7.3.32 and 7.3.33.
 std::complex<double> knifeEdge(double v);
 
 /// The share 0 .. 1 of the amplitude that passes a rectangle which blocks from x1 to x2 across and

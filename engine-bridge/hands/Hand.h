@@ -64,7 +64,7 @@ struct HandFrame
     std::vector<Hand> hands;
 };
 
-/// All spots within radius_m of the segment from a to b: a bone of a finger with its flesh, or a
+/// All places within radius_m of the segment from a to b: a bone of a finger with its flesh, or a
 /// prop.
 struct Capsule
 {
@@ -93,7 +93,7 @@ const char* jointName(int joint);
 /// of theirs.
 std::vector<HandCapsule> handCapsules(const HandFrame& frame);
 
-/// The frame seen from another frame of reference; radii and lengths stay.
+/// The frame as seen from another frame of reference; radii and lengths stay.
 HandFrame transformed(const HandFrame& frame, const Eigen::Isometry3d& motion);
 
 /// A flat open right (id 1) or left hand (id 0) of an adult, fingers along -z of \a palm, the back

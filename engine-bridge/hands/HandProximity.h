@@ -14,7 +14,7 @@
 namespace midair::bridge
 {
 
-/// When a hand touches; isValid() names the first violated constraint.
+/// When a hand touches; isValid() names the first setting that is out of its range.
 struct ProximityOptions
 {
     double range_m = 0.05; ///< >= leave_m; hands farther than this from an object are not measured

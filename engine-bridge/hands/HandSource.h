@@ -11,8 +11,8 @@
 namespace midair::bridge
 {
 
-/// Where tracked hands come from: a tracker, a recording, the application, a mouse. Positions are
-/// metres in the scene's world frame.
+/// Where tracked hands come from: a tracker, a recording, the application or a mouse. Positions are
+/// in metres in the world frame of the scene.
 class HandSource
 {
 public:
@@ -22,7 +22,7 @@ public:
     /// Never blocks. From one thread.
     virtual bool frameAt(double time_s, HandFrame& frame) = 0;
 
-    /// One line: what the source is and how it fares.
+    /// One line that says what the source is and how it is doing.
     virtual std::string status() const = 0;
 };
 

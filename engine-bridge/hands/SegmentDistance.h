@@ -5,7 +5,7 @@
 namespace midair::bridge
 {
 
-/// Two spots and how far apart they are.
+/// Two places and the distance between them.
 struct ClosestPair
 {
     Eigen::Vector3d onSegment;

@@ -14,7 +14,7 @@
 namespace midair::bridge
 {
 
-/// A part of a subtree as it is now, stretched and in metres.
+/// A part of a subtree as it is now, stretched as the scene has it and in metres.
 struct CachedMesh
 {
     std::uint64_t meshId = 0;     ///< new whenever anything about the mesh is

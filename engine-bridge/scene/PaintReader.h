@@ -20,7 +20,7 @@
 namespace midair::bridge
 {
 
-/// From what, and how, an object's intensities are painted.
+/// What an object's intensities are painted from, and how.
 struct PaintOptions
 {
     enum Source
@@ -52,7 +52,7 @@ struct PaintOptions
     }
 };
 
-/// What of the state on the way down to a drawable says how it is painted.
+/// The parts of the state on the path down to a drawable that decide how it is painted.
 struct PaintState
 {
     const osg::Texture* texture = nullptr;
@@ -70,7 +70,7 @@ public:
     /// what is new.
     std::uint64_t version(const osg::Texture& texture);
 
-    /// Null, and why in \a warning, where it can't be read.
+    /// The picture of a texture; null, with the reason in \a warning, where it cannot be read.
     std::shared_ptr<const haptics::PaintImage>
     get(const osg::Texture& texture, const PaintOptions& options, std::string& warning);
 

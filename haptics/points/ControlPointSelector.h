@@ -22,7 +22,7 @@ enum class Crowding
     DROP   ///< both are left out
 };
 
-/// Limits of what is worth solving for; isValid() names the first violated constraint.
+/// What is worth solving for; isValid() names the first setting that is out of its range.
 struct SelectorOptions
 {
     /// >= 1; higher priorities take theirs first, equal ones share by their counts
@@ -88,11 +88,12 @@ struct Selection
     SelectionReport report;
 };
 
-/// Several objects' points into those that are solved for: what the array can't reach is left out,
-/// the spacing holds across objects, crowds are resolved, the budget is kept; all of it counted.
-/// Where points compete, priority decides, then the distance to the middle of the workspace (the
-/// nearer stays), then x, y and z: so the order of objects and points doesn't matter. Throws
-/// InputError for members of unequal length, spacings and options out of range.
+/// Selects the points that are solved for from those of several objects. What the array cannot
+/// reach is left out, the spacing holds across objects, crowds are resolved and the budget is kept;
+/// all that is left out is counted. Where points compete, priority decides, then the distance to
+/// the middle of the workspace (the nearer stays), then x, y and z, so that the order of objects
+/// and points does not matter. Throws InputError for members of unequal length and for spacings and
+/// options out of range.
 Selection selectControlPoints(const std::vector<PosedObject>& objects,
                               const Workspace& workspace,
                               const SelectorOptions& options);

@@ -17,8 +17,8 @@ namespace midair::haptics
 enum class Storage
 {
     FLOAT, ///< to 1e-5 of P0/R_li
-    /// in 2 x 16 bits: within another 2e-5 of the largest entry of row and block, and half of the
-    /// memory
+    /// In 2 x 16 bits: within another 2e-5 of the largest entry of row and block, in half of the
+    /// memory.
     FIXED
 };
 
@@ -28,8 +28,8 @@ enum class Storage
 class PropagationMatrix
 {
 public:
-    /// Transducers; 4 or 8 bytes an entry. Wide, for the kernels sum over the transducers of a
-    /// block; a block of 400 points still fits a level-2 cache of 1 MiB.
+    /// Transducers in a block, whose entries take 4 or 8 bytes each. Wide, since the kernels sum
+    /// over the transducers of a block; a block of 400 points still fits a level-2 cache of 1 MiB.
     static constexpr int kBlockWidth = 512;
 
     explicit PropagationMatrix(Storage storage = Storage::FLOAT) : _storage(storage) {}
@@ -126,7 +126,7 @@ private:
     kernels::DirectivityCubic _cubic{};
     kernels::DirectivityTable _table{};
     Eigen::Matrix3Xd _rows; // points of the rows, wavelengths
-    // row by row, a flag a block: within the float kernel's range
+    // Row by row, with a flag for each block: whether it is within the range of the float kernel.
     std::vector<unsigned char> _inFloat;
     base::AlignedBuffer<float> _entries;
     base::AlignedBuffer<std::int32_t> _fixed;

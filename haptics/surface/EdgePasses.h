@@ -8,11 +8,11 @@
 namespace midair::haptics
 {
 
-/// Points along the chains in equal steps of at least the edge spacing, \a shift (0 .. 1) of a step
-/// on from the chain's start; with 0 from corner to corner.
+/// Places points along the chains in equal steps of at least the edge spacing, from \a shift (0 ..
+/// 1) of a step behind the chain's start; with 0 from corner to corner.
 void placeChains(SampleBuilder& builder, const std::vector<FeatureChain>& chains, double shift);
 
-/// Closes what the equal steps leave: afterwards no spot of a feature edge is farther than 1.05
+/// Fills what the equal steps leave: afterwards no place on a feature edge is farther than 1.05
 /// edge spacings from a point.
 void fillEdges(SampleBuilder& builder);
 

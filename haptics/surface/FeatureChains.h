@@ -9,7 +9,7 @@
 namespace midair::haptics
 {
 
-/// Feature edges one after another, from corner to corner or round in a loop.
+/// A row of feature edges, from corner to corner or round in a loop.
 struct FeatureChain
 {
     struct Step
@@ -25,13 +25,13 @@ struct FeatureChain
     double length() const { return arc.back(); }
 };
 
-/// Corners: where feature edges end, meet, or turn by more than the crease angle, and tips like a
-/// cone's. Sharpest first, by the angle deficit: convex tips come before notches; ties by vertex
-/// number.
+/// Finds the corners: welded vertices where feature edges end, meet, or turn by more than the
+/// crease angle, and tips like that of a cone. Sharpest first, by the angle deficit: convex tips
+/// come before notches; ties by vertex number.
 std::vector<int>
 findCorners(const TriangleMesh& mesh, const MeshTopology& topology, double creaseAngle_rad);
 
-/// All feature edges, each in exactly one chain.
+/// Chains all feature edges; each is in exactly one chain.
 std::vector<FeatureChain> chainFeatures(const TriangleMesh& mesh,
                                         const MeshTopology& topology,
                                         const std::vector<int>& corners);

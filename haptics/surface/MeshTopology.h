@@ -29,8 +29,8 @@ struct EdgeFace
     double sign = 1.0;     ///< -1 where the face is wound against the edge's first one
 };
 
-/// What sampling needs to know of a mesh's shape: doubled vertices joined, triangles without area
-/// passed over, feature edges found.
+/// What sampling needs to know of a mesh's shape: its doubled vertices are joined, triangles
+/// without area are left out, and feature edges are found.
 struct MeshTopology
 {
     std::vector<int> weld;      ///< mesh vertex -> welded vertex, -1 where no triangle uses it
@@ -43,10 +43,11 @@ struct MeshTopology
     std::vector<FeatureEdge> features;
     std::vector<EdgeFace> edgeFaces;
     double featureLength = 0.0; ///< m
-    /// rad, a welded vertex each: what its faces' angles lack to 2 pi (to pi on a boundary);
+    /// rad, one for each welded vertex: what the angles of its faces lack to 2 pi (to pi on a
+    /// boundary); 0 where no feature edge ends and the surface turns by less than half the crease
+    /// angle.
     std::vector<double> deficit;
-    /// 0 where no feature edge ends and the surface turns by less than half the crease angle
-    /// vertexCount + 1; corners around a vertex are fan[fanStart[v] .. fanStart[v + 1])
+    /// vertexCount + 1; the corners around a vertex are fan[fanStart[v] .. fanStart[v + 1]).
     std::vector<int> fanStart;
     std::vector<int> fan;        ///< 3 * (index into triangles) + corner
     std::vector<char> onFeature; ///< a welded vertex each: a feature edge ends at it

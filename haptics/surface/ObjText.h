@@ -6,8 +6,8 @@
 namespace midair::haptics
 {
 
-/// What of an OBJ file makes its surface, checked line by line, and the same again as plain text
-/// for the OBJ library.
+/// The part of an OBJ file that makes its surface, checked line by line, and the same again as
+/// plain text for the OBJ library. The library accepts broken files in silence and tells no line.
 struct ObjText
 {
     std::vector<double> coordinates; ///< 3 a vertex, as written

@@ -11,8 +11,8 @@
 namespace midair::haptics
 {
 
-/// The point of a triangle with these barycentrics; everything that places samples goes through it,
-/// so that an undeformed mesh gives back the same bits.
+/// The point of a triangle with these barycentric coordinates. All samples are placed through it,
+/// so that a mesh that was not deformed gives back the same bits.
 inline Eigen::Vector3d
 pointOnTriangle(const TriangleMesh& mesh, int triangle, const Eigen::Vector3d& barycentric)
 {

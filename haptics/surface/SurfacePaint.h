@@ -41,8 +41,8 @@ struct SurfacePaint
     std::vector<int> image; ///< t: which of images; -1: none, felt in full
 };
 
-/// How strongly a spot of \a mesh is felt, 0 .. 1: painted, else by the intensities of its corners,
-/// else 1.
+/// How strongly the surface is felt at a place, 0 .. 1: as its paint says, else by the intensities
+/// of its corners, else 1.
 float intensityAt(const TriangleMesh& mesh, int triangle, const Eigen::Vector3d& barycentric);
 
 } // namespace midair::haptics

@@ -17,16 +17,16 @@ enum class Sampling
     VERTICES ///< the (welded) vertices themselves
 };
 
-/// How dense, which features, how many at most; isValid() names the first violated constraint.
+/// How a surface is sampled; isValid() names the first setting that is out of its range.
 struct SamplerOptions
 {
-    /// > 0; smallest distance between two points; callers take it from c(T)/f
+    /// > 0, metres; the smallest distance between two points. Callers take it from the wavelength.
     double spacing_m = 8.5e-3;
     Sampling sampling = Sampling::SURFACE;
-    /// 0 .. pi; an edge whose faces turn by more is a feature (about 35 degrees)
+    /// 0 .. pi; an edge whose faces turn by more is a feature. The default is about 35 degrees.
     double creaseAngle_rad = 0.61;
     std::uint64_t seed = 1;
-    /// 0 .. spacing_m; smallest distance along outlines and creases, 0: spacing_m
+    /// 0 .. spacing_m; the smallest distance along outlines and creases. 0: spacing_m.
     double edgeSpacing_m = 0.0;
     int maxPoints = 20000; ///< >= 1; a mesh that needs more is refused
     base::StopToken stop;  ///< where it asks for that, Stopped is thrown
@@ -52,16 +52,17 @@ struct SurfaceSamples
     int size() const { return static_cast<int>(positions.cols()); }
 };
 
-/// Features first, then faces. Corners come before all else, convex tips before notches (of corners
-/// nearer to each other than the spacing the sharper one is kept), then equal steps along creases
-/// and boundaries, then the faces. No two points are nearer than spacing_m (two on features:
-/// edgeSpacing_m), by straight distance. SURFACE: no spot of the surface is farther than 1.1
-/// spacings from a point. EDGES: no spot of a feature edge is farther than 1.1 edge spacings.
-/// VERTICES: corners first, then by vertex number, each that is free of the spacing. The same mesh
-/// and options give the same points. A mesh smaller than the spacing gets one point. Throws
-/// InputError for options out of range, NaN vertices, indices out of range, meshes without a
-/// triangle of positive area, more than maxPoints points (telling a spacing that would do) or
-/// kMostTriangles triangles, and EDGES on a mesh without features.
+/// Samples a surface, features first, then faces. Corners come before everything else, convex tips
+/// before notches (of corners nearer to each other than the spacing the sharper one is kept), then
+/// equal steps along creases and boundaries, then the faces. No two points are nearer than
+/// spacing_m (two on features: edgeSpacing_m), by straight distance.
+/// SURFACE: no place on the surface is farther than 1.1 spacings from a point. EDGES: no place on a
+/// feature edge is farther than 1.1 edge spacings. VERTICES: corners first, then by vertex number,
+/// each that keeps the spacing. The same mesh and options give the same points. A mesh smaller than
+/// the spacing gets one point.
+/// Throws InputError for options out of range, NaN vertices, indices out of range, meshes without a
+/// triangle of positive area, more than maxPoints points (with a spacing that would do) or
+/// kMostTriangles triangles, and for EDGES on a mesh without features.
 SurfaceSamples sampleSurface(const TriangleMesh& mesh, const SamplerOptions& options);
 
 /// \a count sets of nearly equal size on the same surface, each as sampleSurface promises, each in

@@ -20,8 +20,9 @@ struct TriangleMesh
 
     /// Edges of the bounding box; zero for an empty mesh.
     Eigen::Vector3d extent() const;
-    /// Scaled uniformly to the largest extent \a size_m and centred on the bounding box's middle.
-    /// Throws InputError if flat to a point.
+    /// A copy, scaled uniformly to the largest extent \a size_m (> 0, metres) with the middle of
+    /// its bounding box at the origin. Throws InputError for a mesh without vertices or with all of
+    /// them in one point.
     TriangleMesh scaledTo(double size_m) const;
 };
 

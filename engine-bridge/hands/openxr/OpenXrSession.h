@@ -16,7 +16,8 @@ namespace midair::bridge
 class OpenXrSession
 {
 public:
-    /// Farther from the space's origin no joint is believed, nor one with a larger radius or none.
+    /// Joints farther than this from the origin of the space, or with a larger radius or none, are
+    /// taken as invalid.
     static constexpr double kFarthest_m = 100.0;
     static constexpr double kThickest_m = 0.1;
 

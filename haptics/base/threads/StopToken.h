@@ -36,7 +36,7 @@ private:
     std::shared_ptr<const std::atomic<bool>> _flag;
 };
 
-/// Looks at a token every now and then: for loops whose turns are far shorter than a look is worth.
+/// Looks at a token once in a number of turns: for loops whose turns are much shorter than a look.
 class StopLook
 {
 public:

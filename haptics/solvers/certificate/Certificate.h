@@ -14,15 +14,16 @@
 namespace midair::haptics
 {
 
-/// How tight a certificate is made and how long good phases are looked for; isValid() names the
-/// first violated constraint.
+/// How tight a certificate is made and how long good phases are searched for; isValid() names the
+/// first setting that is out of its range.
 struct CertificateOptions
 {
     double lambdaRel = 0.1; ///< 1e-5 .. 1e9; lambda = lambdaRel trace(K)/n
-    /// 1e-12 .. 1; refine until (relaxed - bound) / relaxed is at most this
+    /// 1e-12 .. 1; the relaxation is refined until (relaxed - bound) / relaxed is at most this.
     double tolerance = 3e-4;
     int maxRounds = 3000; ///< >= 1; of coordinate descent on the relaxation
-    /// >= 0; of kRoundings rounded solutions, of which the best are carried on; 0: no search
+    /// >= 0; batches of kRoundings rounded solutions, of which the best are descended from. 0: no
+    /// search.
     int batches = 2;
     std::uint64_t seed = 1;
     base::StopToken stop; ///< where it asks for that, Stopped is thrown
@@ -36,18 +37,18 @@ struct CertificateOptions
 struct Certificate
 {
     double bound = 0.0; ///< certified: no phases whatever have less
-    /// of the relaxation where it was stopped; its optimum lies between bound and this
+    /// u* M u of the relaxation where it was stopped; its optimum lies between bound and this.
     double relaxed = 0.0;
     double best = 0.0;       ///< of the best phases that were found
     Eigen::VectorXcd phases; ///< n, of modulus 1: those
 
     bool hasGiven = false;    ///< a field was given, and the next two tell how good it is
     double givenPhases = 0.0; ///< u* M u for the phases of the given field's pressures
-    /// misfit and power of the given field itself, PhaseObjective::misfitAndPower
+    /// Misfit and power of the given field itself (PhaseObjective::misfitAndPower).
     double givenField = 0.0;
 
     int points = 0;
-    /// numerical rank of the relaxation's solution; 1 would mean that its phases are optimal
+    /// Numerical rank of the relaxation's solution; 1 would mean that its phases are optimal.
     int rank = 0;
     int rounds = 0;         ///< of coordinate descent on the relaxation
     int starts = 0;         ///< rounded solutions and given phases from which the search set out

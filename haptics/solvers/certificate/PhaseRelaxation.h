@@ -63,7 +63,7 @@ public:
                          std::uint64_t seed,
                          base::StopToken stop = {});
 
-    /// Descends from \a u.
+    /// Descends from \a u and keeps the result if it is the best so far.
     void tryFrom(const Eigen::VectorXcd& u);
     /// Takes \a count roundings a few rounds down, and the best \a carriedOn of them to their
     /// minimum: where a start is after four rounds tells well where it will end.
