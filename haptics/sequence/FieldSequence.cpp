@@ -1,5 +1,6 @@
 #include "haptics/sequence/FieldSequence.h"
 
+#include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/AudibleChange.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/sequence/FieldOrder.h"
@@ -85,7 +86,7 @@ void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, 
         report.shortPoints = 0;
         return;
     }
-    const double s = (y * a).sum() / a.square().sum();
+    const double s = fittedLevel(y.matrix(), a.matrix());
     const double level_Pa = s * a.maxCoeff();
     if (report.level_Pa > 0.0) report.loudness *= level_Pa / report.level_Pa;
     report.level_Pa = level_Pa;

@@ -4,7 +4,9 @@
 #include "engine-bridge/playing/PressureCap.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/MessageLog.h"
+#include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/sequence/SequenceComposer.h"
 #include "haptics/solvers/certificate/Certificate.h"
@@ -145,7 +147,7 @@ void fitTargets(Solution& solution)
 {
     const Eigen::VectorXd& a = solution.points.targets;
     const bool relative = !solution.points.absolute && a.squaredNorm() > 0.0;
-    solution.target_Pa = relative ? a * (solution.achieved_Pa.dot(a) / a.squaredNorm()) : a;
+    solution.target_Pa = relative ? a * haptics::fittedLevel(solution.achieved_Pa, a) : a;
 }
 
 void measureSurface(const SolveArguments& arguments, Solution& solution)

@@ -4,6 +4,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/InputError.h"
 #include "haptics/solvers/HologramSolver.h"
+#include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "haptics/surface/TriangleMesh.h"
 #include "samples/solve/SolveFiles.h"

@@ -3,6 +3,7 @@
 #include "engine-bridge/hands/Obstacles.h"
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 
 #include <cmath>
 

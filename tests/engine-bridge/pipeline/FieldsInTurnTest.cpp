@@ -1,6 +1,7 @@
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/sequence/FieldOrder.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"

@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/sequence/FieldOrder.h"
 #include "haptics/sequence/Modulator.h"
 #include "tests/haptics/solvers/ScenePoints.h"

@@ -1,5 +1,6 @@
 // What must not matter does not matter: for every method by name.
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 

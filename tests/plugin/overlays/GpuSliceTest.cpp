@@ -1,5 +1,6 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "plugin/overlays/FieldSlice.h"
 #include "samples/views/Offscreen.h"
 

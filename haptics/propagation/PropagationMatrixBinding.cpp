@@ -1,4 +1,6 @@
-// What a PropagationMatrix takes over from an array and its medium: groups of transducers, directivity, bounds.
+// PropagationMatrix, continued: takes over an array and its medium as groups of transducers,
+// directivity and bounds.
+#include "haptics/base/Units.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/TransducerGroups.h"
 
@@ -14,8 +16,6 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kTwoPi = 6.283185307179586;
-
 constexpr double kPlanar = 1e-7;           // wavelengths out of the plane
 constexpr double kMostDecayInGroup = 0.02; // then exp's parabola is good to 1e-6
 
@@ -28,7 +28,7 @@ bool sameEntries(const Matrix& a, const Matrix& b)
                 0);
 }
 
-// What G depends on; name, board and drive do not matter.
+// True if all that G depends on is the same; the name, the boards and the drive do not matter.
 bool sameField(const TransducerArray& a, const TransducerArray& b)
 {
     return a.size() == b.size() && a.frequency_Hz == b.frequency_Hz &&
@@ -37,7 +37,8 @@ bool sameField(const TransducerArray& a, const TransducerArray& b)
            sameEntries(a.phaseOffset_rad, b.phaseOffset_rad) && sameEntries(a.gain, b.gain);
 }
 
-// D between the steps of a table, or of a polynomial: its largest value on a fine grid of cosines, and some more.
+// A bound on D between the steps of a table or a polynomial: its largest value on a fine grid of
+// cosines, with a margin.
 float largestOf(Directivity model)
 {
     double largest = 0.0;
@@ -46,7 +47,8 @@ float largestOf(Directivity model)
     return static_cast<float>(1.001 * largest);
 }
 
-// The harmonics are a cubic in cos(theta) wherever they are positive; four values in front give it.
+// The harmonics are a cubic in cos(theta) wherever they are positive, so four values in front
+// determine it.
 kernels::DirectivityCubic cubicOf(Directivity model)
 {
     const Eigen::Vector4d x(0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0);
@@ -64,9 +66,10 @@ kernels::DirectivityCubic cubicOf(Directivity model)
 kernels::DirectivityTable tableOf(Directivity model)
 {
     constexpr int kSteps = kernels::DirectivityTable::kSteps;
-    const auto level = [model](int step) {
+    const auto level = [model](int step)
+    {
         return std::log2(
-            directivity(model, std::max(0.0, std::cos(0.25 * kTwoPi * step / kSteps))));
+            directivity(model, std::max(0.0, std::cos(0.25 * base::kTwoPi * step / kSteps))));
     };
     kernels::DirectivityTable table{};
     table.largest = largestOf(model);
@@ -155,7 +158,7 @@ kernels::GroupGeometry PropagationMatrix::bindGroup(int first, int count)
     const int last = std::min(first + kernels::kGroup, _padded);
     for (int lane = first; lane < last; ++lane)
     {
-        // Padding repeats the last transducer, with no strength.
+        // Padding repeats the last transducer without strength.
         const int source = _order[static_cast<std::size_t>(std::min(lane, _transducers - 1))];
         bindLane(lane, source, centre);
         if (lane >= _transducers) continue;
@@ -186,7 +189,7 @@ void PropagationMatrix::bindLane(int lane, int source, const Eigen::Vector3d& ce
     g[stride * 7] = lane < _transducers
                         ? static_cast<float>(_array.sourceAmplitude_Pa_m * gain / _wavelength_m)
                         : 0.0f;
-    const double turns = _hasOffset ? _array.phaseOffset_rad[source] / kTwoPi : 0.0;
+    const double turns = _hasOffset ? _array.phaseOffset_rad[source] / base::kTwoPi : 0.0;
     g[stride * 8] = static_cast<float>(turns - std::round(turns));
 }
 

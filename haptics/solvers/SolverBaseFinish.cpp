@@ -1,5 +1,7 @@
-// The end of a solve: what the device can play, and the report about it.
+// SolverBase, continued: brings a method's field onto the device's levels and makes the report
+// about it.
 #include "haptics/base/text/PlainText.h"
+#include "haptics/points/FittedLevel.h"
 #include "haptics/solvers/SolverBase.h"
 
 #include <algorithm>
@@ -12,21 +14,21 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kShort =
-    0.01; // a point falls short if it misses its absolute target by more than this
+// Of the inner product of two drives; below it, neither phase is better than any other.
+constexpr float kLeastProduct = 1e-6f;
 
 } // namespace
 
-// A common phase of all transducers changes nothing that can be felt: the one that changes the drive least.
+// A phase that all transducers share changes nothing that can be felt; this one changes the drive
+// least.
 std::complex<float> SolverBase::alignToLast(FieldProblem& field)
 {
     if (!hasLast(field)) return 1.0f;
     const int width = field.G.paddedTransducers();
     const kernels::InnerProduct product = kernels::innerProduct(
-        width, field.q.re.data(), field.q.im.data(), _last.re.data(), _last.im.data());
+        width, field.q.re.data(), field.q.im.data(), _last.lanes.re.data(), _last.lanes.im.data());
     std::complex<float> turn(product.re, product.im);
-    if (!(std::abs(turn) > 1e-6f)) return 1.0f;
+    if (!(std::abs(turn) > kLeastProduct)) return 1.0f;
     turn /= std::abs(turn);
     kernels::multiply(width, turn.real(), turn.imag(), field.q.re.data(), field.q.im.data());
     for (int l = 0; l < field.n(); ++l)
@@ -37,16 +39,17 @@ std::complex<float> SolverBase::alignToLast(FieldProblem& field)
     return turn;
 }
 
-// The "silencer" of other systems: no transducer turns, or changes its amplitude, by more than the limit.
+// No transducer turns, or changes its amplitude, by more than the options allow in an update. Other
+// systems call this a silencer.
 void SolverBase::limitSteps()
 {
-    if (_lastQ.size() != _field.m()) return;
+    if (!hasLast(_field)) return;
     const auto phaseLimit = static_cast<float>(_options.maxPhaseStep_rad);
     const auto amplitudeLimit = static_cast<float>(_options.maxAmplitudeStep);
     for (int i = 0; i < _field.m(); ++i)
     {
         const auto s = static_cast<std::size_t>(i);
-        const std::complex<float> before = _last.at(s);
+        const std::complex<float> before = _last.lanes.at(s);
         std::complex<float> now = _field.q.at(s);
         float amplitude = std::abs(now);
         if (!(std::abs(before) > 0.0f)) continue;
@@ -66,7 +69,7 @@ void SolverBase::limitSteps()
 }
 
 // Scales to what is wanted and to what the array has, then clips and rounds to the device's levels.
-void SolverBase::makePlayable(const Outcome&)
+void SolverBase::makePlayable()
 {
     alignToLast(_field);
     double full = 1.0; // amplitude of full use: unit phases, or rms |q| = 1 before clipping
@@ -89,8 +92,7 @@ void SolverBase::makePlayable(const Outcome&)
     {
         _field.forward(_field.q, _field.p);
         _field.phasesOf(_field.p);
-        const double s =
-            full * static_cast<double>(_field.y.dot(_field.a) / _field.a.squaredNorm());
+        const double s = full * static_cast<double>(fittedLevel(_field.y, _field.a));
         share = s > 0.0 ? std::min(share, _largestTarget / s) : share;
     }
     const bool limited = isLimited();
@@ -114,30 +116,6 @@ void SolverBase::makePlayable(const Outcome&)
     _field.quantise(1.0f);
 }
 
-// Figures of the field of q, as physics of the paper states them: s = (y.a)/(a.a), rms and max of y_l/(s a_l) - 1.
-SolverBase::Level SolverBase::measure(bool absolute) const
-{
-    const int n = _field.n();
-    double ya = 0.0, aa = 0.0;
-    for (int l = 0; l < n; ++l)
-    {
-        ya += static_cast<double>(_field.y[l]) * _field.a[l];
-        aa += static_cast<double>(_field.a[l]) * _field.a[l];
-    }
-    Level level;
-    level.s = ya / aa;
-    const double reference = absolute ? _largestTarget : level.s;
-    double squares = 0.0;
-    for (int l = 0; l < n; ++l)
-    {
-        const double error = _field.y[l] / (reference * _field.a[l]) - 1.0;
-        squares += error * error;
-        level.max = std::max(level.max, std::fabs(error));
-    }
-    level.rms = std::sqrt(squares / n);
-    return level;
-}
-
 void SolverBase::report(const Outcome& outcome, SolveReport& result)
 {
     if (!outcome.measured)
@@ -145,26 +123,33 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
         _field.forward(_field.q, _field.p);
         _field.phasesOf(_field.p);
     }
-    const Level level = measure(_absolute);
+    const double level = fittedLevelInOrder(_field.y, _field.a);
+    const RelativeErrors errors =
+        relativeErrors(_field.y, _field.a, _absolute ? _largestTarget : level);
     result.stop = outcome.stop;
     result.iterations = outcome.iterations;
-    result.rms = level.rms;
-    result.max = level.max;
-    result.level_Pa = level.s * _field.a.maxCoeff();
+    result.rms = errors.rms;
+    result.max = errors.max;
+    result.level_Pa = level * _field.a.maxCoeff();
     result.loudness =
-        level.s * std::sqrt(static_cast<double>(_field.a.squaredNorm())) / _field.meanRowSum();
+        level * std::sqrt(static_cast<double>(_field.a.squaredNorm())) / _field.meanRowSum();
     result.leftOut = result.points - _field.n();
     if (result.leftOut > 0)
         result.message = std::to_string(result.leftOut) + " of " + std::to_string(result.points) +
                          " control points left out: target 0 or out of the array's reach";
+    if (_absolute && _louder > 0.0)
+        result.message +=
+            base::plainText("%sa loudness of %g counts as 1, since the targets are in Pa",
+                            result.message.empty() ? "" : "; ",
+                            1.0 + _louder);
     if (_absolute) reportShortfall(result);
 
     if (!hasLast(_field)) return;
     const kernels::DriveDifference difference = kernels::compareDrives(_field.G.paddedTransducers(),
                                                                        _field.q.re.data(),
                                                                        _field.q.im.data(),
-                                                                       _last.re.data(),
-                                                                       _last.im.data());
+                                                                       _last.lanes.re.data(),
+                                                                       _last.lanes.im.data());
     result.meanPhaseStep_rad = difference.phaseSteps / _field.m();
     result.driveChange = difference.power > 0.0f ? difference.change / difference.power : 0.0;
     result.audibleChange = _audibleShare * result.driveChange;
@@ -177,7 +162,7 @@ void SolverBase::reportShortfall(SolveReport& result) const
     {
         const double wanted = static_cast<double>(_largestTarget) * _field.a[l];
         const double missing = 1.0 - _field.y[l] / wanted;
-        if (missing > kShort) ++result.shortPoints;
+        if (missing > kShortBy) ++result.shortPoints;
         if (missing <= result.worstShortfall) continue;
         result.worstShortfall = missing;
         worst = l;
@@ -196,18 +181,18 @@ void SolverBase::reportShortfall(SolveReport& result) const
         result.level_Pa);
 }
 
-void SolverBase::keep(const ControlPoints&, const SolveReport& result, Eigen::VectorXcf& q)
+void SolverBase::keep(const SolveReport& result, Eigen::VectorXcf& q)
 {
     _field.fromLanes(_field.q, q);
     const auto padded = static_cast<std::size_t>(_field.G.paddedTransducers());
-    _last.reserve(padded);
-    std::copy_n(_field.q.re.data(), padded, _last.re.data());
-    std::copy_n(_field.q.im.data(), padded, _last.im.data());
-    _lastQ = q;
-    _lastActive = _active;
-    _lastTargets = (_field.a * _largestTarget).cast<double>();
-    _lastReport = result;
-    _lastGood = true;
+    _last.lanes.reserve(padded);
+    std::copy_n(_field.q.re.data(), padded, _last.lanes.re.data());
+    std::copy_n(_field.q.im.data(), padded, _last.lanes.im.data());
+    _last.q = q;
+    _last.active = _active;
+    _last.targets = (_field.a * _largestTarget).cast<double>();
+    _last.report = result;
+    _last.good = true;
 }
 
 } // namespace midair::haptics
