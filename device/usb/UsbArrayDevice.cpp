@@ -78,7 +78,7 @@ UsbArrayDevice::UsbArrayDevice(const DeviceLayout& layout, const Options& option
 UsbArrayDevice::~UsbArrayDevice()
 {
     _seat->close();
-    silence();
+    UsbArrayDevice::silence();
     {
         std::unique_lock<std::mutex> lock(_mutex);
         _heard.wait_for(lock, seconds(kFarewell_s), [&] { return _muteAwaited == 0 || !_ready; });
