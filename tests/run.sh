@@ -13,7 +13,7 @@
 #   --avx512          also the kernels on emulated processors with AVX2 and AVX-512
 #   --filter REGEX    only tests whose name matches
 # MIDAIR_WERROR=ON makes compiler warnings errors in --tests too. MIDAIR_TIME_FACTOR=3 triples all limits, which are for two
-# cores and an empty compiler cache.
+# cores and an empty compiler cache. MIDAIR_END (seconds since 1970): nothing runs for longer than until then.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 . samples/packages.sh
@@ -26,7 +26,7 @@ while [ $# -gt 0 ]; do
         --vm) vm=1 ;;
         --avx512) avx512=1 ;;
         --filter) export MIDAIR_FILTER=${2:?--filter needs a regular expression}; shift ;;
-        -h | --help) sed -n '2,18s/^# \{0,1\}//p' "$0"; exit 0 ;;
+        -h | --help) sed -n '2,17s/^# \{0,1\}//p' "$0"; exit 0 ;;
         *) echo "tests/run.sh: unknown option '$1'; --help lists them" >&2; exit 2 ;;
     esac
     shift
@@ -54,18 +54,24 @@ minutes()
 # timed NAME COMMAND..: runs it for at most its minutes; what has begun is ended with it.
 timed()
 {
-    local name=$1 begin=$SECONDS status=0 limit_min
+    local name=$1 begin=$SECONDS status=0 limit_s left_s
     shift
-    limit_min=$(($(minutes "$name") * ${MIDAIR_TIME_FACTOR:-1}))
-    echo "== $name: begins; at most $limit_min min"
-    timeout --kill-after=30 "${limit_min}m" "$@" &
+    limit_s=$(($(minutes "$name") * 60 * ${MIDAIR_TIME_FACTOR:-1}))
+    left_s=$((${MIDAIR_END:-$(($(date +%s) + limit_s))} - $(date +%s)))
+    [ $left_s -ge $limit_s ] || limit_s=$left_s
+    if [ $limit_s -le 0 ]; then
+        echo "== $name: FAILED: NOT RUN, since no time is left" >&2
+        return 124
+    fi
+    echo "== $name: begins; at most $((limit_s / 60)) min"
+    timeout --kill-after=30 "$limit_s" "$@" &
     child=$!
     trap 'kill "$child" 2>/dev/null || true; exit 130' INT TERM
     wait "$child" || status=$?
     trap - INT TERM
     case $status in
         0) echo "== $name: passed in $((SECONDS - begin)) s" ;;
-        124 | 137) echo "== $name: FAILED: not done after $limit_min min, ended" >&2 ;;
+        124 | 137) echo "== $name: FAILED: not done after $((SECONDS - begin)) s, ended" >&2 ;;
         *) echo "== $name: FAILED after $((SECONDS - begin)) s" >&2 ;;
     esac
     return "$status"

@@ -3,8 +3,8 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/base/threads/LatestWorker.h"
 #include "haptics/propagation/FieldLattice.h"
-#include "plugin/overlays/LatestWorker.h"
 
 #include <osgMidair/Export>
 
@@ -110,7 +110,7 @@ private:
 };
 
 /// Computes slices in its own thread.
-class SliceWorker : public LatestWorker<SliceRequest, Slice>
+class SliceWorker : public midair::base::LatestWorker<SliceRequest, Slice>
 {
 public:
     SliceWorker();

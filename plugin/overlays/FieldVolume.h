@@ -3,8 +3,8 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/base/threads/LatestWorker.h"
 #include "haptics/propagation/FieldLattice.h"
-#include "plugin/overlays/LatestWorker.h"
 
 #include <osgMidair/Export>
 
@@ -66,7 +66,7 @@ private:
 };
 
 /// Computes volumes in its own thread, at most ten a second: beside the slice, which follows faster.
-class VolumeWorker : public LatestWorker<VolumeRequest, FieldVolume>
+class VolumeWorker : public midair::base::LatestWorker<VolumeRequest, FieldVolume>
 {
 public:
     VolumeWorker();
