@@ -1,6 +1,7 @@
 #include "haptics/sequence/Modulator.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/Limits.h"
 #include "haptics/base/text/PlainText.h"
 
 #include <algorithm>
@@ -14,15 +15,13 @@ namespace
 {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kMostAmplitudeRate_Hz =
-    500.0; // beyond it the skin feels nothing and the ear all the more
-constexpr double kMostFieldRate_Hz = 40e3;  // a field a period
 constexpr double kLeastFieldRate_Hz = 0.01; // times of far later steps are still times of the clock
 
 ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
 {
     const auto n = static_cast<Eigen::Index>(chosen.size());
     ControlPoints result;
+    result.absolute = points.absolute;
     result.positions.resize(3, n);
     result.normals.resize(3, points.normals.cols() > 0 ? n : 0);
     result.targets.resize(n);
@@ -43,11 +42,11 @@ ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
 bool ModulatorOptions::isValid(std::string* error) const
 {
     base::PlainStream text;
-    if (!(amplitudeRate_Hz >= 0.0 && amplitudeRate_Hz <= kMostAmplitudeRate_Hz))
+    if (!(amplitudeRate_Hz >= 0.0 && amplitudeRate_Hz <= base::kMostModulation_Hz))
         text << "amplitudeRate_Hz is " << amplitudeRate_Hz << "; it must be within 0 .. 500";
     else if (!(amplitudeDepth >= 0.0 && amplitudeDepth <= 1.0))
         text << "amplitudeDepth is " << amplitudeDepth << "; it must be within 0 .. 1";
-    else if (!(fieldRate_Hz >= kLeastFieldRate_Hz && fieldRate_Hz <= kMostFieldRate_Hz))
+    else if (!(fieldRate_Hz >= kLeastFieldRate_Hz && fieldRate_Hz <= base::kMostFieldRate_Hz))
         text << "fieldRate_Hz is " << fieldRate_Hz << "; it must be within 0.01 .. 40000";
     else
         return true;

@@ -38,8 +38,8 @@ private:
     std::vector<SolveReport> _reports;
 };
 
-/// \a more behind \a to; fields in turn have points of their own.
-void append(ControlPoints& to, const ControlPoints& more);
+/// Pa per unit of target that a field of \a report plays at \a points, which it was solved for; 0 where nothing is played.
+double unitLevel(const SolveReport& report, const ControlPoints& points);
 
 /// What \a reports (>= 1), of fields that are played in turn, come to together.
 SolveReport together(const std::vector<SolveReport>& reports);

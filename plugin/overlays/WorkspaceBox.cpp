@@ -1,5 +1,6 @@
 #include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/OverlayKinds.h"
+#include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/PixelDrawing.h"
 
 #include <osgMidair/WorkspaceBox>
@@ -38,7 +39,7 @@ osg::ref_ptr<osgText::Text> label(const std::string& content, const osg::Vec3& p
 
 } // namespace
 
-WorkspaceBox::WorkspaceBox()
+WorkspaceBox::WorkspaceBox() : Overlay(std::make_unique<OverlayPart>())
 {
     setBox(osg::BoundingBox(-0.1F, -0.1F, -0.1F, 0.1F, 0.1F, 0.1F));
     drawTranslucent(*this, BOX_BIN);

@@ -160,12 +160,12 @@ std::vector<Setting<S>> playing()
             .variable("MAX_PRESSURE")
             .safety(),
         Row<S>("cycle", &S::cycle, "fields for shifted points in turn, which smooth what rests", 3)
-            .range(1, kMostFieldsInTurn)
+            .range(1, kMostCycle)
             .variable("CYCLE"),
         Row<S>("cycleSteps", &S::cycleSteps, "between one field and the next", 3)
             .range(0, kMostCycleSteps),
         Row<S>("subsets", &S::subsets, "of the points, played in turn: harder, less often", 3)
-            .range(1, kMostFieldsInTurn)
+            .range(1, kMostSubsets)
             .variable("SUBSETS"),
         Row<S>("fieldRate", &S::fieldRate, "at which fields follow each other, steps included", 3)
             .range(1.0, kMostFieldRate_Hz, "Hz"),
@@ -174,7 +174,7 @@ std::vector<Setting<S>> playing()
                &S::monitorInterval,
                "so often a field is certified and measured; 0: never",
                3)
-            .range(0.05, kMostMonitorInterval_s, "s")
+            .range(kLeastMonitorInterval_s, kMostMonitorInterval_s, "s")
             .orZero()
             .variable("MONITOR"),
         Row<S>(

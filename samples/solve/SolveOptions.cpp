@@ -80,7 +80,7 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
            arguments.cycle,
            "Fields in turn, each for its own shifted points on the same surface; each gets a "
            "drive_NN.csv")
-        ->check(CLI::Range(1, base::kMostFieldsInTurn))
+        ->check(CLI::Range(1, base::kMostCycle))
         ->excludes("--points-file");
     app.add_option("--cycle-steps", arguments.cycleSteps, "Between one of them and the next")
         ->check(CLI::Range(0, base::kMostCycleSteps));
@@ -89,7 +89,7 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
                    "Sweeps in which the fields of a cycle are evened out together; takes seconds")
         ->check(CLI::Range(0, 100));
     app.add_option("--subsets", arguments.subsets, "Of the points, in turn: harder, less often")
-        ->check(CLI::Range(1, base::kMostFieldsInTurn));
+        ->check(CLI::Range(1, base::kMostSubsets));
     app.add_option("--field-rate", arguments.fieldRate_Hz, "Fields a second where they take turns")
         ->check(CLI::Range(1.0, base::kMostFieldRate_Hz))
         ->capture_default_str();
