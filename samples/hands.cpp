@@ -98,8 +98,8 @@ void printField(const osgMidair::HapticScene& scene, double boxX_m, double time_
         1e3 * boxX_m,
         result->points.size(),
         static_cast<int>(result->skipped.cols()),
-        100.0 * result->report.rms,
-        result->report.level_Pa);
+        100.0 * result->report().rms,
+        result->report().level_Pa);
 }
 
 } // namespace

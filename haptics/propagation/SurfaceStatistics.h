@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace midair::haptics
@@ -41,6 +42,25 @@ struct SurfaceStatistics
     int offSamples = 0;                  ///< places found off the surface
     double offMean_Pa = 0.0;             ///< radiation pressure there
     double contrast = 0.0; ///< mean_Pa / offMean_Pa; 0 where there is nothing off the surface
+};
+
+/// A number of a SurfaceStatistics: its name wherever it is shown.
+struct SurfaceFigureRow
+{
+    const char* name; ///< with its unit
+    std::variant<int SurfaceStatistics::*, double SurfaceStatistics::*> value;
+};
+
+inline const std::vector<SurfaceFigureRow> kSurfaceFigures = {
+    {"samples", &SurfaceStatistics::samples},
+    {"mean_Pa", &SurfaceStatistics::mean_Pa},
+    {"coefficientOfVariation", &SurfaceStatistics::coefficientOfVariation},
+    {"percentile1", &SurfaceStatistics::percentile1},
+    {"percentile5", &SurfaceStatistics::percentile5},
+    {"percentile10", &SurfaceStatistics::percentile10},
+    {"percentile95", &SurfaceStatistics::percentile95},
+    {"offMean_Pa", &SurfaceStatistics::offMean_Pa},
+    {"contrast", &SurfaceStatistics::contrast},
 };
 
 /// The statistics of \a on_Pa (n) and \a off_Pa (any number), radiation pressures on and off a

@@ -29,14 +29,15 @@ constexpr std::size_t kMostMeshes = 16;
 void takeLowestPriority()
 {
 #ifdef __linux__
-    // Runs only on cores that nobody else wants; needs no rights. If it is refused, the thread runs all the same.
+    // Runs only on cores that nobody else wants; needs no rights. If it is refused, the thread runs
+    // all the same.
     const sched_param none{};
     pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);
 #endif
 }
 
-// What was taken away by takeLowestPriority(), as far as the rights allow: whoever waits for the thread to end is not to wait
-// for everything else on a busy machine.
+// What was taken away by takeLowestPriority(), as far as the rights allow: whoever waits for the
+// thread to end is not to wait for everything else on a busy machine.
 void giveBackPriority(std::thread& thread)
 {
 #ifdef __linux__

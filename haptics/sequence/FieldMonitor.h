@@ -44,9 +44,10 @@ struct PlayedField
     std::uint64_t number = 0;            ///< the caller's own, such as a frame's
 };
 
-/// How far a live solver's fields are from the best there is, and how even they are over the surface, found beside it: a
-/// thread of the lowest priority takes the newest field now and then, certifies and measures it. The solver's thread never
-/// waits for it: submit() exchanges a pointer, without a lock.
+/// How far a live solver's fields are from the best there is, and how even they are over the
+/// surface, found beside it: a thread of the lowest priority takes the newest field now and then,
+/// certifies and measures it. The solver's thread never waits for it: submit() exchanges a pointer,
+/// without a lock.
 class FieldMonitor
 {
 public:
@@ -71,7 +72,8 @@ public:
     FieldMonitor(const FieldMonitor&) = delete;
     FieldMonitor& operator=(const FieldMonitor&) = delete;
 
-    /// True if a field that is submitted now would be looked at without delay; saves a caller making one in vain.
+    /// True if a field that is submitted now would be looked at without delay; saves a caller
+    /// making one in vain.
     bool isWaiting() const;
     /// The newest field takes the place of one that was not looked at yet. Any thread.
     void submit(std::shared_ptr<const PlayedField> field);
@@ -79,7 +81,8 @@ public:
     std::shared_ptr<const Result> latest() const;
 
 private:
-    // One deep, newest wins; no lock, since a thread of the lowest priority may be halted for long while it holds one.
+    // One deep, newest wins; no lock, since a thread of the lowest priority may be halted for long
+    // while it holds one.
     template<typename T>
     class Slot
     {

@@ -78,7 +78,7 @@ private:
             field.phasesOf(field.p);
         }
         correct(field, limit, outcome);
-        if (options().absoluteTargets && !isLimited()) settleLevel(field);
+        if (isAbsolute() && !isLimited()) settleLevel(field);
         _weights /= _weights.mean();
         outcome.playable = outcome.measured = !isLimited();
         return outcome;
@@ -177,10 +177,9 @@ private:
     void chooseAmplitudes(FieldProblem& field, float full)
     {
         auto share = static_cast<float>(options().loudness);
-        if (options().absoluteTargets && full > 0.0f)
-            share = std::min(share, largestTarget() / full);
+        if (isAbsolute() && full > 0.0f) share = std::min(share, largestTarget() / full);
         const std::vector<float>& levels = field.drive().amplitudeLevels;
-        _uniform = options().phaseOnly && !options().absoluteTargets;
+        _uniform = options().phaseOnly && !isAbsolute();
         if (options().phaseOnly)
         {
             const float nearest = playableAmplitude(levels, share);
@@ -243,7 +242,7 @@ private:
                 field.q.set(i, _continuous.at(i) * _amplitudes[i]);
             field.forward(field.q, field.p);
             field.phasesOf(field.p);
-            if (!options().absoluteTargets) return;
+            if (!isAbsolute()) return;
             const float level = naturalLevel(field);
             if (level > 0.0f) _gain *= largestTarget() / level;
         }

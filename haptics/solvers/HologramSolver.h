@@ -4,7 +4,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/threads/StopToken.h"
 #include "haptics/points/ControlPoints.h"
-#include "haptics/propagation/SurfaceStatistics.h"
+#include "haptics/solvers/SolveReport.h"
 
 #include <Eigen/Core>
 
@@ -30,9 +30,6 @@ struct SolverOptions
     /// 0: no deadline.
     double deadline_ms = 0.0;
     double lambdaRel = 0.1; ///< >= 0; lambda = lambdaRel trace(K)/n, for the methods of Tikhonov
-    /// True: targets are in Pa. False: only their ratios count, and the array plays as loud as it
-    /// accurately can.
-    bool absoluteTargets = false;
     /// Over 0, up to 2. 1: as loud as is accurate. Below 1: this share of that. Above 1: louder and
     /// less accurate, with the targets bent by loudness - 1 of the way to the pressures of the
     /// loudest field nearby. Targets in Pa say by themselves how loud they are: with them a
@@ -51,7 +48,8 @@ struct SolverOptions
     /// further and nothing else changed, the last field stays and the solve is SKIPPED. 0: every
     /// call solves.
     double skipTolerance = 0.01;
-    /// >= 0; a transducer's phase turns by at most this from one field to the next. 0: by any angle.
+    /// >= 0; a transducer's phase turns by at most this from one field to the next. 0: by any
+    /// angle.
     double maxPhaseStep_rad = 0.0;
     /// 0 .. 1; a transducer's amplitude changes by at most this from one field to the next. 0: by
     /// any amount.
@@ -68,59 +66,8 @@ struct SolverOptions
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// Why a solve ended.
-enum class StopReason
-{
-    NOTHING_TO_DO,  ///< there are no points, or none that can be reached
-    CONVERGED,      ///< the error that was asked for is reached
-    STALLED,        ///< the error no longer falls, or all of it comes from rounding
-    MAX_ITERATIONS, ///< the options' or the method's limit of iterations is reached
-    DEADLINE,       ///< the options' deadline has passed
-    SKIPPED,        ///< nothing moved by more than the options' tolerance; the last field stays
-    REFUSED,        ///< the input can't be solved; message says why; activations are zero
-    STOPPED         ///< the options' token asked for it; activations are zero, the next start cold
-};
-
-/// A reason as text: "nothing to do", "converged", "iteration limit" and so on.
-const char* stopReasonName(StopReason reason);
-
-/// What was solved and how well, for q as the device plays it (clipped and rounded to its levels).
-/// Symbols: y = |G q| at the points, a their targets, s = (y.a)/(a.a) the fitted level.
-struct SolveReport
-{
-    std::string solver; ///< the method's name
-    StopReason stop = StopReason::NOTHING_TO_DO;
-    std::string message; ///< what the user should know; empty: nothing
-    int points = 0;      ///< as given, those that were left out among them
-    int transducers = 0;
-    int iterations = 0;
-    /// sqrt(mean((y_l/(s a_l) - 1)^2)); with targets in Pa s = 1. 0.01: one percent.
-    double rms = 0.0;
-    double max = 0.0; ///< the largest |y_l/(s a_l) - 1|
-    /// E = s |a| / mean_l(sum_i |G_li|): 1 is as loud as one focus's energy, shared among the
-    /// points.
-    double loudness = 0.0;
-    double level_Pa = 0.0;          ///< peak pressure that is played where the target is largest
-    double matrix_ms = 0.0;         ///< to build G
-    double solve_ms = 0.0;          ///< for all the rest
-    int rowsBuilt = 0;              ///< rows of G that were computed anew; the others had not moved
-    int leftOut = 0;                ///< points with target 0, or that no transducer reaches
-    int shortPoints = 0;            ///< targets in Pa: points that fall short by more than 1 %
-    double worstShortfall = 0.0;    ///< targets in Pa: the largest 1 - y_l/a_l; 0: none falls short
-    double meanPhaseStep_rad = 0.0; ///< mean |change of a transducer's phase| from the last field
-    /// sum_i |q_i - q_i before|^2 / sum_i |q_i|^2: the energy of the drive's change. 0 for the first
-    /// field.
-    double driveChange = 0.0;
-    /// The part of driveChange that lies from 20 Hz to 20 kHz beside the carrier at the options'
-    /// updateRate_Hz (audibleShare()).
-    double audibleChange = 0.0;
-    /// What a hand would find between the points. Filled by the caller with surfaceStatistics(),
-    /// which takes the time of many solves; in a live scene it belongs to the newest field that was
-    /// measured. samples == 0: not measured.
-    SurfaceStatistics surface;
-};
-
-/// Takes control points and returns activations; holds its buffers and the last field between calls.
+/// Takes control points and returns activations; holds its buffers and the last field between
+/// calls.
 class HologramSolver
 {
 public:
@@ -141,8 +88,8 @@ public:
 /// The names that makeSolver() knows, the default first.
 std::vector<std::string> solverNames();
 
-/// Makes the solver of that name. Throws InputError for an unknown name (listing the known ones) and
-/// for options that are not valid.
+/// Makes the solver of that name. Throws InputError for an unknown name (listing the known ones)
+/// and for options that are not valid.
 std::unique_ptr<HologramSolver> makeSolver(const std::string& name,
                                            const SolverOptions& options = {});
 

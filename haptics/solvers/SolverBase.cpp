@@ -74,7 +74,6 @@ SolverBase::SolverBase(std::string name, const SolverOptions& options, Storage s
     _name(std::move(name)),
     _options(options),
     _louder(std::max(0.0, options.loudness - 1.0)),
-    _beyond(options.absoluteTargets ? 0.0 : _louder),
     _audibleShare(audibleShare(options.updateRate_Hz)),
     _field(options.pool ? options.pool : std::make_shared<base::ThreadPool>(options.threads),
            storage,
@@ -241,6 +240,10 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
     const bool isKnown = _field.isBoundTo(array, medium);
     const std::string why = refusal(points, array, medium, isKnown);
     if (!why.empty()) return silent(result, StopReason::REFUSED, why, array.size(), q);
+    // A field for targets of the other kind is no start: its level means something else.
+    if (points.size() > 0 && points.absolute != _absolute) _last.good = false;
+    if (points.size() > 0) _absolute = points.absolute;
+    _beyond = _absolute ? 0.0 : _louder;
     chooseActive(points);
     if (_active.empty())
         return silent(result,

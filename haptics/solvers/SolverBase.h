@@ -70,6 +70,8 @@ protected:
     {
         return _options.maxPhaseStep_rad > 0.0 || _options.maxAmplitudeStep > 0.0;
     }
+    /// Whether the targets at hand are in Pa.
+    bool isAbsolute() const { return _absolute; }
     /// The largest target, by which the targets were divided so that the largest is 1; in Pa where
     /// the targets are.
     float largestTarget() const { return _largestTarget; }
@@ -112,8 +114,9 @@ private:
 
     std::string _name;
     SolverOptions _options;
-    double _louder = 0.0; // 0 .. 1: the share of the way to the loudest field that is asked for
-    double _beyond = 0.0; // the same for the targets at hand: 0 for those in Pa
+    double _louder = 0.0;   // 0 .. 1: the share of the way to the loudest field that is asked for
+    double _beyond = 0.0;   // the same for the targets at hand: 0 for those in Pa
+    bool _absolute = false; // whether the targets at hand are in Pa
     double _audibleShare = 0.0; // of the drive's change, at the options' rate
     SplitVector _keptU;         // n
     Eigen::VectorXf _keptA;     // n

@@ -88,7 +88,7 @@ void SolverBase::makePlayable()
         full = power > 0.0 ? std::sqrt(_field.m() / power) : 0.0;
     }
     double share = _options.loudness;
-    if (_options.absoluteTargets)
+    if (_absolute)
     {
         _field.forward(_field.q, _field.p);
         _field.phasesOf(_field.p);
@@ -125,7 +125,7 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
     }
     const double level = fittedLevelInOrder(_field.y, _field.a);
     const RelativeErrors errors =
-        relativeErrors(_field.y, _field.a, _options.absoluteTargets ? _largestTarget : level);
+        relativeErrors(_field.y, _field.a, _absolute ? _largestTarget : level);
     result.stop = outcome.stop;
     result.iterations = outcome.iterations;
     result.rms = errors.rms;
@@ -137,12 +137,12 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
     if (result.leftOut > 0)
         result.message = std::to_string(result.leftOut) + " of " + std::to_string(result.points) +
                          " control points left out: target 0 or out of the array's reach";
-    if (_options.absoluteTargets && _louder > 0.0)
+    if (_absolute && _louder > 0.0)
         result.message +=
             base::plainText("%sa loudness of %g counts as 1, since the targets are in Pa",
                             result.message.empty() ? "" : "; ",
                             1.0 + _louder);
-    if (_options.absoluteTargets) reportShortfall(result);
+    if (_absolute) reportShortfall(result);
 
     if (!hasLast(_field)) return;
     const kernels::DriveDifference difference = kernels::compareDrives(_field.G.paddedTransducers(),

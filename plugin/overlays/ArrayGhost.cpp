@@ -178,11 +178,11 @@ void ArrayGhost::setArray(const std::shared_ptr<const TransducerArray>& array,
 void ArrayGhost::setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
     osg::Vec4ubArray& colors = discColors(*_discs);
-    if (static_cast<Eigen::Index>(colors.size()) != 3 * result->played.size())
+    if (static_cast<Eigen::Index>(colors.size()) != 3 * result->played().size())
         return; // of another array; its own setArray comes
-    for (Eigen::Index i = 0; i < result->played.size(); ++i)
+    for (Eigen::Index i = 0; i < result->played().size(); ++i)
     {
-        const std::complex<float> q = result->played[i];
+        const std::complex<float> q = result->played()[i];
         const float turn = std::arg(q) / (2.0F * osg::PIf);
         const osg::Vec4ub color =
             bytes(ColorMap::phase().color(turn - std::floor(turn)), std::abs(q));

@@ -93,9 +93,9 @@ void ControlPointOverlay::setResult(
     for (int l = 0; l < points.size(); ++l)
     {
         const float achieved = l < result->achieved_Pa.size() ? result->achieved_Pa[l] : 0.0F;
-        const auto wanted = static_cast<float>(result->absolute ? points.targets[l]
-                                                                : result->report.level_Pa *
-                                                                      points.targets[l] / largest);
+        const auto wanted = static_cast<float>(
+            result->points.absolute ? points.targets[l]
+                                    : result->report().level_Pa * points.targets[l] / largest);
         place(l,
               points.positions.col(l),
               achieved > 0.0F

@@ -154,7 +154,7 @@ void FieldSliceOverlay::chooseMethod()
 void FieldSliceOverlay::setResult(
     const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
-    if (!_array || result->played.size() != _array->size()) return;
+    if (!_array || result->played().size() != _array->size()) return;
     chooseMethod();
     const Eigen::Matrix3Xd& points = result->points.positions;
     SliceRequest request;

@@ -76,7 +76,7 @@ void FieldVolumeOverlay::setArray(
 void FieldVolumeOverlay::setResult(
     const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
-    if (!_array || result->played.size() != _array->size()) return;
+    if (!_array || result->played().size() != _array->size()) return;
     VolumeRequest request;
     request.frame = result->frame;
     request.array = _array;

@@ -229,7 +229,7 @@ double Hud::getFrameRate() const
 void Hud::setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
     _result = result;
-    _panel->error.add(100.0 * result->report.rms);
+    _panel->error.add(100.0 * result->report().rms);
     _panel->latency.add(result->latency_ms);
 }
 
@@ -242,7 +242,7 @@ void Hud::update()
     _frames = 0;
     _lastUpdate_s = now;
     const midair::bridge::HologramResult& r = *_result;
-    const midair::haptics::SolveReport& report = r.report;
+    const midair::haptics::SolveReport& report = r.report();
     osg::ref_ptr<FieldSliceOverlay> slice;
     osg::ref_ptr<FieldVolumeOverlay> volume;
     _slice.lock(slice);
@@ -265,8 +265,9 @@ void Hud::update()
         rows.emplace_back(
             "off the best",
             plainText("%.1f %% at most", 100.0 * r.monitored->certificate.gapOfPhases()));
-    if (r.report.surface.samples > 0)
-        rows.emplace_back("surface cv", plainText("%.2f", r.report.surface.coefficientOfVariation));
+    if (r.report().surface.samples > 0)
+        rows.emplace_back("surface cv",
+                          plainText("%.2f", r.report().surface.coefficientOfVariation));
     rows.emplace_back("pressure", pixels::number(std::round(report.level_Pa)) + " Pa (peak)");
     rows.emplace_back("latency", plainText("%.1f ms", r.latency_ms));
     if (sliceShown) rows.emplace_back("slice", plainText("%.0f / s", slice->getSlicesPerSecond()));

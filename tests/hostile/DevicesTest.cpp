@@ -55,7 +55,7 @@ private:
 
 float strongest(const HapticScene& scene)
 {
-    return scene.getLatestResult()->played.cwiseAbs().maxCoeff();
+    return scene.getLatestResult()->played().cwiseAbs().maxCoeff();
 }
 
 } // namespace

@@ -113,7 +113,7 @@ TEST_P(HostileNumbers, NoNumberIsTooStrange)
         viewBriefly(*scene);
         if (const auto result = scene->getLatestResult())
         {
-            EXPECT_TRUE(result->played.allFinite()) << number;
+            EXPECT_TRUE(result->played().allFinite()) << number;
             EXPECT_TRUE(result->achieved_Pa.allFinite()) << number;
         }
     }

@@ -170,7 +170,7 @@ TEST_F(HostileSlides, AnInnerCapThatIsNoNumberSilences)
         EXPECT_TRUE(viewer.framesUntil(
             [&]
             { return outer->getLatestResult() && outer->getLatestResult()->points.size() > 0; }));
-        EXPECT_EQ(outer->getLatestResult()->played.cwiseAbs().maxCoeff(), 0.0f) << cap;
+        EXPECT_EQ(outer->getLatestResult()->played().cwiseAbs().maxCoeff(), 0.0f) << cap;
     }
 }
 

@@ -234,8 +234,8 @@ TEST(EverySolver, SaysHowMuchTheArrayCan)
     const TransducerArray array = TransducerArray::octagonalPrism();
     ControlPoints points = spherePoints(8, 0.03);
     points.targets.setConstant(1e6); // Pa: a hundred times what it has
+    points.absolute = true;
     SolverOptions options;
-    options.absoluteTargets = true;
     for (const std::string& name : solverNames())
     {
         SCOPED_TRACE(name);
@@ -262,7 +262,6 @@ TEST(GaussNewton, MeetsAbsoluteTargetsHoweverFewThePoints)
 {
     const TransducerArray array = TransducerArray::octagonalPrism();
     SolverOptions options;
-    options.absoluteTargets = true;
     for (const bool phaseOnly : {true, false})
         for (const int n : {1, 2, 3, 4, 9})
         {
@@ -270,6 +269,7 @@ TEST(GaussNewton, MeetsAbsoluteTargetsHoweverFewThePoints)
             options.phaseOnly = phaseOnly;
             ControlPoints points = spherePoints(n, 0.02);
             points.targets.setConstant(500.0);
+            points.absolute = true;
             Eigen::VectorXcf q;
             const SolveReport report =
                 makeSolver("gauss-newton", options)->solve(points, array, Medium{}, q);

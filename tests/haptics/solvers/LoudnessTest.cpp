@@ -48,10 +48,10 @@ TEST(Loudness, BeyondOneKeepsItsErrorWhileThingsMove)
 TEST(Loudness, IsNoMoreThanAskedForInPa)
 {
     SolverOptions options;
-    options.absoluteTargets = true;
     options.loudness = 1.5;
     ControlPoints points = spherePoints(25, 0.03);
     points.targets *= 500.0;
+    points.absolute = true;
     Eigen::VectorXcf q;
     const SolveReport report = makeSolver("gauss-newton", options)
                                    ->solve(points, TransducerArray::octagonalPrism(), {}, q);

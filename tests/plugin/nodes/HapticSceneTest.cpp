@@ -117,7 +117,7 @@ TEST(HapticScene, SwitchedOffGoesSilent)
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
     box.surface->setNodeMask(0);
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() == 0; }));
-    EXPECT_EQ(box.result()->played.cwiseAbs().maxCoeff(), 0.0f);
+    EXPECT_EQ(box.result()->played().cwiseAbs().maxCoeff(), 0.0f);
     box.surface->setNodeMask(~0u);
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
     EXPECT_EQ(box.scene->getStatistics().meshesSampled, 1u) << "a blink is not sampled again";
@@ -271,7 +271,7 @@ TEST(HapticScene, AnArrayThatCannotBeReadIsAMessage)
     HeadlessViewer viewer(box.scene);
     ASSERT_TRUE(viewer.framesUntil([&] { return !box.scene->getStatistics().messages.empty(); }));
     ASSERT_NE(box.result(), nullptr);
-    EXPECT_EQ(box.result()->report.stop, StopReason::REFUSED);
+    EXPECT_EQ(box.result()->report().stop, StopReason::REFUSED);
     EXPECT_EQ(box.scene->getTransducerArray(), nullptr);
     EXPECT_EQ(box.scene->getStatistics().messages[0].rfind("array 'no such array': ", 0), 0u)
         << box.scene->getStatistics().messages[0];

@@ -83,19 +83,20 @@ TEST(FieldsInTurn, WhatRestsIsSmoothedByShiftedFields)
     options.cycle = 6;
     HologramPipeline pipeline(options);
     const auto first = pipeline.process(squareSnapshot());
-    EXPECT_TRUE(first->turn.empty());
+    EXPECT_TRUE(first->sequence.isHeld());
     const auto last = settled(pipeline, first);
-    ASSERT_EQ(last->turn.size(), 6u);
+    ASSERT_EQ(last->sequence.fields.size(), 6u);
     EXPECT_EQ(last->frame, first->frame);
     EXPECT_GT(last->points.size(), 5 * first->points.size()); // no set has the first one's corners
-    EXPECT_EQ(last->report.points, last->points.size());
+    EXPECT_EQ(last->report().points, last->points.size());
     EXPECT_EQ(last->achieved_Pa.size(), last->points.size());
-    EXPECT_LT(last->report.rms, 0.01);
-    EXPECT_GT(last->report.driveChange, 0.0);
+    EXPECT_LT(last->report().rms, 0.01);
+    EXPECT_GT(last->report().driveChange, 0.0);
     // Each point gets its pressure in the field that is for it.
     EXPECT_GT(last->achieved_Pa.minCoeff(), 0.85f * last->achieved_Pa.maxCoeff());
     const Eigen::Matrix3Xd places = placesOnSquare();
-    EXPECT_LT(variation(places, last->turn), 0.65 * variation(places, {first->played}));
+    EXPECT_LT(variation(places, last->sequence.fields),
+              0.65 * variation(places, {first->played()}));
     // The device is given them again and again.
     const int sent = log->sends;
     for (int k = 0; k < 10000 && log->sends < sent + 20; ++k)
@@ -115,19 +116,19 @@ TEST(FieldsInTurn, OfWhatMovesEachUpdateTakesTheNextSet)
     for (int k = 0; k < 6; ++k)
     {
         const auto result = pipeline.process(squareSnapshot(0.001 * k));
-        EXPECT_TRUE(result->turn.empty());
+        EXPECT_TRUE(result->sequence.isHeld());
         Eigen::Matrix3Xd points = result->points.positions;
         points.row(0).array() -= 0.001 * k;
         sets.push_back(points);
         // The common phase is the one that is nearest to the field before, to half a level.
         if (before.size() > 0)
         {
-            EXPECT_NEAR(std::arg(result->played.dot(before)), 0.0f, M_PI / 256 + 1e-3);
-            EXPECT_NEAR(result->report.driveChange,
-                        haptics::cycleSteps({before, result->played}).driveChange,
+            EXPECT_NEAR(std::arg(result->played().dot(before)), 0.0f, M_PI / 256 + 1e-3);
+            EXPECT_NEAR(result->report().driveChange,
+                        haptics::cycleSteps({before, result->played()}).driveChange,
                         1e-3);
         }
-        before = result->played;
+        before = result->played();
         // Begun for what might rest, and given up.
         EXPECT_EQ(pipeline.attend(), nullptr);
     }
@@ -148,10 +149,10 @@ TEST(FieldsInTurn, SubsetsArePressedHarder)
     options.subsets = 4;
     HologramPipeline pipeline(options);
     const auto inTurn = pipeline.process(squareSnapshot());
-    ASSERT_EQ(inTurn->turn.size(), 4u);
+    ASSERT_EQ(inTurn->sequence.fields.size(), 4u);
     EXPECT_EQ(inTurn->points.size(), all->points.size());
-    EXPECT_EQ(inTurn->fieldRate_Hz, 1000.0);
-    EXPECT_GT(inTurn->report.level_Pa, 1.5 * all->report.level_Pa);
+    EXPECT_EQ(inTurn->sequence.modulation.fieldRate_Hz, 1000.0);
+    EXPECT_GT(inTurn->report().level_Pa, 1.5 * all->report().level_Pa);
     EXPECT_GT(inTurn->achieved_Pa.minCoeff(), 0.98f * inTurn->achieved_Pa.maxCoeff());
     EXPECT_EQ(pipeline.attend(), nullptr);
 }
@@ -162,13 +163,13 @@ TEST(FieldsInTurn, AnObjectsOwnModulationIsPlayed)
     SceneSnapshot snapshot = twoSquares();
     snapshot.objects[1].properties.modulationFrequency_Hz = 100.0;
     const auto result = pipeline.process(snapshot);
-    ASSERT_EQ(result->turn.size(), 10u); // 1000 fields/s
-    EXPECT_EQ(result->fieldRate_Hz, 1000.0);
+    ASSERT_EQ(result->sequence.fields.size(), 10u); // 1000 fields/s
+    EXPECT_EQ(result->sequence.modulation.fieldRate_Hz, 1000.0);
     const int n = result->points.size();
-    const double level = result->report.level_Pa;
+    const double level = result->report().level_Pa;
     for (std::size_t j = 0; j < 10; ++j)
     {
-        const Eigen::VectorXd p = pressures(result->points.positions, result->turn[j]);
+        const Eigen::VectorXd p = pressures(result->points.positions, result->sequence.fields[j]);
         const double skin = 0.5 * (1.0 + std::cos(2.0 * M_PI * static_cast<double>(j) / 10.0));
         for (int l = 0; l < n; ++l)
         {
@@ -196,8 +197,8 @@ TEST(FieldsInTurn, ObjectsThatAreModulatedAlikeAreOneFieldThatIsModulated)
     for (HapticObject& object : snapshot.objects)
         object.properties.modulationFrequency_Hz = 200.0;
     const auto result = pipeline.process(snapshot);
-    EXPECT_TRUE(result->turn.empty());
-    EXPECT_NEAR(result->played.cwiseAbs().minCoeff(), 1.0f, 1e-6f);
+    EXPECT_TRUE(result->sequence.isHeld());
+    EXPECT_NEAR(result->played().cwiseAbs().minCoeff(), 1.0f, 1e-6f);
     for (int k = 0; k < 10000 && log->sends < 20; ++k)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     EXPECT_GE(log->sends, 20);
@@ -218,8 +219,14 @@ TEST(FieldsInTurn, CurvesThatRestAreOneFieldWithoutRipples)
     EXPECT_FALSE(points->outline);
     const auto curve = settled(pipeline, points);
     EXPECT_TRUE(curve->outline);
-    EXPECT_TRUE(curve->turn.empty());
-    EXPECT_EQ(curve->report.solver, "outline");
+    EXPECT_TRUE(curve->sequence.isHeld());
+    EXPECT_EQ(curve->report().solver, "outline");
+    // Its figures are its own, not those of the field before it.
+    const haptics::CycleSteps step = haptics::cycleSteps({points->played(), curve->played()});
+    EXPECT_GT(step.driveChange, 0.01);
+    EXPECT_NEAR(curve->report().driveChange, step.driveChange, 1e-6);
+    EXPECT_NEAR(curve->report().meanPhaseStep_rad, step.meanPhaseStep_rad, 1e-6);
+    EXPECT_GT(curve->report().audibleChange, 0.0);
     EXPECT_GT(curve->points.size(), 3 * points->points.size());
     Eigen::Matrix3Xd places(3, 160);
     for (int k = 0; k < 40; ++k)
@@ -227,18 +234,33 @@ TEST(FieldsInTurn, CurvesThatRestAreOneFieldWithoutRipples)
             places.col(4 * k + side) =
                 Eigen::AngleAxisd(0.5 * M_PI * side, Eigen::Vector3d::UnitY()) *
                 Eigen::Vector3d(0.02, 0.0, 1e-3 * (k - 20));
-    EXPECT_LT(variation(places, {curve->played}), 0.5 * variation(places, {points->played}));
+    EXPECT_LT(variation(places, {curve->played()}), 0.5 * variation(places, {points->played()}));
     // Moving, it is points again, at once.
     snapshot.objects[0].pose.translation().x() = 0.002;
     EXPECT_FALSE(pipeline.process(snapshot)->outline);
     EXPECT_TRUE(settled(pipeline, nullptr)->outline);
-    // In Pa it is no louder than asked.
+    // In Pa it is as loud as asked, to half a level of amplitude.
     snapshot.objects[0].properties.pressureInPa = true;
-    snapshot.objects[0].properties.pressure = 500.0;
+    snapshot.objects[0].properties.pressure = 3000.0;
     pipeline.process(snapshot);
     const auto quiet = settled(pipeline, nullptr);
     EXPECT_TRUE(quiet->outline);
-    EXPECT_NEAR(quiet->report.level_Pa, 500.0, 15.0);
+    EXPECT_NEAR(quiet->report().level_Pa, 3000.0, 30.0);
+}
+
+TEST(FieldsInTurn, ACurvesLoudnessIsTheOptions)
+{
+    SceneSnapshot snapshot = squareSnapshot();
+    snapshot.objects[0].properties.sampling = haptics::Sampling::EDGES;
+    double level_Pa[2];
+    for (const int k : {0, 1})
+    {
+        HologramOptions options = turnOptions(std::make_shared<FakeLog>());
+        options.solverOptions.loudness = k == 0 ? 1.0 : 0.5;
+        HologramPipeline pipeline(options);
+        level_Pa[k] = settled(pipeline, pipeline.process(snapshot))->report().level_Pa;
+    }
+    EXPECT_NEAR(level_Pa[1] / level_Pa[0], 0.5, 0.01);
 }
 
 TEST(FieldsInTurn, KeepToTheCapInEveryField)
@@ -249,9 +271,9 @@ TEST(FieldsInTurn, KeepToTheCapInEveryField)
     options.maxPressure_Pa = 800.0;
     HologramPipeline pipeline(options);
     const auto result = settled(pipeline, pipeline.process(squareSnapshot()));
-    ASSERT_EQ(result->turn.size(), 6u);
-    EXPECT_LT(result->capFactor, 1.0);
-    for (const Eigen::VectorXcf& q : result->turn)
+    ASSERT_EQ(result->sequence.fields.size(), 6u);
+    EXPECT_LT(result->report().capFactor, 1.0);
+    for (const Eigen::VectorXcf& q : result->sequence.fields)
         EXPECT_LE(pressures(result->points.positions, q).maxCoeff(), 800.0 * 1.0001);
     EXPECT_GT(result->achieved_Pa.maxCoeff(), 600.0f);
 }
@@ -268,8 +290,8 @@ TEST(FieldsInTurn, TheMonitorsFindingsComeWithTheResult)
     for (int k = 0; k < 300000; ++k) // the monitor runs only when nobody else wants to
     {
         result = thread.latestResult();
-        if (result && !result->turn.empty() && result->monitored &&
-            result->report.surface.coefficientOfVariation < 0.8)
+        if (result && result->sequence.changes() && result->monitored &&
+            result->report().surface.coefficientOfVariation < 0.8)
             break;
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
@@ -278,10 +300,10 @@ TEST(FieldsInTurn, TheMonitorsFindingsComeWithTheResult)
     EXPECT_EQ(found.error, "");
     EXPECT_GT(found.certificate.bound, 0.0);
     EXPECT_GT(found.certificate.gapOfField(), 0.0);
-    const haptics::SurfaceStatistics& surface = result->report.surface;
+    const haptics::SurfaceStatistics& surface = result->report().surface;
     EXPECT_GT(surface.samples, 400); // 40 mm square, a fifth of a wavelength
     EXPECT_NEAR(surface.coefficientOfVariation,
-                variation(placesOnSquare(), result->turn),
+                variation(placesOnSquare(), result->sequence.fields),
                 0.15); // the places leave the margin out
 }
 

@@ -1,11 +1,11 @@
-#include "engine-bridge/playing/LineRate.h"
+#include "haptics/sequence/LineRate.h"
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
 
 #include <cmath>
 
-namespace midair::bridge
+namespace midair::haptics
 {
 
 namespace
@@ -19,28 +19,24 @@ std::string downToTenth(double value)
 
 } // namespace
 
-LineRate::LineRate(const device::DriveAbility& ability) :
-    _carried(ability.fieldsPerSecond),
-    _aPeriod(ability.amplitudes.size() == 2 ? 2 : 4)
-{
-}
-
-void LineRate::fit(haptics::ModulatorOptions& modulation, double frequency_Hz) const
+void LineRate::fit(ModulatorOptions& modulation, double frequency_Hz) const
 {
     if (_carried <= 0.0) return;
     if (_carried < _aPeriod * frequency_Hz)
         throw base::InputError("modulation of " + base::shortNumber(frequency_Hz) + " Hz needs " +
                                base::shortNumber(_aPeriod * frequency_Hz) +
-                               " fields/s; the device carries " + text() + ": at most " +
-                               downToTenth(_carried / _aPeriod) + " Hz");
+                               " fields/s; the device carries " + downToTenth(_carried) +
+                               ": at most " + downToTenth(_carried / _aPeriod) + " Hz");
     if (!isSlowerThan(modulation.fieldRate_Hz)) return;
     modulation.fieldRate_Hz =
         frequency_Hz > 0.0 ? frequency_Hz * std::floor(_carried / frequency_Hz) : _carried;
 }
 
-std::string LineRate::text() const
+std::string LineRate::message(const ModulatorOptions& played, const ModulatorOptions& asked) const
 {
-    return downToTenth(_carried);
+    return "fields in turn follow each other at " + base::shortNumber(played.fieldRate_Hz) +
+           " a second, not " + base::shortNumber(asked.fieldRate_Hz) + ": the device carries " +
+           downToTenth(_carried);
 }
 
-} // namespace midair::bridge
+} // namespace midair::haptics

@@ -1,8 +1,7 @@
 // A line that carries so many fields a second: what doesn't fit is refused or slowed down, and told.
-#include "engine-bridge/playing/LineRate.h"
-
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/base/InputError.h"
+#include "haptics/sequence/LineRate.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <algorithm>
@@ -15,15 +14,12 @@ using namespace midair::bridge;
 namespace
 {
 
-LineRate lineOf(double fieldsPerSecond, std::vector<float> amplitudes = {})
+haptics::LineRate lineOf(double fieldsPerSecond, bool onOff = false)
 {
-    device::DriveAbility ability;
-    ability.fieldsPerSecond = fieldsPerSecond;
-    ability.amplitudes = std::move(amplitudes);
-    return LineRate(ability);
+    return {fieldsPerSecond, onOff};
 }
 
-std::string refusal(const LineRate& line, double frequency_Hz)
+std::string refusal(const haptics::LineRate& line, double frequency_Hz)
 {
     haptics::ModulatorOptions modulation;
     try
@@ -37,7 +33,7 @@ std::string refusal(const LineRate& line, double frequency_Hz)
     return "none";
 }
 
-double fitted(const LineRate& line, double frequency_Hz, double fieldRate_Hz = 1000.0)
+double fitted(const haptics::LineRate& line, double frequency_Hz, double fieldRate_Hz = 1000.0)
 {
     haptics::ModulatorOptions modulation;
     modulation.fieldRate_Hz = fieldRate_Hz;
@@ -76,19 +72,19 @@ const std::string kRefusal =
 
 } // namespace
 
-TEST(LineRate, RefusesAModulationThatItDoesNotCarry)
+TEST(SlowLine, RefusesAModulationThatItDoesNotCarry)
 {
     EXPECT_EQ(refusal(lineOf(85.5), 200.0), kRefusal);
     EXPECT_EQ(refusal(lineOf(85.5), 21.3), "none");
     // What is on or off needs no more than one of each.
-    EXPECT_EQ(refusal(lineOf(85.5, {0.0f, 1.0f}), 42.0), "none");
-    EXPECT_EQ(refusal(lineOf(85.5, {0.0f, 1.0f}), 60.0),
+    EXPECT_EQ(refusal(lineOf(85.5, true), 42.0), "none");
+    EXPECT_EQ(refusal(lineOf(85.5, true), 60.0),
               "modulation of 60 Hz needs 120 fields/s; the device carries 85.5: at most 42.7 Hz");
     EXPECT_EQ(refusal(lineOf(0.0), 500.0), "none");
-    EXPECT_EQ(refusal(LineRate(), 500.0), "none");
+    EXPECT_EQ(refusal(haptics::LineRate(), 500.0), "none");
 }
 
-TEST(LineRate, LowersTheFieldRateToWhatItCarries)
+TEST(SlowLine, LowersTheFieldRateToWhatItCarries)
 {
     EXPECT_EQ(fitted(lineOf(85.5), 0.0), 85.5);
     EXPECT_EQ(fitted(lineOf(85.5), 0.0, 50.0), 50.0);
@@ -97,10 +93,10 @@ TEST(LineRate, LowersTheFieldRateToWhatItCarries)
     // To whole periods, or the samples would beat with the modulation.
     EXPECT_EQ(fitted(lineOf(950.0), 200.0), 800.0);
     EXPECT_EQ(fitted(lineOf(85.5), 20.0), 80.0);
-    EXPECT_EQ(fitted(lineOf(85.5, {0.0f, 1.0f}), 42.0), 84.0);
+    EXPECT_EQ(fitted(lineOf(85.5, true), 42.0), 84.0);
 }
 
-TEST(LineRate, AModulationTooFastForTheDeviceIsSilentAndTold)
+TEST(SlowLine, AModulationTooFastForTheDeviceIsSilentAndTold)
 {
     const auto log = std::make_shared<FakeLog>();
     HologramOptions options = slowOptions(log);
@@ -108,15 +104,15 @@ TEST(LineRate, AModulationTooFastForTheDeviceIsSilentAndTold)
     HologramPipeline pipeline(options);
     pipeline.process(squareSnapshot());
     const auto result = pipeline.process(squareSnapshot(0.01));
-    EXPECT_EQ(result->report.stop, haptics::StopReason::REFUSED);
-    EXPECT_EQ(result->report.message, kRefusal);
+    EXPECT_EQ(result->report().stop, haptics::StopReason::REFUSED);
+    EXPECT_EQ(result->report().message, kRefusal);
     EXPECT_EQ(countOf(*result, kRefusal), 1) << "once";
     EXPECT_FALSE(result->playing);
     EXPECT_EQ(log->sends, 0);
     EXPECT_EQ(log->solves, 0) << "nothing is solved in vain";
 }
 
-TEST(LineRate, AnObjectsModulationTooFastForTheDeviceSilencesWhatPlays)
+TEST(SlowLine, AnObjectsModulationTooFastForTheDeviceSilencesWhatPlays)
 {
     const auto log = std::make_shared<FakeLog>();
     HologramPipeline pipeline(slowOptions(log));
@@ -124,21 +120,21 @@ TEST(LineRate, AnObjectsModulationTooFastForTheDeviceSilencesWhatPlays)
     ASSERT_EQ(log->sends, 1);
     SceneSnapshot two = squareSnapshot();
     two.objects[0].properties.modulationFrequency_Hz = 200.0;
-    EXPECT_EQ(pipeline.process(two)->report.message, kRefusal);
+    EXPECT_EQ(pipeline.process(two)->report().message, kRefusal);
     EXPECT_EQ(log->silences, 1);
     // Not alike: of two objects one is steady, so that a period is made of fields of its own.
     two.objects.push_back(squareSnapshot(0.05).objects[0]);
     two.objects[1].id = 2;
-    EXPECT_EQ(pipeline.process(two)->report.message, kRefusal);
+    EXPECT_EQ(pipeline.process(two)->report().message, kRefusal);
     EXPECT_EQ(log->sends, 1);
     two.objects[0].properties.modulationFrequency_Hz = 20.0;
     const auto result = pipeline.process(two);
     EXPECT_TRUE(result->playing);
-    EXPECT_EQ(result->turn.size(), 4U);
-    EXPECT_EQ(result->fieldRate_Hz, 80.0);
+    EXPECT_EQ(result->sequence.fields.size(), 4U);
+    EXPECT_EQ(result->sequence.modulation.fieldRate_Hz, 80.0);
 }
 
-TEST(LineRate, FieldsInTurnFollowEachOtherAsFastAsTheDeviceTakesThem)
+TEST(SlowLine, FieldsInTurnFollowEachOtherAsFastAsTheDeviceTakesThem)
 {
     const auto log = std::make_shared<FakeLog>();
     HologramOptions options = slowOptions(log);
@@ -146,15 +142,15 @@ TEST(LineRate, FieldsInTurnFollowEachOtherAsFastAsTheDeviceTakesThem)
     HologramPipeline pipeline(options);
     pipeline.process(squareSnapshot());
     const auto result = pipeline.process(squareSnapshot(0.01));
-    EXPECT_EQ(result->turn.size(), 4U);
-    EXPECT_EQ(result->fieldRate_Hz, 85.5);
+    EXPECT_EQ(result->sequence.fields.size(), 4U);
+    EXPECT_EQ(result->sequence.modulation.fieldRate_Hz, 85.5);
     EXPECT_EQ(countOf(*result,
                       "fields in turn follow each other at 85.5 a second, not 1000: the device "
                       "carries 85.5"),
               1);
 }
 
-TEST(LineRate, OfASimulatedBoardIsTheBoards)
+TEST(SlowLine, OfASimulatedBoardIsTheBoards)
 {
     HologramOptions options = slowOptions(std::make_shared<FakeLog>());
     options.deviceFactory = {};
@@ -163,10 +159,10 @@ TEST(LineRate, OfASimulatedBoardIsTheBoards)
     options.modulation.amplitudeRate_Hz = 60.0;
     SceneSnapshot snapshot = squareSnapshot();
     snapshot.objects[0].pose.translation().z() = 0.12;
-    const std::string message = HologramPipeline(options).process(snapshot)->report.message;
+    const std::string message = HologramPipeline(options).process(snapshot)->report().message;
     EXPECT_EQ(message.find("modulation of 60 Hz needs 120 fields/s; the device carries "), 0U)
         << message;
     options.modulation.amplitudeRate_Hz = 40.0;
     const auto result = HologramPipeline(options).process(snapshot);
-    EXPECT_NE(result->report.stop, haptics::StopReason::REFUSED) << result->report.message;
+    EXPECT_NE(result->report().stop, haptics::StopReason::REFUSED) << result->report().message;
 }
