@@ -14,13 +14,13 @@
 namespace midair::haptics
 {
 
-/// How fields that are played in turn are evened out; isValid() names the first violated
-/// constraint.
+/// How fields that are played in turn are made even; isValid() names the first setting that is out
+/// of its range.
 struct CycleEqualizerOptions
 {
     int sweeps = 2; ///< >= 0; over all fields, each evened out with the others as they are then
     int corrections = 2; ///< >= 1; of LevenbergMarquardt for each field and sweep
-    /// > 0; mean radiation pressure to be kept, over that of the first field
+    /// > 0; the mean radiation pressure to be kept, over that of the first field.
     double loudness = 1.0;
 
     bool isValid(std::string* error = nullptr) const;

@@ -82,7 +82,7 @@ void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, 
     const Eigen::Index wanted = (a > 0.0).count();
     if (wanted == 0)
     {
-        // No points, or nothing wanted at any: nothing is missed either.
+        // There are no points, or nothing is wanted at any, so nothing is missed either.
         report.rms = report.max = report.loudness = report.level_Pa = report.worstShortfall = 0.0;
         report.shortPoints = 0;
         return;

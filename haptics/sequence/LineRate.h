@@ -7,7 +7,7 @@
 namespace midair::haptics
 {
 
-/// What the line to a device carries of fields in turn and of modulation.
+/// Knows how many fields the line to a device carries, for fields in turn and for modulation.
 ///
 /// A modulation is sampled where a field is sent: Modulator's cosine needs four fields a period,
 /// which hold its half height besides its top and its bottom; an array whose emitters are on or off
@@ -33,8 +33,7 @@ public:
     {
         return _carried > 0.0 && fieldRate_Hz > _carried;
     }
-    /// What is said where fields in turn follow each other as \a played and not as was \a asked
-    /// for.
+    /// The message where fields in turn follow each other as \a played and not as \a asked for.
     std::string message(const ModulatorOptions& played, const ModulatorOptions& asked) const;
 
 private:

@@ -14,7 +14,7 @@ namespace midair::haptics
 
 namespace
 {
-// beyond it the skin feels nothing and the ear all the more
+// Above this the skin feels nothing, and the ear hears all the more.
 constexpr double kMostAmplitudeRate_Hz = 500.0;
 constexpr double kMostFieldRate_Hz = 40e3;  // a field a period
 constexpr double kLeastFieldRate_Hz = 0.01; // times of far later steps are still times of the clock
@@ -61,8 +61,8 @@ Modulator::Step Modulator::at(double time_s, int fields) const
     Step step;
     if (fields > 1)
     {
-        // Times that stand for a field's start, computed as k / rate, are not to fall before it by
-        // rounding.
+        // A time that stands for the start of a field, computed as k / rate, must not fall before
+        // it by rounding.
         const double played = std::floor(time_s * _options.fieldRate_Hz + 1e-6);
         const double in = std::fmod(played, fields);
         step.field = static_cast<int>(in < 0.0 ? in + fields : in);

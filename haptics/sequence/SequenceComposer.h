@@ -84,7 +84,7 @@ public:
                        const TransducerArray& array,
                        const Medium& medium);
 
-    /// compose() for each of \a sets, then join().
+    /// Calls compose() for each of \a sets, then join().
     FieldSequence composeCycle(const std::vector<ControlPoints>& sets,
                                const Eigen::Matrix3Xd& surface,
                                const TransducerArray& array,
@@ -99,8 +99,8 @@ public:
                                   const TransducerArray& array,
                                   const Medium& medium);
 
-    /// To be given before the first solve: where \a stop asks for it, what is being composed throws
-    /// base::Stopped.
+    /// Sets the token; call it before the first solve. Where \a stop asks for it, what is being
+    /// composed throws base::Stopped.
     void setStop(const base::StopToken& stop) { _options.solverOptions.stop = stop; }
     const ComposerOptions& options() const { return _options; }
 

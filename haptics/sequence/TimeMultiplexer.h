@@ -44,7 +44,7 @@ private:
 /// where nothing is played.
 double unitLevel(const SolveReport& report, const ControlPoints& points);
 
-/// What \a reports (>= 1), of fields that are played in turn, come to together.
+/// The report of all fields that are played in turn together, from \a reports (>= 1) of each.
 SolveReport together(const std::vector<SolveReport>& reports);
 
 } // namespace midair::haptics
