@@ -16,10 +16,10 @@ namespace midair::haptics
 namespace
 {
 
-// Few CG steps: the others' fields change anyway before the next sweep.
-constexpr int kInnerSteps = 8;
-// A little more than must be kept, since what is uneven lowers the mean.
-constexpr double kMargin = 1.03;
+// haptics/SOLVER.md, "Fields in turn", explains these.
+constexpr int kInnerSteps = 8;     // of conjugate gradients, for each correction of a field
+constexpr double kMargin = 1.03;   // asked for over what must be kept
+constexpr double kMostRaise = 1.1; // of what is asked for, after a sweep
 
 // Mean radiation pressure of the first field that sounds, Pa; 0: none does.
 double firstAlone_Pa(const Eigen::Matrix3Xd& surface,
@@ -108,7 +108,7 @@ void CycleEqualizer::even(const Eigen::Matrix3Xd& surface,
             fields[k] = sweep + 1 < _options.sweeps ? currentPhases(_dense) : playedPhases(_dense);
         }
         const double mean = static_cast<double>(sum.mean() / K);
-        if (mean < floor) goal *= std::clamp(floor / std::max(mean, 1e-30), 1.0, 1.1);
+        if (mean < floor) goal *= std::clamp(floor / std::max(mean, 1e-30), 1.0, kMostRaise);
     }
 }
 

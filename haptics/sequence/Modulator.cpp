@@ -14,6 +14,7 @@ namespace midair::haptics
 
 namespace
 {
+
 // Above this the skin feels nothing, and the ear hears all the more.
 constexpr double kMostAmplitudeRate_Hz = 500.0;
 constexpr double kMostFieldRate_Hz = 40e3;  // a field a period

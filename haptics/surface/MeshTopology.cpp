@@ -17,6 +17,7 @@ namespace midair::haptics
 
 namespace
 {
+
 /// Coordinates (m) beyond every model; keeps squares and cell numbers far from overflow.
 constexpr double kLargestCoordinate_m = 1e9;
 
