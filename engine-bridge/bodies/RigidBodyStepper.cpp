@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>
@@ -69,7 +70,7 @@ void RigidBodyStepper::advanceTo(double time_s)
         elapsed -= dropped;
         due = most;
     }
-    for (; due >= 1.0; due -= 1.0)
+    for (auto left = static_cast<std::int64_t>(due); left > 0; --left)
     {
         for (Tracked& tracked : _tracked)
             tracked.before = toEigen(tracked.body->getWorldTransform());
@@ -82,7 +83,7 @@ void RigidBodyStepper::advanceTo(double time_s)
 
 Eigen::Isometry3d RigidBodyStepper::pose(const btRigidBody& body) const
 {
-    const Eigen::Isometry3d now = toEigen(body.getWorldTransform());
+    Eigen::Isometry3d now = toEigen(body.getWorldTransform());
     const auto known = std::find_if(_tracked.begin(),
                                     _tracked.end(),
                                     [&](const Tracked& tracked) { return tracked.body == &body; });

@@ -153,7 +153,7 @@ void PropagationMatrix::buildBatch(int block,
         kernels::buildTable(geometry(block), batch, decay, _table, rows, ofBatch);
         break;
     case Directivity::POINT:
-        kernels::buildPoint(geometry(block), batch, decay, rows, ofBatch);
+        kernels::buildPoint(geometry(block), batch, decay, {}, rows, ofBatch);
         break;
     }
     for (int k = 0; k < batch.count; ++k)

@@ -63,7 +63,7 @@ double descendPhases(const kernels::HermitianView<T>& M,
     Vector xRe = Vector::Zero(M.stride), xIm = xRe, sRe = xRe, sIm = xRe;
     xRe.head(M.n) = u.real().cast<T>();
     xIm.head(M.n) = u.imag().cast<T>();
-    kernels::multiply(M, xRe.data(), xIm.data(), sRe.data(), sIm.data());
+    kernels::multiplyMatrix(M, xRe.data(), xIm.data(), sRe.data(), sIm.data());
     for (int round = 0; round < maxRounds; ++round)
     {
         stop.throwIfRequested();

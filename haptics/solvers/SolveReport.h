@@ -28,40 +28,40 @@ enum class StopReason
 /// A reason as text: "nothing to do", "converged", "iteration limit" and so on.
 const char* stopReasonName(StopReason reason);
 
-/// What was solved and how well, for q as the device plays it (clipped and rounded to its levels):
-/// the one record of a field's figures. To add one, add it here with its row in kFigures, and fill
-/// it in where it is known; summary.json, the kit's report and its statistics then show it.
+/// What was solved and how well, for q as the device plays it (clipped and rounded to its levels).
 /// Symbols: y = |G q| at the points, a their targets, s = (y.a)/(a.a) the fitted level.
+/// This is the one record of a field's figures: to add one, add it here with its row in kFigures,
+/// and fill it in where it is known; summary.json and the kit's report and statistics then show it.
 struct SolveReport
 {
     std::string solver; ///< the method's name
     StopReason stop = StopReason::NOTHING_TO_DO;
     std::string message; ///< what the user should know; empty: nothing
     int points = 0;      ///< as given, those that were left out among them
-    int transducers = 0; ///< of the array
-    int iterations = 0;  ///< of the method; of fields in turn all of them
-    int rowsBuilt = 0;   ///< rows of G that were computed anew; the others had not moved
-    int leftOut = 0;     ///< points with target 0, or that no transducer reaches
-    int shortPoints = 0; ///< targets in Pa: points that fall short by more than 1 %
+    int transducers = 0;
+    int iterations = 0;
     /// sqrt(mean((y_l/(s a_l) - 1)^2)); with targets in Pa s = 1. 0.01: one percent.
     double rms = 0.0;
     double max = 0.0; ///< the largest |y_l/(s a_l) - 1|
-    /// E = s |a| / mean_l(sum_i |G_li|); 1: as loud as one focus's energy, shared among the points.
+    /// E = s |a| / mean_l(sum_i |G_li|): 1 is as loud as one focus's energy, shared among the
+    /// points.
     double loudness = 0.0;
     double level_Pa = 0.0; ///< peak pressure that is played where the target is largest
-    /// The factor on all amplitudes that keeps to a cap of pressure. 1: no cap was needed; 0: only
-    /// silence keeps to it.
+    /// 0 .. 1; the factor on all amplitudes that kept to a cap of pressure. 1: none; 0: silenced.
     double capFactor = 1.0;
+    double matrix_ms = 0.0;         ///< to build G
+    double solve_ms = 0.0;          ///< for all the rest
+    int rowsBuilt = 0;              ///< rows of G that were computed anew; the others had not moved
+    int leftOut = 0;                ///< points with target 0, or that no transducer reaches
+    int shortPoints = 0;            ///< targets in Pa: points that fall short by more than 1 %
     double worstShortfall = 0.0;    ///< targets in Pa: the largest 1 - y_l/a_l; 0: none falls short
     double meanPhaseStep_rad = 0.0; ///< mean |change of a transducer's phase| from the last field
     /// sum_i |q_i - q_i before|^2 / sum_i |q_i|^2: the energy of the drive's change. 0 for the
     /// first field.
     double driveChange = 0.0;
-    /// The part of driveChange that lies from 20 Hz to 20 kHz beside the carrier at
-    /// SolverOptions::updateRate_Hz (audibleShare()).
+    /// The part of driveChange that lies from 20 Hz to 20 kHz beside the carrier at the options'
+    /// updateRate_Hz (audibleShare()).
     double audibleChange = 0.0;
-    double matrix_ms = 0.0; ///< to build G
-    double solve_ms = 0.0;  ///< for all the rest
     /// What a hand would find between the points. Filled by the caller with surfaceStatistics(),
     /// which takes the time of many solves; in a live scene it belongs to the newest field that was
     /// measured. samples == 0: not measured.

@@ -116,7 +116,7 @@ private:
     SolverOptions _options;
     double _louder = 0.0;   // 0 .. 1: the share of the way to the loudest field that is asked for
     double _beyond = 0.0;   // the same for the targets at hand: 0 for those in Pa
-    bool _absolute = false; // whether the targets at hand are in Pa
+    bool _absolute = false; // the targets at hand are in Pa
     double _audibleShare = 0.0; // of the drive's change, at the options' rate
     SplitVector _keptU;         // n
     Eigen::VectorXf _keptA;     // n

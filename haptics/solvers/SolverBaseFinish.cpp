@@ -30,7 +30,7 @@ std::complex<float> SolverBase::alignToLast(FieldProblem& field)
     std::complex<float> turn(product.re, product.im);
     if (!(std::abs(turn) > kLeastProduct)) return 1.0f;
     turn /= std::abs(turn);
-    kernels::multiply(width, turn.real(), turn.imag(), field.q.re.data(), field.q.im.data());
+    kernels::scaleBy(width, turn.real(), turn.imag(), field.q.re.data(), field.q.im.data());
     for (int l = 0; l < field.n(); ++l)
     {
         const auto s = static_cast<std::size_t>(l);
@@ -101,7 +101,7 @@ void SolverBase::makePlayable()
         const float amplitude =
             playableAmplitude(_field.drive().amplitudeLevels, static_cast<float>(share));
         _field.quantisePhases(_field.q, _field.q);
-        kernels::multiply(
+        kernels::scaleBy(
             _field.G.paddedTransducers(), amplitude, 0.0f, _field.q.re.data(), _field.q.im.data());
         return;
     }

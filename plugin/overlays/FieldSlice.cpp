@@ -205,9 +205,9 @@ Slice SliceComputer::compute(const SliceRequest& request)
     return slice;
 }
 
-FieldSliceOverlay::Worker::Worker() : Worker(std::make_shared<SliceComputer>()) {}
+SliceWorker::SliceWorker() : SliceWorker(std::make_shared<SliceComputer>()) {}
 
-FieldSliceOverlay::Worker::Worker(const std::shared_ptr<SliceComputer>& computer) :
+SliceWorker::SliceWorker(const std::shared_ptr<SliceComputer>& computer) :
     LatestWorker([computer](const SliceRequest& request)
                  { return std::make_unique<Slice>(computer->compute(request)); })
 {

@@ -110,9 +110,9 @@ FieldVolume VolumeComputer::compute(const VolumeRequest& request)
     return volume;
 }
 
-FieldVolumeOverlay::Worker::Worker() : Worker(std::make_shared<VolumeComputer>()) {}
+VolumeWorker::VolumeWorker() : VolumeWorker(std::make_shared<VolumeComputer>()) {}
 
-FieldVolumeOverlay::Worker::Worker(const std::shared_ptr<VolumeComputer>& computer) :
+VolumeWorker::VolumeWorker(const std::shared_ptr<VolumeComputer>& computer) :
     LatestWorker([computer](const VolumeRequest& request)
                  { return std::make_unique<FieldVolume>(computer->compute(request)); },
                  kPause_s)

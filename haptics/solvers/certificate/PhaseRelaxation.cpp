@@ -89,7 +89,7 @@ void PhaseRelaxation::refreshProducts()
     for (Eigen::Index c = 0; c < _xRe.cols(); ++c)
     {
         _stop.throwIfRequested();
-        kernels::multiply(
+        kernels::multiplyMatrix(
             M, _xRe.col(c).data(), _xIm.col(c).data(), _sRe.col(c).data(), _sIm.col(c).data());
     }
 }

@@ -2,7 +2,7 @@
 
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/propagation/PropagationMatrix.h"
-#include "haptics/propagation/ReferencePropagation.h"
+#include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/HapticOverlays>
 
@@ -117,11 +117,12 @@ TEST(FieldSliceOverlay, ShowsTheNewestFieldWithoutWaiting)
 {
     const Eigen::Vector3d focus(0.0, 0.01, 0.12);
     osg::ref_ptr<FieldSliceOverlay> overlay = new FieldSliceOverlay;
-    overlay->setResult(played(&focus, 1)); // before it knows an array: nothing to show
+    OverlayPart::of(*overlay).setResult(
+        played(&focus, 1)); // before it knows an array: nothing to show
     EXPECT_FALSE(overlay->waitFor(1, 0.0));
-    overlay->setArray(board(), haptics::Medium());
+    OverlayPart::of(*overlay).setArray(board(), haptics::Medium());
     for (std::uint64_t frame = 1; frame <= 5; ++frame)
-        overlay->setResult(played(&focus, frame));
+        OverlayPart::of(*overlay).setResult(played(&focus, frame));
     ASSERT_TRUE(overlay->waitFor(5, 60.0));
     EXPECT_EQ(overlay->getShownFrame(), 5U);
     EXPECT_GE(overlay->getRange(), overlay->getPeakPressure());
@@ -130,7 +131,7 @@ TEST(FieldSliceOverlay, ShowsTheNewestFieldWithoutWaiting)
     // The slice cuts the focus, which is long across the board: y = const is seen along its length.
     EXPECT_LT((overlay->getPeak() - place).length(), 12e-3);
     overlay->setRange(1234.0F);
-    overlay->setResult(played(&focus, 6));
+    OverlayPart::of(*overlay).setResult(played(&focus, 6));
     ASSERT_TRUE(overlay->waitFor(6, 60.0));
     EXPECT_EQ(overlay->getRange(), 1234.0F);
 }
@@ -138,10 +139,10 @@ TEST(FieldSliceOverlay, ShowsTheNewestFieldWithoutWaiting)
 TEST(FieldSliceOverlay, FieldOfAnotherArrayIsNotDrawn)
 {
     osg::ref_ptr<FieldSliceOverlay> overlay = new FieldSliceOverlay;
-    overlay->setArray(board(), haptics::Medium());
+    OverlayPart::of(*overlay).setArray(board(), haptics::Medium());
     auto result = played(nullptr, 3);
     result->sequence.fields.front().conservativeResize(100);
-    overlay->setResult(result);
+    OverlayPart::of(*overlay).setResult(result);
     EXPECT_FALSE(overlay->waitFor(3, 0.0));
     EXPECT_EQ(overlay->getNumChildren(), 0U);
 }
@@ -150,9 +151,9 @@ TEST(HapticOverlays, HiddenOnesGetNothingAndCatchUp)
 {
     const Eigen::Vector3d focus(0.0, 0.01, 0.12);
     osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
-    overlays->setArray(board(), haptics::Medium());
+    OverlayFeed::of(*overlays).setArray(board(), haptics::Medium());
     overlays->setShowFieldSlice(false);
-    overlays->show(played(&focus, 1));
+    OverlayFeed::of(*overlays).show(played(&focus, 1));
     EXPECT_FALSE(overlays->getFieldSlice()->waitFor(1, 0.0));
     osgUtil::UpdateVisitor update;
     overlays->accept(update);

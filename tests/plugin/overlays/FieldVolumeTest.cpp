@@ -3,7 +3,7 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/PropagationMatrix.h"
-#include "haptics/propagation/ReferencePropagation.h"
+#include "plugin/overlays/OverlayPart.h"
 
 #include <gtest/gtest.h>
 
@@ -94,10 +94,11 @@ TEST(FieldVolumeOverlay, ShowsTheNewestFieldWithoutWaiting)
 {
     const VolumeRequest request = focusedOn({0.0, 0.01, 0.12});
     osg::ref_ptr<FieldVolumeOverlay> overlay = new FieldVolumeOverlay;
-    overlay->setResult(request.result); // before it knows an array: nothing to show
+    OverlayPart::of(*overlay).setResult(
+        request.result); // before it knows an array: nothing to show
     EXPECT_FALSE(overlay->waitFor(7, 0.0));
-    overlay->setArray(request.array, request.medium);
-    overlay->setResult(request.result);
+    OverlayPart::of(*overlay).setArray(request.array, request.medium);
+    OverlayPart::of(*overlay).setResult(request.result);
     ASSERT_TRUE(overlay->waitFor(7, 60.0));
     EXPECT_EQ(overlay->getShownFrame(), 7U);
     EXPECT_GT(overlay->getRange(), 0.0F);

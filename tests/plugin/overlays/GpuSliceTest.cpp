@@ -2,6 +2,7 @@
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/ReferencePropagation.h"
 #include "plugin/overlays/FieldSlice.h"
+#include "plugin/overlays/OverlayPart.h"
 #include "samples/views/Offscreen.h"
 
 #include <osgMidair/FieldSliceOverlay>
@@ -44,7 +45,7 @@ public:
         array = std::make_shared<haptics::TransducerArray>(haptics::TransducerArray::singleBoard());
         array->gain = Eigen::VectorXd::LinSpaced(array->size(), 0.5, 1.0);
         array->phaseOffset_rad = Eigen::VectorXd::LinSpaced(array->size(), -1.0, 1.0);
-        overlay->setArray(array, haptics::Medium());
+        OverlayPart::of(*overlay).setArray(array, haptics::Medium());
         overlay->setPlane(osg::Vec3d(0.0, 0.0, 0.12), osg::Vec3d(0.0, 0.4, 1.0));
         overlay->setRadius(0.03);
         _viewer.setLightingMode(osg::View::NO_LIGHT);
@@ -64,7 +65,7 @@ public:
         // Twice: what draws is known, and a range has been found, only then.
         for (int pass = 0; pass < 2; ++pass)
         {
-            overlay->setResult(focusedOn(focus, *array, _frame));
+            OverlayPart::of(*overlay).setResult(focusedOn(focus, *array, _frame));
             overlay->waitFor(_frame, 60.0);
             _grabber->request();
             _viewer.frame();

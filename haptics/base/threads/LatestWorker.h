@@ -9,7 +9,7 @@
 #include <thread>
 #include <utility>
 
-namespace osgMidair
+namespace midair::base
 {
 
 /// Answers requests in a thread of its own: the newest request wins, the newest answer is kept. Both have a `frame`.
@@ -95,4 +95,4 @@ private:
     std::thread _thread;
 };
 
-} // namespace osgMidair
+} // namespace midair::base
