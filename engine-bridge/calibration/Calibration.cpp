@@ -4,6 +4,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "haptics/base/text/PlainText.h"
+#include "haptics/base/text/Range.h"
 
 #include <Eigen/Eigenvalues>
 
@@ -236,13 +237,12 @@ void checkInput(const PointPairs& pairs, const CalibrationOptions& options)
 
 bool CalibrationOptions::isValid(std::string* error) const
 {
-    const char* wrong = nullptr;
-    if (!(edge_m > 0.0 && std::isfinite(edge_m))) wrong = "edge_m must be over 0";
-    if (!(outlierSigmas > 0.0)) wrong = "outlierSigmas must be over 0";
-    if (!(scaleTolerance > 0.0)) wrong = "scaleTolerance must be over 0";
-    if (trials < 1) wrong = "trials must be at least 1";
-    if (wrong && error) *error = std::string("CalibrationOptions: ") + wrong;
-    return !wrong;
+    return base::RangeCheck("CalibrationOptions: ")
+        .above("edge_m", edge_m, 0.0)
+        .check(outlierSigmas > 0.0, "outlierSigmas", outlierSigmas, "above 0")
+        .check(scaleTolerance > 0.0, "scaleTolerance", scaleTolerance, "above 0")
+        .atLeast("trials", trials, 1)
+        .passed(error);
 }
 
 bool CalibrationReport::has(CalibrationProblem problem) const

@@ -4,7 +4,6 @@
 #include "device/GuardedDevice.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
-#include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/sequence/FieldOrder.h"
 

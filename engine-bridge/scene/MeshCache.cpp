@@ -10,6 +10,7 @@ namespace midair::bridge
 
 namespace
 {
+
 constexpr std::size_t kManyStretches = 8;
 constexpr std::uint64_t kSweepFrames = 60;
 } // namespace

@@ -48,8 +48,7 @@ Eigen::Vector3d position(const Reader& reader, const Json& value, const std::str
     return reader.vector(value, path, 3, kFarthest_m, "[x, y, z] in metres, each within -10 .. 10");
 }
 
-// Optional values of each transducer. They are kept apart until it is known whether any transducer
-// has them.
+// Optional values of each transducer, kept until it is known whether any has them.
 struct Trimming
 {
     std::vector<double> phaseOffset_rad;
@@ -151,7 +150,7 @@ void readTransducers(const Reader& reader,
     }
 }
 
-// Appends a board's values: one number for all of its transducers, or a list with one for each.
+// Appends what a board has for its transducers: one number for all, or a list.
 bool readBoardValues(const Reader& reader,
                      const Json& board,
                      const std::string& boardPath,

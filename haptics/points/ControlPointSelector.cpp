@@ -331,17 +331,13 @@ void checkObject(const PosedObject& object, std::size_t index)
     const Eigen::Index n = object.positions.cols();
     if (object.normals.cols() != n ||
         (object.intensity.size() != 0 && object.intensity.size() != n))
-    {
         throw base::InputError(name + " has " + std::to_string(n) + " positions, " +
                                std::to_string(object.normals.cols()) + " normals and " +
                                std::to_string(object.intensity.size()) +
                                " intensities; they must be as many");
-    }
     if (!(object.spacing_m > 0.0) || !std::isfinite(object.spacing_m))
-    {
         throw base::InputError(name + " has the spacing " + base::shortNumber(object.spacing_m) +
                                " m; it must be positive and finite");
-    }
 }
 
 } // namespace

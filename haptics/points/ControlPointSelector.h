@@ -25,16 +25,18 @@ enum class Crowding
 /// What is worth solving for; isValid() names the first setting that is out of its range.
 struct SelectorOptions
 {
-    /// >= 1; higher priorities take theirs first, equal ones share by their counts
+    /// >= 1; objects of higher priority get their points first, those of equal priority share in
+    /// proportion to their counts.
     int maxPoints = 1000;
     Crowding crowding = Crowding::THIN;
-    double crowdingWavelengths =
-        1.0 /
-        3.0; ///< 0 .. 1; of one object nearer than this (or its own spacing, if less) is a crowd
+    /// 0 .. 1; points of one object that are nearer to each other than this (or than its spacing,
+    /// if that is less) are a crowd.
+    double crowdingWavelengths = 1.0 / 3.0;
     double minDistanceWavelengths = 1.0; ///< >= 0; to the nearest transducer
-    /// >= 0; farthest from the nearest transducer; 0: twice the array's extent, at least 0.3 m
+    /// >= 0; the farthest that a point may be from its nearest transducer. 0: twice the extent of
+    /// the array, at least 0.3 m.
     double reach_m = 0.0;
-    base::StopToken stop; ///< where it asks for that, Stopped is thrown
+    base::StopToken stop; ///< where it asks for that, the selection throws Stopped
 
     bool isValid(std::string* error = nullptr) const;
 };

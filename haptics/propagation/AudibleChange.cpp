@@ -9,6 +9,7 @@ namespace midair::haptics
 
 namespace
 {
+
 constexpr double kLowest_Hz = 20.0;
 constexpr double kHighest_Hz = 20e3;
 

@@ -63,8 +63,9 @@ inline const std::vector<SurfaceFigureRow> kSurfaceFigures = {
     {"contrast", &SurfaceStatistics::contrast},
 };
 
-/// Of \a on_Pa (n) and \a off_Pa (any number), radiation pressures. Percentiles are linear between the sorted values: the
-/// k-th of n stands at (k - 1)/(n - 1). Throws InputError where \a on_Pa is empty or a value is not finite.
+/// The statistics of \a on_Pa (n) and \a off_Pa (any number), radiation pressures on and off a
+/// surface. Percentiles are linear between the sorted values: the k-th of n stands at (k - 1)/(n -
+/// 1). Throws InputError where \a on_Pa is empty or a value is not finite.
 SurfaceStatistics statisticsOf(const Eigen::VectorXd& on_Pa, const Eigen::VectorXd& off_Pa);
 
 /// Radiation pressure in Pa at \a points (3 x n), averaged over \a cycle, each field being played

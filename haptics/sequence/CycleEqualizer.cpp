@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/PlainText.h"
+#include "haptics/base/text/Range.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 
@@ -15,10 +16,10 @@ namespace midair::haptics
 namespace
 {
 
-// Few CG steps: the others' fields change anyway before the next sweep.
-constexpr int kInnerSteps = 8;
-// A little more than must be kept, since what is uneven lowers the mean.
-constexpr double kMargin = 1.03;
+// haptics/SOLVER.md, "Fields in turn", explains these.
+constexpr int kInnerSteps = 8;     // of conjugate gradients, for each correction of a field
+constexpr double kMargin = 1.03;   // asked for over what must be kept
+constexpr double kMostRaise = 1.1; // of what is asked for, after a sweep
 
 // Mean radiation pressure of the first field that sounds, Pa; 0: none does.
 double firstAlone_Pa(const Eigen::Matrix3Xd& surface,
@@ -38,17 +39,11 @@ double firstAlone_Pa(const Eigen::Matrix3Xd& surface,
 
 bool CycleEqualizerOptions::isValid(std::string* error) const
 {
-    base::PlainStream text;
-    if (sweeps < 0)
-        text << "sweeps is " << sweeps << "; it must be at least 0";
-    else if (corrections < 1)
-        text << "corrections is " << corrections << "; it must be at least 1";
-    else if (!(loudness > 0.0 && std::isfinite(loudness)))
-        text << "loudness is " << loudness << "; it must be above 0";
-    else
-        return true;
-    if (error != nullptr) *error = text.str();
-    return false;
+    return base::RangeCheck()
+        .atLeast("sweeps", sweeps, 0)
+        .atLeast("corrections", corrections, 1)
+        .above("loudness", loudness, 0.0)
+        .passed(error);
 }
 
 CycleEqualizer::CycleEqualizer(const CycleEqualizerOptions& options, const SolverOptions& solver) :
@@ -113,7 +108,7 @@ void CycleEqualizer::even(const Eigen::Matrix3Xd& surface,
             fields[k] = sweep + 1 < _options.sweeps ? currentPhases(_dense) : playedPhases(_dense);
         }
         const double mean = static_cast<double>(sum.mean() / K);
-        if (mean < floor) goal *= std::clamp(floor / std::max(mean, 1e-30), 1.0, 1.1);
+        if (mean < floor) goal *= std::clamp(floor / std::max(mean, 1e-30), 1.0, kMostRaise);
     }
 }
 

@@ -73,7 +73,8 @@ void continueFrom(const Eigen::VectorXcf& last,
     fillIn(cycleSteps({last, sequence.fields.front()}), rate_Hz, sequence.report);
 }
 
-// With the solvers' own definitions: s = (y.a)/(a.a), errors y/(s a) - 1, with absolute targets s = 1.
+// With the solvers' own definitions: s = (y.a)/(a.a), errors y/(s a) - 1, with absolute targets s =
+// 1.
 void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, SolveReport& report)
 {
     const Eigen::ArrayXd y = achieved_Pa.cast<double>().array();
@@ -81,7 +82,7 @@ void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, 
     const Eigen::Index wanted = (a > 0.0).count();
     if (wanted == 0)
     {
-        // No points, or nothing wanted at any: nothing is missed either.
+        // There are no points, or nothing is wanted at any, so nothing is missed either.
         report.rms = report.max = report.loudness = report.level_Pa = report.worstShortfall = 0.0;
         report.shortPoints = 0;
         return;
@@ -95,8 +96,7 @@ void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, 
     report.rms = std::sqrt(error.square().sum() / static_cast<double>(wanted));
     report.max = error.abs().maxCoeff();
     if (!points.absolute) return;
-    constexpr double kShort = 0.01;
-    report.shortPoints = static_cast<int>((error < -kShort).count());
+    report.shortPoints = static_cast<int>((error < -kShortBy).count());
     report.worstShortfall = std::max(0.0, -error.minCoeff());
 }
 

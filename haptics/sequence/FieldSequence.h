@@ -17,11 +17,11 @@ namespace midair::haptics
 /// What is to be played: one field that is held, or several that are played in turn, over and over.
 struct FieldSequence
 {
-    /// K fields of m activations each, |q_i| <= 1, in the order in which they are played; none: nothing could be made, and
-    /// the report says why.
+    /// K fields of m activations each, |q_i| <= 1, in the order in which they are played; none:
+    /// nothing could be made, and the report says why.
     std::vector<Eigen::VectorXcf> fields;
-    /// parts[k]: the points that fields[k] is for, at their full targets. As many as fields or fewer; a field without a part,
-    /// or with an empty one, is a step between others.
+    /// parts[k]: the points that fields[k] is for, at their full targets. As many as fields or
+    /// fewer; a field without a part, or with an empty one, is a step between others.
     std::vector<ControlPoints> parts;
     /// Amplitude modulation of all of it, and how fast fields follow each other.
     ModulatorOptions modulation;
@@ -36,26 +36,28 @@ struct FieldSequence
     ControlPoints points() const;
 };
 
-/// |p| at the points of \a sequence (n, in the order of points()), each in the field that is for it.
-/// Throws base::Stopped where \a stop asks for that.
+/// |p| at the points of \a sequence (n, in the order of points()), each in the field that is for
+/// it. Throws base::Stopped where \a stop asks for that.
 Eigen::VectorXf achievedPressure(const FieldSequence& sequence,
                                  const TransducerArray& array,
                                  const Medium& medium,
                                  int threads,
                                  const base::StopToken& stop = {});
 
-/// Rates anew in \a report (rms, max, level, loudness, points that fall short) a field that was scaled after it was solved:
-/// \a achieved_Pa are |p| at \a points (n).
+/// Puts new figures into \a report (rms, max, level, loudness, points that fall short) for a field
+/// that was scaled after it was solved; \a achieved_Pa are |p| at \a points (n).
 void rateLevel(const ControlPoints& points,
                const Eigen::VectorXf& achieved_Pa,
                SolveReport& report);
 
-/// Rates how much \a sequence's fields differ from one to the next, the step from the last to the first among them, into its
-/// report: meanPhaseStep_rad, driveChange, audibleChange at the field rate. All 0 for a single field.
+/// Puts into the report how much \a sequence's fields differ from one to the next, the step from
+/// the last to the first among them: meanPhaseStep_rad, driveChange, and audibleChange at the field
+/// rate. All are 0 for a single field.
 void rateSteps(FieldSequence& sequence);
 
-/// Turns a held \a sequence by the common phase, which can't be felt, that brings it nearest to \a last, which it follows at
-/// \a rate_Hz, and rates that step. Nothing where it isn't held or the lengths differ.
+/// Turns a held \a sequence by the common phase that brings it nearest to \a last, which it follows
+/// at \a rate_Hz, and puts that step into its report. The turn cannot be felt. Does nothing where
+/// the sequence is not held or the lengths differ.
 void continueFrom(const Eigen::VectorXcf& last,
                   double rate_Hz,
                   const DriveResolution& drive,

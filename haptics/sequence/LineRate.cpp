@@ -11,7 +11,7 @@ namespace midair::haptics
 namespace
 {
 
-// Never more than it is.
+// Rounds down, so that the text never promises more than there is.
 std::string downToTenth(double value)
 {
     return base::shortNumber(std::floor(10.0 * value) / 10.0);

@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/sequence/CycleEqualizer.h"
 #include "haptics/sequence/FieldOrder.h"
@@ -22,7 +23,8 @@ SequenceComposer::SequenceComposer(ComposerOptions options, base::MessageLog& me
         { return haptics::makeSolver(solverNames().front(), solver); };
 }
 
-// Each set's solvers keep their matrices, so that they start warm: those of as many sets as there is memory for.
+// The solvers of a set keep their matrices, so that they start warm; this is done for as many sets
+// as there is memory for.
 SequenceComposer::Kept& SequenceComposer::keptFor(int set, int points)
 {
     auto own = _kept.find(set);
@@ -55,7 +57,7 @@ std::vector<ControlPoints> SequenceComposer::split(const ControlPoints& points,
     _options.line.fit(modulation, plan.isModulated() ? plan.rate_Hz : modulation.amplitudeRate_Hz);
     if (plan.isModulated() && !plan.isAlike())
     {
-        // Not one field less where the rate is a multiple but for its rounding.
+        // Rounding must not take a field away where the rate is a multiple.
         const int instants = static_cast<int>(
             std::clamp(modulation.fieldRate_Hz / plan.rate_Hz + 1e-9, 2.0, double(kMostInstants)));
         modulation.fieldRate_Hz = instants * plan.rate_Hz;
@@ -100,7 +102,7 @@ FieldSequence SequenceComposer::compose(int set,
 namespace
 {
 
-// The parts where their fields now are: field k was at order[k], and gets steps behind it.
+// Puts the parts where their fields are now: field k was at order[k], and has steps behind it.
 void placeParts(const std::vector<int>& order, int steps, FieldSequence& sequence)
 {
     std::vector<ControlPoints> placed(sequence.fields.size());
@@ -115,7 +117,8 @@ void placeParts(const std::vector<int>& order, int steps, FieldSequence& sequenc
 namespace
 {
 
-// Relative targets compare across all fields that the skin averages: each set plays at the level of the weakest.
+// Relative targets compare across all fields that the skin averages: each set plays at the level of
+// the weakest.
 void matchLevels(const std::vector<std::size_t>& sizes,
                  std::vector<SolveReport>& reports,
                  FieldSequence& cycle,
@@ -221,7 +224,7 @@ void fitLevel(double loudness,
     {
         const Eigen::VectorXd y =
             achievedPressure(sequence, array, medium, solver.threads, solver.stop).cast<double>();
-        const double level = y.dot(points.targets) / points.targets.squaredNorm();
+        const double level = fittedLevel(y, points.targets);
         if (level > 0.0) share = std::min(share, 1.0 / level);
     }
     if (share < 1.0) scaleField(q, static_cast<float>(share), array.drive);
@@ -237,7 +240,7 @@ FieldSequence SequenceComposer::composeOutlines(const std::vector<Outline>& outl
 {
     if (!_outlines)
     {
-        // On one thread, so that a curve's field does not hang on how many there are.
+        // One thread, so that the field of a curve does not depend on how many there are.
         OutlineOptions options;
         options.stop = _options.solverOptions.stop;
         options.seed = _options.solverOptions.seed;
@@ -246,7 +249,8 @@ FieldSequence SequenceComposer::composeOutlines(const std::vector<Outline>& outl
     FieldSequence sequence;
     sequence.modulation = modulation;
     sequence.fields.resize(1);
-    // Solved for the ratios of the targets: the same curves make the same field at any pressure.
+    // The ratios of the targets are solved for: the same curves make the same field at any
+    // pressure.
     double largest = 0.0;
     for (const Outline& outline : outlines)
         largest = std::max(largest, outline.target);

@@ -49,7 +49,8 @@ SolveReport together(const std::vector<SolveReport>& reports)
         all.level_Pa = std::max(all.level_Pa, r.level_Pa);
         all.worstShortfall = std::max(all.worstShortfall, r.worstShortfall);
         if (all.message.empty() && isField(r)) all.message = r.message;
-        // Why the first stopped that did not reach what was asked for; a refusal before all else.
+        // The reason of the first that did not reach what was asked for; a refusal goes before all
+        // others.
         const bool isReason = isField(r) && r.stop != StopReason::CONVERGED && !chosen;
         const bool isEnd = r.stop == StopReason::REFUSED || r.stop == StopReason::STOPPED;
         if (isEnd || isReason)
@@ -66,7 +67,7 @@ SolveReport together(const std::vector<SolveReport>& reports)
         all.loudness += r.loudness;
         ++fields;
     }
-    // A part without points is worth a word only where none has any.
+    // A part without points is mentioned only where no part has any.
     if (fields == 0 && all.message.empty()) all.message = reports.front().message;
     all.rms = points > 0 ? std::sqrt(squares / points) : 0.0;
     if (fields > 0) all.loudness /= fields;

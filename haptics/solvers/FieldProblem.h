@@ -39,8 +39,9 @@ struct SplitVector
     }
 };
 
-/// The points that are solved for, their matrix and every vector of a solve: what all solvers share.
-/// Symbols as in the paper: G (n x m), q (m), p = G q (n), a the targets (n), u the phases of p.
+/// The points that are solved for, their matrix and every vector of a solve: what all solvers
+/// share. Symbols as in the paper: G (n x m), q (m), p = G q (n), a the targets (n), u the phases
+/// of p.
 class FieldProblem
 {
 public:

@@ -40,13 +40,10 @@ constexpr float kLeastOfWeight = 0.02f;                // that a correction leav
 constexpr int kShapePasses = 3;
 constexpr int kSettlePasses = 4;
 
-/// The production solver: alternating projections find good phases, then Gauss-Newton corrections
-/// of the transducers' phases meet the targets (haptics/SOLVER.md). Every field is q = z/|z|, z =
-/// G* c with c_l = w_l u_l and u_l the phase of p_l: that is the condition for the loudest field
-/// with equal relative errors, the weights w being the multipliers of |p_l| = s a_l under |q_i| <=
-/// 1. An update takes the weights and phases of the last field to the new matrix (one round) and
-/// corrects (GaussNewtonStep), which moves the weights along. A cold start finds them by rounds of
-/// w_l <- w_l s a_l/|p_l|, u_l <- phase of p_l.
+/// The production solver (haptics/SOLVER.md): alternating projections find good phases, then
+/// Gauss-Newton corrections of the transducers' phases meet the targets. Every field is q = z/|z|,
+/// z = G* c with c_l = w_l u_l and u_l the phase of p_l; the solver keeps w and u from one update
+/// to the next.
 class GaussNewton final : public SolverBase
 {
 public:
@@ -98,7 +95,7 @@ private:
 
     void reserve(const FieldProblem& field)
     {
-        const auto m = static_cast<std::size_t>(field.G.paddedTransducers());
+        const std::size_t m = lanes(field);
         const auto n = static_cast<std::size_t>(field.n());
         for (SplitVector* v : {&_startU, &_bestU})
             v->reserve(n);
@@ -109,9 +106,8 @@ private:
             if (v->size() != field.n()) v->resize(field.n());
     }
 
-    // s with sum_l w_l (s a_l - |p_l|) = 0. No change of the phases of q alters sum_l w_l |p_l| to
-    // first order, so a correction cannot reach any other level (SOLVER.md, "The level of a
-    // correction").
+    // s with sum_l w_l (s a_l - |p_l|) = 0, the only level that a correction can reach (SOLVER.md,
+    // "The level of a correction").
     float naturalLevel(const FieldProblem& field) const
     {
         return _weights.dot(field.y) / _weights.dot(field.a);
@@ -144,15 +140,13 @@ private:
         }
     }
 
-    // Tries several starting phases and goes on with the loudest: where the phases settle decides
-    // the level that can be reached; the corrections remove the error from any of them (SOLVER.md,
-    // "Cold start").
+    // Tries several starting phases and goes on with the loudest (SOLVER.md, "Cold start"): where
+    // the phases settle decides the level; the corrections remove the error from any of them.
     void coldStart(FieldProblem& field, int limit, Outcome& outcome)
     {
         const auto n = static_cast<std::size_t>(field.n());
         std::mt19937_64 random(options().seed);
-        std::copy_n(field.u.re.data(), n, _startU.re.data());
-        std::copy_n(field.u.im.data(), n, _startU.im.data());
+        copy(field.u, _startU, n);
         const int trial = std::min(kTrialRounds, limit);
         constexpr auto kFullTurn_rad = static_cast<float>(base::kTwoPi);
         float best = -1.0f;
@@ -171,12 +165,10 @@ private:
             if (level <= best) continue;
             best = level;
             _bestWeights = _weights;
-            std::copy_n(field.u.re.data(), n, _bestU.re.data());
-            std::copy_n(field.u.im.data(), n, _bestU.im.data());
+            copy(field.u, _bestU, n);
         }
         _weights = _bestWeights;
-        std::copy_n(_bestU.re.data(), n, field.u.re.data());
-        std::copy_n(_bestU.im.data(), n, field.u.im.data());
+        copy(_bestU, field.u, n);
         rounds(field, trial, std::min(kColdRounds, limit), outcome);
     }
 
@@ -242,8 +234,7 @@ private:
             power += std::norm(field.z.at(static_cast<std::size_t>(i)));
         const auto rms = static_cast<float>(std::sqrt(power / field.m()));
         _gain = rms > 0.0f ? share / rms : 0.0f;
-        std::copy_n(field.q.re.data(), field.G.paddedTransducers(), _continuous.re.data());
-        std::copy_n(field.q.im.data(), field.G.paddedTransducers(), _continuous.im.data());
+        copy(field.q, _continuous, lanes(field));
         for (int pass = 0; pass < kShapePasses; ++pass)
         {
             setAmplitudes(field);
@@ -291,12 +282,12 @@ private:
     // helped, and the field is as before.
     float stepCarefully(FieldProblem& field, float error)
     {
-        copy(field, _continuous, _before);
+        copy(_continuous, _before, lanes(field));
         for (const float fraction : kStepFractions)
         {
             play(field, fraction, false);
             if (errorOf(field, naturalLevel(field)) < error) return fraction;
-            copy(field, _before, _continuous);
+            copy(_before, _continuous, lanes(field));
         }
         return 0.0f;
     }
@@ -308,14 +299,17 @@ private:
         field.phasesOf(field.p);
         reweigh(field, _weights);
         projectionRound(field, _weights);
-        copy(field, field.q, _continuous);
+        copy(field.q, _continuous, lanes(field));
     }
 
-    static void copy(const FieldProblem& field, const SplitVector& from, SplitVector& to)
+    static std::size_t lanes(const FieldProblem& field)
     {
-        const int m = field.G.paddedTransducers();
-        std::copy_n(from.re.data(), m, to.re.data());
-        std::copy_n(from.im.data(), m, to.im.data());
+        return static_cast<std::size_t>(field.G.paddedTransducers());
+    }
+    static void copy(const SplitVector& from, SplitVector& to, std::size_t count)
+    {
+        std::copy_n(from.re.data(), count, to.re.data());
+        std::copy_n(from.im.data(), count, to.im.data());
     }
 
     // CG tolerance (SOLVER.md, "CG tolerance"): kNextTolerance of the error that the next step
@@ -328,9 +322,8 @@ private:
     }
 
     // Corrects until the played field is as exact as was asked for, or its error is all rounding. A
-    // correction leaves an rms of about the square of the one before, so that one whose square is
-    // still too large is followed by another: its phases are not rounded yet, and its CG stops
-    // early.
+    // correction leaves about the square of the rms before it; where that is still too much, its CG
+    // stops early and its phases are not rounded, since another one follows.
     void correct(FieldProblem& field, int limit, Outcome& outcome)
     {
         const auto tolerance = static_cast<float>(options().rmsTolerance);

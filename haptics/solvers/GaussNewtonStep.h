@@ -9,9 +9,9 @@ namespace midair::haptics
 /// step"). With J_li = d|p_l|/d phi_i = -Im(conj(u_l) G_li q_i) and D = diag(1/|z_i|), z = G* c, it
 /// is
 ///     d phi = D J^T x,  J D J^T x = s a - |p|
-/// where x is found by conjugate gradients in the space of the points, with rows scaled by
-/// 1/(s a_l). To first order the step is what a change of c_l by x_l u_l does to the phases of G* c,
-/// so the weights of the next update follow by c_l + x_l u_l. J is formed once, in fixed point: the
+/// where x is found by conjugate gradients in the space of the points, with rows scaled by 1/(s
+/// a_l). To first order the step is what a change of c_l by x_l u_l does to the phases of G* c, so
+/// the weights of the next update follow by c_l + x_l u_l. J is formed once, in fixed point: the
 /// steps of CG then read a quarter of what G in float would be.
 class GaussNewtonStep
 {

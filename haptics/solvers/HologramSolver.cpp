@@ -48,30 +48,6 @@ bool SolverOptions::isValid(std::string* error) const
         .passed(error);
 }
 
-const char* stopReasonName(StopReason reason)
-{
-    switch (reason)
-    {
-    case StopReason::NOTHING_TO_DO:
-        return "nothing to do";
-    case StopReason::CONVERGED:
-        return "converged";
-    case StopReason::STALLED:
-        return "stalled";
-    case StopReason::MAX_ITERATIONS:
-        return "iteration limit";
-    case StopReason::DEADLINE:
-        return "deadline";
-    case StopReason::SKIPPED:
-        return "skipped";
-    case StopReason::REFUSED:
-        return "refused";
-    case StopReason::STOPPED:
-        return "stopped";
-    }
-    return "unknown";
-}
-
 std::vector<std::string> solverNames()
 {
     std::vector<std::string> names;

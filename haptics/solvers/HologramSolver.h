@@ -48,7 +48,8 @@ struct SolverOptions
     /// further and nothing else changed, the last field stays and the solve is SKIPPED. 0: every
     /// call solves.
     double skipTolerance = 0.01;
-    /// >= 0; a transducer's phase turns by at most this from one field to the next. 0: by any angle.
+    /// >= 0; a transducer's phase turns by at most this from one field to the next. 0: by any
+    /// angle.
     double maxPhaseStep_rad = 0.0;
     /// 0 .. 1; a transducer's amplitude changes by at most this from one field to the next. 0: by
     /// any amount.
@@ -65,7 +66,8 @@ struct SolverOptions
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// Takes control points and returns activations; holds its buffers and the last field between calls.
+/// Takes control points and returns activations; holds its buffers and the last field between
+/// calls.
 class HologramSolver
 {
 public:
@@ -86,8 +88,8 @@ public:
 /// The names that makeSolver() knows, the default first.
 std::vector<std::string> solverNames();
 
-/// Makes the solver of that name. Throws InputError for an unknown name (listing the known ones) and
-/// for options that are not valid.
+/// Makes the solver of that name. Throws InputError for an unknown name (listing the known ones)
+/// and for options that are not valid.
 std::unique_ptr<HologramSolver> makeSolver(const std::string& name,
                                            const SolverOptions& options = {});
 

@@ -30,7 +30,7 @@ public:
     Eigen::VectorXcd solve(const Eigen::VectorXcd& b) const;
 
 private:
-    Eigen::MatrixXcd _L; // in the lower triangle
+    Eigen::MatrixXcd _lower; // L, in the lower triangle
     bool _positive = false;
 };
 

@@ -16,6 +16,7 @@ namespace midair::haptics
 
 namespace
 {
+
 // haptics/SOLVER.md, "Dense points", explains these.
 constexpr double kJudgeSpacing = 0.1; // wavelengths, between the samples that a field is judged by
 constexpr int kFirstCorrections = 5;  // of each start, to tell which are worth following

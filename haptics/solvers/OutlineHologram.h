@@ -27,7 +27,8 @@ struct OutlineOptions
     /// > 0; the mean radiation pressure to be kept, over that of the loudest start with points a
     /// wavelength apart.
     double loudness = 1.0;
-    /// True: where outlines of as many points were solved before, the field of then is the one start.
+    /// True: where outlines of as many points were solved before, the field of then is the one
+    /// start.
     bool warmStart = true;
     std::uint64_t seed = 1;                 ///< of the random starts
     int threads = 1;                        ///< >= 1
@@ -64,10 +65,10 @@ struct OutlineReport
 };
 
 /// Plays outlines in one stationary field, nearly without ripples. The points stand a quarter of a
-/// wavelength apart and all are solved for: weighted projections, then LevenbergMarquardt. Where that
-/// leads depends on the phases it starts from, so equal ones, ramps along the curve and random ones
-/// are tried; the smoothest field wins that is no less loud than one for points a wavelength apart.
-/// Phase-only: all transducers play at full amplitude.
+/// wavelength apart and all are solved for: weighted projections, then LevenbergMarquardt. Where
+/// that leads depends on the phases it starts from, so equal ones, ramps along the curve and random
+/// ones are tried; the smoothest field wins that is no less loud than one for points a wavelength
+/// apart. Phase-only: all transducers play at full amplitude.
 class OutlineHologram
 {
 public:

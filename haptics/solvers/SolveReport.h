@@ -46,7 +46,7 @@ struct SolveReport
     /// E = s |a| / mean_l(sum_i |G_li|): 1 is as loud as one focus's energy, shared among the
     /// points.
     double loudness = 0.0;
-    double level_Pa = 0.0;          ///< peak pressure that is played where the target is largest
+    double level_Pa = 0.0; ///< peak pressure that is played where the target is largest
     /// 0 .. 1; the factor on all amplitudes that kept to a cap of pressure. 1: none; 0: silenced.
     double capFactor = 1.0;
     double matrix_ms = 0.0;         ///< to build G
@@ -56,8 +56,8 @@ struct SolveReport
     int shortPoints = 0;            ///< targets in Pa: points that fall short by more than 1 %
     double worstShortfall = 0.0;    ///< targets in Pa: the largest 1 - y_l/a_l; 0: none falls short
     double meanPhaseStep_rad = 0.0; ///< mean |change of a transducer's phase| from the last field
-    /// sum_i |q_i - q_i before|^2 / sum_i |q_i|^2: the energy of the drive's change. 0 for the first
-    /// field.
+    /// sum_i |q_i - q_i before|^2 / sum_i |q_i|^2: the energy of the drive's change. 0 for the
+    /// first field.
     double driveChange = 0.0;
     /// The part of driveChange that lies from 20 Hz to 20 kHz beside the carrier at the options'
     /// updateRate_Hz (audibleShare()).
@@ -98,7 +98,8 @@ inline const std::vector<FigureRow> kFigures = {
 /// All of kFigures by name, and where the surface was measured kSurfaceFigures as "surface.NAME".
 std::vector<std::pair<std::string, double>> figuresOf(const SolveReport& report);
 
-/// The figures' one writer: solver, stop, message and all of kFigures, and "surface" where it was measured.
+/// The figures' one writer: solver, stop, message and all of kFigures, and "surface" where it was
+/// measured.
 nlohmann::ordered_json toJson(const SolveReport& report);
 
 } // namespace midair::haptics

@@ -241,7 +241,7 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
     const std::string why = refusal(points, array, medium, isKnown);
     if (!why.empty()) return silent(result, StopReason::REFUSED, why, array.size(), q);
     // A field for targets of the other kind is no start: its level means something else.
-    if (points.size() > 0 && points.absolute != _absolute) _lastGood = false;
+    if (points.size() > 0 && points.absolute != _absolute) _last.good = false;
     if (points.size() > 0) _absolute = points.absolute;
     _beyond = _absolute ? 0.0 : _louder;
     chooseActive(points);

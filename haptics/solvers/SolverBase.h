@@ -114,8 +114,8 @@ private:
 
     std::string _name;
     SolverOptions _options;
-    double _louder = 0.0; // 0 .. 1: the share of the way to the loudest field that is asked for
-    double _beyond = 0.0; // the same for the targets at hand: 0 for those in Pa
+    double _louder = 0.0;   // 0 .. 1: the share of the way to the loudest field that is asked for
+    double _beyond = 0.0;   // the same for the targets at hand: 0 for those in Pa
     bool _absolute = false; // the targets at hand are in Pa
     double _audibleShare = 0.0; // of the drive's change, at the options' rate
     SplitVector _keptU;         // n

@@ -17,8 +17,8 @@ namespace midair::haptics
 
 namespace
 {
-/// Coordinates (m) that no model reaches; the bound keeps squares and cell numbers far from
-/// overflow.
+
+/// Coordinates (m) beyond every model; keeps squares and cell numbers far from overflow.
 constexpr double kLargestCoordinate_m = 1e9;
 
 /// Throws InputError for vertices and indices that cannot be used.
@@ -106,8 +106,8 @@ void weldVertices(const TriangleMesh& mesh,
     {
         largest = std::max(largest, mesh.vertices.col(v).cwiseAbs().maxCoeff());
     }
-    // Four units in the last place of a float: seams that a program wrote twice may differ by as
-    // much. Never so small that cell numbers overflow.
+    // Four units in the last place of a float, by which seams that a program wrote twice may
+    // differ. Never so small that cell numbers overflow.
     const double tolerance =
         std::min(0x1p-22 * largest, std::max(1e-3 * spacing_m, 0x1p-40 * largest));
     if (!(tolerance > 0.0)) return; // all vertices in one point
@@ -116,8 +116,7 @@ void weldVertices(const TriangleMesh& mesh,
     const std::vector<double> shortest = shortestEdges(mesh);
     PointGrid grid(8.0 * tolerance);
     grid.reserve(static_cast<std::size_t>(mesh.vertices.cols()));
-    // Where all vertices lie in one cell of the grid, a single search for the nearest takes
-    // milliseconds.
+    // With all vertices in one cell of the grid, a single search takes milliseconds.
     base::StopLook look(stop, 16);
     for (const int v : mesh.triangles.reshaped())
     {
@@ -196,7 +195,7 @@ void collectFans(MeshTopology& topology)
     }
 }
 
-/// An edge seen from one of its triangles.
+/// An edge as one of its triangles sees it.
 struct HalfEdge
 {
     int low, high; ///< welded vertices
@@ -276,8 +275,7 @@ void addFeature(const TriangleMesh& mesh,
     topology.features.push_back(edge);
 }
 
-/// Half edges, sorted into buckets by their lower vertex: linear in the size of the mesh, without
-/// hashing.
+/// Half edges in buckets by their lower vertex: linear in the mesh's size, no hashing.
 void findFeatures(const TriangleMesh& mesh,
                   double creaseAngle_rad,
                   const base::StopToken& stop,
@@ -342,8 +340,7 @@ bool turns(const MeshTopology& topology, std::size_t vertex, double cosHalfCreas
     return false;
 }
 
-/// Looks only where there may be a corner: the angles of all corners of a fine mesh take longer
-/// than everything else here.
+/// Looks only at possible corners: the angles of all take longer than all else here.
 void measureDeficits(const TriangleMesh& mesh,
                      const std::vector<char>& boundary,
                      double creaseAngle_rad,

@@ -14,6 +14,7 @@ namespace midair::haptics
 
 namespace
 {
+
 constexpr double kMostPoints = 100000;
 
 } // namespace

@@ -5,6 +5,7 @@
 #include "haptics/points/ControlPointSelector.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/surface/FeatureChains.h"
+#include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "samples/solve/SolveFiles.h"
 

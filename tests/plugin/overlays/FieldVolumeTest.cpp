@@ -5,6 +5,8 @@
 #include "haptics/propagation/PropagationMatrix.h"
 #include "plugin/overlays/OverlayPart.h"
 
+#include <osgMidair/FieldVolumeOverlay>
+
 #include <gtest/gtest.h>
 
 using namespace osgMidair;

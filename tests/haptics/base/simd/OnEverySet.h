@@ -16,7 +16,8 @@ protected:
     void SetUp() override
     {
         if (!isRunnable(GetParam()))
-            GTEST_SKIP() << "this processor or this build has no " << instructionSetName(GetParam());
+            GTEST_SKIP() << "this processor or this build has no "
+                         << instructionSetName(GetParam());
         useInstructionSet(GetParam());
     }
     void TearDown() override { useInstructionSet(_before); }

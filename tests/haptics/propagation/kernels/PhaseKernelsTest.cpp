@@ -1,5 +1,6 @@
 // The kernels of phase retrieval against double precision, each within what its description promises.
 #include "haptics/propagation/kernels/PhaseKernels.h"
+
 #include "tests/haptics/propagation/kernels/KernelTesting.h"
 
 using namespace midair::haptics;
@@ -167,9 +168,8 @@ void expectDescent(int n, int r, double part, double ofFall, double ofColumn)
         for (int c = 0; c < r; ++c)
         {
             size += std::norm(x.at(c * M.stride + l));
-            ASSERT_NEAR(std::abs(x.at(c * M.stride + l) - exact[std::size_t(c * n + l)]),
-                        0.0,
-                        ofColumn)
+            ASSERT_NEAR(
+                std::abs(x.at(c * M.stride + l) - exact[std::size_t(c * n + l)]), 0.0, ofColumn)
                 << n << ' ' << r;
         }
         ASSERT_NEAR(std::sqrt(size), 1.0, part);
@@ -260,7 +260,8 @@ TEST_P(PhaseKernels, BestTurn)
         {
             sizes += double(wanted[l]) + std::abs(p.exact[l]) + std::abs(g.exact[l]);
             for (int k = 0; k < 256; ++k)
-                sums[k] += std::fabs(double(wanted[l]) - std::abs(p.exact[l] + g.exact[l] * t.exact[k]));
+                sums[k] +=
+                    std::fabs(double(wanted[l]) - std::abs(p.exact[l] + g.exact[l] * t.exact[k]));
         }
         ASSERT_LE(sums[best], *std::min_element(sums.begin(), sums.end()) + 2e-6 * sizes) << n;
     }

@@ -75,13 +75,8 @@ void expectBackward(const Rows& G, const std::vector<Complex>& of, bool fixed, c
                           z.re.data(),
                           z.im.data());
     else
-        kernels::backward(G.entries.data(),
-                          G.n,
-                          G.width,
-                          w.re.data(),
-                          w.im.data(),
-                          z.re.data(),
-                          z.im.data());
+        kernels::backward(
+            G.entries.data(), G.n, G.width, w.re.data(), w.im.data(), z.re.data(), z.im.data());
     Worst worst;
     for (int i = 0; i < G.width; ++i)
     {
@@ -113,13 +108,8 @@ void expectForward(const Rows& G, const std::vector<Complex>& of, bool fixed, co
                          p.re.data(),
                          p.im.data());
     else
-        kernels::forward(G.entries.data(),
-                         G.n,
-                         G.width,
-                         q.re.data(),
-                         q.im.data(),
-                         p.re.data(),
-                         p.im.data());
+        kernels::forward(
+            G.entries.data(), G.n, G.width, q.re.data(), q.im.data(), p.re.data(), p.im.data());
     Worst worst;
     for (int l = 0; l < G.n; ++l)
     {
@@ -213,14 +203,8 @@ TEST_P(FormJacobian, IsThatOfDoublePrecision)
             for (int l = 0; l < n; ++l)
                 u.set(l, numbers.onUnitCircle());
             r.set(0, numbers.onUnitCircle());
-            kernels::formJacobian(G.data(),
-                                  n,
-                                  width,
-                                  u.re.data(),
-                                  u.im.data(),
-                                  r.re.data(),
-                                  r.im.data(),
-                                  J.data());
+            kernels::formJacobian(
+                G.data(), n, width, u.re.data(), u.im.data(), r.re.data(), r.im.data(), J.data());
             for (int l = 0; l < n; ++l)
                 for (int i = 0; i < width; ++i)
                 {
@@ -253,7 +237,7 @@ TEST_P(JacobianKernels, BothDirections)
         }
         for (int i = 0; i < width; ++i)
             in[i] = static_cast<float>(numbers.between(-1.0, 1.0));
-        const auto entry = [&, n = n, width = width](int l, int i)
+        const auto entry = [&, width = width](int l, int i)
         {
             const std::int32_t pair = J[std::size_t(l / 2 * width + i)];
             return 65536.0 * (l % 2 == 0 ? lowOf(pair) : highOf(pair));

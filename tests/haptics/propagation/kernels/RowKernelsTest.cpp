@@ -112,8 +112,7 @@ struct Scene
         const Vector place{group.x + double(x[i]), group.y + double(y[i]), group.z + double(z[i])};
         const Vector r = Vector{points.x[point], points.y[point], points.z[point]} - place;
         const double R = std::sqrt(dot(r, r));
-        const double cosine =
-            (double(nx[i]) * r.x + double(ny[i]) * r.y + double(nz[i]) * r.z) / R;
+        const double cosine = (double(nx[i]) * r.x + double(ny[i]) * r.y + double(nz[i]) * r.z) / R;
         size = double(strength[i]) / R * std::exp(-decay * R);
         const double turns = (block.offset_turns ? double(offset[i]) : 0.0) - R;
         return size * D(cosine) * std::polar(1.0, 2 * M_PI * std::remainder(turns, 1.0));
@@ -186,8 +185,8 @@ TEST_P(RowKernels, OfACubicDirectivity)
     const auto D = [&](double x)
     {
         return std::max(0.0,
-                        double(cubic.c0) + x * (double(cubic.c1) +
-                                                x * (double(cubic.c2) + x * double(cubic.c3))));
+                        double(cubic.c0) +
+                            x * (double(cubic.c1) + x * (double(cubic.c2) + x * double(cubic.c3))));
     };
     onEveryScene(numbers,
                  1.0,
@@ -227,12 +226,13 @@ TEST_P(RowKernels, OfADirectivityTable)
 TEST_P(RowKernels, OfPointSources)
 {
     Numbers numbers(13);
-    onEveryScene(numbers,
-                 1.0,
-                 [](double) { return 1.0; },
-                 [](const Scene& scene, float decay)
-                 {
-                     return [&scene, decay](const auto& rows, float* sums)
-                     { kernels::buildPoint(scene.block, scene.points, decay, {}, rows, sums); };
-                 });
+    onEveryScene(
+        numbers,
+        1.0,
+        [](double) { return 1.0; },
+        [](const Scene& scene, float decay)
+        {
+            return [&scene, decay](const auto& rows, float* sums)
+            { kernels::buildPoint(scene.block, scene.points, decay, {}, rows, sums); };
+        });
 }
