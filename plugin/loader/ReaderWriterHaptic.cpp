@@ -39,7 +39,8 @@ struct LoaderOptions
     bool isSizeSet = false;
     bool overlays = false;
 
-    /// A viewer's device plays the viewer's own scene, where it is seen: what would place a model is a warning.
+    /// A viewer's device plays the viewer's own scene, where it is seen: what would place a model
+    /// is a warning.
     bool forDevice = false;
 
     /// What isn't understood is a warning that names \a where it stood.
@@ -92,7 +93,8 @@ void LoaderOptions::parse(const std::string& text, const std::string& where)
                               error = cutListWarning(value);
                           else if (setOwn(name, value, error))
                               ;
-                          // An array and an object can both be enabled; the array is what one switches.
+                          // An array and an object can both be enabled; the array is what one
+                          // switches.
                           else if (sceneSettings().find(name))
                               settings.set(name, value, error);
                           else if (surfaceProperties().find(name))
@@ -135,7 +137,8 @@ placed(osg::Node* model, const LoaderOptions& options, const std::string& fileNa
 
 } // namespace
 
-/// MODEL.haptic: any model that OSG reads, haptic and under a haptic scene. FILE.haptic: settings, for --device.
+/// MODEL.haptic: any model that OSG reads, haptic and under a haptic scene. FILE.haptic: settings,
+/// for --device.
 class ReaderWriterHaptic : public osgDB::ReaderWriter
 {
 public:

@@ -5,7 +5,8 @@
 namespace osgMidair
 {
 
-// Asking for the event traversal is how the collecting visitor finds haptic nodes without walking the whole scene.
+// Asking for the event traversal is how the collecting visitor finds haptic nodes without walking
+// the whole scene.
 HapticSurface::HapticSurface()
 {
     setNumChildrenRequiringEventTraversal(1);

@@ -11,8 +11,8 @@ namespace osgMidair
 /// A kind of overlay, of which every HapticOverlays has one.
 struct OverlayKind
 {
-    /// Place in files, from 1; what is stored keeps its own. Those up to kFirstKinds have a byte each in .osgb, later ones a
-    /// bit in the last of these; kMostKinds is the end.
+    /// Place in files, from 1; what is stored keeps its own. Those up to kFirstKinds have a byte
+    /// each in .osgb, later ones a bit in the last of these; kMostKinds is the end.
     int place = 0;
     std::string name; ///< of its switch in files behind "Show": "FieldSlice"
     std::string word; ///< on command lines: "slice"
@@ -31,8 +31,9 @@ struct OverlayKind
 /// All kinds by their place.
 const std::map<int, OverlayKind>& overlayKinds();
 
-/// Makes a kind known: a static one of these in its source is all that an overlay needs. What another kind has already
-/// (place, name, word, key), or the keys F7 (all) and F8 (mute), is refused with a message, and the kind is left out.
+/// Makes a kind known: a static one of these in its source is all that an overlay needs. What
+/// another kind has already (place, name, word, key), or the keys F7 (all) and F8 (mute), is
+/// refused with a message, and the kind is left out.
 class OverlayRegistration
 {
 public:

@@ -26,9 +26,9 @@ void setShown(osg::Object& overlays, const OverlayKind& kind, bool shown)
     static_cast<HapticOverlays&>(overlays).getOverlay(kind.name)->setShown(shown);
 }
 
-/// The switches of kinds that share a byte in .osgb, where its lowest bit is the first one's and says that it is shown; a
-/// further bit says that a later one is not, so that files which don't know it show it. In text each has its name, and is left
-/// out where it is shown.
+/// The switches of kinds that share a byte in .osgb, where its lowest bit is the first one's and
+/// says that it is shown; a further bit says that a later one is not, so that files which don't
+/// know it show it. In text each has its name, and is left out where it is shown.
 class Switches : public osgDB::BaseSerializer
 {
 public:

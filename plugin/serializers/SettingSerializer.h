@@ -13,9 +13,9 @@
 namespace osgMidair
 {
 
-/// Stores one setting of a struct \a T, which nodes of class \a C give and take as a whole, as OSG's own serializers store a
-/// property: in text where it differs from the default, in .osgb always and by its place alone. Binary files from before the
-/// setting's version don't hold it.
+/// Stores one setting of a struct \a T, which nodes of class \a C give and take as a whole, as
+/// OSG's own serializers store a property: in text where it differs from the default, in .osgb
+/// always and by its place alone. Binary files from before the setting's version don't hold it.
 template<class C, class T>
 class SettingSerializer : public osgDB::BaseSerializer
 {
@@ -135,7 +135,8 @@ private:
             out << all.*member;
     }
 
-    /// Whether text files leave it out. A NaN is no default: it is written, as it differs from everything.
+    /// Whether text files leave it out. A NaN is no default: it is written, as it differs from
+    /// everything.
     bool isStoredAlike(const T& all) const
     {
         const auto compare = [&](auto member)
@@ -156,7 +157,8 @@ private:
     osgDB::IntLookup _words;
 };
 
-/// Adds all settings of \a table, version by version: what is newer stands behind what older files hold.
+/// Adds all settings of \a table, version by version: what is newer stands behind what older files
+/// hold.
 template<class C, class T>
 void addSettings(osgDB::ObjectWrapper& wrapper,
                  const SettingTable<T>& table,

@@ -1,5 +1,6 @@
-// The table of settings: to add one, add its member to HapticSettings or HapticProperty and its row here. Rows are stored in
-// this order, version by version; .osgb is positional, so that what has been stored keeps its place and its version.
+// The table of settings: to add one, add its member to HapticSettings or HapticProperty and its row
+// here. Rows are stored in this order, version by version; .osgb is positional, so that what has
+// been stored keeps its place and its version.
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/points/ControlPointSelector.h"

@@ -68,7 +68,8 @@ struct Usage
 
 const Usage kUsage;
 
-/// Sets what \a variable says; of limits the stricter one counts, and one that can't be kept silences.
+/// Sets what \a variable says; of limits the stricter one counts, and one that can't be kept
+/// silences.
 void applyTo(HapticSettings& settings,
              const Variable& variable,
              const std::string& value,

@@ -136,7 +136,8 @@ std::string printable(const std::string& text)
     std::string shown = text.substr(0, kMostPrinted);
     for (char& c : shown)
         if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
-    // In UTF-8 also U+0080 .. U+009F, and U+200B .. U+202F and U+2060 .. U+206F, which hide text or turn it round.
+    // In UTF-8 also U+0080 .. U+009F, and U+200B .. U+202F and U+2060 .. U+206F, which hide text or
+    // turn it round.
     for (std::size_t i = 0; i + 1 < shown.size(); ++i)
     {
         const auto at = [&](std::size_t k)

@@ -13,7 +13,8 @@ bool HapticProperty::set(const std::string& name, const std::string& value, std:
 
 void HapticProperty::parse(const std::string& text, std::vector<std::string>& errors)
 {
-    // "a=1; b=2" or "a=1 b=2"; a value with a unit ("500 Pa") needs the semicolon, a comma or the end after it.
+    // "a=1; b=2" or "a=1 b=2"; a value with a unit ("500 Pa") needs the semicolon, a comma or the
+    // end after it.
     forEachAssignment(text,
                       [this, &errors](const std::string& name, const std::string& value)
                       {

@@ -29,7 +29,8 @@ struct Word
     int value;
 };
 
-/// Where a setting is kept in its struct \a T, and with that what kind it is of; texts and matrices are a scene's only.
+/// Where a setting is kept in its struct \a T, and with that what kind it is of; texts and matrices
+/// are a scene's only.
 template<typename T>
 struct Kinds
 {
@@ -56,8 +57,8 @@ struct Range
     std::string text() const; ///< "0 or 0.001 .. 1", "at least 0"
 };
 
-/// A row of the table: all that the kit says, reads and checks about one value of a plain struct \a T. The default is what
-/// the struct's member begins with.
+/// A row of the table: all that the kit says, reads and checks about one value of a plain struct \a
+/// T. The default is what the struct's member begins with.
 template<typename T>
 struct Setting
 {
@@ -80,7 +81,8 @@ struct Setting
     /// The name in files: "FieldRate".
     std::string storedName() const;
 
-    /// Sets \a object's from text; false where it isn't understood. Numbers out of range are taken: see repair().
+    /// Sets \a object's from text; false where it isn't understood. Numbers out of range are taken:
+    /// see repair().
     bool assign(T& object, const std::string& text) const;
     /// What assign() understands, "a number, 0 .. 1".
     std::string expected() const;
@@ -106,7 +108,8 @@ struct EnumMember<M>
     static constexpr Choice<T> choice() { return {&get, &set}; }
 };
 
-/// Whether both are equal; numbers also where neither is one, so that a NaN that stays is no change.
+/// Whether both are equal; numbers also where neither is one, so that a NaN that stays is no
+/// change.
 template<typename T>
 bool isSame(const Member<T>& member, const T& a, const T& b);
 

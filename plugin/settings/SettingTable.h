@@ -9,7 +9,8 @@
 namespace osgMidair
 {
 
-/// All settings of a struct \a T in the order in which they are told of and, version by version, stored.
+/// All settings of a struct \a T in the order in which they are told of and, version by version,
+/// stored.
 template<typename T>
 class SettingTable
 {

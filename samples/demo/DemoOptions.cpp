@@ -31,7 +31,8 @@ std::string optionName(const std::string& setting)
     return name;
 }
 
-/// An option for each row of \a table but those \a without, into \a given; what isn't understood or is out of range is refused.
+/// An option for each row of \a table but those \a without, into \a given; what isn't understood or
+/// is out of range is refused.
 template<typename T>
 void addSettings(CLI::App& app,
                  const osgMidair::SettingTable<T>& table,

@@ -12,8 +12,9 @@ struct DemoOptions
 {
     std::string model; ///< a file that OSG reads; empty: the paper's star
     double size_m = 0.12;
-    /// What was said of the scene and of the object's property: names and texts as HapticSettings::set() and
-    /// HapticProperty::set() know them, in the order given. What isn't here is the scene file's, or the kit's default.
+    /// What was said of the scene and of the object's property: names and texts as
+    /// HapticSettings::set() and HapticProperty::set() know them, in the order given. What isn't
+    /// here is the scene file's, or the kit's default.
     std::vector<std::pair<std::string, std::string>> scene;
     std::vector<std::pair<std::string, std::string>> object;
     double pressure_Pa =
@@ -28,7 +29,8 @@ struct DemoOptions
     int height = 800;
 };
 
-/// False where the program is done already: help was asked for, or an option is wrong; \a status is then its exit status.
+/// False where the program is done already: help was asked for, or an option is wrong; \a status is
+/// then its exit status.
 bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status);
 
 } // namespace midair::samples

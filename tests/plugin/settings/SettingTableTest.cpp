@@ -40,7 +40,8 @@ constexpr int countMembers(long, Members...)
     return sizeof...(Members);
 }
 
-/// A text that \a row understands and that isn't its default, and keeps all its digits in text files.
+/// A text that \a row understands and that isn't its default, and keeps all its digits in text
+/// files.
 template<typename T>
 std::string otherText(const Setting<T>& row)
 {

@@ -96,7 +96,8 @@ TEST(Demo, WritesPicturesReportAndSummary)
         ASSERT_TRUE(std::filesystem::exists(name)) << name;
         EXPECT_GT(std::filesystem::file_size(name), 20000U)
             << name; // an empty picture has a tenth of that
-        // The picture and the field in it are of the same moment, and the field is strongest at a control point.
+        // The picture and the field in it are of the same moment, and the field is strongest at a
+        // control point.
         EXPECT_EQ(picture.at("fieldFrame"), picture.at("frame"));
         EXPECT_LT(picture.at("peakToPoint_mm").get<double>(), 4.3); // half a wavelength
     }
