@@ -21,7 +21,7 @@ constexpr int kPhaseLanes = 16; ///< floats in the widest register
 
 /// K += G G* over one block of a propagation matrix, lower triangle (k >= l) only, columns of \a
 /// stride. G holds n rows of [re width][im width]; sums over a block are float, between blocks
-/// double: K_kl within 2e-6 of sum_i |G_ki G_li|.
+/// double: K_kl within 1e-5 of sum_i |G_ki G_li|, width <= 512.
 extern const base::Kernel<void(
     const float* G, int n, int width, int stride, double* kRe, double* kIm)>
     addGram;

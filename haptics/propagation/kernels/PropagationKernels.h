@@ -142,9 +142,9 @@ extern const base::Kernel<void(const float* G,
                                float* zIm)>
     backward;
 
-/// p += G q over one block: p_l is within 2e-6 of |p_l| + sum_i |G_li q_i|. In fixed point what is
-/// read of an entry's imaginary part, the upper half, differs from it by up to half a unit: 1.6e-5
-/// of the row's bound times sum_i |q_i| more.
+/// p += G q over one block: p_l is within 1e-5 of |p_l| + sum_i |G_li q_i|, width <= 512. In fixed
+/// point what is read of an entry's imaginary part, the upper half, differs from it by up to half a
+/// unit: 1.6e-5 of the row's bound times sum_i |q_i| more.
 extern const base::Kernel<void(const float* G,
                                int n,
                                int width,
@@ -193,8 +193,8 @@ extern const base::Kernel<void(const std::int32_t* G,
 extern const base::Kernel<void(const std::int32_t* J, int n, int width, const float* x, float* t)>
     transposedJacobian;
 
-/// r_l += scale_l sum_i J_li t_i over one block; n even. Of J as its lanes are read: within 2e-6 of
-/// |r_l| + scale_l sum_i |J_li t_i|.
+/// r_l += scale_l sum_i J_li t_i over one block; n even. Of J as its lanes are read: within 1e-5 of
+/// |r_l| + scale_l sum_i |J_li t_i|, width <= 512.
 extern const base::Kernel<void(
     const std::int32_t* J, const float* scale, int n, int width, const float* t, float* r)>
     applyJacobian;
@@ -211,7 +211,7 @@ struct DriveDifference
     float change;     ///< |q_i - before_i|^2
     float power;      ///< |q_i|^2
 };
-/// Within 2e-6 of themselves for up to 4096 transducers; 2e-7 rad a transducer more for the steps,
+/// Within 1e-5 of themselves for up to 4096 transducers; 2e-7 rad a transducer more for the steps,
 /// and 1e-7 sqrt(change power) more for the change; |q_i| <= 1.
 extern const base::Kernel<DriveDifference(
     int width, const float* qRe, const float* qIm, const float* beforeRe, const float* beforeIm)>
@@ -221,7 +221,7 @@ struct InnerProduct
 {
     float re, im;
 };
-/// sum_i before_i conj(q_i), within 2e-6 of sum_i |before_i q_i| for up to 4096 transducers.
+/// sum_i before_i conj(q_i), within 1e-5 of sum_i |before_i q_i| for up to 4096 transducers.
 extern const base::Kernel<InnerProduct(
     int width, const float* qRe, const float* qIm, const float* beforeRe, const float* beforeIm)>
     innerProduct;

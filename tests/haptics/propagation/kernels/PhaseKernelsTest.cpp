@@ -203,7 +203,7 @@ TEST_P(PhaseKernels, AddGram)
                     sum += entry(k, i) * std::conj(entry(l, i));
                     sizes += std::abs(entry(k, i) * entry(l, i));
                 }
-                ASSERT_NEAR(std::abs(Complex(re[at], im[at]) - sum), 0.0, 2e-6 * sizes)
+                ASSERT_NEAR(std::abs(Complex(re[at], im[at]) - sum), 0.0, 1e-5 * sizes)
                     << n << ' ' << k << ' ' << l;
             }
     }
