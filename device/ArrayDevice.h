@@ -1,5 +1,6 @@
 #pragma once
 
+#include "device/DriveSequence.h"
 #include "device/DriveSignal.h"
 
 #include <complex>
@@ -55,6 +56,9 @@ struct DriveAbility
     /// m long, from 0: parts of the array that fade or fall silent by themselves; empty: all is one.
     std::vector<int> part = {};
     double fieldsPerSecond = 0; ///< how many the line to it carries; 0: more than anybody sends
+    /// How many signals a DriveSequence may have that the device keeps and times by itself; 0: it
+    /// takes none, and who plays fields in turn sends each in its time (bridge::FieldPlayer).
+    int sequenceFields = 0;
 };
 
 enum class DeviceState
@@ -68,13 +72,13 @@ enum class DeviceState
 struct DeviceReport
 {
     DeviceState state = DeviceState::READY;
-    std::uint64_t sent = 0; ///< calls of send()
+    std::uint64_t sent = 0; ///< calls of send() and sendSequence(), which counts as one field
     std::uint64_t played =
         0; ///< confirmed by the device; where it doesn't answer: handed over whole
     std::uint64_t dropped =
         0;                  ///< overtaken by a newer field or by silence() before it was on its way
     std::uint64_t lost = 0; ///< on its way when the device failed or refused it
-    std::uint64_t refused = 0;    ///< send() gave false
+    std::uint64_t refused = 0;    ///< send() or sendSequence() gave false
     std::uint64_t pending = 0;    ///< waiting or on its way
     std::uint64_t faults = 0;     ///< stalls, timeouts, short transfers, unplugs, nonsense
     std::uint64_t reconnects = 0; ///< times that it came back
@@ -90,7 +94,7 @@ struct DeviceReport
     std::string shortfall;    ///< "3 of 1000 fields were played"; empty where it was half or more
 };
 
-/// A phased array that plays one field until the next replaces it whole. send() never blocks on the hardware.
+/// A phased array that plays one field, or a sequence of fields, until the next replaces it whole. send() never blocks on the hardware.
 ///
 /// All members may be called from any thread.
 class ArrayDevice
@@ -100,6 +104,10 @@ public:
 
     /// Replaces the field as a whole, or not at all: false when refused (wrong length, muted, device lost), see status().
     virtual bool send(const DriveSignal& signal) = 0;
+
+    /// Replaces what is played as a whole by fields that the device times by itself, the first of them at once, or not at all:
+    /// false when refused, for send()'s reasons and for more signals than ability().sequenceFields.
+    virtual bool sendSequence(const DriveSequence& /*sequence*/) { return false; }
 
     /// Whether sendTogether() can hold a field back until others have theirs.
     virtual bool canStage() const { return false; }

@@ -37,6 +37,16 @@ public:
                 report.latency_s = report.lastHandedOver_s - sentAt_s;
             });
     }
+    /// The last one is told.
+    void countFault(const std::string& what)
+    {
+        change(
+            [&](DeviceReport& report)
+            {
+                ++report.faults;
+                report.message = what;
+            });
+    }
     void countRefused()
     {
         change(

@@ -106,8 +106,7 @@ GuardedDevice::GuardedDevice(std::unique_ptr<ArrayDevice> device,
             limits.maxPressure_Pa,
             "0 (none) to 1e6 Pa");
     _accounted_s = base::steadySeconds();
-    if (limits.ramp_s > 0 || limits.meanDrive < 1 || limits.hold_s > 0)
-        _thread = std::thread([this] { run(); });
+    if (limitsNeedTime()) _thread = std::thread([this] { run(); });
 }
 
 GuardedDevice::~GuardedDevice()
@@ -121,12 +120,23 @@ GuardedDevice::~GuardedDevice()
     _device->silence();
 }
 
+bool GuardedDevice::limitsNeedTime() const
+{
+    return _limits.ramp_s > 0 || _limits.meanDrive < 1 || _limits.hold_s > 0;
+}
+
 // The mean over time of what sounded since the last call: dE/dt = (P - E)/tau, P constant in between.
 void GuardedDevice::account(double now_s)
 {
     const double decay = std::exp(-(now_s - _accounted_s) / _limits.meanDriveTime_s);
     _meanDrive = _drive + (_meanDrive - _drive) * decay;
     _accounted_s = now_s;
+}
+
+double GuardedDevice::capGain(const DriveSignal& signal) const
+{
+    const double peak = peakAmplitude(signal);
+    return peak > 0 ? std::min(1.0, _limits.maxAmplitude / peak) : 1;
 }
 
 double GuardedDevice::allowedGain(double now_s)
@@ -158,8 +168,7 @@ bool GuardedDevice::sendTogether(const DriveSignal& signal,
                                  const std::shared_ptr<JointCommit>& joint)
 {
     std::lock_guard<std::mutex> lock(_mutex);
-    const bool whole = signal.size() == _transducers && signal.duty.size() == signal.phase.size();
-    if (_muted || _closing || !whole)
+    if (_muted || _closing || !signal.fits(_transducers))
     {
         ++_refused;
         if (joint != nullptr) joint->leave();
@@ -175,6 +184,34 @@ bool GuardedDevice::sendTogether(const DriveSignal& signal,
     const bool taken = sendScaled(now_s, joint);
     if (started && _thread.joinable()) _wake.notify_all();
     return taken;
+}
+
+// Each signal is scaled as it would be on its own.
+bool GuardedDevice::sendSequence(const DriveSequence& sequence)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    const auto most = static_cast<std::size_t>(ability().sequenceFields);
+    if (_muted || _closing || sequence.signals.size() > most || !sequence.fits(_transducers))
+    {
+        ++_refused;
+        return false;
+    }
+    double loudest = 0;
+    for (const DriveSignal& signal : sequence.signals)
+        loudest = std::max(loudest, peakAmplitude(signal));
+    _gain = loudest > _limits.maxAmplitude ? _limits.maxAmplitude / loudest : 1;
+    if (_gain == 1)
+        _sounds = _device->sendSequence(sequence);
+    else
+    {
+        DriveSequence scaled;
+        scaled.rate_Hz = sequence.rate_Hz;
+        scaled.signals.resize(sequence.signals.size());
+        for (std::size_t k = 0; k < scaled.signals.size(); ++k)
+            scaleDuties(sequence.signals[k], capGain(sequence.signals[k]), scaled.signals[k]);
+        _sounds = _device->sendSequence(scaled);
+    }
+    return _sounds;
 }
 
 void GuardedDevice::silence()
@@ -241,16 +278,17 @@ DriveAbility GuardedDevice::ability() const
 {
     DriveAbility ability = _device->ability();
     ability.maxPressure_Pa = stricterPressure(ability.maxPressure_Pa, _limits.maxPressure_Pa);
+    if (limitsNeedTime()) ability.sequenceFields = 0;
     ability.fades = ability.fades || _limits.ramp_s > 0 || _limits.meanDrive < 1;
     return ability;
 }
 
 std::vector<std::complex<float>> GuardedDevice::wouldPlay(const DriveSignal& signal) const
 {
-    const double peak = peakAmplitude(signal);
-    if (peak <= _limits.maxAmplitude) return _device->wouldPlay(signal);
+    const double gain = capGain(signal);
+    if (gain >= 1) return _device->wouldPlay(signal);
     DriveSignal scaled;
-    scaleDuties(signal, _limits.maxAmplitude / peak, scaled);
+    scaleDuties(signal, gain, scaled);
     return _device->wouldPlay(scaled);
 }
 

@@ -33,17 +33,21 @@ public:
     bool canStage() const override { return _device->canStage(); }
     bool sendTogether(const DriveSignal& signal,
                       const std::shared_ptr<JointCommit>& joint) override;
+    /// Refused where a limit needs time to pass, for no thread can change what a device plays by itself.
+    bool sendSequence(const DriveSequence& sequence) override;
     void silence() override;
     void setMuted(bool muted) override;
     std::string status() const override;
     DeviceReport report() const override;
-    DriveAbility ability() const override;
+    DriveAbility ability() const override; ///< no sequences with a ramp, a thermal budget or a hold
     bool identify(int board, bool light) override { return _device->identify(board, light); }
     std::vector<std::complex<float>> played() const override { return _device->played(); }
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
+    bool limitsNeedTime() const;
     bool sendScaled(double now_s, const std::shared_ptr<JointCommit>& joint = nullptr);
+    double capGain(const DriveSignal& signal) const; ///< of the amplitude cap alone
     double allowedGain(double now_s);
     void account(double now_s);
     void noteSilence();

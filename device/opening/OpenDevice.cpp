@@ -1,11 +1,9 @@
 #include "device/ArrayDevice.h"
 #include "device/DeviceClaim.h"
 #include "device/DeviceUri.h"
-#include "device/DriveEncoder.h"
 #include "device/FieldCounters.h"
 #include "device/GuardedDevice.h"
 #include "device/HeldField.h"
-#include "device/JointCommit.h"
 #include "device/boards/BoardDevice.h"
 #include "device/opening/MultiDevice.h"
 #include "device/recording/PlayingDevice.h"
@@ -290,20 +288,6 @@ std::unique_ptr<ArrayDevice> openList(const std::string& text,
 }
 
 } // namespace
-
-bool ArrayDevice::sendTogether(const DriveSignal& signal, const std::shared_ptr<JointCommit>& joint)
-{
-    const bool taken = send(signal);
-    if (joint != nullptr) joint->leave();
-    return taken;
-}
-
-std::vector<std::complex<float>> ArrayDevice::wouldPlay(const DriveSignal& signal) const
-{
-    std::vector<std::complex<float>> q;
-    decode(signal, q);
-    return q;
-}
 
 bool playsByItself(const std::string& uri)
 {

@@ -116,6 +116,13 @@ DeviceReport PlayingDevice::report() const
     return report;
 }
 
+DriveAbility PlayingDevice::ability() const
+{
+    DriveAbility ability = _device->ability();
+    ability.sequenceFields = 0;
+    return ability;
+}
+
 double PlayingDevice::worstLateness_s() const
 {
     std::lock_guard<std::mutex> lock(_mutex);

@@ -35,7 +35,7 @@ public:
     std::string status() const override;
     /// The other device's, which counts as failed when the file broke off or was damaged.
     DeviceReport report() const override;
-    DriveAbility ability() const override { return _device->ability(); }
+    DriveAbility ability() const override; ///< the other device's, but for sequences: it takes none
     bool identify(int board, bool light) override { return _device->identify(board, light); }
     std::vector<std::complex<float>> played() const override { return _device->played(); }
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override

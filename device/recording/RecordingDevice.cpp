@@ -1,6 +1,10 @@
 #include "device/recording/RecordingDevice.h"
 
+#include "device/DriveEncoder.h"
+
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <system_error>
 
 #include <spdlog/spdlog.h>
@@ -8,6 +12,15 @@
 
 namespace midair::device
 {
+
+namespace
+{
+
+constexpr std::size_t kMostSequenceBytes = std::size_t(64) << 20;
+constexpr std::size_t kMostSequenceFields = 4096;
+constexpr std::chrono::milliseconds kHeartbeat(50);
+
+} // namespace
 
 RecordingDevice::RecordingDevice(const std::string& file, int transducers, bool overwrite) :
     _file(file),
@@ -23,6 +36,12 @@ RecordingDevice::RecordingDevice(const std::string& file, int transducers, bool 
 
 RecordingDevice::~RecordingDevice()
 {
+    {
+        std::lock_guard<std::mutex> lock(_mutex);
+        _closing = true;
+    }
+    _wake.notify_all();
+    if (_thread.joinable()) _thread.join();
     std::lock_guard<std::mutex> lock(_mutex);
     silenceLocked();
     if (_failure.empty()) write(_writer.mark(elapsed_ns(), recording::Kind::END));
@@ -56,21 +75,12 @@ bool RecordingDevice::write(const std::vector<std::uint8_t>& bytes)
     return true;
 }
 
-bool RecordingDevice::send(const DriveSignal& signal)
+bool RecordingDevice::writeField(std::uint64_t time_ns, const DriveSignal& signal)
 {
-    const double sentAt_s = base::steadySeconds();
-    std::lock_guard<std::mutex> lock(_mutex);
-    const bool whole =
-        signal.size() == _held.transducers() && signal.duty.size() == signal.phase.size();
-    if (!whole || !_failure.empty())
+    if (!write(_writer.field(time_ns, signal)))
     {
-        _counters.countRefused();
-        return false;
-    }
-    if (!write(_writer.field(elapsed_ns(), signal)))
-    {
+        _running = {};
         _held.clear();
-        _counters.countRefused();
         _counters.change(
             [&](DeviceReport& report)
             {
@@ -81,15 +91,95 @@ bool RecordingDevice::send(const DriveSignal& signal)
         return false;
     }
     ++_fields;
+    return true;
+}
+
+void RecordingDevice::writeStepsUntil(std::uint64_t time_ns)
+{
+    if (!_running) return;
+    const std::uint64_t late = _running.leaveOutLate(time_ns);
+    if (late > 0)
+        _counters.change(
+            [&](DeviceReport& report)
+            {
+                ++report.faults;
+                report.message = "writing is too slow: " + std::to_string(late) +
+                                 " steps of a sequence are left out";
+            });
+    const std::uint64_t begun = _running.begun(time_ns);
+    while (_running && _running.step() < begun)
+    {
+        const std::uint64_t step = _running.step();
+        if (writeField(_running.time_ns(step), _running.signal(step))) _running.advance();
+    }
+}
+
+void RecordingDevice::endSequence(std::uint64_t time_ns)
+{
+    writeStepsUntil(time_ns);
+    _running = {};
+}
+
+bool RecordingDevice::send(const DriveSignal& signal)
+{
+    const double sentAt_s = base::steadySeconds();
+    std::lock_guard<std::mutex> lock(_mutex);
+    const bool whole = signal.fits(_held.transducers());
+    const std::uint64_t now_ns = elapsed_ns();
+    if (whole) endSequence(now_ns);
+    if (!whole || !_failure.empty() || !writeField(now_ns, signal))
+    {
+        _counters.countRefused();
+        return false;
+    }
     _held.replace(signal);
     _counters.countPlayed(sentAt_s);
     return true;
 }
 
+bool RecordingDevice::sendSequence(const DriveSequence& sequence)
+{
+    const double sentAt_s = base::steadySeconds();
+    std::lock_guard<std::mutex> lock(_mutex);
+    const bool whole =
+        sequence.fits(_held.transducers()) &&
+        sequence.signals.size() <= static_cast<std::size_t>(ability().sequenceFields);
+    const std::uint64_t now_ns = elapsed_ns();
+    if (whole) endSequence(now_ns);
+    if (!whole || !_failure.empty() || !writeField(now_ns, sequence.signals.front()))
+    {
+        _counters.countRefused();
+        return false;
+    }
+    _held.replace(sequence.signals.front());
+    _counters.countPlayed(sentAt_s);
+    if (sequence.signals.size() == 1) return true; // it is held
+    _running = {sequence, now_ns};
+    _running.advance();
+    if (!_thread.joinable()) _thread = std::thread([this] { run(); });
+    _wake.notify_all();
+    return true;
+}
+
+void RecordingDevice::run()
+{
+    std::unique_lock<std::mutex> lock(_mutex);
+    while (!_closing)
+    {
+        if (_running)
+            _wake.wait_for(lock, kHeartbeat, [this] { return _closing; });
+        else
+            _wake.wait(lock, [this] { return _closing || bool(_running); });
+        writeStepsUntil(elapsed_ns());
+    }
+}
+
 void RecordingDevice::silenceLocked()
 {
-    if (_failure.empty() && !_held.silent())
-        write(_writer.mark(elapsed_ns(), recording::Kind::SILENCE));
+    const std::uint64_t now_ns = elapsed_ns();
+    const bool sounds = _running || !_held.silent();
+    endSequence(now_ns);
+    if (_failure.empty() && sounds) write(_writer.mark(now_ns, recording::Kind::SILENCE));
     _held.clear();
 }
 
@@ -97,6 +187,24 @@ void RecordingDevice::silence()
 {
     std::lock_guard<std::mutex> lock(_mutex);
     silenceLocked();
+}
+
+DriveAbility RecordingDevice::ability() const
+{
+    DriveAbility ability;
+    const std::size_t bytes = 2 * static_cast<std::size_t>(_held.transducers());
+    ability.sequenceFields = static_cast<int>(
+        std::clamp(kMostSequenceBytes / bytes, std::size_t(1), kMostSequenceFields));
+    return ability;
+}
+
+std::vector<std::complex<float>> RecordingDevice::played() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    if (!_running) return _held.activations();
+    std::vector<std::complex<float>> q;
+    decode(_running.signal(_running.begun(elapsed_ns()) - 1), q);
+    return q;
 }
 
 std::string RecordingDevice::status() const

@@ -5,15 +5,23 @@
 #include "device/HeldField.h"
 #include "device/recording/Recording.h"
 #include "device/recording/RecordingFile.h"
+#include "device/recording/RunningSequence.h"
 
 #include <chrono>
+#include <condition_variable>
 #include <mutex>
+#include <thread>
 
 namespace midair::device
 {
 
 /// `record:FILE`: writes every field with its time into a file (Recording.h), for `play:` and for tests.
 /// A field goes to the operating system in one write before send() returns, so a crash costs at most the last one.
+///
+/// A sequence is written step by step, each with the time at which it would be played: start + k/rate,
+/// to the nanosecond. A thread that wakes up every 50 ms writes the steps that have passed; so does
+/// whatever ends the sequence. What a slow disk leaves behind for more than two seconds is left out,
+/// which counts as a fault and is told in the message.
 class RecordingDevice : public ArrayDevice
 {
 public:
@@ -26,26 +34,37 @@ public:
     RecordingDevice& operator=(const RecordingDevice&) = delete;
 
     bool send(const DriveSignal& signal) override;
+    bool sendSequence(const DriveSequence& sequence) override;
     void silence() override;
     std::string status() const override;
     DeviceReport report() const override { return _counters.report(); }
-    std::vector<std::complex<float>> played() const override { return _held.activations(); }
+    DriveAbility ability() const override;
+    std::vector<std::complex<float>> played() const override;
 
 private:
     std::uint64_t elapsed_ns() const;
-    bool write(const std::vector<std::uint8_t>& bytes); ///< with _mutex held
+    // With _mutex held:
+    bool write(const std::vector<std::uint8_t>& bytes);
+    bool writeField(std::uint64_t time_ns, const DriveSignal& signal);
+    void writeStepsUntil(std::uint64_t time_ns);
+    void endSequence(std::uint64_t time_ns);
     void silenceLocked();
+    void run();
 
     const std::string _file;
     const recording::OpenFile _opened;
     HeldField _held;
     mutable std::mutex _mutex;
+    std::condition_variable _wake;
     recording::Writer _writer;
     std::chrono::steady_clock::time_point _start;
     FieldCounters _counters;
+    recording::RunningSequence _running; ///< none while a field is held
     std::uint64_t _fields = 0;
     std::uint64_t _bytes = 0;
     std::string _failure;
+    bool _closing = false;
+    std::thread _thread; ///< from the first sequence on: writes its steps
 };
 
 } // namespace midair::device

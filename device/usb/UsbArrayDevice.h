@@ -1,14 +1,13 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
-#include "device/FieldCounters.h"
-#include "device/JointCommit.h"
-#include "device/usb/Protocol.h"
+#include "device/usb/UsbConnection.h"
 #include "device/usb/UsbTransferPool.h"
 
+#include <atomic>
 #include <condition_variable>
-#include <deque>
 #include <mutex>
+#include <string>
 #include <thread>
 
 namespace midair::device
@@ -25,9 +24,7 @@ class DeviceUri;
 ///
 /// A field of a joint goes in two transfers: its data, and when all have theirs its commit. Until then newer ones wait in the slot.
 /// With a fault, or with 8 fields not confirmed, the device leaves the joint and plays the field by itself.
-class UsbArrayDevice : public ArrayDevice,
-                       public UsbTransferPool::Listener,
-                       public JointCommit::Device
+class UsbArrayDevice : public ArrayDevice
 {
 public:
     struct Options
@@ -43,106 +40,32 @@ public:
 
     bool send(const DriveSignal& signal) override { return sendTogether(signal, nullptr); }
     bool canStage() const override { return true; }
-    bool sendTogether(const DriveSignal& signal,
-                      const std::shared_ptr<JointCommit>& joint) override;
-    void silence() override;
+    bool sendTogether(const DriveSignal& signal, const std::shared_ptr<JointCommit>& joint) override
+    {
+        return _connection.send(signal, joint);
+    }
+    void silence() override { _connection.mute(); }
     std::string status() const override;
-    DeviceReport report() const override;
+    DeviceReport report() const override { return _connection.report(); }
     DriveAbility ability() const override;
-    bool identify(int board, bool light) override;
-    std::vector<std::complex<float>> played() const override;
-
-    // The pool's, on its thread.
-    void onSent(std::uint64_t token, UsbTransferPool::Outcome outcome) override;
-    void onReceived(const std::uint8_t* bytes, std::size_t count) override;
-    void onReceiveFailed(UsbTransferPool::Outcome outcome) override;
-
-    void commit(const JointCommit& joint) override;
-    void drop(const JointCommit& joint) override;
+    bool identify(int board, bool light) override { return _connection.identify(board, light); }
+    std::vector<std::complex<float>> played() const override { return _connection.played(); }
 
 private:
-    using Joint = std::shared_ptr<JointCommit>;
-
-    struct Field
-    {
-        Joint joint;           ///< null: none, or its commit is out
-        bool released = false; ///< waits for nobody in it any more
-        bool committed = false;
-        std::uint32_t sequence = 0;
-        DriveSignal signal;
-        double sentAt_s = 0;
-        double submittedAt_s = 0;
-        bool failed = false; ///< its transfer ended badly
-        bool repeated = false;
-    };
-
+    void connect(bool isBack); ///< throws DeviceError
+    void giveUp(const std::string& why);
     void run();
-    void connect(); ///< throws DeviceError
-    void disconnect(const std::string& why);
-    bool work(std::unique_lock<std::mutex>& lock); ///< one thing that is due; false: nothing
-    bool canHandOver() const;
-    bool canSubmit() const;
-    bool isStaged() const;    ///< the last of _flying has its commit still to come
-    bool isCommitDue() const; ///< and waits for nobody with it
-    bool isHeldBackFor(const JointCommit& joint) const;
-    void wakeWorker();
-    void release(); ///< ends _busy
-    Joint fillSlot(const DriveSignal& signal, double sentAt_s, const Joint& joint);
-    void submitField(std::unique_lock<std::mutex>& lock);
-    void submitCommit(std::unique_lock<std::mutex>& lock);
-    void handOver(std::unique_lock<std::mutex>& lock);
-    void submitPacket(std::unique_lock<std::mutex>& lock, protocol::Type type);
-    void recover(std::unique_lock<std::mutex>& lock);
-    Joint settleFailed(); ///< gives the joint to be left
-    void takeStatus(const protocol::Packet& packet);
-    std::vector<Joint> muteLocked();         ///< gives the joints to be given up
-    std::vector<Joint> settleAll(bool lost); ///< gives the joints that were waited for
-    void note(const std::string& fault);
-    double nextDue_s() const;
-    std::uint32_t nextSequence();
-    bool submitMute();
-
-    static constexpr std::size_t kMostFlying = 8;
+    bool isClosedWithin(double atMost_s);
 
     const DeviceLayout _layout;
     const Options _options;
-    const std::vector<protocol::Range> _ranges;
-    mutable std::mutex _mutex;
-    std::condition_variable _wake;  ///< the worker
-    std::condition_variable _free;  ///< who waits until nobody is busy
-    std::condition_variable _heard; ///< who waits for an answer
-    std::unique_ptr<UsbTransferPool> _pool;
-    bool _busy =
-        false; ///< somebody is at the pool or at _bytes without the lock; nobody else may then, but for a mute
-    std::vector<std::uint8_t> _bytes;
-    std::vector<std::uint8_t> _muteBytes; ///< under _mutex
-    protocol::StreamParser _parser;       ///< the event thread's
-    bool _slotFull = false;
-    Field _slot;
-    std::deque<Field>
-        _flying; ///< submitted, not yet confirmed; the last one perhaps without its commit
-    DriveSignal _playing;
-    std::uint32_t _sequence = 0;
-    std::uint32_t _nonce = 0;
-    bool _greeted = false;
-    protocol::Packet _info;
-    protocol::Status _status;
-    UsbTransferPool::Outcome _fault = UsbTransferPool::Outcome::DONE;
-    int _faultsInRow = 0;
-    std::uint32_t _nonsense = 0;
-    double _lastSubmit_s = 0;
-    double _lastStatusAsked_s = 0;
-    double _lastHeard_s = 0;
-    int _asked = 0;                 ///< GET_STATUS since then
-    std::uint32_t _muteAwaited = 0; ///< sequence number of a MUTE not yet answered; 0: none
-    std::uint32_t _muteSent = 0;    ///< the last one that was handed over
-    double _muteAt_s = 0;
-    bool _ready = false;
+    std::atomic<int> _fieldsPerSecond{0}; ///< what the firmware said; 0 before
+    UsbConnection _connection;
+    bool _connected = false; ///< the thread's, once that is there
+    std::mutex _mutex;
+    std::condition_variable _wake;
     bool _closing = false;
-    std::string _name;
-    FieldCounters _counters;
-    const std::shared_ptr<JointCommit::Seat> _seat = std::make_shared<JointCommit::Seat>(*this);
-    std::thread _thread;
+    std::thread _thread; ///< looks for the array while it is away, and works for the connection
 };
 
 } // namespace midair::device

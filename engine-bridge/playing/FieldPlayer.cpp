@@ -1,7 +1,7 @@
 #include "engine-bridge/playing/FieldPlayer.h"
 
 #include "device/DriveEncoder.h"
-#include "device/GuardedDevice.h"
+#include "engine-bridge/playing/SequenceOfSteps.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/threads/SteadyClock.h"
 
@@ -14,6 +14,8 @@ namespace midair::bridge
 
 namespace
 {
+
+constexpr double kRetry_s = 0.02; // a device that has just refused a whole sequence is let be
 
 std::chrono::steady_clock::time_point instant(double time_s)
 {
@@ -56,16 +58,26 @@ void FieldPlayer::play(const std::vector<Eigen::VectorXcf>& cycle,
             throw base::InputError("field player: field " + std::to_string(k) +
                                    " has an activation that is not finite");
     }
+    std::shared_ptr<Whole> whole;
+    if (modulator.changes(signals.size()))
+        whole = std::make_shared<Whole>(
+            Whole{sequenceOfSteps(signals, modulator, _device.ability().sequenceFields)});
+    if (whole && whole->sequence.signals.empty()) whole.reset();
     {
         const std::lock_guard<std::mutex> lock(_mutex);
         const bool goesOn = !_cycle.empty() && _modulator.changes(_cycle.size()) &&
                             modulator.changes(signals.size()) && modulation == _modulator.options();
+        const double now_s = base::steadySeconds();
         _cycle.swap(signals);
+        _whole = std::move(whole);
         ++_generation;
+        if (goesOn && _byItself) // none of the steps so far was the thread's
+            _step = static_cast<std::int64_t>((now_s - _start_s) / period_s()) + 1;
+        _byItself = false;
         if (!goesOn)
         {
             _modulator = modulator;
-            _start_s = base::steadySeconds();
+            _start_s = now_s;
             _step = 0;
         }
     }
@@ -76,6 +88,8 @@ void FieldPlayer::stop()
 {
     std::unique_lock<std::mutex> lock(_mutex);
     _cycle.clear();
+    _whole.reset();
+    _byItself = false;
     ++_generation;
     _wake.notify_all();
     _idle.wait(lock, [this] { return !_sending; });
@@ -87,37 +101,52 @@ FieldPlayer::Counters FieldPlayer::counters() const
     return _counters;
 }
 
-// Duty level L plays sin(pi L / 510): the level that plays `amplitude` times that, for each of the 256.
+bool FieldPlayer::handOver(std::unique_lock<std::mutex>& lock, Whole* whole, std::int64_t step)
+{
+    if (whole == nullptr) signalOfStep(_cycle, _modulator, step, _out);
+    _sending = true;
+    lock.unlock();
+    if (whole != nullptr)
+    {
+        std::vector<device::DriveSignal>& signals = whole->sequence.signals;
+        const auto count = static_cast<std::int64_t>(signals.size());
+        std::rotate(
+            signals.begin(), signals.begin() + (step - whole->first) % count, signals.end());
+        whole->first = step;
+    }
+    const bool taken =
+        whole != nullptr ? _device.sendSequence(whole->sequence) : _device.send(_out);
+    lock.lock();
+    _sending = false;
+    ++(taken ? _counters.sent : _counters.refused);
+    _idle.notify_all();
+    return taken;
+}
+
 bool FieldPlayer::sendStep(std::unique_lock<std::mutex>& lock)
 {
-    const double period_s = 1.0 / _modulator.options().fieldRate_Hz;
     const std::uint64_t generation = _generation;
-    const double due_s = _start_s + static_cast<double>(_step) * period_s;
-    if (_wake.wait_until(lock, instant(due_s), [&] { return _quit || _generation != generation; }))
-        return !_quit;
-    const auto reached = static_cast<std::int64_t>((base::steadySeconds() - _start_s) / period_s);
+    const auto isReplaced = [&] { return _quit || _generation != generation; };
+    const double due_s = _start_s + static_cast<double>(_step) * period_s();
+    if (_wake.wait_until(lock, instant(due_s), isReplaced)) return !_quit;
+    const auto reached = static_cast<std::int64_t>((base::steadySeconds() - _start_s) / period_s());
     if (reached > _step)
     {
         _counters.leftOut += static_cast<std::uint64_t>(reached - _step);
         _step = reached;
     }
-    const double time_s = static_cast<double>(_step) * period_s;
-    const int fields = static_cast<int>(_cycle.size());
-    const haptics::Modulator::Step step = _modulator.at(time_s, fields);
-    device::scaleDuties(_cycle[static_cast<std::size_t>(step.field)], step.amplitude, _out);
-    const bool changes = _modulator.changes(_cycle.size());
-    ++_step;
-    _sending = true;
+    const double time_s = static_cast<double>(_step) * period_s();
     _counters.worstLateness_s =
         std::max(_counters.worstLateness_s, base::steadySeconds() - _start_s - time_s);
-    lock.unlock();
-    const bool taken = _device.send(_out);
-    lock.lock();
-    _sending = false;
-    ++(taken ? _counters.sent : _counters.refused);
-    _idle.notify_all();
-    // What doesn't change is held by the device.
-    if (!changes && taken) _wake.wait(lock, [&] { return _quit || _generation != generation; });
+    const std::shared_ptr<Whole> whole = _whole;
+    const bool changes = _modulator.changes(_cycle.size());
+    const std::int64_t step = _step++;
+    const bool taken = handOver(lock, whole.get(), step);
+    if (isReplaced()) return !_quit;
+    if (whole) _byItself = taken;
+    if (whole && !taken) _step += static_cast<std::int64_t>(kRetry_s / period_s());
+    // What doesn't change is held by the device, and a sequence goes on by itself.
+    if (taken && (whole || !changes)) _wake.wait(lock, isReplaced);
     return !_quit;
 }
 

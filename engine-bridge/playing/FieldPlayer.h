@@ -5,27 +5,28 @@
 
 #include <Eigen/Core>
 
-#include <array>
 #include <condition_variable>
 #include <cstdint>
+#include <memory>
 #include <mutex>
-#include <string>
 #include <thread>
 #include <vector>
 
 namespace midair::bridge
 {
 
-/// Plays fields in turn, and modulated, on a device at a steady rate, in a thread of its own.
+/// Plays fields in turn, and modulated, on a device at a steady rate.
 ///
-/// The times of the steps are multiples of 1/fieldRate_Hz since play(); a step that comes too late is left out, so that the cycle keeps
-/// its time. A single field without modulation is sent once. All members may be called from any thread.
+/// A device that keeps sequences and times them by itself (DriveAbility::sequenceFields) is handed the whole of it, where the steps
+/// repeat within what it keeps (sequenceOfSteps()). On any other a thread sends each step: the times of the steps are multiples of
+/// 1/fieldRate_Hz since play(); a step that comes too late is left out, so that the cycle keeps its time. A single field without
+/// modulation is sent once. All members may be called from any thread.
 class FieldPlayer
 {
 public:
     /// \a device outlives the player; others may send to it and silence it while nothing is played here.
     explicit FieldPlayer(device::ArrayDevice& device);
-    ~FieldPlayer(); ///< stops; the device holds what it plays
+    ~FieldPlayer(); ///< stops; the device holds what it plays, or goes on with its sequence
 
     FieldPlayer(const FieldPlayer&) = delete;
     FieldPlayer& operator=(const FieldPlayer&) = delete;
@@ -37,22 +38,33 @@ public:
     void play(const std::vector<Eigen::VectorXcf>& cycle,
               const haptics::ModulatorOptions& modulation = {});
 
-    /// Sends nothing more once it returns: at most the send at hand is waited for.
+    /// Sends nothing more once it returns: at most the send at hand is waited for. A device that plays a sequence by itself goes on
+    /// until it is sent something else, or silenced.
     void stop();
 
     struct Counters
     {
-        std::uint64_t sent = 0;       ///< taken by the device
+        std::uint64_t sent = 0;       ///< taken by the device; a sequence is one
         std::uint64_t refused = 0;    ///< not taken
         std::uint64_t leftOut = 0;    ///< steps that came too late
-        double worstLateness_s = 0.0; ///< of a step that was sent
+        double worstLateness_s = 0.0; ///< of a step, or the first of a sequence, that was sent
     };
     Counters counters() const;
 
 private:
+    /// A sequence on its way to a device that times it by itself.
+    struct Whole
+    {
+        device::DriveSequence sequence;
+        std::int64_t first = 0; ///< the step that its first signal is
+    };
+
     void run();
     /// The next step to send, waited for; false when there is none any more.
     bool sendStep(std::unique_lock<std::mutex>& lock);
+    /// Hands \a whole, or else the step, to the device, unlocked meanwhile; whether it was taken.
+    bool handOver(std::unique_lock<std::mutex>& lock, Whole* whole, std::int64_t step);
+    double period_s() const { return 1.0 / _modulator.options().fieldRate_Hz; }
 
     device::ArrayDevice& _device;
     mutable std::mutex
@@ -60,6 +72,8 @@ private:
     std::condition_variable _wake;
     std::condition_variable _idle;
     std::vector<device::DriveSignal> _cycle; ///< empty: nothing is played
+    std::shared_ptr<Whole> _whole; ///< null: sent step by step; its contents are the thread's
+    bool _byItself = false;        ///< the device has _whole
     haptics::Modulator _modulator;
     std::uint64_t _generation = 0; ///< of _cycle
     double _start_s = 0.0;

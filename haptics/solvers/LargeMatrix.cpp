@@ -13,9 +13,9 @@ namespace midair::haptics
 namespace
 {
 
-// Up to here a factor takes a millisecond, a decomposition some 20 ms.
+// Up to this size a factorisation takes a millisecond, and a decomposition some 20 ms.
 constexpr Eigen::Index kSmall = 128;
-// Columns of a step: of 1000 x 1000 numbers one takes some 30 ms.
+// Columns between two looks at the token: with 1000 rows they take some 30 ms.
 constexpr Eigen::Index kStep = 32;
 constexpr Eigen::Index kLanczosSteps = 60;
 constexpr int kRestarts = 60;
@@ -34,7 +34,8 @@ Eigen::VectorXcd startingVector(Eigen::Index n)
     return v.normalized();
 }
 
-/// Lanczos from \a pair.vector (Golub, Van Loan, "Matrix computations", 10.1), every vector made orthogonal to all before.
+/// Runs Lanczos from \a pair.vector (Golub, Van Loan, "Matrix computations", 10.1), with every
+/// vector made orthogonal to all before it.
 void improve(const Eigen::MatrixXcd& A, LeadingPair& pair, const base::StopToken& stop)
 {
     const Eigen::Index most = std::min(kLanczosSteps, A.cols());

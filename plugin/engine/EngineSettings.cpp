@@ -1,4 +1,5 @@
-// What a HapticEngine makes of settings: granted, within their ranges, and the pipeline that they ask for.
+// What a HapticEngine makes of settings: granted, within their ranges, and the pipeline that they
+// ask for.
 
 #include "device/GuardedDevice.h"
 #include "engine-bridge/scene/Convert.h"
@@ -17,8 +18,8 @@ namespace osgMidair
 namespace
 {
 
-/// What changes between them, if anything, does not need a new hologram thread: a scene that is disabled is silent, and keeps
-/// the device that it has.
+/// What changes between them, if anything, does not need a new hologram thread: a scene that is
+/// disabled is silent, and keeps the device that it has.
 bool isForSameThread(HapticSettings a, const HapticSettings& b)
 {
     a.enabled = b.enabled;
@@ -31,7 +32,8 @@ bool isForSameThread(HapticSettings a, const HapticSettings& b)
 
 } // namespace
 
-// What is set, with what the environment overrides, the user grants, and no limit that isn't understood.
+// What is set, with what the environment overrides, the user grants, and no limit that isn't
+// understood.
 void HapticEngine::readSettings(const HapticSettings& given)
 {
     std::vector<std::string> messages;
@@ -46,7 +48,8 @@ void HapticEngine::readSettings(const HapticSettings& given)
 
 void HapticEngine::openHands()
 {
-    // A scene that is disabled opens none, but keeps those that it has: it may be enabled again at once.
+    // A scene that is disabled opens none, but keeps those that it has: it may be enabled again at
+    // once.
     const bool open = _settings.enabled || _settings.hands == _hands.uri();
     const std::string error =
         _hands.setSettings(open ? _settings.hands : "", _settings.reach, _settings.shadows);
@@ -113,6 +116,7 @@ midair::bridge::HologramOptions HapticEngine::hologramOptions() const
     options.solverOptions.loudness = _settings.loudness;
     options.solverOptions.phaseOnly = _settings.phaseOnly;
     options.solverOptions.threads = _settings.threads;
+    options.solverOptions.updateRate_Hz = _settings.fieldRate;
     options.deviceUri = _settings.device;
     options.motionTolerance = _settings.motionTolerance;
     options.maxPoints = _settings.maxPoints;

@@ -49,16 +49,15 @@ bool SceneKeys::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdap
         return true;
     }
     // Once there, the overlays have their keys themselves.
-    const bool overlayKey =
-        key >= osgGA::GUIEventAdapter::KEY_F2 && key <= osgGA::GUIEventAdapter::KEY_F10;
-    if (!overlayKey || hasOverlays(*scene)) return false;
+    if (!HapticOverlays::hasKey(key) || hasOverlays(*scene)) return false;
     scene->addChild(new HapticOverlays);
     return true;
 }
 
 void SceneKeys::getUsage(osg::ApplicationUsage& usage) const
 {
-    usage.addKeyboardMouseBinding("F2 .. F10", "Haptics: bring in the overlays; then each its own");
+    usage.addKeyboardMouseBinding(HapticOverlays::keyNames(),
+                                  "Haptics: bring in the overlays; then each its own");
     usage.addKeyboardMouseBinding("F8", "Haptics: mute the array, or let it play again");
 }
 

@@ -8,8 +8,8 @@ namespace osgMidair
 
 class HapticScene;
 
-/// Keys that every viewer of a haptic scene has, listed by its `h` help: F2 .. F10 bring overlays in where the scene
-/// has none, but F8 mutes the array.
+/// Keys that every viewer of a haptic scene has, listed by its `h` help: those of overlays bring
+/// them in where the scene has none, F8 mutes the array.
 class SceneKeys : public osgGA::GUIEventHandler
 {
 public:

@@ -4,6 +4,7 @@
 #include "engine-bridge/hands/openxr/OpenXrHandSource.h"
 #include "plugin/hands/HandConversion.h"
 #include "plugin/settings/Assignments.h"
+#include "plugin/settings/RecordedUri.h"
 
 #include <osgMidair/HandSource>
 
@@ -58,15 +59,6 @@ public:
     std::vector<std::string> takeMessages() override { return _source.takeMessages(); }
 };
 
-osg::ref_ptr<HandSource> openRecording(std::string file)
-{
-    const std::string loop = "?loop";
-    const bool loops = file.size() > loop.size() &&
-                       file.compare(file.size() - loop.size(), loop.size(), loop) == 0;
-    if (loops) file.resize(file.size() - loop.size());
-    return new RecordedHands(file, loops);
-}
-
 osg::ref_ptr<HandSource> openOpenXr(const std::string& text)
 {
     using midair::bridge::OpenXrSpace;
@@ -120,13 +112,12 @@ std::string InjectedHands::getStatus() const
 
 osg::ref_ptr<HandSource> openHandSource(const std::string& uri, std::string& error)
 {
-    const std::string recorded = "recorded:";
     const std::string openXr = "openxr:";
     if (uri.empty() || uri == "none") return nullptr;
     try
     {
-        if (uri.compare(0, recorded.size(), recorded) == 0)
-            return openRecording(uri.substr(recorded.size()));
+        if (const auto recorded = RecordedUri::parse(uri))
+            return new RecordedHands(recorded->file, recorded->loops);
         if (uri.compare(0, openXr.size(), openXr) == 0) return openOpenXr(uri);
         error = "hand source \"" + uri +
                 "\" is not known; recorded:FILE, recorded:FILE?loop and openxr: are";

@@ -1,6 +1,7 @@
 #include "haptics/base/RegularFile.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/Grants.h"
+#include "plugin/settings/SettingTable.h"
 #include "plugin/settings/UserOptions.h"
 
 #include <osgMidair/HapticDevice>
@@ -38,7 +39,8 @@ struct LoaderOptions
     bool isSizeSet = false;
     bool overlays = false;
 
-    /// A viewer's device plays the viewer's own scene, where it is seen: what would place a model is a warning.
+    /// A viewer's device plays the viewer's own scene, where it is seen: what would place a model
+    /// is a warning.
     bool forDevice = false;
 
     /// What isn't understood is a warning that names \a where it stood.
@@ -47,14 +49,6 @@ struct LoaderOptions
 private:
     bool setOwn(const std::string& name, const std::string& value, std::string& error);
 };
-
-bool knows(const std::vector<std::pair<std::string, std::string>>& described,
-           const std::string& name)
-{
-    return std::any_of(described.begin(),
-                       described.end(),
-                       [&name](const auto& entry) { return entry.first == name; });
-}
 
 bool LoaderOptions::setOwn(const std::string& name, const std::string& value, std::string& error)
 {
@@ -99,10 +93,11 @@ void LoaderOptions::parse(const std::string& text, const std::string& where)
                               error = cutListWarning(value);
                           else if (setOwn(name, value, error))
                               ;
-                          // An array and an object can both be enabled; the array is what one switches.
-                          else if (knows(HapticSettings::describe(), name))
+                          // An array and an object can both be enabled; the array is what one
+                          // switches.
+                          else if (sceneSettings().find(name))
                               settings.set(name, value, error);
-                          else if (knows(HapticProperty::describe(), name))
+                          else if (surfaceProperties().find(name))
                               property.set(name, value, error);
                           else
                               error = "unknown option \"" + name + "\"";
@@ -142,7 +137,8 @@ placed(osg::Node* model, const LoaderOptions& options, const std::string& fileNa
 
 } // namespace
 
-/// MODEL.haptic: any model that OSG reads, haptic and under a haptic scene. FILE.haptic: settings, for --device.
+/// MODEL.haptic: any model that OSG reads, haptic and under a haptic scene. FILE.haptic: settings,
+/// for --device.
 class ReaderWriterHaptic : public osgDB::ReaderWriter
 {
 public:

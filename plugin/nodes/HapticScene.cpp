@@ -18,7 +18,7 @@ HapticScene::HapticScene() : _engine(new HapticEngine(*this, _settings, OwnerKin
 
 HapticScene::HapticScene(const HapticScene& other, const osg::CopyOp& copyop) :
     osg::Group(other, copyop),
-    _settings(other._settings),
+    HapticSettingsHolder(other),
     _engine(new HapticEngine(*this, _settings, OwnerKind::SCENE))
 {
     _engine->hands().setSource(other.getHandSource());
@@ -37,24 +37,6 @@ void HapticScene::setFormatVersion(int version)
         OSG_WARN << "osgMidair: a HapticScene of format version " << version
                  << " was written by a newer kit; this one knows version " << kFormatVersion
                  << " and may lose properties" << std::endl;
-}
-
-void HapticScene::wishArray(const std::string& array)
-{
-    _settings.array = array;
-    _settings.wishes.array = array;
-}
-
-void HapticScene::wishDevice(const std::string& uri)
-{
-    _settings.device = uri;
-    _settings.wishes.device = uri;
-}
-
-void HapticScene::wishHands(const std::string& uri)
-{
-    _settings.hands = uri;
-    _settings.wishes.hands = uri;
 }
 
 void HapticScene::endReading(const std::optional<std::string>& folder)

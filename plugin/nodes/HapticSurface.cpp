@@ -5,7 +5,8 @@
 namespace osgMidair
 {
 
-// Asking for the event traversal is how the collecting visitor finds haptic nodes without walking the whole scene.
+// Asking for the event traversal is how the collecting visitor finds haptic nodes without walking
+// the whole scene.
 HapticSurface::HapticSurface()
 {
     setNumChildrenRequiringEventTraversal(1);
@@ -18,7 +19,7 @@ HapticSurface::HapticSurface(osg::Node* child) : HapticSurface()
 
 HapticSurface::HapticSurface(const HapticSurface& other, const osg::CopyOp& copyop) :
     osg::Group(other, copyop),
-    _property(other._property),
+    HapticPropertyHolder(other),
     _touchCallback(other._touchCallback)
 {
     // Not copied by the base class, which counts the children anew.

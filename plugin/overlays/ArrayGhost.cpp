@@ -1,4 +1,5 @@
 #include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/ArrayGhost>
@@ -7,6 +8,7 @@
 #include <osg/Geometry>
 #include <osg/LineWidth>
 #include <osg/Math>
+#include <osgGA/GUIEventAdapter>
 
 #include <Eigen/Geometry>
 
@@ -17,6 +19,14 @@ namespace osgMidair
 
 namespace
 {
+
+const OverlayRegistration kRegistration({3,
+                                         "Array",
+                                         "array",
+                                         "the array",
+                                         osgGA::GUIEventAdapter::KEY_F4,
+                                         10,
+                                         makeOverlay<ArrayGhost>});
 
 using midair::haptics::TransducerArray;
 
@@ -200,11 +210,11 @@ void ArrayGhost::Part::setResult(
     const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
     osg::Vec4ubArray& colors = discColors(*discs);
-    if (static_cast<Eigen::Index>(colors.size()) != 3 * result->played.size())
+    if (static_cast<Eigen::Index>(colors.size()) != 3 * result->played().size())
         return; // of another array; its own setArray comes
-    for (Eigen::Index i = 0; i < result->played.size(); ++i)
+    for (Eigen::Index i = 0; i < result->played().size(); ++i)
     {
-        const std::complex<float> q = result->played[i];
+        const std::complex<float> q = result->played()[i];
         const float turn = std::arg(q) / (2.0F * osg::PIf);
         const osg::Vec4ub color =
             bytes(ColorMap::phase().color(turn - std::floor(turn)), std::abs(q));

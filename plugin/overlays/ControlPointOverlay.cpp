@@ -1,16 +1,26 @@
 #include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/ColorMap>
 #include <osgMidair/ControlPointOverlay>
 
 #include <osg/Geometry>
+#include <osgGA/GUIEventAdapter>
 
 namespace osgMidair
 {
 
 namespace
 {
+
+const OverlayRegistration kRegistration({1,
+                                         "ControlPoints",
+                                         "points",
+                                         "the control points",
+                                         osgGA::GUIEventAdapter::KEY_F2,
+                                         60,
+                                         makeOverlay<ControlPointOverlay>});
 
 // Each disc turns to the eye, lifted by its radius towards it, so that a ring in a surface isn't cut by it.
 const char* const kVertexSource = R"(#version 120
@@ -112,9 +122,9 @@ void ControlPointOverlay::Part::setResult(
     for (int l = 0; l < points.size(); ++l)
     {
         const float achieved = l < result->achieved_Pa.size() ? result->achieved_Pa[l] : 0.0F;
-        const auto wanted = static_cast<float>(result->absolute ? points.targets[l]
-                                                                : result->report.level_Pa *
-                                                                      points.targets[l] / largest);
+        const auto wanted = static_cast<float>(
+            result->points.absolute ? points.targets[l]
+                                    : result->report().level_Pa * points.targets[l] / largest);
         place(l,
               points.positions.col(l),
               achieved > 0.0F

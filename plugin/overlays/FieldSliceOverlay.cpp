@@ -2,6 +2,7 @@
 #include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/FieldSlice.h"
 #include "plugin/overlays/GpuSlice.h"
+#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/FieldSliceOverlay>
@@ -11,6 +12,7 @@
 #include <osg/Notify>
 #include <osg/PolygonOffset>
 #include <osg/Texture2D>
+#include <osgGA/GUIEventAdapter>
 
 #include <Eigen/Eigenvalues>
 
@@ -27,6 +29,14 @@ namespace osgMidair
 
 namespace
 {
+
+const OverlayRegistration kRegistration({2,
+                                         "FieldSlice",
+                                         "slice",
+                                         "the slice of the field",
+                                         osgGA::GUIEventAdapter::KEY_F3,
+                                         30,
+                                         makeOverlay<FieldSliceOverlay>});
 
 osg::Vec3 osgVec(const Eigen::Vector3d& v)
 {
@@ -276,7 +286,7 @@ void FieldSliceOverlay::Part::chooseMethod()
 void FieldSliceOverlay::Part::setResult(
     const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
-    if (!_array || result->played.size() != _array->size()) return;
+    if (!_array || result->played().size() != _array->size()) return;
     chooseMethod();
     const Eigen::Matrix3Xd& points = result->points.positions;
     SliceRequest request;

@@ -56,7 +56,7 @@ void VolumeComputer::sample(const VolumeRequest& request)
     }
     _lattice.step = pitch * Eigen::Matrix3d::Identity();
     _field->evaluate(_lattice,
-                     request.result->played,
+                     request.result->played(),
                      _pressure,
                      [&](const Eigen::Vector3d& middle, double radius_m)
                      {

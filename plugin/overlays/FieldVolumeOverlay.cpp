@@ -1,11 +1,13 @@
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/FieldVolume.h"
+#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/FieldVolumeOverlay>
 
 #include <osg/Geometry>
+#include <osgGA/GUIEventAdapter>
 
 #include <algorithm>
 #include <array>
@@ -16,6 +18,14 @@ namespace osgMidair
 
 namespace
 {
+
+const OverlayRegistration kRegistration({6,
+                                         "FieldVolume",
+                                         "volume",
+                                         "the field in space",
+                                         osgGA::GUIEventAdapter::KEY_F9,
+                                         40,
+                                         makeOverlay<FieldVolumeOverlay>});
 
 // Each puff is one triangle that turns to the eye round a soft disc.
 const char* const kVertexSource = R"(#version 120
@@ -172,7 +182,7 @@ void FieldVolumeOverlay::Part::setArray(
 void FieldVolumeOverlay::Part::setResult(
     const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
-    if (!_array || result->played.size() != _array->size()) return;
+    if (!_array || result->played().size() != _array->size()) return;
     VolumeRequest request;
     request.frame = result->frame;
     request.array = _array;

@@ -1,11 +1,13 @@
 #include "haptics/base/text/PlainText.h"
 #include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/PixelDrawing.h"
 
 #include <osgMidair/HandsOverlay>
 
 #include <osg/Geometry>
+#include <osgGA/GUIEventAdapter>
 #include <osgText/Text>
 
 #include <algorithm>
@@ -16,6 +18,14 @@ namespace osgMidair
 
 namespace
 {
+
+const OverlayRegistration kRegistration({7,
+                                         "Hands",
+                                         "hands",
+                                         "hands and touches",
+                                         osgGA::GUIEventAdapter::KEY_F10,
+                                         50,
+                                         makeOverlay<HandsOverlay>});
 
 constexpr double kFade_s = 0.5; ///< of a ring whose touch has ended
 const osg::Vec3f kSkin(0.86F, 0.82F, 0.78F);

@@ -1,5 +1,6 @@
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
+#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/HapticOverlays>
@@ -8,7 +9,6 @@
 #include <osg/Transform>
 
 #include <algorithm>
-#include <array>
 #include <string>
 
 namespace osgMidair
@@ -17,52 +17,43 @@ namespace osgMidair
 namespace
 {
 
-/// An overlay, the key that shows and hides it, and what the key's help calls it.
-struct Keyed
-{
-    int key;
-    const char* name;
-    const char* what;
-    Overlay* overlay;
-};
-
 using Keys = osgGA::GUIEventAdapter;
-
-std::array<Keyed, 7> allOf(HapticOverlays& overlays)
-{
-    return {{{Keys::KEY_F2, "F2", "the control points", overlays.getControlPoints()},
-             {Keys::KEY_F3, "F3", "the slice of the field", overlays.getFieldSlice()},
-             {Keys::KEY_F4, "F4", "the array", overlays.getArray()},
-             {Keys::KEY_F5, "F5", "the workspace", overlays.getWorkspace()},
-             {Keys::KEY_F6, "F6", "the figures", overlays.getHud()},
-             {Keys::KEY_F9, "F9", "the field in space", overlays.getFieldVolume()},
-             {Keys::KEY_F10, "F10", "hands and touches", overlays.getHands()}}};
-}
 
 } // namespace
 
+template<class O>
+osg::ref_ptr<O> HapticOverlays::part() const
+{
+    for (const Part& each : _parts)
+        if (auto* found = dynamic_cast<O*>(each.overlay.get())) return found;
+    return new O; // its kind was refused: there, but never seen
+}
+
 HapticOverlays::HapticOverlays() :
     _feed(std::make_unique<OverlayFeed>(*this)),
-    _frame(new osg::MatrixTransform),
-    _points(new ControlPointOverlay),
-    _slice(new FieldSliceOverlay),
-    _array(new ArrayGhost),
-    _workspace(new WorkspaceBox),
-    _hud(new Hud),
-    _volume(new FieldVolumeOverlay),
-    _hands(new HandsOverlay)
+    _frame(new osg::MatrixTransform)
 {
-    _frame->setDataVariance(DYNAMIC);
-    _frame->addChild(_array);
-    _frame->addChild(_workspace);
-    _frame->addChild(_slice);
-    _frame->addChild(_volume);
-    _frame->addChild(_hands);
-    _frame->addChild(_points);
+    for (const auto& [place, kind] : overlayKinds())
+        _parts.push_back({&kind, kind.make()});
+    _points = part<ControlPointOverlay>();
+    _slice = part<FieldSliceOverlay>();
+    _array = part<ArrayGhost>();
+    _workspace = part<WorkspaceBox>();
+    _hud = part<Hud>();
+    _volume = part<FieldVolumeOverlay>();
+    _hands = part<HandsOverlay>();
     _hud->setFieldSlice(_slice);
     _hud->setFieldVolume(_volume);
+
+    std::vector<Part> layers = _parts;
+    std::stable_sort(layers.begin(),
+                     layers.end(),
+                     [](const Part& a, const Part& b) { return a.kind->layer < b.kind->layer; });
+    _frame->setDataVariance(DYNAMIC);
     addChild(_frame);
-    addChild(_hud);
+    for (const Part& each : layers)
+        (each.kind->layer == 0 ? static_cast<osg::Group*>(this) : _frame.get())
+            ->addChild(each.overlay);
     addEventCallback(new OverlayKeys(this));
     setNumChildrenRequiringUpdateTraversal(getNumChildrenRequiringUpdateTraversal() + 1);
 }
@@ -72,16 +63,36 @@ HapticOverlays::HapticOverlays(const HapticOverlays& other, const osg::CopyOp& /
 {
     setName(other.getName());
     setNodeMask(other.getNodeMask());
-    setShowControlPoints(other.getShowControlPoints());
-    setShowFieldSlice(other.getShowFieldSlice());
-    setShowArray(other.getShowArray());
-    setShowWorkspace(other.getShowWorkspace());
-    setShowFigures(other.getShowFigures());
-    setShowFieldVolume(other.getShowFieldVolume());
-    setShowHands(other.getShowHands());
+    for (const Part& each : _parts)
+        if (const Overlay* theirs = other.getOverlay(each.kind->name))
+            each.overlay->setShown(theirs->isShown());
 }
 
 HapticOverlays::~HapticOverlays() = default;
+
+Overlay* HapticOverlays::getOverlay(const std::string& name) const
+{
+    for (const Part& each : _parts)
+        if (each.kind->name == name || each.kind->word == name) return each.overlay.get();
+    return nullptr;
+}
+
+bool HapticOverlays::hasKey(int key)
+{
+    const auto& kinds = overlayKinds();
+    return key == Keys::KEY_F7 ||
+           std::any_of(kinds.begin(),
+                       kinds.end(),
+                       [key](const auto& kind) { return kind.second.key == key; });
+}
+
+std::string HapticOverlays::keyNames()
+{
+    std::string names;
+    for (const auto& [place, kind] : overlayKinds())
+        names += kind.keyName() + ", ";
+    return names + "F7";
+}
 
 void HapticOverlays::setArrayToParent(const osg::Matrix& matrix)
 {
@@ -98,7 +109,7 @@ OverlayFeed& OverlayFeed::of(HapticOverlays& overlays)
 void OverlayFeed::setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& array,
                            const midair::haptics::Medium& medium)
 {
-    for (const Keyed& each : allOf(_overlays))
+    for (const HapticOverlays::Part& each : _overlays._parts)
         OverlayPart::of(*each.overlay).setArray(array, medium);
 }
 
@@ -140,9 +151,9 @@ void OverlayFeed::show(const std::shared_ptr<const midair::bridge::HologramResul
     if (result != _shown) _shownMask = 0;
     _shown = result;
     unsigned int bit = 1;
-    for (const Keyed& each : allOf(_overlays))
+    for (const HapticOverlays::Part& each : _overlays._parts)
     {
-        Overlay* overlay = each.overlay;
+        Overlay* overlay = each.overlay.get();
         // One that was just switched on gets what the others have long had.
         if (overlay->isShown() && !(_shownMask & bit))
         {
@@ -181,28 +192,26 @@ bool OverlayKeys::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAd
     osg::ref_ptr<HapticOverlays> overlays;
     if (event.getEventType() != osgGA::GUIEventAdapter::KEYDOWN || !_overlays.lock(overlays))
         return false;
-    const auto all = allOf(*overlays);
+    const auto& all = overlays->_parts;
     const int key = event.getKey();
-    for (const Keyed& each : all)
-        if (each.key == key)
+    for (const auto& each : all)
+        if (each.kind->key == key)
         {
             each.overlay->setShown(!each.overlay->isShown());
             return true;
         }
     if (key != Keys::KEY_F7) return false;
     const bool anyShown = std::any_of(
-        all.begin(), all.end(), [](const Keyed& each) { return each.overlay->isShown(); });
-    for (const Keyed& each : all)
+        all.begin(), all.end(), [](const auto& each) { return each.overlay->isShown(); });
+    for (const auto& each : all)
         each.overlay->setShown(!anyShown);
     return true;
 }
 
 void OverlayKeys::getUsage(osg::ApplicationUsage& usage) const
 {
-    osg::ref_ptr<HapticOverlays> overlays;
-    if (!_overlays.lock(overlays)) return;
-    for (const Keyed& each : allOf(*overlays))
-        usage.addKeyboardMouseBinding(each.name, std::string("Haptics: show or hide ") + each.what);
+    for (const auto& [place, kind] : overlayKinds())
+        usage.addKeyboardMouseBinding(kind.keyName(), "Haptics: show or hide " + kind.what);
     usage.addKeyboardMouseBinding("F7", "Haptics: show or hide all overlays");
 }
 

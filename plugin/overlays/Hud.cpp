@@ -1,12 +1,14 @@
 #include "haptics/base/text/PlainText.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/TextPanel.h"
 
 #include <osgMidair/Hud>
 
 #include <osg/observer_ptr>
+#include <osgGA/GUIEventAdapter>
 #include <osgUtil/CullVisitor>
 
 #include <algorithm>
@@ -18,6 +20,9 @@ namespace osgMidair
 
 namespace
 {
+
+const OverlayRegistration kRegistration(
+    {5, "Figures", "figures", "the figures", osgGA::GUIEventAdapter::KEY_F6, 0, makeOverlay<Hud>});
 
 const osg::Vec4 kBright(0.96F, 0.97F, 0.99F, 1.0F);
 const osg::Vec4 kDim(0.68F, 0.72F, 0.78F, 1.0F);
@@ -244,7 +249,7 @@ double Hud::getFrameRate() const
 void Hud::Part::setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
     _result = result;
-    panel.error.add(100.0 * result->report.rms);
+    panel.error.add(100.0 * result->report().rms);
     panel.latency.add(result->latency_ms);
 }
 
@@ -257,7 +262,7 @@ void Hud::Part::update()
     _frames = 0;
     _lastUpdate_s = now;
     const midair::bridge::HologramResult& r = *_result;
-    const midair::haptics::SolveReport& report = r.report;
+    const midair::haptics::SolveReport& report = r.report();
     osg::ref_ptr<FieldSliceOverlay> fieldSlice;
     osg::ref_ptr<FieldVolumeOverlay> fieldVolume;
     slice.lock(fieldSlice);
@@ -280,8 +285,9 @@ void Hud::Part::update()
         rows.emplace_back(
             "off the best",
             plainText("%.1f %% at most", 100.0 * r.monitored->certificate.gapOfPhases()));
-    if (r.report.surface.samples > 0)
-        rows.emplace_back("surface cv", plainText("%.2f", r.report.surface.coefficientOfVariation));
+    if (r.report().surface.samples > 0)
+        rows.emplace_back("surface cv",
+                          plainText("%.2f", r.report().surface.coefficientOfVariation));
     rows.emplace_back("pressure", pixels::number(std::round(report.level_Pa)) + " Pa (peak)");
     rows.emplace_back("latency", plainText("%.1f ms", r.latency_ms));
     if (sliceShown)

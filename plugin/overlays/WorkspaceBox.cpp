@@ -1,10 +1,12 @@
 #include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/PixelDrawing.h"
 
 #include <osgMidair/WorkspaceBox>
 
 #include <osg/Geometry>
+#include <osgGA/GUIEventAdapter>
 
 #include <cmath>
 #include <string>
@@ -14,6 +16,14 @@ namespace osgMidair
 
 namespace
 {
+
+const OverlayRegistration kRegistration({4,
+                                         "Workspace",
+                                         "workspace",
+                                         "the workspace",
+                                         osgGA::GUIEventAdapter::KEY_F5,
+                                         20,
+                                         makeOverlay<WorkspaceBox>});
 
 const osg::Vec4 kLine(0.62F, 0.68F, 0.76F, 0.55F);
 const osg::Vec4 kInk(0.78F, 0.82F, 0.88F, 0.9F);

@@ -1,98 +1,105 @@
+#include "plugin/overlays/OverlayKinds.h"
+
 #include <osgMidair/HapticOverlays>
 
 #include <osgDB/InputStream>
 #include <osgDB/ObjectWrapper>
 #include <osgDB/OutputStream>
 
-#include <array>
+#include <string>
+#include <vector>
 
 namespace
 {
 
 using osgMidair::HapticOverlays;
+using osgMidair::OverlayKind;
+using osgMidair::overlayKinds;
 
-/// A switch that came after the format was frozen.
-struct Later
+bool isShown(const osg::Object& overlays, const OverlayKind& kind)
 {
-    const char* name;
-    bool (HapticOverlays::*get)() const;
-    void (HapticOverlays::*set)(bool);
-};
+    return static_cast<const HapticOverlays&>(overlays).getOverlay(kind.name)->isShown();
+}
 
-constexpr std::array<Later, 2> kLater = {
-    {{"ShowFieldVolume", &HapticOverlays::getShowFieldVolume, &HapticOverlays::setShowFieldVolume},
-     {"ShowHands", &HapticOverlays::getShowHands, &HapticOverlays::setShowHands}}};
+void setShown(osg::Object& overlays, const OverlayKind& kind, bool shown)
+{
+    static_cast<HapticOverlays&>(overlays).getOverlay(kind.name)->setShown(shown);
+}
 
-/// ShowFigures and what came later. .osgb is positional and read ShowFigures as a byte, 0 or 1: its other bits say what of
-/// the later ones is off, so that old files are read as before. In text each has its name and may be missing.
-class FiguresAndLater : public osgDB::BaseSerializer
+/// The switches of kinds that share a byte in .osgb, where its lowest bit is the first one's and
+/// says that it is shown; a further bit says that a later one is not, so that files which don't
+/// know it show it. In text each has its name, and is left out where it is shown.
+class Switches : public osgDB::BaseSerializer
 {
 public:
-    FiguresAndLater() : osgDB::BaseSerializer(READ_WRITE_PROPERTY) {}
-
-    const std::string& getName() const override
+    explicit Switches(std::vector<const OverlayKind*> kinds) :
+        osgDB::BaseSerializer(READ_WRITE_PROPERTY),
+        _kinds(std::move(kinds)),
+        _name("Show" + _kinds.front()->name)
     {
-        static const std::string name = "ShowFigures";
-        return name;
     }
+
+    const std::string& getName() const override { return _name; }
 
     bool read(osgDB::InputStream& is, osg::Object& object) override
     {
-        auto& overlays = static_cast<HapticOverlays&>(object);
         if (is.isBinary())
         {
             unsigned char bits = 1;
             is >> bits;
-            overlays.setShowFigures((bits & 1U) != 0);
-            for (std::size_t i = 0; i < kLater.size(); ++i)
-                (overlays.*kLater[i].set)((bits & (2U << i)) == 0);
+            for (const OverlayKind* kind : _kinds)
+                setShown(object, *kind, ((bits & bitOf(*kind)) != 0) == isFirst(*kind));
             return true;
         }
-        bool shown = true;
-        if (is.matchString("ShowFigures"))
-        {
-            is >> shown;
-            overlays.setShowFigures(shown);
-        }
-        for (const Later& later : kLater)
-            if (is.matchString(later.name))
+        for (const OverlayKind* kind : _kinds)
+            if (is.matchString("Show" + kind->name))
             {
+                bool shown = true;
                 is >> shown;
-                (overlays.*later.set)(shown);
+                setShown(object, *kind, shown);
             }
         return true;
     }
 
     bool write(osgDB::OutputStream& os, const osg::Object& object) override
     {
-        const auto& overlays = static_cast<const HapticOverlays&>(object);
-        if (os.isBinary())
+        unsigned char bits = 0;
+        for (const OverlayKind* kind : _kinds)
         {
-            unsigned char bits = overlays.getShowFigures() ? 1 : 0;
-            for (std::size_t i = 0; i < kLater.size(); ++i)
-                if (!(overlays.*kLater[i].get)()) bits |= static_cast<unsigned char>(2U << i);
-            os << bits;
-            return true;
+            const bool shown = isShown(object, *kind);
+            if (shown == isFirst(*kind)) bits |= bitOf(*kind);
+            if (!os.isBinary() && !shown)
+                os << os.PROPERTY(("Show" + kind->name).c_str()) << false << std::endl;
         }
-        if (!overlays.getShowFigures()) os << os.PROPERTY("ShowFigures") << false << std::endl;
-        for (const Later& later : kLater)
-            if (!(overlays.*later.get)()) os << os.PROPERTY(later.name) << false << std::endl;
+        if (os.isBinary()) os << bits;
         return true;
     }
+
+private:
+    bool isFirst(const OverlayKind& kind) const { return &kind == _kinds.front(); }
+    unsigned char bitOf(const OverlayKind& kind) const
+    {
+        return static_cast<unsigned char>(1U << (kind.place - _kinds.front()->place));
+    }
+
+    const std::vector<const OverlayKind*> _kinds;
+    const std::string _name;
 };
 
 } // namespace
 
-// Not written as a Group: its children are its own affair. .osgb is positional: this order is frozen.
+// Not written as a Group: its children are its own affair.
 REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
                                osgMidair_HapticOverlays,
                                new osgMidair::HapticOverlays,
                                osgMidair::HapticOverlays,
                                "osg::Object osg::Node osgMidair::HapticOverlays")
 {
-    ADD_BOOL_SERIALIZER(ShowControlPoints, true);
-    ADD_BOOL_SERIALIZER(ShowFieldSlice, true);
-    ADD_BOOL_SERIALIZER(ShowArray, true);
-    ADD_BOOL_SERIALIZER(ShowWorkspace, true);
-    wrapper->addSerializer(new FiguresAndLater, osgDB::BaseSerializer::RW_BOOL);
+    std::vector<const OverlayKind*> together;
+    for (const auto& [place, kind] : overlayKinds())
+        if (place < OverlayKind::kFirstKinds)
+            wrapper->addSerializer(new Switches({&kind}), osgDB::BaseSerializer::RW_BOOL);
+        else
+            together.push_back(&kind);
+    wrapper->addSerializer(new Switches(together), osgDB::BaseSerializer::RW_BOOL);
 }

@@ -5,6 +5,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/UserEnvironment.h"
+#include "plugin/settings/RecordedUri.h"
 
 #include <algorithm>
 #include <cctype>
@@ -135,7 +136,8 @@ std::string printable(const std::string& text)
     std::string shown = text.substr(0, kMostPrinted);
     for (char& c : shown)
         if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
-    // In UTF-8 also U+0080 .. U+009F, and U+200B .. U+202F and U+2060 .. U+206F, which hide text or turn it round.
+    // In UTF-8 also U+0080 .. U+009F, and U+200B .. U+202F and U+2060 .. U+206F, which hide text or
+    // turn it round.
     for (std::size_t i = 0; i + 1 < shown.size(); ++i)
     {
         const auto at = [&](std::size_t k)
@@ -289,16 +291,11 @@ void Grants::applyHands(HapticSettings& settings, const Told& told) const
         return;
     }
     if (!wish) return;
-    const std::string recorded = "recorded:";
     std::string why = "only the user opens anything but a recording beside the scene";
-    if (asked.compare(0, recorded.size(), recorded) == 0) try
+    if (std::optional<RecordedUri> recorded = RecordedUri::parse(asked)) try
         {
-            const std::string loop = "?loop";
-            std::string file = asked.substr(recorded.size());
-            const bool loops = file.size() > loop.size() &&
-                               file.compare(file.size() - loop.size(), loop.size(), loop) == 0;
-            if (loops) file.resize(file.size() - loop.size());
-            settings.hands = recorded + besideScene(settings.wishes, file) + (loops ? loop : "");
+            recorded->file = besideScene(settings.wishes, recorded->file);
+            settings.hands = recorded->text();
             return;
         }
         catch (const std::runtime_error& wrong)

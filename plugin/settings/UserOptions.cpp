@@ -2,14 +2,50 @@
 
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/Grants.h"
+#include "plugin/settings/SettingTable.h"
 
 #include <osg/Notify>
 #include <osgDB/Registry>
 
 #include <algorithm>
+#include <memory>
+#include <mutex>
 
 namespace osgMidair
 {
+
+namespace
+{
+
+/// What the user's options assign; each command line is read once.
+std::shared_ptr<const std::vector<Assignment>> userAssignments()
+{
+    static std::mutex mutex;
+    static std::string text;
+    static std::shared_ptr<const std::vector<Assignment>> known;
+    const std::string now = userOptions();
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (known && text == now) return known;
+    std::vector<Assignment> all;
+    forEachAssignment(now,
+                      [&all](const std::string& name, const std::string& value) {
+                          all.push_back({name, value});
+                      });
+    text = now;
+    known = std::make_shared<const std::vector<Assignment>>(std::move(all));
+    return known;
+}
+
+/// Whether the user's options, read to their end, set the text that \a row is for to \a value.
+bool isUsers(const Setting<HapticSettings>& row, const std::string& value)
+{
+    const auto all = userAssignments();
+    const auto last = std::find_if(
+        all->rbegin(), all->rend(), [&row](const Assignment& one) { return one.name == row.name; });
+    return last != all->rend() && last->value == value;
+}
+
+} // namespace
 
 std::string userOptions()
 {
@@ -19,35 +55,25 @@ std::string userOptions()
 
 void applyUserOptions(HapticSettings& settings)
 {
-    const auto known = HapticSettings::describe();
-    const auto take = [&](const std::string& name, const std::string& value)
+    for (const Assignment& one : *userAssignments())
     {
-        const auto isNamed = [&name](const auto& setting) { return setting.first == name; };
-        std::string error = name.empty() ? cutListWarning(value) : std::string();
+        std::string error = one.name.empty() ? cutListWarning(one.value) : std::string();
         // Options are shared by all readers: what isn't a setting is another's.
-        if (std::any_of(known.begin(), known.end(), isNamed)) settings.set(name, value, error);
+        if (sceneSettings().find(one.name)) settings.set(one.name, one.value, error);
         if (!error.empty()) OSG_WARN << "osgMidair: options: " << printable(error) << std::endl;
-    };
-    forEachAssignment(userOptions(), take);
+    }
 }
 
 void makeWishes(HapticSettings& settings, const std::string& folder)
 {
-    HapticSettings user;
-    user.array = user.device = user.hands = "\n"; // none that anybody names
-    const auto take = [&user](const std::string& name, const std::string& value)
-    {
-        std::string ignored;
-        if (name == "array" || name == "device" || name == "hands") user.set(name, value, ignored);
-    };
-    forEachAssignment(userOptions(), take);
     const HapticSettings none;
-    if (settings.array != user.array && settings.array != none.array)
-        settings.wishes.array = settings.array;
-    if (settings.device != user.device && settings.device != none.device)
-        settings.wishes.device = settings.device;
-    if (settings.hands != user.hands && settings.hands != none.hands)
-        settings.wishes.hands = settings.hands;
+    for (const Setting<HapticSettings>& row : sceneSettings().rows())
+    {
+        if (!row.wish) continue;
+        const auto member = std::get<std::string HapticSettings::*>(row.member);
+        const std::string& value = settings.*member;
+        if (value != none.*member && !isUsers(row, value)) settings.wishes.*row.wish = value;
+    }
     const HapticWishes& wishes = settings.wishes;
     if (wishes.array || wishes.device || wishes.hands) settings.wishes.folder = folder;
 }

@@ -1,9 +1,77 @@
 #include "samples/demo/DemoOptions.h"
 
+#include "plugin/overlays/OverlayKinds.h"
+#include "plugin/settings/SettingTable.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdint>
+
 #include <CLI/CLI.hpp>
 
 namespace midair::samples
 {
+
+namespace
+{
+
+using Given = std::vector<std::pair<std::string, std::string>>;
+
+/// "maxPressure" is --max-pressure; two have had shorter names for long.
+std::string optionName(const std::string& setting)
+{
+    std::string name = "--";
+    for (const char c : setting)
+    {
+        if (std::isupper(static_cast<unsigned char>(c))) name += '-';
+        name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+    if (setting == "monitorInterval") name += ",--monitor";
+    if (setting == "modulationFrequency") name += ",--modulation";
+    return name;
+}
+
+/// An option for each row of \a table but those \a without, into \a given; what isn't understood or
+/// is out of range is refused.
+template<typename T>
+void addSettings(CLI::App& app,
+                 const osgMidair::SettingTable<T>& table,
+                 const char* group,
+                 const std::vector<std::string>& without,
+                 Given& given)
+{
+    for (const osgMidair::Setting<T>& row : table.rows())
+    {
+        if (std::count(without.begin(), without.end(), row.name) > 0) continue;
+        const std::string name = optionName(row.name);
+        if (std::holds_alternative<bool T::*>(row.member))
+        {
+            app.add_flag_function(
+                   name + ",--no-" + name.substr(2) + "{false}",
+                   [&given, &row](std::int64_t count)
+                   { given.emplace_back(row.name, count > 0 ? "true" : "false"); },
+                   row.summary())
+                ->group(group);
+            continue;
+        }
+        const auto problem = [&row](const std::string& text) -> std::string
+        {
+            T scratch;
+            std::string what;
+            if (row.assign(scratch, text) && !row.repair(scratch, what)) return {};
+            return "is \"" + text + "\", should be " + row.expected();
+        };
+        app.add_option_function<std::string>(
+               name,
+               [&given, &row](const std::string& text) { given.emplace_back(row.name, text); },
+               row.summary())
+            ->type_name(row.words.empty() ? row.unit.empty() ? "VALUE" : row.unit : "WORD")
+            ->check(CLI::Validator(problem, ""))
+            ->group(group);
+    }
+}
+
+} // namespace
 
 bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
 {
@@ -19,58 +87,22 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
            "--size", options.size_m, "Largest extent of the model in m; 0: as it is in the file")
         ->check(CLI::Range(0.0, 10.0))
         ->capture_default_str();
-    app.add_option(
-        "--array",
-        options.array,
-        "octagon, board, a shipped array's name, or a JSON file [the scene's, or octagon]");
-    app.add_option("--device",
-                   options.device,
-                   "What plays the field: sim:, record:FILE, null:, .. [the scene's, or sim:]");
-    app.add_option("--solver", options.solver, "Name of the solver [the kit's default]");
-    app.add_option("--temperature", options.temperature_C, "Of the air, in degrees Celsius")
-        ->check(CLI::Range(-40.0, 60.0))
-        ->capture_default_str();
-    app.add_option("--sampling", options.sampling, "Where the control points are")
-        ->check(CLI::IsMember({"surface", "edges", "vertices"}));
-    app.add_option("--spacing",
-                   options.spacing_m,
-                   "Smallest distance of control points in m; 0: one wavelength")
-        ->check(CLI::Range(0.0, 1.0));
     app.add_option("--pressure",
                    options.pressure_Pa,
                    "Wanted peak pressure in Pa; 0: as loud as it accurately can")
-        ->check(CLI::Range(0.0, 1e5));
-    app.add_option("--max-pressure",
-                   options.maxPressure_Pa,
-                   "Peak Pa that no control point gets more than; 0: no cap")
-        ->check(CLI::Range(0.0, 1e6));
-    app.add_option("--loudness",
-                   options.loudness,
-                   "1: as loud as it accurately can; below: quieter; above: louder, less accurate")
-        ->check(CLI::Range(0.01, 2.0))
-        ->capture_default_str();
-    app.add_option("--cycle",
-                   options.cycle,
-                   "Fields for shifted points in turn, which smooth the object where it rests")
-        ->check(CLI::Range(1, 64));
-    app.add_option("--cycle-steps", options.cycleSteps, "Between one of them and the next")
-        ->check(CLI::Range(0, 16));
-    app.add_option("--subsets", options.subsets, "Of the points, in turn: harder, less often")
-        ->check(CLI::Range(1, 64));
-    app.add_option("--field-rate", options.fieldRate_Hz, "Fields a second where they take turns")
-        ->check(CLI::Range(1.0, 40000.0))
-        ->capture_default_str();
-    app.add_option("--modulation", options.modulation_Hz, "Of the object's pressure, Hz; 0: steady")
-        ->check(CLI::Range(0.0, 500.0));
-    app.add_option("--monitor",
-                   options.monitor_s,
-                   "Certify a field and measure its surface so often, in s; 0: never")
-        ->check(CLI::Range(0.0, 1e6));
-    app.add_option("--max-points", options.maxPoints, "Budget of control points; 0: no limit")
-        ->check(CLI::Range(0, 100000));
+        ->check(CLI::Range(0.0, osgMidair::surfaceProperties().find("pressure")->range.high));
+    addSettings(app, osgMidair::sceneSettings(), "The scene", {}, options.scene);
+    addSettings(app,
+                osgMidair::surfaceProperties(),
+                "The object",
+                {"enabled", "pressure", "unit"}, // the scene's, and --pressure
+                options.object);
+    std::vector<std::string> overlays;
+    for (const auto& [place, kind] : osgMidair::overlayKinds())
+        overlays.push_back(kind.word);
+    overlays.emplace_back("none");
     app.add_option("--overlays", options.overlays, "What is drawn over the scene [everything]")
-        ->check(CLI::IsMember(
-            {"points", "slice", "volume", "array", "workspace", "hands", "figures", "none"}))
+        ->check(CLI::IsMember(overlays))
         ->delimiter(',');
     app.add_flag("--still", options.still, "The object stays where it is");
     app.add_option("--frames",

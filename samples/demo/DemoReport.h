@@ -41,6 +41,8 @@ public:
 
     std::string model;
     int transducers = 0;
+    std::string array; ///< of the scene, whoever named it
+    double temperature_C = 0.0;
     DemoOptions options;
     osgMidair::HapticStatistics statistics; ///< at the end
     double slice_ms = 0.0;

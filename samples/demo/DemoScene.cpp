@@ -1,5 +1,6 @@
 #include "samples/demo/DemoScene.h"
 
+#include "plugin/overlays/OverlayKinds.h"
 #include "samples/demo/DemoObject.h"
 
 #include <osgMidair/HapticSurface>
@@ -11,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
 
 namespace midair::samples
@@ -69,22 +71,22 @@ DemoScene::DemoScene(const DemoOptions& options) :
     {
         _haptics = finder.found;
         _root->addChild(lit(read));
-        applySettings(options, false);
+        applySettings(options);
+        if (!options.object.empty() || options.pressure_Pa > 0.0)
+            std::fprintf(stderr,
+                         "midair-demo: %s has objects of its own, which stay as they are: --%s is "
+                         "not used\n",
+                         _name.c_str(),
+                         options.object.empty() ? "pressure" : options.object[0].first.c_str());
     }
     else
         wrap(options);
     _haptics->setName(_name);
     _haptics->addChild(_overlays);
     if (options.overlays.empty()) return;
-    const auto wanted = [&](const char* name)
-    { return std::count(options.overlays.begin(), options.overlays.end(), name) > 0; };
-    _overlays->setShowControlPoints(wanted("points"));
-    _overlays->setShowFieldSlice(wanted("slice"));
-    _overlays->setShowFieldVolume(wanted("volume"));
-    _overlays->setShowHands(wanted("hands"));
-    _overlays->setShowArray(wanted("array"));
-    _overlays->setShowWorkspace(wanted("workspace"));
-    _overlays->setShowFigures(wanted("figures"));
+    for (const auto& [place, kind] : osgMidair::overlayKinds())
+        _overlays->getOverlay(kind.name)->setShown(
+            std::count(options.overlays.begin(), options.overlays.end(), kind.word) > 0);
 }
 
 void DemoScene::wrap(const DemoOptions& options)
@@ -94,10 +96,9 @@ void DemoScene::wrap(const DemoOptions& options)
     osg::ref_ptr<osgMidair::HapticSurface> surface = new osgMidair::HapticSurface(object.model);
     surface->setName(object.name);
     osgMidair::HapticProperty property = surface->getProperty();
-    if (options.sampling == "edges") property.sampling = osgMidair::HapticProperty::EDGES;
-    if (options.sampling == "vertices") property.sampling = osgMidair::HapticProperty::VERTICES;
-    property.spacing = options.spacing_m;
-    property.modulationFrequency = options.modulation_Hz;
+    std::string error;
+    for (const auto& [name, text] : options.object)
+        if (!property.set(name, text, error)) throw std::runtime_error(error);
     if (options.pressure_Pa > 0.0)
     {
         property.pressureUnit = osgMidair::HapticProperty::PASCAL;
@@ -111,29 +112,18 @@ void DemoScene::wrap(const DemoOptions& options)
     _edges = object.edges;
     _haptics = new osgMidair::HapticScene;
     _haptics->addChild(_moved);
-    applySettings(options, true);
+    applySettings(options);
     _root->addChild(lit(_haptics));
 }
 
-void DemoScene::applySettings(const DemoOptions& options, bool wrapped)
+// What a scene file says stands, unless an option says otherwise.
+void DemoScene::applySettings(const DemoOptions& options)
 {
-    // What a scene file says stands, unless an option says otherwise.
-    const DemoOptions defaults;
-    if (!options.array.empty()) _haptics->setArray(options.array);
-    if (!options.device.empty()) _haptics->setDevice(options.device);
-    if (wrapped || !options.solver.empty()) _haptics->setSolver(options.solver);
-    if (wrapped || options.temperature_C != defaults.temperature_C)
-        _haptics->setTemperature(options.temperature_C);
-    if (wrapped || options.maxPoints != defaults.maxPoints)
-        _haptics->setMaxPoints(options.maxPoints);
-    if (wrapped || options.maxPressure_Pa > 0.0) _haptics->setMaxPressure(options.maxPressure_Pa);
-    if (wrapped || options.loudness != defaults.loudness) _haptics->setLoudness(options.loudness);
-    if (wrapped || options.cycle > 1) _haptics->setCycle(options.cycle);
-    if (wrapped || options.cycleSteps > 0) _haptics->setCycleSteps(options.cycleSteps);
-    if (wrapped || options.subsets > 1) _haptics->setSubsets(options.subsets);
-    if (wrapped || options.fieldRate_Hz != defaults.fieldRate_Hz)
-        _haptics->setFieldRate(options.fieldRate_Hz);
-    if (wrapped || options.monitor_s > 0.0) _haptics->setMonitorInterval(options.monitor_s);
+    osgMidair::HapticSettings settings = _haptics->getSettings();
+    std::string error;
+    for (const auto& [name, text] : options.scene)
+        if (!settings.set(name, text, error)) throw std::runtime_error(error);
+    _haptics->setSettings(settings);
 }
 
 void DemoScene::moveTo(double time_s)

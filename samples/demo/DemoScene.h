@@ -12,11 +12,12 @@
 namespace midair::samples
 {
 
-/// Where the moving object is at \a time_s: within 30 mm of the middle, turning about the prism's axis and leaning; the
-/// same every time.
+/// Where the moving object is at \a time_s: within 30 mm of the middle, turning about the prism's
+/// axis and leaning; the same every time.
 osg::Matrix demoPose(double time_s);
 
-/// What the main sample shows: the object in its array, with everything that the kit can draw about it.
+/// What the main sample shows: the object in its array, with everything that the kit can draw about
+/// it.
 class DemoScene
 {
 public:
@@ -28,7 +29,8 @@ public:
     osgMidair::HapticOverlays& overlays() { return *_overlays; }
     const std::string& name() const { return _name; }
 
-    /// Moves the object to where it is at \a time_s; a scene that came with haptic nodes of its own is left alone.
+    /// Moves the object to where it is at \a time_s; a scene that came with haptic nodes of its own
+    /// is left alone.
     void moveTo(double time_s);
 
     /// The object opaque, unlit and in \a color, without its edges: to be found in a picture.
@@ -40,7 +42,7 @@ public:
 
 private:
     void wrap(const DemoOptions& options);
-    void applySettings(const DemoOptions& options, bool wrapped);
+    void applySettings(const DemoOptions& options);
 
     std::string _name;
     bool _still = false;

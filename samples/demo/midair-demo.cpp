@@ -152,7 +152,8 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
 void finish(DemoScene& scene, DemoReport& report)
 {
     report.statistics = scene.haptics().getStatistics();
-    report.options.array = scene.haptics().getArray();
+    report.array = scene.haptics().getArray();
+    report.temperature_C = scene.haptics().getTemperature();
     report.slice_ms = scene.overlays().getFieldSlice()->getComputeTime_ms();
     report.slicesPerSecond = scene.overlays().getFieldSlice()->getSlicesPerSecond();
     if (const auto array = osgMidair::SceneAccess::array(scene.haptics()))

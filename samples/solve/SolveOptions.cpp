@@ -1,5 +1,6 @@
 #include "samples/solve/SolveOptions.h"
 
+#include "haptics/base/Limits.h"
 #include "haptics/solvers/HologramSolver.h"
 
 #include <map>
@@ -53,7 +54,7 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
                    arguments.maxPressure_Pa,
                    "Peak Pa that no point gets more than: the drive is scaled down to that "
                    "(default: no cap)")
-        ->check(CLI::Range(1.0, 1e6));
+        ->check(CLI::Range(1.0, base::kMostPressure_Pa));
     static const std::map<std::string, haptics::Crowding> kCrowdings{
         {"thin", haptics::Crowding::THIN},
         {"merge", haptics::Crowding::MERGE},
@@ -66,7 +67,7 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
     app.add_option("--loudness",
                    arguments.loudness,
                    "1: as loud as it accurately can; below: quieter; above: louder, less accurate")
-        ->check(CLI::Range(0.01, 2.0))
+        ->check(CLI::Range(0.01, base::kMostLoudness))
         ->capture_default_str();
     app.add_option("--solver", arguments.solver, "One of " + solvers + " (default: the first)");
     app.add_option(
@@ -79,18 +80,18 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
            arguments.cycle,
            "Fields in turn, each for its own shifted points on the same surface; each gets a "
            "drive_NN.csv")
-        ->check(CLI::Range(1, 64))
+        ->check(CLI::Range(1, base::kMostCycle))
         ->excludes("--points-file");
     app.add_option("--cycle-steps", arguments.cycleSteps, "Between one of them and the next")
-        ->check(CLI::Range(0, 16));
+        ->check(CLI::Range(0, base::kMostCycleSteps));
     app.add_option("--even",
                    arguments.sweeps,
                    "Sweeps in which the fields of a cycle are evened out together; takes seconds")
         ->check(CLI::Range(0, 100));
     app.add_option("--subsets", arguments.subsets, "Of the points, in turn: harder, less often")
-        ->check(CLI::Range(1, 64));
+        ->check(CLI::Range(1, base::kMostSubsets));
     app.add_option("--field-rate", arguments.fieldRate_Hz, "Fields a second where they take turns")
-        ->check(CLI::Range(1.0, 40000.0))
+        ->check(CLI::Range(1.0, base::kMostFieldRate_Hz))
         ->capture_default_str();
     app.add_flag(
            "--outline",

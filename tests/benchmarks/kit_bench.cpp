@@ -257,7 +257,7 @@ void motionToSignal(int seconds)
         const auto result = osgMidair::SceneAccess::latestResult(*scene);
         if (!result || result == last || frame < 60) continue;
         last = result;
-        solve_ms.push_back(result->report.matrix_ms + result->report.solve_ms);
+        solve_ms.push_back(result->report().matrix_ms + result->report().solve_ms);
         above_ms.push_back(result->latency_ms - solve_ms.back());
     }
     if (above_ms.empty()) return;

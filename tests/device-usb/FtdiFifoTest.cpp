@@ -4,6 +4,7 @@
 #include "tests/device-usb/Eventually.h"
 #include "tests/device-usb/Host.h"
 #include "tests/device/Fields.h"
+#include "tests/device/TestFiles.h"
 
 #include <mutex>
 
@@ -52,19 +53,6 @@ struct Board
     bool isSilent() { return plays(std::vector<std::complex<float>>(256)); }
 };
 
-std::string openError(const std::string& uri)
-{
-    try
-    {
-        openDevice(uri, {256, {}});
-    }
-    catch (const DeviceError& error)
-    {
-        return error.what();
-    }
-    return "no error";
-}
-
 } // namespace
 
 TEST(FtdiFifo, carries_fields_to_an_OpenMPD_board)
@@ -106,7 +94,7 @@ TEST(FtdiFifo, is_lost_when_unplugged_and_taken_up_again)
 TEST(FtdiFifo, names_a_chip_that_is_not_there)
 {
     Board peer;
-    const std::string error = openError("openmpd:B0002");
+    const std::string error = openError("openmpd:B0002", {256, {}});
     EXPECT_EQ(error.find("FT232H \"B0002\": none is plugged in"), 0U) << error;
 }
 
@@ -115,10 +103,10 @@ TEST(FtdiFifo, is_not_taken_by_chance)
     const std::string which =
         "device \"openmpd:\": which one? Name it by its serial number, for any "
         "FT232H may be something else; ";
-    EXPECT_EQ(openError("openmpd:"), which + "no FT232H is plugged in");
+    EXPECT_EQ(openError("openmpd:", {256, {}}), which + "no FT232H is plugged in");
     Board peer;
-    EXPECT_EQ(openError("openmpd:"), which + "plugged in: openmpd:A0001 (free)");
-    EXPECT_EQ(openError("openmpd:A0001"), "no error");
+    EXPECT_EQ(openError("openmpd:", {256, {}}), which + "plugged in: openmpd:A0001 (free)");
+    EXPECT_EQ(openError("openmpd:A0001", {256, {}}), "no error");
 }
 
 TEST(FtdiFifo, is_silent_after_a_SIGKILL_of_the_host)
@@ -130,7 +118,7 @@ TEST(FtdiFifo, is_silent_after_a_SIGKILL_of_the_host)
     host.kill();
     EXPECT_TRUE(eventually([&] { return peer.isSilent(); }));
     // The child that silenced it has ended too: another program can have the board.
-    EXPECT_TRUE(eventually([] { return openError("openmpd:A0001") == "no error"; }));
+    EXPECT_TRUE(eventually([] { return openError("openmpd:A0001", {256, {}}) == "no error"; }));
 }
 
 TEST(FtdiFifo, is_silent_while_the_host_is_stopped)
@@ -177,10 +165,10 @@ TEST(FtdiFifo, is_free_for_another_program_as_soon_as_it_is_closed)
         const auto device = openDevice("openmpd:A0001", {256, {}});
         ASSERT_TRUE(device->send(randomField(256, seed)));
         ASSERT_TRUE(eventually([&] { return device->report().played == 1; }));
-        const std::string error = openError("openmpd:A0001");
+        const std::string error = openError("openmpd:A0001", {256, {}});
         EXPECT_NE(error.find("another program or the kernel's serial driver uses it"),
                   std::string::npos)
             << error;
     }
-    EXPECT_EQ(openError("openmpd:A0001"), "no error");
+    EXPECT_EQ(openError("openmpd:A0001", {256, {}}), "no error");
 }

@@ -4,6 +4,7 @@
 #include "tests/device-usb/Eventually.h"
 #include "tests/device-usb/Host.h"
 #include "tests/device/Fields.h"
+#include "tests/device/TestFiles.h"
 
 #include <atomic>
 #include <cerrno>
@@ -40,17 +41,9 @@ bool isSilent(const DriveSignal& signal)
     return signal.duty == std::vector<std::uint8_t>(signal.duty.size(), 0);
 }
 
-std::string openError(const DeviceLayout& layout = kLayout, const std::string& uri = "usb:")
+std::string usbError(const DeviceLayout& layout = kLayout)
 {
-    try
-    {
-        openDevice(uri, layout);
-    }
-    catch (const DeviceError& error)
-    {
-        return error.what();
-    }
-    return "no error";
+    return openError("usb:", layout);
 }
 
 void dropFilePrivileges()
@@ -91,10 +84,10 @@ TEST(UsbArrayDevice, is_found_by_its_serial_number)
 {
     EmulatedArray array(kLayout);
     EXPECT_NE(openDevice("usb:A0001", kLayout), nullptr);
-    EXPECT_EQ(openError(kLayout, "usb:A0002"),
+    EXPECT_EQ(openError("usb:A0002", kLayout),
               "usb: no array 1209:0001 with serial number \"A0002\" is plugged in");
-    EXPECT_EQ(openError(kLayout, "usb:?id=1234:0001"), "usb: no array 1234:0001 is plugged in");
-    EXPECT_EQ(openError(kLayout, "usb:?id=12:1"),
+    EXPECT_EQ(openError("usb:?id=1234:0001", kLayout), "usb: no array 1234:0001 is plugged in");
+    EXPECT_EQ(openError("usb:?id=12:1", kLayout),
               "device \"usb:?id=12:1\": id=12:1 should be vendor and product in hexadecimal, such "
               "as 1209:0001");
 }
@@ -277,7 +270,7 @@ TEST(UsbArrayDevice, waits_for_a_device_when_asked_to)
 {
     EmulatedArray array(kLayout);
     array.unplug();
-    EXPECT_EQ(openError(), "usb: no array 1209:0001 is plugged in");
+    EXPECT_EQ(usbError(), "usb: no array 1209:0001 is plugged in");
     const auto device = openDevice("usb:?wait=yes", kLayout);
     EXPECT_EQ(device->report().state, DeviceState::LOST);
     EXPECT_FALSE(device->send(evenField(8, 1, 1)));
@@ -314,24 +307,24 @@ TEST(UsbArrayDevice, names_what_keeps_it_from_opening)
 {
     EmulatedArray array(kLayout);
     const std::string name = "usb:A0001 at /dev/bus/usb/001/005: ";
-    EXPECT_EQ(openError({8, {}}),
+    EXPECT_EQ(usbError({8, {}}),
               name + "has 8 transducers on 2 boards, but the array file has 8 on 1");
     array.busyElsewhere = true;
-    EXPECT_EQ(openError(), name + "another program uses it; close that first");
+    EXPECT_EQ(usbError(), name + "another program uses it; close that first");
     array.busyElsewhere = false;
     array.mute = true;
-    EXPECT_EQ(openError(),
+    EXPECT_EQ(usbError(),
               name +
                   "gives no answer that this program understands; is osgMidair's firmware on it?");
     array.mute = false;
-    EXPECT_EQ(openError(), "no error");
+    EXPECT_EQ(usbError(), "no error");
 }
 
 TEST(UsbArrayDevice, is_for_one_program_at_a_time)
 {
     EmulatedArray array(kLayout);
     const auto first = openDevice("usb:", kLayout);
-    EXPECT_EQ(openError(),
+    EXPECT_EQ(usbError(),
               "usb:A0001 at /dev/bus/usb/001/005: another program uses it; close that first");
     ASSERT_TRUE(first->send(evenField(8, 1, 200)));
     EXPECT_TRUE(eventually([&] { return first->report().played == 1; }));
@@ -344,7 +337,7 @@ TEST(UsbArrayDevice, names_a_wrong_protocol_version)
     options.firmwareMinor = 7;
     EmulatedArray array(kLayout, options);
     EXPECT_EQ(
-        openError(),
+        usbError(),
         "usb:A0001 at /dev/bus/usb/001/005: firmware 1.7.0 speaks protocol version 2, this program "
         "speaks 1: update the program");
 }
@@ -358,7 +351,7 @@ TEST(UsbArrayDevice, names_the_rule_that_gives_permission)
         [&]
         {
             dropFilePrivileges(); // root may open anything; of this thread alone
-            error = openError();
+            error = usbError();
         })
         .join();
     EXPECT_EQ(error,

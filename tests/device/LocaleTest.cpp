@@ -2,28 +2,11 @@
 #include "device/ArrayDevice.h"
 #include "device/GuardedDevice.h"
 #include "tests/CommaLocale.h"
+#include "tests/device/TestFiles.h"
 
 #include <gtest/gtest.h>
 
 using namespace midair::device;
-
-namespace
-{
-
-std::string openError(const std::string& uri)
-{
-    try
-    {
-        openDevice(uri, {4, {}});
-    }
-    catch (const DeviceError& error)
-    {
-        return error.what();
-    }
-    return "no error";
-}
-
-} // namespace
 
 TEST(DeviceLocale, changes_no_number_of_a_uri)
 {

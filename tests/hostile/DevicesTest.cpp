@@ -56,7 +56,7 @@ private:
 
 float strongest(const HapticScene& scene)
 {
-    return SceneAccess::latestResult(scene)->played.cwiseAbs().maxCoeff();
+    return SceneAccess::latestResult(scene)->played().cwiseAbs().maxCoeff();
 }
 
 } // namespace

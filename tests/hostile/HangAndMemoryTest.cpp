@@ -114,7 +114,7 @@ TEST_P(HostileNumbers, NoNumberIsTooStrange)
         viewBriefly(*scene);
         if (const auto result = SceneAccess::latestResult(*scene))
         {
-            EXPECT_TRUE(result->played.allFinite()) << number;
+            EXPECT_TRUE(result->played().allFinite()) << number;
             EXPECT_TRUE(result->achieved_Pa.allFinite()) << number;
         }
     }

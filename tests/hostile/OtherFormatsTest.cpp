@@ -175,7 +175,7 @@ TEST_F(HostileSlides, AnInnerCapThatIsNoNumberSilences)
                 return SceneAccess::latestResult(*outer) &&
                        SceneAccess::latestResult(*outer)->points.size() > 0;
             }));
-        EXPECT_EQ(SceneAccess::latestResult(*outer)->played.cwiseAbs().maxCoeff(), 0.0f) << cap;
+        EXPECT_EQ(SceneAccess::latestResult(*outer)->played().cwiseAbs().maxCoeff(), 0.0f) << cap;
     }
 }
 

@@ -2,6 +2,7 @@
 #include "device/boards/BoardCodec.h"
 #include "tests/device/Eventually.h"
 #include "tests/device/Fields.h"
+#include "tests/device/TestFiles.h"
 #include "tests/device/boards/BoardEmulator.h"
 
 #include <cerrno>
@@ -12,24 +13,6 @@
 #include <unistd.h>
 
 using namespace midair::device;
-
-namespace
-{
-
-std::string openError(const std::string& uri, int transducers)
-{
-    try
-    {
-        openDevice(uri, {transducers, {}});
-    }
-    catch (const DeviceError& error)
-    {
-        return error.what();
-    }
-    return "no error";
-}
-
-} // namespace
 
 class SerialBoard : public ::testing::TestWithParam<std::pair<const char*, int>>
 {
@@ -134,22 +117,23 @@ INSTANTIATE_TEST_SUITE_P(Boards,
 TEST(BoardDevice, names_what_keeps_it_from_opening)
 {
     EXPECT_EQ(
-        openError("sonicsurface:", 256),
+        openError("sonicsurface:", {256, {}}),
         "device \"sonicsurface:\": the name of a serial port is missing: \"sonicsurface:NAME\"");
-    EXPECT_EQ(openError("sonicsurface:/dev/null", 100),
+    EXPECT_EQ(openError("sonicsurface:/dev/null", {100, {}}),
               "device \"sonicsurface:/dev/null\": a sonicsurface has 256 transducers, but the "
               "array has 100");
-    EXPECT_EQ(openError("ultraino:/dev/null", 100),
+    EXPECT_EQ(openError("ultraino:/dev/null", {100, {}}),
               "device \"ultraino:/dev/null\": a ultraino has 64 transducers a board, 1 to 14 "
               "boards, but the array has 100");
-    EXPECT_EQ(openError("sonicsurface:/dev/ttyNONE", 256),
+    EXPECT_EQ(openError("sonicsurface:/dev/ttyNONE", {256, {}}),
               "serial port \"/dev/ttyNONE\": can't be opened: No such file or directory");
-    EXPECT_EQ(openError("sonicsurface:/dev/null", 256),
+    EXPECT_EQ(openError("sonicsurface:/dev/null", {256, {}}),
               "serial port \"/dev/null\": isn't a serial port: Inappropriate ioctl for device");
-    EXPECT_EQ(openError("sonicsurface:/dev/null?baud=7", 256),
+    EXPECT_EQ(openError("sonicsurface:/dev/null?baud=7", {256, {}}),
               "device \"sonicsurface:/dev/null?baud=7\": baud=7 should be 9600, 57600, 115200, "
               "230400, 460800 "
               "or 921600");
-    EXPECT_NE(openError("sonicsurface:/dev/null?baud=12345", 256).find("should be 9600, 57600"),
-              std::string::npos);
+    EXPECT_NE(
+        openError("sonicsurface:/dev/null?baud=12345", {256, {}}).find("should be 9600, 57600"),
+        std::string::npos);
 }

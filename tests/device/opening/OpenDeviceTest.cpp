@@ -10,19 +10,6 @@ using namespace midair::device;
 namespace
 {
 
-std::string openError(const std::string& uri, const DeviceLayout& layout = {4, {}})
-{
-    try
-    {
-        openDevice(uri, layout);
-    }
-    catch (const DeviceError& error)
-    {
-        return error.what();
-    }
-    return "no error";
-}
-
 std::vector<std::complex<float>> decoded(const DriveSignal& signal)
 {
     std::vector<std::complex<float>> q;

@@ -18,19 +18,6 @@ using namespace midair::device;
 namespace
 {
 
-std::string openError(const std::string& uri)
-{
-    try
-    {
-        openDevice(uri, {4, {}});
-    }
-    catch (const DeviceError& error)
-    {
-        return error.what();
-    }
-    return "no error";
-}
-
 const std::vector<std::uint8_t> kLetter = {'D', 'e', 'a', 'r', ' ', 'A', 'd', 'a', '\n'};
 
 std::vector<std::uint8_t> oneField()

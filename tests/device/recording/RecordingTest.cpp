@@ -30,11 +30,6 @@ std::string readError(const std::vector<std::uint8_t>& bytes)
     return "no error";
 }
 
-void append(std::vector<std::uint8_t>& all, const std::vector<std::uint8_t>& more)
-{
-    all.insert(all.end(), more.begin(), more.end());
-}
-
 // Two fields of three transducers, a silence, the end.
 std::vector<std::uint8_t> smallRecording()
 {

@@ -1,3 +1,4 @@
+#include "haptics/propagation/AudibleChange.h"
 #include "plugin/engine/SceneAccess.h"
 #include "tests/plugin/KitTest.h"
 
@@ -90,6 +91,24 @@ TEST(HapticScene, TheMatrixOfALaterSiblingIsNotStale)
     EXPECT_NEAR(middle(box).x(), 0.03, 2e-3);
 }
 
+TEST(HapticScene, WhatIsHeardOfAHeldFieldFollowsTheFieldRate)
+{
+    for (const double rate_Hz : {200.0, 20000.0})
+    {
+        BoxScene box;
+        box.scene->setFieldRate(rate_Hz);
+        HeadlessViewer viewer(box.scene);
+        ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+        box.move(0.03);
+        ASSERT_TRUE(viewer.framesUntil([&] { return middle(box).x() > 0.02; }));
+        const auto result = box.result();
+        ASSERT_GT(result->report.driveChange, 0.0);
+        EXPECT_DOUBLE_EQ(result->report.audibleChange,
+                         result->report.driveChange * midair::haptics::audibleShare(rate_Hz));
+    }
+    EXPECT_NE(midair::haptics::audibleShare(200.0), midair::haptics::audibleShare(20000.0));
+}
+
 TEST(HapticScene, ChangedPropertiesAreHandedOverThoughNothingMoves)
 {
     BoxScene box;
@@ -118,7 +137,7 @@ TEST(HapticScene, SwitchedOffGoesSilent)
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
     box.surface->setNodeMask(0);
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() == 0; }));
-    EXPECT_EQ(box.result()->played.cwiseAbs().maxCoeff(), 0.0f);
+    EXPECT_EQ(box.result()->played().cwiseAbs().maxCoeff(), 0.0f);
     box.surface->setNodeMask(~0u);
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
     EXPECT_EQ(box.scene->getStatistics().meshesSampled, 1u) << "a blink is not sampled again";
@@ -272,7 +291,7 @@ TEST(HapticScene, AnArrayThatCannotBeReadIsAMessage)
     HeadlessViewer viewer(box.scene);
     ASSERT_TRUE(viewer.framesUntil([&] { return !box.scene->getStatistics().messages.empty(); }));
     ASSERT_NE(box.result(), nullptr);
-    EXPECT_EQ(box.result()->report.stop, StopReason::REFUSED);
+    EXPECT_EQ(box.result()->report().stop, StopReason::REFUSED);
     EXPECT_EQ(SceneAccess::array(*box.scene), nullptr);
     EXPECT_EQ(box.scene->getStatistics().messages[0].rfind("array 'no such array': ", 0), 0u)
         << box.scene->getStatistics().messages[0];

@@ -31,10 +31,10 @@ std::shared_ptr<bridge::HologramResult> played(const Eigen::Vector3d* focus, std
 {
     auto result = std::make_shared<bridge::HologramResult>();
     result->frame = frame;
-    result->played.resize(board()->size());
+    result->sequence.fields.assign(1, Eigen::VectorXcf(board()->size()));
     std::mt19937 random(7);
     std::uniform_real_distribution<float> angle(0.0F, 6.2831853F);
-    for (auto& q : result->played)
+    for (auto& q : result->sequence.fields.front())
         q = std::polar(1.0F, angle(random));
     if (focus)
     {
@@ -42,7 +42,7 @@ std::shared_ptr<bridge::HologramResult> played(const Eigen::Vector3d* focus, std
             haptics::referencePropagationMatrix(*focus, *board(), haptics::Medium())
                 .row(0)
                 .adjoint();
-        result->played = (g.array() / g.array().abs()).cast<std::complex<float>>();
+        result->sequence.fields = {(g.array() / g.array().abs()).cast<std::complex<float>>()};
         result->points.positions = *focus;
         result->points.normals = Eigen::Vector3d::UnitZ();
         result->points.targets = Eigen::VectorXd::Ones(1);
@@ -90,7 +90,7 @@ TEST(FieldSlice, ShowsTheFieldBetweenItsSamples)
         }
     const Eigen::VectorXd exact =
         (haptics::referencePropagationMatrix(places, *board(), asked.medium) *
-         asked.result->played.cast<std::complex<double>>())
+         asked.result->played().cast<std::complex<double>>())
             .cwiseAbs();
     // From 0.37 to 0.63 of the sampling rate is room for a Kaiser filter of 12 taps and 49 dB; both axes and the lattice's
     // 3e-3 add up.
@@ -109,7 +109,7 @@ TEST(FieldSlice, FindsTheFocus)
     EXPECT_LT((slice.peak - focus).norm(), 2e-3);
     const double exact =
         std::abs((haptics::referencePropagationMatrix(slice.peak, *board(), asked.medium) *
-                  asked.result->played.cast<std::complex<double>>())(0));
+                  asked.result->played().cast<std::complex<double>>())(0));
     EXPECT_NEAR(slice.peak_Pa, exact, 1e-2 * exact);
 }
 
@@ -141,7 +141,7 @@ TEST(FieldSliceOverlay, FieldOfAnotherArrayIsNotDrawn)
     osg::ref_ptr<FieldSliceOverlay> overlay = new FieldSliceOverlay;
     OverlayPart::of(*overlay).setArray(board(), haptics::Medium());
     auto result = played(nullptr, 3);
-    result->played.conservativeResize(100);
+    result->sequence.fields.front().conservativeResize(100);
     OverlayPart::of(*overlay).setResult(result);
     EXPECT_FALSE(overlay->waitFor(3, 0.0));
     EXPECT_EQ(overlay->getNumChildren(), 0U);

@@ -25,7 +25,7 @@ VolumeRequest focusedOn(const Eigen::Vector3d& focus)
     const Eigen::VectorXcd g =
         haptics::referencePropagationMatrix(focus, *request.array, request.medium).row(0).adjoint();
     result->frame = 7;
-    result->played = (g.array() / g.array().abs()).cast<std::complex<float>>();
+    result->sequence.fields = {(g.array() / g.array().abs()).cast<std::complex<float>>()};
     result->points.positions = focus;
     result->points.normals = Eigen::Vector3d::UnitZ();
     result->points.targets = Eigen::VectorXd::Ones(1);
@@ -50,7 +50,7 @@ TEST(FieldVolume, HoldsTheRadiationPressureRoundTheFocus)
         const Eigen::Vector3d place(at.x(), at.y(), at.z());
         const std::complex<double> p =
             (haptics::referencePropagationMatrix(place, *request.array, request.medium) *
-             request.result->played.cast<std::complex<double>>())(0);
+             request.result->played().cast<std::complex<double>>())(0);
         return haptics::radiationPressure(std::abs(p), request.medium);
     };
     const double atFocus_Pa = exact_Pa(osg::Vec3(osg::Vec3d(focus.x(), focus.y(), focus.z())));

@@ -1,5 +1,6 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "plugin/overlays/FieldSlice.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "samples/views/Offscreen.h"
@@ -28,7 +29,7 @@ focusedOn(const Eigen::Vector3d& focus, const haptics::TransducerArray& array, s
     const Eigen::VectorXcd g =
         haptics::referencePropagationMatrix(focus, array, haptics::Medium()).row(0).adjoint();
     result->frame = frame;
-    result->played = (g.array() / g.array().abs()).cast<std::complex<float>>();
+    result->sequence.fields = {(g.array() / g.array().abs()).cast<std::complex<float>>()};
     result->points.positions = focus;
     result->points.normals = Eigen::Vector3d::UnitZ();
     result->points.targets = Eigen::VectorXd::Ones(1);

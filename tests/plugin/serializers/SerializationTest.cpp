@@ -1,6 +1,7 @@
 #include "plugin/engine/SceneAccess.h"
 #include "tests/plugin/KitTest.h"
 
+#include <osg/Version>
 #include <osgDB/ReadFile>
 #include <osgDB/Registry>
 #include <osgDB/WriteFile>
@@ -8,9 +9,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <sstream>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 using namespace osgMidair;
 
@@ -35,6 +39,14 @@ osg::ref_ptr<osg::Node> throughStream(const osg::Node& node, const std::string& 
     const auto options = formatOptions(extension);
     EXPECT_TRUE(readerWriter().writeNode(node, stream, options).success());
     return readerWriter().readNode(stream, options).takeNode();
+}
+
+std::string contents(const std::string& file)
+{
+    std::ifstream in(file, std::ios::binary);
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
 }
 
 HapticProperty unusualProperty()
@@ -241,6 +253,23 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion4)
     expectUnusual(
         osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v4/scene.") + GetParam())
             .get());
+}
+
+TEST_P(Serialization, WritesTheStoredFilesOfThisVersionByteForByte)
+{
+    if (std::string(osgGetVersion()) != "3.6.5")
+        GTEST_SKIP() << "they were written by OSG 3.6.5, this is " << osgGetVersion();
+    findPlugins();
+    const std::filesystem::path folder =
+        std::filesystem::temp_directory_path() / ("midair_format" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder);
+    const std::string name = std::string("scene.") + GetParam();
+    ASSERT_TRUE(osgDB::writeNodeFile(*unusualScene(), (folder / name).string()));
+    const std::string written = contents((folder / name).string());
+    std::filesystem::remove_all(folder);
+    EXPECT_EQ(written,
+              contents(MIDAIR_TEST_DATA "/format-v" + std::to_string(HapticScene::kFormatVersion) +
+                       "/" + name));
 }
 
 TEST_P(Serialization, ATagIsKeptOnAnOrdinaryGroup)

@@ -111,7 +111,7 @@ Eigen::Vector3d strongestSpot(const bridge::HologramResult& result,
             for (int y = -n.y(); y <= n.y(); ++y)
                 for (int z = -n.z(); z <= n.z(); ++z)
                     places.col(k++) = best + step * Eigen::Vector3d(x, y, z);
-        haptics::pressureAt(places, array, medium, result.played, 2).cwiseAbs().maxCoeff(&k);
+        haptics::pressureAt(places, array, medium, result.played(), 2).cwiseAbs().maxCoeff(&k);
         best = places.col(k);
         half = Eigen::Vector3d::Constant(step);
         step /= 3.0;
@@ -139,7 +139,7 @@ protected:
 TEST_P(Coincidence, StrongestSpotLiesOnTheVisibleSurface)
 {
     samples::DemoOptions options;
-    options.sampling = "vertices";
+    options.object = {{"sampling", "vertices"}};
     samples::DemoScene scene(options);
     scene.haptics().setCalibration(calibration());
     const osg::Matrix toWorld = osg::Matrix::inverse(calibration());

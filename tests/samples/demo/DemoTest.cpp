@@ -1,8 +1,16 @@
+#include "plugin/overlays/OverlayKinds.h"
+#include "plugin/settings/SettingTable.h"
+#include "samples/demo/DemoScene.h"
+
+#include <osgMidair/HapticSurface>
+
 #include <array>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -88,7 +96,8 @@ TEST(Demo, WritesPicturesReportAndSummary)
         ASSERT_TRUE(std::filesystem::exists(name)) << name;
         EXPECT_GT(std::filesystem::file_size(name), 20000U)
             << name; // an empty picture has a tenth of that
-        // The picture and the field in it are of the same moment, and the field is strongest at a control point.
+        // The picture and the field in it are of the same moment, and the field is strongest at a
+        // control point.
         EXPECT_EQ(picture.at("fieldFrame"), picture.at("frame"));
         EXPECT_LT(picture.at("peakToPoint_mm").get<double>(), 4.3); // half a wavelength
     }
@@ -104,11 +113,14 @@ TEST(Demo, SaysWhatIsWrong)
         << missing.output;
     const Outcome option = demo("--temperature 100");
     EXPECT_NE(option.status, 0);
-    EXPECT_NE(option.output.find("--temperature: Value 100 not in range"), std::string::npos)
+    EXPECT_NE(option.output.find("--temperature: is \"100\", should be a number, -40 .. 60"),
+              std::string::npos)
         << option.output;
     const Outcome sampling = demo("--sampling corners");
     EXPECT_NE(sampling.status, 0);
-    EXPECT_NE(sampling.output.find("corners not in {surface,edges,vertices}"), std::string::npos)
+    EXPECT_NE(sampling.output.find(
+                  "--sampling: is \"corners\", should be one of surface, edges, vertices"),
+              std::string::npos)
         << sampling.output;
 }
 
@@ -131,6 +143,82 @@ TEST(Demo, HelpNamesEveryOption)
                                "--headless",
                                "--benchmark"})
         EXPECT_NE(help.output.find(option), std::string::npos) << option;
+}
+
+namespace
+{
+
+/// "maxPressure" is --max-pressure.
+std::string optionOf(const std::string& setting)
+{
+    std::string option = "--";
+    for (const char c : setting)
+        option += c >= 'A' && c <= 'Z' ? std::string("-") + static_cast<char>(c - 'A' + 'a')
+                                       : std::string(1, c);
+    return option;
+}
+
+/// The words of \a text with one blank between them: help breaks lines.
+std::string flowing(const std::string& text)
+{
+    std::istringstream words(text);
+    std::string all;
+    for (std::string word; words >> word;)
+        all += (all.empty() ? "" : " ") + word;
+    return all;
+}
+
+} // namespace
+
+TEST(Demo, HelpTellsEverySettingAndOverlay)
+{
+    const std::string help = flowing(demo("--help").output);
+    for (const auto& row : osgMidair::sceneSettings().rows())
+    {
+        EXPECT_NE(help.find(optionOf(row.name)), std::string::npos) << row.name;
+        EXPECT_NE(help.find(flowing(row.summary())), std::string::npos) << row.summary();
+    }
+    for (const auto& row : osgMidair::surfaceProperties().rows())
+        if (row.name != "unit")
+            EXPECT_NE(help.find(optionOf(row.name)), std::string::npos) << row.name;
+    for (const auto& [place, kind] : osgMidair::overlayKinds())
+        EXPECT_NE(help.find(kind.word + ","), std::string::npos) << kind.word;
+}
+
+TEST(Demo, OptionsReachTheSceneAndTheObject)
+{
+    const std::vector<const char*> arguments = {"midair-demo",
+                                                "--device=null:",
+                                                "--no-phase-only",
+                                                "--monitor",
+                                                "2",
+                                                "--max-points=17",
+                                                "--side",
+                                                "front",
+                                                "--modulation=120",
+                                                "--touch-events",
+                                                "--pressure=300"};
+    midair::samples::DemoOptions options;
+    int status = 0;
+    ASSERT_TRUE(midair::samples::parseDemoOptions(
+        static_cast<int>(arguments.size()), const_cast<char**>(arguments.data()), options, status));
+    midair::samples::DemoScene scene(options);
+    osgMidair::HapticSettings wanted;
+    wanted.device = "null:";
+    wanted.phaseOnly = false;
+    wanted.monitorInterval = 2.0;
+    wanted.maxPoints = 17;
+    EXPECT_TRUE(scene.haptics().getSettings() == wanted);
+    const osg::Group* moved = scene.haptics().getChild(0)->asGroup();
+    const auto* surface = dynamic_cast<const osgMidair::HapticSurface*>(moved->getChild(0));
+    ASSERT_NE(surface, nullptr);
+    osgMidair::HapticProperty property;
+    property.side = osgMidair::HapticProperty::FRONT;
+    property.modulationFrequency = 120.0;
+    property.touchEvents = true;
+    property.pressure = 300.0;
+    property.pressureUnit = osgMidair::HapticProperty::PASCAL;
+    EXPECT_TRUE(surface->getProperty() == property);
 }
 
 TEST(Demo, OverlaysAreChosenByName)

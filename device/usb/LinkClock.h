@@ -1,0 +1,93 @@
+#pragma once
+
+#include "device/usb/Protocol.h"
+
+#include <algorithm>
+
+namespace midair::device
+{
+
+/// When something is due on a link: a sign of life for the device's watchdog, a question how it fares, and the end when it gives no
+/// answers. Times are those of std::chrono::steady_clock, in seconds.
+class LinkClock
+{
+public:
+    static constexpr double kStatusInterval_s = 0.25;
+    static constexpr double kSilentDevice_s = 1.0; ///< without a valid answer it is given up
+
+    void start(double now_s)
+    {
+        _heard_s = _asked_s = _submitted_s = now_s;
+        _questions = 0;
+    }
+    void onSubmit(double now_s) { _submitted_s = now_s; }
+    void onQuestion(double now_s)
+    {
+        _asked_s = now_s;
+        ++_questions;
+    }
+    void onAnswer(double now_s)
+    {
+        _heard_s = now_s;
+        _questions = 0;
+    }
+
+    double heard_s() const { return _heard_s; }
+    /// Asked several times, since a host that was stopped for a while hasn't heard anything either.
+    bool isDeviceSilent(double now_s) const
+    {
+        return now_s - _heard_s > kSilentDevice_s && _questions >= kMostQuestions;
+    }
+    bool isQuestionDue(double now_s) const { return now_s - _asked_s >= kStatusInterval_s; }
+    bool isKeepAliveDue(double now_s) const
+    {
+        return now_s - _submitted_s >= protocol::kKeepAliveInterval_s;
+    }
+    double nextDue_s() const
+    {
+        return std::min(_submitted_s + protocol::kKeepAliveInterval_s,
+                        _asked_s + kStatusInterval_s);
+    }
+
+private:
+    static constexpr int kMostQuestions = 3;
+
+    double _submitted_s = 0;
+    double _asked_s = 0;
+    double _heard_s = 0;
+    int _questions = 0; ///< since an answer came
+};
+
+/// A MUTE that goes out again and again until the device has answered it.
+class PendingMute
+{
+public:
+    static constexpr double kRetry_s = 0.02;
+
+    void ask(std::uint32_t sequence) { _awaited = sequence; }
+    void forget() { _awaited = 0; }
+    void onSent(double now_s)
+    {
+        _sent = _awaited;
+        _sent_s = now_s;
+    }
+    void onAnswer(std::uint32_t sequence)
+    {
+        if (isAwaited() && sequence != 0 && !protocol::newer(_awaited, sequence)) forget();
+    }
+
+    bool isAwaited() const { return _awaited != 0; }
+    std::uint32_t sequence() const { return _awaited; }
+    bool isDue(double now_s) const
+    {
+        return isAwaited() && (_sent != _awaited || now_s - _sent_s >= kRetry_s);
+    }
+    double nextDue_s() const { return _sent_s + kRetry_s; }
+
+private:
+    std::uint32_t _awaited = 0; ///< sequence number of one not yet answered; 0: none
+    std::uint32_t _sent = 0;    ///< of the last one that was handed over
+    double _sent_s = 0;
+};
+
+} // namespace midair::device

@@ -1,0 +1,147 @@
+#include "device/usb/UsbLink.h"
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+
+namespace midair::device
+{
+
+using protocol::Packet;
+using protocol::Type;
+
+namespace
+{
+
+constexpr std::chrono::milliseconds kGreeting(500);
+
+// Another one each time, so that no answer to an earlier greeting is taken for ours.
+std::uint32_t newNonce()
+{
+    static std::atomic<std::uint32_t> count{0};
+    return ++count ^
+           static_cast<std::uint32_t>(std::chrono::steady_clock::now().time_since_epoch().count());
+}
+
+} // namespace
+
+UsbLink::UsbLink(const UsbAddress& address, const DeviceLayout& layout, Owner& owner) :
+    _owner(owner),
+    _nonce(newNonce()),
+    _pool(std::make_unique<UsbTransferPool>(address, static_cast<Listener&>(*this)))
+{
+    greet();
+    check(layout);
+}
+
+void UsbLink::greet()
+{
+    Packet hello;
+    hello.type = Type::HELLO;
+    hello.nonce = _nonce;
+    hello.watchdog_ms = static_cast<std::uint16_t>(std::lround(protocol::kWatchdog_s * 1000));
+    std::vector<std::uint8_t> bytes;
+    protocol::append(bytes, hello);
+    _pool->send(0, bytes);
+    std::unique_lock<std::mutex> lock(_mutex);
+    _heard.wait_for(lock, kGreeting, [&] { return _greeted || _fault != Outcome::DONE; });
+    if (_greeted) return;
+    if (_fault != Outcome::DONE)
+        throw DeviceError(name() + ": doesn't take the greeting: " + outcomeName(_fault));
+    throw DeviceError(
+        name() + ": gives no answer that this program understands; is osgMidair's firmware on it?");
+}
+
+// INFO isn't written to any more: only the answer to the greeting carries its nonce.
+void UsbLink::check(const DeviceLayout& layout) const
+{
+    const protocol::Info& info = _info.info;
+    if (_info.version != protocol::kVersion)
+        throw DeviceError(name() + ": firmware " + info.firmware() + " speaks protocol version " +
+                          std::to_string(_info.version) + ", this program speaks " +
+                          std::to_string(protocol::kVersion) + ": update the " +
+                          (_info.version < protocol::kVersion ? "firmware" : "program"));
+    const std::vector<protocol::Range> ranges = protocol::ranges(layout);
+    const int boards = ranges.empty() ? 0 : ranges.back().board + 1;
+    if (info.transducers != static_cast<std::uint32_t>(layout.transducers) || info.boards != boards)
+        throw DeviceError(name() + ": has " + std::to_string(info.transducers) +
+                          " transducers on " + std::to_string(info.boards) +
+                          " boards, but the array file has " + std::to_string(layout.transducers) +
+                          " on " + std::to_string(boards));
+}
+
+bool UsbLink::send(Type type)
+{
+    Packet packet;
+    packet.type = type;
+    std::vector<std::uint8_t> bytes;
+    protocol::append(bytes, packet);
+    return _pool->send(0, bytes);
+}
+
+bool UsbLink::mute(std::uint32_t sequence)
+{
+    Packet packet;
+    packet.type = Type::MUTE;
+    packet.sequence = sequence;
+    std::vector<std::uint8_t> bytes;
+    protocol::append(bytes, packet);
+    return _pool->control(bytes);
+}
+
+bool UsbLink::identify(int board, bool light)
+{
+    Packet packet;
+    packet.type = Type::IDENTIFY;
+    packet.board = board < 0 ? protocol::kAllBoards : static_cast<std::uint16_t>(board);
+    packet.light = light;
+    std::vector<std::uint8_t> bytes;
+    protocol::append(bytes, packet);
+    return _pool->control(bytes);
+}
+
+void UsbLink::noteFault(Outcome outcome)
+{
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        if (_fault != Outcome::LOST) _fault = outcome;
+    }
+    _heard.notify_all();
+}
+
+void UsbLink::onSent(std::uint64_t token, Outcome outcome)
+{
+    if (outcome != Outcome::DONE && outcome != Outcome::CANCELLED) noteFault(outcome);
+    _owner.onSent(token, outcome);
+}
+
+void UsbLink::onReceiveFailed(Outcome outcome)
+{
+    noteFault(outcome);
+    _owner.onReceiveFailed(outcome);
+}
+
+void UsbLink::onReceived(const std::uint8_t* bytes, std::size_t count)
+{
+    _parser.push(bytes, count);
+    Packet packet;
+    while (_parser.next(packet))
+    {
+        if (packet.type == Type::INFO && packet.info.nonce == _nonce)
+        {
+            const std::lock_guard<std::mutex> lock(_mutex);
+            if (!_greeted) _info = packet;
+            _greeted = true;
+        }
+        _owner.onAnswer(packet);
+    }
+    if (_parser.badPackets() != _nonsense)
+    {
+        const bool first = _nonsense == 0;
+        _nonsense = _parser.badPackets();
+        _owner.onNonsense(first);
+    }
+    _heard.notify_all();
+}
+
+} // namespace midair::device

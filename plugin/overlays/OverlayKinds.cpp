@@ -1,0 +1,64 @@
+#include "plugin/overlays/OverlayKinds.h"
+
+#include <osg/Notify>
+#include <osgGA/GUIEventAdapter>
+
+#include <algorithm>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+using Keys = osgGA::GUIEventAdapter;
+
+/// Made by whichever registration comes first.
+std::map<int, OverlayKind>& kinds()
+{
+    static std::map<int, OverlayKind> all;
+    return all;
+}
+
+/// Why \a kind can't be had; empty: it can.
+std::string problemOf(const OverlayKind& kind)
+{
+    if (kind.place < 1 || kind.place > OverlayKind::kMostKinds)
+        return "its place is " + std::to_string(kind.place) + ", should be 1 .. " +
+               std::to_string(OverlayKind::kMostKinds);
+    if (kind.name.empty() || kind.word.empty() || !kind.make)
+        return "it has no name, no word or no maker";
+    if (kind.key == Keys::KEY_F7 || kind.key == Keys::KEY_F8)
+        return kind.keyName() + " is the key of all overlays, or mutes";
+    for (const auto& [place, other] : kinds())
+        if (place == kind.place || other.name == kind.name || other.word == kind.word ||
+            other.key == kind.key)
+            return "its place, name, word or key is that of " + other.name;
+    return {};
+}
+
+} // namespace
+
+std::string OverlayKind::keyName() const
+{
+    if (key >= Keys::KEY_F1 && key <= Keys::KEY_F35)
+        return "F" + std::to_string(key - Keys::KEY_F1 + 1);
+    return key > ' ' && key < 0x7F ? std::string(1, static_cast<char>(key)) : std::to_string(key);
+}
+
+const std::map<int, OverlayKind>& overlayKinds()
+{
+    return kinds();
+}
+
+OverlayRegistration::OverlayRegistration(const OverlayKind& kind)
+{
+    const std::string problem = problemOf(kind);
+    if (problem.empty())
+        kinds().emplace(kind.place, kind);
+    else
+        OSG_WARN << "osgMidair: the overlay \"" << kind.name << "\" is left out: " << problem
+                 << std::endl;
+}
+
+} // namespace osgMidair

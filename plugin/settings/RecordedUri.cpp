@@ -1,0 +1,32 @@
+#include "plugin/settings/RecordedUri.h"
+
+namespace osgMidair
+{
+
+namespace
+{
+
+const std::string kScheme = "recorded:";
+const std::string kLoop = "?loop";
+
+} // namespace
+
+std::optional<RecordedUri> RecordedUri::parse(const std::string& uri)
+{
+    if (uri.compare(0, kScheme.size(), kScheme) != 0) return std::nullopt;
+    RecordedUri recorded;
+    recorded.file = uri.substr(kScheme.size());
+    const std::size_t size = recorded.file.size();
+    // A file that is called "?loop" is one.
+    recorded.loops =
+        size > kLoop.size() && recorded.file.compare(size - kLoop.size(), kLoop.size(), kLoop) == 0;
+    if (recorded.loops) recorded.file.resize(size - kLoop.size());
+    return recorded;
+}
+
+std::string RecordedUri::text() const
+{
+    return kScheme + file + (loops ? kLoop : "");
+}
+
+} // namespace osgMidair

@@ -1,0 +1,244 @@
+// The table of settings: that it is whole, and that what is made from it follows it row by row.
+#include "plugin/settings/SettingTable.h"
+
+#include "haptics/base/UserEnvironment.h"
+#include "plugin/overlays/OverlayKinds.h"
+#include "plugin/settings/EnvironmentVariables.h"
+#include "tests/plugin/KitTest.h"
+
+#include <osg/ApplicationUsage>
+#include <osgDB/Registry>
+
+#include <cstdlib>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+using namespace osgMidair;
+
+namespace
+{
+
+/// Stands for a member of any type.
+struct Anything
+{
+    template<typename T>
+    operator T() const; // NOLINT(google-explicit-constructor)
+};
+
+/// How many members the aggregate \a T has.
+template<typename T, typename... Members>
+constexpr auto countMembers(int, Members... members) -> decltype(T{members..., Anything()}, 0)
+{
+    return countMembers<T>(0, members..., Anything());
+}
+template<typename T, typename... Members>
+constexpr int countMembers(long, Members...)
+{
+    return sizeof...(Members);
+}
+
+/// A text that \a row understands and that isn't its default, and keeps all its digits in text
+/// files.
+template<typename T>
+std::string otherText(const Setting<T>& row)
+{
+    const T defaults;
+    const std::vector<std::string> tried = {"true",
+                                            "false",
+                                            row.words.empty() ? "" : row.words.back().text,
+                                            "2",
+                                            "0.5",
+                                            "0.25",
+                                            "50001",
+                                            "1 0 0 0  0 0 1 0  0 -1 0 0  0.5 0.25 3 1"};
+    for (const std::string& text : tried)
+    {
+        T object;
+        std::string what;
+        if (row.assign(object, text) && !row.repair(object, what) &&
+            !isSame<T>(row.member, object, defaults))
+            return text;
+    }
+    ADD_FAILURE() << "no value for " << row.name << " but its default";
+    return {};
+}
+
+template<typename T>
+void expectWhole(const SettingTable<T>& table, int formatVersion)
+{
+    std::set<std::string> names;
+    int newest = 0;
+    for (const Setting<T>& row : table.rows())
+    {
+        EXPECT_TRUE(names.insert(row.name).second) << row.name << " is there twice";
+        EXPECT_TRUE(names.insert(row.storedName()).second) << row.storedName();
+        EXPECT_FALSE(row.help.empty()) << row.name;
+        EXPECT_GE(row.since, 1) << row.name;
+        newest = std::max(newest, row.since);
+        T defaults;
+        std::string what;
+        EXPECT_FALSE(row.repair(defaults, what)) << "the default is in range: " << what;
+    }
+    EXPECT_EQ(newest, formatVersion);
+}
+
+/// Whether \a table tells a difference in each row, and only there.
+template<typename T>
+void expectCompared(const SettingTable<T>& table)
+{
+    const T defaults;
+    EXPECT_TRUE(T() == defaults);
+    for (const Setting<T>& row : table.rows())
+    {
+        T other;
+        std::string error;
+        ASSERT_TRUE(table.set(other, row.name, otherText(row), error)) << error;
+        EXPECT_FALSE(other == defaults) << row.name;
+        T same;
+        ASSERT_TRUE(table.set(same, row.name, otherText(row), error)) << error;
+        EXPECT_TRUE(other == same) << row.name;
+    }
+}
+
+osg::ref_ptr<osg::Node> throughFile(const osg::Node& node, const std::string& type)
+{
+    findPlugins();
+    osgDB::ReaderWriter* format = osgDB::Registry::instance()->getReaderWriterForExtension("osgt");
+    std::stringstream stream(std::ios::in | std::ios::out | std::ios::binary);
+    const osg::ref_ptr<osgDB::Options> options = new osgDB::Options("fileType=" + type);
+    EXPECT_TRUE(format->writeNode(node, stream, options).success());
+    return format->readNode(stream, options).takeNode();
+}
+
+/// Each row of \a table on its own: kept by a copy of \a N and by files.
+template<class N, typename T, typename Get, typename Set>
+void expectKept(const SettingTable<T>& table, Get get, Set set)
+{
+    for (const Setting<T>& row : table.rows())
+    {
+        T wanted;
+        ASSERT_TRUE(row.assign(wanted, otherText(row)));
+        const osg::ref_ptr<N> node = new N;
+        (node.get()->*set)(wanted);
+        const osg::ref_ptr<N> copy = osg::clone(node.get());
+        EXPECT_TRUE((copy.get()->*get)() == wanted) << row.name;
+        for (const char* type : {"Ascii", "XML", "Binary"})
+        {
+            const osg::ref_ptr<osg::Node> read = throughFile(*node, type);
+            const auto* back = dynamic_cast<const N*>(read.get());
+            ASSERT_NE(back, nullptr) << row.name;
+            for (const Setting<T>& other : table.rows())
+                EXPECT_TRUE(isSame<T>(other.member, (back->*get)(), wanted))
+                    << row.name << " in " << type << " changes " << other.name;
+        }
+    }
+}
+
+/// Rows of \a file that begin with | `, in order.
+std::vector<std::string> rowsOf(const std::string& file)
+{
+    std::ifstream in(file);
+    std::vector<std::string> rows;
+    for (std::string line; std::getline(in, line);)
+        if (line.compare(0, 3, "| `") == 0) rows.push_back(line);
+    return rows;
+}
+
+template<typename T>
+void addRows(const SettingTable<T>& table, std::vector<std::string>& rows)
+{
+    for (const Setting<T>& row : table.rows())
+        rows.push_back("| `" + row.name + "` | " + row.defaultText() + " | " + row.values() +
+                       " | " + row.help + " |");
+}
+
+} // namespace
+
+TEST(SettingTable, HasARowForEachMember)
+{
+    constexpr int kWishesAndSilenced = 2;
+    EXPECT_EQ(countMembers<HapticProperty>(0), static_cast<int>(surfaceProperties().rows().size()));
+    EXPECT_EQ(countMembers<HapticSettings>(0),
+              static_cast<int>(sceneSettings().rows().size()) + kWishesAndSilenced);
+}
+
+TEST(SettingTable, IsWhole)
+{
+    expectWhole(sceneSettings(), HapticScene::kFormatVersion);
+    expectWhole(surfaceProperties(), HapticSurface::kFormatVersion);
+}
+
+TEST(SettingTable, ComparesEachRow)
+{
+    expectCompared(sceneSettings());
+    expectCompared(surfaceProperties());
+}
+
+TEST(SettingTable, CopiesAndFilesKeepEachRow)
+{
+    expectKept<HapticScene>(sceneSettings(), &HapticScene::getSettings, &HapticScene::setSettings);
+    expectKept<HapticSurface>(
+        surfaceProperties(), &HapticSurface::getProperty, &HapticSurface::setProperty);
+}
+
+TEST(SettingTable, MakesTheVariables)
+{
+    midair::base::trustVariablesOfProgram();
+    const auto& usage = osg::ApplicationUsage::instance()->getEnvironmentalVariables();
+    for (const Setting<HapticSettings>& row : sceneSettings().rows())
+    {
+        if (row.variable.empty()) continue;
+        const std::string name = "OSG_MIDAIR_" + row.variable;
+        const auto entry = usage.find(name + " <" + row.name + ">");
+        ASSERT_NE(entry, usage.end()) << name;
+        EXPECT_NE(entry->second.find(row.summary()), std::string::npos) << entry->second;
+        const std::string text = otherText(row);
+        const char* before = std::getenv(name.c_str());
+        const std::string kept = before ? before : "";
+        setenv(name.c_str(), text.c_str(), 1);
+        HapticSettings wanted;
+        std::string error;
+        ASSERT_TRUE(wanted.set(row.name, text, error)) << error;
+        std::vector<std::string> errors;
+        const HapticSettings got = Environment::apply(HapticSettings(), errors);
+        EXPECT_TRUE(isSame<HapticSettings>(row.member, got, wanted)) << name;
+        EXPECT_TRUE(errors.empty()) << errors.front();
+        before ? setenv(name.c_str(), kept.c_str(), 1) : unsetenv(name.c_str());
+    }
+}
+
+TEST(SettingTable, IsWhatTheDocumentSays)
+{
+    std::vector<std::string> wanted;
+    addRows(surfaceProperties(), wanted);
+    addRows(sceneSettings(), wanted);
+    for (const auto& [place, kind] : overlayKinds())
+        wanted.push_back("| `" + kind.word + "` | " + kind.keyName() + " | `Show" + kind.name +
+                         "` | " + kind.what + " |");
+    const std::vector<std::string> said = rowsOf(MIDAIR_ROOT "/plugin/SCENES.md");
+    std::string all;
+    for (const std::string& row : wanted)
+        all += row + "\n";
+    EXPECT_EQ(said, wanted) << "plugin/SCENES.md should have these rows:\n" << all;
+}
+
+TEST(OverlayKinds, AreRefusedWhereTheyClash)
+{
+    const std::size_t before = overlayKinds().size();
+    OverlayKind kind = overlayKinds().begin()->second;
+    const Notices notices;
+    const OverlayRegistration again(kind);
+    kind = {8, "Fog", "fog", "the fog", 0xFFC5, 70, kind.make}; // F8
+    const OverlayRegistration mute(kind);
+    kind.key = 'v';
+    kind.place = OverlayKind::kMostKinds + 1;
+    const OverlayRegistration far(kind);
+    EXPECT_EQ(overlayKinds().size(), before);
+    for (const char* said : {"its place, name, word or key is that of ControlPoints",
+                             "F8 is the key of all overlays, or mutes",
+                             "its place is 13, should be 1 .. 12"})
+        EXPECT_NE(notices.text().find(said), std::string::npos) << notices.text();
+}
