@@ -1,5 +1,4 @@
 #include "haptics/propagation/AudibleChange.h"
-#include "plugin/engine/SceneAccess.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osg/Switch>
