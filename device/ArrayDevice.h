@@ -153,6 +153,9 @@ std::unique_ptr<ArrayDevice> openLimitedDevice(const std::string& uri,
 /// Throws DeviceError for what isn't a URI.
 bool playsByItself(const std::string& uri);
 
+/// "sim", "usb", ..: what may stand before the colon of a URI.
+std::vector<std::string> deviceSchemes();
+
 /// The kinds of devices, one line each, for help texts.
 std::string deviceKinds();
 

@@ -1,5 +1,7 @@
 #include "device/DriveEncoder.h"
 
+#include "haptics/base/DutyLaw.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -50,8 +52,8 @@ inline float asinOfUnit(float x)
 
 // Phase level: round(128/pi atan2(im, re)) modulo 256.
 //
-// Duty level: the border between the amplitudes of L and L+1 is their mean, (sin(pi L/510) + sin(pi (L+1)/510))/2
-// = sin(pi (L+1/2)/510) cos(pi/1020). So the level nearest in amplitude is round(510/pi asin(r / cos(pi/1020))).
+// Duty level (base/DutyLaw.h): the border between the amplitudes of L and L+1 is their mean,
+// (sin(pi L/510) + sin(pi (L+1)/510))/2 = sin(pi (L+1/2)/510) cos(pi/1020). So the level nearest in amplitude is round(510/pi asin(r / cos(pi/1020))).
 MIDAIR_CLONES
 void encodeLevels(const float* __restrict q,
                   int m,
@@ -59,7 +61,7 @@ void encodeLevels(const float* __restrict q,
                   std::uint8_t* __restrict duty)
 {
     constexpr float kLevelsPerRadian = 128.0F / kPi;
-    constexpr float kDutiesPerRadian = 510.0F / kPi;
+    constexpr float kDutiesPerRadian = base::kDutyPeriod / kPi;
     constexpr float kOverBorder = 1.0000047436F; // 1 / cos(pi/1020)
     for (int i = 0; i < m; ++i)
     {
@@ -139,7 +141,7 @@ const std::vector<float>& amplitudeLevels()
     {
         std::vector<float> levels(256);
         for (int level = 0; level < 256; ++level)
-            levels[level] = static_cast<float>(std::sin(M_PI * level / 510.0));
+            levels[level] = static_cast<float>(base::dutyAmplitude(level));
         return levels;
     }();
     return kLevels;

@@ -1,6 +1,6 @@
 #include "device/ArrayDevice.h"
 #include "device/SilenceOnCrash.h"
-#include "device/boards/BoardCodec.h"
+#include "device/boards/BoardKind.h"
 #include "device/boards/BoardDevice.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "tests/device/Eventually.h"
