@@ -12,7 +12,8 @@
 namespace midair::bridge
 {
 
-/// Which side of an object's faces is felt: that which is turned to where most of the array's sound comes from, or the other.
+/// Which side of an object's faces is felt: that which is turned to where most of the array's sound
+/// comes from, or the other.
 enum class Side
 {
     BOTH,
@@ -30,8 +31,8 @@ struct HapticProperties
     Side side = Side::BOTH;
     int priority = 0;                    ///< larger wins where points are too near or too many
     double modulationFrequency_Hz = 0.0; ///< >= 0; 0: a steady pressure
-    double modulationDepth =
-        1.0; ///< 0 .. 1; by how much of itself the pressure on the skin goes down
+    /// 0 .. 1; by how much of itself the pressure on the skin goes down
+    double modulationDepth = 1.0;
 };
 
 bool operator==(const HapticProperties& a, const HapticProperties& b);
@@ -40,15 +41,16 @@ inline bool operator!=(const HapticProperties& a, const HapticProperties& b)
     return !(a == b);
 }
 
-/// One instance (one node path) of a haptic object, or a part of it that moves by itself. The mesh is shared and never changes; a new shape is a new mesh and a new meshId.
+/// One instance (one node path) of a haptic object, or a part of it that moves by itself. The mesh
+/// is shared and never changes; a new shape is a new mesh and a new meshId.
 struct HapticObject
 {
     std::uint64_t id = 0;     ///< of this instance, or of a part of it; stable from frame to frame
     std::uint64_t whole = 0;  ///< of the instance, for touches: its parts share it; 0: id
     std::string path;         ///< node path for messages
     std::uint64_t meshId = 0; ///< equal ids: the same mesh
-    std::uint64_t topologyId =
-        0; ///< equal ids: the same triangles, vertices may have moved; 0: none like it
+    /// equal ids: the same triangles, vertices may have moved; 0: none like it
+    std::uint64_t topologyId = 0;
     std::shared_ptr<const haptics::TriangleMesh> mesh;      ///< metres, scale baked in
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array frame
     HapticProperties properties;

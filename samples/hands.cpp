@@ -1,8 +1,6 @@
 // A finger comes down on a box that a Bullet body carries through the array, without a window: what is touched, how much of
 // the box is solved for it, and what its shadow takes away. Run it with a hand recording to play that instead.
 
-#include "engine-bridge/pipeline/HologramResult.h"
-
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
 #include <osgMidair/RigidBodyCallback>
@@ -90,16 +88,14 @@ osgMidair::Hand tapping(double time_s)
 
 void printField(const osgMidair::HapticScene& scene, double boxX_m, double time_s)
 {
-    const auto result = scene.getLatestResult();
-    if (!result) return;
-    std::printf(
-        "%5.2f s  box at x = %.1f mm: %d points solved, %d left out; error %.2f %%, %.0f Pa\n",
-        time_s,
-        1e3 * boxX_m,
-        result->points.size(),
-        static_cast<int>(result->skipped.cols()),
-        100.0 * result->report.rms,
-        result->report.level_Pa);
+    const osgMidair::HapticStatistics figures = scene.getStatistics();
+    if (figures.solves == 0) return;
+    std::printf("%5.2f s  box at x = %.1f mm: %d points solved; error %.2f %%, %.0f Pa\n",
+                time_s,
+                1e3 * boxX_m,
+                figures.points,
+                100.0 * figures.rms,
+                figures.level_Pa);
 }
 
 } // namespace

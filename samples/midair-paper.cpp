@@ -3,7 +3,9 @@
 #include "device/DriveEncoder.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/solvers/HologramSolver.h"
+#include "haptics/surface/ObjReader.h"
 #include "haptics/surface/TriangleMesh.h"
 #include "samples/views/FieldImage.h"
 

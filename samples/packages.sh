@@ -20,7 +20,8 @@ midair_test_packages=(
     locales                               # a locale with a decimal comma
     psmisc procps                         # killall and pkill, which a guard has to survive
     clang-format-14
-    clang                                 # libFuzzer
+    clang                                 # the second compiler; libFuzzer
+    clang-tidy-14
     valgrind                              # memory that was not set
 )
 
@@ -47,7 +48,7 @@ midair_install()
     $asRoot env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
 }
 
-# midair_build FOLDER TARGET [cmake option]..: configures (the first time, or when options are given that differ from
+# midair_build FOLDER "TARGET.." [cmake option]..: configures (the first time, or when options are given that differ from
 # the last ones) and builds Release.
 midair_build()
 {
@@ -59,5 +60,6 @@ midair_build()
             { cat "$folder/configure.log" >&2; exit 1; }
         echo "$*" >"$folder/options"
     fi
-    ninja -C "$folder" --quiet "$target"
+    # shellcheck disable=SC2086 # several targets
+    ninja -C "$folder" --quiet $target
 }

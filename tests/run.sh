@@ -1,51 +1,87 @@
 #!/usr/bin/env bash
-# tests/run.sh [--long] [--sanitize] [--vm] [--avx512] [--filter REGEX]: installs what is missing, builds, and runs the tests.
-#   --long       also those that take many minutes (stress, soak), and a minute of fuzzing for each target
-#   --sanitize   the tests once more under the address and undefined-behaviour sanitizers, and under the thread sanitizer
-#   --vm         also the USB path on the kernel's own stack, in a virtual machine
-#   --avx512     also the kernels on emulated processors with AVX2 and AVX-512
-#   --filter R   only tests whose name matches R
-# MIDAIR_WERROR=ON makes compiler warnings errors.
+# tests/run.sh [STAGE].. [--long] [--vm] [--avx512] [--filter REGEX]: installs what is missing, then runs these checks, one after
+# the other; each says how long it took and fails when it takes longer than its limit. Without a STAGE: --tests.
+#   --tests           builds with g++ into build/ and runs all tests
+#   --format          clang-format
+#   --clang           builds libraries and programs with clang++ and runs the tests of what computes
+#   --tidy            clang-tidy on what differs from the last release's tag; without one, on the newest commit's files and on a
+#                     tenth of all, another tenth with each commit
+#   --quick-sanitize  the suites of what computes and of the devices under the address and undefined-behaviour sanitizers
+#   --sanitize        all tests under these two, what has threads under the thread sanitizer, clang-tidy on everything: two hours
+#   --long            the tests with those that take many minutes (stress, soak), and a minute of fuzzing for each target
+#   --vm              also the USB path on the kernel's own stack, in a virtual machine
+#   --avx512          also the kernels on emulated processors with AVX2 and AVX-512
+#   --filter REGEX    only tests whose name matches
+# MIDAIR_WERROR=ON makes compiler warnings errors in --tests too. MIDAIR_TIME_FACTOR=3 triples all limits, which are for two
+# cores and an empty compiler cache. MIDAIR_END (seconds since 1970): nothing runs for longer than until then.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 . samples/packages.sh
-long=0 sanitize=0 vm=0 avx512=0 filter=.
+stages=() long=0 vm=0 avx512=0
 while [ $# -gt 0 ]; do
     case $1 in
+        --tests | --format | --clang | --tidy | --quick-sanitize) stages+=("${1#--}") ;;
+        --sanitize) stages+=(sanitize-address sanitize-threads tidy-all) ;;
         --long) long=1 ;;
-        --sanitize) sanitize=1 ;;
         --vm) vm=1 ;;
         --avx512) avx512=1 ;;
-        --filter) filter=${2:?--filter needs a regular expression}; shift ;;
-        -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 0 ;;
+        --filter) export MIDAIR_FILTER=${2:?--filter needs a regular expression}; shift ;;
+        -h | --help) sed -n '2,17s/^# \{0,1\}//p' "$0"; exit 0 ;;
         *) echo "tests/run.sh: unknown option '$1'; --help lists them" >&2; exit 2 ;;
     esac
     shift
 done
-midair_install "${midair_packages[@]}" "${midair_test_packages[@]}"
+[ ${#stages[@]} -gt 0 ] || stages=(tests)
+midair_install git "${midair_packages[@]}" "${midair_test_packages[@]}"
 export MIDAIR_LONG_TESTS=$long
-werror=-DMIDAIR_WERROR=${MIDAIR_WERROR:-OFF}
 
-# run FOLDER: all tests of one build, two at a time or as many as there are cores.
-run()
+# minutes STAGE: its limit.
+minutes()
 {
-    ctest --test-dir "$1" -j "$(nproc)" --output-on-failure --no-tests=error -R "$filter"
+    case $1 in
+        format) echo 3 ;;
+        tests) echo $((long ? 240 : 45)) ;;
+        clang) echo 25 ;;
+        tidy) echo 15 ;;
+        quick-sanitize) echo 30 ;;
+        sanitize-address) echo 75 ;;
+        sanitize-threads) echo 45 ;;
+        tidy-all) echo 60 ;;
+        *) echo 240 ;;
+    esac
 }
 
-midair_build build all -DMIDAIR_TESTS=ON "$werror"
-run build
-if [ $sanitize = 1 ]; then
-    midair_build build-asan all -DMIDAIR_TESTS=ON "$werror" -DMIDAIR_SANITIZE=address,undefined
-    run build-asan
-    midair_build build-tsan all -DMIDAIR_TESTS=ON "$werror" -DMIDAIR_SANITIZE=thread
-    run build-tsan
-fi
-if [ $long = 1 ]; then
-    tests/fuzz/run.sh 60
-fi
-if [ $vm = 1 ]; then
-    tests/vm/run.sh
-fi
-if [ $avx512 = 1 ]; then
-    tests/vm/avx512.sh
-fi
+# timed NAME COMMAND..: runs it for at most its minutes; what has begun is ended with it.
+timed()
+{
+    local name=$1 begin=$SECONDS status=0 limit_s left_s
+    shift
+    limit_s=$(($(minutes "$name") * 60 * ${MIDAIR_TIME_FACTOR:-1}))
+    left_s=$((${MIDAIR_END:-$(($(date +%s) + limit_s))} - $(date +%s)))
+    [ $left_s -ge $limit_s ] || limit_s=$left_s
+    if [ $limit_s -le 0 ]; then
+        echo "== $name: FAILED: NOT RUN, since no time is left" >&2
+        return 124
+    fi
+    echo "== $name: begins; at most $((limit_s / 60)) min"
+    timeout --kill-after=30 "$limit_s" "$@" &
+    child=$!
+    trap 'kill "$child" 2>/dev/null || true; exit 130' INT TERM
+    wait "$child" || status=$?
+    trap - INT TERM
+    case $status in
+        0) echo "== $name: passed in $((SECONDS - begin)) s" ;;
+        124 | 137) echo "== $name: FAILED: not done after $((SECONDS - begin)) s, ended" >&2 ;;
+        *) echo "== $name: FAILED after $((SECONDS - begin)) s" >&2 ;;
+    esac
+    return "$status"
+}
+
+failed=()
+for stage in "${stages[@]}"; do
+    timed "$stage" tests/stages.sh "$stage" || failed+=("$stage")
+done
+[ $long = 0 ] || timed fuzz tests/fuzz/run.sh 60 || failed+=(fuzz)
+[ $vm = 0 ] || timed vm tests/vm/run.sh || failed+=(vm)
+[ $avx512 = 0 ] || timed avx512 tests/vm/avx512.sh || failed+=(avx512)
+[ ${#failed[@]} -eq 0 ] || { echo "tests/run.sh: failed: ${failed[*]}" >&2; exit 1; }

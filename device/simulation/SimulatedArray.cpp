@@ -70,7 +70,7 @@ SimulatedArray::SimulatedArray(const DeviceLayout& layout, const Options& option
 
 SimulatedArray::~SimulatedArray()
 {
-    silence();
+    SimulatedArray::silence();
 }
 
 double SimulatedArray::advance() const

@@ -88,7 +88,10 @@ private:
 class SonicSurfaceBoard : public VirtualBoard
 {
 public:
-    explicit SonicSurfaceBoard(int transducers) : _count(transducers / 256) { powerUp(); }
+    explicit SonicSurfaceBoard(int transducers) : _count(transducers / 256)
+    {
+        SonicSurfaceBoard::powerUp();
+    }
 
     void receive(const std::uint8_t* bytes, std::size_t count) override
     {
@@ -224,7 +227,7 @@ class UltrainoChain : public VirtualBoard
 public:
     explicit UltrainoChain(int transducers) : _boards(static_cast<std::size_t>(transducers / 64))
     {
-        powerUp();
+        UltrainoChain::powerUp();
     }
     void receive(const std::uint8_t* bytes, std::size_t count) override
     {

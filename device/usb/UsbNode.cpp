@@ -35,6 +35,7 @@ int descriptorOf(libusb_device_handle* handle, unsigned interface)
     if (::stat(nodeOf(libusb_get_device(handle)).c_str(), &node) != 0) return -1;
     const std::unique_ptr<DIR, int (*)(DIR*)> open(::opendir("/proc/self/fd"), ::closedir);
     if (open == nullptr) return -1;
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): no other thread has this DIR
     while (const dirent* entry = ::readdir(open.get()))
     {
         const int descriptor =

@@ -16,7 +16,7 @@ namespace midair::bridge
 namespace
 {
 
-/// What lies above \a node on the way that the visitor came.
+/// The transforms above \a node, on the path that the visitor took.
 osg::Matrixd parentToWorld(const osg::NodeVisitor& visitor)
 {
     osg::NodePath path = visitor.getNodePath();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>
@@ -56,7 +57,8 @@ void RigidBodyStepper::advanceTo(double time_s)
         return;
     }
     _time_s = time_s;
-    // Counted from the origin, not summed up frame by frame: rounding then can't move a step from one frame to the next.
+    // Times are counted from the origin and not summed frame by frame, so that rounding cannot move
+    // a step from one frame to the next.
     double elapsed = (time_s - _origin_s) / _options.step_s + 1e-9;
     double due = std::floor(elapsed) - static_cast<double>(_steps - _originStep);
     const double most = std::floor(_options.catchUp_s / _options.step_s + 1e-9);
@@ -68,7 +70,7 @@ void RigidBodyStepper::advanceTo(double time_s)
         elapsed -= dropped;
         due = most;
     }
-    for (; due >= 1.0; due -= 1.0)
+    for (auto left = static_cast<std::int64_t>(due); left > 0; --left)
     {
         for (Tracked& tracked : _tracked)
             tracked.before = toEigen(tracked.body->getWorldTransform());
@@ -81,7 +83,7 @@ void RigidBodyStepper::advanceTo(double time_s)
 
 Eigen::Isometry3d RigidBodyStepper::pose(const btRigidBody& body) const
 {
-    const Eigen::Isometry3d now = toEigen(body.getWorldTransform());
+    Eigen::Isometry3d now = toEigen(body.getWorldTransform());
     const auto known = std::find_if(_tracked.begin(),
                                     _tracked.end(),
                                     [&](const Tracked& tracked) { return tracked.body == &body; });

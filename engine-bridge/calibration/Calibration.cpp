@@ -2,7 +2,9 @@
 
 #include "engine-bridge/calibration/RobustFit.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 #include "haptics/base/text/PlainText.h"
+#include "haptics/base/text/Range.h"
 
 #include <Eigen/Eigenvalues>
 
@@ -60,9 +62,10 @@ Eigen::Matrix3d cross(const Eigen::Vector3d& v)
     return m;
 }
 
-/// Error of the fit at r, to first order: e = t + w x (r - c) with c the pairs' centroid, Cov t = sigma^2/n I and
-/// Cov w = sigma^2 A^-1, A = sum(|d|^2 I - d d^T), d = r_k - c (normal equations of the rigid fit; its trace is the target
-/// registration error of Fitzpatrick, West, Maurer 1998). Returns Cov e / sigma^2.
+/// Error of the fit at r, to first order: e = t + w x (r - c) with c the pairs' centroid, Cov t =
+/// sigma^2/n I and Cov w = sigma^2 A^-1, A = sum(|d|^2 I - d d^T), d = r_k - c (normal equations of
+/// the rigid fit; its trace is the target registration error of Fitzpatrick, West, Maurer 1998).
+/// Returns Cov e / sigma^2.
 class ErrorModel
 {
 public:
@@ -82,11 +85,12 @@ public:
         return Eigen::Matrix3d::Identity() / _count + lever * _inverse * lever.transpose();
     }
 
-    /// At the worst of some evenly spread spots of the sphere of \a radius round the origin (a Fibonacci lattice).
+    /// The error at the worst of some evenly spread places on the sphere of \a radius round the
+    /// origin (a Fibonacci lattice).
     Eigen::Matrix3d worstAtRadius(double radius) const
     {
         Eigen::Matrix3d worst = at(Eigen::Vector3d(0, 0, radius));
-        const double golden = M_PI * (3.0 - std::sqrt(5.0));
+        const double golden = base::kPi * (3.0 - std::sqrt(5.0));
         for (int i = 0; i < kEdgeDirections; ++i)
         {
             const double z = 1.0 - (2.0 * i + 1.0) / kEdgeDirections;
@@ -104,8 +108,9 @@ private:
     Eigen::Matrix3d _inverse;
 };
 
-/// Median and 95 % quantile of |e|, e normal with covariance sigma^2 C, sigma itself known from \a freedom degrees of
-/// freedom only (so Student's, not Gauss's tails): by seeded draws.
+/// Median and 95 % quantile of |e| by seeded draws, for e normal with covariance sigma^2 C and
+/// sigma known from \a freedom degrees of freedom only (so with Student's tails instead of
+/// Gauss's).
 void errorQuantiles(CalibrationReport& report,
                     const Eigen::Matrix3d& C,
                     int freedom,
@@ -146,8 +151,8 @@ std::string unitWarning(double scale)
            "and no common unit explains it: check both units, and the tracker's own calibration";
 }
 
-/// Is the world mirrored? A similarity fit of the mirrored points is then far better. False for coplanar points, which
-/// fit their mirror image as well as themselves.
+/// True if the world is mirrored: a similarity fit of the mirrored points is then far better. False
+/// for coplanar points, which fit their mirror image as well as themselves.
 bool mirrored(const PointPairs& pairs, const RobustFit& direct, const RobustFitOptions& options)
 {
     PointPairs mirror = pairs;
@@ -156,7 +161,7 @@ bool mirrored(const PointPairs& pairs, const RobustFit& direct, const RobustFitO
     return other.inliers >= direct.inliers && other.noise_m < kMirrorRatio * direct.noise_m;
 }
 
-/// Unit and handedness, from a fit that may scale. Returns false where either is wrong.
+/// Checks unit and handedness by a fit that may scale. Returns false where either is wrong.
 bool checkScaleAndHand(CalibrationReport& report,
                        const PointPairs& pairs,
                        const CalibrationOptions& options)
@@ -232,13 +237,12 @@ void checkInput(const PointPairs& pairs, const CalibrationOptions& options)
 
 bool CalibrationOptions::isValid(std::string* error) const
 {
-    const char* wrong = nullptr;
-    if (!(edge_m > 0.0 && std::isfinite(edge_m))) wrong = "edge_m must be over 0";
-    if (!(outlierSigmas > 0.0)) wrong = "outlierSigmas must be over 0";
-    if (!(scaleTolerance > 0.0)) wrong = "scaleTolerance must be over 0";
-    if (trials < 1) wrong = "trials must be at least 1";
-    if (wrong && error) *error = std::string("CalibrationOptions: ") + wrong;
-    return !wrong;
+    return base::RangeCheck("CalibrationOptions: ")
+        .above("edge_m", edge_m, 0.0)
+        .check(outlierSigmas > 0.0, "outlierSigmas", outlierSigmas, "above 0")
+        .check(scaleTolerance > 0.0, "scaleTolerance", scaleTolerance, "above 0")
+        .atLeast("trials", trials, 1)
+        .passed(error);
 }
 
 bool CalibrationReport::has(CalibrationProblem problem) const

@@ -11,7 +11,7 @@
 namespace midair::bridge
 {
 
-/// What calibrate() is asked for; isValid() names the first violated constraint.
+/// What calibrate() is asked for; isValid() names the first setting that is out of its range.
 struct CalibrationOptions
 {
     double edge_m = 0.15;         ///< > 0; distance of the workspace's edge from the array's origin
@@ -61,10 +61,11 @@ struct CalibrationReport
     std::string text() const; ///< some lines for a person; pairs count from 1
 };
 
-/// Least-squares rigid motion (Umeyama 1991, without scaling) of the pairs that agree with one another. Which do is found
-/// by least median of squares over triples (Rousseeuw 1984), so up to nearly half of them may be wrong; fewer than six
-/// pairs are all kept. The error at the edge follows from the fit's covariance (see Calibration.cpp).
-/// Throws base::InputError for options out of range and for pairs that are not finite.
+/// Least-squares rigid motion (Umeyama 1991, without scaling) of the pairs that agree with one
+/// another. Which do is found by least median of squares over triples (Rousseeuw 1984), so up to
+/// nearly half of them may be wrong; fewer than six pairs are all kept. The error at the edge
+/// follows from the fit's covariance (see Calibration.cpp). Throws base::InputError for options out
+/// of range and for pairs that are not finite.
 CalibrationReport calibrate(const PointPairs& pairs, const CalibrationOptions& options = {});
 
 } // namespace midair::bridge

@@ -59,8 +59,8 @@ std::vector<Triple> triples(int n, const RobustFitOptions& options)
     return result;
 }
 
-/// The h-th smallest residual, h = floor(n/2) + floor((p + 1)/2) with p = 3 pairs in a trial fit: as robust as can be
-/// (Rousseeuw 1984).
+/// The h-th smallest residual, h = floor(n/2) + floor((p + 1)/2) with p = 3 pairs in a trial fit:
+/// as robust as can be (Rousseeuw 1984).
 double medianResidual(const Eigen::VectorXd& residuals)
 {
     std::vector<double> sorted(residuals.data(), residuals.data() + residuals.size());
@@ -103,7 +103,8 @@ std::vector<int> consensus(const PointPairs& pairs, const RobustFitOptions& opti
         bestMedian = median;
         best = trial;
     }
-    // The median of the length of a Gaussian 3-vector is 1.538 sigma; the factor after it is Rousseeuw's for small samples.
+    // The median of the length of a Gaussian 3-vector is 1.538 sigma; the factor after it is
+    // Rousseeuw's for small samples.
     const double sigma =
         std::max(kFinestNoise_m, bestMedian / 1.538 * (1.0 + 5.0 / std::max(1, n - 3)));
     return within(best.residuals_m, options.outlierSigmas * sigma);

@@ -10,7 +10,7 @@
 namespace midair::bridge
 {
 
-/// How robustFit() goes about it.
+/// How robustFit() searches.
 struct RobustFitOptions
 {
     bool scaling = false;       ///< fit a uniform scale too
@@ -19,7 +19,7 @@ struct RobustFitOptions
     std::uint64_t seed = 1;
 };
 
-/// array ~ linear world + offset over the pairs that agree.
+/// The map array = linear world + offset that fits the pairs which agree with one another.
 struct RobustFit
 {
     Eigen::Matrix3d linear = Eigen::Matrix3d::Identity(); ///< rotation times scale
@@ -31,8 +31,9 @@ struct RobustFit
     double noise_m = 0.0; ///< standard deviation a coordinate over the inliers
 };
 
-/// Least median of squares over triples (all of them, or seeded random ones), then least squares over the inliers until
-/// they stay the same. At least three finite pairs; the caller looks after degenerate ones.
+/// Fits by least median of squares over triples (all of them, or seeded random ones), then by least
+/// squares over the inliers until they stay the same. Needs at least three finite pairs; the caller
+/// checks for degenerate ones.
 RobustFit robustFit(const PointPairs& pairs, const RobustFitOptions& options);
 
 } // namespace midair::bridge

@@ -65,7 +65,8 @@ const std::array<Bone, kHandBones>& bones()
     return all;
 }
 
-/// x and z in mm of a right hand's joints in the palm frame (y = 0), and radii in mm: round figures of an adult's.
+/// x and z of a right hand's joints in the palm frame (y = 0) and their radii, all in mm: round
+/// figures of an adult's hand.
 struct FlatJoint
 {
     double x;

@@ -64,7 +64,8 @@ struct HandFrame
     std::vector<Hand> hands;
 };
 
-/// All spots within radius_m of the segment from a to b: a bone of a finger with its flesh, or a prop.
+/// All places within radius_m of the segment from a to b: a bone of a finger with its flesh, or a
+/// prop.
 struct Capsule
 {
     Eigen::Vector3d a; ///< metres
@@ -88,17 +89,20 @@ std::string boneName(int bone);
 /// "index tip" and the like, as recordings name them.
 const char* jointName(int joint);
 
-/// A capsule for each bone whose two joints have a valid, finite position; its radius is the mean of theirs.
+/// A capsule for each bone whose two joints have a valid, finite position; its radius is the mean
+/// of theirs.
 std::vector<HandCapsule> handCapsules(const HandFrame& frame);
 
-/// The frame seen from another frame of reference; radii and lengths stay.
+/// The frame as seen from another frame of reference; radii and lengths stay.
 HandFrame transformed(const HandFrame& frame, const Eigen::Isometry3d& motion);
 
-/// A flat open right (id 1) or left hand (id 0) of an adult, fingers along -z of \a palm, the back of the hand towards
-/// +y (OpenXR's palm frame); about 190 mm from the wrist to the middle finger's tip. For mice, tests and samples.
+/// A flat open right (id 1) or left hand (id 0) of an adult, fingers along -z of \a palm, the back
+/// of the hand towards +y (OpenXR's palm frame); about 190 mm from the wrist to the middle finger's
+/// tip. For mice, tests and samples.
 Hand openHand(int id, const Eigen::Isometry3d& palm);
 
-/// The same, moved so that the index finger's tip (the middle of its last joint's ball) is at \a tip.
+/// The same, moved so that the index finger's tip (the middle of its last joint's ball) is at \a
+/// tip.
 Hand openHandWithIndexTipAt(int id,
                             const Eigen::Vector3d& tip,
                             const Eigen::Quaterniond& orientation);

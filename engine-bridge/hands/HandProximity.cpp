@@ -2,6 +2,7 @@
 
 #include "engine-bridge/hands/SegmentDistance.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/text/Range.h"
 #include "haptics/propagation/PressureField.h"
 
 #include <algorithm>
@@ -28,7 +29,7 @@ const HapticObject* find(const std::vector<HapticObject>& objects, std::uint64_t
     return nullptr;
 }
 
-/// Centre and radius of a ball round all of \a capsules.
+/// Centre and radius of a ball that holds all \a capsules.
 struct Ball
 {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
@@ -52,16 +53,17 @@ Ball ballRound(const std::vector<HandCapsule>& capsules)
 
 bool ProximityOptions::isValid(std::string* error) const
 {
-    const char* wrong = nullptr;
-    if (!std::isfinite(enter_m)) wrong = "enter_m must be finite";
-    if (!(leave_m >= enter_m && std::isfinite(leave_m))) wrong = "leave_m must be at least enter_m";
-    if (!(range_m >= leave_m && range_m >= 0.0 && std::isfinite(range_m)))
-        wrong = "range_m must be at least leave_m and not under 0";
-    if (!(hold_s >= 0.0)) wrong = "hold_s must be at least 0";
-    if (!(alpha >= 1.0 && alpha <= 2.0)) wrong = "alpha must be 1 to 2";
-    if (!(relative_Pa >= 0.0)) wrong = "relative_Pa must be at least 0";
-    if (wrong && error) *error = std::string("ProximityOptions: ") + wrong;
-    return !wrong;
+    return base::RangeCheck("ProximityOptions: ")
+        .require(std::isfinite(enter_m), "enter_m must be finite")
+        .check(leave_m >= enter_m && std::isfinite(leave_m), "leave_m", leave_m, "at least enter_m")
+        .check(range_m >= leave_m && range_m >= 0.0 && std::isfinite(range_m),
+               "range_m",
+               range_m,
+               "at least leave_m and not under 0")
+        .check(hold_s >= 0.0, "hold_s", hold_s, "at least 0")
+        .within("alpha", alpha, 1.0, 2.0)
+        .check(relative_Pa >= 0.0, "relative_Pa", relative_Pa, "at least 0")
+        .passed(error);
 }
 
 HandProximity::HandProximity(const ProximityOptions& options, const haptics::Medium& medium) :
@@ -110,7 +112,8 @@ void HandProximity::measure(const HapticObject& object,
         const double away = pointSegmentDistance(mesh.centre(), shape.a, shape.b) - shape.radius_m;
         _bones.push_back({away, shape, capsule.bone});
     }
-    // Only what is nearer than the nearest so far matters: the likely nearest first, and the others' searches are short.
+    // Only what is nearer than the nearest so far matters: the likely nearest is searched first,
+    // which makes the other searches short.
     std::stable_sort(_bones.begin(),
                      _bones.end(),
                      [](const Bone& a, const Bone& b) { return a.away_m < b.away_m; });
@@ -129,7 +132,8 @@ void HandProximity::measure(const HapticObject& object,
     for (HandContact& other : _contacts)
     {
         if (other.object != contact.object || other.hand != hand) continue;
-        // Another part of the same instance: one touch, where it is nearest, with the force on both.
+        // Parts of one instance share a touch: it is where they are nearest, and the forces on them
+        // add up.
         contact.overlap_m2 += other.overlap_m2;
         contact.force_N += other.force_N;
         if (other.distance_m < contact.distance_m)
@@ -211,7 +215,7 @@ void HandProximity::update(const std::vector<HapticObject>& objects,
     _contacts.clear();
     _events.clear();
     const std::vector<HandCapsule> capsules = handCapsules(hands);
-    // A hand of which the tracker knows no bone is as good as lost.
+    // A hand without any bone that the tracker knows counts as lost.
     HandFrame known;
     for (const Hand& hand : hands.hands)
         if (std::any_of(capsules.begin(),
@@ -223,7 +227,7 @@ void HandProximity::update(const std::vector<HapticObject>& objects,
     {
         if (capsules.empty()) break;
         if (!object.mesh || object.mesh->triangles.cols() == 0) continue;
-        // Of a mesh that is out of range the bounds alone are known; its hierarchy is not built.
+        // A mesh that is out of range is judged by its bounds; its hierarchy is not built.
         const MeshDistance& mesh = meshOf(object);
         const double gap =
             (object.pose * mesh.centre() - ball.centre).norm() - mesh.radius_m() - ball.radius_m;

@@ -14,17 +14,17 @@
 namespace midair::bridge
 {
 
-/// When a hand touches; isValid() names the first violated constraint.
+/// When a hand touches; isValid() names the first setting that is out of its range.
 struct ProximityOptions
 {
     double range_m = 0.05; ///< >= leave_m; hands farther than this from an object are not measured
     double enter_m = 0.0;  ///< a touch begins when the skin is nearer than this (under 0: overlaps)
-    double leave_m =
-        4e-3; ///< >= enter_m; and ends when it is farther than this, so that tremor makes no events
+    /// >= enter_m; and ends when it is farther than this, so that tremor makes no events
+    double leave_m = 4e-3;
     double hold_s = 0.1; ///< >= 0; a hand that the tracker lost goes on touching for so long
     double alpha = 2.0;  ///< 1 .. 2; how skin reflects sound: 2 all of it (the paper's equation 1)
-    double relative_Pa =
-        0.0; ///< >= 0; peak pressure that a relative pressure of 1 stands for; 0: force unknown
+    /// >= 0; peak pressure that a relative pressure of 1 stands for; 0: force unknown
+    double relative_Pa = 0.0;
 
     bool isValid(std::string* error = nullptr) const;
 };
@@ -36,8 +36,8 @@ struct HandContact
     int hand = 0;             ///< Hand::id
     int bone = 0;             ///< the nearest one
     double distance_m = 0.0;  ///< skin to surface, under 0 where they overlap
-    Eigen::Vector3d position =
-        Eigen::Vector3d::Zero(); ///< on the object, in the objects' frame (array)
+    /// on the object, in the objects' frame (array)
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();
     bool touching = false;
     double overlap_m2 = 0.0; ///< of the object's surface within the hand
     double force_N = 0.0;    ///< see HandProximity
@@ -60,10 +60,11 @@ struct TouchEvent
 
 /// Which hands are near which objects, and when touches begin and end.
 ///
-/// The force is an estimate: F = alpha p^2 / (2 rho c^2) A with p the peak pressure wanted of the object, A the area of its
-/// surface within the hand. It takes the pressure of the control points for that of the whole surface, of which the field
-/// between them falls short: an upper estimate. Everything is in metres and in the objects' frame. One thread at a time;
-/// each instance keeps its own hierarchies.
+/// The force is an estimate: F = alpha p^2 / (2 rho c^2) A with p the peak pressure wanted of the
+/// object, A the area of its surface within the hand. It takes the pressure of the control points
+/// for that of the whole surface, of which the field between them falls short: an upper estimate.
+/// Everything is in metres and in the objects' frame. One thread at a time; each instance keeps its
+/// own hierarchies.
 class HandProximity
 {
 public:
@@ -71,8 +72,9 @@ public:
     explicit HandProximity(const ProximityOptions& options = {},
                            const haptics::Medium& medium = {});
 
-    /// Measures \a hands (in the objects' frame) against \a objects at \a time_s (never decreasing). Objects that are
-    /// gone, and hands that are gone for longer than hold_s, end their touches.
+    /// Measures \a hands (in the objects' frame) against \a objects at \a time_s (never
+    /// decreasing). Objects that are gone, and hands that are gone for longer than hold_s, end
+    /// their touches.
     void update(const std::vector<HapticObject>& objects, const HandFrame& hands, double time_s);
 
     const std::vector<HandContact>& contacts() const { return _contacts; } ///< within range, now

@@ -11,18 +11,18 @@
 namespace midair::bridge
 {
 
-/// Where tracked hands come from: a tracker, a recording, the application, a mouse. Positions are metres in the scene's
-/// world frame.
+/// Where tracked hands come from: a tracker, a recording, the application or a mouse. Positions are
+/// in metres in the world frame of the scene.
 class HandSource
 {
 public:
     virtual ~HandSource() = default;
 
-    /// The hands at \a time_s of the caller's clock; false, and no hands, where none is known. Never blocks. From one
-    /// thread.
+    /// The hands at \a time_s of the caller's clock; false, and no hands, where none is known.
+    /// Never blocks. From one thread.
     virtual bool frameAt(double time_s, HandFrame& frame) = 0;
 
-    /// One line: what the source is and how it fares.
+    /// One line that says what the source is and how it is doing.
     virtual std::string status() const = 0;
 };
 
@@ -30,7 +30,8 @@ public:
 class RecordedHandSource : public HandSource
 {
 public:
-    /// Between two frames less than this apart joints are interpolated; across a longer gap no hand is known.
+    /// Between two frames less than this apart joints are interpolated; across a longer gap no hand
+    /// is known.
     static constexpr double kLongestGap_s = 0.25;
 
     /// Throws base::InputError naming the file and the line.
@@ -52,8 +53,8 @@ private:
     std::vector<HandFrame> _frames;
 };
 
-/// Writes frames as RecordedHandSource reads them: a line a joint with time_s, hand, joint, x, y, z, qx, qy, qz, qw,
-/// radius_m, position_valid, orientation_valid.
+/// Writes frames as RecordedHandSource reads them: a line a joint with time_s, hand, joint, x, y,
+/// z, qx, qy, qz, qw, radius_m, position_valid, orientation_valid.
 void writeHandRecording(std::ostream& out, const std::vector<HandFrame>& frames);
 
 /// Hands that the application sets; from any thread.

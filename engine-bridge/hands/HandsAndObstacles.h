@@ -12,25 +12,27 @@
 namespace midair::bridge
 {
 
-/// The hands and props in the array, and what the field should make of them; array frame.
+/// The hands and props in the array frame, and how the field takes them into account.
 struct HandsAndObstacles
 {
     std::vector<HandCapsule> hands;
-    std::vector<Capsule>
-        props; ///< real things that are in the sound's way; never what is only seen
-    double reach_m =
-        0.0; ///< > 0: only points within this of a hand's skin are solved; 0: all, hands or none
+    /// real things that are in the sound's way; never what is only seen
+    std::vector<Capsule> props;
+    /// > 0: only points within this of a hand's skin are solved; 0: all, hands or none
+    double reach_m = 0.0;
     bool shadows = false; ///< hands and props take transducers' sound away
 };
 
-/// Moves by less than this change nothing: a fifth of a wavelength or less of the devices there are.
+/// Movements by less than this (m) change nothing. It is a fifth of a wavelength or less of the
+/// devices that exist.
 constexpr double kHandTolerance_m = 1e-3;
 
-/// True where the field for \a a is the field for \a b: what matters of them is the same, none of it moved by more than the
-/// tolerance.
+/// True if the field for \a a is also the field for \a b: all that matters of them is the same, and
+/// none of it moved by more than the tolerance.
 bool equivalent(const HandsAndObstacles& a, const HandsAndObstacles& b);
 
-/// What a HandsAndObstacles does to control points and to the array, remembered until the next one.
+/// Applies a HandsAndObstacles to control points and to the array, and remembers it until the next
+/// one.
 class ReachAndShadow
 {
 public:
@@ -39,10 +41,12 @@ public:
 
     void begin(const HandsAndObstacles& now) { _last = now; }
 
-    /// Moves the points that no hand can reach from \a points to \a skipped; how many. All stay where reach_m is 0.
+    /// Moves the points that no hand can reach from \a points to \a skipped, and returns how many.
+    /// Where reach_m is 0 all stay.
     std::uint64_t keepWithinReach(haptics::ControlPoints& points, Eigen::Matrix3Xd& skipped) const;
 
-    /// \a array, its gains lowered where hands and props are between it and \a points; valid until the next call.
+    /// A copy of \a array with its gains lowered where hands and props are between it and \a
+    /// points; valid until the next call.
     const haptics::TransducerArray& shadowed(const haptics::ControlPoints& points,
                                              const haptics::TransducerArray& array,
                                              double wavelength_m);

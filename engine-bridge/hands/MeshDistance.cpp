@@ -16,10 +16,10 @@ namespace midair::bridge
 namespace
 {
 
-/// The hierarchy is built in millimetres: Bullet blows every triangle's box up to 0.002 of whatever the unit is, which in
-/// metres makes one lump of a fine mesh.
+/// Units in which the hierarchy is built, per metre: Bullet enlarges every box by up to 0.002 of a
+/// unit, which in metres would merge a fine mesh into one.
 constexpr double kBulletUnits = 1000.0;
-/// Boxes are rounded to Bullet's floats and 16 bits; outwards, but for the floats.
+/// A margin for boxes, which Bullet rounds to 16 bits outwards, but to floats either way.
 constexpr double kFloatSlack_m = 1e-6;
 
 struct Triangle
@@ -42,8 +42,9 @@ double outside(const std::vector<const Capsule*>& capsules, const Eigen::Vector3
     return least;
 }
 
-/// The part of a small triangle inside, as if the skin were straight across it: the level f = 0 of the linear
-/// interpolant cuts the share f_i^2 / ((f_i - f_j)(f_i - f_k)) off at the corner i that stands alone.
+/// The share of a small triangle that is inside, as if the skin were straight across it: the level
+/// f = 0 of the linear interpolant cuts the share f_i^2 / ((f_i - f_j)(f_i - f_k)) off at the
+/// corner i whose sign differs from the others.
 double clippedArea(const Triangle& t, const std::vector<const Capsule*>& capsules)
 {
     const double area = 0.5 * (t.q - t.p).cross(t.r - t.p).norm();
@@ -60,13 +61,14 @@ double clippedArea(const Triangle& t, const std::vector<const Capsule*>& capsule
     return in == 1 ? corner * area : (1.0 - corner) * area;
 }
 
-/// The part of the triangle inside the union of \a capsules, m^2. \a near: those that may reach it.
+/// The area (m^2) of the triangle that is inside the union of \a capsules. \a near are those that
+/// may reach it.
 double areaInside(const Triangle& t, const std::vector<const Capsule*>& near, double resolution_m)
 {
     std::vector<const Capsule*> reaching;
     for (const Capsule* capsule : near)
     {
-        // Convex: three corners inside are the whole triangle inside.
+        // A capsule is convex: with three corners inside, the whole triangle is.
         if (contains(*capsule, t.p) && contains(*capsule, t.q) && contains(*capsule, t.r))
             return 0.5 * (t.q - t.p).cross(t.r - t.p).norm();
         if (closestSegmentTriangle(capsule->a, capsule->b, t.p, t.q, t.r).distance <
@@ -74,7 +76,7 @@ double areaInside(const Triangle& t, const std::vector<const Capsule*>& near, do
             reaching.push_back(capsule);
     }
     if (reaching.empty()) return 0.0;
-    // Halved across the longest edge, so that needles don't stay needles.
+    // Halved across the longest edge, so that thin triangles become compact.
     const double pq = (t.p - t.q).squaredNorm();
     const double qr = (t.q - t.r).squaredNorm();
     const double rp = (t.r - t.p).squaredNorm();
@@ -92,7 +94,7 @@ double areaInside(const Triangle& t, const std::vector<const Capsule*>& near, do
 
 } // namespace
 
-/// Bullet's hierarchy, and a way through it that looks at the nearer half first and at nothing that is too far.
+/// Searches Bullet's hierarchy with the nearer half first, and leaves out what is too far.
 struct MeshDistance::Bullet
 {
     Eigen::Matrix3Xf vertices; ///< of the mesh, in Bullet's units
@@ -127,8 +129,8 @@ void MeshDistance::Bullet::build(const haptics::TriangleMesh& mesh)
     shape = std::make_unique<btBvhTriangleMeshShape>(&arrays, true);
 }
 
-/// No spot in the node's box is nearer to the capsule's axis than this: the larger of the distances box to box and ball to
-/// axis.
+/// A lower bound on the distance of the node's box from the capsule's axis: the larger of the
+/// distances box to box and ball to axis.
 double MeshDistance::Bullet::lowerBound(const Capsule& capsule, int node) const
 {
     const btQuantizedBvhNode& quantized = nodes()[node];
@@ -145,7 +147,8 @@ double MeshDistance::Bullet::lowerBound(const Capsule& capsule, int node) const
     return std::max(apart.norm(), ball) - kFloatSlack_m;
 }
 
-/// Calls \a visit with every triangle whose box may be within \a limit of the axis; visit may lower the limit.
+/// Calls \a visit with every triangle whose box may be within \a limit of the axis; visit may lower
+/// the limit.
 template<class Visit>
 void MeshDistance::Bullet::walk(const Capsule& capsule,
                                 int node,
@@ -158,7 +161,7 @@ void MeshDistance::Bullet::walk(const Capsule& capsule,
         visit(original[static_cast<std::size_t>(here.getTriangleIndex())]);
         return;
     }
-    // Children follow their parent; an escape index says how long the left one's subtree is.
+    // Children follow their parent in memory; an escape index says how long the left subtree is.
     const int left = node + 1;
     const int right = nodes()[left].isLeafNode() ? left + 1 : left + nodes()[left].getEscapeIndex();
     const double toLeft = lowerBound(capsule, left);
@@ -222,7 +225,8 @@ NearestSpot MeshDistance::nearest(const Capsule& capsule, double range_m) const
                                                         _mesh->vertices.col(corner[1]),
                                                         _mesh->vertices.col(corner[2]));
         const double distance = pair.distance - capsule.radius_m;
-        // Of equals the first triangle, in whatever order the hierarchy gives them.
+        // Of triangles at the same distance the first one counts, whatever the order of the
+        // hierarchy.
         const bool nearer =
             distance < best.distance_m || (distance == best.distance_m && t < best.triangle);
         if (distance > range_m || !nearer) return;

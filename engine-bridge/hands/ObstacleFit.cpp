@@ -15,14 +15,15 @@ namespace
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// Thinnest obstacle, m: far below any wavelength, and still a capsule.
+/// The thinnest obstacle, m: far below any wavelength, and still a capsule.
 constexpr double kThinnest_m = 1e-4;
 
 /// Axes of the surface's spread, the longest extent first, as columns.
 Matrix3d principalAxes(const haptics::TriangleMesh& mesh, Vector3d& middle)
 {
-    // Over the surface and not over the vertices, which may crowd: second moments of triangles about the origin are
-    // A/12 (sum v_i v_i^T + 9 m m^T) with m the mean of the corners v_i.
+    // Taken over the surface instead of the vertices, which may crowd: the second moments of a
+    // triangle about the origin are A/12 (sum v_i v_i^T + 9 m m^T), with m the mean of its corners
+    // v_i.
     Matrix3d moments = Matrix3d::Zero();
     Vector3d first = Vector3d::Zero();
     double area = 0.0;
@@ -47,7 +48,8 @@ Matrix3d principalAxes(const haptics::TriangleMesh& mesh, Vector3d& middle)
     return solver.eigenvectors().rowwise().reverse();
 }
 
-/// Least and largest first coordinate of what of the triangles lies within low .. high of the second.
+/// Least and largest first coordinate of the parts of the triangles whose second one is within low
+/// .. high.
 struct Range
 {
     double low = std::numeric_limits<double>::infinity();
@@ -72,7 +74,7 @@ Range within(const Eigen::Matrix3Xd& vertices,
             const Vector3d a = vertices.col(t[k]);
             const Vector3d b = vertices.col(t[(k + 1) % 3]);
             if (a.y() >= low && a.y() <= high) range.add(a.x());
-            // Where the edge crosses the strip's borders.
+            // Includes the places where the edge crosses the strip's borders.
             for (const double border : {low, high})
                 if ((a.y() - border) * (b.y() - border) < 0.0)
                     range.add(a.x() + (b.x() - a.x()) * (border - a.y()) / (b.y() - a.y()));
@@ -90,7 +92,7 @@ std::vector<Capsule> capsulesOf(const haptics::TriangleMesh& mesh, double leastW
     Matrix3d axes = principalAxes(mesh, middle);
     Eigen::Matrix3Xd local = axes.transpose() * (mesh.vertices.colwise() - middle);
     Vector3d extent = local.rowwise().maxCoeff() - local.rowwise().minCoeff();
-    // Spread and extent may rank differently.
+    // The axes are sorted again, since their extents may rank differently from their spreads.
     Eigen::Vector3i order(0, 1, 2);
     std::stable_sort(
         order.data(), order.data() + 3, [&](int i, int k) { return extent[i] > extent[k]; });
@@ -105,7 +107,7 @@ std::vector<Capsule> capsulesOf(const haptics::TriangleMesh& mesh, double leastW
     const double wanted = std::floor(extent.y() / std::max(extent.z(), leastWidth_m) + 0.5);
     const int strips = static_cast<int>(std::clamp(wanted, 1.0, static_cast<double>(most)));
     const double width = extent.y() / strips;
-    // A lone one is as wide as it looks from the side, on average.
+    // A single capsule is as wide as the mesh looks from its sides, on average.
     const double radius = strips > 1 ? 0.5 * width : 0.25 * (width + extent.z());
     for (int i = 0; i < strips; ++i)
     {

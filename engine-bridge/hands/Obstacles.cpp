@@ -3,6 +3,7 @@
 #include "engine-bridge/hands/Fresnel.h"
 #include "engine-bridge/hands/SegmentDistance.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/text/Range.h"
 
 #include <Eigen/Geometry>
 
@@ -26,9 +27,10 @@ double fresnelScale(double d1, double d2, double wavelength_m)
     return std::sqrt(2.0 * (a + b) / (wavelength_m * a * b));
 }
 
-/// The nearer edge, in units of v, of an obstacle that lies behind the point as the sound goes, or under it: only skin
-/// that the point is on, or nearly, takes anything away. The edge is the mirror image of the horizon's, so that weights
-/// pass smoothly through 1/2 at it. \a sine of the angle over the horizon, 0 .. 1.
+/// The nearer edge, in units of v, of an obstacle that lies behind the point as the sound goes, or
+/// below it; only skin on or next to which the point lies takes anything away. It is the mirror
+/// image of the edge at the horizon, so that weights pass smoothly through 1/2 there. \a sine is
+/// that of the angle over the horizon, 0 .. 1.
 double edgeBehind(double sine, double gap, double radius_m, double wavelength_m)
 {
     const double cosine = std::sqrt(std::max(0.0, 1.0 - sine * sine));
@@ -37,7 +39,8 @@ double edgeBehind(double sine, double gap, double radius_m, double wavelength_m)
            4.0 * gap / wavelength_m;
 }
 
-/// \a point, or the nearest spot of the skin of the obstacle in which it lies deepest.
+/// The point itself, or if it lies in an obstacle the nearest place on the skin of the one that it
+/// lies deepest in.
 Vector3d onSkin(const Vector3d& point, const std::vector<Capsule>& obstacles)
 {
     Vector3d moved = point;
@@ -53,7 +56,7 @@ Vector3d onSkin(const Vector3d& point, const std::vector<Capsule>& obstacles)
     return moved;
 }
 
-/// shadowWeight() for a point that is not inside the obstacle (or is meant to be: of another one's skin).
+/// shadowWeight() for a point that is not inside the obstacle, or that is on another one's skin.
 double weightOutside(const Vector3d& source,
                      const Vector3d& point,
                      const Capsule& obstacle,
@@ -68,7 +71,7 @@ double weightOutside(const Vector3d& source,
     if (d1 <= 1e-9 * length) return 1.0; // behind the transducer
     const double r = obstacle.radius_m;
     const double scale = fresnelScale(d1, d2, wavelength_m);
-    // The axis as seen along the way: from a to b, at x from it at the nearest.
+    // The axis as it is seen along the way: from a to b, and nearest to the way at x.
     const Vector3d a = (obstacle.a - source) - w.dot(obstacle.a - source) * w;
     const Vector3d b = (obstacle.b - source) - w.dot(obstacle.b - source) * w;
     const double seen = (b - a).norm();
@@ -128,13 +131,15 @@ public:
     }
 
 private:
-    /// Cosine of the angle from the obstacle's middle beyond which a way from \a spot is lit: its ball, and the edge of
-    /// light round it as it is at its far side. -2 where the spot is inside that.
+    /// Cosine of the angle from the direction of the obstacle's middle beyond which a way from \a
+    /// spot is lit: it takes in the obstacle's ball and the half shadow round it at its far side.
+    /// -2 where the spot is inside of that.
     double cosineLimit(const Vector3d& spot, const Capsule& obstacle) const
     {
         const double away = (0.5 * (obstacle.a + obstacle.b) - spot).norm();
         const double half = 0.5 * (obstacle.b - obstacle.a).norm() + obstacle.radius_m;
-        // v = kLit at a height of kLit sqrt(lambda d1 d2/(2 (d1 + d2))), less than with the shorter of both alone.
+        // v = kLit at a height of kLit sqrt(lambda d1 d2/(2 (d1 + d2))), less than with the shorter
+        // of both alone.
         const double ball = half + kLit * std::sqrt(0.5 * _wavelength_m *
                                                     std::max(away + half, _wavelength_m / 8.0));
         if (ball >= away) return -2.0;
@@ -160,11 +165,10 @@ std::vector<Capsule> usableOnes(const std::vector<Capsule>& obstacles)
 
 bool ShadowOptions::isValid(std::string* error) const
 {
-    const char* wrong = nullptr;
-    if (!(wavelength_m > 0.0 && std::isfinite(wavelength_m))) wrong = "wavelength_m must be over 0";
-    if (maxTests < 1) wrong = "maxTests must be at least 1";
-    if (wrong && error) *error = std::string("ShadowOptions: ") + wrong;
-    return !wrong;
+    return base::RangeCheck("ShadowOptions: ")
+        .above("wavelength_m", wavelength_m, 0.0)
+        .atLeast("maxTests", maxTests, 1)
+        .passed(error);
 }
 
 double shadowWeight(const Vector3d& source,
@@ -211,7 +215,7 @@ Eigen::VectorXd shadowGains(const Eigen::Matrix3Xd& points,
         SpotShadow shadow(array, real, options.wavelength_m);
         Eigen::VectorXd weights;
         counted.tested = shadow.weigh(points.col(n / 2), weights);
-        // As many spots as the budget has room for, if the others are like this one.
+        // Takes as many points as the budget allows if the others cost as much as this one.
         const auto affordable =
             static_cast<Eigen::Index>(options.maxTests / std::max(1L, counted.tested));
         const Eigen::Index spots = std::clamp<Eigen::Index>(affordable, 1, n);

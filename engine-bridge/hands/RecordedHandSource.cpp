@@ -18,7 +18,8 @@ namespace midair::bridge
 namespace
 {
 
-// A line of thirty bytes makes a hand of two thousand, so that the size alone is no limit.
+// A line of 30 bytes makes a hand of 2,000 bytes, so that a limit of the size of the file is not
+// enough.
 constexpr std::size_t kMostBytes = std::size_t(64) << 20;
 constexpr std::size_t kMostFrames = 200000;
 constexpr std::size_t kMostHandsInAll = 200000;
@@ -30,7 +31,7 @@ constexpr std::size_t kColumns = 13;
 const char* const kHeadings =
     "time_s,hand,joint,x,y,z,qx,qy,qz,qw,radius_m,position_valid,orientation_valid";
 
-/// Joint names have no blanks in a file.
+/// Joint names are written without blanks in a file.
 std::string fileName(int joint)
 {
     std::string name = jointName(joint);
@@ -53,7 +54,7 @@ struct Row
     HandJoint value;
 };
 
-/// Fills \a row, or says what is wrong with the line.
+/// Fills \a row and returns ""; else returns what is wrong with the line.
 std::string parse(const std::vector<std::string>& fields, Row& row)
 {
     if (fields.size() != kColumns)
@@ -96,7 +97,8 @@ Hand* handOf(HandFrame& frame, int id)
     return nullptr;
 }
 
-/// What is valid in both is interpolated; what is valid in one alone is not known in between.
+/// A joint that is valid in both frames is interpolated; one that is valid in one alone is not
+/// known in between.
 HandJoint between(const HandJoint& a, const HandJoint& b, double share)
 {
     HandJoint joint;
@@ -232,8 +234,8 @@ std::string RecordedHandSource::status() const
 void writeHandRecording(std::ostream& out, const std::vector<HandFrame>& frames)
 {
     const auto precision = out.precision(10);
-    const std::locale before =
-        out.imbue(std::locale::classic()); // a point in numbers, as it is read
+    // Numbers have a decimal point, as the reader expects.
+    const std::locale before = out.imbue(std::locale::classic());
     out << kHeadings << "\n";
     for (const HandFrame& frame : frames)
         for (const Hand& hand : frame.hands)

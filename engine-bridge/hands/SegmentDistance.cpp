@@ -15,7 +15,8 @@ double clamp01(double value)
     return std::clamp(value, 0.0, 1.0);
 }
 
-/// Is \a x, in the triangle's plane, inside it? \a normal need not be unit.
+/// True if \a x, which lies in the plane of the triangle, is inside it. \a normal need not have
+/// unit length.
 bool inside(const Eigen::Vector3d& x,
             const Eigen::Vector3d& p,
             const Eigen::Vector3d& q,
@@ -51,7 +52,7 @@ ClosestPair closestSegments(const Eigen::Vector3d& a,
     if (uu > 0.0 && vv > 0.0)
     {
         const double determinant = uu * vv - uv * uv;
-        // Parallel: any s will do, the end is taken.
+        // Parallel segments: any s is as near, so the end is taken.
         s = determinant > 1e-14 * uu * vv ? clamp01((uv * vw - uw * vv) / determinant) : 0.0;
         t = (uv * s + vw) / vv;
         if (t < 0.0 || t > 1.0)

@@ -5,7 +5,7 @@
 namespace midair::bridge
 {
 
-/// Two spots and how far apart they are.
+/// Two places and the distance between them.
 struct ClosestPair
 {
     Eigen::Vector3d onSegment;
@@ -13,13 +13,15 @@ struct ClosestPair
     double distance = 0.0; ///< metres
 };
 
-/// Segment a-b against segment c-d (Ericson, Real-Time Collision Detection, 5.1.9); points are segments without length.
+/// Segment a-b against segment c-d (Ericson, Real-Time Collision Detection, 5.1.9); points are
+/// segments without length.
 ClosestPair closestSegments(const Eigen::Vector3d& a,
                             const Eigen::Vector3d& b,
                             const Eigen::Vector3d& c,
                             const Eigen::Vector3d& d);
 
-/// Segment a-b against the triangle p, q, r, its inside included; 0 where they cross. Flat triangles count as their edges.
+/// Segment a-b against the triangle p, q, r, its inside included; 0 where they cross. Flat
+/// triangles count as their edges.
 ClosestPair closestSegmentTriangle(const Eigen::Vector3d& a,
                                    const Eigen::Vector3d& b,
                                    const Eigen::Vector3d& p,

@@ -1,16 +1,9 @@
 #include "engine-bridge/pipeline/HologramPipeline.h"
 
-#include "device/DriveEncoder.h"
 #include "device/GuardedDevice.h"
+#include "engine-bridge/pipeline/ObjectModulation.h"
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/Number.h"
 #include "haptics/base/threads/SteadyClock.h"
-#include "haptics/propagation/PressureField.h"
-
-#include <algorithm>
-#include <chrono>
-#include <cmath>
-#include <stdexcept>
 
 namespace midair::bridge
 {
@@ -18,51 +11,7 @@ namespace midair::bridge
 namespace
 {
 
-constexpr int kMostFields = 64;
-constexpr int kMostCycleSteps = 16;
-
-} // namespace
-
-bool HologramOptions::isValid(std::string* error) const
-{
-    auto fail = [error](const std::string& what)
-    {
-        if (error) *error = what;
-        return false;
-    };
-    if (array.size() == 0)
-        return fail("array \"" + array.name + "\" has no transducers, should have at least one");
-    if (!medium.isValid(error)) return false;
-    if (!(motionTolerance >= 0.0))
-        return fail("motionTolerance is " + base::shortNumber(motionTolerance) +
-                    " wavelengths, should be at least 0");
-    if (maxPoints < 0)
-        return fail("maxPoints is " + std::to_string(maxPoints) + ", should be at least 0");
-    if (!(maxPressure_Pa >= 0.0 && maxPressure_Pa <= 1e6))
-        return fail("maxPressure_Pa is " + base::shortNumber(maxPressure_Pa) +
-                    ", should be 0 (none) to 1e6");
-    if (!(maxAmplitude >= 0.0 && maxAmplitude <= 1.0))
-        return fail("maxAmplitude is " + std::to_string(maxAmplitude) + ", should be 0 to 1");
-    if (cycle < 1 || cycle > kMostFields)
-        return fail("cycle is " + std::to_string(cycle) + " fields, should be 1 to 64");
-    if (cycleSteps < 0 || cycleSteps > kMostCycleSteps)
-        return fail("cycleSteps is " + std::to_string(cycleSteps) + ", should be 0 to 16");
-    if (subsets < 1 || subsets > kMostFields)
-        return fail("subsets is " + std::to_string(subsets) + ", should be 1 to 64");
-    if (!(monitorInterval_s >= 0.0 && monitorInterval_s <= 1e6))
-        return fail("monitorInterval_s is " + base::shortNumber(monitorInterval_s) +
-                    ", should be 0 (never) to 1e6");
-    if (!modulation.isValid(error)) return false;
-    return solverOptions.isValid(error);
-}
-
-namespace
-{
-
-Eigen::VectorXcf vectorOf(const std::vector<std::complex<float>>& q)
-{
-    return Eigen::Map<const Eigen::VectorXcf>(q.data(), static_cast<Eigen::Index>(q.size()));
-}
+constexpr double kMonitorPoll_s = 0.02;
 
 } // namespace
 
@@ -70,61 +19,47 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
 {
     std::string error;
     if (!_options.isValid(&error)) throw base::InputError(error);
-    keepToLimits();
-    if (!_options.solverFactory)
-        _options.solverFactory = [](const std::string& name, const haptics::SolverOptions& o)
-        { return haptics::makeSolver(name, o); };
-    if (!_options.deviceFactory)
-    {
-        device::SafetyLimits limits;
-        limits.maxPressure_Pa = _options.maxPressure_Pa;
-        limits.maxAmplitude = _options.maxAmplitude;
-        _options.deviceFactory = [limits, owner = _options.owner](
-                                     const std::string& uri, const device::DeviceLayout& layout)
-        {
-            // Its first refused field would end the show.
-            if (device::playsByItself(uri))
-                throw device::DeviceError("device \"" + uri +
-                                          "\": a recording takes no fields of a scene; play it "
-                                          "with midair-device play FILE");
-            return device::openLimitedDevice(uri, layout, limits, owner);
-        };
-    }
-    if (_options.solver.empty() && !haptics::solverNames().empty())
-        _options.solver = haptics::solverNames().front();
+    fillIn(_options);
+    keepToLimits(_options, _messages);
+    openOutput();
     PointAssembler::Options points;
     points.wavelength_m = _options.medium.wavelength(_options.array.frequency_Hz);
     points.motionTolerance_m = _options.motionTolerance * points.wavelength_m;
     points.maxPoints = _options.maxPoints;
     points.sets = _options.cycle;
     _assembler = std::make_unique<PointAssembler>(_options.array, points, _messages);
-    openDevice();
-    prepareTurns();
+    haptics::ComposerOptions composer = composerOptions(_options);
+    composer.line = _line;
+    composer.makeSolver(); // an unknown name is told now
+    _composer = std::make_unique<haptics::SequenceComposer>(std::move(composer), _messages);
+    _refiner = std::make_unique<RestRefiner>(_options, *_assembler, *_composer, _around, _messages);
+    _monitor = std::make_unique<PlayedFieldMonitor>(_options);
 }
 
-void HologramPipeline::openDevice()
+// Opens the device, and tells solver, composer and cap what it can play.
+void HologramPipeline::openOutput()
 {
-    try
+    const auto open = [this]
     {
-        _device = _options.deviceFactory(_options.deviceUri,
-                                         {_options.array.size(), _options.array.board});
-    }
-    catch (const std::exception& error)
-    {
-        _deviceError = error.what();
-        _messages.say(_deviceError);
-    }
-    // The solver is to know what can be played at all.
-    const device::DriveAbility ability = _device ? _device->ability() : device::DriveAbility();
-    _options.array.drive.phaseLevels = ability.phaseLevels;
-    _options.array.drive.amplitudeLevels =
-        ability.amplitudes.empty() ? device::amplitudeLevels() : ability.amplitudes;
+        return _options.deviceFactory(_options.deviceUri,
+                                      {_options.array.size(), _options.array.board});
+    };
+    _output = std::make_unique<ArrayOutput>(open, _messages);
+    const device::DriveAbility ability = _output->ability();
+    _line = haptics::LineRate(ability.fieldsPerSecond, ability.amplitudes.size() == 2);
+    keepToLevels(_options, ability);
     const double cap_Pa = device::stricterPressure(_options.maxPressure_Pa, ability.maxPressure_Pa);
-    if (cap_Pa > 0.0)
-        _cap = std::make_unique<PressureCap>(
-            cap_Pa,
-            [this](const device::DriveSignal& signal) { return wouldPlay(signal); },
-            ability);
+    if (!(cap_Pa > 0.0)) return;
+    const auto wouldPlay = [this](const device::DriveSignal& signal)
+    { return _output->wouldPlay(signal); };
+    _cap = std::make_unique<PressureCap>(cap_Pa, wouldPlay, ability);
+}
+
+void HologramPipeline::setStop(const base::StopToken& stop)
+{
+    _options.solverOptions.stop = stop;
+    _assembler->setStop(stop);
+    _composer->setStop(stop);
 }
 
 std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnapshot& snapshot,
@@ -134,262 +69,230 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
     _counters.superseded += superseded;
     try
     {
-        if (_last && _playing && _assembler->unmoved(snapshot) && _around.unmoved(snapshot.around))
+        if (_last && _output->isPlaying() && _assembler->unmoved(snapshot) &&
+            _around.unmoved(snapshot.around))
             ++_counters.skippedUnmoved;
         else
             _last = solveAndPlay(snapshot);
     }
-    catch (const base::Stopped&)
+    catch (const base::Stopped& stopped)
     {
-        _last = stopped(snapshot);
+        _last = silent(snapshot, haptics::StopReason::STOPPED, stopped.what());
     }
     catch (const std::exception& error)
     {
-        _last = refuse(snapshot, error.what());
+        _messages.say(error.what());
+        _last = silent(snapshot, haptics::StopReason::REFUSED, error.what());
     }
     return _last;
 }
 
-std::shared_ptr<const HologramResult> HologramPipeline::refuse(const SceneSnapshot& snapshot,
+std::shared_ptr<const HologramResult> HologramPipeline::silent(const SceneSnapshot& snapshot,
+                                                               haptics::StopReason stop,
                                                                const std::string& why)
 {
+    _refiner->end();
     silence();
-    _messages.say(why);
     auto result = std::make_shared<HologramResult>();
-    result->report.stop = haptics::StopReason::REFUSED;
-    result->report.message = why;
-    result->report.transducers = _options.array.size();
-    result->played.setZero(_options.array.size());
-    finish(snapshot, *result);
+    result->frame = snapshot.frame;
+    result->latency_ms = (base::steadySeconds() - snapshot.time_s) * 1e3;
+    result->sequence.report.stop = stop;
+    result->sequence.report.message = why;
+    result->sequence.report.transducers = _options.array.size();
+    result->sequence.fields = {Eigen::VectorXcf::Zero(_options.array.size())};
+    finish(*result);
     return result;
+}
+
+haptics::ControlPoints
+HologramPipeline::assemble(const SceneSnapshot& snapshot, int set, HologramResult& result)
+{
+    AssembledPoints assembled = _assembler->assemble(snapshot, set);
+    result.skipped = std::move(assembled.skipped);
+    count(*_assembler, assembled, _counters);
+    _around.begin(snapshot.around);
+    _counters.outOfReach += _around.keepWithinReach(assembled.points, result.skipped);
+    return std::move(assembled.points);
 }
 
 std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const SceneSnapshot& snapshot)
 {
     auto result = std::make_shared<HologramResult>();
-    result->played.setZero(_options.array.size());
-    const int set = nextSet();
-    AssembledPoints assembled = _assembler->assemble(snapshot, set);
-    result->points = std::move(assembled.points);
-    result->skipped = std::move(assembled.skipped);
-    result->absolute = assembled.absolute;
-    _counters.sampled = _assembler->sampled();
-    _counters.followed = _assembler->followed();
-    _counters.outOfWorkspace += assembled.outOfWorkspace;
-    _counters.overBudget += assembled.overBudget;
-    _counters.crowded += assembled.crowded;
-    _counters.unpainted += assembled.unpainted;
-    _around.begin(snapshot.around);
-    _counters.outOfReach += _around.keepWithinReach(result->points, result->skipped);
-    _playing = true;
-    if (result->points.size() == 0)
+    result->frame = snapshot.frame;
+    const int set = _refiner->nextSet();
+    _monitor->forget();
+    const haptics::ControlPoints points = assemble(snapshot, set, *result);
+    const haptics::TransducerArray& array = arrayFor(points);
+    haptics::FieldSequence sequence;
+    if (points.size() > 0)
     {
-        silenceDevice();
-        result->report.stop = haptics::StopReason::NOTHING_TO_DO;
-        result->report.transducers = _options.array.size();
-        result->played.setZero(_options.array.size());
-        finish(snapshot, *result);
-        return result;
+        sequence = _composer->compose(
+            set,
+            points,
+            modulationOf(snapshot.objects, points, _options.modulation, _messages),
+            array,
+            _options.medium);
+        count(sequence.report, _counters);
+        _updates.count(base::steadySeconds());
+        if (!sequence.report.message.empty()) _messages.say(sequence.report.message);
+        // Its solver compared it with the last field of its own set.
+        if (_options.cycle > 1) continueLast(sequence);
+        _refiner->begin(snapshot, set, sequence);
     }
-    const haptics::TransducerArray& array = arrayFor(*result);
-    MadeFields made = _maker->make(
-        set, snapshot.objects, result->points, assembled.absolute, array, _options.medium);
-    result->report = made.report;
-    ++_counters.solves;
-    const int built = made.report.rowsBuilt;
-    _counters.rowsBuilt += static_cast<std::uint64_t>(built);
-    _counters.rowsKept += static_cast<std::uint64_t>(std::max(0, made.report.points - built));
-    _solveTimes_s.push_back(base::steadySeconds());
-    if (!result->report.message.empty()) _messages.say(result->report.message);
-    if (result->report.stop == haptics::StopReason::REFUSED)
-        silence();
     else
-        playMade(array, made, *result);
-    finish(snapshot, *result);
-    if (made.fields.size() < 2) measure(array, *result);
-    remember(snapshot, set, made, *result);
+        sequence.report.transducers = _options.array.size();
+    play(array, std::move(sequence), *result);
+    result->latency_ms = (base::steadySeconds() - snapshot.time_s) * 1e3;
+    measure(array, *result);
+    finish(*result);
+    if (!_output->isPlaying())
+        _refiner->end();
+    else if (result->points.size() > 0)
+        _monitor->submit(result->sequence, snapshot.objects, array);
     return result;
 }
 
-const haptics::TransducerArray& HologramPipeline::arrayFor(const HologramResult& result)
+const haptics::TransducerArray& HologramPipeline::arrayFor(const haptics::ControlPoints& points)
 {
     return _around.shadowed(
-        result.points, _options.array, _options.medium.wavelength(_options.array.frequency_Hz));
+        points, _options.array, _options.medium.wavelength(_options.array.frequency_Hz));
 }
 
-PressureCap::Where HologramPipeline::whereCapHolds(const haptics::TransducerArray& array,
-                                                   const HologramResult& result) const
+// A hand that shadows may be gone before the next field, so the cap holds without it too.
+void HologramPipeline::cap(const haptics::TransducerArray& array,
+                           haptics::FieldSequence& sequence,
+                           HologramResult& result)
 {
-    // A hand that shadows may be gone before the next field, so the cap holds without it too.
+    if (!_cap) return;
+    result.maxPressure_Pa = _cap->max_Pa();
+    if (sequence.isEmpty()) return;
     std::vector<const haptics::TransducerArray*> arrays{&array};
     if (&array != &_options.array) arrays.push_back(&_options.array);
-    return {result.points.positions,
-            arrays,
-            _options.medium,
-            _modulation.amplitudeRate_Hz > 0.0,
-            _options.solverOptions.threads,
-            _options.solverOptions.stop};
-}
-
-void HologramPipeline::noteCap(HologramResult& result)
-{
-    if (result.capFactor >= 1.0) return;
+    sequence.report.capFactor = _cap->hold({result.points.positions,
+                                            arrays,
+                                            _options.medium,
+                                            sequence.modulation.amplitudeRate_Hz > 0.0,
+                                            _options.solverOptions.threads,
+                                            _options.solverOptions.stop},
+                                           sequence);
+    if (sequence.report.capFactor >= 1.0) return;
     ++_counters.capped;
-    const std::string cap = base::shortNumber(_cap->max_Pa()) + " Pa at any control point";
-    _messages.say(result.capFactor > 0.0
-                      ? "the field is held down to the cap of " + cap
-                      : "silent: the device's levels can't keep to the cap of " + cap);
+    _messages.say(_cap->message(sequence.report.capFactor));
 }
 
-void HologramPipeline::holdToCap(const haptics::TransducerArray& array, HologramResult& result)
+// Leaves in result what is played, and whether.
+void HologramPipeline::play(const haptics::TransducerArray& array,
+                            haptics::FieldSequence sequence,
+                            HologramResult& result)
 {
-    CappedField field = _cap->hold(whereCapHolds(array, result), _signal);
-    result.capFactor = field.factor;
-    result.played = std::move(field.played);
-    result.achieved_Pa = std::move(field.achieved_Pa);
-    if (field.factor < 1.0) rate(result.points, result.achieved_Pa, result.absolute, result.report);
-    noteCap(result);
-}
-
-void HologramPipeline::play(const haptics::TransducerArray& array, HologramResult& result)
-{
-    const int m = _options.array.size();
-    if (_q.size() != m)
-        throw std::logic_error("solver gave " + std::to_string(_q.size()) + " activations for " +
-                               std::to_string(m) + " transducers");
-    if (!device::encode(_q.data(), m, _signal))
-        throw std::runtime_error("solver gave activations that are not finite; nothing is played");
-    if (_cap) holdToCap(array, result);
-    if (result.capFactor <= 0.0) return silenceDevice();
-    if (_player)
+    result.points = sequence.points();
+    cap(array, sequence, result);
+    if (sequence.isEmpty() || sequence.report.capFactor <= 0.0)
     {
-        // The field at its full amplitude is what is shown; a step that the device refuses is followed by the next.
-        std::vector<std::complex<float>> q;
-        device::decode(_signal, q);
-        handToPlayer({vectorOf(q)});
+        const bool failed = sequence.report.stop == haptics::StopReason::REFUSED;
+        _output->silence(failed ? ArrayOutput::Silence::FAILED : ArrayOutput::Silence::WANTED);
+        sequence.fields = {Eigen::VectorXcf::Zero(_options.array.size())};
     }
-    // A field that the device did not take is tried again: with the next snapshot, moved or not, and by attend().
-    else if (_device && !sendSignal())
-        _messages.say(refusal());
-}
-
-bool HologramPipeline::sendSignal()
-{
-    const std::lock_guard<std::mutex> lock(_sending);
-    // Whoever asked for it may have silenced the device already.
-    _options.solverOptions.stop.throwIfRequested();
-    _before = _device->report();
-    _playing = _device->send(_signal);
-    // A device that is there and refuses all the same is not asked again and again.
-    _holds = _playing || _device->report().state != device::DeviceState::READY;
-    if (!_playing) _device->silence();
-    return _playing;
-}
-
-// Of a device that is gone it says what happened to it, which is said once.
-std::string HologramPipeline::refusal() const
-{
-    const device::DeviceReport report = _device->report();
-    if (report.state == device::DeviceState::MUTED) return "device: muted";
-    const std::string why = report.message.empty() ? _device->status() : report.message;
-    return (report.state == device::DeviceState::LOST ? "device: " : "device refused a field: ") +
-           why;
-}
-
-Eigen::VectorXcf HologramPipeline::wouldPlay(const device::DriveSignal& signal) const
-{
-    if (_device) return vectorOf(_device->wouldPlay(signal));
-    std::vector<std::complex<float>> q;
-    device::decode(signal, q);
-    return vectorOf(q);
-}
-
-// What the device tells that it plays; where it hasn't told yet, what it is going to.
-Eigen::VectorXcf HologramPipeline::playedNow() const
-{
-    const bool told = _device && !(_playing && (_player || _device->report().pending > 0));
-    return told ? vectorOf(_device->played()) : wouldPlay(_signal);
-}
-
-// achieved_Pa of what is played, which the cap has computed already where the device plays what it was to.
-void HologramPipeline::measure(const haptics::TransducerArray& array, HologramResult& result) const
-{
-    if (result.report.stop == haptics::StopReason::REFUSED || result.capFactor <= 0.0)
-        result.played.setZero(_options.array.size());
     else
     {
-        const Eigen::VectorXcf played = playedNow();
-        if (played == result.played && result.achieved_Pa.size() > 0) return;
-        result.played = played;
+        _output->play(sequence, _options.array.size(), _options.solverOptions.stop);
+        if (sequence.fields.size() > 1 && _line.isSlowerThan(_options.modulation.fieldRate_Hz))
+            _messages.say(_line.message(sequence.modulation, _options.modulation));
     }
-    result.achieved_Pa = haptics::pressureAt(result.points.positions,
-                                             array,
-                                             _options.medium,
-                                             result.played,
-                                             _options.solverOptions.threads,
-                                             _options.solverOptions.stop)
-                             .cwiseAbs();
+    result.sequence = std::move(sequence);
+}
+
+void HologramPipeline::continueLast(haptics::FieldSequence& sequence) const
+{
+    if (_last)
+        haptics::continueFrom(
+            _last->played(), _options.solverOptions.updateRate_Hz, _options.array.drive, sequence);
+}
+
+void HologramPipeline::measure(const haptics::TransducerArray& array, HologramResult& result) const
+{
+    measurePlayed(*_output, array, _options.medium, _options.solverOptions, result);
+}
+
+void HologramPipeline::finish(HologramResult& result)
+{
+    result.playing = _output->isPlaying();
+    result.counters = _counters;
+    result.updatesPerSecond = _updates.perSecond(base::steadySeconds());
+    result.deviceStatus = _output->status();
+    result.monitored = _monitor->latest();
+    if (result.monitored) result.sequence.report.surface = result.monitored->surface;
+    result.messages = _messages.all();
+}
+
+double HologramPipeline::rest_s() const
+{
+    if (!_output->isPlaying()) return kAttend_s;
+    if (_refiner->hasWork()) return 0.0;
+    return _monitor->isPending() ? kMonitorPoll_s : kAttend_s;
 }
 
 std::shared_ptr<const HologramResult> HologramPipeline::attend()
 {
+    if (!_last) return nullptr;
     try
     {
-        return lookAfterDevice();
+        if (_output->isPlaying() && _last->points.size() > 0)
+        {
+            if (auto result = refine()) return _last = result;
+            if (auto result = askMonitor()) return _last = result;
+        }
+        if (auto result = lookAfterDevice()) return _last = result;
     }
     catch (const base::Stopped&)
     {
         // Whoever asked for it silences the device, or replaces or ends this.
-        return nullptr;
     }
+    catch (const std::exception& error)
+    {
+        _messages.say(error.what()); // what is played already goes on
+        _refiner->end();
+    }
+    return nullptr;
+}
+
+std::shared_ptr<const HologramResult> HologramPipeline::refine()
+{
+    auto sequence = _refiner->step(_last->points, _last->sequence.modulation);
+    _counters.solves += static_cast<std::uint64_t>(_refiner->takeSolves());
+    if (!sequence) return nullptr;
+    auto result = std::make_shared<HologramResult>(*_last);
+    result->outline = sequence->isHeld();
+    continueLast(*sequence);
+    const haptics::TransducerArray& array = arrayFor(_last->points);
+    play(array, std::move(*sequence), *result);
+    _monitor->forget();
+    measure(array, *result);
+    finish(*result);
+    return result;
+}
+
+std::shared_ptr<const HologramResult> HologramPipeline::askMonitor()
+{
+    if (!_monitor->isOn()) return nullptr;
+    _monitor->submit(_last->sequence, _refiner->snapshot().objects, arrayFor(_last->points));
+    const auto found = _monitor->takeNew();
+    if (!found) return nullptr;
+    if (!found->error.empty()) _messages.say(found->error);
+    auto result = std::make_shared<HologramResult>(*_last);
+    finish(*result);
+    return result;
 }
 
 std::shared_ptr<const HologramResult> HologramPipeline::lookAfterDevice()
 {
-    if (auto result = goOn()) return result;
-    // What is modulated is sent again and again anyway.
-    if (!_last || !_device || _player || !_holds) return nullptr;
-    const device::DeviceReport now = _device->report();
-    const bool ready = now.state == device::DeviceState::READY;
-    const bool lost = now.lost != _before.lost || now.faults != _before.faults ||
-                      now.reconnects != _before.reconnects;
-    const bool again = ready && now.pending == 0 && (lost || !_playing);
-    if (!again && (ready || !_playing)) return nullptr;
+    const auto attention = _output->attend(_options.solverOptions.stop);
+    if (attention == ArrayOutput::Attention::NOTHING) return nullptr;
+    if (attention == ArrayOutput::Attention::RESENT) ++_counters.resent;
     auto result = std::make_shared<HologramResult>(*_last);
-    _playing = false;
-    if (again && sendSignal())
-        ++_counters.resent;
-    else
-        _messages.say(refusal());
-    result->playing = _playing;
-    result->counters = _counters;
-    result->deviceStatus = _device->status();
-    result->messages = _messages.all();
-    measure(arrayFor(*result), *result);
-    _last = result;
+    measure(arrayFor(result->points), *result);
+    finish(*result);
     return result;
-}
-
-void HologramPipeline::finish(const SceneSnapshot& snapshot, HologramResult& result)
-{
-    result.frame = snapshot.frame;
-    result.playing = _playing;
-    result.maxPressure_Pa = _cap ? _cap->max_Pa() : 0.0;
-    result.latency_ms = (base::steadySeconds() - snapshot.time_s) * 1e3;
-    result.counters = _counters;
-    result.updatesPerSecond = updatesPerSecond();
-    result.deviceStatus = _device ? _device->status() : "not open: " + _deviceError;
-    if (_monitor) result.monitored = _monitor->latest();
-    if (result.monitored) result.report.surface = result.monitored->surface;
-    result.messages = _messages.all();
-}
-
-double HologramPipeline::updatesPerSecond()
-{
-    const double now = base::steadySeconds();
-    while (!_solveTimes_s.empty() && _solveTimes_s.front() < now - 1.0)
-        _solveTimes_s.pop_front();
-    return static_cast<double>(_solveTimes_s.size());
 }
 
 } // namespace midair::bridge

@@ -1,12 +1,16 @@
 #pragma once
 
+#include "engine-bridge/pipeline/PointAssembler.h"
+#include "engine-bridge/playing/ArrayOutput.h"
 #include "haptics/points/ControlPoints.h"
 #include "haptics/sequence/FieldMonitor.h"
+#include "haptics/sequence/FieldSequence.h"
 #include "haptics/solvers/HologramSolver.h"
 
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <string>
 #include <vector>
@@ -39,29 +43,53 @@ struct HologramCounters
 /// One solved field, handed back to the overlays, the HUD and the report; immutable.
 struct HologramResult
 {
-    std::uint64_t frame = 0;       ///< of the snapshot it was solved for
-    double latency_ms = 0.0;       ///< from the snapshot's stamp to the drive signal
-    haptics::ControlPoints points; ///< array frame
-    Eigen::Matrix3Xd
-        skipped; ///< 3 x k, array frame: points that were left out (workspace, spacing, budget)
-    bool absolute = false; ///< targets are in Pa
-    Eigen::VectorXf
-        achieved_Pa; ///< n, |G q| for q as played; of fields in turn the one that is for the point
-    Eigen::VectorXcf played; ///< m, what the device plays; of fields in turn the first
-    std::vector<Eigen::VectorXcf>
-        turn;                  ///< all fields that are played in turn, m each; empty: one is held
-    double fieldRate_Hz = 0.0; ///< at which they follow each other
+    std::uint64_t frame = 0; ///< of the snapshot it was solved for
+    double latency_ms = 0.0; ///< from the snapshot's stamp to the drive signal
+    /// As the device plays it, with the parts and the report of what was solved; a silent field where there
+    /// is nothing to play, none where nothing is open.
+    haptics::FieldSequence sequence;
+    haptics::ControlPoints points; ///< of the sequence, array frame
+    /// 3 x k, array frame: points that were left out (workspace, spacing, budget, reach).
+    Eigen::Matrix3Xd skipped;
+    Eigen::VectorXf achieved_Pa; ///< n, |p| at points, each in the field that is for it, as played
     bool outline = false; ///< dense points along curves, in one stationary field without ripples
     /// Certificate and surface figures of the newest field that was looked at beside the solver; null: none yet.
     std::shared_ptr<const haptics::FieldMonitor::Result> monitored;
-    haptics::SolveReport report;
     double maxPressure_Pa = 0.0; ///< cap at the control points, peak; 0: none
-    double capFactor = 1.0; ///< what keeping to it took off all amplitudes; 1: nothing; 0: silenced
-    bool playing = false;   ///< the device took the field; or there is none, or nothing to play
+    bool playing = false; ///< the device took the field; or there is none, or nothing to play
     HologramCounters counters;
     double updatesPerSecond = 0.0;
     std::string deviceStatus;
     std::vector<std::string> messages; ///< what the user should know, each said once
+
+    /// m activations, what the device plays; of fields in turn the first. Empty where nothing is open.
+    const Eigen::VectorXcf& played() const;
+    const haptics::SolveReport& report() const { return sequence.report; }
 };
+
+/// How many fields were solved in the last second.
+class UpdateRate
+{
+public:
+    void count(double now_s) { _times_s.push_back(now_s); }
+    double perSecond(double now_s);
+
+private:
+    std::deque<double> _times_s; // of the last second
+};
+
+/// Adds what \a assembler made of a snapshot, and what a solver reports, to \a counters.
+void count(const PointAssembler& assembler,
+           const AssembledPoints& assembled,
+           HologramCounters& counters);
+void count(const haptics::SolveReport& report, HologramCounters& counters);
+
+/// Puts the fields as \a output plays them in place of those that it was given, measures what they achieve at the points, and
+/// rates anew what a cap took down.
+void measurePlayed(const ArrayOutput& output,
+                   const haptics::TransducerArray& array,
+                   const haptics::Medium& medium,
+                   const haptics::SolverOptions& options,
+                   HologramResult& result);
 
 } // namespace midair::bridge

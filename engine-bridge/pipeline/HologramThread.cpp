@@ -129,8 +129,8 @@ void HologramThread::run()
 void HologramThread::publishClosed(haptics::StopReason stop, const std::string& why)
 {
     auto result = std::make_shared<HologramResult>();
-    result->report.stop = stop;
-    result->report.message = why;
+    result->sequence.report.stop = stop;
+    result->sequence.report.message = why;
     if (!why.empty()) result->messages.push_back(why);
     result->deviceStatus = "not open";
     publish(result, {});

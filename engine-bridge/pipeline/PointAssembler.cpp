@@ -113,7 +113,7 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
     for (const HapticObject& object : snapshot.objects)
         if (object.properties.pressureInPa)
             strongest_Pa = std::max(strongest_Pa, object.properties.pressure);
-    out.absolute = strongest_Pa > 0.0;
+    const bool absolute = strongest_Pa > 0.0;
 
     _assembled = false; // should it be broken off
     _placed.clear();
@@ -137,11 +137,12 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
             continue;
         }
         // Where some objects are in Pa, the others are relative to the strongest of those.
-        const double unit_Pa = out.absolute && !p.pressureInPa ? strongest_Pa : 1.0;
+        const double unit_Pa = absolute && !p.pressureInPa ? strongest_Pa : 1.0;
         add(object, static_cast<int>(i), unit_Pa, set, placed);
     }
     _samples.endSnapshot();
     select(snapshot, out);
+    out.points.absolute = absolute;
     _assembled = true;
     return out;
 }

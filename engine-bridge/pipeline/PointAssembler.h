@@ -20,7 +20,6 @@ struct AssembledPoints
 {
     haptics::ControlPoints points; ///< array frame; object indexes the snapshot's objects
     Eigen::Matrix3Xd skipped; ///< array frame; sampled but left out (workspace, spacing, budget)
-    bool absolute = false;    ///< targets are in Pa; else relative
     std::uint64_t outOfWorkspace = 0; ///< points, and objects that were not even sampled
     std::uint64_t overBudget = 0;     ///< points
     std::uint64_t crowded = 0;        ///< points too near another one

@@ -195,34 +195,26 @@ double PressureCap::holdAll(const Where& where, std::vector<Eigen::VectorXcf>& f
     return 0.0;
 }
 
-// With the solvers' own definitions: s = (y.a)/(a.a), errors y/(s a) - 1, with absolute targets s = 1.
-void rate(const haptics::ControlPoints& points,
-          const Eigen::VectorXf& achieved_Pa,
-          bool absolute,
-          haptics::SolveReport& report)
+double PressureCap::hold(const Where& where, haptics::FieldSequence& sequence) const
 {
-    const Eigen::ArrayXd y = achieved_Pa.cast<double>().array();
-    const Eigen::ArrayXd a = points.targets.array();
-    const Eigen::Index wanted = (a > 0.0).count();
-    if (wanted == 0)
-    {
-        // No points, or nothing wanted at any: nothing is missed either.
-        report.rms = report.max = report.loudness = report.level_Pa = report.worstShortfall = 0.0;
-        report.shortPoints = 0;
-        return;
-    }
-    const double s = (y * a).sum() / a.square().sum();
-    const double level_Pa = s * a.maxCoeff();
-    if (report.level_Pa > 0.0) report.loudness *= level_Pa / report.level_Pa;
-    report.level_Pa = level_Pa;
-    if (!(s > 0.0)) return; // silent: no error relative to nothing
-    const Eigen::ArrayXd error = (a > 0.0).select(y / (a * (absolute ? 1.0 : s)) - 1.0, 0.0);
-    report.rms = std::sqrt(error.square().sum() / static_cast<double>(wanted));
-    report.max = error.abs().maxCoeff();
-    if (!absolute) return;
-    constexpr double kShort = 0.01;
-    report.shortPoints = static_cast<int>((error < -kShort).count());
-    report.worstShortfall = std::max(0.0, -error.minCoeff());
+    if (!sequence.isHeld()) return holdAll(where, sequence.fields);
+    Eigen::VectorXcf& q = sequence.fields.front();
+    device::DriveSignal signal;
+    if (!device::encode(q.data(), static_cast<int>(q.size()), signal))
+        throw base::InputError("solver gave activations that are not finite; nothing is played");
+    const double factor = hold(where, signal).factor;
+    if (factor >= 1.0) return factor;
+    std::vector<std::complex<float>> lowered;
+    device::decode(signal, lowered);
+    q = Eigen::Map<const Eigen::VectorXcf>(lowered.data(), q.size());
+    return factor;
+}
+
+std::string PressureCap::message(double factor) const
+{
+    const std::string most = base::shortNumber(_max_Pa) + " Pa at any control point";
+    return factor > 0.0 ? "the field is held down to the cap of " + most
+                        : "silent: the device's levels can't keep to the cap of " + most;
 }
 
 } // namespace midair::bridge

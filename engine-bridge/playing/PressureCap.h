@@ -4,11 +4,12 @@
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/threads/StopToken.h"
-#include "haptics/solvers/HologramSolver.h"
+#include "haptics/sequence/FieldSequence.h"
 
 #include <Eigen/Core>
 
 #include <functional>
+#include <string>
 #include <vector>
 
 namespace midair::bridge
@@ -59,6 +60,11 @@ public:
     /// silent. Throws base::InputError for an activation that is not finite.
     double holdAll(const Where& where, std::vector<Eigen::VectorXcf>& fields) const;
 
+    /// Of what is to be played, one field or several. Throws as holdAll().
+    double hold(const Where& where, haptics::FieldSequence& sequence) const;
+    /// What is said where all amplitudes were lowered by \a factor < 1.
+    std::string message(double factor) const;
+
 private:
     double loudest(const Where& where, const device::DriveSignal& signal, CappedField& field) const;
 
@@ -67,11 +73,5 @@ private:
     device::DriveAbility _ability;
     float _coarsest; ///< most that rounding to levels takes off an amplitude, or adds
 };
-
-/// Rates anew in \a report (rms, max, level, loudness, points that fall short) a field that was scaled down after it was solved.
-void rate(const haptics::ControlPoints& points,
-          const Eigen::VectorXf& achieved_Pa,
-          bool absolute,
-          haptics::SolveReport& report);
 
 } // namespace midair::bridge

@@ -14,8 +14,9 @@ namespace midair::bridge
 /// True for a transform that turns or scales with the camera on screen (osg::AutoTransform).
 bool followsCamera(const osg::Transform& transform);
 
-/// The transform's own matrix, its children -> its parent, the same from every camera: what follows one is taken as if
-/// it stood still. Only for relative reference frames.
+/// The transform's own matrix, from its children to its parent, the same for every camera: a
+/// transform that follows the camera is taken as if it stood still. Only for relative reference
+/// frames.
 osg::Matrixd cameraFreeMatrix(osg::Transform& transform, osg::NodeVisitor* visitor);
 
 } // namespace midair::bridge

@@ -31,7 +31,8 @@ bool decompose(const Eigen::Matrix4d& matrix, PoseAndStretch& parts)
     Eigen::Matrix3d stretch = svd.matrixV() * s.asDiagonal() * svd.matrixV().transpose();
     if (rotation.determinant() < 0.0)
     {
-        // A mirror image: all three signs, so that the pose stays continuous while the object turns.
+        // A mirror image flips all three axes, so that the pose stays continuous while the object
+        // turns.
         rotation = -rotation;
         stretch = -stretch;
     }

@@ -26,7 +26,8 @@ struct MeshPiece
     std::shared_ptr<const haptics::PaintImage> image;
 };
 
-/// Reads drawables; what of them can't be felt goes to warnings, what was read from is kept in sources.
+/// Reads drawables. What cannot be felt of them goes to \a warnings, and what was read from is kept
+/// alive in \a sources.
 class GeometryReader
 {
 public:
@@ -59,7 +60,8 @@ private:
 /// "Geometry 'lid'", for messages.
 std::string quoted(const osg::Object& object);
 
-/// What moves the vertices of a skinned or morphing geometry: null where nothing does, or where it is not chosen yet.
+/// The object that moves the vertices of a skinned or morphing geometry; null where nothing does,
+/// or where it is not chosen yet.
 const osg::Object* deformerOf(const osg::Geometry& geometry);
 
 } // namespace midair::bridge

@@ -10,6 +10,7 @@ namespace midair::bridge
 
 namespace
 {
+
 constexpr std::size_t kManyStretches = 8;
 constexpr std::uint64_t kSweepFrames = 60;
 } // namespace
@@ -60,7 +61,7 @@ void MeshCache::extract(Subtree& subtree, std::vector<std::string>& warnings)
         const bool known =
             same != old.end() && same->fingerprint.topology == state.fingerprint.topology;
         part.topologyId = known ? same->topologyId : _nextId++;
-        // What has not changed keeps its meshes, and is not sampled again.
+        // Parts that have not changed keep their meshes and are not sampled again.
         if (known && same->fingerprint == state.fingerprint) part.stretched.swap(same->stretched);
         fresh = fresh || !known;
         subtree.parts.push_back(std::move(part));
@@ -97,7 +98,7 @@ void MeshCache::refresh(Subtree& subtree,
         }
         findMovers(subtree);
     }
-    // Other paint is another shape for all that is remembered of the old one.
+    // A mesh that is painted differently is a new one for everything that remembers the old one.
     if (repainted) subtree.parts.clear();
     subtree.root = &root;
     extract(subtree, warnings);
@@ -121,7 +122,7 @@ const MeshCache::Stretched& MeshCache::stretchedTo(Part& part, const Eigen::Matr
     auto found = std::find_if(part.stretched.begin(), part.stretched.end(), same);
     if (found == part.stretched.end())
     {
-        // While an object is being scaled every frame brings a stretch that never comes back.
+        // While an object is scaled, every frame brings a stretch that does not come back.
         if (part.stretched.size() >= kManyStretches) forgetUnused(part, 1);
         auto mesh = std::make_shared<haptics::TriangleMesh>(part.mesh);
         mesh->vertices = stretch * mesh->vertices;
@@ -168,7 +169,7 @@ void MeshCache::endFrame()
     {
         for (Part& part : subtree->second.parts)
         {
-            // Who found nothing changed has not asked again, and holds the mesh.
+            // A caller that found nothing changed has not asked again, and still holds the mesh.
             for (Stretched& s : part.stretched)
                 if (s.mesh.use_count() > 1) s.used = _frame;
             forgetUnused(part, kKeptFrames);

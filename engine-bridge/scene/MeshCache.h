@@ -14,22 +14,25 @@
 namespace midair::bridge
 {
 
-/// A part of a subtree as it is now, stretched and in metres.
+/// A part of a subtree as it is now, stretched as the scene has it and in metres.
 struct CachedMesh
 {
     std::uint64_t meshId = 0;     ///< new whenever anything about the mesh is
     std::uint64_t topologyId = 0; ///< new only when the triangles are: the same points can follow
     std::shared_ptr<const haptics::TriangleMesh> mesh;
-    std::uint64_t part =
-        0; ///< 0: what moves with the root; else the same number from frame to frame
+    /// 0: what moves with the root; else the same number from frame to frame
+    std::uint64_t part = 0;
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array
 };
 
-/// Meshes by subtree and stretch, extracted once and again only when the subtree's fingerprint says so.
+/// Meshes by subtree and stretch, extracted once and again only when the subtree's fingerprint says
+/// so.
 ///
-/// A transform inside a subtree that is seen to move makes what is below it a part of its own from then on: only its pose
-/// changes after that. Used on the thread that may read nodes. Between beginFrame() and endFrame() ask for what this frame
-/// needs; what was not asked for in kKeptFrames frames, and is held by nobody else, is forgotten. A frame in which no shape changed allocates nothing.
+/// A transform inside a subtree that is seen to move makes what is below it a part of its own from
+/// then on: only its pose changes after that. Used on the thread that may read nodes. Between
+/// beginFrame() and endFrame() ask for what this frame needs; what was not asked for in kKeptFrames
+/// frames, and is held by nobody else, is forgotten. A frame in which no shape changed allocates
+/// nothing.
 class MeshCache
 {
 public:
@@ -37,19 +40,21 @@ public:
 
     void beginFrame();
 
-    /// Reads the subtree where it has changed and returns a number that is another one whenever its meshes are, or the
-    /// transforms inside it: while it stays the same, so does what get() finds for the same matrix.
+    /// Reads the subtree where it has changed and returns a number that is another one whenever its
+    /// meshes are, or the transforms inside it: while it stays the same, so does what get() finds
+    /// for the same matrix.
     std::uint64_t
     look(osg::Node& root, const ExtractOptions& options, std::vector<std::string>& warnings)
     {
         return lookAt(root, options, warnings).version;
     }
 
-    /// The subtree's parts with their poses in \a out, which is cleared first. \a toArray maps the coordinates of \a root's
-    /// children to the array, affine; its scale is baked into the meshes. Stretches that differ by under 1e-6 of their
-    /// size count as the same (rounding while an object turns). Parts that can't be felt, and other warnings of an
-    /// extraction, are told in \a warnings. \a options' movers and images are the cache's own affair. False, and nothing
-    /// done, where \a toArray is singular, not finite or a perspective.
+    /// The subtree's parts with their poses in \a out, which is cleared first. \a toArray maps the
+    /// coordinates of \a root's children to the array, affine; its scale is baked into the meshes.
+    /// Stretches that differ by under 1e-6 of their size count as the same (rounding while an
+    /// object turns). Parts that can't be felt, and other warnings of an extraction, are told in \a
+    /// warnings. \a options' movers and images are the cache's own affair. False, and nothing done,
+    /// where \a toArray is singular, not finite or a perspective.
     bool get(osg::Node& root,
              const Eigen::Matrix4d& toArray,
              const ExtractOptions& options,

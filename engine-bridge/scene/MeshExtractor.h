@@ -15,8 +15,9 @@
 namespace midair::bridge
 {
 
-/// What a mesh was made from, cheap to compare every frame: array and primitive-set pointers with their modified
-/// counts, the active children, the transforms in between but for movers. (dirtyBound() tells nothing of the kind.)
+/// Tells whether a mesh would come out the same; cheap enough to compare every frame. It covers
+/// array and primitive-set pointers with their modified counts, the active children, and the
+/// transforms in between but for movers. (dirtyBound() tells nothing of the kind.)
 struct MeshFingerprint
 {
     std::uint64_t topology = 0; ///< which triangles
@@ -50,8 +51,9 @@ struct SubtreeState
     std::uint64_t poses() const;
 };
 
-/// Without copying anything; allocates only while \a state grows. Reads \a root's active children, whether or not a camera
-/// sees them: levels of detail count at their finest.
+/// Reads the state of a subtree without copying any of it; allocates only while \a state grows.
+/// Walks \a root's active children, whether or not a camera sees them; levels of detail count at
+/// their finest.
 void inspect(osg::Node& root, const ExtractOptions& options, SubtreeState& state);
 
 /// inspect() for one look.
@@ -63,14 +65,16 @@ struct ExtractedMesh
     SubtreeState state;
     std::vector<haptics::TriangleMesh> parts; ///< as state.parts; may be empty meshes
     std::vector<std::string> warnings;        ///< what of the subtree can't be felt, and why
-    /// Keeps what the fingerprints point at alive, so that no new array can take an old one's address.
+    /// Keeps what the fingerprints point at alive, so that no new array can take an old one's
+    /// address.
     std::vector<osg::ref_ptr<const osg::Referenced>> sources;
 
     /// What moves with the root: all of it where there are no movers.
     const haptics::TriangleMesh& mesh() const { return parts.front(); }
 };
 
-/// Lines and points are left out, and so are cameras (what they show is not where it is) and text.
+/// Extracts the triangles of a subtree. Lines and points are left out, and so are cameras (what
+/// they show is not where it is) and text.
 ExtractedMesh extractMesh(osg::Node& root, const ExtractOptions& options = {});
 
 } // namespace midair::bridge

@@ -141,7 +141,7 @@ PaintImages::get(const osg::Texture& texture, const PaintOptions& options, std::
     paint->wrapV = wrapOf(texture.getWrap(osg::Texture::WRAP_T));
     paint->values.reserve(static_cast<std::size_t>(paint->width) *
                           static_cast<std::size_t>(paint->height));
-    // Row 0 is drawn at v = 0 whatever the image's origin is said to be.
+    // OSG draws row 0 at v = 0, whatever the image says its origin is.
     for (int t = 0; t < paint->height; ++t)
         for (int s = 0; s < paint->width; ++s)
             paint->values.push_back(options.intensity(

@@ -20,7 +20,7 @@
 namespace midair::bridge
 {
 
-/// From what, and how, an object's intensities are painted.
+/// What an object's intensities are painted from, and how.
 struct PaintOptions
 {
     enum Source
@@ -52,7 +52,7 @@ struct PaintOptions
     }
 };
 
-/// What of the state on the way down to a drawable says how it is painted.
+/// The parts of the state on the path down to a drawable that decide how it is painted.
 struct PaintState
 {
     const osg::Texture* texture = nullptr;
@@ -61,15 +61,16 @@ struct PaintState
     void apply(const osg::StateSet* state);
 };
 
-/// Pictures of textures, kept: OSG lets go of a texture's image once it is drawn, when the Optimizer (osgviewer's too) has been
-/// at the scene.
+/// Pictures of textures, kept: OSG lets go of a texture's image once it is drawn, when the
+/// Optimizer (osgviewer's too) has been at the scene.
 class PaintImages
 {
 public:
-    /// Equal while the texture shows the same picture; 0: there never was one. Allocates only for what is new.
+    /// Equal while the texture shows the same picture; 0: there never was one. Allocates only for
+    /// what is new.
     std::uint64_t version(const osg::Texture& texture);
 
-    /// Null, and why in \a warning, where it can't be read.
+    /// The picture of a texture; null, with the reason in \a warning, where it cannot be read.
     std::shared_ptr<const haptics::PaintImage>
     get(const osg::Texture& texture, const PaintOptions& options, std::string& warning);
 
@@ -95,7 +96,8 @@ private:
 std::vector<float>
 vertexIntensities(const osg::Geometry& geometry, std::size_t vertices, const PaintOptions& options);
 
-/// Texture coordinates of unit 0 through \a matrix (may be null), 2 x v; empty where there are none for every vertex.
+/// Texture coordinates of unit 0 through \a matrix (may be null), 2 x v; empty where there are none
+/// for every vertex.
 Eigen::Matrix2Xd
 textureCoordinates(const osg::Geometry& geometry, std::size_t vertices, const osg::TexMat* matrix);
 

@@ -28,7 +28,8 @@ void SubtreeWalk::walk(osg::Node& start, const ExtractOptions& now)
 
 void SubtreeWalk::paintAbove(osg::Node& start)
 {
-    // The nearest texture counts; above a shared subtree there may be several, of which OSG's first parent is taken.
+    // The nearest texture counts; above a shared subtree there may be several, of which OSG's first
+    // parent is taken.
     const osg::Node* node = &start;
     for (PaintState found; node; node = node->getNumParents() > 0 ? node->getParent(0) : nullptr)
     {
@@ -75,7 +76,7 @@ void SubtreeWalk::apply(osg::Transform& node)
 {
     if (options->skip && options->skip(node)) return;
     enter(node);
-    // An absolute frame hangs on the camera, not in the world.
+    // An absolute frame belongs to the camera and not to the world.
     if (node.getReferenceFrame() != osg::Transform::RELATIVE_RF) return;
     const osg::Matrixd outer = matrix;
     const bool outerIdentity = identity;

@@ -16,18 +16,20 @@
 namespace midair::bridge
 {
 
-/// What of a subtree becomes the mesh.
+/// Which parts of a subtree become the mesh, and how they are painted.
 struct ExtractOptions
 {
     PaintOptions paint;
     unsigned int traversalMask = ~0u; ///< nodes whose mask has none of these bits are left out
     std::function<bool(const osg::Node&)> skip; ///< subtrees to leave out; empty: none
     PaintImages* images = nullptr; ///< where pictures are kept; null: they are read each time
-    /// Sorted; transforms that move by themselves: what is below each is a part of its own, in its own coordinates.
+    /// Transforms that move by themselves, sorted: what is below each is a part of its own, in its
+    /// own coordinates.
     std::vector<const osg::Transform*> movers;
 };
 
-/// Hands out each drawable of an active subtree, with the part that it belongs to and its matrix to that part's frame.
+/// Hands out each drawable of an active subtree, with the part that it belongs to and its matrix to
+/// that part's frame.
 ///
 /// Part 0 is in the frame of the root's children; each mover on a path opens another.
 class SubtreeWalk : public osg::NodeVisitor

@@ -19,13 +19,13 @@ struct Board
     std::vector<Eigen::Vector2d> places; ///< metres along columnsAlong and normal x columnsAlong
 };
 
-/// Places of a grid round (0, 0), column by column within row by row; \a without are the (column, row), from 1, that
-/// are left out. \a pitch_m > 0.
+/// Places of a grid round (0, 0), column by column within row by row; \a without are the (column,
+/// row), from 1, that are left out. \a pitch_m > 0.
 std::vector<Eigen::Vector2d>
 gridPlaces(int columns, int rows, double pitch_m, const std::vector<std::pair<int, int>>& without);
 
-/// A direction for columns that suits \a normal (unit length): level, so that rows run up along +y as far as they can;
-/// +x for a board that faces along y.
+/// A direction for columns that suits \a normal (unit length): level, so that rows run up along +y
+/// as far as they can; +x for a board that faces along y.
 Eigen::Vector3d levelColumns(const Eigen::Vector3d& normal);
 
 /// Appends the transducers of \a board to \a array, in the order of its places, as one more board.

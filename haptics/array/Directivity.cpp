@@ -1,5 +1,7 @@
-#include "haptics/array/TransducerArray.h"
+#include "haptics/array/Directivity.h"
+
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 
 #include <algorithm>
 #include <array>
@@ -22,10 +24,11 @@ constexpr std::array<NamedModel, 3> kModels = {
      {Directivity::T4010A1_TABLE, "t4010a1-table"},
      {Directivity::POINT, "point"}}};
 
-// D(theta) = max(0, sum_n c_n sqrt((2n+1)/4pi) P_n(cos theta)) / (that sum at theta = 0), c_n the zonal coefficients
-// of Inoue, Makino, Shinoda 2015 read as those of orthonormal Y_n0. (Read as coefficients of bare P_n, a third of the
-// amplitude would leave through the board behind the transducer.) 1/sqrt(4 pi) cancels. The sum is negative between
-// about 112 and 166 degrees; a transducer has no such side lobe, hence the clamp.
+// D(theta) = max(0, sum_n c_n sqrt((2n+1)/4pi) P_n(cos theta)) / (that sum at theta = 0), c_n the
+// zonal coefficients of Inoue, Makino, Shinoda 2015 read as those of orthonormal Y_n0. (Read as
+// coefficients of bare P_n, a third of the amplitude would leave through the board behind the
+// transducer.) 1/sqrt(4 pi) cancels. The sum is negative between about 112 and 166 degrees; a
+// transducer has no such side lobe, hence the clamp.
 double harmonics(double x)
 {
     const double b0 = 1.11;
@@ -37,12 +40,13 @@ double harmonics(double x)
     return std::max(0.0, sum / (b0 + b1 + b2 + b3));
 }
 
-// Data sheet of the T4010A1 (Nippon Ceramic): dB at 0, 10, .. 90 degrees; between them linear in dB over the angle.
+// Data sheet of the T4010A1 (Nippon Ceramic): dB at 0, 10, .. 90 degrees; between them linear in dB
+// over the angle.
 double table(double x)
 {
     constexpr std::array<double, 10> kLevel_dB = {0, 0, 0, -1, -3, -6, -9, -12, -14, -15};
     if (x < 0.0) return 0.0;
-    const double step = std::acos(std::min(x, 1.0)) * 18.0 / 3.14159265358979323846;
+    const double step = std::acos(std::min(x, 1.0)) * 18.0 / base::kPi;
     const int k = std::clamp(static_cast<int>(step), 0, 8);
     const double t = step - k;
     const double level_dB = kLevel_dB[k] + t * (kLevel_dB[k + 1] - kLevel_dB[k]);

@@ -1,6 +1,7 @@
 #include "haptics/array/Medium.h"
 
-#include "haptics/base/text/PlainText.h"
+#include "haptics/base/Units.h"
+#include "haptics/base/text/Range.h"
 
 #include <cmath>
 
@@ -10,7 +11,6 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kZeroCelsius_K = 273.15;
 constexpr double kReferencePressure_Pa = 101325.0; // p_r of ISO 9613-1
 constexpr double kReferenceTemperature_K = 293.15; // T_0 of ISO 9613-1
 constexpr double kTriplePoint_K = 273.16;          // T_01 of ISO 9613-1, annex B
@@ -23,7 +23,8 @@ struct Relaxation
     double nitrogen;
 };
 
-// ISO 9613-1:1993, equations 3 and 4, with the molar concentration of water vapour h (percent) of annex B:
+// ISO 9613-1:1993, equations 3 and 4, with the molar concentration of water vapour h (percent) of
+// annex B:
 //     p_sat/p_r = 10^C,  C = -6.8346 (T_01/T)^1.261 + 4.6151,  h = h_r (p_sat/p_r) / (p_a/p_r)
 //     f_rO = (p_a/p_r) (24 + 4.04e4 h (0.02 + h)/(0.391 + h))
 //     f_rN = (p_a/p_r) (T/T_0)^(-1/2) (9 + 280 h exp(-4.170 ((T/T_0)^(-1/3) - 1)))
@@ -38,32 +39,21 @@ Relaxation relaxationFrequencies(double T, double relativeHumidity, double press
                 (9.0 + 280.0 * h * std::exp(-4.170 * (1.0 / std::cbrt(t) - 1.0)))};
 }
 
-bool inRange(const char* name, double value, double low, double high, std::string* error)
-{
-    // Written so that NaN fails.
-    if (value >= low && value <= high) return true;
-    if (error != nullptr)
-    {
-        base::PlainStream text;
-        text << name << " is " << value << "; it must be within " << low << " .. " << high;
-        *error = text.str();
-    }
-    return false;
-}
-
 } // namespace
 
 double Medium::soundSpeed() const
 {
-    return 331.3 * std::sqrt(1.0 + temperature_C / kZeroCelsius_K);
+    return 331.3 * std::sqrt(1.0 + temperature_C / base::kZeroCelsius_K);
 }
 
 double Medium::attenuation(double frequency_Hz) const
 {
-    // ISO 9613-1:1993, equation 5; the standard's 8.686 turns Np into dB and is left out here. f in Hz, T in K:
+    // ISO 9613-1:1993, equation 5; the standard's 8.686 turns Np into dB and is left out here. f in
+    // Hz, T in K:
     //     alpha = f^2 [ 1.84e-11 (p_a/p_r)^-1 (T/T_0)^(1/2) + (T/T_0)^(-5/2)
-    //             ( 0.01275 e^(-2239.1/T) / (f_rO + f^2/f_rO) + 0.1068 e^(-3352/T) / (f_rN + f^2/f_rN) ) ]
-    const double T = temperature_C + kZeroCelsius_K;
+    //             ( 0.01275 e^(-2239.1/T) / (f_rO + f^2/f_rO)
+    //               + 0.1068 e^(-3352/T) / (f_rN + f^2/f_rN) ) ]
+    const double T = base::toKelvin(temperature_C);
     const double t = T / kReferenceTemperature_K;
     const double pressureRatio = pressure_Pa / kReferencePressure_Pa;
     const auto [oxygen, nitrogen] = relaxationFrequencies(T, relativeHumidity, pressureRatio);
@@ -77,14 +67,16 @@ double Medium::attenuation(double frequency_Hz) const
 
 double Medium::density() const
 {
-    return pressure_Pa / (kDryAir_J_kgK * (temperature_C + kZeroCelsius_K));
+    return pressure_Pa / (kDryAir_J_kgK * base::toKelvin(temperature_C));
 }
 
 bool Medium::isValid(std::string* error) const
 {
-    return inRange("temperature_C", temperature_C, -40.0, 60.0, error) &&
-           inRange("relativeHumidity", relativeHumidity, 0.0, 1.0, error) &&
-           inRange("pressure_Pa", pressure_Pa, 50e3, 120e3, error);
+    return base::RangeCheck()
+        .within("temperature_C", temperature_C, -40.0, 60.0)
+        .within("relativeHumidity", relativeHumidity, 0.0, 1.0)
+        .within("pressure_Pa", pressure_Pa, 50e3, 120e3)
+        .passed(error);
 }
 
 bool operator==(const Medium& a, const Medium& b)

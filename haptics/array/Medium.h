@@ -15,7 +15,8 @@ struct Medium
     /// m/s; 331.3 sqrt(1 + T/273.15).
     double soundSpeed() const;
 
-    /// Amplitude attenuation in Np/m of a pure tone, ISO 9613-1:1993, equations 3 to 5. \a frequency_Hz > 0.
+    /// Amplitude attenuation in Np/m of a pure tone, ISO 9613-1:1993, equations 3 to 5. \a
+    /// frequency_Hz > 0.
     double attenuation(double frequency_Hz) const;
 
     /// kg/m^3, by the gas law for dry air.
@@ -24,7 +25,8 @@ struct Medium
     /// m; soundSpeed() / frequency_Hz.
     double wavelength(double frequency_Hz) const { return soundSpeed() / frequency_Hz; }
 
-    /// False where a value is outside its range or not finite; \a error then names the value and the range.
+    /// False where a value is outside its range or not finite; \a error then names the value and
+    /// the range.
     bool isValid(std::string* error = nullptr) const;
 };
 

@@ -1,6 +1,7 @@
 #include "haptics/array/PatFile.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 #include "haptics/base/text/Number.h"
 
 #include <algorithm>
@@ -17,7 +18,6 @@ constexpr int kTransducers = 256;
 constexpr int kLevels = 128;
 constexpr int kLines = 7;
 constexpr const char* kBlanks = " \t\r";
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kMostMetres = 10.0;
 constexpr double kMostDegrees = 360.0;
 constexpr double kLeastCorrection = 0.01;
@@ -30,7 +30,7 @@ std::string trimmed(const std::string& text)
     return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
 }
 
-/// A file in lines, each of which is named where it is wrong.
+/// A file as numbered lines, so that a message can name the one that is wrong.
 class PatReader
 {
 public:
@@ -67,7 +67,8 @@ public:
             fail(number, "is \"" + text.substr(0, 40) + "\"; it must be " + what);
     }
 
-    /// kTransducers numbers with commas between them and, in the published files, after the last.
+    /// kTransducers numbers with commas between them and, in the published files, one behind the
+    /// last.
     std::vector<double> numbers(int number, const std::string& what, double low, double high) const
     {
         std::vector<double> values;
@@ -83,7 +84,7 @@ public:
         return values;
     }
 
-    /// (x, y, z),(x, y, z),
+    /// Places as "(x, y, z),(x, y, z),".
     Eigen::Matrix3Xd places(int number) const
     {
         const std::string what = "places (x, y, z) in metres";
@@ -203,14 +204,15 @@ PatBoard readPat(const std::string& text, const std::string& source)
     array.board.assign(kTransducers, 0);
     array.drive.phaseLevels = kLevels;
     for (int width = 0; width <= kLevels / 2; ++width)
-        array.drive.amplitudeLevels.push_back(static_cast<float>(std::sin(kPi * width / kLevels)));
-    // The driver takes the adjustment off the delay that it wants and multiplies the amplitude: so the transducer is by itself
-    // that much later, and weaker by the inverse.
+        array.drive.amplitudeLevels.push_back(
+            static_cast<float>(std::sin(base::kPi * width / kLevels)));
+    // The driver takes the adjustment off the delay that it wants and multiplies the amplitude: so
+    // the transducer is by itself that much later, and weaker by the inverse.
     for (std::size_t t = 0; t < kTransducers; ++t)
     {
         const Eigen::Index pin = pins[t];
         array.positions.col(pin) = places.col(static_cast<Eigen::Index>(t));
-        array.phaseOffset_rad[pin] = -delays_deg[t] * kPi / 180.0;
+        array.phaseOffset_rad[pin] = base::toRadians(-delays_deg[t]);
         array.gain[pin] = 1.0 / corrections[t];
     }
     return board;

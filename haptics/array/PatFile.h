@@ -14,8 +14,8 @@ struct PatBoard
     TransducerArray array; ///< in pin order, with the offsets and gains measured
 };
 
-/// Reads the text of a `.pat` file (haptics/arrays/README.md says what is in one); \a source names it in messages.
-/// Throws InputError: "source, line N: what it is; what it must be".
+/// Reads the text of a `.pat` file (haptics/arrays/README.md says what is in one); \a source names
+/// it in messages. Throws InputError: "source, line N: what it is; what it must be".
 PatBoard readPat(const std::string& text, const std::string& source);
 
 } // namespace midair::haptics

@@ -2,7 +2,9 @@
 
 #include "haptics/array/BoardGrid.h"
 #include "haptics/base/DutyLaw.h"
+#include "haptics/base/Units.h"
 #include "haptics/base/text/PlainText.h"
+#include "haptics/base/text/Range.h"
 
 #include <cmath>
 
@@ -12,9 +14,8 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kPi = 3.14159265358979323846;
-
-// Board of the paper's device: 192.0 x 151.4 mm, 18 x 14 places at 10.16 mm, three of them taken by connectors.
+// Board of the paper's device: 192.0 x 151.4 mm, 18 x 14 places at 10.16 mm, three of them taken by
+// connectors.
 constexpr double kBoardWidth_m = 0.1920;
 constexpr double kBoardHeight_m = 0.1514;
 
@@ -37,11 +38,13 @@ DriveResolution paperDrive()
     return drive;
 }
 
-// Measured by Inoue, Makino, Shinoda 2015: all 3984 transducers focused at the centre at drive level 32, that is a
-// relative amplitude of sin(pi 32/510) = 0.196, give p_rms = 5.53 kPa there. The arrivals are in phase, so that
+// Measured by Inoue, Makino, Shinoda 2015: all 3984 transducers focused at the centre at drive
+// level 32, that is a relative amplitude of sin(pi 32/510) = 0.196, give p_rms = 5.53 kPa there.
+// The arrivals are in phase, so that
 //     p_rms = P0 sin(pi 32/510) / sqrt(2) * sum_i D(theta_i) e^(-beta R_i) / R_i
-// and the sum, over the geometry below in air of 20 C and 50 %, is 14,620 /m: the transducer's data sheet (121.5 dB SPL
-// at 0.30 m: 10.1 Pa m) would give 20.4 kPa, so what the device reached in its cavity corresponds to
+// and the sum, over the geometry below in air of 20 C and 50 %, is 14,620 /m: the transducer's data
+// sheet (121.5 dB SPL at 0.30 m: 10.1 Pa m) would give 20.4 kPa, so what the device reached in its
+// cavity corresponds to
 //     P0 = 10.1 * 5.53 / 20.4 = 2.73 Pa m.
 constexpr double kPrismSourceAmplitude_Pa_m = 2.73;
 
@@ -58,7 +61,7 @@ TransducerArray TransducerArray::octagonalPrism()
     const double apothem_m = 0.5 * kBoardWidth_m * (1.0 + std::sqrt(2.0));
     for (int side = 0; side < 8; ++side)
     {
-        const double angle = 2.0 * kPi * side / 8.0;
+        const double angle = base::kTwoPi * side / 8.0;
         const Eigen::Vector3d outward(std::sin(angle), 0.0, std::cos(angle));
         for (const double y : {-0.5 * kBoardHeight_m, 0.5 * kBoardHeight_m})
         {
@@ -98,16 +101,16 @@ bool TransducerArray::isValid(std::string* error) const
         text << "a position, phase offset or gain is not finite";
     else if (!((normals.colwise().norm().array() - 1.0).abs() < 1e-6).all())
         text << "a normal is not of unit length";
-    else if (gain.size() != 0 && gain.minCoeff() < 0.0)
-        text << "gain is " << gain.minCoeff() << "; it must be at least 0";
-    else if (!(frequency_Hz > 0.0 && std::isfinite(frequency_Hz)))
-        text << "frequency_Hz is " << frequency_Hz << "; it must be above 0";
-    else if (!(sourceAmplitude_Pa_m > 0.0 && std::isfinite(sourceAmplitude_Pa_m)))
-        text << "sourceAmplitude_Pa_m is " << sourceAmplitude_Pa_m << "; it must be above 0";
-    else if (drive.phaseLevels < 0 || drive.phaseLevels == 1)
-        text << "phaseLevels is " << drive.phaseLevels << "; it must be 0 (continuous) or 2 and up";
     else
-        return true;
+        return base::RangeCheck()
+            .atLeast("gain", gain.size() != 0 ? gain.minCoeff() : 0.0, 0.0)
+            .above("frequency_Hz", frequency_Hz, 0.0)
+            .above("sourceAmplitude_Pa_m", sourceAmplitude_Pa_m, 0.0)
+            .check(drive.phaseLevels == 0 || drive.phaseLevels >= 2,
+                   "phaseLevels",
+                   drive.phaseLevels,
+                   "0 (continuous) or 2 and up")
+            .passed(error);
     if (error != nullptr) *error = text.str();
     return false;
 }

@@ -22,7 +22,7 @@ using Reader = base::JsonReader;
 constexpr int kMostTransducers = 65536;
 constexpr double kFarthest_m = 10.0; // catches lengths that were written in millimetres
 
-// The bounds keep every product of them within a float.
+// The bounds keep every product of these numbers within the range of a float.
 double phaseOffset(const Reader& reader, const Json& value, const std::string& path)
 {
     return reader.number(value, path, -1000.0, 1000.0, "an angle in radians, within -1000 .. 1000");
@@ -48,7 +48,7 @@ Eigen::Vector3d position(const Reader& reader, const Json& value, const std::str
     return reader.vector(value, path, 3, kFarthest_m, "[x, y, z] in metres, each within -10 .. 10");
 }
 
-// Optional per-transducer values, kept apart until it is known whether any transducer has them.
+// Optional values of each transducer, kept until it is known whether any has them.
 struct Trimming
 {
     std::vector<double> phaseOffset_rad;
@@ -96,7 +96,7 @@ void readDrive(const Reader& reader, const Json& root, DriveResolution& drive)
                      "1, being the last");
 }
 
-// A transducer without a board sits on the one of its predecessor.
+// A transducer that names no board sits on that of its predecessor.
 int readBoardIndex(const Reader& reader,
                    const Json& item,
                    const std::string& path,
@@ -150,7 +150,7 @@ void readTransducers(const Reader& reader,
     }
 }
 
-// Appends a board's value of one for all, or one each.
+// Appends what a board has for its transducers: one number for all, or a list.
 bool readBoardValues(const Reader& reader,
                      const Json& board,
                      const std::string& boardPath,
@@ -247,7 +247,7 @@ readPlaces(const Reader& reader, const Json& item, const std::string& path)
     return places;
 }
 
-// Where a board is and which way it faces; its places are still to come.
+// Reads where a board is and which way it faces; its places are read afterwards.
 Board readPose(const Reader& reader, const Json& item, const std::string& path)
 {
     Board board;

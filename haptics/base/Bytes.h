@@ -7,7 +7,8 @@
 namespace midair::base
 {
 
-/// Appends little-endian numbers to a byte string; the wire formats are written field by field, never as structs.
+/// Appends little-endian numbers to a byte string; the wire formats are written field by field,
+/// never as structs.
 class ByteWriter
 {
 public:
@@ -32,7 +33,8 @@ private:
     std::vector<std::uint8_t>& _out;
 };
 
-/// Reads what ByteWriter wrote. Reading past the end gives zeros and leaves ok() false, so one check at the end does.
+/// Reads what ByteWriter wrote. Reading past the end gives zeros and leaves ok() false, so one
+/// check at the end does.
 class ByteReader
 {
 public:

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "haptics/base/Units.h"
+
 #include <cmath>
 
 namespace midair::base
@@ -14,19 +16,19 @@ constexpr int kFullDuty = 255;
 /// The relative amplitude, 0 .. 1, of duty level \a level, 0 .. kFullDuty; also between two levels.
 inline double dutyAmplitude(double level)
 {
-    return std::sin(M_PI * level / kDutyPeriod);
+    return std::sin(kPi * level / kDutyPeriod);
 }
 
 /// The duty level, 0 .. kFullDuty and not rounded, of a relative amplitude of 0 .. 1.
 inline double dutyLevel(double amplitude)
 {
-    return kDutyPeriod / M_PI * std::asin(amplitude);
+    return kDutyPeriod / kPi * std::asin(amplitude);
 }
 
 /// The relative amplitude, 0 .. 1, of a pulse of \a part of a period of \a whole, for boards that count in steps of their own.
 inline double pulseAmplitude(double part, double whole)
 {
-    return std::sin(M_PI * part / whole);
+    return std::sin(kPi * part / whole);
 }
 
 } // namespace midair::base

@@ -5,7 +5,8 @@
 namespace midair::base
 {
 
-/// Thrown where the outside comes in (files, options): what() names the thing, the value and what would be right.
+/// Thrown where the outside comes in (files, options): what() names the thing, the value and what
+/// would be right.
 class InputError : public std::runtime_error
 {
 public:

@@ -52,7 +52,8 @@ void require(int file, std::size_t mostBytes, struct stat& about)
 
 std::string readRegularFile(const std::string& path, std::size_t mostBytes)
 {
-    // What isn't regular is not even opened for real: opening a terminal or a pipe has effects of its own.
+    // What isn't regular is not even opened for real: opening a terminal or a pipe has effects of
+    // its own.
     struct stat about = {};
     if (::stat(path.c_str(), &about) != 0) fail("can't be read: ");
     if (!S_ISREG(about.st_mode) && !S_ISDIR(about.st_mode))

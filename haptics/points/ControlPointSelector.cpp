@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Range.h"
 #include "haptics/points/PointBudget.h"
 #include "haptics/surface/PointGrid.h"
 
@@ -16,10 +17,11 @@ namespace midair::haptics
 namespace
 {
 
-/// Covers what posing rounds: points sampled exactly a spacing apart are not too near.
+/// Tolerates the rounding of poses: points that were sampled exactly a spacing apart are not too
+/// near.
 constexpr double kSlack = 1.0 - 1e-6;
 
-/// A point that is still in the running.
+/// A point that no stage has left out yet.
 struct Candidate
 {
     int source;
@@ -32,7 +34,7 @@ struct Candidate
     int merged = 1;
 };
 
-/// Takes candidates through the stages; each leaves fewer.
+/// Takes the candidates through the stages of a selection, each of which leaves some out.
 class Selector
 {
 public:
@@ -72,7 +74,7 @@ private:
     {
         return _objects[static_cast<std::size_t>(candidate.source)];
     }
-    /// Nearer than this two points are a crowd.
+    /// Two points nearer to each other than this (m) are a crowd.
     double crowdLimit(const Candidate& a, const Candidate& b) const
     {
         return a.source == b.source ? std::min(_crowd, objectOf(a).spacing_m) : _crowd;
@@ -205,7 +207,8 @@ void Selector::dropCrowds()
     _candidates = std::move(kept);
 }
 
-/// The first in order stays, later ones too near to it go.
+/// Keeps the first of points that are too near to one another, in their order, and leaves out the
+/// rest.
 void Selector::thin(bool merge)
 {
     PointGrid points = grid();
@@ -328,20 +331,26 @@ void checkObject(const PosedObject& object, std::size_t index)
     const Eigen::Index n = object.positions.cols();
     if (object.normals.cols() != n ||
         (object.intensity.size() != 0 && object.intensity.size() != n))
-    {
         throw base::InputError(name + " has " + std::to_string(n) + " positions, " +
                                std::to_string(object.normals.cols()) + " normals and " +
                                std::to_string(object.intensity.size()) +
                                " intensities; they must be as many");
-    }
     if (!(object.spacing_m > 0.0) || !std::isfinite(object.spacing_m))
-    {
         throw base::InputError(name + " has the spacing " + base::shortNumber(object.spacing_m) +
                                " m; it must be positive and finite");
-    }
 }
 
 } // namespace
+
+bool SelectorOptions::isValid(std::string* error) const
+{
+    return base::RangeCheck("SelectorOptions::")
+        .atLeast("maxPoints", maxPoints, 1)
+        .within("crowdingWavelengths", crowdingWavelengths, 0.0, 1.0)
+        .atLeast("minDistanceWavelengths", minDistanceWavelengths, 0.0)
+        .atLeast("reach_m", reach_m, 0.0)
+        .passed(error);
+}
 
 void PosedObject::pose(const SurfaceSamples& samples, const Eigen::Isometry3d& meshToArray)
 {

@@ -3,6 +3,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/threads/StopToken.h"
 #include "haptics/points/ControlPoints.h"
+#include "haptics/points/Workspace.h"
 #include "haptics/surface/SurfaceSampler.h"
 
 #include <Eigen/Geometry>
@@ -21,19 +22,21 @@ enum class Crowding
     DROP   ///< both are left out
 };
 
-/// Limits of what is worth solving for; isValid() names the first violated constraint.
+/// What is worth solving for; isValid() names the first setting that is out of its range.
 struct SelectorOptions
 {
-    int maxPoints =
-        1000; ///< >= 1; higher priorities take theirs first, equal ones share by their counts
+    /// >= 1; objects of higher priority get their points first, those of equal priority share in
+    /// proportion to their counts.
+    int maxPoints = 1000;
     Crowding crowding = Crowding::THIN;
-    double crowdingWavelengths =
-        1.0 /
-        3.0; ///< 0 .. 1; of one object nearer than this (or its own spacing, if less) is a crowd
+    /// 0 .. 1; points of one object that are nearer to each other than this (or than its spacing,
+    /// if that is less) are a crowd.
+    double crowdingWavelengths = 1.0 / 3.0;
     double minDistanceWavelengths = 1.0; ///< >= 0; to the nearest transducer
-    double reach_m =
-        0.0; ///< >= 0; farthest from the nearest transducer; 0: twice the array's extent, at least 0.3 m
-    base::StopToken stop; ///< where it asks for that, Stopped is thrown
+    /// >= 0; the farthest that a point may be from its nearest transducer. 0: twice the extent of
+    /// the array, at least 0.3 m.
+    double reach_m = 0.0;
+    base::StopToken stop; ///< where it asks for that, the selection throws Stopped
 
     bool isValid(std::string* error = nullptr) const;
 };
@@ -44,13 +47,14 @@ struct PosedObject
     int object = 0;      ///< goes into ControlPoints::object
     int priority = 0;    ///< larger wins
     double target = 1.0; ///< > 0; times the intensity
-    double spacing_m =
-        8.5e-3; ///< > 0; how far points of other objects are kept (the larger of the two counts)
+    /// > 0; how far points of other objects are kept (the larger of the two counts)
+    double spacing_m = 8.5e-3;
     Eigen::Matrix3Xd positions; ///< 3 x n, metres, array frame
     Eigen::Matrix3Xd normals;   ///< 3 x n
     Eigen::VectorXf intensity;  ///< n or empty: 1
 
-    /// Fills positions, normals and intensity from \a samples; allocates only if their number changed.
+    /// Fills positions, normals and intensity from \a samples; allocates only if their number
+    /// changed.
     void pose(const SurfaceSamples& samples, const Eigen::Isometry3d& meshToArray);
 };
 
@@ -71,11 +75,13 @@ struct SelectionReport
     int overBudget = 0;
     std::vector<int> perObject; ///< selected, by index of the objects as given
 
-    /// "120 of 150 points: 20 behind the array, 10 over the budget of 120"; "" where all were selected.
+    /// "120 of 150 points: 20 behind the array, 10 over the budget of 120"; "" where all were
+    /// selected.
     std::string summary() const;
 };
 
-/// The points to solve for, and where each came from, so that a solver can start from the last field.
+/// The points to solve for, and where each came from, so that a solver can start from the last
+/// field.
 struct Selection
 {
     ControlPoints points;    ///< in the order of the objects and their samples
@@ -84,46 +90,12 @@ struct Selection
     SelectionReport report;
 };
 
-/// Says which spots an array can reach; made once for an array and a wavelength.
-class Workspace
-{
-public:
-    enum class Verdict
-    {
-        INSIDE,
-        TOO_CLOSE,
-        BEHIND, ///< every transducer faces away, or the boards of the nearest ones stand in between
-        OUT_OF_REACH
-    };
-
-    /// Throws InputError for an array without transducers, a wavelength that is not positive and options out of range.
-    Workspace(const TransducerArray& array, double wavelength_m, const SelectorOptions& options);
-
-    Verdict judge(const Eigen::Vector3d& point) const;
-    double minDistance_m() const { return _minDistance; }
-    double reach_m() const { return _reach; }
-    double wavelength_m() const { return _wavelength; }
-
-private:
-    struct Plane
-    {
-        Eigen::Vector3d normal;
-        double offset;
-        Eigen::Vector3d sample; ///< one of its transducers
-    };
-
-    Eigen::Matrix3Xd _positions;
-    Eigen::Matrix3Xd _normals;
-    std::vector<Plane> _planes; ///< the distinct planes that transducers lie in
-    double _wavelength;
-    double _minDistance;
-    double _reach = 0.0;
-};
-
-/// Several objects' points into those that are solved for: what the array can't reach is left out, the spacing holds
-/// across objects, crowds are resolved, the budget is kept; all of it counted. Where points compete, priority decides,
-/// then the distance to the middle of the workspace (the nearer stays), then x, y and z: so the order of objects and
-/// points doesn't matter. Throws InputError for members of unequal length, spacings and options out of range.
+/// Selects the points that are solved for from those of several objects. What the array cannot
+/// reach is left out, the spacing holds across objects, crowds are resolved and the budget is kept;
+/// all that is left out is counted. Where points compete, priority decides, then the distance to
+/// the middle of the workspace (the nearer stays), then x, y and z, so that the order of objects
+/// and points does not matter. Throws InputError for members of unequal length and for spacings and
+/// options out of range.
 Selection selectControlPoints(const std::vector<PosedObject>& objects,
                               const Workspace& workspace,
                               const SelectorOptions& options);

@@ -12,7 +12,8 @@ namespace midair::haptics
 namespace
 {
 
-/// Farthest point first, from the first sample on: even, and the same while the object moves.
+/// Picks the farthest point first, from the first sample on: this spreads the picks evenly, and
+/// they stay the same while the object moves.
 void spread(const std::vector<BudgetPoint>& points,
             const std::vector<std::size_t>& members,
             int quota,

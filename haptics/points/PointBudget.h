@@ -19,9 +19,10 @@ struct BudgetPoint
     Eigen::Vector3d position; ///< m
 };
 
-/// A flag for each point: 1 for at most \a maxPoints that stay. Priority by priority; the first that doesn't fit as a
-/// whole is shared among its sources in proportion to their points (largest remainders), and each source's share is
-/// spread over it. Throws Stopped where \a stop asks for it.
+/// Returns a flag for each point: 1 for at most \a maxPoints that stay. Budgets go priority by
+/// priority. The first priority that does not fit as a whole is shared among its sources in
+/// proportion to their points (largest remainders), and the share of each source is spread over it.
+/// Throws Stopped where \a stop asks for it.
 std::vector<char> shareBudget(const std::vector<BudgetPoint>& points,
                               int maxPoints,
                               const base::StopToken& stop = {});

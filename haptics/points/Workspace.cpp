@@ -1,6 +1,7 @@
+#include "haptics/points/Workspace.h"
+
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
-#include "haptics/base/text/PlainText.h"
 #include "haptics/points/ControlPointSelector.h"
 
 #include <algorithm>
@@ -8,41 +9,6 @@
 
 namespace midair::haptics
 {
-
-namespace
-{
-
-bool violated(std::string* error, const char* name, double value, const char* range)
-{
-    if (error != nullptr)
-    {
-        base::PlainStream text;
-        text << "SelectorOptions::" << name << " is " << value << "; it must be " << range;
-        *error = text.str();
-    }
-    return false;
-}
-
-} // namespace
-
-bool SelectorOptions::isValid(std::string* error) const
-{
-    if (maxPoints < 1) return violated(error, "maxPoints", maxPoints, "1 or more");
-    if (!(crowdingWavelengths >= 0.0 && crowdingWavelengths <= 1.0))
-    {
-        return violated(error, "crowdingWavelengths", crowdingWavelengths, "in 0 .. 1");
-    }
-    if (!(minDistanceWavelengths >= 0.0) || !std::isfinite(minDistanceWavelengths))
-    {
-        return violated(
-            error, "minDistanceWavelengths", minDistanceWavelengths, "0 or more and finite");
-    }
-    if (!(reach_m >= 0.0) || !std::isfinite(reach_m))
-    {
-        return violated(error, "reach_m", reach_m, "0 or more and finite");
-    }
-    return true;
-}
 
 Workspace::Workspace(const TransducerArray& array,
                      double wavelength_m,
@@ -87,8 +53,8 @@ Workspace::Workspace(const TransducerArray& array,
 
 Workspace::Verdict Workspace::judge(const Eigen::Vector3d& point) const
 {
-    // In front of every plane by the least distance, and within reach of one transducer: all is well. That is every
-    // point in a prism, and spares looking at each transducer.
+    // A point in front of every plane by the least distance, and within reach of one transducer, is
+    // inside. That holds for all points in a prism, and saves looking at each transducer.
     bool inFront = true;
     bool near = false;
     for (const Plane& plane : _planes)
@@ -109,8 +75,8 @@ Workspace::Verdict Workspace::judge(const Eigen::Vector3d& point) const
     const double height = _normals.col(nearest).dot(point - _positions.col(nearest));
     if (height < 0.0)
     {
-        // Right behind the nearest transducer its board stands between the point and all the others. Far to the side
-        // of it others may still see the point.
+        // Right behind the nearest transducer its board stands between the point and all the
+        // others. Far to its side others may still see the point.
         const double side = std::sqrt(std::max(0.0, distance * distance - height * height));
         if (side <= std::max(-height, _wavelength)) return Verdict::BEHIND;
         const bool seen =

@@ -1,6 +1,7 @@
 #include "haptics/propagation/FieldLattice.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/kernels/LatticeKernels.h"
 
@@ -33,7 +34,8 @@ kernels::LatticeSources sourcesOf(const base::AlignedBuffer<float>& geometry,
             padded};
 }
 
-/// Along each axis: a flat tile has 8 x 8 samples, a deep one 4 x 5 x 5: rows are summed four samples at a time.
+/// Samples of a tile along each axis: 8 x 8 in a flat one, 4 x 5 x 5 in a deep one, since rows are
+/// summed four samples at a time.
 Eigen::Array3i largestTile(const Eigen::Array3i& count)
 {
     const Eigen::Array3i largest =
@@ -78,7 +80,8 @@ void LatticeField::drive(const Eigen::VectorXcf& activations)
     float* out = _geometry.data();
     for (std::size_t k = 0; k < padded; ++k)
     {
-        // Padding repeats the last one, silent, so that it is never the nearest to anything.
+        // Padding repeats the last transducer without strength, so that it is never the nearest to
+        // anything.
         const Eigen::Index i = driven[std::min(k, driven.size() - 1)];
         std::complex<double> emitted = activations[i];
         emitted *= _array.sourceAmplitude_Pa_m / _wavelength_m;
@@ -113,7 +116,7 @@ void LatticeField::evaluate(const FieldLattice& lattice,
     _activations = &activations;
     _pressure = &pressure;
     const Eigen::Array3i side = largestTile(lattice.count);
-    // Tiles of nearly equal size instead of crumbs at the end.
+    // Tiles are of nearly equal size, so that none is left with a few samples.
     const Eigen::Array3i tiles = (lattice.count + side - 1) / side;
     Eigen::Array3i tile;
     for (tile[2] = 0; tile[2] < tiles[2]; ++tile[2])
@@ -134,14 +137,14 @@ double LatticeField::nearest_m(const Eigen::Vector3d& middle) const
 
 void LatticeField::cover(const Tile& tile, const Wanted& wanted)
 {
-    const Eigen::Vector3d half =
-        0.5 * (tile.count - 1).cast<double>().matrix(); // in steps, from a corner to the middle
+    // From a corner of the tile to its middle, in steps of the lattice.
+    const Eigen::Vector3d half = 0.5 * (tile.count - 1).cast<double>().matrix();
     const Eigen::Vector3d middle =
         _lattice->origin + _lattice->step * (tile.first.cast<double>().matrix() + half);
     const double h = radius_m(_lattice->step * half.asDiagonal());
     if (wanted && !wanted(middle, h)) return;
     const double R = nearest_m(middle);
-    const double k = 2.0 * M_PI / _wavelength_m;
+    const double k = base::kTwoPi / _wavelength_m;
     if (R > kNearestDistance_m + 2.0 * h && 0.193 * k * h * h * h <= kPhaseError * R * R)
     {
         march(tile, middle);

@@ -12,7 +12,8 @@
 namespace midair::haptics
 {
 
-/// Samples at origin + a step.col(0) + b step.col(1) + c step.col(2), metres, array frame; a runs fastest.
+/// Samples at origin + a step.col(0) + b step.col(1) + c step.col(2), metres, array frame; a runs
+/// fastest.
 struct FieldLattice
 {
     Eigen::Vector3d origin = Eigen::Vector3d::Zero();
@@ -26,33 +27,27 @@ struct FieldLattice
     }
 };
 
-/// The pressure on a lattice, about ten times as fast as entry by entry, to be looked at while it moves.
-///
-/// A wave changes from one sample to the next by a factor that itself changes by a nearly constant factor, so that within a
-/// tile of the lattice each sample costs three complex multiplications a transducer instead of a root, a sine and a cosine:
-///     G(x) = G(0) exp(E x + x H x / 2),  E = grad ln D - s (1/R + beta + j k),
-///     H = -j k (1 - s s^T)/R - (1 - 2 s s^T)/R^2,  s = d/R, d from the transducer to the tile's middle.
-/// The next term of the phase is at most 0.193 k h^3/R^2 at h from the middle; tiles are halved until it is below
-/// kPhaseError. What is too near a transducer for that is computed entry by entry. To 3e-3 of what all transducers in
-/// phase would give.
+/// Computes the pressure on a lattice, about ten times as fast as entry by entry: for pictures of a
+/// field that moves.
 class LatticeField
 {
 public:
-    static constexpr double kPhaseError =
-        0.03; ///< rad, of the nearest transducer in a tile's corner
+    /// rad, in the corner of a tile, for the transducer nearest to it.
+    static constexpr double kPhaseError = 0.03;
 
     /// Asked of each tile by its middle and its radius (m); false leaves its samples at 0.
     using Wanted = std::function<bool(const Eigen::Vector3d& middle, double radius_m)>;
 
     LatticeField(const TransducerArray& array, const Medium& medium);
 
-    /// \a pressure: complex peak Pa, one a sample. Throws InputError where activations and transducers disagree.
+    /// \a pressure: complex peak Pa, one a sample. Throws InputError where activations and
+    /// transducers disagree.
     void evaluate(const FieldLattice& lattice,
                   const Eigen::VectorXcf& activations,
                   Eigen::VectorXcf& pressure,
                   const Wanted& wanted = {});
 
-    /// Of the last evaluation: samples that went by tiles, and those that went entry by entry.
+    /// How many samples of the last evaluation were computed by tiles, and how many entry by entry.
     Eigen::Index tiled() const { return _tiled; }
     Eigen::Index exact() const { return _exact; }
 
@@ -72,8 +67,8 @@ private:
     Medium _medium;
     double _wavelength_m = 0.0;
     std::vector<float> _directivity; ///< over cos(theta), see LatticeKernels.h
-    base::AlignedBuffer<float>
-        _geometry; ///< of the driven transducers: x, y, z, nx, ny, nz, re, im
+    /// For the driven transducers: x, y, z, nx, ny, nz, re, im.
+    base::AlignedBuffer<float> _geometry;
     int _padded = 0;
     base::AlignedBuffer<float> _sums;
     const FieldLattice* _lattice = nullptr;

@@ -18,7 +18,8 @@ namespace
 
 constexpr Eigen::Index kPointsAtOnce = 8;
 
-// What is driven at all: most of a field's cost is one entry of G a point and transducer.
+// Only the transducers that are driven: an entry of G for each point and transducer is most of what
+// a field costs.
 TransducerArray activePart(const TransducerArray& array,
                            const Eigen::VectorXcf& activations,
                            Eigen::VectorXcf& active)
@@ -74,8 +75,8 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
     std::atomic<Eigen::Index> next{0};
     const auto work = [&]
     {
-        PropagationMatrix
-            G; // of one chunk: rows that are summed up while they are still in the cache
+        // The rows of one chunk of points, which are summed while they are still in the cache.
+        PropagationMatrix G;
         G.bind(active, medium);
         base::AlignedBuffer<float> qRe; // padded with zeros
         base::AlignedBuffer<float> qIm;

@@ -1,5 +1,7 @@
 #include "haptics/propagation/PropagationMatrix.h"
 
+#include "haptics/base/Units.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -9,9 +11,8 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kTwoPi = 6.283185307179586;
-
-// Wavelengths: nearer, single precision of R^2 - R0^2 is not enough for 1e-5.
+// In wavelengths. Nearer to a transducer, single precision of R^2 - R0^2 is not enough for an error
+// of 1e-5.
 constexpr double kNearest = 0.25;
 
 } // namespace
@@ -55,7 +56,8 @@ kernels::BlockGeometry PropagationMatrix::geometry(int block) const
             width(block)};
 }
 
-// Distances (in wavelengths) from a point to what lies \a distance away with \a bound around it.
+// The least and greatest distance (in wavelengths) of a point from what lies within \a bound of a
+// centre that is \a distance away.
 PropagationMatrix::Range PropagationMatrix::rangeOf(const Shell& bound,
                                                     const Eigen::Vector3d& r) const
 {
@@ -72,8 +74,8 @@ bool PropagationMatrix::suitsKernel(const Range& range) const
 
 void PropagationMatrix::setPoint(int l, const Eigen::Vector3d& r)
 {
-    // Inside the array, where a prism's points are, one look at the whole array is enough; else block by block, and
-    // where a block's bounds are too wide transducer by transducer.
+    // Where a point is well inside the array, as in a prism, one look at the whole array's bound is
+    // enough; else each block is looked at, and where its bound is too wide each transducer.
     const Eigen::Vector3d x = r / _wavelength_m;
     _rows.col(l) = x;
     const bool all = suitsKernel(rangeOf(_bound, x));
@@ -151,7 +153,7 @@ void PropagationMatrix::buildBatch(int block,
         kernels::buildTable(geometry(block), batch, decay, _table, rows, ofBatch);
         break;
     case Directivity::POINT:
-        kernels::buildPoint(geometry(block), batch, decay, rows, ofBatch);
+        kernels::buildPoint(geometry(block), batch, decay, {}, rows, ofBatch);
         break;
     }
     for (int k = 0; k < batch.count; ++k)
@@ -191,7 +193,7 @@ float PropagationMatrix::rowInDouble(int block,
         const double a = _array.sourceAmplitude_Pa_m * gain *
                          directivity(_array.directivity, cosTheta) / R * std::exp(-_beta * R);
         const double phase =
-            (_hasOffset ? _array.phaseOffset_rad[source] : 0.0) - kTwoPi * R / _wavelength_m;
+            (_hasOffset ? _array.phaseOffset_rad[source] : 0.0) - base::kTwoPi * R / _wavelength_m;
         re[i] = static_cast<float>(a * std::cos(phase));
         im[i] = static_cast<float>(a * std::sin(phase));
         sum += std::fabs(a);

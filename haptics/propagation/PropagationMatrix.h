@@ -13,28 +13,23 @@
 namespace midair::haptics
 {
 
-/// G in double precision straight from the formula, entry by entry: what the fast path is tested against.
-///     G_li = P0 gain_i D(theta_li) / R_li exp(-(beta + j k) R_li + j phaseOffset_i)
-/// (Inoue, Makino, Shinoda 2015, equations 2 to 5; time factor e^{+j omega t}). n x m, Pa peak at full drive.
-/// R_li is at least kNearestDistance_m, and cos(theta_li) = (r_l - r_i).n_i / R_li, so that G is finite everywhere.
-Eigen::MatrixXcd referencePropagationMatrix(const Eigen::Matrix3Xd& points,
-                                            const TransducerArray& array,
-                                            const Medium& medium);
-
 /// How the entries of a PropagationMatrix are kept.
 enum class Storage
 {
     FLOAT, ///< to 1e-5 of P0/R_li
-    FIXED ///< in 2 x 16 bits: within another 2e-5 of the largest entry of row and block, and half of the memory
+    /// In 2 x 16 bits: within another 2e-5 of the largest entry of row and block, in half of the
+    /// memory.
+    FIXED
 };
 
-/// G as the solvers use it: the same formula, computed in float, in blocks of transducers so that a block is read once for
-/// both directions of a round. No method allocates once n and m have been seen.
+/// G as the solvers use it: the same formula, computed in float, in blocks of transducers so that a
+/// block is read once for both directions of a round. No method allocates once n and m have been
+/// seen.
 class PropagationMatrix
 {
 public:
-    /// Transducers; 4 or 8 bytes an entry. Wide, for the kernels sum over the transducers of a block; a block of 400 points
-    /// still fits a level-2 cache of 1 MiB.
+    /// Transducers in a block, whose entries take 4 or 8 bytes each. Wide, since the kernels sum
+    /// over the transducers of a block; a block of 400 points still fits a level-2 cache of 1 MiB.
     static constexpr int kBlockWidth = 512;
 
     explicit PropagationMatrix(Storage storage = Storage::FLOAT) : _storage(storage) {}
@@ -56,14 +51,16 @@ public:
         return _padded - offset(block) < kBlockWidth ? _padded - offset(block) : kBlockWidth;
     }
 
-    /// Row \a l belongs to a control point at \a r (m); its entries are stale until buildRows has seen every block.
+    /// Row \a l belongs to a control point at \a r (m); its entries are stale until buildRows has
+    /// seen every block.
     void setPoint(int l, const Eigen::Vector3d& r);
     /// Rows \a rows of block \a block; adds their share of sum_i |G_li| to sums[l].
     void buildRows(int block, const int* rows, int count, double* sums);
     /// All rows at once, one thread.
     void build(const Eigen::Matrix3Xd& points);
 
-    /// The matrix has its own order of transducers (compactOrder): column and lane \a lane is transducer order()[lane].
+    /// The matrix has its own order of transducers (compactOrder): column and lane \a lane is
+    /// transducer order()[lane].
     const std::vector<int>& order() const { return _order; }
 
     /// z = G* w over a block; z and q point at the whole vectors, of paddedTransducers() floats.
@@ -129,8 +126,8 @@ private:
     kernels::DirectivityCubic _cubic{};
     kernels::DirectivityTable _table{};
     Eigen::Matrix3Xd _rows; // points of the rows, wavelengths
-    std::vector<unsigned char>
-        _inFloat; // row by row, a flag a block: within the float kernel's range
+    // Row by row, with a flag for each block: whether it is within the range of the float kernel.
+    std::vector<unsigned char> _inFloat;
     base::AlignedBuffer<float> _entries;
     base::AlignedBuffer<std::int32_t> _fixed;
     base::AlignedBuffer<float> _scale; // of the rows in _fixed, block by block

@@ -1,4 +1,6 @@
-#include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
+
+#include "haptics/base/Units.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +13,7 @@ Eigen::MatrixXcd referencePropagationMatrix(const Eigen::Matrix3Xd& points,
                                             const TransducerArray& array,
                                             const Medium& medium)
 {
-    const double k = 2.0 * 3.14159265358979323846 / medium.wavelength(array.frequency_Hz);
+    const double k = base::kTwoPi / medium.wavelength(array.frequency_Hz);
     const double beta = medium.attenuation(array.frequency_Hz);
     const bool hasGain = array.gain.size() > 0;
     const bool hasPhaseOffset = array.phaseOffset_rad.size() > 0;

@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/PlainText.h"
+#include "haptics/base/text/Range.h"
 #include "haptics/propagation/PressureField.h"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace midair::haptics
 namespace
 {
 
-// sorted: ascending, not empty; fraction 0 .. 1.
+// \a sorted is ascending and not empty; \a fraction is 0 .. 1.
 double percentile(const Eigen::VectorXd& sorted, double fraction)
 {
     const double place = fraction * static_cast<double>(sorted.size() - 1);
@@ -23,14 +24,15 @@ double percentile(const Eigen::VectorXd& sorted, double fraction)
     return sorted[k] + (place - static_cast<double>(k)) * (sorted[above] - sorted[k]);
 }
 
-// Evenly spread in the ball round the samples' middle, as far as they keep their distance; the same seed gives the same
-// places everywhere, which the library's distributions don't promise.
+// Places spread evenly in the ball round the samples' middle, as far as they keep their distance
+// from the samples. The same seed gives the same places with every library, which its distributions
+// do not promise.
 Eigen::Matrix3Xd placesOff(const Eigen::Matrix3Xd& surface,
                            double distance_m,
                            const SurfaceStatisticsOptions& options)
 {
-    constexpr int kTriesPerPlace =
-        20; // in a ball that the surface fills there are few places or none
+    // Bounds the search: in a ball that the surface fills there are few places or none.
+    constexpr int kTriesPerPlace = 20;
     const Eigen::Vector3d middle = surface.rowwise().mean();
     std::mt19937_64 random(options.seed);
     const auto uniform = [&random]
@@ -56,21 +58,13 @@ Eigen::Matrix3Xd placesOff(const Eigen::Matrix3Xd& surface,
 
 bool SurfaceStatisticsOptions::isValid(std::string* error) const
 {
-    base::PlainStream text;
-    if (!(alpha >= 1.0 && alpha <= 2.0))
-        text << "alpha is " << alpha << "; it must be within 1 .. 2";
-    else if (!(offRadius_m > 0.0 && std::isfinite(offRadius_m)))
-        text << "offRadius_m is " << offRadius_m << "; it must be above 0";
-    else if (!(offDistance_m >= 0.0 && std::isfinite(offDistance_m)))
-        text << "offDistance_m is " << offDistance_m << "; it must be at least 0";
-    else if (offPoints < 0)
-        text << "offPoints is " << offPoints << "; it must be at least 0";
-    else if (threads < 1)
-        text << "threads is " << threads << "; it must be at least 1";
-    else
-        return true;
-    if (error != nullptr) *error = text.str();
-    return false;
+    return base::RangeCheck()
+        .within("alpha", alpha, 1.0, 2.0)
+        .above("offRadius_m", offRadius_m, 0.0)
+        .atLeast("offDistance_m", offDistance_m, 0.0)
+        .atLeast("offPoints", offPoints, 0)
+        .atLeast("threads", threads, 1)
+        .passed(error);
 }
 
 SurfaceStatistics statisticsOf(const Eigen::VectorXd& on_Pa, const Eigen::VectorXd& off_Pa)
@@ -113,7 +107,7 @@ Eigen::VectorXd meanRadiationPressure(const Eigen::Matrix3Xd& points,
 {
     if (cycle.empty())
         throw base::InputError("the cycle has no fields; there must be at least one");
-    // The radiation pressure goes with |p|^2, so that this is what is averaged.
+    // |p|^2 is averaged, since the radiation pressure is proportional to it.
     Eigen::VectorXd square = Eigen::VectorXd::Zero(points.cols());
     for (const Eigen::VectorXcf& q : cycle)
         square += pressureAt(points, array, medium, q, threads, stop)

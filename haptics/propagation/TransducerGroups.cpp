@@ -14,7 +14,8 @@ struct Place
     int transducer;
 };
 
-// Halves a range along its longer side, at a multiple of the size, until one group is left.
+// Halves a range of transducers along its longer side, at a multiple of the group size, until one
+// group is left.
 void divide(int size, Place* first, Place* last)
 {
     const auto count = last - first;

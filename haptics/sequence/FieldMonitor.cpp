@@ -29,14 +29,15 @@ constexpr std::size_t kMostMeshes = 16;
 void takeLowestPriority()
 {
 #ifdef __linux__
-    // Runs only on cores that nobody else wants; needs no rights. If it is refused, the thread runs all the same.
+    // The thread runs only on cores that no other thread wants; this needs no rights. If it is
+    // refused, the thread runs all the same.
     const sched_param none{};
     pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);
 #endif
 }
 
-// What was taken away by takeLowestPriority(), as far as the rights allow: whoever waits for the thread to end is not to wait
-// for everything else on a busy machine.
+// Restores what takeLowestPriority() took away, as far as the rights allow, so that a caller that
+// waits for the thread to end does not wait for everything else on a busy machine.
 void giveBackPriority(std::thread& thread)
 {
 #ifdef __linux__
@@ -141,7 +142,8 @@ const FieldMonitor::Sampled& FieldMonitor::sample(const FeltSurface& surface, do
     return _sampled.back();
 }
 
-// Of all surfaces, what is near a control point: what the selection left out is not to be felt.
+// The samples of all surfaces that are near a control point: what the selection left out is not to
+// be felt.
 Eigen::Matrix3Xd FieldMonitor::feltSurface(const PlayedField& field)
 {
     const double wavelength_m = field.medium.wavelength(field.array->frequency_Hz);

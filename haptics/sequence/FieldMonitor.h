@@ -44,9 +44,10 @@ struct PlayedField
     std::uint64_t number = 0;            ///< the caller's own, such as a frame's
 };
 
-/// How far a live solver's fields are from the best there is, and how even they are over the surface, found beside it: a
-/// thread of the lowest priority takes the newest field now and then, certifies and measures it. The solver's thread never
-/// waits for it: submit() exchanges a pointer, without a lock.
+/// Measures beside a live solver how far its fields are from the best there is, and how even they
+/// are over the surface. A thread of the lowest priority takes the newest field now and then,
+/// certifies it and measures it. The solver's thread never waits for it: submit() exchanges a
+/// pointer, without a lock.
 class FieldMonitor
 {
 public:
@@ -66,20 +67,22 @@ public:
 
     /// Throws InputError for options that are not valid.
     explicit FieldMonitor(const Options& options);
-    /// Breaks off what is under way: ends within milliseconds of a core.
+    /// Stops the work under way; takes milliseconds of one core.
     ~FieldMonitor();
     FieldMonitor(const FieldMonitor&) = delete;
     FieldMonitor& operator=(const FieldMonitor&) = delete;
 
-    /// True if a field that is submitted now would be looked at without delay; saves a caller making one in vain.
+    /// True if a field that is submitted now would be measured without delay, so that a caller need
+    /// not make one in vain.
     bool isWaiting() const;
-    /// The newest field takes the place of one that was not looked at yet. Any thread.
+    /// Hands a field over; it takes the place of one that was not measured yet. Any thread.
     void submit(std::shared_ptr<const PlayedField> field);
     /// The last result, or null before the first. Any thread.
     std::shared_ptr<const Result> latest() const;
 
 private:
-    // One deep, newest wins; no lock, since a thread of the lowest priority may be halted for long while it holds one.
+    // One deep, newest wins; no lock, since a thread of the lowest priority may be halted for long
+    // while it holds one.
     template<typename T>
     class Slot
     {
@@ -92,7 +95,7 @@ private:
         {
             delete _value.exchange(new std::shared_ptr<T>(std::move(value)));
         }
-        /// Null if there is none since the last time.
+        /// The newest field, or null if none was submitted since the last call.
         std::shared_ptr<T> take()
         {
             const std::unique_ptr<std::shared_ptr<T>> value(_value.exchange(nullptr));
@@ -109,7 +112,8 @@ private:
     Result examine(const PlayedField& field);
     Eigen::Matrix3Xd feltSurface(const PlayedField& field);
 
-    /// A mesh's samples a fifth of a wavelength apart, kept while the mesh is about.
+    /// The samples of a mesh, a fifth of a wavelength apart, which are kept while the mesh is in
+    /// use.
     struct Sampled
     {
         std::shared_ptr<const TriangleMesh> mesh;

@@ -1,6 +1,7 @@
 #include "haptics/sequence/FieldOrder.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 #include "haptics/solvers/FieldProblem.h"
 
 #include <algorithm>
@@ -14,12 +15,10 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kPi = 3.14159265358979323846;
-
 float onLevel(float angle, int levels)
 {
     if (levels <= 0) return angle;
-    const float step = static_cast<float>(2.0 * kPi) / static_cast<float>(levels);
+    const float step = static_cast<float>(base::kTwoPi) / static_cast<float>(levels);
     return step * std::round(angle / step);
 }
 

@@ -9,7 +9,8 @@
 namespace midair::haptics
 {
 
-/// What a cycle's steps change, the one from the last field to the first among them; K >= 1 fields of equal length.
+/// What the steps of a cycle change, the one from the last field to the first among them. The cycle
+/// has K >= 1 fields of equal length.
 struct CycleSteps
 {
     double meanPhaseStep_rad = 0.0;    ///< mean |change of phase| of the transducers in a step
@@ -18,25 +19,27 @@ struct CycleSteps
 };
 CycleSteps cycleSteps(const std::vector<Eigen::VectorXcf>& cycle);
 
-/// Puts \a fields into an order in which each differs little from the next, the first staying first: nearest neighbour,
-/// then 2-opt (Croes 1958), both by |<q_k, q_l>|, which a common phase leaves alone. Returns where each was.
+/// Puts \a fields into an order in which each differs little from the next, the first staying
+/// first: nearest neighbour, then 2-opt (Croes 1958), both by |<q_k, q_l>|, which a common phase
+/// leaves alone. Returns where each was.
 std::vector<int> orderFields(std::vector<Eigen::VectorXcf>& fields);
 
-/// Turns \a q by the common phase, which can't be felt, that brings it nearest to \a last; by whole levels of \a drive,
-/// which keeps it playable. Nothing where their lengths differ.
+/// Turns \a q by the common phase that brings it nearest to \a last, which cannot be felt; by whole
+/// levels of \a drive, which keeps it playable. Does nothing where their lengths differ.
 void alignField(Eigen::VectorXcf& q, const Eigen::VectorXcf& last, const DriveResolution& drive);
 
-/// The same for each field of a cycle and the one before it; what is then left between the last and the first is
-/// spread over all.
+/// Does the same for each field of a cycle and the one before it, and spreads what is then left
+/// between the last and the first over all.
 void alignFields(std::vector<Eigen::VectorXcf>& fields, const DriveResolution& drive);
 
-/// \a fields with \a steps >= 0 more between one and the next, each transducer turning the shorter way; on the levels of
-/// \a drive. Throws InputError for less than 0 steps.
+/// Returns \a fields with \a steps >= 0 more between one and the next, in which each transducer
+/// turns the shorter way; on the levels of \a drive. Throws InputError for less than 0 steps.
 std::vector<Eigen::VectorXcf> smoothedFields(const std::vector<Eigen::VectorXcf>& fields,
                                              int steps,
                                              const DriveResolution& drive);
 
-/// \a q at \a share (0 .. 1) of its amplitude, each transducer on the nearest level of \a drive.
+/// Scales \a q to \a share (0 .. 1) of its amplitude, with each transducer on the nearest level of
+/// \a drive.
 void scaleField(Eigen::VectorXcf& q, float share, const DriveResolution& drive);
 
 } // namespace midair::haptics

@@ -1,7 +1,9 @@
 #include "haptics/sequence/Modulator.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 #include "haptics/base/text/PlainText.h"
+#include "haptics/base/text/Range.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +15,8 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kMostAmplitudeRate_Hz =
-    500.0; // beyond it the skin feels nothing and the ear all the more
+// Above this the skin feels nothing, and the ear hears all the more.
+constexpr double kMostAmplitudeRate_Hz = 500.0;
 constexpr double kMostFieldRate_Hz = 40e3;  // a field a period
 constexpr double kLeastFieldRate_Hz = 0.01; // times of far later steps are still times of the clock
 
@@ -23,6 +24,7 @@ ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
 {
     const auto n = static_cast<Eigen::Index>(chosen.size());
     ControlPoints result;
+    result.absolute = points.absolute;
     result.positions.resize(3, n);
     result.normals.resize(3, points.normals.cols() > 0 ? n : 0);
     result.targets.resize(n);
@@ -42,17 +44,11 @@ ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
 
 bool ModulatorOptions::isValid(std::string* error) const
 {
-    base::PlainStream text;
-    if (!(amplitudeRate_Hz >= 0.0 && amplitudeRate_Hz <= kMostAmplitudeRate_Hz))
-        text << "amplitudeRate_Hz is " << amplitudeRate_Hz << "; it must be within 0 .. 500";
-    else if (!(amplitudeDepth >= 0.0 && amplitudeDepth <= 1.0))
-        text << "amplitudeDepth is " << amplitudeDepth << "; it must be within 0 .. 1";
-    else if (!(fieldRate_Hz >= kLeastFieldRate_Hz && fieldRate_Hz <= kMostFieldRate_Hz))
-        text << "fieldRate_Hz is " << fieldRate_Hz << "; it must be within 0.01 .. 40000";
-    else
-        return true;
-    if (error != nullptr) *error = text.str();
-    return false;
+    return base::RangeCheck()
+        .within("amplitudeRate_Hz", amplitudeRate_Hz, 0.0, kMostAmplitudeRate_Hz)
+        .within("amplitudeDepth", amplitudeDepth, 0.0, 1.0)
+        .within("fieldRate_Hz", fieldRate_Hz, kLeastFieldRate_Hz, kMostFieldRate_Hz)
+        .passed(error);
 }
 
 Modulator::Modulator(const ModulatorOptions& options) : _options(options)
@@ -66,7 +62,8 @@ Modulator::Step Modulator::at(double time_s, int fields) const
     Step step;
     if (fields > 1)
     {
-        // Times that stand for a field's start, computed as k / rate, are not to fall before it by rounding.
+        // A time that stands for the start of a field, computed as k / rate, must not fall before
+        // it by rounding.
         const double played = std::floor(time_s * _options.fieldRate_Hz + 1e-6);
         const double in = std::fmod(played, fields);
         step.field = static_cast<int>(in < 0.0 ? in + fields : in);
@@ -75,7 +72,7 @@ Modulator::Step Modulator::at(double time_s, int fields) const
     {
         const double pressure =
             1.0 - 0.5 * _options.amplitudeDepth *
-                      (1.0 - std::cos(2.0 * kPi * _options.amplitudeRate_Hz * time_s));
+                      (1.0 - std::cos(base::kTwoPi * _options.amplitudeRate_Hz * time_s));
         step.amplitude = std::sqrt(std::max(pressure, 0.0));
     }
     return step;
@@ -128,7 +125,7 @@ modulationSteps(const ControlPoints& points, const Eigen::VectorXd& depth, int s
     std::vector<ControlPoints> result;
     for (int j = 0; j < steps; ++j)
     {
-        const double down = 0.5 * (1.0 - std::cos(2.0 * kPi * j / steps));
+        const double down = 0.5 * (1.0 - std::cos(base::kTwoPi * j / steps));
         const Eigen::VectorXd share = (1.0 - depth.array() * down).max(0.0).sqrt();
         std::vector<int> heard;
         for (int l = 0; l < points.size(); ++l)

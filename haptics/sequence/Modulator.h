@@ -9,7 +9,8 @@
 namespace midair::haptics
 {
 
-/// What is played besides the field itself; isValid() names the first violated constraint.
+/// How a field, or a cycle of fields, is modulated; isValid() names the first setting that is out
+/// of its range.
 struct ModulatorOptions
 {
     double amplitudeRate_Hz = 0.0; ///< 0 .. 500; of the radiation pressure; 0: none
@@ -25,8 +26,9 @@ inline bool operator==(const ModulatorOptions& a, const ModulatorOptions& b)
            a.fieldRate_Hz == b.fieldRate_Hz;
 }
 
-/// Says which field of a cycle, and how strong, is to be played at a time: amplitude modulation, fields in turn (a smoothed surface, or
-/// spatio-temporal modulation, where each is for a subset of the points), or both.
+/// Says which field of a cycle, and how strong, is to be played at a time: amplitude modulation,
+/// fields in turn (a smoothed surface, or spatio-temporal modulation, where each is for a subset of
+/// the points), or both.
 class Modulator
 {
 public:
@@ -39,10 +41,11 @@ public:
         double amplitude = 1.0; ///< 0 .. 1; factor on all activations
     };
 
-    /// At \a time_s since the start (any finite time; before 0 the cycle runs backwards), for a cycle of \a fields >= 1. The
-    /// amplitude is that which makes the *pressure on the skin* follow
+    /// What is played at \a time_s since the start (any finite time; before 0 the cycle runs
+    /// backwards), for a cycle of \a fields >= 1. The amplitude makes the *pressure on the skin*
+    /// follow
     ///     1 - depth (1 - cos(2 pi f t)) / 2,
-    /// radiation pressure going with the square of the sound pressure.
+    /// since radiation pressure goes with the square of the sound pressure.
     Step at(double time_s, int fields) const;
 
     const ModulatorOptions& options() const { return _options; }
@@ -53,13 +56,15 @@ private:
     ModulatorOptions _options;
 };
 
-/// \a count >= 1 subsets for spatio-temporal modulation: every point in exactly one, of sizes that differ by at most
-/// one, points of a subset as far apart as a greedy choice gets them, so that one field can make each of them strong.
+/// Divides points into \a count >= 1 subsets for spatio-temporal modulation. Every point is in
+/// exactly one; their sizes differ by at most one. The points of a subset are as far apart as a
+/// greedy choice gets them, so that one field can make each of them strong.
 std::vector<ControlPoints> subsetsInTurn(const ControlPoints& points, int count);
 
-/// \a steps >= 2 sets of targets through one period of an amplitude modulation in which each point takes part by its own
-/// \a depth (n, 0 .. 1; 0: steady): the pressure on the skin goes as Modulator::at says. Points that are silent in a step
-/// are left out of it. Step j and step steps - j are alike.
+/// \a steps >= 2 sets of targets through one period of an amplitude modulation in which each point
+/// takes part by its own \a depth (n, 0 .. 1; 0: steady): the pressure on the skin goes as
+/// Modulator::at says. Points that are silent in a step are left out of it. Step j and step steps -
+/// j are alike.
 std::vector<ControlPoints>
 modulationSteps(const ControlPoints& points, const Eigen::VectorXd& depth, int steps);
 

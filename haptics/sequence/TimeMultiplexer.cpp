@@ -19,35 +19,11 @@ bool isField(const SolveReport& report)
            report.stop != StopReason::STOPPED;
 }
 
-/// Pa per unit of target; 0 where nothing is played.
+} // namespace
+
 double unitLevel(const SolveReport& report, const ControlPoints& points)
 {
     return isField(report) && points.size() > 0 ? report.level_Pa / points.targets.maxCoeff() : 0.0;
-}
-
-} // namespace
-
-void append(ControlPoints& to, const ControlPoints& more)
-{
-    const Eigen::Index n = to.positions.cols(), m = more.positions.cols();
-    to.positions.conservativeResize(3, n + m);
-    to.positions.rightCols(m) = more.positions;
-    const Eigen::Index known = to.normals.cols();
-    to.normals.conservativeResize(3, n + m);
-    // Curves and tests have no normals: zeros, never what was in memory.
-    if (known != n) to.normals.leftCols(n).setZero();
-    if (more.normals.cols() == m)
-        to.normals.rightCols(m) = more.normals;
-    else
-        to.normals.rightCols(m).setZero();
-    to.targets.conservativeResize(n + m);
-    to.targets.tail(m) = more.targets;
-    const bool told = to.object.size() == static_cast<std::size_t>(n) &&
-                      more.object.size() == static_cast<std::size_t>(m);
-    if (told)
-        to.object.insert(to.object.end(), more.object.begin(), more.object.end());
-    else
-        to.object.clear();
 }
 
 SolveReport together(const std::vector<SolveReport>& reports)
@@ -73,7 +49,8 @@ SolveReport together(const std::vector<SolveReport>& reports)
         all.level_Pa = std::max(all.level_Pa, r.level_Pa);
         all.worstShortfall = std::max(all.worstShortfall, r.worstShortfall);
         if (all.message.empty() && isField(r)) all.message = r.message;
-        // Why the first stopped that did not reach what was asked for; a refusal before all else.
+        // The reason of the first that did not reach what was asked for; a refusal goes before all
+        // others.
         const bool isReason = isField(r) && r.stop != StopReason::CONVERGED && !chosen;
         const bool isEnd = r.stop == StopReason::REFUSED || r.stop == StopReason::STOPPED;
         if (isEnd || isReason)
@@ -90,7 +67,7 @@ SolveReport together(const std::vector<SolveReport>& reports)
         all.loudness += r.loudness;
         ++fields;
     }
-    // A part without points is worth a word only where none has any.
+    // A part without points is mentioned only where no part has any.
     if (fields == 0 && all.message.empty()) all.message = reports.front().message;
     all.rms = points > 0 ? std::sqrt(squares / points) : 0.0;
     if (fields > 0) all.loudness /= fields;
@@ -130,7 +107,7 @@ SolveReport TimeMultiplexer::solve(const std::vector<ControlPoints>& parts,
         const double level = unitLevel(_reports[k], parts[k]);
         if (level > 0.0) common = common > 0.0 ? std::min(common, level) : level;
     }
-    const bool absolute = _solvers.front()->options().absoluteTargets;
+    const bool absolute = parts.front().absolute;
     for (std::size_t k = 0; k < parts.size() && !absolute && parts.size() > 1; ++k)
     {
         const double level = unitLevel(_reports[k], parts[k]);

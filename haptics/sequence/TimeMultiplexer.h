@@ -12,8 +12,9 @@
 namespace midair::haptics
 {
 
-/// Fields that are played in turn as one, each for its own part of the points or its own instant of their modulation: solved
-/// one by one, then brought to a common level, so that targets compare across fields as they do within one.
+/// Fields that are played in turn as one, each for its own part of the points or its own instant of
+/// their modulation: solved one by one, then brought to a common level, so that targets compare
+/// across fields as they do within one.
 class TimeMultiplexer
 {
 public:
@@ -22,11 +23,12 @@ public:
     /// \a makeSolver is called once a field, so that each field starts warm from its own last one.
     explicit TimeMultiplexer(Factory makeSolver) : _makeSolver(std::move(makeSolver)) {}
 
-    /// One field for each of \a parts (>= 1), in their order, into \a fields (m activations each, on the array's levels).
-    /// With relative targets the loudest that the weakest field allows; with absolute ones each as loud as it is to be. A
-    /// part without points is silent. The report is of all together: rms and max over all points, sums of times and
-    /// counts, level_Pa where the target is largest. REFUSED where a part is,
-    /// STOPPED with all fields zero where one is. Throws InputError for no parts and for more than kMostPointsInTurn points.
+    /// One field for each of \a parts (>= 1), in their order, into \a fields (m activations each,
+    /// on the array's levels). With relative targets the loudest that the weakest field allows;
+    /// with absolute ones each as loud as it is to be. A part without points is silent. The report
+    /// is of all together: rms and max over all points, sums of times and counts, level_Pa where
+    /// the target is largest. REFUSED where a part is, STOPPED with all fields zero where one is.
+    /// Throws InputError for no parts and for more than kMostPointsInTurn points.
     SolveReport solve(const std::vector<ControlPoints>& parts,
                       const TransducerArray& array,
                       const Medium& medium,
@@ -38,10 +40,11 @@ private:
     std::vector<SolveReport> _reports;
 };
 
-/// \a more behind \a to; fields in turn have points of their own.
-void append(ControlPoints& to, const ControlPoints& more);
+/// Pa per unit of target that a field of \a report plays at \a points, which it was solved for; 0
+/// where nothing is played.
+double unitLevel(const SolveReport& report, const ControlPoints& points);
 
-/// What \a reports (>= 1), of fields that are played in turn, come to together.
+/// The report of all fields that are played in turn together, from \a reports (>= 1) of each.
 SolveReport together(const std::vector<SolveReport>& reports);
 
 } // namespace midair::haptics

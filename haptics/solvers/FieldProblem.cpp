@@ -89,7 +89,7 @@ void FieldProblem::reserve()
         _rowSums.resize(n);
         _stale.reserve(n);
     }
-    // Apart by a cache line, so that threads do not share one.
+    // Threads' sums lie a cache line apart, so that no two threads write to the same one.
     const std::size_t stride = (2 * n + 31) / 16 * 16;
     _partialStride = std::max(_partialStride, stride);
     _partial.reserve(_partialStride * static_cast<std::size_t>(_pool->threads()));
@@ -98,7 +98,8 @@ void FieldProblem::reserve()
 
 void FieldProblem::buildBlock(int thread, int block)
 {
-    // Of thousands of points a block may take a tenth of a second, where its entries have to be computed in double.
+    // With thousands of points a block may take a tenth of a second, where its entries are computed
+    // in double; a stop request is looked at between these.
     constexpr int kRows = 512;
     const int count = static_cast<int>(_stale.size());
     for (int first = 0; first < count && !_stop.requested(); first += kRows)
@@ -223,7 +224,7 @@ void FieldProblem::phasesOf(const SplitVector& field)
         const auto row = static_cast<std::size_t>(l);
         const std::complex<float> value = field.at(row);
         y[l] = std::abs(value);
-        if (y[l] > 1e-30f) u.set(row, value / y[l]);
+        if (y[l] > kLeastPressure_Pa) u.set(row, value / y[l]);
     }
 }
 

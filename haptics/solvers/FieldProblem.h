@@ -17,6 +17,10 @@
 namespace midair::haptics
 {
 
+/// Pressures below this have no phase, and quotients by them take this instead, so that they stay
+/// finite.
+constexpr float kLeastPressure_Pa = 1e-30f;
+
 /// A complex vector as two aligned arrays of floats.
 struct SplitVector
 {
@@ -35,8 +39,9 @@ struct SplitVector
     }
 };
 
-/// The control points that can be solved for, their matrix and every vector of a solve; what all solvers share.
-/// Symbols as in the paper: G (n x m), q (m), p = G q (n), a the targets (n), u the phases of p.
+/// The points that are solved for, their matrix and every vector of a solve: what all solvers
+/// share. Symbols as in the paper: G (n x m), q (m), p = G q (n), a the targets (n), u the phases
+/// of p.
 class FieldProblem
 {
 public:
@@ -44,7 +49,8 @@ public:
         FieldProblem(std::make_shared<base::ThreadPool>(threads), storage)
     {
     }
-    /// \a pool isn't null; nobody else runs it meanwhile. What reads all of G throws Stopped where \a stop asks for it.
+    /// \a pool isn't null; nobody else runs it meanwhile. What reads all of G throws Stopped where
+    /// \a stop asks for it.
     explicit FieldProblem(std::shared_ptr<base::ThreadPool> pool,
                           Storage storage = Storage::FLOAT,
                           base::StopToken stop = {}) :
@@ -59,9 +65,9 @@ public:
     {
         return G.isBoundTo(array, medium);
     }
-    /// Takes over a problem whose input is sound; \a isBound if isBoundTo has just said so. \a active are the indices of the points to be solved for. Rows of
-    /// points that moved by no more than \a tolerance_m are kept.
-    /// Returns how many rows are stale now; build() computes them.
+    /// Takes over a problem whose input is sound; \a isBound if isBoundTo has just said so. \a
+    /// active are the indices of the points to be solved for. Rows of points that moved by no more
+    /// than \a tolerance_m are kept. Returns how many rows are stale now; build() computes them.
     int assign(const ControlPoints& points,
                const std::vector<int>& active,
                const TransducerArray& array,
@@ -69,7 +75,8 @@ public:
                double tolerance_m,
                bool isBound = false);
     void build();
-    /// build() and projectRound() in one: a block of G takes part in the round while it is in the cache.
+    /// build() and projectRound() in one: a block of G takes part in the round while it is in the
+    /// cache.
     void buildAndProject(const SplitVector& w, SplitVector& p);
     /// How long the last build took, on the calling thread.
     double build_ms() const { return _build_ms; }
@@ -94,12 +101,14 @@ public:
     /// Unit amplitudes, phases of \a from to the nearest level.
     void quantisePhases(const SplitVector& from, SplitVector& to);
     void clearPadding(SplitVector& v); ///< v_i = 0 for i >= m
-    /// q as a device can play it: amplitudes times \a scale, clipped to 1 and rounded to the nearest level.
+    /// q as a device can play it: amplitudes times \a scale, clipped to 1 and rounded to the
+    /// nearest level.
     void quantise(float scale);
 
     Eigen::MatrixXcf dense() const; ///< G itself, for methods that need columns
 
-    /// \a q (transducers in the array's order) into \a lanes (in the matrix's order, padded), and back.
+    /// \a q (transducers in the array's order) into \a lanes (in the matrix's order, padded), and
+    /// back.
     void toLanes(const Eigen::VectorXcf& q, SplitVector& lanes) const;
     void fromLanes(const SplitVector& lanes, Eigen::VectorXcf& q) const;
 
@@ -115,9 +124,9 @@ public:
 
     int threads() const { return _pool->threads(); }
     const base::StopToken& stop() const { return _stop; }
-    /// Calls before(thread) once and then inBlock(thread, block) for every block of the thread, on all threads. Blocks
-    /// belong to threads by their number alone, so that sums come out the same every time. Throws Stopped, some blocks left
-    /// out, where that is asked for.
+    /// Calls before(thread) once and then inBlock(thread, block) for every block of the thread, on
+    /// all threads. Blocks belong to threads by their number alone, so that sums come out the same
+    /// every time. Throws Stopped, some blocks left out, where that is asked for.
     template<typename Before, typename InBlock>
     void eachBlock(const Before& before, const InBlock& inBlock)
     {
@@ -165,9 +174,11 @@ private:
     std::chrono::steady_clock::time_point _start;
 };
 
-/// The level nearest to \a amplitude among the ascending \a levels; itself, within 0 .. 1, where there are none.
+/// The level nearest to \a amplitude among the ascending \a levels; itself, within 0 .. 1, where
+/// there are none.
 float playableAmplitude(const std::vector<float>& levels, float amplitude);
-/// \a m amplitudes of \a mean between two of the ascending \a levels: some at the one, some at the other, evenly spread.
+/// \a m amplitudes of \a mean between two of the ascending \a levels: some at the one, some at the
+/// other, evenly spread.
 void mixAmplitudes(const std::vector<float>& levels, float mean, int m, float* amplitudes);
 
 } // namespace midair::haptics

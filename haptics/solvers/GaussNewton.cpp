@@ -1,7 +1,9 @@
+#include "haptics/base/Units.h"
 #include "haptics/solvers/FieldFigures.h"
 #include "haptics/solvers/GaussNewtonStep.h"
 #include "haptics/solvers/SolverBase.h"
 #include "haptics/solvers/Solvers.h"
+#include "haptics/solvers/WeightedRound.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,23 +15,35 @@ namespace midair::haptics
 namespace
 {
 
+// haptics/SOLVER.md explains each of these, in the section that is named.
+// "Cold start"
+constexpr int kMostIterations = 1000;
 constexpr int kColdStarts = 3;
-constexpr int kTrialRounds = 10; // of each start
-constexpr int kColdRounds = 30;  // of the best, those of its trial among them
-constexpr int kRoundsBeforeWeights = 3;
-constexpr int kRoundsWhenQuiet = 2;
-constexpr float kQuiet = 0.996f;   // of the loudness lately
-constexpr float kForget = 0.9998f; // an update
+constexpr int kTrialRounds = 10;        // of each start
+constexpr int kColdRounds = 30;         // of the best start, its trial rounds among them
+constexpr int kRoundsBeforeWeights = 3; // the weights stay what the targets are
+// "Warm start"
+constexpr int kQuietRounds = 2;    // further rounds that a field which has become quieter gets
+constexpr float kQuiet = 0.996f;   // of the loudness lately: below, a field has become quieter
+constexpr float kForget = 0.9998f; // what is left of the loudness lately after an update
+// "Corrections"
 constexpr int kCorrections = 8;
-constexpr int kConjugateSteps = 12;
-constexpr float kTrusted =
-    0.1f; // errors up to which a correction is not looked at before it is taken
+constexpr int kConjugateSteps = 12;                    // of each correction
+constexpr float kSearchAbove = 0.1f;                   // rms above which a step is searched for
+constexpr float kStepFractions[] = {1.0f, 0.3f, 0.1f}; // that the search tries
+constexpr float kFarTolerance = 0.5f;                  // of CG, over the rms, above kSearchAbove
+constexpr float kNextTolerance = 0.4f;                 // of CG, over the next step's first error
+constexpr float kLastTolerance = 0.45f;                // of CG, over what is reached at best
+constexpr float kRoundingMargin = 1.3f;                // over the rms that rounding leaves
+constexpr float kLeastOfWeight = 0.02f;                // that a correction leaves of a weight
+// "Amplitudes"
+constexpr int kShapePasses = 3;
+constexpr int kSettlePasses = 4;
 
-/// The production solver: alternating projections to a good set of phases, then Gauss-Newton in the points' weights.
-/// Every field is q = z/|z|, z = G* c with c_l = w_l u_l, u_l the phase of p_l: that is what being as loud as possible with
-/// equal relative errors asks for (the multipliers of |p_l| = s a_l under |q_i| <= 1 are the weights w). An update takes the
-/// weights and phases of the last field to the new matrix (one round), and corrects (GaussNewtonStep), which moves
-/// the weights along; a cold start finds them by rounds of w_l <- w_l s a_l/|p_l|, u_l <- phase of p_l.
+/// The production solver (haptics/SOLVER.md): alternating projections find good phases, then
+/// Gauss-Newton corrections of the transducers' phases meet the targets. Every field is q = z/|z|,
+/// z = G* c with c_l = w_l u_l and u_l the phase of p_l; the solver keeps w and u from one update
+/// to the next.
 class GaussNewton final : public SolverBase
 {
 public:
@@ -43,7 +57,7 @@ private:
     {
         reserve(field);
         Outcome outcome;
-        const int limit = iterationLimit(1000);
+        const int limit = iterationLimit(kMostIterations);
         _projected = _projected && warm;
         if (!warm || _weightsOf != field.n())
         {
@@ -51,7 +65,7 @@ private:
             _loudest = loudnessAt(field, naturalLevel(field));
         }
         _weightsOf = field.n();
-        if (!_projected) projectionRound(field);
+        if (!_projected) projectionRound(field, _weights);
         if (warm) keepLoud(field, limit, outcome);
         _projected = false;
         ++outcome.iterations;
@@ -64,7 +78,7 @@ private:
             field.phasesOf(field.p);
         }
         correct(field, limit, outcome);
-        if (options().absoluteTargets && !isLimited()) settleLevel(field);
+        if (isAbsolute() && !isLimited()) settleLevel(field);
         _weights /= _weights.mean();
         outcome.playable = outcome.measured = !isLimited();
         return outcome;
@@ -74,16 +88,16 @@ private:
     {
         _projected = _weightsOf == field.n();
         if (!_projected) return field.build();
-        weighPhases(field);
-        field.buildAndProject(_c, field.p);
+        weighPhases(field, _weights);
+        field.buildAndProject(field.w, field.p);
         field.phasesOf(field.p);
     }
 
     void reserve(const FieldProblem& field)
     {
-        const auto m = static_cast<std::size_t>(field.G.paddedTransducers());
+        const std::size_t m = lanes(field);
         const auto n = static_cast<std::size_t>(field.n());
-        for (SplitVector* v : {&_c, &_startU, &_bestU})
+        for (SplitVector* v : {&_startU, &_bestU})
             v->reserve(n);
         _continuous.reserve(m);
         _before.reserve(m);
@@ -92,70 +106,49 @@ private:
             if (v->size() != field.n()) v->resize(field.n());
     }
 
-    void weighPhases(const FieldProblem& field)
-    {
-        for (int l = 0; l < field.n(); ++l)
-        {
-            const auto row = static_cast<std::size_t>(l);
-            _c.set(row, field.u.at(row) * _weights[l]);
-        }
-    }
-
-    void projectionRound(FieldProblem& field)
-    {
-        weighPhases(field);
-        field.projectRound(_c, field.p);
-        field.phasesOf(field.p);
-    }
-
-    // s with sum_l w_l (s a_l - |p_l|) = 0: no change of the phases of q alters sum_l w_l |p_l| to first order, so that any
-    // other level is out of a correction's reach.
+    // s with sum_l w_l (s a_l - |p_l|) = 0, the only level that a correction can reach (SOLVER.md,
+    // "The level of a correction").
     float naturalLevel(const FieldProblem& field) const
     {
         return _weights.dot(field.y) / _weights.dot(field.a);
     }
 
-    // Phases that follow a moving object come to be at home in a poorer place than they set out from: further rounds, where
-    // the field is quieter than it lately was.
+    // Phases that follow a moving object drift into a poorer local optimum than they started from.
+    // A field that is quieter than lately gets further rounds, each of which raises the loudness
+    // (SOLVER.md, "Warm start").
     void keepLoud(FieldProblem& field, int limit, Outcome& outcome)
     {
         for (int k = 0;
-             k < kRoundsWhenQuiet && loudnessAt(field, naturalLevel(field)) < kQuiet * _loudest &&
+             k < kQuietRounds && loudnessAt(field, naturalLevel(field)) < kQuiet * _loudest &&
              outcome.iterations + 2 < limit && !outOfTime(field);
              ++k)
         {
-            reweigh(field);
-            projectionRound(field);
+            reweigh(field, _weights);
+            projectionRound(field, _weights);
             ++outcome.iterations;
         }
         _loudest = std::max(kForget * _loudest, loudnessAt(field, naturalLevel(field)));
-    }
-
-    void reweigh(const FieldProblem& field)
-    {
-        const float s = fittedLevel(field);
-        for (int l = 0; l < field.n(); ++l)
-            _weights[l] *= std::clamp(s * field.a[l] / std::max(field.y[l], 1e-30f), 0.2f, 5.0f);
     }
 
     void rounds(FieldProblem& field, int first, int last, Outcome& outcome)
     {
         for (int k = first; k < last && !outOfTime(field); ++k)
         {
-            projectionRound(field);
-            if (k >= kRoundsBeforeWeights) reweigh(field);
+            projectionRound(field, _weights);
+            if (k >= kRoundsBeforeWeights) reweigh(field, _weights);
             ++outcome.iterations;
         }
     }
 
-    // Several starts, the loudest of which goes on: where the phases settle decides the level, not the error.
+    // Tries several starting phases and goes on with the loudest (SOLVER.md, "Cold start"): where
+    // the phases settle decides the level; the corrections remove the error from any of them.
     void coldStart(FieldProblem& field, int limit, Outcome& outcome)
     {
         const auto n = static_cast<std::size_t>(field.n());
         std::mt19937_64 random(options().seed);
-        std::copy_n(field.u.re.data(), n, _startU.re.data());
-        std::copy_n(field.u.im.data(), n, _startU.im.data());
+        copy(field.u, _startU, n);
         const int trial = std::min(kTrialRounds, limit);
+        constexpr auto kFullTurn_rad = static_cast<float>(base::kTwoPi);
         float best = -1.0f;
         for (int start = 0;
              start < (limit > kTrialRounds ? kColdStarts : 1) && (start == 0 || !outOfTime(field));
@@ -163,7 +156,7 @@ private:
         {
             for (std::size_t l = 0; l < n; ++l)
             {
-                const float turn = 6.2831853f * static_cast<float>(random() >> 40) * 0x1p-24f;
+                const float turn = kFullTurn_rad * static_cast<float>(random() >> 40) * 0x1p-24f;
                 field.u.set(l, start == 0 ? _startU.at(l) : std::polar(1.0f, turn));
             }
             _weights = field.a;
@@ -172,23 +165,21 @@ private:
             if (level <= best) continue;
             best = level;
             _bestWeights = _weights;
-            std::copy_n(field.u.re.data(), n, _bestU.re.data());
-            std::copy_n(field.u.im.data(), n, _bestU.im.data());
+            copy(field.u, _bestU, n);
         }
         _weights = _bestWeights;
-        std::copy_n(_bestU.re.data(), n, field.u.re.data());
-        std::copy_n(_bestU.im.data(), n, field.u.im.data());
+        copy(_bestU, field.u, n);
         rounds(field, trial, std::min(kColdRounds, limit), outcome);
     }
 
-    // Amplitudes the device can play, and field.q, y with them. \a full is the level of unit amplitudes.
+    // Chooses amplitudes that the device can play and scales field.q and y by them (SOLVER.md,
+    // "Amplitudes"). \a full is the level of unit amplitudes.
     void chooseAmplitudes(FieldProblem& field, float full)
     {
         auto share = static_cast<float>(options().loudness);
-        if (options().absoluteTargets && full > 0.0f)
-            share = std::min(share, largestTarget() / full);
+        if (isAbsolute() && full > 0.0f) share = std::min(share, largestTarget() / full);
         const std::vector<float>& levels = field.drive().amplitudeLevels;
-        _uniform = options().phaseOnly && !options().absoluteTargets;
+        _uniform = options().phaseOnly && !isAbsolute();
         if (options().phaseOnly)
         {
             const float nearest = playableAmplitude(levels, share);
@@ -207,7 +198,8 @@ private:
         shapeAmplitudes(field, share);
     }
 
-    // What the device can play of _gain: evenly mixed levels with phases alone, else levels next to _gain |z_i|.
+    // The amplitudes nearest to _gain that the device can play: phase-only, a mix of the two levels
+    // about it, evenly spread; else the level next to _gain |z_i| for each transducer.
     void setAmplitudes(const FieldProblem& field)
     {
         const std::vector<float>& levels = field.drive().amplitudeLevels;
@@ -216,11 +208,12 @@ private:
             _amplitudes[i] = playableAmplitude(levels, _gain * std::abs(field.z.at(i)));
     }
 
-    // The corrections moved the level: all amplitudes by one factor move it back, as far as the array reaches.
+    // The corrections have moved the level. One factor on all amplitudes moves it back to the
+    // targets, as far as the array reaches.
     void settleLevel(FieldProblem& field)
     {
         const float enough = 1.0f / static_cast<float>(field.m());
-        for (int pass = 0; pass < 4; ++pass)
+        for (int pass = 0; pass < kSettlePasses; ++pass)
         {
             const float ratio = largestTarget() / fittedLevel(field);
             const bool isFull = options().phaseOnly && _gain >= 1.0f && ratio > 1.0f;
@@ -232,7 +225,8 @@ private:
         }
     }
 
-    // |q_i| = min(1, g |z_i|): the least power for what is asked, and what is asked decides g.
+    // |q_i| = min(1, g |z_i|) takes the least power for a field; the level that is asked for
+    // decides g.
     void shapeAmplitudes(FieldProblem& field, float share)
     {
         double power = 0.0;
@@ -240,23 +234,22 @@ private:
             power += std::norm(field.z.at(static_cast<std::size_t>(i)));
         const auto rms = static_cast<float>(std::sqrt(power / field.m()));
         _gain = rms > 0.0f ? share / rms : 0.0f;
-        std::copy_n(field.q.re.data(), field.G.paddedTransducers(), _continuous.re.data());
-        std::copy_n(field.q.im.data(), field.G.paddedTransducers(), _continuous.im.data());
-        for (int pass = 0; pass < 3; ++pass)
+        copy(field.q, _continuous, lanes(field));
+        for (int pass = 0; pass < kShapePasses; ++pass)
         {
             setAmplitudes(field);
             for (std::size_t i = 0; i < static_cast<std::size_t>(field.m()); ++i)
                 field.q.set(i, _continuous.at(i) * _amplitudes[i]);
             field.forward(field.q, field.p);
             field.phasesOf(field.p);
-            if (!options().absoluteTargets) return;
+            if (!isAbsolute()) return;
             const float level = naturalLevel(field);
             if (level > 0.0f) _gain *= largestTarget() / level;
         }
     }
 
-    // Takes \a fraction of the correction's step and measures the field of it, its phases rounded to the device's levels if
-    // \a rounded.
+    // Takes \a fraction of the correction's step and measures the field that results, with its
+    // phases rounded to the device's levels if \a rounded.
     void play(FieldProblem& field, float fraction, bool rounded)
     {
         field.eachBlock([&](int thread) { field.clearPartial(thread); },
@@ -284,47 +277,53 @@ private:
         if (!_full) kernels::scaleBy(width, _amplitudes.data() + i, re, im);
     }
 
-    // The correction's step, or as much of it as makes the field better: far from a solution (crowded points) its straight
-    // line misleads. Returns the fraction taken; 0: none helped.
+    // Takes the largest of kStepFractions that makes the field better: far from a solution, where
+    // points crowd, |p| is not linear over the whole step. Returns the fraction taken; 0: none
+    // helped, and the field is as before.
     float stepCarefully(FieldProblem& field, float error)
     {
-        copy(field, _continuous, _before);
-        for (const float fraction : {1.0f, 0.3f, 0.1f})
+        copy(_continuous, _before, lanes(field));
+        for (const float fraction : kStepFractions)
         {
             play(field, fraction, false);
             if (errorOf(field, naturalLevel(field)) < error) return fraction;
-            copy(field, _before, _continuous);
+            copy(_before, _continuous, lanes(field));
         }
         return 0.0f;
     }
 
-    // Where no correction helps: a round of projections, which gets nearer however far it is.
+    // A round of projections in place of a correction that did not help: it needs no linearisation.
     void roundInstead(FieldProblem& field)
     {
         field.forward(_continuous, field.p);
         field.phasesOf(field.p);
-        reweigh(field);
-        projectionRound(field);
-        copy(field, field.q, _continuous);
+        reweigh(field, _weights);
+        projectionRound(field, _weights);
+        copy(field.q, _continuous, lanes(field));
     }
 
-    static void copy(const FieldProblem& field, const SplitVector& from, SplitVector& to)
+    static std::size_t lanes(const FieldProblem& field)
     {
-        const int m = field.G.paddedTransducers();
-        std::copy_n(from.re.data(), m, to.re.data());
-        std::copy_n(from.im.data(), m, to.im.data());
+        return static_cast<std::size_t>(field.G.paddedTransducers());
     }
-
-    // How far a correction is driven: no further than the next one will start from, nor, far from a solution, along the
-    // directions in which little can be had (which is what the first steps leave out).
-    static float goalOf(float error, float nextError, float goal)
+    static void copy(const SplitVector& from, SplitVector& to, std::size_t count)
     {
-        return std::max(goal, error > kTrusted ? 0.5f * error : 0.4f * nextError);
+        std::copy_n(from.re.data(), count, to.re.data());
+        std::copy_n(from.im.data(), count, to.im.data());
     }
 
-    // Corrections until the played field is as exact as was asked for, or its error is all rounding. A correction is exact
-    // to the square of what it corrects: where that is too much, it is not driven further than that, nor its phases
-    // rounded, since another one follows.
+    // CG tolerance (SOLVER.md, "CG tolerance"): kNextTolerance of the error that the next step
+    // starts from, or of a share of this one where the linearisation does not hold; late CG steps
+    // follow ill-conditioned directions. Never below what rounding or the options' tolerance leave.
+    static float toleranceOf(float error, float nextError, float least)
+    {
+        return std::max(least,
+                        error > kSearchAbove ? kFarTolerance * error : kNextTolerance * nextError);
+    }
+
+    // Corrects until the played field is as exact as was asked for, or its error is all rounding. A
+    // correction leaves about the square of the rms before it; where that is still too much, its CG
+    // stops early and its phases are not rounded, since another one follows.
     void correct(FieldProblem& field, int limit, Outcome& outcome)
     {
         const auto tolerance = static_cast<float>(options().rmsTolerance);
@@ -333,20 +332,20 @@ private:
         for (int k = 0; k < kCorrections; ++k)
         {
             const float rounding = roundingError(field);
-            const float enough = std::max(tolerance, 1.3f * rounding);
+            const float enough = std::max(tolerance, kRoundingMargin * rounding);
             const float error = errorOf(field, naturalLevel(field));
-            const float goal = 0.45f * std::max(rounding, tolerance);
+            const float least = kLastTolerance * std::max(rounding, tolerance);
             const bool out =
                 k + 1 == kCorrections || outcome.iterations + 1 >= limit || outOfTime(field);
             const bool last = out || error * error < enough;
             _correction.solve(field,
                               _continuous,
                               _weights,
-                              goalOf(error, last ? 0.0f : error * error, goal),
+                              toleranceOf(error, last ? 0.0f : error * error, least),
                               kConjugateSteps);
             ++outcome.iterations;
             float fraction = 1.0f;
-            if (error > kTrusted)
+            if (error > kSearchAbove)
             {
                 fraction = stepCarefully(field, error);
                 if (fraction == 0.0f && !out)
@@ -360,12 +359,12 @@ private:
                 play(field, 1.0f, last);
             for (int l = 0; l < field.n(); ++l)
                 _weights[l] = std::max(_weights[l] + fraction * _correction.multiplier(l),
-                                       0.02f * _weights[l]);
+                                       kLeastOfWeight * _weights[l]);
             if (!last) continue;
             const float rms = errorOf(field, fittedLevel(field));
             if (rms <= tolerance)
                 outcome.stop = StopReason::CONVERGED;
-            else if (rms < 1.3f * rounding)
+            else if (rms < kRoundingMargin * rounding)
                 outcome.stop = StopReason::STALLED;
             else if (outOfTime(field))
                 outcome.stop = StopReason::DEADLINE;
@@ -377,16 +376,16 @@ private:
     }
 
     GaussNewtonStep _correction;
-    SplitVector _c, _startU, _bestU;  // n
-    SplitVector _continuous, _before; // m: q before its phases were rounded, before a correction
+    SplitVector _startU, _bestU;            // n
+    SplitVector _continuous, _before;       // m: q before rounding, and before a correction
     base::AlignedBuffer<float> _amplitudes; // m
     Eigen::VectorXf _weights, _bestWeights;
-    float _loudest = 0.0f;   // lately
-    float _gain = 1.0f;      // amplitudes: the mean of them, or what |z_i| is multiplied by
-    int _weightsOf = 0;      // n of the field whose weights these are
+    float _loudest = 0.0f;   // the largest loudness lately, which kForget lets fade
+    float _gain = 1.0f;      // phase-only the mean amplitude, else the factor on |z_i|
+    int _weightsOf = 0;      // the number of points that the weights belong to
     bool _projected = false; // build() took the first round
-    bool _uniform = true;    // one amplitude for all
-    bool _full = true;       // and that 1
+    bool _uniform = true;    // all transducers play one amplitude
+    bool _full = true;       // and that is 1
 };
 
 } // namespace

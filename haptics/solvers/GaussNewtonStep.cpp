@@ -9,7 +9,10 @@ namespace midair::haptics
 namespace
 {
 
+// haptics/SOLVER.md, "The step", explains both.
 constexpr float kLargestTurn_rad = 0.5f;
+constexpr float kLeastRoot = 1e-30f; // divided by: a block of padding has roots of 0
+constexpr float kMostFreedom = 4.0f; // of 1/|z_i|, over its mean
 
 } // namespace
 
@@ -29,13 +32,15 @@ void GaussNewtonStep::reserve(const FieldProblem& field)
         if (v->size() != n) v->resize(n);
 }
 
-// Square roots of D. Where z nearly vanishes a phase is free to turn: not without bound.
+// The square roots of D = diag(1/|z_i|). A transducer whose z_i nearly vanishes would turn without
+// bound, so D is capped.
 void GaussNewtonStep::findRoots(const FieldProblem& field)
 {
     const int m = field.m();
     const float mean = Eigen::Map<const Eigen::VectorXf>(field.inverse.data(), m).mean();
     Eigen::Map<Eigen::ArrayXf> root(_root.data(), m);
-    root = Eigen::Map<const Eigen::ArrayXf>(field.inverse.data(), m).min(4.0f * mean).sqrt();
+    root =
+        Eigen::Map<const Eigen::ArrayXf>(field.inverse.data(), m).min(kMostFreedom * mean).sqrt();
     std::fill(_root.data() + m, _root.data() + field.G.paddedTransducers(), 0.0f);
 }
 
@@ -43,7 +48,7 @@ void GaussNewtonStep::form(const FieldProblem& field, const SplitVector& q, int 
 {
     const int n = field.n(), offset = field.G.offset(block), width = field.G.width(block);
     const float* root = _root.data() + offset;
-    const float largest = std::max(*std::max_element(root, root + width), 1e-30f);
+    const float largest = std::max(*std::max_element(root, root + width), kLeastRoot);
     alignas(64) float re[PropagationMatrix::kBlockWidth], im[PropagationMatrix::kBlockWidth];
     for (int i = 0; i < width; ++i)
     {
@@ -67,7 +72,8 @@ void GaussNewtonStep::form(const FieldProblem& field, const SplitVector& q, int 
     std::fill_n(_sum.data() + offset, width, 0.0f);
 }
 
-// _sum += _alpha t of the direction before; t = J^T direction; partial += J t. One read of J, or of G where J is formed.
+// Adds the step along the direction before, _sum += _alpha t, then t = J^T direction and partial +=
+// J t. Reads J once, or G where J is still to be formed.
 void GaussNewtonStep::pass(FieldProblem& field,
                            const SplitVector& q,
                            bool formed,
@@ -117,7 +123,8 @@ int GaussNewtonStep::solve(FieldProblem& field,
     findRoots(field);
     const int n = field.n();
     _scale = (weights.dot(field.y) / weights.dot(field.a) * field.a).cwiseInverse();
-    // Along w the matrix is all but singular: without this the search spends its steps there.
+    // J D J^T is all but singular along w a (SOLVER.md, "The level of a correction"): the search is
+    // kept orthogonal to it.
     _flat = weights.cwiseProduct(field.a);
     _flat /= _flat.norm();
     _x.setZero();

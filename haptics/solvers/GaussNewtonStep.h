@@ -5,18 +5,22 @@
 namespace midair::haptics
 {
 
-/// One Gauss-Newton correction of the transducers' phases towards |p_l| = s a_l.
-/// With J_li = d|p_l|/d phi_i = -Im(conj(u_l) G_li q_i) and D = diag(1/|z_i|), z = G* c, the step is
-///     d phi = D J^T x,  J D J^T x = s a - |p|  (conjugate gradients in the space of the points, rows scaled by 1/(s a_l)).
-/// To first order it is what changing c_l by x_l u_l does to the phases of G* c, so the weights of the next update follow
-/// by c_l + x_l u_l. J is formed once, in fixed point: the steps read a quarter of what G in float would be.
+/// One Gauss-Newton correction of the transducers' phases towards |p_l| = s a_l (SOLVER.md, "The
+/// step"). With J_li = d|p_l|/d phi_i = -Im(conj(u_l) G_li q_i) and D = diag(1/|z_i|), z = G* c, it
+/// is
+///     d phi = D J^T x,  J D J^T x = s a - |p|
+/// where x is found by conjugate gradients in the space of the points, with rows scaled by 1/(s
+/// a_l). To first order the step is what a change of c_l by x_l u_l does to the phases of G* c, so
+/// the weights of the next update follow by c_l + x_l u_l. J is formed once, in fixed point: the
+/// steps of CG then read a quarter of what G in float would be.
 class GaussNewtonStep
 {
 public:
-    /// Finds the step from \a q, about which p is linearised; field.u, y, inverse belong to it. \a weights w (n, > 0): no
-    /// change of the phases of q alters w.|p| to first order, so s = (w.|p|)/(w.a), and the search keeps clear of
-    /// that direction. Stops at a relative residual rms below \a tolerance or after \a maxSteps; returns the steps
-    /// taken. No allocation after the first call of a size.
+    /// Finds the step from \a q, about which p is linearised; field.u, y and inverse belong to it.
+    /// \a weights are w (n, > 0): no change of the phases of q alters w.|p| to first order, so that
+    /// s = (w.|p|)/(w.a), and the search keeps orthogonal to that direction. Ends at a relative
+    /// residual whose rms is at most \a tolerance, or after \a maxSteps; returns the steps taken.
+    /// Allocates nothing after the first call of a size.
     int solve(FieldProblem& field,
               const SplitVector& q,
               const Eigen::VectorXf& weights,

@@ -13,9 +13,9 @@ namespace midair::haptics
 namespace
 {
 
-// Up to here a factor takes a millisecond, a decomposition some 20 ms.
+// Up to this size a factorisation takes a millisecond, and a decomposition some 20 ms.
 constexpr Eigen::Index kSmall = 128;
-// Columns of a step: of 1000 x 1000 numbers one takes some 30 ms.
+// Columns between two looks at the token: with 1000 rows they take some 30 ms.
 constexpr Eigen::Index kStep = 32;
 constexpr Eigen::Index kLanczosSteps = 60;
 constexpr int kRestarts = 60;
@@ -34,7 +34,8 @@ Eigen::VectorXcd startingVector(Eigen::Index n)
     return v.normalized();
 }
 
-/// Lanczos from \a pair.vector (Golub, Van Loan, "Matrix computations", 10.1), every vector made orthogonal to all before.
+/// Runs Lanczos from \a pair.vector (Golub, Van Loan, "Matrix computations", 10.1), with every
+/// vector made orthogonal to all before it.
 void improve(const Eigen::MatrixXcd& A, LeadingPair& pair, const base::StopToken& stop)
 {
     const Eigen::Index most = std::min(kLanczosSteps, A.cols());
@@ -68,20 +69,20 @@ void improve(const Eigen::MatrixXcd& A, LeadingPair& pair, const base::StopToken
 
 bool BlockCholesky::compute(Eigen::MatrixXcd A, const base::StopToken& stop)
 {
-    _L = std::move(A);
-    const Eigen::Index n = _L.cols(), width = n <= kSmall ? n : kStep;
+    _lower = std::move(A);
+    const Eigen::Index n = _lower.cols(), width = n <= kSmall ? n : kStep;
     _positive = true;
     for (Eigen::Index k = 0; k < n && _positive; k += width)
     {
         stop.throwIfRequested();
         const Eigen::Index w = std::min(width, n - k), rest = n - k - w;
-        auto corner = _L.block(k, k, w, w);
+        auto corner = _lower.block(k, k, w, w);
         const Eigen::LLT<Eigen::Ref<Eigen::MatrixXcd>> factor(corner);
         _positive = factor.info() == Eigen::Success;
         if (!_positive || rest == 0) continue;
-        auto panel = _L.block(k + w, k, rest, w);
+        auto panel = _lower.block(k + w, k, rest, w);
         corner.adjoint().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(panel);
-        _L.bottomRightCorner(rest, rest)
+        _lower.bottomRightCorner(rest, rest)
             .selfadjointView<Eigen::Lower>()
             .rankUpdate(panel, std::complex<double>(-1.0));
     }
@@ -90,20 +91,20 @@ bool BlockCholesky::compute(Eigen::MatrixXcd A, const base::StopToken& stop)
 
 bool BlockCholesky::isFinite() const
 {
-    return _L.triangularView<Eigen::Lower>().toDenseMatrix().allFinite();
+    return _lower.triangularView<Eigen::Lower>().toDenseMatrix().allFinite();
 }
 
 Eigen::MatrixXcd BlockCholesky::inverse(const base::StopToken& stop) const
 {
-    const Eigen::Index n = _L.cols(), width = n <= kSmall ? n : kStep;
+    const Eigen::Index n = _lower.cols(), width = n <= kSmall ? n : kStep;
     Eigen::MatrixXcd result = Eigen::MatrixXcd::Identity(n, n);
     for (Eigen::Index k = 0; k < n; k += width)
     {
         stop.throwIfRequested();
         auto columns = result.middleCols(k, std::min(width, n - k));
-        _L.triangularView<Eigen::Lower>().solveInPlace(columns);
+        _lower.triangularView<Eigen::Lower>().solveInPlace(columns);
         stop.throwIfRequested();
-        _L.adjoint().triangularView<Eigen::Upper>().solveInPlace(columns);
+        _lower.adjoint().triangularView<Eigen::Upper>().solveInPlace(columns);
     }
     return result;
 }
@@ -111,8 +112,8 @@ Eigen::MatrixXcd BlockCholesky::inverse(const base::StopToken& stop) const
 Eigen::VectorXcd BlockCholesky::solve(const Eigen::VectorXcd& b) const
 {
     Eigen::VectorXcd x = b;
-    _L.triangularView<Eigen::Lower>().solveInPlace(x);
-    _L.adjoint().triangularView<Eigen::Upper>().solveInPlace(x);
+    _lower.triangularView<Eigen::Lower>().solveInPlace(x);
+    _lower.adjoint().triangularView<Eigen::Upper>().solveInPlace(x);
     return x;
 }
 

@@ -7,8 +7,9 @@
 namespace midair::haptics
 {
 
-/// Cholesky factor L L* = A of a Hermitian positive definite matrix. For large ones it is made, and used, in steps between which
-/// Stopped is thrown where that is asked for; small ones take a few milliseconds at once.
+/// Cholesky factor L L* = A of a Hermitian positive definite matrix. For large ones it is made, and
+/// used, in steps between which Stopped is thrown where that is asked for; small ones take a few
+/// milliseconds at once.
 class BlockCholesky
 {
 public:
@@ -18,7 +19,8 @@ public:
         compute(A, stop);
     }
 
-    /// Reads the lower triangle of \a A. False, as isPositive() from then on, where it is not positive definite.
+    /// Reads the lower triangle of \a A. False, as isPositive() from then on, where it is not
+    /// positive definite.
     bool compute(Eigen::MatrixXcd A, const base::StopToken& stop = {});
     bool isPositive() const { return _positive; }
     /// Nothing in it is NaN or infinite.
@@ -28,7 +30,7 @@ public:
     Eigen::VectorXcd solve(const Eigen::VectorXcd& b) const;
 
 private:
-    Eigen::MatrixXcd _L; // in the lower triangle
+    Eigen::MatrixXcd _lower; // L, in the lower triangle
     bool _positive = false;
 };
 
@@ -40,8 +42,9 @@ struct LeadingPair
     Eigen::VectorXcd vector;
 };
 
-/// Of \a A (n x n, Hermitian): the whole decomposition where n is small; else restarted Lanczos with full orthogonalisation
-/// until residual is at most \a tolerance times |A|, or as near as it comes. Throws Stopped where that is asked for.
+/// Of \a A (n x n, Hermitian): the whole decomposition where n is small; else restarted Lanczos
+/// with full orthogonalisation until residual is at most \a tolerance times |A|, or as near as it
+/// comes. Throws Stopped where that is asked for.
 LeadingPair
 leadingPair(const Eigen::MatrixXcd& A, double tolerance = 1e-10, const base::StopToken& stop = {});
 

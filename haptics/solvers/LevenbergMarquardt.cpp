@@ -1,5 +1,7 @@
 #include "haptics/solvers/LevenbergMarquardt.h"
 
+#include "haptics/solvers/WeightedRound.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -13,8 +15,6 @@ constexpr double kFirstDamping = 0.1; // relative to the mean of diag(J J^T)
 constexpr double kLeastDamping = 1e-4;
 constexpr double kMostDamping = 1e3;
 constexpr float kInnerTolerance = 0.05f;
-
-constexpr float kMostReweighing = 5.0f; // in a round of projections
 
 } // namespace
 
@@ -50,16 +50,8 @@ void LevenbergMarquardt::project(FieldProblem& field, int rounds)
     for (int k = 0; k < rounds; ++k)
     {
         _weight /= _weight.mean();
-        for (int l = 0; l < field.n(); ++l)
-            _w.set(static_cast<std::size_t>(l),
-                   field.u.at(static_cast<std::size_t>(l)) * _weight[l]);
-        field.projectRound(_w, field.p);
-        field.phasesOf(field.p);
-        const float s = field.y.dot(field.a) / field.a.squaredNorm();
-        for (int l = 0; l < field.n(); ++l)
-            _weight[l] *= std::clamp(s * field.a[l] / std::max(field.y[l], 1e-30f),
-                                     1.0f / kMostReweighing,
-                                     kMostReweighing);
+        projectionRound(field, _weight);
+        reweigh(field, _weight);
     }
 }
 
@@ -76,7 +68,7 @@ void LevenbergMarquardt::reserve(const FieldProblem& field)
         if (v->size() != field.n()) v->resize(field.n());
 }
 
-// r_l = 1 + g_l - |p_l|^2/(s a_l)^2 of field.q; returns f.
+// Measures field.q: r_l = 1 + g_l - |p_l|^2/(s a_l)^2. Returns f.
 double LevenbergMarquardt::measure(FieldProblem& field, double s, const Eigen::VectorXf& given)
 {
     field.forward(field.q, field.p);
@@ -134,7 +126,8 @@ void LevenbergMarquardt::pass(FieldProblem& field, float alpha)
     }
 }
 
-// sum = J^T x with (J J^T + damping I) x = r, by conjugate gradients in the space of the points.
+// Leaves in _sum the step J^T x of (J J^T + damping I) x = r, by conjugate gradients in the space
+// of the points.
 void LevenbergMarquardt::step(FieldProblem& field, double damping, int innerSteps)
 {
     const auto mu = static_cast<float>(damping * _gain);
@@ -160,7 +153,8 @@ void LevenbergMarquardt::step(FieldProblem& field, double damping, int innerStep
         _sum[static_cast<std::size_t>(i)] += alpha * _d[static_cast<std::size_t>(i)];
 }
 
-// q_i times (1 + j d/2)/(1 - j d/2): an angle of d for small ones, never half a turn, and of unit length without a sine.
+// Multiplies q_i by (1 + j d/2)/(1 - j d/2): of unit length without a sine, an angle of d for small
+// d and never half a turn.
 void LevenbergMarquardt::turn(FieldProblem& field)
 {
     float *qRe = field.q.re.data(), *qIm = field.q.im.data();
@@ -196,7 +190,8 @@ int LevenbergMarquardt::fit(FieldProblem& field,
     int corrections = 0;
     while (corrections < limits.corrections && f > done && damping < kMostDamping)
     {
-        // |G_li| as if alike along a row; only the scale of the damping hangs on it.
+        // Takes the |G_li| of a row as equal: this only sets the scale of the damping (SOLVER.md,
+        // "Dense points").
         _gain = 0.0;
         for (int l = 0; l < field.n(); ++l)
             _gain += std::pow(field.rowSum(l) * _weight[l] *

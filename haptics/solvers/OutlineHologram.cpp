@@ -2,7 +2,9 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/base/Units.h"
 #include "haptics/base/text/PlainText.h"
+#include "haptics/base/text/Range.h"
 #include "haptics/propagation/PressureField.h"
 
 #include <algorithm>
@@ -15,23 +17,24 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kJudgeSpacing = 0.1; // wavelengths
+// haptics/SOLVER.md, "Dense points", explains these.
+constexpr double kJudgeSpacing = 0.1; // wavelengths, between the samples that a field is judged by
 constexpr int kFirstCorrections = 5;  // of each start, to tell which are worth following
-constexpr int kRaises = 6; // of the pressure asked for, until the mean is what it should be
+constexpr int kWarmRounds = 3;        // of projections, after the field of the last outlines
+constexpr int kRaises = 6;            // of the pressure asked for, until the mean is loud enough
 constexpr int kRaiseCorrections = 15; // after each
-// A little more is asked for than must be had, since what the field lacks lowers the mean.
-constexpr double kHeadroom = 1.03;
-// A field that is louder by itself than it must be is evened out at nearly its own mean.
-constexpr double kOwnShare = 0.97;
+constexpr double kHeadroom = 1.03;    // asked for over what must be had: uneven fields lose of it
+constexpr double kOwnShare = 0.97;    // of its own mean, asked of a field that is louder by itself
+constexpr double kWeightOfLack = 2.0; // of what the mean lacks, over what is uneven
 
-// Turns along an outline that starting phases make, in the order in which they are tried; then random phases.
+// Turns of phase along an outline that the first starts make; the others start from random phases.
 constexpr double kTurns[] = {0.0, 1.0, -1.0, 2.0};
 constexpr int kRamps = 4;
 
 bool better(bool loudEnough, const SurfaceStatistics& a, const SurfaceStatistics& b, double floor)
 {
-    // Loud enough first, then the smoother one; of those that are not, the louder one.
+    // A field that is loud enough beats one that is not; of those that are the smoother one wins,
+    // else the louder one.
     const bool other = b.mean_Pa >= floor;
     if (loudEnough != other) return loudEnough;
     return loudEnough ? a.coefficientOfVariation < b.coefficientOfVariation : a.mean_Pa > b.mean_Pa;
@@ -41,25 +44,15 @@ bool better(bool loudEnough, const SurfaceStatistics& a, const SurfaceStatistics
 
 bool OutlineOptions::isValid(std::string* error) const
 {
-    base::PlainStream text;
-    if (!(spacing >= 0.1 && spacing <= 1.0))
-        text << "spacing is " << spacing << " wavelengths; it must be within 0.1 .. 1";
-    else if (starts < 1 || starts > 1000)
-        text << "starts is " << starts << "; it must be within 1 .. 1000";
-    else if (finalists < 1)
-        text << "finalists is " << finalists << "; it must be at least 1";
-    else if (rounds < 1)
-        text << "rounds is " << rounds << "; it must be at least 1";
-    else if (corrections < 0)
-        text << "corrections is " << corrections << "; it must be at least 0";
-    else if (!(loudness > 0.0 && std::isfinite(loudness)))
-        text << "loudness is " << loudness << "; it must be above 0";
-    else if (threads < 1)
-        text << "threads is " << threads << "; it must be at least 1";
-    else
-        return true;
-    if (error != nullptr) *error = text.str();
-    return false;
+    return base::RangeCheck()
+        .within("spacing", spacing, 0.1, 1.0, " wavelengths")
+        .within("starts", starts, 1, 1000)
+        .atLeast("finalists", finalists, 1)
+        .atLeast("rounds", rounds, 1)
+        .atLeast("corrections", corrections, 0)
+        .above("loudness", loudness, 0.0)
+        .atLeast("threads", threads, 1)
+        .passed(error);
 }
 
 OutlineHologram::OutlineHologram(const OutlineOptions& options) :
@@ -73,7 +66,7 @@ OutlineHologram::OutlineHologram(const OutlineOptions& options) :
     if (!options.isValid(&error)) throw base::InputError("outline hologram: " + error);
 }
 
-// Before anything is placed along them.
+// Refuses outlines that are too long before any point is placed along them.
 void OutlineHologram::checkLength(const std::vector<Outline>& outlines, double wavelength_m) const
 {
     const double spacing_m = _options.spacing * wavelength_m;
@@ -88,7 +81,8 @@ void OutlineHologram::checkLength(const std::vector<Outline>& outlines, double w
     }
 }
 
-// The points that are solved for from here on, spacing_m apart along every outline.
+// Places the points that are solved for from here on, \a spacing_m apart along every outline, and
+// builds their matrix.
 void OutlineHologram::place(const Scene& scene, double spacing_m)
 {
     std::vector<Eigen::Matrix3Xd> parts;
@@ -123,7 +117,7 @@ void OutlineHologram::place(const Scene& scene, double spacing_m)
         throw base::InputError("outline hologram: no transducer reaches the outlines");
 }
 
-// Starting phases number `index` into field.u; returns their name.
+// Puts the starting phases of number \a index into field.u and returns their name.
 std::string OutlineHologram::start(int index)
 {
     const auto n = static_cast<std::size_t>(_field.n());
@@ -131,7 +125,7 @@ std::string OutlineHologram::start(int index)
     {
         for (std::size_t l = 0; l < n; ++l)
             _field.u.set(
-                l, std::polar(1.0f, static_cast<float>(2.0 * kPi * kTurns[index] * _along[l])));
+                l, std::polar(1.0f, static_cast<float>(base::kTwoPi * kTurns[index] * _along[l])));
         base::PlainStream name;
         name << "ramp of " << kTurns[index];
         return index == 0 ? "equal" : name.str();
@@ -140,12 +134,12 @@ std::string OutlineHologram::start(int index)
     for (std::size_t l = 0; l < n; ++l)
         _field.u.set(l,
                      std::polar(1.0f,
-                                static_cast<float>(2.0 * kPi * 0x1p-53 *
+                                static_cast<float>(base::kTwoPi * 0x1p-53 *
                                                    static_cast<double>(random() >> 11U))));
     return "random " + std::to_string(index - kRamps);
 }
 
-// Of field.q as the device plays it.
+// Measures the radiation pressure of field.q along the outlines, as the device plays it.
 SurfaceStatistics OutlineHologram::judge(const Scene& scene, Eigen::VectorXcf* played)
 {
     const Eigen::VectorXcf q = playedPhases(_field);
@@ -157,7 +151,7 @@ SurfaceStatistics OutlineHologram::judge(const Scene& scene, Eigen::VectorXcf* p
     return statisticsOf(pressure_Pa, Eigen::VectorXd());
 }
 
-// The loudest field for points a wavelength apart.
+// Finds the loudest field for points \a spacing_m apart and returns its figures.
 SurfaceStatistics OutlineHologram::solveApart(const Scene& scene, double spacing_m)
 {
     place(scene, spacing_m);
@@ -172,7 +166,7 @@ SurfaceStatistics OutlineHologram::solveApart(const Scene& scene, double spacing
     return loudest;
 }
 
-// Evens field.q out at the candidate's goal.
+// Makes the pressure of field.q equal along the outlines, at the candidate's goal.
 void OutlineHologram::follow(const Scene& scene, int corrections, Candidate& candidate)
 {
     LevenbergMarquardt::Limits limits;
@@ -183,7 +177,7 @@ void OutlineHologram::follow(const Scene& scene, int corrections, Candidate& can
     candidate.q = currentPhases(_field);
 }
 
-// Asks for more until the mean is what it has to be.
+// Follows a finalist to the end, raising its goal until its mean pressure is loud enough.
 void OutlineHologram::raise(const Scene& scene, double floor_Pa, Candidate& candidate)
 {
     setPhases(_field, candidate.q);
@@ -191,7 +185,8 @@ void OutlineHologram::raise(const Scene& scene, double floor_Pa, Candidate& cand
     const int corrections = std::min(kRaiseCorrections, _options.corrections);
     for (int k = 0; k < kRaises && corrections > 0 && candidate.along.mean_Pa < floor_Pa; ++k)
     {
-        // The more uneven the field has to become, the more slowly the mean follows: first by a little, then by more.
+        // The more uneven the field has to become, the more slowly its mean follows the goal: the
+        // goal rises by a little at first, then by more.
         const double lack = floor_Pa / std::max(candidate.along.mean_Pa, 1e-30);
         candidate.goal_Pa *=
             std::clamp(1.005 * std::pow(lack, 1.5 + 0.5 * k), 1.01 + 0.01 * k, 1.25);
@@ -214,7 +209,7 @@ OutlineHologram::begin(const Scene& scene, double floor_Pa, OutlineReport& repor
             setPhases(_field, _last);
             _field.forward(_field.q, _field.p);
             _field.phasesOf(_field.p);
-            _even.project(_field, 3);
+            _even.project(_field, kWarmRounds);
         }
         else
         {
@@ -240,11 +235,11 @@ void OutlineHologram::finish(const Scene& scene,
                              OutlineReport& report,
                              Eigen::VectorXcf& q)
 {
-    // What is missing in the mean counts like what is uneven.
+    // Ranks candidates by what is uneven and by what their mean lacks.
     const auto lack = [floor_Pa](const Candidate& c)
     {
         return c.along.coefficientOfVariation +
-               2.0 * std::max(0.0, 1.0 - c.along.mean_Pa / std::max(floor_Pa, 1e-30));
+               kWeightOfLack * std::max(0.0, 1.0 - c.along.mean_Pa / std::max(floor_Pa, 1e-30));
     };
     std::stable_sort(candidates.begin(),
                      candidates.end(),

@@ -16,30 +16,34 @@
 namespace midair::haptics
 {
 
-/// How outlines are solved for; isValid() names the first violated constraint.
+/// How outlines are solved for; isValid() names the first setting that is out of its range.
 struct OutlineOptions
 {
-    double spacing = 0.245; ///< 0.1 .. 1, in wavelengths: between points that are solved for
+    double spacing = 0.245; ///< 0.1 .. 1, in wavelengths; between the points that are solved for
     int starts = 8;         ///< 1 .. 1000; starting phases that are tried
-    int finalists = 3;      ///< 1 ..; of them, those that are followed to the end
+    int finalists = 3;      ///< >= 1; of those, how many are followed to the end
     int rounds = 30;        ///< >= 1; weighted projections from each start
-    int corrections = 60;   ///< >= 0; of LevenbergMarquardt for each finalist
-    /// > 0; mean pressure to be kept, over that of the loudest of the starts with points a wavelength apart.
+    int corrections = 60;   ///< >= 0; of LevenbergMarquardt, for each finalist
+    /// > 0; the mean radiation pressure to be kept, over that of the loudest start with points a
+    /// wavelength apart.
     double loudness = 1.0;
-    bool warmStart =
-        true; ///< where outlines of as many points were solved before: one start, the field of then
-    std::uint64_t seed = 1;
-    int threads = 1;                        ///< 1 ..
+    /// True: where outlines of as many points were solved before, the field of then is the one
+    /// start.
+    bool warmStart = true;
+    std::uint64_t seed = 1;                 ///< of the random starts
+    int threads = 1;                        ///< >= 1
     std::shared_ptr<base::ThreadPool> pool; ///< as SolverOptions::pool
-    base::StopToken stop;                   ///< where it asks for that, Stopped is thrown
+    base::StopToken stop;                   ///< where it asks for that, solve() throws Stopped
 
+    /// False where a setting is out of its range; \a error, if given, then says which.
     bool isValid(std::string* error = nullptr) const;
 };
 
 /// What was reached, for the activations as the device plays them.
 struct OutlineReport
 {
-    /// One start and what it led to; the finalists' figures are of their end, the others' of their first corrections.
+    /// One start and what it led to; the finalists' figures are of their end, the others' of their
+    /// first corrections.
     struct Start
     {
         std::string name;
@@ -51,7 +55,8 @@ struct OutlineReport
     int points = 0;
     std::vector<Start> starts;
     int chosen = -1; ///< index into starts
-    /// Radiation pressure along the outlines, a tenth of a wavelength apart, over the square of their targets.
+    /// Radiation pressure along the outlines, a tenth of a wavelength apart, over the square of
+    /// their targets.
     SurfaceStatistics along;
     SurfaceStatistics apart; ///< the same of the loudest field for points a wavelength apart
     bool loudEnough = false; ///< along.mean_Pa is at least loudness times apart.mean_Pa
@@ -59,18 +64,19 @@ struct OutlineReport
     double solve_ms = 0.0;
 };
 
-/// Outlines in one stationary field, nearly without ripples: the points stand a quarter of a wavelength apart and all are
-/// solved for (weighted projections, then LevenbergMarquardt). Where that leads hangs on the phases it starts from: equal ones, ramps
-/// along the curve, random ones are tried, and the smoothest field is taken that is no less loud than one for points
-/// a wavelength apart. Phase-only: all transducers play at full amplitude.
+/// Plays outlines in one stationary field, nearly without ripples. The points stand a quarter of a
+/// wavelength apart and all are solved for: weighted projections, then LevenbergMarquardt. Where
+/// that leads depends on the phases it starts from, so equal ones, ramps along the curve and random
+/// ones are tried; the smoothest field wins that is no less loud than one for points a wavelength
+/// apart. Phase-only: all transducers play at full amplitude.
 class OutlineHologram
 {
 public:
     /// Throws InputError for options that are not valid.
     explicit OutlineHologram(const OutlineOptions& options = {});
 
-    /// m activations into \a q, on the array's levels. Throws InputError where outlines, array or medium are not valid
-    /// or the outlines too long (Limits.h), Stopped where that is asked for.
+    /// m activations into \a q, on the array's levels. Throws InputError where outlines, array or
+    /// medium are not valid or the outlines too long (Limits.h), Stopped where that is asked for.
     OutlineReport solve(const std::vector<Outline>& outlines,
                         const TransducerArray& array,
                         const Medium& medium,
@@ -79,6 +85,8 @@ public:
     const OutlineOptions& options() const { return _options; }
     /// The points that the last field was solved for, their targets those of their outlines.
     const ControlPoints& points() const { return _points; }
+    /// mean_l sum_i |G_li| at these points, Pa: what all transducers in phase would give there.
+    double meanRowSum_Pa() const { return _field.meanRowSum(); }
 
 private:
     struct Candidate

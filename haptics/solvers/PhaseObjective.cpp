@@ -47,7 +47,8 @@ void checkInput(const Eigen::MatrixXcd& K, const Eigen::VectorXd& targets, doubl
             "phase objective: K is not finite or zero; no transducer reaches a control point");
 }
 
-// Going on past each phase's minimum by two thirds of the step: a third of the rounds (measured, n = 50 to 200).
+// Over-relaxation: each phase goes on past its minimum by two thirds of the step, which takes a
+// third of the rounds (n = 50 to 200).
 constexpr double kOver = 0.65;
 
 template<typename T>
@@ -62,7 +63,7 @@ double descendPhases(const kernels::HermitianView<T>& M,
     Vector xRe = Vector::Zero(M.stride), xIm = xRe, sRe = xRe, sIm = xRe;
     xRe.head(M.n) = u.real().cast<T>();
     xIm.head(M.n) = u.imag().cast<T>();
-    kernels::multiply(M, xRe.data(), xIm.data(), sRe.data(), sIm.data());
+    kernels::multiplyMatrix(M, xRe.data(), xIm.data(), sRe.data(), sIm.data());
     for (int round = 0; round < maxRounds; ++round)
     {
         stop.throwIfRequested();

@@ -2,7 +2,9 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/PlainText.h"
+#include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/AudibleChange.h"
+#include "haptics/solvers/WeightedRound.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,10 +17,10 @@ namespace midair::haptics
 namespace
 {
 
-// A point that sees less than this of what the best seen point sees would drag the whole field down to itself.
+// haptics/SOLVER.md explains these: "Points out of reach" and "Louder than accurate".
 constexpr double kReach = 1e-3;
-// Enough to tell which points are cheap; more turn into another field, whose pressures the phases at hand reach less well.
 constexpr int kLouderRounds = 3;
+constexpr float kLeastShare = 1e-3f; // of its target, that a point is taken to have
 
 std::string numbered(const char* format, double a, double b = 0.0, double c = 0.0, double d = 0.0)
 {
@@ -71,7 +73,7 @@ std::string arrayRefusal(const TransducerArray& array)
 SolverBase::SolverBase(std::string name, const SolverOptions& options, Storage storage) :
     _name(std::move(name)),
     _options(options),
-    _beyond(options.absoluteTargets ? 0.0 : std::max(0.0, options.loudness - 1.0)),
+    _louder(std::max(0.0, options.loudness - 1.0)),
     _audibleShare(audibleShare(options.updateRate_Hz)),
     _field(options.pool ? options.pool : std::make_shared<base::ThreadPool>(options.threads),
            storage,
@@ -80,7 +82,7 @@ SolverBase::SolverBase(std::string name, const SolverOptions& options, Storage s
     _options.loudness = std::min(options.loudness, 1.0);
 }
 
-// What would take gigabytes or minutes.
+// Refuses what would take gigabytes or minutes; empty if it would not.
 std::string SolverBase::tooLarge(int points, int transducers) const
 {
     if (points > mostPoints())
@@ -120,7 +122,8 @@ void SolverBase::chooseActive(const ControlPoints& points)
         if (points.targets[l] > 0.0) _active.push_back(l);
 }
 
-// True if some points went: the field has to be assigned and built again.
+// Leaves out points that no transducer reaches. True if some were left out: the field then has to
+// be assigned and built again.
 bool SolverBase::dropUnreachable()
 {
     double best = 0.0;
@@ -138,12 +141,12 @@ bool SolverBase::dropUnreachable()
 
 bool SolverBase::isSkippable(int stale, const Eigen::VectorXcf& q) const
 {
-    return stale == 0 && _lastGood && _options.warmStart && _active == _lastActive &&
-           _field.a.cast<double>().isApprox(_lastTargets, 1e-7) && q.size() == _lastQ.size() &&
-           q == _lastQ;
+    return stale == 0 && _last.good && _options.warmStart && _active == _last.active &&
+           _field.a.cast<double>().isApprox(_last.targets, 1e-7) && q.size() == _last.q.size() &&
+           q == _last.q;
 }
 
-// Only ratios count from here on: the largest target is 1.
+// From here on only ratios of targets count: the largest target is 1.
 void SolverBase::scaleTargets()
 {
     _largestTarget = _field.a.maxCoeff();
@@ -152,14 +155,15 @@ void SolverBase::scaleTargets()
 
 bool SolverBase::isContinued(const TransducerArray& array) const
 {
-    return _options.warmStart && _lastGood && _lastQ.size() == array.size() &&
-           _active == _lastActive;
+    return _options.warmStart && _last.good && _last.q.size() == array.size() &&
+           _active == _last.active;
 }
 
-// Phases to start from: those of the field before at the same points, or what it makes at points that are new.
+// Sets the phases to start from: those of the last field at the same points, or those that it makes
+// at points that are new. True if the points are the same.
 bool SolverBase::prepareStart(const TransducerArray& array)
 {
-    const bool warm = _options.warmStart && _lastGood && _lastQ.size() == array.size();
+    const bool warm = _options.warmStart && _last.good && _last.q.size() == array.size();
     if (!warm)
     {
         for (int l = 0; l < _field.n(); ++l)
@@ -167,15 +171,14 @@ bool SolverBase::prepareStart(const TransducerArray& array)
         return false;
     }
     if (isContinued(array)) return true;
-    _field.toLanes(_lastQ, _field.q);
+    _field.toLanes(_last.q, _field.q);
     _field.forward(_field.q, _field.p);
     _field.phasesOf(_field.p);
     return false;
 }
 
-// Unweighted projections q <- phase(G* (a u)) climb sum_l a_l |p_l|, which is the loudness E. A few of them, from the phases of
-// a good field, show which points are cheap: y. Solved for is then a_l (y_l / (s a_l))^x, s the fitted level: the error grows
-// in proportion to x, the loudness by less and less (midair-bench prints both).
+// Gives up accuracy for loudness (SOLVER.md, "Louder than accurate"): a few rounds with the targets
+// for weights show which points are cheap, and the targets are bent towards those pressures.
 SolverBase::Outcome SolverBase::iterateLouder(bool warm)
 {
     Outcome first;
@@ -190,16 +193,11 @@ SolverBase::Outcome SolverBase::iterateLouder(bool warm)
     std::copy_n(_field.u.re.data(), n, _keptU.re.data());
     std::copy_n(_field.u.im.data(), n, _keptU.im.data());
     for (int round = 0; round < kLouderRounds; ++round)
-    {
-        for (std::size_t l = 0; l < n; ++l)
-            _field.w.set(l, _field.u.at(l) * _keptA[static_cast<Eigen::Index>(l)]);
-        _field.projectRound(_field.w, _field.p);
-        _field.phasesOf(_field.p);
-    }
-    const float s = _field.y.dot(_keptA) / _keptA.squaredNorm();
+        projectionRound(_field, _keptA);
+    const float s = fittedLevel(_field.y, _keptA);
     const auto x = static_cast<float>(_beyond);
     for (Eigen::Index l = 0; l < _keptA.size(); ++l)
-        _field.a[l] = _keptA[l] * std::pow(std::max(_field.y[l] / (s * _keptA[l]), 1e-3f), x);
+        _field.a[l] = _keptA[l] * std::pow(std::max(_field.y[l] / (s * _keptA[l]), kLeastShare), x);
     std::copy_n(_keptU.re.data(), n, _field.u.re.data());
     std::copy_n(_keptU.im.data(), n, _field.u.im.data());
     Outcome outcome = iterate(_field, true);
@@ -242,6 +240,10 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
     const bool isKnown = _field.isBoundTo(array, medium);
     const std::string why = refusal(points, array, medium, isKnown);
     if (!why.empty()) return silent(result, StopReason::REFUSED, why, array.size(), q);
+    // A field for targets of the other kind is no start: its level means something else.
+    if (points.size() > 0 && points.absolute != _absolute) _last.good = false;
+    if (points.size() > 0) _absolute = points.absolute;
+    _beyond = _absolute ? 0.0 : _louder;
     chooseActive(points);
     if (_active.empty())
         return silent(result,
@@ -252,17 +254,18 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
 
     const double tolerance_m = _options.skipTolerance * medium.wavelength(array.frequency_Hz);
     int stale = _field.assign(points, _active, array, medium, tolerance_m, isKnown);
-    if (!isKnown && _lastQ.size() == array.size()) _field.toLanes(_lastQ, _last);
+    if (!isKnown && _last.q.size() == array.size()) _field.toLanes(_last.q, _last.lanes);
     if (isSkippable(stale, q))
     {
-        result = _lastReport;
+        result = _last.report;
         result.stop = StopReason::SKIPPED;
         result.rowsBuilt = result.iterations = 0;
         result.matrix_ms = result.solve_ms = 0.0;
         result.meanPhaseStep_rad = result.driveChange = result.audibleChange = 0.0;
         return result;
     }
-    // What goes beyond the accurate loudness looks around first: no round of the build's would last.
+    // Beyond the accurate loudness the targets are bent first, so that the build cannot take the
+    // first round along.
     const bool continues = isContinued(array) && _beyond == 0.0;
     if (continues)
         build(_field);
@@ -286,13 +289,13 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
     scaleTargets();
     const bool warm = prepareStart(array);
     const Outcome outcome = _beyond > 0.0 ? iterateLouder(warm) : iterate(_field, warm);
-    if (!outcome.playable) makePlayable(outcome);
+    if (!outcome.playable) makePlayable();
     report(outcome, result);
     result.solve_ms = _field.elapsed_ms() - result.matrix_ms;
     if (!std::isfinite(result.rms) || !(result.loudness > 0.0))
         return silent(
             result, StopReason::REFUSED, "the field did not come out finite", array.size(), q);
-    keep(points, result, q);
+    keep(result, q);
     return result;
 }
 
@@ -300,37 +303,13 @@ SolveReport
 SolverBase::silent(SolveReport result, StopReason stop, std::string why, int m, Eigen::VectorXcf& q)
 {
     q.setZero(m);
-    _lastGood = false;
+    _last.good = false;
     _field.forget();
     result.stop = stop;
     result.message = std::move(why);
     result.rms = result.max = result.loudness = result.level_Pa = 0.0;
     result.leftOut = result.points;
     return result;
-}
-
-const char* stopReasonName(StopReason reason)
-{
-    switch (reason)
-    {
-    case StopReason::NOTHING_TO_DO:
-        return "nothing to do";
-    case StopReason::CONVERGED:
-        return "converged";
-    case StopReason::STALLED:
-        return "stalled";
-    case StopReason::MAX_ITERATIONS:
-        return "iteration limit";
-    case StopReason::DEADLINE:
-        return "deadline";
-    case StopReason::SKIPPED:
-        return "skipped";
-    case StopReason::REFUSED:
-        return "refused";
-    case StopReason::STOPPED:
-        return "stopped";
-    }
-    return "unknown";
 }
 
 } // namespace midair::haptics

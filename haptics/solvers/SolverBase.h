@@ -10,8 +10,9 @@
 namespace midair::haptics
 {
 
-/// What every method shares: checking input, skipping, the matrix, warm starts, what the device can play, the report.
-/// A method says how phases (and amplitudes) are found.
+/// What all methods share: it checks the input, skips what has not moved, builds the matrix, starts
+/// warm, brings the activations onto the device's levels and makes the report. A method finds the
+/// phases (and amplitudes).
 class SolverBase : public HologramSolver
 {
 public:
@@ -21,7 +22,8 @@ public:
                       const TransducerArray& array,
                       const Medium& medium,
                       Eigen::VectorXcf& q) final;
-    /// With a loudness of 1 at most: what is asked for beyond is done here.
+    /// As they were given, but for the loudness, which is 1 at most: what is asked for beyond 1 is
+    /// done here.
     const SolverOptions& options() const final { return _options; }
 
 protected:
@@ -29,19 +31,21 @@ protected:
     {
         int iterations = 0;
         StopReason stop = StopReason::MAX_ITERATIONS;
-        bool playable = false; ///< q stands on the device's levels already
-        bool measured = false; ///< and field.y belongs to it
+        bool playable = false; ///< field.q is on the device's levels already
+        bool measured = false; ///< field.y is that of field.q as the device plays it
     };
 
-    /// Finds q for field.a, starting from field.u when \a warm (else u is 1). Leaves it in field.q: with phaseOnly only its
-    /// phases count; else rms |q| = 1 is taken as full use of the array, and what is over 1 is clipped.
+    /// Finds q for field.a, starting from field.u when \a warm (else u is 1). Leaves it in field.q:
+    /// with phaseOnly only its phases count; else rms |q| = 1 is taken as full use of the array,
+    /// and what is over 1 is clipped.
     virtual Outcome iterate(FieldProblem& field, bool warm) = 0;
 
-    /// Called in place of field.build() where the points correspond to the last field's: a method may build and take its
-    /// first round in one. iterate follows, unless points are out of reach.
+    /// Called in place of field.build() where the points correspond to the last field's: a method
+    /// may build and take its first round in one. iterate follows, unless points are out of reach.
     virtual void build(FieldProblem& field) { field.build(); }
 
-    /// To be asked in every turn of a loop. Throws Stopped where that was asked for.
+    /// True once the options' deadline has passed; a method asks in every turn of its loops. Throws
+    /// Stopped where the options' token asks for it.
     bool outOfTime(const FieldProblem& field) const
     {
         _options.stop.throwIfRequested();
@@ -52,25 +56,37 @@ protected:
         return _options.maxIterations > 0 ? _options.maxIterations : methodsOwn;
     }
 
-    /// Control points that the method has time and memory for.
+    /// How many control points the method has time and memory for; more are REFUSED.
     virtual int mostPoints() const { return base::kMostControlPoints; }
 
-    /// Turns field.q and field.u by the common phase that brings q nearest to the last field, and returns it.
+    /// Turns field.q and field.u by the common phase that brings q nearest to the last field, and
+    /// returns it.
     std::complex<float> alignToLast(FieldProblem& field);
-    bool hasLast(const FieldProblem& field) const { return _lastQ.size() == field.m(); }
-    /// Holds field.q within the options' steps from the last field.
+    bool hasLast(const FieldProblem& field) const { return _last.q.size() == field.m(); }
+    /// Moves field.q towards the last field until no transducer's phase or amplitude differs from
+    /// it by more than the options allow.
     void limitSteps();
     bool isLimited() const
     {
         return _options.maxPhaseStep_rad > 0.0 || _options.maxAmplitudeStep > 0.0;
     }
-    /// What relative targets were divided by so that the largest is 1: Pa with absolute targets.
+    /// Whether the targets at hand are in Pa.
+    bool isAbsolute() const { return _absolute; }
+    /// The largest target, by which the targets were divided so that the largest is 1; in Pa where
+    /// the targets are.
     float largestTarget() const { return _largestTarget; }
 
 private:
-    struct Level
+    /// What the last solve left for the next one; good is false before the first field and after a
+    /// refusal.
+    struct LastField
     {
-        double s = 0.0, rms = 0.0, max = 0.0;
+        bool good = false;
+        std::vector<int> active; // the points that it was solved for
+        Eigen::VectorXd targets; // theirs, as they were asked for
+        Eigen::VectorXcf q; // m, as the device played it, in the array's order; empty: none yet
+        SplitVector lanes;  // the same in the matrix's order, padded with zeros
+        SolveReport report;
     };
 
     SolveReport solveUnlessStopped(const ControlPoints& points,
@@ -89,28 +105,25 @@ private:
     bool prepareStart(const TransducerArray& array);
     Outcome iterateLouder(bool warm);
     void scaleTargets();
-    void makePlayable(const Outcome& outcome);
-    Level measure(bool absolute) const;
+    void makePlayable();
     void report(const Outcome& outcome, SolveReport& report);
     void reportShortfall(SolveReport& report) const;
-    void keep(const ControlPoints& points, const SolveReport& report, Eigen::VectorXcf& q);
+    void keep(const SolveReport& report, Eigen::VectorXcf& q);
     SolveReport
     silent(SolveReport report, StopReason stop, std::string why, int m, Eigen::VectorXcf& q);
 
     std::string _name;
     SolverOptions _options;
-    double _beyond = 0.0;       // 0 .. 1; of the way to the loudest field
+    double _louder = 0.0;   // 0 .. 1: the share of the way to the loudest field that is asked for
+    double _beyond = 0.0;   // the same for the targets at hand: 0 for those in Pa
+    bool _absolute = false; // the targets at hand are in Pa
     double _audibleShare = 0.0; // of the drive's change, at the options' rate
     SplitVector _keptU;         // n
     Eigen::VectorXf _keptA;     // n
     FieldProblem _field;
-    std::vector<int> _active, _lastActive;
-    Eigen::VectorXd _lastTargets;
-    SplitVector _last;       // the same, padded with zeros
-    Eigen::VectorXcf _lastQ; // m, as the device played it; empty before the first field
-    SolveReport _lastReport;
-    bool _lastGood = false;
+    std::vector<int> _active;    // the points that are solved for
     float _largestTarget = 1.0f; // what the targets were divided by
+    LastField _last;
 };
 
 } // namespace midair::haptics

@@ -13,7 +13,7 @@ namespace
 
 // K comes from float products: below this share of its trace its eigenvalues are noise.
 constexpr double kSmallestLambdaRel = 1e-6;
-// And beyond this G^- is G* but for its level.
+// Beyond this lambda, G^- is G* but for its level.
 constexpr double kLargestLambdaRel = 1e6;
 
 } // namespace

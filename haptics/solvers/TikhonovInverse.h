@@ -7,8 +7,9 @@
 namespace midair::haptics
 {
 
-/// G^- = G* (K + lambda I)^-1 with K = G G* and lambda = lambdaRel trace(K)/n, by one Cholesky of an n x n matrix.
-/// Where K + lambda I is singular to working precision (coincident points and lambda 0), lambda is raised until it is not.
+/// G^- = G* (K + lambda I)^-1 with K = G G* and lambda = lambdaRel trace(K)/n, by one Cholesky of
+/// an n x n matrix. Where K + lambda I is singular to working precision (coincident points and
+/// lambda 0), lambda is raised until it is not.
 class TikhonovInverse
 {
 public:
@@ -17,9 +18,11 @@ public:
 
     double lambda() const { return _lambda; }
     const Eigen::MatrixXcd& inverse() const { return _inverse; } ///< (K + lambda I)^-1
-    /// G G^- = I - lambda (K + lambda I)^-1: what the field at the points becomes of what was asked for.
+    /// G G^- = I - lambda (K + lambda I)^-1: what the field at the points becomes of what was asked
+    /// for.
     Eigen::MatrixXcd projector() const;
-    /// M = lambda diag(a) (K + lambda I)^-1 diag(a): u* M u is the misfit plus lambda times the power.
+    /// M = lambda diag(a) (K + lambda I)^-1 diag(a): u* M u is the misfit plus lambda times the
+    /// power.
     Eigen::MatrixXcd objective(const Eigen::VectorXf& a) const;
     /// field.q = G^- diag(a) u, G* being field's.
     void play(FieldProblem& field, const Eigen::VectorXcd& u) const;

@@ -1,4 +1,4 @@
-#include "haptics/surface/SamplingPasses.h"
+#include "haptics/surface/EdgePasses.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,8 @@ namespace midair::haptics
 namespace
 {
 
-/// How far a spot may be from its nearest point, in spacings; the promise is 1.1.
+/// How far a place on an edge may be from its nearest point, in spacings; less than the 1.1 that is
+/// promised.
 constexpr double kReach = 1.05;
 
 struct ChainSpot
@@ -31,7 +32,8 @@ ChainSpot spotAt(const SampleBuilder& builder, const FeatureChain& chain, double
             walked.reversed ? 1.0 - along : along};
 }
 
-/// True where neighbours along the chain, \a count equal steps apart, are not nearer than the spacing as the crow flies.
+/// True where neighbours along the chain, \a count equal steps apart, are not nearer than the
+/// spacing as the crow flies.
 bool stepsKeepApart(SampleBuilder& builder, const FeatureChain& chain, int count, double shift)
 {
     const double step = chain.length() / count;
@@ -43,7 +45,7 @@ bool stepsKeepApart(SampleBuilder& builder, const FeatureChain& chain, int count
             spotAt(builder, chain, i == count && !chain.closed ? chain.length() : arc);
         return builder.edgePoint(*spot.edge, spot.fraction);
     };
-    // With a shift an open chain has count points, none at its ends; a loop closes on itself.
+    // With a shift an open chain has \a count points and none at its ends; a loop closes on itself.
     const int last = shift > 0.0 && !chain.closed ? count - 1 : count;
     Eigen::Vector3d before = point(0);
     for (int i = 1; i <= last; ++i)
@@ -70,8 +72,8 @@ void placeChain(SampleBuilder& builder, const FeatureChain& chain, double shift)
         --count; // the curve bends: a step along it is longer than the way across
     }
     if (count < 1) return;
-    const int first =
-        shift > 0.0 || chain.closed ? 0 : 1; // the corners at the ends have been tried
+    // The corners at the ends have been tried already.
+    const int first = shift > 0.0 || chain.closed ? 0 : 1;
     for (int i = first; i < count; ++i)
     {
         const ChainSpot spot = spotAt(builder, chain, (i + shift) * chain.length() / count);

@@ -1,4 +1,4 @@
-#include "haptics/surface/SamplingPasses.h"
+#include "haptics/surface/FacePasses.h"
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,8 @@ namespace
 constexpr double kReach = 1.05; ///< in spacings; the promise is 1.1
 constexpr double kDartsPerCell = 40.0;
 
-/// The same on every standard library, unlike std::uniform_real_distribution.
+/// Uniform in 0 .. 1, and the same with every standard library, unlike
+/// std::uniform_real_distribution.
 double uniform(std::mt19937_64& random)
 {
     return static_cast<double>(random() >> 11U) * 0x1p-53;
@@ -32,7 +33,7 @@ Dart throwDart(const std::vector<double>& cumulative, std::mt19937_64& random)
     const double pick = uniform(random) * cumulative.back();
     auto at = std::upper_bound(cumulative.begin(), cumulative.end(), pick);
     if (at == cumulative.end()) --at;
-    // Uniform over the triangle: Osada et al., "Shape distributions", 2002, equation 1.
+    // Uniform over the triangle (Osada et al., "Shape distributions", 2002, equation 1).
     const double root = std::sqrt(uniform(random));
     const double v = uniform(random);
     return {
@@ -46,7 +47,7 @@ struct Fragment
     std::array<Eigen::Vector3d, 3> corners;
 };
 
-/// A ball is convex: a piece whose corners it holds lies in it.
+/// True if the ball round \a point holds the piece: a ball is convex, so its corners decide.
 bool covers(const Eigen::Vector3d& point, const Fragment& piece, double reach2)
 {
     return (piece.corners[0] - point).squaredNorm() <= reach2 &&
@@ -54,7 +55,7 @@ bool covers(const Eigen::Vector3d& point, const Fragment& piece, double reach2)
            (piece.corners[2] - point).squaredNorm() <= reach2;
 }
 
-/// Halves the longest edge, so that slivers become compact.
+/// Cuts a piece in two across its longest edge, so that slivers become compact.
 std::array<Fragment, 2> split(const Fragment& piece, const TriangleMesh& mesh, int meshTriangle)
 {
     std::size_t longest = 0;
@@ -115,9 +116,10 @@ void throwDarts(SampleBuilder& builder, std::mt19937_64& random, const PointGrid
         builder.tryFace(dart.triangle, dart.barycentric, spacing);
 }
 
-/// A piece is done when one point's ball of 1.05 spacings holds it. Else its middle gets a point, where that keeps
-/// the spacing, and it is halved. A piece of a twentieth of a spacing is always done: its middle has a point nearer
-/// than the spacing, by then. So the set ends up maximal and the whole surface covered.
+/// A piece is done when one point's ball of 1.05 spacings holds it. Else its middle gets a point,
+/// where that keeps the spacing, and it is halved. A piece of a twentieth of a spacing is always
+/// done: its middle has a point nearer than the spacing, by then. So the set ends up maximal and
+/// the whole surface covered.
 void fillFaces(SampleBuilder& builder)
 {
     const MeshTopology& topology = builder.topology();

@@ -1,6 +1,7 @@
 #include "haptics/surface/FeatureChains.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 
 #include <Eigen/Geometry>
 
@@ -12,8 +13,6 @@ namespace midair::haptics
 
 namespace
 {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// The feature edges at each vertex, as a packed list.
 struct EdgeFans
@@ -79,7 +78,7 @@ bool isCorner(const TriangleMesh& mesh,
     if (degree == 0)
     {
         // A cone whose sides turn by the crease angle at its tip has this angle deficit.
-        const double threshold = 2.0 * kPi * (1.0 - std::cos(0.5 * creaseAngle_rad));
+        const double threshold = base::kTwoPi * (1.0 - std::cos(0.5 * creaseAngle_rad));
         return topology.deficit[static_cast<std::size_t>(v)] > threshold;
     }
     if (degree != 2) return true;
@@ -89,7 +88,7 @@ bool isCorner(const TriangleMesh& mesh,
     const int b = otherEnd(features[static_cast<std::size_t>(fans.edge(v, 1))], v);
     const double inside =
         cornerAngle(here, vertexPosition(mesh, topology, a), vertexPosition(mesh, topology, b));
-    return kPi - inside > creaseAngle_rad;
+    return base::kPi - inside > creaseAngle_rad;
 }
 
 /// Walks from \a start along unused edges to the next corner, or back to the start.

@@ -9,7 +9,7 @@
 namespace midair::haptics
 {
 
-/// Feature edges one after another, from corner to corner or round in a loop.
+/// A row of feature edges, from corner to corner or round in a loop.
 struct FeatureChain
 {
     struct Step
@@ -25,19 +25,20 @@ struct FeatureChain
     double length() const { return arc.back(); }
 };
 
-/// Corners: where feature edges end, meet, or turn by more than the crease angle, and tips like a cone's. Sharpest
-/// first, by the angle deficit: convex tips come before notches; ties by vertex number.
+/// Finds the corners: welded vertices where feature edges end, meet, or turn by more than the
+/// crease angle, and tips like that of a cone. Sharpest first, by the angle deficit: convex tips
+/// come before notches; ties by vertex number.
 std::vector<int>
 findCorners(const TriangleMesh& mesh, const MeshTopology& topology, double creaseAngle_rad);
 
-/// All feature edges, each in exactly one chain.
+/// Chains all feature edges; each is in exactly one chain.
 std::vector<FeatureChain> chainFeatures(const TriangleMesh& mesh,
                                         const MeshTopology& topology,
                                         const std::vector<int>& corners);
 
-/// The feature edges of \a mesh as curves, in its own frame: from corner to corner, or round. Edges shorter than the
-/// rounding of the mesh are passed over as by sampleSurface at \a spacing_m. Throws InputError as that does with EDGES.
-/// Throws Stopped where \a stop asks for it.
+/// The feature edges of \a mesh as curves, in its own frame: from corner to corner, or round. Edges
+/// shorter than the rounding of the mesh are passed over as by sampleSurface at \a spacing_m.
+/// Throws InputError as that does with EDGES. Throws Stopped where \a stop asks for it.
 std::vector<Outline> featureOutlines(const TriangleMesh& mesh,
                                      double creaseAngle_rad,
                                      double spacing_m,

@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/base/Units.h"
 #include "haptics/surface/PointGrid.h"
 
 #include <Eigen/Geometry>
@@ -17,11 +18,10 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kPi = 3.14159265358979323846;
-/// Farther out than any model in metres; keeps squares and cell numbers far from overflow.
+/// Coordinates (m) beyond every model; keeps squares and cell numbers far from overflow.
 constexpr double kLargestCoordinate_m = 1e9;
 
-/// Throws InputError where the mesh's numbers can't be used.
+/// Throws InputError for vertices and indices that cannot be used.
 void checkMesh(const TriangleMesh& mesh)
 {
     const Eigen::Index vertices = mesh.vertices.cols();
@@ -70,7 +70,8 @@ void checkMesh(const TriangleMesh& mesh)
     }
 }
 
-/// The shortest edge of any triangle at each vertex, coinciding corners left aside; m, infinite where there is none.
+/// The shortest edge at each vertex, m, corners that coincide left aside; infinite where there is
+/// none.
 std::vector<double> shortestEdges(const TriangleMesh& mesh)
 {
     std::vector<double> shortest2(static_cast<std::size_t>(mesh.vertices.cols()),
@@ -105,17 +106,17 @@ void weldVertices(const TriangleMesh& mesh,
     {
         largest = std::max(largest, mesh.vertices.col(v).cwiseAbs().maxCoeff());
     }
-    // Four units in the last place of a float: seams that a program wrote twice may differ by as much.
-    // Never so small that cell numbers overflow.
+    // Four units in the last place of a float, by which seams that a program wrote twice may
+    // differ. Never so small that cell numbers overflow.
     const double tolerance =
         std::min(0x1p-22 * largest, std::max(1e-3 * spacing_m, 0x1p-40 * largest));
     if (!(tolerance > 0.0)) return; // all vertices in one point
-    // A grain of small triangles beside large ones must not collapse.
+    // Small triangles beside large ones must not collapse into one vertex.
     constexpr double kOfEdge = 0.1;
     const std::vector<double> shortest = shortestEdges(mesh);
     PointGrid grid(8.0 * tolerance);
     grid.reserve(static_cast<std::size_t>(mesh.vertices.cols()));
-    // Where they all lie in one cell of the grid a single look for the nearest takes milliseconds.
+    // With all vertices in one cell of the grid, a single search takes milliseconds.
     base::StopLook look(stop, 16);
     for (const int v : mesh.triangles.reshaped())
     {
@@ -132,7 +133,7 @@ void weldVertices(const TriangleMesh& mesh,
 
 void collectTriangles(const TriangleMesh& mesh, const base::StopToken& stop, MeshTopology& topology)
 {
-    // Below this height over length a normal is rounding noise.
+    // A triangle flatter than this, height over length, has a normal that is rounding noise.
     constexpr double kFlatness = 1e-10;
     const Eigen::Index count = mesh.triangles.cols();
     topology.triangles.reserve(static_cast<std::size_t>(count));
@@ -194,7 +195,7 @@ void collectFans(MeshTopology& topology)
     }
 }
 
-/// An edge seen from one of its triangles.
+/// An edge as one of its triangles sees it.
 struct HalfEdge
 {
     int low, high; ///< welded vertices
@@ -213,7 +214,7 @@ bool isFeature(const MeshTopology& topology,
         return topology.corners[static_cast<std::size_t>(half.corner / 3)]
                                [static_cast<std::size_t>((half.corner % 3 + 2) % 3)];
     };
-    // Faces that are there twice count once, or a doubled sheet would be all features.
+    // Faces that the mesh has twice count once, or all edges of a doubled sheet would be features.
     std::size_t second = end;
     for (std::size_t i = begin + 1; i < end; ++i)
     {
@@ -274,7 +275,7 @@ void addFeature(const TriangleMesh& mesh,
     topology.features.push_back(edge);
 }
 
-/// Half edges bucketed by their lower vertex: linear in the mesh's size, no hashing.
+/// Half edges in buckets by their lower vertex: linear in the mesh's size, no hashing.
 void findFeatures(const TriangleMesh& mesh,
                   double creaseAngle_rad,
                   const base::StopToken& stop,
@@ -324,8 +325,8 @@ void findFeatures(const TriangleMesh& mesh,
     }
 }
 
-/// True where a face at the vertex turns from the first one by more than half the crease angle: no vertex without
-/// features can be a tip otherwise.
+/// True where a face at the vertex turns from the first one by more than half the crease angle: no
+/// vertex without features can be a tip otherwise.
 bool turns(const MeshTopology& topology, std::size_t vertex, double cosHalfCrease)
 {
     const auto begin = static_cast<std::size_t>(topology.fanStart[vertex]);
@@ -339,7 +340,7 @@ bool turns(const MeshTopology& topology, std::size_t vertex, double cosHalfCreas
     return false;
 }
 
-/// Only where there may be a corner: the angles of all corners of a fine mesh take longer than all else here.
+/// Looks only at possible corners: the angles of all take longer than all else here.
 void measureDeficits(const TriangleMesh& mesh,
                      const std::vector<char>& boundary,
                      double creaseAngle_rad,
@@ -353,7 +354,7 @@ void measureDeficits(const TriangleMesh& mesh,
     {
         look.turn();
         if (topology.onFeature[vertex] == 0 && !turns(topology, vertex, cosHalfCrease)) continue;
-        double deficit = boundary[vertex] != 0 ? kPi : 2.0 * kPi;
+        double deficit = boundary[vertex] != 0 ? base::kPi : base::kTwoPi;
         for (int i = topology.fanStart[vertex]; i < topology.fanStart[vertex + 1]; ++i)
         {
             const int fan = topology.fan[static_cast<std::size_t>(i)];

@@ -29,7 +29,8 @@ struct EdgeFace
     double sign = 1.0;     ///< -1 where the face is wound against the edge's first one
 };
 
-/// What sampling needs to know of a mesh's shape: doubled vertices joined, triangles without area passed over, feature edges found.
+/// What sampling needs to know of a mesh's shape: its doubled vertices are joined, triangles
+/// without area are left out, and feature edges are found.
 struct MeshTopology
 {
     std::vector<int> weld;      ///< mesh vertex -> welded vertex, -1 where no triangle uses it
@@ -42,21 +43,22 @@ struct MeshTopology
     std::vector<FeatureEdge> features;
     std::vector<EdgeFace> edgeFaces;
     double featureLength = 0.0; ///< m
-    std::vector<double>
-        deficit; ///< rad, a welded vertex each: what its faces' angles lack to 2 pi (to pi on a boundary);
-    /// 0 where no feature edge ends and the surface turns by less than half the crease angle
-    std::vector<int>
-        fanStart; ///< vertexCount + 1; corners around a vertex are fan[fanStart[v] .. fanStart[v + 1])
+    /// rad, one for each welded vertex: what the angles of its faces lack to 2 pi (to pi on a
+    /// boundary); 0 where no feature edge ends and the surface turns by less than half the crease
+    /// angle.
+    std::vector<double> deficit;
+    /// vertexCount + 1; the corners around a vertex are fan[fanStart[v] .. fanStart[v + 1]).
+    std::vector<int> fanStart;
     std::vector<int> fan;        ///< 3 * (index into triangles) + corner
     std::vector<char> onFeature; ///< a welded vertex each: a feature edge ends at it
 
     bool hasFeature(int vertex) const { return onFeature[static_cast<std::size_t>(vertex)] != 0; }
 };
 
-/// Throws InputError for NaN vertices (naming the first), indices out of range and a mesh without area.
-/// Vertices nearer to each other than the rounding of single precision, than a thousandth of \a spacing_m and than a
-/// tenth of their shortest edge, are one.
-/// Throws Stopped where \a stop asks for it.
+/// Throws InputError for NaN vertices (naming the first), indices out of range and a mesh without
+/// area. Vertices nearer to each other than the rounding of single precision, than a thousandth of
+/// \a spacing_m and than a tenth of their shortest edge, are one. Throws Stopped where \a stop asks
+/// for it.
 MeshTopology buildTopology(const TriangleMesh& mesh,
                            double creaseAngle_rad,
                            double spacing_m,

@@ -1,6 +1,7 @@
+#include "haptics/surface/ObjReader.h"
+
 #include "haptics/base/InputError.h"
 #include "haptics/surface/ObjText.h"
-#include "haptics/surface/TriangleMesh.h"
 
 #include <Eigen/Geometry>
 
@@ -21,8 +22,8 @@ Eigen::Vector3d areaVector(const TriangleMesh& mesh, const Eigen::Vector3i& corn
     return (mesh.vertices.col(corners[1]) - a).cross(mesh.vertices.col(corners[2]) - a);
 }
 
-/// The library cuts quads along the shorter diagonal; of a concave quad that may lie outside, which shows as two
-/// triangles facing apart. The other diagonal is right then.
+/// Cuts concave quads along their other diagonal where the library has cut them along one that lies
+/// outside, which shows as two triangles that face apart. (It takes the shorter one.)
 void mendConcaveQuads(TriangleMesh& mesh, const std::vector<int>& faceSizes)
 {
     Eigen::Index t = 0;

@@ -86,7 +86,7 @@ double ObjScanner::number(std::string_view token) const
     const auto result = std::from_chars(digits.data(), end, value);
     if (result.ec == std::errc::result_out_of_range && result.ptr == end)
     {
-        // Too small to be told from zero is as good as zero; too large is not.
+        // A number too small for a double counts as 0; one too large is refused.
         const bool tiny = digits.find("e-") != std::string_view::npos ||
                           digits.find("E-") != std::string_view::npos;
         if (tiny) return 0.0;
@@ -199,7 +199,8 @@ void ObjScanner::takeLine()
     {
         const std::filesystem::path folder(_path.substr(0, _path.find_last_of('/') + 1));
         const std::string name(_tokens[1]);
-        // Looked for, never opened: a name in a file may be that of a pipe or a device.
+        // The file is looked for and never opened: a name in a file may be that of a pipe or a
+        // device.
         std::error_code ignored;
         const std::filesystem::path given(name);
         if (!std::filesystem::is_regular_file(given.is_absolute() ? given : folder / given,
@@ -212,7 +213,7 @@ void ObjScanner::takeLine()
     }
 }
 
-/// Positive indices may point forward, so the range is known only at the end.
+/// Checks the indices once the file is read: positive ones may point forward.
 void ObjScanner::checkFaces() const
 {
     for (const Face& face : _faces)

@@ -6,7 +6,8 @@
 namespace midair::haptics
 {
 
-/// What of an OBJ file makes its surface, checked line by line, and the same again as plain text for the OBJ library.
+/// The part of an OBJ file that makes its surface, checked line by line, and the same again as
+/// plain text for the OBJ library. The library accepts broken files in silence and tells no line.
 struct ObjText
 {
     std::vector<double> coordinates; ///< 3 a vertex, as written
@@ -15,7 +16,8 @@ struct ObjText
     std::vector<std::string> warnings;
 };
 
-/// Reads and checks the file, a regular one of at most 256 MiB whose faces have at most 4096 corners; the OBJ library takes in silence what is broken and tells no line. Throws InputError
+/// Reads and checks the file, a regular one of at most 256 MiB whose faces have at most 4096
+/// corners; the OBJ library takes in silence what is broken and tells no line. Throws InputError
 /// "PATH, line N: ...".
 ObjText readObjText(const std::string& path);
 

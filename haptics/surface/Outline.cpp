@@ -1,6 +1,7 @@
 #include "haptics/surface/Outline.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 #include "haptics/base/text/PlainText.h"
 
 #include <Eigen/Geometry>
@@ -14,7 +15,6 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kMostPoints = 100000;
 
 } // namespace
@@ -49,7 +49,7 @@ double pointsAlong(const std::vector<Outline>& outlines, double spacing_m)
 Eigen::Matrix3Xd Outline::points(double spacing_m) const
 {
     const double length = length_m();
-    // A length of a whole number of spacings is not to fall into one step more by rounding.
+    // Rounding must not turn a whole number of spacings into one step more.
     const double steps = std::max(std::ceil(length / spacing_m - 1e-9), closed ? 3.0 : 1.0);
     if (!(spacing_m > 0.0) || !(steps < kMostPoints))
     {
@@ -93,7 +93,7 @@ Outline Outline::circle(const Eigen::Vector3d& centre,
     result.vertices.resize(3, corners);
     for (int k = 0; k < corners; ++k)
     {
-        const double angle = 2.0 * kPi * k / corners;
+        const double angle = base::kTwoPi * k / corners;
         result.vertices.col(k) =
             centre +
             turn * (0.5 * diameter_m * Eigen::Vector3d(std::cos(angle), 0.0, std::sin(angle)));

@@ -14,14 +14,17 @@ struct Outline
     bool closed = false;       ///< the last vertex is joined to the first
     double target = 1.0;       ///< > 0; sound pressure along it, relative to other outlines
 
-    /// m, along the polyline. Throws InputError for too few vertices, one that is not finite, or a length of 0.
+    /// The length along the polyline, m. Throws InputError for too few vertices, one that is not
+    /// finite, or a length of 0.
     double length_m() const;
 
-    /// Points at equal steps of at most \a spacing_m (> 0) along the polyline: both ends of an open one, a closed one from its
-    /// first vertex on. Corners between the steps are cut. Throws as length_m, and for more than 100,000 points.
+    /// Points at equal steps of at most \a spacing_m (> 0) along the polyline: both ends of an open
+    /// one, a closed one from its first vertex on. Corners between the steps are cut. Throws as
+    /// length_m, and for more than 100,000 points.
     Eigen::Matrix3Xd points(double spacing_m) const;
 
-    /// Of \a diameter_m about \a centre across \a axis (any length but 0), as a polygon of \a corners >= 3.
+    /// A circle of \a diameter_m about \a centre, perpendicular to \a axis (of any length but 0),
+    /// as a polygon of \a corners >= 3.
     static Outline circle(const Eigen::Vector3d& centre,
                           double diameter_m,
                           const Eigen::Vector3d& axis,
@@ -29,8 +32,8 @@ struct Outline
     static Outline line(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 };
 
-/// About how many points \a outlines take together, nothing being placed; infinite for a spacing of 0. Throws InputError where an
-/// outline has no length.
+/// Estimates how many points \a outlines take together, without placing any; infinite for a spacing
+/// of 0. Throws InputError where an outline has no length.
 double pointsAlong(const std::vector<Outline>& outlines, double spacing_m);
 
 } // namespace midair::haptics

@@ -14,8 +14,8 @@ namespace midair::haptics
 class PointGrid
 {
 public:
-    /// \a cell > 0: edge of the cells, about the radius most often asked for. Coordinates are finite and less than
-    /// 2^62 cells.
+    /// \a cell > 0: edge of the cells, about the radius most often asked for. Coordinates are
+    /// finite and less than 2^62 cells.
     explicit PointGrid(double cell) : _inverse(1.0 / cell), _heads(1024, -1) {}
 
     int size() const { return static_cast<int>(_points.size()); }
@@ -49,7 +49,8 @@ public:
         return index;
     }
 
-    /// Calls visit(index, squared distance) for every point nearer than \a radius; visit returns true to stop.
+    /// Calls visit(index, squared distance) for every point nearer than \a radius; visit returns
+    /// true to stop.
     template<typename Visit>
     bool visitNear(const Eigen::Vector3d& point, double radius, Visit&& visit) const
     {

@@ -9,7 +9,8 @@ namespace midair::haptics
 namespace
 {
 
-/// Covers the rounding of a point's coordinates, so that a distance taken later is never under the spacing.
+/// Tolerates the rounding of a point's coordinates, so that a distance that is measured later is
+/// never below the spacing.
 constexpr double kSafety = 1.0 + 1e-9;
 
 } // namespace
@@ -153,7 +154,7 @@ double estimatePoints(const MeshTopology& topology, const SamplerOptions& option
 
 void throwTooManyPoints(const MeshTopology& topology, const SamplerOptions& options)
 {
-    // The estimate may be short where it is reached by counting; the message must not.
+    // The estimate may be below the number of points that were counted; the message must not be.
     const double estimate = std::max(estimatePoints(topology, options, 1.0),
                                      1.1 * static_cast<double>(options.maxPoints));
     double scale = 1.0;

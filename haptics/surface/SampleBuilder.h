@@ -11,8 +11,8 @@
 namespace midair::haptics
 {
 
-/// The point of a triangle with these barycentrics; everything that places samples goes through it, so that an
-/// undeformed mesh gives back the same bits.
+/// The point of a triangle with these barycentric coordinates. All samples are placed through it,
+/// so that a mesh that was not deformed gives back the same bits.
 inline Eigen::Vector3d
 pointOnTriangle(const TriangleMesh& mesh, int triangle, const Eigen::Vector3d& barycentric)
 {
@@ -21,7 +21,8 @@ pointOnTriangle(const TriangleMesh& mesh, int triangle, const Eigen::Vector3d& b
            barycentric[2] * mesh.vertices.col(v[2]);
 }
 
-/// Collects samples and keeps them apart: each try places a point only where none is nearer than asked.
+/// Collects samples and keeps them apart: each try places a point only where none is nearer than
+/// asked.
 class SampleBuilder
 {
 public:
@@ -29,8 +30,8 @@ public:
                   const MeshTopology& topology,
                   const SamplerOptions& options);
 
-    /// \a triangle is an index into MeshTopology::triangles. The tries return true where the point was placed and
-    /// throw InputError beyond SamplerOptions::maxPoints.
+    /// \a triangle is an index into MeshTopology::triangles. The tries return true where the point
+    /// was placed and throw InputError beyond SamplerOptions::maxPoints.
     bool tryFace(int triangle, const Eigen::Vector3d& barycentric, double radius);
     /// At \a fraction of the way from FeatureEdge::from to FeatureEdge::to.
     bool tryEdge(const FeatureEdge& edge, double fraction, double radius);
@@ -40,7 +41,8 @@ public:
     Eigen::Vector3d edgePoint(const FeatureEdge& edge, double fraction) const;
     Eigen::Vector3d vertexPoint(int vertex) const;
 
-    /// For loops that may turn long without a try: throws Stopped where the options' token asks for it.
+    /// For loops that may turn long without a try: throws Stopped where the options' token asks for
+    /// it.
     void look() { _look.turn(); }
 
     const PointGrid& points() const { return _points; }

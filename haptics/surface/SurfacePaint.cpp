@@ -10,7 +10,7 @@ namespace midair::haptics
 namespace
 {
 
-/// Texel \a i of \a size along a side, wherever on the infinite plane it is.
+/// The texel for index \a i on the infinite plane, of \a size along a side.
 int wrapped(double i, int size, PaintImage::Wrap wrap)
 {
     const double n = size;

@@ -10,7 +10,8 @@ namespace midair::haptics
 
 struct TriangleMesh;
 
-/// A picture of how strongly a surface is felt: intensities, 0 .. 1, over the unit square of texture coordinates.
+/// A picture of how strongly a surface is felt: intensities, 0 .. 1, over the unit square of
+/// texture coordinates.
 struct PaintImage
 {
     /// What is felt beyond the picture's edges.
@@ -27,7 +28,8 @@ struct PaintImage
     Wrap wrapU = Wrap::REPEAT;
     Wrap wrapV = Wrap::REPEAT;
 
-    /// Bilinear between the middles of the four nearest texels; 1 where the picture is empty or (\a u, \a v) not finite.
+    /// Bilinear between the middles of the four nearest texels; 1 where the picture is empty or (\a
+    /// u, \a v) not finite.
     float at(double u, double v) const;
 };
 
@@ -39,7 +41,8 @@ struct SurfacePaint
     std::vector<int> image; ///< t: which of images; -1: none, felt in full
 };
 
-/// How strongly a spot of \a mesh is felt, 0 .. 1: painted, else by the intensities of its corners, else 1.
+/// How strongly the surface is felt at a place, 0 .. 1: as its paint says, else by the intensities
+/// of its corners, else 1.
 float intensityAt(const TriangleMesh& mesh, int triangle, const Eigen::Vector3d& barycentric);
 
 } // namespace midair::haptics

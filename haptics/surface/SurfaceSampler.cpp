@@ -1,11 +1,14 @@
 #include "haptics/surface/SurfaceSampler.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 #include "haptics/base/text/PlainText.h"
+#include "haptics/base/text/Range.h"
+#include "haptics/surface/EdgePasses.h"
+#include "haptics/surface/FacePasses.h"
 #include "haptics/surface/FeatureChains.h"
 #include "haptics/surface/MeshTopology.h"
 #include "haptics/surface/SampleBuilder.h"
-#include "haptics/surface/SamplingPasses.h"
 
 #include <Eigen/Geometry>
 
@@ -17,20 +20,6 @@ namespace midair::haptics
 
 namespace
 {
-
-constexpr double kPi = 3.14159265358979323846;
-
-template<typename T>
-bool violated(std::string* error, const char* name, T value, const char* range)
-{
-    if (error != nullptr)
-    {
-        base::PlainStream text;
-        text << "SamplerOptions::" << name << " is " << value << "; it must be " << range;
-        *error = text.str();
-    }
-    return false;
-}
 
 /// What all sample sets of one mesh have in common.
 struct SampledMesh
@@ -47,7 +36,8 @@ void checkExtent(const SampledMesh& sampled)
 {
     const MeshTopology& topology = sampled.topology;
     const SamplerOptions& options = sampled.options;
-    // The estimate doubles where sheets lie on each other, so only a clear excess is taken for one.
+    // Where sheets lie on each other the estimate is twice too large, so only a clear excess is
+    // refused.
     constexpr double kClear = 4.0;
     if (options.sampling != Sampling::VERTICES &&
         !(estimatePoints(topology, options, 1.0) <= kClear * options.maxPoints))
@@ -87,7 +77,7 @@ SampledMesh prepare(const TriangleMesh& mesh, const SamplerOptions& options)
     {
         base::PlainStream text;
         text << "The mesh has no edges to sample: it is closed and no edge turns by more than "
-             << options.creaseAngle_rad * 180.0 / kPi
+             << base::toDegrees(options.creaseAngle_rad)
              << " degrees; sample its surface, or make the crease angle smaller";
         throw base::InputError(text.str());
     }
@@ -109,7 +99,7 @@ sampleOnce(const SampledMesh& sampled, int set, double shift, const PointGrid* e
     {
         for (const int v : sampled.corners)
         {
-            // EDGES leaves out tips that no feature edge reaches.
+            // With EDGES, tips that no feature edge reaches are left out.
             if (options.sampling == Sampling::EDGES && !sampled.topology.hasFeature(v)) continue;
             builder.tryVertex(v, builder.edgeSpacing());
         }
@@ -148,20 +138,18 @@ double radicalInverse(unsigned index)
 
 bool SamplerOptions::isValid(std::string* error) const
 {
-    if (!(spacing_m > 0.0) || !std::isfinite(spacing_m))
-    {
-        return violated(error, "spacing_m", spacing_m, "positive and finite");
-    }
-    if (!(creaseAngle_rad >= 0.0 && creaseAngle_rad <= kPi))
-    {
-        return violated(error, "creaseAngle_rad", creaseAngle_rad, "in 0 .. pi");
-    }
-    if (!(edgeSpacing_m >= 0.0 && edgeSpacing_m <= spacing_m))
-    {
-        return violated(error, "edgeSpacing_m", edgeSpacing_m, "in 0 .. spacing_m");
-    }
-    if (maxPoints < 1) return violated(error, "maxPoints", maxPoints, "1 or more");
-    return true;
+    return base::RangeCheck("SamplerOptions::")
+        .above("spacing_m", spacing_m, 0.0)
+        .check(creaseAngle_rad >= 0.0 && creaseAngle_rad <= base::kPi,
+               "creaseAngle_rad",
+               creaseAngle_rad,
+               "within 0 .. pi")
+        .check(edgeSpacing_m >= 0.0 && edgeSpacing_m <= spacing_m,
+               "edgeSpacing_m",
+               edgeSpacing_m,
+               "within 0 .. spacing_m")
+        .atLeast("maxPoints", maxPoints, 1)
+        .passed(error);
 }
 
 SurfaceSamples sampleSurface(const TriangleMesh& mesh, const SamplerOptions& options)
@@ -240,7 +228,7 @@ void updateSamples(const TriangleMesh& deformed, SurfaceSamples& samples)
             if (own.isZero(0.0)) own = normal;
             sum += samples.normalWeight[face] * normal;
         }
-        // Faces folded onto each other cancel; one of them is as good as the other then.
+        // Normals of faces that are folded onto each other cancel; either of them will do.
         constexpr double kCancelled = 1e-6;
         if (!(sum.norm() > kCancelled)) sum = own;
         if (!sum.isZero(0.0)) samples.normals.col(i) = sum.normalized();

@@ -5,13 +5,12 @@
 #include <Eigen/Core>
 
 #include <memory>
-#include <string>
-#include <vector>
 
 namespace midair::haptics
 {
 
-/// An indexed triangle mesh in metres; any winding, open or closed, vertices may be doubled at seams.
+/// An indexed triangle mesh in metres; any winding, open or closed, vertices may be doubled at
+/// seams.
 struct TriangleMesh
 {
     Eigen::Matrix3Xd vertices;  ///< 3 x v, metres
@@ -21,14 +20,10 @@ struct TriangleMesh
 
     /// Edges of the bounding box; zero for an empty mesh.
     Eigen::Vector3d extent() const;
-    /// Scaled uniformly to the largest extent \a size_m and centred on the bounding box's middle. Throws InputError if flat to a point.
+    /// A copy, scaled uniformly to the largest extent \a size_m (> 0, metres) with the middle of
+    /// its bounding box at the origin. Throws InputError for a mesh without vertices or with all of
+    /// them in one point.
     TriangleMesh scaledTo(double size_m) const;
 };
-
-/// Reads a Wavefront OBJ: all its shapes as one mesh, polygons triangulated; normals, texture coordinates and materials
-/// are not needed and not looked at. Colours behind the vertices become the intensity (mean of r, g and b) if every
-/// vertex has one in 0 .. 1. Throws InputError naming the file and the line or element; what can be done without
-/// (a missing material file, colours out of range) is told in \a warnings, if given.
-TriangleMesh readObj(const std::string& path, std::vector<std::string>* warnings = nullptr);
 
 } // namespace midair::haptics

@@ -269,17 +269,18 @@ HapticStatistics HapticEngine::statistics() const
     const auto result = _thread->latestResult();
     if (!result) return all;
     all.points = result->points.size();
-    all.rms = result->report.rms;
-    all.max = result->report.max;
-    all.loudness = result->report.loudness;
-    all.level_Pa = result->report.level_Pa;
+    all.rms = result->report().rms;
+    all.max = result->report().max;
+    all.loudness = result->report().loudness;
+    all.level_Pa = result->report().level_Pa;
     all.maxPressure_Pa = result->maxPressure_Pa;
-    all.fieldsInTurn = static_cast<int>(result->turn.size());
-    all.fieldRate_Hz = result->fieldRate_Hz;
+    const bool inTurn = result->sequence.fields.size() > 1;
+    all.fieldsInTurn = inTurn ? static_cast<int>(result->sequence.fields.size()) : 0;
+    all.fieldRate_Hz = inTurn ? result->sequence.modulation.fieldRate_Hz : 0.0;
     all.outline = result->outline;
-    all.meanPhaseStep_rad = result->report.meanPhaseStep_rad;
-    all.audibleChange = result->report.audibleChange;
-    const midair::haptics::SurfaceStatistics& surface = result->report.surface;
+    all.meanPhaseStep_rad = result->report().meanPhaseStep_rad;
+    all.audibleChange = result->report().audibleChange;
+    const midair::haptics::SurfaceStatistics& surface = result->report().surface;
     all.surfaceSamples = surface.samples;
     all.surfaceMean_Pa = surface.mean_Pa;
     all.surfaceVariation = surface.coefficientOfVariation;
@@ -288,12 +289,13 @@ HapticStatistics HapticEngine::statistics() const
     all.surfaceContrast = surface.contrast;
     if (result->monitored && result->monitored->certificate.points > 0)
         all.certifiedGap = result->monitored->certificate.gapOfPhases();
-    all.capFactor = result->capFactor;
-    all.matrix_ms = result->report.matrix_ms;
-    all.solve_ms = result->report.solve_ms;
+    all.capFactor = result->report().capFactor;
+    all.figures = midair::haptics::figuresOf(result->report());
+    all.matrix_ms = result->report().matrix_ms;
+    all.solve_ms = result->report().solve_ms;
     all.updatesPerSecond = result->updatesPerSecond;
     all.latency_ms = result->latency_ms;
-    all.stop = midair::haptics::stopReasonName(result->report.stop);
+    all.stop = midair::haptics::stopReasonName(result->report().stop);
     all.device = result->deviceStatus;
     return all;
 }

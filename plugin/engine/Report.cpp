@@ -4,8 +4,11 @@
 
 #include <osg/Notify>
 
+#include <cmath>
+#include <cstdint>
 #include <fstream>
 #include <mutex>
+#include <string>
 
 #include <nlohmann/json.hpp>
 
@@ -15,16 +18,39 @@ namespace osgMidair
 namespace
 {
 
+const std::string kSurface = "surface.";
+
+// Whole numbers without a decimal point.
+nlohmann::ordered_json numberJson(double value)
+{
+    if (std::abs(value) < 1e15 && value == std::floor(value)) return std::int64_t(value);
+    return value;
+}
+
 nlohmann::ordered_json surfaceJson(const HapticStatistics& s)
 {
     if (s.surfaceSamples == 0) return nullptr;
-    nlohmann::ordered_json json = {{"samples", s.surfaceSamples},
-                                   {"mean_Pa", s.surfaceMean_Pa},
-                                   {"coefficientOfVariation", s.surfaceVariation},
-                                   {"percentile1", s.surfacePercentile1},
-                                   {"percentile10", s.surfacePercentile10},
-                                   {"contrast", s.surfaceContrast}};
+    nlohmann::ordered_json json;
+    for (const auto& [name, value] : s.figures)
+        if (name.compare(0, kSurface.size(), kSurface) == 0)
+            json[name.substr(kSurface.size())] = numberJson(value);
     if (s.certifiedGap >= 0.0) json["certifiedGap"] = s.certifiedGap;
+    return json;
+}
+
+nlohmann::ordered_json fieldJson(const HapticStatistics& s)
+{
+    nlohmann::ordered_json json = {{"objects", s.objects},
+                                   {"stop", s.stop},
+                                   {"maxPressure_Pa", s.maxPressure_Pa},
+                                   {"fieldsInTurn", s.fieldsInTurn},
+                                   {"fieldRate_Hz", s.fieldRate_Hz},
+                                   {"outline", s.outline},
+                                   {"updatesPerSecond", s.updatesPerSecond}};
+    for (const auto& [name, value] : s.figures)
+        if (name.compare(0, kSurface.size(), kSurface) != 0) json[name] = numberJson(value);
+    // What is told of a field stands there before the first one too.
+    if (s.figures.empty()) json["points"] = s.points;
     return json;
 }
 
@@ -54,24 +80,7 @@ nlohmann::ordered_json toJson(const HapticStatistics& s, const HapticSettings& s
               {"capped", s.capped},
               {"resent", s.resent}}},
             {"hands", {{"known", s.hands}, {"touching", s.touching}}},
-            {"field",
-             {{"objects", s.objects},
-              {"points", s.points},
-              {"stop", s.stop},
-              {"rms", s.rms},
-              {"max", s.max},
-              {"loudness", s.loudness},
-              {"level_Pa", s.level_Pa},
-              {"maxPressure_Pa", s.maxPressure_Pa},
-              {"fieldsInTurn", s.fieldsInTurn},
-              {"fieldRate_Hz", s.fieldRate_Hz},
-              {"outline", s.outline},
-              {"meanPhaseStep_rad", s.meanPhaseStep_rad},
-              {"audibleChange", s.audibleChange},
-              {"capFactor", s.capFactor},
-              {"matrix_ms", s.matrix_ms},
-              {"solve_ms", s.solve_ms},
-              {"updatesPerSecond", s.updatesPerSecond}}},
+            {"field", fieldJson(s)},
             {"surface", surfaceJson(s)},
             {"latency_ms",
              {{"last", s.latency_ms}, {"p50", s.latencyP50_ms}, {"p99", s.latencyP99_ms}}},

@@ -25,9 +25,9 @@ double relativePressure_Pa(const HologramResult* newest, const std::vector<Hapti
     for (const HapticObject& object : objects)
         if (object.properties.pressureInPa)
             strongest_Pa = std::max(strongest_Pa, object.properties.pressure);
-    if (newest->absolute) return strongest_Pa;
+    if (newest->points.absolute) return strongest_Pa;
     const double largest = newest->points.targets.maxCoeff();
-    return largest > 0.0 ? newest->report.level_Pa / largest : 0.0;
+    return largest > 0.0 ? newest->report().level_Pa / largest : 0.0;
 }
 
 } // namespace

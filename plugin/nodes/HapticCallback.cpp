@@ -22,11 +22,6 @@ void HapticCallback::operator()(osg::Node* node, osg::NodeVisitor* visitor)
     traverse(node, visitor);
 }
 
-std::shared_ptr<const midair::bridge::HologramResult> HapticCallback::getLatestResult() const
-{
-    return _engine ? _engine->latestResult() : nullptr;
-}
-
 HapticStatistics HapticCallback::getStatistics() const
 {
     return _engine ? _engine->statistics() : HapticStatistics();

@@ -57,11 +57,6 @@ bool HapticDevice::checkEvents()
     return false;
 }
 
-std::shared_ptr<const midair::bridge::HologramResult> HapticDevice::getLatestResult() const
-{
-    return _engine ? _engine->latestResult() : nullptr;
-}
-
 HapticStatistics HapticDevice::getStatistics() const
 {
     return _engine ? _engine->statistics() : HapticStatistics();

@@ -1,5 +1,3 @@
-#include "engine-bridge/pipeline/HologramResult.h"
-#include "haptics/array/Medium.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneKeys.h"
 #include "plugin/hands/HandTracker.h"
@@ -129,24 +127,9 @@ void HapticScene::silence()
     _engine->silence();
 }
 
-std::shared_ptr<const midair::bridge::HologramResult> HapticScene::getLatestResult() const
-{
-    return _engine->latestResult();
-}
-
 HapticStatistics HapticScene::getStatistics() const
 {
     return _engine->statistics();
-}
-
-std::shared_ptr<const midair::haptics::TransducerArray> HapticScene::getTransducerArray() const
-{
-    return _engine->array();
-}
-
-midair::haptics::Medium HapticScene::getMedium() const
-{
-    return _engine->medium();
 }
 
 } // namespace osgMidair

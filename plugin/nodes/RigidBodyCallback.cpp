@@ -5,24 +5,35 @@
 namespace osgMidair
 {
 
+struct RigidBodyWorld::Stepper
+{
+    osg::ref_ptr<midair::bridge::RigidBodyStepper> stepper;
+};
+
+struct RigidBodyCallback::Pose
+{
+    osg::ref_ptr<midair::bridge::RigidBodyPose> pose;
+};
+
 RigidBodyWorld::RigidBodyWorld(btDynamicsWorld& world, double step_s, double catchUp_s)
 {
     midair::bridge::StepperOptions options;
     options.step_s = step_s;
     options.catchUp_s = catchUp_s;
-    _stepper = new midair::bridge::RigidBodyStepper(world, options);
+    _stepper =
+        std::make_unique<Stepper>(Stepper{new midair::bridge::RigidBodyStepper(world, options)});
 }
 
 RigidBodyWorld::~RigidBodyWorld() = default;
 
 std::uint64_t RigidBodyWorld::getNumSteps() const
 {
-    return _stepper->steps();
+    return _stepper->stepper->steps();
 }
 
 double RigidBodyWorld::getDroppedTime() const
 {
-    return _stepper->dropped_s();
+    return _stepper->stepper->dropped_s();
 }
 
 RigidBodyCallback::RigidBodyCallback(RigidBodyWorld* world,
@@ -30,7 +41,8 @@ RigidBodyCallback::RigidBodyCallback(RigidBodyWorld* world,
                                      double metresPerUnit,
                                      const osg::Matrixd& offset) :
     _world(world),
-    _pose(new midair::bridge::RigidBodyPose(&world->stepper(), body, metresPerUnit, offset))
+    _pose(std::make_unique<Pose>(Pose{
+        new midair::bridge::RigidBodyPose(world->_stepper->stepper, body, metresPerUnit, offset)}))
 {
 }
 
@@ -38,7 +50,7 @@ RigidBodyCallback::~RigidBodyCallback() = default;
 
 void RigidBodyCallback::operator()(osg::Node* node, osg::NodeVisitor* visitor)
 {
-    (*_pose)(node, visitor); // which traverses, nested callbacks included
+    (*_pose->pose)(node, visitor); // which traverses, nested callbacks included
 }
 
 } // namespace osgMidair

@@ -1,10 +1,10 @@
-#include "engine-bridge/pipeline/HologramResult.h"
-#include "haptics/array/TransducerArray.h"
 #include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/ArrayGhost>
 #include <osgMidair/ColorMap>
 
+#include <osg/Geometry>
 #include <osg/LineWidth>
 #include <osg/Math>
 
@@ -102,43 +102,64 @@ void addBoard(const TransducerArray& array, int first, int last, osg::Vec3Array&
 
 } // namespace
 
-ArrayGhost::ArrayGhost() :
-    _discs(makeDiscs()),
-    _boards(new osg::Geometry),
-    _opacity(new osg::Uniform("opacity", 0.6F))
+/// Two geometries: a disc for each transducer, and the outlines of the boards that they are on.
+class ArrayGhost::Part : public OverlayPart
 {
-    osg::StateSet* state = _discs->getOrCreateStateSet();
+public:
+    Part();
+
+    void setArray(const std::shared_ptr<const TransducerArray>& array,
+                  const midair::haptics::Medium& medium) override;
+    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override;
+
+    osg::ref_ptr<osg::Geometry> discs;
+    osg::ref_ptr<osg::Geometry> boards;
+    osg::ref_ptr<osg::Uniform> opacity;
+};
+
+ArrayGhost::Part::Part() :
+    discs(makeDiscs()),
+    boards(new osg::Geometry),
+    opacity(new osg::Uniform("opacity", 0.6F))
+{
+    osg::StateSet* state = discs->getOrCreateStateSet();
     state->setAttributeAndModes(makeProgram("osgMidair array", kVertexSource, kFragmentSource));
-    state->addUniform(_opacity);
-    drawTranslucent(*_discs, GHOST_BIN);
+    state->addUniform(opacity);
+    drawTranslucent(*discs, GHOST_BIN);
     const osg::Vec4 lineColor(0.55F, 0.60F, 0.68F, 0.45F);
-    _boards->setColorArray(new osg::Vec4Array(1, &lineColor), osg::Array::BIND_OVERALL);
-    drawTranslucent(*_boards, GHOST_BIN);
-    addChild(_boards);
-    addChild(_discs);
+    boards->setColorArray(new osg::Vec4Array(1, &lineColor), osg::Array::BIND_OVERALL);
+    drawTranslucent(*boards, GHOST_BIN);
+}
+
+ArrayGhost::ArrayGhost() :
+    Overlay(std::make_unique<Part>()),
+    _part(static_cast<Part&>(OverlayPart::of(*this)))
+{
+    addChild(_part.boards);
+    addChild(_part.discs);
 }
 
 ArrayGhost::~ArrayGhost() = default;
 
 void ArrayGhost::setOpacity(float opacity)
 {
-    _opacity->set(opacity);
+    _part.opacity->set(opacity);
 }
 
 float ArrayGhost::getOpacity() const
 {
     float opacity = 0.0F;
-    _opacity->get(opacity);
+    _part.opacity->get(opacity);
     return opacity;
 }
 
-void ArrayGhost::setArray(const std::shared_ptr<const TransducerArray>& array,
-                          const midair::haptics::Medium& /*medium*/)
+void ArrayGhost::Part::setArray(const std::shared_ptr<const TransducerArray>& array,
+                                const midair::haptics::Medium& /*medium*/)
 {
-    resizeDiscs(*_discs, array->size());
-    osg::Vec3Array& vertices = discVertices(*_discs);
-    osg::Vec3Array& normals = discNormals(*_discs);
-    osg::Vec4ubArray& colors = discColors(*_discs);
+    resizeDiscs(*discs, array->size());
+    osg::Vec3Array& vertices = discVertices(*discs);
+    osg::Vec3Array& normals = discNormals(*discs);
+    osg::Vec4ubArray& colors = discColors(*discs);
     const double radius = discRadius(*array);
     for (int i = 0; i < array->size(); ++i)
     {
@@ -157,32 +178,33 @@ void ArrayGhost::setArray(const std::shared_ptr<const TransducerArray>& array,
     vertices.dirty();
     normals.dirty();
     colors.dirty();
-    _discs->dirtyBound();
+    discs->dirtyBound();
 
     osg::ref_ptr<osg::Vec3Array> lines = new osg::Vec3Array;
     for (int first = 0; first < array->size();)
     {
         int last = first + 1;
-        const bool boards = static_cast<int>(array->board.size()) == array->size();
-        while (last < array->size() && (!boards || array->board[last] == array->board[first]))
+        const bool several = static_cast<int>(array->board.size()) == array->size();
+        while (last < array->size() && (!several || array->board[last] == array->board[first]))
             ++last;
         addBoard(*array, first, last, *lines);
         first = last;
     }
-    _boards->setVertexArray(lines);
-    _boards->removePrimitiveSet(0, _boards->getNumPrimitiveSets());
-    _boards->addPrimitiveSet(new osg::DrawArrays(GL_LINES, 0, static_cast<GLsizei>(lines->size())));
-    _boards->dirtyBound();
+    boards->setVertexArray(lines);
+    boards->removePrimitiveSet(0, boards->getNumPrimitiveSets());
+    boards->addPrimitiveSet(new osg::DrawArrays(GL_LINES, 0, static_cast<GLsizei>(lines->size())));
+    boards->dirtyBound();
 }
 
-void ArrayGhost::setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result)
+void ArrayGhost::Part::setResult(
+    const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
-    osg::Vec4ubArray& colors = discColors(*_discs);
-    if (static_cast<Eigen::Index>(colors.size()) != 3 * result->played.size())
+    osg::Vec4ubArray& colors = discColors(*discs);
+    if (static_cast<Eigen::Index>(colors.size()) != 3 * result->played().size())
         return; // of another array; its own setArray comes
-    for (Eigen::Index i = 0; i < result->played.size(); ++i)
+    for (Eigen::Index i = 0; i < result->played().size(); ++i)
     {
-        const std::complex<float> q = result->played[i];
+        const std::complex<float> q = result->played()[i];
         const float turn = std::arg(q) / (2.0F * osg::PIf);
         const osg::Vec4ub color =
             bytes(ColorMap::phase().color(turn - std::floor(turn)), std::abs(q));

@@ -1,8 +1,10 @@
-#include "engine-bridge/pipeline/HologramResult.h"
 #include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/ColorMap>
 #include <osgMidair/ControlPointOverlay>
+
+#include <osg/Geometry>
 
 namespace osgMidair
 {
@@ -46,41 +48,58 @@ const osg::Vec3f kLeftOut(0.45F, 0.45F, 0.47F);
 
 } // namespace
 
-ControlPointOverlay::ControlPointOverlay() :
-    _rings(makeDiscs()),
-    _radius(new osg::Uniform("radius_m", 2.4e-3F))
+class ControlPointOverlay::Part : public OverlayPart
 {
-    _rings->setCullingActive(false);
-    osg::StateSet* state = _rings->getOrCreateStateSet();
+public:
+    Part();
+
+    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override;
+
+    osg::ref_ptr<osg::Geometry> rings;
+    osg::ref_ptr<osg::Uniform> radius;
+};
+
+ControlPointOverlay::Part::Part() :
+    rings(makeDiscs()),
+    radius(new osg::Uniform("radius_m", 2.4e-3F))
+{
+    rings->setCullingActive(false);
+    osg::StateSet* state = rings->getOrCreateStateSet();
     state->setAttributeAndModes(
         makeProgram("osgMidair control points", kVertexSource, kFragmentSource));
-    state->addUniform(_radius);
-    drawTranslucent(*_rings, POINT_BIN);
-    addChild(_rings);
+    state->addUniform(radius);
+    drawTranslucent(*rings, POINT_BIN);
+}
+
+ControlPointOverlay::ControlPointOverlay() :
+    Overlay(std::make_unique<Part>()),
+    _part(static_cast<Part&>(OverlayPart::of(*this)))
+{
+    addChild(_part.rings);
 }
 
 ControlPointOverlay::~ControlPointOverlay() = default;
 
 void ControlPointOverlay::setRadius(float radius_m)
 {
-    _radius->set(radius_m);
+    _part.radius->set(radius_m);
 }
 
 float ControlPointOverlay::getRadius() const
 {
     float radius = 0.0F;
-    _radius->get(radius);
+    _part.radius->get(radius);
     return radius;
 }
 
-void ControlPointOverlay::setResult(
+void ControlPointOverlay::Part::setResult(
     const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
     const midair::haptics::ControlPoints& points = result->points;
     const int skipped = static_cast<int>(result->skipped.cols());
-    resizeDiscs(*_rings, points.size() + skipped);
-    osg::Vec3Array& vertices = discVertices(*_rings);
-    osg::Vec4ubArray& colors = discColors(*_rings);
+    resizeDiscs(*rings, points.size() + skipped);
+    osg::Vec3Array& vertices = discVertices(*rings);
+    osg::Vec4ubArray& colors = discColors(*rings);
     const auto place = [&](int ring, const Eigen::Vector3d& at, const osg::Vec3f& color)
     {
         for (int k = 0; k < 3; ++k)
@@ -93,9 +112,9 @@ void ControlPointOverlay::setResult(
     for (int l = 0; l < points.size(); ++l)
     {
         const float achieved = l < result->achieved_Pa.size() ? result->achieved_Pa[l] : 0.0F;
-        const auto wanted = static_cast<float>(result->absolute ? points.targets[l]
-                                                                : result->report.level_Pa *
-                                                                      points.targets[l] / largest);
+        const auto wanted = static_cast<float>(
+            result->points.absolute ? points.targets[l]
+                                    : result->report().level_Pa * points.targets[l] / largest);
         place(l,
               points.positions.col(l),
               achieved > 0.0F
@@ -106,7 +125,7 @@ void ControlPointOverlay::setResult(
         place(points.size() + l, result->skipped.col(l), kLeftOut);
     vertices.dirty();
     colors.dirty();
-    _rings->dirtyBound();
+    rings->dirtyBound();
 }
 
 } // namespace osgMidair

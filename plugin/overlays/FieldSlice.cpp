@@ -138,7 +138,7 @@ void SliceComputer::sample(const SliceRequest& request)
     lattice.step.col(1) = pitch * request.u;
     lattice.origin = request.centre - half * (lattice.step.col(0) + lattice.step.col(1));
     _field->evaluate(lattice,
-                     request.result->played,
+                     request.result->played(),
                      _pressure,
                      [&](const Eigen::Vector3d& middle, double radius_m)
                      { return (middle - request.centre).norm() < reach + radius_m; });
@@ -205,9 +205,9 @@ Slice SliceComputer::compute(const SliceRequest& request)
     return slice;
 }
 
-FieldSliceOverlay::Worker::Worker() : Worker(std::make_shared<SliceComputer>()) {}
+SliceWorker::SliceWorker() : SliceWorker(std::make_shared<SliceComputer>()) {}
 
-FieldSliceOverlay::Worker::Worker(const std::shared_ptr<SliceComputer>& computer) :
+SliceWorker::SliceWorker(const std::shared_ptr<SliceComputer>& computer) :
     LatestWorker([computer](const SliceRequest& request)
                  { return std::make_unique<Slice>(computer->compute(request)); })
 {

@@ -1,11 +1,12 @@
 #pragma once
 
+#include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/base/threads/LatestWorker.h"
 #include "haptics/propagation/FieldLattice.h"
-#include "plugin/overlays/LatestWorker.h"
 
-#include <osgMidair/FieldSliceOverlay>
+#include <osgMidair/Export>
 
 #include <Eigen/Core>
 
@@ -109,13 +110,13 @@ private:
 };
 
 /// Computes slices in its own thread.
-class FieldSliceOverlay::Worker : public LatestWorker<SliceRequest, Slice>
+class SliceWorker : public midair::base::LatestWorker<SliceRequest, Slice>
 {
 public:
-    Worker();
+    SliceWorker();
 
 private:
-    explicit Worker(const std::shared_ptr<SliceComputer>& computer);
+    explicit SliceWorker(const std::shared_ptr<SliceComputer>& computer);
 };
 
 } // namespace osgMidair

@@ -1,11 +1,13 @@
-#include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/FieldSlice.h"
 #include "plugin/overlays/GpuSlice.h"
+#include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/FieldSliceOverlay>
 
+#include <osg/Geometry>
+#include <osg/Image>
 #include <osg/Notify>
 #include <osg/PolygonOffset>
 #include <osg/Texture2D>
@@ -13,9 +15,11 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <mutex>
+#include <optional>
 #include <string>
 
 namespace osgMidair
@@ -65,7 +69,56 @@ double median(Eigen::VectorXd values)
 
 } // namespace
 
-FieldSliceOverlay::FieldSliceOverlay() :
+/// A textured disc and who fills the texture: the worker's thread, or a fragment shader.
+class FieldSliceOverlay::Part : public OverlayPart
+{
+public:
+    explicit Part(osg::Group& owner);
+
+    void setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& array,
+                  const midair::haptics::Medium& medium) override;
+    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override;
+    void show(const Slice& slice);
+
+    struct Plane
+    {
+        osg::Vec3d point;
+        osg::Vec3d normal;
+    };
+
+    Method method = AUTO;
+    std::optional<Plane> plane;
+    double radius_m = 0.0;
+    float range_Pa = 0.0F;
+    std::unique_ptr<SliceWorker> worker;
+    std::unique_ptr<GpuSlice> gpu; ///< null: not used
+    float shownRange_Pa = 0.0F;
+    std::uint64_t shownFrame = 0;
+    double compute_ms = 0.0;
+    double slicesPerSecond = 0.0;
+    osg::Vec3d peak;
+    float peak_Pa = 0.0F;
+
+private:
+    void showOnGpu(const SliceRequest& request);
+    void place(const SliceRequest& request);
+    void count(std::uint64_t frame);
+    void chooseMethod();
+
+    osg::Group& _owner; ///< of the disc, once there is something to show
+    std::shared_ptr<const midair::haptics::TransducerArray> _array;
+    midair::haptics::Medium _medium;
+    bool _flat = false; ///< the points were last seen in one plane
+    osg::ref_ptr<osg::Geometry> _disc;
+    osg::ref_ptr<osg::Image> _image;
+    osg::ref_ptr<osg::Texture2D> _texture; ///< of _image
+    std::shared_ptr<std::atomic<Renderer>> _renderer;
+    double _submitted_s = 0.0;
+    double _lastShown_s = 0.0;
+};
+
+FieldSliceOverlay::Part::Part(osg::Group& owner) :
+    _owner(owner),
     _disc(new osg::Geometry),
     _image(new osg::Image),
     _renderer(std::make_shared<std::atomic<Renderer>>(Renderer::UNKNOWN))
@@ -100,67 +153,136 @@ FieldSliceOverlay::FieldSliceOverlay() :
     state->setAttributeAndModes(new osg::PolygonOffset(1.0F, 1.0F));
     drawTranslucent(*_disc, SLICE_BIN);
     _disc->setDrawCallback(probeRenderer(_renderer));
+}
+
+FieldSliceOverlay::FieldSliceOverlay() :
+    Overlay(std::make_unique<Part>(*this)),
+    _part(static_cast<Part&>(OverlayPart::of(*this)))
+{
     setNumChildrenRequiringUpdateTraversal(1);
 }
 
 FieldSliceOverlay::~FieldSliceOverlay() = default;
 
+void FieldSliceOverlay::setMethod(Method method)
+{
+    _part.method = method;
+}
+
+bool FieldSliceOverlay::isOnGpu() const
+{
+    return _part.gpu != nullptr;
+}
+
 void FieldSliceOverlay::setPlane(const osg::Vec3d& point, const osg::Vec3d& normal)
 {
-    _plane = Plane{point, normal};
+    _part.plane = Part::Plane{point, normal};
 }
 
 void FieldSliceOverlay::followPoints()
 {
-    _plane.reset();
+    _part.plane.reset();
 }
 
 void FieldSliceOverlay::setRadius(double radius_m)
 {
-    _radius_m = radius_m;
+    _part.radius_m = radius_m;
 }
 
 void FieldSliceOverlay::setRange(float range_Pa)
 {
-    _range_Pa = range_Pa;
+    _part.range_Pa = range_Pa;
 }
 
-void FieldSliceOverlay::setArray(
+FieldSliceOverlay::Method FieldSliceOverlay::getMethod() const
+{
+    return _part.method;
+}
+
+float FieldSliceOverlay::getRange() const
+{
+    return _part.shownRange_Pa;
+}
+
+std::uint64_t FieldSliceOverlay::getShownFrame() const
+{
+    return _part.shownFrame;
+}
+
+double FieldSliceOverlay::getComputeTime_ms() const
+{
+    return _part.compute_ms;
+}
+
+double FieldSliceOverlay::getSlicesPerSecond() const
+{
+    return _part.slicesPerSecond;
+}
+
+const osg::Vec3d& FieldSliceOverlay::getPeak() const
+{
+    return _part.peak;
+}
+
+float FieldSliceOverlay::getPeakPressure() const
+{
+    return _part.peak_Pa;
+}
+
+void FieldSliceOverlay::traverse(osg::NodeVisitor& visitor)
+{
+    if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR && _part.worker)
+        if (const std::unique_ptr<Slice> slice = _part.worker->take()) _part.show(*slice);
+    if (visitor.getVisitorType() == osg::NodeVisitor::CULL_VISITOR && _part.gpu)
+        _part.gpu->cull(visitor);
+    Overlay::traverse(visitor);
+}
+
+bool FieldSliceOverlay::waitFor(std::uint64_t frame, double timeout_s)
+{
+    if (getNumChildren() > 0 && _part.shownFrame >= frame) return true;
+    if (!_part.worker) return false;
+    const std::unique_ptr<Slice> slice = _part.worker->waitFor(frame, timeout_s);
+    if (slice) _part.show(*slice);
+    return slice && slice->request.frame >= frame;
+}
+
+void FieldSliceOverlay::Part::setArray(
     const std::shared_ptr<const midair::haptics::TransducerArray>& array,
     const midair::haptics::Medium& medium)
 {
     _array = array;
-    _medium = std::make_shared<midair::haptics::Medium>(medium);
-    if (_gpu) _gpu->setArray(*array, medium);
+    _medium = medium;
+    if (gpu) gpu->setArray(*array, medium);
 }
 
-void FieldSliceOverlay::chooseMethod()
+void FieldSliceOverlay::Part::chooseMethod()
 {
-    const Method method = methodOf(_method);
+    const Method wanted = methodOf(method);
     const Renderer renderer = *_renderer;
     // In software a fragment shader takes a second for what the SliceComputer does in milliseconds.
-    const bool gpu = method == GPU || (method == AUTO && renderer == Renderer::GPU);
-    if (gpu == (_gpu != nullptr) || !_array) return;
-    if (gpu)
+    const bool onGpu = wanted == GPU || (wanted == AUTO && renderer == Renderer::GPU);
+    if (onGpu == (gpu != nullptr) || !_array) return;
+    if (onGpu)
     {
-        _gpu = std::make_unique<GpuSlice>();
-        _gpu->setArray(*_array, *_medium);
+        gpu = std::make_unique<GpuSlice>();
+        gpu->setArray(*_array, _medium);
     }
-    osg::Texture2D* texture = gpu ? _gpu->texture() : _texture.get();
+    osg::Texture2D* texture = onGpu ? gpu->texture() : _texture.get();
     _disc->getOrCreateStateSet()->setTextureAttributeAndModes(0, texture);
-    if (!gpu) _gpu.reset();
+    if (!onGpu) gpu.reset();
 }
 
-void FieldSliceOverlay::setResult(
+void FieldSliceOverlay::Part::setResult(
     const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
-    if (!_array || result->played.size() != _array->size()) return;
+    if (!_array || result->played().size() != _array->size()) return;
     chooseMethod();
     const Eigen::Matrix3Xd& points = result->points.positions;
     SliceRequest request;
     request.frame = result->frame;
     request.array = _array;
-    request.medium = *_medium;
+    request.medium = _medium;
     request.result = result;
     Eigen::Vector3d normal = Eigen::Vector3d::UnitY();
     if (points.cols() > 0)
@@ -174,17 +296,17 @@ void FieldSliceOverlay::setResult(
         // Where most points are, not in between: a raised middle doesn't pull the slice off the outline.
         request.centre += normal * median(normal.transpose() * d);
     }
-    if (_plane)
+    if (plane)
     {
-        normal = Eigen::Vector3d(_plane->normal.x(), _plane->normal.y(), _plane->normal.z())
-                     .normalized();
-        const Eigen::Vector3d on(_plane->point.x(), _plane->point.y(), _plane->point.z());
+        normal =
+            Eigen::Vector3d(plane->normal.x(), plane->normal.y(), plane->normal.z()).normalized();
+        const Eigen::Vector3d on(plane->point.x(), plane->point.y(), plane->point.z());
         request.centre += normal * normal.dot(on - request.centre);
     }
     request.u = normal.unitOrthogonal();
     request.v = normal.cross(request.u);
-    request.radius_m = _radius_m;
-    if (_radius_m <= 0.0)
+    request.radius_m = radius_m;
+    if (radius_m <= 0.0)
     {
         const Eigen::Matrix3Xd d = points.colwise() - request.centre;
         const double reach =
@@ -192,49 +314,32 @@ void FieldSliceOverlay::setResult(
         // In steps, so that the disc doesn't breathe while the object turns.
         request.radius_m = 0.005 * std::ceil((reach + 0.016) / 0.005 - 1e-6);
     }
-    request.range_Pa = _range_Pa;
-    if (!_worker) _worker = std::make_unique<Worker>(); // a thread only where something is shown
+    request.range_Pa = range_Pa;
+    if (!worker) worker = std::make_unique<SliceWorker>(); // a thread only where something is shown
     const double now = midair::base::steadySeconds();
     // The first range has to come before the GPU can colour.
-    const bool onGpu = _gpu && _shownRange_Pa > 0.0F;
+    const bool onGpu = gpu && shownRange_Pa > 0.0F;
     if (onGpu) showOnGpu(request);
     if (onGpu && now - _submitted_s < kBeside_s) return;
     _submitted_s = now;
-    _worker->submit(std::move(request));
+    worker->submit(std::move(request));
 }
 
-void FieldSliceOverlay::showOnGpu(const SliceRequest& request)
+void FieldSliceOverlay::Part::showOnGpu(const SliceRequest& request)
 {
-    _gpu->setRequest(request, _shownRange_Pa);
+    gpu->setRequest(request, shownRange_Pa);
     place(request);
     count(request.frame);
 }
 
-void FieldSliceOverlay::traverse(osg::NodeVisitor& visitor)
+void FieldSliceOverlay::Part::show(const Slice& slice)
 {
-    if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR && _worker)
-        if (const std::unique_ptr<Slice> slice = _worker->take()) show(*slice);
-    if (visitor.getVisitorType() == osg::NodeVisitor::CULL_VISITOR && _gpu) _gpu->cull(visitor);
-    Overlay::traverse(visitor);
-}
-
-bool FieldSliceOverlay::waitFor(std::uint64_t frame, double timeout_s)
-{
-    if (getNumChildren() > 0 && _shownFrame >= frame) return true;
-    if (!_worker) return false;
-    const std::unique_ptr<Slice> slice = _worker->waitFor(frame, timeout_s);
-    if (slice) show(*slice);
-    return slice && slice->request.frame >= frame;
-}
-
-void FieldSliceOverlay::show(const Slice& slice)
-{
-    _peak.set(slice.peak.x(), slice.peak.y(), slice.peak.z());
-    _peak_Pa = slice.peak_Pa;
-    _compute_ms = slice.compute_ms;
-    const bool first = _shownRange_Pa <= 0.0F;
-    _shownRange_Pa = slice.range_Pa;
-    if (_gpu)
+    peak.set(slice.peak.x(), slice.peak.y(), slice.peak.z());
+    peak_Pa = slice.peak_Pa;
+    compute_ms = slice.compute_ms;
+    const bool first = shownRange_Pa <= 0.0F;
+    shownRange_Pa = slice.range_Pa;
+    if (gpu)
     {
         if (first) showOnGpu(slice.request);
         return;
@@ -245,7 +350,7 @@ void FieldSliceOverlay::show(const Slice& slice)
     count(slice.frame);
 }
 
-void FieldSliceOverlay::place(const SliceRequest& request)
+void FieldSliceOverlay::Part::place(const SliceRequest& request)
 {
     auto& corners = static_cast<osg::Vec3Array&>(*_disc->getVertexArray());
     const Eigen::Vector3d u = request.u * request.radius_m;
@@ -256,16 +361,16 @@ void FieldSliceOverlay::place(const SliceRequest& request)
     corners[3] = osgVec(request.centre + u + v);
     corners.dirty();
     _disc->dirtyBound();
-    if (getNumChildren() == 0) addChild(_disc);
+    if (_owner.getNumChildren() == 0) _owner.addChild(_disc);
 }
 
-void FieldSliceOverlay::count(std::uint64_t frame)
+void FieldSliceOverlay::Part::count(std::uint64_t frame)
 {
-    _shownFrame = frame;
+    shownFrame = frame;
     const double now = midair::base::steadySeconds();
     // Smoothed over about a second's worth of slices.
     if (_lastShown_s > 0.0)
-        _slicesPerSecond += 0.1 * (1.0 / std::max(1e-4, now - _lastShown_s) - _slicesPerSecond);
+        slicesPerSecond += 0.1 * (1.0 / std::max(1e-4, now - _lastShown_s) - slicesPerSecond);
     _lastShown_s = now;
 }
 

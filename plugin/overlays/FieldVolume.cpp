@@ -56,7 +56,7 @@ void VolumeComputer::sample(const VolumeRequest& request)
     }
     _lattice.step = pitch * Eigen::Matrix3d::Identity();
     _field->evaluate(_lattice,
-                     request.result->played,
+                     request.result->played(),
                      _pressure,
                      [&](const Eigen::Vector3d& middle, double radius_m)
                      {
@@ -110,9 +110,9 @@ FieldVolume VolumeComputer::compute(const VolumeRequest& request)
     return volume;
 }
 
-FieldVolumeOverlay::Worker::Worker() : Worker(std::make_shared<VolumeComputer>()) {}
+VolumeWorker::VolumeWorker() : VolumeWorker(std::make_shared<VolumeComputer>()) {}
 
-FieldVolumeOverlay::Worker::Worker(const std::shared_ptr<VolumeComputer>& computer) :
+VolumeWorker::VolumeWorker(const std::shared_ptr<VolumeComputer>& computer) :
     LatestWorker([computer](const VolumeRequest& request)
                  { return std::make_unique<FieldVolume>(computer->compute(request)); },
                  kPause_s)

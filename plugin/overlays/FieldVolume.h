@@ -1,16 +1,18 @@
 #pragma once
 
+#include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/base/threads/LatestWorker.h"
 #include "haptics/propagation/FieldLattice.h"
-#include "plugin/overlays/LatestWorker.h"
 
-#include <osgMidair/FieldVolumeOverlay>
+#include <osgMidair/Export>
 
 #include <osg/Vec3>
 #include <osg/Vec4ub>
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -64,13 +66,13 @@ private:
 };
 
 /// Computes volumes in its own thread, at most ten a second: beside the slice, which follows faster.
-class FieldVolumeOverlay::Worker : public LatestWorker<VolumeRequest, FieldVolume>
+class VolumeWorker : public midair::base::LatestWorker<VolumeRequest, FieldVolume>
 {
 public:
-    Worker();
+    VolumeWorker();
 
 private:
-    explicit Worker(const std::shared_ptr<VolumeComputer>& computer);
+    explicit VolumeWorker(const std::shared_ptr<VolumeComputer>& computer);
 };
 
 } // namespace osgMidair

@@ -1,11 +1,14 @@
-#include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/FieldVolume.h"
+#include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/FieldVolumeOverlay>
 
+#include <osg/Geometry>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace osgMidair
@@ -42,83 +45,152 @@ void main()
 
 } // namespace
 
-FieldVolumeOverlay::FieldVolumeOverlay() : _radius(new osg::Uniform("radius_m", 2.5e-3F))
+class FieldVolumeOverlay::Part : public OverlayPart
+{
+public:
+    void setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& array,
+                  const midair::haptics::Medium& medium) override;
+    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override;
+    void show(const FieldVolume& volume);
+
+    std::unique_ptr<VolumeWorker> worker;
+    double margin_m = 8e-3;
+    float threshold = 0.25F;
+    /// The same puffs from back to front as seen along +x, -x, +y, -y, +z, -z of the array's frame.
+    std::array<osg::ref_ptr<osg::Geometry>, 6> cloud;
+    osg::ref_ptr<osg::Uniform> radius = new osg::Uniform("radius_m", 2.5e-3F);
+    float shownRange_Pa = 0.0F;
+    std::uint64_t shownFrame = 0;
+    double compute_ms = 0.0;
+    double volumesPerSecond = 0.0;
+
+private:
+    std::shared_ptr<const midair::haptics::TransducerArray> _array;
+    midair::haptics::Medium _medium;
+    double _lastShown_s = 0.0;
+};
+
+FieldVolumeOverlay::FieldVolumeOverlay() :
+    Overlay(std::make_unique<Part>()),
+    _part(static_cast<Part&>(OverlayPart::of(*this)))
 {
     osg::StateSet* state = getOrCreateStateSet();
     state->setAttributeAndModes(makeProgram("osgMidair volume", kVertexSource, kFragmentSource));
-    state->addUniform(_radius);
+    state->addUniform(_part.radius);
     drawTranslucent(*this, VOLUME_BIN);
     setCullingActive(false); // it has no children whose bounds would be its own
-    for (osg::ref_ptr<osg::Geometry>& geometry : _cloud)
+    for (osg::ref_ptr<osg::Geometry>& geometry : _part.cloud)
     {
         geometry = makeDiscs();
         geometry->setCullingActive(false);
         // One set of arrays for all of them; each has an order of its own.
-        if (geometry == _cloud[0]) continue;
-        geometry->setVertexArray(_cloud[0]->getVertexArray());
+        if (geometry == _part.cloud[0]) continue;
+        geometry->setVertexArray(_part.cloud[0]->getVertexArray());
         geometry->setNormalArray(nullptr);
-        geometry->setColorArray(_cloud[0]->getColorArray(), osg::Array::BIND_PER_VERTEX);
-        geometry->setTexCoordArray(0, _cloud[0]->getTexCoordArray(0), osg::Array::BIND_PER_VERTEX);
+        geometry->setColorArray(_part.cloud[0]->getColorArray(), osg::Array::BIND_PER_VERTEX);
+        geometry->setTexCoordArray(
+            0, _part.cloud[0]->getTexCoordArray(0), osg::Array::BIND_PER_VERTEX);
     }
     setNumChildrenRequiringUpdateTraversal(1);
 }
 
 FieldVolumeOverlay::~FieldVolumeOverlay() = default;
 
-void FieldVolumeOverlay::setArray(
-    const std::shared_ptr<const midair::haptics::TransducerArray>& array,
-    const midair::haptics::Medium& medium)
+double FieldVolumeOverlay::getMargin() const
 {
-    _array = array;
-    _medium = std::make_shared<midair::haptics::Medium>(medium);
+    return _part.margin_m;
 }
 
-void FieldVolumeOverlay::setResult(
-    const std::shared_ptr<const midair::bridge::HologramResult>& result)
+float FieldVolumeOverlay::getThreshold() const
 {
-    if (!_array || result->played.size() != _array->size()) return;
-    VolumeRequest request;
-    request.frame = result->frame;
-    request.array = _array;
-    request.medium = *_medium;
-    request.result = result;
-    request.margin_m = _margin_m;
-    request.threshold = _threshold;
-    if (!_worker) _worker = std::make_unique<Worker>(); // a thread only where something is shown
-    _worker->submit(std::move(request));
+    return _part.threshold;
+}
+
+float FieldVolumeOverlay::getRange() const
+{
+    return _part.shownRange_Pa;
+}
+
+std::uint64_t FieldVolumeOverlay::getShownFrame() const
+{
+    return _part.shownFrame;
+}
+
+double FieldVolumeOverlay::getComputeTime_ms() const
+{
+    return _part.compute_ms;
+}
+
+double FieldVolumeOverlay::getVolumesPerSecond() const
+{
+    return _part.volumesPerSecond;
+}
+
+void FieldVolumeOverlay::setMargin(double margin_m)
+{
+    _part.margin_m = margin_m;
+}
+
+void FieldVolumeOverlay::setThreshold(float share)
+{
+    _part.threshold = share;
 }
 
 void FieldVolumeOverlay::traverse(osg::NodeVisitor& visitor)
 {
-    if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR && _worker)
-        if (const std::unique_ptr<FieldVolume> volume = _worker->take()) show(*volume);
-    if (visitor.getVisitorType() == osg::NodeVisitor::CULL_VISITOR && _shownFrame > 0)
+    if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR && _part.worker)
+        if (const std::unique_ptr<FieldVolume> volume = _part.worker->take()) _part.show(*volume);
+    if (visitor.getVisitorType() == osg::NodeVisitor::CULL_VISITOR && _part.shownFrame > 0)
     {
         // From back to front as seen from here: along the axis that the line of sight follows most.
-        const osg::Vec3 sight = _cloud[0]->getBound().center() - visitor.getEyePoint();
+        const osg::Vec3 sight = _part.cloud[0]->getBound().center() - visitor.getEyePoint();
         int axis = 0;
         for (int k = 1; k < 3; ++k)
             if (std::abs(sight[k]) > std::abs(sight[axis])) axis = k;
-        _cloud[2 * axis + (sight[axis] > 0.0F ? 0 : 1)]->accept(visitor);
+        _part.cloud[2 * axis + (sight[axis] > 0.0F ? 0 : 1)]->accept(visitor);
     }
     Overlay::traverse(visitor);
 }
 
 bool FieldVolumeOverlay::waitFor(std::uint64_t frame, double timeout_s)
 {
-    if (_shownFrame >= frame && _shownFrame > 0) return true;
-    if (!_worker) return false;
-    const std::unique_ptr<FieldVolume> volume = _worker->waitFor(frame, timeout_s);
-    if (volume) show(*volume);
+    if (_part.shownFrame >= frame && _part.shownFrame > 0) return true;
+    if (!_part.worker) return false;
+    const std::unique_ptr<FieldVolume> volume = _part.worker->waitFor(frame, timeout_s);
+    if (volume) _part.show(*volume);
     return volume && volume->frame >= frame;
 }
 
-void FieldVolumeOverlay::show(const FieldVolume& volume)
+void FieldVolumeOverlay::Part::setArray(
+    const std::shared_ptr<const midair::haptics::TransducerArray>& array,
+    const midair::haptics::Medium& medium)
+{
+    _array = array;
+    _medium = medium;
+}
+
+void FieldVolumeOverlay::Part::setResult(
+    const std::shared_ptr<const midair::bridge::HologramResult>& result)
+{
+    if (!_array || result->played().size() != _array->size()) return;
+    VolumeRequest request;
+    request.frame = result->frame;
+    request.array = _array;
+    request.medium = _medium;
+    request.result = result;
+    request.margin_m = margin_m;
+    request.threshold = threshold;
+    if (!worker)
+        worker = std::make_unique<VolumeWorker>(); // a thread only where something is shown
+    worker->submit(std::move(request));
+}
+
+void FieldVolumeOverlay::Part::show(const FieldVolume& volume)
 {
     const int count = static_cast<int>(volume.places.size());
-    resizeDiscs(*_cloud[0], count);
-    osg::Vec3Array& vertices = discVertices(*_cloud[0]);
-    osg::Vec4ubArray& colors = discColors(*_cloud[0]);
+    resizeDiscs(*cloud[0], count);
+    osg::Vec3Array& vertices = discVertices(*cloud[0]);
+    osg::Vec4ubArray& colors = discColors(*cloud[0]);
     for (int i = 0; i < count; ++i)
         for (int k = 0; k < 3; ++k)
         {
@@ -129,7 +201,7 @@ void FieldVolumeOverlay::show(const FieldVolume& volume)
     colors.dirty();
     for (int g = 0; g < 6; ++g)
     {
-        auto& indices = static_cast<osg::DrawElementsUInt&>(*_cloud[g]->getPrimitiveSet(0));
+        auto& indices = static_cast<osg::DrawElementsUInt&>(*cloud[g]->getPrimitiveSet(0));
         indices.resize(static_cast<std::size_t>(count) * 3);
         const std::vector<unsigned int>& order = volume.orders[g / 2];
         for (int i = 0; i < count; ++i)
@@ -140,17 +212,17 @@ void FieldVolumeOverlay::show(const FieldVolume& volume)
                 indices[3 * i + k] = 3 * puff + k;
         }
         indices.dirty();
-        _cloud[g]->dirtyBound();
-        _cloud[g]->getBound(); // made here: views that cull at the same time would each make it
+        cloud[g]->dirtyBound();
+        cloud[g]->getBound(); // made here: views that cull at the same time would each make it
     }
-    _radius->set(1.05F * static_cast<float>(volume.pitch_m));
+    radius->set(1.05F * static_cast<float>(volume.pitch_m));
 
-    _shownRange_Pa = volume.range_Pa;
-    _shownFrame = volume.frame;
-    _compute_ms = volume.compute_ms;
+    shownRange_Pa = volume.range_Pa;
+    shownFrame = volume.frame;
+    compute_ms = volume.compute_ms;
     const double now = midair::base::steadySeconds();
     if (_lastShown_s > 0.0)
-        _volumesPerSecond += 0.2 * (1.0 / std::max(1e-4, now - _lastShown_s) - _volumesPerSecond);
+        volumesPerSecond += 0.2 * (1.0 / std::max(1e-4, now - _lastShown_s) - volumesPerSecond);
     _lastShown_s = now;
 }
 

@@ -255,7 +255,7 @@ void GpuSlice::setArray(const midair::haptics::TransducerArray& array,
 
 void GpuSlice::setRequest(const SliceRequest& request, float range_Pa)
 {
-    const Eigen::VectorXcf& played = request.result->played;
+    const Eigen::VectorXcf& played = request.result->played();
     if (static_cast<std::size_t>(played.size()) != _strength.size()) return;
     for (int i = 0; i < static_cast<int>(played.size()); ++i)
     {

@@ -5,6 +5,7 @@
 #include "plugin/overlays/FieldSlice.h"
 
 #include <osg/Camera>
+#include <osg/Drawable>
 #include <osg/Texture2D>
 #include <osg/buffered_value>
 

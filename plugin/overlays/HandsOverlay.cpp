@@ -1,10 +1,12 @@
-#include "engine-bridge/hands/Hand.h"
-#include "engine-bridge/hands/HandProximity.h"
 #include "haptics/base/text/PlainText.h"
 #include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/PixelDrawing.h"
 
 #include <osgMidair/HandsOverlay>
+
+#include <osg/Geometry>
+#include <osgText/Text>
 
 #include <algorithm>
 #include <cmath>
@@ -112,44 +114,98 @@ osg::ref_ptr<osg::Geometry> makeCapsules()
 
 } // namespace
 
-HandsOverlay::HandsOverlay() : _capsules(makeCapsules()), _rings(makeDiscs())
+class HandsOverlay::Part : public OverlayPart
 {
-    osg::StateSet* state = _capsules->getOrCreateStateSet();
+public:
+    /// A touch that goes on, or that ended a moment ago.
+    struct Mark
+    {
+        std::uint64_t object = 0;
+        int hand = 0;
+        int bone = 0;
+        osg::Vec3 place;
+        double radius_m = 0.0;
+        double force_N = 0.0;
+        double seen_s = 0.0;
+        osg::ref_ptr<osgText::Text> label;
+    };
+
+    explicit Part(osg::Group& owner);
+
+    void setHands(const std::vector<midair::bridge::HandCapsule>& hands,
+                  const std::vector<midair::bridge::HandContact>& contacts,
+                  double time_s) override;
+
+    int bones = 0; ///< that are drawn
+    std::vector<Mark> marks;
+    osg::ref_ptr<osg::Geometry> capsules;
+    osg::ref_ptr<osg::Geometry> rings;
+
+private:
+    void drawBones(const std::vector<midair::bridge::HandCapsule>& hands);
+    void drawMarks(double time_s);
+
+    osg::Group& _owner; ///< of the marks' labels
+};
+
+HandsOverlay::Part::Part(osg::Group& owner) :
+    capsules(makeCapsules()),
+    rings(makeDiscs()),
+    _owner(owner)
+{
+    osg::StateSet* state = capsules->getOrCreateStateSet();
     state->setAttributeAndModes(makeProgram("osgMidair hands", kCapsuleVertex, kCapsuleFragment));
-    drawTranslucent(*_capsules, HAND_BIN);
-    _rings->setCullingActive(false);
-    _rings->getOrCreateStateSet()->setAttributeAndModes(
+    drawTranslucent(*capsules, HAND_BIN);
+    rings->setCullingActive(false);
+    rings->getOrCreateStateSet()->setAttributeAndModes(
         makeProgram("osgMidair touches", kRingVertex, kRingFragment));
-    drawTranslucent(*_rings, POINT_BIN);
-    addChild(_capsules);
-    addChild(_rings);
+    drawTranslucent(*rings, POINT_BIN);
+}
+
+HandsOverlay::HandsOverlay() :
+    Overlay(std::make_unique<Part>(*this)),
+    _part(static_cast<Part&>(OverlayPart::of(*this)))
+{
+    addChild(_part.capsules);
+    addChild(_part.rings);
 }
 
 HandsOverlay::~HandsOverlay() = default;
 
-std::string HandsOverlay::getLabel(int touch) const
+int HandsOverlay::getNumBones() const
 {
-    return _marks.at(static_cast<std::size_t>(touch)).label->getText().createUTF8EncodedString();
+    return _part.bones;
 }
 
-void HandsOverlay::setHands(const std::vector<midair::bridge::HandCapsule>& capsules,
-                            const std::vector<midair::bridge::HandContact>& contacts,
-                            double time_s)
+int HandsOverlay::getNumTouches() const
+{
+    return static_cast<int>(_part.marks.size());
+}
+
+std::string HandsOverlay::getLabel(int touch) const
+{
+    const Part::Mark& mark = _part.marks.at(static_cast<std::size_t>(touch));
+    return mark.label->getText().createUTF8EncodedString();
+}
+
+void HandsOverlay::Part::setHands(const std::vector<midair::bridge::HandCapsule>& hands,
+                                  const std::vector<midair::bridge::HandContact>& contacts,
+                                  double time_s)
 {
     for (const midair::bridge::HandContact& contact : contacts)
     {
         if (!contact.touching) continue;
-        auto mark = std::find_if(_marks.begin(),
-                                 _marks.end(),
+        auto mark = std::find_if(marks.begin(),
+                                 marks.end(),
                                  [&](const Mark& m)
                                  { return m.object == contact.object && m.hand == contact.hand; });
-        if (mark == _marks.end())
+        if (mark == marks.end())
         {
-            mark = _marks.emplace(_marks.end());
+            mark = marks.emplace(marks.end());
             mark->label = pixels::text("", {}, 0.010F, osg::Vec4(kTouching, 1.0F));
             mark->label->setAxisAlignment(osgText::TextBase::SCREEN);
             drawTranslucent(*mark->label, POINT_BIN);
-            addChild(mark->label);
+            _owner.addChild(mark->label);
         }
         mark->object = contact.object;
         mark->hand = contact.hand;
@@ -159,26 +215,26 @@ void HandsOverlay::setHands(const std::vector<midair::bridge::HandCapsule>& caps
         mark->force_N = contact.force_N;
         mark->seen_s = time_s;
     }
-    drawBones(capsules);
+    drawBones(hands);
     drawMarks(time_s);
 }
 
-void HandsOverlay::drawBones(const std::vector<midair::bridge::HandCapsule>& capsules)
+void HandsOverlay::Part::drawBones(const std::vector<midair::bridge::HandCapsule>& hands)
 {
-    auto& vertices = static_cast<osg::Vec3Array&>(*_capsules->getVertexArray());
-    auto& others = static_cast<osg::Vec3Array&>(*_capsules->getNormalArray());
-    auto& colors = static_cast<osg::Vec4ubArray&>(*_capsules->getColorArray());
-    auto& coordinates = static_cast<osg::Vec3Array&>(*_capsules->getTexCoordArray(0));
-    if (capsules.empty() && vertices.empty()) return;
+    auto& vertices = static_cast<osg::Vec3Array&>(*capsules->getVertexArray());
+    auto& others = static_cast<osg::Vec3Array&>(*capsules->getNormalArray());
+    auto& colors = static_cast<osg::Vec4ubArray&>(*capsules->getColorArray());
+    auto& coordinates = static_cast<osg::Vec3Array&>(*capsules->getTexCoordArray(0));
+    if (hands.empty() && vertices.empty()) return;
     vertices.clear();
     others.clear();
     colors.clear();
     coordinates.clear();
-    for (const midair::bridge::HandCapsule& capsule : capsules)
+    for (const midair::bridge::HandCapsule& capsule : hands)
     {
         const bool touches = std::any_of(
-            _marks.begin(),
-            _marks.end(),
+            marks.begin(),
+            marks.end(),
             [&](const Mark& m) { return m.hand == capsule.hand && m.bone == capsule.bone; });
         const osg::Vec3 a = osgVec(capsule.shape.a);
         const osg::Vec3 b = osgVec(capsule.shape.b);
@@ -197,16 +253,16 @@ void HandsOverlay::drawBones(const std::vector<midair::bridge::HandCapsule>& cap
                               static_cast<osg::Array*>(&colors),
                               static_cast<osg::Array*>(&coordinates)})
         array->dirty();
-    auto& quads = static_cast<osg::DrawArrays&>(*_capsules->getPrimitiveSet(0));
+    auto& quads = static_cast<osg::DrawArrays&>(*capsules->getPrimitiveSet(0));
     quads.setCount(static_cast<GLsizei>(vertices.size()));
     quads.dirty();
-    _capsules->dirtyBound();
-    _bones = static_cast<int>(capsules.size());
+    capsules->dirtyBound();
+    bones = static_cast<int>(hands.size());
 }
 
-void HandsOverlay::drawMarks(double time_s)
+void HandsOverlay::Part::drawMarks(double time_s)
 {
-    for (auto mark = _marks.begin(); mark != _marks.end();)
+    for (auto mark = marks.begin(); mark != marks.end();)
     {
         // Going back in time, a clock was set anew.
         if (time_s - mark->seen_s <= kFade_s && time_s >= mark->seen_s)
@@ -214,18 +270,18 @@ void HandsOverlay::drawMarks(double time_s)
             ++mark;
             continue;
         }
-        removeChild(mark->label);
-        mark = _marks.erase(mark);
+        _owner.removeChild(mark->label);
+        mark = marks.erase(mark);
     }
-    const int count = static_cast<int>(_marks.size());
-    if (count == 0 && discVertices(*_rings).empty()) return;
-    resizeDiscs(*_rings, count);
-    osg::Vec3Array& vertices = discVertices(*_rings);
-    osg::Vec3Array& radii = discNormals(*_rings);
-    osg::Vec4ubArray& colors = discColors(*_rings);
+    const int count = static_cast<int>(marks.size());
+    if (count == 0 && discVertices(*rings).empty()) return;
+    resizeDiscs(*rings, count);
+    osg::Vec3Array& vertices = discVertices(*rings);
+    osg::Vec3Array& radii = discNormals(*rings);
+    osg::Vec4ubArray& colors = discColors(*rings);
     for (int i = 0; i < count; ++i)
     {
-        const Mark& mark = _marks[i];
+        const Mark& mark = marks[i];
         const float opacity = 1.0F - static_cast<float>((time_s - mark.seen_s) / kFade_s);
         const auto radius = static_cast<float>(mark.radius_m);
         for (int k = 0; k < 3; ++k)
@@ -245,7 +301,7 @@ void HandsOverlay::drawMarks(double time_s)
     vertices.dirty();
     radii.dirty();
     colors.dirty();
-    _rings->dirtyBound();
+    rings->dirtyBound();
 }
 
 } // namespace osgMidair

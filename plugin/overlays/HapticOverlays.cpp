@@ -1,7 +1,6 @@
-#include "engine-bridge/hands/Hand.h"
-#include "haptics/array/Medium.h"
-#include "haptics/array/TransducerArray.h"
 #include "plugin/engine/HapticEngine.h"
+#include "plugin/engine/SceneAccess.h"
+#include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticScene>
@@ -43,6 +42,7 @@ std::array<Keyed, 7> allOf(HapticOverlays& overlays)
 } // namespace
 
 HapticOverlays::HapticOverlays() :
+    _feed(std::make_unique<OverlayFeed>(*this)),
     _frame(new osg::MatrixTransform),
     _points(new ControlPointOverlay),
     _slice(new FieldSliceOverlay),
@@ -83,72 +83,79 @@ HapticOverlays::HapticOverlays(const HapticOverlays& other, const osg::CopyOp& /
 
 HapticOverlays::~HapticOverlays() = default;
 
-void HapticOverlays::setSource(Source source)
-{
-    _source = std::move(source);
-}
-
-void HapticOverlays::setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& array,
-                              const midair::haptics::Medium& medium)
-{
-    for (const Keyed& each : allOf(*this))
-        each.overlay->setArray(array, medium);
-}
-
 void HapticOverlays::setArrayToParent(const osg::Matrix& matrix)
 {
     if (matrix != _frame->getMatrix()) _frame->setMatrix(matrix);
 }
 
-std::shared_ptr<const midair::bridge::HologramResult>
-HapticOverlays::follow(const osg::NodePath& path)
+OverlayFeed::OverlayFeed(HapticOverlays& overlays) : _overlays(overlays) {}
+
+OverlayFeed& OverlayFeed::of(HapticOverlays& overlays)
+{
+    return *overlays._feed;
+}
+
+void OverlayFeed::setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& array,
+                           const midair::haptics::Medium& medium)
+{
+    for (const Keyed& each : allOf(_overlays))
+        OverlayPart::of(*each.overlay).setArray(array, medium);
+}
+
+std::shared_ptr<const midair::bridge::HologramResult> OverlayFeed::follow(const osg::NodePath& path)
 {
     HapticScene* scene = nullptr; // the outermost: it plays what is in those inside it
     for (osg::Node* node : path)
         if (!scene) scene = dynamic_cast<HapticScene*>(node);
     if (!scene) return _shown;
-    const auto array = scene->getTransducerArray();
-    const midair::haptics::Medium medium = scene->getMedium();
-    if (array && (array != _followedArray || !_followedMedium || !(*_followedMedium == medium)))
+    const auto array = SceneAccess::array(*scene);
+    const midair::haptics::Medium medium = SceneAccess::medium(*scene);
+    if (array && (array != _array || !_medium || !(*_medium == medium)))
     {
-        _followedArray = array;
-        _followedMedium = std::make_unique<midair::haptics::Medium>(medium);
+        _array = array;
+        _medium = medium;
         setArray(array, medium);
         const std::string of = scene->getName().empty() ? "" : scene->getName() + " in ";
-        _hud->setTitle(of + scene->getArray() + " (" + std::to_string(array->size()) +
-                       " transducers)");
+        _overlays.getHud()->setTitle(of + scene->getArray() + " (" + std::to_string(array->size()) +
+                                     " transducers)");
     }
     const double unitsPerMetre = 1.0 / scene->getMetresPerUnit();
-    setArrayToParent(osg::Matrix::inverse(scene->getCalibration()) *
-                     osg::Matrix::scale(unitsPerMetre, unitsPerMetre, unitsPerMetre) *
-                     osg::computeWorldToLocal(path));
-    if (_hands->isShown())
+    _overlays.setArrayToParent(osg::Matrix::inverse(scene->getCalibration()) *
+                               osg::Matrix::scale(unitsPerMetre, unitsPerMetre, unitsPerMetre) *
+                               osg::computeWorldToLocal(path));
+    if (_overlays.getHands()->isShown())
     {
-        const HandTracker& tracker = scene->engine().hands();
-        _hands->setHands(midair::bridge::handCapsules(tracker.frame()),
-                         tracker.contacts(),
-                         tracker.frame().time_s);
+        const HandTracker& tracker = SceneAccess::engine(*scene).hands();
+        OverlayPart::of(*_overlays.getHands())
+            .setHands(midair::bridge::handCapsules(tracker.frame()),
+                      tracker.contacts(),
+                      tracker.frame().time_s);
     }
-    return scene->getLatestResult();
+    return SceneAccess::latestResult(*scene);
 }
 
-void HapticOverlays::show(const std::shared_ptr<const midair::bridge::HologramResult>& result)
+void OverlayFeed::show(const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
     if (!result) return;
     if (result != _shown) _shownMask = 0;
     _shown = result;
     unsigned int bit = 1;
-    for (const Keyed& each : allOf(*this))
+    for (const Keyed& each : allOf(_overlays))
     {
         Overlay* overlay = each.overlay;
         // One that was just switched on gets what the others have long had.
         if (overlay->isShown() && !(_shownMask & bit))
         {
-            overlay->setResult(result);
+            OverlayPart::of(*overlay).setResult(result);
             _shownMask |= bit;
         }
         bit <<= 1;
     }
+}
+
+void OverlayFeed::update(const osg::NodePath& path)
+{
+    show(follow(path));
 }
 
 void HapticOverlays::traverse(osg::NodeVisitor& visitor)
@@ -156,7 +163,7 @@ void HapticOverlays::traverse(osg::NodeVisitor& visitor)
     switch (visitor.getVisitorType())
     {
     case osg::NodeVisitor::UPDATE_VISITOR:
-        show(_source ? _source() : follow(visitor.getNodePath()));
+        _feed->update(visitor.getNodePath());
         break;
     case osg::NodeVisitor::EVENT_VISITOR:
     case osg::NodeVisitor::CULL_VISITOR:

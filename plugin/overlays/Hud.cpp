@@ -1,11 +1,12 @@
-#include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/base/text/PlainText.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/TextPanel.h"
 
 #include <osgMidair/Hud>
 
+#include <osg/observer_ptr>
 #include <osgUtil/CullVisitor>
 
 #include <algorithm>
@@ -42,10 +43,8 @@ std::vector<std::string> twoLines(const std::string& text, float width)
     return {text.substr(0, end), pixels::TextPanel::fitted(text.substr(end + 1), kTextSize, width)};
 }
 
-} // namespace
-
 /// The drawing: one sheet for each corner of the viewport that it keeps to.
-class Hud::Panel
+class Panel
 {
 public:
     using Rows = std::vector<std::pair<std::string, std::string>>;
@@ -152,9 +151,6 @@ public:
     pixels::Sparkline latency;
 };
 
-namespace
-{
-
 /// What was not done since the start, because there was no need; what never happened is left out.
 void addSpared(std::vector<std::pair<std::string, std::string>>& rows,
                const midair::bridge::HologramCounters& counters)
@@ -185,11 +181,30 @@ void addSpared(std::vector<std::pair<std::string, std::string>>& rows,
 
 } // namespace
 
-Hud::Hud() : _panel(std::make_unique<Panel>())
+class Hud::Part : public OverlayPart
 {
-    addChild(_panel->topLeft);
-    addChild(_panel->bottomLeft);
-    addChild(_panel->bottomRight);
+public:
+    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override;
+    /// One frame; the figures change once an interval.
+    void update();
+
+    Panel panel;
+    osg::observer_ptr<FieldSliceOverlay> slice;
+    osg::observer_ptr<FieldVolumeOverlay> volume;
+    double updateInterval_s = 0.25;
+    double frameRate = 0.0;
+
+private:
+    std::shared_ptr<const midair::bridge::HologramResult> _result;
+    double _lastUpdate_s = 0.0;
+    int _frames = 0;
+};
+
+Hud::Hud() : Overlay(std::make_unique<Part>()), _part(static_cast<Part&>(OverlayPart::of(*this)))
+{
+    addChild(_part.panel.topLeft);
+    addChild(_part.panel.bottomLeft);
+    addChild(_part.panel.bottomRight);
     pixels::paintInOrder(*this, HUD_BIN);
     setNumChildrenRequiringUpdateTraversal(1);
 }
@@ -198,7 +213,7 @@ Hud::~Hud() = default;
 
 void Hud::setTitle(const std::string& title)
 {
-    _panel->title = title;
+    _part.panel.title = title;
 }
 
 void Hud::setScale(float scale)
@@ -208,47 +223,47 @@ void Hud::setScale(float scale)
 
 void Hud::setFieldSlice(FieldSliceOverlay* slice)
 {
-    _slice = slice;
+    _part.slice = slice;
 }
 
 void Hud::setFieldVolume(FieldVolumeOverlay* volume)
 {
-    _volume = volume;
+    _part.volume = volume;
 }
 
 void Hud::setUpdateInterval(double interval_s)
 {
-    _updateInterval_s = interval_s;
+    _part.updateInterval_s = interval_s;
 }
 
 double Hud::getFrameRate() const
 {
-    return _frameRate;
+    return _part.frameRate;
 }
 
-void Hud::setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result)
+void Hud::Part::setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
     _result = result;
-    _panel->error.add(100.0 * result->report.rms);
-    _panel->latency.add(result->latency_ms);
+    panel.error.add(100.0 * result->report().rms);
+    panel.latency.add(result->latency_ms);
 }
 
-void Hud::update()
+void Hud::Part::update()
 {
     ++_frames;
     const double now = midair::base::steadySeconds();
-    if (now - _lastUpdate_s < _updateInterval_s || !_result) return;
-    if (_lastUpdate_s > 0.0) _frameRate = _frames / (now - _lastUpdate_s);
+    if (now - _lastUpdate_s < updateInterval_s || !_result) return;
+    if (_lastUpdate_s > 0.0) frameRate = _frames / (now - _lastUpdate_s);
     _frames = 0;
     _lastUpdate_s = now;
     const midair::bridge::HologramResult& r = *_result;
-    const midair::haptics::SolveReport& report = r.report;
-    osg::ref_ptr<FieldSliceOverlay> slice;
-    osg::ref_ptr<FieldVolumeOverlay> volume;
-    _slice.lock(slice);
-    _volume.lock(volume);
-    const bool sliceShown = slice && slice->isShown();
-    const bool volumeShown = volume && volume->isShown();
+    const midair::haptics::SolveReport& report = r.report();
+    osg::ref_ptr<FieldSliceOverlay> fieldSlice;
+    osg::ref_ptr<FieldVolumeOverlay> fieldVolume;
+    slice.lock(fieldSlice);
+    volume.lock(fieldVolume);
+    const bool sliceShown = fieldSlice && fieldSlice->isShown();
+    const bool volumeShown = fieldVolume && fieldVolume->isShown();
     Panel::Rows rows;
     rows.emplace_back(
         "control points",
@@ -265,19 +280,21 @@ void Hud::update()
         rows.emplace_back(
             "off the best",
             plainText("%.1f %% at most", 100.0 * r.monitored->certificate.gapOfPhases()));
-    if (r.report.surface.samples > 0)
-        rows.emplace_back("surface cv", plainText("%.2f", r.report.surface.coefficientOfVariation));
+    if (r.report().surface.samples > 0)
+        rows.emplace_back("surface cv",
+                          plainText("%.2f", r.report().surface.coefficientOfVariation));
     rows.emplace_back("pressure", pixels::number(std::round(report.level_Pa)) + " Pa (peak)");
     rows.emplace_back("latency", plainText("%.1f ms", r.latency_ms));
-    if (sliceShown) rows.emplace_back("slice", plainText("%.0f / s", slice->getSlicesPerSecond()));
+    if (sliceShown)
+        rows.emplace_back("slice", plainText("%.0f / s", fieldSlice->getSlicesPerSecond()));
     if (volumeShown)
-        rows.emplace_back("volume", plainText("%.0f / s", volume->getVolumesPerSecond()));
-    rows.emplace_back("frames", _frameRate > 0.0 ? plainText("%.0f / s", _frameRate) : "-");
+        rows.emplace_back("volume", plainText("%.0f / s", fieldVolume->getVolumesPerSecond()));
+    rows.emplace_back("frames", frameRate > 0.0 ? plainText("%.0f / s", frameRate) : "-");
     rows.emplace_back("device", r.deviceStatus);
-    _panel->drawFigures(rows, !r.messages.empty() ? r.messages.back() : report.message);
-    _panel->drawCourses();
-    _panel->drawScales(sliceShown ? slice->getRange() : 0.0F,
-                       volumeShown ? volume->getRange() : 0.0F);
+    panel.drawFigures(rows, !r.messages.empty() ? r.messages.back() : report.message);
+    panel.drawCourses();
+    panel.drawScales(sliceShown ? fieldSlice->getRange() : 0.0F,
+                     volumeShown ? fieldVolume->getRange() : 0.0F);
 }
 
 // It takes no place in the scene. The sheets' own bounds are made here all the same, while one thread alone is at work: views
@@ -290,7 +307,7 @@ osg::BoundingSphere Hud::computeBound() const
 
 void Hud::traverse(osg::NodeVisitor& visitor)
 {
-    if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR) update();
+    if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR) _part.update();
     osgUtil::CullVisitor* cull = visitor.asCullVisitor();
     if (!cull || !cull->getViewport()) return;
     // Nothing of the scene graph is changed here: views that cull at the same time each push matrices of their own.
@@ -308,9 +325,9 @@ void Hud::traverse(osg::NodeVisitor& visitor)
         group.accept(visitor);
         cull->popModelViewMatrix();
     };
-    draw(*_panel->topLeft, 0.0, height);
-    draw(*_panel->bottomLeft, 0.0, 0.0);
-    draw(*_panel->bottomRight, width, 0.0);
+    draw(*_part.panel.topLeft, 0.0, height);
+    draw(*_part.panel.bottomLeft, 0.0, 0.0);
+    draw(*_part.panel.bottomRight, width, 0.0);
     cull->popProjectionMatrix();
     cull->setComputeNearFarMode(mode);
 }

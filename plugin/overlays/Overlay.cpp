@@ -1,23 +1,38 @@
+#include "plugin/overlays/OverlayPart.h"
+
 #include <osgMidair/Overlay>
 
 namespace osgMidair
 {
 
-Overlay::Overlay()
+OverlayPart::~OverlayPart() = default;
+
+OverlayPart& OverlayPart::of(Overlay& overlay)
+{
+    return *overlay._overlayPart;
+}
+
+void OverlayPart::setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& /*array*/,
+                           const midair::haptics::Medium& /*medium*/)
+{
+}
+
+void OverlayPart::setResult(const std::shared_ptr<const midair::bridge::HologramResult>& /*result*/)
+{
+}
+
+void OverlayPart::setHands(const std::vector<midair::bridge::HandCapsule>& /*capsules*/,
+                           const std::vector<midair::bridge::HandContact>& /*contacts*/,
+                           double /*time_s*/)
+{
+}
+
+Overlay::Overlay(std::unique_ptr<OverlayPart> part) : _overlayPart(std::move(part))
 {
     setDataVariance(DYNAMIC);
 }
 
-Overlay::Overlay(const Overlay& other, const osg::CopyOp& copyop) : osg::Group(other, copyop) {}
-
 Overlay::~Overlay() = default;
-
-void Overlay::setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& /*array*/,
-                       const midair::haptics::Medium& /*medium*/)
-{
-}
-
-void Overlay::setResult(const std::shared_ptr<const midair::bridge::HologramResult>& /*result*/) {}
 
 void Overlay::setShown(bool shown)
 {

@@ -1,4 +1,5 @@
 #include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/PixelDrawing.h"
 
 #include <osgMidair/WorkspaceBox>
@@ -28,7 +29,7 @@ osg::ref_ptr<osgText::Text> label(const std::string& content, const osg::Vec3& p
 
 } // namespace
 
-WorkspaceBox::WorkspaceBox()
+WorkspaceBox::WorkspaceBox() : Overlay(std::make_unique<OverlayPart>())
 {
     setBox(osg::BoundingBox(-0.1F, -0.1F, -0.1F, 0.1F, 0.1F, 0.1F));
     drawTranslucent(*this, BOX_BIN);

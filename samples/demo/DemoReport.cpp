@@ -12,6 +12,13 @@
 namespace midair::samples
 {
 
+namespace
+{
+
+const std::string kSurface = "surface.";
+
+} // namespace
+
 double quantile(std::vector<double> values, double share)
 {
     if (values.empty()) return 0.0;
@@ -25,9 +32,9 @@ void DemoReport::addFrame(double frame_ms, const bridge::HologramResult* newest)
     _frame_ms.push_back(frame_ms);
     if (!newest || newest->frame == _lastField) return;
     _lastField = newest->frame;
-    _solve_ms.push_back(newest->report.matrix_ms + newest->report.solve_ms);
-    _rms.push_back(newest->report.rms);
-    _loudness.push_back(newest->report.loudness);
+    _solve_ms.push_back(newest->report().matrix_ms + newest->report().solve_ms);
+    _rms.push_back(newest->report().rms);
+    _loudness.push_back(newest->report().loudness);
     _latency_ms.push_back(newest->latency_ms);
 }
 
@@ -56,27 +63,20 @@ bool DemoReport::write(const std::string& path, std::string& error) const
     json["solve_ms"] = {{"median", quantile(_solve_ms, 0.5)}, {"p99", quantile(_solve_ms, 0.99)}};
     json["rms"] = {{"median", quantile(_rms, 0.5)}, {"max", quantile(_rms, 1.0)}};
     json["loudness"] = {{"median", quantile(_loudness, 0.5)}, {"min", quantile(_loudness, 0.0)}};
-    json["level_Pa"] = statistics.level_Pa;
     json["maxPressure_Pa"] = statistics.maxPressure_Pa;
-    json["capFactor"] = statistics.capFactor;
     json["capped"] = statistics.capped;
     json["latency_ms"] = {{"median", quantile(_latency_ms, 0.5)},
                           {"p99", quantile(_latency_ms, 0.99)}};
     json["fieldsInTurn"] = statistics.fieldsInTurn;
     json["fieldRate_Hz"] = statistics.fieldRate_Hz;
     json["outline"] = statistics.outline;
-    json["meanPhaseStep_rad"] = statistics.meanPhaseStep_rad;
-    json["audibleChange"] = statistics.audibleChange;
-    if (statistics.surfaceSamples > 0)
-    {
-        json["surface"] = {{"samples", statistics.surfaceSamples},
-                           {"mean_Pa", statistics.surfaceMean_Pa},
-                           {"coefficientOfVariation", statistics.surfaceVariation},
-                           {"percentile1", statistics.surfacePercentile1},
-                           {"percentile10", statistics.surfacePercentile10},
-                           {"contrast", statistics.surfaceContrast}};
-        if (statistics.certifiedGap >= 0.0) json["certifiedGap"] = statistics.certifiedGap;
-    }
+    // Of the newest field, but for what stands there as a median already.
+    for (const auto& [name, value] : statistics.figures)
+        if (name.compare(0, kSurface.size(), kSurface) == 0)
+            json["surface"][name.substr(kSurface.size())] = value;
+        else if (!json.contains(name))
+            json[name] = value;
+    if (statistics.certifiedGap >= 0.0) json["certifiedGap"] = statistics.certifiedGap;
     json["slice_ms"] = slice_ms;
     json["slicesPerSecond"] = slicesPerSecond;
     json["pictures"] = nlohmann::ordered_json::array();

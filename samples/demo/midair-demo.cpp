@@ -4,6 +4,8 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "plugin/engine/SceneAccess.h"
+#include "plugin/overlays/OverlayPart.h"
 #include "samples/demo/DemoOptions.h"
 #include "samples/demo/DemoReport.h"
 #include "samples/demo/DemoScene.h"
@@ -127,7 +129,7 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
     for (;;)
     {
         const osgMidair::HapticStatistics s = scene.haptics().getStatistics();
-        result = scene.haptics().getLatestResult();
+        result = osgMidair::SceneAccess::latestResult(scene.haptics());
         const bool handled = s.solves + s.skippedUnmoved + s.superseded >= s.snapshots;
         if ((result && result->frame >= picture.frame) || (result && handled) ||
             base::steadySeconds() - start > 20.0)
@@ -135,7 +137,7 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     if (!result) return picture;
-    scene.overlays().show(result);
+    osgMidair::OverlayFeed::of(scene.overlays()).show(result);
     slice.waitFor(result->frame, 20.0);
     if (scene.overlays().getShowFieldVolume())
         scene.overlays().getFieldVolume()->waitFor(result->frame, 20.0);
@@ -153,7 +155,8 @@ void finish(DemoScene& scene, DemoReport& report)
     report.options.array = scene.haptics().getArray();
     report.slice_ms = scene.overlays().getFieldSlice()->getComputeTime_ms();
     report.slicesPerSecond = scene.overlays().getFieldSlice()->getSlicesPerSecond();
-    if (const auto array = scene.haptics().getTransducerArray()) report.transducers = array->size();
+    if (const auto array = osgMidair::SceneAccess::array(scene.haptics()))
+        report.transducers = array->size();
 }
 
 int runHeadless(const DemoOptions& options)
@@ -183,7 +186,7 @@ int runHeadless(const DemoOptions& options)
         frame(viewer, scene, i * kFrameTime_s, draw);
         const double spent = base::steadySeconds() - begin;
         report.seconds += spent;
-        report.addFrame(1e3 * spent, scene.haptics().getLatestResult().get());
+        report.addFrame(1e3 * spent, osgMidair::SceneAccess::latestResult(scene.haptics()).get());
         if (!draw || i % between != between - 1) continue;
         scene.overlays().getHud()->setUpdateInterval(0.0);
         DemoPicture picture = settle(viewer, scene, i * kFrameTime_s, draw);
@@ -235,7 +238,7 @@ int runBenchmark(const DemoOptions& options)
         update_ms += CpuTimes::now().thread_ms - beginUpdate_ms;
         viewer.renderingTraversals();
         report.addFrame(1e3 * (base::steadySeconds() - begin),
-                        scene.haptics().getLatestResult().get());
+                        osgMidair::SceneAccess::latestResult(scene.haptics()).get());
     }
     report.seconds = base::steadySeconds() - start;
     const CpuTimes after = CpuTimes::now();
@@ -289,7 +292,7 @@ int runWindow(const DemoOptions& options)
         const double begin = base::steadySeconds();
         frame(viewer, scene, begin - start, true);
         report.addFrame(1e3 * (base::steadySeconds() - begin),
-                        scene.haptics().getLatestResult().get());
+                        osgMidair::SceneAccess::latestResult(scene.haptics()).get());
     }
     report.seconds = base::steadySeconds() - start;
     finish(scene, report);

@@ -3,13 +3,13 @@
 #include "device/DriveEncoder.h"
 #include "engine-bridge/playing/PressureCap.h"
 #include "haptics/base/InputError.h"
-#include "haptics/points/ControlPointSelector.h"
-#include "haptics/propagation/PressureField.h"
+#include "haptics/base/text/MessageLog.h"
+#include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/propagation/SurfaceStatistics.h"
-#include "haptics/sequence/TimeMultiplexer.h"
+#include "haptics/sequence/SequenceComposer.h"
 #include "haptics/solvers/certificate/Certificate.h"
-#include "haptics/surface/SurfaceSampler.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -17,77 +17,10 @@
 namespace midair::samples
 {
 
-using base::InputError;
-
 namespace
 {
 
-Eigen::Isometry3d poseOf(const SolveArguments& arguments)
-{
-    const auto angle = [&](int axis)
-    { return arguments.rotation_deg[static_cast<std::size_t>(axis)] * M_PI / 180.0; };
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.translate(
-        Eigen::Vector3d(arguments.position[0], arguments.position[1], arguments.position[2]));
-    pose.rotate(Eigen::AngleAxisd(angle(2), Eigen::Vector3d::UnitZ()) *
-                Eigen::AngleAxisd(angle(1), Eigen::Vector3d::UnitY()) *
-                Eigen::AngleAxisd(angle(0), Eigen::Vector3d::UnitX()));
-    return pose;
-}
-
-/// The model's samples in the array frame, a set for each field; every target 1, or the pressure asked for.
-std::vector<haptics::PosedObject> sampleModel(const SolveArguments& arguments, Solution& solution)
-{
-    solution.mesh = haptics::readObj(arguments.model);
-    if (arguments.size_m > 0.0) solution.mesh = solution.mesh.scaledTo(arguments.size_m);
-    solution.pose = poseOf(arguments);
-    haptics::SamplerOptions options;
-    options.spacing_m = arguments.spacing_m > 0.0
-                            ? arguments.spacing_m
-                            : solution.medium.wavelength(solution.array.frequency_Hz);
-    options.sampling = arguments.sampling;
-    solution.absolute = arguments.pressure_Pa > 0.0;
-
-    std::vector<haptics::PosedObject> objects;
-    for (const haptics::SurfaceSamples& samples :
-         haptics::sampleSurfaceSets(solution.mesh, options, arguments.cycle))
-    {
-        haptics::PosedObject& object = objects.emplace_back();
-        object.pose(samples, solution.pose);
-        object.spacing_m = options.spacing_m;
-        if (solution.absolute) object.target = arguments.pressure_Pa;
-    }
-    return objects;
-}
-
-/// Points that the user lists are taken as they are, but for doubles.
-haptics::PosedObject readPoints(const SolveArguments& arguments, Solution& solution)
-{
-    const haptics::ControlPoints points =
-        readControlPoints(arguments.pointsFile, solution.absolute);
-    haptics::PosedObject object;
-    object.positions = points.positions;
-    object.normals = points.normals;
-    object.intensity = points.targets.cast<float>();
-    object.spacing_m = 1e-6;
-    return object;
-}
-
-/// Leaves out what the array can't reach, and says so.
-haptics::ControlPoints selectPoints(const SolveArguments& arguments,
-                                    const haptics::PosedObject& object,
-                                    const Solution& solution)
-{
-    haptics::SelectorOptions options;
-    options.maxPoints = 2000;
-    options.crowding = arguments.crowding;
-    const haptics::Workspace workspace(
-        solution.array, solution.medium.wavelength(solution.array.frequency_Hz), options);
-    haptics::Selection selection = haptics::selectControlPoints({object}, workspace, options);
-    const std::string left = selection.report.summary();
-    if (!left.empty()) std::fprintf(stderr, "midair-solve: solves for %s\n", left.c_str());
-    return std::move(selection.points);
-}
+constexpr int kThreads = 2;
 
 /// What the array makes of a drive: its amplitudes are rounded to the levels that it has.
 Eigen::VectorXcf playedBy(const haptics::TransducerArray& array, const device::DriveSignal& signal)
@@ -109,196 +42,137 @@ Eigen::VectorXcf playedBy(const haptics::TransducerArray& array, const device::D
     return Eigen::Map<Eigen::VectorXcf>(played.data(), static_cast<Eigen::Index>(played.size()));
 }
 
-bridge::PressureCap capOf(const SolveArguments& arguments, const haptics::TransducerArray& array)
+haptics::ComposerOptions composerOptions(const SolveArguments& arguments)
 {
-    device::DriveAbility ability;
-    ability.amplitudes = array.drive.amplitudeLevels;
-    return {arguments.maxPressure_Pa,
-            [&array](const device::DriveSignal& signal) { return playedBy(array, signal); },
-            std::move(ability)};
+    haptics::ComposerOptions options;
+    options.solverOptions.threads = kThreads;
+    options.solverOptions.loudness = arguments.loudness;
+    options.solverOptions.updateRate_Hz = arguments.fieldRate_Hz;
+    options.modulation.fieldRate_Hz = arguments.fieldRate_Hz;
+    options.subsets = arguments.subsets;
+    options.cycleSteps = arguments.cycleSteps;
+    options.sweeps = arguments.sweeps;
+    const std::string name =
+        arguments.solver.empty() ? haptics::solverNames().front() : arguments.solver;
+    options.makeSolver = [name, solver = options.solverOptions]
+    { return haptics::makeSolver(name, solver); };
+    return options;
+}
+
+/// One field that is silent, as a solver's without points.
+haptics::FieldSequence silentSequence(const haptics::TransducerArray& array)
+{
+    haptics::FieldSequence sequence;
+    sequence.report.solver = "outline";
+    sequence.report.transducers = array.size();
+    sequence.report.message = "there are no control points";
+    return sequence;
+}
+
+haptics::FieldSequence compose(const SolveArguments& arguments, const SolveScene& scene)
+{
+    base::MessageLog messages;
+    haptics::SequenceComposer composer(composerOptions(arguments), messages);
+    if (arguments.outline)
+    {
+        bool any = false;
+        const std::vector<haptics::Outline> outlines = modelOutlines(arguments, scene, any);
+        // A model without edges is an error that the composer tells; one out of reach is silent.
+        if (any && outlines.empty()) return silentSequence(scene.array);
+        return composer.composeOutlines(outlines,
+                                        arguments.pressure_Pa > 0.0,
+                                        composer.options().modulation,
+                                        scene.array,
+                                        scene.medium);
+    }
+    const std::vector<haptics::ControlPoints> sets = pointSets(arguments, scene);
+    if (sets.size() == 1) return composer.compose(0, sets.front(), {}, scene.array, scene.medium);
+    Eigen::Matrix3Xd surface(3, 0);
+    if (arguments.sweeps > 0)
+    {
+        haptics::ControlPoints all;
+        for (const haptics::ControlPoints& set : sets)
+            append(all, set);
+        surface = feltSurface(arguments, all.positions, scene);
+    }
+    return composer.composeCycle(sets, surface, scene.array, scene.medium);
 }
 
 void holdToCap(const SolveArguments& arguments, Solution& solution)
 {
-    bridge::CappedField field =
-        capOf(arguments, solution.array)
-            .hold({solution.points.positions, {&solution.array}, solution.medium, false, 2},
-                  solution.signal);
-    solution.parts.capFactor = field.factor;
-    if (field.factor >= 1.0) return;
-    solution.played = std::move(field.played);
-    device::encode(
-        solution.played.data(), static_cast<int>(solution.played.size()), solution.signal);
-    bridge::rate(solution.points, field.achieved_Pa, solution.absolute, solution.report);
+    if (!(arguments.maxPressure_Pa > 0.0) || solution.points.size() == 0) return;
+    const haptics::TransducerArray& array = solution.scene.array;
+    device::DriveAbility ability;
+    ability.amplitudes = array.drive.amplitudeLevels;
+    const bridge::PressureCap cap(
+        arguments.maxPressure_Pa,
+        [&array](const device::DriveSignal& signal) { return playedBy(array, signal); },
+        std::move(ability));
+    solution.sequence.report.capFactor =
+        cap.hold({solution.points.positions, {&array}, solution.scene.medium, false, kThreads},
+                 solution.sequence);
 }
 
-TurnOptions turnOptions(const SolveArguments& arguments, const Solution& solution)
+/// The drives, and the fields as they play them.
+void encodeFields(Solution& solution)
 {
-    TurnOptions options;
-    options.solver = arguments.solver.empty() ? haptics::solverNames().front() : arguments.solver;
-    options.solverOptions.absoluteTargets = solution.absolute;
-    options.solverOptions.threads = 2;
-    options.solverOptions.loudness = arguments.loudness;
-    options.subsets = arguments.subsets;
-    options.cycleSteps = arguments.cycleSteps;
-    options.sweeps = arguments.sweeps;
-    options.fieldRate_Hz = arguments.fieldRate_Hz;
-    return options;
+    for (Eigen::VectorXcf& q : solution.sequence.fields)
+    {
+        device::DriveSignal& signal = solution.signals.emplace_back();
+        device::encode(q.data(), static_cast<int>(q.size()), signal);
+        q = playedBy(solution.scene.array, signal);
+    }
+}
+
+/// |p| at the points in double, each in the field that is for it.
+void measure(Solution& solution)
+{
+    const haptics::FieldSequence& sequence = solution.sequence;
+    solution.achieved_Pa.resize(solution.points.size());
+    Eigen::Index done = 0;
+    for (std::size_t k = 0; k < std::min(sequence.parts.size(), sequence.fields.size()); ++k)
+    {
+        const Eigen::Matrix3Xd& positions = sequence.parts[k].positions;
+        if (positions.cols() == 0) continue;
+        const Eigen::MatrixXcd G = haptics::referencePropagationMatrix(
+            positions, solution.scene.array, solution.scene.medium);
+        solution.achieved_Pa.segment(done, positions.cols()) =
+            (G * sequence.fields[k].cast<std::complex<double>>()).cwiseAbs();
+        done += positions.cols();
+    }
 }
 
 /// Targets in Pa: as they are, or at the level that was reached.
 void fitTargets(Solution& solution)
 {
     const Eigen::VectorXd& a = solution.points.targets;
-    const bool relative = !solution.absolute && a.squaredNorm() > 0.0;
-    solution.target_Pa = relative ? a * (solution.achieved_Pa.dot(a) / a.squaredNorm()) : a;
-}
-
-void solve(const SolveArguments& arguments, Solution& solution)
-{
-    const TurnOptions options = turnOptions(arguments, solution);
-    const auto solver = haptics::makeSolver(options.solver, options.solverOptions);
-    Eigen::VectorXcf q;
-    solution.report = solver->solve(solution.points, solution.array, solution.medium, q);
-
-    device::encode(q.data(), static_cast<int>(q.size()), solution.signal);
-    solution.played = playedBy(solution.array, solution.signal);
-    if (arguments.maxPressure_Pa > 0.0) holdToCap(arguments, solution);
-    const Eigen::MatrixXcd G = haptics::referencePropagationMatrix(
-        solution.points.positions, solution.array, solution.medium);
-    solution.achieved_Pa = (G * solution.played.cast<std::complex<double>>()).cwiseAbs();
-    fitTargets(solution);
-}
-
-Eigen::VectorXd achievedBy(const Eigen::VectorXcf& q,
-                           const haptics::ControlPoints& points,
-                           const Solution& solution)
-{
-    return haptics::pressureAt(points.positions, solution.array, solution.medium, q, 2)
-        .cwiseAbs()
-        .cast<double>();
-}
-
-/// Fields in turn, or outlines, as the drive that is written plays them.
-void playTurns(const SolveArguments& arguments, Turns turns, Solution& solution)
-{
-    solution.points = {};
-    for (const haptics::ControlPoints& part : turns.parts)
-        haptics::append(solution.points, part);
-    if (arguments.maxPressure_Pa > 0.0)
-    {
-        solution.parts.capFactor =
-            capOf(arguments, solution.array)
-                .holdAll({solution.points.positions, {&solution.array}, solution.medium, false, 2},
-                         turns.fields);
-    }
-    for (std::size_t k = 0; k < turns.fields.size(); ++k)
-    {
-        Eigen::VectorXcf& q = turns.fields[k];
-        device::DriveSignal signal;
-        device::encode(q.data(), static_cast<int>(q.size()), signal);
-        q = playedBy(solution.array, signal);
-        solution.signals.push_back(signal);
-        if (k >= turns.parts.size()) continue;
-        const Eigen::VectorXd part = achievedBy(q, turns.parts[k], solution);
-        solution.achieved_Pa.conservativeResize(solution.achieved_Pa.size() + part.size());
-        solution.achieved_Pa.tail(part.size()) = part;
-    }
-    solution.signal = solution.signals.front();
-    solution.played = turns.fields.front();
-    solution.report = turns.report;
-    bridge::rate(
-        solution.points, solution.achieved_Pa.cast<float>(), solution.absolute, solution.report);
-    solution.parts.fields = static_cast<int>(turns.fields.size());
-    solution.parts.fieldRate_Hz = arguments.fieldRate_Hz;
-    fitTargets(solution);
-    solution.turns = std::move(turns);
-}
-
-/// Samples of what is to be felt, a fifth of a wavelength apart at most.
-Eigen::Matrix3Xd feltSurface(const SolveArguments& arguments,
-                             const Eigen::Matrix3Xd& points,
-                             const Solution& solution)
-{
-    const double wavelength_m = solution.medium.wavelength(solution.array.frequency_Hz);
-    haptics::SamplerOptions sampling;
-    sampling.spacing_m = 0.18 * wavelength_m; // no spot is farther than 1.1 of it from a sample
-    sampling.sampling = arguments.outline ? haptics::Sampling::EDGES : arguments.sampling;
-    sampling.maxPoints = 200000;
-    // No nearer than the samples, or a point would have none.
-    const double spacing_m = std::max(
-        arguments.spacing_m > 0.0 ? arguments.spacing_m : wavelength_m, sampling.spacing_m);
-    return haptics::samplesNear(solution.pose *
-                                    haptics::sampleSurface(solution.mesh, sampling).positions,
-                                points,
-                                1.1 * spacing_m);
+    const bool relative = !solution.points.absolute && a.squaredNorm() > 0.0;
+    solution.target_Pa = relative ? a * haptics::fittedLevel(solution.achieved_Pa, a) : a;
 }
 
 void measureSurface(const SolveArguments& arguments, Solution& solution)
 {
     haptics::SurfaceStatisticsOptions options;
-    options.threads = 2;
-    std::vector<Eigen::VectorXcf> cycle = solution.turns.fields;
-    if (cycle.empty()) cycle.push_back(solution.played);
-    solution.report.surface =
-        haptics::surfaceStatistics(feltSurface(arguments, solution.points.positions, solution),
-                                   solution.array,
-                                   solution.medium,
-                                   cycle,
-                                   options);
-}
-
-void solveModel(const SolveArguments& arguments, Solution& solution)
-{
-    std::vector<haptics::ControlPoints> sets;
-    for (const haptics::PosedObject& object : sampleModel(arguments, solution))
-        if (!arguments.outline) sets.push_back(selectPoints(arguments, object, solution));
-    if (arguments.outline)
-        playTurns(arguments,
-                  solveOutlines(solution.mesh,
-                                solution.pose,
-                                arguments.pressure_Pa,
-                                solution.array,
-                                solution.medium),
-                  solution);
-    else if (arguments.cycle > 1 || arguments.subsets > 1)
-    {
-        Eigen::Matrix3Xd surface(3, 0);
-        for (const haptics::ControlPoints& set : sets)
-        {
-            const Eigen::Index n = surface.cols();
-            surface.conservativeResize(3, n + set.size());
-            surface.rightCols(set.size()) = set.positions;
-        }
-        if (arguments.sweeps > 0) surface = feltSurface(arguments, surface, solution);
-        playTurns(
-            arguments,
-            solveInTurn(
-                sets, turnOptions(arguments, solution), surface, solution.array, solution.medium),
-            solution);
-    }
-    else
-    {
-        solution.points = std::move(sets.front());
-        solve(arguments, solution);
-    }
-    if (solution.points.size() > 0) measureSurface(arguments, solution);
+    options.threads = kThreads;
+    solution.sequence.report.surface = haptics::surfaceStatistics(
+        feltSurface(arguments, solution.points.positions, solution.scene),
+        solution.scene.array,
+        solution.scene.medium,
+        solution.sequence.fields,
+        options);
 }
 
 /// The field, or the first of those in turn that has points.
 void certify(Solution& solution)
 {
-    const Turns& turns = solution.turns;
-    const haptics::ControlPoints* points = &solution.points;
-    const Eigen::VectorXcf* played = &solution.played;
-    for (std::size_t k = 0; k < turns.parts.size(); ++k)
+    const haptics::FieldSequence& sequence = solution.sequence;
+    for (std::size_t k = 0; k < std::min(sequence.parts.size(), sequence.fields.size()); ++k)
     {
-        points = &turns.parts[k];
-        played = &turns.fields[k];
-        if (points->size() > 0 && !played->isZero(0.0f)) break;
+        if (sequence.parts[k].size() == 0 || sequence.fields[k].isZero(0.0f)) continue;
+        solution.parts.certificate = haptics::Certifier().certify(
+            sequence.parts[k], solution.scene.array, solution.scene.medium, sequence.fields[k]);
+        return;
     }
-    solution.parts.certificate =
-        haptics::Certifier().certify(*points, solution.array, solution.medium, *played);
 }
 
 } // namespace
@@ -306,32 +180,26 @@ void certify(Solution& solution)
 Solution solveAll(const SolveArguments& arguments)
 {
     Solution solution;
-    solution.array = haptics::TransducerArray::load(arguments.array);
-    if (solution.array.drive.amplitudeLevels.empty())
-        solution.array.drive.amplitudeLevels = device::amplitudeLevels();
-    if (!arguments.directivity.empty())
-        solution.array.directivity = haptics::directivityFromName(arguments.directivity);
-    solution.medium.temperature_C = arguments.temperature_C;
-    std::string error;
-    if (!solution.medium.isValid(&error)) throw base::InputError(error);
-
-    if (arguments.pointsFile.empty())
-        solveModel(arguments, solution);
-    else
-    {
-        solution.points = selectPoints(arguments, readPoints(arguments, solution), solution);
-        if (arguments.subsets > 1)
-            playTurns(arguments,
-                      solveInTurn({solution.points},
-                                  turnOptions(arguments, solution),
-                                  Eigen::Matrix3Xd(3, 0),
-                                  solution.array,
-                                  solution.medium),
-                      solution);
-        else
-            solve(arguments, solution);
-    }
-    if (arguments.certify && solution.report.level_Pa > 0.0) certify(solution);
+    solution.scene = loadScene(arguments);
+    solution.sequence = compose(arguments, solution.scene);
+    haptics::SolveReport& report = solution.sequence.report;
+    const bool refused = report.stop == haptics::StopReason::REFUSED;
+    if (refused && solution.sequence.parts.size() > 1) throw base::InputError(report.message);
+    solution.points = solution.sequence.points();
+    if (solution.sequence.isEmpty())
+        solution.sequence.fields = {Eigen::VectorXcf::Zero(solution.scene.array.size())};
+    holdToCap(arguments, solution);
+    encodeFields(solution);
+    measure(solution);
+    // A solver has rated its own field already; not what became of several, or under the cap.
+    if (solution.sequence.report.capFactor < 1.0 || !solution.sequence.isHeld())
+        haptics::rateLevel(solution.points, solution.achieved_Pa.cast<float>(), report);
+    fitTargets(solution);
+    solution.parts.fields = static_cast<int>(solution.sequence.fields.size());
+    solution.parts.fieldRate_Hz = arguments.fieldRate_Hz;
+    const bool isModel = arguments.pointsFile.empty();
+    if (isModel && solution.points.size() > 0) measureSurface(arguments, solution);
+    if (arguments.certify && report.level_Pa > 0.0) certify(solution);
     return solution;
 }
 

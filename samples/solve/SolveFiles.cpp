@@ -112,13 +112,12 @@ void finish(std::ofstream& file, const std::string& path)
 
 } // namespace
 
-haptics::ControlPoints readControlPoints(const std::string& path, bool& absolute)
+haptics::ControlPoints readControlPoints(const std::string& path)
 {
     std::istringstream file(wholeFile(path));
     std::string line;
     std::getline(file, line);
     const Columns columns = readHeader(path, line);
-    absolute = columns.absolute;
 
     std::vector<std::array<double, 7>> rows;
     for (int number = 2; std::getline(file, line); ++number)
@@ -145,6 +144,7 @@ haptics::ControlPoints readControlPoints(const std::string& path, bool& absolute
 
     const auto n = static_cast<Eigen::Index>(rows.size());
     haptics::ControlPoints points;
+    points.absolute = columns.absolute;
     points.positions.resize(3, n);
     points.normals.resize(3, n);
     points.targets.resize(n);
@@ -211,35 +211,14 @@ void writeSummary(const std::string& path,
     json["temperature_C"] = medium.temperature_C;
     json["relativeHumidity"] = medium.relativeHumidity;
     json["pressure_Pa"] = medium.pressure_Pa;
-    json["report"] = {{"solver", report.solver},
-                      {"stop", haptics::stopReasonName(report.stop)},
-                      {"message", report.message},
-                      {"points", report.points},
-                      {"transducers", report.transducers},
-                      {"iterations", report.iterations},
-                      {"rms", report.rms},
-                      {"max", report.max},
-                      {"loudness", report.loudness},
-                      {"level_Pa", report.level_Pa},
-                      {"capFactor", parts.capFactor},
-                      {"leftOut", report.leftOut},
-                      {"shortPoints", report.shortPoints},
-                      {"worstShortfall", report.worstShortfall},
-                      {"meanPhaseStep_rad", report.meanPhaseStep_rad},
-                      {"driveChange", report.driveChange},
-                      {"audibleChange", report.audibleChange},
-                      {"matrix_ms", report.matrix_ms},
-                      {"solve_ms", report.solve_ms}};
+    json["report"] = haptics::toJson(report);
     json["fields"] = parts.fields;
     if (parts.fields > 1) json["fieldRate_Hz"] = parts.fieldRate_Hz;
     if (report.surface.samples > 0)
-        json["surface"] = {{"samples", report.surface.samples},
-                           {"mean_Pa", report.surface.mean_Pa},
-                           {"coefficientOfVariation", report.surface.coefficientOfVariation},
-                           {"percentile1", report.surface.percentile1},
-                           {"percentile10", report.surface.percentile10},
-                           {"offMean_Pa", report.surface.offMean_Pa},
-                           {"contrast", report.surface.contrast}};
+    {
+        json["surface"] = json["report"]["surface"];
+        json["report"].erase("surface");
+    }
     if (parts.certificate)
         json["certificate"] = {{"bound", parts.certificate->bound},
                                {"best", parts.certificate->best},

@@ -15,10 +15,10 @@
 namespace midair::samples
 {
 
-/// Reads control points from a CSV file with a header line: x_m,y_m,z_m,nx,ny,nz and either target_Pa (absolute;
-/// \a absolute becomes true) or target (relative). Columns may stand in any order, others are passed over.
+/// Reads control points from a CSV file with a header line: x_m,y_m,z_m,nx,ny,nz and either target_Pa (absolute) or
+/// target (relative). Columns may stand in any order, others are passed over.
 /// A regular file of at most 64 MiB and 100,000 points. Throws base::InputError naming the file and the line.
-haptics::ControlPoints readControlPoints(const std::string& path, bool& absolute);
+haptics::ControlPoints readControlPoints(const std::string& path);
 
 /// x_m,y_m,z_m,nx,ny,nz,target_Pa,achieved_Pa: one row a control point; both pressures are peak amplitudes.
 void writeControlPoints(const std::string& path,
@@ -34,8 +34,7 @@ void writeDrive(const std::string& path,
 /// What a summary tells besides the report; what isn't there is left out.
 struct SummaryParts
 {
-    double capFactor = 1.0; ///< what a cap of pressure took off all amplitudes
-    int fields = 1;         ///< played in turn, steps between them included
+    int fields = 1; ///< played in turn, steps between them included
     double fieldRate_Hz = 0.0;
     std::optional<haptics::Certificate> certificate;
 };

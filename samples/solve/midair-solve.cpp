@@ -1,9 +1,8 @@
 // midair-solve: a model (or a list of points) in, the drive of the array and the field it makes out; needs no scene.
 
 #include "haptics/base/InputError.h"
-#include "haptics/propagation/PressureField.h"
+#include "samples/solve/Picture.h"
 #include "samples/solve/Solution.h"
-#include "samples/views/FieldImage.h"
 
 #include <cstdio>
 #include <filesystem>
@@ -18,43 +17,6 @@ using namespace midair;
 using namespace midair::samples;
 using base::InputError;
 
-void writeField(const Solution& solution, const std::string& title, const std::string& path)
-{
-    FieldImage image;
-    image.grid = bestSlice(solution.points, 0.02, 4e-4);
-    image.pressure_Pa = haptics::pressureAt(
-        image.grid.points(), solution.array, solution.medium, solution.played, 2);
-    if (solution.turns.fields.size() > 1)
-    {
-        // What the skin averages: the root of the mean square.
-        Eigen::VectorXf square = Eigen::VectorXf::Zero(image.pressure_Pa.size());
-        for (const Eigen::VectorXcf& q : solution.turns.fields)
-            square +=
-                haptics::pressureAt(image.grid.points(), solution.array, solution.medium, q, 2)
-                    .cwiseAbs2() /
-                static_cast<float>(solution.turns.fields.size());
-        image.pressure_Pa = square.cwiseSqrt().cast<std::complex<float>>();
-    }
-    image.points = solution.points;
-    image.achieved_Pa = solution.achieved_Pa.cast<float>();
-    image.level_Pa = solution.target_Pa.size() > 0 ? solution.target_Pa.maxCoeff() : 0.0;
-    if (solution.mesh.triangles.cols() > 0)
-        image.outline = outlineInPlane(solution.mesh, solution.pose, image.grid);
-    image.title = title;
-    char caption[160];
-    std::snprintf(caption,
-                  sizeof caption,
-                  "%s, %d points, rms %.2f %%, %.0f Pa peak",
-                  solution.report.solver.c_str(),
-                  solution.report.points,
-                  100.0 * solution.report.rms,
-                  solution.report.level_Pa);
-    image.caption = caption;
-    std::string message;
-    writeFieldImage(path, image, &message);
-    if (!message.empty()) std::fprintf(stderr, "midair-solve: %s\n", message.c_str());
-}
-
 void writeAll(const Solution& solution, const std::string& title, const std::string& folder)
 {
     std::error_code error;
@@ -64,28 +26,32 @@ void writeAll(const Solution& solution, const std::string& title, const std::str
     writeControlPoints(
         folder + "/control_points.csv", solution.points, solution.target_Pa, solution.achieved_Pa);
     if (solution.signals.size() < 2)
-        writeDrive(folder + "/drive.csv", solution.array, solution.signal);
+        writeDrive(folder + "/drive.csv", solution.scene.array, solution.signals.front());
     for (std::size_t k = 0; k < solution.signals.size() && solution.signals.size() > 1; ++k)
     {
         char name[32];
         std::snprintf(name, sizeof name, "/drive_%02zu.csv", k + 1);
-        writeDrive(folder + name, solution.array, solution.signals[k]);
+        writeDrive(folder + name, solution.scene.array, solution.signals[k]);
     }
-    writeSummary(
-        folder + "/summary.json", solution.array, solution.medium, solution.report, solution.parts);
-    writeField(solution, title, folder + "/field.png");
+    writeSummary(folder + "/summary.json",
+                 solution.scene.array,
+                 solution.scene.medium,
+                 solution.sequence.report,
+                 solution.parts);
+    const std::string problem = drawPicture(solution, title, folder + "/field.png");
+    if (!problem.empty()) std::fprintf(stderr, "midair-solve: %s\n", problem.c_str());
 }
 
 void printSummary(const Solution& solution, const std::string& folder)
 {
-    const haptics::SolveReport& report = solution.report;
+    const haptics::SolveReport& report = solution.sequence.report;
     std::printf("array       %s, %d transducers, %.1f kHz\n",
-                solution.array.name.c_str(),
-                solution.array.size(),
-                solution.array.frequency_Hz * 1e-3);
+                solution.scene.array.name.c_str(),
+                solution.scene.array.size(),
+                solution.scene.array.frequency_Hz * 1e-3);
     std::printf("air         %.1f C, wavelength %.3f mm\n",
-                solution.medium.temperature_C,
-                solution.medium.wavelength(solution.array.frequency_Hz) * 1e3);
+                solution.scene.medium.temperature_C,
+                solution.scene.medium.wavelength(solution.scene.array.frequency_Hz) * 1e3);
     std::printf("points      %d\n", report.points);
     std::printf("solver      %s, %d iterations, %s, %.2f ms + %.2f ms matrix\n",
                 report.solver.c_str(),
@@ -112,10 +78,12 @@ void printSummary(const Solution& solution, const std::string& folder)
                     report.surface.percentile1,
                     report.surface.percentile10,
                     report.surface.contrast);
-    if (solution.parts.capFactor < 1.0)
+    if (solution.sequence.report.capFactor < 1.0)
         std::printf("cap         held down to %.4f of the amplitude%s\n",
-                    solution.parts.capFactor,
-                    solution.parts.capFactor > 0.0 ? "" : ": the array's levels can't keep to it");
+                    solution.sequence.report.capFactor,
+                    solution.sequence.report.capFactor > 0.0
+                        ? ""
+                        : ": the array's levels can't keep to it");
     if (solution.parts.certificate)
         std::printf("certificate misfit and power of the field %.1f %%, of its phases %.2f %%, of "
                     "the best phases "
@@ -154,8 +122,8 @@ int main(int argc, char** argv)
             arguments.model.empty() ? arguments.pointsFile : arguments.model;
         writeAll(solution, std::filesystem::path(source).filename().string(), arguments.out);
         printSummary(solution, arguments.out);
-        return solution.report.stop == haptics::StopReason::REFUSED ||
-                       solution.report.stop == haptics::StopReason::NOTHING_TO_DO
+        return solution.sequence.report.stop == haptics::StopReason::REFUSED ||
+                       solution.sequence.report.stop == haptics::StopReason::NOTHING_TO_DO
                    ? 1
                    : 0;
     }

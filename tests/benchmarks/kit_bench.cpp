@@ -3,6 +3,7 @@
 
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "plugin/engine/HapticEngine.h"
+#include "plugin/engine/SceneAccess.h"
 #include "samples/views/Offscreen.h"
 
 #include <osgMidair/HapticScene>
@@ -253,10 +254,10 @@ void motionToSignal(int seconds)
         mover->setMatrix(osg::Matrixd::translate(
             0.02 * std::sin(0.05 * frame), 0.0, 0.02 * std::cos(0.031 * frame)));
         viewer.frame();
-        const auto result = scene->getLatestResult();
+        const auto result = osgMidair::SceneAccess::latestResult(*scene);
         if (!result || result == last || frame < 60) continue;
         last = result;
-        solve_ms.push_back(result->report.matrix_ms + result->report.solve_ms);
+        solve_ms.push_back(result->report().matrix_ms + result->report().solve_ms);
         above_ms.push_back(result->latency_ms - solve_ms.back());
     }
     if (above_ms.empty()) return;

@@ -1,5 +1,6 @@
 // How long a mesh takes to sample, and how well the samples keep what the sampler promises.
 #include "haptics/base/InputError.h"
+#include "haptics/surface/ObjReader.h"
 #include "haptics/surface/PointGrid.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "tests/haptics/surface/SampleMeshes.h"

@@ -4,6 +4,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/InputError.h"
 #include "haptics/solvers/HologramSolver.h"
+#include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "haptics/surface/TriangleMesh.h"
 #include "samples/solve/SolveFiles.h"
@@ -113,8 +114,7 @@ void fuzzPoints(const std::uint8_t* data, std::size_t size)
     {
         haptics::SolverOptions options;
         options.maxIterations = 3;
-        const haptics::ControlPoints points =
-            samples::readControlPoints(file.path(), options.absoluteTargets);
+        const haptics::ControlPoints points = samples::readControlPoints(file.path());
         require(points.size() > 0 && points.positions.allFinite() && points.targets.allFinite() &&
                     points.normals.allFinite() &&
                     ((points.normals.colwise().norm().array() - 1.0).abs() < 1e-6).all(),

@@ -1,5 +1,6 @@
 // Code that a scene would run, files that it would write, read or wait for.
 #include "haptics/array/TransducerArray.h"
+#include "plugin/engine/SceneAccess.h"
 #include "tests/hostile/Hostile.h"
 
 #include <osgMidair/HapticDevice>
@@ -97,7 +98,7 @@ TEST_P(Hostile, NoFileIsWrittenFromBelowAnotherScene)
     outer->addChild(inner);
     view(*outer);
     EXPECT_EQ(Workplace::read(victim), kPrecious);
-    EXPECT_GT(outer->getLatestResult()->points.size(), 0) << "what is inside is felt";
+    EXPECT_GT(SceneAccess::latestResult(*outer)->points.size(), 0) << "what is inside is felt";
     EXPECT_TRUE(says(*inner, "is inside another HapticScene, which plays it")) << messages(*inner);
 }
 
@@ -111,11 +112,11 @@ TEST_P(Hostile, NoFileIsWrittenUnderAViewersDevice)
     const osg::ref_ptr<HapticDevice> device = new HapticDevice(settings);
     HeadlessViewer viewer(inner);
     viewer.viewer.addDevice(device);
-    EXPECT_TRUE(viewer.framesUntil([&] { return device->getLatestResult() != nullptr; }));
+    EXPECT_TRUE(viewer.framesUntil([&] { return SceneAccess::latestResult(*device) != nullptr; }));
     viewer.frames(20);
     EXPECT_EQ(Workplace::read(victim), kPrecious);
-    EXPECT_GT(device->getLatestResult()->points.size(), 0);
-    EXPECT_EQ(inner->getLatestResult(), nullptr) << "the scene itself plays nothing";
+    EXPECT_GT(SceneAccess::latestResult(*device)->points.size(), 0);
+    EXPECT_EQ(SceneAccess::latestResult(*inner), nullptr) << "the scene itself plays nothing";
     EXPECT_TRUE(says(*inner, "a viewer's --device")) << messages(*inner);
 }
 
@@ -177,7 +178,7 @@ TEST_P(Hostile, NoAbsoluteOrOutsideFileIsRead)
     {
         const auto scene = fromFile([&](HapticScene& s) { s.setArray(array); });
         view(*scene);
-        EXPECT_EQ(scene->getTransducerArray(), nullptr) << array;
+        EXPECT_EQ(SceneAccess::array(*scene), nullptr) << array;
         EXPECT_TRUE(says(*scene, "asks for the array \"" + array + "\"")) << messages(*scene);
         EXPECT_TRUE(says(*scene, "nothing is played")) << messages(*scene);
     }
@@ -189,8 +190,8 @@ TEST_P(Hostile, WhatLiesBesideTheSceneIsRead)
     midair::haptics::TransducerArray::singleBoard().save(_place.beside("arrays/own.json"));
     const auto scene = fromFile([](HapticScene& s) { s.setArray("arrays/own.json"); });
     view(*scene);
-    ASSERT_NE(scene->getTransducerArray(), nullptr) << messages(*scene);
-    EXPECT_EQ(scene->getTransducerArray()->size(), 249);
+    ASSERT_NE(SceneAccess::array(*scene), nullptr) << messages(*scene);
+    EXPECT_EQ(SceneAccess::array(*scene)->size(), 249);
 }
 
 TEST_P(Hostile, RecordingsOfHandsAreReadFromBesideTheSceneAlone)

@@ -1,5 +1,6 @@
 // Devices that a scene would drive, what the user grants it, and who owns a device.
 #include "plugin/engine/HapticEngine.h"
+#include "plugin/engine/SceneAccess.h"
 #include "tests/hostile/Hostile.h"
 
 #include <osgMidair/HapticDevice>
@@ -55,7 +56,7 @@ private:
 
 float strongest(const HapticScene& scene)
 {
-    return scene.getLatestResult()->played.cwiseAbs().maxCoeff();
+    return SceneAccess::latestResult(scene)->played().cwiseAbs().maxCoeff();
 }
 
 } // namespace
@@ -75,7 +76,7 @@ TEST_P(HostileDevices, NoneOfTheUsersIsDriven)
         EXPECT_TRUE(simulates(*scene)) << uri << ": " << scene->getStatistics().device;
         EXPECT_TRUE(says(*scene, "asks for the device \"" + uri + "\"")) << messages(*scene);
         EXPECT_TRUE(says(*scene, "OSG_MIDAIR_DEVICE")) << "how to grant it";
-        EXPECT_GT(scene->getLatestResult()->achieved_Pa.maxCoeff(), 0.0f);
+        EXPECT_GT(SceneAccess::latestResult(*scene)->achieved_Pa.maxCoeff(), 0.0f);
     }
     EXPECT_FALSE(terminal.touched());
 }
@@ -128,7 +129,7 @@ TEST_P(HostileDevices, ANameThatTheUserGrantedIsUsedWithItsLimits)
     EXPECT_FALSE(says(*scene, "asks for")) << messages(*scene);
     EXPECT_LE(strongest(*scene), 0.2501f);
     EXPECT_GT(strongest(*scene), 0.2f);
-    EXPECT_NE(scene->getTransducerArray(), nullptr);
+    EXPECT_NE(SceneAccess::array(*scene), nullptr);
 }
 
 TEST_P(HostileDevices, AFileOfGrantsThatOthersCanWriteGrantsNothing)
@@ -180,7 +181,7 @@ TEST_P(HostileDevices, HandsCanBeTakenAway)
         const Variable hands("OSG_MIDAIR_HANDS", value);
         const auto scene = fromFile([](HapticScene& s) { s.setHands("openxr:"); });
         view(*scene);
-        EXPECT_EQ(scene->engine().hands().active(), nullptr) << "\"" << value << "\"";
+        EXPECT_EQ(SceneAccess::engine(*scene).hands().active(), nullptr) << "\"" << value << "\"";
         EXPECT_FALSE(says(*scene, "asks for the hands")) << messages(*scene);
     }
 }
@@ -214,12 +215,12 @@ TEST_P(HostileDevices, ALimitThatIsNotUnderstoodSilences)
         const Variable limit(name, value);
         const auto scene = fromFile([](HapticScene&) {});
         viewBriefly(*scene);
-        EXPECT_EQ(scene->getLatestResult(), nullptr) << name << "=" << value;
+        EXPECT_EQ(SceneAccess::latestResult(*scene), nullptr) << name << "=" << value;
         EXPECT_TRUE(says(*scene, "nothing is played")) << messages(*scene);
     }
     const auto scene = fromFile([](HapticScene& s) { s.setMaxPressure(-5.0); });
     viewBriefly(*scene);
-    EXPECT_EQ(scene->getLatestResult(), nullptr);
+    EXPECT_EQ(SceneAccess::latestResult(*scene), nullptr);
     EXPECT_TRUE(says(*scene, "nothing is played")) << messages(*scene);
 }
 
@@ -232,13 +233,18 @@ TEST_P(HostileDevices, ASceneInsideAnotherIsFeltButNotObeyed)
     outer->addChild(inner);
     HeadlessViewer viewer(outer);
     EXPECT_TRUE(viewer.framesUntil(
-        [&] { return outer->getLatestResult() && outer->getLatestResult()->points.size() > 0; }));
+        [&]
+        {
+            return SceneAccess::latestResult(*outer) &&
+                   SceneAccess::latestResult(*outer)->points.size() > 0;
+        }));
     EXPECT_LE(strongest(*outer), 0.31f) << "its own caps count";
-    EXPECT_EQ(inner->getLatestResult(), nullptr);
+    EXPECT_EQ(SceneAccess::latestResult(*inner), nullptr);
     EXPECT_TRUE(says(*inner, "is inside the HapticScene \"outer\"")) << messages(*inner);
 
     inner->setEnabled(false);
-    EXPECT_TRUE(viewer.framesUntil([&] { return outer->getLatestResult()->points.size() == 0; }))
+    EXPECT_TRUE(
+        viewer.framesUntil([&] { return SceneAccess::latestResult(*outer)->points.size() == 0; }))
         << "and so does that it is disabled";
 }
 
@@ -283,7 +289,7 @@ TEST_P(HostileDevices, NumbersThatNameNoChoiceAreTold)
                              "intensity is number 99",
                              "intensityChannel is number -1"})
         EXPECT_TRUE(says(*scene, what)) << what << "\n" << messages(*scene);
-    EXPECT_GT(scene->getLatestResult()->points.size(), 0);
+    EXPECT_GT(SceneAccess::latestResult(*scene)->points.size(), 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, HostileDevices, testing::Values("osgt", "osgb", "osgx"));

@@ -1,4 +1,5 @@
 // Numbers that a scene would have the machine busy or full with.
+#include "plugin/engine/SceneAccess.h"
 #include "tests/hostile/Hostile.h"
 
 #include <osg/Group>
@@ -111,9 +112,9 @@ TEST_P(HostileNumbers, NoNumberIsTooStrange)
                 s.setCalibration(osg::Matrixd::translate(number, number, number));
             });
         viewBriefly(*scene);
-        if (const auto result = scene->getLatestResult())
+        if (const auto result = SceneAccess::latestResult(*scene))
         {
-            EXPECT_TRUE(result->played.allFinite()) << number;
+            EXPECT_TRUE(result->played().allFinite()) << number;
             EXPECT_TRUE(result->achieved_Pa.allFinite()) << number;
         }
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "plugin/engine/SceneAccess.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgDB/ReadFile>
@@ -125,7 +126,8 @@ protected:
     static void view(osgMidair::HapticScene& scene)
     {
         HeadlessViewer viewer(&scene);
-        EXPECT_TRUE(viewer.framesUntil([&] { return scene.getLatestResult() != nullptr; }));
+        EXPECT_TRUE(viewer.framesUntil(
+            [&] { return osgMidair::SceneAccess::latestResult(scene) != nullptr; }));
         viewer.frames(20);
     }
 

@@ -1,5 +1,6 @@
 // Files of other formats of OSG's that hand over options and set variables: what they say is no more the user's than a scene is. And
 // limits that something after them would undo.
+#include "plugin/engine/SceneAccess.h"
 #include "tests/hostile/Hostile.h"
 
 #include <osgMidair/HapticDevice>
@@ -128,7 +129,7 @@ TEST_F(HostileSlides, WhatWasNotUnderstoodIsNotUndoneByWhatFollows)
         ASSERT_TRUE(scene);
         HeadlessViewer viewer(scene);
         viewer.frames(20);
-        EXPECT_EQ(scene->getLatestResult(), nullptr) << options;
+        EXPECT_EQ(SceneAccess::latestResult(*scene), nullptr) << options;
     }
     for (const char* amplitude : {"30", "1.5", "1e9"})
     {
@@ -137,7 +138,7 @@ TEST_F(HostileSlides, WhatWasNotUnderstoodIsNotUndoneByWhatFollows)
         const auto scene = withOptions(_place.beside("box.osgt"), "");
         HeadlessViewer viewer(scene);
         viewer.frames(20);
-        EXPECT_EQ(scene->getLatestResult(), nullptr) << amplitude;
+        EXPECT_EQ(SceneAccess::latestResult(*scene), nullptr) << amplitude;
     }
 }
 
@@ -151,8 +152,9 @@ TEST_F(HostileSlides, TheStricterCapOfPressureCounts)
         const Variable cap("OSG_MIDAIR_MAX_PRESSURE", user);
         const auto scene = withOptions(_place.beside("capped.osgt"), "");
         HeadlessViewer viewer(scene);
-        EXPECT_TRUE(viewer.framesUntil([&] { return scene->getLatestResult() != nullptr; }));
-        EXPECT_EQ(scene->getLatestResult()->maxPressure_Pa, 100.0) << user;
+        EXPECT_TRUE(
+            viewer.framesUntil([&] { return SceneAccess::latestResult(*scene) != nullptr; }));
+        EXPECT_EQ(SceneAccess::latestResult(*scene)->maxPressure_Pa, 100.0) << user;
     }
 }
 
@@ -169,8 +171,11 @@ TEST_F(HostileSlides, AnInnerCapThatIsNoNumberSilences)
         HeadlessViewer viewer(outer);
         EXPECT_TRUE(viewer.framesUntil(
             [&]
-            { return outer->getLatestResult() && outer->getLatestResult()->points.size() > 0; }));
-        EXPECT_EQ(outer->getLatestResult()->played.cwiseAbs().maxCoeff(), 0.0f) << cap;
+            {
+                return SceneAccess::latestResult(*outer) &&
+                       SceneAccess::latestResult(*outer)->points.size() > 0;
+            }));
+        EXPECT_EQ(SceneAccess::latestResult(*outer)->played().cwiseAbs().maxCoeff(), 0.0f) << cap;
     }
 }
 
@@ -185,9 +190,9 @@ TEST_F(HostileSlides, NumbersThatAreNoneOpenTheDeviceOnce)
     box.surface->setSpacing(nan);
     HeadlessViewer viewer(box.scene);
     EXPECT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
-    const auto array = box.scene->getTransducerArray();
+    const auto array = SceneAccess::array(*box.scene);
     const auto snapshots = box.scene->getStatistics().snapshots;
     viewer.frames(50);
-    EXPECT_EQ(box.scene->getTransducerArray(), array) << "the same pipeline";
+    EXPECT_EQ(SceneAccess::array(*box.scene), array) << "the same pipeline";
     EXPECT_LE(box.scene->getStatistics().snapshots, snapshots + 1);
 }

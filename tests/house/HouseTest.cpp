@@ -173,6 +173,19 @@ TEST(House, TestsMirrorTheFolders)
         }
 }
 
+TEST(House, InstalledHeadersStandAlone)
+{
+    static const std::regex inner(R"(namespace midair|midair::|#include ")");
+    for (const fs::path& file : allFiles())
+    {
+        if (file.parent_path().generic_string() != "plugin/include/osgMidair") continue;
+        std::smatch match;
+        const std::string text = textOf(kRoot / file);
+        EXPECT_FALSE(std::regex_search(text, match, inner))
+            << file << " names what no installed header declares: " << match[0];
+    }
+}
+
 TEST(House, TheTopLevelIsAsItIs)
 {
     const std::set<std::string> files = {

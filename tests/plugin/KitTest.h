@@ -2,6 +2,7 @@
 
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/base/UserEnvironment.h"
+#include "plugin/engine/SceneAccess.h"
 
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
@@ -119,7 +120,7 @@ struct BoxScene
 
     std::shared_ptr<const midair::bridge::HologramResult> result() const
     {
-        return scene->getLatestResult();
+        return osgMidair::SceneAccess::latestResult(*scene);
     }
     int points() const { return result() ? result()->points.size() : -1; }
 };

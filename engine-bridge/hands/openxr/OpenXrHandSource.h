@@ -17,11 +17,12 @@ namespace midair::bridge
 class OpenXrHandSource : public HandSource
 {
 public:
-    /// OpenXR's axes (x right, y up, z to the back) as OSG's (x right, y ahead, z up), the origin the same.
+    /// Turns OpenXR's axes (x right, y up, z to the back) into OSG's (x right, y ahead, z up), with
+    /// the same origin.
     static Eigen::Isometry3d upright();
 
-    /// \a placement: OpenXR's space -> the scene's world in metres. Returns at once; what stands between us and hands is a
-    /// message.
+    /// \a placement goes from OpenXR's space to the world of the scene, in metres. Returns at once;
+    /// whatever keeps hands from being tracked is told as a message.
     explicit OpenXrHandSource(const OpenXrOptions& options,
                               const Eigen::Isometry3d& placement = upright());
 

@@ -20,7 +20,7 @@ constexpr std::array<const char*, 3> kNeeded = {XR_EXT_HAND_TRACKING_EXTENSION_N
 
 constexpr std::uint32_t kMostExtensions = 10000; ///< a runtime that says more is not believed
 
-/// Text of a runtime may fill its field to the last byte.
+/// The text of a runtime may fill its field to the last byte, without a zero.
 template<std::size_t N>
 std::string textOf(const char (&field)[N])
 {
@@ -94,12 +94,12 @@ OpenXrInstance::~OpenXrInstance()
 
 void OpenXrInstance::loadLibrary(const std::string& loader)
 {
-    // Never closed: runtimes leave threads behind that may still be in it.
+    // The library is never closed: runtimes leave threads behind that may still be in it.
     void* library = dlopen(loader.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (!library)
     {
-        const char* why =
-            dlerror(); // NOLINT(concurrency-mt-unsafe): the C library keeps one a thread
+        // NOLINT(concurrency-mt-unsafe): the C library keeps one a thread
+        const char* why = dlerror();
         throw OpenXrError("the loader can't be loaded (" + std::string(why ? why : loader) +
                               "); no hands. Install libopenxr-loader1 and an OpenXR runtime",
                           false);
@@ -130,7 +130,8 @@ void OpenXrInstance::create()
     load("xrEnumerateInstanceExtensionProperties", enumerate);
     load("xrCreateInstance", createInstance);
     const std::vector<XrExtensionProperties> offered = extensionsOf(enumerate);
-    // The runtime's name is only known of an instance: made with what there is of the extensions.
+    // The runtime tells its name only through an instance, so one is made with the extensions that
+    // are there.
     std::vector<const char*> present;
     std::vector<std::string> missing;
     for (const char* name : kNeeded)

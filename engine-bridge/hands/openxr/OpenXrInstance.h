@@ -50,7 +50,8 @@ struct OpenXrFunctions
     PFN_xrLocateHandJointsEXT locateHandJoints = nullptr;
 };
 
-/// A runtime that can track hands without drawing, and its headset; the loader is looked for when one is made.
+/// A runtime that can track hands without drawing, and its headset; the loader is looked for when
+/// one is made.
 class OpenXrInstance
 {
 public:

@@ -15,7 +15,7 @@ namespace midair::bridge
 namespace
 {
 
-/// More at once are left for the next time.
+/// Events that are handled at once; the rest waits for the next call.
 constexpr int kMostEvents = 100;
 
 constexpr std::uint32_t kMostSpaces = 1000; ///< a runtime that says more is not believed
@@ -43,12 +43,13 @@ std::string described(const XrHandJointLocationEXT& location)
                            static_cast<double>(location.radius));
 }
 
-/// Takes over what can be believed; false where the runtime says valid and means an impossible place or thickness.
+/// Takes over a joint that is plausible. False where the runtime says that it is valid and its
+/// place or radius is impossible.
 bool fill(const XrHandJointLocationEXT& location, HandJoint& joint)
 {
     const XrVector3f& p = location.pose.position;
     const XrQuaternionf& q = location.pose.orientation;
-    // What isn't valid may hold anything: it stays at its default.
+    // A field that is not valid may hold anything, so it stays at its default.
     if ((location.locationFlags & XR_SPACE_LOCATION_ORIENTATION_VALID_BIT) != 0)
     {
         const Eigen::Quaterniond orientation(Eigen::Quaternionf(q.w, q.x, q.y, q.z));

@@ -16,13 +16,15 @@ namespace midair::bridge
 class OpenXrSession
 {
 public:
-    /// Farther from the space's origin no joint is believed, nor one with a larger radius or none.
+    /// Joints farther than this from the origin of the space, or with a larger radius or none, are
+    /// taken as invalid.
     static constexpr double kFarthest_m = 100.0;
     static constexpr double kThickest_m = 0.1;
 
     using Say = std::function<void(const std::string&)>;
 
-    /// Connects, which may take long. \a say gets what the user should know, again and again. Throws OpenXrError.
+    /// Connects, which may take long. \a say gets what the user should know, again and again.
+    /// Throws OpenXrError.
     OpenXrSession(const std::string& loader, OpenXrSpace space, Say say);
     ~OpenXrSession();
     OpenXrSession(const OpenXrSession&) = delete;
@@ -31,11 +33,12 @@ public:
     const std::string& runtime() const { return _instance.runtime(); }
     bool isRunning() const { return _running; }
 
-    /// Begins, ends and gives up the session as the runtime asks. Throws OpenXrError when it is over.
+    /// Begins, ends and gives up the session as the runtime asks. Throws OpenXrError when it is
+    /// over.
     void handleEvents();
 
-    /// The hands that are tracked now, in the space. Joints that are no places in it, by flag or by value, have no valid
-    /// position. Throws OpenXrError when the session is lost.
+    /// The hands that are tracked now, in the space. Joints that are no places in it, by flag or by
+    /// value, have no valid position. Throws OpenXrError when the session is lost.
     void locate(HandFrame& frame);
 
     /// Joints that had a valid flag and an impossible value, so far.

@@ -13,14 +13,16 @@ namespace midair::bridge
 namespace
 {
 
-/// Nobody has asked for hands for so long: only events are handled, a few times a second.
+/// After this time without a request for hands only events are handled, a few times a second.
 constexpr double kIdleAfter_s = 1.0;
 constexpr double kIdleInterval_s = 0.1;
 
-/// The loader writes to stderr whenever a runtime can't be reached: less and less often.
+/// Pauses between attempts get longer, since the loader writes to stderr whenever a runtime cannot
+/// be reached.
 constexpr double kLongestRetry_s = 60.0;
 
-/// Another tracker that ends needs less to do so; one that still has the runtime then is told of.
+/// How long to wait for another tracker that ends; one that still has the runtime then is told to
+/// the user.
 constexpr double kHandOver_s = 2.0;
 
 std::chrono::duration<double> seconds(double time_s)
@@ -28,7 +30,7 @@ std::chrono::duration<double> seconds(double time_s)
     return std::chrono::duration<double>(time_s);
 }
 
-/// Who has the program's one OpenXR instance.
+/// Whose turn it is with the program's one OpenXR instance: one tracker at a time.
 struct Turn
 {
     std::mutex mutex;

@@ -29,23 +29,26 @@ struct OpenXrOptions
 {
     std::string loader = "libopenxr_loader.so.1"; ///< file name of the loader's library
     OpenXrSpace space = OpenXrSpace::BEST;
-    double retry_s =
-        5.0; ///< > 0; until what may come back is tried again; each time twice as long, up to 60
+    /// > 0; seconds until the runtime is tried again where that may help. Each pause is twice as
+    /// long as the one before, up to 60.
+    double retry_s = 5.0;
 };
 
 bool operator==(const OpenXrOptions& a, const OpenXrOptions& b);
 
-/// Connects to an OpenXR runtime and follows the hands that it tracks, on a thread of its own: nobody else waits for the
-/// runtime. Looks again for a headset or a session that went away.
+/// Connects to an OpenXR runtime and follows the hands that it tracks on a thread of its own, so
+/// that no other thread waits for the runtime. Tries again after a headset or a session has gone
+/// away.
 class OpenXrTracker
 {
 public:
-    /// While hands are asked for they are located so often, so that they are no older than this.
+    /// Seconds between two looks while hands are asked for, and so the greatest age of a frame.
     static constexpr double kInterval_s = 0.004;
-    /// A runtime that has not answered for so long has no hands.
+    /// A runtime that has not answered for this long (s) has no hands.
     static constexpr double kStale_s = 0.2;
 
-    /// Two with the same options are one: OpenXR allows one instance a program.
+    /// The tracker for these options; callers with the same options share one, since OpenXR allows
+    /// a program one instance.
     static std::shared_ptr<OpenXrTracker> open(const OpenXrOptions& options);
 
     explicit OpenXrTracker(const OpenXrOptions& options);
@@ -53,10 +56,12 @@ public:
     OpenXrTracker(const OpenXrTracker&) = delete;
     OpenXrTracker& operator=(const OpenXrTracker&) = delete;
 
-    /// The newest hands, in the runtime's space; false where none are tracked. Never blocks. Any thread.
+    /// The newest hands, in the runtime's space; false where none are tracked. Never blocks. Any
+    /// thread.
     bool latest(HandFrame& frame);
 
-    /// Messages from number \a told on, which goes up by their count; each is there once. Any thread.
+    /// Messages from number \a told on, which goes up by their count; each is there once. Any
+    /// thread.
     std::vector<std::string> messages(std::size_t& told) const;
 
     /// One line: the runtime and how it fares. Any thread.
@@ -65,7 +70,8 @@ public:
 private:
     void run();
     bool takeTurn();
-    /// Connects and follows hands until that is over; false where there was no session. \a again: a later try may do.
+    /// Connects and follows hands until that is over; false where there was no session. \a again: a
+    /// later try may do.
     bool followSession(bool& again);
     void follow(OpenXrSession& session);
     void lose(const std::string& why);

@@ -10,8 +10,8 @@
 namespace midair::base
 {
 
-/// Reads values out of a JSON text and throws InputError where one is not what it has to be: "source: path in the file
-/// is VALUE; it must be RIGHT". Private to the library.
+/// Reads values out of a JSON text and throws InputError where one is not what it has to be:
+/// "source: path in the file is VALUE; it must be RIGHT". Private to the library.
 class JsonReader
 {
 public:

@@ -11,8 +11,8 @@ namespace midair::base
 class MessageLog
 {
 public:
-    static constexpr std::size_t kMost =
-        100; ///< a scene that is wrong everywhere doesn't fill the memory
+    /// a scene that is wrong everywhere doesn't fill the memory
+    static constexpr std::size_t kMost = 100;
 
     /// False when it was said before (or too much was said already).
     bool say(const std::string& message)

@@ -9,22 +9,25 @@
 namespace midair::base
 {
 
-/// Hand-off between two threads, one deep: the newest value wins, older ones are dropped and counted.
+/// Hand-off between two threads, one deep: the newest value wins, older ones are dropped and
+/// counted.
 ///
-/// put() and take() swap their argument with the slot's under a lock that is never held for longer than a swap: neither
-/// side waits for the other's work, and memory goes round between the two without being allocated anew. One producer,
-/// one consumer. close() wakes the consumer, which is then told CLOSED; what was not taken by then is dropped.
+/// put() and take() swap their argument with the slot's under a lock that is never held for longer
+/// than a swap: neither side waits for the other's work, and memory goes round between the two
+/// without being allocated anew. One producer, one consumer. close() wakes the consumer, which is
+/// then told CLOSED; what was not taken by then is dropped.
 template<typename T>
 class LatestSlot
 {
 public:
-    /// Leaves in \a value a used one (dropped or consumed earlier), whose memory the producer may refill.
-    /// False, with \a value untouched, when closed.
+    /// Leaves in \a value a used one (dropped or consumed earlier), whose memory the producer may
+    /// refill. False, with \a value untouched, when closed.
     bool put(T& value)
     {
         return put(value, [] {});
     }
-    /// Calls \a meanwhile() once the value is there, before anybody can take it: it should be short.
+    /// Calls \a meanwhile() once the value is there, before anybody can take it: it should be
+    /// short.
     template<typename Meanwhile>
     bool put(T& value, const Meanwhile& meanwhile)
     {

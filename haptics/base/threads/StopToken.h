@@ -15,7 +15,8 @@ public:
     Stopped() : std::runtime_error("stopped before it was done") {}
 };
 
-/// Tells work whether it is to be broken off; copies look at the same StopSource. One of no source never asks for it.
+/// Tells work whether it is to be broken off; copies look at the same StopSource. One of no source
+/// never asks for it.
 class StopToken
 {
 public:
@@ -35,7 +36,7 @@ private:
     std::shared_ptr<const std::atomic<bool>> _flag;
 };
 
-/// Looks at a token every now and then: for loops whose turns are far shorter than a look is worth.
+/// Looks at a token once in a number of turns: for loops whose turns are much shorter than a look.
 class StopLook
 {
 public:
@@ -55,8 +56,9 @@ private:
     unsigned _turns = 0;
 };
 
-/// Asks whoever holds its tokens to end. Any thread. What is asked for stands until clear(), which belongs between two pieces
-/// of work, called by whoever runs them: work that began to stop relies on the request staying.
+/// Asks whoever holds its tokens to end. Any thread. What is asked for stands until clear(), which
+/// belongs between two pieces of work, called by whoever runs them: work that began to stop relies
+/// on the request staying.
 class StopSource
 {
 public:

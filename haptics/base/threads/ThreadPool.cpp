@@ -8,7 +8,8 @@ namespace midair::base
 namespace
 {
 
-// About 20 to 50 microseconds: longer than the pause between two passes of one solve, shorter than that between frames.
+// About 20 to 50 microseconds: longer than the pause between two passes of one solve, shorter than
+// that between frames.
 constexpr int kSpins = 2000;
 
 void pause()
@@ -27,7 +28,7 @@ int coreCount()
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-// Who looks out for work while others want its core only keeps them from it.
+// A worker that spins while other threads want its core only keeps them from it.
 ThreadPool::ThreadPool(int threads) : _spins(threads <= coreCount() ? kSpins : 0)
 {
     for (int thread = 1; thread < threads; ++thread)
@@ -65,7 +66,8 @@ void ThreadPool::runErased(Function function, void* data)
     waitForOthers();
 }
 
-// They have as much to do and are about to be done, unless the machine is short of cores.
+// The others have as much to do and finish at about the same time, unless the machine is short of
+// cores.
 void ThreadPool::waitForOthers()
 {
     for (int spins = 0; spins < _spins; ++spins)
@@ -100,7 +102,8 @@ void ThreadPool::work(int thread)
         seen = waitForWork(seen);
         if (_stop) return;
         _function(_data, thread);
-        // Sequentially consistent, as the caller's store and look are: one of the two sees the other's.
+        // Sequentially consistent, as the caller's store and load are: one of the two threads sees
+        // what the other wrote.
         if (_running.fetch_sub(1) > 1 || !_callerSleeps) continue;
         const std::lock_guard<std::mutex> lock(_mutex);
         _done.notify_one();

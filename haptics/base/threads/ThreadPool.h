@@ -13,9 +13,9 @@ namespace midair::base
 /// Cores that this process may use; at least 1. More threads than that only wait for one another.
 int coreCount();
 
-/// A few threads that run one function together and wait for one another; a call allocates nothing and costs a few
-/// microseconds, since idle workers look out for work for a moment before they sleep. Where there
-/// are more of them than cores they sleep at once.
+/// A few threads that run one function together and wait for one another. A call allocates nothing
+/// and costs a few microseconds, since idle workers spin for a moment before they sleep. Where
+/// there are more of them than cores they sleep at once.
 class ThreadPool
 {
 public:
@@ -27,8 +27,8 @@ public:
 
     int threads() const { return static_cast<int>(_workers.size()) + 1; }
 
-    /// Calls task(thread) for thread = 0 .. threads() - 1, each on its own thread, and returns when all are done. Tasks
-    /// must not throw; one run at a time.
+    /// Calls task(thread) for thread = 0 .. threads() - 1, each on its own thread, and returns when
+    /// all are done. Tasks must not throw; one run at a time.
     template<typename Task>
     void run(Task&& task)
     {

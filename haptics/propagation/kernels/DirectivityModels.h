@@ -24,6 +24,7 @@ struct CubicModel
 
 struct PointModel
 {
+    DirectivityPoint D;
     MIDAIR_INLINE float largest() const { return 1.0f; }
     MIDAIR_INLINE float operator()(float) const { return 1.0f; }
 };

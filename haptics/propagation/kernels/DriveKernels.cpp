@@ -3,10 +3,9 @@
 
 #include <algorithm>
 
-namespace midair::haptics::kernels
+namespace midair::haptics::kernels::MIDAIR_SET
 {
 
-MIDAIR_CLONES
 void projectToUnit(
     int width, const float* zRe, const float* zIm, float* qRe, float* qIm, float* inverse)
 {
@@ -24,7 +23,6 @@ void projectToUnit(
     }
 }
 
-MIDAIR_CLONES
 void quantisePhase(
     int width, int levels, const float* qRe, const float* qIm, float* outRe, float* outIm)
 {
@@ -44,7 +42,6 @@ void quantisePhase(
     }
 }
 
-MIDAIR_CLONES
 DriveDifference compareDrives(
     int width, const float* qRe, const float* qIm, const float* beforeRe, const float* beforeIm)
 {
@@ -64,7 +61,6 @@ DriveDifference compareDrives(
     return {kTwoPi * steps, change, power};
 }
 
-MIDAIR_CLONES
 InnerProduct innerProduct(
     int width, const float* qRe, const float* qIm, const float* beforeRe, const float* beforeIm)
 {
@@ -79,8 +75,7 @@ InnerProduct innerProduct(
     return {re, im};
 }
 
-MIDAIR_CLONES
-void multiply(int width, float re, float im, float* qRe, float* qIm)
+void scaleBy(int width, float re, float im, float* qRe, float* qIm)
 {
     width &= ~(kLanes - 1);
 #pragma omp simd aligned(qRe, qIm : 64)
@@ -92,7 +87,6 @@ void multiply(int width, float re, float im, float* qRe, float* qIm)
     }
 }
 
-MIDAIR_CLONES
 void scaleBy(int width, const float* factor, float* qRe, float* qIm)
 {
     width &= ~(kLanes - 1);
@@ -104,4 +98,4 @@ void scaleBy(int width, const float* factor, float* qRe, float* qIm)
     }
 }
 
-} // namespace midair::haptics::kernels
+} // namespace midair::haptics::kernels::MIDAIR_SET

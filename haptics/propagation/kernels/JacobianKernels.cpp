@@ -3,10 +3,9 @@
 
 #include <algorithm>
 
-namespace midair::haptics::kernels
+namespace midair::haptics::kernels::MIDAIR_SET
 {
 
-MIDAIR_CLONES
 void transposedJacobian(const std::int32_t* J, int n, int width, const float* x, float* t)
 {
     width &= ~(kLanes - 1);
@@ -30,7 +29,6 @@ void transposedJacobian(const std::int32_t* J, int n, int width, const float* x,
     }
 }
 
-MIDAIR_CLONES
 void applyJacobian(
     const std::int32_t* J, const float* scale, int n, int width, const float* t, float* r)
 {
@@ -68,7 +66,6 @@ void applyJacobian(
     }
 }
 
-MIDAIR_CLONES
 void turn(int width, const float* root, const float* t, float limit, float* qRe, float* qIm)
 {
     constexpr float kTurns = 0.15915494309f;
@@ -85,4 +82,4 @@ void turn(int width, const float* root, const float* t, float limit, float* qRe,
     }
 }
 
-} // namespace midair::haptics::kernels
+} // namespace midair::haptics::kernels::MIDAIR_SET

@@ -7,11 +7,6 @@
 
 // Built with -O3, contraction to fused multiply-adds and without errno, see CMakeLists.txt; nothing here may be compiled
 // with -ffast-math, since rounded relies on the order of its operations.
-#ifdef MIDAIR_HAS_CLONES
-#define MIDAIR_CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#else
-#define MIDAIR_CLONES
-#endif
 #define MIDAIR_INLINE inline __attribute__((always_inline))
 
 namespace midair::haptics::kernels

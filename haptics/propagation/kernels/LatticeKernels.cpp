@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace midair::haptics::kernels
+namespace midair::haptics::kernels::MIDAIR_SET
 {
 
 namespace
@@ -274,7 +274,7 @@ MIDAIR_INLINE void marchTile(int width, const int* count, March& march, float* s
 
 } // namespace
 
-MIDAIR_CLONES void marchLattice(const LatticeSources& sources, const LatticeTile& tile, float* sums)
+void marchLattice(const LatticeSources& sources, const LatticeTile& tile, float* sums)
 {
     March march;
     for (int first = 0; first < sources.width; first += kLatticeBlock)
@@ -285,7 +285,7 @@ MIDAIR_CLONES void marchLattice(const LatticeSources& sources, const LatticeTile
     }
 }
 
-MIDAIR_CLONES float nearestSquared(const LatticeSources& sources, const float* middle)
+float nearestSquared(const LatticeSources& sources, const float* middle)
 {
     const float x = middle[0], y = middle[1], z = middle[2];
     float least = 1e30f;
@@ -298,4 +298,4 @@ MIDAIR_CLONES float nearestSquared(const LatticeSources& sources, const float* m
     return least;
 }
 
-} // namespace midair::haptics::kernels
+} // namespace midair::haptics::kernels::MIDAIR_SET

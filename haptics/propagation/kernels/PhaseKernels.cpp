@@ -1,29 +1,23 @@
 #include "haptics/propagation/kernels/PhaseKernels.h"
 
+#include "haptics/propagation/kernels/KernelTools.h"
+
 #include <cmath>
 
-#ifdef MIDAIR_HAS_CLONES
-#define MIDAIR_CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#else
-#define MIDAIR_CLONES
-#endif
-
-#define MIDAIR_INLINE inline __attribute__((always_inline))
-
-namespace midair::haptics::kernels
+namespace midair::haptics::kernels::MIDAIR_SET
 {
 
 namespace
 {
 
 // K_kl = sum_i G_ki conj(G_li) for rows k, k + 1 and l, l + 1 at once: eight sums from eight vectors.
-inline __attribute__((always_inline)) void gramTile(const float* a,
-                                                    const float* b,
-                                                    const float* c,
-                                                    const float* d,
-                                                    int width,
-                                                    double* re,
-                                                    double* im)
+MIDAIR_INLINE void gramTile(const float* a,
+                            const float* b,
+                            const float* c,
+                            const float* d,
+                            int width,
+                            double* re,
+                            double* im)
 {
     float acRe = 0, acIm = 0, adRe = 0, adIm = 0, bcRe = 0, bcIm = 0, bdRe = 0, bdIm = 0;
 #pragma omp simd reduction(+ : acRe, acIm, adRe, adIm, bcRe, bcIm, bdRe, bdIm)
@@ -118,7 +112,6 @@ descendAny(const HermitianView<T>& M, int r, T over, T smallest, T* xRe, T* xIm,
 
 } // namespace
 
-MIDAIR_CLONES
 void addGram(const float* G, int n, int width, int stride, double* kRe, double* kIm)
 {
     const auto row = [G, width](int l) { return G + static_cast<long>(2) * width * l; };
@@ -154,21 +147,18 @@ void addGram(const float* G, int n, int width, int stride, double* kRe, double* 
     }
 }
 
-MIDAIR_CLONES
-void multiply(
+void multiplyMatrix(
     const HermitianView<double>& M, const double* xRe, const double* xIm, double* zRe, double* zIm)
 {
     multiplyAny(M, xRe, xIm, zRe, zIm);
 }
 
-MIDAIR_CLONES
-void multiply(
+void multiplyMatrix(
     const HermitianView<float>& M, const float* xRe, const float* xIm, float* zRe, float* zIm)
 {
     multiplyAny(M, xRe, xIm, zRe, zIm);
 }
 
-MIDAIR_CLONES
 double descendOnce(const HermitianView<double>& M,
                    int r,
                    double over,
@@ -181,7 +171,6 @@ double descendOnce(const HermitianView<double>& M,
     return descendAny(M, r, over, smallest, xRe, xIm, sRe, sIm);
 }
 
-MIDAIR_CLONES
 double descendOnce(const HermitianView<float>& M,
                    int r,
                    float over,
@@ -194,7 +183,6 @@ double descendOnce(const HermitianView<float>& M,
     return descendAny(M, r, over, smallest, xRe, xIm, sRe, sIm);
 }
 
-MIDAIR_CLONES
 int bestTurn(int n,
              int turns,
              const float* tRe,
@@ -226,4 +214,4 @@ int bestTurn(int n,
     return best;
 }
 
-} // namespace midair::haptics::kernels
+} // namespace midair::haptics::kernels::MIDAIR_SET

@@ -4,10 +4,9 @@
 
 #include <algorithm>
 
-namespace midair::haptics::kernels
+namespace midair::haptics::kernels::MIDAIR_SET
 {
 
-MIDAIR_CLONES
 float packRow(int width, const float* re, const float* im, std::int32_t* row)
 {
     width &= ~(kLanes - 1);
@@ -23,7 +22,6 @@ float packRow(int width, const float* re, const float* im, std::int32_t* row)
 }
 
 // Four rows at a time, so that z is loaded and stored once for four rows of G.
-MIDAIR_CLONES
 void backward(
     const float* G, int n, int width, const float* wRe, const float* wIm, float* zRe, float* zIm)
 {
@@ -66,7 +64,6 @@ void backward(
     }
 }
 
-MIDAIR_CLONES
 void forward(
     const float* G, int n, int width, const float* qRe, const float* qIm, float* pRe, float* pIm)
 {
@@ -105,7 +102,6 @@ void forward(
     }
 }
 
-MIDAIR_CLONES
 void backward(const std::int32_t* G,
               const float* scale,
               int n,
@@ -155,7 +151,6 @@ void backward(const std::int32_t* G,
     }
 }
 
-MIDAIR_CLONES
 void forward(const std::int32_t* G,
              const float* scale,
              int n,
@@ -208,4 +203,4 @@ void forward(const std::int32_t* G,
     }
 }
 
-} // namespace midair::haptics::kernels
+} // namespace midair::haptics::kernels::MIDAIR_SET

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
-namespace midair::haptics::kernels
+namespace midair::haptics::kernels::MIDAIR_SET
 {
+
+void inverseRoots(int count, const float* x, float* inverse); // of this set: IntrinsicKernels.cpp
 
 namespace
 {
@@ -284,18 +286,6 @@ MIDAIR_INLINE void buildAny(const BlockGeometry& block,
 
 } // namespace
 
-const char* isaName()
-{
-#ifdef MIDAIR_HAS_CLONES
-    if (__builtin_cpu_supports("x86-64-v4")) return "AVX-512";
-    if (__builtin_cpu_supports("x86-64-v3")) return "AVX2";
-    return "x86-64";
-#else
-    return "generic";
-#endif
-}
-
-MIDAIR_CLONES
 void buildCubic(const BlockGeometry& block,
                 const PointBatch& points,
                 float decay,
@@ -306,7 +296,6 @@ void buildCubic(const BlockGeometry& block,
     buildAny(block, points, decay, CubicModel{D}, rows, sums);
 }
 
-MIDAIR_CLONES
 void buildCubic(const BlockGeometry& block,
                 const PointBatch& points,
                 float decay,
@@ -317,7 +306,6 @@ void buildCubic(const BlockGeometry& block,
     buildAny(block, points, decay, CubicModel{D}, rows, sums);
 }
 
-MIDAIR_CLONES
 void buildTable(const BlockGeometry& block,
                 const PointBatch& points,
                 float decay,
@@ -328,7 +316,6 @@ void buildTable(const BlockGeometry& block,
     buildAny(block, points, decay, TableModel{D}, rows, sums);
 }
 
-MIDAIR_CLONES
 void buildTable(const BlockGeometry& block,
                 const PointBatch& points,
                 float decay,
@@ -339,26 +326,24 @@ void buildTable(const BlockGeometry& block,
     buildAny(block, points, decay, TableModel{D}, rows, sums);
 }
 
-MIDAIR_CLONES
 void buildPoint(const BlockGeometry& block,
                 const PointBatch& points,
                 float decay,
-
+                const DirectivityPoint& D,
                 const FloatRows& rows,
                 float* sums)
 {
-    buildAny(block, points, decay, PointModel{}, rows, sums);
+    buildAny(block, points, decay, PointModel{D}, rows, sums);
 }
 
-MIDAIR_CLONES
 void buildPoint(const BlockGeometry& block,
                 const PointBatch& points,
                 float decay,
-
+                const DirectivityPoint& D,
                 const FixedRows& rows,
                 float* sums)
 {
-    buildAny(block, points, decay, PointModel{}, rows, sums);
+    buildAny(block, points, decay, PointModel{D}, rows, sums);
 }
 
-} // namespace midair::haptics::kernels
+} // namespace midair::haptics::kernels::MIDAIR_SET

@@ -11,10 +11,11 @@ namespace
 {
 
 constexpr int kDefaultIterations = 1000;
-// Stalled once no phase of a point turns by more than this in a round.
+// The method has stalled once no phase of a point turns by more than this in a round.
 constexpr double kStill_rad = 1e-7;
 
-/// Gerchberg-Saxton between the control points and the transducers (the paper's Algorithm 1): p <- a phase(G G^- p).
+/// Gerchberg-Saxton between the control points and the transducers (the paper's Algorithm 1): p <-
+/// a phase(G G^- p).
 class GerchbergSaxton final : public SolverBase
 {
 public:

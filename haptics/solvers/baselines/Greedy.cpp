@@ -1,3 +1,5 @@
+#include "haptics/base/Units.h"
+#include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/kernels/PhaseKernels.h"
 #include "haptics/solvers/SolverBase.h"
 #include "haptics/solvers/Solvers.h"
@@ -13,17 +15,19 @@ namespace midair::haptics
 namespace
 {
 
-// E that is aimed at: below what unit amplitudes reach (0.9 to 1.3), so that every point can be met; this is about what
-// the reference implementation is used at. 0.7 halves the error, 0.9 doubles it.
+// The loudness E that is aimed at. It is below what unit amplitudes reach (0.9 to 1.3), so that
+// every point can be met, and about what the reference implementation is used at; 0.7 halves the
+// error, 0.9 doubles it.
 constexpr double kAim = 0.8;
 constexpr int kContinuousLevels = 256; // tried for a device whose phases are continuous
 constexpr int kClockInterval = 6400;   // points times transducers between looks at the clock
 
-/// Sets one transducer after the other to the phase level that leaves the least error (Suzuki, Fujiwara, Makino, Shinoda,
-/// "Radiation pressure field reconstruction for ultrasound midair haptics by greedy algorithm with brute-force search",
-/// IEEE Transactions on Haptics 14, 2021): min over phi of sum_l | s a_l - |p_l + G_li exp(j phi)| |, p being what the
-/// transducers before make. Knows the device's phase levels; an iteration is a pass over all transducers, in shuffled order,
-/// and a second one would take out each and choose again.
+/// Sets one transducer after the other to the phase level that leaves the least error (Suzuki,
+/// Fujiwara, Makino, Shinoda, "Radiation pressure field reconstruction for ultrasound midair
+/// haptics by greedy algorithm with brute-force search", IEEE Transactions on Haptics 14, 2021):
+/// min over phi of sum_l | s a_l - |p_l + G_li exp(j phi)| |, p being what the transducers before
+/// make. Knows the device's phase levels; an iteration is a pass over all transducers, in shuffled
+/// order, and a second one would take out each and choose again.
 class Greedy final : public SolverBase
 {
 public:
@@ -59,7 +63,7 @@ private:
             _turns.set(
                 k,
                 std::polar(1.0f,
-                           static_cast<float>(2.0 * M_PI * static_cast<double>(k) / _levels)));
+                           static_cast<float>(base::kTwoPi * static_cast<double>(k) / _levels)));
         const std::size_t stride =
             (n + kernels::kPhaseLanes - 1) / kernels::kPhaseLanes * kernels::kPhaseLanes;
         for (SplitVector* v : {&_p, &_column})
@@ -76,7 +80,8 @@ private:
         _order.resize(m);
         std::iota(_order.begin(), _order.end(), 0);
 
-        // Should time run out, the transducers that were not reached play what the starting phases ask of them.
+        // Should time run out, the transducers that were not reached play what the starting phases
+        // ask of them.
         for (std::size_t l = 0; l < n; ++l)
             field.w.set(l, field.u.at(l) * field.a[static_cast<Eigen::Index>(l)]);
         field.backward(field.w, field.q);
@@ -115,24 +120,16 @@ private:
         return true;
     }
 
-    double rms(int n) const
+    double rms(int n)
     {
-        double ya = 0.0, aa = 0.0, squares = 0.0;
-        const auto count = static_cast<std::size_t>(n);
-        for (std::size_t l = 0; l < count; ++l)
-        {
-            ya += static_cast<double>(std::abs(_p.at(l))) * _wanted[l];
-            aa += static_cast<double>(_wanted[l]) * _wanted[l];
-        }
-        for (std::size_t l = 0; l < count; ++l)
-        {
-            const double error = std::abs(_p.at(l)) / (ya / aa * _wanted[l]) - 1.0;
-            squares += error * error;
-        }
-        return std::sqrt(squares / n);
+        _reached.resize(n);
+        for (int l = 0; l < n; ++l)
+            _reached[l] = std::abs(_p.at(static_cast<std::size_t>(l)));
+        const Eigen::Map<const Eigen::VectorXf> wanted(_wanted.data(), n);
+        return relativeErrors(_reached, wanted, fittedLevelInOrder(_reached, wanted)).rms;
     }
 
-    // std::shuffle is free to differ between libraries; this is not.
+    // std::shuffle may differ between libraries; this does not.
     void shuffle(std::mt19937_64& random)
     {
         for (std::size_t i = _order.size(); i > 1; --i)
@@ -143,6 +140,7 @@ private:
     SplitVector _turns;      // the levels' phase factors
     SplitVector _p, _column; // n, padded with zeros
     base::AlignedBuffer<float> _wanted;
+    Eigen::VectorXf _reached; // n, |p|
     std::vector<int> _order;
 };
 

@@ -1,3 +1,4 @@
+#include "haptics/points/FittedLevel.h"
 #include "haptics/solvers/SolverBase.h"
 #include "haptics/solvers/Solvers.h"
 
@@ -16,12 +17,14 @@ constexpr std::size_t kMemory = 8; // pairs of steps and changes of the gradient
 constexpr int kMaxHalvings = 20;
 constexpr double kArmijo = 1e-4;
 constexpr double kStalled = 1e-4; // relative fall of the cost of ten steps
-// E that is aimed at: a little below what unit amplitudes reach (0.9 to 1.3), so that the points can be met exactly.
+// The loudness E that is aimed at, a little below what unit amplitudes reach (0.9 to 1.3), so that
+// the points can be met exactly.
 constexpr double kAim = 0.8;
 
-/// Gradient descent on the transducers' phases phi (unit amplitudes) by L-BFGS (Nocedal, Wright, "Numerical optimization",
-/// algorithms 7.4 and 3.1), as Andersson, "levitate" (2019), has it:
-///     f = 1/2 sum_l (|p_l| / s - a_l)^2,  df/dphi_i = -Im(q_i conj(z_i)),  z = G* (r u) / s,  r_l = |p_l| / s - a_l.
+/// Gradient descent on the transducers' phases phi (unit amplitudes) by L-BFGS (Nocedal, Wright,
+/// "Numerical optimization", algorithms 7.4 and 3.1), as Andersson, "levitate" (2019), has it:
+///     f = 1/2 sum_l (|p_l| / s - a_l)^2,  df/dphi_i = -Im(q_i conj(z_i)),
+///     z = G* (r u) / s,  r_l = |p_l| / s - a_l.
 /// A cost reads G once, a gradient once more.
 class Lbfgs final : public SolverBase
 {
@@ -43,7 +46,8 @@ private:
         double before = _cost;
         while (outcome.iterations < limit && outcome.stop == StopReason::MAX_ITERATIONS)
         {
-            if (rms(field) <= options().rmsTolerance)
+            const auto s = static_cast<double>(fittedLevel(field.y, field.a));
+            if (relativeErrors(field.y, field.a, s).rms <= options().rmsTolerance)
             {
                 outcome.stop = StopReason::CONVERGED;
                 break;
@@ -60,7 +64,7 @@ private:
         return outcome;
     }
 
-    // From the phases that the points' phases ask for.
+    // Starts from the phases that the transducers have for the points' phases.
     void start(FieldProblem& field)
     {
         const int m = field.m();
@@ -80,7 +84,7 @@ private:
         gradient(field, _gradient);
     }
 
-    // f; leaves q and p = G q.
+    // Returns f at \a phi and leaves field.q and field.p = G q.
     double cost(FieldProblem& field, const Eigen::VectorXf& phi) const
     {
         for (int i = 0; i < field.m(); ++i)
@@ -96,7 +100,7 @@ private:
         return 0.5 * sum;
     }
 
-    // At the field that cost() left.
+    // The gradient at the field that cost() left.
     void gradient(FieldProblem& field, Eigen::VectorXf& result) const
     {
         for (int l = 0; l < field.n(); ++l)
@@ -114,19 +118,8 @@ private:
         }
     }
 
-    double rms(const FieldProblem& field) const
-    {
-        double squares = 0.0;
-        const double s = static_cast<double>(field.y.dot(field.a) / field.a.squaredNorm());
-        for (int l = 0; l < field.n(); ++l)
-        {
-            const double error = field.y[l] / (s * field.a[l]) - 1.0;
-            squares += error * error;
-        }
-        return std::sqrt(squares / field.n());
-    }
-
-    // direction = -H gradient, H from the last pairs (algorithm 7.4).
+    // _direction = -H gradient, H being the approximate inverse Hessian of the last pairs
+    // (algorithm 7.4).
     void direct()
     {
         _direction = -_gradient;
@@ -155,7 +148,7 @@ private:
         }
     }
 
-    // False if nothing falls any more; the field is then the one before.
+    // Takes one step. False if the cost does not fall any more; the field is then the one before.
     bool step(FieldProblem& field)
     {
         direct();
@@ -190,7 +183,7 @@ private:
         gradient(field, _gradient);
         pair.change += _gradient;
         const double product = static_cast<double>(pair.step.dot(pair.change));
-        // A pair without curvature would spoil H; float's noise makes such near the end.
+        // A pair without curvature would spoil H; rounding in float makes such pairs near the end.
         if (!(product > 1e-10 * static_cast<double>(pair.change.squaredNorm()))) return;
         pair.inverse = 1.0 / product;
         _newest = at;

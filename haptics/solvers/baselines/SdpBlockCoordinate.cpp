@@ -17,11 +17,13 @@ namespace
 constexpr int kDefaultIterations = 1000;
 constexpr double kBarrier = 0.1; // mu of the paper
 
-/// Semidefinite relaxation of min u* M u over unit phases, U = u u* relaxed to diag(U) = 1, U >= 0, by block coordinate
-/// descent with a barrier (the paper's Algorithm 2, after Waldspurger, d'Aspremont, Mallat 2015): for an index i, the others ic,
+/// Semidefinite relaxation of min u* M u over unit phases, U = u u* relaxed to diag(U) = 1, U >= 0,
+/// by block coordinate descent with a barrier (the paper's Algorithm 2, after Waldspurger,
+/// d'Aspremont, Mallat 2015): for an index i, the others ic,
 ///     x = U_icic M_ici,  gamma = x* M_ici,  U_ici = -sqrt((1 - mu)/gamma) x  (0 where gamma <= 0).
-/// Indices come in shuffled rounds, so that each is visited equally often. u is the leading eigenvector of U with its
-/// entries projected to unit size: without that, points from about eleven on are lost.
+/// Indices come in shuffled rounds, so that each is visited equally often. u is the leading
+/// eigenvector of U with its entries projected to unit size: without that, points from about eleven
+/// on are lost.
 class SdpBlockCoordinate final : public SolverBase
 {
 public:
@@ -66,7 +68,7 @@ private:
         return outcome;
     }
 
-    // std::shuffle is free to differ between libraries; this is not.
+    // std::shuffle may differ between libraries; this does not.
     static void shuffle(std::vector<int>& order, std::mt19937_64& random)
     {
         for (std::size_t i = order.size(); i > 1; --i)

@@ -1,5 +1,7 @@
+#include "haptics/points/FittedLevel.h"
 #include "haptics/solvers/SolverBase.h"
 #include "haptics/solvers/Solvers.h"
+#include "haptics/solvers/WeightedRound.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,13 +14,15 @@ namespace
 {
 
 constexpr int kDefaultIterations = 200;
-constexpr float kFewest =
-    1e-3f; // of its target: a point that has less is weighted up as if it had this
+// Of its target; a point that has less is weighted up as if it had this.
+constexpr float kFewest = 1e-3f;
 constexpr float kLeastWeight = 1e-6f;
 
-/// Gerchberg-Saxton between points and unit-amplitude transducers with a weight a point (Marzo, Drinkwater, "Holographic
-/// acoustic tweezers", PNAS 116, 2019; there after Di Leonardo, Ianni, Ruocco 2007). A round:
-///     q = unit(G* (w a u)),  p = G q,  u = p / |p|,  w_l <- w_l s a_l / |p_l|  with s so that the weights keep their mean.
+/// Gerchberg-Saxton between points and unit-amplitude transducers with a weight a point (Marzo,
+/// Drinkwater, "Holographic acoustic tweezers", PNAS 116, 2019; there after Di Leonardo, Ianni,
+/// Ruocco 2007). A round:
+///     q = unit(G* (w a u)),  p = G q,  u = p / |p|,  w_l <- w_l s a_l / |p_l|
+/// with s so that the weights keep their mean.
 class WeightedGerchbergSaxton final : public SolverBase
 {
 public:
@@ -28,20 +32,14 @@ private:
     Outcome iterate(FieldProblem& field, bool warm) override
     {
         const int n = field.n();
-        // Weights go on with the field that they belong to.
+        // The weights belong to the last field, so they are kept with it.
         if (!warm || _weights.size() != n) _weights = Eigen::VectorXf::Ones(n);
 
         Outcome outcome;
         const int limit = iterationLimit(kDefaultIterations);
         while (outcome.iterations < limit && outcome.stop == StopReason::MAX_ITERATIONS)
         {
-            for (int l = 0; l < n; ++l)
-            {
-                const auto row = static_cast<std::size_t>(l);
-                field.w.set(row, field.u.at(row) * (_weights[l] * field.a[l]));
-            }
-            field.projectRound(field.w, field.p);
-            field.phasesOf(field.p);
+            projectionRound(field, _weights.cwiseProduct(field.a));
             ++outcome.iterations;
             const float rms = reweigh(field);
             if (rms <= static_cast<float>(options().rmsTolerance))
@@ -52,10 +50,10 @@ private:
         return outcome;
     }
 
-    // Returns the rms of y_l / (s a_l) - 1.
+    // Updates the weights by the published rule. Returns the rms of y_l / (s a_l) - 1.
     float reweigh(const FieldProblem& field)
     {
-        const float s = field.y.dot(field.a) / field.a.squaredNorm();
+        const float s = fittedLevel(field.y, field.a);
         if (!(s > 0.0f)) return std::numeric_limits<float>::infinity();
         float squares = 0.0f;
         for (int l = 0; l < field.n(); ++l)

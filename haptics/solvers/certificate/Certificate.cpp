@@ -3,6 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Range.h"
 #include "haptics/solvers/LargeMatrix.h"
 #include "haptics/solvers/certificate/PhaseRelaxation.h"
 
@@ -26,11 +27,13 @@ double since_ms(Clock::time_point start)
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// The relaxation is minimised in float: less than this it doesn't fall by reliably (of trace(M), a round).
+// The relaxation is minimised in float, where it does not fall reliably by less than this share of
+// trace(M) a round.
 constexpr double kSmallestFall = 2e-8;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// A number not above the smallest eigenvalue of M - diag y - sigma I, if that is found positive definite; else -infinity.
+// Returns a number that is not above the smallest eigenvalue of M - diag y - sigma I, if that
+// matrix is found positive definite; else -infinity.
 double provenMargin(const Eigen::MatrixXcd& M,
                     const Eigen::VectorXd& y,
                     double sigma,
@@ -43,16 +46,16 @@ double provenMargin(const Eigen::MatrixXcd& M,
     const BlockCholesky factor(S, stop);
     constexpr double kNone = -std::numeric_limits<double>::infinity();
     if (!factor.isPositive() || !factor.isFinite()) return kNone;
-    // L L* = S + E with |E_kl| <= gamma |l_k| |l_l| and |l_k|^2 = s_kk / (1 - gamma), so |E| <= gamma / (1 - gamma) tr S,
-    // gamma = 8 (n + 4) eps: generous for complex arithmetic and any order of summation. The diagonal's two subtractions
-    // are rounded to eps of what went in.
+    // L L* = S + E with |E_kl| <= gamma |l_k| |l_l| and |l_k|^2 = s_kk / (1 - gamma), so |E| <=
+    // gamma / (1 - gamma) tr S, gamma = 8 (n + 4) eps: generous for complex arithmetic and any
+    // order of summation. The diagonal's two subtractions are rounded to eps of what went in.
     const Eigen::ArrayXd diagonal = M.diagonal().real();
     const double trace = (diagonal.abs() + y.array().abs() + std::abs(sigma)).sum();
     const double gamma = 8.0 * (n + 4.0) * kEpsilon;
     return -(gamma / (1.0 - gamma) + 2.0 * kEpsilon) * trace;
 }
 
-// Of many points a little below it.
+// An estimate of the smallest eigenvalue; with many points it is a little below.
 double smallestEigenvalue(const Eigen::MatrixXcd& S, const base::StopToken& stop)
 {
     constexpr Eigen::Index kAtOnce = 128;
@@ -89,22 +92,15 @@ Eigen::VectorXcd pressures(const PropagationMatrix& G, const Eigen::VectorXcf& q
 
 bool CertificateOptions::isValid(std::string* error) const
 {
-    const auto fail = [error](const std::string& text)
-    {
-        if (error) *error = "certificate options: " + text;
-        return false;
-    };
-    if (!(lambdaRel >= PhaseObjective::kSmallestLambdaRel && lambdaRel <= 1e9))
-        return fail("lambdaRel is " + base::shortNumber(lambdaRel) +
-                    "; it must be from 1e-5 to 1e9");
-    if (!(tolerance >= 1e-12 && tolerance <= 1.0))
-        return fail("tolerance is " + base::shortNumber(tolerance) +
-                    "; it must be from 1e-12 to 1");
-    if (maxRounds < 1)
-        return fail("maxRounds is " + std::to_string(maxRounds) + "; it must be at least 1");
-    if (batches < 0)
-        return fail("batches is " + std::to_string(batches) + "; it must be at least 0");
-    return true;
+    return base::RangeCheck("certificate options: ")
+        .check(lambdaRel >= PhaseObjective::kSmallestLambdaRel && lambdaRel <= 1e9,
+               "lambdaRel",
+               lambdaRel,
+               "within 1e-5 .. 1e9")
+        .within("tolerance", tolerance, 1e-12, 1.0)
+        .atLeast("maxRounds", maxRounds, 1)
+        .atLeast("batches", batches, 0)
+        .passed(error);
 }
 
 double
@@ -113,10 +109,11 @@ certifiedBound(const Eigen::MatrixXcd& M, const Eigen::VectorXd& y, const base::
     const double n = static_cast<double>(M.cols());
     Eigen::MatrixXcd S = M;
     S.diagonal().real() -= y;
-    // With room for the rounding of M - diag y, which may cancel altogether.
+    // The norm has room for the rounding of M - diag y, which may cancel altogether.
     const double norm = S.norm() + 1e-13 * (M.norm() + y.norm());
     const double guess = smallestEigenvalue(S, stop);
-    // Minus the Frobenius norm is below every eigenvalue, by far more than its rounding: used where no guess is proved.
+    // Minus the Frobenius norm is below every eigenvalue, by far more than its rounding: used where
+    // no guess is proved.
     double sigma = -(1.0 + 1e-6) * norm;
     double margin = 0.0;
     for (double below = 4.0 * n * kEpsilon * norm; below < norm; below *= 8.0)
@@ -153,7 +150,8 @@ Certificate Certifier::certify(const PhaseObjective& objective, const Eigen::Vec
     Certificate result;
     result.points = objective.size();
 
-    // The fall of a round tells how far the minimum is; what counts is proved, so the first guess only costs time.
+    // The fall of a round tells how far the minimum is. What counts is proved afterwards, so a poor
+    // guess only costs time.
     PhaseRelaxation relaxation(objective, _options.seed, _options.stop);
     double fall = _options.tolerance / 300.0;
     while (!result.tight)
@@ -170,7 +168,7 @@ Certificate Certifier::certify(const PhaseObjective& objective, const Eigen::Vec
         if (spent || fall < kSmallestFall) break;
         fall *= 0.25;
     }
-    // M is positive definite, and a bound below 0 would say nothing.
+    // M is positive definite, so a bound below 0 would say nothing.
     result.bound = std::max(result.bound, 0.0);
     result.bound_ms = since_ms(start);
 

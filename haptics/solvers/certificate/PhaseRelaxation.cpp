@@ -1,5 +1,7 @@
 #include "haptics/solvers/certificate/PhaseRelaxation.h"
 
+#include "haptics/base/Units.h"
+
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
@@ -24,11 +26,11 @@ constexpr int kRefreshInterval = 64; // rounds after which rounding in the kept 
 
 double normal(std::mt19937_64& random)
 {
-    // Box and Muller's, written out: the standard library's normal distribution differs between implementations.
-    constexpr double kTwoPi = 6.283185307179586;
+    // Box and Muller's, written out: the standard library's normal distribution differs between
+    // implementations.
     const double scale = 1.0 / 18446744073709551616.0; // 2^-64
     const double radius = std::sqrt(-2.0 * std::log((static_cast<double>(random()) + 1.0) * scale));
-    return radius * std::cos(kTwoPi * static_cast<double>(random()) * scale);
+    return radius * std::cos(base::kTwoPi * static_cast<double>(random()) * scale);
 }
 
 } // namespace
@@ -87,7 +89,7 @@ void PhaseRelaxation::refreshProducts()
     for (Eigen::Index c = 0; c < _xRe.cols(); ++c)
     {
         _stop.throwIfRequested();
-        kernels::multiply(
+        kernels::multiplyMatrix(
             M, _xRe.col(c).data(), _xIm.col(c).data(), _sRe.col(c).data(), _sIm.col(c).data());
     }
 }

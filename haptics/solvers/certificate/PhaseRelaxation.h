@@ -13,13 +13,13 @@ namespace midair::haptics
 /// \a p (n) with every entry brought to modulus 1; 1 where it is 0.
 Eigen::VectorXcd unitPhases(const Eigen::VectorXcd& p);
 
-/// The relaxation of a PhaseObjective in factored form: each phase u_l replaced by a unit vector x_l of a few complex
-/// components, so that the bad minima go; minimised by coordinate descent.
+/// The relaxation of a PhaseObjective in factored form: each phase u_l replaced by a unit vector
+/// x_l of a few complex components, so that the bad minima go; minimised by coordinate descent.
 class PhaseRelaxation
 {
 public:
-    /// From random vectors of ceil(sqrt(n)) + 1 components. \a objective must outlive this. Throws Stopped, from descend() too,
-    /// where \a stop asks for it.
+    /// From random vectors of ceil(sqrt(n)) + 1 components. \a objective must outlive this. Throws
+    /// Stopped, from descend() too, where \a stop asks for it.
     PhaseRelaxation(const PhaseObjective& objective, std::uint64_t seed, base::StopToken stop = {});
 
     /// Rounds until one gains less than \a fall * trace(M), or \a maxRounds in all.
@@ -31,7 +31,8 @@ public:
     /// y_l = Re(x_l* (M x)_l), the diagonal of M U: the certificate's multipliers. n.
     Eigen::VectorXd y() const;
 
-    /// Turns the components into principal ones, the largest first, and drops those that carry less than a thousandth.
+    /// Turns the components into principal ones, the largest first, and drops those that carry less
+    /// than a thousandth.
     void reduceRank();
     int rank() const { return static_cast<int>(_xRe.cols()); }
     Eigen::MatrixXcd vectors() const; ///< n x rank, row l is x_l
@@ -52,7 +53,8 @@ private:
     int _rounds = 0;
 };
 
-/// Looks for phases of least u* M u: descends from rounded solutions of the relaxation, the promising ones to the end.
+/// Looks for phases of least u* M u: descends from rounded solutions of the relaxation, the
+/// promising ones to the end.
 class PhaseSearch
 {
 public:
@@ -61,10 +63,10 @@ public:
                          std::uint64_t seed,
                          base::StopToken stop = {});
 
-    /// Descends from \a u.
+    /// Descends from \a u and keeps the result if it is the best so far.
     void tryFrom(const Eigen::VectorXcd& u);
-    /// Takes \a count roundings a few rounds down, and the best \a carriedOn of them to their minimum: where a start is
-    /// after four rounds tells well where it will end.
+    /// Takes \a count roundings a few rounds down, and the best \a carriedOn of them to their
+    /// minimum: where a start is after four rounds tells well where it will end.
     void tryRoundings(const PhaseRelaxation& relaxation, int count, int carriedOn);
 
     const Eigen::VectorXcd& best() const { return _best; }

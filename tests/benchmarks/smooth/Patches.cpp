@@ -1,12 +1,13 @@
 #include "tests/benchmarks/smooth/Patches.h"
 
 #include "haptics/propagation/PressureField.h"
-#include "haptics/sequence/SpeckleCycle.h"
+#include "haptics/sequence/SequenceComposer.h"
 #include "haptics/solvers/LevenbergMarquardt.h"
 #include "haptics/surface/SurfaceSampler.h"
 
 #include <Eigen/Geometry>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <vector>
@@ -143,11 +144,16 @@ void runPatches(bool quick)
             std::vector<ControlPoints> sets;
             for (const SurfaceSamples& samples : sampleSurfaceSets(mesh, sampling, K))
                 sets.push_back(pointsAt(samples.positions));
-            SpeckleCycle cycle;
-            const SpeckleCycleReport& r = cycle.solve(sets, fine, array, medium);
+            base::MessageLog messages;
+            const auto start = std::chrono::steady_clock::now();
+            const FieldSequence cycle = SequenceComposer(ComposerOptions(), messages)
+                                            .composeCycle(sets, fine, array, medium);
+            const double passed_ms =
+                std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+                    .count();
             char kind[32];
             std::snprintf(kind, sizeof kind, "%d fields in turn", K);
-            printPatch(patch, kind, 1.0, r.points, judge(cycle.fields()), r.solve_ms);
+            printPatch(patch, kind, 1.0, cycle.report.points, judge(cycle.fields), passed_ms);
         }
     }
 }

@@ -1,6 +1,9 @@
 // How smooth outlines and surfaces can be made, and at what loudness: tables of what is asked and what is reached.
+#include "haptics/base/threads/SteadyClock.h"
+#include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
-#include "haptics/sequence/SpeckleCycle.h"
+#include "haptics/sequence/FieldOrder.h"
+#include "haptics/sequence/SequenceComposer.h"
 #include "haptics/solvers/OutlineHologram.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "tests/benchmarks/smooth/Patches.h"
@@ -241,16 +244,20 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
                 points.targets = Eigen::VectorXd::Ones(samples.size());
                 sets.push_back(points);
             }
-            SpeckleCycleOptions options;
+            ComposerOptions options;
             options.sweeps = evened ? sweeps : 0;
             if (mode == "louder") options.solverOptions.loudness = kLouder;
-            SpeckleCycle cycle(options);
-            const SpeckleCycleReport& r =
-                cycle.solve(sets, fibonacciSphere(1550, kRadius_m), array, medium);
+            midair::base::MessageLog messages;
+            const double start_s = midair::base::steadySeconds();
+            const FieldSequence cycle =
+                SequenceComposer(options, messages)
+                    .composeCycle(sets, fibonacciSphere(1550, kRadius_m), array, medium);
+            const double passed_ms = 1e3 * (midair::base::steadySeconds() - start_s);
             for (const int steps : {0, 3})
             {
                 if (steps > 0 && (mode == "louder" || K < 2)) continue;
-                const std::vector<Eigen::VectorXcf> fields = cycle.smoothed(steps);
+                const std::vector<Eigen::VectorXcf> fields =
+                    smoothedFields(cycle.fields, steps, array.drive);
                 const SurfaceStatistics on = statisticsOf(
                     meanRadiationPressure(fine, array, medium, fields), Eigen::VectorXd());
                 const SurfaceStatistics one = statisticsOf(
@@ -262,7 +269,7 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
                             "%6.3f  %.0f\n",
                             kind.c_str(),
                             K,
-                            r.points,
+                            cycle.report.points,
                             one.mean_Pa,
                             one.coefficientOfVariation,
                             least_Pa,
@@ -272,14 +279,14 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
                             on.percentile1,
                             change.meanPhaseStep_rad,
                             change.driveChange,
-                            r.solve_ms);
+                            passed_ms);
                 std::fflush(stdout);
                 if (csv != nullptr)
                     std::fprintf(csv,
                                  "sphere,%s,%d,%d,%g,%g,%g,%g,%g,%g,%g,%g\n",
                                  kind.c_str(),
                                  K,
-                                 r.points,
+                                 cycle.report.points,
                                  evened ? 0.0 : (K == 8 ? 0.35 : (K == 16 ? 0.25 : 0.0)),
                                  one.mean_Pa,
                                  on.mean_Pa,
@@ -287,7 +294,7 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
                                  on.percentile1,
                                  change.meanPhaseStep_rad,
                                  change.driveChange,
-                                 r.solve_ms);
+                                 passed_ms);
             }
         }
 }

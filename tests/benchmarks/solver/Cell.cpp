@@ -4,6 +4,7 @@
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "haptics/solvers/certificate/Certificate.h"
+#include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "haptics/surface/TriangleMesh.h"
 #include "tests/haptics/solvers/ScenePoints.h"

@@ -348,7 +348,7 @@ TEST(Calibration, BadInputIsNamed)
     pairs.array = pairs.world;
     CalibrationOptions options;
     options.edge_m = 0.0;
-    EXPECT_EQ(message(pairs, options), "CalibrationOptions: edge_m must be over 0");
+    EXPECT_EQ(message(pairs, options), "CalibrationOptions: edge_m is 0; it must be above 0");
     pairs.array(1, 3) = NAN;
     EXPECT_EQ(message(pairs, {}), "point pair 4 has a coordinate that is not finite");
     pairs.array.resize(3, 4);

@@ -226,14 +226,14 @@ TEST(HandProximity, WrongOptionsAreNamed)
     };
     ProximityOptions options;
     options.leave_m = -0.01;
-    EXPECT_EQ(message(options), "ProximityOptions: leave_m must be at least enter_m");
+    EXPECT_EQ(message(options), "ProximityOptions: leave_m is -0.01; it must be at least enter_m");
     options = {};
     options.range_m = 0.001;
     EXPECT_EQ(message(options),
-              "ProximityOptions: range_m must be at least leave_m and not under 0");
+              "ProximityOptions: range_m is 0.001; it must be at least leave_m and not under 0");
     options = {};
     options.alpha = 3.0;
-    EXPECT_EQ(message(options), "ProximityOptions: alpha must be 1 to 2");
+    EXPECT_EQ(message(options), "ProximityOptions: alpha is 3; it must be within 1 .. 2");
 }
 
 TEST(WithinReach, IsTheDistanceFromTheSkin)

@@ -3,6 +3,7 @@
 #include "engine-bridge/hands/Obstacles.h"
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 
 #include <cmath>
 
@@ -141,8 +142,8 @@ TEST(HandsAndObstacles, NoHandWithinReachMeansSilence)
     const auto result = pipeline.process(snapshot);
     EXPECT_EQ(seen->solves, 0);
     EXPECT_EQ(result->points.size(), 0);
-    EXPECT_EQ(result->report.stop, haptics::StopReason::NOTHING_TO_DO);
-    EXPECT_EQ(result->played.cwiseAbs().maxCoeff(), 0.0f);
+    EXPECT_EQ(result->report().stop, haptics::StopReason::NOTHING_TO_DO);
+    EXPECT_EQ(result->played().cwiseAbs().maxCoeff(), 0.0f);
     EXPECT_GT(result->skipped.cols(), 50);
 }
 

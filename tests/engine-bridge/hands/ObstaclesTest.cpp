@@ -256,7 +256,7 @@ TEST(Obstacles, WithoutObstaclesAllGainsAreOne)
     }
     catch (const base::InputError& error)
     {
-        EXPECT_STREQ(error.what(), "ShadowOptions: maxTests must be at least 1");
+        EXPECT_STREQ(error.what(), "ShadowOptions: maxTests is 0; it must be at least 1");
     }
 }
 

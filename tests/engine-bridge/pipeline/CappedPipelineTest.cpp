@@ -34,7 +34,7 @@ double loudestOf(const HologramPipeline& pipeline, const HologramResult& result)
     return loudestInDouble(result.points.positions,
                            pipeline.options().array,
                            pipeline.options().medium,
-                           result.played);
+                           result.played());
 }
 
 } // namespace
@@ -43,18 +43,20 @@ TEST(CappedPipeline, ARelativeFieldIsScaledDownAsAWhole)
 {
     HologramPipeline free(cappedOptions(0.0));
     const auto loud = free.process(squareSnapshot());
-    EXPECT_EQ(loud->capFactor, 1.0);
+    EXPECT_EQ(loud->report().capFactor, 1.0);
     EXPECT_EQ(loud->maxPressure_Pa, 0.0);
-    const double cap_Pa = loud->report.level_Pa / 3.0;
+    const double cap_Pa = loud->report().level_Pa / 3.0;
     HologramPipeline pipeline(cappedOptions(cap_Pa));
     const auto result = pipeline.process(squareSnapshot());
     const double loudest_Pa = loudestOf(pipeline, *result);
     EXPECT_LE(loudest_Pa, cap_Pa);
     EXPECT_GT(loudest_Pa, 0.97 * cap_Pa);
     EXPECT_EQ(result->maxPressure_Pa, cap_Pa);
-    EXPECT_NEAR(result->capFactor, 1.0 / 3.0, 0.02);
-    EXPECT_NEAR(result->report.level_Pa, loud->report.level_Pa * result->capFactor, 0.01 * cap_Pa);
-    EXPECT_LT(result->report.rms, 0.01) << "the shape is kept";
+    EXPECT_NEAR(result->report().capFactor, 1.0 / 3.0, 0.02);
+    EXPECT_NEAR(result->report().level_Pa,
+                loud->report().level_Pa * result->report().capFactor,
+                0.01 * cap_Pa);
+    EXPECT_LT(result->report().rms, 0.01) << "the shape is kept";
     EXPECT_EQ(result->counters.capped, 1u);
     ASSERT_EQ(result->messages.size(), 1u);
     EXPECT_EQ(result->messages[0].rfind("the field is held down to the cap of ", 0), 0u)
@@ -66,14 +68,14 @@ TEST(CappedPipeline, AbsoluteTargetsOverTheCapDontGetThere)
 {
     HologramPipeline pipeline(cappedOptions(400.0));
     const auto quiet = pipeline.process(squareOf(300.0));
-    EXPECT_EQ(quiet->capFactor, 1.0) << "what keeps to the cap is as it was";
-    EXPECT_NEAR(quiet->report.level_Pa, 300.0, 10.0);
+    EXPECT_EQ(quiet->report().capFactor, 1.0) << "what keeps to the cap is as it was";
+    EXPECT_NEAR(quiet->report().level_Pa, 300.0, 10.0);
     const auto result = pipeline.process(squareOf(1500.0));
     EXPECT_LE(loudestOf(pipeline, *result), 400.0);
     EXPECT_GT(loudestOf(pipeline, *result), 360.0); // a level is 8 % there
-    EXPECT_LT(result->capFactor, 0.4);
-    EXPECT_EQ(result->report.shortPoints, result->points.size());
-    EXPECT_NEAR(result->report.worstShortfall, 1.0 - 400.0 / 1500.0, 0.03);
+    EXPECT_LT(result->report().capFactor, 0.4);
+    EXPECT_EQ(result->report().shortPoints, result->points.size());
+    EXPECT_NEAR(result->report().worstShortfall, 1.0 - 400.0 / 1500.0, 0.03);
 }
 
 TEST(CappedPipeline, TheStricterCapCounts)
@@ -114,8 +116,8 @@ TEST(CappedPipeline, SilentWhereTheLevelsCantKeepToTheCap)
         options.array.positions.rowwise().mean() + 0.12 * options.array.normals.col(0);
     const auto result = pipeline.process(snapshot);
     ASSERT_GT(result->points.size(), 0);
-    EXPECT_EQ(result->capFactor, 0.0);
-    EXPECT_EQ(result->played.cwiseAbs().maxCoeff(), 0.0f);
+    EXPECT_EQ(result->report().capFactor, 0.0);
+    EXPECT_EQ(result->played().cwiseAbs().maxCoeff(), 0.0f);
     EXPECT_EQ(result->achieved_Pa.maxCoeff(), 0.0f);
     ASSERT_FALSE(result->messages.empty());
     EXPECT_EQ(result->messages.back(),
@@ -135,7 +137,7 @@ TEST(CappedPipeline, TheModulatedFieldIsHeldDownToo)
     for (int i = 0; i < 10000 && log->sends < 40; ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     EXPECT_GE(log->sends, 40);
-    EXPECT_LE(log->loudestAmplitude, result->played.cwiseAbs().maxCoeff() + 1e-6f);
+    EXPECT_LE(log->loudestAmplitude, result->played().cwiseAbs().maxCoeff() + 1e-6f);
 }
 
 TEST(CappedPipeline, AFieldThatWaitsForItsDeviceIsRatedAsItWillBePlayed)
@@ -148,8 +150,8 @@ TEST(CappedPipeline, AFieldThatWaitsForItsDeviceIsRatedAsItWillBePlayed)
     const auto result = pipeline.process(squareSnapshot());
     EXPECT_FALSE(result->playing);
     EXPECT_EQ(result->achieved_Pa.maxCoeff(), 0.0f);
-    EXPECT_GT(result->report.level_Pa, 100.0);
-    EXPECT_LE(result->report.level_Pa, 250.0);
+    EXPECT_GT(result->report().level_Pa, 100.0);
+    EXPECT_LE(result->report().level_Pa, 250.0);
 }
 
 TEST(CappedPipeline, AnOptionOutOfRangeIsNamed)

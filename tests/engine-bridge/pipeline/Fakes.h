@@ -56,7 +56,7 @@ public:
         {
             const std::lock_guard<std::mutex> lock(_log->mutex);
             _log->points = points;
-            _log->absolute = _options.absoluteTargets;
+            _log->absolute = points.absolute;
         }
         q.setConstant(array.size(),
                       _log->notFinite ? std::numeric_limits<float>::quiet_NaN() : 1.0f);

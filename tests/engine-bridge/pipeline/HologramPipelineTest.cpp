@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <cmath>
@@ -26,7 +27,7 @@ struct PipelineTest : testing::Test
     {
         const auto result = pipeline.process(snapshot);
         EXPECT_EQ(result->points.size(), 0);
-        EXPECT_EQ(result->played.cwiseAbs().maxCoeff(), 0.0f) << "nothing wrong is played";
+        EXPECT_EQ(result->played().cwiseAbs().maxCoeff(), 0.0f) << "nothing wrong is played";
         ASSERT_EQ(result->messages.size(), 1u);
         EXPECT_EQ(result->messages[0], message);
         EXPECT_EQ(pipeline.process(snapshot)->messages.size(), 1u) << "said once";
@@ -40,12 +41,12 @@ TEST_F(PipelineTest, PlaysWhatIsInTheSnapshot)
     const auto result = pipeline.process(squareSnapshot());
     EXPECT_EQ(log->solves, 1);
     EXPECT_EQ(log->sends, 1);
-    EXPECT_EQ(result->report.stop, StopReason::CONVERGED);
+    EXPECT_EQ(result->report().stop, StopReason::CONVERGED);
     EXPECT_TRUE(result->playing);
     // 40 mm at a spacing of 8.6 mm: 16 on the edges at least.
     EXPECT_GE(result->points.size(), 16);
     EXPECT_EQ(result->achieved_Pa.size(), result->points.size());
-    EXPECT_EQ(result->played.size(), 3984);
+    EXPECT_EQ(result->played().size(), 3984);
     EXPECT_EQ(result->deviceStatus, "fake");
     EXPECT_EQ(result->messages.size(), 0u);
 }
@@ -56,7 +57,7 @@ TEST_F(PipelineTest, AchievedIsTheFieldOfWhatTheDevicePlays)
     const auto& options = pipeline.options();
     const Eigen::VectorXcd p = haptics::referencePropagationMatrix(
                                    result->points.positions, options.array, options.medium) *
-                               result->played.cast<std::complex<double>>();
+                               result->played().cast<std::complex<double>>();
     // The product computes in float: 3984 terms, relative to the largest pressure.
     EXPECT_LT((p.cwiseAbs() - result->achieved_Pa.cast<double>()).cwiseAbs().maxCoeff(),
               1e-4 * p.cwiseAbs().maxCoeff());
@@ -97,6 +98,23 @@ TEST_F(PipelineTest, AHundredthOfAWavelengthIsTheLimitAlsoInSmallSteps)
     EXPECT_EQ(log->solves, 2);
 }
 
+// Below the solvers' own tolerance too, which would answer SKIPPED and leave the field as it was.
+TEST(Pipeline, AFinerToleranceReachesTheSolver)
+{
+    for (const double tolerance : {0.001, 0.0})
+    {
+        HologramOptions options = fakeOptions(std::make_shared<FakeLog>());
+        options.solverFactory = {};
+        options.motionTolerance = tolerance;
+        HologramPipeline pipeline(options);
+        const double wavelength_m = options.medium.wavelength(options.array.frequency_Hz);
+        pipeline.process(squareSnapshot());
+        const auto moved = pipeline.process(squareSnapshot(0.005 * wavelength_m));
+        EXPECT_NE(moved->report().stop, StopReason::SKIPPED) << tolerance;
+        EXPECT_GT(moved->report().rowsBuilt, 0) << tolerance;
+    }
+}
+
 TEST_F(PipelineTest, TurningCountsAtTheFarEnd)
 {
     pipeline.process(squareSnapshot());
@@ -127,8 +145,8 @@ TEST_F(PipelineTest, WhatIsGoneGoesSilent)
     const int silencesBefore = log->silences;
     const auto result = pipeline.process({});
     EXPECT_EQ(log->silences, silencesBefore + 1);
-    EXPECT_EQ(result->report.stop, StopReason::NOTHING_TO_DO);
-    EXPECT_EQ(result->played.cwiseAbs().maxCoeff(), 0.0f);
+    EXPECT_EQ(result->report().stop, StopReason::NOTHING_TO_DO);
+    EXPECT_EQ(result->played().cwiseAbs().maxCoeff(), 0.0f);
     pipeline.process({});
     EXPECT_EQ(log->silences, silencesBefore + 1) << "nothing moved";
     pipeline.process(squareSnapshot());
@@ -159,7 +177,7 @@ TEST_F(PipelineTest, AbsoluteTargetsWhereAnyObjectWantsThem)
     two.objects[0].properties.pressureInPa = true;
     two.objects[1].properties.pressure = 0.5; // of the strongest
     const auto result = pipeline.process(two);
-    EXPECT_TRUE(result->absolute);
+    EXPECT_TRUE(result->points.absolute);
     EXPECT_TRUE(log->absolute);
     EXPECT_EQ(result->points.targets.maxCoeff(), 800.0);
     EXPECT_EQ(result->points.targets.minCoeff(), 400.0);
@@ -226,12 +244,12 @@ TEST_F(PipelineTest, WhenTheSolverThrowsTheArrayIsSilent)
     pipeline.process(squareSnapshot());
     log->throwInSolve = true;
     const auto result = pipeline.process(squareSnapshot(0.02));
-    EXPECT_EQ(result->report.stop, StopReason::REFUSED);
-    EXPECT_EQ(result->report.message, "the fake solver throws");
+    EXPECT_EQ(result->report().stop, StopReason::REFUSED);
+    EXPECT_EQ(result->report().message, "the fake solver throws");
     EXPECT_FALSE(result->playing);
     EXPECT_EQ(log->silences, 1);
     log->throwInSolve = false;
-    EXPECT_EQ(pipeline.process(squareSnapshot(0.02))->report.stop, StopReason::CONVERGED)
+    EXPECT_EQ(pipeline.process(squareSnapshot(0.02))->report().stop, StopReason::CONVERGED)
         << "and goes on with the next, though nothing moved";
 }
 
@@ -241,8 +259,8 @@ TEST_F(PipelineTest, ActivationsThatAreNotFiniteNeverReachTheDevice)
     const auto result = pipeline.process(squareSnapshot());
     EXPECT_EQ(log->sends, 0);
     EXPECT_EQ(log->silences, 1);
-    EXPECT_EQ(result->report.stop, StopReason::REFUSED);
-    EXPECT_EQ(result->played.cwiseAbs().maxCoeff(), 0.0f);
+    EXPECT_EQ(result->report().stop, StopReason::REFUSED);
+    EXPECT_EQ(result->played().cwiseAbs().maxCoeff(), 0.0f);
 }
 
 TEST_F(PipelineTest, ARefusedFieldIsTriedAgain)

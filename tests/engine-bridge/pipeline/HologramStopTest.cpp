@@ -125,7 +125,7 @@ TEST(HologramStop, SilenceDoesNotWaitForASolverThatNeverLooks)
     ASSERT_TRUE(
         eventually([&] { return thread.latestResult() && thread.latestResult()->frame == 2; }));
     EXPECT_EQ(log->sends, 0) << "the field that was being solved is not played after the silence";
-    EXPECT_EQ(thread.latestResult()->report.stop, haptics::StopReason::NOTHING_TO_DO);
+    EXPECT_EQ(thread.latestResult()->report().stop, haptics::StopReason::NOTHING_TO_DO);
 
     snapshot = squareSnapshot(0.001);
     thread.submit(snapshot);
@@ -184,7 +184,7 @@ TEST(HologramStop, NewSettingsBreakOffTheSolveOfTheOld)
     thread.setPipeline([second]
                        { return std::make_unique<HologramPipeline>(fakeOptions(second)); });
     ASSERT_TRUE(eventually([&] { return thread.latestResult() != nullptr; }));
-    EXPECT_EQ(thread.latestResult()->report.stop, haptics::StopReason::STOPPED);
+    EXPECT_EQ(thread.latestResult()->report().stop, haptics::StopReason::STOPPED);
     EXPECT_FALSE(thread.latestResult()->playing);
     EXPECT_EQ(first->sends, 0);
     snapshot = sphereSnapshot();

@@ -108,8 +108,8 @@ TEST(HologramThread, WhatThePipelineCannotBeMadeForIsAMessage)
     SceneSnapshot snapshot = squareSnapshot();
     thread.submit(snapshot);
     ASSERT_TRUE(eventually([&] { return thread.latestResult() != nullptr; }));
-    EXPECT_EQ(thread.latestResult()->report.stop, midair::haptics::StopReason::REFUSED);
-    EXPECT_EQ(thread.latestResult()->report.message,
+    EXPECT_EQ(thread.latestResult()->report().stop, midair::haptics::StopReason::REFUSED);
+    EXPECT_EQ(thread.latestResult()->report().message,
               "array \"\" has no transducers, should have at least one");
 }
 

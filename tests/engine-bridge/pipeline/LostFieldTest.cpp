@@ -12,7 +12,7 @@ namespace
 
 bool sounds(const HologramResult& result)
 {
-    return result.played.cwiseAbs().maxCoeff() > 0.0f;
+    return result.played().cwiseAbs().maxCoeff() > 0.0f;
 }
 
 HologramOptions simulated(const std::string& uri)
@@ -78,7 +78,7 @@ TEST_F(LostField, IsSentAgainAfterAWatchdogOrALoss)
     EXPECT_EQ(log->sends, 2);
     EXPECT_EQ(log->solves, 1);
     EXPECT_TRUE(again->playing);
-    EXPECT_EQ(again->played, first->played);
+    EXPECT_EQ(again->played(), first->played());
     EXPECT_EQ(again->counters.resent, 1u);
     EXPECT_EQ(pipeline.attend(), nullptr) << "once for a fault";
     ++report->lost;

@@ -37,7 +37,7 @@ TEST(ModulatedPipeline, KeepsSendingBetweenSnapshots)
     const auto result = pipeline.process(squareSnapshot());
     EXPECT_TRUE(result->playing);
     // The field that is shown is the unmodulated one.
-    EXPECT_NEAR(result->played.cwiseAbs().minCoeff(), 1.0f, 1e-6f);
+    EXPECT_NEAR(result->played().cwiseAbs().minCoeff(), 1.0f, 1e-6f);
     EXPECT_TRUE(waitForSends(*log, 20));
     pipeline.process(squareSnapshot());
     EXPECT_EQ(log->solves, 1) << "nothing moved";

@@ -328,35 +328,3 @@ TEST(PressureCap, IsOverZero)
     for (const double wrong : {0.0, -1.0, 2e6, std::nan("")})
         EXPECT_THROW(PressureCap(wrong, playOf(nullptr)), base::InputError);
 }
-
-TEST(Rate, OfNothingIsNothing)
-{
-    haptics::SolveReport report;
-    report.rms = report.max = report.level_Pa = report.loudness = report.worstShortfall = 7.0;
-    report.shortPoints = 7;
-    haptics::ControlPoints points;
-    for (const bool absolute : {false, true})
-    {
-        rate(points, Eigen::VectorXf(), absolute, report);
-        EXPECT_EQ(report.rms + report.max + report.level_Pa + report.loudness, 0.0);
-        EXPECT_EQ(report.worstShortfall, 0.0);
-        EXPECT_EQ(report.shortPoints, 0);
-        points.positions = Eigen::Matrix3Xd::Zero(3, 2);
-        points.targets = Eigen::VectorXd::Zero(2);
-        rate(points, Eigen::Vector2f(3.0f, 4.0f), absolute, report);
-        EXPECT_EQ(report.rms + report.max + report.level_Pa + report.loudness, 0.0);
-        points = haptics::ControlPoints();
-    }
-}
-
-TEST(Rate, PointsThatNothingIsWantedOfDontCount)
-{
-    haptics::ControlPoints points;
-    points.positions = Eigen::Matrix3Xd::Zero(3, 3);
-    points.targets = Eigen::Vector3d(1.0, 0.0, 1.0);
-    haptics::SolveReport report;
-    rate(points, Eigen::Vector3f(90.0f, 500.0f, 110.0f), false, report);
-    EXPECT_NEAR(report.level_Pa, 100.0, 1e-9);
-    EXPECT_NEAR(report.rms, 0.1, 1e-9);
-    EXPECT_NEAR(report.max, 0.1, 1e-9);
-}

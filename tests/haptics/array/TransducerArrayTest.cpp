@@ -2,6 +2,7 @@
 
 #include "haptics/array/Medium.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 
 #include <Eigen/Geometry>
 

@@ -2,6 +2,7 @@
 
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/InputError.h"
+#include "haptics/surface/ObjReader.h"
 #include "haptics/surface/TriangleMesh.h"
 
 #include <cmath>

@@ -5,7 +5,7 @@
 #include "haptics/points/PointBudget.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/sequence/FieldMonitor.h"
-#include "haptics/sequence/SpeckleCycle.h"
+#include "haptics/sequence/SequenceComposer.h"
 #include "haptics/sequence/TimeMultiplexer.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "haptics/solvers/OutlineHologram.h"
@@ -248,9 +248,10 @@ TEST(Stop, WhatHasNoReportThrows)
                      {Outline::circle({0, 0, 0.15}, 0.04, {0, 0, 1})}, array, Medium(), played),
                  midair::base::Stopped);
 
-    SpeckleCycleOptions cycle;
-    cycle.solverOptions.stop = source.token();
-    EXPECT_THROW(SpeckleCycle(cycle).solve({points}, points.positions, array, Medium()),
+    ComposerOptions composer;
+    composer.solverOptions.stop = source.token();
+    midair::base::MessageLog messages;
+    EXPECT_THROW(SequenceComposer(composer, messages).compose(0, points, {}, array, Medium()),
                  midair::base::Stopped);
 
     const std::vector<BudgetPoint> crowd(4, BudgetPoint{0, 0, 0, 0, Eigen::Vector3d::Zero()});
@@ -281,12 +282,14 @@ TEST(Stop, OutlinesAndSweepsAndSamplersAreBrokenOffWhileTheyWork)
     broken(
         [&](const midair::base::StopToken& stop)
         {
-            SpeckleCycleOptions options;
+            ComposerOptions options;
             options.sweeps = 1000000;
             options.solverOptions.stop = stop;
             const ControlPoints points = spherePoints(20, 0.02, {0.0, 0.0, 0.15});
-            SpeckleCycle(options).solve(
-                std::vector<ControlPoints>(3, points), points.positions, array, Medium());
+            midair::base::MessageLog messages;
+            SequenceComposer(options, messages)
+                .composeCycle(
+                    std::vector<ControlPoints>(3, points), points.positions, array, Medium());
         });
     broken(
         [&](const midair::base::StopToken& stop)

@@ -379,17 +379,16 @@ TEST_F(ControlPointSelector, RefusesWhatItCantUse)
     EXPECT_EQ(errorOf({object}), "Object 0 has the spacing 0 m; it must be positive and finite");
     EXPECT_EQ(errorOf({}, 0.0), "The wavelength is 0 m; it must be positive and finite");
     options.maxPoints = 0;
-    EXPECT_EQ(errorOf({}), "SelectorOptions::maxPoints is 0; it must be 1 or more");
+    EXPECT_EQ(errorOf({}), "SelectorOptions::maxPoints is 0; it must be at least 1");
     options = {};
     options.crowdingWavelengths = 2.0;
-    EXPECT_EQ(errorOf({}), "SelectorOptions::crowdingWavelengths is 2; it must be in 0 .. 1");
+    EXPECT_EQ(errorOf({}), "SelectorOptions::crowdingWavelengths is 2; it must be within 0 .. 1");
     options = {};
     options.minDistanceWavelengths = std::nan("");
-    EXPECT_EQ(errorOf({}),
-              "SelectorOptions::minDistanceWavelengths is nan; it must be 0 or more and finite");
+    EXPECT_EQ(errorOf({}), "SelectorOptions::minDistanceWavelengths is nan; it must be at least 0");
     options = {};
     options.reach_m = -1.0;
-    EXPECT_EQ(errorOf({}), "SelectorOptions::reach_m is -1; it must be 0 or more and finite");
+    EXPECT_EQ(errorOf({}), "SelectorOptions::reach_m is -1; it must be at least 0");
     options = {};
     array = TransducerArray();
     EXPECT_EQ(errorOf({}), "The array has no transducers");

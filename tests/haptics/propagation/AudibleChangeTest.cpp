@@ -55,7 +55,7 @@ TEST(AudibleShare, IsInTheReport)
     options.updateRate_Hz = 0.0;
     std::string error;
     EXPECT_FALSE(options.isValid(&error));
-    EXPECT_EQ(error, "solver option updateRate_Hz is 0; it must be over 0 and finite");
+    EXPECT_EQ(error, "solver option updateRate_Hz is 0; it must be above 0");
 }
 
 } // namespace

@@ -1,5 +1,7 @@
 #include "haptics/propagation/PropagationMatrix.h"
 
+#include "haptics/propagation/ReferencePropagation.h"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 
 #include <Eigen/Geometry>
 

@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/sequence/FieldOrder.h"
 #include "haptics/sequence/Modulator.h"
 #include "tests/haptics/solvers/ScenePoints.h"
@@ -15,15 +16,9 @@ namespace midair::haptics
 namespace
 {
 
-TimeMultiplexer matched(bool absolute = false)
+TimeMultiplexer matched()
 {
-    return TimeMultiplexer(
-        [absolute]
-        {
-            SolverOptions options;
-            options.absoluteTargets = absolute;
-            return makeSolver("gauss-newton", options);
-        });
+    return TimeMultiplexer([] { return makeSolver("gauss-newton", SolverOptions()); });
 }
 
 // |p| at each point by the formula in double precision, apart from everything that solves.
@@ -86,7 +81,8 @@ TEST(TimeMultiplexer, AbsoluteTargetsAreNotScaled)
     std::vector<ControlPoints> parts{spherePoints(3, 0.02), spherePoints(6, 0.03)};
     parts[0].targets *= 1000.0;
     parts[1].targets *= 500.0;
-    TimeMultiplexer fields = matched(true);
+    parts[0].absolute = parts[1].absolute = true;
+    TimeMultiplexer fields = matched();
     std::vector<Eigen::VectorXcf> q;
     fields.solve(parts, array, Medium(), q);
     EXPECT_NEAR(achieved(parts[0], array, q[0]).mean(), 1000.0, 5.0);

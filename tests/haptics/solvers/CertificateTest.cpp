@@ -1,6 +1,7 @@
 #include "haptics/solvers/certificate/Certificate.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/solvers/certificate/PhaseRelaxation.h"
 #include "tests/haptics/solvers/PhaseScenes.h"
 
@@ -289,6 +290,6 @@ TEST(Certificate, RefusesWithAReason)
     options.lambdaRel = 0.0;
     std::string error;
     EXPECT_FALSE(options.isValid(&error));
-    EXPECT_EQ(error, "certificate options: lambdaRel is 0; it must be from 1e-5 to 1e9");
+    EXPECT_EQ(error, "certificate options: lambdaRel is 0; it must be within 1e-5 .. 1e9");
     EXPECT_THROW(Certifier{options}, midair::base::InputError);
 }

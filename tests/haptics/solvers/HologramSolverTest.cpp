@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 
 #include <algorithm>
@@ -79,19 +80,19 @@ TEST(SolverOptions, NamesTheViolatedConstraint)
     };
     EXPECT_TRUE(SolverOptions{}.isValid());
     EXPECT_EQ(why([](SolverOptions& o) { o.maxIterations = -1; }),
-              "solver option maxIterations is -1; it must be >= 0");
+              "solver option maxIterations is -1; it must be at least 0");
     EXPECT_EQ(why([](SolverOptions& o) { o.rmsTolerance = NAN; }),
-              "solver option rmsTolerance is nan; it must be >= 0 and finite");
+              "solver option rmsTolerance is nan; it must be at least 0");
     EXPECT_EQ(why([](SolverOptions& o) { o.deadline_ms = -2.0; }),
-              "solver option deadline_ms is -2; it must be >= 0 and finite");
+              "solver option deadline_ms is -2; it must be at least 0");
     EXPECT_EQ(why([](SolverOptions& o) { o.lambdaRel = INFINITY; }),
-              "solver option lambdaRel is inf; it must be >= 0 and finite");
+              "solver option lambdaRel is inf; it must be finite and at least 0");
     EXPECT_EQ(why([](SolverOptions& o) { o.loudness = 2.5; }),
               "solver option loudness is 2.5; it must be over 0 and at most 2");
     EXPECT_EQ(why([](SolverOptions& o) { o.threads = 0; }),
-              "solver option threads is 0; it must be 1 .. 256");
+              "solver option threads is 0; it must be within 1 .. 256");
     EXPECT_EQ(why([](SolverOptions& o) { o.maxAmplitudeStep = 2.0; }),
-              "solver option maxAmplitudeStep is 2; it must be 0 .. 1");
+              "solver option maxAmplitudeStep is 2; it must be within 0 .. 1");
 }
 
 TEST(MakeSolver, RefusesUnknownNamesAndInvalidOptions)
@@ -233,8 +234,8 @@ TEST(EverySolver, SaysHowMuchTheArrayCan)
     const TransducerArray array = TransducerArray::octagonalPrism();
     ControlPoints points = spherePoints(8, 0.03);
     points.targets.setConstant(1e6); // Pa: a hundred times what it has
+    points.absolute = true;
     SolverOptions options;
-    options.absoluteTargets = true;
     for (const std::string& name : solverNames())
     {
         SCOPED_TRACE(name);
@@ -261,7 +262,6 @@ TEST(GaussNewton, MeetsAbsoluteTargetsHoweverFewThePoints)
 {
     const TransducerArray array = TransducerArray::octagonalPrism();
     SolverOptions options;
-    options.absoluteTargets = true;
     for (const bool phaseOnly : {true, false})
         for (const int n : {1, 2, 3, 4, 9})
         {
@@ -269,6 +269,7 @@ TEST(GaussNewton, MeetsAbsoluteTargetsHoweverFewThePoints)
             options.phaseOnly = phaseOnly;
             ControlPoints points = spherePoints(n, 0.02);
             points.targets.setConstant(500.0);
+            points.absolute = true;
             Eigen::VectorXcf q;
             const SolveReport report =
                 makeSolver("gauss-newton", options)->solve(points, array, Medium{}, q);

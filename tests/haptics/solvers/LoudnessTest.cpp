@@ -48,15 +48,21 @@ TEST(Loudness, BeyondOneKeepsItsErrorWhileThingsMove)
 TEST(Loudness, IsNoMoreThanAskedForInPa)
 {
     SolverOptions options;
-    options.absoluteTargets = true;
     options.loudness = 1.5;
     ControlPoints points = spherePoints(25, 0.03);
     points.targets *= 500.0;
+    points.absolute = true;
     Eigen::VectorXcf q;
     const SolveReport report = makeSolver("gauss-newton", options)
                                    ->solve(points, TransducerArray::octagonalPrism(), {}, q);
     EXPECT_NEAR(report.level_Pa, 500.0, 5.0);
     EXPECT_LT(report.rms, 0.01);
+    EXPECT_EQ(report.message, "a loudness of 1.5 counts as 1, since the targets are in Pa");
+    options.loudness = 1.0;
+    const SolveReport same = makeSolver("gauss-newton", options)
+                                 ->solve(points, TransducerArray::octagonalPrism(), {}, q);
+    EXPECT_EQ(same.message, "");
+    EXPECT_EQ(same.level_Pa, report.level_Pa);
     options.loudness = 2.5;
     std::string error;
     EXPECT_FALSE(options.isValid(&error));

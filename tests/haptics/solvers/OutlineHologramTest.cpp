@@ -3,6 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 
 #include <cmath>
 #include <limits>

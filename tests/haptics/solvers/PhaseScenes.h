@@ -1,6 +1,7 @@
 #pragma once
 
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/solvers/PhaseObjective.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 

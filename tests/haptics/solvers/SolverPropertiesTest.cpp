@@ -1,5 +1,6 @@
 // What must not matter does not matter: for every method by name.
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 
@@ -129,10 +130,10 @@ TEST(EverySolver, PlaysAbsoluteTargetsInProportion)
     const TransducerArray array = arrayWithoutLevels();
     ControlPoints points = unequalPoints(10);
     points.targets *= 300.0;
+    points.absolute = true;
     ControlPoints louder = points;
     louder.targets *= 2.0;
     SolverOptions options;
-    options.absoluteTargets = true;
     for (const std::string& name : solverNames())
     {
         SCOPED_TRACE(name);

@@ -1,6 +1,7 @@
 // What a solver makes of input that is hard, crowded or absurd; each case's outcome is stated.
 // MIDAIR_LONG_TESTS=1 adds 2000 points and 100,000 updates in a row.
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "tests/LongTests.h"
 #include "tests/haptics/solvers/ScenePoints.h"

@@ -1,3 +1,5 @@
+#include "haptics/surface/ObjReader.h"
+
 #include "haptics/base/InputError.h"
 #include "haptics/surface/TriangleMesh.h"
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "haptics/base/InputError.h"
+#include "haptics/surface/ObjReader.h"
 #include "tests/haptics/surface/SampleMeshes.h"
 
 #include <string>

@@ -130,23 +130,21 @@ TEST(SamplerInput, RefusesWhatItCantSample)
 TEST(SamplerInput, ValidatesItsOptions)
 {
     const TriangleMesh mesh = star();
-    EXPECT_EQ(errorOf(mesh, spaced(0.0)),
-              "SamplerOptions::spacing_m is 0; it must be positive and finite");
-    EXPECT_EQ(errorOf(mesh, spaced(-1.0)),
-              "SamplerOptions::spacing_m is -1; it must be positive and finite");
+    EXPECT_EQ(errorOf(mesh, spaced(0.0)), "SamplerOptions::spacing_m is 0; it must be above 0");
+    EXPECT_EQ(errorOf(mesh, spaced(-1.0)), "SamplerOptions::spacing_m is -1; it must be above 0");
     EXPECT_EQ(errorOf(mesh, spaced(std::nan(""))),
-              "SamplerOptions::spacing_m is nan; it must be positive and finite");
+              "SamplerOptions::spacing_m is nan; it must be above 0");
     SamplerOptions options;
     options.creaseAngle_rad = 4.0;
     EXPECT_EQ(errorOf(mesh, options),
-              "SamplerOptions::creaseAngle_rad is 4; it must be in 0 .. pi");
+              "SamplerOptions::creaseAngle_rad is 4; it must be within 0 .. pi");
     options = {};
     options.edgeSpacing_m = 0.5;
     EXPECT_EQ(errorOf(mesh, options),
-              "SamplerOptions::edgeSpacing_m is 0.5; it must be in 0 .. spacing_m");
+              "SamplerOptions::edgeSpacing_m is 0.5; it must be within 0 .. spacing_m");
     options = {};
     options.maxPoints = 0;
-    EXPECT_EQ(errorOf(mesh, options), "SamplerOptions::maxPoints is 0; it must be 1 or more");
+    EXPECT_EQ(errorOf(mesh, options), "SamplerOptions::maxPoints is 0; it must be at least 1");
 }
 
 TEST(SamplerInput, TellsASpacingThatWouldDo)

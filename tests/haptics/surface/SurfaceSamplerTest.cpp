@@ -1,5 +1,6 @@
 #include "haptics/surface/SurfaceSampler.h"
 
+#include "haptics/surface/ObjReader.h"
 #include "tests/haptics/surface/SamplerChecks.h"
 
 #include <filesystem>

@@ -1,3 +1,4 @@
+#include "plugin/engine/SceneAccess.h"
 #include "samples/views/Offscreen.h"
 #include "tests/plugin/KitTest.h"
 
@@ -70,7 +71,8 @@ TEST_P(ThreadingModels, TwoViewsOfAMovingSceneWithOverlays)
             {
                 while (!stop)
                 {
-                    if (box.scene->getLatestResult() && box.scene->getStatistics().frames > 0)
+                    if (SceneAccess::latestResult(*box.scene) &&
+                        box.scene->getStatistics().frames > 0)
                         ++reads;
                     std::this_thread::yield();
                 }

@@ -1,4 +1,5 @@
 #include "plugin/engine/HapticEngine.h"
+#include "plugin/engine/SceneAccess.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osg/Switch>
@@ -46,12 +47,14 @@ TEST(Threading, NoFrameWaitsForASolverThatSleeps)
     std::atomic<bool> held{true};
     std::atomic<int> begun{0};
     BoxScene box;
-    box.scene->engine().setOptionsFilter(
-        [&](midair::bridge::HologramOptions& options)
-        {
-            options.solverFactory = [&](const std::string&, const midair::haptics::SolverOptions&)
-            { return std::make_unique<HeldSolver>(held, begun); };
-        });
+    SceneAccess::engine(*box.scene)
+        .setOptionsFilter(
+            [&](midair::bridge::HologramOptions& options)
+            {
+                options.solverFactory =
+                    [&](const std::string&, const midair::haptics::SolverOptions&)
+                { return std::make_unique<HeldSolver>(held, begun); };
+            });
     HeadlessViewer viewer(box.scene);
     ASSERT_TRUE(viewer.framesUntil([&] { return begun == 1; }));
     // Were any of these to wait, none would ever return: the solver is let go only after them.
@@ -82,10 +85,10 @@ TEST(Threading, ResultsMayBeReadFromAnyThreadWhileTheSceneMoves)
         {
             while (!stop)
             {
-                const auto result = box.scene->getLatestResult();
+                const auto result = SceneAccess::latestResult(*box.scene);
                 if (result && result->achieved_Pa.size() == result->points.size()) ++reads;
                 box.scene->getStatistics();
-                box.scene->getTransducerArray();
+                SceneAccess::array(*box.scene);
             }
         });
     for (int i = 0; i < 60; ++i)

@@ -113,7 +113,7 @@ TEST(Hands, ATouchSaysWhereAndHowStrong)
     EXPECT_NEAR(touch.distance, -0.002, 1e-6); // the box's vertices are floats
     EXPECT_NEAR(touch.position.z(), 0.17, 1e-3);
     EXPECT_NEAR(touch.area, 81.7e-6, 2e-6); // a ball of 7.5 mm, 2 mm deep; chords of 2 mm
-    const double level = box.result()->report.level_Pa;
+    const double level = box.result()->report().level_Pa;
     EXPECT_NEAR(
         touch.force, level * level / (1.204 * 343.2 * 343.2) * touch.area, 0.01 * touch.force);
     EXPECT_GT(touch.force, 0.0);
@@ -182,7 +182,7 @@ TEST(Hands, OnlyWhatIsWithinReachIsSolved)
     box.scene->setReach(0.01);
     // Without a hand nothing is.
     ASSERT_TRUE(box.viewer.framesUntil([&] { return box.points() == 0; }));
-    EXPECT_EQ(box.result()->played.cwiseAbs().maxCoeff(), 0.0f);
+    EXPECT_EQ(box.result()->played().cwiseAbs().maxCoeff(), 0.0f);
     box.hands->setHands({pointingDown(0.001)});
     ASSERT_TRUE(box.viewer.framesUntil([&] { return box.points() > 0; }));
     EXPECT_LT(box.points(), all / 2);

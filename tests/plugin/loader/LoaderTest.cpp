@@ -1,3 +1,4 @@
+#include "plugin/engine/SceneAccess.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/HapticCallback>
@@ -167,13 +168,14 @@ TEST(Loader, ASettingsFileIsAViewersDevice)
     plain->addChild(BoxScene::box());
     HeadlessViewer viewer(plain);
     viewer.viewer.addDevice(device);
-    ASSERT_TRUE(viewer.framesUntil([&] { return device->getLatestResult() != nullptr; }));
-    EXPECT_EQ(device->getLatestResult()->points.size(), 8)
+    ASSERT_TRUE(viewer.framesUntil([&] { return SceneAccess::latestResult(*device) != nullptr; }));
+    EXPECT_EQ(SceneAccess::latestResult(*device)->points.size(), 8)
         << "nothing is haptic: all of it is, by the file's property";
-    EXPECT_NEAR(device->getLatestResult()->points.positions.row(2).mean(), 0.15, 1e-6);
+    EXPECT_NEAR(SceneAccess::latestResult(*device)->points.positions.row(2).mean(), 0.15, 1e-6);
     osg::ref_ptr<HapticSurface> surface = new HapticSurface(BoxScene::box(0.03f).get());
     plain->addChild(surface);
-    ASSERT_TRUE(viewer.framesUntil([&] { return device->getLatestResult()->points.size() > 8; }))
+    ASSERT_TRUE(
+        viewer.framesUntil([&] { return SceneAccess::latestResult(*device)->points.size() > 8; }))
         << "now something is, and only that";
 }
 
@@ -187,8 +189,9 @@ TEST(HapticCallback, PlaysUnderAnyRoot)
     root->addChild(box.transform);
     root->addEventCallback(callback);
     HeadlessViewer viewer(root);
-    ASSERT_TRUE(viewer.framesUntil([&] { return callback->getLatestResult() != nullptr; }));
-    EXPECT_GT(callback->getLatestResult()->points.size(), 8);
+    ASSERT_TRUE(
+        viewer.framesUntil([&] { return SceneAccess::latestResult(*callback) != nullptr; }));
+    EXPECT_GT(SceneAccess::latestResult(*callback)->points.size(), 8);
     EXPECT_EQ(callback->getStatistics().objects, 1);
 }
 

@@ -1,3 +1,4 @@
+#include "plugin/engine/SceneAccess.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osg/Switch>
@@ -35,7 +36,7 @@ TEST(HapticScene, PlaysByItselfInAViewer)
     // A cube of 40 mm: points all over it, symmetric up to the random ones on its faces.
     EXPECT_LT((middle(box) - Eigen::Vector3d(0.0, 0.0, 0.15)).norm(), 2e-3);
     EXPECT_GT(box.result()->achieved_Pa.maxCoeff(), 0.0f);
-    EXPECT_EQ(box.scene->getTransducerArray()->size(), 249);
+    EXPECT_EQ(SceneAccess::array(*box.scene)->size(), 249);
 }
 
 TEST(HapticScene, ASceneInWhichNothingMovesCostsNoSolves)
@@ -117,7 +118,7 @@ TEST(HapticScene, SwitchedOffGoesSilent)
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
     box.surface->setNodeMask(0);
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() == 0; }));
-    EXPECT_EQ(box.result()->played.cwiseAbs().maxCoeff(), 0.0f);
+    EXPECT_EQ(box.result()->played().cwiseAbs().maxCoeff(), 0.0f);
     box.surface->setNodeMask(~0u);
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
     EXPECT_EQ(box.scene->getStatistics().meshesSampled, 1u) << "a blink is not sampled again";
@@ -271,8 +272,8 @@ TEST(HapticScene, AnArrayThatCannotBeReadIsAMessage)
     HeadlessViewer viewer(box.scene);
     ASSERT_TRUE(viewer.framesUntil([&] { return !box.scene->getStatistics().messages.empty(); }));
     ASSERT_NE(box.result(), nullptr);
-    EXPECT_EQ(box.result()->report.stop, StopReason::REFUSED);
-    EXPECT_EQ(box.scene->getTransducerArray(), nullptr);
+    EXPECT_EQ(box.result()->report().stop, StopReason::REFUSED);
+    EXPECT_EQ(SceneAccess::array(*box.scene), nullptr);
     EXPECT_EQ(box.scene->getStatistics().messages[0].rfind("array 'no such array': ", 0), 0u)
         << box.scene->getStatistics().messages[0];
     box.scene->setArray("board");
@@ -366,8 +367,8 @@ TEST(HapticScene, TagsAreFeltLikeSurfaces)
     tagged->addChild(BoxScene::box());
     scene->addChild(tagged);
     HeadlessViewer viewer(scene);
-    ASSERT_TRUE(viewer.framesUntil([&] { return scene->getLatestResult() != nullptr; }));
-    const auto result = scene->getLatestResult();
+    ASSERT_TRUE(viewer.framesUntil([&] { return SceneAccess::latestResult(*scene) != nullptr; }));
+    const auto result = SceneAccess::latestResult(*scene);
     EXPECT_EQ(result->points.size(), 8) << "a box's corners";
     EXPECT_EQ(result->points.targets.minCoeff(), 2.0);
     bool said = false;

@@ -2,6 +2,7 @@
 
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/HapticOverlays>
 
@@ -30,10 +31,10 @@ std::shared_ptr<bridge::HologramResult> played(const Eigen::Vector3d* focus, std
 {
     auto result = std::make_shared<bridge::HologramResult>();
     result->frame = frame;
-    result->played.resize(board()->size());
+    result->sequence.fields.assign(1, Eigen::VectorXcf(board()->size()));
     std::mt19937 random(7);
     std::uniform_real_distribution<float> angle(0.0F, 6.2831853F);
-    for (auto& q : result->played)
+    for (auto& q : result->sequence.fields.front())
         q = std::polar(1.0F, angle(random));
     if (focus)
     {
@@ -41,7 +42,7 @@ std::shared_ptr<bridge::HologramResult> played(const Eigen::Vector3d* focus, std
             haptics::referencePropagationMatrix(*focus, *board(), haptics::Medium())
                 .row(0)
                 .adjoint();
-        result->played = (g.array() / g.array().abs()).cast<std::complex<float>>();
+        result->sequence.fields = {(g.array() / g.array().abs()).cast<std::complex<float>>()};
         result->points.positions = *focus;
         result->points.normals = Eigen::Vector3d::UnitZ();
         result->points.targets = Eigen::VectorXd::Ones(1);
@@ -89,7 +90,7 @@ TEST(FieldSlice, ShowsTheFieldBetweenItsSamples)
         }
     const Eigen::VectorXd exact =
         (haptics::referencePropagationMatrix(places, *board(), asked.medium) *
-         asked.result->played.cast<std::complex<double>>())
+         asked.result->played().cast<std::complex<double>>())
             .cwiseAbs();
     // From 0.37 to 0.63 of the sampling rate is room for a Kaiser filter of 12 taps and 49 dB; both axes and the lattice's
     // 3e-3 add up.
@@ -108,7 +109,7 @@ TEST(FieldSlice, FindsTheFocus)
     EXPECT_LT((slice.peak - focus).norm(), 2e-3);
     const double exact =
         std::abs((haptics::referencePropagationMatrix(slice.peak, *board(), asked.medium) *
-                  asked.result->played.cast<std::complex<double>>())(0));
+                  asked.result->played().cast<std::complex<double>>())(0));
     EXPECT_NEAR(slice.peak_Pa, exact, 1e-2 * exact);
 }
 
@@ -116,11 +117,12 @@ TEST(FieldSliceOverlay, ShowsTheNewestFieldWithoutWaiting)
 {
     const Eigen::Vector3d focus(0.0, 0.01, 0.12);
     osg::ref_ptr<FieldSliceOverlay> overlay = new FieldSliceOverlay;
-    overlay->setResult(played(&focus, 1)); // before it knows an array: nothing to show
+    OverlayPart::of(*overlay).setResult(
+        played(&focus, 1)); // before it knows an array: nothing to show
     EXPECT_FALSE(overlay->waitFor(1, 0.0));
-    overlay->setArray(board(), haptics::Medium());
+    OverlayPart::of(*overlay).setArray(board(), haptics::Medium());
     for (std::uint64_t frame = 1; frame <= 5; ++frame)
-        overlay->setResult(played(&focus, frame));
+        OverlayPart::of(*overlay).setResult(played(&focus, frame));
     ASSERT_TRUE(overlay->waitFor(5, 60.0));
     EXPECT_EQ(overlay->getShownFrame(), 5U);
     EXPECT_GE(overlay->getRange(), overlay->getPeakPressure());
@@ -129,7 +131,7 @@ TEST(FieldSliceOverlay, ShowsTheNewestFieldWithoutWaiting)
     // The slice cuts the focus, which is long across the board: y = const is seen along its length.
     EXPECT_LT((overlay->getPeak() - place).length(), 12e-3);
     overlay->setRange(1234.0F);
-    overlay->setResult(played(&focus, 6));
+    OverlayPart::of(*overlay).setResult(played(&focus, 6));
     ASSERT_TRUE(overlay->waitFor(6, 60.0));
     EXPECT_EQ(overlay->getRange(), 1234.0F);
 }
@@ -137,10 +139,10 @@ TEST(FieldSliceOverlay, ShowsTheNewestFieldWithoutWaiting)
 TEST(FieldSliceOverlay, FieldOfAnotherArrayIsNotDrawn)
 {
     osg::ref_ptr<FieldSliceOverlay> overlay = new FieldSliceOverlay;
-    overlay->setArray(board(), haptics::Medium());
+    OverlayPart::of(*overlay).setArray(board(), haptics::Medium());
     auto result = played(nullptr, 3);
-    result->played.conservativeResize(100);
-    overlay->setResult(result);
+    result->sequence.fields.front().conservativeResize(100);
+    OverlayPart::of(*overlay).setResult(result);
     EXPECT_FALSE(overlay->waitFor(3, 0.0));
     EXPECT_EQ(overlay->getNumChildren(), 0U);
 }
@@ -149,9 +151,9 @@ TEST(HapticOverlays, HiddenOnesGetNothingAndCatchUp)
 {
     const Eigen::Vector3d focus(0.0, 0.01, 0.12);
     osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
-    overlays->setArray(board(), haptics::Medium());
+    OverlayFeed::of(*overlays).setArray(board(), haptics::Medium());
     overlays->setShowFieldSlice(false);
-    overlays->show(played(&focus, 1));
+    OverlayFeed::of(*overlays).show(played(&focus, 1));
     EXPECT_FALSE(overlays->getFieldSlice()->waitFor(1, 0.0));
     osgUtil::UpdateVisitor update;
     overlays->accept(update);

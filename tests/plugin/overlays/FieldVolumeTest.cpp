@@ -3,6 +3,9 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "plugin/overlays/OverlayPart.h"
+
+#include <osgMidair/FieldVolumeOverlay>
 
 #include <gtest/gtest.h>
 
@@ -22,7 +25,7 @@ VolumeRequest focusedOn(const Eigen::Vector3d& focus)
     const Eigen::VectorXcd g =
         haptics::referencePropagationMatrix(focus, *request.array, request.medium).row(0).adjoint();
     result->frame = 7;
-    result->played = (g.array() / g.array().abs()).cast<std::complex<float>>();
+    result->sequence.fields = {(g.array() / g.array().abs()).cast<std::complex<float>>()};
     result->points.positions = focus;
     result->points.normals = Eigen::Vector3d::UnitZ();
     result->points.targets = Eigen::VectorXd::Ones(1);
@@ -47,7 +50,7 @@ TEST(FieldVolume, HoldsTheRadiationPressureRoundTheFocus)
         const Eigen::Vector3d place(at.x(), at.y(), at.z());
         const std::complex<double> p =
             (haptics::referencePropagationMatrix(place, *request.array, request.medium) *
-             request.result->played.cast<std::complex<double>>())(0);
+             request.result->played().cast<std::complex<double>>())(0);
         return haptics::radiationPressure(std::abs(p), request.medium);
     };
     const double atFocus_Pa = exact_Pa(osg::Vec3(osg::Vec3d(focus.x(), focus.y(), focus.z())));
@@ -93,10 +96,11 @@ TEST(FieldVolumeOverlay, ShowsTheNewestFieldWithoutWaiting)
 {
     const VolumeRequest request = focusedOn({0.0, 0.01, 0.12});
     osg::ref_ptr<FieldVolumeOverlay> overlay = new FieldVolumeOverlay;
-    overlay->setResult(request.result); // before it knows an array: nothing to show
+    OverlayPart::of(*overlay).setResult(
+        request.result); // before it knows an array: nothing to show
     EXPECT_FALSE(overlay->waitFor(7, 0.0));
-    overlay->setArray(request.array, request.medium);
-    overlay->setResult(request.result);
+    OverlayPart::of(*overlay).setArray(request.array, request.medium);
+    OverlayPart::of(*overlay).setResult(request.result);
     ASSERT_TRUE(overlay->waitFor(7, 60.0));
     EXPECT_EQ(overlay->getShownFrame(), 7U);
     EXPECT_GT(overlay->getRange(), 0.0F);

@@ -1,6 +1,8 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "plugin/overlays/FieldSlice.h"
+#include "plugin/overlays/OverlayPart.h"
 #include "samples/views/Offscreen.h"
 
 #include <osgMidair/FieldSliceOverlay>
@@ -27,7 +29,7 @@ focusedOn(const Eigen::Vector3d& focus, const haptics::TransducerArray& array, s
     const Eigen::VectorXcd g =
         haptics::referencePropagationMatrix(focus, array, haptics::Medium()).row(0).adjoint();
     result->frame = frame;
-    result->played = (g.array() / g.array().abs()).cast<std::complex<float>>();
+    result->sequence.fields = {(g.array() / g.array().abs()).cast<std::complex<float>>()};
     result->points.positions = focus;
     result->points.normals = Eigen::Vector3d::UnitZ();
     result->points.targets = Eigen::VectorXd::Ones(1);
@@ -43,7 +45,7 @@ public:
         array = std::make_shared<haptics::TransducerArray>(haptics::TransducerArray::singleBoard());
         array->gain = Eigen::VectorXd::LinSpaced(array->size(), 0.5, 1.0);
         array->phaseOffset_rad = Eigen::VectorXd::LinSpaced(array->size(), -1.0, 1.0);
-        overlay->setArray(array, haptics::Medium());
+        OverlayPart::of(*overlay).setArray(array, haptics::Medium());
         overlay->setPlane(osg::Vec3d(0.0, 0.0, 0.12), osg::Vec3d(0.0, 0.4, 1.0));
         overlay->setRadius(0.03);
         _viewer.setLightingMode(osg::View::NO_LIGHT);
@@ -63,7 +65,7 @@ public:
         // Twice: what draws is known, and a range has been found, only then.
         for (int pass = 0; pass < 2; ++pass)
         {
-            overlay->setResult(focusedOn(focus, *array, _frame));
+            OverlayPart::of(*overlay).setResult(focusedOn(focus, *array, _frame));
             overlay->waitFor(_frame, 60.0);
             _grabber->request();
             _viewer.frame();

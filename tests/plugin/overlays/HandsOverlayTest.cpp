@@ -1,5 +1,6 @@
 #include "engine-bridge/hands/Hand.h"
 #include "engine-bridge/hands/HandProximity.h"
+#include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticScene>
@@ -44,22 +45,23 @@ TEST(HandsOverlay, DrawsBonesAndTouchesAndLetsThemFade)
     osg::ref_ptr<HandsOverlay> overlay = new HandsOverlay;
     bridge::HandContact near = touch(0.0);
     near.touching = false;
-    overlay->setHands(openHandCapsules(), {near}, 1.0);
+    OverlayPart::of(*overlay).setHands(openHandCapsules(), {near}, 1.0);
     EXPECT_EQ(overlay->getNumBones(), bridge::kHandBones);
     EXPECT_EQ(overlay->getNumTouches(), 0); // near is not touched
-    overlay->setHands(openHandCapsules(), {touch(0.0032)}, 1.1);
+    OverlayPart::of(*overlay).setHands(openHandCapsules(), {touch(0.0032)}, 1.1);
     ASSERT_EQ(overlay->getNumTouches(), 1);
     EXPECT_EQ(overlay->getLabel(0), bridge::boneName(9) + "  3.20 mN");
-    overlay->setHands(openHandCapsules(), {touch(0.0)}, 1.2); // force unknown: no number
+    OverlayPart::of(*overlay).setHands(
+        openHandCapsules(), {touch(0.0)}, 1.2); // force unknown: no number
     EXPECT_EQ(overlay->getLabel(0), bridge::boneName(9));
-    overlay->setHands({}, {}, 1.6);
+    OverlayPart::of(*overlay).setHands({}, {}, 1.6);
     EXPECT_EQ(overlay->getNumBones(), 0);
     EXPECT_EQ(overlay->getNumTouches(), 1); // fading
-    overlay->setHands({}, {}, 1.8);
+    OverlayPart::of(*overlay).setHands({}, {}, 1.8);
     EXPECT_EQ(overlay->getNumTouches(), 0);
-    overlay->setHands({}, {touch(0.001)}, 0.1);
+    OverlayPart::of(*overlay).setHands({}, {touch(0.001)}, 0.1);
     EXPECT_EQ(overlay->getNumTouches(), 1);
-    overlay->setHands({}, {}, 0.0); // the clock was set back
+    OverlayPart::of(*overlay).setHands({}, {}, 0.0); // the clock was set back
     EXPECT_EQ(overlay->getNumTouches(), 0);
 }
 

@@ -1,3 +1,4 @@
+#include "plugin/engine/SceneAccess.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osg/AutoTransform>
@@ -67,7 +68,7 @@ struct Scene
 
     std::shared_ptr<const midair::bridge::HologramResult> result() const
     {
-        return scene->getLatestResult();
+        return SceneAccess::latestResult(*scene);
     }
 
     /// Largest distance in z of a control point from 0.15 + slope * (x or y of the point).

@@ -31,7 +31,7 @@ TEST(ObstacleTag, ShadowsAndIsNotFelt)
     HeadlessViewer viewer(shaded.scene);
     ASSERT_TRUE(viewer.framesUntil([&] { return shaded.points() > 0; }));
     const int points = shaded.points();
-    const double behind_Pa = shaded.result()->report.level_Pa;
+    const double behind_Pa = shaded.result()->report().level_Pa;
     EXPECT_EQ(shaded.scene->getStatistics().objects, 1) << "the plate is not felt";
     const auto solves = [&] { return shaded.scene->getStatistics().solves; };
     const std::uint64_t before = solves();
@@ -40,16 +40,16 @@ TEST(ObstacleTag, ShadowsAndIsNotFelt)
     shaded.plate->setMatrix(osg::Matrixd::translate(0.3, 0.0, 0.07)); // out of the way
     ASSERT_TRUE(viewer.framesUntil([&] { return solves() > before; }));
     EXPECT_EQ(shaded.points(), points);
-    const double free_Pa = shaded.result()->report.level_Pa;
+    const double free_Pa = shaded.result()->report().level_Pa;
     EXPECT_GT(free_Pa, 1.5 * behind_Pa);
     shaded.plate->setMatrix(osg::Matrixd::translate(0.0, 0.0, 0.07));
     const std::uint64_t moved = solves();
     ASSERT_TRUE(viewer.framesUntil([&] { return solves() > moved; }));
-    EXPECT_LT(1.5 * shaded.result()->report.level_Pa, free_Pa) << "back in the way";
+    EXPECT_LT(1.5 * shaded.result()->report().level_Pa, free_Pa) << "back in the way";
     shaded.plate->setNodeMask(0);
     const std::uint64_t masked = solves();
     ASSERT_TRUE(viewer.framesUntil([&] { return solves() > masked; }));
-    EXPECT_GT(shaded.result()->report.level_Pa, 1.5 * behind_Pa) << "masked, it is not there";
+    EXPECT_GT(shaded.result()->report().level_Pa, 1.5 * behind_Pa) << "masked, it is not there";
     EXPECT_TRUE(shaded.scene->getStatistics().messages.empty());
 }
 

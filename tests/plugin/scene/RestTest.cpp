@@ -1,3 +1,4 @@
+#include "plugin/engine/SceneAccess.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osg/Geometry>
@@ -94,7 +95,7 @@ TEST_F(Rest, TakenOutOfThePictureItIsSilent)
     EXPECT_TRUE(viewer.framesUntil(
         [&]
         {
-            const auto result = box.scene->getLatestResult();
+            const auto result = SceneAccess::latestResult(*box.scene);
             return result && result->points.size() == 0;
         }));
 }

@@ -1,3 +1,4 @@
+#include "plugin/engine/SceneAccess.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgDB/ReadFile>
@@ -293,5 +294,5 @@ TEST(Serialization, ACopyIsASceneOfItsOwn)
     osg::ref_ptr<HapticScene> copy = osg::clone(scene.get(), osg::CopyOp::DEEP_COPY_ALL);
     expectUnusual(copy.get());
     EXPECT_EQ(copy->getNumChildrenRequiringEventTraversal(), 3u) << "itself and two surfaces";
-    EXPECT_NE(&copy->engine(), &scene->engine());
+    EXPECT_NE(&SceneAccess::engine(*copy), &SceneAccess::engine(*scene));
 }

@@ -4,6 +4,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/propagation/PressureField.h"
+#include "plugin/engine/SceneAccess.h"
 #include "samples/demo/DemoScene.h"
 #include "samples/views/Offscreen.h"
 
@@ -110,7 +111,7 @@ Eigen::Vector3d strongestSpot(const bridge::HologramResult& result,
             for (int y = -n.y(); y <= n.y(); ++y)
                 for (int z = -n.z(); z <= n.z(); ++z)
                     places.col(k++) = best + step * Eigen::Vector3d(x, y, z);
-        haptics::pressureAt(places, array, medium, result.played, 2).cwiseAbs().maxCoeff(&k);
+        haptics::pressureAt(places, array, medium, result.played(), 2).cwiseAbs().maxCoeff(&k);
         best = places.col(k);
         half = Eigen::Vector3d::Constant(step);
         step /= 3.0;
@@ -179,12 +180,12 @@ TEST_P(Coincidence, StrongestSpotLiesOnTheVisibleSurface)
         while ((!result || result->frame < frame) && base::steadySeconds() - start < 120.0)
         {
             std::this_thread::sleep_for(std::chrono::milliseconds(2));
-            result = scene.haptics().getLatestResult();
+            result = osgMidair::SceneAccess::latestResult(scene.haptics());
         }
         ASSERT_TRUE(result);
         ASSERT_EQ(result->frame, frame);
-        const auto array = scene.haptics().getTransducerArray();
-        const haptics::Medium medium = scene.haptics().getMedium();
+        const auto array = osgMidair::SceneAccess::array(scene.haptics());
+        const haptics::Medium medium = osgMidair::SceneAccess::medium(scene.haptics());
         const double half = 0.5 * medium.wavelength(array->frequency_Hz);
         const Eigen::Vector3d played = strongestSpot(*result, *array, medium);
         const osg::Vec3d place = osg::Vec3d(played.x(), played.y(), played.z()) * toWorld;

@@ -318,6 +318,28 @@ TEST(Solve, WhatIsWrongIsNamed)
     EXPECT_NE(shell(kProgram + " " + kStar + " --size -1").code, 0);
 }
 
+TEST(Solve, NeedsNoSceneGraphButForItsPicture)
+{
+    const Outcome needed = shell("ldd " + kProgram);
+    ASSERT_EQ(needed.code, 0) << needed.output;
+    ASSERT_NE(needed.output.find("libstdc++"), std::string::npos);
+    for (const std::string library : {"libosg", "libOpenThreads", "Bullet", "openxr", "libGL"})
+        EXPECT_EQ(needed.output.find(library), std::string::npos) << needed.output;
+    // By itself it does all but draw, and says so.
+    const std::string out = folder("alone");
+    fs::create_directories(out);
+    fs::copy_file(kProgram, out + "/midair-solve");
+    EXPECT_EQ(shell(out + "/midair-solve --help").code, 0);
+    const Outcome alone =
+        shell(out + "/midair-solve " + kStar + " --size 0.05 --out " + out + "/result");
+    EXPECT_EQ(alone.code, 0) << alone.output;
+    EXPECT_NE(alone.output.find("no picture is drawn: midair-picture.so isn't there"),
+              std::string::npos)
+        << alone.output;
+    EXPECT_TRUE(fs::exists(out + "/result/drive.csv"));
+    EXPECT_FALSE(fs::exists(out + "/result/field.png"));
+}
+
 TEST(Solve, AnObjectOutsideTheArrayIsSilence)
 {
     const std::string out = folder("outside");

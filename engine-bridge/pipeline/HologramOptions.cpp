@@ -1,0 +1,157 @@
+#include "engine-bridge/pipeline/HologramOptions.h"
+
+#include "device/DriveEncoder.h"
+#include "haptics/base/InputError.h"
+#include "haptics/base/Limits.h"
+#include "haptics/base/text/Number.h"
+#include "haptics/base/threads/ThreadPool.h"
+
+#include <algorithm>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+constexpr int kMostFields = 64;
+constexpr int kMostCycleSteps = 16;
+constexpr int kMostFieldsInTurn = 256; // steps between them included
+constexpr double kLeastMonitorInterval_s = 0.05;
+
+} // namespace
+
+bool HologramOptions::isValid(std::string* error) const
+{
+    auto fail = [error](const std::string& what)
+    {
+        if (error) *error = what;
+        return false;
+    };
+    if (array.size() == 0)
+        return fail("array \"" + array.name + "\" has no transducers, should have at least one");
+    if (!medium.isValid(error)) return false;
+    if (!(motionTolerance >= 0.0))
+        return fail("motionTolerance is " + base::shortNumber(motionTolerance) +
+                    " wavelengths, should be at least 0");
+    if (maxPoints < 0)
+        return fail("maxPoints is " + std::to_string(maxPoints) + ", should be at least 0");
+    if (!(maxPressure_Pa >= 0.0 && maxPressure_Pa <= 1e6))
+        return fail("maxPressure_Pa is " + base::shortNumber(maxPressure_Pa) +
+                    ", should be 0 (none) to 1e6");
+    if (!(maxAmplitude >= 0.0 && maxAmplitude <= 1.0))
+        return fail("maxAmplitude is " + std::to_string(maxAmplitude) + ", should be 0 to 1");
+    if (cycle < 1 || cycle > kMostFields)
+        return fail("cycle is " + std::to_string(cycle) + " fields, should be 1 to 64");
+    if (cycleSteps < 0 || cycleSteps > kMostCycleSteps)
+        return fail("cycleSteps is " + std::to_string(cycleSteps) + ", should be 0 to 16");
+    if (subsets < 1 || subsets > kMostFields)
+        return fail("subsets is " + std::to_string(subsets) + ", should be 1 to 64");
+    if (!(monitorInterval_s >= 0.0 && monitorInterval_s <= 1e6))
+        return fail("monitorInterval_s is " + base::shortNumber(monitorInterval_s) +
+                    ", should be 0 (never) to 1e6");
+    if (!modulation.isValid(error)) return false;
+    return solverOptions.isValid(error);
+}
+
+void keepToLimits(HologramOptions& options, base::MessageLog& messages)
+{
+    int& threads = options.solverOptions.threads;
+    const int cores = base::coreCount();
+    if (threads > cores)
+    {
+        const std::string number = std::to_string(cores);
+        messages.say("threads is " + std::to_string(threads) + "; this machine has " + number +
+                     (cores == 1 ? " core: 1 is used" : " cores: " + number + " are used"));
+        threads = cores;
+    }
+    if (!options.solverOptions.pool)
+        options.solverOptions.pool = std::make_shared<base::ThreadPool>(threads);
+    const auto keepBelow =
+        [&messages](const char* name, int& value, int most, const std::string& why)
+    {
+        if (value <= most) return;
+        messages.say(std::string(name) + " is " + std::to_string(value) + "; " + why + " at most " +
+                     std::to_string(most));
+        value = most;
+    };
+    const auto transducers = static_cast<std::size_t>(options.array.size());
+    const std::size_t most =
+        std::min(std::size_t(base::kMostControlPoints), base::kMostEntries / transducers);
+    keepBelow("maxPoints",
+              options.maxPoints,
+              std::max(1, static_cast<int>(most)),
+              "the control points of a field of this array are");
+    const std::string cycle = "with a cycle of " + std::to_string(options.cycle) + " it is";
+    keepBelow("subsets", options.subsets, kMostFieldsInTurn / options.cycle, cycle);
+    keepBelow("cycleSteps", options.cycleSteps, kMostFieldsInTurn / options.cycle - 1, cycle);
+    double& interval_s = options.monitorInterval_s;
+    if (!(interval_s > 0.0 && interval_s < kLeastMonitorInterval_s)) return;
+    messages.say("monitorInterval_s is " + base::shortNumber(interval_s) +
+                 "; a field is looked at every " + base::shortNumber(kLeastMonitorInterval_s) +
+                 " s at most");
+    interval_s = kLeastMonitorInterval_s;
+}
+
+namespace
+{
+
+std::unique_ptr<device::ArrayDevice> openLimited(const std::string& uri,
+                                                 const device::DeviceLayout& layout,
+                                                 const device::SafetyLimits& limits,
+                                                 const std::string& owner)
+{
+    // Its first refused field would end the show.
+    if (device::playsByItself(uri))
+        throw device::DeviceError("device \"" + uri +
+                                  "\": a recording takes no fields of a scene; play it "
+                                  "with midair-device play FILE");
+    return device::openLimitedDevice(uri, layout, limits, owner);
+}
+
+} // namespace
+
+void fillIn(HologramOptions& options)
+{
+    if (options.solver.empty()) options.solver = haptics::solverNames().front();
+    if (!options.solverFactory)
+        options.solverFactory = [](const std::string& name, const haptics::SolverOptions& o)
+        { return haptics::makeSolver(name, o); };
+    if (!options.deviceFactory)
+    {
+        device::SafetyLimits limits;
+        limits.maxPressure_Pa = options.maxPressure_Pa;
+        limits.maxAmplitude = options.maxAmplitude;
+        options.deviceFactory = [limits, owner = options.owner](const std::string& uri,
+                                                                const device::DeviceLayout& layout)
+        { return openLimited(uri, layout, limits, owner); };
+    }
+    double& kept = options.solverOptions.skipTolerance;
+    kept = std::min(kept, options.motionTolerance);
+}
+
+void keepToLevels(HologramOptions& options, const device::DriveAbility& ability)
+{
+    haptics::DriveResolution& drive = options.array.drive;
+    drive.phaseLevels = ability.phaseLevels;
+    drive.amplitudeLevels =
+        ability.amplitudes.empty() ? device::amplitudeLevels() : ability.amplitudes;
+}
+
+haptics::ComposerOptions composerOptions(const HologramOptions& options)
+{
+    haptics::ComposerOptions composer;
+    composer.solverOptions = options.solverOptions;
+    composer.subsets = options.subsets;
+    composer.cycleSteps = options.cycleSteps;
+    composer.modulation = options.modulation;
+    composer.makeSolver = [&options]
+    {
+        auto made = options.solverFactory(options.solver, options.solverOptions);
+        if (!made) throw base::InputError("no solver \"" + options.solver + "\"");
+        return made;
+    };
+    return composer;
+}
+
+} // namespace midair::bridge

@@ -1,0 +1,73 @@
+#include "engine-bridge/pipeline/HologramResult.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace midair::bridge
+{
+
+const Eigen::VectorXcf& HologramResult::played() const
+{
+    static const Eigen::VectorXcf kNone;
+    return sequence.fields.empty() ? kNone : sequence.fields.front();
+}
+
+double UpdateRate::perSecond(double now_s)
+{
+    while (!_times_s.empty() && _times_s.front() < now_s - 1.0)
+        _times_s.pop_front();
+    return static_cast<double>(_times_s.size());
+}
+
+void count(const PointAssembler& assembler,
+           const AssembledPoints& assembled,
+           HologramCounters& counters)
+{
+    counters.sampled = assembler.sampled();
+    counters.followed = assembler.followed();
+    counters.outOfWorkspace += assembled.outOfWorkspace;
+    counters.overBudget += assembled.overBudget;
+    counters.crowded += assembled.crowded;
+    counters.unpainted += assembled.unpainted;
+}
+
+void count(const haptics::SolveReport& report, HologramCounters& counters)
+{
+    ++counters.solves;
+    counters.rowsBuilt += static_cast<std::uint64_t>(report.rowsBuilt);
+    counters.rowsKept += static_cast<std::uint64_t>(std::max(0, report.points - report.rowsBuilt));
+}
+
+void measurePlayed(const ArrayOutput& output,
+                   const haptics::TransducerArray& array,
+                   const haptics::Medium& medium,
+                   const haptics::SolverOptions& options,
+                   HologramResult& result)
+{
+    haptics::FieldSequence& sequence = result.sequence;
+    const auto achieved_Pa = [&](std::vector<Eigen::VectorXcf> fields)
+    {
+        sequence.fields = std::move(fields);
+        return haptics::achievedPressure(sequence, array, medium, options.threads, options.stop);
+    };
+    std::vector<Eigen::VectorXcf> planned = output.planned();
+    if (planned.empty())
+    {
+        result.achieved_Pa.setZero(result.points.size());
+        if (result.sequence.report.capFactor < 1.0)
+            haptics::rateLevel(result.points, result.achieved_Pa, sequence.report);
+        return;
+    }
+    // A device that is late or gone changes what is achieved, not how good the field is.
+    std::vector<Eigen::VectorXcf> played = output.played();
+    const bool asPlanned = played == planned;
+    if (result.sequence.report.capFactor < 1.0)
+    {
+        result.achieved_Pa = achieved_Pa(std::move(planned));
+        haptics::rateLevel(result.points, result.achieved_Pa, sequence.report);
+        if (asPlanned) return;
+    }
+    result.achieved_Pa = achieved_Pa(std::move(played));
+}
+
+} // namespace midair::bridge

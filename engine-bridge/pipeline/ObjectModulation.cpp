@@ -1,0 +1,61 @@
+#include "engine-bridge/pipeline/ObjectModulation.h"
+
+#include "haptics/base/text/PlainText.h"
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+bool isModulated(const HapticProperties& properties)
+{
+    return properties.modulationFrequency_Hz > 0.0;
+}
+
+const HapticObject* leaderOf(const std::vector<HapticObject>& objects)
+{
+    const HapticObject* leader = nullptr;
+    for (const HapticObject& object : objects)
+        if (isModulated(object.properties) && object.properties.modulationDepth > 0.0 &&
+            (!leader || object.properties.priority > leader->properties.priority))
+            leader = &object;
+    return leader;
+}
+
+} // namespace
+
+haptics::ModulationPlan modulationOf(const std::vector<HapticObject>& objects,
+                                     const haptics::ControlPoints& points,
+                                     const haptics::ModulatorOptions& everything,
+                                     base::MessageLog& messages)
+{
+    haptics::ModulationPlan plan;
+    const HapticObject* leader = leaderOf(objects);
+    if (!leader || points.object.empty()) return plan;
+    if (everything.amplitudeRate_Hz > 0.0)
+    {
+        messages.say("everything is modulated as the scene says; the modulation of " +
+                     leader->path + " is not played");
+        return plan;
+    }
+    plan.rate_Hz = leader->properties.modulationFrequency_Hz;
+    plan.depth.resize(points.size());
+    for (Eigen::Index l = 0; l < plan.depth.size(); ++l)
+    {
+        const auto index = static_cast<std::size_t>(points.object[static_cast<std::size_t>(l)]);
+        const HapticProperties& p = objects[index].properties;
+        plan.depth[l] = isModulated(p) ? p.modulationDepth : 0.0;
+        if (!isModulated(p) || p.modulationFrequency_Hz == plan.rate_Hz) continue;
+        base::PlainStream text;
+        text << objects[index].path << ": is modulated at " << plan.rate_Hz << " Hz as "
+             << leader->path << " is, not at " << p.modulationFrequency_Hz
+             << " Hz: the array plays one field at a time";
+        messages.say(text.str());
+    }
+    // What is modulated may have no points.
+    if (plan.depth.size() == 0 || plan.depth.maxCoeff() == 0.0) plan = {};
+    return plan;
+}
+
+} // namespace midair::bridge

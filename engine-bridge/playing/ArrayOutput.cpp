@@ -1,0 +1,172 @@
+#include "engine-bridge/playing/ArrayOutput.h"
+
+#include "device/DriveEncoder.h"
+
+#include <complex>
+#include <stdexcept>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+Eigen::VectorXcf vectorOf(const std::vector<std::complex<float>>& q)
+{
+    return Eigen::Map<const Eigen::VectorXcf>(q.data(), static_cast<Eigen::Index>(q.size()));
+}
+
+std::vector<device::DriveSignal> encoded(const haptics::FieldSequence& sequence, int transducers)
+{
+    std::vector<device::DriveSignal> signals(sequence.fields.size());
+    for (std::size_t k = 0; k < signals.size(); ++k)
+    {
+        const Eigen::VectorXcf& q = sequence.fields[k];
+        if (q.size() != transducers)
+            throw std::runtime_error("solver gave " + std::to_string(q.size()) +
+                                     " activations for " + std::to_string(transducers) +
+                                     " transducers; nothing is played");
+        if (!device::encode(q.data(), transducers, signals[k]))
+            throw std::runtime_error(
+                "solver gave activations that are not finite; nothing is played");
+    }
+    return signals;
+}
+
+} // namespace
+
+ArrayOutput::ArrayOutput(const Open& open, base::MessageLog& messages) : _messages(messages)
+{
+    try
+    {
+        _device = open();
+    }
+    catch (const std::exception& error)
+    {
+        _openError = error.what();
+        _messages.say(_openError);
+    }
+}
+
+ArrayOutput::~ArrayOutput()
+{
+    silenceNow();
+}
+
+device::DriveAbility ArrayOutput::ability() const
+{
+    return _device ? _device->ability() : device::DriveAbility();
+}
+
+void ArrayOutput::play(const haptics::FieldSequence& sequence,
+                       int transducers,
+                       const base::StopToken& stop)
+{
+    _signals = encoded(sequence, transducers);
+    _playing = true;
+    usePlayer(sequence.changes());
+    if (_player)
+    {
+        const std::lock_guard<std::mutex> lock(_sending);
+        stop.throwIfRequested();
+        // What is held down by a cap stands in the signals; a step that the device refuses is followed by the next.
+        _player->play(sequence.fields, sequence.modulation);
+    }
+    else if (_device && !sendHeld(stop))
+        _messages.say(refusal());
+}
+
+// The thread that plays in turn is there only while it is needed.
+void ArrayOutput::usePlayer(bool wanted)
+{
+    const std::lock_guard<std::mutex> lock(_sending);
+    if (!wanted)
+        _player.reset();
+    else if (!_player && _device)
+        _player = std::make_unique<FieldPlayer>(*_device);
+    if (_player) _holds = false;
+}
+
+bool ArrayOutput::sendHeld(const base::StopToken& stop)
+{
+    const std::lock_guard<std::mutex> lock(_sending);
+    stop.throwIfRequested();
+    _before = _device->report();
+    _playing = _device->send(_signals.front());
+    // A device that is there and refuses all the same is not asked again and again.
+    _holds = _playing || _device->report().state != device::DeviceState::READY;
+    if (!_playing) _device->silence();
+    return _playing;
+}
+
+// Of a device that is gone it says what happened to it, which is said once.
+std::string ArrayOutput::refusal() const
+{
+    const device::DeviceReport report = _device->report();
+    if (report.state == device::DeviceState::MUTED) return "device: muted";
+    const std::string why = report.message.empty() ? _device->status() : report.message;
+    return (report.state == device::DeviceState::LOST ? "device: " : "device refused a field: ") +
+           why;
+}
+
+void ArrayOutput::silence(Silence why)
+{
+    _holds = false;
+    _playing = why == Silence::WANTED;
+    _signals.clear();
+    silenceNow();
+}
+
+void ArrayOutput::silenceNow()
+{
+    const std::lock_guard<std::mutex> lock(_sending);
+    if (_player) _player->stop(); // or it would play on over the silence
+    if (_device) _device->silence();
+}
+
+ArrayOutput::Attention ArrayOutput::attend(const base::StopToken& stop)
+{
+    // What changes with time is sent again and again anyway.
+    if (!_device || _player || !_holds) return Attention::NOTHING;
+    const device::DeviceReport now = _device->report();
+    const bool ready = now.state == device::DeviceState::READY;
+    const bool lost = now.lost != _before.lost || now.faults != _before.faults ||
+                      now.reconnects != _before.reconnects;
+    const bool again = ready && now.pending == 0 && (lost || !_playing);
+    if (!again && (ready || !_playing)) return Attention::NOTHING;
+    _playing = false;
+    if (again && sendHeld(stop)) return Attention::RESENT;
+    _messages.say(refusal());
+    return Attention::REFUSED;
+}
+
+Eigen::VectorXcf ArrayOutput::wouldPlay(const device::DriveSignal& signal) const
+{
+    if (_device) return vectorOf(_device->wouldPlay(signal));
+    std::vector<std::complex<float>> q;
+    device::decode(signal, q);
+    return vectorOf(q);
+}
+
+std::vector<Eigen::VectorXcf> ArrayOutput::played() const
+{
+    const bool told = _device && !(_playing && (_player || _device->report().pending > 0));
+    if (told && _signals.size() == 1) return {vectorOf(_device->played())};
+    return planned();
+}
+
+std::vector<Eigen::VectorXcf> ArrayOutput::planned() const
+{
+    std::vector<Eigen::VectorXcf> fields;
+    fields.reserve(_signals.size());
+    for (const device::DriveSignal& signal : _signals)
+        fields.push_back(wouldPlay(signal));
+    return fields;
+}
+
+std::string ArrayOutput::status() const
+{
+    return _device ? _device->status() : "not open: " + _openError;
+}
+
+} // namespace midair::bridge

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+
+namespace midair::haptics
+{
+
+/// How a transducer's amplitude falls off with the angle theta from its normal; D(0) = 1, D >= 0.
+enum class Directivity
+{
+    T4010A1_HARMONICS, ///< the paper's zonal harmonics of order 0..3
+    T4010A1_TABLE,     ///< the measured table, dB at 0, 10, .. 90 degrees; 0 behind
+    POINT              ///< D = 1
+};
+
+/// D(theta) of \a model at cos(theta) = \a cosTheta in [-1, 1].
+double directivity(Directivity model, double cosTheta);
+
+/// "t4010a1-harmonics", "t4010a1-table" or "point".
+const char* directivityName(Directivity model);
+/// The model of that name. Throws InputError for any other, listing those.
+Directivity directivityFromName(const std::string& name);
+
+} // namespace midair::haptics

@@ -1,0 +1,91 @@
+#pragma once
+
+#include "haptics/base/simd/InstructionSet.h"
+
+#include <type_traits>
+
+namespace midair::base
+{
+
+/// A function that is compiled once for each instruction set: called like a function, it runs the form for the set in use.
+///
+///     extern const base::Kernel<float(int count, const float* x)> sumOf; // in a header
+///     namespace MIDAIR_SET { float sumOf(int count, const float* x) { .. } } // SumKernels.cpp, see midair_kernels() in CMake
+///     MIDAIR_KERNEL(sumOf);                                              // in a source that is compiled once
+///
+/// A second signature overloads it, defined with MIDAIR_KERNEL_OF_TWO.
+template<typename First, typename Second = void>
+class Kernel;
+
+template<typename Result, typename... Arguments>
+class Kernel<Result(Arguments...), void>
+{
+public:
+    using Function = Result(Arguments...);
+
+    constexpr Kernel(Function* plain, Function* avx2, Function* avx512) :
+        _forms{plain, avx2, avx512}
+    {
+    }
+
+    Result operator()(Arguments... arguments) const
+    {
+        return _forms[static_cast<int>(instructionSet())](arguments...);
+    }
+
+private:
+    Function* _forms[3];
+};
+
+template<typename First, typename Second>
+class Kernel : private Kernel<First>, private Kernel<Second>
+{
+public:
+    using FirstFunction = First;
+    using SecondFunction = Second;
+
+    constexpr Kernel(Kernel<First> first, Kernel<Second> second) :
+        Kernel<First>(first),
+        Kernel<Second>(second)
+    {
+    }
+
+    using Kernel<First>::operator();
+    using Kernel<Second>::operator();
+};
+
+// Declares the forms of a kernel and defines it; the namespaces are those that midair_kernels() compiles the forms into.
+#ifdef MIDAIR_HAS_SIMD
+#define MIDAIR_FORMS(name) plain::name, avx2::name, avx512::name
+#define MIDAIR_DECLARE(name, Function)                                                             \
+    namespace plain                                                                                \
+    {                                                                                              \
+    KernelOf_##name::Function name;                                                                \
+    }                                                                                              \
+    namespace avx2                                                                                 \
+    {                                                                                              \
+    KernelOf_##name::Function name;                                                                \
+    }                                                                                              \
+    namespace avx512                                                                               \
+    {                                                                                              \
+    KernelOf_##name::Function name;                                                                \
+    }
+#else
+#define MIDAIR_FORMS(name) plain::name, nullptr, nullptr
+#define MIDAIR_DECLARE(name, Function)                                                             \
+    namespace plain                                                                                \
+    {                                                                                              \
+    KernelOf_##name::Function name;                                                                \
+    }
+#endif
+#define MIDAIR_KERNEL(name)                                                                        \
+    using KernelOf_##name = std::remove_const_t<decltype(name)>;                                   \
+    MIDAIR_DECLARE(name, Function)                                                                 \
+    const KernelOf_##name name(MIDAIR_FORMS(name))
+#define MIDAIR_KERNEL_OF_TWO(name)                                                                 \
+    using KernelOf_##name = std::remove_const_t<decltype(name)>;                                   \
+    MIDAIR_DECLARE(name, FirstFunction)                                                            \
+    MIDAIR_DECLARE(name, SecondFunction)                                                           \
+    const KernelOf_##name name({MIDAIR_FORMS(name)}, {MIDAIR_FORMS(name)})
+
+} // namespace midair::base

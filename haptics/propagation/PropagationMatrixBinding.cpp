@@ -1,0 +1,204 @@
+// PropagationMatrix, continued: takes over an array and its medium as groups of transducers,
+// directivity and bounds.
+#include "haptics/base/Units.h"
+#include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/TransducerGroups.h"
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr double kPlanar = 1e-7;           // wavelengths out of the plane
+constexpr double kMostDecayInGroup = 0.02; // then exp's parabola is good to 1e-6
+
+template<typename Matrix>
+bool sameEntries(const Matrix& a, const Matrix& b)
+{
+    return a.size() == b.size() &&
+           (a.data() == b.data() ||
+            std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) ==
+                0);
+}
+
+// True if all that G depends on is the same; the name, the boards and the drive do not matter.
+bool sameField(const TransducerArray& a, const TransducerArray& b)
+{
+    return a.size() == b.size() && a.frequency_Hz == b.frequency_Hz &&
+           a.sourceAmplitude_Pa_m == b.sourceAmplitude_Pa_m && a.directivity == b.directivity &&
+           sameEntries(a.positions, b.positions) && sameEntries(a.normals, b.normals) &&
+           sameEntries(a.phaseOffset_rad, b.phaseOffset_rad) && sameEntries(a.gain, b.gain);
+}
+
+// A bound on D between the steps of a table or a polynomial: its largest value on a fine grid of
+// cosines, with a margin.
+float largestOf(Directivity model)
+{
+    double largest = 0.0;
+    for (int k = 0; k <= 1000; ++k)
+        largest = std::max(largest, directivity(model, 1e-3 * k));
+    return static_cast<float>(1.001 * largest);
+}
+
+// The harmonics are a cubic in cos(theta) wherever they are positive, so four values in front
+// determine it.
+kernels::DirectivityCubic cubicOf(Directivity model)
+{
+    const Eigen::Vector4d x(0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0);
+    Eigen::Matrix4d V;
+    Eigen::Vector4d D;
+    for (int i = 0; i < 4; ++i)
+    {
+        V.row(i) << 1.0, x[i], x[i] * x[i], x[i] * x[i] * x[i];
+        D[i] = directivity(model, x[i]);
+    }
+    const Eigen::Vector4f c = (V.inverse() * D).cast<float>();
+    return {largestOf(model), c[0], c[1], c[2], c[3]};
+}
+
+kernels::DirectivityTable tableOf(Directivity model)
+{
+    constexpr int kSteps = kernels::DirectivityTable::kSteps;
+    const auto level = [model](int step)
+    {
+        return std::log2(
+            directivity(model, std::max(0.0, std::cos(0.25 * base::kTwoPi * step / kSteps))));
+    };
+    kernels::DirectivityTable table{};
+    table.largest = largestOf(model);
+    table.start = static_cast<float>(level(0));
+    double last = 0.0;
+    for (int k = 0; k < kSteps; ++k)
+    {
+        const double slope = level(k + 1) - level(k);
+        table.bend[k] = static_cast<float>(slope - last);
+        last = slope;
+    }
+    return table;
+}
+
+} // namespace
+
+bool PropagationMatrix::isBoundTo(const TransducerArray& array, const Medium& medium) const
+{
+    return _wavelength_m > 0.0 && medium == _medium && sameField(array, _array);
+}
+
+bool PropagationMatrix::bind(const TransducerArray& array, const Medium& medium)
+{
+    if (isBoundTo(array, medium)) return false;
+    _array = array;
+    _medium = medium;
+    _wavelength_m = medium.wavelength(array.frequency_Hz);
+    _beta = medium.attenuation(array.frequency_Hz);
+    _transducers = array.size();
+    _padded = (_transducers + kernels::kLanes - 1) / kernels::kLanes * kernels::kLanes;
+    _hasOffset = array.phaseOffset_rad.size() > 0;
+    if (array.directivity == Directivity::T4010A1_HARMONICS) _cubic = cubicOf(array.directivity);
+    if (array.directivity == Directivity::T4010A1_TABLE) _table = tableOf(array.directivity);
+    bindGeometry();
+    const int points = _points;
+    _points = _capacity = 0;
+    resize(points);
+    return true;
+}
+
+void PropagationMatrix::bindGeometry()
+{
+    _order = compactOrder(_array.positions, kernels::kGroup);
+    _places.resize(3, _transducers);
+    for (int lane = 0; lane < _transducers; ++lane)
+        _places.col(lane) =
+            _array.positions.col(_order[static_cast<std::size_t>(lane)]) / _wavelength_m;
+
+    _geometry.reserve(9 * static_cast<std::size_t>(_padded));
+    _groups.clear();
+    for (int first = 0; first < _padded; first += kernels::kGroup)
+        _groups.push_back(bindGroup(first, std::min(kernels::kGroup, _transducers - first)));
+
+    _bounds.resize(static_cast<std::size_t>(blocks()));
+    _compact.resize(_bounds.size());
+    for (int b = 0; b < blocks(); ++b)
+    {
+        const int count = std::min(width(b), _transducers - offset(b));
+        _bounds[static_cast<std::size_t>(b)] = boundOf(offset(b), count);
+        double radius = 0.0;
+        for (int i = offset(b); i < offset(b) + count; i += kernels::kGroup)
+            radius = std::max<double>(
+                radius, _groups[static_cast<std::size_t>(i / kernels::kGroup)].radius);
+        _compact[static_cast<std::size_t>(b)] = radius <= kernels::kLargestRadius &&
+                                                radius * _beta * _wavelength_m <= kMostDecayInGroup;
+    }
+    _bound = boundOf(0, _transducers);
+}
+
+kernels::GroupGeometry PropagationMatrix::bindGroup(int first, int count)
+{
+    const auto places = _places.middleCols(first, count);
+    const Eigen::Vector3d centre =
+        0.5 * (places.rowwise().minCoeff() + places.rowwise().maxCoeff());
+    const Eigen::Vector3d normal = _array.normals.col(_order[static_cast<std::size_t>(first)]);
+    kernels::GroupGeometry group{};
+    group.x = centre[0];
+    group.y = centre[1];
+    group.z = centre[2];
+    group.nx = static_cast<float>(normal[0]);
+    group.ny = static_cast<float>(normal[1]);
+    group.nz = static_cast<float>(normal[2]);
+    group.radius = static_cast<float>(
+        std::sqrt((places.colwise() - centre).colwise().squaredNorm().maxCoeff()));
+    group.planar = true;
+    const int last = std::min(first + kernels::kGroup, _padded);
+    for (int lane = first; lane < last; ++lane)
+    {
+        // Padding repeats the last transducer without strength.
+        const int source = _order[static_cast<std::size_t>(std::min(lane, _transducers - 1))];
+        bindLane(lane, source, centre);
+        if (lane >= _transducers) continue;
+        group.strongest = std::max(
+            group.strongest,
+            std::fabs(
+                _geometry[7 * static_cast<std::size_t>(_padded) + static_cast<std::size_t>(lane)]));
+        const double height = normal.dot(_places.col(lane) - centre);
+        group.planar = group.planar && std::fabs(height) < kPlanar &&
+                       (_array.normals.col(source) - normal).norm() < kPlanar;
+    }
+    return group;
+}
+
+void PropagationMatrix::bindLane(int lane, int source, const Eigen::Vector3d& centre)
+{
+    const auto stride = static_cast<std::size_t>(_padded);
+    float* g = _geometry.data() + lane;
+    const Eigen::Vector3d d = _array.positions.col(source) / _wavelength_m - centre;
+    const Eigen::Vector3f rounded = d.cast<float>();
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        g[stride * axis] = rounded[axis];
+        g[stride * (4 + axis)] = static_cast<float>(_array.normals(axis, source));
+    }
+    g[stride * 3] = static_cast<float>(d.squaredNorm());
+    const double gain = _array.gain.size() > 0 ? _array.gain[source] : 1.0;
+    g[stride * 7] = lane < _transducers
+                        ? static_cast<float>(_array.sourceAmplitude_Pa_m * gain / _wavelength_m)
+                        : 0.0f;
+    const double turns = _hasOffset ? _array.phaseOffset_rad[source] / base::kTwoPi : 0.0;
+    g[stride * 8] = static_cast<float>(turns - std::round(turns));
+}
+
+PropagationMatrix::Shell PropagationMatrix::boundOf(int first, int count) const
+{
+    const auto r = _places.middleCols(first, count);
+    const Eigen::Vector3d centre = 0.5 * (r.rowwise().minCoeff() + r.rowwise().maxCoeff());
+    const auto squares = (r.colwise() - centre).colwise().squaredNorm();
+    return {centre, std::sqrt(squares.minCoeff()), std::sqrt(squares.maxCoeff())};
+}
+
+} // namespace midair::haptics

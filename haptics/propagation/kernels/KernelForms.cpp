@@ -1,0 +1,52 @@
+// The kernels, each with its forms for the instruction sets; compiled once.
+#include "haptics/propagation/kernels/LatticeKernels.h"
+#include "haptics/propagation/kernels/PhaseKernels.h"
+#include "haptics/propagation/kernels/PropagationKernels.h"
+
+namespace midair::haptics::kernels
+{
+
+MIDAIR_KERNEL_OF_TWO(buildCubic);
+MIDAIR_KERNEL_OF_TWO(buildTable);
+MIDAIR_KERNEL_OF_TWO(buildPoint);
+MIDAIR_KERNEL(inverseRoots);
+MIDAIR_KERNEL(packRow);
+MIDAIR_KERNEL_OF_TWO(backward);
+MIDAIR_KERNEL_OF_TWO(forward);
+MIDAIR_KERNEL(projectToUnit);
+MIDAIR_KERNEL(quantisePhase);
+MIDAIR_KERNEL(formJacobian);
+MIDAIR_KERNEL(transposedJacobian);
+MIDAIR_KERNEL(applyJacobian);
+MIDAIR_KERNEL(turn);
+MIDAIR_KERNEL(compareDrives);
+MIDAIR_KERNEL(innerProduct);
+MIDAIR_KERNEL_OF_TWO(scaleBy);
+
+MIDAIR_KERNEL(addGram);
+MIDAIR_KERNEL_OF_TWO(multiplyMatrix);
+MIDAIR_KERNEL_OF_TWO(descendOnce);
+MIDAIR_KERNEL(bestTurn);
+
+MIDAIR_KERNEL(marchLattice);
+MIDAIR_KERNEL(nearestSquared);
+
+const char* isaName()
+{
+    switch (base::instructionSet())
+    {
+    case base::InstructionSet::AVX512:
+        return "AVX-512";
+    case base::InstructionSet::AVX2:
+        return "AVX2";
+    case base::InstructionSet::PLAIN:
+        break;
+    }
+#ifdef MIDAIR_HAS_SIMD
+    return "x86-64";
+#else
+    return "generic";
+#endif
+}
+
+} // namespace midair::haptics::kernels

@@ -1,0 +1,131 @@
+#pragma once
+
+#include "haptics/propagation/kernels/KernelTools.h"
+
+// The operations that a compiler doesn't choose by itself, on the widest registers of the set that a source is compiled for:
+// estimates of 1/sqrt(x), and products of pairs of 16 bits that are added up at once (MIDAIR_HAS_PAIRS). What is the same for
+// all sets is a plain loop that the compiler vectorises, and stands where it is used.
+#if defined(__AVX2__)
+#define MIDAIR_HAS_PAIRS
+// GCC 12 takes what its own intrinsics leave open on purpose for an oversight (its bug 105593).
+#pragma GCC diagnostic push
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
+#include <immintrin.h>
+#pragma GCC diagnostic pop
+#endif
+
+namespace midair::haptics::kernels::MIDAIR_SET
+{
+
+#if defined(__AVX512F__)
+
+struct Register
+{
+    using Floats = __m512;
+    using Words = __m512i; // lanes of 32 bits, or pairs of 16
+    static constexpr int kLanes = 16;
+    static constexpr std::uint32_t kUpper = 0xaaaaaaaa; // halves of the lanes
+
+    MIDAIR_INLINE static Floats load(const float* x) { return _mm512_load_ps(x); }
+    MIDAIR_INLINE static Words load(const std::int32_t* x) { return _mm512_load_si512(x); }
+    MIDAIR_INLINE static void store(float* to, Floats x) { _mm512_store_ps(to, x); }
+    MIDAIR_INLINE static void store(std::int32_t* to, Words x) { _mm512_store_si512(to, x); }
+    MIDAIR_INLINE static Words all(std::int32_t x) { return _mm512_set1_epi32(x); }
+    // x times a number, to the nearest integer.
+    MIDAIR_INLINE static Words rounded(Floats x, float by)
+    {
+        return _mm512_cvtps_epi32(_mm512_mul_ps(x, _mm512_set1_ps(by)));
+    }
+    template<int kBits>
+    MIDAIR_INLINE static Words up(Words x)
+    {
+        return _mm512_slli_epi32(x, kBits);
+    }
+    template<int kBits>
+    MIDAIR_INLINE static Words down(Words x)
+    {
+        return _mm512_srli_epi32(x, kBits);
+    }
+    // Of each lane: low times low plus high times high.
+    MIDAIR_INLINE static Words pairProduct(Words a, Words b) { return _mm512_madd_epi16(a, b); }
+    // Of each lane: the lower half of one and the upper half of the other.
+    MIDAIR_INLINE static Words halves(Words lower, Words upper)
+    {
+        return _mm512_mask_blend_epi16(kUpper, lower, upper);
+    }
+    // With an estimate y and r = 1 - x y^2: 1/sqrt(x) = y (1 - r)^(-1/2) = y + y r / 2, and r^2 is lost (|r| < 1.3e-4).
+    MIDAIR_INLINE static Floats inverseRoot(Floats x)
+    {
+        const Floats y = _mm512_rsqrt14_ps(x);
+        const Floats r = _mm512_fnmadd_ps(_mm512_mul_ps(x, y), y, _mm512_set1_ps(1.0f));
+        return _mm512_fmadd_ps(_mm512_mul_ps(y, r), _mm512_set1_ps(0.5f), y);
+    }
+};
+
+#elif defined(__AVX2__)
+
+struct Register
+{
+    using Floats = __m256;
+    using Words = __m256i;
+    static constexpr int kLanes = 8;
+
+    MIDAIR_INLINE static Floats load(const float* x) { return _mm256_load_ps(x); }
+    MIDAIR_INLINE static Words load(const std::int32_t* x)
+    {
+        return _mm256_load_si256(reinterpret_cast<const Words*>(x));
+    }
+    MIDAIR_INLINE static void store(float* to, Floats x) { _mm256_store_ps(to, x); }
+    MIDAIR_INLINE static void store(std::int32_t* to, Words x)
+    {
+        _mm256_store_si256(reinterpret_cast<Words*>(to), x);
+    }
+    MIDAIR_INLINE static Words all(std::int32_t x) { return _mm256_set1_epi32(x); }
+    MIDAIR_INLINE static Words rounded(Floats x, float by)
+    {
+        return _mm256_cvtps_epi32(_mm256_mul_ps(x, _mm256_set1_ps(by)));
+    }
+    template<int kBits>
+    MIDAIR_INLINE static Words up(Words x)
+    {
+        return _mm256_slli_epi32(x, kBits);
+    }
+    template<int kBits>
+    MIDAIR_INLINE static Words down(Words x)
+    {
+        return _mm256_srli_epi32(x, kBits);
+    }
+    MIDAIR_INLINE static Words pairProduct(Words a, Words b) { return _mm256_madd_epi16(a, b); }
+    MIDAIR_INLINE static Words halves(Words lower, Words upper)
+    {
+        return _mm256_blend_epi16(lower, upper, 0xaa);
+    }
+    // The estimate is worse here (|r| < 8e-4), so one more term: y + y r (1/2 + 3/8 r), and r^3 is lost.
+    MIDAIR_INLINE static Floats inverseRoot(Floats x)
+    {
+        const Floats y = _mm256_rsqrt_ps(x);
+        const Floats r = _mm256_fnmadd_ps(_mm256_mul_ps(x, y), y, _mm256_set1_ps(1.0f));
+        const Floats rest = _mm256_fmadd_ps(r, _mm256_set1_ps(0.375f), _mm256_set1_ps(0.5f));
+        return _mm256_fmadd_ps(_mm256_mul_ps(y, r), rest, y);
+    }
+};
+
+#else
+
+// One lane: the compiler makes of the loop about it what the processor has.
+struct Register
+{
+    using Floats = float;
+    static constexpr int kLanes = 1;
+
+    MIDAIR_INLINE static Floats load(const float* x) { return *x; }
+    MIDAIR_INLINE static void store(float* to, Floats x) { *to = x; }
+    MIDAIR_INLINE static Floats inverseRoot(Floats x) { return 1.0f / std::sqrt(x); }
+};
+
+#endif
+
+} // namespace midair::haptics::kernels::MIDAIR_SET

@@ -1,0 +1,103 @@
+#include "haptics/sequence/FieldSequence.h"
+
+#include "haptics/points/FittedLevel.h"
+#include "haptics/propagation/AudibleChange.h"
+#include "haptics/propagation/PressureField.h"
+#include "haptics/sequence/FieldOrder.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::haptics
+{
+
+ControlPoints FieldSequence::points() const
+{
+    ControlPoints all;
+    for (const ControlPoints& part : parts)
+    {
+        if (part.size() == 0) continue;
+        if (all.size() == 0)
+            all = part;
+        else
+            append(all, part);
+    }
+    return all;
+}
+
+Eigen::VectorXf achievedPressure(const FieldSequence& sequence,
+                                 const TransducerArray& array,
+                                 const Medium& medium,
+                                 int threads,
+                                 const base::StopToken& stop)
+{
+    Eigen::VectorXf achieved_Pa;
+    for (std::size_t k = 0; k < std::min(sequence.parts.size(), sequence.fields.size()); ++k)
+    {
+        const Eigen::Matrix3Xd& positions = sequence.parts[k].positions;
+        if (positions.cols() == 0) continue;
+        const Eigen::Index n = achieved_Pa.size();
+        achieved_Pa.conservativeResize(n + positions.cols());
+        achieved_Pa.tail(positions.cols()) =
+            pressureAt(positions, array, medium, sequence.fields[k], threads, stop).cwiseAbs();
+    }
+    return achieved_Pa;
+}
+
+namespace
+{
+
+void fillIn(const CycleSteps& steps, double rate_Hz, SolveReport& report)
+{
+    report.meanPhaseStep_rad = steps.meanPhaseStep_rad;
+    report.driveChange = steps.driveChange;
+    report.audibleChange = steps.driveChange * audibleShare(rate_Hz);
+}
+
+} // namespace
+
+void rateSteps(FieldSequence& sequence)
+{
+    const CycleSteps steps =
+        sequence.fields.size() > 1 ? cycleSteps(sequence.fields) : CycleSteps();
+    fillIn(steps, sequence.modulation.fieldRate_Hz, sequence.report);
+}
+
+void continueFrom(const Eigen::VectorXcf& last,
+                  double rate_Hz,
+                  const DriveResolution& drive,
+                  FieldSequence& sequence)
+{
+    if (!sequence.isHeld() || sequence.fields.front().size() != last.size()) return;
+    alignField(sequence.fields.front(), last, drive);
+    fillIn(cycleSteps({last, sequence.fields.front()}), rate_Hz, sequence.report);
+}
+
+// With the solvers' own definitions: s = (y.a)/(a.a), errors y/(s a) - 1, with absolute targets s =
+// 1.
+void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, SolveReport& report)
+{
+    const Eigen::ArrayXd y = achieved_Pa.cast<double>().array();
+    const Eigen::ArrayXd a = points.targets.array();
+    const Eigen::Index wanted = (a > 0.0).count();
+    if (wanted == 0)
+    {
+        // There are no points, or nothing is wanted at any, so nothing is missed either.
+        report.rms = report.max = report.loudness = report.level_Pa = report.worstShortfall = 0.0;
+        report.shortPoints = 0;
+        return;
+    }
+    const double s = fittedLevel(y.matrix(), a.matrix());
+    const double level_Pa = s * a.maxCoeff();
+    if (report.level_Pa > 0.0) report.loudness *= level_Pa / report.level_Pa;
+    report.level_Pa = level_Pa;
+    if (!(s > 0.0)) return; // silent: no error relative to nothing
+    const Eigen::ArrayXd error = (a > 0.0).select(y / (a * (points.absolute ? 1.0 : s)) - 1.0, 0.0);
+    report.rms = std::sqrt(error.square().sum() / static_cast<double>(wanted));
+    report.max = error.abs().maxCoeff();
+    if (!points.absolute) return;
+    report.shortPoints = static_cast<int>((error < -kShortBy).count());
+    report.worstShortfall = std::max(0.0, -error.minCoeff());
+}
+
+} // namespace midair::haptics

@@ -1,0 +1,287 @@
+#include "haptics/sequence/SequenceComposer.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/Limits.h"
+#include "haptics/points/FittedLevel.h"
+#include "haptics/propagation/PressureField.h"
+#include "haptics/sequence/CycleEqualizer.h"
+#include "haptics/sequence/FieldOrder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace midair::haptics
+{
+
+SequenceComposer::SequenceComposer(ComposerOptions options, base::MessageLog& messages) :
+    _options(std::move(options)),
+    _messages(messages)
+{
+    if (!_options.makeSolver)
+        _options.makeSolver = [solver = _options.solverOptions]
+        { return haptics::makeSolver(solverNames().front(), solver); };
+}
+
+// The solvers of a set keep their matrices, so that they start warm; this is done for as many sets
+// as there is memory for.
+SequenceComposer::Kept& SequenceComposer::keptFor(int set, int points)
+{
+    auto own = _kept.find(set);
+    if (own == _kept.end())
+        own = _kept.emplace(set, Kept{TimeMultiplexer(_options.makeSolver), {}, 0}).first;
+    own->second.points = std::max(own->second.points, points);
+    int all = 0;
+    for (const auto& known : _kept)
+        all += known.second.points;
+    for (auto other = _kept.begin(); other != _kept.end() && all > base::kMostPointsInTurn;)
+    {
+        if (other == own)
+        {
+            ++other;
+            continue;
+        }
+        all -= other->second.points;
+        other = _kept.erase(other);
+    }
+    return own->second;
+}
+
+// Sets sequence.modulation, and returns the points of each field.
+std::vector<ControlPoints> SequenceComposer::split(const ControlPoints& points,
+                                                   const ModulationPlan& plan,
+                                                   FieldSequence& sequence)
+{
+    ModulatorOptions& modulation = sequence.modulation;
+    modulation = _options.modulation;
+    _options.line.fit(modulation, plan.isModulated() ? plan.rate_Hz : modulation.amplitudeRate_Hz);
+    if (plan.isModulated() && !plan.isAlike())
+    {
+        // Rounding must not take a field away where the rate is a multiple.
+        const int instants = static_cast<int>(
+            std::clamp(modulation.fieldRate_Hz / plan.rate_Hz + 1e-9, 2.0, double(kMostInstants)));
+        modulation.fieldRate_Hz = instants * plan.rate_Hz;
+        if (_options.subsets > 1)
+            _messages.say("objects that are modulated differently are not played in subsets");
+        return modulationSteps(points, plan.depth, instants);
+    }
+    if (plan.isModulated())
+    {
+        modulation.amplitudeRate_Hz = plan.rate_Hz;
+        modulation.amplitudeDepth = plan.depth[0];
+    }
+    if (_options.subsets > 1) return subsetsInTurn(points, _options.subsets);
+    return {points};
+}
+
+FieldSequence SequenceComposer::compose(int set,
+                                        const ControlPoints& points,
+                                        const ModulationPlan& plan,
+                                        const TransducerArray& array,
+                                        const Medium& medium)
+{
+    FieldSequence sequence;
+    sequence.parts = split(points, plan, sequence);
+    int all = 0;
+    for (const ControlPoints& part : sequence.parts)
+        all += part.size();
+    Kept& kept = keptFor(set, all);
+    sequence.report = kept.solvers.solve(sequence.parts, array, medium, kept.fields);
+    if (sequence.report.stop == StopReason::STOPPED) throw base::Stopped();
+    // The first instant of a modulation has all points at their full targets.
+    if (plan.isModulated() && !plan.isAlike()) sequence.parts.resize(1);
+    if (sequence.report.stop == StopReason::REFUSED) return sequence;
+    sequence.fields = kept.fields;
+    if (sequence.isHeld())
+        return sequence; // its steps from the field before are the solver's to tell
+    alignFields(sequence.fields, array.drive);
+    rateSteps(sequence);
+    return sequence;
+}
+
+namespace
+{
+
+// Puts the parts where their fields are now: field k was at order[k], and has steps behind it.
+void placeParts(const std::vector<int>& order, int steps, FieldSequence& sequence)
+{
+    std::vector<ControlPoints> placed(sequence.fields.size());
+    for (std::size_t k = 0; k < order.size(); ++k)
+        placed[k * static_cast<std::size_t>(steps + 1)] =
+            std::move(sequence.parts[static_cast<std::size_t>(order[k])]);
+    sequence.parts = std::move(placed);
+}
+
+} // namespace
+
+namespace
+{
+
+// Relative targets compare across all fields that the skin averages: each set plays at the level of
+// the weakest.
+void matchLevels(const std::vector<std::size_t>& sizes,
+                 std::vector<SolveReport>& reports,
+                 FieldSequence& cycle,
+                 const DriveResolution& drive)
+{
+    std::vector<double> levels;
+    double common = 0.0;
+    std::size_t first = 0;
+    for (std::size_t set = 0; set < sizes.size(); first += sizes[set++])
+    {
+        const ControlPoints& points = cycle.parts[first];
+        if (points.absolute) return;
+        const double level = unitLevel(reports[set], points);
+        levels.push_back(level);
+        if (level > 0.0) common = common > 0.0 ? std::min(common, level) : level;
+    }
+    first = 0;
+    for (std::size_t set = 0; set < sizes.size(); first += sizes[set++])
+    {
+        if (!(levels[set] > common)) continue;
+        for (std::size_t k = first; k < first + sizes[set]; ++k)
+            scaleField(cycle.fields[k], static_cast<float>(common / levels[set]), drive);
+        reports[set].level_Pa *= common / levels[set];
+        reports[set].loudness *= common / levels[set];
+    }
+}
+
+} // namespace
+
+FieldSequence SequenceComposer::join(std::vector<FieldSequence> sets,
+                                     const Eigen::Matrix3Xd& surface,
+                                     const TransducerArray& array,
+                                     const Medium& medium)
+{
+    if (sets.empty())
+        throw base::InputError(
+            "field cycle: there are no sets of points; there must be at least one");
+    FieldSequence cycle;
+    cycle.modulation = sets.front().modulation;
+    std::vector<SolveReport> reports;
+    std::vector<std::size_t> sizes;
+    bool oneEach = true;
+    for (FieldSequence& set : sets)
+    {
+        if (set.isEmpty())
+            throw base::InputError("field cycle: set " + std::to_string(reports.size()) + ": " +
+                                   set.report.message);
+        oneEach = oneEach && set.isHeld();
+        set.parts.resize(set.fields.size());
+        sizes.push_back(set.fields.size());
+        std::move(set.fields.begin(), set.fields.end(), std::back_inserter(cycle.fields));
+        std::move(set.parts.begin(), set.parts.end(), std::back_inserter(cycle.parts));
+        reports.push_back(set.report);
+    }
+    if (!oneEach) matchLevels(sizes, reports, cycle, array.drive);
+    cycle.report = together(reports);
+    std::vector<int> order(cycle.fields.size());
+    std::iota(order.begin(), order.end(), 0);
+    int steps = 0;
+    if (oneEach)
+    {
+        CycleEqualizerOptions equalizer;
+        equalizer.sweeps = surface.cols() > 0 ? _options.sweeps : 0;
+        equalizer.corrections = _options.sweepCorrections;
+        if (equalizer.sweeps > 0)
+            CycleEqualizer(equalizer, _options.solverOptions)
+                .even(surface, array, medium, cycle.fields);
+        if (_options.reorder) order = orderFields(cycle.fields);
+        steps = _options.cycleSteps;
+    }
+    alignFields(cycle.fields, array.drive); // the order of subsets and of instants counts
+    cycle.fields = smoothedFields(cycle.fields, steps, array.drive);
+    placeParts(order, steps, cycle);
+    rateSteps(cycle);
+    return cycle;
+}
+
+FieldSequence SequenceComposer::composeCycle(const std::vector<ControlPoints>& sets,
+                                             const Eigen::Matrix3Xd& surface,
+                                             const TransducerArray& array,
+                                             const Medium& medium)
+{
+    std::vector<FieldSequence> made;
+    for (const ControlPoints& set : sets)
+        made.push_back(compose(static_cast<int>(made.size()), set, {}, array, medium));
+    return join(std::move(made), surface, array, medium);
+}
+
+namespace
+{
+
+// An outline is solved for at full amplitude: targets in Pa and the loudness take it down.
+void fitLevel(double loudness,
+              const TransducerArray& array,
+              const Medium& medium,
+              const SolverOptions& solver,
+              FieldSequence& sequence)
+{
+    Eigen::VectorXcf& q = sequence.fields.front();
+    const ControlPoints& points = sequence.parts.front();
+    double share = std::min(loudness, 1.0);
+    if (points.absolute)
+    {
+        const Eigen::VectorXd y =
+            achievedPressure(sequence, array, medium, solver.threads, solver.stop).cast<double>();
+        const double level = fittedLevel(y, points.targets);
+        if (level > 0.0) share = std::min(share, 1.0 / level);
+    }
+    if (share < 1.0) scaleField(q, static_cast<float>(share), array.drive);
+}
+
+} // namespace
+
+FieldSequence SequenceComposer::composeOutlines(const std::vector<Outline>& outlines,
+                                                bool absolute,
+                                                const ModulatorOptions& modulation,
+                                                const TransducerArray& array,
+                                                const Medium& medium)
+{
+    if (!_outlines)
+    {
+        // One thread, so that the field of a curve does not depend on how many there are.
+        OutlineOptions options;
+        options.stop = _options.solverOptions.stop;
+        options.seed = _options.solverOptions.seed;
+        _outlines = std::make_unique<OutlineHologram>(options);
+    }
+    FieldSequence sequence;
+    sequence.modulation = modulation;
+    sequence.fields.resize(1);
+    // The ratios of the targets are solved for: the same curves make the same field at any
+    // pressure.
+    double largest = 0.0;
+    for (const Outline& outline : outlines)
+        largest = std::max(largest, outline.target);
+    std::vector<Outline> relative = outlines;
+    if (largest > 0.0 && std::isfinite(largest))
+        for (Outline& outline : relative)
+            outline.target /= largest;
+    else
+        largest = 1.0; // the solver says what is wrong with it
+    const OutlineReport found = _outlines->solve(relative, array, medium, sequence.fields.front());
+    sequence.parts = {_outlines->points()};
+    sequence.parts.front().targets *= largest;
+    sequence.parts.front().absolute = absolute;
+    fitLevel(_options.solverOptions.loudness, array, medium, _options.solverOptions, sequence);
+    SolveReport& report = sequence.report;
+    report.solver = "outline";
+    report.stop = StopReason::STALLED;
+    report.points = sequence.parts.front().size();
+    report.transducers = array.size();
+    report.iterations = found.corrections;
+    report.rowsBuilt = report.points;
+    report.solve_ms = found.solve_ms;
+    const ControlPoints& points = sequence.parts.front();
+    rateLevel(
+        points,
+        achievedPressure(
+            sequence, array, medium, _options.solverOptions.threads, _options.solverOptions.stop),
+        report);
+    report.loudness = report.level_Pa / points.targets.maxCoeff() * points.targets.norm() /
+                      _outlines->meanRowSum_Pa();
+    return sequence;
+}
+
+} // namespace midair::haptics

@@ -1,0 +1,198 @@
+// SolverBase, continued: brings a method's field onto the device's levels and makes the report
+// about it.
+#include "haptics/base/text/PlainText.h"
+#include "haptics/points/FittedLevel.h"
+#include "haptics/solvers/SolverBase.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+// Of the inner product of two drives; below it, neither phase is better than any other.
+constexpr float kLeastProduct = 1e-6f;
+
+} // namespace
+
+// A phase that all transducers share changes nothing that can be felt; this one changes the drive
+// least.
+std::complex<float> SolverBase::alignToLast(FieldProblem& field)
+{
+    if (!hasLast(field)) return 1.0f;
+    const int width = field.G.paddedTransducers();
+    const kernels::InnerProduct product = kernels::innerProduct(
+        width, field.q.re.data(), field.q.im.data(), _last.lanes.re.data(), _last.lanes.im.data());
+    std::complex<float> turn(product.re, product.im);
+    if (!(std::abs(turn) > kLeastProduct)) return 1.0f;
+    turn /= std::abs(turn);
+    kernels::scaleBy(width, turn.real(), turn.imag(), field.q.re.data(), field.q.im.data());
+    for (int l = 0; l < field.n(); ++l)
+    {
+        const auto s = static_cast<std::size_t>(l);
+        field.u.set(s, field.u.at(s) * turn);
+    }
+    return turn;
+}
+
+// No transducer turns, or changes its amplitude, by more than the options allow in an update. Other
+// systems call this a silencer.
+void SolverBase::limitSteps()
+{
+    if (!hasLast(_field)) return;
+    const auto phaseLimit = static_cast<float>(_options.maxPhaseStep_rad);
+    const auto amplitudeLimit = static_cast<float>(_options.maxAmplitudeStep);
+    for (int i = 0; i < _field.m(); ++i)
+    {
+        const auto s = static_cast<std::size_t>(i);
+        const std::complex<float> before = _last.lanes.at(s);
+        std::complex<float> now = _field.q.at(s);
+        float amplitude = std::abs(now);
+        if (!(std::abs(before) > 0.0f)) continue;
+        const float step = std::arg(now * std::conj(before));
+        if (phaseLimit > 0.0f && std::fabs(step) > phaseLimit)
+            now = std::polar(amplitude, std::arg(before) + std::copysign(phaseLimit, step));
+        if (amplitudeLimit > 0.0f && std::fabs(amplitude - std::abs(before)) > amplitudeLimit &&
+            amplitude > 0.0f)
+        {
+            const float limited =
+                std::abs(before) + std::copysign(amplitudeLimit, amplitude - std::abs(before));
+            now *= limited / amplitude;
+            amplitude = limited;
+        }
+        _field.q.set(s, now);
+    }
+}
+
+// Scales to what is wanted and to what the array has, then clips and rounds to the device's levels.
+void SolverBase::makePlayable()
+{
+    alignToLast(_field);
+    double full = 1.0; // amplitude of full use: unit phases, or rms |q| = 1 before clipping
+    if (_options.phaseOnly)
+        kernels::quantisePhase(_field.G.paddedTransducers(),
+                               0,
+                               _field.q.re.data(),
+                               _field.q.im.data(),
+                               _field.q.re.data(),
+                               _field.q.im.data());
+    else
+    {
+        double power = 0.0;
+        for (int i = 0; i < _field.m(); ++i)
+            power += std::norm(_field.q.at(static_cast<std::size_t>(i)));
+        full = power > 0.0 ? std::sqrt(_field.m() / power) : 0.0;
+    }
+    double share = _options.loudness;
+    if (_absolute)
+    {
+        _field.forward(_field.q, _field.p);
+        _field.phasesOf(_field.p);
+        const double s = full * static_cast<double>(fittedLevel(_field.y, _field.a));
+        share = s > 0.0 ? std::min(share, _largestTarget / s) : share;
+    }
+    const bool limited = isLimited();
+    if (_options.phaseOnly && !limited)
+    {
+        const float amplitude =
+            playableAmplitude(_field.drive().amplitudeLevels, static_cast<float>(share));
+        _field.quantisePhases(_field.q, _field.q);
+        kernels::scaleBy(
+            _field.G.paddedTransducers(), amplitude, 0.0f, _field.q.re.data(), _field.q.im.data());
+        return;
+    }
+    const auto scale = static_cast<float>(full * share);
+    for (int i = 0; i < _field.m(); ++i)
+    {
+        const auto s = static_cast<std::size_t>(i);
+        const float amplitude = std::abs(_field.q.at(s));
+        _field.q.set(s, _field.q.at(s) * (amplitude * scale > 1.0f ? 1.0f / amplitude : scale));
+    }
+    if (limited) limitSteps();
+    _field.quantise(1.0f);
+}
+
+void SolverBase::report(const Outcome& outcome, SolveReport& result)
+{
+    if (!outcome.measured)
+    {
+        _field.forward(_field.q, _field.p);
+        _field.phasesOf(_field.p);
+    }
+    const double level = fittedLevelInOrder(_field.y, _field.a);
+    const RelativeErrors errors =
+        relativeErrors(_field.y, _field.a, _absolute ? _largestTarget : level);
+    result.stop = outcome.stop;
+    result.iterations = outcome.iterations;
+    result.rms = errors.rms;
+    result.max = errors.max;
+    result.level_Pa = level * _field.a.maxCoeff();
+    result.loudness =
+        level * std::sqrt(static_cast<double>(_field.a.squaredNorm())) / _field.meanRowSum();
+    result.leftOut = result.points - _field.n();
+    if (result.leftOut > 0)
+        result.message = std::to_string(result.leftOut) + " of " + std::to_string(result.points) +
+                         " control points left out: target 0 or out of the array's reach";
+    if (_absolute && _louder > 0.0)
+        result.message +=
+            base::plainText("%sa loudness of %g counts as 1, since the targets are in Pa",
+                            result.message.empty() ? "" : "; ",
+                            1.0 + _louder);
+    if (_absolute) reportShortfall(result);
+
+    if (!hasLast(_field)) return;
+    const kernels::DriveDifference difference = kernels::compareDrives(_field.G.paddedTransducers(),
+                                                                       _field.q.re.data(),
+                                                                       _field.q.im.data(),
+                                                                       _last.lanes.re.data(),
+                                                                       _last.lanes.im.data());
+    result.meanPhaseStep_rad = difference.phaseSteps / _field.m();
+    result.driveChange = difference.power > 0.0f ? difference.change / difference.power : 0.0;
+    result.audibleChange = _audibleShare * result.driveChange;
+}
+
+void SolverBase::reportShortfall(SolveReport& result) const
+{
+    int worst = -1;
+    for (int l = 0; l < _field.n(); ++l)
+    {
+        const double wanted = static_cast<double>(_largestTarget) * _field.a[l];
+        const double missing = 1.0 - _field.y[l] / wanted;
+        if (missing > kShortBy) ++result.shortPoints;
+        if (missing <= result.worstShortfall) continue;
+        result.worstShortfall = missing;
+        worst = l;
+    }
+    if (result.shortPoints == 0) return;
+    result.message += base::plainText(
+        "%s%d of %d control points fall short, the worst (point %d) by %.1f %%: asked "
+        "for %.4g Pa where the "
+        "target is largest, the array reaches %.4g Pa there",
+        result.message.empty() ? "" : "; ",
+        result.shortPoints,
+        _field.n(),
+        _active[static_cast<std::size_t>(worst)],
+        100.0 * result.worstShortfall,
+        static_cast<double>(_largestTarget),
+        result.level_Pa);
+}
+
+void SolverBase::keep(const SolveReport& result, Eigen::VectorXcf& q)
+{
+    _field.fromLanes(_field.q, q);
+    const auto padded = static_cast<std::size_t>(_field.G.paddedTransducers());
+    _last.lanes.reserve(padded);
+    std::copy_n(_field.q.re.data(), padded, _last.lanes.re.data());
+    std::copy_n(_field.q.im.data(), padded, _last.lanes.im.data());
+    _last.q = q;
+    _last.active = _active;
+    _last.targets = (_field.a * _largestTarget).cast<double>();
+    _last.report = result;
+    _last.good = true;
+}
+
+} // namespace midair::haptics

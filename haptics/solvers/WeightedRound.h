@@ -1,0 +1,26 @@
+#pragma once
+
+#include "haptics/solvers/FieldProblem.h"
+
+#include <Eigen/Core>
+
+/// A round of weighted Gerchberg-Saxton between the points and transducers of unit amplitude
+/// (SOLVER.md, "Rounds").
+namespace midair::haptics
+{
+
+/// A weight changes by at most this factor a round, so that a point in a zero of the field does not
+/// take it all.
+constexpr float kMostReweighing = 5.0f;
+
+/// field.w = w_l u_l, with u the phases of the field at hand.
+void weighPhases(FieldProblem& field, const Eigen::VectorXf& weights);
+
+/// z = G* (w u), q = z/|z|, p = G q, u = p/|p|: leaves field.z, q, p, y and u. G is read once.
+void projectionRound(FieldProblem& field, const Eigen::VectorXf& weights);
+
+/// w_l <- w_l s a_l/|p_l|, by a factor of at most kMostReweighing either way; s is the fitted
+/// level.
+void reweigh(const FieldProblem& field, Eigen::VectorXf& weights);
+
+} // namespace midair::haptics

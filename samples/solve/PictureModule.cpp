@@ -1,0 +1,70 @@
+// What draws midair-solve's picture, apart from it: the program itself needs no scene graph.
+#include "haptics/propagation/PressureField.h"
+#include "samples/solve/Picture.h"
+#include "samples/views/FieldImage.h"
+
+#include <cstdio>
+#include <exception>
+
+namespace midair::samples
+{
+
+namespace
+{
+
+std::string draw(const Solution& solution, const std::string& title, const std::string& path)
+{
+    const SolveScene& scene = solution.scene;
+    const std::vector<Eigen::VectorXcf>& fields = solution.sequence.fields;
+    FieldImage image;
+    image.grid = bestSlice(solution.points, 0.02, 4e-4);
+    image.pressure_Pa =
+        haptics::pressureAt(image.grid.points(), scene.array, scene.medium, fields.front(), 2);
+    if (fields.size() > 1)
+    {
+        // What the skin averages: the root of the mean square.
+        Eigen::VectorXf square = Eigen::VectorXf::Zero(image.pressure_Pa.size());
+        for (const Eigen::VectorXcf& q : fields)
+            square += haptics::pressureAt(image.grid.points(), scene.array, scene.medium, q, 2)
+                          .cwiseAbs2() /
+                      static_cast<float>(fields.size());
+        image.pressure_Pa = square.cwiseSqrt().cast<std::complex<float>>();
+    }
+    image.points = solution.points;
+    image.achieved_Pa = solution.achieved_Pa.cast<float>();
+    image.level_Pa = solution.target_Pa.size() > 0 ? solution.target_Pa.maxCoeff() : 0.0;
+    if (scene.mesh.triangles.cols() > 0)
+        image.outline = outlineInPlane(scene.mesh, scene.pose, image.grid);
+    image.title = title;
+    char caption[160];
+    std::snprintf(caption,
+                  sizeof caption,
+                  "%s, %d points, rms %.2f %%, %.0f Pa peak",
+                  solution.sequence.report.solver.c_str(),
+                  solution.sequence.report.points,
+                  100.0 * solution.sequence.report.rms,
+                  solution.sequence.report.level_Pa);
+    image.caption = caption;
+    std::string message;
+    writeFieldImage(path, image, &message);
+    return message;
+}
+
+} // namespace
+
+} // namespace midair::samples
+
+extern "C" void midairDrawPicture(const midair::samples::Solution& solution,
+                                  const std::string& title,
+                                  const std::string& path,
+                                  std::string& problem)
+{
+    try
+    {
+        problem = midair::samples::draw(solution, title, path);
+    }
+    catch (const std::exception& error)
+    {
+        problem = error.what();
+    }
+}

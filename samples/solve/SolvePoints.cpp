@@ -1,0 +1,166 @@
+#include "samples/solve/SolvePoints.h"
+
+#include "device/DriveEncoder.h"
+#include "haptics/base/InputError.h"
+#include "haptics/points/ControlPointSelector.h"
+#include "haptics/propagation/SurfaceStatistics.h"
+#include "haptics/surface/FeatureChains.h"
+#include "haptics/surface/ObjReader.h"
+#include "haptics/surface/SurfaceSampler.h"
+#include "samples/solve/SolveFiles.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace midair::samples
+{
+
+namespace
+{
+
+constexpr int kMostPoints = 2000; // of a model or a file
+
+Eigen::Isometry3d poseOf(const SolveArguments& arguments)
+{
+    const auto angle = [&](int axis)
+    { return arguments.rotation_deg[static_cast<std::size_t>(axis)] * M_PI / 180.0; };
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.translate(
+        Eigen::Vector3d(arguments.position[0], arguments.position[1], arguments.position[2]));
+    pose.rotate(Eigen::AngleAxisd(angle(2), Eigen::Vector3d::UnitZ()) *
+                Eigen::AngleAxisd(angle(1), Eigen::Vector3d::UnitY()) *
+                Eigen::AngleAxisd(angle(0), Eigen::Vector3d::UnitX()));
+    return pose;
+}
+
+/// The model's samples in the array frame, a set for each field; every target 1, or the pressure asked for.
+std::vector<haptics::PosedObject> sampleModel(const SolveArguments& arguments,
+                                              const SolveScene& scene)
+{
+    haptics::SamplerOptions options;
+    options.spacing_m = arguments.spacing_m > 0.0 ? arguments.spacing_m : scene.wavelength_m();
+    options.sampling = arguments.sampling;
+    std::vector<haptics::PosedObject> objects;
+    for (const haptics::SurfaceSamples& samples :
+         haptics::sampleSurfaceSets(scene.mesh, options, arguments.cycle))
+    {
+        haptics::PosedObject& object = objects.emplace_back();
+        object.pose(samples, scene.pose);
+        object.spacing_m = options.spacing_m;
+        if (arguments.pressure_Pa > 0.0) object.target = arguments.pressure_Pa;
+    }
+    return objects;
+}
+
+/// Points that the user lists are taken as they are, but for doubles.
+haptics::PosedObject asObject(const haptics::ControlPoints& points)
+{
+    haptics::PosedObject object;
+    object.positions = points.positions;
+    object.normals = points.normals;
+    object.intensity = points.targets.cast<float>();
+    object.spacing_m = 1e-6;
+    return object;
+}
+
+/// Leaves out what the array can't reach, and says so.
+haptics::ControlPoints selectPoints(const SolveArguments& arguments,
+                                    const haptics::PosedObject& object,
+                                    bool absolute,
+                                    const SolveScene& scene)
+{
+    haptics::SelectorOptions options;
+    options.maxPoints = kMostPoints;
+    options.crowding = arguments.crowding;
+    const haptics::Workspace workspace(scene.array, scene.wavelength_m(), options);
+    haptics::Selection selection = haptics::selectControlPoints({object}, workspace, options);
+    const std::string left = selection.report.summary();
+    if (!left.empty()) std::fprintf(stderr, "midair-solve: solves for %s\n", left.c_str());
+    selection.points.absolute = absolute;
+    return std::move(selection.points);
+}
+
+} // namespace
+
+SolveScene loadScene(const SolveArguments& arguments)
+{
+    SolveScene scene;
+    scene.array = haptics::TransducerArray::load(arguments.array);
+    if (scene.array.drive.amplitudeLevels.empty())
+        scene.array.drive.amplitudeLevels = device::amplitudeLevels();
+    if (!arguments.directivity.empty())
+        scene.array.directivity = haptics::directivityFromName(arguments.directivity);
+    scene.medium.temperature_C = arguments.temperature_C;
+    std::string error;
+    if (!scene.medium.isValid(&error)) throw base::InputError(error);
+    if (!arguments.pointsFile.empty()) return scene;
+    scene.mesh = haptics::readObj(arguments.model);
+    if (arguments.size_m > 0.0) scene.mesh = scene.mesh.scaledTo(arguments.size_m);
+    scene.pose = poseOf(arguments);
+    return scene;
+}
+
+std::vector<haptics::ControlPoints> pointSets(const SolveArguments& arguments,
+                                              const SolveScene& scene)
+{
+    if (!arguments.pointsFile.empty())
+    {
+        const haptics::ControlPoints points = readControlPoints(arguments.pointsFile);
+        return {selectPoints(arguments, asObject(points), points.absolute, scene)};
+    }
+    std::vector<haptics::ControlPoints> sets;
+    for (const haptics::PosedObject& object : sampleModel(arguments, scene))
+        sets.push_back(selectPoints(arguments, object, arguments.pressure_Pa > 0.0, scene));
+    return sets;
+}
+
+std::vector<haptics::Outline>
+modelOutlines(const SolveArguments& arguments, const SolveScene& scene, bool& any)
+{
+    const double wavelength_m = scene.wavelength_m();
+    std::vector<haptics::Outline> outlines = haptics::featureOutlines(
+        scene.mesh, haptics::SamplerOptions().creaseAngle_rad, wavelength_m);
+    for (haptics::Outline& outline : outlines)
+    {
+        outline.vertices = (scene.pose * outline.vertices).eval();
+        if (arguments.pressure_Pa > 0.0) outline.target = arguments.pressure_Pa;
+    }
+    const haptics::Workspace workspace(scene.array, wavelength_m, haptics::SelectorOptions());
+    const auto isOutside = [&](const haptics::Outline& outline)
+    {
+        const Eigen::Matrix3Xd points = outline.points(0.5 * wavelength_m);
+        for (Eigen::Index k = 0; k < points.cols(); ++k)
+            if (workspace.judge(points.col(k)) != haptics::Workspace::Verdict::INSIDE) return true;
+        return false;
+    };
+    const std::size_t before = outlines.size();
+    any = before > 0;
+    outlines.erase(std::remove_if(outlines.begin(), outlines.end(), isOutside), outlines.end());
+    if (outlines.size() < before)
+        std::fprintf(stderr,
+                     "midair-solve: solves for %zu of %zu outlines: %zu are not whole within the "
+                     "array's reach\n",
+                     outlines.size(),
+                     before,
+                     before - outlines.size());
+    return outlines;
+}
+
+Eigen::Matrix3Xd feltSurface(const SolveArguments& arguments,
+                             const Eigen::Matrix3Xd& points,
+                             const SolveScene& scene)
+{
+    const double wavelength_m = scene.wavelength_m();
+    haptics::SamplerOptions sampling;
+    sampling.spacing_m = 0.18 * wavelength_m; // no spot is farther than 1.1 of it from a sample
+    sampling.sampling = arguments.outline ? haptics::Sampling::EDGES : arguments.sampling;
+    sampling.maxPoints = 200000;
+    // No nearer than the samples, or a point would have none.
+    const double spacing_m = std::max(
+        arguments.spacing_m > 0.0 ? arguments.spacing_m : wavelength_m, sampling.spacing_m);
+    return haptics::samplesNear(scene.pose * haptics::sampleSurface(scene.mesh, sampling).positions,
+                                points,
+                                1.1 * spacing_m);
+}
+
+} // namespace midair::samples

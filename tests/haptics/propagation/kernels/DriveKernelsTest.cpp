@@ -1,0 +1,140 @@
+// The kernels on drives against double precision, each within what its description promises.
+#include "haptics/propagation/kernels/PropagationKernels.h"
+#include "tests/haptics/propagation/kernels/KernelTesting.h"
+
+using namespace midair::haptics;
+
+namespace
+{
+
+constexpr int kWidth = 4096;
+
+MIDAIR_ON_EVERY_SET(InverseRoots);
+MIDAIR_ON_EVERY_SET(DriveKernels);
+
+double turnsBetween(double a, double b)
+{
+    return std::fabs(std::remainder(a - b, 1.0));
+}
+
+} // namespace
+
+TEST_P(InverseRoots, AreThoseOfDoublePrecision)
+{
+    constexpr int kCount = 100000 / kernels::kLanes * kernels::kLanes;
+    auto x = floats(kCount), inverse = floats(kCount);
+    for (const double least : {1e-30, 1e-3}) // squares of distances: 0.03 to 3,000 wavelengths
+    {
+        const double span = least < 1e-20 ? 1e60 : 1e10;
+        for (int i = 0; i < kCount; ++i)
+            x[i] = static_cast<float>(least * std::pow(span, static_cast<double>(i) / kCount));
+        kernels::inverseRoots(kCount, x.data(), inverse.data());
+        double worst = 0.0;
+        for (int i = 0; i < kCount; ++i)
+            worst = std::max(worst, std::fabs(double(inverse[i]) * std::sqrt(double(x[i])) - 1.0));
+        EXPECT_LT(worst, 2e-7) << least;
+        EXPECT_GT(worst, 0.0);
+    }
+}
+
+TEST_P(DriveKernels, ProjectToUnit)
+{
+    Numbers numbers(1);
+    Split z(kWidth), q(kWidth);
+    auto inverse = floats(kWidth);
+    for (int i = 0; i < kWidth; ++i)
+        z.set(i, std::polar(std::pow(10.0, numbers.between(-17.9, 17.9)), numbers.between(-4, 4)));
+    z.set(0, 0.0);
+    z.set(1, {0.0, 1e-19});
+    z.set(2, {0.0, -2.0});
+    kernels::projectToUnit(
+        kWidth, z.re.data(), z.im.data(), q.re.data(), q.im.data(), inverse.data());
+    for (int i = 0; i < 2; ++i)
+    {
+        EXPECT_EQ(q.at(i), Complex(1.0, 0.0));
+        EXPECT_EQ(inverse[i], 0.0F);
+    }
+    for (int i = 2; i < kWidth; ++i)
+    {
+        const double size = std::abs(z.exact[i]);
+        ASSERT_NEAR(std::abs(q.at(i) - z.exact[i] / size), 0.0, 3e-7) << z.exact[i];
+        ASSERT_NEAR(double(inverse[i]) * size, 1.0, 3e-7) << z.exact[i];
+    }
+}
+
+TEST_P(DriveKernels, QuantisePhase)
+{
+    Numbers numbers(2);
+    Split q(kWidth), out(kWidth);
+    for (int i = 0; i < kWidth; ++i)
+        q.set(i, std::polar(std::pow(10.0, numbers.between(-29, 9)), numbers.between(-4, 4)));
+    q.set(0, 0.0);
+    q.set(1, -1.0);
+    q.set(2, {0.0, -1.0});
+    for (const int levels : {0, 2, 16, 256})
+    {
+        kernels::quantisePhase(
+            kWidth, levels, q.re.data(), q.im.data(), out.re.data(), out.im.data());
+        for (int i = 0; i < kWidth; ++i)
+        {
+            double turns = std::arg(q.exact[i]) / (2 * M_PI);
+            if (levels > 0)
+            {
+                // Half-way between two levels it may be either.
+                const double found = std::arg(out.at(i)) / (2 * M_PI);
+                ASSERT_LE(turnsBetween(found, turns), 0.5 / levels + 1e-6) << q.exact[i];
+                turns = std::round(found * levels) / levels;
+            }
+            ASSERT_NEAR(std::abs(out.at(i) - std::polar(1.0, 2 * M_PI * turns)), 0.0, 8e-7)
+                << q.exact[i] << ' ' << levels;
+        }
+    }
+}
+
+TEST_P(DriveKernels, CompareDrivesAndInnerProduct)
+{
+    Numbers numbers(3);
+    const Split before = numbers.split(kWidth);
+    // Drives that have little in common, and drives that have nearly everything.
+    for (const double step : {3.0, 1e-2})
+    {
+        Split q(kWidth);
+        double phases = 0.0, change = 0.0, power = 0.0, sizes = 0.0;
+        Complex product = 0.0;
+        for (int i = 0; i < kWidth; ++i)
+        {
+            q.set(i, before.exact[i] * std::polar(1.0, numbers.between(-step, step)));
+            phases += std::fabs(std::arg(q.exact[i] * std::conj(before.exact[i])));
+            change += std::norm(q.exact[i] - before.exact[i]);
+            power += std::norm(q.exact[i]);
+            product += before.exact[i] * std::conj(q.exact[i]);
+            sizes += std::abs(before.exact[i] * q.exact[i]);
+        }
+        const auto found = kernels::compareDrives(
+            kWidth, q.re.data(), q.im.data(), before.re.data(), before.im.data());
+        EXPECT_NEAR(found.phaseSteps, phases, 2e-6 * phases + 2e-7 * kWidth);
+        EXPECT_NEAR(found.change, change, 2e-6 * change + 1e-7 * std::sqrt(change * power));
+        EXPECT_NEAR(found.power, power, 2e-6 * power);
+        const auto inner = kernels::innerProduct(
+            kWidth, q.re.data(), q.im.data(), before.re.data(), before.im.data());
+        EXPECT_NEAR(std::abs(Complex(inner.re, inner.im) - product), 0.0, 2e-6 * sizes);
+    }
+}
+
+TEST_P(DriveKernels, ScaleBy)
+{
+    Numbers numbers(4);
+    const Complex by(-0.3, 0.8);
+    Split all = numbers.split(kWidth), each = numbers.split(kWidth);
+    auto factor = floats(kWidth);
+    for (int i = 0; i < kWidth; ++i)
+        factor[i] = static_cast<float>(numbers.between(-2.0, 2.0));
+    kernels::scaleBy(kWidth, -0.3F, 0.8F, all.re.data(), all.im.data());
+    kernels::scaleBy(kWidth, factor.data(), each.re.data(), each.im.data());
+    for (int i = 0; i < kWidth; ++i)
+    {
+        ASSERT_NEAR(std::abs(all.at(i) - all.exact[i] * by), 0.0, 2e-7 * std::abs(all.exact[i]));
+        const Complex exact = each.exact[i] * double(factor[i]);
+        ASSERT_NEAR(std::abs(each.at(i) - exact), 0.0, 2e-7 * std::abs(exact));
+    }
+}

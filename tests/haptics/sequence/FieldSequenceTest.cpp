@@ -1,0 +1,125 @@
+#include "haptics/sequence/FieldSequence.h"
+
+#include "haptics/sequence/FieldOrder.h"
+#include "tests/haptics/solvers/ScenePoints.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace midair::haptics
+{
+namespace
+{
+
+TEST(FieldSequence, PointsAndPressuresArePlayingOrderWithoutTheStepsBetween)
+{
+    const TransducerArray array = TransducerArray::singleBoard();
+    FieldSequence sequence;
+    for (int k = 0; k < 3; ++k)
+        sequence.fields.push_back(Eigen::VectorXcf::Constant(
+            array.size(), std::polar(1.0f, 0.5f * static_cast<float>(k))));
+    sequence.parts.resize(3);
+    sequence.parts[0] = spherePoints(2, 0.01, {0, 0, 0.1});
+    sequence.parts[2] = spherePoints(3, 0.01, {0, 0, 0.15});
+    sequence.parts[2].absolute = sequence.parts[0].absolute = true;
+    const ControlPoints points = sequence.points();
+    ASSERT_EQ(points.size(), 5);
+    EXPECT_TRUE(points.absolute);
+    EXPECT_EQ(points.positions.rightCols(3), sequence.parts[2].positions);
+    sequence.fields[2] *= 0.5f;
+    const Eigen::VectorXf before_Pa = achievedPressure(sequence, array, Medium(), 1);
+    sequence.fields[2] *= 0.5f;
+    const Eigen::VectorXf after_Pa = achievedPressure(sequence, array, Medium(), 1);
+    EXPECT_TRUE(after_Pa.head(2).isApprox(before_Pa.head(2)));
+    EXPECT_TRUE(after_Pa.tail(3).isApprox(0.5f * before_Pa.tail(3), 1e-5f));
+    EXPECT_EQ(FieldSequence().points().size(), 0);
+}
+
+TEST(FieldSequence, StepsAreThoseOfTheWholeCycleAtItsRate)
+{
+    FieldSequence sequence;
+    for (const float phase : {0.0f, 0.3f, 0.6f})
+        sequence.fields.push_back(Eigen::VectorXcf::Constant(10, std::polar(1.0f, phase)));
+    rateSteps(sequence);
+    EXPECT_NEAR(sequence.report.meanPhaseStep_rad, (0.3 + 0.3 + 0.6) / 3.0, 1e-6);
+    EXPECT_EQ(sequence.report.driveChange, cycleSteps(sequence.fields).driveChange);
+    const double audible = sequence.report.audibleChange;
+    EXPECT_GT(audible, 0.0);
+    sequence.modulation.fieldRate_Hz = 40000.0;
+    rateSteps(sequence);
+    EXPECT_LT(sequence.report.audibleChange, audible);
+    sequence.fields.resize(1);
+    rateSteps(sequence);
+    EXPECT_EQ(sequence.report.driveChange, 0.0);
+}
+
+TEST(FieldSequence, AHeldFieldGoesOnFromTheOneBefore)
+{
+    FieldSequence sequence;
+    const Eigen::VectorXcf last = Eigen::VectorXcf::Constant(10, std::polar(1.0f, 1.0f));
+    sequence.fields = {Eigen::VectorXcf::Constant(10, std::polar(1.0f, 2.5f))};
+    DriveResolution drive;
+    continueFrom(last, 1000.0, drive, sequence);
+    // A common phase can't be felt: nothing has changed but for the rounding to levels.
+    EXPECT_LT(sequence.report.meanPhaseStep_rad, M_PI / 256 + 1e-6);
+    EXPECT_LT(sequence.report.driveChange, 1e-3);
+    const SolveReport before = sequence.report;
+    continueFrom(Eigen::VectorXcf::Ones(4), 1000.0, drive, sequence);
+    EXPECT_EQ(sequence.report.driveChange, before.driveChange) << "another array's";
+}
+
+TEST(SolveReport, FiguresAreWrittenByNameOnce)
+{
+    SolveReport report;
+    report.rms = 0.25;
+    report.points = 7;
+    const auto figures = figuresOf(report);
+    EXPECT_EQ(figures.size(), kFigures.size());
+    report.surface.samples = 3;
+    report.surface.mean_Pa = 12.5;
+    const nlohmann::ordered_json json = toJson(report);
+    EXPECT_EQ(json["points"], 7);
+    EXPECT_EQ(json["stop"], "nothing to do");
+    EXPECT_EQ(json["surface"]["mean_Pa"], 12.5);
+    for (const auto& [name, value] : figuresOf(report))
+        if (name.rfind("surface.", 0) == 0)
+            EXPECT_EQ(json["surface"][name.substr(8)].get<double>(), value) << name;
+        else
+            EXPECT_EQ(json[name].get<double>(), value) << name;
+}
+
+TEST(Rate, OfNothingIsNothing)
+{
+    SolveReport report;
+    report.rms = report.max = report.level_Pa = report.loudness = report.worstShortfall = 7.0;
+    report.shortPoints = 7;
+    ControlPoints points;
+    for (const bool absolute : {false, true})
+    {
+        points.absolute = absolute;
+        rateLevel(points, Eigen::VectorXf(), report);
+        EXPECT_EQ(report.rms + report.max + report.level_Pa + report.loudness, 0.0);
+        EXPECT_EQ(report.worstShortfall, 0.0);
+        EXPECT_EQ(report.shortPoints, 0);
+        points.positions = Eigen::Matrix3Xd::Zero(3, 2);
+        points.targets = Eigen::VectorXd::Zero(2);
+        rateLevel(points, Eigen::Vector2f(3.0f, 4.0f), report);
+        EXPECT_EQ(report.rms + report.max + report.level_Pa + report.loudness, 0.0);
+        points = ControlPoints();
+    }
+}
+
+TEST(Rate, PointsThatNothingIsWantedOfDontCount)
+{
+    ControlPoints points;
+    points.positions = Eigen::Matrix3Xd::Zero(3, 3);
+    points.targets = Eigen::Vector3d(1.0, 0.0, 1.0);
+    SolveReport report;
+    rateLevel(points, Eigen::Vector3f(90.0f, 500.0f, 110.0f), report);
+    EXPECT_NEAR(report.level_Pa, 100.0, 1e-9);
+    EXPECT_NEAR(report.rms, 0.1, 1e-9);
+    EXPECT_NEAR(report.max, 0.1, 1e-9);
+}
+
+} // namespace
+} // namespace midair::haptics
