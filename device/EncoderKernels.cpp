@@ -54,7 +54,7 @@ void encodeLevels(const float* __restrict q,
 {
     constexpr float kLevelsPerRadian = 128.0F / kPi;
     constexpr float kDutiesPerRadian = 510.0F / kPi; // base::kDutyPeriod
-    constexpr float kOverBorder = 1.0000047436F; // 1 / cos(pi/1020)
+    constexpr float kOverBorder = 1.0000047436F;     // 1 / cos(pi/1020)
     for (int i = 0; i < m; ++i)
     {
         const float re = q[2 * i];

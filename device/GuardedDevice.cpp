@@ -234,6 +234,7 @@ void GuardedDevice::setMuted(bool muted)
 void GuardedDevice::noteSilence()
 {
     account(base::steadySeconds());
+    ++_silences;
     _sounds = false;
     _drive = 0;
     _ramp = 0;
@@ -299,6 +300,7 @@ DeviceReport GuardedDevice::report() const
     std::lock_guard<std::mutex> lock(_mutex);
     report.sent += _refused;
     report.refused += _refused;
+    report.silences = _silences;
     if (_muted && report.state == DeviceState::READY) report.state = DeviceState::MUTED;
     return report;
 }
