@@ -2,6 +2,7 @@
 
 #include "device/DeviceUri.h"
 #include "device/DriveEncoder.h"
+#include "device/boards/BoardKind.h"
 
 #include <algorithm>
 
