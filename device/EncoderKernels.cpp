@@ -68,7 +68,8 @@ void encodeLevels(const float* __restrict q,
         angle = absIm > absRe ? kPi / 2 - angle : angle;
         angle = re < 0.0F ? kPi - angle : angle;
         angle = im < 0.0F ? 2 * kPi - angle : angle;
-        // Not large^2 + small^2: that overflows for finite q. Infinity clips like any other amplitude over 1.
+        // Not large^2 + small^2: that overflows for finite q. Infinity clips like any other
+        // amplitude over 1.
         const float r = std::min(large * std::sqrt(1.0F + t * t) * kOverBorder, 1.0F);
         phase[i] =
             static_cast<std::uint8_t>(static_cast<int>(angle * kLevelsPerRadian + 0.5F) & 255);
@@ -77,7 +78,8 @@ void encodeLevels(const float* __restrict q,
     }
 }
 
-// Infinities and NaNs have all bits of the exponent set. Looks at the bits since a compiler may assume finite values.
+// Infinities and NaNs have all bits of the exponent set. Looks at the bits since a compiler may
+// assume finite values.
 bool allFinite(const float* values, int count)
 {
     constexpr std::uint32_t kExponent = 0x7f800000U;

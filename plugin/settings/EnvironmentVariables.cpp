@@ -55,6 +55,9 @@ struct Usage
             "~/.config/osgMidair/grants.");
         add("OSG_MIDAIR_SLICE <auto/cpu/gpu>",
             "Where the slice of a field is computed; auto: by the GPU where there is one.");
+        add("OSG_MIDAIR_SIMD <plain/avx2/avx512>",
+            "What the kernels run with, to find faults and to compare; default: the best that the "
+            "processor has.");
         add("OSG_MIDAIR_REPORT <file>",
             "Write what haptic scenes did (counts, accuracy, latency, messages) as JSON at exit.");
     }

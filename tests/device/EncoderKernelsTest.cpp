@@ -1,4 +1,5 @@
-// The kernels of the drive encoder against double precision, within what their descriptions promise.
+// The kernels of the drive encoder against double precision, within what their descriptions
+// promise.
 #include "device/EncoderKernels.h"
 
 #include "tests/haptics/base/simd/OnEverySet.h"

@@ -7,11 +7,12 @@
 namespace midair::base
 {
 
-/// A function that is compiled once for each instruction set: called like a function, it runs the form for the set in use.
+/// A function that is compiled once for each instruction set: called like a function, it runs the
+/// form for the set in use.
 ///
 ///     extern const base::Kernel<float(int count, const float* x)> sumOf; // in a header
-///     namespace MIDAIR_SET { float sumOf(int count, const float* x) { .. } } // SumKernels.cpp, see midair_kernels() in CMake
-///     MIDAIR_KERNEL(sumOf);                                              // in a source that is compiled once
+///     namespace MIDAIR_SET { float sumOf(int count, const float* x) { .. } } // SumKernels.cpp,
+///     see midair_kernels() in CMake MIDAIR_KERNEL(sumOf); // in a source that is compiled once
 ///
 /// A second signature overloads it, defined with MIDAIR_KERNEL_OF_TWO.
 template<typename First, typename Second = void>
@@ -54,7 +55,8 @@ public:
     using Kernel<Second>::operator();
 };
 
-// Declares the forms of a kernel and defines it; the namespaces are those that midair_kernels() compiles the forms into.
+// Declares the forms of a kernel and defines it; the namespaces are those that midair_kernels()
+// compiles the forms into.
 #ifdef MIDAIR_HAS_SIMD
 #define MIDAIR_FORMS(name) plain::name, avx2::name, avx512::name
 #define MIDAIR_DECLARE(name, Function)                                                             \

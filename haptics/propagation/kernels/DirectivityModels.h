@@ -29,7 +29,8 @@ struct PointModel
     MIDAIR_INLINE float operator()(float) const { return 1.0f; }
 };
 
-// log2 D is linear in theta between the table's angles: a sum of hinges, without the gathers that a look-up would take.
+// log2 D is linear in theta between the table's angles: a sum of hinges, without the gathers that a
+// look-up would take.
 struct TableModel
 {
     DirectivityTable table;

@@ -1,4 +1,5 @@
-// The kernels that need instructions a compiler does not choose by itself, written in the operations of Register.h.
+// The kernels that need instructions a compiler does not choose by itself, written in the
+// operations of Register.h.
 #include "haptics/propagation/kernels/KernelTools.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
 #include "haptics/propagation/kernels/Register.h"
@@ -13,9 +14,10 @@ namespace
 
 #ifdef MIDAIR_HAS_PAIRS
 
-// With c = conj(u_l) r_i: J_li = -(Re G Im c + Im G Re c). Lanes hold pairs of 16 bits, r and u in units of 1/kUnity, c in
-// units of 2^-14. What is cut off, and the carry that the upper half of G has from the lower, is below 3e-4 of the row's bound:
-// of a matrix that both directions of a step read alike, which need not be exact.
+// With c = conj(u_l) r_i: J_li = -(Re G Im c + Im G Re c). Lanes hold pairs of 16 bits, r and u in
+// units of 1/kUnity, c in units of 2^-14. What is cut off, and the carry that the upper half of G
+// has from the lower, is below 3e-4 of the row's bound: of a matrix that both directions of a step
+// read alike, which need not be exact.
 constexpr float kUnity = 32766.0f; // room for what is a little over 1
 
 MIDAIR_INLINE std::int32_t pairOf(float low, float high)
@@ -81,7 +83,8 @@ MIDAIR_INLINE void jacobianOf(const std::int32_t* G,
 
 #else
 
-// In floats: without products of pairs, which the other form is made of, that is both shorter and exact.
+// In floats: without products of pairs, which the other form is made of, that is both shorter and
+// exact.
 MIDAIR_INLINE void jacobianOf(const std::int32_t* G,
                               int n,
                               int width,

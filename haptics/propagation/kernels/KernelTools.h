@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <cstring>
 
-// Built with -O3, contraction to fused multiply-adds and without errno, see CMakeLists.txt; nothing here may be compiled
-// with -ffast-math, since rounded relies on the order of its operations.
+// Built with -O3, contraction to fused multiply-adds and without errno, see CMakeLists.txt; nothing
+// here may be compiled with -ffast-math, since rounded relies on the order of its operations.
 #define MIDAIR_INLINE inline __attribute__((always_inline))
 
 namespace midair::haptics::kernels
@@ -14,7 +14,8 @@ namespace midair::haptics::kernels
 
 constexpr int kMaxWidth = 512; ///< of a block
 
-// Adding and subtracting 1.5 * 2^23 rounds to an integer, without the instruction that plain x86-64 lacks.
+// Adding and subtracting 1.5 * 2^23 rounds to an integer, without the instruction that plain x86-64
+// lacks.
 constexpr float kToInteger = 12582912.0f;
 constexpr double kToIntegerDouble = 6755399441055744.0; // 1.5 * 2^52
 
@@ -27,8 +28,9 @@ MIDAIR_INLINE double rounded(double x)
     return (x + kToIntegerDouble) - kToIntegerDouble;
 }
 
-// Two numbers of at most kFixedPeak in one lane of 32 bits: high * 65536 + low, each rounded to an integer. Read back,
-// the float nearest to a lane is high * 65536 to half a unit, and the lane shifted up by 16 is low * 65536 exactly.
+// Two numbers of at most kFixedPeak in one lane of 32 bits: high * 65536 + low, each rounded to an
+// integer. Read back, the float nearest to a lane is high * 65536 to half a unit, and the lane
+// shifted up by 16 is low * 65536 exactly.
 constexpr float kFixedPeak = 32760.0f;
 
 // What the numbers read back are to be multiplied by where kFixedPeak stood for \a peak.

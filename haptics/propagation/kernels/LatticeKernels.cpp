@@ -20,8 +20,8 @@ struct Column
     alignas(64) float im[kLatticeBlock];
 };
 
-/// What a block of sources needs to march through a tile: the wave at the first sample, its factors along the axes, and how
-/// these change along the axes.
+/// What a block of sources needs to march through a tile: the wave at the first sample, its factors
+/// along the axes, and how these change along the axes.
 struct March
 {
     Column wave, along[3], bend[3][3];
@@ -49,100 +49,139 @@ MIDAIR_INLINE void smallExpInto(float real, float turns, float& re, float& im)
     im = e * y * (1.0f - y2 * (1.0f / 6.0f));
 }
 
-// From place and source to what March holds, see FieldLattice.h; quadratic forms of pairs of steps as half exponents.
-MIDAIR_INLINE void
-prepare(const LatticeSources& sources, int first, int width, const LatticeTile& tile, March& march)
+/// Of a block's sources, seen from the tile's middle: unit vector s towards it, distance R and 1/R,
+/// the directivity D with its slope, and the gradient g of the logarithm of the amplitude.
+struct Rays
 {
-    const LatticeTile t = tile;
-    const int axes = t.count[2] > 1 ? 3 : 2;
-    alignas(64) float sx[kLatticeBlock], sy[kLatticeBlock], sz[kLatticeBlock],
-        inverse[kLatticeBlock], gx[kLatticeBlock], gy[kLatticeBlock], gz[kLatticeBlock],
-        cosine[kLatticeBlock], D[kLatticeBlock], slope[kLatticeBlock], R[kLatticeBlock];
+    alignas(64) float sx[kLatticeBlock], sy[kLatticeBlock], sz[kLatticeBlock];
+    alignas(64) float gx[kLatticeBlock], gy[kLatticeBlock], gz[kLatticeBlock];
+    alignas(64) float R[kLatticeBlock], inverse[kLatticeBlock], cosine[kLatticeBlock];
+    alignas(64) float D[kLatticeBlock], slope[kLatticeBlock];
+};
+
+MIDAIR_INLINE void
+look(const LatticeSources& sources, int first, int width, const LatticeTile& t, Rays& rays)
+{
 #pragma omp simd
     for (int i = 0; i < width; ++i)
     {
         const float dx = t.middle[0] - sources.x[first + i];
         const float dy = t.middle[1] - sources.y[first + i];
         const float dz = t.middle[2] - sources.z[first + i];
-        R[i] = std::sqrt(dx * dx + dy * dy + dz * dz);
-        inverse[i] = 1.0f / R[i];
-        sx[i] = dx * inverse[i];
-        sy[i] = dy * inverse[i];
-        sz[i] = dz * inverse[i];
-        cosine[i] = sources.nx[first + i] * sx[i] + sources.ny[first + i] * sy[i] +
-                    sources.nz[first + i] * sz[i];
+        rays.R[i] = std::sqrt(dx * dx + dy * dy + dz * dz);
+        rays.inverse[i] = 1.0f / rays.R[i];
+        rays.sx[i] = dx * rays.inverse[i];
+        rays.sy[i] = dy * rays.inverse[i];
+        rays.sz[i] = dz * rays.inverse[i];
+        rays.cosine[i] = sources.nx[first + i] * rays.sx[i] + sources.ny[first + i] * rays.sy[i] +
+                         sources.nz[first + i] * rays.sz[i];
     }
 #pragma omp simd
     for (int i = 0; i < width; ++i)
     {
-        const float at = (0.5f * kDirectivitySteps) * (1.0f + cosine[i]);
+        const float at = (0.5f * kDirectivitySteps) * (1.0f + rays.cosine[i]);
         const int k = std::min(kDirectivitySteps - 1, std::max(0, static_cast<int>(at)));
         const float low = sources.directivity[k], step = sources.directivity[k + 1] - low;
-        D[i] = low + (at - static_cast<float>(k)) * step;
-        slope[i] = (0.5f * kDirectivitySteps) * step;
+        rays.D[i] = low + (at - static_cast<float>(k)) * step;
+        rays.slope[i] = (0.5f * kDirectivitySteps) * step;
     }
-    // The corner where the march begins, and the gradient of the logarithm of the amplitude.
+#pragma omp simd
+    for (int i = 0; i < width; ++i)
+    {
+        const float rise = rays.slope[i] / std::max(rays.D[i], 1e-3f) * rays.inverse[i];
+        const float fall = rise * rays.cosine[i] + rays.inverse[i] + t.beta;
+        rays.gx[i] = rise * sources.nx[first + i] - rays.sx[i] * fall;
+        rays.gy[i] = rise * sources.ny[first + i] - rays.sy[i] * fall;
+        rays.gz[i] = rise * sources.nz[first + i] - rays.sz[i] * fall;
+    }
+}
+
+// The waves at the corner where the march begins.
+MIDAIR_INLINE void waveAt(const float* corner,
+                          const LatticeSources& sources,
+                          int first,
+                          int width,
+                          float beta,
+                          const Rays& rays,
+                          Column& wave)
+{
+    const float cc = corner[0] * corner[0] + corner[1] * corner[1] + corner[2] * corner[2];
+#pragma omp simd
+    for (int i = 0; i < width; ++i)
+    {
+        const float inverse = rays.inverse[i];
+        const float sc = rays.sx[i] * corner[0] + rays.sy[i] * corner[1] + rays.sz[i] * corner[2];
+        const float real = rays.gx[i] * corner[0] + rays.gy[i] * corner[1] +
+                           rays.gz[i] * corner[2] -
+                           0.5f * (cc - 2.0f * sc * sc) * inverse * inverse;
+        float re, im;
+        expInto(real, -rays.R[i] - sc - 0.5f * (cc - sc * sc) * inverse, re, im);
+        // e^{-beta R} over the array's few dozen wavelengths.
+        const float decay = beta * rays.R[i];
+        const float strength =
+            rays.D[i] * inverse *
+            (1.0f - decay * (1.0f - decay * (0.5f - decay * (1.0f / 6.0f - decay / 24.0f))));
+        const float qr = strength * sources.re[first + i], qi = strength * sources.im[first + i];
+        wave.re[i] = re * qr - im * qi;
+        wave.im[i] = re * qi + im * qr;
+    }
+}
+
+// The waves' factors over one step u at the corner.
+MIDAIR_INLINE void
+factorsAlong(const float* u, const float* corner, int width, const Rays& rays, Column& along)
+{
+    const float uc = u[0] * corner[0] + u[1] * corner[1] + u[2] * corner[2];
+    const float uu = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
+#pragma omp simd
+    for (int i = 0; i < width; ++i)
+    {
+        const float inverse = rays.inverse[i];
+        const float su = rays.sx[i] * u[0] + rays.sy[i] * u[1] + rays.sz[i] * u[2];
+        const float sc = rays.sx[i] * corner[0] + rays.sy[i] * corner[1] + rays.sz[i] * corner[2];
+        const float real = rays.gx[i] * u[0] + rays.gy[i] * u[1] + rays.gz[i] * u[2] -
+                           (uc + 0.5f * uu - su * (2.0f * sc + su)) * inverse * inverse;
+        const float turns = -su - (uc + 0.5f * uu - su * (sc + 0.5f * su)) * inverse;
+        expInto(real, turns, along.re[i], along.im[i]);
+    }
+}
+
+// How the factors of steps u change with a step v.
+MIDAIR_INLINE void bendOf(const float* u, const float* v, int width, const Rays& rays, Column& bend)
+{
+    const float uv = u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+#pragma omp simd
+    for (int i = 0; i < width; ++i)
+    {
+        const float inverse = rays.inverse[i];
+        const float su = rays.sx[i] * u[0] + rays.sy[i] * u[1] + rays.sz[i] * u[2];
+        const float sv = rays.sx[i] * v[0] + rays.sy[i] * v[1] + rays.sz[i] * v[2];
+        const float real = -(uv - 2.0f * su * sv) * inverse * inverse;
+        smallExpInto(real, -(uv - su * sv) * inverse, bend.re[i], bend.im[i]);
+    }
+}
+
+// From place and source to what March holds, see FieldLattice.h; quadratic forms of pairs of steps
+// as half exponents.
+MIDAIR_INLINE void
+prepare(const LatticeSources& sources, int first, int width, const LatticeTile& tile, March& march)
+{
+    const LatticeTile t = tile;
+    const int axes = t.count[2] > 1 ? 3 : 2;
+    Rays rays;
+    look(sources, first, width, t, rays);
     const float a = -0.5f * static_cast<float>(t.count[0] - 1);
     const float b = -0.5f * static_cast<float>(t.count[1] - 1);
     const float c = -0.5f * static_cast<float>(t.count[2] - 1);
     const float corner[3] = {a * t.step[0][0] + b * t.step[1][0] + c * t.step[2][0],
                              a * t.step[0][1] + b * t.step[1][1] + c * t.step[2][1],
                              a * t.step[0][2] + b * t.step[1][2] + c * t.step[2][2]};
-#pragma omp simd
-    for (int i = 0; i < width; ++i)
-    {
-        const float rise = slope[i] / std::max(D[i], 1e-3f) * inverse[i];
-        const float fall = rise * cosine[i] + inverse[i] + t.beta;
-        gx[i] = rise * sources.nx[first + i] - sx[i] * fall;
-        gy[i] = rise * sources.ny[first + i] - sy[i] * fall;
-        gz[i] = rise * sources.nz[first + i] - sz[i] * fall;
-        const float sc = sx[i] * corner[0] + sy[i] * corner[1] + sz[i] * corner[2];
-        const float cc = corner[0] * corner[0] + corner[1] * corner[1] + corner[2] * corner[2];
-        const float real = gx[i] * corner[0] + gy[i] * corner[1] + gz[i] * corner[2] -
-                           0.5f * (cc - 2.0f * sc * sc) * inverse[i] * inverse[i];
-        float re, im;
-        expInto(real, -R[i] - sc - 0.5f * (cc - sc * sc) * inverse[i], re, im);
-        // e^{-beta R} over the array's few dozen wavelengths.
-        const float decay = t.beta * R[i];
-        const float strength =
-            D[i] * inverse[i] *
-            (1.0f - decay * (1.0f - decay * (0.5f - decay * (1.0f / 6.0f - decay / 24.0f))));
-        const float qr = strength * sources.re[first + i], qi = strength * sources.im[first + i];
-        march.wave.re[i] = re * qr - im * qi;
-        march.wave.im[i] = re * qi + im * qr;
-    }
+    waveAt(corner, sources, first, width, t.beta, rays, march.wave);
     for (int k = 0; k < axes; ++k)
     {
-        const float* u = t.step[k];
-        const float uc = u[0] * corner[0] + u[1] * corner[1] + u[2] * corner[2];
-        const float uu = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
-        float *re = march.along[k].re, *im = march.along[k].im;
-#pragma omp simd
-        for (int i = 0; i < width; ++i)
-        {
-            const float su = sx[i] * u[0] + sy[i] * u[1] + sz[i] * u[2];
-            const float sc = sx[i] * corner[0] + sy[i] * corner[1] + sz[i] * corner[2];
-            const float real = gx[i] * u[0] + gy[i] * u[1] + gz[i] * u[2] -
-                               (uc + 0.5f * uu - su * (2.0f * sc + su)) * inverse[i] * inverse[i];
-            expInto(
-                real, -su - (uc + 0.5f * uu - su * (sc + 0.5f * su)) * inverse[i], re[i], im[i]);
-        }
+        factorsAlong(t.step[k], corner, width, rays, march.along[k]);
         for (int l = k; l < axes; ++l)
-        {
-            const float* v = t.step[l];
-            const float uv = u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
-            float *bendRe = march.bend[k][l].re, *bendIm = march.bend[k][l].im;
-#pragma omp simd
-            for (int i = 0; i < width; ++i)
-            {
-                const float su = sx[i] * u[0] + sy[i] * u[1] + sz[i] * u[2];
-                const float sv = sx[i] * v[0] + sy[i] * v[1] + sz[i] * v[2];
-                smallExpInto(-(uv - 2.0f * su * sv) * inverse[i] * inverse[i],
-                             -(uv - su * sv) * inverse[i],
-                             bendRe[i],
-                             bendIm[i]);
-            }
-        }
+            bendOf(t.step[k], t.step[l], width, rays, march.bend[k][l]);
     }
 }
 

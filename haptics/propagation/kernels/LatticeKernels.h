@@ -2,7 +2,8 @@
 
 #include "haptics/base/simd/Kernel.h"
 
-/// The loops of LatticeField, compiled for every instruction set and chosen at run time; no kernel allocates.
+/// The loops of LatticeField, compiled for every instruction set and chosen at run time; no kernel
+/// allocates.
 namespace midair::haptics::kernels
 {
 
@@ -32,12 +33,14 @@ struct LatticeTile
     float beta; ///< attenuation, Np a wavelength
 };
 
-/// Adds the sources' waves to \a sums, a real and an imaginary part a sample: within 1e-2 of the sum of the waves' amplitudes
-/// for sources that are at least two wavelengths and four of the tile's half diagonals away.
+/// Adds the sources' waves to \a sums, a real and an imaginary part a sample: within 1e-2 of the
+/// sum of the waves' amplitudes for sources that are at least two wavelengths and four of the
+/// tile's half diagonals away.
 extern const base::Kernel<void(const LatticeSources& sources, const LatticeTile& tile, float* sums)>
     marchLattice;
 
-/// The least squared distance from \a middle of all sources, to 5e-7 of the largest coordinate's square.
+/// The least squared distance from \a middle of all sources, to 5e-7 of the largest coordinate's
+/// square.
 extern const base::Kernel<float(const LatticeSources& sources, const float* middle)> nearestSquared;
 
 } // namespace midair::haptics::kernels

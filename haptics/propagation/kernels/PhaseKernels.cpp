@@ -10,7 +10,8 @@ namespace midair::haptics::kernels::MIDAIR_SET
 namespace
 {
 
-// K_kl = sum_i G_ki conj(G_li) for rows k, k + 1 and l, l + 1 at once: eight sums from eight vectors.
+// K_kl = sum_i G_ki conj(G_li) for rows k, k + 1 and l, l + 1 at once: eight sums from eight
+// vectors.
 MIDAIR_INLINE void gramTile(const float* a,
                             const float* b,
                             const float* c,
@@ -117,7 +118,8 @@ void addGram(const float* G, int n, int width, int stride, double* kRe, double* 
     const auto row = [G, width](int l) { return G + static_cast<long>(2) * width * l; };
     for (int l = 0; l < n; l += 2)
     {
-        // The last row of an odd n stands in for its missing neighbour; what belongs to that is thrown away.
+        // The last row of an odd n stands in for its missing neighbour; what belongs to that is
+        // thrown away.
         const int l1 = l + 1 < n ? l + 1 : l;
         for (int k = l; k < n; k += 2)
         {

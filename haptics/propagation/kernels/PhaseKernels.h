@@ -2,7 +2,8 @@
 
 #include "haptics/base/simd/Kernel.h"
 
-/// The loops of phase retrieval that take the time, each compiled for every instruction set and chosen at run time. Complex arrays are split into real and imaginary parts; no kernel allocates.
+/// The loops of phase retrieval that take the time, each compiled for every instruction set and
+/// chosen at run time. Complex arrays are split into real and imaginary parts; no kernel allocates.
 namespace midair::haptics::kernels
 {
 
@@ -18,32 +19,36 @@ struct HermitianView
 
 constexpr int kPhaseLanes = 16; ///< floats in the widest register
 
-/// K += G G* over one block of a propagation matrix, lower triangle (k >= l) only, columns of \a stride. G holds n rows of
-/// [re width][im width]; sums over a block are float, between blocks double: K_kl within 2e-6 of sum_i |G_ki G_li|.
+/// K += G G* over one block of a propagation matrix, lower triangle (k >= l) only, columns of \a
+/// stride. G holds n rows of [re width][im width]; sums over a block are float, between blocks
+/// double: K_kl within 2e-6 of sum_i |G_ki G_li|.
 extern const base::Kernel<void(
     const float* G, int n, int width, int stride, double* kRe, double* kIm)>
     addGram;
 
-/// z_k = sum_l M_kl x_l; vectors of \a stride. Within 2e-6 (float) or 1e-14 (double) of sum_l |M_kl x_l|, n <= 1000.
+/// z_k = sum_l M_kl x_l; vectors of \a stride. Within 2e-6 (float) or 1e-14 (double) of sum_l |M_kl
+/// x_l|, n <= 1000.
 template<typename T>
 using MultiplyMatrix = void(const HermitianView<T>& M, const T* xRe, const T* xIm, T* zRe, T* zIm);
 extern const base::Kernel<MultiplyMatrix<double>, MultiplyMatrix<float>> multiplyMatrix;
 
-/// One round of coordinate descent on u* M u over unit columns x_l of r components (r = 1: phases): in turn
+/// One round of coordinate descent on u* M u over unit columns x_l of r components (r = 1: phases):
+/// in turn
 ///     g_l = sum_{k != l} M_lk x_k,  t_l = -g_l / |g_l|,  x_l = unit(t_l + over (t_l - x_l)).
-/// t_l is the minimum; going on by 0 <= \a over < 1 of the step still falls, and takes several times fewer rounds.
-/// Component c of x_l is at x[c * stride + l]; s holds M x and is kept in step. Steps shorter than \a smallest (in |x|) are
-/// left out, so that a round near the minimum costs little. Returns by how much the objective fell. After a round |x_l| is within
-/// 1e-6 (float) or 1e-14 (double) of 1 where it was before, and what is returned within 1e-5 or 1e-13 of sum_kl |M_kl| of the
-/// fall of u* M u; n <= 1000.
+/// t_l is the minimum; going on by 0 <= \a over < 1 of the step still falls, and takes several
+/// times fewer rounds. Component c of x_l is at x[c * stride + l]; s holds M x and is kept in step.
+/// Steps shorter than \a smallest (in |x|) are left out, so that a round near the minimum costs
+/// little. Returns by how much the objective fell. After a round |x_l| is within 1e-6 (float) or
+/// 1e-14 (double) of 1 where it was before, and what is returned within 1e-5 or 1e-13 of sum_kl
+/// |M_kl| of the fall of u* M u; n <= 1000.
 template<typename T>
 using DescendOnce =
     double(const HermitianView<T>& M, int r, T over, T smallest, T* xRe, T* xIm, T* sRe, T* sIm);
 extern const base::Kernel<DescendOnce<double>, DescendOnce<float>> descendOnce;
 
-/// The k that makes sum_l | wanted_l - |p_l + g_l t_k| | least, among \a turns factors t; the first one of equals. Sums that
-/// differ by less than 2e-6 of sum_l (wanted_l + |p_l| + |g_l t_k|) count as equal. Vectors over l are padded with zeros to a
-/// multiple of kPhaseLanes.
+/// The k that makes sum_l | wanted_l - |p_l + g_l t_k| | least, among \a turns factors t; the first
+/// one of equals. Sums that differ by less than 2e-6 of sum_l (wanted_l + |p_l| + |g_l t_k|) may
+/// be taken for equal. Vectors over l are padded with zeros to a multiple of kPhaseLanes.
 extern const base::Kernel<int(int n,
                               int turns,
                               const float* tRe,

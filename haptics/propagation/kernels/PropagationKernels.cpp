@@ -14,7 +14,8 @@ void inverseRoots(int count, const float* x, float* inverse); // of this set: In
 namespace
 {
 
-// Of one group and the batch's points, from loop to loop; sums of a block's amplitudes, lane by lane.
+// Of one group and the batch's points, from loop to loop; sums of a block's amplitudes, lane by
+// lane.
 struct Scratch
 {
     alignas(64) float excess[PointBatch::kSize][kGroup];  // e, then the phase in turns
@@ -23,11 +24,13 @@ struct Scratch
     alignas(64) float sums[PointBatch::kSize][kGroup];
 };
 
-// What a point's distances to a group's transducers are expanded about. With r0 the vector from the centre, R0 = |r0|:
+// What a point's distances to a group's transducers are expanded about. With r0 the vector from the
+// centre, R0 = |r0|:
 //     R^2 = R0^2 + e,  e = |d|^2 - 2 r0.d,  R = R0 + e / (R + R0),
-// d the transducer's place about the centre. R0 is taken in double and only its part beyond whole wavelengths kept, so the
-// phase is exact to what a float holds of e / (R + R0), which is at most |d|: a few 1e-7 wavelengths for groups of a few
-// wavelengths. A float could not hold R itself: 60 wavelengths to 1e-6.
+// d the transducer's place about the centre. R0 is taken in double and only its part beyond whole
+// wavelengths kept, so the phase is exact to what a float holds of e / (R + R0), which is at most
+// |d|: a few 1e-7 wavelengths for groups of a few wavelengths. A float could not hold R itself: 60
+// wavelengths to 1e-6.
 struct Expansion
 {
     alignas(64) float ax[PointBatch::kSize], ay[PointBatch::kSize], az[PointBatch::kSize]; // -2 r0
@@ -228,7 +231,8 @@ writeEntries(const PointBatch& points, int width, int first, const Rows& rows, c
     }
 }
 
-// G_li = strength_i D / R exp(-beta R) exp(j 2 pi (offset_i - R)), R in wavelengths (see PropagationMatrix.h).
+// G_li = strength_i D / R exp(-beta R) exp(j 2 pi (offset_i - R)), R in wavelengths (see
+// PropagationMatrix.h).
 template<bool kWithOffset, typename Model, typename Rows>
 MIDAIR_INLINE void buildRows(const BlockGeometry& block,
                              const PointBatch& points,
@@ -247,7 +251,8 @@ MIDAIR_INLINE void buildRows(const BlockGeometry& block,
     Scratch s;
     for (int k = 0; k < points.count; ++k)
         std::fill_n(s.sums[k], kGroup, 0.0f);
-    // In several loops: a single one is a chain of some 150 cycles, more of which wait than a core has places for.
+    // In several loops: a single one is a chain of some 150 cycles, more of which wait than a core
+    // has places for.
     for (int g = 0; g < groups; ++g)
     {
         const int first = g * kGroup;

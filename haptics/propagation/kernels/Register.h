@@ -2,9 +2,10 @@
 
 #include "haptics/propagation/kernels/KernelTools.h"
 
-// The operations that a compiler doesn't choose by itself, on the widest registers of the set that a source is compiled for:
-// estimates of 1/sqrt(x), and products of pairs of 16 bits that are added up at once (MIDAIR_HAS_PAIRS). What is the same for
-// all sets is a plain loop that the compiler vectorises, and stands where it is used.
+// The operations that a compiler doesn't choose by itself, on the widest registers of the set that
+// a source is compiled for: estimates of 1/sqrt(x), and products of pairs of 16 bits that are added
+// up at once (MIDAIR_HAS_PAIRS). What is the same for all sets is a plain loop that the compiler
+// vectorises, and stands where it is used.
 #if defined(__AVX2__)
 #define MIDAIR_HAS_PAIRS
 // GCC 12 takes what its own intrinsics leave open on purpose for an oversight (its bug 105593).
@@ -56,7 +57,8 @@ struct Register
     {
         return _mm512_mask_blend_epi16(kUpper, lower, upper);
     }
-    // With an estimate y and r = 1 - x y^2: 1/sqrt(x) = y (1 - r)^(-1/2) = y + y r / 2, and r^2 is lost (|r| < 1.3e-4).
+    // With an estimate y and r = 1 - x y^2: 1/sqrt(x) = y (1 - r)^(-1/2) = y + y r / 2, and r^2 is
+    // lost (|r| < 1.3e-4).
     MIDAIR_INLINE static Floats inverseRoot(Floats x)
     {
         const Floats y = _mm512_rsqrt14_ps(x);
@@ -103,7 +105,8 @@ struct Register
     {
         return _mm256_blend_epi16(lower, upper, 0xaa);
     }
-    // The estimate is worse here (|r| < 8e-4), so one more term: y + y r (1/2 + 3/8 r), and r^3 is lost.
+    // The estimate is worse here (|r| < 8e-4), so one more term: y + y r (1/2 + 3/8 r), and r^3 is
+    // lost.
     MIDAIR_INLINE static Floats inverseRoot(Floats x)
     {
         const Floats y = _mm256_rsqrt_ps(x);

@@ -1,5 +1,5 @@
-// midair-solve against drives that an earlier build of it has left, level by level, with every instruction set; how they were made
-// is told in tests/data/drives/README.md.
+// midair-solve against drives that an earlier build of it has left, level by level, with every
+// instruction set; how they were made is told in tests/data/drives/README.md.
 
 #include "haptics/base/simd/InstructionSet.h"
 #include "tests/samples/Shell.h"
@@ -72,7 +72,8 @@ std::vector<int> storedLevels(const std::string& path)
     return levels;
 }
 
-/// Why sums are not added in the order of the build that the drives are from, to the last bit; empty if they are.
+/// Why sums are not added in the order of the build that the drives are from, to the last bit;
+/// empty if they are.
 std::string whyOnlyNear(InstructionSet set)
 {
     if (std::string(MIDAIR_SANITIZE).size() > 0) return "a sanitizer keeps loops from vectors";

@@ -24,8 +24,9 @@ std::string outputOf(const std::string& command)
 
 } // namespace
 
-// A function that is defined in several objects (inline, or of a template) is kept once, by the order of linking: if that were one that
-// is compiled for AVX-512, the program would end on a processor without, wherever it's called.
+// A function that is defined in several objects (inline, or of a template) is kept once, by the
+// order of linking: if that were one that is compiled for AVX-512, the program would end on a
+// processor without, wherever it's called.
 TEST(KernelObjects, DefineNothingThatTheLinkerMayShare)
 {
     std::ifstream list(MIDAIR_KERNEL_OBJECTS);

@@ -69,7 +69,8 @@ inline base::AlignedBuffer<float> floats(int size)
     return all;
 }
 
-/// What kernels read of a lane of two numbers: the lower one exactly, the upper one with what the lower adds to it.
+/// What kernels read of a lane of two numbers: the lower one exactly, the upper one with what the
+/// lower adds to it.
 inline double lowOf(std::int32_t pair)
 {
     return static_cast<std::int16_t>(pair & 0xffff);

@@ -1,4 +1,5 @@
-// The kernels of phase retrieval against double precision, each within what its description promises.
+// The kernels of phase retrieval against double precision, each within what its description
+// promises.
 #include "haptics/propagation/kernels/PhaseKernels.h"
 
 #include "tests/haptics/propagation/kernels/KernelTesting.h"
