@@ -1,7 +1,7 @@
 #pragma once
 
-#include "device/DriveSequence.h"
-#include "device/DriveSignal.h"
+#include "device/drive/DriveSequence.h"
+#include "device/drive/DriveSignal.h"
 
 #include <complex>
 #include <cstdint>

@@ -2,7 +2,7 @@
 
 #include "device/DeviceUri.h"
 #include "device/FieldCounters.h"
-#include "device/GuardedDevice.h"
+#include "device/limits/GuardedDevice.h"
 
 #include <algorithm>
 #include <cctype>

@@ -1,6 +1,6 @@
 #include "device/recording/RecordingDevice.h"
 
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 
 #include <algorithm>
 #include <cerrno>

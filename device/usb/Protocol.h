@@ -1,7 +1,7 @@
 #pragma once
 
-#include "device/DriveSignal.h"
 #include "device/SequenceNumber.h"
+#include "device/drive/DriveSignal.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #include "engine-bridge/playing/FieldPlayer.h"
 
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 #include "engine-bridge/playing/SequenceOfSteps.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/threads/SteadyClock.h"

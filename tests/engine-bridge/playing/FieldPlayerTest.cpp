@@ -1,6 +1,6 @@
 #include "engine-bridge/playing/FieldPlayer.h"
 
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 #include "haptics/base/InputError.h"
 #include "tests/engine-bridge/playing/PlayerDevices.h"
 

@@ -2,8 +2,8 @@
 
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/propagation/PressureField.h"
-#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/FieldVolumeOverlay>

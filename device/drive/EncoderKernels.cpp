@@ -1,4 +1,4 @@
-#include "device/EncoderKernels.h"
+#include "device/drive/EncoderKernels.h"
 
 #include <algorithm>
 #include <cmath>

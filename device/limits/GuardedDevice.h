@@ -1,7 +1,7 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
-#include "device/DeviceClaim.h"
+#include "device/limits/DeviceClaim.h"
 
 #include <condition_variable>
 #include <mutex>

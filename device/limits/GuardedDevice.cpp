@@ -1,9 +1,9 @@
-#include "device/GuardedDevice.h"
+#include "device/limits/GuardedDevice.h"
 
 #include "device/DeviceUri.h"
-#include "device/DriveEncoder.h"
 #include "device/FieldCounters.h"
 #include "device/JointCommit.h"
+#include "device/drive/DriveEncoder.h"
 #include "haptics/base/DutyLaw.h"
 #include "haptics/base/text/Number.h"
 

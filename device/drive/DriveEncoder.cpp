@@ -1,6 +1,6 @@
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 
-#include "device/EncoderKernels.h"
+#include "device/drive/EncoderKernels.h"
 #include "haptics/base/DutyLaw.h"
 
 #include <algorithm>
