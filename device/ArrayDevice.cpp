@@ -1,7 +1,7 @@
 #include "device/ArrayDevice.h"
 
-#include "device/DriveEncoder.h"
 #include "device/JointCommit.h"
+#include "device/drive/DriveEncoder.h"
 
 namespace midair::device
 {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "device/DriveSequence.h"
-#include "device/DriveSignal.h"
+#include "device/drive/DriveSequence.h"
+#include "device/drive/DriveSignal.h"
 
 #include <complex>
 #include <cstdint>
@@ -82,6 +82,8 @@ struct DeviceReport
     std::uint64_t pending = 0;    ///< waiting or on its way
     std::uint64_t faults = 0;     ///< stalls, timeouts, short transfers, unplugs, nonsense
     std::uint64_t reconnects = 0; ///< times that it came back
+    /// Times that silence(), a mute or a hold ended what was played, by whomever: a sequence is to be sent again after it.
+    std::uint64_t silences = 0;
     double lastHandedOver_s =
         0; ///< std::chrono::steady_clock, when the last field was handed to the hardware, with its commit; 0: never
     double latency_s = 0; ///< of that field, from send() until then
@@ -152,6 +154,9 @@ std::unique_ptr<ArrayDevice> openLimitedDevice(const std::string& uri,
 /// Whether \a uri, or one in its list, is a show of its own (`play:`), which takes no fields from anybody.
 /// Throws DeviceError for what isn't a URI.
 bool playsByItself(const std::string& uri);
+
+/// "sim", "usb", ..: what may stand before the colon of a URI.
+std::vector<std::string> deviceSchemes();
 
 /// The kinds of devices, one line each, for help texts.
 std::string deviceKinds();

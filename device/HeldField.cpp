@@ -1,6 +1,6 @@
 #include "device/HeldField.h"
 
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 
 #include <algorithm>
 

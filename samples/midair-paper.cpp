@@ -1,6 +1,6 @@
 // midair-paper: the scenes of Inoue, Makino, Shinoda (World Haptics 2015), solved anew: prints the figures, draws the fields.
 
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/ReferencePropagation.h"

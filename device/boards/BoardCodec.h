@@ -1,6 +1,6 @@
 #pragma once
 
-#include "device/DriveSignal.h"
+#include "device/drive/DriveSignal.h"
 
 #include <complex>
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace midair::device
 
 /// How one kind of open board takes a field: the bytes, and what it makes of them. Pure, no hardware.
 ///
-/// All three know a phase as a delay: a larger number is later, so it is minus our phase, whose level L means e^{+j 2 pi L/256}.
+/// All know a phase as a delay: a larger number is later, so it is minus our phase, whose level L means e^{+j 2 pi L/256}.
 /// A duty level L is a pulse of L/510 of the period, centred on the phase, as everywhere.
 class BoardCodec
 {
@@ -54,7 +54,12 @@ public:
     }
 };
 
-/// "sonicsurface", "ultraino", "openmpd"; nullptr for any other name.
-std::unique_ptr<BoardCodec> makeBoardCodec(const std::string& name);
+// What the codecs have in common.
+
+/// round(-phase * steps / 256) in 0 .. steps-1: a phase level of 0 .. 255 as a delay in steps of the period.
+int delaySteps(int phase, int steps);
+
+/// The activation of a pulse of \a duty of the period, 0 .. 1/2, whose centre comes \a delay_turns periods late.
+std::complex<float> pulseActivation(double delay_turns, double duty);
 
 } // namespace midair::device

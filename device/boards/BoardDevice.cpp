@@ -1,7 +1,8 @@
 #include "device/boards/BoardDevice.h"
 
 #include <algorithm>
-#include <cstdio>
+
+#include <fmt/format.h>
 
 namespace midair::device
 {
@@ -16,9 +17,11 @@ BoardDevice::BoardDevice(const std::string& name,
     _open(std::move(open))
 {
     if (!_codec->takes(transducers))
-        throw DeviceError("device \"" + name + "\": a " + _codec->name() + " has " +
-                          _codec->takesText() + ", but the array has " +
-                          std::to_string(transducers));
+        throw DeviceError(fmt::format("device \"{}\": a {} has {}, but the array has {}",
+                                      name,
+                                      _codec->name(),
+                                      _codec->takesText(),
+                                      transducers));
     _codec->appendReset(_reset, transducers);
     _codec->appendSilentField(_silentField, transducers);
     _playing.phase.assign(transducers, 0);
@@ -53,30 +56,19 @@ BoardDevice::~BoardDevice()
 bool BoardDevice::send(const DriveSignal& signal)
 {
     std::lock_guard<std::mutex> lock(_mutex);
-    const bool whole = signal.size() == _transducers && signal.duty.size() == signal.phase.size();
-    if (!whole || !_ready || _closing)
+    if (!signal.fits(_transducers) || !_ready || _closing)
     {
-        _counters.countRefused();
+        _fields.refuse();
         return false;
     }
-    _counters.change(
-        [&](DeviceReport& report)
-        {
-            ++report.sent;
-            report.dropped += _slotFull ? 1 : 0;
-        });
-    _slot = signal;
-    _slotAt_s = base::steadySeconds();
-    _slotFull = true;
+    _fields.put(signal, base::steadySeconds(), nullptr);
     _wake.notify_all();
     return true;
 }
 
 void BoardDevice::silenceLocked()
 {
-    const std::uint64_t dropped = _slotFull ? 1 : 0;
-    _slotFull = false;
-    _counters.change([&](DeviceReport& report) { report.dropped += dropped; });
+    _fields.dropWaiting();
     if (_sink == nullptr) return; // what was told about the board when it was lost stays true
     std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
     ++_epoch;
@@ -94,7 +86,7 @@ DeviceReport BoardDevice::report() const
 {
     std::lock_guard<std::mutex> lock(_mutex);
     DeviceReport report = _counters.report();
-    report.pending = report.sent - report.played - report.dropped - report.lost - report.refused;
+    _fields.addTo(report);
     return report;
 }
 
@@ -104,13 +96,11 @@ std::string BoardDevice::status() const
     std::string text = _name + ": ";
     {
         std::lock_guard<std::mutex> lock(_mutex);
-        char starting[80] = {};
-        if (_sink != nullptr && _resetDue)
-            std::snprintf(starting,
-                          sizeof starting,
-                          "starting, is silenced in %.0f ms; ",
-                          1000 * std::max(0.0, _settled_s - base::steadySeconds()));
-        text += _sink == nullptr ? "not there; " : starting;
+        if (_sink == nullptr)
+            text += "not there; ";
+        else if (_resetDue)
+            text += fmt::format("starting, is silenced in {:.0f} ms; ",
+                                1000 * std::max(0.0, _settled_s - base::steadySeconds()));
     }
     return text + countersText(now) + " (the board does not answer)";
 }

@@ -2,6 +2,7 @@
 
 #include "device/ArrayDevice.h"
 #include "device/FieldCounters.h"
+#include "device/FieldQueue.h"
 #include "device/boards/BoardCodec.h"
 #include "device/boards/ByteSink.h"
 
@@ -13,7 +14,7 @@
 namespace midair::device
 {
 
-/// `sonicsurface:TTY`, `ultraino:TTY`, `openmpd:SERIAL`: an open board, which takes bytes and never answers.
+/// An open board (BoardKind.h), which takes bytes and in most cases never answers.
 ///
 /// A worker writes the newest field as soon as the one before has left the line, and what plays, be it silence, again every 200 ms,
 /// so that a byte that arrived damaged or a board that was switched off and on is mended. Nothing else is written before the
@@ -63,11 +64,11 @@ private:
         } kind = REPEAT;
         std::uint64_t epoch = 0;
         std::vector<std::uint8_t> field; ///< bytes of what plays then
-        DriveSignal signal;
         double sentAt_s = 0;
     };
 
     void silenceLocked();
+    void fail(const std::string& why); ///< takes no more fields, has none that waits
     // The worker's; with _mutex held, where it is given that is let go for the time of what may take long.
     void run();
     void reconnect(std::unique_lock<std::mutex>& lock);
@@ -95,9 +96,8 @@ private:
     std::unique_ptr<ByteSink> _sink;    ///< the worker's; null: lost
     std::vector<std::uint8_t> _bytes;   ///< the worker's
     std::vector<std::uint8_t> _current; ///< the field, or silence, that the board has got
-    DriveSignal _slot;
-    double _slotAt_s = 0;
-    bool _slotFull = false;
+    FieldQueue _fields;                 ///< one on its way at most
+    std::uint32_t _sequence = 0;
     bool _silenceWanted = false;
     bool _resetDue = false; ///< nothing but _reset is written, and that not before _settled_s
     int _silentLeft = 0;    ///< fields, for the board's other buffers

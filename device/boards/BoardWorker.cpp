@@ -1,5 +1,6 @@
 // The worker of BoardDevice: the only one that writes.
 
+#include "device/SequenceNumber.h"
 #include "device/boards/BoardDevice.h"
 
 #include <algorithm>
@@ -141,20 +142,19 @@ void BoardDevice::missAnswer()
                                         still_s,
                                         kPlaysOn);
     if (_ready) spdlog::error("{}: {}", _name, why);
+    fail(why);
     _resetDue = true;
     _settled_s = base::steadySeconds() + still_s;
+}
+
+void BoardDevice::fail(const std::string& why)
+{
+    _ready = false;
     _silenceWanted = false;
     _silentLeft = 0;
-    _ready = false;
-    _counters.change(
-        [&](DeviceReport& report)
-        {
-            report.state = DeviceState::LOST;
-            report.dropped += _slotFull ? 1 : 0;
-            ++report.faults;
-            report.message = why;
-        });
-    _slotFull = false;
+    _fields.dropWaiting();
+    _counters.countFault(why);
+    _counters.change([](DeviceReport& report) { report.state = DeviceState::LOST; });
 }
 
 void BoardDevice::becomeReady()
@@ -176,7 +176,7 @@ double BoardDevice::nextWrite_s() const
 {
     if (_resetDue) return _settled_s;
     if (_silenceWanted && _codec->restarts()) return 0;
-    if (_silenceWanted || _slotFull || _silentLeft > 0) return _lineFree_s;
+    if (_silenceWanted || _fields.waits() || _silentLeft > 0) return _lineFree_s;
     return _closing ? base::steadySeconds() + kClosing_s : _repeatAt_s; // nothing more
 }
 
@@ -193,18 +193,17 @@ BoardDevice::Piece BoardDevice::nextPiece()
         _openingAt_s = base::steadySeconds();
         return piece;
     }
-    if (_silenceWanted || (!_slotFull && _silentLeft > 0))
+    if (_silenceWanted || (!_fields.waits() && _silentLeft > 0))
     {
         piece.kind = Piece::SILENCE;
         piece.field = _silentField;
     }
-    else if (_slotFull)
+    else if (_fields.waits())
     {
         piece.kind = Piece::FIELD;
-        piece.signal = std::move(_slot);
-        piece.sentAt_s = _slotAt_s;
-        _slotFull = false;
-        _codec->appendField(piece.field, piece.signal);
+        const FieldQueue::Field& field = _fields.takeOff(_sequence = nextAfter(_sequence));
+        piece.sentAt_s = field.sentAt_s;
+        _codec->appendField(piece.field, field.signal);
     }
     else
         piece.field = _current;
@@ -236,7 +235,7 @@ void BoardDevice::writeNext(std::unique_lock<std::mutex>& lock)
         finish(std::move(piece));
         return;
     }
-    if (piece.kind == Piece::FIELD) _counters.change([](DeviceReport& report) { ++report.lost; });
+    if (piece.kind == Piece::FIELD) _fields.loseOldest();
     lose(lock, _sink->error());
 }
 
@@ -263,16 +262,18 @@ void BoardDevice::finish(Piece piece)
         _silenceWanted = false;
         break;
     case Piece::FIELD:
+    {
         _silentLeft = 0; // the buffers hold silence and this field
+        auto played = _fields.settleUntil(_sequence, _sequence);
+        if (newest && played) _playing = std::move(*played);
         _counters.change(
             [&](DeviceReport& report)
             {
-                ++report.played;
                 report.lastHandedOver_s = now_s;
                 report.latency_s = now_s - piece.sentAt_s;
             });
-        if (newest) _playing = std::move(piece.signal);
         break;
+    }
     case Piece::REPEAT:
         break;
     }
@@ -285,19 +286,8 @@ void BoardDevice::lose(std::unique_lock<std::mutex>& lock, std::string why)
     const bool settled = !_resetDue || base::steadySeconds() >= _settled_s;
     std::unique_ptr<ByteSink> sink = std::move(_sink);
     const bool first = _ready;
-    _ready = false;
-    _silenceWanted = false;
+    fail(why);
     _resetDue = false;
-    _silentLeft = 0;
-    _counters.change(
-        [&](DeviceReport& report)
-        {
-            report.state = DeviceState::LOST;
-            report.dropped += _slotFull ? 1 : 0;
-            ++report.faults;
-            report.message = why;
-        });
-    _slotFull = false;
     lock.unlock();
     bool silenced = false;
     if (settled && sink->present())

@@ -2,7 +2,7 @@
 
 #include "device/DeviceUri.h"
 #include "device/FieldCounters.h"
-#include "device/GuardedDevice.h"
+#include "device/limits/GuardedDevice.h"
 
 #include <algorithm>
 #include <cctype>
@@ -142,6 +142,7 @@ DeviceReport MultiDevice::report() const
         sum.pending += one.pending;
         sum.faults += one.faults;
         sum.reconnects += one.reconnects;
+        sum.silences += one.silences;
         sum.lastHandedOver_s = std::max(sum.lastHandedOver_s, one.lastHandedOver_s);
         sum.latency_s = std::max(sum.latency_s, one.latency_s);
         sum.temperature_C = std::max(sum.temperature_C, one.temperature_C);

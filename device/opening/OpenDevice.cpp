@@ -1,10 +1,10 @@
 #include "device/ArrayDevice.h"
-#include "device/DeviceClaim.h"
 #include "device/DeviceUri.h"
 #include "device/FieldCounters.h"
-#include "device/GuardedDevice.h"
 #include "device/HeldField.h"
-#include "device/boards/BoardDevice.h"
+#include "device/boards/BoardKind.h"
+#include "device/limits/DeviceClaim.h"
+#include "device/limits/GuardedDevice.h"
 #include "device/opening/MultiDevice.h"
 #include "device/recording/PlayingDevice.h"
 #include "device/recording/RecordingDevice.h"
@@ -13,6 +13,8 @@
 #include "haptics/base/text/Number.h"
 
 #include <algorithm>
+
+#include <fmt/format.h>
 
 namespace midair::device
 {
@@ -50,22 +52,25 @@ private:
 void checkLayout(const DeviceLayout& layout)
 {
     if (layout.transducers < 1)
-        throw DeviceError("device layout: " + std::to_string(layout.transducers) +
-                          " transducers, should be at least 1");
+        throw DeviceError(
+            fmt::format("device layout: {} transducers, should be at least 1", layout.transducers));
     if (layout.board.empty()) return;
     if (layout.board.size() != static_cast<std::size_t>(layout.transducers))
-        throw DeviceError("device layout: board numbers for " +
-                          std::to_string(layout.board.size()) + " transducers, should be for all " +
-                          std::to_string(layout.transducers));
+        throw DeviceError(
+            fmt::format("device layout: board numbers for {} transducers, should be for all {}",
+                        layout.board.size(),
+                        layout.transducers));
     if (layout.board.front() != 0)
-        throw DeviceError("device layout: the first board is " +
-                          std::to_string(layout.board.front()) + ", should be 0");
+        throw DeviceError(
+            fmt::format("device layout: the first board is {}, should be 0", layout.board.front()));
     int before = 0;
     for (const int board : layout.board)
     {
         if (board < before || board > before + 1)
-            throw DeviceError("device layout: board " + std::to_string(board) + " follows board " +
-                              std::to_string(before) + ", should ascend from 0 without gaps");
+            throw DeviceError(fmt::format(
+                "device layout: board {} follows board {}, should ascend from 0 without gaps",
+                board,
+                before));
         before = board;
     }
 }
@@ -100,53 +105,6 @@ std::unique_ptr<ArrayDevice> openRecording(DeviceUri& uri, const DeviceLayout& l
     const bool overwrite = uri.takeFlag("overwrite", false);
     uri.rejectUnknown();
     return std::make_unique<RecordingDevice>(uri.path(), layout.transducers, overwrite);
-}
-
-std::unique_ptr<ArrayDevice> openSerialBoard(DeviceUri& uri, const DeviceLayout& layout)
-{
-    uri.requirePath("a serial port");
-    const int baud = static_cast<int>(
-        uri.takeNumber("baud", uri.scheme() == "ultraino" ? 115200 : 230400, 0, 1e7));
-    if (!SerialPort::knows(baud))
-        throw uri.error("baud=" + std::to_string(baud) +
-                        " should be 9600, 57600, 115200, 230400, 460800 or 921600");
-    // Opening the port resets an Arduino, whose bootloader listens for a second, and goes on for as long as bytes keep arriving.
-    const double settle_s = uri.takeSeconds("settle", uri.scheme() == "ultraino" ? 2 : 0);
-    uri.rejectUnknown();
-    const std::string port = uri.path();
-    return std::make_unique<BoardDevice>(
-        uri.text(),
-        makeBoardCodec(uri.scheme()),
-        layout.transducers,
-        [port, baud, settle_s](const std::vector<std::uint8_t>& lastWill)
-        { return std::make_unique<SerialPort>(port, baud, lastWill, settle_s); });
-}
-
-// Any FT232H may be something else, so none is taken that wasn't named.
-std::string pluggedInFifos()
-{
-    std::string list;
-    for (const UsbListing& one : listUsbDevices(kFifoAddress))
-        list += (list.empty() ? "" : ", ") +
-                (one.serial.empty() ? "one that doesn't tell its serial number"
-                                    : "openmpd:" + one.serial) +
-                " (" + one.condition + ")";
-    return list.empty() ? "no FT232H is plugged in" : "plugged in: " + list;
-}
-
-std::unique_ptr<ArrayDevice> openFifoBoard(DeviceUri& uri, const DeviceLayout& layout)
-{
-    uri.rejectUnknown();
-    const std::string& serial = uri.path();
-    if (serial.empty())
-        throw uri.error("which one? Name it by its serial number, for any FT232H may be something "
-                        "else; " +
-                        pluggedInFifos());
-    return std::make_unique<BoardDevice>(uri.text(),
-                                         makeBoardCodec(uri.scheme()),
-                                         layout.transducers,
-                                         [serial](const std::vector<std::uint8_t>& lastWill)
-                                         { return std::make_unique<FtdiFifo>(serial, lastWill); });
 }
 
 constexpr const char* kNoPointsInRecording =
@@ -185,26 +143,29 @@ struct Scheme
     const char* text;
 };
 
-constexpr Scheme kSchemes[] = {
-    {"sim",
-     openSimulation,
-     "sim:                    a virtual array; ?drop=0.01&unplug_at=2s&.. rehearses faults"},
-    {"usb", openUsb, "usb: or usb:SERIAL      the array over USB; ?wait=yes begins without it"},
-    {"sonicsurface",
-     openSerialBoard,
-     "sonicsurface:TTY        an open board of 256 on a serial port"},
-    {"ultraino",
-     openSerialBoard,
-     "ultraino:TTY            open boards of 64, chained, on a serial port"},
-    {"openmpd", openFifoBoard, "openmpd:SERIAL          an open board of 256 behind an FT232H"},
-    {"record",
-     openRecording,
-     "record:FILE             writes every field into a file; ?overwrite=yes into any"},
-    {"play",
-     openPlaying,
-     "play:FILE?to=DEVICE     plays a recording on another device; ?loop=yes&speed=2"},
-    {"null", openNull, "null:                   takes every field"},
-};
+// In the order of the help text.
+std::vector<Scheme> allSchemes()
+{
+    std::vector<Scheme> all = {
+        {"sim",
+         openSimulation,
+         "sim:                    a virtual array; ?drop=0.01&unplug_at=2s&.. rehearses faults"},
+        {"usb", openUsb, "usb: or usb:SERIAL      the array over USB; ?wait=yes begins without it"},
+    };
+    for (const BoardKind& kind : boardKinds())
+        all.push_back({kind.scheme, kind.open, kind.help});
+    const Scheme others[] = {
+        {"record",
+         openRecording,
+         "record:FILE             writes every field into a file; ?overwrite=yes into any"},
+        {"play",
+         openPlaying,
+         "play:FILE?to=DEVICE     plays a recording on another device; ?loop=yes&speed=2"},
+        {"null", openNull, "null:                   takes every field"},
+    };
+    all.insert(all.end(), std::begin(others), std::end(others));
+    return all;
+}
 
 std::unique_ptr<ArrayDevice> openOne(DeviceUri& uri,
                                      const DeviceLayout& layout,
@@ -214,7 +175,7 @@ std::unique_ptr<ArrayDevice> openOne(DeviceUri& uri,
     const SafetyLimits strict = takeLimits(uri, limits);
     if (uri.scheme() == "play" && strict.maxPressure_Pa > 0) throw uri.error(kNoPointsInRecording);
     std::string known;
-    for (const Scheme& scheme : kSchemes)
+    for (const Scheme& scheme : allSchemes())
     {
         if (uri.scheme() == scheme.name)
         {
@@ -281,9 +242,10 @@ std::unique_ptr<ArrayDevice> openList(const std::string& text,
         std::fill_n(covered.begin() + part.first, part.count, true);
     const auto missing = std::find(covered.begin(), covered.end(), false);
     if (missing != covered.end())
-        throw DeviceError("device \"" + text + "\": no device has transducer " +
-                          std::to_string(missing - covered.begin()) + " of " +
-                          std::to_string(layout.transducers));
+        throw DeviceError(fmt::format("device \"{}\": no device has transducer {} of {}",
+                                      text,
+                                      missing - covered.begin(),
+                                      layout.transducers));
     return std::make_unique<MultiDevice>(std::move(parts), layout.transducers);
 }
 
@@ -311,10 +273,18 @@ std::unique_ptr<ArrayDevice> openLimitedDevice(const std::string& uri,
     return openList(uri, layout, limits, owner);
 }
 
+std::vector<std::string> deviceSchemes()
+{
+    std::vector<std::string> schemes;
+    for (const Scheme& scheme : allSchemes())
+        schemes.emplace_back(scheme.name);
+    return schemes;
+}
+
 std::string deviceKinds()
 {
     std::string text;
-    for (const Scheme& scheme : kSchemes)
+    for (const Scheme& scheme : allSchemes())
         text += std::string(scheme.text) + "\n";
     return text;
 }

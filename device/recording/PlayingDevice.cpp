@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 namespace midair::device
@@ -67,11 +68,11 @@ bool PlayingDevice::playOnce(std::unique_lock<std::mutex>& lock)
     }
     if (stop != recording::Stop::END && _ending.empty())
     {
-        _ending = std::string(stop == recording::Stop::TRUNCATED ? "the file breaks off"
-                                                                 : "the file is damaged") +
-                  " at byte " + std::to_string(reader.offset()) + " of " +
-                  std::to_string(_show.bytes().size()) + ", after " + std::to_string(_fields) +
-                  " whole fields";
+        _ending = fmt::format("the file {} at byte {} of {}, after {} whole fields",
+                              stop == recording::Stop::TRUNCATED ? "breaks off" : "is damaged",
+                              reader.offset(),
+                              _show.bytes().size(),
+                              _fields);
         spdlog::warn("recording \"{}\": {}", _show.file(), _ending);
     }
     return true;
@@ -133,10 +134,12 @@ std::string PlayingDevice::status() const
 {
     const std::string device = _device->status();
     std::lock_guard<std::mutex> lock(_mutex);
-    return "play:" + _show.file() + ": " +
-           (_finished ? "at the end" : "at " + base::shortNumber(_time_s) + " s") + ", " +
-           std::to_string(_fields) + " fields" + (_ending.empty() ? "" : "; " + _ending) + " -> " +
-           device;
+    return fmt::format("play:{}: {}, {} fields{} -> {}",
+                       _show.file(),
+                       _finished ? "at the end" : "at " + base::shortNumber(_time_s) + " s",
+                       _fields,
+                       _ending.empty() ? "" : "; " + _ending,
+                       device);
 }
 
 } // namespace midair::device

@@ -1,12 +1,13 @@
 #include "device/recording/RecordingDevice.h"
 
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <system_error>
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -64,8 +65,9 @@ bool RecordingDevice::write(const std::vector<std::uint8_t>& bytes)
         if (count < 0 && errno == EINTR) continue;
         if (count < 0)
         {
-            _failure = std::string("writing failed after ") + std::to_string(_fields) +
-                       " fields: " + std::generic_category().message(errno);
+            _failure = fmt::format("writing failed after {} fields: {}",
+                                   _fields,
+                                   std::generic_category().message(errno));
             spdlog::error("recording \"{}\": {}", _file, _failure);
             return false;
         }
@@ -103,8 +105,8 @@ void RecordingDevice::writeStepsUntil(std::uint64_t time_ns)
             [&](DeviceReport& report)
             {
                 ++report.faults;
-                report.message = "writing is too slow: " + std::to_string(late) +
-                                 " steps of a sequence are left out";
+                report.message =
+                    fmt::format("writing is too slow: {} steps of a sequence are left out", late);
             });
     const std::uint64_t begun = _running.begun(time_ns);
     while (_running && _running.step() < begun)
@@ -211,8 +213,7 @@ std::string RecordingDevice::status() const
 {
     std::lock_guard<std::mutex> lock(_mutex);
     if (!_failure.empty()) return "record:" + _file + ": " + _failure;
-    return "record:" + _file + ": " + std::to_string(_fields) + " fields, " +
-           std::to_string(_bytes) + " bytes";
+    return fmt::format("record:{}: {} fields, {} bytes", _file, _fields, _bytes);
 }
 
 } // namespace midair::device

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "device/DriveSequence.h"
+#include "device/drive/DriveSequence.h"
 
 #include <cstdint>
 

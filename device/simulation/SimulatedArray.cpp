@@ -1,7 +1,8 @@
 #include "device/simulation/SimulatedArray.h"
 
 #include "device/DeviceUri.h"
-#include "device/DriveEncoder.h"
+#include "device/boards/BoardKind.h"
+#include "device/drive/DriveEncoder.h"
 
 #include <algorithm>
 

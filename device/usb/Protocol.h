@@ -1,6 +1,7 @@
 #pragma once
 
-#include "device/DriveSignal.h"
+#include "device/SequenceNumber.h"
+#include "device/drive/DriveSignal.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -126,11 +127,7 @@ void appendField(std::vector<std::uint8_t>& out,
                  const std::vector<Range>& ranges,
                  std::uint32_t sequence);
 
-/// Whether \a a is newer than \a b, with numbers that wrap around (RFC 1982).
-inline bool newer(std::uint32_t a, std::uint32_t b)
-{
-    return static_cast<std::int32_t>(a - b) > 0;
-}
+using device::newer; // sequence numbers
 
 /// Cuts a byte stream into packets. What is no packet is skipped and counted; the next whole packet is found behind it,
 /// whatever was lost, and however the bytes are cut into transfers.

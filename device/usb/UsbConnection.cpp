@@ -154,15 +154,9 @@ bool UsbConnection::send(const DriveSignal& signal, const Joint& joint)
     return taken;
 }
 
-std::uint32_t UsbConnection::nextSequence()
-{
-    if (++_sequence == 0) ++_sequence; // 0 means none
-    return _sequence;
-}
-
 void UsbConnection::submitField(std::unique_lock<std::mutex>& lock)
 {
-    const FieldQueue::Field& field = _queue.takeOff(nextSequence());
+    const FieldQueue::Field& field = _queue.takeOff(_sequence = nextAfter(_sequence));
     _bytes.clear();
     protocol::appendData(_bytes, field.signal, _ranges, field.sequence);
     if (field.committed) protocol::appendCommit(_bytes, field.signal.size(), field.sequence);
@@ -230,7 +224,7 @@ void UsbConnection::mute()
         _playing.clear();
         if (_link != nullptr)
         {
-            _mute.ask(nextSequence());
+            _mute.ask(_sequence = nextAfter(_sequence));
             submitMute();
             _link->cancelSends();
             _wake.notify_all();

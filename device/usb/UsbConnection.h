@@ -2,9 +2,9 @@
 
 #include "device/ArrayDevice.h"
 #include "device/FieldCounters.h"
+#include "device/FieldQueue.h"
 #include "device/HeldField.h"
 #include "device/JointCommit.h"
-#include "device/usb/FieldQueue.h"
 #include "device/usb/LinkClock.h"
 #include "device/usb/UsbLink.h"
 
@@ -102,7 +102,6 @@ private:
     void takeStatus(const protocol::Packet& packet);
     void noteFault(Outcome outcome);
     void wakeWorker();
-    std::uint32_t nextSequence();
     /// Calls action(link) unlocked, while nobody else is at the link or at _bytes, but for a mute.
     template<typename Action>
     auto alone(std::unique_lock<std::mutex>& lock, Action&& action);

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cmath>
 
+#include <fmt/format.h>
+
 namespace midair::device
 {
 
@@ -57,17 +59,23 @@ void UsbLink::check(const DeviceLayout& layout) const
 {
     const protocol::Info& info = _info.info;
     if (_info.version != protocol::kVersion)
-        throw DeviceError(name() + ": firmware " + info.firmware() + " speaks protocol version " +
-                          std::to_string(_info.version) + ", this program speaks " +
-                          std::to_string(protocol::kVersion) + ": update the " +
-                          (_info.version < protocol::kVersion ? "firmware" : "program"));
+        throw DeviceError(fmt::format(
+            "{}: firmware {} speaks protocol version {}, this program speaks {}: update the {}",
+            name(),
+            info.firmware(),
+            int(_info.version),
+            int(protocol::kVersion),
+            _info.version < protocol::kVersion ? "firmware" : "program"));
     const std::vector<protocol::Range> ranges = protocol::ranges(layout);
     const int boards = ranges.empty() ? 0 : ranges.back().board + 1;
     if (info.transducers != static_cast<std::uint32_t>(layout.transducers) || info.boards != boards)
-        throw DeviceError(name() + ": has " + std::to_string(info.transducers) +
-                          " transducers on " + std::to_string(info.boards) +
-                          " boards, but the array file has " + std::to_string(layout.transducers) +
-                          " on " + std::to_string(boards));
+        throw DeviceError(
+            fmt::format("{}: has {} transducers on {} boards, but the array file has {} on {}",
+                        name(),
+                        info.transducers,
+                        info.boards,
+                        layout.transducers,
+                        boards));
 }
 
 bool UsbLink::send(Type type)

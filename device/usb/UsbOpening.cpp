@@ -5,8 +5,9 @@
 #include <libusb.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <cstring>
+
+#include <fmt/format.h>
 
 namespace midair::device
 {
@@ -21,9 +22,7 @@ constexpr std::uint8_t kProtocol = 0x48;
 
 std::string idText(std::uint16_t vendor, std::uint16_t product)
 {
-    char text[16];
-    std::snprintf(text, sizeof text, "%04x:%04x", vendor, product);
-    return text;
+    return fmt::format("{:04x}:{:04x}", vendor, product);
 }
 
 std::string permissionText(libusb_device* device)

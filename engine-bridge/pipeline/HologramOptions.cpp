@@ -1,6 +1,6 @@
 #include "engine-bridge/pipeline/HologramOptions.h"
 
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Number.h"

@@ -1,6 +1,6 @@
 #include "engine-bridge/pipeline/HologramPipeline.h"
 
-#include "device/GuardedDevice.h"
+#include "device/limits/GuardedDevice.h"
 #include "engine-bridge/pipeline/ObjectModulation.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/threads/SteadyClock.h"

@@ -1,6 +1,6 @@
 #include "engine-bridge/playing/ArrayOutput.h"
 
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 
 #include <complex>
 #include <stdexcept>

@@ -1,6 +1,6 @@
 #include "engine-bridge/playing/FieldPlayer.h"
 
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 #include "engine-bridge/playing/SequenceOfSteps.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/threads/SteadyClock.h"
@@ -15,6 +15,7 @@ namespace midair::bridge
 namespace
 {
 
+constexpr std::chrono::milliseconds kWatch(50);
 constexpr double kRetry_s = 0.02; // a device that has just refused a whole sequence is let be
 
 std::chrono::steady_clock::time_point instant(double time_s)
@@ -72,7 +73,7 @@ void FieldPlayer::play(const std::vector<Eigen::VectorXcf>& cycle,
         _whole = std::move(whole);
         ++_generation;
         if (goesOn && _byItself) // none of the steps so far was the thread's
-            _step = static_cast<std::int64_t>((now_s - _start_s) / period_s()) + 1;
+            _step = nextStep(now_s);
         _byItself = false;
         if (!goesOn)
         {
@@ -123,6 +124,24 @@ bool FieldPlayer::handOver(std::unique_lock<std::mutex>& lock, Whole* whole, std
     return taken;
 }
 
+// Steps that are sent one by one sound again after a mute; so does a sequence.
+void FieldPlayer::watchSequence(std::unique_lock<std::mutex>& lock, std::uint64_t silences)
+{
+    const std::uint64_t generation = _generation;
+    const auto isReplaced = [&] { return _quit || _generation != generation; };
+    while (!_wake.wait_for(lock, kWatch, isReplaced))
+    {
+        lock.unlock();
+        const device::DeviceReport report = _device.report();
+        lock.lock();
+        if (isReplaced()) return;
+        if (report.silences == silences && report.state == device::DeviceState::READY) continue;
+        _byItself = false;
+        _step = nextStep(base::steadySeconds());
+        return;
+    }
+}
+
 bool FieldPlayer::sendStep(std::unique_lock<std::mutex>& lock)
 {
     const std::uint64_t generation = _generation;
@@ -141,12 +160,15 @@ bool FieldPlayer::sendStep(std::unique_lock<std::mutex>& lock)
     const std::shared_ptr<Whole> whole = _whole;
     const bool changes = _modulator.changes(_cycle.size());
     const std::int64_t step = _step++;
+    const std::uint64_t silences = whole ? _device.report().silences : 0;
     const bool taken = handOver(lock, whole.get(), step);
     if (isReplaced()) return !_quit;
     if (whole) _byItself = taken;
     if (whole && !taken) _step += static_cast<std::int64_t>(kRetry_s / period_s());
-    // What doesn't change is held by the device, and a sequence goes on by itself.
-    if (taken && (whole || !changes)) _wake.wait(lock, isReplaced);
+    if (taken && whole)
+        watchSequence(lock, silences);
+    else if (taken && !changes) // the device holds it
+        _wake.wait(lock, isReplaced);
     return !_quit;
 }
 

@@ -62,8 +62,14 @@ private:
     void run();
     /// The next step to send, waited for; false when there is none any more.
     bool sendStep(std::unique_lock<std::mutex>& lock);
+    /// While the device plays its sequence; ends when something else is to be played here, or the device was silenced.
+    void watchSequence(std::unique_lock<std::mutex>& lock, std::uint64_t silences);
     /// Hands \a whole, or else the step, to the device, unlocked meanwhile; whether it was taken.
     bool handOver(std::unique_lock<std::mutex>& lock, Whole* whole, std::int64_t step);
+    std::int64_t nextStep(double now_s) const
+    {
+        return static_cast<std::int64_t>((now_s - _start_s) / period_s()) + 1;
+    }
     double period_s() const { return 1.0 / _modulator.options().fieldRate_Hz; }
 
     device::ArrayDevice& _device;

@@ -1,6 +1,6 @@
 #include "engine-bridge/playing/SequenceOfSteps.h"
 
-#include "device/GuardedDevice.h"
+#include "device/limits/GuardedDevice.h"
 
 #include <cmath>
 #include <numeric>

@@ -1,6 +1,7 @@
 #include "haptics/array/TransducerArray.h"
 
 #include "haptics/array/BoardGrid.h"
+#include "haptics/base/DutyLaw.h"
 #include "haptics/base/Units.h"
 #include "haptics/base/text/PlainText.h"
 #include "haptics/base/text/Range.h"
@@ -25,8 +26,7 @@ Board paperBoard()
     return board;
 }
 
-// 256 levels of duty; level L is a duty of L/510 and drives with a relative amplitude of sin(pi L /
-// 510).
+// 256 levels of duty: base/DutyLaw.h.
 DriveResolution paperDrive()
 {
     DriveResolution drive;
@@ -34,7 +34,7 @@ DriveResolution paperDrive()
     drive.amplitudeLevels.resize(256);
     for (int L = 0; L < 256; ++L)
         drive.amplitudeLevels[static_cast<std::size_t>(L)] =
-            static_cast<float>(std::sin(base::kPi * L / 510.0));
+            static_cast<float>(base::dutyAmplitude(L));
     return drive;
 }
 

@@ -4,7 +4,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/solvers/FieldProblem.h"
 #include "haptics/solvers/HologramSolver.h"
-#include "haptics/solvers/LevenbergMarquardt.h"
+#include "haptics/solvers/dense/LevenbergMarquardt.h"
 
 #include <Eigen/Core>
 

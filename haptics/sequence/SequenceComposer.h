@@ -4,7 +4,7 @@
 #include "haptics/sequence/FieldSequence.h"
 #include "haptics/sequence/LineRate.h"
 #include "haptics/sequence/TimeMultiplexer.h"
-#include "haptics/solvers/OutlineHologram.h"
+#include "haptics/solvers/dense/OutlineHologram.h"
 
 #include <Eigen/Core>
 

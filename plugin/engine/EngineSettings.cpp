@@ -1,7 +1,7 @@
 // What a HapticEngine makes of settings: granted, within their ranges, and the pipeline that they
 // ask for.
 
-#include "device/GuardedDevice.h"
+#include "device/limits/GuardedDevice.h"
 #include "engine-bridge/scene/Convert.h"
 #include "haptics/base/InputError.h"
 #include "plugin/engine/HapticEngine.h"

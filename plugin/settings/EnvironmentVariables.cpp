@@ -1,6 +1,6 @@
 #include "plugin/settings/EnvironmentVariables.h"
 
-#include "device/GuardedDevice.h"
+#include "device/limits/GuardedDevice.h"
 #include "haptics/base/UserEnvironment.h"
 #include "plugin/settings/SettingTable.h"
 

@@ -1,4 +1,4 @@
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 #include "engine-bridge/playing/PressureCap.h"
 #include "haptics/array/Medium.h"
 #include "haptics/base/threads/SteadyClock.h"

@@ -1,6 +1,6 @@
 #include "samples/solve/Solution.h"
 
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 #include "engine-bridge/playing/PressureCap.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/MessageLog.h"

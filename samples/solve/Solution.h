@@ -1,6 +1,6 @@
 #pragma once
 
-#include "device/DriveSignal.h"
+#include "device/drive/DriveSignal.h"
 #include "haptics/sequence/FieldSequence.h"
 #include "samples/solve/SolveFiles.h"
 #include "samples/solve/SolveOptions.h"

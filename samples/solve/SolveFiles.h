@@ -1,6 +1,6 @@
 #pragma once
 
-#include "device/DriveSignal.h"
+#include "device/drive/DriveSignal.h"
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/points/ControlPoints.h"

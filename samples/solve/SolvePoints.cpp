@@ -1,6 +1,6 @@
 #include "samples/solve/SolvePoints.h"
 
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 #include "haptics/base/InputError.h"
 #include "haptics/points/ControlPointSelector.h"
 #include "haptics/propagation/SurfaceStatistics.h"

@@ -1,8 +1,8 @@
 // How long encoding takes, how many fields a second the simulated array and the emulated USB array take, and how long a field and a
 // mute are under way to the wire, how far apart two arrays get one field; beside it what the emulation costs by itself and how late the host wakes any thread.
 #include "device/ArrayDevice.h"
-#include "device/DriveEncoder.h"
 #include "device/FieldCounters.h"
+#include "device/drive/DriveEncoder.h"
 #include "device/usb/Protocol.h"
 #include "device/usb/UsbTransferPool.h"
 

@@ -1,5 +1,5 @@
 #include "device/ArrayDevice.h"
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 #include "tests/device-usb/EmulatedArray.h"
 #include "tests/device-usb/Eventually.h"
 #include "tests/device-usb/Host.h"

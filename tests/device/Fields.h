@@ -1,6 +1,6 @@
 #pragma once
 
-#include "device/DriveSignal.h"
+#include "device/drive/DriveSignal.h"
 
 #include <random>
 

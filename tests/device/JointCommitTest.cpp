@@ -1,7 +1,7 @@
 #include "device/JointCommit.h"
 
 #include "device/FieldCounters.h"
-#include "device/GuardedDevice.h"
+#include "device/limits/GuardedDevice.h"
 #include "device/opening/MultiDevice.h"
 #include "tests/device/Fields.h"
 

@@ -1,6 +1,6 @@
 // A decimal comma of the program's locale changes no number, neither read nor written.
 #include "device/ArrayDevice.h"
-#include "device/GuardedDevice.h"
+#include "device/limits/GuardedDevice.h"
 #include "tests/CommaLocale.h"
 #include "tests/device/TestFiles.h"
 

@@ -1,6 +1,6 @@
 #include "device/ArrayDevice.h"
 #include "device/DeviceUri.h"
-#include "device/GuardedDevice.h"
+#include "device/limits/GuardedDevice.h"
 #include "device/opening/MultiDevice.h"
 #include "device/recording/Recording.h"
 #include "device/simulation/SimulatedArray.h"

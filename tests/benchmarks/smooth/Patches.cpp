@@ -2,7 +2,7 @@
 
 #include "haptics/propagation/PressureField.h"
 #include "haptics/sequence/SequenceComposer.h"
-#include "haptics/solvers/LevenbergMarquardt.h"
+#include "haptics/solvers/dense/LevenbergMarquardt.h"
 #include "haptics/surface/SurfaceSampler.h"
 
 #include <Eigen/Geometry>

@@ -4,7 +4,7 @@
 #include "haptics/propagation/kernels/PropagationKernels.h"
 #include "haptics/sequence/FieldOrder.h"
 #include "haptics/sequence/SequenceComposer.h"
-#include "haptics/solvers/OutlineHologram.h"
+#include "haptics/solvers/dense/OutlineHologram.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "tests/benchmarks/smooth/Patches.h"
 

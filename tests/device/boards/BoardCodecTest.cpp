@@ -1,5 +1,4 @@
-#include "device/boards/BoardCodec.h"
-
+#include "device/boards/BoardKind.h"
 #include "device/simulation/VirtualBoard.h"
 #include "tests/device/Fields.h"
 

@@ -1,5 +1,5 @@
 #include "device/ArrayDevice.h"
-#include "device/boards/BoardCodec.h"
+#include "device/boards/BoardKind.h"
 #include "tests/device/Eventually.h"
 #include "tests/device/Fields.h"
 #include "tests/device/boards/BoardEmulator.h"

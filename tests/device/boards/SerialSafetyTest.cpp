@@ -1,7 +1,7 @@
 #include "device/ArrayDevice.h"
 #include "device/SilenceOnCrash.h"
-#include "device/boards/BoardCodec.h"
 #include "device/boards/BoardDevice.h"
+#include "device/boards/BoardKind.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "tests/device/Eventually.h"
 #include "tests/device/Fields.h"

@@ -1,5 +1,5 @@
 #include "device/ArrayDevice.h"
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 #include "tests/device/Fields.h"
 #include "tests/device/TestFiles.h"
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/base/threads/SteadyClock.h"
 

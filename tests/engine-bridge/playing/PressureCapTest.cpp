@@ -1,7 +1,7 @@
 #include "engine-bridge/playing/PressureCap.h"
 
-#include "device/DriveEncoder.h"
-#include "device/GuardedDevice.h"
+#include "device/drive/DriveEncoder.h"
+#include "device/limits/GuardedDevice.h"
 #include "haptics/base/InputError.h"
 #include "tests/engine-bridge/pipeline/DoubleField.h"
 

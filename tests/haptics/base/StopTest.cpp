@@ -8,8 +8,8 @@
 #include "haptics/sequence/SequenceComposer.h"
 #include "haptics/sequence/TimeMultiplexer.h"
 #include "haptics/solvers/HologramSolver.h"
-#include "haptics/solvers/OutlineHologram.h"
 #include "haptics/solvers/certificate/Certificate.h"
+#include "haptics/solvers/dense/OutlineHologram.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 #include "tests/haptics/surface/SampleMeshes.h"
 

@@ -1,5 +1,4 @@
 #include "haptics/propagation/AudibleChange.h"
-#include "plugin/engine/SceneAccess.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osg/Switch>
@@ -102,9 +101,9 @@ TEST(HapticScene, WhatIsHeardOfAHeldFieldFollowsTheFieldRate)
         box.move(0.03);
         ASSERT_TRUE(viewer.framesUntil([&] { return middle(box).x() > 0.02; }));
         const auto result = box.result();
-        ASSERT_GT(result->report.driveChange, 0.0);
-        EXPECT_DOUBLE_EQ(result->report.audibleChange,
-                         result->report.driveChange * midair::haptics::audibleShare(rate_Hz));
+        ASSERT_GT(result->report().driveChange, 0.0);
+        EXPECT_DOUBLE_EQ(result->report().audibleChange,
+                         result->report().driveChange * midair::haptics::audibleShare(rate_Hz));
     }
     EXPECT_NE(midair::haptics::audibleShare(200.0), midair::haptics::audibleShare(20000.0));
 }

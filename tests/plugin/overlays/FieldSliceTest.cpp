@@ -2,6 +2,7 @@
 
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/HapticOverlays>

@@ -1,4 +1,4 @@
-#include "haptics/solvers/OutlineHologram.h"
+#include "haptics/solvers/dense/OutlineHologram.h"
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"

@@ -1,4 +1,4 @@
-#include "device/EncoderKernels.h"
+#include "device/drive/EncoderKernels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -45,17 +45,16 @@ inline __attribute__((always_inline)) float asinOfUnit(float x)
 
 // Phase level: round(128/pi atan2(im, re)) modulo 256.
 //
-// Duty level: the border between the amplitudes of L and L+1 is their mean, (sin(pi L/510) + sin(pi
-// (L+1)/510))/2 = sin(pi (L+1/2)/510) cos(pi/1020). So the level nearest in amplitude is
-// round(510/pi asin(r / cos(pi/1020))).
+// Duty level (base/DutyLaw.h): the border between the amplitudes of L and L+1 is their mean, (sin(pi L/510) + sin(pi (L+1)/510))/2
+// = sin(pi (L+1/2)/510) cos(pi/1020). So the level nearest in amplitude is round(510/pi asin(r / cos(pi/1020))).
 void encodeLevels(const float* __restrict q,
                   int m,
                   std::uint8_t* __restrict phase,
                   std::uint8_t* __restrict duty)
 {
     constexpr float kLevelsPerRadian = 128.0F / kPi;
-    constexpr float kDutiesPerRadian = 510.0F / kPi;
-    constexpr float kOverBorder = 1.0000047436F; // 1 / cos(pi/1020)
+    constexpr float kDutiesPerRadian = 510.0F / kPi; // base::kDutyPeriod
+    constexpr float kOverBorder = 1.0000047436F;     // 1 / cos(pi/1020)
     for (int i = 0; i < m; ++i)
     {
         const float re = q[2 * i];

@@ -72,6 +72,9 @@ public:
     /// Of those whose transfers failed the newest waits again, once, for nobody else, unless a newer one waits. Gives the joint to be
     /// left.
     Joint repeatFailed();
+    void dropWaiting();
+    /// The oldest on its way never reached the device.
+    void loseOldest();
     /// What waits is dropped; what is on its way is lost where the device is, else dropped. Gives the joints that were waited for.
     std::vector<Joint> settleAll(bool deviceIsLost);
 

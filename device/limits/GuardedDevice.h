@@ -1,7 +1,7 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
-#include "device/DeviceClaim.h"
+#include "device/limits/DeviceClaim.h"
 
 #include <condition_variable>
 #include <mutex>
@@ -73,6 +73,7 @@ private:
     bool _muted = false;
     bool _closing = false;
     std::uint64_t _refused = 0;
+    std::uint64_t _silences = 0;
     std::thread _thread;
 };
 

@@ -3,7 +3,7 @@
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/propagation/SurfaceStatistics.h"
-#include "haptics/solvers/LevenbergMarquardt.h"
+#include "haptics/solvers/dense/LevenbergMarquardt.h"
 #include "haptics/surface/Outline.h"
 
 #include <Eigen/Core>

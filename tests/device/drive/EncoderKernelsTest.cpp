@@ -1,6 +1,6 @@
 // The kernels of the drive encoder against double precision, within what their descriptions
 // promise.
-#include "device/EncoderKernels.h"
+#include "device/drive/EncoderKernels.h"
 
 #include "tests/haptics/base/simd/OnEverySet.h"
 

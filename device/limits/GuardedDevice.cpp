@@ -1,9 +1,10 @@
-#include "device/GuardedDevice.h"
+#include "device/limits/GuardedDevice.h"
 
 #include "device/DeviceUri.h"
-#include "device/DriveEncoder.h"
 #include "device/FieldCounters.h"
 #include "device/JointCommit.h"
+#include "device/drive/DriveEncoder.h"
+#include "haptics/base/DutyLaw.h"
 #include "haptics/base/text/Number.h"
 
 #include <algorithm>
@@ -75,8 +76,7 @@ void scaleDuties(const DriveSignal& signal, double gain, DriveSignal& scaled)
     std::array<std::uint8_t, 256> table{};
     for (int level = 1; level < 256; ++level)
     {
-        const double exact =
-            510 / M_PI * std::asin(std::max(0.0, gain) * std::sin(M_PI * level / 510));
+        const double exact = base::dutyLevel(std::max(0.0, gain) * base::dutyAmplitude(level));
         table[level] = static_cast<std::uint8_t>(exact + 1e-9);
     }
     for (std::uint8_t& duty : scaled.duty)
@@ -234,6 +234,7 @@ void GuardedDevice::setMuted(bool muted)
 void GuardedDevice::noteSilence()
 {
     account(base::steadySeconds());
+    ++_silences;
     _sounds = false;
     _drive = 0;
     _ramp = 0;
@@ -299,6 +300,7 @@ DeviceReport GuardedDevice::report() const
     std::lock_guard<std::mutex> lock(_mutex);
     report.sent += _refused;
     report.refused += _refused;
+    report.silences = _silences;
     if (_muted && report.state == DeviceState::READY) report.state = DeviceState::MUTED;
     return report;
 }

@@ -1,7 +1,7 @@
-#include "device/GuardedDevice.h"
+#include "device/limits/GuardedDevice.h"
 
-#include "device/DriveEncoder.h"
 #include "device/FieldCounters.h"
+#include "device/drive/DriveEncoder.h"
 #include "tests/device/Fields.h"
 
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "haptics/solvers/LevenbergMarquardt.h"
+#include "haptics/solvers/dense/LevenbergMarquardt.h"
 
 #include "haptics/solvers/WeightedRound.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "device/DriveSignal.h"
+#include "device/drive/DriveSignal.h"
 
 #include <complex>
 #include <vector>
@@ -12,10 +12,10 @@ namespace midair::device
 /// whole field (all duties 0) and gives false. \a q has m entries; \a signal is resized.
 bool encode(const std::complex<float>* q, int m, DriveSignal& signal);
 
-/// What the hardware makes of a drive signal: e^{+j 2 pi phase/256} sin(pi duty/510).
+/// What the hardware makes of a drive signal: e^{+j 2 pi phase/256} base::dutyAmplitude(duty).
 void decode(const DriveSignal& signal, std::vector<std::complex<float>>& q);
 
-/// The 256 relative amplitudes sin(pi L/510), ascending, for the solver to know.
+/// The 256 relative amplitudes base::dutyAmplitude(L), ascending, for the solver to know.
 const std::vector<float>& amplitudeLevels();
 
 } // namespace midair::device

@@ -1,4 +1,4 @@
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 
 #include <cmath>
 #include <limits>

@@ -1,6 +1,7 @@
-#include "device/DriveEncoder.h"
+#include "device/drive/DriveEncoder.h"
 
-#include "device/EncoderKernels.h"
+#include "device/drive/EncoderKernels.h"
+#include "haptics/base/DutyLaw.h"
 
 #include <algorithm>
 #include <array>
@@ -56,7 +57,7 @@ const std::vector<float>& amplitudeLevels()
     {
         std::vector<float> levels(256);
         for (int level = 0; level < 256; ++level)
-            levels[level] = static_cast<float>(std::sin(M_PI * level / 510.0));
+            levels[level] = static_cast<float>(base::dutyAmplitude(level));
         return levels;
     }();
     return kLevels;

@@ -1,6 +1,6 @@
-#include "device/usb/FieldQueue.h"
+#include "device/FieldQueue.h"
 
-#include "device/usb/Protocol.h"
+#include "device/SequenceNumber.h"
 
 #include <algorithm>
 #include <utility>
@@ -79,8 +79,7 @@ bool FieldQueue::dropFor(const JointCommit& joint)
 std::optional<DriveSignal> FieldQueue::settleUntil(std::uint32_t sequence, std::uint32_t lastPlayed)
 {
     std::optional<DriveSignal> playing;
-    while (!_flying.empty() && sequence != 0 &&
-           !protocol::newer(_flying.front().sequence, sequence))
+    while (!_flying.empty() && sequence != 0 && !newer(_flying.front().sequence, sequence))
     {
         const bool mine = _flying.front().sequence == lastPlayed;
         ++(mine ? _played : _lost);
@@ -95,9 +94,20 @@ bool FieldQueue::loseUnconfirmed(double heardAt_s, double confirm_s)
     if (_flying.empty() || !_flying.front().committed ||
         heardAt_s - _flying.front().submittedAt_s <= confirm_s)
         return false;
+    loseOldest();
+    return true;
+}
+
+void FieldQueue::loseOldest()
+{
     _flying.pop_front();
     ++_lost;
-    return true;
+}
+
+void FieldQueue::dropWaiting()
+{
+    _dropped += _waits ? 1 : 0;
+    _waits = false;
 }
 
 void FieldQueue::fail(std::uint32_t sequence)
@@ -137,9 +147,8 @@ std::vector<FieldQueue::Joint> FieldQueue::settleAll(bool deviceIsLost)
     std::vector<Joint> joints;
     if (_waits && _waiting.joint != nullptr) joints.push_back(std::move(_waiting.joint));
     if (isStaged()) joints.push_back(std::move(_flying.back().joint));
-    _dropped += _waits ? 1 : 0;
+    dropWaiting();
     (deviceIsLost ? _lost : _dropped) += _flying.size();
-    _waits = false;
     _flying.clear();
     return joints;
 }

@@ -7,7 +7,7 @@ namespace midair::device
 {
 
 /// One field as the hardware takes it: phase level L means e^{+j 2 pi L/256}; duty level L means a pulse of L/510 of the
-/// period, relative amplitude sin(pi L/510). Both m long.
+/// period, of the relative amplitude base::dutyAmplitude(L). Both m long.
 struct DriveSignal
 {
     std::vector<std::uint8_t> phase;

@@ -1,4 +1,4 @@
-#include "device/DeviceClaim.h"
+#include "device/limits/DeviceClaim.h"
 
 #include "device/DeviceUri.h"
 

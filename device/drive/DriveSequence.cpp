@@ -1,4 +1,4 @@
-#include "device/DriveSequence.h"
+#include "device/drive/DriveSequence.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "device/usb/FieldQueue.h"
+#include "device/FieldQueue.h"
 
 #include "device/usb/LinkClock.h"
 #include "tests/device/Fields.h"

@@ -1,0 +1,67 @@
+#include "device/boards/BoardOpening.h"
+
+#include "device/DeviceUri.h"
+#include "device/boards/BoardDevice.h"
+#include "device/usb/UsbTransferPool.h"
+
+#include <fmt/format.h>
+
+namespace midair::device
+{
+
+namespace
+{
+
+// Any FT232H may be something else, so none is taken that wasn't named.
+std::string pluggedInFifos(const std::string& scheme)
+{
+    std::string list;
+    for (const UsbListing& one : listUsbDevices(kFifoAddress))
+        list += fmt::format("{}{} ({})",
+                            list.empty() ? "" : ", ",
+                            one.serial.empty() ? "one that doesn't tell its serial number"
+                                               : scheme + ":" + one.serial,
+                            one.condition);
+    return list.empty() ? "no FT232H is plugged in" : "plugged in: " + list;
+}
+
+} // namespace
+
+std::unique_ptr<ArrayDevice> openOnSerialPort(DeviceUri& uri,
+                                              const DeviceLayout& layout,
+                                              std::unique_ptr<BoardCodec> codec,
+                                              const SerialDefaults& defaults)
+{
+    uri.requirePath("a serial port");
+    const int baud = static_cast<int>(uri.takeNumber("baud", defaults.baud, 0, 1e7));
+    if (!SerialPort::knows(baud))
+        throw uri.error(
+            fmt::format("baud={} should be 9600, 57600, 115200, 230400, 460800 or 921600", baud));
+    const double settle_s = uri.takeSeconds("settle", defaults.settle_s);
+    uri.rejectUnknown();
+    const std::string port = uri.path();
+    return std::make_unique<BoardDevice>(
+        uri.text(),
+        std::move(codec),
+        layout.transducers,
+        [port, baud, settle_s](const std::vector<std::uint8_t>& lastWill)
+        { return std::make_unique<SerialPort>(port, baud, lastWill, settle_s); });
+}
+
+std::unique_ptr<ArrayDevice>
+openOnFifo(DeviceUri& uri, const DeviceLayout& layout, std::unique_ptr<BoardCodec> codec)
+{
+    uri.rejectUnknown();
+    const std::string& serial = uri.path();
+    if (serial.empty())
+        throw uri.error("which one? Name it by its serial number, for any FT232H may be something "
+                        "else; " +
+                        pluggedInFifos(uri.scheme()));
+    return std::make_unique<BoardDevice>(uri.text(),
+                                         std::move(codec),
+                                         layout.transducers,
+                                         [serial](const std::vector<std::uint8_t>& lastWill)
+                                         { return std::make_unique<FtdiFifo>(serial, lastWill); });
+}
+
+} // namespace midair::device

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "device/ArrayDevice.h"
+#include "device/boards/BoardCodec.h"
+
+#include <memory>
+
+namespace midair::device
+{
+
+class DeviceUri;
+
+/// What a kind of board wants of its serial port; `baud` and `settle` of the URI go before.
+struct SerialDefaults
+{
+    int baud = 115200;
+    double settle_s = 0; ///< nothing is written for so long after opening
+};
+
+/// A board at the serial port that \a uri names. Throws DeviceError.
+std::unique_ptr<ArrayDevice> openOnSerialPort(DeviceUri& uri,
+                                              const DeviceLayout& layout,
+                                              std::unique_ptr<BoardCodec> codec,
+                                              const SerialDefaults& defaults);
+
+/// A board behind the FT232H whose serial number \a uri names. Throws DeviceError.
+std::unique_ptr<ArrayDevice>
+openOnFifo(DeviceUri& uri, const DeviceLayout& layout, std::unique_ptr<BoardCodec> codec);
+
+} // namespace midair::device

@@ -1,0 +1,131 @@
+#include "device/boards/BoardKind.h"
+#include "device/boards/BoardOpening.h"
+#include "haptics/base/DutyLaw.h"
+
+#include <array>
+
+namespace midair::device
+{
+
+namespace
+{
+
+/// Up to 14 chained Arduino Mega with 64 channels each at 115200 baud: ten time steps a period of a bit a channel.
+/// Source: the published firmware and host program (A. Marzo, T. Corkett, B. Drinkwater, "Ultraino").
+class Ultraino : public BoardCodec
+{
+public:
+    const char* name() const override { return "ultraino"; }
+    bool takes(int transducers) const override
+    {
+        return transducers > 0 && transducers % kChannels == 0 &&
+               transducers <= kMostBoards * kChannels;
+    }
+    std::string takesText() const override { return "64 transducers a board, 1 to 14 boards"; }
+    int phaseLevels() const override { return kSteps; }
+    std::vector<float> amplitudes() const override
+    {
+        std::vector<float> levels;
+        for (int high = 0; high <= kSteps / 2; ++high)
+            levels.push_back(static_cast<float>(base::pulseAmplitude(high, kSteps)));
+        return levels;
+    }
+    double bytesPerSecond() const override { return 11520; }
+    bool restarts() const override { return false; }
+    // Two buffers, and a field that was cut off shifts the first silent one, which then leaves the cut one's head where it is.
+    int silentFields() const override { return 3; }
+    int answer() const override
+    {
+        return 0x00;
+    } // what is for the next board of the chain goes to the computer too
+
+    // The board plays a list of patterns, each for so many periods: here one pattern for ever (durations 1, then 0 as the end).
+    void appendOpening(std::vector<std::uint8_t>& out) const override
+    {
+        for (const int duration : {1, 0})
+            for (int shift = 0; shift <= 6; shift += 2)
+                out.push_back(static_cast<std::uint8_t>(0x30 | ((duration << shift) & 0xC0)));
+        out.push_back(0x10);
+    }
+
+    void appendField(std::vector<std::uint8_t>& out, const DriveSignal& signal) const override
+    {
+        for (int board = 0; board * kChannels < signal.size(); ++board)
+        {
+            std::array<std::uint8_t, std::size_t(kSteps) * kPorts> bits{};
+            for (int channel = 0; channel < kChannels; ++channel)
+            {
+                const Pulse pulse = pulseOf(signal, board * kChannels + channel);
+                const int pin = kPins[channel];
+                for (int step = 0; step < pulse.high; ++step)
+                    bits[(pulse.start + step) % kSteps * kPorts + pin / 8] |=
+                        static_cast<std::uint8_t>(1 << (pin % 8));
+            }
+            const int id = board + 1;
+            for (const int byte : bits)
+            {
+                out.push_back(static_cast<std::uint8_t>((byte & 0xF0) | id));
+                out.push_back(static_cast<std::uint8_t>(((byte << 4) & 0xF0) | id));
+            }
+        }
+        out.push_back(0x00);
+    }
+
+    void played(const DriveSignal& signal, std::vector<std::complex<float>>& q) const override
+    {
+        q.resize(signal.size());
+        for (int i = 0; i < signal.size(); ++i)
+        {
+            const Pulse pulse = pulseOf(signal, i);
+            const double centre = pulse.start + pulse.high / 2.0 - kSteps / 4.0;
+            q[i] = pulseActivation(centre / kSteps, pulse.high / double(kSteps));
+        }
+    }
+
+private:
+    static constexpr int kChannels = 64;
+    static constexpr int kMostBoards = 14;
+    static constexpr int kSteps = 10;
+    static constexpr int kPorts = 10; // A C L B K F H D G J
+    // Which bit of the ten ports drives a channel (bit of port p: 8 p + bit).
+    static constexpr std::array<std::uint8_t, kChannels> kPins = {
+        51, 52, 53, 54, 28, 29, 30, 31, 47, 46, 45, 44, 43, 42, 41, 40, 56, 57, 58, 59, 48, 49,
+        72, 69, 39, 38, 37, 36, 35, 34, 33, 32, 21, 23, 65, 63, 9,  11, 13, 15, 20, 22, 64, 66,
+        8,  10, 12, 14, 24, 25, 26, 27, 16, 17, 18, 19, 7,  6,  5,  4,  3,  2,  1,  0};
+
+    struct Pulse
+    {
+        int start; ///< step
+        int high;  ///< steps
+    };
+
+    // Amplitude A, as relative pulse width, is round(A 10/2) high steps. A pulse of fewer than 5 starts later by half of what it
+    // lacks, to keep its centre, rounded to a step: (256 - phase) 10/256 + (5 - high)/2.
+    static Pulse pulseOf(const DriveSignal& signal, int i)
+    {
+        const int high = (signal.duty[i] * kSteps + base::kFullDuty) / base::kDutyPeriod;
+        const int start256 = (256 - signal.phase[i]) * kSteps + (kSteps / 2 - high) * 128;
+        return {((start256 + 128) / 256) % kSteps, high};
+    }
+};
+
+std::unique_ptr<BoardCodec> makeCodec()
+{
+    return std::make_unique<Ultraino>();
+}
+
+// Opening the port resets an Arduino, whose bootloader listens for a second, and goes on for as long as bytes keep arriving.
+std::unique_ptr<ArrayDevice> open(DeviceUri& uri, const DeviceLayout& layout)
+{
+    return openOnSerialPort(uri, layout, makeCodec(), {115200, 2});
+}
+
+} // namespace
+
+extern const BoardKind kUltraino = {
+    "ultraino",
+    "ultraino:TTY            open boards of 64, chained, on a serial port",
+    makeCodec,
+    open};
+
+} // namespace midair::device

@@ -1,0 +1,197 @@
+// What a player does on a device that keeps sequences and times them by itself.
+#include "engine-bridge/playing/FieldPlayer.h"
+#include "tests/device/TestFiles.h"
+#include "tests/engine-bridge/playing/PlayerDevices.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace
+{
+
+using midair::bridge::FieldPlayer;
+using midair::device::DriveSignal;
+
+TEST(FieldPlayer, ADeviceThatKeepsSequencesIsSentOneWhole)
+{
+    Keeper device;
+    FieldPlayer player(device);
+    midair::haptics::ModulatorOptions options;
+    options.fieldRate_Hz = 500.0;
+    player.play(numberedFields(4), options);
+    ASSERT_TRUE(device.waitForSequences(1));
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    ASSERT_EQ(device.kept().size(), 1u);
+    EXPECT_TRUE(device.signals().empty());
+    const midair::device::DriveSequence sequence = device.kept()[0].sequence;
+    EXPECT_EQ(sequence.rate_Hz, 500.0);
+    ASSERT_EQ(sequence.signals.size(), 4u);
+    for (std::size_t k = 0; k < 4; ++k)
+        EXPECT_EQ(sequence.signals[k].phase[0], 10 * k);
+    EXPECT_EQ(player.counters().sent, 1u);
+    // A single field is a field.
+    player.play(numberedFields(1), options);
+    ASSERT_TRUE(device.waitFor(1));
+    EXPECT_EQ(device.kept().size(), 1u);
+}
+
+TEST(FieldPlayer, ASequenceGoesOnInTheTimeOfTheOneBefore)
+{
+    Keeper device;
+    FieldPlayer player(device);
+    midair::haptics::ModulatorOptions options;
+    options.fieldRate_Hz = 20.0;
+    player.play(numberedFields(4), options);
+    ASSERT_TRUE(device.waitForSequences(1));
+    for (std::size_t k = 1; k < 4; ++k)
+    {
+        std::this_thread::sleep_for(std::chrono::milliseconds(70));
+        player.play(numberedFields(4), options);
+        ASSERT_TRUE(device.waitForSequences(k + 1));
+    }
+    const FieldPlayer::Counters counters = player.counters();
+    if (counters.worstLateness_s > 0.02) GTEST_SKIP() << "the machine is too busy to tell steps";
+    EXPECT_EQ(counters.leftOut, 0u); // the device played those in between
+    const std::vector<Keeper::Kept> kept = device.kept();
+    for (const Keeper::Kept& one : kept)
+    {
+        const double steps = (one.time_s - kept[0].time_s) * options.fieldRate_Hz;
+        EXPECT_NEAR(steps, std::round(steps), 0.45);
+        const auto first = static_cast<unsigned>(std::lround(steps)) % 4;
+        for (unsigned k = 0; k < 4; ++k)
+            EXPECT_EQ(one.sequence.signals[k].phase[0], 10 * ((first + k) % 4));
+    }
+}
+
+TEST(FieldPlayer, WhatADeviceCanNotKeepIsSentStepByStep)
+{
+    Keeper device;
+    FieldPlayer player(device);
+    midair::haptics::ModulatorOptions options;
+    player.play(numberedFields(5), options); // it keeps four
+    ASSERT_TRUE(device.waitFor(10));
+    options.amplitudeRate_Hz = 300.0; // 3 1/3 steps
+    player.play(numberedFields(1), options);
+    ASSERT_TRUE(device.waitFor(device.signals().size() + 10));
+    EXPECT_TRUE(device.kept().empty());
+    options.amplitudeRate_Hz = 250.0;
+    player.play(numberedFields(1), options);
+    ASSERT_TRUE(device.waitForSequences(1));
+    player.stop();
+    const std::size_t steps = device.signals().size();
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    EXPECT_EQ(device.signals().size(), steps);
+    EXPECT_EQ(device.kept().size(), 1u);
+}
+
+TEST(FieldPlayer, ASequenceThatIsRefusedIsSentAgain)
+{
+    Keeper device;
+    device.refusing = true;
+    FieldPlayer player(device);
+    player.play(numberedFields(4));
+    ASSERT_TRUE(device.waitForSequences(3));
+    device.refusing = false;
+    for (int k = 0; k < 10000 && player.counters().sent == 0; ++k)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_EQ(player.counters().sent, 1u);
+    EXPECT_GE(player.counters().refused, 3u);
+    EXPECT_TRUE(device.signals().empty());
+}
+
+TEST(FieldPlayer, ASequenceIsSentAgainWhenTheDeviceWasSilenced)
+{
+    const std::string file = temporaryFile("fields");
+    const auto device = midair::device::openDevice("record:" + file, {5, {}});
+    FieldPlayer player(*device);
+    player.play(numberedFields(4));
+    const auto sent = [&](std::uint64_t count)
+    {
+        for (int k = 0; k < 10000 && player.counters().sent < count; ++k)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return player.counters().sent >= count;
+    };
+    ASSERT_TRUE(sent(1));
+    device->silence();
+    EXPECT_TRUE(sent(2));
+    device->setMuted(true);
+    for (int k = 0; k < 10000 && player.counters().refused < 2; ++k)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_GE(player.counters().refused, 2u);
+    EXPECT_EQ(device->played(), std::vector<std::complex<float>>(5));
+    device->setMuted(false);
+    EXPECT_TRUE(sent(3));
+    EXPECT_NE(device->played(), std::vector<std::complex<float>>(5));
+    // And what plays undisturbed is left alone.
+    std::this_thread::sleep_for(std::chrono::milliseconds(130));
+    EXPECT_EQ(player.counters().sent, 3u);
+}
+
+/// A recording that is taken for a device that keeps no sequences.
+class StepsOnly : public midair::device::ArrayDevice
+{
+public:
+    explicit StepsOnly(std::unique_ptr<ArrayDevice> device) : _device(std::move(device)) {}
+    bool send(const DriveSignal& signal) override { return _device->send(signal); }
+    void silence() override { _device->silence(); }
+    std::string status() const override { return _device->status(); }
+    midair::device::DeviceReport report() const override { return _device->report(); }
+    std::vector<std::complex<float>> played() const override { return _device->played(); }
+
+private:
+    std::unique_ptr<ArrayDevice> _device;
+};
+
+TEST(FieldPlayer, ARecordingHasTheSameFieldsHoweverItIsPlayed)
+{
+    using midair::device::openDevice;
+    midair::haptics::ModulatorOptions options;
+    options.fieldRate_Hz = 200.0;
+    options.amplitudeRate_Hz = 50.0;
+    const auto play = [&](midair::device::ArrayDevice& device)
+    {
+        FieldPlayer player(device);
+        player.play(numberedFields(3), options);
+        std::this_thread::sleep_for(std::chrono::milliseconds(150));
+        player.stop();
+        device.silence();
+        return player.counters();
+    };
+    const std::string whole = temporaryFile("whole");
+    const std::string steps = temporaryFile("steps");
+    EXPECT_EQ(play(*openDevice("record:" + whole, {5, {}})).sent, 1u);
+    StepsOnly stepsOnly(openDevice("record:" + steps, {5, {}}));
+    const FieldPlayer::Counters counters = play(stepsOnly);
+    EXPECT_GT(counters.sent, 10u);
+    const auto kept = entriesOf(whole);
+    const auto sent = entriesOf(steps);
+    ASSERT_GT(kept.size(), 25u);
+    // Steps of the thread are late at times, or left out; their times say which they are.
+    for (std::size_t k = 0; k + 1 < sent.size(); ++k)
+    {
+        const double step =
+            static_cast<double>(sent[k].time_ns - sent[0].time_ns) * 1e-9 * options.fieldRate_Hz;
+        const auto same = static_cast<std::size_t>(std::lround(step)) % 12; // of both periods
+        if (counters.worstLateness_s * options.fieldRate_Hz < 0.4)
+        {
+            EXPECT_EQ(sent[k].signal.phase, kept[same].signal.phase) << k;
+            EXPECT_EQ(sent[k].signal.duty, kept[same].signal.duty) << k;
+        }
+        else
+            EXPECT_TRUE(std::any_of(kept.begin(),
+                                    kept.begin() + 12,
+                                    [&](const auto& entry)
+                                    {
+                                        return entry.signal.phase == sent[k].signal.phase &&
+                                               entry.signal.duty == sent[k].signal.duty;
+                                    }));
+    }
+    for (std::size_t k = 0; k + 1 < kept.size(); ++k)
+        EXPECT_EQ(kept[k].time_ns - kept[0].time_ns, 5'000'000 * k);
+}
+
+} // namespace

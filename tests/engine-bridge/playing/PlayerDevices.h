@@ -1,0 +1,97 @@
+#pragma once
+
+#include "device/ArrayDevice.h"
+#include "haptics/base/threads/SteadyClock.h"
+
+#include <Eigen/Core>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <complex>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+/// Keeps what it is sent.
+class Collector : public midair::device::ArrayDevice
+{
+public:
+    bool send(const midair::device::DriveSignal& signal) override
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        _signals.push_back(signal);
+        return !refusing;
+    }
+    void silence() override {}
+    std::string status() const override { return "collects"; }
+    midair::device::DeviceReport report() const override { return {}; }
+    std::vector<std::complex<float>> played() const override { return {}; }
+
+    std::vector<midair::device::DriveSignal> signals() const
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        return _signals;
+    }
+    /// Until \a count signals are there; false after ten seconds, far beyond what a busy machine needs.
+    bool waitFor(std::size_t count) const
+    {
+        for (int k = 0; k < 10000 && signals().size() < count; ++k)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return signals().size() >= count;
+    }
+
+    std::atomic<bool> refusing{false};
+
+private:
+    mutable std::mutex _mutex;
+    std::vector<midair::device::DriveSignal> _signals;
+};
+
+/// One that keeps sequences of up to four fields, and the times at which they came.
+class Keeper : public Collector
+{
+public:
+    struct Kept
+    {
+        midair::device::DriveSequence sequence;
+        double time_s = 0;
+    };
+    bool sendSequence(const midair::device::DriveSequence& sequence) override
+    {
+        const std::lock_guard<std::mutex> lock(_keeping);
+        _kept.push_back({sequence, midair::base::steadySeconds()});
+        return !refusing;
+    }
+    midair::device::DriveAbility ability() const override
+    {
+        midair::device::DriveAbility ability;
+        ability.sequenceFields = 4;
+        return ability;
+    }
+    std::vector<Kept> kept() const
+    {
+        const std::lock_guard<std::mutex> lock(_keeping);
+        return _kept;
+    }
+    bool waitForSequences(std::size_t count) const
+    {
+        for (int k = 0; k < 10000 && kept().size() < count; ++k)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return kept().size() >= count;
+    }
+
+private:
+    mutable std::mutex _keeping;
+    std::vector<Kept> _kept;
+};
+
+// Field k has all phases at level 10 k, and full amplitude.
+inline std::vector<Eigen::VectorXcf> numberedFields(int count)
+{
+    std::vector<Eigen::VectorXcf> fields;
+    for (int k = 0; k < count; ++k)
+        fields.emplace_back(Eigen::VectorXcf::Constant(
+            5, std::polar(1.0f, static_cast<float>(2.0 * M_PI * 10 * k / 256.0))));
+    return fields;
+}
