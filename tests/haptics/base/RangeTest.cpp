@@ -17,8 +17,9 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 std::string errorOf(const RangeCheck& check)
 {
     std::string error = "nothing is wrong";
-    EXPECT_EQ(check.passed(&error), error == "nothing is wrong");
-    EXPECT_EQ(check.passed(nullptr), error == "nothing is wrong");
+    const bool passed = check.passed(&error);
+    EXPECT_EQ(passed, error == "nothing is wrong");
+    EXPECT_EQ(check.passed(nullptr), passed);
     return error;
 }
 
