@@ -24,7 +24,8 @@ bool decompose(const Eigen::Matrix4d& matrix, PoseAndStretch& parts)
     // A = U S V^T = (U V^T) (V S V^T): Higham, "Computing the polar decomposition", 1986.
     const Eigen::Matrix3d linear = matrix.topLeftCorner<3, 3>();
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(linear, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): g++ takes a reference for uninitialized
+    // A copy, since g++ takes a reference for uninitialized.
+    // NOLINTNEXTLINE(performance-unnecessary-copy-initialization)
     const Eigen::Vector3d s = svd.singularValues();
     if (s[2] < 1e-12 || s[2] < 1e-6 * s[0]) return false;
 

@@ -55,7 +55,8 @@ protected:
     virtual void open(std::uint64_t /*key*/, const osg::Matrixd& /*toRoot*/) {}
     virtual void visit(osg::Drawable& drawable) = 0;
 
-    // NOLINTBEGIN(readability-identifier-naming): where the walk is, read by all that derive from it
+    // NOLINTBEGIN(readability-identifier-naming): where the walk is, read by all that derive from
+    // it
     const ExtractOptions* options = nullptr;
     osg::Node* root = nullptr;
     osg::Matrixd matrix; ///< to the part's frame

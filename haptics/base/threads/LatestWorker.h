@@ -12,12 +12,14 @@
 namespace midair::base
 {
 
-/// Answers requests in a thread of its own: the newest request wins, the newest answer is kept. Both have a `frame`.
+/// Answers requests in a thread of its own: the newest request wins, the newest answer is kept.
+/// Both have a `frame`.
 template<typename Request, typename Answer>
 class LatestWorker
 {
 public:
-    /// \a work turns a request into an answer, in the worker's thread; \a pause_s lies at least between two begins.
+    /// \a work turns a request into an answer, in the worker's thread; \a pause_s lies at least
+    /// between two begins.
     explicit LatestWorker(std::function<std::unique_ptr<Answer>(const Request&)> work,
                           double pause_s = 0.0) :
         _work(std::move(work)),
