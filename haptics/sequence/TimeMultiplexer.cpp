@@ -28,6 +28,9 @@ double unitLevel(const SolveReport& report, const ControlPoints& points)
 
 SolveReport together(const std::vector<SolveReport>& reports)
 {
+    // A field by itself is compared with its own last one; the steps between fields in turn are
+    // not any solver's to tell.
+    if (reports.size() == 1) return reports.front();
     SolveReport all = reports.front();
     double squares = 0.0;
     int points = 0, fields = 0;
