@@ -12,12 +12,14 @@ namespace midair::device
 constexpr std::size_t kMostUriCharacters = 4096; ///< of a device's name, and of a list of them
 constexpr int kMostDevices = 64;                 ///< in a list
 
-/// A device's name (or another thing's of the outside) taken apart: `scheme:path?key=value&key=value`. Each device takes the
-/// parameters that it knows, then calls rejectUnknown(), so that a misspelt one is an error and not a default.
+/// A device's name (or another thing's of the outside) taken apart:
+/// `scheme:path?key=value&key=value`. Each device takes the parameters that it knows, then calls
+/// rejectUnknown(), so that a misspelt one is an error and not a default.
 class DeviceUri
 {
 public:
-    /// Throws DeviceError when it is too long, there is no scheme or a parameter has no value. \a thing is what errors call it.
+    /// Throws DeviceError when it is too long, there is no scheme or a parameter has no value. \a
+    /// thing is what errors call it.
     explicit DeviceUri(const std::string& text, const std::string& thing = "device");
 
     const std::string& text() const { return _text; }

@@ -65,7 +65,8 @@ private:
 /// "12 sent, 11 played, 1 dropped", then what else is not 0, then the last fault and the shortfall.
 std::string countersText(const DeviceReport& report);
 
-/// "3 of 1000 fields were played" where it was none, or less than half of those that no newer one overtook; else empty.
+/// "3 of 1000 fields were played" where it was none, or less than half of those that no newer one
+/// overtook; else empty.
 std::string shortfallOf(const DeviceReport& report);
 
 } // namespace midair::device

@@ -9,7 +9,8 @@
 namespace midair::device
 {
 
-/// The field that a device holds between two sends, replaced whole under a lock; starts silent. All calls from any thread.
+/// The field that a device holds between two sends, replaced whole under a lock; starts silent. All
+/// calls from any thread.
 class HeldField
 {
 public:

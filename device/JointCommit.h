@@ -8,7 +8,8 @@
 namespace midair::device
 {
 
-/// How far apart the devices of joints were handed their commits: of the last joint that all of its devices played in, and the most.
+/// How far apart the devices of joints were handed their commits: of the last joint that all of its
+/// devices played in, and the most.
 class SkewMeter
 {
 public:
@@ -25,11 +26,12 @@ private:
     Reading _reading;
 };
 
-/// One field that several devices play at one moment: each says when it has its piece, and with the last of them all commit.
+/// One field that several devices play at one moment: each says when it has its piece, and with the
+/// last of them all commit.
 ///
-/// Nobody waits in here, and no lock of it is held over commit() and drop(): they come on the stack of whoever brought the end about,
-/// with ready(), leave() or giveUp(). So call these three with no lock held that a device's commit() or drop() takes; the others
-/// under any.
+/// Nobody waits in here, and no lock of it is held over commit() and drop(): they come on the stack
+/// of whoever brought the end about, with ready(), leave() or giveUp(). So call these three with no
+/// lock held that a device's commit() or drop() takes; the others under any.
 class JointCommit
 {
 public:
@@ -49,7 +51,8 @@ public:
     {
     public:
         explicit Seat(Device& device) : _device(&device) {}
-        /// The device is told nothing any more once this returns. Not to be called by what it is told.
+        /// The device is told nothing any more once this returns. Not to be called by what it is
+        /// told.
         void close();
 
     private:
@@ -66,7 +69,8 @@ public:
     {
     }
 
-    /// Makes no calls. False when the field was given up already: then it is to be dropped and nothing more to be told to us.
+    /// Makes no calls. False when the field was given up already: then it is to be dropped and
+    /// nothing more to be told to us.
     bool join(std::shared_ptr<Seat> seat);
     void ready(const Seat& seat);
     /// The others play without it; null: who has not joined. In vain after the end.

@@ -72,7 +72,8 @@ bool writeBytes(int descriptor, const std::uint8_t* bytes, std::size_t size)
     return size == 0;
 }
 
-// What the dead process had in flight goes out first, since its transfers belong to the descriptor and wait at the same endpoint.
+// What the dead process had in flight goes out first, since its transfers belong to the descriptor
+// and wait at the same endpoint.
 bool writeBulk(const SilenceOnCrash::Way& way, const std::uint8_t* bytes, std::size_t size)
 {
     while (size > 0)
@@ -94,8 +95,8 @@ bool writeBulk(const SilenceOnCrash::Way& way, const std::uint8_t* bytes, std::s
     return true;
 }
 
-// Programs that end others by name look at the short name and at the command line, which lies in memory where the program has got
-// it: fields 48 and 49 of /proc/self/stat.
+// Programs that end others by name look at the short name and at the command line, which lies in
+// memory where the program has got it: fields 48 and 49 of /proc/self/stat.
 void takeName()
 {
     ::prctl(PR_SET_NAME, kName);
@@ -195,7 +196,8 @@ SilenceOnCrash::SilenceOnCrash(const Way& way,
 {
     int ends[2];
     const bool paired = ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0;
-    // The program's own handlers must not run in the child, and no signal but SIGKILL and SIGSTOP is to end or hold it.
+    // The program's own handlers must not run in the child, and no signal but SIGKILL and SIGSTOP
+    // is to end or hold it.
     sigset_t all;
     sigset_t before;
     ::sigfillset(&all);

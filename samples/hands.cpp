@@ -1,5 +1,6 @@
-// A finger comes down on a box that a Bullet body carries through the array, without a window: what is touched, how much of
-// the box is solved for it, and what its shadow takes away. Run it with a hand recording to play that instead.
+// A finger comes down on a box that a Bullet body carries through the array, without a window: what
+// is touched, how much of the box is solved for it, and what its shadow takes away. Run it with a
+// hand recording to play that instead.
 
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
@@ -78,7 +79,8 @@ struct Physics
     ~Physics() { world.removeRigidBody(&body); }
 };
 
-/// A hand whose index finger taps on the box from above, once a second; the hand tilted down, all fingers stretched.
+/// A hand whose index finger taps on the box from above, once a second; the hand tilted down, all
+/// fingers stretched.
 osgMidair::Hand tapping(double time_s)
 {
     const double height = kHalfEdge_m + 0.0075 + 0.012 * std::cos(2.0 * M_PI * time_s) + 0.010;

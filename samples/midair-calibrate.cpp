@@ -1,4 +1,5 @@
-// Finds the rigid matrix from a scene's world to the array from spots measured in both, and says how good it is.
+// Finds the rigid matrix from a scene's world to the array from spots measured in both, and says
+// how good it is.
 
 #include "engine-bridge/calibration/Calibration.h"
 #include "engine-bridge/scene/Convert.h"

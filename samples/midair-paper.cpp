@@ -1,4 +1,5 @@
-// midair-paper: the scenes of Inoue, Makino, Shinoda (World Haptics 2015), solved anew: prints the figures, draws the fields.
+// midair-paper: the scenes of Inoue, Makino, Shinoda (World Haptics 2015), solved anew: prints the
+// figures, draws the fields.
 
 #include "device/drive/DriveEncoder.h"
 #include "haptics/propagation/PressureField.h"
@@ -44,7 +45,8 @@ public:
         _medium.temperature_C = 14.5;
     }
 
-    /// \a phaseOnly: every transducer at full drive; else duties are solved for too, as the paper does.
+    /// \a phaseOnly: every transducer at full drive; else duties are solved for too, as the paper
+    /// does.
     Field solve(const Eigen::Matrix3Xd& positions,
                 const std::string& solverName,
                 bool phaseOnly = false) const
@@ -76,7 +78,8 @@ public:
             .cast<double>();
     }
 
-    /// Full width at half pressure, metres, of the spot at \a centre along \a direction (unit length).
+    /// Full width at half pressure, metres, of the spot at \a centre along \a direction (unit
+    /// length).
     double halfWidth_m(const Field& field, const Vector3d& centre, const Vector3d& direction) const
     {
         constexpr double kStep_m = 5e-5;
@@ -96,7 +99,8 @@ public:
         return width_m;
     }
 
-    /// sum_i P0 D(theta_i) exp(-beta R_i) / R_i: the pressure at \a point if all waves arrive in phase.
+    /// sum_i P0 D(theta_i) exp(-beta R_i) / R_i: the pressure at \a point if all waves arrive in
+    /// phase.
     double inPhase_Pa(const Vector3d& point) const
     {
         return haptics::referencePropagationMatrix(point, _array, _medium).cwiseAbs().sum();

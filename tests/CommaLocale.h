@@ -10,8 +10,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-/// While it lives the program's locale, C's and C++'s, is German: a decimal comma, points between the thousands. Made with localedef from the
-/// package "locales" where the machine has none; isSet() is false where that can't be, and the test then is to be skipped.
+/// While it lives the program's locale, C's and C++'s, is German: a decimal comma, points between
+/// the thousands. Made with localedef from the package "locales" where the machine has none;
+/// isSet() is false where that can't be, and the test then is to be skipped.
 class CommaLocale
 {
 public:

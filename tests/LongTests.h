@@ -3,7 +3,8 @@
 #include <cstdlib>
 #include <string>
 
-/// Whether tests that take many minutes are asked for: tests/run.sh --long sets MIDAIR_LONG_TESTS=1, else 0.
+/// Whether tests that take many minutes are asked for: tests/run.sh --long sets
+/// MIDAIR_LONG_TESTS=1, else 0.
 inline bool longTestsAsked()
 {
     const char* wanted = std::getenv("MIDAIR_LONG_TESTS");

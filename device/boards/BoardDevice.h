@@ -16,10 +16,11 @@ namespace midair::device
 
 /// An open board (BoardKind.h), which takes bytes and in most cases never answers.
 ///
-/// A worker writes the newest field as soon as the one before has left the line, and what plays, be it silence, again every 200 ms,
-/// so that a byte that arrived damaged or a board that was switched off and on is mended. Nothing else is written before the
-/// board was silenced, after opening and after every loss. A lost board is silenced where anybody still can, and opened again
-/// every quarter of a second.
+/// A worker writes the newest field as soon as the one before has left the line, and what plays, be
+/// it silence, again every 200 ms, so that a byte that arrived damaged or a board that was switched
+/// off and on is mended. Nothing else is written before the board was silenced, after opening and
+/// after every loss. A lost board is silenced where anybody still can, and opened again every
+/// quarter of a second.
 class BoardDevice : public ArrayDevice
 {
 public:
@@ -32,8 +33,8 @@ public:
                 std::unique_ptr<BoardCodec> codec,
                 int transducers,
                 Open open);
-    ~BoardDevice()
-        override; ///< a board that is still starting is waited for: it would begin to play by itself
+    ~BoardDevice() override; ///< a board that is still starting is waited for: it would begin to
+                             ///< play by itself
 
     BoardDevice(const BoardDevice&) = delete;
     BoardDevice& operator=(const BoardDevice&) = delete;
@@ -69,7 +70,8 @@ private:
 
     void silenceLocked();
     void fail(const std::string& why); ///< takes no more fields, has none that waits
-    // The worker's; with _mutex held, where it is given that is let go for the time of what may take long.
+    // The worker's; with _mutex held, where it is given that is let go for the time of what may
+    // take long.
     void run();
     void reconnect(std::unique_lock<std::mutex>& lock);
     void adopt(std::unique_ptr<ByteSink> sink);
@@ -109,8 +111,8 @@ private:
     double _repeatAt_s = 0;
     double _openingAt_s = 0; ///< when the codec's opening was last written
     double _lookedAfter_s = 0;
-    // Whether a board that should answer does: an Arduino that is reset listens to its bootloader, which takes every byte for a
-    // reason to stay, and then begins to play by itself.
+    // Whether a board that should answer does: an Arduino that is reset listens to its bootloader,
+    // which takes every byte for a reason to stay, and then begins to play by itself.
     enum class Answers
     {
         UNKNOWN,

@@ -12,8 +12,8 @@ namespace midair::device
 
 class DeviceUri;
 
-/// One kind of open board: everything that the rest of the library knows of it. A kind is defined beside its codec, in a file of its
-/// own, and listed in BoardKind.cpp; nothing else names it.
+/// One kind of open board: everything that the rest of the library knows of it. A kind is defined
+/// beside its codec, in a file of its own, and listed in BoardKind.cpp; nothing else names it.
 struct BoardKind
 {
     const char* scheme; ///< of its URIs, without the colon

@@ -115,7 +115,8 @@ void BoardDevice::listen()
         missAnswer();
 }
 
-// What was written has gone to a bootloader, it seems, or the board has no power. The bootloader ends when nothing comes.
+// What was written has gone to a bootloader, it seems, or the board has no power. The bootloader
+// ends when nothing comes.
 void BoardDevice::missAnswer()
 {
     _answerDue_s = 0;
@@ -171,7 +172,8 @@ void BoardDevice::becomeReady()
     spdlog::info("{}: back, and silenced until the next field", _name);
 }
 
-// What is in the operating system's buffer can't be overtaken, so the line has to be free; unless a field may be cut off.
+// What is in the operating system's buffer can't be overtaken, so the line has to be free; unless a
+// field may be cut off.
 double BoardDevice::nextWrite_s() const
 {
     if (_resetDue) return _settled_s;
@@ -280,7 +282,8 @@ void BoardDevice::finish(Piece piece)
     if (piece.kind != Piece::REPEAT) _current = std::move(piece.field);
 }
 
-// Whoever still can writes silence: this program, and where it can't, the guard, which is not sent away but told to act.
+// Whoever still can writes silence: this program, and where it can't, the guard, which is not sent
+// away but told to act.
 void BoardDevice::lose(std::unique_lock<std::mutex>& lock, std::string why)
 {
     const bool settled = !_resetDue || base::steadySeconds() >= _settled_s;

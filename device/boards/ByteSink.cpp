@@ -85,7 +85,8 @@ SerialPort::SerialPort(const std::string& device,
     };
     _port = ::open(device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (_port < 0) fail("can't be opened: ");
-    // TIOCEXCL doesn't stop root; and before anything is changed, since another program may be writing.
+    // TIOCEXCL doesn't stop root; and before anything is changed, since another program may be
+    // writing.
     if (::flock(_port, LOCK_EX | LOCK_NB) != 0) fail("can't be locked: ");
     termios settings{};
     if (::tcgetattr(_port, &settings) != 0) fail("isn't a serial port: ");

@@ -25,7 +25,8 @@ public:
     virtual bool write(const std::vector<std::uint8_t>& bytes) = 0;
     /// Forgets what was written and hasn't left the computer, where that can be done.
     virtual void discard() {}
-    /// Whether the way is still there, as far as that can be told without writing; false with error() set.
+    /// Whether the way is still there, as far as that can be told without writing; false with
+    /// error() set.
     virtual bool present() { return true; }
     /// Whether \a answer is among the bytes that came back since this was asked last.
     virtual bool hears(std::uint8_t /*answer*/) { return false; }
@@ -33,10 +34,11 @@ public:
     virtual double settle_s() const { return 0; }
     /// When that ends (steadySeconds()).
     virtual double settled_s() const { return 0; }
-    /// How long it takes nothing after it was sent something in that time: a Mega's bootloader some 6.5 s, where settling takes 1 s.
+    /// How long it takes nothing after it was sent something in that time: a Mega's bootloader
+    /// some 6.5 s, where settling takes 1 s.
     double held_s() const { return 4 * settle_s(); }
-    /// A sign of life for whoever silences the board when this program hangs, to be given every 100 ms. \a held: the board takes
-    /// nothing, for held_s() from now.
+    /// A sign of life for whoever silences the board when this program hangs, to be given every 100
+    /// ms. \a held: the board takes nothing, for held_s() from now.
     void beat(bool held = false);
     /// Gives up writing: whoever else holds the board writes its last will. Whether it could.
     bool bequeath();
@@ -49,8 +51,9 @@ protected:
 
 /// A serial port, raw, 8N1, for this program alone: also programs of root are told, by a lock.
 ///
-/// When this process ends without closing, or hangs, the board on it gets \a lastWill, the bytes that silence it. Opening raises
-/// DTR, which resets an Arduino; closing leaves it high, so that the next opening doesn't.
+/// When this process ends without closing, or hangs, the board on it gets \a lastWill, the bytes
+/// that silence it. Opening raises DTR, which resets an Arduino; closing leaves it high, so that
+/// the next opening doesn't.
 class SerialPort : public ByteSink
 {
 public:
@@ -81,7 +84,8 @@ private:
 
 /// An FT232H in asynchronous FIFO mode, opened by its serial number.
 ///
-/// When this process ends without closing, or hangs, the board behind it gets \a lastWill, the bytes that silence it.
+/// When this process ends without closing, or hangs, the board behind it gets \a lastWill, the
+/// bytes that silence it.
 class FtdiFifo : public ByteSink
 {
 public:

@@ -8,9 +8,10 @@ namespace midair::device
 namespace
 {
 
-/// 256 emitters behind an FT232H FIFO: 256 delays of 1/128 period in pin order, then 256 pulse widths of 1/128 period.
-/// Bit 7 of the first delay starts a frame; bits 7 of delays 26 to 34 set the rate. Source: the published driver of OpenMPD
-/// and the board's FPGA design (RMResearch, OpenMPD_Hardware, FPGA_3.4.2: FrameBufferController.vhd, CommandReader.vhd).
+/// 256 emitters behind an FT232H FIFO: 256 delays of 1/128 period in pin order, then 256 pulse
+/// widths of 1/128 period. Bit 7 of the first delay starts a frame; bits 7 of delays 26 to 34 set
+/// the rate. Source: the published driver of OpenMPD and the board's FPGA design (RMResearch,
+/// OpenMPD_Hardware, FPGA_3.4.2: FrameBufferController.vhd, CommandReader.vhd).
 class OpenMpd : public BoardCodec
 {
 public:
@@ -28,11 +29,13 @@ public:
     double bytesPerSecond() const override { return 8e6; } // the asynchronous FIFO's
     void appendOpening(std::vector<std::uint8_t>&) const override {}
     bool restarts() const override { return false; }
-    // The board takes 512 bytes at a time and finds the start of a frame by its bit: after one that was cut off it plays every
-    // frame when the next one has come, the second whole one at the earliest.
+    // The board takes 512 bytes at a time and finds the start of a frame by its bit: after one that
+    // was cut off it plays every frame when the next one has come, the second whole one at the
+    // earliest.
     int silentFields() const override { return 4; }
 
-    // Delays of 0, where a field that is all off has others: a frame whose start is lost may take delays for pulse widths.
+    // Delays of 0, where a field that is all off has others: a frame whose start is lost may take
+    // delays for pulse widths.
     void appendSilentField(std::vector<std::uint8_t>& out, int) const override
     {
         out.push_back(kStart);

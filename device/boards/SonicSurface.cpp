@@ -8,10 +8,11 @@ namespace midair::device
 namespace
 {
 
-/// 16 x 16 emitters on a serial port of 230400 baud: 254, 256 delays of 1/32 period (32: off), 253 to exchange two buffers.
-/// 151 switches the emitters' clocks on; 192 and 193 choose which of two stacked boards takes fields. They go before 254, since the
-/// design for tactile modulation knows none of the three and takes them for delays, which 254 then overwrites.
-/// Source: the board's published FPGA design and host program (S. Freire, A. Marzo, "SonicSurface", Distribute.vhd).
+/// 16 x 16 emitters on a serial port of 230400 baud: 254, 256 delays of 1/32 period (32: off), 253
+/// to exchange two buffers. 151 switches the emitters' clocks on; 192 and 193 choose which of two
+/// stacked boards takes fields. They go before 254, since the design for tactile modulation knows
+/// none of the three and takes them for delays, which 254 then overwrites. Source: the board's
+/// published FPGA design and host program (S. Freire, A. Marzo, "SonicSurface", Distribute.vhd).
 class SonicSurface : public BoardCodec
 {
 public:
@@ -29,8 +30,8 @@ public:
     bool restarts() const override { return true; }
     int silentFields() const override { return 2; } // two buffers
 
-    // The board that is stacked on ours, if there is one, may still play what another program left it. Ours comes first, since
-    // every swap is for both.
+    // The board that is stacked on ours, if there is one, may still play what another program left
+    // it. Ours comes first, since every swap is for both.
     void appendReset(std::vector<std::uint8_t>& out, int transducers) const override
     {
         appendSilence(out, transducers);

@@ -10,8 +10,9 @@ namespace midair::device
 namespace
 {
 
-/// Up to 14 chained Arduino Mega with 64 channels each at 115200 baud: ten time steps a period of a bit a channel.
-/// Source: the published firmware and host program (A. Marzo, T. Corkett, B. Drinkwater, "Ultraino").
+/// Up to 14 chained Arduino Mega with 64 channels each at 115200 baud: ten time steps a period of a
+/// bit a channel. Source: the published firmware and host program (A. Marzo, T. Corkett, B.
+/// Drinkwater, "Ultraino").
 class Ultraino : public BoardCodec
 {
 public:
@@ -32,14 +33,16 @@ public:
     }
     double bytesPerSecond() const override { return 11520; }
     bool restarts() const override { return false; }
-    // Two buffers, and a field that was cut off shifts the first silent one, which then leaves the cut one's head where it is.
+    // Two buffers, and a field that was cut off shifts the first silent one, which then leaves the
+    // cut one's head where it is.
     int silentFields() const override { return 3; }
     int answer() const override
     {
         return 0x00;
     } // what is for the next board of the chain goes to the computer too
 
-    // The board plays a list of patterns, each for so many periods: here one pattern for ever (durations 1, then 0 as the end).
+    // The board plays a list of patterns, each for so many periods: here one pattern for ever
+    // (durations 1, then 0 as the end).
     void appendOpening(std::vector<std::uint8_t>& out) const override
     {
         for (const int duration : {1, 0})
@@ -99,8 +102,9 @@ private:
         int high;  ///< steps
     };
 
-    // Amplitude A, as relative pulse width, is round(A 10/2) high steps. A pulse of fewer than 5 starts later by half of what it
-    // lacks, to keep its centre, rounded to a step: (256 - phase) 10/256 + (5 - high)/2.
+    // Amplitude A, as relative pulse width, is round(A 10/2) high steps. A pulse of fewer than 5
+    // starts later by half of what it lacks, to keep its centre, rounded to a step: (256 - phase)
+    // 10/256 + (5 - high)/2.
     static Pulse pulseOf(const DriveSignal& signal, int i)
     {
         const int high = (signal.duty[i] * kSteps + base::kFullDuty) / base::kDutyPeriod;
@@ -114,7 +118,8 @@ std::unique_ptr<BoardCodec> makeCodec()
     return std::make_unique<Ultraino>();
 }
 
-// Opening the port resets an Arduino, whose bootloader listens for a second, and goes on for as long as bytes keep arriving.
+// Opening the port resets an Arduino, whose bootloader listens for a second, and goes on for as
+// long as bytes keep arriving.
 std::unique_ptr<ArrayDevice> open(DeviceUri& uri, const DeviceLayout& layout)
 {
     return openOnSerialPort(uri, layout, makeCodec(), {115200, 2});

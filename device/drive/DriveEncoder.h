@@ -8,8 +8,9 @@
 namespace midair::device
 {
 
-/// Rounds activations to the nearest phase and duty level; |q| > 1 is clipped. A value that is not finite silences the
-/// whole field (all duties 0) and gives false. \a q has m entries; \a signal is resized.
+/// Rounds activations to the nearest phase and duty level; |q| > 1 is clipped. A value that is not
+/// finite silences the whole field (all duties 0) and gives false. \a q has m entries; \a signal is
+/// resized.
 bool encode(const std::complex<float>* q, int m, DriveSignal& signal);
 
 /// What the hardware makes of a drive signal: e^{+j 2 pi phase/256} base::dutyAmplitude(duty).

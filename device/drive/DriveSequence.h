@@ -16,8 +16,8 @@ struct DriveSequence
     std::vector<DriveSignal> signals; ///< at least one; all of one length
     double rate_Hz = 1000.0;          ///< > 0 .. kMostRate_Hz; fields a second
 
-    /// Whether it is one for \a transducers: signals are there, each of that length, and the rate is
-    /// in its range.
+    /// Whether it is one for \a transducers: signals are there, each of that length, and the rate
+    /// is in its range.
     bool fits(int transducers) const;
 };
 

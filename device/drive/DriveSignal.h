@@ -6,8 +6,8 @@
 namespace midair::device
 {
 
-/// One field as the hardware takes it: phase level L means e^{+j 2 pi L/256}; duty level L means a pulse of L/510 of the
-/// period, of the relative amplitude base::dutyAmplitude(L). Both m long.
+/// One field as the hardware takes it: phase level L means e^{+j 2 pi L/256}; duty level L means a
+/// pulse of L/510 of the period, of the relative amplitude base::dutyAmplitude(L). Both m long.
 struct DriveSignal
 {
     std::vector<std::uint8_t> phase;

@@ -45,8 +45,9 @@ inline __attribute__((always_inline)) float asinOfUnit(float x)
 
 // Phase level: round(128/pi atan2(im, re)) modulo 256.
 //
-// Duty level (base/DutyLaw.h): the border between the amplitudes of L and L+1 is their mean, (sin(pi L/510) + sin(pi (L+1)/510))/2
-// = sin(pi (L+1/2)/510) cos(pi/1020). So the level nearest in amplitude is round(510/pi asin(r / cos(pi/1020))).
+// Duty level (base/DutyLaw.h): the border between the amplitudes of L and L+1 is their mean,
+// (sin(pi L/510) + sin(pi (L+1)/510))/2 = sin(pi (L+1/2)/510) cos(pi/1020). So the level nearest in
+// amplitude is round(510/pi asin(r / cos(pi/1020))).
 void encodeLevels(const float* __restrict q,
                   int m,
                   std::uint8_t* __restrict phase,

@@ -29,7 +29,8 @@ std::string keyOf(const DeviceUri& uri)
     const std::string& scheme = uri.scheme();
     if (scheme == "sim" || scheme == "null" || scheme == "play") return {};
     if (scheme == "usb" || scheme == "openmpd") return scheme + ":" + uri.path();
-    // A file of the system: links to the same one are the same, and so is one port under two schemes.
+    // A file of the system: links to the same one are the same, and so is one port under two
+    // schemes.
     std::error_code error;
     const std::filesystem::path file = std::filesystem::weakly_canonical(uri.path(), error);
     return error ? uri.path() : file.string();

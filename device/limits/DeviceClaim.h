@@ -7,8 +7,8 @@ namespace midair::device
 
 class DeviceUri;
 
-/// One owner a device within this program: as long as a claim lives no other for the same hardware or the same recording can be
-/// made. `sim:`, `null:` and `play:` are as many as one likes.
+/// One owner a device within this program: as long as a claim lives no other for the same hardware
+/// or the same recording can be made. `sim:`, `null:` and `play:` are as many as one likes.
 class DeviceClaim
 {
 public:

@@ -17,8 +17,8 @@ namespace midair::device
 namespace
 {
 
-// How strongly the drive may exceed the budget while the mean is below it: P <= B + kLead (B - mean). The mean of a quantity
-// that obeys this approaches B from below and never passes it.
+// How strongly the drive may exceed the budget while the mean is below it: P <= B + kLead (B -
+// mean). The mean of a quantity that obeys this approaches B from below and never passes it.
 constexpr double kLead = 20;
 
 constexpr double kMostPressure_Pa = 1e6;
@@ -125,7 +125,8 @@ bool GuardedDevice::limitsNeedTime() const
     return _limits.ramp_s > 0 || _limits.meanDrive < 1 || _limits.hold_s > 0;
 }
 
-// The mean over time of what sounded since the last call: dE/dt = (P - E)/tau, P constant in between.
+// The mean over time of what sounded since the last call: dE/dt = (P - E)/tau, P constant in
+// between.
 void GuardedDevice::account(double now_s)
 {
     const double decay = std::exp(-(now_s - _accounted_s) / _limits.meanDriveTime_s);

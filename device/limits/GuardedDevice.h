@@ -12,9 +12,11 @@ namespace midair::device
 
 class DeviceUri;
 
-/// Holds the limits around a device: amplitude cap, ramp, thermal budget, mute. Nothing reaches the device but through here.
+/// Holds the limits around a device: amplitude cap, ramp, thermal budget, mute. Nothing reaches the
+/// device but through here.
 ///
-/// Ramp and thermal budget need time to pass: then a thread sends the last field again with another gain.
+/// Ramp and thermal budget need time to pass: then a thread sends the last field again with another
+/// gain.
 class GuardedDevice : public ArrayDevice
 {
 public:
@@ -33,7 +35,8 @@ public:
     bool canStage() const override { return _device->canStage(); }
     bool sendTogether(const DriveSignal& signal,
                       const std::shared_ptr<JointCommit>& joint) override;
-    /// Refused where a limit needs time to pass, for no thread can change what a device plays by itself.
+    /// Refused where a limit needs time to pass, for no thread can change what a device plays by
+    /// itself.
     bool sendSequence(const DriveSequence& sequence) override;
     void silence() override;
     void setMuted(bool muted) override;
@@ -83,7 +86,8 @@ SafetyLimits takeLimits(DeviceUri& uri, const SafetyLimits& limits);
 /// The stricter of two caps of pressure; 0 is none.
 double stricterPressure(double a_Pa, double b_Pa);
 
-/// \a signal with all amplitudes times \a gain in [0, 1], rounded down to duty levels, so that no limit is exceeded.
+/// \a signal with all amplitudes times \a gain in [0, 1], rounded down to duty levels, so that no
+/// limit is exceeded.
 void scaleDuties(const DriveSignal& signal, double gain, DriveSignal& scaled);
 
 } // namespace midair::device

@@ -50,7 +50,8 @@ MultiDevice::MultiDevice(std::vector<Part> parts, int transducers) :
 {
 }
 
-// From when each device handed over its last field, once all have this one. Joints measure for themselves.
+// From when each device handed over its last field, once all have this one. Joints measure for
+// themselves.
 void MultiDevice::measureSkew() const
 {
     if (_staging > 1) return;
@@ -118,7 +119,8 @@ std::string MultiDevice::status() const
     return text;
 }
 
-// The sums of all devices' counters; state and message of the first that is worse off than the others.
+// The sums of all devices' counters; state and message of the first that is worse off than the
+// others.
 DeviceReport MultiDevice::report() const
 {
     std::lock_guard<std::mutex> lock(_mutex);

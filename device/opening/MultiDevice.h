@@ -10,9 +10,10 @@ namespace midair::device
 
 /// Several devices as one: boards of the array on different ports, or the array and a recorder.
 ///
-/// A field goes to all of them one right after the other. Those that can stage it (ArrayDevice::canStage()) are told to play it
-/// when the last of them has its piece; the others play at once. The report says how far apart that was. One that is lost does not
-/// keep the others from playing; send() is false when any of them refused.
+/// A field goes to all of them one right after the other. Those that can stage it
+/// (ArrayDevice::canStage()) are told to play it when the last of them has its piece; the others
+/// play at once. The report says how far apart that was. One that is lost does not keep the others
+/// from playing; send() is false when any of them refused.
 class MultiDevice : public ArrayDevice
 {
 public:
@@ -52,8 +53,8 @@ private:
     std::vector<DriveSignal> _cuts;
 };
 
-/// The devices of a list, cut at commas that a kind of device follows; one when there is no such comma.
-/// Throws DeviceError for a list that is too long (DeviceUri.h).
+/// The devices of a list, cut at commas that a kind of device follows; one when there is no such
+/// comma. Throws DeviceError for a list that is too long (DeviceUri.h).
 std::vector<std::string> splitDeviceList(const std::string& text);
 
 } // namespace midair::device

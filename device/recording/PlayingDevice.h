@@ -10,8 +10,9 @@
 namespace midair::device
 {
 
-/// `play:FILE?to=DEVICE`: plays a recording on another device at the recorded times, in a thread of its own. Fields that are sent
-/// meanwhile are refused: the recording is the show. At the end, or where the file breaks off, the device falls silent.
+/// `play:FILE?to=DEVICE`: plays a recording on another device at the recorded times, in a thread of
+/// its own. Fields that are sent meanwhile are refused: the recording is the show. At the end, or
+/// where the file breaks off, the device falls silent.
 class PlayingDevice : public ArrayDevice
 {
 public:

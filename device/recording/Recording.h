@@ -9,14 +9,16 @@
 namespace midair::device
 {
 
-/// The stream of fields that `record:` writes and `play:` reads, as pure functions on bytes (format version 1).
+/// The stream of fields that `record:` writes and `play:` reads, as pure functions on bytes (format
+/// version 1).
 ///
-/// All numbers are little-endian. The header has 32 bytes: "MIDAIRF\n" (8), version (u16), header bytes (u16), number m of
-/// transducers (u32), start in ns since 1970 (u64), 0 (u32), CRC-32C of the 28 bytes before (u32). Then records:
-/// kind (u8: 1 field, 2 silence, 3 end), phase coding (u8), duty coding (u8), 0 (u8), payload bytes (u32), time in ns since
-/// the start (u64), payload, CRC-32C of all of the record before it (u32). A field's payload is its phases, then its duties,
-/// each coded as 0: m bytes; 1: one byte for all; 2: nothing, as in the field before (at the start: all 0).
-/// A record is whole when its CRC is right; a reader stops before the first one that isn't.
+/// All numbers are little-endian. The header has 32 bytes: "MIDAIRF\n" (8), version (u16), header
+/// bytes (u16), number m of transducers (u32), start in ns since 1970 (u64), 0 (u32), CRC-32C of
+/// the 28 bytes before (u32). Then records: kind (u8: 1 field, 2 silence, 3 end), phase coding
+/// (u8), duty coding (u8), 0 (u8), payload bytes (u32), time in ns since the start (u64), payload,
+/// CRC-32C of all of the record before it (u32). A field's payload is its phases, then its duties,
+/// each coded as 0: m bytes; 1: one byte for all; 2: nothing, as in the field before (at the start:
+/// all 0). A record is whole when its CRC is right; a reader stops before the first one that isn't.
 namespace recording
 {
 
@@ -74,7 +76,8 @@ enum class Stop
 class Reader
 {
 public:
-    /// Keeps the pointer. Throws DeviceError (\a name is the file's) when the header isn't one of version 1.
+    /// Keeps the pointer. Throws DeviceError (\a name is the file's) when the header isn't one of
+    /// version 1.
     Reader(const std::uint8_t* data, std::size_t size, const std::string& name);
     Reader(const std::string& bytes, const std::string& name);
 

@@ -15,18 +15,19 @@
 namespace midair::device
 {
 
-/// `record:FILE`: writes every field with its time into a file (Recording.h), for `play:` and for tests.
-/// A field goes to the operating system in one write before send() returns, so a crash costs at most the last one.
+/// `record:FILE`: writes every field with its time into a file (Recording.h), for `play:` and for
+/// tests. A field goes to the operating system in one write before send() returns, so a crash costs
+/// at most the last one.
 ///
-/// A sequence is written step by step, each with the time at which it would be played: start + k/rate,
-/// to the nanosecond. A thread that wakes up every 50 ms writes the steps that have passed; so does
-/// whatever ends the sequence. What a slow disk leaves behind for more than two seconds is left out,
-/// which counts as a fault and is told in the message.
+/// A sequence is written step by step, each with the time at which it would be played: start +
+/// k/rate, to the nanosecond. A thread that wakes up every 50 ms writes the steps that have passed;
+/// so does whatever ends the sequence. What a slow disk leaves behind for more than two seconds is
+/// left out, which counts as a fault and is told in the message.
 class RecordingDevice : public ArrayDevice
 {
 public:
-    /// Replaces \a file where that is a recording, or with \a overwrite any regular file; throws DeviceError where it can't be
-    /// written or must not be (RecordingFile.h).
+    /// Replaces \a file where that is a recording, or with \a overwrite any regular file; throws
+    /// DeviceError where it can't be written or must not be (RecordingFile.h).
     RecordingDevice(const std::string& file, int transducers, bool overwrite = false);
     ~RecordingDevice() override; ///< writes silence and the end mark
 

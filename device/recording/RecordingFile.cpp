@@ -22,7 +22,8 @@ namespace
 {
 
 constexpr std::size_t kMostBytes = std::size_t(2) << 30;
-// Neither follows a link in the last place, nor waits for the other end of a pipe, nor takes a terminal.
+// Neither follows a link in the last place, nor waits for the other end of a pipe, nor takes a
+// terminal.
 constexpr int kCareful = O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC;
 
 [[noreturn]] void fail(const std::string& file, const std::string& why)
@@ -105,7 +106,8 @@ Show::Show(const std::string& file, int transducers) : _file(file)
 {
     try
     {
-        // The lock is the file's, whatever it is opened for; one that can't be had keeps nobody from playing.
+        // The lock is the file's, whatever it is opened for; one that can't be had keeps nobody
+        // from playing.
         struct stat about = {};
         if (::stat(file.c_str(), &about) == 0 && S_ISREG(about.st_mode))
             _held = OpenFile(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));

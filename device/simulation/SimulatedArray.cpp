@@ -76,7 +76,8 @@ SimulatedArray::~SimulatedArray()
 double SimulatedArray::advance() const
 {
     const double now_s = base::steadySeconds() - _start_s;
-    // A real host sends KEEPALIVE from a thread of its own; here the firmware is told when somebody looks.
+    // A real host sends KEEPALIVE from a thread of its own; here the firmware is told when somebody
+    // looks.
     if (!unplugged(now_s)) _firmware.keptAlive(std::min(now_s, _options.hangAt_s));
     const std::uint32_t watchdogs = _firmware.status(now_s).watchdogs;
     if (watchdogs > _watchdogs)

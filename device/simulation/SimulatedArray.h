@@ -16,11 +16,13 @@ namespace midair::device
 
 class DeviceUri;
 
-/// `sim:`: the bytes that hardware would get go to a virtual firmware, and played() is what that makes of them.
+/// `sim:`: the bytes that hardware would get go to a virtual firmware, and played() is what that
+/// makes of them.
 ///
-/// Faults can be asked for in the URI: `drop` and `corrupt` (probability a packet), `seed`, `latency`, `fps`, `unplug_at`,
-/// `replug_at`, `hang_at` (the host stops talking, so the watchdog mutes), all times since opening; `board` chooses the
-/// protocol of an open board instead of our own.
+/// Faults can be asked for in the URI: `drop` and `corrupt` (probability a packet), `seed`,
+/// `latency`, `fps`, `unplug_at`, `replug_at`, `hang_at` (the host stops talking, so the watchdog
+/// mutes), all times since opening; `board` chooses the protocol of an open board instead of our
+/// own.
 class SimulatedArray : public ArrayDevice
 {
 public:

@@ -13,8 +13,9 @@ namespace midair::device
 namespace
 {
 
-// The fundamental of a periodic two-level wave, given as samples over one period, relative to that of a square wave of full
-// drive whose pulse starts at 0. e^{+jwt}: a pulse that comes later has a smaller phase.
+// The fundamental of a periodic two-level wave, given as samples over one period, relative to that
+// of a square wave of full drive whose pulse starts at 0. e^{+jwt}: a pulse that comes later has a
+// smaller phase.
 std::complex<float> fundamental(const std::vector<bool>& period)
 {
     const auto n = static_cast<double>(period.size());
@@ -31,8 +32,9 @@ std::complex<float> fundamental(const std::vector<bool>& period)
     return silent ? std::complex<float>(0) : std::complex<float>(sum / full);
 }
 
-/// One of up to two SonicSurface boards on a line. Source: upnalab/SonicSurface, Firmware, "FPGA primary" and "FPGA secondary",
-/// Distribute.vhd and PhaseLine.vhd, less the phase correction, which each board has for its own emitters.
+/// One of up to two SonicSurface boards on a line. Source: upnalab/SonicSurface, Firmware, "FPGA
+/// primary" and "FPGA secondary", Distribute.vhd and PhaseLine.vhd, less the phase correction,
+/// which each board has for its own emitters.
 class SonicSurfaceFpga
 {
 public:
@@ -55,7 +57,8 @@ public:
             _enabled = byte == _chooses;
         else if (_enabled) // 251 and 252 too
         {
-            // The counter has more bits than the address, which so begins anew after 256. Anything but 32 is cut to 5 bits.
+            // The counter has more bits than the address, which so begins anew after 256. Anything
+            // but 32 is cut to 5 bits.
             _previous[_counter % kEmitters] = byte == 32 ? 32 : (byte & 31);
             ++_counter;
         }
@@ -124,7 +127,8 @@ private:
     std::uint64_t _swaps = 0;
 };
 
-/// One Arduino of a chain; bytes that aren't for it go to the next. Source: asiermarzo/Ultraino, DriverMEGA.ino.
+/// One Arduino of a chain; bytes that aren't for it go to the next. Source: asiermarzo/Ultraino,
+/// DriverMEGA.ino.
 class UltrainoBoard
 {
 public:
@@ -170,10 +174,12 @@ public:
             forward(static_cast<std::uint8_t>(byte - 1));
     }
 
-    // Of several patterns, which sound one after the other, the loudest a channel: nobody shall take the list for silent.
+    // Of several patterns, which sound one after the other, the loudest a channel: nobody shall
+    // take the list for silent.
     void append(std::vector<std::complex<float>>& q) const
     {
-        // Channels in the order of the board's 8 x 8 sockets, as bits of the ports A C L B K F H D G J.
+        // Channels in the order of the board's 8 x 8 sockets, as bits of the ports A C L B K F H D
+        // G J.
         static constexpr int kSockets[64] = {
             51, 52, 53, 54, 28, 29, 30, 31, 47, 46, 45, 44, 43, 42, 41, 40, 56, 57, 58, 59, 48, 49,
             72, 69, 39, 38, 37, 36, 35, 34, 33, 32, 21, 23, 65, 63, 9,  11, 13, 15, 20, 22, 64, 66,
@@ -259,8 +265,9 @@ private:
     std::vector<UltrainoBoard> _boards;
 };
 
-/// Takes 512 bytes at a time out of its FIFO, whatever they are; among them a byte with bit 7 starts a frame, and the next 511 are
-/// its rest. Source: RMResearch/OpenMPD_Hardware, FPGA_3.4.2, FrameBufferController.vhd, CommandReader.vhd and MuxPhase.vhd.
+/// Takes 512 bytes at a time out of its FIFO, whatever they are; among them a byte with bit 7
+/// starts a frame, and the next 511 are its rest. Source: RMResearch/OpenMPD_Hardware, FPGA_3.4.2,
+/// FrameBufferController.vhd, CommandReader.vhd and MuxPhase.vhd.
 class OpenMpdBoard : public VirtualBoard
 {
 public:

@@ -11,8 +11,9 @@
 namespace midair::device
 {
 
-/// The array's firmware as PROTOCOL.md describes it, fed with bytes and with the time: what `sim:` plays, and the peer of the
-/// USB tests. Time is an argument (seconds from any start, never backwards), so tests need not wait. Calls from any thread.
+/// The array's firmware as PROTOCOL.md describes it, fed with bytes and with the time: what `sim:`
+/// plays, and the peer of the USB tests. Time is an argument (seconds from any start, never
+/// backwards), so tests need not wait. Calls from any thread.
 class VirtualFirmware
 {
 public:
@@ -36,7 +37,8 @@ public:
     std::vector<std::uint8_t> takeAnswer(std::size_t most, double now_s);
     bool hasAnswer(double now_s);
 
-    /// The host talked until \a now_s without sending anything that matters; as KEEPALIVE does, for `sim:`.
+    /// The host talked until \a now_s without sending anything that matters; as KEEPALIVE does, for
+    /// `sim:`.
     void keptAlive(double now_s);
 
     DriveSignal playing(double now_s); ///< duties 0 when muted

@@ -7,8 +7,9 @@
 namespace midair::device
 {
 
-/// When something is due on a link: a sign of life for the device's watchdog, a question how it fares, and the end when it gives no
-/// answers. Times are those of std::chrono::steady_clock, in seconds.
+/// When something is due on a link: a sign of life for the device's watchdog, a question how it
+/// fares, and the end when it gives no answers. Times are those of std::chrono::steady_clock, in
+/// seconds.
 class LinkClock
 {
 public:

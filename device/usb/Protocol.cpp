@@ -109,7 +109,8 @@ Info readInfo(base::ByteReader& in)
     return info;
 }
 
-// Whether a payload of this length may belong to the type, so that garbage is known by its first 12 bytes.
+// Whether a payload of this length may belong to the type, so that garbage is known by its first 12
+// bytes.
 bool lengthFits(Type type, std::size_t length)
 {
     switch (type)
@@ -293,7 +294,8 @@ StreamParser::Result StreamParser::parse(std::size_t& used, Packet& packet) cons
     const std::uint8_t version = in.u8();
     const Type type = static_cast<Type>(in.u8());
     const std::size_t length = in.u16();
-    // Other versions may have other packets, but how they greet stays, so that both sides can say what is wrong.
+    // Other versions may have other packets, but how they greet stays, so that both sides can say
+    // what is wrong.
     const bool greeting = type == Type::HELLO || type == Type::INFO;
     if (!lengthFits(type, length) || (version != kVersion && !greeting)) return Result::BAD;
     const std::size_t whole = kHeaderBytes + length + kCrcBytes;

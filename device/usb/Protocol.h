@@ -13,7 +13,8 @@ namespace midair::device
 
 struct DeviceLayout;
 
-/// The wire format of the array, as pure functions: bytes <-> packets. PROTOCOL.md describes it for those who write firmware.
+/// The wire format of the array, as pure functions: bytes <-> packets. PROTOCOL.md describes it for
+/// those who write firmware.
 namespace protocol
 {
 
@@ -27,12 +28,12 @@ constexpr double kKeepAliveInterval_s = 0.025; ///< three may be lost before the
 
 enum class Type : std::uint8_t
 {
-    HELLO = 0x01,  ///< starts a session: mutes, forgets sequence numbers; answered by INFO
-    DATA = 0x02,   ///< phases and duties of a range of one board, into its back buffer
-    COMMIT = 0x03, ///< all boards swap at once, if the field is complete; answered by STATUS
-    MUTE =
-        0x04, ///< all transducers off at once; fields up to its sequence number never play; answered by STATUS
-    KEEPALIVE = 0x05,  ///< feeds the watchdog
+    HELLO = 0x01,     ///< starts a session: mutes, forgets sequence numbers; answered by INFO
+    DATA = 0x02,      ///< phases and duties of a range of one board, into its back buffer
+    COMMIT = 0x03,    ///< all boards swap at once, if the field is complete; answered by STATUS
+    MUTE = 0x04,      ///< all transducers off at once; fields up to its sequence number never play;
+                      ///< answered by STATUS
+    KEEPALIVE = 0x05, ///< feeds the watchdog
     GET_STATUS = 0x06, ///< answered by STATUS
     IDENTIFY = 0x07,   ///< the board shows its light
     STATUS = 0x81,
@@ -65,8 +66,9 @@ enum StatusFlags : std::uint16_t
     BOARD_FAULT = 16      ///< a board doesn't answer
 };
 
-/// How the device fares; sent after each COMMIT, MUTE and GET_STATUS and when the watchdog or the temperature mutes. The
-/// packet's sequence number is that of the COMMIT or MUTE that it answers, else 0.
+/// How the device fares; sent after each COMMIT, MUTE and GET_STATUS and when the watchdog or the
+/// temperature mutes. The packet's sequence number is that of the COMMIT or MUTE that it answers,
+/// else 0.
 struct Status
 {
     std::uint32_t lastPlayed =
@@ -129,8 +131,8 @@ void appendField(std::vector<std::uint8_t>& out,
 
 using device::newer; // sequence numbers
 
-/// Cuts a byte stream into packets. What is no packet is skipped and counted; the next whole packet is found behind it,
-/// whatever was lost, and however the bytes are cut into transfers.
+/// Cuts a byte stream into packets. What is no packet is skipped and counted; the next whole packet
+/// is found behind it, whatever was lost, and however the bytes are cut into transfers.
 class StreamParser
 {
 public:

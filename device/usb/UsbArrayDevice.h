@@ -17,13 +17,15 @@ class DeviceUri;
 
 /// `usb:` and `usb:SERIAL`: the array over libusb, in the protocol of PROTOCOL.md.
 ///
-/// send() packs and submits the field where a transfer is free: that doesn't wait for the hardware, and no other thread has to wake
-/// up for it. Else it leaves it in a slot one deep, where a newer one replaces it, for a worker thread, who also does all the rest. A
-/// field whose transfer fails is sent once more, whole, unless a newer one waits. When the device is lost the worker looks for it every
-/// quarter of a second and takes it up again, silent until the next field.
+/// send() packs and submits the field where a transfer is free: that doesn't wait for the hardware,
+/// and no other thread has to wake up for it. Else it leaves it in a slot one deep, where a newer
+/// one replaces it, for a worker thread, who also does all the rest. A field whose transfer fails
+/// is sent once more, whole, unless a newer one waits. When the device is lost the worker looks for
+/// it every quarter of a second and takes it up again, silent until the next field.
 ///
-/// A field of a joint goes in two transfers: its data, and when all have theirs its commit. Until then newer ones wait in the slot.
-/// With a fault, or with 8 fields not confirmed, the device leaves the joint and plays the field by itself.
+/// A field of a joint goes in two transfers: its data, and when all have theirs its commit. Until
+/// then newer ones wait in the slot. With a fault, or with 8 fields not confirmed, the device
+/// leaves the joint and plays the field by itself.
 class UsbArrayDevice : public ArrayDevice
 {
 public:
@@ -34,7 +36,8 @@ public:
     };
     static Options takeOptions(DeviceUri& uri); ///< path: serial number; `id=VVVV:PPPP`, `wait`
 
-    /// Throws DeviceError: what UsbTransferPool says, another protocol version, another number of transducers or boards, no answer.
+    /// Throws DeviceError: what UsbTransferPool says, another protocol version, another number of
+    /// transducers or boards, no answer.
     UsbArrayDevice(const DeviceLayout& layout, const Options& options);
     ~UsbArrayDevice() override; ///< mutes and waits until the device said so, at most 0.2 s
 

@@ -31,7 +31,8 @@ UsbConnection::UsbConnection(const DeviceLayout& layout, const std::string& name
 {
 }
 
-// The link's end waits for callbacks that need _mutex, so it comes outside the lock, here and after detach().
+// The link's end waits for callbacks that need _mutex, so it comes outside the lock, here and after
+// detach().
 UsbConnection::~UsbConnection()
 {
     std::unique_ptr<UsbLink> link;
@@ -213,8 +214,8 @@ void UsbConnection::drop(const JointCommit& joint)
     if (_queue.dropFor(joint) && _queue.waits() && canSubmit()) submitField(lock);
 }
 
-// The worker repeats the MUTE until the device says that it is muted. Fields that still come to it have smaller sequence numbers
-// and never play.
+// The worker repeats the MUTE until the device says that it is muted. Fields that still come to it
+// have smaller sequence numbers and never play.
 void UsbConnection::mute()
 {
     std::vector<Joint> joints;
@@ -270,8 +271,8 @@ std::string UsbConnection::work()
 bool UsbConnection::workOnce(std::unique_lock<std::mutex>& lock)
 {
     const double now_s = base::steadySeconds();
-    // Answers come in order: what was heard so long after a field came after that field's own answer. The clock alone would
-    // blame the device for a host whose threads don't get to run.
+    // Answers come in order: what was heard so long after a field came after that field's own
+    // answer. The clock alone would blame the device for a host whose threads don't get to run.
     if (_queue.loseUnconfirmed(_clock.heard_s(), kConfirm_s))
     {
         _counters.countFault("a field was never confirmed");
@@ -297,7 +298,8 @@ bool UsbConnection::workOnce(std::unique_lock<std::mutex>& lock)
     return true;
 }
 
-// A fault that the device survives: lift the stall and send the newest field again, whole. Else gives why it doesn't.
+// A fault that the device survives: lift the stall and send the newest field again, whole. Else
+// gives why it doesn't.
 std::string UsbConnection::recover(std::unique_lock<std::mutex>& lock)
 {
     const Outcome fault = std::exchange(_fault, Outcome::DONE);

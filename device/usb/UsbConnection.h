@@ -17,8 +17,9 @@
 namespace midair::device
 {
 
-/// What goes to an array on the USB and what comes back: fields, mutes, signs of life, faults; while it is there. When it isn't,
-/// fields are refused. Who owns this opens the link, and its thread does in work() what no other does.
+/// What goes to an array on the USB and what comes back: fields, mutes, signs of life, faults;
+/// while it is there. When it isn't, fields are refused. Who owns this opens the link, and its
+/// thread does in work() what no other does.
 class UsbConnection : public UsbLink::Owner, private JointCommit::Device
 {
 public:
@@ -67,7 +68,8 @@ public:
     }
     std::vector<std::complex<float>> played() const { return _playing.activations(); }
 
-    // One thread: in turn begin(), attach() or, where there is no link, detach(); while attached, work().
+    // One thread: in turn begin(), attach() or, where there is no link, detach(); while attached,
+    // work().
 
     void begin(); ///< a link is about to be opened, of which this is the owner
     void attach(std::unique_ptr<UsbLink> link, bool isBack); ///< \a isBack: counts as a reconnect
@@ -75,7 +77,8 @@ public:
     std::unique_ptr<UsbLink> detach();
     /// Does what is due. Gives why the link is to be given up, or nothing when closed.
     std::string work();
-    /// Has work() return; first mutes, in no joint any more, and waits at most \a atMost_s until the device said so. Any thread.
+    /// Has work() return; first mutes, in no joint any more, and waits at most \a atMost_s until
+    /// the device said so. Any thread.
     void close(double atMost_s);
 
 private:

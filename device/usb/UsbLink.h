@@ -12,7 +12,8 @@
 namespace midair::device
 {
 
-/// An array that is plugged in, opened and greeted: it speaks our protocol and is the one that the layout describes.
+/// An array that is plugged in, opened and greeted: it speaks our protocol and is the one that the
+/// layout describes.
 class UsbLink : private UsbTransferPool::Listener
 {
 public:
@@ -30,7 +31,8 @@ public:
         virtual void onNonsense(bool first) = 0;
     };
 
-    /// Throws DeviceError: what UsbTransferPool says, no answer, another protocol version, another number of transducers or boards.
+    /// Throws DeviceError: what UsbTransferPool says, no answer, another protocol version, another
+    /// number of transducers or boards.
     UsbLink(const UsbAddress& address, const DeviceLayout& layout, Owner& owner);
 
     // Any thread; false when it can't be handed over now.

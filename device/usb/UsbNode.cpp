@@ -25,8 +25,9 @@ std::string nodeOf(libusb_device* device)
     return text;
 }
 
-// libusb doesn't tell. Another thread may have the same device open for a moment, to read its serial number, so the descriptor also
-// has to be the one that holds the claim: to claim again what it holds succeeds and changes nothing, for any other it is busy.
+// libusb doesn't tell. Another thread may have the same device open for a moment, to read its
+// serial number, so the descriptor also has to be the one that holds the claim: to claim again what
+// it holds succeeds and changes nothing, for any other it is busy.
 int descriptorOf(libusb_device_handle* handle, unsigned interface)
 {
     struct stat node

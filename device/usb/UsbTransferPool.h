@@ -38,8 +38,9 @@ struct UsbListing
 };
 std::vector<UsbListing> listUsbDevices(const UsbAddress& which);
 
-/// One claimed interface of a USB device: a pool of asynchronous OUT transfers, one IN transfer that is always waiting, and
-/// the thread that handles libusb's events. Has a libusb context of its own, so that it sees what was plugged in before it.
+/// One claimed interface of a USB device: a pool of asynchronous OUT transfers, one IN transfer
+/// that is always waiting, and the thread that handles libusb's events. Has a libusb context of its
+/// own, so that it sees what was plugged in before it.
 class UsbTransferPool
 {
 public:
@@ -54,7 +55,8 @@ public:
         FAILED
     };
 
-    /// Told on the event thread, with no lock of the pool held. May call send() and control(), not the destructor.
+    /// Told on the event thread, with no lock of the pool held. May call send() and control(), not
+    /// the destructor.
     class Listener
     {
     public:
@@ -75,12 +77,15 @@ public:
     UsbTransferPool& operator=(const UsbTransferPool&) = delete;
 
     bool hasFree() const;
-    /// Hands \a bytes over; false when no transfer is free, or (told as LOST) the device is gone. Any thread.
+    /// Hands \a bytes over; false when no transfer is free, or (told as LOST) the device is gone.
+    /// Any thread.
     bool send(std::uint64_t token, const std::vector<std::uint8_t>& bytes);
-    /// A packet by the control endpoint, which waits for no other transfer. Any thread; false when it can't be handed over.
+    /// A packet by the control endpoint, which waits for no other transfer. Any thread; false when
+    /// it can't be handed over.
     bool control(const std::vector<std::uint8_t>& packet);
     void cancelSends();
-    /// Lifts a stall of either endpoint and waits for answers again; false when that fails. Not on the event thread.
+    /// Lifts a stall of either endpoint and waits for answers again; false when that fails. Not on
+    /// the event thread.
     bool clearHalt();
 
     const std::string& name() const { return _name; }

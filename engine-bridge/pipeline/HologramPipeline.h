@@ -19,43 +19,47 @@
 namespace midair::bridge
 {
 
-/// The way of one snapshot to the array, in one thread: assemble (samples, posed and selected) -> compose (what is to be
-/// played) -> cap (no point gets more than it may) -> play.
+/// The way of one snapshot to the array, in one thread: assemble (samples, posed and selected) ->
+/// compose (what is to be played) -> cap (no point gets more than it may) -> play.
 ///
-/// Nothing that a snapshot holds makes process() throw: an object that can't be felt is left out with a message, and when
-/// the field can't be made the array falls silent. The message log says each thing once.
+/// Nothing that a snapshot holds makes process() throw: an object that can't be felt is left out
+/// with a message, and when the field can't be made the array falls silent. The message log says
+/// each thing once.
 class HologramPipeline
 {
 public:
-    /// Throws base::InputError where the options are wrong. A device that can't be opened is a message: the field is then
-    /// solved and shown as it would be played.
+    /// Throws base::InputError where the options are wrong. A device that can't be opened is a
+    /// message: the field is then solved and shown as it would be played.
     explicit HologramPipeline(HologramOptions options);
 
     HologramPipeline(const HologramPipeline&) = delete;
     HologramPipeline& operator=(const HologramPipeline&) = delete;
 
-    /// The field for \a snapshot, or the last one again where nothing moved by more than the tolerance. Never null.
-    /// \a superseded: how many snapshots were dropped for this one; only counted.
+    /// The field for \a snapshot, or the last one again where nothing moved by more than the
+    /// tolerance. Never null. \a superseded: how many snapshots were dropped for this one; only
+    /// counted.
     std::shared_ptr<const HologramResult> process(const SceneSnapshot& snapshot,
                                                   std::uint64_t superseded = 0);
 
-    /// To be called now and then while no snapshot comes: sends the field again that a device has lost, since what doesn't
-    /// move brings no next field; makes and plays what is still missing for what rests; hands on what the monitor found.
-    /// Null where nothing changed.
+    /// To be called now and then while no snapshot comes: sends the field again that a device has
+    /// lost, since what doesn't move brings no next field; makes and plays what is still missing
+    /// for what rests; hands on what the monitor found. Null where nothing changed.
     std::shared_ptr<const HologramResult> attend();
     /// How long attend() may be put off, s.
     double rest_s() const;
-    /// A device that plays a still scene is looked after so often: a field that it lost is back within a blink.
+    /// A device that plays a still scene is looked after so often: a field that it lost is back
+    /// within a blink.
     static constexpr double kAttend_s = 0.5; // each look costs some 50 us, most of it waking up
 
     /// The array plays nothing until the next process(), which solves in any case.
     void silence() { _output->silence(ArrayOutput::Silence::FAILED); }
 
-    /// To be given before the first process(). Where \a stop asks for it process() and attend() are back within
-    /// milliseconds, with nothing sent any more: process() STOPPED and silent, attend() as if nothing had changed.
+    /// To be given before the first process(). Where \a stop asks for it process() and attend() are
+    /// back within milliseconds, with nothing sent any more: process() STOPPED and silent, attend()
+    /// as if nothing had changed.
     void setStop(const base::StopToken& stop);
-    /// Any thread, while process() is at work: the array is silent. What is in hand may be played after it, unless a stop
-    /// was asked for before.
+    /// Any thread, while process() is at work: the array is silent. What is in hand may be played
+    /// after it, unless a stop was asked for before.
     void silenceNow() { _output->silenceNow(); }
 
     const HologramCounters& counters() const { return _counters; }

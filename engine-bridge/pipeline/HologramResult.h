@@ -45,15 +45,16 @@ struct HologramResult
 {
     std::uint64_t frame = 0; ///< of the snapshot it was solved for
     double latency_ms = 0.0; ///< from the snapshot's stamp to the drive signal
-    /// As the device plays it, with the parts and the report of what was solved; a silent field where there
-    /// is nothing to play, none where nothing is open.
+    /// As the device plays it, with the parts and the report of what was solved; a silent field
+    /// where there is nothing to play, none where nothing is open.
     haptics::FieldSequence sequence;
     haptics::ControlPoints points; ///< of the sequence, array frame
     /// 3 x k, array frame: points that were left out (workspace, spacing, budget, reach).
     Eigen::Matrix3Xd skipped;
     Eigen::VectorXf achieved_Pa; ///< n, |p| at points, each in the field that is for it, as played
     bool outline = false; ///< dense points along curves, in one stationary field without ripples
-    /// Certificate and surface figures of the newest field that was looked at beside the solver; null: none yet.
+    /// Certificate and surface figures of the newest field that was looked at beside the solver;
+    /// null: none yet.
     std::shared_ptr<const haptics::FieldMonitor::Result> monitored;
     double maxPressure_Pa = 0.0; ///< cap at the control points, peak; 0: none
     bool playing = false; ///< the device took the field; or there is none, or nothing to play
@@ -62,7 +63,8 @@ struct HologramResult
     std::string deviceStatus;
     std::vector<std::string> messages; ///< what the user should know, each said once
 
-    /// m activations, what the device plays; of fields in turn the first. Empty where nothing is open.
+    /// m activations, what the device plays; of fields in turn the first. Empty where nothing is
+    /// open.
     const Eigen::VectorXcf& played() const;
     const haptics::SolveReport& report() const { return sequence.report; }
 };
@@ -84,8 +86,8 @@ void count(const PointAssembler& assembler,
            HologramCounters& counters);
 void count(const haptics::SolveReport& report, HologramCounters& counters);
 
-/// Puts the fields as \a output plays them in place of those that it was given, measures what they achieve at the points, and
-/// rates anew what a cap took down.
+/// Puts the fields as \a output plays them in place of those that it was given, measures what they
+/// achieve at the points, and rates anew what a cap took down.
 void measurePlayed(const ArrayOutput& output,
                    const haptics::TransducerArray& array,
                    const haptics::Medium& medium,

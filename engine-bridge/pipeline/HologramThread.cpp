@@ -10,8 +10,8 @@ namespace midair::bridge
 namespace
 {
 
-// What is made while nothing moves is begun anew when it was broken off: not by every snapshot, or it would never be done where
-// they come all the time and move nothing.
+// What is made while nothing moves is begun anew when it was broken off: not by every snapshot, or
+// it would never be done where they come all the time and move nothing.
 constexpr double kPatience_s = 0.5;
 
 } // namespace

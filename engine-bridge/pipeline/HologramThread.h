@@ -13,13 +13,14 @@
 namespace midair::bridge
 {
 
-/// Runs a HologramPipeline in the background: snapshots in, the newest wins, results out; no frame ever waits. While no
-/// snapshot comes the pipeline looks after its device.
+/// Runs a HologramPipeline in the background: snapshots in, the newest wins, results out; no frame
+/// ever waits. While no snapshot comes the pipeline looks after its device.
 ///
-/// submit() and the readers may be called from any one thread each while the pipeline works. The pipeline is made in the
-/// thread when the first snapshot comes (opening a device may take a while), and gone, the device silent, when the destructor returns. What is being
-/// solved then is broken off, which takes some milliseconds; a solver of the application's own is waited for unless it
-/// looks at SolverOptions::stop, but the device is silent before.
+/// submit() and the readers may be called from any one thread each while the pipeline works. The
+/// pipeline is made in the thread when the first snapshot comes (opening a device may take a
+/// while), and gone, the device silent, when the destructor returns. What is being solved then is
+/// broken off, which takes some milliseconds; a solver of the application's own is waited for
+/// unless it looks at SolverOptions::stop, but the device is silent before.
 class HologramThread
 {
 public:
@@ -32,14 +33,15 @@ public:
     HologramThread(const HologramThread&) = delete;
     HologramThread& operator=(const HologramThread&) = delete;
 
-    /// Replaces the pipeline before the next snapshot is processed: the old one is gone, its device closed, before
-    /// \a makePipeline runs; where that gives none, nothing is played until the next. What it throws becomes a result that is REFUSED,
-    /// with the message. Doesn't wait; what is being solved is broken off, and STOPPED.
+    /// Replaces the pipeline before the next snapshot is processed: the old one is gone, its device
+    /// closed, before \a makePipeline runs; where that gives none, nothing is played until the
+    /// next. What it throws becomes a result that is REFUSED, with the message. Doesn't wait; what
+    /// is being solved is broken off, and STOPPED.
     void setPipeline(PipelineFactory makePipeline);
 
-    /// Hands \a snapshot over and leaves an old one in its place, whose memory the caller may refill. Never waits for the
-    /// pipeline, allocates nothing. One without objects silences the device at once, whatever is being solved, which is
-    /// broken off and not played.
+    /// Hands \a snapshot over and leaves an old one in its place, whose memory the caller may
+    /// refill. Never waits for the pipeline, allocates nothing. One without objects silences the
+    /// device at once, whatever is being solved, which is broken off and not played.
     void submit(SceneSnapshot& snapshot);
 
     /// Null until the first snapshot is through.

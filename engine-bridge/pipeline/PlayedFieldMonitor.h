@@ -12,7 +12,8 @@
 namespace midair::bridge
 {
 
-/// Has what is played certified and its surface measured now and then, beside the solver, where the options ask for that.
+/// Has what is played certified and its surface measured now and then, beside the solver, where the
+/// options ask for that.
 class PlayedFieldMonitor
 {
 public:
@@ -26,7 +27,8 @@ public:
     void submit(const haptics::FieldSequence& played,
                 const std::vector<HapticObject>& objects,
                 const haptics::TransducerArray& array);
-    /// Whether something that was submitted has not been told, or something is still to be submitted.
+    /// Whether something that was submitted has not been told, or something is still to be
+    /// submitted.
     bool isPending() const { return isOn() && (_number > _told || !_submitted); }
 
     /// What the monitor found last; null before the first.

@@ -188,7 +188,8 @@ void PointAssembler::keepSide(Side side, haptics::PosedObject& posed) const
     for (Eigen::Index i = 0; i < posed.positions.cols(); ++i)
     {
         look.turn();
-        // Where the sound comes from: directions to the transducers that face the point, weighted like power, 1/R^2.
+        // Where the sound comes from: directions to the transducers that face the point, weighted
+        // like power, 1/R^2.
         const Eigen::Matrix3Xd way = _transducers.colwise() - posed.positions.col(i);
         const Eigen::ArrayXd facing = -(way.array() * _normals.array()).colwise().sum().transpose();
         const Eigen::ArrayXd distance = way.colwise().norm().transpose();

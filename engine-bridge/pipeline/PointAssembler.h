@@ -26,7 +26,8 @@ struct AssembledPoints
     std::uint64_t unpainted = 0;      ///< points of intensity 0
 };
 
-/// Turns a snapshot's objects into control points, and tells whether any of them moved since it last did.
+/// Turns a snapshot's objects into control points, and tells whether any of them moved since it
+/// last did.
 class PointAssembler
 {
 public:
@@ -46,11 +47,13 @@ public:
     /// Where \a stop asks for it assemble() throws base::Stopped.
     void setStop(const base::StopToken& stop);
 
-    /// True where \a snapshot holds the objects of the last assemble(), none moved by more than the tolerance.
+    /// True where \a snapshot holds the objects of the last assemble(), none moved by more than the
+    /// tolerance.
     bool unmoved(const SceneSnapshot& snapshot);
 
-    /// Samples (once per mesh), poses and selects. Objects that can't be felt are left out with a message. \a set, 0 .. sets - 1,
-    /// says which points of each surface; vertices are in every set.
+    /// Samples (once per mesh), poses and selects. Objects that can't be felt are left out with a
+    /// message. \a set, 0 .. sets - 1, says which points of each surface; vertices are in every
+    /// set.
     AssembledPoints assemble(const SceneSnapshot& snapshot, int set = 0);
 
     /// True where all of \a points (array frame) can be reached.

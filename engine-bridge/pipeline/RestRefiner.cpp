@@ -15,7 +15,8 @@ namespace midair::bridge
 namespace
 {
 
-// Outlines are solved for at points nearer than this; those outside the array's reach are looked for as far apart.
+// Outlines are solved for at points nearer than this; those outside the array's reach are looked
+// for as far apart.
 constexpr double kOutlineLook_wavelengths = 0.5;
 
 } // namespace

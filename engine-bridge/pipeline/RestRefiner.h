@@ -14,8 +14,9 @@
 namespace midair::bridge
 {
 
-/// What is still made while nothing moves: outlines in one smooth field, or the fields for the other sets of points of a cycle and
-/// then all of them in turn. It works in steps, so that a new snapshot waits for one step at most.
+/// What is still made while nothing moves: outlines in one smooth field, or the fields for the
+/// other sets of points of a cycle and then all of them in turn. It works in steps, so that a new
+/// snapshot waits for one step at most.
 class RestRefiner
 {
 public:
@@ -26,7 +27,8 @@ public:
                 ReachAndShadow& around,
                 base::MessageLog& messages);
 
-    /// The set of points whose turn it is, 0 .. cycle - 1: of what moves each update takes the next.
+    /// The set of points whose turn it is, 0 .. cycle - 1: of what moves each update takes the
+    /// next.
     int nextSet();
 
     /// \a made was composed for set \a set of \a snapshot and is going to be played.
@@ -37,9 +39,9 @@ public:
     /// Whether step() has something to do.
     bool hasWork() const { return _current && (_setsMissing || _outlineMissing); }
 
-    /// The next step. Returns what is to be played from now on, or nothing where more steps follow. Of what can't be made
-    /// the reason is a message, and what is played goes on. Throws base::Stopped where that was asked for: the step is then
-    /// to do again.
+    /// The next step. Returns what is to be played from now on, or nothing where more steps follow.
+    /// Of what can't be made the reason is a message, and what is played goes on. Throws
+    /// base::Stopped where that was asked for: the step is then to do again.
     std::optional<haptics::FieldSequence> step(const haptics::ControlPoints& played,
                                                const haptics::ModulatorOptions& modulation);
 

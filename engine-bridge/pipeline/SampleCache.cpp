@@ -23,7 +23,8 @@ Eigen::Matrix<double, 3, 8> boxCorners(const Eigen::Matrix3Xd& points)
 namespace
 {
 
-/// True where an edge of a sampled triangle has changed its length by more than the factor \a limit.
+/// True where an edge of a sampled triangle has changed its length by more than the factor \a
+/// limit.
 bool stretched(const haptics::SurfaceSamples& samples,
                const haptics::TriangleMesh& before,
                const haptics::TriangleMesh& now,

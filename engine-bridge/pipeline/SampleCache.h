@@ -20,20 +20,23 @@ Eigen::Matrix<double, 3, 8> boxCorners(const Eigen::Matrix3Xd& points);
 /// Points of one mesh, kept while the mesh is about.
 struct CachedSamples
 {
-    /// Each on all of the mesh, each in the gaps of those before it; one, or as many as were asked for.
+    /// Each on all of the mesh, each in the gaps of those before it; one, or as many as were asked
+    /// for.
     std::vector<haptics::SurfaceSamples> sets;
     Eigen::Matrix<double, 3, 8>
         corners;       ///< of the mesh's bounding box, to tell how far a pose moves it
     std::string error; ///< empty, or why the mesh can't be sampled; there are no sets then
 };
 
-/// Samples each mesh once per spacing and kind of sampling. Where the triangles are the same and only the vertices have
-/// moved (morphing, skinning, scaling) the points follow by their barycentrics, and are sampled anew once an edge under one of
-/// them has become kStretched times longer or shorter.
+/// Samples each mesh once per spacing and kind of sampling. Where the triangles are the same and
+/// only the vertices have moved (morphing, skinning, scaling) the points follow by their
+/// barycentrics, and are sampled anew once an edge under one of them has become kStretched times
+/// longer or shorter.
 class SampleCache
 {
 public:
-    /// Valid until endSnapshot(). \a spacing_m > 0. \a sets >= 1 shifted sets of points; vertices have one only.
+    /// Valid until endSnapshot(). \a spacing_m > 0. \a sets >= 1 shifted sets of points; vertices
+    /// have one only.
     const CachedSamples& get(const HapticObject& object, double spacing_m, int sets = 1);
 
     /// Sampling that \a stop breaks off throws base::Stopped.

@@ -69,7 +69,8 @@ void ArrayOutput::play(const haptics::FieldSequence& sequence,
     {
         const std::lock_guard<std::mutex> lock(_sending);
         stop.throwIfRequested();
-        // What is held down by a cap stands in the signals; a step that the device refuses is followed by the next.
+        // What is held down by a cap stands in the signals; a step that the device refuses is
+        // followed by the next.
         _player->play(sequence.fields, sequence.modulation);
     }
     else if (_device && !sendHeld(stop))

@@ -17,8 +17,8 @@
 namespace midair::bridge
 {
 
-/// The device that a scene's fields go to: it holds a single field, has several played in turn, falls silent, and knows
-/// whether the array plays what it was given last.
+/// The device that a scene's fields go to: it holds a single field, has several played in turn,
+/// falls silent, and knows whether the array plays what it was given last.
 ///
 /// One thread at a time, but for silenceNow().
 class ArrayOutput
@@ -36,10 +36,11 @@ public:
     /// What the device can play; that of the simulator where there is none.
     device::DriveAbility ability() const;
 
-    /// Plays \a sequence (K >= 1 fields of \a transducers activations) from now on. A field that the device refuses is a message,
-    /// leaves it silent, and is tried again by attend(). Throws std::runtime_error, and plays on what it played, for
-    /// activations that are not finite or of another number, base::Stopped where \a stop asks for it: whoever asked may
-    /// have silenced the device already.
+    /// Plays \a sequence (K >= 1 fields of \a transducers activations) from now on. A field that
+    /// the device refuses is a message, leaves it silent, and is tried again by attend(). Throws
+    /// std::runtime_error, and plays on what it played, for activations that are not finite or of
+    /// another number, base::Stopped where \a stop asks for it: whoever asked may have silenced the
+    /// device already.
     void play(const haptics::FieldSequence& sequence, int transducers, const base::StopToken& stop);
 
     enum class Silence
@@ -48,10 +49,12 @@ public:
         FAILED  ///< what should be played could not be made: it is to be tried again
     };
     void silence(Silence why);
-    /// Any thread: the array is silent. What is being handed over may be played after it, unless a stop was asked for before.
+    /// Any thread: the array is silent. What is being handed over may be played after it, unless a
+    /// stop was asked for before.
     void silenceNow();
 
-    /// Whether the array plays what it was given last, or is silent as WANTED. True where there is no device.
+    /// Whether the array plays what it was given last, or is silent as WANTED. True where there is
+    /// no device.
     bool isPlaying() const { return _playing; }
 
     enum class Attention
@@ -60,8 +63,9 @@ public:
         RESENT,  ///< the field that the device had lost plays again
         REFUSED  ///< it was lost, and is not taken
     };
-    /// To be called now and then: sends the field that is held again once a device has lost it (unplugged and back, muted by its
-    /// watchdog, a packet gone). Throws base::Stopped as play() does.
+    /// To be called now and then: sends the field that is held again once a device has lost it
+    /// (unplugged and back, muted by its watchdog, a packet gone). Throws base::Stopped as play()
+    /// does.
     Attention attend(const base::StopToken& stop);
 
     /// What the device plays of \a signal, as activations (m).
@@ -79,8 +83,8 @@ private:
     std::string refusal() const;
 
     base::MessageLog& _messages;
-    std::mutex
-        _sending; // of what is sent to the device and the player, and of the player's coming and going
+    std::mutex _sending; // of what is sent to the device and the player, and of the player's coming
+                         // and going
     std::unique_ptr<device::ArrayDevice> _device;
     std::unique_ptr<FieldPlayer>
         _player; // while fields change with time: what sends to the device; gone first

@@ -17,29 +17,31 @@ namespace midair::bridge
 
 /// Plays fields in turn, and modulated, on a device at a steady rate.
 ///
-/// A device that keeps sequences and times them by itself (DriveAbility::sequenceFields) is handed the whole of it, where the steps
-/// repeat within what it keeps (sequenceOfSteps()). On any other a thread sends each step: the times of the steps are multiples of
-/// 1/fieldRate_Hz since play(); a step that comes too late is left out, so that the cycle keeps its time. A single field without
+/// A device that keeps sequences and times them by itself (DriveAbility::sequenceFields) is handed
+/// the whole of it, where the steps repeat within what it keeps (sequenceOfSteps()). On any other a
+/// thread sends each step: the times of the steps are multiples of 1/fieldRate_Hz since play(); a
+/// step that comes too late is left out, so that the cycle keeps its time. A single field without
 /// modulation is sent once. All members may be called from any thread.
 class FieldPlayer
 {
 public:
-    /// \a device outlives the player; others may send to it and silence it while nothing is played here.
+    /// \a device outlives the player; others may send to it and silence it while nothing is played
+    /// here.
     explicit FieldPlayer(device::ArrayDevice& device);
     ~FieldPlayer(); ///< stops; the device holds what it plays, or goes on with its sequence
 
     FieldPlayer(const FieldPlayer&) = delete;
     FieldPlayer& operator=(const FieldPlayer&) = delete;
 
-    /// From now on \a cycle (K >= 1 times m activations, |q| <= 1), in place of what was played. Doesn't wait for the device.
-    /// With the modulation of before the new fields go on in its time, without a jump.
-    /// Throws base::InputError, and goes on with what was played, for no fields, fields of different lengths, an
-    /// activation that is not finite, and invalid options.
+    /// From now on \a cycle (K >= 1 times m activations, |q| <= 1), in place of what was played.
+    /// Doesn't wait for the device. With the modulation of before the new fields go on in its time,
+    /// without a jump. Throws base::InputError, and goes on with what was played, for no fields,
+    /// fields of different lengths, an activation that is not finite, and invalid options.
     void play(const std::vector<Eigen::VectorXcf>& cycle,
               const haptics::ModulatorOptions& modulation = {});
 
-    /// Sends nothing more once it returns: at most the send at hand is waited for. A device that plays a sequence by itself goes on
-    /// until it is sent something else, or silenced.
+    /// Sends nothing more once it returns: at most the send at hand is waited for. A device that
+    /// plays a sequence by itself goes on until it is sent something else, or silenced.
     void stop();
 
     struct Counters
@@ -62,7 +64,8 @@ private:
     void run();
     /// The next step to send, waited for; false when there is none any more.
     bool sendStep(std::unique_lock<std::mutex>& lock);
-    /// While the device plays its sequence; ends when something else is to be played here, or the device was silenced.
+    /// While the device plays its sequence; ends when something else is to be played here, or the
+    /// device was silenced.
     void watchSequence(std::unique_lock<std::mutex>& lock, std::uint64_t silences);
     /// Hands \a whole, or else the step, to the device, unlocked meanwhile; whether it was taken.
     bool handOver(std::unique_lock<std::mutex>& lock, Whole* whole, std::int64_t step);

@@ -22,8 +22,9 @@ constexpr double kHeadroom = 0.999; // so that one step is enough where the leve
 constexpr float kFieldError =
     1e-5f; // haptics::pressureAt's, of what all transducers in phase would give
 
-// sum_i P0 g_i a_i / R_il for each point: at least what transducers at amplitudes a give there when all are in phase, since
-// D <= 1 and the air takes some. R isn't taken below kNearestDistance_m, as in the model itself.
+// sum_i P0 g_i a_i / R_il for each point: at least what transducers at amplitudes a give there when
+// all are in phase, since D <= 1 and the air takes some. R isn't taken below kNearestDistance_m, as
+// in the model itself.
 Eigen::VectorXf inPhase(const Eigen::Matrix3Xd& points,
                         const haptics::TransducerArray& array,
                         const Eigen::VectorXf& amplitudes)
@@ -48,7 +49,8 @@ Eigen::VectorXf inPhase(const Eigen::Matrix3Xd& points,
     return sum;
 }
 
-// Of amplitudes that are the same but for transducers that are off, any lower gain makes the same field, only quieter.
+// Of amplitudes that are the same but for transducers that are off, any lower gain makes the same
+// field, only quieter.
 bool isEven(const device::DriveSignal& signal)
 {
     std::uint8_t one = 0;
@@ -61,8 +63,9 @@ bool isEven(const device::DriveSignal& signal)
     return true;
 }
 
-// The largest |f_0 p_0 + f_1 p_1 + ..| over all f in [0, 1], for each point, p (n x parts). It is convex in f, so largest where
-// each is 0 or 1; of many parts the sum of the magnitudes, which is no less.
+// The largest |f_0 p_0 + f_1 p_1 + ..| over all f in [0, 1], for each point, p (n x parts). It is
+// convex in f, so largest where each is 0 or 1; of many parts the sum of the magnitudes, which is
+// no less.
 Eigen::VectorXf mostOfParts(const Eigen::MatrixXcf& p)
 {
     constexpr Eigen::Index kMostParts = 4;
@@ -99,7 +102,8 @@ Eigen::MatrixXcf pressureOfParts(const PressureCap::Where& where,
     return p;
 }
 
-// Rounded down to a duty level, then by the device to one of its own, whose amplitudes lie at most so far apart.
+// Rounded down to a duty level, then by the device to one of its own, whose amplitudes lie at most
+// so far apart.
 float coarsestStep(const std::vector<float>& amplitudes)
 {
     constexpr auto kDutyStep = static_cast<float>(M_PI / 510.0); // sin's steepest

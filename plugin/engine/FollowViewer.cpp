@@ -18,7 +18,8 @@ namespace osgMidair
 namespace
 {
 
-/// Looks for a node from above, through active children only, without walking what doesn't lead there.
+/// Looks for a node from above, through active children only, without walking what doesn't lead
+/// there.
 class ActivePathFinder : public osg::NodeVisitor
 {
 public:
@@ -61,7 +62,8 @@ public:
             return;
         }
         const osg::Matrixd outer = _world;
-        // Cameras between the view's own and the scene are taken as part of the picture, not of the world.
+        // Cameras between the view's own and the scene are taken as part of the picture, not of the
+        // world.
         if (!node.asCamera()) node.computeLocalToWorldMatrix(_world, this);
         apply(static_cast<osg::Node&>(node));
         _world = outer;
@@ -147,7 +149,8 @@ public:
             _direct = shown == root;
             return;
         }
-        // Taken out of the picture, or switched off: silent, but for another viewer that may show it.
+        // Taken out of the picture, or switched off: silent, but for another viewer that may show
+        // it.
         if (_collected) engine->silence();
         _collected = _direct = false;
     }
@@ -165,7 +168,8 @@ private:
 
 bool HapticEngine::follow(osgGA::GUIActionAdapter* adapter)
 {
-    // Asked with every event. A view may go, another one come at its address, or one change viewers.
+    // Asked with every event. A view may go, another one come at its address, or one change
+    // viewers.
     if (adapter == _adapter && _view.valid() && _view->getViewerBase() == _viewer) return false;
     auto* view = dynamic_cast<osgViewer::View*>(adapter);
     if (!view || !view->getViewerBase()) return false;

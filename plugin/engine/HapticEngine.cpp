@@ -209,7 +209,8 @@ void HapticEngine::takeResult()
     _seen = result;
     {
         const std::lock_guard<std::mutex> lock(_mutex);
-        // What is still made for a frame that rests (fields in turn, outlines, figures) comes when there is time.
+        // What is still made for a frame that rests (fields in turn, outlines, figures) comes when
+        // there is time.
         if (fresh) _latencies.add(result->latency_ms);
     }
     for (const std::string& message : result->messages)

@@ -39,14 +39,17 @@ namespace osgMidair
 
 class HapticScene;
 
-/// What a HapticScene does: collects what is under a root into snapshots, hands them to a hologram thread, keeps the books.
+/// What a HapticScene does: collects what is under a root into snapshots, hands them to a hologram
+/// thread, keeps the books.
 ///
-/// update() and silence() belong to the thread that updates the scene; the rest may be called from any.
+/// update() and silence() belong to the thread that updates the scene; the rest may be called from
+/// any.
 class HapticEngine : public osg::Referenced
 {
 public:
-    /// \a root, a HapticScene or a node with another owner, and \a settings are looked at as long as \a root lives. Where an owner
-    /// is further out it opens nothing: that one plays what is under \a root.
+    /// \a root, a HapticScene or a node with another owner, and \a settings are looked at as long
+    /// as \a root lives. Where an owner is further out it opens nothing: that one plays what is
+    /// under \a root.
     HapticEngine(osg::Node& root, const HapticSettings& settings, OwnerKind kind);
 
     /// Where nothing under the root is haptic, the whole of it is felt so.
@@ -55,15 +58,17 @@ public:
         _collector.setDefaultProperty(property);
     }
 
-    /// Changes what the settings come to, before each new pipeline: an application's own solver or device, limits.
+    /// Changes what the settings come to, before each new pipeline: an application's own solver or
+    /// device, limits.
     void setOptionsFilter(std::function<void(midair::bridge::HologramOptions&)> filter)
     {
         _filter = std::move(filter);
     }
 
-    /// Follows the viewer behind \a adapter from now on: update() runs after each of its update traversals, once a frame
-    /// however many of its views show the root; silent while none does. Without an osgViewer nothing happens. False when
-    /// \a adapter is the one of the last call: nothing to do.
+    /// Follows the viewer behind \a adapter from now on: update() runs after each of its update
+    /// traversals, once a frame however many of its views show the root; silent while none does.
+    /// Without an osgViewer nothing happens. False when \a adapter is the one of the last call:
+    /// nothing to do.
     bool follow(osgGA::GUIActionAdapter* adapter);
     void follow(osgViewer::ViewerBase& viewer);
 
@@ -77,17 +82,19 @@ public:
         lookNext();
     }
 
-    /// Whether there is nothing to do in this frame, which counts as one then: for kRest_s nothing has changed, less than
-    /// kLook_s ago everything was looked at, and the bound of \a root says that since then nothing under it has moved.
-    /// Changes that no bound shows (masks, vertices, properties) are seen with the next look. Only for a root that calls
-    /// noteBound() whenever its bound is made, and that no transform is above.
+    /// Whether there is nothing to do in this frame, which counts as one then: for kRest_s nothing
+    /// has changed, less than kLook_s ago everything was looked at, and the bound of \a root says
+    /// that since then nothing under it has moved. Changes that no bound shows (masks, vertices,
+    /// properties) are seen with the next look. Only for a root that calls noteBound() whenever its
+    /// bound is made, and that no transform is above.
     bool rests(const osg::Node& root);
     void noteBound() { ++_rest.bounds; }
     static constexpr double kRest_s = 0.5;
     static constexpr double kLook_s = 0.1;
 
-    /// One frame: what is active under \a root, the engine's own, whose parent is at \a world, is to be felt from now on.
-    /// \a age_s: seconds since the frame's stamp. Touch callbacks are called last.
+    /// One frame: what is active under \a root, the engine's own, whose parent is at \a world, is
+    /// to be felt from now on. \a age_s: seconds since the frame's stamp. Touch callbacks are
+    /// called last.
     void update(osg::Node& root,
                 const osg::Matrixd& world,
                 unsigned int frame,

@@ -20,7 +20,8 @@ public:
         ++_count;
     }
 
-    /// The smallest value that a \a fraction (0 .. 1) of the window doesn't exceed; 0 when there is none.
+    /// The smallest value that a \a fraction (0 .. 1) of the window doesn't exceed; 0 when there is
+    /// none.
     double percentile(double fraction) const
     {
         const std::size_t size = std::min(_count, kWindow);

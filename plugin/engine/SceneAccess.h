@@ -16,7 +16,8 @@ class HapticCallback;
 class HapticDevice;
 class HapticScene;
 
-/// What stands behind the installed classes, for the kit itself, its demonstration and its tests: no installed header names it.
+/// What stands behind the installed classes, for the kit itself, its demonstration and its tests:
+/// no installed header names it.
 class OSGMIDAIR_EXPORT SceneAccess
 {
 public:
@@ -29,7 +30,8 @@ public:
     static Result latestResult(const HapticCallback& callback);
     static Result latestResult(const HapticDevice& device);
 
-    /// What the array setting names; null before the scene is first collected, or where it can't be read. From any thread.
+    /// What the array setting names; null before the scene is first collected, or where it can't be
+    /// read. From any thread.
     static std::shared_ptr<const midair::haptics::TransducerArray> array(const HapticScene& scene);
     /// The air of the newest settings. From any thread.
     static midair::haptics::Medium medium(const HapticScene& scene);

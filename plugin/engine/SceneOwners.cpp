@@ -42,7 +42,8 @@ std::string nameOf(const HapticScene& scene)
                                    : "the HapticScene \"" + scene.getName() + "\"";
 }
 
-/// Above \a node, or at it where the owner comes before \a kind. A scene with many parents is not walked twice.
+/// Above \a node, or at it where the owner comes before \a kind. A scene with many parents is not
+/// walked twice.
 std::string ownerFrom(const osg::Node& node, bool isRoot, OwnerKind kind)
 {
     std::vector<const osg::Node*>& seen = registry().seen;

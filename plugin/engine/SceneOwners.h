@@ -10,7 +10,8 @@ class Node;
 namespace osgMidair
 {
 
-/// Who plays what is under a node, a HapticScene by default. At the same node the later one comes first.
+/// Who plays what is under a node, a HapticScene by default. At the same node the later one comes
+/// first.
 enum class OwnerKind
 {
     SCENE,
@@ -27,7 +28,8 @@ public:
     SceneOwner(const SceneOwner&) = delete;
     SceneOwner& operator=(const SceneOwner&) = delete;
 
-    /// Who plays what is under the root in this one's place, being further out; for messages. Empty: nobody.
+    /// Who plays what is under the root in this one's place, being further out; for messages.
+    /// Empty: nobody.
     std::string outer() const;
 
 private:

@@ -7,7 +7,8 @@ namespace osgMidair
 
 class HapticEngine;
 
-/// Writes a haptic scene's figures into a viewer's statistics, and has the viewer's `s` display show them.
+/// Writes a haptic scene's figures into a viewer's statistics, and has the viewer's `s` display
+/// show them.
 class ViewerStatistics
 {
 public:

@@ -17,7 +17,8 @@ using midair::bridge::TouchEvent;
 namespace
 {
 
-/// Peak pressure of an object whose relative pressure is 1, as the newest field plays it; 0: not known.
+/// Peak pressure of an object whose relative pressure is 1, as the newest field plays it; 0: not
+/// known.
 double relativePressure_Pa(const HologramResult* newest, const std::vector<HapticObject>& objects)
 {
     if (!newest || newest->points.size() == 0) return 0.0;
@@ -77,7 +78,8 @@ void HandTracker::touch(const std::vector<HapticObject>& objects, const Hologram
     _touchable.clear();
     for (const HapticObject& object : objects)
         if (object.touchEvents) _touchable.push_back(object);
-    // Objects that are gone, and hands that are, end their touches too: nothing to do only if nothing ever began.
+    // Objects that are gone, and hands that are, end their touches too: nothing to do only if
+    // nothing ever began.
     if (_touchable.empty() && _proximity.touches() == 0)
     {
         _proximity.clear();

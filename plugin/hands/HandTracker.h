@@ -16,7 +16,8 @@
 namespace osgMidair
 {
 
-/// Where the hands are in a scene's array, which objects they touch, and who is told. On the update thread.
+/// Where the hands are in a scene's array, which objects they touch, and who is told. On the update
+/// thread.
 class HandTracker
 {
 public:
@@ -29,8 +30,9 @@ public:
     void setObstacles(const std::vector<Obstacle>& obstacles) { _obstacles = obstacles; }
     const std::vector<Obstacle>& obstacles() const { return _obstacles; }
 
-    /// Plays \a uri where the application has set no source; a recording is read on a thread of its own. Returns what is wrong
-    /// with it, once, or an empty text; what is wrong with a recording is a message.
+    /// Plays \a uri where the application has set no source; a recording is read on a thread of its
+    /// own. Returns what is wrong with it, once, or an empty text; what is wrong with a recording
+    /// is a message.
     std::string setSettings(const std::string& uri, double reach_m, bool shadows);
 
     const std::string& uri() const { return _uri; }
@@ -38,12 +40,14 @@ public:
     /// What the source wants the user to know since the last call.
     std::vector<std::string> takeMessages();
 
-    /// Where hands are now, as the hologram thread wants them. \a worldToArray: world in metres -> array.
+    /// Where hands are now, as the hologram thread wants them. \a worldToArray: world in metres ->
+    /// array.
     void locate(double time_s,
                 const Eigen::Isometry3d& worldToArray,
                 midair::bridge::HandsAndObstacles& around);
 
-    /// What they touch of \a objects. Events are kept until tell(). \a newest: the last field, or null.
+    /// What they touch of \a objects. Events are kept until tell(). \a newest: the last field, or
+    /// null.
     void touch(const std::vector<midair::bridge::HapticObject>& objects,
                const midair::bridge::HologramResult* newest);
 
@@ -52,8 +56,8 @@ public:
 
     bool hasEvents() const { return !_proximity.events().empty(); }
 
-    /// Calls callbacks; they may do anything with the scene, so it is done last. \a nodeOf gives an object's node or null.
-    /// \a arrayToScene: array -> world in scene units.
+    /// Calls callbacks; they may do anything with the scene, so it is done last. \a nodeOf gives an
+    /// object's node or null. \a arrayToScene: array -> world in scene units.
     void tell(const std::function<osg::Node*(std::uint64_t)>& nodeOf,
               const Eigen::Affine3d& arrayToScene);
 

@@ -8,7 +8,8 @@
 namespace osgMidair
 {
 
-/// A hand source that is opened on a thread of its own, so that no frame waits for a file; until then there are no hands.
+/// A hand source that is opened on a thread of its own, so that no frame waits for a file; until
+/// then there are no hands.
 class OpeningHands : public HandSource
 {
 public:

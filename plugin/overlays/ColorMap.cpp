@@ -23,7 +23,8 @@ float srgbFromLinear(float l)
     return l <= 0.0031308F ? 12.92F * l : 1.055F * std::pow(l, 1.0F / 2.4F) - 0.055F;
 }
 
-/// Catmull-Rom through \a anchors with the ends extended in a straight line, at \a t in 0 .. anchors - 1.
+/// Catmull-Rom through \a anchors with the ends extended in a straight line, at \a t in 0 ..
+/// anchors - 1.
 osg::Vec3f spline(const std::vector<osg::Vec3f>& anchors, float t)
 {
     const int last = static_cast<int>(anchors.size()) - 1;
@@ -143,8 +144,9 @@ ColorMap ColorMap::through(const std::vector<osg::Vec3f>& colors)
 
 const ColorMap& ColorMap::diverging()
 {
-    // Straight lines in Oklab from the middle: both arms lose the same lightness and gain the same chroma, and blue
-    // against orange is the pair of hues that red-green and blue-yellow blindness leave apart by hue or by lightness.
+    // Straight lines in Oklab from the middle: both arms lose the same lightness and gain the same
+    // chroma, and blue against orange is the pair of hues that red-green and blue-yellow blindness
+    // leave apart by hue or by lightness.
     static const ColorMap map = []
     {
         const osg::Vec3f low = lch(0.50F, 0.15F, 255.0F);

@@ -10,9 +10,10 @@
 namespace osgMidair
 {
 
-/// Many small discs in one geometry, each a triangle round the disc that a shader cuts out: half as many triangles as quads
-/// have, and triangles are what software OpenGL spends its time on. Vertices and normals are left to the caller, three a disc;
-/// the texture coordinate is where a corner is if the disc has radius 1, one of kDiscCorners.
+/// Many small discs in one geometry, each a triangle round the disc that a shader cuts out: half as
+/// many triangles as quads have, and triangles are what software OpenGL spends its time on.
+/// Vertices and normals are left to the caller, three a disc; the texture coordinate is where a
+/// corner is if the disc has radius 1, one of kDiscCorners.
 osg::ref_ptr<osg::Geometry> makeDiscs();
 constexpr std::array<std::array<float, 2>, 3> kDiscCorners = {
     {{0.0F, 2.0F}, {-1.7320508F, -1.0F}, {1.7320508F, -1.0F}}};
@@ -32,7 +33,8 @@ makeProgram(const char* name, const char* vertexSource, const char* fragmentSour
 /// Colour and opacity in 0 .. 1 as bytes.
 osg::Vec4ub bytes(const osg::Vec3f& color, float opacity);
 
-/// Rendered after what is opaque, in the order of \a bin; tested against depth but leaving none; blended.
+/// Rendered after what is opaque, in the order of \a bin; tested against depth but leaving none;
+/// blended.
 OSGMIDAIR_EXPORT void drawTranslucent(osg::Node& node, int bin);
 
 /// Bins: later ones are painted over earlier ones.

@@ -30,7 +30,8 @@ double bessel0(double x)
     return sum;
 }
 
-/// sinc under a Kaiser window of half width \a half (samples). beta = 5: side lobes at about a thousandth.
+/// sinc under a Kaiser window of half width \a half (samples). beta = 5: side lobes at about a
+/// thousandth.
 double kernel(double x, double half)
 {
     constexpr double kBeta = 5.0;

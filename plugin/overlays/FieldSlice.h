@@ -17,15 +17,17 @@
 namespace osgMidair
 {
 
-/// From samples 0.37 wavelengths apart to any finer grid: a field of one wavelength has no detail below half of
-/// it, so a windowed sinc (Kaiser, 12 taps) restores what lies between to half a percent of the peak.
+/// From samples 0.37 wavelengths apart to any finer grid: a field of one wavelength has no detail
+/// below half of it, so a windowed sinc (Kaiser, 12 taps) restores what lies between to half a
+/// percent of the peak.
 class OSGMIDAIR_EXPORT BandLimitedZoom
 {
 public:
     static constexpr int kTaps =
         12; ///< the outermost kTaps / 2 samples on every side only support the others
 
-    /// \a out points spread evenly from sample kTaps/2 - 1 + 0.5 to the mirror of it at the far end; \a in samples, > kTaps.
+    /// \a out points spread evenly from sample kTaps/2 - 1 + 0.5 to the mirror of it at the far
+    /// end; \a in samples, > kTaps.
     BandLimitedZoom(int in, int out);
 
     /// \a samples in x in, row by row; \a magnitude out x out.
@@ -63,8 +65,8 @@ struct Slice
 {
     std::uint64_t frame = 0; ///< the request's
     SliceRequest request;
-    Eigen::MatrixXf
-        magnitude_Pa; ///< kSlicePixels x kSlicePixels: column x along u, row y along v, from -radius to radius
+    Eigen::MatrixXf magnitude_Pa; ///< kSlicePixels x kSlicePixels: column x along u, row y along v,
+                                  ///< from -radius to radius
     std::vector<unsigned char> texels; ///< RGBA, row by row, y upwards
     Eigen::Vector3d peak = Eigen::Vector3d::Zero();
     float peak_Pa = 0.0F;
@@ -74,18 +76,20 @@ struct Slice
 
 constexpr int kSlicePixels = 256;
 
-/// \a value rounded up to two digits: as much of the map as can be is used, and the scale has a legible end.
+/// \a value rounded up to two digits: as much of the map as can be is used, and the scale has a
+/// legible end.
 OSGMIDAIR_EXPORT float roundedUp(float value);
 
-/// How opaque the disc is, 0 .. 1, where |p| is \a share of the range: silence is a little see-through, pressure covers.
+/// How opaque the disc is, 0 .. 1, where |p| is \a share of the range: silence is a little
+/// see-through, pressure covers.
 inline float sliceOpacity(float share)
 {
     return 0.72F + 0.28F * (share < 0.4F ? 2.5F * share : 1.0F);
 }
 constexpr float kSliceRim = 0.03F; ///< of the radius, in which the disc fades
 
-/// Computes |p| on the square round a request's disc and colours it; only samples that the disc needs are computed. Keeps
-/// what the next one can use again.
+/// Computes |p| on the square round a request's disc and colours it; only samples that the disc
+/// needs are computed. Keeps what the next one can use again.
 class OSGMIDAIR_EXPORT SliceComputer
 {
 public:

@@ -43,8 +43,8 @@ osg::Vec3 osgVec(const Eigen::Vector3d& v)
     return osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z()));
 }
 
-/// Smallest over second largest spread below which points count as lying in a plane, and above which no longer: apart, so
-/// that a moving object doesn't flicker between the two.
+/// Smallest over second largest spread below which points count as lying in a plane, and above
+/// which no longer: apart, so that a moving object doesn't flicker between the two.
 constexpr double kFlat = 0.08;
 constexpr double kNotFlat = 0.14;
 
@@ -303,7 +303,8 @@ void FieldSliceOverlay::Part::setResult(
         const Eigen::Vector3d& sizes = spread.eigenvalues();
         _flat = points.cols() > 2 && sizes[0] < (_flat ? kNotFlat : kFlat) * sizes[1];
         if (_flat) normal = spread.eigenvectors().col(0);
-        // Where most points are, not in between: a raised middle doesn't pull the slice off the outline.
+        // Where most points are, not in between: a raised middle doesn't pull the slice off the
+        // outline.
         request.centre += normal * median(normal.transpose() * d);
     }
     if (plane)

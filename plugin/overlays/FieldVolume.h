@@ -65,7 +65,8 @@ private:
     float _range_Pa = 0.0F;
 };
 
-/// Computes volumes in its own thread, at most ten a second: beside the slice, which follows faster.
+/// Computes volumes in its own thread, at most ten a second: beside the slice, which follows
+/// faster.
 class VolumeWorker : public midair::base::LatestWorker<VolumeRequest, FieldVolume>
 {
 public:

@@ -33,7 +33,8 @@ void main()
 }
 )";
 
-// G_i = P0 gain_i D(theta_i)/R_i exp(-(beta + j k) R_i + j offset_i), lengths in wavelengths (PropagationMatrix.h).
+// G_i = P0 gain_i D(theta_i)/R_i exp(-(beta + j k) R_i + j offset_i), lengths in wavelengths
+// (PropagationMatrix.h).
 const char* const kFragmentSource = R"(#version 120
 uniform sampler2D places;
 uniform sampler2D normals;

@@ -27,8 +27,8 @@ enum class Renderer
 osg::ref_ptr<osg::Drawable::DrawCallback>
 probeRenderer(const std::shared_ptr<std::atomic<Renderer>>& found);
 
-/// A slice that a fragment shader computes: every texel sums up all transducers, into a texture as the SliceComputer's, once
-/// a field and context.
+/// A slice that a fragment shader computes: every texel sums up all transducers, into a texture as
+/// the SliceComputer's, once a field and context.
 class GpuSlice
 {
 public:

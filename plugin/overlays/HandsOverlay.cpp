@@ -31,8 +31,9 @@ constexpr double kFade_s = 0.5; ///< of a ring whose touch has ended
 const osg::Vec3f kSkin(0.86F, 0.82F, 0.78F);
 const osg::Vec3f kTouching(1.00F, 0.62F, 0.22F);
 
-// A capsule is a rectangle that turns to the eye round its axis, as long as the axis looks from there and a radius longer at
-// each end; gl_Vertex is this end of the axis, gl_Normal the other one, the texture coordinates say which end and side.
+// A capsule is a rectangle that turns to the eye round its axis, as long as the axis looks from
+// there and a radius longer at each end; gl_Vertex is this end of the axis, gl_Normal the other
+// one, the texture coordinates say which end and side.
 const char* const kCapsuleVertex = R"(#version 120
 varying float along; // in radii, from this capsule's first end on
 varying float across;

@@ -302,8 +302,8 @@ void Hud::Part::update()
                      volumeShown ? fieldVolume->getRange() : 0.0F);
 }
 
-// It takes no place in the scene. The sheets' own bounds are made here all the same, while one thread alone is at work: views
-// that cull at the same time would each make them.
+// It takes no place in the scene. The sheets' own bounds are made here all the same, while one
+// thread alone is at work: views that cull at the same time would each make them.
 osg::BoundingSphere Hud::computeBound() const
 {
     Overlay::computeBound();
@@ -315,7 +315,8 @@ void Hud::traverse(osg::NodeVisitor& visitor)
     if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR) _part.update();
     osgUtil::CullVisitor* cull = visitor.asCullVisitor();
     if (!cull || !cull->getViewport()) return;
-    // Nothing of the scene graph is changed here: views that cull at the same time each push matrices of their own.
+    // Nothing of the scene graph is changed here: views that cull at the same time each push
+    // matrices of their own.
     const double pixels = cull->getViewport()->height();
     const double scale = _scale > 0.0F ? _scale : std::max(1.0, 0.5 * std::floor(pixels / 350.0));
     const double width = cull->getViewport()->width() / scale;

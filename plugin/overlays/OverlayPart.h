@@ -20,8 +20,9 @@ namespace osgMidair
 class HapticOverlays;
 class Overlay;
 
-/// What stands behind an Overlay: follows the array, its fields and the hands in it, which no installed header names. All in
-/// the update traversal's thread; what isn't overridden does nothing.
+/// What stands behind an Overlay: follows the array, its fields and the hands in it, which no
+/// installed header names. All in the update traversal's thread; what isn't overridden does
+/// nothing.
 class OSGMIDAIR_EXPORT OverlayPart
 {
 public:
@@ -39,14 +40,15 @@ public:
     /// The newest field; never null.
     virtual void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result);
 
-    /// Hands and contacts (array frame) at \a time_s, the frame's simulation time; a frame after they were tracked.
+    /// Hands and contacts (array frame) at \a time_s, the frame's simulation time; a frame after
+    /// they were tracked.
     virtual void setHands(const std::vector<midair::bridge::HandCapsule>& capsules,
                           const std::vector<midair::bridge::HandContact>& contacts,
                           double time_s);
 };
 
-/// What stands behind a HapticOverlays: gives its overlays what the outermost HapticScene above it plays. All in the update
-/// traversal's thread.
+/// What stands behind a HapticOverlays: gives its overlays what the outermost HapticScene above it
+/// plays. All in the update traversal's thread.
 class OSGMIDAIR_EXPORT OverlayFeed
 {
 public:
@@ -58,14 +60,16 @@ public:
     void setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& array,
                   const midair::haptics::Medium& medium);
 
-    /// Hands \a result to what is shown, now; otherwise this comes by itself once a frame. Null: nothing happens.
+    /// Hands \a result to what is shown, now; otherwise this comes by itself once a frame. Null:
+    /// nothing happens.
     void show(const std::shared_ptr<const midair::bridge::HologramResult>& result);
 
     /// One frame of the HapticOverlays at the end of \a path.
     void update(const osg::NodePath& path);
 
 private:
-    /// Takes array, air, place and hands from the HapticScene on \a path; its field, or the last one where there is no scene.
+    /// Takes array, air, place and hands from the HapticScene on \a path; its field, or the last
+    /// one where there is no scene.
     std::shared_ptr<const midair::bridge::HologramResult> follow(const osg::NodePath& path);
 
     HapticOverlays& _overlays;

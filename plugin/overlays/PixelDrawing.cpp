@@ -33,11 +33,13 @@ geometryOf(osg::Vec3Array* vertices, osg::Vec4Array* colors, osg::Array::Binding
 
 osg::ref_ptr<osgText::Font> font()
 {
-    // OSG looks in its file path and in Debian's font folders that it knows; the last names are where Debian and other systems keep it.
+    // OSG looks in its file path and in Debian's font folders that it knows; the last names are
+    // where Debian and other systems keep it.
     static const osg::ref_ptr<osgText::Font> found = []
     {
-        // Of its own, not the application's: the settings below are ours. Software OpenGL smooths four times as long over
-        // mipmaps and eight times as long anisotropically, and letters are drawn at about the size of their texels.
+        // Of its own, not the application's: the settings below are ours. Software OpenGL smooths
+        // four times as long over mipmaps and eight times as long anisotropically, and letters are
+        // drawn at about the size of their texels.
         const osg::ref_ptr<osgDB::Options> options = new osgDB::Options;
         options->setObjectCacheHint(osgDB::Options::CACHE_NONE);
         osg::ref_ptr<osgText::Font> made;

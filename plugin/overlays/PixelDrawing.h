@@ -36,7 +36,8 @@ OSGMIDAIR_EXPORT osg::ref_ptr<osg::Geometry> picture(const osg::Vec2& lowerLeft,
                                                      bool smooth,
                                                      bool turned = false);
 
-/// Collects strokes of any width into one geometry (as quads, so that their width follows every scale).
+/// Collects strokes of any width into one geometry (as quads, so that their width follows every
+/// scale).
 class OSGMIDAIR_EXPORT Strokes
 {
 public:
@@ -66,14 +67,15 @@ private:
 /// Depth test and lighting off, blending on, children drawn in the order in which they were added.
 OSGMIDAIR_EXPORT void paintInOrder(osg::Node& node, int bin);
 
-/// Round values between \a from and \a to (1, 2 or 5 times a power of ten apart), at most \a atMost of them.
+/// Round values between \a from and \a to (1, 2 or 5 times a power of ten apart), at most \a atMost
+/// of them.
 OSGMIDAIR_EXPORT std::vector<double> ticks(double from, double to, int atMost);
 
 /// A tick's label: no needless digits, thousands kept apart by a thin gap.
 OSGMIDAIR_EXPORT std::string number(double value);
 
-/// A map with its scale: a bar with ticks, numbers and a heading that names quantity and unit. Upright bars carry their
-/// numbers on the right, lying ones below.
+/// A map with its scale: a bar with ticks, numbers and a heading that names quantity and unit.
+/// Upright bars carry their numbers on the right, lying ones below.
 class OSGMIDAIR_EXPORT ColorBar : public osg::Group
 {
 public:

@@ -14,8 +14,8 @@ namespace osgMidair::pixels
 namespace
 {
 
-/// Texels a glyph is high: twice what is usual, so that a screen of twice the density still shows it sharply, and one of
-/// single density averages two by two.
+/// Texels a glyph is high: twice what is usual, so that a screen of twice the density still shows
+/// it sharply, and one of single density averages two by two.
 constexpr unsigned int kResolution = 26;
 
 std::vector<unsigned int> codesOf(const std::string& utf8)

@@ -11,8 +11,8 @@
 namespace osgMidair::pixels
 {
 
-/// Text and strokes that change often, in two draw calls however much is on it: what costs time is not the pixels but the
-/// number of drawables.
+/// Text and strokes that change often, in two draw calls however much is on it: what costs time is
+/// not the pixels but the number of drawables.
 class OSGMIDAIR_EXPORT TextPanel : public osg::Group
 {
 public:
@@ -31,7 +31,8 @@ public:
     void finish();
 
     Strokes& strokes() { return _strokes; }
-    /// \a content (UTF-8, one line) with its baseline at \a position, \a size pixels high; returns how wide it is.
+    /// \a content (UTF-8, one line) with its baseline at \a position, \a size pixels high; returns
+    /// how wide it is.
     float text(const std::string& content,
                const osg::Vec2& position,
                float size,
@@ -68,7 +69,8 @@ struct Scale
     void draw(TextPanel& sheet, float textSize, const osg::Vec4& color) const;
 };
 
-/// The last values of a figure as a small curve from 0 to their maximum, with its name, the last value and the maximum.
+/// The last values of a figure as a small curve from 0 to their maximum, with its name, the last
+/// value and the maximum.
 class OSGMIDAIR_EXPORT Sparkline
 {
 public:

@@ -210,12 +210,14 @@ void CollectHapticSurfacesVisitor::apply(osg::Drawable& drawable)
 
 void markTags(osg::Node& root)
 {
-    // Protected in osg::Node, since only a subclass is expected to want traversals; a tag makes a node a haptic one.
+    // Protected in osg::Node, since only a subclass is expected to want traversals; a tag makes a
+    // node a haptic one.
     struct Counts : osg::Node
     {
         using osg::Node::setNumChildrenRequiringEventTraversal;
     };
-    // Plain recursion, several times faster than a visitor: into everything, whether or not it is shown now.
+    // Plain recursion, several times faster than a visitor: into everything, whether or not it is
+    // shown now.
     if (root.getUserDataContainer() && root.getNumChildrenRequiringEventTraversal() == 0 &&
         (hasHapticTag(root) || hasObstacleTag(root)))
         (root.*&Counts::setNumChildrenRequiringEventTraversal)(1);

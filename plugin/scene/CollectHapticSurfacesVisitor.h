@@ -27,20 +27,24 @@ struct HapticInstance
     bool followsCamera = false; ///< below what turns with the camera; world leaves that out
 };
 
-/// Finds every HapticSurface and every node tagged "haptic" or "obstacle" among the active children, once per node path: Switch,
-/// masks and LOD (at its finest) are honoured, no camera plays a part. Run it after the update traversal.
+/// Finds every HapticSurface and every node tagged "haptic" or "obstacle" among the active
+/// children, once per node path: Switch, masks and LOD (at its finest) are honoured, no camera
+/// plays a part. Run it after the update traversal.
 ///
-/// Goes only where there is something to find: haptic nodes ask for the event traversal, and OSG counts those that do up to
-/// the root, so a subtree without any is passed by. Tagged nodes have to be marked with markTags() for that.
+/// Goes only where there is something to find: haptic nodes ask for the event traversal, and OSG
+/// counts those that do up to the root, so a subtree without any is passed by. Tagged nodes have to
+/// be marked with markTags() for that.
 class CollectHapticSurfacesVisitor : public osg::NodeVisitor
 {
 public:
-    /// \a owner: the scene that it collects for. Others that are met are inside it: their surfaces are its own, unless they are
-    /// disabled. Null: it is no scene, and all that it meets are inside.
+    /// \a owner: the scene that it collects for. Others that are met are inside it: their surfaces
+    /// are its own, unless they are disabled. Null: it is no scene, and all that it meets are
+    /// inside.
     explicit CollectHapticSurfacesVisitor(const osg::Node* owner = nullptr);
 
-    /// Starts anew under \a root, whose parent is at \a world. Memory is kept from call to call. Where nothing haptic is found
-    /// \a root itself becomes an instance with the property \a otherwise, if that isn't null.
+    /// Starts anew under \a root, whose parent is at \a world. Memory is kept from call to call.
+    /// Where nothing haptic is found \a root itself becomes an instance with the property \a
+    /// otherwise, if that isn't null.
     void
     collect(osg::Node& root, const osg::Matrixd& world, const HapticProperty* otherwise = nullptr);
 
@@ -49,7 +53,8 @@ public:
     /// The enabled scenes inside the owner's that the last collect() met.
     const std::vector<const HapticScene*>& innerScenes() const { return _innerScenes; }
 
-    /// "HapticScene/MatrixTransform 'arm'/HapticSurface 'hand'" for an instance of the last collect().
+    /// "HapticScene/MatrixTransform 'arm'/HapticSurface 'hand'" for an instance of the last
+    /// collect().
     std::string path(const HapticInstance& instance);
 
     void apply(osg::Node& node) override;
@@ -79,14 +84,17 @@ private:
     bool _followsCamera = false;
 };
 
-/// Has tagged nodes anywhere under \a root counted like haptic ones. Walks the whole subtree: not for every frame.
+/// Has tagged nodes anywhere under \a root counted like haptic ones. Walks the whole subtree: not
+/// for every frame.
 void markTags(osg::Node& root);
 
-/// The text of a tag: user value "haptic" (a bool or a text), or a description "haptic ...". False without one.
+/// The text of a tag: user value "haptic" (a bool or a text), or a description "haptic ...". False
+/// without one.
 bool hapticTag(const osg::Node& node, std::string& text);
 bool hasHapticTag(const osg::Node& node);
 
-/// User value "obstacle" (a bool), or a description "obstacle": a real thing that is in the sound's way.
+/// User value "obstacle" (a bool), or a description "obstacle": a real thing that is in the sound's
+/// way.
 bool hasObstacleTag(const osg::Node& node);
 
 /// A HapticSurface or a node whose tag was marked: something that is an object of its own.

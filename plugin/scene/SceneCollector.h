@@ -19,15 +19,16 @@
 namespace osgMidair
 {
 
-/// What is active under a root, as haptic objects and obstacles in array coordinates; what did not change since the frame
-/// before is only looked at, not made again.
+/// What is active under a root, as haptic objects and obstacles in array coordinates; what did not
+/// change since the frame before is only looked at, not made again.
 ///
 /// Belongs to the thread that updates the scene.
 class SceneCollector
 {
 public:
-    /// \a owner: the HapticScene that it collects for; null: something else, which all scenes that it meets are inside of. \a say is told what can't be felt, with the node's
-    /// path, possibly again and again.
+    /// \a owner: the HapticScene that it collects for; null: something else, which all scenes that
+    /// it meets are inside of. \a say is told what can't be felt, with the node's path, possibly
+    /// again and again.
     SceneCollector(const osg::Node* owner, std::function<void(const std::string&)> say);
 
     /// Where nothing under the root is haptic, the whole of it is felt so.
@@ -40,8 +41,9 @@ public:
     void dirtyTags() { _tagFrame = 0; }
     static constexpr unsigned int kTagFrames = 60;
 
-    /// One frame: what is to be felt under \a root, whose parent is at \a world, in \a objects. Those are to be as the last
-    /// collect() left them, else forget() comes first. False when they are also for this frame.
+    /// One frame: what is to be felt under \a root, whose parent is at \a world, in \a objects.
+    /// Those are to be as the last collect() left them, else forget() comes first. False when they
+    /// are also for this frame.
     bool collect(osg::Node& root,
                  const osg::Matrixd& world,
                  std::vector<midair::bridge::HapticObject>& objects);

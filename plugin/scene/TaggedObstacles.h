@@ -16,8 +16,8 @@
 namespace osgMidair
 {
 
-/// Nodes tagged "obstacle" as the capsules that shadows are reckoned with. On the update thread; a frame in which none
-/// changed its shape allocates nothing.
+/// Nodes tagged "obstacle" as the capsules that shadows are reckoned with. On the update thread; a
+/// frame in which none changed its shape allocates nothing.
 class TaggedObstacles
 {
 public:
@@ -25,7 +25,8 @@ public:
 
     void beginFrame();
 
-    /// \a toArray: coordinates of \a node's children -> array. Subtrees that \a skip names are left out.
+    /// \a toArray: coordinates of \a node's children -> array. Subtrees that \a skip names are left
+    /// out.
     void add(osg::Node& node,
              const Eigen::Matrix4d& toArray,
              const std::function<bool(const osg::Node&)>& skip,

@@ -31,7 +31,8 @@ namespace
 /// Extent of the smallest over the middle one below which an object counts as flat.
 constexpr double kFlat = 0.35;
 
-/// Vertices in the same place become one, so that neighbouring triangles know each other: per vertex the first like it.
+/// Vertices in the same place become one, so that neighbouring triangles know each other: per
+/// vertex the first like it.
 std::vector<int> welded(const haptics::TriangleMesh& mesh)
 {
     const double grid = 1e-6 * std::max(1e-9, mesh.extent().maxCoeff());
@@ -48,8 +49,8 @@ std::vector<int> welded(const haptics::TriangleMesh& mesh)
     return like;
 }
 
-/// Edges with one triangle, or whose two triangles turn by more than 35 degrees; none where they would be a thicket: a tenth
-/// of all edges of a solid.
+/// Edges with one triangle, or whose two triangles turn by more than 35 degrees; none where they
+/// would be a thicket: a tenth of all edges of a solid.
 osg::ref_ptr<osg::Vec3Array> featureEdges(const haptics::TriangleMesh& mesh, bool flat)
 {
     const std::vector<int> like = welded(mesh);

@@ -7,7 +7,8 @@
 namespace midair::samples
 {
 
-/// A model that any OSG plugin reads, brought to a size, in its own middle, and lit so that its shape shows.
+/// A model that any OSG plugin reads, brought to a size, in its own middle, and lit so that its
+/// shape shows.
 struct DemoObject
 {
     std::string name;              ///< file name without folders
@@ -17,7 +18,8 @@ struct DemoObject
     bool flat = false; ///< drawn see-through, because the field's slice lies in it
 };
 
-/// Reads \a path and scales it to the largest extent \a size_m (0: as it is). Throws std::runtime_error that names the file.
+/// Reads \a path and scales it to the largest extent \a size_m (0: as it is). Throws
+/// std::runtime_error that names the file.
 DemoObject loadDemoObject(const std::string& path, double size_m);
 
 /// Two lights (key and fill) as children of the group that is returned, for \a scene below it.

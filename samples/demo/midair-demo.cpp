@@ -1,4 +1,5 @@
-/// The main job: an object that moves in the array, with the field that is played for it; in a window or as pictures.
+/// The main job: an object that moves in the array, with the field that is played for it; in a
+/// window or as pictures.
 
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "engine-bridge/pipeline/HologramResult.h"
@@ -118,7 +119,8 @@ double nearestPoint_mm(const bridge::HologramResult& result, const osg::Vec3d& p
            std::sqrt((result.points.positions.colwise() - at).colwise().squaredNorm().minCoeff());
 }
 
-/// Holds the scene at \a time_s, where its last frame was, until the field for it is solved and its slice is drawn: what a picture shows belongs together.
+/// Holds the scene at \a time_s, where its last frame was, until the field for it is solved and its
+/// slice is drawn: what a picture shows belongs together.
 DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, bool draw)
 {
     DemoPicture picture;

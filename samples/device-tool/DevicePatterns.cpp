@@ -34,7 +34,8 @@ std::uint8_t dutyOf(double amplitude)
         std::lround(510 / M_PI * std::asin(std::clamp(amplitude, 0.0, 1.0))));
 }
 
-// All transducers in phase at a point: q_i = e^{+jk |r - r_i|}, so that all arrive with the same phase.
+// All transducers in phase at a point: q_i = e^{+jk |r - r_i|}, so that all arrive with the same
+// phase.
 void focus(const haptics::TransducerArray& array,
            double k,
            const Eigen::Vector3d& r,
@@ -96,7 +97,8 @@ int playTransducers(const DeviceOptions& options)
     return finish(*device);
 }
 
-// A focus on a circle round the centre; for an array in one plane, round a point 150 mm in front of it.
+// A focus on a circle round the centre; for an array in one plane, round a point 150 mm in front of
+// it.
 int playCircle(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
@@ -132,7 +134,8 @@ int playCircle(const DeviceOptions& options)
     return finish(*device);
 }
 
-// Random phases as fast as asked for; what the device confirmed, and how long a field waited before it was handed over.
+// Random phases as fast as asked for; what the device confirmed, and how long a field waited before
+// it was handed over.
 int measureRates(const DeviceOptions& options)
 {
     const auto array = loadArray(options);

@@ -39,12 +39,13 @@ extern std::atomic<bool> interrupted;
 
 haptics::TransducerArray loadArray(const DeviceOptions& options);
 
-/// The device; where it is opened without being there (`usb:?wait=yes`), says so once and waits for it, at most as long as the
-/// options' seconds. What then still isn't there is LOST.
+/// The device; where it is opened without being there (`usb:?wait=yes`), says so once and waits for
+/// it, at most as long as the options' seconds. What then still isn't there is LOST.
 std::unique_ptr<device::ArrayDevice> open(const DeviceOptions& options,
                                           const haptics::TransducerArray& array);
 
-/// As open(); refuses a cap of pressure, which could be held nowhere: \a what ("this pattern") has no control points.
+/// As open(); refuses a cap of pressure, which could be held nowhere: \a what ("this pattern") has
+/// no control points.
 std::unique_ptr<device::ArrayDevice> openWithoutPoints(const DeviceOptions& options,
                                                        const haptics::TransducerArray& array,
                                                        const std::string& what = "this pattern");
@@ -53,8 +54,8 @@ std::unique_ptr<device::ArrayDevice> openWithoutPoints(const DeviceOptions& opti
 bool goesOn(double end_s, const device::ArrayDevice& device);
 void pause(double until_s);
 
-/// Silences the device and prints its status. DEVICE_FAILED where it is lost, or played none or less than half of what it was
-/// sent, which is told.
+/// Silences the device and prints its status. DEVICE_FAILED where it is lost, or played none or
+/// less than half of what it was sent, which is told.
 int finish(device::ArrayDevice& device);
 
 // The commands.

@@ -1,4 +1,5 @@
-// Looks after an array without a scene: what is plugged in, how it fares, test patterns, rates, recordings.
+// Looks after an array without a scene: what is plugged in, how it fares, test patterns, rates,
+// recordings.
 
 #include "samples/device-tool/DeviceTool.h"
 

@@ -7,8 +7,8 @@
 namespace midair::samples
 {
 
-/// Draws the field of \a solution into a PNG file at \a path, with the module midair-picture.so, which is looked for beside the
-/// program and in ../lib. Returns what went wrong, or an empty text.
+/// Draws the field of \a solution into a PNG file at \a path, with the module midair-picture.so,
+/// which is looked for beside the program and in ../lib. Returns what went wrong, or an empty text.
 std::string
 drawPicture(const Solution& solution, const std::string& title, const std::string& path);
 

@@ -15,12 +15,14 @@
 namespace midair::samples
 {
 
-/// Reads control points from a CSV file with a header line: x_m,y_m,z_m,nx,ny,nz and either target_Pa (absolute) or
-/// target (relative). Columns may stand in any order, others are passed over.
-/// A regular file of at most 64 MiB and 100,000 points. Throws base::InputError naming the file and the line.
+/// Reads control points from a CSV file with a header line: x_m,y_m,z_m,nx,ny,nz and either
+/// target_Pa (absolute) or target (relative). Columns may stand in any order, others are passed
+/// over. A regular file of at most 64 MiB and 100,000 points. Throws base::InputError naming the
+/// file and the line.
 haptics::ControlPoints readControlPoints(const std::string& path);
 
-/// x_m,y_m,z_m,nx,ny,nz,target_Pa,achieved_Pa: one row a control point; both pressures are peak amplitudes.
+/// x_m,y_m,z_m,nx,ny,nz,target_Pa,achieved_Pa: one row a control point; both pressures are peak
+/// amplitudes.
 void writeControlPoints(const std::string& path,
                         const haptics::ControlPoints& points,
                         const Eigen::VectorXd& target_Pa,

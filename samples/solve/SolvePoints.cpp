@@ -33,7 +33,8 @@ Eigen::Isometry3d poseOf(const SolveArguments& arguments)
     return pose;
 }
 
-/// The model's samples in the array frame, a set for each field; every target 1, or the pressure asked for.
+/// The model's samples in the array frame, a set for each field; every target 1, or the pressure
+/// asked for.
 std::vector<haptics::PosedObject> sampleModel(const SolveArguments& arguments,
                                               const SolveScene& scene)
 {

@@ -28,13 +28,14 @@ struct SolveScene
 /// Array, air and model that \a arguments name. Throws base::InputError.
 SolveScene loadScene(const SolveArguments& arguments);
 
-/// Control points in the array frame, a set for each field of a cycle; what the array can't reach is left out and told on
-/// standard error. Throws base::InputError.
+/// Control points in the array frame, a set for each field of a cycle; what the array can't reach
+/// is left out and told on standard error. Throws base::InputError.
 std::vector<haptics::ControlPoints> pointSets(const SolveArguments& arguments,
                                               const SolveScene& scene);
 
-/// The model's feature edges in the array frame, their targets the pressure asked for or 1. Those that are not whole within the
-/// array's reach are left out and told; \a any says whether there were some. Throws base::InputError.
+/// The model's feature edges in the array frame, their targets the pressure asked for or 1. Those
+/// that are not whole within the array's reach are left out and told; \a any says whether there
+/// were some. Throws base::InputError.
 std::vector<haptics::Outline>
 modelOutlines(const SolveArguments& arguments, const SolveScene& scene, bool& any);
 

@@ -1,4 +1,5 @@
-// midair-solve: a model (or a list of points) in, the drive of the array and the field it makes out; needs no scene.
+// midair-solve: a model (or a list of points) in, the drive of the array and the field it makes
+// out; needs no scene.
 
 #include "haptics/base/InputError.h"
 #include "samples/solve/Picture.h"

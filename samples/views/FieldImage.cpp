@@ -90,8 +90,8 @@ private:
     float _scale;
 };
 
-/// An axis' name, and where the grid's corner lies on it (m): the array's own axis where the edge runs along it, else
-/// distance from the middle of the slice.
+/// An axis' name, and where the grid's corner lies on it (m): the array's own axis where the edge
+/// runs along it, else distance from the middle of the slice.
 struct Axis
 {
     std::string name;
@@ -207,7 +207,8 @@ osg::ref_ptr<osg::Node> drawing(const FieldImage& image, int& width, int& height
     return group;
 }
 
-/// The slice alone, enlarged to about the size of the figure, control points as white squares with a dark rim.
+/// The slice alone, enlarged to about the size of the figure, control points as white squares with
+/// a dark rim.
 osg::ref_ptr<osg::Image> withoutText(const FieldImage& image)
 {
     const float largest = std::max(image.pressure_Pa.cwiseAbs().maxCoeff(), 1e-6F);
@@ -263,7 +264,8 @@ haptics::FieldGrid bestSlice(const haptics::ControlPoints& points, double margin
         centre = points.positions.rowwise().mean();
         const Eigen::Matrix3Xd d = points.positions.colwise() - centre;
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(d * d.transpose());
-        // Flat or nearly so: across the thinnest direction, else the array frame's own plane that the points fill best.
+        // Flat or nearly so: across the thinnest direction, else the array frame's own plane that
+        // the points fill best.
         Eigen::Vector3d normal = spread.eigenvectors().col(0);
         if (spread.eigenvalues()[0] > 0.25 * spread.eigenvalues()[1])
         {
@@ -271,11 +273,13 @@ haptics::FieldGrid bestSlice(const haptics::ControlPoints& points, double margin
             d.cwiseAbs().rowwise().maxCoeff().minCoeff(&thinnest);
             normal = Eigen::Vector3d::Unit(thinnest);
         }
-        // Where most points are, not in between: a raised middle doesn't pull the slice off the outline.
+        // Where most points are, not in between: a raised middle doesn't pull the slice off the
+        // outline.
         Eigen::VectorXd heights = normal.transpose() * d;
         std::nth_element(heights.begin(), heights.begin() + heights.size() / 2, heights.end());
         centre += normal * heights[heights.size() / 2];
-        // Edges as near to the array's axes as the plane allows, so that pictures of neighbouring frames look alike.
+        // Edges as near to the array's axes as the plane allows, so that pictures of neighbouring
+        // frames look alike.
         int steepest = 0;
         normal.cwiseAbs().maxCoeff(&steepest);
         const Eigen::Vector3d first = Eigen::Vector3d::Unit(steepest == 0 ? 2 : 0);

@@ -12,7 +12,8 @@
 namespace midair::samples
 {
 
-/// One slice of a field with what belongs to it, as a figure: axes in mm, colour bar in Pa, outline and control points.
+/// One slice of a field with what belongs to it, as a figure: axes in mm, colour bar in Pa, outline
+/// and control points.
 struct FieldImage
 {
     haptics::FieldGrid grid;       ///< u and v perpendicular to each other
@@ -28,19 +29,21 @@ struct FieldImage
     std::string caption; ///< one line below the picture; may be empty
 };
 
-/// The rectangle that shows \a points best: through their centroid, across the direction in which they spread least (the
-/// wider view of the array frame's planes where two are alike), \a margin_m wider than the points on every side and
-/// samples \a step_m apart. With no points: the plane y = 0, 2 margin_m wide.
+/// The rectangle that shows \a points best: through their centroid, across the direction in which
+/// they spread least (the wider view of the array frame's planes where two are alike), \a margin_m
+/// wider than the points on every side and samples \a step_m apart. With no points: the plane y =
+/// 0, 2 margin_m wide.
 haptics::FieldGrid bestSlice(const haptics::ControlPoints& points, double margin_m, double step_m);
 
-/// Where \a mesh (moved by \a pose into the array frame) meets the plane of \a grid; where it lies in that plane, its
-/// boundary and creases. 3 x 2 s, a pair of columns a segment.
+/// Where \a mesh (moved by \a pose into the array frame) meets the plane of \a grid; where it lies
+/// in that plane, its boundary and creases. 3 x 2 s, a pair of columns a segment.
 Eigen::Matrix3Xd outlineInPlane(const haptics::TriangleMesh& mesh,
                                 const Eigen::Isometry3d& pose,
                                 const haptics::FieldGrid& grid);
 
-/// Writes \a image to \a path (.png), drawn off screen through OpenGL. Where there is no OpenGL the slice and the points
-/// are written without text, and \a message says so. False when nothing could be written; \a message then says why.
+/// Writes \a image to \a path (.png), drawn off screen through OpenGL. Where there is no OpenGL the
+/// slice and the points are written without text, and \a message says so. False when nothing could
+/// be written; \a message then says why.
 bool writeFieldImage(const std::string& path,
                      const FieldImage& image,
                      std::string* message = nullptr);

@@ -1,5 +1,6 @@
-// How tight and how fast the certificate is, and how far every method's field is from the best that exists: equal targets
-// on a Fibonacci sphere in the octagonal prism, one thread, G, K and M included.
+// How tight and how fast the certificate is, and how far every method's field is from the best that
+// exists: equal targets on a Fibonacci sphere in the octagonal prism, one thread, G, K and M
+// included.
 #include "haptics/base/InputError.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
 #include "haptics/solvers/HologramSolver.h"

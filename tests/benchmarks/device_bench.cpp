@@ -1,5 +1,6 @@
-// How long encoding takes, how many fields a second the simulated array and the emulated USB array take, and how long a field and a
-// mute are under way to the wire, how far apart two arrays get one field; beside it what the emulation costs by itself and how late the host wakes any thread.
+// How long encoding takes, how many fields a second the simulated array and the emulated USB array
+// take, and how long a field and a mute are under way to the wire, how far apart two arrays get one
+// field; beside it what the emulation costs by itself and how late the host wakes any thread.
 #include "device/ArrayDevice.h"
 #include "device/FieldCounters.h"
 #include "device/drive/DriveEncoder.h"
@@ -102,7 +103,8 @@ void sleepUntil(double time_s)
     if (wait_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(wait_s));
 }
 
-/// How late the host wakes a thread that asks for it every millisecond, while the others work: what no program can do better.
+/// How late the host wakes a thread that asks for it every millisecond, while the others work: what
+/// no program can do better.
 class HostProbe
 {
 public:

@@ -1,4 +1,5 @@
-// What hands cost a frame: touch against meshes of several sizes, reach, and shadows over the array.
+// What hands cost a frame: touch against meshes of several sizes, reach, and shadows over the
+// array.
 
 #include "engine-bridge/hands/HandProximity.h"
 #include "engine-bridge/hands/Obstacles.h"

@@ -1,5 +1,6 @@
-// What the kit costs an application: collecting 10 haptic nodes out of 10,000 and handing a snapshot over, a scene in which
-// nothing moves, and the time from a frame's stamp to the drive signal while a viewer draws.
+// What the kit costs an application: collecting 10 haptic nodes out of 10,000 and handing a
+// snapshot over, a scene in which nothing moves, and the time from a frame's stamp to the drive
+// signal while a viewer draws.
 
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "plugin/engine/HapticEngine.h"
@@ -168,7 +169,8 @@ private:
     std::chrono::steady_clock::time_point _next = std::chrono::steady_clock::now();
 };
 
-/// Runs \a seconds of frames without drawing; CPU time of the whole process, all threads, in % of a core.
+/// Runs \a seconds of frames without drawing; CPU time of the whole process, all threads, in % of a
+/// core.
 double processShare(osg::Node* root, int seconds)
 {
     osgViewer::Viewer viewer;
@@ -226,7 +228,8 @@ void idle(int seconds)
                 processShare(big.scene, seconds));
 }
 
-/// A moving object of about 100 points in the octagonal array, drawn off screen at 60 frames a second.
+/// A moving object of about 100 points in the octagonal array, drawn off screen at 60 frames a
+/// second.
 void motionToSignal(int seconds)
 {
     osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;

@@ -87,8 +87,9 @@ Times median(int repeats, const TriangleMesh& mesh, const SamplerOptions& option
     return {wall[middle], thread[middle]};
 }
 
-/// A finer mesh of the same surface, of \a triangles triangles or a few more: all cut in four as often as that fits,
-/// then so many as are missing cut in three at their middle, which leaves no vertex on an edge.
+/// A finer mesh of the same surface, of \a triangles triangles or a few more: all cut in four as
+/// often as that fits, then so many as are missing cut in three at their middle, which leaves no
+/// vertex on an edge.
 TriangleMesh refined(TriangleMesh mesh, Eigen::Index triangles)
 {
     while (4 * mesh.triangles.cols() <= triangles)

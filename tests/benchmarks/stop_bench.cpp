@@ -1,6 +1,7 @@
-// How soon a solve ends once it is asked to: each solver with few and many points, a million iterations, from the request to
-// the return, in wall time and in time of the thread that solves. Then whole scenes with settings that take long, from closing
-// until the thread is gone, and the most memory that was used by then.
+// How soon a solve ends once it is asked to: each solver with few and many points, a million
+// iterations, from the request to the return, in wall time and in time of the thread that solves.
+// Then whole scenes with settings that take long, from closing until the thread is gone, and the
+// most memory that was used by then.
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/threads/StopToken.h"

@@ -224,7 +224,8 @@ gboolean EmulatedArray::answer(UMockdevIoctlClient* client)
     }
 }
 
-// As the kernel takes it, but for nobody who hasn't claimed the interface; only the FIFO is written to like this.
+// As the kernel takes it, but for nobody who hasn't claimed the interface; only the FIFO is written
+// to like this.
 gboolean EmulatedArray::bulk(UMockdevIoctlClient* client, UMockdevIoctlData* data)
 {
     const auto& transfer = *reinterpret_cast<const usbdevfs_bulktransfer*>(data->data);
@@ -256,7 +257,8 @@ gboolean EmulatedArray::submit(UMockdevIoctlClient* client, UMockdevIoctlData* d
     return TRUE;
 }
 
-// Looks at the host's memory, which is a way to it and back, only where there is something to put there.
+// Looks at the host's memory, which is a way to it and back, only where there is something to put
+// there.
 gboolean EmulatedArray::reap(UMockdevIoctlClient* client)
 {
     if (_plugged) feedIn();

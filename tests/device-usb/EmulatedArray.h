@@ -17,14 +17,15 @@
 #include <linux/usbdevice_fs.h>
 #include <umockdev.h>
 
-/// The array as the kernel's usbfs would show it to the real libusb: umockdev answers libusb's ioctls, the virtual firmware
-/// answers the packets. Faults are switched on by the test.
+/// The array as the kernel's usbfs would show it to the real libusb: umockdev answers libusb's
+/// ioctls, the virtual firmware answers the packets. Faults are switched on by the test.
 ///
-/// The device node is a pipe that is full, and so not ready, until a transfer has ended, as usbfs's node is not: libusb then sleeps
-/// in between instead of asking again and again.
+/// The device node is a pipe that is full, and so not ready, until a transfer has ended, as usbfs's
+/// node is not: libusb then sleeps in between instead of asking again and again.
 ///
-/// The device has a second interface, before the array's, and endpoint numbers that nobody would guess. Several may be plugged in at
-/// a time, into ports 1 to 5 of one emulated bus, with the serial numbers A0001 to A0005; umockdev has one thread for all.
+/// The device has a second interface, before the array's, and endpoint numbers that nobody would
+/// guess. Several may be plugged in at a time, into ports 1 to 5 of one emulated bus, with the
+/// serial numbers A0001 to A0005; umockdev has one thread for all.
 class EmulatedArray
 {
 public:
@@ -33,7 +34,8 @@ public:
                            int port = 1);
     ~EmulatedArray();
 
-    /// Not an array but an FT232H with serial number A0001, which hands what it is sent to \a take, on umockdev's thread.
+    /// Not an array but an FT232H with serial number A0001, which hands what it is sent to \a take,
+    /// on umockdev's thread.
     explicit EmulatedArray(std::function<void(const std::uint8_t*, std::size_t)> take);
 
     EmulatedArray(const EmulatedArray&) = delete;
@@ -44,7 +46,8 @@ public:
     midair::device::DriveSignal playing() { return _firmware.playing(now_s()); }
 
     void plug();
-    /// In-flight transfers end with \a error: ESHUTDOWN, EPROTO or EPIPE, as it happens with real controllers.
+    /// In-flight transfers end with \a error: ESHUTDOWN, EPROTO or EPIPE, as it happens with real
+    /// controllers.
     void unplug(int error = 108);
     void letGo();          ///< what hangs arrives now, in its order
     void denyPermission(); ///< the device node can't be opened from here on

@@ -6,9 +6,10 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-// An open device node is, under umockdev, a descriptor and a socket that carries its ioctls to the test. The child process that a
-// board's last will is left to closes all descriptors but the node's, and the socket with them, which a node of the kernel's
-// doesn't have. So this program brings a close_range of its own in place of libc's, which spares these sockets.
+// An open device node is, under umockdev, a descriptor and a socket that carries its ioctls to the
+// test. The child process that a board's last will is left to closes all descriptors but the
+// node's, and the socket with them, which a node of the kernel's doesn't have. So this program
+// brings a close_range of its own in place of libc's, which spares these sockets.
 
 namespace
 {

@@ -6,7 +6,8 @@
 #include <functional>
 #include <thread>
 
-/// Waits for what another thread brings about; generous since the machine may be busy, but a pass takes as long as it takes.
+/// Waits for what another thread brings about; generous since the machine may be busy, but a pass
+/// takes as long as it takes.
 inline bool eventually(const std::function<bool()>& condition, double seconds = 10)
 {
     const double end_s = EmulatedArray::now_s() + seconds;

@@ -7,12 +7,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-/// This program once more, as one that opens what the test emulates, plays on it and never closes it.
+/// This program once more, as one that opens what the test emulates, plays on it and never closes
+/// it.
 class Host
 {
 public:
-    /// \a argument: "--host" for the array, which it sends fields for ever; "--fifo-host" for the board behind an FT232H,
-    /// which it sends one field and then stops itself.
+    /// \a argument: "--host" for the array, which it sends fields for ever; "--fifo-host" for the
+    /// board behind an FT232H, which it sends one field and then stops itself.
     explicit Host(const char* argument)
     {
         char program[] = "/proc/self/exe";

@@ -21,7 +21,8 @@ DriveSignal loudField(int transducers)
     return field;
 }
 
-// A program of its own for the test that kills it: opens the array that the test emulates and sends fields for ever.
+// A program of its own for the test that kills it: opens the array that the test emulates and sends
+// fields for ever.
 int hostThatNeverCloses()
 {
     const auto device = openDevice("usb:", {8, {0, 0, 0, 0, 1, 1, 1, 1}});
@@ -32,8 +33,9 @@ int hostThatNeverCloses()
     }
 }
 
-// The same for the board behind an FT232H, but it sends one field and stops itself. Its child speaks to the emulation on the very
-// connection that it leaves, and the answer to a request that it was killed in would be taken for the answer to the child's.
+// The same for the board behind an FT232H, but it sends one field and stops itself. Its child
+// speaks to the emulation on the very connection that it leaves, and the answer to a request that
+// it was killed in would be taken for the answer to the child's.
 int fifoHostThatNeverCloses()
 {
     const auto device = openDevice("openmpd:A0001", {256, {}});

@@ -8,8 +8,8 @@
 
 #include <unistd.h>
 
-/// umockdev works by being loaded before libc: starts the program again with it, unless it is. A sanitizer's runtime has to come
-/// first. Returns false when that is not possible.
+/// umockdev works by being loaded before libc: starts the program again with it, unless it is. A
+/// sanitizer's runtime has to come first. Returns false when that is not possible.
 inline bool restartWithUmockdev(char** argv)
 {
     const char* loaded = std::getenv("LD_PRELOAD");

@@ -9,7 +9,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/// A named pipe in place of a device node: poll() finds it ready to be written to when we say so, and not before.
+/// A named pipe in place of a device node: poll() finds it ready to be written to when we say so,
+/// and not before.
 class ReadyPipe
 {
 public:

@@ -58,7 +58,8 @@ private:
     std::thread _thread;
 };
 
-// 500 fields/s for so long: memory doesn't grow, no commit is lost, the counters of host and device add up.
+// 500 fields/s for so long: memory doesn't grow, no commit is lost, the counters of host and device
+// add up.
 void soak(double seconds)
 {
     DeviceLayout layout{3984, {}};
@@ -100,8 +101,9 @@ void soak(double seconds)
     }
     else
     {
-        // A machine that stops this program for so long makes the watchdog mute and transfers time out, which are then sent again:
-        // the device may have played more than was counted, never less.
+        // A machine that stops this program for so long makes the watchdog mute and transfers time
+        // out, which are then sent again: the device may have played more than was counted, never
+        // less.
         EXPECT_GE(status.played, report.played);
         EXPECT_GE(report.faults, status.watchdogs);
     }

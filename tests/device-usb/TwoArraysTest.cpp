@@ -19,7 +19,8 @@ const DeviceLayout kHalf = {8, {0, 0, 0, 0, 1, 1, 1, 1}};
 const DeviceLayout kWhole = {16, {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3}};
 const std::string kUri = "usb:A0001?boards=0-1,usb:A0002?boards=2-3";
 
-/// Two halves of an array on two ports, and what came to them in which order: data and commits of fields by their first phase.
+/// Two halves of an array on two ports, and what came to them in which order: data and commits of
+/// fields by their first phase.
 class TwoArrays : public ::testing::Test
 {
 protected:
@@ -163,7 +164,8 @@ TEST_F(TwoArrays, wait_for_the_slower_of_them)
     second.letGo();
     ASSERT_TRUE(play(4));
     ASSERT_TRUE(settles());
-    // 2 sounds when the slow one has it or the host has lost patience with that, never before; 3 was overtaken.
+    // 2 sounds when the slow one has it or the host has lost patience with that, never before; 3
+    // was overtaken.
     std::vector<int> played;
     bool has = false;
     for (const Event& event : events())
@@ -261,7 +263,8 @@ TEST_F(TwoArrays, play_on_when_one_does_not_answer)
     expectCountersAddUp();
 }
 
-// Each guard sends its half again and again, with more of it each time; these fields wait for nobody, but overtake none either.
+// Each guard sends its half again and again, with more of it each time; these fields wait for
+// nobody, but overtake none either.
 TEST_F(TwoArrays, play_together_while_their_guards_ramp)
 {
     device.reset();

@@ -149,7 +149,8 @@ TEST(UsbArrayDevice, is_silent_within_100_ms_of_a_SIGKILL_of_the_host)
     EXPECT_EQ(array.firmware().status(EmulatedArray::now_s()).watchdogs, 1U);
 }
 
-// By the order of what the array sees, not by the clock: the mute is there when silence() returns, and no field came before it.
+// By the order of what the array sees, not by the clock: the mute is there when silence() returns,
+// and no field came before it.
 TEST(UsbArrayDevice, a_mute_overtakes_fields_that_wait)
 {
     EmulatedArray array(kLayout);

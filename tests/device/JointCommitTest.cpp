@@ -228,7 +228,8 @@ TEST(JointCommit, tells_nothing_to_a_device_that_is_gone)
     EXPECT_EQ(stays.commits, 1);
 }
 
-// Four threads, one for each device, go through the same joints; what they do in each is random. All who stay are told the same.
+// Four threads, one for each device, go through the same joints; what they do in each is random.
+// All who stay are told the same.
 TEST(JointCommit, ends_alike_for_all_on_several_threads)
 {
     constexpr int kDevices = 4;

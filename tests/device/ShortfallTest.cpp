@@ -30,7 +30,8 @@ TEST(Shortfall, is_told_where_less_than_half_is_played)
     EXPECT_EQ(shortfallOf(report), "");
 }
 
-// Sixteen boards are sixteen packets and a commit, each of which arrives whole with 0.8 x 0.8: a field in 2,000.
+// Sixteen boards are sixteen packets and a commit, each of which arrives whole with 0.8 x 0.8: a
+// field in 2,000.
 TEST(Shortfall, of_a_simulation_with_faults_is_in_report_and_status)
 {
     DeviceLayout layout{64, {}};

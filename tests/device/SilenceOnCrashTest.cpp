@@ -165,8 +165,8 @@ TEST(SilenceOnCrash, takes_no_signals)
     {
         ::setpgid(0, 0);
         const SilenceOnCrash will({board.ends[1], 0}, kSilence);
-        ::usleep(
-            100000); // the guard has a group of its own by then, or the signals below reach it in its first moments
+        ::usleep(100000); // the guard has a group of its own by then, or the signals below reach it
+                          // in its first moments
         // Less the two that libc keeps for itself: the thread sanitizer's own thread takes those.
         for (int signal = 1; signal <= SIGRTMAX; ++signal)
             if (signal != SIGKILL && signal != SIGSTOP && (signal <= SIGSYS || signal >= SIGRTMIN))

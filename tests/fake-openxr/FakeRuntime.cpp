@@ -1,5 +1,5 @@
-// An OpenXR runtime without a headset, for Debian's loader: the test that links this library shares its state with the
-// runtime, since the loader gets the same library.
+// An OpenXR runtime without a headset, for Debian's loader: the test that links this library shares
+// its state with the runtime, since the loader gets the same library.
 #include "tests/fake-openxr/FakeRuntime.h"
 
 #include <algorithm>

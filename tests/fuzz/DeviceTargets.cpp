@@ -59,7 +59,8 @@ void fuzzProtocol(const std::uint8_t* data, std::size_t size)
         at += piece;
         now_s += 1e-3;
     }
-    // Whatever came before, a field gets through once the bytes that a torn packet may have promised have come.
+    // Whatever came before, a field gets through once the bytes that a torn packet may have
+    // promised have come.
     std::vector<std::uint8_t> bytes;
     for (int i = 0; i < 100; ++i) // more bytes than any packet promises
     {

@@ -32,7 +32,8 @@ std::vector<Bytes> corpus(const std::string& name)
     return inputs;
 }
 
-// The corpus as it is and with what a fuzzer would try first: flipped, lost, doubled and foreign bytes. Repeatable.
+// The corpus as it is and with what a fuzzer would try first: flipped, lost, doubled and foreign
+// bytes. Repeatable.
 void replay(const std::string& name, Target target)
 {
     const std::vector<Bytes> inputs = corpus(name);

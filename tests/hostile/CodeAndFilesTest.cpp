@@ -46,7 +46,8 @@ TEST_P(Hostile, NoCodeIsLoaded)
             }
 }
 
-// Or the tests above would see nothing whatever happens. Once: a library's constructors run once a program.
+// Or the tests above would see nothing whatever happens. Once: a library's constructors run once a
+// program.
 TEST(HostileControl, TheUsersOwnLoaderIsLoaded)
 {
     const Workplace place;

@@ -41,7 +41,8 @@ public:
 
     const std::string& name() const { return _name; }
 
-    /// Whether the other end was opened at any time: it hangs up when it is closed, and sends when it plays.
+    /// Whether the other end was opened at any time: it hangs up when it is closed, and sends when
+    /// it plays.
     bool touched() const
     {
         pollfd state{_master, POLLIN, 0};

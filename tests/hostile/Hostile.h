@@ -95,7 +95,8 @@ private:
     osg::ref_ptr<osgDB::Options> _before;
 };
 
-/// A scene of somebody else's that came as a file of the format under test: what it can do to the user who looks at it.
+/// A scene of somebody else's that came as a file of the format under test: what it can do to the
+/// user who looks at it.
 class Hostile : public testing::TestWithParam<const char*>
 {
 protected:
@@ -105,7 +106,8 @@ protected:
         Workplace::write(_place.outside("grants"), "");
     }
 
-    /// A box that can be felt, in a scene whose settings \a change has filled with its author's wishes; then through the file.
+    /// A box that can be felt, in a scene whose settings \a change has filled with its author's
+    /// wishes; then through the file.
     osg::ref_ptr<osgMidair::HapticScene>
     fromFile(const std::function<void(osgMidair::HapticScene&)>& change,
              const std::string& options = {})

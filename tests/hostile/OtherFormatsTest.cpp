@@ -1,5 +1,5 @@
-// Files of other formats of OSG's that hand over options and set variables: what they say is no more the user's than a scene is. And
-// limits that something after them would undo.
+// Files of other formats of OSG's that hand over options and set variables: what they say is no
+// more the user's than a scene is. And limits that something after them would undo.
 #include "plugin/engine/SceneAccess.h"
 #include "tests/hostile/Hostile.h"
 

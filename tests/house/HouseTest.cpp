@@ -1,4 +1,5 @@
-// The house's own rules, read from its files: which way includes point, how large folders and files are.
+// The house's own rules, read from its files: which way includes point, how large folders and files
+// are.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -46,7 +47,8 @@ std::vector<fs::path> allFiles()
     return files;
 }
 
-/// A folder's storeys from the ground up, as its CMakeLists.txt lists them; each line needs its sentence.
+/// A folder's storeys from the ground up, as its CMakeLists.txt lists them; each line needs its
+/// sentence.
 std::vector<std::string> storeysOf(const fs::path& folder)
 {
     const std::string text = textOf(kRoot / folder / "CMakeLists.txt");

@@ -81,7 +81,8 @@ TEST(MidairCalibrate, WritesTheMatrixAndSaysHowGoodItIs)
         outcome.output.find("likely error at the workspace's edge, 150 mm from its centre: 0."),
         std::string::npos)
         << outcome.output;
-    // 13 pairs at 0.3 mm over 200 mm: angles to about 1 mrad, which 1.3 m of lever turn into 1.5 mm.
+    // 13 pairs at 0.3 mm over 200 mm: angles to about 1 mrad, which 1.3 m of lever turn into 1.5
+    // mm.
     EXPECT_LT((readMatrix(matrix) - truth().matrix()).cwiseAbs().maxCoeff(), 5e-3);
 }
 

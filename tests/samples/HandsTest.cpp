@@ -17,7 +17,8 @@ TEST(HandsSample, TellsTouchesAndWhatIsSolved)
         output.append(buffer.data(), got);
     const int status = pclose(pipe);
     EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << output;
-    // What depends on simulation time alone; how many fields were solved in it depends on the machine.
+    // What depends on simulation time alone; how many fields were solved in it depends on the
+    // machine.
     EXPECT_NE(output.find(" 0.42 s  enter box with the bone index distal to index tip of hand 1: "
                           "-0.4 mm, 16 mm^2"),
               std::string::npos)

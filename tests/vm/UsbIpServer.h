@@ -9,8 +9,9 @@
 #include <thread>
 #include <vector>
 
-/// A device as a USB/IP server in user space: the kernel's vhci-hcd is given one end of a socket and enumerates it like a device in a
-/// port. Needs root and the module. Source: the kernel's Documentation/usb/usbip_protocol.rst.
+/// A device as a USB/IP server in user space: the kernel's vhci-hcd is given one end of a socket
+/// and enumerates it like a device in a port. Needs root and the module. Source: the kernel's
+/// Documentation/usb/usbip_protocol.rst.
 class UsbIpServer
 {
 public:
@@ -18,7 +19,8 @@ public:
 
     /// The array, in the first port.
     explicit UsbIpServer(midair::device::VirtualFirmware& firmware);
-    /// An FT232H, in the second port, which hands what it is sent to \a take, on a thread of its own.
+    /// An FT232H, in the second port, which hands what it is sent to \a take, on a thread of its
+    /// own.
     explicit UsbIpServer(Take take);
     ~UsbIpServer() { unplug(); }
 

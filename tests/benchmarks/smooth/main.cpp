@@ -1,4 +1,5 @@
-// How smooth outlines and surfaces can be made, and at what loudness: tables of what is asked and what is reached.
+// How smooth outlines and surfaces can be made, and at what loudness: tables of what is asked and
+// what is reached.
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
@@ -187,7 +188,8 @@ Eigen::Matrix3Xd fibonacciSphere(int n, double radius_m)
     return points;
 }
 
-// Mean radiation pressure of the quietest and of the loudest of the fields, each alone. That of the cycle is their mean.
+// Mean radiation pressure of the quietest and of the loudest of the fields, each alone. That of the
+// cycle is their mean.
 std::pair<double, double> rangeAlone_Pa(const Eigen::Matrix3Xd& surface,
                                         const TransducerArray& array,
                                         const Medium& medium,
@@ -202,7 +204,8 @@ std::pair<double, double> rangeAlone_Pa(const Eigen::Matrix3Xd& surface,
     return range;
 }
 
-// The 30 mm sphere with about 100 points a field: fields in turn, then the same evened out together.
+// The 30 mm sphere with about 100 points a field: fields in turn, then the same evened out
+// together.
 void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
 {
     constexpr double kRadius_m = 0.03;
@@ -227,7 +230,8 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
                 "change",
                 "ms");
     const TriangleMesh mesh = sphereMesh(kRadius_m, 40);
-    // What each field lacks in accuracy at its own points is not felt where fields take turns: louder is better.
+    // What each field lacks in accuracy at its own points is not felt where fields take turns:
+    // louder is better.
     constexpr double kLouder = 1.5;
     for (const std::string mode : {"apart", "louder", "evened"})
         for (const int K : {1, 2, 4, 8, 16, 32})

@@ -132,8 +132,8 @@ double roofline_ms(const ControlPoints& points, const TransducerArray& array, in
     return median(times);
 }
 
-/// What a hand would find: of the sphere or the mesh samples of its surface, of star and line points along them, a fifth of
-/// a wavelength apart or closer.
+/// What a hand would find: of the sphere or the mesh samples of its surface, of star and line
+/// points along them, a fifth of a wavelength apart or closer.
 Eigen::Matrix3Xd surfaceOf(const Cell& cell, double wavelength_m)
 {
     constexpr double kSpacing = 0.18; // wavelengths

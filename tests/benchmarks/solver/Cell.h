@@ -39,7 +39,8 @@ struct Result
         0.0; ///< one build of the matrix and one read of it, on one thread, in this run
     double phaseStep_rad = 0.0, audibleChange = 0.0;
     haptics::SolveReport last; ///< of the last field
-    /// u* M u (lambdaRel 0.1) of the last field's phases, the certified bound below all, and the gap between them; 0: not had.
+    /// u* M u (lambdaRel 0.1) of the last field's phases, the certified bound below all, and the
+    /// gap between them; 0: not had.
     double objective = 0.0, bound = 0.0, gap = 0.0;
     int iterations = 0;
 };

@@ -1,4 +1,5 @@
-// midair-bench: run time against error of every solver, point set and size, with the loudness that each reaches.
+// midair-bench: run time against error of every solver, point set and size, with the loudness that
+// each reaches.
 #include "haptics/base/InputError.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
 #include "haptics/solvers/HologramSolver.h"
@@ -25,7 +26,8 @@ struct Size
 const std::vector<Size> kSizes = {{25, 0.03}, {50, 0.03}, {100, 0.03}, {200, 0.06}, {400, 0.06}};
 constexpr int kMostGreedyRounds = 5;
 
-// The production solver's table, and every method's curve of time against error by its iteration limit.
+// The production solver's table, and every method's curve of time against error by its iteration
+// limit.
 std::vector<Cell> allCells(bool quick, const Cell& common)
 {
     std::vector<Cell> cells;

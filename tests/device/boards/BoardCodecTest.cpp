@@ -78,8 +78,8 @@ TEST(Ultraino, frame_is_a_bitmap_of_ten_steps_in_nibbles)
 {
     DriveSignal signal = evenField(64, 0, 0);
     signal.duty[63] = 255; // channel 63 is bit 0 of the first port, steps 0 to 4
-    signal.duty[0] =
-        102; // channel 0 is bit 3 of the seventh port (pin 51): 2 steps, from step 2 to keep the centre
+    signal.duty[0] = 102;  // channel 0 is bit 3 of the seventh port (pin 51): 2 steps, from step 2
+                           // to keep the centre
     std::vector<std::uint8_t> bits(100, 0);
     for (int step = 0; step < 5; ++step)
         bits[static_cast<std::size_t>(10 * step)] = 1;
@@ -175,7 +175,8 @@ TEST(BoardCodec, plays_the_phase_that_was_asked_for_to_half_a_step)
 
 TEST(BoardCodec, keeps_the_phase_at_partial_amplitude)
 {
-    // A pulse's start is a whole step, so its centre is off by up to a whole one where the width is odd.
+    // A pulse's start is a whole step, so its centre is off by up to a whole one where the width is
+    // odd.
     for (const Board& board : kBoards)
         for (int duty = 0; duty < 256; ++duty)
         {
@@ -210,7 +211,8 @@ TEST(BoardCodec, plays_only_the_amplitudes_that_it_names)
 
 TEST(BoardCodec, opens_before_the_start_of_a_field)
 {
-    // SonicSurface's design for tactile modulation takes these for delays, which 254 then lets be overwritten.
+    // SonicSurface's design for tactile modulation takes these for delays, which 254 then lets be
+    // overwritten.
     std::vector<std::uint8_t> bytes;
     makeBoardCodec("sonicsurface")->appendSilence(bytes, 256);
     ASSERT_EQ(bytes.size(), 2U + 2 * 258);
@@ -236,7 +238,8 @@ TEST(BoardCodec, silence_is_silent)
     }
 }
 
-// Both boards of two buffers start with full drive, and a swap exchanges them: 253 and 0x00 may be what noise makes of another byte.
+// Both boards of two buffers start with full drive, and a swap exchanges them: 253 and 0x00 may be
+// what noise makes of another byte.
 TEST(BoardCodec, silence_leaves_nothing_that_a_swap_brings_back)
 {
     for (const Board& board : kBoards)

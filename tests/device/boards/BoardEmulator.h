@@ -12,13 +12,15 @@
 #include <thread>
 #include <vector>
 
-/// An open board at the other end of a pseudo-terminal: its firmware (VirtualBoard), the line's rate, and where the board is an
-/// Arduino Mega, the reset by DTR and the bootloader before the firmware.
+/// An open board at the other end of a pseudo-terminal: its firmware (VirtualBoard), the line's
+/// rate, and where the board is an Arduino Mega, the reset by DTR and the bootloader before the
+/// firmware.
 ///
-/// A pseudo-terminal has no DTR. As a driver does, the first opening raises it, and the last closing drops it unless HUPCL is off.
-/// The bootloader (arduino/ArduinoCore-avr, stk500v2/stk500boot.c) listens for a second and then starts the sketch; once a byte
-/// came, it waits for so long after the last one instead, some 6.5 s (8 million turns of a loop of 13 cycles), and what it is
-/// sent is lost. Both times are shorter here.
+/// A pseudo-terminal has no DTR. As a driver does, the first opening raises it, and the last
+/// closing drops it unless HUPCL is off. The bootloader (arduino/ArduinoCore-avr,
+/// stk500v2/stk500boot.c) listens for a second and then starts the sketch; once a byte came, it
+/// waits for so long after the last one instead, some 6.5 s (8 million turns of a loop of 13
+/// cycles), and what it is sent is lost. Both times are shorter here.
 class BoardEmulator
 {
 public:
@@ -48,7 +50,8 @@ public:
     const std::string& name() const { return _name; } ///< of the port
     std::vector<std::complex<float>> playing();
     bool silent(); ///< what sounds; boards in their bootloader are silent
-    /// Whether it is silent and stays so when a swap comes that nobody asked for; false while bytes are on their way, too.
+    /// Whether it is silent and stays so when a swap comes that nobody asked for; false while bytes
+    /// are on their way, too.
     bool silentInBothBuffers();
     int resets(); ///< by DTR
     bool starting();

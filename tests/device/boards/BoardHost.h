@@ -10,8 +10,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-/// This program once more under a name of its own, as one that opens a board, plays a field (randomField(.., 1)) on it and never
-/// closes it.
+/// This program once more under a name of its own, as one that opens a board, plays a field
+/// (randomField(.., 1)) on it and never closes it.
 class BoardHost
 {
 public:

@@ -173,7 +173,8 @@ TEST(Mega, is_silenced_after_its_bootloader_when_it_comes_back)
     EXPECT_EQ(device->report().reconnects, 1U);
 }
 
-// By its button: the bootloader would take the repeats for a reason to stay, and start the pattern when they end.
+// By its button: the bootloader would take the repeats for a reason to stay, and start the pattern
+// when they end.
 TEST(Mega, is_left_to_its_bootloader_and_silenced_when_it_is_reset)
 {
     PlayingMega mega;

@@ -66,7 +66,8 @@ TEST(DriveEncoder, chooses_the_nearest_levels)
     for (std::size_t i = 0; i < q.size(); ++i)
     {
         const std::complex<double> exact(q[i]);
-        // 1e-6 rad and 1e-6 of full drive: single precision's rounding at the border between two levels.
+        // 1e-6 rad and 1e-6 of full drive: single precision's rounding at the border between two
+        // levels.
         EXPECT_LE(phaseDistance(exact, signal.phase[i]),
                   phaseDistance(exact, nearestPhase(exact)) + 1e-6)
             << q[i];

@@ -1,4 +1,5 @@
-// Sequences that a recording keeps and times by itself, through the guard that openDevice() puts around it.
+// Sequences that a recording keeps and times by itself, through the guard that openDevice() puts
+// around it.
 #include "device/drive/DriveEncoder.h"
 #include "device/limits/GuardedDevice.h"
 #include "device/recording/RecordingDevice.h"

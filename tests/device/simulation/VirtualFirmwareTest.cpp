@@ -89,7 +89,8 @@ TEST(VirtualFirmware, keeps_the_old_field_when_a_packet_of_the_new_one_is_lost)
     host.firmware.receive(bytes.data() + first, bytes.size() - first, 0.01); // board 0 is missing
     EXPECT_EQ(host.firmware.playing(0.01), evenField(4, 9, 200));
     EXPECT_EQ(host.status().incomplete, 1U);
-    // The late first part does not complete a field that was refused, but a new commit of all of it does.
+    // The late first part does not complete a field that was refused, but a new commit of all of it
+    // does.
     host.firmware.receive(bytes.data(), bytes.size(), 0.02);
     EXPECT_EQ(host.firmware.playing(0.02), evenField(4, 50, 100));
 }

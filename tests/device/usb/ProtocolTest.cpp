@@ -211,7 +211,8 @@ TEST(Protocol, survives_the_loss_of_any_part_of_a_stream)
         StreamParser parser;
         std::vector<std::uint8_t> bytes(field.begin(),
                                         field.begin() + static_cast<std::ptrdiff_t>(kept));
-        // A torn packet may swallow what its length promises; two more fields are enough to get through.
+        // A torn packet may swallow what its length promises; two more fields are enough to get
+        // through.
         for (int i = 0; i < 2; ++i)
             bytes.insert(bytes.end(), next.begin(), next.end());
         int whole = 0;

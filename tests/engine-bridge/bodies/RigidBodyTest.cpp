@@ -103,7 +103,8 @@ TEST(RigidBodyStepper, FreeFallIsThatOfTheStepsAndInterpolatedBetween)
     stepper->advanceTo(100.0); // where time begins
     stepper->advanceTo(100.205);
     EXPECT_EQ(stepper->steps(), 20u);
-    // Symplectic Euler after n steps: z0 - g h^2 n (n + 1) / 2; the pose lags a step: halfway between 19 and 20.
+    // Symplectic Euler after n steps: z0 - g h^2 n (n + 1) / 2; the pose lags a step: halfway
+    // between 19 and 20.
     const auto fallen = [](int n) { return 9.81 * 1e-4 * n * (n + 1) / 2.0; };
     const double expected = 0.3 - 0.5 * (fallen(19) + fallen(20));
     EXPECT_NEAR(

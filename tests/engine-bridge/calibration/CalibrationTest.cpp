@@ -55,7 +55,8 @@ TEST(Calibration, MatrixIsRigidWhateverTheNoise)
     EXPECT_NEAR(R.determinant(), 1.0, 1e-12);
 }
 
-/// The promised quantiles against the errors really made, at the spot of the edge that is worst for each set of pairs.
+/// The promised quantiles against the errors really made, at the spot of the edge that is worst for
+/// each set of pairs.
 void checkPromise(int n, double sigma, std::uint64_t seed)
 {
     Simulation simulation(seed);
@@ -69,7 +70,8 @@ void checkPromise(int n, double sigma, std::uint64_t seed)
         const Eigen::Isometry3d truth = simulation.motion();
         const PointPairs pairs = simulation.pairs(truth, n, sigma);
         const CalibrationReport report = calibrate(pairs, options);
-        // The worst spot lies along the axis that the pairs fix worst; found here by search, not by the formula.
+        // The worst spot lies along the axis that the pairs fix worst; found here by search, not by
+        // the formula.
         const Eigen::Vector3d c = pairs.array.rowwise().mean();
         const Eigen::Matrix3Xd d = pairs.array.colwise() - c;
         const Eigen::Matrix3d A =
@@ -94,8 +96,8 @@ void checkPromise(int n, double sigma, std::uint64_t seed)
         belowMedian += error < report.edgeErrorMedian_m;
         below95 += error < report.edgeError95_m;
     }
-    // 3 standard errors of a share over 700 runs: 0.057 at one half, 0.025 at 0.95; outlier rejection drops good pairs
-    // now and then, which the promise does not know.
+    // 3 standard errors of a share over 700 runs: 0.057 at one half, 0.025 at 0.95; outlier
+    // rejection drops good pairs now and then, which the promise does not know.
     EXPECT_NEAR(belowMedian / double(runs), 0.5, 0.06) << n << " pairs";
     EXPECT_NEAR(below95 / double(runs), 0.95, 0.033) << n << " pairs";
 }

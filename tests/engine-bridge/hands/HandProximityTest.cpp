@@ -37,7 +37,8 @@ HapticObject object(std::uint64_t id, const Eigen::Isometry3d& pose = Eigen::Iso
     return result;
 }
 
-/// A hand of which only the index finger's last bone is tracked, pointing down, its skin \a gap over (0, 0).
+/// A hand of which only the index finger's last bone is tracked, pointing down, its skin \a gap
+/// over (0, 0).
 HandFrame finger(double gap, int id = 1)
 {
     HandFrame frame;
@@ -180,9 +181,11 @@ TEST(HandProximity, ForceIsRadiationPressureTimesOverlap)
     proximity.update({pressed}, finger(-0.002), 0.0);
     ASSERT_EQ(proximity.contacts().size(), 1u);
     const HandContact& contact = proximity.contacts()[0];
-    // The ball of 8 mm cut 6 mm from its centre: a disc of 28 mm^2, chords of two millimetres round it.
+    // The ball of 8 mm cut 6 mm from its centre: a disc of 28 mm^2, chords of two millimetres round
+    // it.
     EXPECT_NEAR(contact.overlap_m2, M_PI * (64e-6 - 36e-6), 0.02 * M_PI * 28e-6);
-    // 2 p^2 / (2 rho c^2) with rho = 1.204 kg/m^3 and c = 343.2 m/s at 20 degrees: 176 Pa, to their digits.
+    // 2 p^2 / (2 rho c^2) with rho = 1.204 kg/m^3 and c = 343.2 m/s at 20 degrees: 176 Pa, to their
+    // digits.
     EXPECT_NEAR(contact.force_N,
                 25e6 / (1.204 * 343.2 * 343.2) * contact.overlap_m2,
                 2e-3 * contact.force_N);

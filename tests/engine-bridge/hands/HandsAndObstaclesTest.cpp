@@ -228,8 +228,8 @@ TEST(HandsAndObstacles, FieldsThatKnowTheShadowAreMoreEvenBehindAnArm)
             points, effect.shadowed(points, array, wavelength), medium, q);
         with += errorBehind(around.props, points, array, q) / 4.0;
     }
-    // One gain a transducer can't follow shadows that differ from point to point, so it does not win everywhere; over
-    // balls behind arms it takes away a third of the error or more.
+    // One gain a transducer can't follow shadows that differ from point to point, so it does not
+    // win everywhere; over balls behind arms it takes away a third of the error or more.
     EXPECT_LT(with, 0.8 * without) << without;
 }
 

@@ -178,7 +178,8 @@ TEST(MeshDistance, CapsuleOverASphere)
     }
 }
 
-/// Bullet's own distance between the same shapes, its way: GJK in floats through a world, margins off.
+/// Bullet's own distance between the same shapes, its way: GJK in floats through a world, margins
+/// off.
 double bulletDistance(const Mesh& mesh, const Capsule& capsule, double range)
 {
     btTriangleMesh triangles;
@@ -240,8 +241,9 @@ TEST(MeshDistance, AgreesWithBulletsOwnDistance)
             a, 1.6 * a + 0.01 * Vector3d(normal(random), normal(random), normal(random)), 0.008};
         const double ours = distance.nearest(capsule, 0.03).distance_m;
         const double bullets = bulletDistance(*mesh, capsule, 0.03);
-        // Bullet's distance is that of two real spots, so the least one can't be larger but for floats at 0.1 m. Ours is
-        // smaller by up to 0.3 mm, and the closed forms and the search above side with it.
+        // Bullet's distance is that of two real spots, so the least one can't be larger but for
+        // floats at 0.1 m. Ours is smaller by up to 0.3 mm, and the closed forms and the search
+        // above side with it.
         EXPECT_LT(ours, bullets + 2e-6) << run;
         EXPECT_GT(ours, bullets - 5e-4) << run;
     }
@@ -253,7 +255,8 @@ TEST(MeshDistance, OverlapAreaOfSphereAndPlaneIsADisc)
     {
         const MeshDistance distance(plane(0.2, cells));
         const Vector3d centre(0.003, -0.002, 0.006);
-        // r^2 - d^2 is 8 mm squared. Chords of up to 1 mm for the rim's arcs: 1/12 (1/8)^2 or 0.2 %.
+        // r^2 - d^2 is 8 mm squared. Chords of up to 1 mm for the rim's arcs: 1/12 (1/8)^2 or 0.2
+        // %.
         EXPECT_NEAR(
             distance.overlapArea({{centre, centre, 0.01}}), M_PI * 64e-6, 0.002 * M_PI * 64e-6);
     }

@@ -110,7 +110,8 @@ TEST(ObstacleFit, ATriangularPlatesStripsAreAsLongAsItIsThere)
 
 TEST(ObstacleFit, APlatesShadowIsThatOfARectangle)
 {
-    // Half way between source and point: the weight by Babinet's principle for the plate's own rectangle, written apart.
+    // Half way between source and point: the weight by Babinet's principle for the plate's own
+    // rectangle, written apart.
     const double wavelength = 8.58e-3;
     const Vector3d size(0.12, 0.08, 0.005);
     const Vector3d source(0.0, 0.0, -0.15);

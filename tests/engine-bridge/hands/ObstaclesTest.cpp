@@ -18,7 +18,8 @@ using Eigen::Vector3d;
 
 constexpr double kWavelength = 8.58e-3;
 
-/// (1 + j)/2 integral from \a v of e^{-j pi t^2/2}, by the midpoint rule; the far end fades out so that it doesn't ring.
+/// (1 + j)/2 integral from \a v of e^{-j pi t^2/2}, by the midpoint rule; the far end fades out so
+/// that it doesn't ring.
 std::complex<double> integrated(double v)
 {
     const double end = 14.0;
@@ -54,7 +55,8 @@ TEST(Fresnel, RectangleBlocksByBabinet)
     EXPECT_NEAR(pastRectangle(-0.05, 0.05, -0.05, 0.05), 1.0, 0.01);
 }
 
-/// Amplitude behind a rectangle by the Huygens sum over the open part of its plane (Fresnel's approximation not made).
+/// Amplitude behind a rectangle by the Huygens sum over the open part of its plane (Fresnel's
+/// approximation not made).
 double huygens(const Vector3d& source,
                const Vector3d& point,
                double z,
@@ -72,7 +74,8 @@ double huygens(const Vector3d& source,
         const double r2 = (point - spot).norm();
         return std::polar(1.0 / (r1 * r2), -k * (r1 + r2));
     };
-    // What the rectangle blocks, over what an open plane lets through (known: the direct wave times lambda j).
+    // What the rectangle blocks, over what an open plane lets through (known: the direct wave times
+    // lambda j).
     std::complex<double> blocked = 0.0;
     const int nx = static_cast<int>(std::ceil((x2 - x1) / step));
     const int ny = static_cast<int>(std::ceil((y2 - y1) / step));

@@ -9,8 +9,8 @@
 #include <complex>
 #include <vector>
 
-/// The largest |p| at \a points in Pa, summed up term by term in double precision from the model's equation alone:
-/// p_l = sum_i P0 g_i D(theta) / R e^{-alpha R} e^{-j k R} e^{j phi_i} q_i.
+/// The largest |p| at \a points in Pa, summed up term by term in double precision from the model's
+/// equation alone: p_l = sum_i P0 g_i D(theta) / R e^{-alpha R} e^{-j k R} e^{j phi_i} q_i.
 inline double loudestInDouble(const Eigen::Matrix3Xd& points,
                               const midair::haptics::TransducerArray& array,
                               const midair::haptics::Medium& medium,

@@ -210,7 +210,8 @@ TEST(HologramStop, ASnapshotBehindOneThatIsSolvedStillWaits)
 
 TEST(HologramStop, WhatIsMadeAtRestForLongGivesWayToWhatMoves)
 {
-    // The fields of the first snapshot, and of what moved, are there at once; the other set of the cycle never is.
+    // The fields of the first snapshot, and of what moved, are there at once; the other set of the
+    // cycle never is.
     struct Endless : FakeSolver
     {
         using FakeSolver::FakeSolver;
@@ -247,7 +248,8 @@ TEST(HologramStop, WhatIsMadeAtRestForLongGivesWayToWhatMoves)
     snapshot = squareSnapshot(0.005);
     snapshot.frame = 7;
     thread.submit(snapshot);
-    // Either set's turn may come: the endless one's next solve is broken off by the silence at the end.
+    // Either set's turn may come: the endless one's next solve is broken off by the silence at the
+    // end.
     EXPECT_TRUE(eventually([&] { return log->solves == 3; }));
     EXPECT_EQ(log->silences, silences) << "what is played goes on";
 }

@@ -49,7 +49,8 @@ TEST(HologramThread, SubmitDoesNotWaitForASolverThatSleeps)
     SceneSnapshot snapshot = squareSnapshot();
     thread.submit(snapshot);
     ASSERT_TRUE(eventually([&] { return log->solves == 1; }));
-    // The first solve doesn't end before all are handed over: were submit() to wait for it, the test would hang.
+    // The first solve doesn't end before all are handed over: were submit() to wait for it, the
+    // test would hang.
     for (int i = 1; i <= 100; ++i)
     {
         snapshot = squareSnapshot(1e-3 * i);

@@ -1,4 +1,5 @@
-// A scene that stands still brings no next field: the pipeline sends the last one again where the device has lost it.
+// A scene that stands still brings no next field: the pipeline sends the last one again where the
+// device has lost it.
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
@@ -139,7 +140,8 @@ TEST_F(LostField, OfAMutedDeviceComesBackWhenItIsUnmuted)
     EXPECT_TRUE(back->playing);
 }
 
-// The virtual firmware forgets all when it is unplugged; nothing but the hologram thread looks after it.
+// The virtual firmware forgets all when it is unplugged; nothing but the hologram thread looks
+// after it.
 TEST(LostFieldOfAThread, ComesBackWithTheFirmware)
 {
     HologramThread thread(simulated("sim:?unplug_at=400ms&replug_at=700ms"));

@@ -1,4 +1,5 @@
-// A line that carries so many fields a second: what doesn't fit is refused or slowed down, and told.
+// A line that carries so many fields a second: what doesn't fit is refused or slowed down, and
+// told.
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/base/InputError.h"
 #include "haptics/sequence/LineRate.h"

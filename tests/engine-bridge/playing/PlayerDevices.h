@@ -33,7 +33,8 @@ public:
         const std::lock_guard<std::mutex> lock(_mutex);
         return _signals;
     }
-    /// Until \a count signals are there; false after ten seconds, far beyond what a busy machine needs.
+    /// Until \a count signals are there; false after ten seconds, far beyond what a busy machine
+    /// needs.
     bool waitFor(std::size_t count) const
     {
         for (int k = 0; k < 10000 && signals().size() < count; ++k)

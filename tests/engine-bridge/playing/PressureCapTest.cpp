@@ -87,7 +87,8 @@ class Boards : public testing::TestWithParam<const char*>
 
 } // namespace
 
-// What each kind of board makes of the drive (rounded phases and widths, on or off), against the sum in double precision.
+// What each kind of board makes of the drive (rounded phases and widths, on or off), against the
+// sum in double precision.
 TEST_P(Boards, NoPointGetsMoreThanTheCap)
 {
     const haptics::Medium medium;
@@ -207,7 +208,8 @@ double loudestFaded(const Eigen::Matrix3Xd& points,
 
 } // namespace
 
-// Amplitudes that differ are rounded each by itself when a ramp lowers them: that alone can make a point louder.
+// Amplitudes that differ are rounded each by itself when a ramp lowers them: that alone can make a
+// point louder.
 TEST(PressureCap, HoldsWhileTheDeviceFades)
 {
     const haptics::Medium medium;
@@ -254,7 +256,8 @@ TEST(PressureCap, GivesNothingAwayToFadingWhereAllPlayAtOneAmplitude)
     EXPECT_LE(loudestFaded(points, array, *device, signal), 1.0001 * asked_Pa);
 }
 
-// Where two halves work against each other one of them is louder alone: when the other is unplugged, or fades by itself.
+// Where two halves work against each other one of them is louder alone: when the other is
+// unplugged, or fades by itself.
 TEST(PressureCap, HoldsForEachPartOfTheArrayAlone)
 {
     const haptics::Medium medium;

@@ -45,7 +45,8 @@ TEST(Medium, AttenuationMatchesPublishedTable)
         const Medium medium{row.temperature_C, row.relativeHumidity, 101325.0};
         const double dB_per_km =
             medium.attenuation(row.frequency_Hz) * 20.0 / std::log(10.0) * 1000.0;
-        // Half a unit of the last printed digit, and one percent for the printed values' own rounding.
+        // Half a unit of the last printed digit, and one percent for the printed values' own
+        // rounding.
         EXPECT_NEAR(dB_per_km, row.dB_per_km, 0.05 + 0.01 * row.dB_per_km)
             << row.temperature_C << " C, " << row.relativeHumidity << ", " << row.frequency_Hz;
     }
@@ -59,7 +60,8 @@ TEST(Medium, AttenuationAtFortyKilohertz)
 
 TEST(Medium, AttenuationIsClassicalFarAboveTheRelaxations)
 {
-    // At 100 MHz both relaxations are spent: what is left is f^2 1.84e-11 sqrt(T/T0) p_r/p_a, within their 1 %.
+    // At 100 MHz both relaxations are spent: what is left is f^2 1.84e-11 sqrt(T/T0) p_r/p_a,
+    // within their 1 %.
     const Medium medium{20.0, 0.5, 90e3};
     const double f = 1e8;
     EXPECT_NEAR(medium.attenuation(f) / (f * f * 1.84e-11 * 101325.0 / 90e3), 1.0, 0.01);

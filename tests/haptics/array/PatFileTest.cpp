@@ -21,7 +21,8 @@ namespace
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// A file as OpenMPD writes it, of a board that isn't there: column by column from the upper left, pins and adjustments mixed.
+/// A file as OpenMPD writes it, of a board that isn't there: column by column from the upper left,
+/// pins and adjustments mixed.
 struct Pat
 {
     std::vector<std::string> lines;
@@ -93,8 +94,9 @@ TEST(PatFile, IsPutIntoPinOrder)
     }
 }
 
-// Apart from everything that reads: OpenMPD's driver takes the adjustment, in degrees, off the delay that it wants of a transducer
-// and sends the rest to its pin; a transducer that then is in phase with the others is later by itself by the adjustment.
+// Apart from everything that reads: OpenMPD's driver takes the adjustment, in degrees, off the
+// delay that it wants of a transducer and sends the rest to its pin; a transducer that then is in
+// phase with the others is later by itself by the adjustment.
 TEST(PatFile, GivesAFocusWhoseOffsetsAreMadeUpFor)
 {
     const Pat pat;

@@ -118,7 +118,8 @@ TEST(TransducerArrayFile, BoardsFaceAnyWay)
     EXPECT_TRUE(array.positions.col(6).isApprox(Eigen::Vector3d(-0.01, -0.1, 0.01), 1e-14));
     EXPECT_TRUE(array.positions.col(7).isApprox(Eigen::Vector3d(-0.01, -0.1, -0.01), 1e-14));
     EXPECT_TRUE(array.positions.col(8).isApprox(Eigen::Vector3d(0.01, -0.1, -0.01), 1e-14));
-    // A slanted board: its places stay in its plane, at their distances, columns and rows at right angles.
+    // A slanted board: its places stay in its plane, at their distances, columns and rows at right
+    // angles.
     const Eigen::Vector3d normal = Eigen::Vector3d(1, 1, 1).normalized();
     const Eigen::Vector3d middle(1, 2, 3);
     EXPECT_EQ(array.positions.col(9), middle);
@@ -259,7 +260,8 @@ TEST(TransducerArrayFile, ShippedArraysAreTheDevicesTheyName)
                     std::sin(pi * n / 10.0),
                     1e-7);
 
-    // Each is a full square grid round the origin, in whatever order: of 10.5 mm, Ultraino's of 10.0 mm.
+    // Each is a full square grid round the origin, in whatever order: of 10.5 mm, Ultraino's
+    // of 10.0 mm.
     for (const TransducerArray* array : {&sonic, &openmpd, &ultraino})
     {
         EXPECT_TRUE(array->isValid());
@@ -283,9 +285,10 @@ TEST(TransducerArrayFile, ShippedArraysAreTheDevicesTheyName)
     EXPECT_TRUE(openmpd.positions.col(249).isApprox(Eigen::Vector3d(-0.07875, 0.07875, 0), 1e-12));
 }
 
-// The board's published control program (upnalab/SonicSurface, ControlSoftware/Python/SonicSurface.py) has these emitters, in the order of
-// the wire, at (column, emission, row), which is right-handed there: its focus is computed with them as they stand. The rows
-// have their middle at 2 mm.
+// The board's published control program (upnalab/SonicSurface,
+// ControlSoftware/Python/SonicSurface.py) has these emitters, in the order of the wire, at (column,
+// emission, row), which is right-handed there: its focus is computed with them as they stand. The
+// rows have their middle at 2 mm.
 TEST(TransducerArrayFile, SonicSurfaceIsTheBoardAndNotItsMirrorImage)
 {
     struct Emitter
@@ -316,7 +319,8 @@ TEST(TransducerArrayFile, SonicSurfaceIsTheBoardAndNotItsMirrorImage)
         const Eigen::Vector3d there(emitter.column_m, 0.0, emitter.row_m - 0.002);
         EXPECT_NEAR((array.positions.col(emitter.wire) - turn * there).norm(), 0.0, 1e-9)
             << emitter.wire;
-        // So a focus is where it is asked for: all paths to it are as long as in the published frame.
+        // So a focus is where it is asked for: all paths to it are as long as in the published
+        // frame.
         EXPECT_NEAR(
             (array.positions.col(emitter.wire) - focus).norm(), (there - theirFocus).norm(), 1e-9)
             << emitter.wire;

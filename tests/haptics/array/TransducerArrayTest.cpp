@@ -78,7 +78,8 @@ TEST(TransducerArray, SingleBoardFacesAlongZ)
 
 TEST(TransducerArray, PrismReproducesThePapersMeasuredFocus)
 {
-    // 5.53 kPa rms (169 dB SPL) at the centre, all 3984 at level 32 of 255. P0 is given to three figures.
+    // 5.53 kPa rms (169 dB SPL) at the centre, all 3984 at level 32 of 255. P0 is given to three
+    // figures.
     TransducerArray array = TransducerArray::octagonalPrism();
     const double level32 = std::sin(kPi * 32.0 / 510.0);
     const double measured_Pa = focusAtCentre_rms_Pa(array, level32);

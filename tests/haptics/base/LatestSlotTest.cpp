@@ -75,7 +75,8 @@ TEST(LatestSlot, CloseWakesAConsumerThatWaits)
 
 TEST(LatestSlot, MemoryGoesRound)
 {
-    // Three buffers circulate between producer, slot and consumer: after they have grown once no pointer is new.
+    // Three buffers circulate between producer, slot and consumer: after they have grown once no
+    // pointer is new.
     midair::base::LatestSlot<std::vector<int>> slot;
     std::vector<int> mine;
     std::vector<int> theirs;

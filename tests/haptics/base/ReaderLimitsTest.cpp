@@ -1,4 +1,5 @@
-// What readers of files take at most: regular files of a limited size that ask for a limited memory.
+// What readers of files take at most: regular files of a limited size that ask for a limited
+// memory.
 
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/InputError.h"

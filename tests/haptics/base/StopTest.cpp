@@ -25,7 +25,8 @@ using Clock = std::chrono::steady_clock;
 namespace
 {
 
-// What takes minutes or hours when it isn't broken off; milliseconds when it is, on a machine with a core to spare.
+// What takes minutes or hours when it isn't broken off; milliseconds when it is, on a machine with
+// a core to spare.
 constexpr double kSoon_s = 20.0;
 
 double since_s(Clock::time_point start)
@@ -84,7 +85,8 @@ TEST_P(Solvers, IsBrokenOffAndIsSilent)
     const Clock::time_point start = Clock::now();
     {
         const Later later(source);
-        // Those that have nothing left to gain end by themselves, over and over, until the request comes.
+        // Those that have nothing left to gain end by themselves, over and over, until the request
+        // comes.
         while (report.stop != StopReason::STOPPED)
         {
             points.positions.col(0).x() += 1e-5;
@@ -364,7 +366,8 @@ TEST(Limits, AMeshOfTooManyTrianglesIsRefusedBeforeItIsLookedAt)
 
 TEST(Limits, OutlinesOfAHugeLengthAreRefusedBeforeTheyArePlaced)
 {
-    // A thousand of them, each within what one outline may have, are 100 million places where pressure would be judged.
+    // A thousand of them, each within what one outline may have, are 100 million places where
+    // pressure would be judged.
     const std::vector<Outline> outlines(1000, Outline::line({0, 0, 0.1}, {80, 0, 0.1}));
     const Clock::time_point start = Clock::now();
     Eigen::VectorXcf q;

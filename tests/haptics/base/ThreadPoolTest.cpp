@@ -23,7 +23,8 @@ TEST(ThreadPool, EveryThreadDoesItsPartEachTime)
 }
 
 #ifdef __linux__
-// They used to look out for work in turns of 20 to 50 microseconds each before every sleep, and the caller all the time.
+// They used to look out for work in turns of 20 to 50 microseconds each before every sleep, and the
+// caller all the time.
 TEST(ThreadPool, MoreThreadsThanCoresDoNotSpin)
 {
     const auto spent_s = []

@@ -169,8 +169,8 @@ TEST_F(ControlPointSelector, JudgesTheWorkspaceOfAPrismAndABoard)
     EXPECT_EQ(board.judge({0.0, 0.0, 1.0}), Verdict::OUT_OF_REACH);
     EXPECT_DOUBLE_EQ(board.minDistance_m(), kWavelength);
 
-    // One transducer more at the side, a little above the board and facing it: points before the board, but just
-    // behind that one and aside of it, are still seen by the board.
+    // One transducer more at the side, a little above the board and facing it: points before the
+    // board, but just behind that one and aside of it, are still seen by the board.
     TransducerArray pair = TransducerArray::singleBoard();
     const int last = pair.size();
     pair.positions.conservativeResize(3, last + 1);
@@ -254,7 +254,8 @@ TEST_F(ControlPointSelector, ResolvesCrowdsAsAsked)
 
 TEST_F(ControlPointSelector, CrowdsEndUpApart)
 {
-    // 300 random points in a 20 mm cube: after any policy none is nearer than a third of a wavelength.
+    // 300 random points in a 20 mm cube: after any policy none is nearer than a third of a
+    // wavelength.
     std::mt19937 random(3);
     std::uniform_real_distribution<double> coordinate(-0.01, 0.01);
     std::vector<Eigen::Vector3d> points;

@@ -13,7 +13,8 @@ namespace midair::haptics
 namespace
 {
 
-// Apart from the closed form: the discrete Fourier transform of a held pulse in an hour-glass of samples, energy bin by bin.
+// Apart from the closed form: the discrete Fourier transform of a held pulse in an hour-glass of
+// samples, energy bin by bin.
 double byTransform(double rate_Hz)
 {
     const double held_s = 1.0 / rate_Hz;

@@ -38,7 +38,8 @@ FieldLattice tilted(const Eigen::Array3i& counts, double pitch_m, const Eigen::V
     return lattice;
 }
 
-/// Largest difference from the formula in double precision, over what all waves in phase would give.
+/// Largest difference from the formula in double precision, over what all waves in phase would
+/// give.
 double worst(const FieldLattice& lattice,
              const TransducerArray& array,
              const Medium& medium,

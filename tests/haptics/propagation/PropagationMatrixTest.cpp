@@ -29,8 +29,8 @@ Eigen::Matrix3Xd randomPoints(int n, double halfExtent_m, unsigned seed)
     return points;
 }
 
-// The largest |G - G_reference| relative to |G_reference|, or, where the directivity nearly vanishes, to the entry of a
-// point source.
+// The largest |G - G_reference| relative to |G_reference|, or, where the directivity nearly
+// vanishes, to the entry of a point source.
 double
 largestError(const TransducerArray& array, const Medium& medium, const Eigen::Matrix3Xd& points)
 {
@@ -197,7 +197,8 @@ TEST(PropagationMatrix, FixedPointHoldsItsProductsToTheSameTolerance)
         for (int b = 0; b < fixed.blocks(); ++b)
             fixed.forward(b, lanes.data(), lanes.data() + m, sums.data(), sums.data() + 9);
         const Eigen::VectorXcd p = G * q;
-        // Rounding errors add up like noise: sqrt(m) of them, of the size of 2e-5 of the largest entries.
+        // Rounding errors add up like noise: sqrt(m) of them, of the size of 2e-5 of the largest
+        // entries.
         for (int l = 0; l < 9; ++l)
             EXPECT_LT(std::abs(std::complex<double>(sums[static_cast<std::size_t>(l)],
                                                     sums[static_cast<std::size_t>(9 + l)]) -

@@ -10,7 +10,8 @@
 
 using namespace midair::haptics;
 
-// What is compared here agrees to the rounding of doubles: k R reaches some 10^3 rad, whose rounding is 2e-13.
+// What is compared here agrees to the rounding of doubles: k R reaches some 10^3 rad, whose
+// rounding is 2e-13.
 constexpr double kExact = 1e-11;
 
 namespace
@@ -59,7 +60,8 @@ TEST(PropagationReference, OnAxisIsTheSourceAmplitudeOverTheDistance)
 
 TEST(PropagationReference, DatasheetLevelAtThirtyCentimetres)
 {
-    // 121.5 dB SPL rms at 0.30 m; the air takes 0.4 dB on the way, which the data sheet's figure already has lost.
+    // 121.5 dB SPL rms at 0.30 m; the air takes 0.4 dB on the way, which the data sheet's figure
+    // already has lost.
     const Medium medium;
     const double rms = std::abs(fieldAt({0, 0, 0.3}, oneTransducer())) / std::sqrt(2.0);
     const double air_dB = 0.3 * medium.attenuation(40e3) * 20.0 / std::log(10.0);

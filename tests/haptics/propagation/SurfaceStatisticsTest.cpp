@@ -85,9 +85,10 @@ TEST(SurfaceStatistics, OfOneValueAndOfSilence)
 
 TEST(SurfaceStatistics, RandomPhasesAreSpeckle)
 {
-    // Waves of random phase from all round are fully developed speckle: the intensity is exponential, so that cv = 1 and the
-    // p-th percentile is -ln(1 - p); K independent fields in turn leave 1/sqrt(K). About (90 mm / (wavelength/2))^2 = 400
-    // independent spots on a sphere of 45 mm: 5 % on cv is one sigma, hence 15 %.
+    // Waves of random phase from all round are fully developed speckle: the intensity is
+    // exponential, so that cv = 1 and the p-th percentile is -ln(1 - p); K independent fields in
+    // turn leave 1/sqrt(K). About (90 mm / (wavelength/2))^2 = 400 independent spots on a sphere of
+    // 45 mm: 5 % on cv is one sigma, hence 15 %.
     const TransducerArray array = TransducerArray::octagonalPrism();
     std::vector<Eigen::VectorXcf> cycle;
     unsigned state = 1;
@@ -115,7 +116,8 @@ TEST(SurfaceStatistics, RandomPhasesAreSpeckle)
 
 TEST(SurfaceStatistics, ContrastOfAFocus)
 {
-    // Samples close to a focus against those far from it, each evaluated apart from the function under test.
+    // Samples close to a focus against those far from it, each evaluated apart from the function
+    // under test.
     const TransducerArray array = TransducerArray::octagonalPrism();
     const Eigen::Vector3d focus(0.01, -0.02, 0.015);
     const Eigen::VectorXcf q = focusedAt(focus, array);
@@ -150,7 +152,8 @@ TEST(SurfaceStatistics, PlacesOffTheSurfaceKeepTheirDistance)
     SurfaceStatisticsOptions options;
     options.offRadius_m = 0.035;
     options.offPoints = 200;
-    // The inside beyond a wavelength is (30 - 8.6)^3/35^3 = 23 % of the ball, the ball 52 % of its cube: found.
+    // The inside beyond a wavelength is (30 - 8.6)^3/35^3 = 23 % of the ball, the ball 52 % of its
+    // cube: found.
     EXPECT_EQ(surfaceStatistics(surface, array, Medium(), cycle, options).offSamples, 200);
     options.offDistance_m = 0.05;
     const SurfaceStatistics none = surfaceStatistics(surface, array, Medium(), cycle, options);

@@ -45,8 +45,8 @@ TEST(TransducerGroups, EveryTransducerHasOnePlace)
 
 TEST(TransducerGroups, GroupsOfTheKnownArraysAreCompact)
 {
-    // 32 transducers a centimetre apart: 4 x 8 have a diagonal of 76 mm; where a group spans what the halving left over,
-    // half as much again.
+    // 32 transducers a centimetre apart: 4 x 8 have a diagonal of 76 mm; where a group spans what
+    // the halving left over, half as much again.
     for (const TransducerArray& array :
          {TransducerArray::octagonalPrism(), TransducerArray::singleBoard()})
     {

@@ -107,7 +107,8 @@ TEST(FieldMonitor, MeasuresTheSurfaceThatIsFelt)
     EXPECT_GT(whole->surface.samples, 200);
     EXPECT_GT(whole->surface.contrast, 0.0);
 
-    // Only what is within 3 mm of the first point, which stands in the middle of the disc; half as loud in turn with silence.
+    // Only what is within 3 mm of the first point, which stands in the middle of the disc; half as
+    // loud in turn with silence.
     auto part = field(2);
     disc.reach_m = 0.003;
     part->points.positions.resize(3, 1);

@@ -128,8 +128,8 @@ std::vector<ControlPoints> pointsAlongALine(const std::vector<int>& places)
     return sets;
 }
 
-// Points in a shuffled order: what the cycle makes of it changes less than the order as given, and each part stands
-// where its field is.
+// Points in a shuffled order: what the cycle makes of it changes less than the order as given, and
+// each part stands where its field is.
 TEST(SequenceComposer, OrdersAndAlignsForTheLeastChange)
 {
     const TransducerArray array = TransducerArray::singleBoard();
@@ -148,7 +148,8 @@ TEST(SequenceComposer, OrdersAndAlignsForTheLeastChange)
                                           ordered.fields[k])[0]),
                       1.0001f * achieved_Pa[l])
                 << "no other field is louder where this one is for";
-    // No common phase of any field lowers the change of the aligned cycle by more than a level's rounding.
+    // No common phase of any field lowers the change of the aligned cycle by more than a level's
+    // rounding.
     std::vector<Eigen::VectorXcf> turned = ordered.fields;
     for (std::size_t k = 0; k < turned.size(); ++k)
         for (const float angle : {0.2f, -0.2f})

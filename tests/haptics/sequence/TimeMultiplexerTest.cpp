@@ -33,7 +33,8 @@ achieved(const ControlPoints& points, const TransducerArray& array, const Eigen:
 TEST(TimeMultiplexer, UnequalTargetsKeepTheirRatiosAcrossFields)
 {
     const TransducerArray array = TransducerArray::octagonalPrism();
-    // Two strong points in one field, six weaker ones in the other: each as loud as it could would turn that round.
+    // Two strong points in one field, six weaker ones in the other: each as loud as it could would
+    // turn that round.
     std::vector<ControlPoints> parts{spherePoints(2, 0.02), spherePoints(6, 0.03)};
     parts[1].targets *= 0.5;
     TimeMultiplexer fields = matched();

@@ -1,6 +1,7 @@
-// The methods of other libraries under their names, against what those libraries were measured to reach: n equal targets on
-// a Fibonacci sphere of 30 mm in the octagonal prism. Other libraries start from other phases and visit transducers in
-// another order, so figures agree to a factor that is stated, not to digits.
+// The methods of other libraries under their names, against what those libraries were measured to
+// reach: n equal targets on a Fibonacci sphere of 30 mm in the octagonal prism. Other libraries
+// start from other phases and visit transducers in another order, so figures agree to a factor that
+// is stated, not to digits.
 #include "haptics/solvers/HologramSolver.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 
@@ -47,7 +48,8 @@ struct Published
 
 TEST(GsPat, IsLessUnequalThanItsAuthorsImplementationAndAsLoud)
 {
-    // 20 rounds. What was measured of their implementation lacks the last correction of their publication.
+    // 20 rounds. What was measured of their implementation lacks the last correction of their
+    // publication.
     const TransducerArray array = prismWithoutLevels();
     for (const Published& published : {Published{11, 0.043, 0.94},
                                        Published{25, 0.10, 0.98},
@@ -65,8 +67,9 @@ TEST(GsPat, IsLessUnequalThanItsAuthorsImplementationAndAsLoud)
 
 TEST(WeightedGs, ReachesInTwoHundredRoundsWhatIsKnownOfIt)
 {
-    // Published rms: 6e-6, 1.5e-7, 2e-4, 1.6e-6: how fast the last digits come depends on the start, so all that is asked
-    // is that error is far below what a device's levels leave (1e-3); loudness within 1 %.
+    // Published rms: 6e-6, 1.5e-7, 2e-4, 1.6e-6: how fast the last digits come depends on the
+    // start, so all that is asked is that error is far below what a device's levels leave (1e-3);
+    // loudness within 1 %.
     const TransducerArray array = prismWithoutLevels();
     for (const Published& published : {Published{11, 1e-3, 0.95},
                                        Published{25, 1e-3, 1.03},
@@ -90,8 +93,9 @@ TEST(WeightedGs, StopsAtTheErrorAskedFor)
 
 TEST(Greedy, LeavesTheErrorsOfTheReferenceWithEightBits)
 {
-    // Within a factor of 3 in the middle of five orders: that of the transducers is random, rounding decides between levels
-    // that are nearly as good, and the reference's level is its user's choice.
+    // Within a factor of 3 in the middle of five orders: that of the transducers is random,
+    // rounding decides between levels that are nearly as good, and the reference's level is its
+    // user's choice.
     const TransducerArray array = TransducerArray::octagonalPrism();
     for (const Published& published :
          {Published{11, 0.001, 0.8}, Published{25, 0.009, 0.8}, Published{50, 0.024, 0.8}})
@@ -143,7 +147,8 @@ TEST(Lbfgs, MeetsEveryTargetExactlyALittleBelowFullLoudness)
 
 TEST(Baselines, MeetUnequalTargets)
 {
-    // From 0.3 to 1. GS-PAT has no weights, and greedy weighs errors in Pa, so that weak points come out worst.
+    // From 0.3 to 1. GS-PAT has no weights, and greedy weighs errors in Pa, so that weak points
+    // come out worst.
     ControlPoints points = spherePoints(20, 0.03);
     points.targets = Eigen::VectorXd::LinSpaced(20, 0.3, 1.0);
     const TransducerArray array = TransducerArray::octagonalPrism();
@@ -160,7 +165,8 @@ TEST(Baselines, MeetUnequalTargets)
 
 TEST(Baselines, PlayTheBestFieldWithinADeadline)
 {
-    // A deadline that has passed before the first round: what there is after one look at the clock, finite and playable.
+    // A deadline that has passed before the first round: what there is after one look at the clock,
+    // finite and playable.
     SolverOptions options;
     options.deadline_ms = 1e-6;
     for (const char* name : {"gs-pat", "wgs", "greedy", "lbfgs"})

@@ -21,8 +21,8 @@ namespace
 
 const double kPi = std::acos(-1.0);
 
-// The least u* M u of three phases by a grid over the two that count, then ever finer ones about its minimum: nothing
-// that the certificate uses.
+// The least u* M u of three phases by a grid over the two that count, then ever finer ones about
+// its minimum: nothing that the certificate uses.
 double leastOfThree(const Eigen::MatrixXcd& M)
 {
     double best = std::numeric_limits<double>::infinity(), x0 = kPi, y0 = kPi, half = kPi;
@@ -55,7 +55,8 @@ double leastOfThree(const Eigen::MatrixXcd& M)
 
 TEST(CertifiedBound, HoldsForAnyMultipliers)
 {
-    // Whatever y is, it must be a lower bound: here against all phases of three points, to the grid's 1e-9.
+    // Whatever y is, it must be a lower bound: here against all phases of three points, to the
+    // grid's 1e-9.
     std::mt19937_64 random(11);
     for (int trial = 0; trial < 8; ++trial)
     {
@@ -72,7 +73,8 @@ TEST(CertifiedBound, HoldsForAnyMultipliers)
 
 TEST(CertifiedBound, IsTheEigenvalueBoundLessWhatRoundingCanDo)
 {
-    // y = smallest eigenvalue of M everywhere: the bound is n times it, and must not come out above.
+    // y = smallest eigenvalue of M everywhere: the bound is n times it, and must not come out
+    // above.
     std::mt19937_64 random(13);
     for (int n : {1, 2, 10, 60})
     {
@@ -94,8 +96,8 @@ TEST(CertifiedBound, IsTheEigenvalueBoundLessWhatRoundingCanDo)
 
 TEST(Certificate, MeetsTheTrueLeastOfThreePoints)
 {
-    // Three points: the relaxation is exact (a rank of sqrt(3) is 1), so bound, best and the grid's least agree, as far as
-    // the tolerance asks.
+    // Three points: the relaxation is exact (a rank of sqrt(3) is 1), so bound, best and the grid's
+    // least agree, as far as the tolerance asks.
     std::mt19937_64 random(17);
     CertificateOptions options;
     options.tolerance = 1e-5;
@@ -137,8 +139,9 @@ TEST(Certificate, BoundIsBelowAndBestIsAtWhatManyStartsFind)
 
 TEST(Certificate, PhasesOnTheSphereComeAsNearAsThreeThousandStarts)
 {
-    // The best of 3,000 starts of coordinate descent were measured 0.87 % (n = 50) and 2.42 % (n = 100) over the bound, with
-    // points and air that were a little different; asked for with a little room.
+    // The best of 3,000 starts of coordinate descent were measured 0.87 % (n = 50) and 2.42 % (n =
+    // 100) over the bound, with points and air that were a little different; asked for with a
+    // little room.
     for (const auto& [n, most] : {std::pair(50, 0.010), std::pair(100, 0.026)})
         for (std::uint64_t seed : {1, 2, 3})
         {
@@ -173,7 +176,8 @@ TEST(Certificate, KnowsHowFarAGivenFieldIs)
         (G.adjoint() * objective.weights(alone.phases)).cast<std::complex<float>>();
     const Certificate ofGood = certifier.certify(points, array, Medium(), good);
     ASSERT_TRUE(ofGood.hasGiven);
-    // Its pressures' phases are u but for the little that lambda turns them; its own cost is below that of its phases.
+    // Its pressures' phases are u but for the little that lambda turns them; its own cost is below
+    // that of its phases.
     EXPECT_LE(ofGood.givenField, alone.best * (1.0 + 1e-5));
     EXPECT_NEAR(ofGood.givenField, alone.best, 2e-2 * alone.best);
     EXPECT_LT(ofGood.gapOfPhases(), 0.02);
@@ -226,7 +230,8 @@ TEST(Certificate, DoesNotDependOnPhaseScaleOrOrder)
 
 TEST(Certificate, HoldsUnderStress)
 {
-    // One point, coincident points, points without a target, a target of a million, a nearly singular K.
+    // One point, coincident points, points without a target, a target of a million, a nearly
+    // singular K.
     Certifier certifier;
     const TransducerArray array = TransducerArray::singleBoard();
     ControlPoints points;

@@ -222,7 +222,8 @@ TEST(EverySolver, SkipsWhatDidNotMove)
         report = solver->solve(moved, array, Medium{}, q);
         EXPECT_NE(report.stop, StopReason::SKIPPED);
         EXPECT_EQ(report.rowsBuilt, 1);
-        // The four rows that stayed are of points within 1e-5 m sqrt 3 of theirs: the field is the same to that.
+        // The four rows that stayed are of points within 1e-5 m sqrt 3 of theirs: the field is the
+        // same to that.
         expectOnLevels(array, q);
         moved.targets[0] = 0.5;
         EXPECT_NE(solver->solve(moved, array, Medium{}, q).stop, StopReason::SKIPPED);

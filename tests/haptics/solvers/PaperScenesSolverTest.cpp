@@ -31,8 +31,8 @@ ControlPoints line()
     return equalTargets(positions);
 }
 
-// Five tips, five notches and the centre, across the prism's axis. The paper gives no size: tips at 34 mm, as far
-// as its line is long, notches at the pentagram's ratio.
+// Five tips, five notches and the centre, across the prism's axis. The paper gives no size: tips at
+// 34 mm, as far as its line is long, notches at the pentagram's ratio.
 ControlPoints star()
 {
     const double outer = 0.034, inner = outer * 0.381966;
@@ -75,11 +75,13 @@ TEST(PaperScenes, LineIsTenMillimetresWide)
     {
         SCOPED_TRACE(name);
         const SolveReport report = solve(name, line(), false, q);
-        // Tikhonov (lambdaRel 0.1) and the clipped drive leave GS and SDP 5 % each, the same phases.
+        // Tikhonov (lambdaRel 0.1) and the clipped drive leave GS and SDP 5 % each, the same
+        // phases.
         EXPECT_LT(report.rms, 0.06);
-        // Across the line, in the plane across the axis, at its middle point: distance between the first minima, in
-        // steps of 0.1 mm. A focus in a ring of transducers has its first zero at 0.383 wavelengths (J0): 6.6 mm between
-        // zeros; five points at once leave the paper's "about 10 mm".
+        // Across the line, in the plane across the axis, at its middle point: distance between the
+        // first minima, in steps of 0.1 mm. A focus in a ring of transducers has its first zero at
+        // 0.383 wavelengths (J0): 6.6 mm between zeros; five points at once leave the paper's
+        // "about 10 mm".
         const int steps = 120;
         Eigen::Matrix3Xd across(3, 2 * steps + 1);
         for (int k = -steps; k <= steps; ++k)
@@ -102,8 +104,9 @@ TEST(PaperScenes, StarKeepsAllElevenPoints)
     Eigen::VectorXcf q;
     for (const bool phaseOnly : {false, true})
     {
-        // The paper's figures 3 and 4 show points missing under GS and all there under SDP. With unit phases restored
-        // in both, none is lost in either; what differs is a few percent, and clipping makes most of it.
+        // The paper's figures 3 and 4 show points missing under GS and all there under SDP. With
+        // unit phases restored in both, none is lost in either; what differs is a few percent, and
+        // clipping makes most of it.
         EXPECT_LT(solve("gs", star(), phaseOnly, q).max, 0.25);
         EXPECT_LT(solve("sdp-bcd", star(), phaseOnly, q).max, 0.25);
         const SolveReport best = solve("gauss-newton", star(), phaseOnly, q);

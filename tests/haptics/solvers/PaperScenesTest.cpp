@@ -10,7 +10,8 @@
 
 using namespace midair::haptics;
 
-// The paper's first scene: a single focus, in the octagonal prism and in arrays for which the field is known in closed form.
+// The paper's first scene: a single focus, in the octagonal prism and in arrays for which the field
+// is known in closed form.
 namespace
 {
 
@@ -23,7 +24,8 @@ focusedAt(const Eigen::Vector3d& focus, const TransducerArray& array, const Medi
     return G.row(0).conjugate().cwiseQuotient(G.row(0).cwiseAbs()).cast<std::complex<float>>();
 }
 
-// The model of propagation once more, written apart from the library: plain sums, the harmonics by the standard library.
+// The model of propagation once more, written apart from the library: plain sums, the harmonics by
+// the standard library.
 std::complex<double> fieldByHand(const Eigen::Vector3d& r,
                                  const TransducerArray& array,
                                  const Medium& medium,
@@ -103,11 +105,13 @@ TEST(PaperFocus, ArrivalsAreInPhaseAndAddUp)
         EXPECT_NEAR(std::arg(G(0, i) * std::complex<double>(q[i])), 0.0, 1e-6);
         EXPECT_NEAR(std::abs(q[i]), 1.0f, 1e-6f);
     }
-    // The peak, all arrivals in phase: P0 sum_i D_i e^{-beta R_i}/R_i, by hand; 1e-5 is the float path's.
+    // The peak, all arrivals in phase: P0 sum_i D_i e^{-beta R_i}/R_i, by hand; 1e-5 is the float
+    // path's.
     const double byHand = std::abs(fieldByHand(Eigen::Vector3d::Zero(), array, medium, q));
     EXPECT_NEAR(byHand / G.cwiseAbs().sum(), 1.0, 1e-6);
     EXPECT_NEAR(pressureFrom(array, medium, q, Eigen::Vector3d::Zero()) / byHand, 1.0, 1e-5);
-    // In the linear model full drive makes 5.53 kPa rms / sin(pi 32/510); air would not carry that linearly.
+    // In the linear model full drive makes 5.53 kPa rms / sin(pi 32/510); air would not carry that
+    // linearly.
     EXPECT_NEAR(byHand / std::sqrt(2.0), 5530.0 / std::sin(kPi * 32.0 / 510.0), 100.0);
 }
 
@@ -136,8 +140,9 @@ TEST(PaperFocus, FieldRoundTheFocusAgreesWithTheModelWrittenAnew)
 
 TEST(PaperFocus, SphereOfSourcesFocusesToASinc)
 {
-    // Plane waves from all round: |p|/p0 = |sin(k r)/(k r)|, half at k r = 1.895. Radius 3 m: the waves' curvature changes the
-    // phase by k r^2/(2 radius) = 0.04 at most, of which the even part is left: under 1 % of the peak.
+    // Plane waves from all round: |p|/p0 = |sin(k r)/(k r)|, half at k r = 1.895. Radius 3 m: the
+    // waves' curvature changes the phase by k r^2/(2 radius) = 0.04 at most, of which the even part
+    // is left: under 1 % of the peak.
     constexpr int kSources = 3000;
     Eigen::Matrix3Xd positions(3, kSources);
     for (int i = 0; i < kSources; ++i)
@@ -167,7 +172,8 @@ TEST(PaperFocus, SphereOfSourcesFocusesToASinc)
 
 TEST(PaperFocus, RingOfSourcesFocusesToABesselFunction)
 {
-    // In the ring's plane |p|/p0 = |J0(k r)|, half at k r = 1.521; on the ring's axis the waves stay in phase: no focus.
+    // In the ring's plane |p|/p0 = |J0(k r)|, half at k r = 1.521; on the ring's axis the waves
+    // stay in phase: no focus.
     constexpr int kSources = 720;
     Eigen::Matrix3Xd positions(3, kSources);
     for (int i = 0; i < kSources; ++i)
@@ -193,9 +199,10 @@ TEST(PaperFocus, RingOfSourcesFocusesToABesselFunction)
 
 TEST(PaperFocus, WidthInThePrismIsThatOfItsRings)
 {
-    // Round the y axis the prism is a stack of rings; one seen from the centre at an elevation e_i adds w_i J0(k rho cos e_i)
-    // across the axis and w_i cos(k y sin e_i) along it, w_i = D_i e^{-beta R_i}/R_i. The octagon's flat sides and the waves'
-    // curvature leave up to 2 % of the peak within a wavelength.
+    // Round the y axis the prism is a stack of rings; one seen from the centre at an elevation e_i
+    // adds w_i J0(k rho cos e_i) across the axis and w_i cos(k y sin e_i) along it, w_i = D_i
+    // e^{-beta R_i}/R_i. The octagon's flat sides and the waves' curvature leave up to 2 % of the
+    // peak within a wavelength.
     const TransducerArray array = TransducerArray::octagonalPrism();
     const Medium medium;
     const Eigen::VectorXcf q = focusedAt(Eigen::Vector3d::Zero(), array, medium);

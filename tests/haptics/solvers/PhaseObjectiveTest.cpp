@@ -15,7 +15,8 @@ using namespace midair::haptics;
 
 TEST(PhaseObjective, IsTheLeastMisfitAndPowerOverAllActivations)
 {
-    // For the q that the weights give, |G q - diag(a) u|^2 + lambda |q|^2 is u* M u; any other q has more.
+    // For the q that the weights give, |G q - diag(a) u|^2 + lambda |q|^2 is u* M u; any other q
+    // has more.
     std::mt19937_64 random(3);
     const Eigen::MatrixXcd G = randomMatrix(6, 20, random);
     Eigen::VectorXd a(6);
@@ -78,7 +79,8 @@ TEST(PhaseObjective, DescentEndsWhereNoSinglePhaseCanBeBettered)
 
 TEST(PhaseObjective, FloatMatrixGivesTheSameForm)
 {
-    // G in float is good to 1e-5 of its entries; K + lambda I is well conditioned, so that M is too.
+    // G in float is good to 1e-5 of its entries; K + lambda I is well conditioned, so that M is
+    // too.
     for (int n : {1, 2, 17, 50})
     {
         const ControlPoints points = spherePoints(n, 0.03);

@@ -48,15 +48,16 @@ Field fieldOf(const std::string& name, const ControlPoints& points, const Transd
     return field;
 }
 
-// Greedy chooses the best of 256 levels for each transducer in turn: where two are equal but for rounding, the last bit
-// decides, and everything after it goes another way. Its fields agree in how good they are, not point by point.
+// Greedy chooses the best of 256 levels for each transducer in turn: where two are equal but for
+// rounding, the last bit decides, and everything after it goes another way. Its fields agree in how
+// good they are, not point by point.
 bool isDecidedByTheLastBit(const std::string& name)
 {
     return name == "greedy";
 }
 
-// SDP-BCD visits the points in an order that is drawn by index, and two of Gauss-Newton's cold starts have phases that are:
-// the same draw meets other points when they are permuted.
+// SDP-BCD visits the points in an order that is drawn by index, and two of Gauss-Newton's cold
+// starts have phases that are: the same draw meets other points when they are permuted.
 bool dependsOnOrder(const std::string& name)
 {
     return isDecidedByTheLastBit(name) || name == "sdp-bcd" || name == "gauss-newton";
@@ -105,7 +106,8 @@ TEST(EverySolver, IsTheSameWhereverSceneAndArrayAreTurnedTo)
 
 TEST(EverySolver, TakesRelativeTargetsInAnyUnit)
 {
-    // A power of two changes no digits: the activations are the same to the bit, and so is the level, which is the array's.
+    // A power of two changes no digits: the activations are the same to the bit, and so is the
+    // level, which is the array's.
     const TransducerArray array = TransducerArray::octagonalPrism();
     const ControlPoints points = unequalPoints(10);
     for (const double factor : {0.00048828125, 4096.0})
@@ -169,7 +171,8 @@ TEST(EverySolver, IsTheSameInWhateverOrderThePointsCome)
 
 TEST(EverySolver, MakesUpForTheTransducersPhaseOffsets)
 {
-    // Offsets of the transducers' phases are made up for: the field is the same, the drive turned back by them.
+    // Offsets of the transducers' phases are made up for: the field is the same, the drive turned
+    // back by them.
     const TransducerArray array = arrayWithoutLevels();
     TransducerArray offset = array;
     offset.phaseOffset_rad = Eigen::VectorXd::LinSpaced(array.size(), 0.0, 40.0);

@@ -126,7 +126,7 @@ Eigen::Matrix3Xd grid(int columns, int rows, double spacing_m)
     return positions;
 }
 
-// The relative rms error of a single focus in the middle of \a points, which are all to have the same pressure.
+// The rms error of one focus in the middle of \a points, all of which want one pressure.
 double rmsOfFocus(const ControlPoints& points, const TransducerArray& array)
 {
     const Eigen::Matrix3Xd middle = points.positions.rowwise().mean();
@@ -145,7 +145,7 @@ TEST(SolverStress, FromOnePointToHundreds)
     for (const int n : {1, 2, 3, 7, 31, 150})
     {
         SCOPED_TRACE(n);
-        // The floor that 8-bit phases leave is 0.0014 at n = 150; spacing is over a wavelength for all but that.
+        // 8-bit phases leave 0.0014 at n = 150, the only one spaced under a wavelength.
         EXPECT_LT(sound(spherePoints(n, 0.045), array).rms, 0.003);
     }
     if (!longTestsAsked()) return;
@@ -164,13 +164,13 @@ TEST(SolverStress, CrowdedPointsGiveAFieldWithItsError)
     EXPECT_GT(sound(twice, array).rms, 0.2);
     EXPECT_LT(sound(at(grid(30, 1, 8.5e-3)), array).rms, 0.01); // collinear
     EXPECT_LT(sound(at(grid(7, 7, 8.5e-3)), array).rms, 0.02);  // coplanar
-    // A tenth of a wavelength apart, where rounding decides which of many fields is found: three of five are good.
+    // A tenth of a wavelength apart, rounding decides which field is found: three of five are good.
     int good = 0;
     for (int k = 0; k < 60; ++k)
         good += sound(at(grid(20, 1, 0.75e-3 + 3.5e-6 * k)), array).rms < 0.05;
     EXPECT_GT(good, 24); // 36 less three deviations
-    // 36 points within half a wavelength, where a field has no more than a handful of degrees of freedom: at least as even
-    // as one focus in their middle.
+    // 36 points within half a wavelength, where a field has few degrees of freedom: at least as
+    // even as one focus in their middle.
     const ControlPoints crowd = at(grid(6, 6, 0.85e-3));
     EXPECT_LT(sound(crowd, array).rms, rmsOfFocus(crowd, array));
 }
@@ -350,7 +350,8 @@ TEST(SolverStress, TurningSceneAndArrayTogetherChangesNothing)
     ControlPoints turned = points;
     turned.positions = (turn * points.positions).colwise() + shift;
     const SolveReport first = sound(points, array), second = sound(turned, turnedArray);
-    // G agrees to 1e-6; the rounds amplify that, and rounding to levels is a matter of luck at its edges.
+    // G agrees to 1e-6; the rounds amplify that, and rounding to levels is a matter of luck at its
+    // edges.
     EXPECT_NEAR(first.loudness, second.loudness, 0.01);
     EXPECT_NEAR(first.level_Pa, second.level_Pa, 0.01 * first.level_Pa);
 }

@@ -110,7 +110,8 @@ TEST_F(ObjReader, ReadsTheStar)
     }
     EXPECT_EQ(directed.maxCoeff(), 1);
     EXPECT_EQ(directed, directed.transpose());
-    // Outwards; a pyramid over the star: base area times a third of the height. 1e-6: the file's six decimals.
+    // Outwards; a pyramid over the star: base area times a third of the height. 1e-6: the file's
+    // six decimals.
     double base = 0.0;
     for (int i = 0; i < 10; ++i)
     {
@@ -181,8 +182,9 @@ TEST_F(ObjReader, TriangulatesSmallPolygons)
 
 TEST_F(ObjReader, TakesWhatExportersWrite)
 {
-    // Negative indices, missing normals and texture coordinates, carriage returns, comments, several shapes,
-    // groups, smoothing, a folded line, lines and points, numbers in all spellings, no newline at the end.
+    // Negative indices, missing normals and texture coordinates, carriage returns, comments,
+    // several shapes, groups, smoothing, a folded line, lines and points, numbers in all spellings,
+    // no newline at the end.
     const TriangleMesh mesh =
         read("# made by hand\r\nmtllib\r\no first\r\n"
              "v +0. 0 -0.0 \r\nv 1 .0 0\r\nv 1E0 1e+0 0.0e-5\r\nf -3//1 -2//1 -1//1 # tail\r\n"

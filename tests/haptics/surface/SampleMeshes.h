@@ -144,7 +144,8 @@ inline double smallestDistance(const Eigen::Matrix3Xd& points)
     return smallest;
 }
 
-/// m; of the closest point of the triangle, by minimising over the plane, the edges and the corners in turn.
+/// m; of the closest point of the triangle, by minimising over the plane, the edges and the corners
+/// in turn.
 inline double distanceToTriangle(const Eigen::Vector3d& point,
                                  const Eigen::Vector3d& a,
                                  const Eigen::Vector3d& b,
@@ -192,8 +193,8 @@ inline double farthestOffSurface(const TriangleMesh& mesh, const Eigen::Matrix3X
     return farthest;
 }
 
-/// m; the farthest that a spot of the surface is from all points; spots are a lattice of at most \a step on each
-/// triangle, its corners included.
+/// m; the farthest that a spot of the surface is from all points; spots are a lattice of at most \a
+/// step on each triangle, its corners included.
 inline double largestGap(const TriangleMesh& mesh, const Eigen::Matrix3Xd& points, double step)
 {
     double largest2 = 0.0;

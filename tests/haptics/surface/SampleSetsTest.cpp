@@ -42,7 +42,8 @@ TEST(SampleSets, Interleave)
         independent.rightCols(alone.size()) = alone.positions;
     }
     EXPECT_LE(most, 1.1 * least);
-    // Together they leave smaller gaps than as many sets that know nothing of each other, and lie more evenly.
+    // Together they leave smaller gaps than as many sets that know nothing of each other, and lie
+    // more evenly.
     EXPECT_LT(largestGap(mesh, all, 5e-4), 0.9 * largestGap(mesh, independent, 5e-4));
     EXPECT_GT(meanNearestDistance(all), 1.15 * meanNearestDistance(independent));
     EXPECT_EQ(sampleSurfaceSets(mesh, options, 3)[2].positions, sets[2].positions);

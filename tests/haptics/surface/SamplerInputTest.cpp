@@ -14,7 +14,8 @@ using namespace test;
 
 TEST(SamplerInput, WeldsDoubledVertices)
 {
-    // A box whose faces share no vertices, as exporters write it: the same points come as for the shared ones.
+    // A box whose faces share no vertices, as exporters write it: the same points come as for the
+    // shared ones.
     const TriangleMesh shared = box({0.06, 0.05, 0.04});
     std::vector<Eigen::Vector3d> vertices;
     std::vector<Eigen::Vector3i> triangles;
@@ -29,7 +30,8 @@ TEST(SamplerInput, WeldsDoubledVertices)
     const SurfaceSamples b = sampleSurface(makeMesh(vertices, triangles), spaced(kSpacing));
     for (int v = 0; v < 8; ++v)
         EXPECT_TRUE(holds(b, shared.vertices.col(v))) << v;
-    // Welded: the diagonals across the faces are no features, so no more points lie on them than before.
+    // Welded: the diagonals across the faces are no features, so no more points lie on them than
+    // before.
     SamplerOptions edges = spaced(kSpacing, Sampling::EDGES);
     EXPECT_EQ(sampleSurface(makeMesh(vertices, triangles), edges).size(),
               sampleSurface(shared, edges).size());

@@ -98,7 +98,8 @@ TEST(SurfaceSampler, KeepsItsPromisesOnTheSharedMeshes)
 
 TEST(SurfaceSampler, KeepsSharpTipsBeforeNotches)
 {
-    // At 30 mm the notches (28.3 mm from each other, 28.4 mm from the raised centre) can't stay beside sharper corners.
+    // At 30 mm the notches (28.3 mm from each other, 28.4 mm from the raised centre) can't stay
+    // beside sharper corners.
     const TriangleMesh mesh = star();
     const SurfaceSamples samples = sampleSurface(mesh, spaced(30e-3));
     int notches = 0;
@@ -138,7 +139,8 @@ TEST(SurfaceSampler, SamplesVertices)
     EXPECT_EQ(samples.size(), 11); // the paper's eleven
     for (int v = 0; v < 11; ++v)
         EXPECT_TRUE(holds(samples, mesh.vertices.col(v))) << v;
-    // Vertices nearer than the spacing are thinned: no two left nearer, none left out that had room.
+    // Vertices nearer than the spacing are thinned: no two left nearer, none left out that had
+    // room.
     const TriangleMesh ball = sphere(0.03, 4);
     const SurfaceSamples thinned = sampleSurface(ball, spaced(kSpacing, Sampling::VERTICES));
     EXPECT_GE(smallestDistance(thinned.positions), kSpacing);
@@ -272,7 +274,8 @@ TEST(SurfaceSampler, NormalsOnEdgesLieBetweenTheFaces)
 {
     const TriangleMesh mesh = box({0.06, 0.05, 0.04});
     const SurfaceSamples samples = sampleSurface(mesh, spaced(kSpacing));
-    // The first eight points are the corners: the normal is the diagonal whichever way the faces are cut.
+    // The first eight points are the corners: the normal is the diagonal whichever way the faces
+    // are cut.
     for (int i = 0; i < 8; ++i)
     {
         const Eigen::Vector3d diagonal =

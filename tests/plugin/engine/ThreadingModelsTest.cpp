@@ -36,8 +36,9 @@ class ThreadingModels : public testing::TestWithParam<osgViewer::ViewerBase::Thr
 
 } // namespace
 
-/// Two views, each with a context of its own, show one scene with all its overlays, while objects move, come and go and
-/// another thread reads what the kit gives out. Meant for the sanitizers; here it has to work.
+/// Two views, each with a context of its own, show one scene with all its overlays, while objects
+/// move, come and go and another thread reads what the kit gives out. Meant for the sanitizers;
+/// here it has to work.
 TEST_P(ThreadingModels, TwoViewsOfAMovingSceneWithOverlays)
 {
     BoxScene box;

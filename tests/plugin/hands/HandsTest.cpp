@@ -45,7 +45,8 @@ private:
     }
 };
 
-/// The last bone of a right index finger that points down at \a tip, the middle of its end's ball of 7.5 mm.
+/// The last bone of a right index finger that points down at \a tip, the middle of its end's ball
+/// of 7.5 mm.
 Hand finger(const osg::Vec3d& tip)
 {
     Hand hand = openHand(1, tip, osg::Quat()); // fingers along -z as they are

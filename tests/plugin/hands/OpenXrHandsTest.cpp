@@ -35,8 +35,8 @@ private:
     }
 };
 
-/// The runtime's right hand: the last bone of an index finger that points down (-y of OpenXR) at the scene's \a tip, the
-/// middle of its end's ball of 7.5 mm.
+/// The runtime's right hand: the last bone of an index finger that points down (-y of OpenXR) at
+/// the scene's \a tip, the middle of its end's ball of 7.5 mm.
 void point(const osg::Vec3d& tip)
 {
     midair::bridge::Hand hand = midair::bridge::openHandWithIndexTipAt(

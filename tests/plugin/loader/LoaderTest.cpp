@@ -49,7 +49,8 @@ struct TemporaryFolder
     }
 };
 
-/// A program of OSG's that loads the kit. A sanitizer's runtime has to be there before it; what OSG leaves unfreed isn't told.
+/// A program of OSG's that loads the kit. A sanitizer's runtime has to be there before it; what OSG
+/// leaves unfreed isn't told.
 std::string stock(const std::string& program)
 {
     const std::string runtime = MIDAIR_SANITIZER_RUNTIME;

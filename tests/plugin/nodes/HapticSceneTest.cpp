@@ -1,4 +1,3 @@
-#include "haptics/propagation/AudibleChange.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osg/Switch>
@@ -66,7 +65,8 @@ TEST(HapticScene, FollowsWhatMoves)
 
 TEST(HapticScene, TheMatrixOfALaterSiblingIsNotStale)
 {
-    // The transform's own update callback moves it in this frame's update traversal, after the scene's node was visited.
+    // The transform's own update callback moves it in this frame's update traversal, after the
+    // scene's node was visited.
     struct Mover : osg::NodeCallback
     {
         double x = 0.0;
@@ -88,24 +88,6 @@ TEST(HapticScene, TheMatrixOfALaterSiblingIsNotStale)
     ASSERT_TRUE(viewer.framesUntil([&] { return box.result() && box.result()->frame >= frame; }));
     EXPECT_EQ(box.result()->frame, frame);
     EXPECT_NEAR(middle(box).x(), 0.03, 2e-3);
-}
-
-TEST(HapticScene, WhatIsHeardOfAHeldFieldFollowsTheFieldRate)
-{
-    for (const double rate_Hz : {200.0, 20000.0})
-    {
-        BoxScene box;
-        box.scene->setFieldRate(rate_Hz);
-        HeadlessViewer viewer(box.scene);
-        ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
-        box.move(0.03);
-        ASSERT_TRUE(viewer.framesUntil([&] { return middle(box).x() > 0.02; }));
-        const auto result = box.result();
-        ASSERT_GT(result->report().driveChange, 0.0);
-        EXPECT_DOUBLE_EQ(result->report().audibleChange,
-                         result->report().driveChange * midair::haptics::audibleShare(rate_Hz));
-    }
-    EXPECT_NE(midair::haptics::audibleShare(200.0), midair::haptics::audibleShare(20000.0));
 }
 
 TEST(HapticScene, ChangedPropertiesAreHandedOverThoughNothingMoves)

@@ -47,8 +47,9 @@ void expectColor(const osg::Vec3f& color, int red, int green, int blue)
     EXPECT_NEAR(255.0F * color.z(), blue, 1.0F);
 }
 
-/// What an eye without its red (protan) or green (deutan) cones sees, in linear RGB (F. Vienot, H. Brettel, J. D. Mollon,
-/// "Digital video colourmaps for checking the legibility of displays by dichromats", 1999, equations for both kinds).
+/// What an eye without its red (protan) or green (deutan) cones sees, in linear RGB (F. Vienot, H.
+/// Brettel, J. D. Mollon, "Digital video colourmaps for checking the legibility of displays by
+/// dichromats", 1999, equations for both kinds).
 osg::Vec3f seenByDichromat(const osg::Vec3f& srgb, bool protan)
 {
     const auto linear = [](float s) { return std::pow(s, 2.2F); };

@@ -93,8 +93,8 @@ TEST(FieldSlice, ShowsTheFieldBetweenItsSamples)
         (haptics::referencePropagationMatrix(places, *board(), asked.medium) *
          asked.result->played().cast<std::complex<double>>())
             .cwiseAbs();
-    // From 0.37 to 0.63 of the sampling rate is room for a Kaiser filter of 12 taps and 49 dB; both axes and the lattice's
-    // 3e-3 add up.
+    // From 0.37 to 0.63 of the sampling rate is room for a Kaiser filter of 12 taps and 49 dB; both
+    // axes and the lattice's 3e-3 add up.
     for (std::size_t i = 0; i < shown.size(); ++i)
         EXPECT_NEAR(shown[i], exact[static_cast<Eigen::Index>(i)], 1e-2 * exact.maxCoeff());
     EXPECT_GT(shown.size(), 150U);

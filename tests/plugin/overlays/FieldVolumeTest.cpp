@@ -63,7 +63,8 @@ TEST(FieldVolume, HoldsTheRadiationPressureRoundTheFocus)
         for (int axis = 0; axis < 3; ++axis) // no farther than the margin and a tile
             EXPECT_LT(std::abs(volume.places[i][axis] - focus[axis]), 0.020);
     }
-    // A sample is at most half a lattice diagonal from the focus, 2.5 mm: a board's focus is 5 mm wide and longer.
+    // A sample is at most half a lattice diagonal from the focus, 2.5 mm: a board's focus is 5 mm
+    // wide and longer.
     EXPECT_GT(volume.peak_Pa, 0.6 * atFocus_Pa);
     EXPECT_LE(volume.peak_Pa, 1.02 * atFocus_Pa);
     EXPECT_GE(volume.range_Pa, volume.peak_Pa);

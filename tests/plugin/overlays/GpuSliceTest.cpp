@@ -115,7 +115,8 @@ TEST(GpuSlice, ShowsWhatTheThreadShows)
                     lit += a > 60 ? 1 : 0;
                 }
         EXPECT_GT(lit, kSize * kSize / 4);
-        // The thread is good to a percent of the peak; over the map's 256 steps a channel changes by at most 2.6 a step.
+        // The thread is good to a percent of the peak; over the map's 256 steps a channel changes
+        // by at most 2.6 a step.
         EXPECT_LT(sum / (3.0 * kSize * kSize), 1.0);
         EXPECT_LE(most, 2.0 + 2.6 * 256.0 * 0.01 * look.overlay->getPeakPressure() / kRange_Pa)
             << look.overlay->getPeakPressure();

@@ -144,7 +144,8 @@ TEST(Deforming, PointsFollowASoftwareSkin)
         viewer.frame();
         const unsigned int frame = viewer.viewer.getFrameStamp()->getFrameNumber();
         ASSERT_TRUE(viewer.framesUntil([&] { return scene.result()->frame >= frame; }));
-        // Weights along y and a translation: the skinned plate is the plane z = height y/60 mm. Float vertices.
+        // Weights along y and a translation: the skinned plate is the plane z = height y/60 mm.
+        // Float vertices.
         EXPECT_LT(scene.offPlane(1, height / kEdge_m), 1e-7) << height;
         EXPECT_LT(scene.offPlane(1, 0.0), 1.01 * height);
     }

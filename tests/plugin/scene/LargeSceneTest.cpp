@@ -9,7 +9,8 @@ using namespace osgMidair;
 namespace
 {
 
-/// 10,000 nodes, 10 of them haptic: boxes of 10 mm in a row, 25 mm apart, in front of one simulated board.
+/// 10,000 nodes, 10 of them haptic: boxes of 10 mm in a row, 25 mm apart, in front of one simulated
+/// board.
 struct LargeScene : testing::Test
 {
     LargeScene()

@@ -100,7 +100,8 @@ TEST_F(Rest, TakenOutOfThePictureItIsSilent)
         }));
 }
 
-// Surfaces ask for events only to be found: that doesn't lead every event of every frame through what is below them.
+// Surfaces ask for events only to be found: that doesn't lead every event of every frame through
+// what is below them.
 TEST_F(Rest, EventsGoBelowASurfaceOnlyToWhoAskedForThem)
 {
     struct Child : osg::Group

@@ -39,7 +39,8 @@ struct CollectorTest : testing::Test
         EXPECT_FALSE(frame());
     }
 
-    /// Whether anything changed; what stands in the objects is compared with what a new collector finds.
+    /// Whether anything changed; what stands in the objects is compared with what a new collector
+    /// finds.
     bool frame()
     {
         const bool changed = collector.collect(*scene, osg::Matrixd(), objects);

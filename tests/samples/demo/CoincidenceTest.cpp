@@ -25,8 +25,8 @@ constexpr int kWidth = 640;
 constexpr int kHeight = 480;
 const osg::Vec4 kMagenta(1.0F, 0.0F, 1.0F, 1.0F);
 
-/// Nearest place on triangle \a a \a b \a c to \a p (C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5: by the
-/// regions of the corners, edges and the face).
+/// Nearest place on triangle \a a \a b \a c to \a p (C. Ericson, Real-Time Collision Detection,
+/// 2005, section 5.1.5: by the regions of the corners, edges and the face).
 Eigen::Vector3d nearestOnTriangle(const Eigen::Vector3d& p,
                                   const Eigen::Vector3d& a,
                                   const Eigen::Vector3d& b,
@@ -93,8 +93,8 @@ haptics::TriangleMesh meshInWorld(osg::Node& root)
     return mesh;
 }
 
-/// The place of the largest |p| that the device plays, searched through the whole box that the object moves in: samples a
-/// third of a wavelength apart, then ever finer round the best.
+/// The place of the largest |p| that the device plays, searched through the whole box that the
+/// object moves in: samples a third of a wavelength apart, then ever finer round the best.
 Eigen::Vector3d strongestSpot(const bridge::HologramResult& result,
                               const haptics::TransducerArray& array,
                               const haptics::Medium& medium)
@@ -121,9 +121,9 @@ Eigen::Vector3d strongestSpot(const bridge::HologramResult& result,
 
 } // namespace
 
-/// What is seen and what is felt are in the same place: in frames of a moving star, the strongest spot of the field that the
-/// simulated device plays lies on the surface within half a wavelength, and in the picture of the same frame on the
-/// pixels of the object.
+/// What is seen and what is felt are in the same place: in frames of a moving star, the strongest
+/// spot of the field that the simulated device plays lies on the surface within half a wavelength,
+/// and in the picture of the same frame on the pixels of the object.
 class Coincidence : public ::testing::TestWithParam<int>
 {
 protected:

@@ -1,4 +1,5 @@
-// midair-solve with all of its options, in the workspace, half out of it and far away: no crash, no figure that was not computed.
+// midair-solve with all of its options, in the workspace, half out of it and far away: no crash, no
+// figure that was not computed.
 
 #include "tests/LongTests.h"
 #include "tests/samples/Shell.h"
@@ -318,8 +319,8 @@ TEST_F(SolveFigures, NothingComesFromMemoryThatWasNotSet)
     }
 }
 
-/// The same in all that it computes, not only in what it writes; slow. valgrind names the first place that hangs on memory
-/// that was not set, or reads outside of what was asked for.
+/// The same in all that it computes, not only in what it writes; slow. valgrind names the first
+/// place that hangs on memory that was not set, or reads outside of what was asked for.
 TEST_F(SolveFigures, ValgrindFindsNothing)
 {
     if (!longTestsAsked()) GTEST_SKIP() << "minutes: tests/run.sh --long";

@@ -1,4 +1,5 @@
-// midair-solve run as a user runs it, and its files recomputed by a model written here, apart from the product's.
+// midair-solve run as a user runs it, and its files recomputed by a model written here, apart from
+// the product's.
 
 #include "tests/samples/Shell.h"
 
@@ -52,7 +53,8 @@ nlohmann::json readSummary(const std::string& out)
     return nlohmann::json::parse(file);
 }
 
-/// The paper's zonal harmonics of order 0 to 3 for orthonormal Y_n0, scaled to 1 on the axis, never negative.
+/// The paper's zonal harmonics of order 0 to 3 for orthonormal Y_n0, scaled to 1 on the axis, never
+/// negative.
 double directivity(double x)
 {
     const auto sum = [](double t)
@@ -67,7 +69,8 @@ double directivity(double x)
     return std::max(0.0, sum(x) / sum(1.0));
 }
 
-/// |p| at one row of control_points.csv from all rows of drive.csv and the constants of summary.json.
+/// |p| at one row of control_points.csv from all rows of drive.csv and the constants of
+/// summary.json.
 double recomputed_Pa(const std::vector<double>& point,
                      const std::vector<std::vector<double>>& drive,
                      const nlohmann::json& summary)

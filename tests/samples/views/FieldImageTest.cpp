@@ -46,7 +46,8 @@ FieldImage bump()
     return image;
 }
 
-/// Pixels of \a image that are within \a tolerance (0 .. 1) of \a color, and the middle of the box round them.
+/// Pixels of \a image that are within \a tolerance (0 .. 1) of \a color, and the middle of the box
+/// round them.
 int count(const osg::Image& image, const osg::Vec3f& color, float tolerance, osg::Vec2& middle)
 {
     int found = 0;
@@ -87,7 +88,8 @@ TEST(FieldImage, ShowsTheFieldWhereItIs)
     std::filesystem::remove(path);
     ASSERT_TRUE(image.valid());
     if (!message.empty()) GTEST_SKIP() << message;
-    // The largest pressure is yellow: once in the slice, once at the top of the scale, which the left part leaves out.
+    // The largest pressure is yellow: once in the slice, once at the top of the scale, which the
+    // left part leaves out.
     osg::ref_ptr<osg::Image> slice = new osg::Image;
     const int width = image->s() - 140;
     slice->allocateImage(width, image->t(), 1, GL_RGB, GL_UNSIGNED_BYTE, 1);
@@ -100,7 +102,8 @@ TEST(FieldImage, ShowsTheFieldWhereItIs)
     const int quietPixels =
         count(*slice, osgMidair::ColorMap::pressure().color(0.0F), 0.05F, quiet);
     EXPECT_GT(quietPixels, 100000);
-    // 6.2 pixels a mm; the slice's corners are quiet, so the box round what is quiet is the slice. Yellow spreads over 2 mm.
+    // 6.2 pixels a mm; the slice's corners are quiet, so the box round what is quiet is the slice.
+    // Yellow spreads over 2 mm.
     EXPECT_NEAR(peak.x() - quiet.x(), 20.0F * 6.2F, 4.0F);
     EXPECT_NEAR(peak.y() - quiet.y(), 10.0F * 6.2F, 4.0F);
 }

@@ -16,7 +16,8 @@ namespace midair::haptics
 namespace
 {
 
-// Radiation pressure along the outlines by the formula in double precision, apart from everything that solves.
+// Radiation pressure along the outlines by the formula in double precision, apart from everything
+// that solves.
 struct Felt
 {
     double mean_Pa, variation;
