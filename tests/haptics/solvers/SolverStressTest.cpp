@@ -169,8 +169,7 @@ TEST(SolverStress, CrowdedPointsGiveAFieldWithItsError)
     for (int k = 0; k < 60; ++k)
         good += sound(at(grid(20, 1, 0.75e-3 + 3.5e-6 * k)), array).rms < 0.05;
     EXPECT_GT(good, 24); // 36 less three deviations
-    // 36 points within half a wavelength, where a field has few degrees of freedom: at least as
-    // even as one focus in their middle.
+    // 36 points within half a wavelength: at least as even as one focus in their middle.
     const ControlPoints crowd = at(grid(6, 6, 0.85e-3));
     EXPECT_LT(sound(crowd, array).rms, rmsOfFocus(crowd, array));
 }
