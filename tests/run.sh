@@ -7,7 +7,7 @@
 #   --tidy            clang-tidy on what differs from the last release's tag; without one, on the newest commit's files and on a
 #                     tenth of all, another tenth with each commit
 #   --quick-sanitize  the suites of what computes and of the devices under the address and undefined-behaviour sanitizers
-#   --sanitize        all tests under these two, what has threads under the thread sanitizer, clang-tidy on everything: two hours
+#   --sanitize        all tests under these two, what has threads under the thread sanitizer, clang-tidy on everything: hours
 #   --long            the tests with those that take many minutes (stress, soak), and a minute of fuzzing for each target
 #   --vm              also the USB path on the kernel's own stack, in a virtual machine
 #   --avx512          also the kernels on emulated processors with AVX2 and AVX-512

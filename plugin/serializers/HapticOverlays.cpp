@@ -95,6 +95,7 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
                                osgMidair::HapticOverlays,
                                "osg::Object osg::Node osgMidair::HapticOverlays")
 {
+    (void)domain; // a name of the macro
     std::vector<const OverlayKind*> together;
     for (const auto& [place, kind] : overlayKinds())
         if (place < OverlayKind::kFirstKinds)

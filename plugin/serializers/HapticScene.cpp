@@ -49,6 +49,7 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
                                osgMidair::HapticScene,
                                "osg::Object osg::Node osg::Group osgMidair::HapticScene")
 {
+    (void)domain; // a name of the macro
     ADD_INT_SERIALIZER(FormatVersion, 0);
     osgMidair::addSettings<MyClass>(
         *wrapper, osgMidair::sceneSettings(), &MyClass::getSettings, &MyClass::setSettings);

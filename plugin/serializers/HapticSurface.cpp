@@ -9,6 +9,7 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
                                osgMidair::HapticSurface,
                                "osg::Object osg::Node osg::Group osgMidair::HapticSurface")
 {
+    (void)domain; // a name of the macro
     ADD_INT_SERIALIZER(FormatVersion, 0);
     osgMidair::addSettings<MyClass>(
         *wrapper, osgMidair::surfaceProperties(), &MyClass::getProperty, &MyClass::setProperty);
