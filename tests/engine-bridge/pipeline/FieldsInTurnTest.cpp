@@ -245,7 +245,7 @@ TEST(FieldsInTurn, CurvesThatRestAreOneFieldWithoutRipples)
     pipeline.process(snapshot);
     const auto quiet = settled(pipeline, nullptr);
     EXPECT_TRUE(quiet->outline);
-    EXPECT_NEAR(quiet->report().level_Pa, 3000.0, 30.0);
+    EXPECT_NEAR(quiet->report().level_Pa, 3000.0, 60.0);
 }
 
 TEST(FieldsInTurn, ACurvesLoudnessIsTheOptions)
