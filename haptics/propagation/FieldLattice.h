@@ -40,8 +40,9 @@ public:
 
     LatticeField(const TransducerArray& array, const Medium& medium);
 
-    /// \a pressure: complex peak Pa, one a sample. Throws InputError where activations and
-    /// transducers disagree.
+    /// \a pressure: complex peak Pa, one a sample, within kPhaseError of what all waves in phase
+    /// would give there; far from the transducers within 2e-4 for unrelated phases. Throws
+    /// InputError where activations and transducers disagree.
     void evaluate(const FieldLattice& lattice,
                   const Eigen::VectorXcf& activations,
                   Eigen::VectorXcf& pressure,

@@ -22,7 +22,11 @@ Eigen::VectorXcf randomDrive(int count)
     std::uniform_real_distribution<float> amplitude(0.2F, 1.0F);
     Eigen::VectorXcf q(count);
     for (auto& value : q)
-        value = std::polar(amplitude(random), angle(random));
+    {
+        // Two statements: compilers evaluate the arguments of one call in different orders.
+        const float magnitude = amplitude(random);
+        value = std::polar(magnitude, angle(random));
+    }
     return q;
 }
 
@@ -59,6 +63,30 @@ double worst(const FieldLattice& lattice,
                 most = std::max(most, std::abs(fast - exact) / g.cwiseAbs().sum());
             }
     return most;
+}
+
+/// The same for the worst of all drives up to 1: the transducers' own differences added up. Each is
+/// driven alone, but for a trace of the others that keeps the tiles as they are when all play.
+double
+worstOfAllDrives(const FieldLattice& lattice, const TransducerArray& array, const Medium& medium)
+{
+    Eigen::MatrixXcd g(lattice.size(), array.size());
+    for (int i = 0; i < lattice.size(); ++i)
+    {
+        const int a = i % lattice.count[0], b = i / lattice.count[0];
+        g.row(i) = referencePropagationMatrix(lattice.at(a, b, 0), array, medium).row(0);
+    }
+    LatticeField field(array, medium);
+    Eigen::VectorXd difference = Eigen::VectorXd::Zero(lattice.size());
+    for (int t = 0; t < array.size(); ++t)
+    {
+        Eigen::VectorXcf q = Eigen::VectorXcf::Constant(array.size(), 1e-12F);
+        q[t] = 1.0F;
+        Eigen::VectorXcf pressure;
+        field.evaluate(lattice, q, pressure);
+        difference += (pressure.cast<std::complex<double>>() - g.col(t)).cwiseAbs();
+    }
+    return (difference.array() / g.cwiseAbs().rowwise().sum().array()).maxCoeff();
 }
 
 } // namespace
@@ -105,7 +133,6 @@ TEST(FieldLattice, NearTheTransducersTilesShrinkAndGiveWay)
 {
     // From one board's face on: all sizes of tiles, and entries one by one.
     TransducerArray array = TransducerArray::singleBoard();
-    const Eigen::VectorXcf q = randomDrive(array.size());
     FieldLattice lattice = tilted({3, 41, 1}, 3.0e-3, {0.0, 0.0, 0.06});
     lattice.step.col(0) = Eigen::Vector3d(2e-3, 0.0, 0.0);
     lattice.step.col(1) = Eigen::Vector3d(0.0, 0.0, 3e-3);
@@ -116,11 +143,12 @@ TEST(FieldLattice, NearTheTransducersTilesShrinkAndGiveWay)
         array.directivity = model;
         LatticeField field(array, Medium());
         Eigen::VectorXcf pressure;
-        field.evaluate(lattice, q, pressure);
+        field.evaluate(lattice, randomDrive(array.size()), pressure);
         EXPECT_GT(field.tiled(), 30);
         EXPECT_GT(field.exact(), 0);
         EXPECT_EQ(field.tiled() + field.exact(), lattice.size());
-        EXPECT_LT(worst(lattice, array, Medium(), q, pressure), 3e-3) << directivityName(model);
+        EXPECT_LT(worstOfAllDrives(lattice, array, Medium()), LatticeField::kPhaseError)
+            << directivityName(model);
     }
 }
 
