@@ -12,8 +12,8 @@
 namespace midair::bridge
 {
 
-/// Which side of an object's faces is felt: that which is turned to where most of the array's sound
-/// comes from, or the other.
+/// Which faces of an object are felt. FRONT: those whose normals point to where most of the array's
+/// sound comes from; BACK: the others.
 enum class Side
 {
     BOTH,
@@ -24,14 +24,15 @@ enum class Side
 /// How an object is to be felt; ranges are checked where they are set.
 struct HapticProperties
 {
-    double pressure = 1.0; ///< > 0; Pa if pressureInPa, else relative to the scene's other objects
+    /// > 0; peak Pa if pressureInPa, else relative to the scene's other objects
+    double pressure = 1.0;
     bool pressureInPa = false;
-    double spacing_m = 0.0; ///< >= 0; 0: one wavelength
+    double spacing_m = 0.0; ///< >= 0; distance of the control points; 0: one wavelength
     haptics::Sampling sampling = haptics::Sampling::SURFACE;
     Side side = Side::BOTH;
-    int priority = 0;                    ///< larger wins where points are too near or too many
+    int priority = 0;                    ///< where points are too near or too many, the larger wins
     double modulationFrequency_Hz = 0.0; ///< >= 0; 0: a steady pressure
-    /// 0 .. 1; by how much of itself the pressure on the skin goes down
+    /// 0 .. 1; the share of the pressure on the skin that the modulation takes away at its lowest
     double modulationDepth = 1.0;
 };
 
@@ -45,16 +46,17 @@ inline bool operator!=(const HapticProperties& a, const HapticProperties& b)
 /// is shared and never changes; a new shape is a new mesh and a new meshId.
 struct HapticObject
 {
-    std::uint64_t id = 0;     ///< of this instance, or of a part of it; stable from frame to frame
-    std::uint64_t whole = 0;  ///< of the instance, for touches: its parts share it; 0: id
+    std::uint64_t id = 0;     ///< identifies this instance or part; stable from frame to frame
+    std::uint64_t whole = 0;  ///< identifies the whole instance for touches; 0: the same as id
     std::string path;         ///< node path for messages
-    std::uint64_t meshId = 0; ///< equal ids: the same mesh
-    /// equal ids: the same triangles, vertices may have moved; 0: none like it
+    std::uint64_t meshId = 0; ///< objects with equal ids have the same mesh
+    /// meshes with equal ids have the same triangles, their vertices may differ; 0: unknown
     std::uint64_t topologyId = 0;
     std::shared_ptr<const haptics::TriangleMesh> mesh;      ///< metres, scale baked in
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array frame
     HapticProperties properties;
-    bool touchEvents = false; ///< hands are measured against it; changes nothing about the field
+    /// if true, the distance of hands to this object is measured; the field doesn't depend on it
+    bool touchEvents = false;
 
     std::uint64_t touchId() const { return whole ? whole : id; }
 };

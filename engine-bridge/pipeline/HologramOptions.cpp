@@ -98,7 +98,7 @@ std::unique_ptr<device::ArrayDevice> openLimited(const std::string& uri,
                                                  const device::SafetyLimits& limits,
                                                  const std::string& owner)
 {
-    // Its first refused field would end the show.
+    // It refuses fields, and ArrayOutput silences a device that refuses one: that would end it.
     if (device::playsByItself(uri))
         throw device::DeviceError("device \"" + uri +
                                   "\": a recording takes no fields of a scene; play it "

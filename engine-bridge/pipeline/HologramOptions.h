@@ -14,47 +14,51 @@
 namespace midair::bridge
 {
 
-/// What a HologramPipeline works with; isValid() names the first thing that is wrong.
+/// Options of a HologramPipeline; isValid() names the first one that is out of its range.
 struct HologramOptions
 {
     haptics::TransducerArray array;
     haptics::Medium medium;
-    std::string solver; ///< a name that makeSolver knows; empty: its default
+    std::string solver; ///< a name from haptics::solverNames(); empty: the first of them
     haptics::SolverOptions solverOptions;
     std::string deviceUri = "sim:";
-    std::string
-        owner; ///< what messages call who drives the device, where somebody else wants it too
-    double motionTolerance = 0.01; ///< >= 0, in wavelengths: what moved less is not solved again
-    /// >= 0; control points shared by all objects, base::kMostControlPoints at most; 0: the
-    /// selector's default.
+    /// the name of this user of the device, for the message when another one opens the same device
+    std::string owner;
+    /// >= 0, in wavelengths; while no object moved farther than this, the last field is kept
+    double motionTolerance = 0.01;
+    /// >= 0; the largest number of control points of all objects together, lowered to
+    /// base::kMostControlPoints; 0: the selector's default.
     int maxPoints = 0;
-    /// >= 0; peak Pa that no control point ever gets more than, whatever is asked for; 0: none. The
-    /// device's own cap
-    /// (`max-pressure` in its URI) counts too, the stricter one.
+    /// >= 0; cap on the pressure at every control point, in peak Pa; 0: none. If the device's URI
+    /// sets `max-pressure` too, the lower of the two holds.
     double maxPressure_Pa = 0.0;
-    /// 0 .. 1 of full drive; no transducer ever gets more. The device's own cap (`max-amplitude`)
-    /// counts too, the stricter one.
+    /// 0 .. 1 of full drive; cap on the amplitude of every transducer. If the device's URI sets
+    /// `max-amplitude` too, the lower of the two holds.
     double maxAmplitude = 1.0;
-    /// Amplitude modulation of all that is played, for arrays too weak for a static image (a rate
-    /// of 0: none), and how many fields a second follow each other where they are played in turn,
+    /// Amplitude modulation of everything that is played, for arrays too weak for a static image
+    /// (rate 0: none); and the number of fields per second where fields are played in turn, the
     /// steps between them included.
     haptics::ModulatorOptions modulation;
-    /// 1 .. 64; fields, each for its own shifted points on the same surface. What rests is played
-    /// with all of them in turn, which smooths the speckle between the points; of what moves each
-    /// update takes the next.
+    /// 1 .. 64; the number of fields, each for its own shifted points on the same surface. A scene
+    /// at rest is played with all of them in turn, which smooths the speckle between the points;
+    /// while it moves, each update takes the next one.
     int cycle = 1;
-    int cycleSteps =
-        0;           ///< 0 .. 16; between one of these fields and the next, so that less is heard
-    int subsets = 1; ///< 1 .. 64; of the points, in turn: each is pressed less often, but harder
-    /// Objects sampled along their edges with no spacing of their own are played, where they rest
-    /// and nothing else is to be felt, in one stationary field for densely placed points, nearly
-    /// without ripples.
+    /// 0 .. 16; the number of steps between one field of the cycle and the next, which make it
+    /// quieter
+    int cycleSteps = 0;
+    /// 1 .. 64; the points are split into this many subsets, played in turn: each point is pressed
+    /// less often, but harder
+    int subsets = 1;
+    /// If true, a scene at rest whose objects are all sampled along their edges, with no spacing of
+    /// their own, is played as one stationary field for densely placed points, nearly without
+    /// ripples.
     bool denseOutlines = true;
-    /// >= 0, s; at most so often a field is certified and its surface measured, beside the solver;
-    /// 0: never.
+    /// 0 .. 1e6, s; the shortest interval at which a played field is certified and its surface
+    /// measured, in another thread; raised to 0.05; 0 disables it.
     double monitorInterval_s = 0.0;
 
-    /// Stand-ins for tests and applications with their own; empty: makeSolver and openDevice.
+    /// Replacements for makeSolver and openLimitedDevice, for tests and for applications with their
+    /// own solvers and devices; empty: those two.
     std::function<std::unique_ptr<haptics::HologramSolver>(const std::string&,
                                                            const haptics::SolverOptions&)>
         solverFactory;
@@ -62,24 +66,27 @@ struct HologramOptions
                                                        const device::DeviceLayout&)>
         deviceFactory;
 
+    /// Returns true if all options are in their ranges, else puts the reason into \a error.
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// Takes down what \a options ask for beyond what the machine has, or than is good for it: threads
-/// to the cores, points, subsets and steps to what fits into memory, looks of the monitor to twenty
-/// a second. Each is a message. Gives the solvers a common thread pool where they have none.
+/// Lowers the options that exceed what the machine can do: threads to the number of cores,
+/// maxPoints, subsets and cycleSteps to what fits into memory; raises a monitorInterval_s between 0
+/// and 0.05 to 0.05. Each change is a message. Creates a thread pool for the solvers if there is
+/// none.
 void keepToLimits(HologramOptions& options, base::MessageLog& messages);
 
-/// Puts in what \a options leave open: the default solver, makeSolver, and openLimitedDevice() with
-/// the limits and the owner, but for devices that play by themselves, which are refused. Rows of G
-/// are kept within the motion tolerance at most.
+/// Fills in empty options: the default solver, makeSolver, and openLimitedDevice() with the limits
+/// and the owner. The latter throws device::DeviceError for devices that play by themselves. Lowers
+/// solverOptions.skipTolerance to motionTolerance.
 void fillIn(HologramOptions& options);
 
-/// The array of \a options plays the levels that a device of \a ability has.
+/// Sets the phase and amplitude levels of the array in \a options to those of a device of
+/// \a ability.
 void keepToLevels(HologramOptions& options, const device::DriveAbility& ability);
 
-/// What composes for \a options, which outlive it and are filled in. Its solvers are made with the
-/// options as they then are.
+/// The composer's options for \a options, which must be filled in and outlive the returned object:
+/// its makeSolver reads them at each call.
 haptics::ComposerOptions composerOptions(const HologramOptions& options);
 
 } // namespace midair::bridge

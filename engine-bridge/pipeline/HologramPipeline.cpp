@@ -30,7 +30,7 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
     _assembler = std::make_unique<PointAssembler>(_options.array, points, _messages);
     haptics::ComposerOptions composer = composerOptions(_options);
     composer.line = _line;
-    composer.makeSolver(); // an unknown name is told now
+    composer.makeSolver(); // so that an unknown name throws here
     _composer = std::make_unique<haptics::SequenceComposer>(std::move(composer), _messages);
     _refiner = std::make_unique<RestRefiner>(_options, *_assembler, *_composer, _around, _messages);
     _monitor = std::make_unique<PlayedFieldMonitor>(_options);
@@ -135,7 +135,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
         count(sequence.report, _counters);
         _updates.count(base::steadySeconds());
         if (!sequence.report.message.empty()) _messages.say(sequence.report.message);
-        // Its solver compared it with the last field of its own set.
+        // The solver continued the last field of its own set, not the one that is played.
         if (_options.cycle > 1) continueLast(sequence);
         _refiner->begin(snapshot, set, sequence);
     }
@@ -158,7 +158,7 @@ const haptics::TransducerArray& HologramPipeline::arrayFor(const haptics::Contro
         points, _options.array, _options.medium.wavelength(_options.array.frequency_Hz));
 }
 
-// A hand that shadows may be gone before the next field, so the cap holds without it too.
+// A hand that shadows may be gone before the next field, so the cap must hold without it too.
 void HologramPipeline::cap(const haptics::TransducerArray& array,
                            haptics::FieldSequence& sequence,
                            HologramResult& result)
@@ -180,7 +180,6 @@ void HologramPipeline::cap(const haptics::TransducerArray& array,
     _messages.say(_cap->message(sequence.report.capFactor));
 }
 
-// Leaves in result what is played, and whether.
 void HologramPipeline::play(const haptics::TransducerArray& array,
                             haptics::FieldSequence sequence,
                             HologramResult& result)
@@ -246,7 +245,8 @@ std::shared_ptr<const HologramResult> HologramPipeline::attend()
     }
     catch (const base::Stopped&)
     {
-        // Whoever asked for it silences the device, or replaces or ends this.
+        // The thread that requested the stop silences the device, or replaces or ends this
+        // pipeline.
     }
     catch (const std::exception& error)
     {

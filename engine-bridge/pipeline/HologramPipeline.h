@@ -19,47 +19,45 @@
 namespace midair::bridge
 {
 
-/// The way of one snapshot to the array, in one thread: assemble (samples, posed and selected) ->
-/// compose (what is to be played) -> cap (no point gets more than it may) -> play.
-///
-/// Nothing that a snapshot holds makes process() throw: an object that can't be felt is left out
-/// with a message, and when the field can't be made the array falls silent. The message log says
-/// each thing once.
+/// Takes a snapshot to the array, in one thread: assemble (sample, pose and select points) ->
+/// compose (solve for the fields) -> cap (limit the pressure at the points) -> play. process()
+/// throws for no content of a snapshot: an object that can't be felt is left out with a message,
+/// and if the field can't be computed the array falls silent. Each message is logged once.
 class HologramPipeline
 {
 public:
-    /// Throws base::InputError where the options are wrong. A device that can't be opened is a
-    /// message: the field is then solved and shown as it would be played.
+    /// Throws base::InputError if the options are not valid. A device that can't be opened is a
+    /// message; fields are then solved and shown, but not played.
     explicit HologramPipeline(HologramOptions options);
 
     HologramPipeline(const HologramPipeline&) = delete;
     HologramPipeline& operator=(const HologramPipeline&) = delete;
 
-    /// The field for \a snapshot, or the last one again where nothing moved by more than the
-    /// tolerance. Never null. \a superseded: how many snapshots were dropped for this one; only
-    /// counted.
+    /// Returns the field for \a snapshot, or the last one again if nothing moved by more than the
+    /// tolerance. Never null. \a superseded is the number of snapshots that were dropped for this
+    /// one; it goes into the counters only.
     std::shared_ptr<const HologramResult> process(const SceneSnapshot& snapshot,
                                                   std::uint64_t superseded = 0);
 
-    /// To be called now and then while no snapshot comes: sends the field again that a device has
-    /// lost, since what doesn't move brings no next field; makes and plays what is still missing
-    /// for what rests; hands on what the monitor found. Null where nothing changed.
+    /// To be called while no snapshot comes: resends a field that the device has lost, makes the
+    /// next step of what RestRefiner has left to do and plays it, and reports what the monitor
+    /// found. Returns null if nothing changed.
     std::shared_ptr<const HologramResult> attend();
-    /// How long attend() may be put off, s.
+    /// The longest time until attend() should be called again, s; 0: there is work left.
     double rest_s() const;
-    /// A device that plays a still scene is looked after so often: a field that it lost is back
-    /// within a blink.
-    static constexpr double kAttend_s = 0.5; // each look costs some 50 us, most of it waking up
+    /// Interval at which the device of a still scene is checked: after at most this time a field
+    /// that it lost is resent.
+    static constexpr double kAttend_s = 0.5; // a check costs some 50 us, most of it waking up
 
-    /// The array plays nothing until the next process(), which solves in any case.
+    /// Silences the array until the next process(), which solves even if nothing moved.
     void silence() { _output->silence(ArrayOutput::Silence::FAILED); }
 
-    /// To be given before the first process(). Where \a stop asks for it process() and attend() are
-    /// back within milliseconds, with nothing sent any more: process() STOPPED and silent, attend()
-    /// as if nothing had changed.
+    /// To be called before the first process(). Once \a stop is requested, process() and attend()
+    /// return within milliseconds and send nothing more: process() returns a silent result that
+    /// says STOPPED, attend() null.
     void setStop(const base::StopToken& stop);
-    /// Any thread, while process() is at work: the array is silent. What is in hand may be played
-    /// after it, unless a stop was asked for before.
+    /// Silences the array. May be called from any thread, also during process(); a field that
+    /// process() is working on may still be played afterwards, unless a stop was requested before.
     void silenceNow() { _output->silenceNow(); }
 
     const HologramCounters& counters() const { return _counters; }
@@ -90,7 +88,7 @@ private:
     HologramOptions _options;
     base::MessageLog _messages;
     std::unique_ptr<ArrayOutput> _output;
-    std::unique_ptr<PressureCap> _cap; // null: there is none
+    std::unique_ptr<PressureCap> _cap; // null: no cap
     haptics::LineRate _line;
     std::unique_ptr<PointAssembler> _assembler;
     std::unique_ptr<haptics::SequenceComposer> _composer;

@@ -58,7 +58,8 @@ void measurePlayed(const ArrayOutput& output,
             haptics::rateLevel(result.points, result.achieved_Pa, sequence.report);
         return;
     }
-    // A device that is late or gone changes what is achieved, not how good the field is.
+    // The report rates the field as planned: a device that is late or gone changes only what is
+    // achieved.
     std::vector<Eigen::VectorXcf> played = output.played();
     const bool asPlanned = played == planned;
     if (result.sequence.report.capFactor < 1.0)

@@ -18,62 +18,63 @@
 namespace midair::bridge
 {
 
-/// What has been done and what was spared since the thread started.
+/// Counts of what the pipeline did and what it could skip, since it was made.
 struct HologramCounters
 {
     std::uint64_t snapshots = 0;  ///< submitted
-    std::uint64_t superseded = 0; ///< replaced by a newer one before they were looked at
+    std::uint64_t superseded = 0; ///< replaced by a newer one before they were processed
     std::uint64_t solves = 0;
-    std::uint64_t skippedUnmoved = 0; ///< nothing moved: nothing solved
-    std::uint64_t rowsBuilt = 0;      ///< of the propagation matrix: points that came or moved
-    std::uint64_t rowsKept = 0;       ///< points that had not moved: theirs were there
+    std::uint64_t skippedUnmoved = 0; ///< snapshots not solved since nothing moved
+    std::uint64_t rowsBuilt = 0;      ///< rows of the propagation matrix for new or moved points
+    std::uint64_t rowsKept = 0;       ///< rows reused for points that had not moved
     std::uint64_t sampled = 0;        ///< meshes sampled (a cached mesh is not sampled again)
-    std::uint64_t followed = 0;   ///< meshes whose points went along with their vertices, unsampled
+    std::uint64_t followed = 0;   ///< deformed meshes whose samples moved along with the vertices
     std::uint64_t overBudget = 0; ///< points left out because there were too many
-    std::uint64_t outOfWorkspace =
-        0;                        ///< points or objects left out because the array can't reach them
+    /// points or objects left out because the array can't reach them
+    std::uint64_t outOfWorkspace = 0;
     std::uint64_t crowded = 0;    ///< points left out because another one was too near
     std::uint64_t unpainted = 0;  ///< points left out because their paint is of intensity 0
     std::uint64_t outOfReach = 0; ///< points left out because no hand was near them
-    std::uint64_t capped = 0;     ///< fields played at less, to keep to the cap of pressure
-    std::uint64_t resent =
-        0; ///< fields sent again since the device had lost them, nothing having moved
+    std::uint64_t capped = 0;     ///< fields scaled down or silenced by the pressure cap
+    std::uint64_t resent = 0;     ///< fields of a still scene sent again since the device lost them
 };
 
 /// One solved field, handed back to the overlays, the HUD and the report; immutable.
 struct HologramResult
 {
     std::uint64_t frame = 0; ///< of the snapshot it was solved for
-    double latency_ms = 0.0; ///< from the snapshot's stamp to the drive signal
-    /// As the device plays it, with the parts and the report of what was solved; a silent field
-    /// where there is nothing to play, none where nothing is open.
+    double latency_ms = 0.0; ///< from SceneSnapshot::time_s until the field was handed over
+    /// The fields as the device plays them, with the parts and the report of what was solved; one
+    /// silent field if there is nothing to play, no fields if there is no pipeline.
     haptics::FieldSequence sequence;
     haptics::ControlPoints points; ///< of the sequence, array frame
     /// 3 x k, array frame: points that were left out (workspace, spacing, budget, reach).
     Eigen::Matrix3Xd skipped;
-    Eigen::VectorXf achieved_Pa; ///< n, |p| at points, each in the field that is for it, as played
-    bool outline = false; ///< dense points along curves, in one stationary field without ripples
-    /// Certificate and surface figures of the newest field that was looked at beside the solver;
-    /// null: none yet.
+    Eigen::VectorXf achieved_Pa; ///< n, |p| at each point in the field that is for it, as played
+    /// True if the field is one stationary field for dense points along outlines.
+    bool outline = false;
+    /// Certificate and surface figures of the newest field that the monitor measured; null: none
+    /// yet.
     std::shared_ptr<const haptics::FieldMonitor::Result> monitored;
     double maxPressure_Pa = 0.0; ///< cap at the control points, peak; 0: none
-    bool playing = false; ///< the device took the field; or there is none, or nothing to play
+    /// True if the device took the field, if no device is open, or if there is nothing to play.
+    bool playing = false;
     HologramCounters counters;
-    double updatesPerSecond = 0.0;
+    double updatesPerSecond = 0.0; ///< snapshots solved within the last second
     std::string deviceStatus;
     std::vector<std::string> messages; ///< what the user should know, each said once
 
-    /// m activations, what the device plays; of fields in turn the first. Empty where nothing is
-    /// open.
+    /// The first field that the device plays, as m activations. Empty if there is no pipeline.
     const Eigen::VectorXcf& played() const;
     const haptics::SolveReport& report() const { return sequence.report; }
 };
 
-/// How many fields were solved in the last second.
+/// Counts how many snapshots were solved within the last second.
 class UpdateRate
 {
 public:
     void count(double now_s) { _times_s.push_back(now_s); }
+    /// The number of count() calls within the second before \a now_s.
     double perSecond(double now_s);
 
 private:
@@ -86,8 +87,9 @@ void count(const PointAssembler& assembler,
            HologramCounters& counters);
 void count(const haptics::SolveReport& report, HologramCounters& counters);
 
-/// Puts the fields as \a output plays them in place of those that it was given, measures what they
-/// achieve at the points, and rates anew what a cap took down.
+/// Replaces the fields in \a result by those that \a output plays (quantised, limited), puts the
+/// pressure at the points into achieved_Pa, and if a cap scaled the fields down, computes the
+/// report's level figures again.
 void measurePlayed(const ArrayOutput& output,
                    const haptics::TransducerArray& array,
                    const haptics::Medium& medium,

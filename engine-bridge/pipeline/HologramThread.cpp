@@ -10,8 +10,8 @@ namespace midair::bridge
 namespace
 {
 
-// What is made while nothing moves is begun anew when it was broken off: not by every snapshot, or
-// it would never be done where they come all the time and move nothing.
+// A snapshot breaks off attend() only once it has run for this long. Work that is broken off starts
+// again, so with a steady stream of snapshots that move nothing it would never be done.
 constexpr double kPatience_s = 0.5;
 
 } // namespace
@@ -64,7 +64,7 @@ void HologramThread::setAtWork(HologramPipeline* pipeline)
     _atWork = pipeline;
 }
 
-// Once the stop is asked for: what the pipeline has in hand is not sent any more.
+// Called after the stop was requested, so that the pipeline doesn't send the field it works on.
 void HologramThread::silenceNow()
 {
     const std::lock_guard<std::mutex> lock(_atWorkMutex);
@@ -158,7 +158,8 @@ void HologramThread::makePipeline(std::unique_ptr<HologramPipeline>& pipeline)
     if (!pipeline) return;
     pipeline->setStop(_stop.token());
     setAtWork(pipeline.get());
-    // What broke off the one before isn't meant for this one, unless it came for what still waits.
+    // A stop that was requested for the old pipeline must not stop this one; a stop requested for a
+    // snapshot, pipeline or end that still waits stays.
     _slot.between(
         [this](bool isWaiting, bool isClosed)
         {

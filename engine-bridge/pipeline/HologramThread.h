@@ -13,14 +13,12 @@
 namespace midair::bridge
 {
 
-/// Runs a HologramPipeline in the background: snapshots in, the newest wins, results out; no frame
-/// ever waits. While no snapshot comes the pipeline looks after its device.
-///
-/// submit() and the readers may be called from any one thread each while the pipeline works. The
-/// pipeline is made in the thread when the first snapshot comes (opening a device may take a
-/// while), and gone, the device silent, when the destructor returns. What is being solved then is
-/// broken off, which takes some milliseconds; a solver of the application's own is waited for
-/// unless it looks at SolverOptions::stop, but the device is silent before.
+/// Runs a HologramPipeline in a thread: takes the newest snapshot, publishes its result, and never
+/// makes a frame wait. While no snapshot comes, it calls HologramPipeline::attend(). submit() and
+/// the readers may be called from any one thread each. The pipeline is made in its thread when the
+/// first snapshot comes, since opening a device may take a while. The destructor silences the
+/// device and breaks off the solve under way, which takes some milliseconds; it waits for an
+/// application's own solver that doesn't check SolverOptions::stop.
 class HologramThread
 {
 public:
@@ -33,24 +31,26 @@ public:
     HologramThread(const HologramThread&) = delete;
     HologramThread& operator=(const HologramThread&) = delete;
 
-    /// Replaces the pipeline before the next snapshot is processed: the old one is gone, its device
-    /// closed, before \a makePipeline runs; where that gives none, nothing is played until the
-    /// next. What it throws becomes a result that is REFUSED, with the message. Doesn't wait; what
-    /// is being solved is broken off, and STOPPED.
+    /// Replaces the pipeline before the next snapshot is processed. The old one is destroyed, its
+    /// device closed, before \a makePipeline runs in the pipeline's thread. If \a makePipeline
+    /// returns null, nothing is played until the next setPipeline(); if it throws, the result says
+    /// REFUSED, with the message. Doesn't wait; a solve under way is broken off, its result says
+    /// STOPPED.
     void setPipeline(PipelineFactory makePipeline);
 
     /// Hands \a snapshot over and leaves an old one in its place, whose memory the caller may
-    /// refill. Never waits for the pipeline, allocates nothing. One without objects silences the
-    /// device at once, whatever is being solved, which is broken off and not played.
+    /// refill. Never waits for a solve, allocates nothing. A snapshot without objects silences the
+    /// device at once and breaks off the solve under way, which is not played.
     void submit(SceneSnapshot& snapshot);
 
-    /// Null until the first snapshot is through.
+    /// The newest result; null until the first snapshot was processed.
     std::shared_ptr<const HologramResult> latestResult() const;
 
-    /// How many results there have been: a look whether latestResult() is a new one.
+    /// The number of results published so far; a skipped snapshot publishes the last one again.
     std::uint64_t results() const { return _results; }
 
-    /// Up to date also where a snapshot was skipped and there is no new result.
+    /// The pipeline's counters as of the last processed snapshot; newer than the result's own if
+    /// that snapshot was skipped.
     HologramCounters counters() const;
 
 private:
@@ -58,19 +58,20 @@ private:
     void makePipeline(std::unique_ptr<HologramPipeline>& pipeline);
     void setAtWork(HologramPipeline* pipeline);
     void silenceNow();
-    /// No pipeline, so no device: \a why, where that is somebody's fault.
+    /// Publishes a result without fields, for there is no pipeline; \a why: the error, empty if
+    /// there is none.
     void publishClosed(haptics::StopReason stop, const std::string& why);
     void publish(std::shared_ptr<const HologramResult> result, const HologramCounters& counters);
 
     base::LatestSlot<SceneSnapshot> _slot;
-    mutable std::mutex _mutex;    ///< of what follows; held for a copy at most
-    PipelineFactory _newPipeline; ///< empty: keep the one at work
+    mutable std::mutex _mutex;    ///< guards the members up to _counters; held for a copy at most
+    PipelineFactory _newPipeline; ///< empty: the current pipeline stays
     std::shared_ptr<const HologramResult> _result;
     std::atomic<std::uint64_t> _results{0};
     HologramCounters _counters;
-    std::atomic<double> _restWorkSince_s{0.0}; ///< steady clock; 0: none is under way
-    base::StopSource _stop;                    ///< asked for, and cleared, under the slot's lock
-    std::mutex _atWorkMutex; ///< of what follows; held while a device falls silent
+    std::atomic<double> _restWorkSince_s{0.0}; ///< start of attend(), steady clock; 0: not running
+    base::StopSource _stop;                    ///< requested and cleared under the slot's lock
+    std::mutex _atWorkMutex;                   ///< guards _atWork; held while a device falls silent
     HologramPipeline* _atWork = nullptr;
     std::thread _thread; ///< last: starts when all else is there
 };

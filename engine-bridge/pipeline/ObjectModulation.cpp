@@ -53,7 +53,7 @@ haptics::ModulationPlan modulationOf(const std::vector<HapticObject>& objects,
              << " Hz: the array plays one field at a time";
         messages.say(text.str());
     }
-    // What is modulated may have no points.
+    // The modulated objects may have no points.
     if (plan.depth.size() == 0 || plan.depth.maxCoeff() == 0.0) plan = {};
     return plan;
 }

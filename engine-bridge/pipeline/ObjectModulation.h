@@ -9,10 +9,10 @@
 namespace midair::bridge
 {
 
-/// How the points of \a objects (points.object indexes them) are modulated. The array plays one
-/// field at a time, so that all share one frequency: that of the modulated object of the highest
-/// priority, of equal ones the first; each keeps its depth. What is played otherwise than an object
-/// asks for is a message.
+/// The modulation of \a points, whose points.object indexes \a objects. The array plays one field
+/// at a time, so all points share one frequency: that of the modulated object of the highest
+/// priority, the first one among equals; each keeps its own depth. An object that is played at
+/// another frequency than it asks for is a message. If \a everything modulates, no object does.
 haptics::ModulationPlan modulationOf(const std::vector<HapticObject>& objects,
                                      const haptics::ControlPoints& points,
                                      const haptics::ModulatorOptions& everything,

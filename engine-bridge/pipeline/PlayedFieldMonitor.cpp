@@ -11,7 +11,7 @@ namespace midair::bridge
 namespace
 {
 
-// As far from a point as the sampler lets a spot of the surface be, in spacings.
+// In spacings: the farthest that the sampler leaves a place of the surface from a point.
 constexpr double kFeltReach = 1.1;
 
 std::vector<haptics::FeltSurface> feltSurfaces(const std::vector<HapticObject>& objects,

@@ -12,36 +12,38 @@
 namespace midair::bridge
 {
 
-/// Has what is played certified and its surface measured now and then, beside the solver, where the
-/// options ask for that.
+/// Passes played fields to a haptics::FieldMonitor, which certifies them and measures their surface
+/// in another thread, if HologramOptions::monitorInterval_s is over 0.
 class PlayedFieldMonitor
 {
 public:
+    /// \a options must outlive the monitor.
     explicit PlayedFieldMonitor(const HologramOptions& options);
 
     bool isOn() const { return _monitor != nullptr; }
 
-    /// What was submitted is not played any more: the next call of submit() counts.
+    /// To be called when another field is played, so that the next submit() passes it on.
     void forget() { _submitted = false; }
-    /// Gives \a played, of \a array, on where it was not yet and the monitor waits for one.
+    /// Passes \a played on if that wasn't done since forget() and the monitor is idle. \a objects
+    /// are those that \a played is for.
     void submit(const haptics::FieldSequence& played,
                 const std::vector<HapticObject>& objects,
                 const haptics::TransducerArray& array);
-    /// Whether something that was submitted has not been told, or something is still to be
-    /// submitted.
+    /// Returns true if a result of a submitted field is outstanding or the field that is played is
+    /// still to be submitted.
     bool isPending() const { return isOn() && (_number > _told || !_submitted); }
 
-    /// What the monitor found last; null before the first.
+    /// The newest result; null before the first.
     std::shared_ptr<const haptics::FieldMonitor::Result> latest() const;
-    /// The same where it was not told yet, else null.
+    /// The newest result if takeNew() has not returned it before, else null.
     std::shared_ptr<const haptics::FieldMonitor::Result> takeNew();
 
 private:
     const HologramOptions& _options;
-    std::unique_ptr<haptics::FieldMonitor> _monitor; // null: not asked for
-    bool _submitted = false;                         // what is played was given to the monitor
-    std::uint64_t _number = 0;                       // of the last field that was
-    std::uint64_t _told = 0;                         // of the last one whose result was taken
+    std::unique_ptr<haptics::FieldMonitor> _monitor; // null: disabled
+    bool _submitted = false;                         // the monitor was given the current field
+    std::uint64_t _number = 0;                       // number of the last field submitted
+    std::uint64_t _told = 0;                         // number of the last result taken
 };
 
 } // namespace midair::bridge

@@ -115,7 +115,7 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
             strongest_Pa = std::max(strongest_Pa, object.properties.pressure);
     const bool absolute = strongest_Pa > 0.0;
 
-    _assembled = false; // should it be broken off
+    _assembled = false; // stays so if a stop breaks this off
     _placed.clear();
     _posed.clear();
     _candidates = 0;

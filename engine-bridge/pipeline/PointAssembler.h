@@ -15,28 +15,27 @@
 namespace midair::bridge
 {
 
-/// Where pressure is wanted for one snapshot.
+/// The control points of one snapshot, and what was left out.
 struct AssembledPoints
 {
     haptics::ControlPoints points; ///< array frame; object indexes the snapshot's objects
-    Eigen::Matrix3Xd skipped; ///< array frame; sampled but left out (workspace, spacing, budget)
-    std::uint64_t outOfWorkspace = 0; ///< points, and objects that were not even sampled
-    std::uint64_t overBudget = 0;     ///< points
+    Eigen::Matrix3Xd skipped;      ///< array frame; samples left out (workspace, spacing, budget)
+    std::uint64_t outOfWorkspace = 0; ///< points, plus objects wholly out of reach
+    std::uint64_t overBudget = 0;     ///< points beyond maxPoints
     std::uint64_t crowded = 0;        ///< points too near another one
     std::uint64_t unpainted = 0;      ///< points of intensity 0
 };
 
-/// Turns a snapshot's objects into control points, and tells whether any of them moved since it
-/// last did.
+/// Turns a snapshot's objects into control points, and detects whether any of them moved since.
 class PointAssembler
 {
 public:
     struct Options
     {
-        double wavelength_m = 8.5e-3;   ///< > 0; the spacing of objects that name none
-        double motionTolerance_m = 0.0; ///< >= 0; what moved less counts as unmoved
+        double wavelength_m = 8.5e-3;   ///< > 0; also the spacing of objects that set none
+        double motionTolerance_m = 0.0; ///< >= 0; objects that moved no farther count as unmoved
         int maxPoints = 0;              ///< >= 0; 0: the selector's default
-        int sets = 1;                   ///< 1 .. 1024; shifted sets of points on each surface
+        int sets = 1;                   ///< 1 .. 1024; number of shifted sets of points per surface
     };
 
     /// Throws base::InputError for an array without transducers.
@@ -44,21 +43,22 @@ public:
                    const Options& options,
                    base::MessageLog& messages);
 
-    /// Where \a stop asks for it assemble() throws base::Stopped.
+    /// Once \a stop is requested, assemble() throws base::Stopped.
     void setStop(const base::StopToken& stop);
 
-    /// True where \a snapshot holds the objects of the last assemble(), none moved by more than the
-    /// tolerance.
+    /// Returns true if \a snapshot has the objects of the last assemble(), none of which moved by
+    /// more than the tolerance.
     bool unmoved(const SceneSnapshot& snapshot);
 
-    /// Samples (once per mesh), poses and selects. Objects that can't be felt are left out with a
-    /// message. \a set, 0 .. sets - 1, says which points of each surface; vertices are in every
-    /// set.
+    /// Samples each mesh once, poses the samples and selects control points. Objects that can't be
+    /// felt are left out with a message. \a set, 0 .. sets - 1, is the set of points to take from
+    /// each surface; objects sampled at their vertices have one set only.
     AssembledPoints assemble(const SceneSnapshot& snapshot, int set = 0);
 
-    /// True where all of \a points (array frame) can be reached.
+    /// Returns true if the array can reach all of \a points (array frame).
     bool areInside(const Eigen::Matrix3Xd& points) const;
 
+    /// Counts since the start, see HologramCounters.
     std::uint64_t sampled() const { return _samples.sampled(); }
     std::uint64_t followed() const { return _samples.followed(); }
 
@@ -88,7 +88,7 @@ private:
     SampleCache _samples;
     std::vector<Placed> _placed;
     std::vector<haptics::PosedObject> _posed;
-    Eigen::Index _candidates = 0; ///< of all in _posed
+    Eigen::Index _candidates = 0; ///< samples of all in _posed
     bool _assembled = false;
 };
 

@@ -15,8 +15,8 @@ namespace midair::bridge
 namespace
 {
 
-// Outlines are solved for at points nearer than this; those outside the array's reach are looked
-// for as far apart.
+// Spacing of the points at which an outline is checked for places out of reach; the points that it
+// is solved for are denser.
 constexpr double kOutlineLook_wavelengths = 0.5;
 
 } // namespace
@@ -95,7 +95,7 @@ std::optional<haptics::FieldSequence> RestRefiner::step(const haptics::ControlPo
     }
     catch (const base::Stopped&)
     {
-        throw; // made another time, if at all
+        throw; // not an error: the flags stay, so that the step can be done again
     }
     catch (const std::exception& error)
     {
@@ -105,7 +105,7 @@ std::optional<haptics::FieldSequence> RestRefiner::step(const haptics::ControlPo
     }
 }
 
-// One set of the cycle that isn't there yet; false where all are.
+// Makes one set of the cycle that is missing; returns false if none is.
 bool RestRefiner::makeNextSet()
 {
     const auto missing =
@@ -130,7 +130,8 @@ bool RestRefiner::makeNextSet()
     return true;
 }
 
-// Whether all that is to be felt are edges that nothing else asks to be sampled apart.
+// True if all objects are edges that may be played as one field: no own spacing, paint or side, and
+// the same modulation.
 bool RestRefiner::isOutline(const SceneSnapshot& snapshot) const
 {
     if (!_options.denseOutlines || _options.subsets > 1 || snapshot.around.reach_m > 0.0)
@@ -148,7 +149,7 @@ bool RestRefiner::isOutline(const SceneSnapshot& snapshot) const
            std::all_of(snapshot.objects.begin(), snapshot.objects.end(), isCurve);
 }
 
-// Of all objects of the still scene, array frame; none where a part of one can't be felt.
+// The outlines of all objects of the scene, array frame; none if a part of one can't be reached.
 std::vector<haptics::Outline> RestRefiner::outlines(const haptics::ControlPoints& played) const
 {
     const double wavelength_m = _options.medium.wavelength(_options.array.frequency_Hz);
@@ -168,7 +169,7 @@ std::vector<haptics::Outline> RestRefiner::outlines(const haptics::ControlPoints
         {
             outline.vertices = (object.pose * outline.vertices).eval();
             outline.target = target;
-            // Before anything is placed along it.
+            // Checked before outline.points() allocates them.
             points += haptics::pointsAlong({outline}, look_m);
             if (points > base::kMostControlPoints || !_assembler.areInside(outline.points(look_m)))
                 return {};

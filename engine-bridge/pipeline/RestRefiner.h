@@ -14,40 +14,40 @@
 namespace midair::bridge
 {
 
-/// What is still made while nothing moves: outlines in one smooth field, or the fields for the
-/// other sets of points of a cycle and then all of them in turn. It works in steps, so that a new
-/// snapshot waits for one step at most.
+/// Improves the field of a scene at rest: solves outlines as one smooth field, or solves for the
+/// other sets of points of a cycle and joins all of them. It works in steps, so that a new snapshot
+/// waits for one step at most.
 class RestRefiner
 {
 public:
-    /// All references outlive it. \a around holds the hands of the snapshot at hand.
+    /// All references must outlive it. \a around holds the hands of the current snapshot.
     RestRefiner(const HologramOptions& options,
                 PointAssembler& assembler,
                 haptics::SequenceComposer& composer,
                 ReachAndShadow& around,
                 base::MessageLog& messages);
 
-    /// The set of points whose turn it is, 0 .. cycle - 1: of what moves each update takes the
-    /// next.
+    /// The set of points for the next update, 0 .. cycle - 1, each in turn. Calls end().
     int nextSet();
 
-    /// \a made was composed for set \a set of \a snapshot and is going to be played.
+    /// To be called when \a made, composed for set \a set of \a snapshot, is going to be played.
     void begin(const SceneSnapshot& snapshot, int set, const haptics::FieldSequence& made);
-    /// What was begun moved, or is not played.
+    /// To be called when the scene moved or is not played: drops the work that is left.
     void end() { _current = false; }
 
-    /// Whether step() has something to do.
+    /// Returns true if step() has something to do.
     bool hasWork() const { return _current && (_setsMissing || _outlineMissing); }
 
-    /// The next step. Returns what is to be played from now on, or nothing where more steps follow.
-    /// Of what can't be made the reason is a message, and what is played goes on. Throws
-    /// base::Stopped where that was asked for: the step is then to do again.
+    /// Does the next step. Returns what is to be played from now on, or nothing if what is played
+    /// stays. If a field can't be made, the reason is a message and what is played stays. Throws
+    /// base::Stopped if a stop was requested; the step is then to be done again. \a played are the
+    /// points that are played, \a modulation goes into an outline's field.
     std::optional<haptics::FieldSequence> step(const haptics::ControlPoints& played,
                                                const haptics::ModulatorOptions& modulation);
 
-    /// The snapshot that begin() was given last, where there is a monitor or something left to do.
+    /// The snapshot that begin() was given last, if there is a monitor or something was left to do.
     const SceneSnapshot& snapshot() const { return _snapshot; }
-    /// How often a solver ran since the last call.
+    /// The number of solves since the last call.
     int takeSolves();
 
 private:
@@ -63,10 +63,10 @@ private:
     base::MessageLog& _messages;
 
     SceneSnapshot _snapshot;
-    std::vector<haptics::FieldSequence> _sets; // one a set; no fields: not made yet
-    int _next = 0;                             // set for the next update
+    std::vector<haptics::FieldSequence> _sets; // one per set; isEmpty(): not made yet
+    int _next = 0;                             // the set for the next update
     int _solves = 0;
-    bool _current = false; // snapshot and sets are of what is played
+    bool _current = false; // _snapshot and _sets belong to what is played
     bool _setsMissing = false;
     bool _outlineMissing = false;
 };

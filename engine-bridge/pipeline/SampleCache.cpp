@@ -85,7 +85,8 @@ void SampleCache::sample(const HapticObject& object, Entry& entry)
     }
 }
 
-// What isn't needed in this snapshot goes first.
+// Drops entries that this snapshot doesn't use if the samples exceed the limit; false if they still
+// do.
 bool SampleCache::makeRoom(const Entry& entry)
 {
     const auto samplesOf = [](const Entry& one)
@@ -121,7 +122,7 @@ const CachedSamples& SampleCache::get(const HapticObject& object, double spacing
             return entry.cached;
         }
         if (!alike && object.topologyId != 0 && entry.topologyId == object.topologyId)
-            alike = &entry; // the newest comes first
+            alike = &entry; // the first match is the newest
     }
     Entry entry;
     entry.meshId = object.meshId;

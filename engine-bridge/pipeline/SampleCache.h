@@ -17,40 +17,39 @@ namespace midair::bridge
 /// The corners of the bounding box of \a points; all zero for none.
 Eigen::Matrix<double, 3, 8> boxCorners(const Eigen::Matrix3Xd& points);
 
-/// Points of one mesh, kept while the mesh is about.
+/// The samples of one mesh, which SampleCache keeps while the mesh is in use.
 struct CachedSamples
 {
-    /// Each on all of the mesh, each in the gaps of those before it; one, or as many as were asked
-    /// for.
+    /// Sets of points, each spread over the whole mesh, in the gaps of those before it; vertices
+    /// have one set.
     std::vector<haptics::SurfaceSamples> sets;
-    Eigen::Matrix<double, 3, 8>
-        corners;       ///< of the mesh's bounding box, to tell how far a pose moves it
-    std::string error; ///< empty, or why the mesh can't be sampled; there are no sets then
+    /// Corners of the samples' bounding box, to tell how far a change of pose moves them.
+    Eigen::Matrix<double, 3, 8> corners;
+    std::string error; ///< why the mesh can't be sampled (sets is empty then); else empty
 };
 
-/// Samples each mesh once per spacing and kind of sampling. Where the triangles are the same and
-/// only the vertices have moved (morphing, skinning, scaling) the points follow by their
-/// barycentrics, and are sampled anew once an edge under one of them has become kStretched times
-/// longer or shorter.
+/// Samples each mesh once per spacing and kind of sampling. If only the vertices have moved
+/// (morphing, skinning, scaling), the samples follow by their barycentric coordinates; the mesh is
+/// sampled again once an edge of a sampled triangle has become kStretched times longer or shorter.
 class SampleCache
 {
 public:
-    /// Valid until endSnapshot(). \a spacing_m > 0. \a sets >= 1 shifted sets of points; vertices
-    /// have one only.
+    /// The samples of \a object's mesh, valid until endSnapshot(). \a spacing_m > 0. \a sets >= 1
+    /// is the number of shifted sets of points; vertices have one only.
     const CachedSamples& get(const HapticObject& object, double spacing_m, int sets = 1);
 
-    /// Sampling that \a stop breaks off throws base::Stopped.
+    /// Once \a stop is requested, get() throws base::Stopped if it has to sample.
     void setStop(const base::StopToken& stop) { _stop = stop; }
 
-    /// Forgets what has not been asked for in kKeptSnapshots snapshots.
+    /// Drops meshes that get() was not asked for in kKeptSnapshots snapshots.
     void endSnapshot();
 
     std::uint64_t sampled() const { return _sampled; }
     std::uint64_t followed() const { return _followed; }
 
     static constexpr int kKeptSnapshots = 100;
-    static constexpr std::size_t kMostEntries =
-        64; ///< beyond, what this snapshot doesn't need goes at once
+    /// With more entries, those that the current snapshot doesn't use are dropped at once.
+    static constexpr std::size_t kMostEntries = 64;
     static constexpr double kStretched = 1.25;
 
 private:
@@ -62,8 +61,8 @@ private:
         int sets = 1;
         haptics::Sampling sampling = haptics::Sampling::SURFACE;
         CachedSamples cached;
-        std::shared_ptr<const haptics::TriangleMesh> sampledMesh; ///< as it was when sampled
-        int unused = 0;
+        std::shared_ptr<const haptics::TriangleMesh> sampledMesh; ///< the mesh that was sampled
+        int unused = 0; ///< snapshots since the last get()
     };
 
     bool follow(const Entry& from, const HapticObject& object, Entry& to);
@@ -71,7 +70,7 @@ private:
     bool makeRoom(const Entry& entry);
 
     base::StopToken _stop;
-    std::list<Entry> _entries; ///< few: as many as there are different meshes
+    std::list<Entry> _entries; ///< newest first; as many as there are different meshes
     std::uint64_t _sampled = 0;
     std::uint64_t _followed = 0;
 };

@@ -9,11 +9,12 @@
 namespace midair::bridge
 {
 
-/// All that should be felt in one frame, handed to the hologram thread; immutable once submitted.
+/// The objects, hands and props of one frame, handed to the hologram thread; immutable once
+/// submitted.
 struct SceneSnapshot
 {
-    std::uint64_t frame = 0;
-    double time_s = 0.0; ///< steady clock when collected
+    std::uint64_t frame = 0; ///< frame number; copied into HologramResult::frame
+    double time_s = 0.0;     ///< steady clock, when it was collected
     std::vector<HapticObject> objects;
     HandsAndObstacles around;
 };

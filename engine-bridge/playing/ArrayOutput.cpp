@@ -69,15 +69,14 @@ void ArrayOutput::play(const haptics::FieldSequence& sequence,
     {
         const std::lock_guard<std::mutex> lock(_sending);
         stop.throwIfRequested();
-        // What is held down by a cap stands in the signals; a step that the device refuses is
-        // followed by the next.
+        // The fields are capped already. If the device refuses a step, the next one follows anyway.
         _player->play(sequence.fields, sequence.modulation);
     }
     else if (_device && !sendHeld(stop))
         _messages.say(refusal());
 }
 
-// The thread that plays in turn is there only while it is needed.
+// The player, and so its thread, exists only while fields change with time.
 void ArrayOutput::usePlayer(bool wanted)
 {
     const std::lock_guard<std::mutex> lock(_sending);
@@ -94,13 +93,13 @@ bool ArrayOutput::sendHeld(const base::StopToken& stop)
     stop.throwIfRequested();
     _before = _device->report();
     _playing = _device->send(_signals.front());
-    // A device that is there and refuses all the same is not asked again and again.
+    // A device that is READY and refuses the field would refuse it again: attend() doesn't retry.
     _holds = _playing || _device->report().state != device::DeviceState::READY;
     if (!_playing) _device->silence();
     return _playing;
 }
 
-// Of a device that is gone it says what happened to it, which is said once.
+// The report's message says what happened to the device; the log takes it once.
 std::string ArrayOutput::refusal() const
 {
     const device::DeviceReport report = _device->report();
@@ -121,13 +120,13 @@ void ArrayOutput::silence(Silence why)
 void ArrayOutput::silenceNow()
 {
     const std::lock_guard<std::mutex> lock(_sending);
-    if (_player) _player->stop(); // or it would play on over the silence
+    if (_player) _player->stop(); // or its next step would end the silence
     if (_device) _device->silence();
 }
 
 ArrayOutput::Attention ArrayOutput::attend(const base::StopToken& stop)
 {
-    // What changes with time is sent again and again anyway.
+    // The player sends its steps again by itself.
     if (!_device || _player || !_holds) return Attention::NOTHING;
     const device::DeviceReport now = _device->report();
     const bool ready = now.state == device::DeviceState::READY;

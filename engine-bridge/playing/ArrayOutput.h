@@ -17,62 +17,65 @@
 namespace midair::bridge
 {
 
-/// The device that a scene's fields go to: it holds a single field, has several played in turn,
-/// falls silent, and knows whether the array plays what it was given last.
-///
-/// One thread at a time, but for silenceNow().
+/// Sends a scene's fields to a device: holds a single field, plays several in turn, silences the
+/// array, and resends what the device lost. Only one thread at a time may call its members, except
+/// silenceNow().
 class ArrayOutput
 {
 public:
     using Open = std::function<std::unique_ptr<device::ArrayDevice>()>;
 
-    /// A device that can't be opened is a message: fields are then shown as they would be played.
+    /// Calls \a open. If that throws, the reason is a message and there is no device: fields are
+    /// then decoded as a device with default levels would play them.
     ArrayOutput(const Open& open, base::MessageLog& messages);
     ~ArrayOutput(); ///< silences the device
 
     ArrayOutput(const ArrayOutput&) = delete;
     ArrayOutput& operator=(const ArrayOutput&) = delete;
 
-    /// What the device can play; that of the simulator where there is none.
+    /// The ability of the device; the default DriveAbility if there is no device.
     device::DriveAbility ability() const;
 
-    /// Plays \a sequence (K >= 1 fields of \a transducers activations) from now on. A field that
-    /// the device refuses is a message, leaves it silent, and is tried again by attend(). Throws
-    /// std::runtime_error, and plays on what it played, for activations that are not finite or of
-    /// another number, base::Stopped where \a stop asks for it: whoever asked may have silenced the
-    /// device already.
+    /// Plays \a sequence (K >= 1 fields of \a transducers activations) from now on. If the device
+    /// refuses a field, that is a message and the device is silenced; attend() sends the field
+    /// again once a lost or muted device is ready. Throws std::runtime_error, and goes on playing
+    /// the last field, for activations that are not finite or of another number; throws
+    /// base::Stopped without sending if \a stop was requested, since the thread that requested it
+    /// may have silenced the device.
     void play(const haptics::FieldSequence& sequence, int transducers, const base::StopToken& stop);
 
     enum class Silence
     {
-        WANTED, ///< there is nothing to play
-        FAILED  ///< what should be played could not be made: it is to be tried again
+        WANTED, ///< there is nothing to play: isPlaying() returns true
+        FAILED  ///< the field could not be computed: isPlaying() returns false, so that it is tried
+                ///< again
     };
     void silence(Silence why);
-    /// Any thread: the array is silent. What is being handed over may be played after it, unless a
-    /// stop was asked for before.
+    /// Silences the array. May be called from any thread; a play() under way may still send its
+    /// field afterwards, unless a stop was requested before.
     void silenceNow();
 
-    /// Whether the array plays what it was given last, or is silent as WANTED. True where there is
-    /// no device.
+    /// Returns true if the array plays what it was given last, or is silent as WANTED. After play()
+    /// it is also true if there is no device.
     bool isPlaying() const { return _playing; }
 
     enum class Attention
     {
-        NOTHING, ///< all is as it was
-        RESENT,  ///< the field that the device had lost plays again
-        REFUSED  ///< it was lost, and is not taken
+        NOTHING, ///< nothing was lost
+        RESENT,  ///< the device had lost the field, and took it again
+        REFUSED  ///< the device lost the field and doesn't take it
     };
-    /// To be called now and then: sends the field that is held again once a device has lost it
-    /// (unplugged and back, muted by its watchdog, a packet gone). Throws base::Stopped as play()
-    /// does.
+    /// To be called at intervals: resends a held field that the device has lost (unplugged and
+    /// back, silenced by its watchdog, a lost packet). Throws base::Stopped as play() does.
     Attention attend(const base::StopToken& stop);
 
-    /// What the device plays of \a signal, as activations (m).
+    /// What the device would play of \a signal, as activations (m).
     Eigen::VectorXcf wouldPlay(const device::DriveSignal& signal) const;
-    /// The fields of the last play() as the device is to play them; none once silence() came.
+    /// The fields of the last play() as the device should play them (quantised); none after
+    /// silence().
     std::vector<Eigen::VectorXcf> planned() const;
-    /// The same as it does: of a held field what the device tells, where it has told already.
+    /// The fields as the device plays them: for a single held field ArrayDevice::played() once it
+    /// is no longer pending, else planned().
     std::vector<Eigen::VectorXcf> played() const;
 
     std::string status() const;
@@ -83,16 +86,16 @@ private:
     std::string refusal() const;
 
     base::MessageLog& _messages;
-    std::mutex _sending; // of what is sent to the device and the player, and of the player's coming
-                         // and going
+    // Guards sending to the device and to the player, and creating and destroying the player.
+    std::mutex _sending;
     std::unique_ptr<device::ArrayDevice> _device;
-    std::unique_ptr<FieldPlayer>
-        _player; // while fields change with time: what sends to the device; gone first
+    // Sends to the device while fields change with time; null else. Destroyed before the device.
+    std::unique_ptr<FieldPlayer> _player;
     std::string _openError;
-    std::vector<device::DriveSignal> _signals; // of the last play(); none: silent
+    std::vector<device::DriveSignal> _signals; // of the last play(); empty: silent
     bool _playing = false;
-    bool _holds = false;          // the device is to hold _signals.front()
-    device::DeviceReport _before; // when that was sent
+    bool _holds = false;          // the device should hold _signals.front()
+    device::DeviceReport _before; // taken just before that was sent
 };
 
 } // namespace midair::bridge

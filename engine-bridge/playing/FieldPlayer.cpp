@@ -15,8 +15,8 @@ namespace midair::bridge
 namespace
 {
 
-constexpr std::chrono::milliseconds kWatch(50);
-constexpr double kRetry_s = 0.02; // a device that has just refused a whole sequence is let be
+constexpr std::chrono::milliseconds kWatch(50); // interval of watchSequence()'s checks
+constexpr double kRetry_s = 0.02;               // pause before a refused sequence is sent again
 
 std::chrono::steady_clock::time_point instant(double time_s)
 {
@@ -72,7 +72,7 @@ void FieldPlayer::play(const std::vector<Eigen::VectorXcf>& cycle,
         _cycle.swap(signals);
         _whole = std::move(whole);
         ++_generation;
-        if (goesOn && _byItself) // none of the steps so far was the thread's
+        if (goesOn && _byItself) // the thread didn't count the steps that the device played
             _step = nextStep(now_s);
         _byItself = false;
         if (!goesOn)
@@ -124,7 +124,7 @@ bool FieldPlayer::handOver(std::unique_lock<std::mutex>& lock, Whole* whole, std
     return taken;
 }
 
-// Steps that are sent one by one sound again after a mute; so does a sequence.
+// Steps sent one by one play again after a mute by themselves; a sequence has to be sent again.
 void FieldPlayer::watchSequence(std::unique_lock<std::mutex>& lock, std::uint64_t silences)
 {
     const std::uint64_t generation = _generation;

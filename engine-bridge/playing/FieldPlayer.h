@@ -15,41 +15,42 @@
 namespace midair::bridge
 {
 
-/// Plays fields in turn, and modulated, on a device at a steady rate.
-///
-/// A device that keeps sequences and times them by itself (DriveAbility::sequenceFields) is handed
-/// the whole of it, where the steps repeat within what it keeps (sequenceOfSteps()). On any other a
-/// thread sends each step: the times of the steps are multiples of 1/fieldRate_Hz since play(); a
-/// step that comes too late is left out, so that the cycle keeps its time. A single field without
-/// modulation is sent once. All members may be called from any thread.
+/// Plays fields in turn, with or without amplitude modulation, on a device at a steady rate. A
+/// device that stores sequences and times them by itself (DriveAbility::sequenceFields) gets the
+/// whole sequence if its steps repeat within that number (sequenceOfSteps()). For any other device
+/// a thread sends each step, at multiples of 1/fieldRate_Hz since play(); steps that are late are
+/// skipped, so that the cycle keeps its time. A single field without modulation is sent once. All
+/// members may be called from any thread.
 class FieldPlayer
 {
 public:
-    /// \a device outlives the player; others may send to it and silence it while nothing is played
-    /// here.
+    /// \a device must outlive the player; others may send to it and silence it while the player
+    /// plays nothing.
     explicit FieldPlayer(device::ArrayDevice& device);
-    ~FieldPlayer(); ///< stops; the device holds what it plays, or goes on with its sequence
+    ~FieldPlayer(); ///< stops sending; the device goes on with its last field or sequence
 
     FieldPlayer(const FieldPlayer&) = delete;
     FieldPlayer& operator=(const FieldPlayer&) = delete;
 
-    /// From now on \a cycle (K >= 1 times m activations, |q| <= 1), in place of what was played.
-    /// Doesn't wait for the device. With the modulation of before the new fields go on in its time,
-    /// without a jump. Throws base::InputError, and goes on with what was played, for no fields,
-    /// fields of different lengths, an activation that is not finite, and invalid options.
+    /// Plays \a cycle (K >= 1 fields of m activations, |q| <= 1) from now on, in place of the last
+    /// one. Doesn't wait for the device. If \a modulation is the same as before, the new fields
+    /// continue in step with the old ones, without a jump in the modulation. Throws
+    /// base::InputError, and goes on playing the last cycle, for no fields, fields of different
+    /// lengths, an activation that is not finite, and invalid options.
     void play(const std::vector<Eigen::VectorXcf>& cycle,
               const haptics::ModulatorOptions& modulation = {});
 
-    /// Sends nothing more once it returns: at most the send at hand is waited for. A device that
-    /// plays a sequence by itself goes on until it is sent something else, or silenced.
+    /// Stops sending; waits for a send under way. A device that plays a sequence by itself goes on
+    /// until it is sent something else or silenced.
     void stop();
 
+    /// What was sent since the player was made.
     struct Counters
     {
-        std::uint64_t sent = 0;       ///< taken by the device; a sequence is one
-        std::uint64_t refused = 0;    ///< not taken
-        std::uint64_t leftOut = 0;    ///< steps that came too late
-        double worstLateness_s = 0.0; ///< of a step, or the first of a sequence, that was sent
+        std::uint64_t sent = 0; ///< steps or sequences that the device took; a sequence counts once
+        std::uint64_t refused = 0;    ///< steps or sequences that the device refused
+        std::uint64_t leftOut = 0;    ///< steps skipped since they were late
+        double worstLateness_s = 0.0; ///< of a step, or of the first step of a sequence, when sent
     };
     Counters counters() const;
 
@@ -58,17 +59,19 @@ private:
     struct Whole
     {
         device::DriveSequence sequence;
-        std::int64_t first = 0; ///< the step that its first signal is
+        std::int64_t first = 0; ///< the step number of its first signal
     };
 
     void run();
-    /// The next step to send, waited for; false when there is none any more.
+    /// Waits until the next step is due and sends it; returns false once the player ends.
     bool sendStep(std::unique_lock<std::mutex>& lock);
-    /// While the device plays its sequence; ends when something else is to be played here, or the
-    /// device was silenced.
+    /// Waits while the device plays its sequence; returns when something else is to be played or
+    /// the device was silenced (its count differs from \a silences) or isn't READY.
     void watchSequence(std::unique_lock<std::mutex>& lock, std::uint64_t silences);
-    /// Hands \a whole, or else the step, to the device, unlocked meanwhile; whether it was taken.
+    /// Sends \a whole, or the step if that is null, to the device with the lock released; returns
+    /// true if the device took it.
     bool handOver(std::unique_lock<std::mutex>& lock, Whole* whole, std::int64_t step);
+    /// The number of the first step after \a now_s.
     std::int64_t nextStep(double now_s) const
     {
         return static_cast<std::int64_t>((now_s - _start_s) / period_s()) + 1;
@@ -76,22 +79,23 @@ private:
     double period_s() const { return 1.0 / _modulator.options().fieldRate_Hz; }
 
     device::ArrayDevice& _device;
-    mutable std::mutex
-        _mutex; ///< of all that follows but _out; not held while the device takes a field
+    /// Guards all that follows except _out; not held while the device takes a field.
+    mutable std::mutex _mutex;
     std::condition_variable _wake;
-    std::condition_variable _idle;
+    std::condition_variable _idle;           ///< a send has ended
     std::vector<device::DriveSignal> _cycle; ///< empty: nothing is played
-    std::shared_ptr<Whole> _whole; ///< null: sent step by step; its contents are the thread's
-    bool _byItself = false;        ///< the device has _whole
+    std::shared_ptr<Whole>
+        _whole;             ///< null: sent step by step; only the thread touches its contents
+    bool _byItself = false; ///< the device plays _whole
     haptics::Modulator _modulator;
-    std::uint64_t _generation = 0; ///< of _cycle
-    double _start_s = 0.0;
-    std::int64_t _step = 0; ///< next one
+    std::uint64_t _generation = 0; ///< grows with each play() and stop()
+    double _start_s = 0.0;         ///< steady clock at step 0
+    std::int64_t _step = 0;        ///< number of the next step
     bool _sending = false;
     bool _quit = false;
     Counters _counters;
-    device::DriveSignal _out; ///< of the thread alone
-    std::thread _thread;      ///< last: starts when all else is there
+    device::DriveSignal _out; ///< used by the thread only
+    std::thread _thread;      ///< last member: it uses all others
 };
 
 } // namespace midair::bridge

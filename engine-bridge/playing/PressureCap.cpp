@@ -18,13 +18,13 @@ namespace
 
 constexpr double kMost_Pa = 1e6;
 constexpr int kMostSteps = 24;
-constexpr double kHeadroom = 0.999; // so that one step is enough where the levels are fine
-constexpr float kFieldError =
-    1e-5f; // haptics::pressureAt's, of what all transducers in phase would give
+constexpr double kHeadroom = 0.999; // makes one step enough where the levels are fine
+// Error of haptics::pressureAt(), relative to the pressure of all transducers in phase.
+constexpr float kFieldError = 1e-5f;
 
-// sum_i P0 g_i a_i / R_il for each point: at least what transducers at amplitudes a give there when
-// all are in phase, since D <= 1 and the air takes some. R isn't taken below kNearestDistance_m, as
-// in the model itself.
+// sum_i P0 g_i a_i / R_il for each point: an upper bound on the pressure of transducers at
+// amplitudes a, all in phase, since D <= 1 and the air absorbs some. R is at least
+// kNearestDistance_m, as in the model itself.
 Eigen::VectorXf inPhase(const Eigen::Matrix3Xd& points,
                         const haptics::TransducerArray& array,
                         const Eigen::VectorXf& amplitudes)
@@ -49,8 +49,8 @@ Eigen::VectorXf inPhase(const Eigen::Matrix3Xd& points,
     return sum;
 }
 
-// Of amplitudes that are the same but for transducers that are off, any lower gain makes the same
-// field, only quieter.
+// True if all transducers that are on have one amplitude: a lower gain then makes the same field,
+// only quieter.
 bool isEven(const device::DriveSignal& signal)
 {
     std::uint8_t one = 0;
@@ -64,8 +64,8 @@ bool isEven(const device::DriveSignal& signal)
 }
 
 // The largest |f_0 p_0 + f_1 p_1 + ..| over all f in [0, 1], for each point, p (n x parts). It is
-// convex in f, so largest where each is 0 or 1; of many parts the sum of the magnitudes, which is
-// no less.
+// convex in f, so largest where each is 0 or 1. For more than kMostParts parts the sum of the
+// magnitudes, an upper bound.
 Eigen::VectorXf mostOfParts(const Eigen::MatrixXcf& p)
 {
     constexpr Eigen::Index kMostParts = 4;
@@ -81,7 +81,7 @@ Eigen::VectorXf mostOfParts(const Eigen::MatrixXcf& p)
     return most;
 }
 
-// Complex pressures (n x parts) that each part of the array makes.
+// The complex pressures (n x parts) of each part of the array by itself.
 Eigen::MatrixXcf pressureOfParts(const PressureCap::Where& where,
                                  const haptics::TransducerArray& array,
                                  const Eigen::VectorXcf& q,
@@ -102,8 +102,8 @@ Eigen::MatrixXcf pressureOfParts(const PressureCap::Where& where,
     return p;
 }
 
-// Rounded down to a duty level, then by the device to one of its own, whose amplitudes lie at most
-// so far apart.
+// The most that an amplitude changes when it is rounded down to a duty level and then by the device
+// to one of its amplitudes.
 float coarsestStep(const std::vector<float>& amplitudes)
 {
     constexpr auto kDutyStep = static_cast<float>(M_PI / 510.0); // sin's steepest
@@ -126,7 +126,7 @@ PressureCap::PressureCap(double max_Pa, Play play, device::DriveAbility ability)
                                " Pa, should be over 0 and at most 1e6");
 }
 
-// The largest pressure anywhere in any of the arrays, with what its computation may be wrong by.
+// The largest pressure at any point for any of the arrays, plus the error of its computation.
 double PressureCap::loudest(const Where& where,
                             const device::DriveSignal& signal,
                             CappedField& field) const
@@ -144,7 +144,7 @@ double PressureCap::loudest(const Where& where,
         if (rounds)
             bound_Pa = (bound_Pa + inPhase(where.points, *array, rounding)).cwiseMin(inPhase_Pa);
         if (array == where.arrays.front()) field.achieved_Pa = p.rowwise().sum().cwiseAbs();
-        // Not max(), which may pass over what is not a number.
+        // Not max(), which may ignore NaN.
         for (const float one : bound_Pa)
             if (!(one <= most_Pa)) most_Pa = one;
     }
@@ -161,7 +161,7 @@ CappedField PressureCap::hold(const Where& where, device::DriveSignal& signal) c
         if (step > 0 && field.played.isZero(0.0f)) break;
         const double most_Pa = loudest(where, signal, field);
         if (most_Pa <= _max_Pa) return field;
-        // Where the levels are coarse a step may change nothing: each next one is larger.
+        // With coarse levels a step may change nothing, so each next step is larger.
         field.factor *= kHeadroom * std::min(_max_Pa / most_Pa, std::pow(0.8, step));
         if (!std::isfinite(field.factor)) break;
         device::scaleDuties(wanted, field.factor, signal);
@@ -188,7 +188,7 @@ double PressureCap::holdAll(const Where& where, std::vector<Eigen::VectorXcf>& f
             least = std::min(least, hold(where, signal).factor);
         }
         if (least >= 1.0) return whole;
-        // As in hold(); rounding may have taken it up again.
+        // As in hold(), with steps that grow, since rounding may raise the pressure again.
         whole *= least * (1.0 - std::ldexp(1.0 - kHeadroom, std::min(step, 9)));
         fields = wanted;
         for (Eigen::VectorXcf& q : fields)

@@ -15,57 +15,59 @@
 namespace midair::bridge
 {
 
-/// A drive that keeps to a cap of pressure, and the field that it makes.
+/// The result of PressureCap::hold() for one signal: the factor that was applied, and the field.
 struct CappedField
 {
-    double factor =
-        1.0; ///< on all amplitudes; 1: as it was; 0: silent, since nothing less keeps to the cap
+    /// 0 .. 1; applied to all amplitudes. 1: unchanged; 0: silenced, since no lower level keeps to
+    /// the cap.
+    double factor = 1.0;
     Eigen::VectorXcf played;     ///< m, as the device plays it
-    Eigen::VectorXf achieved_Pa; ///< n, |G q| of that, of the first of the arrays
+    Eigen::VectorXf achieved_Pa; ///< n, |G q| of played, for the first of Where::arrays
 };
 
-/// Keeps the peak pressure at control points to a cap: looks at the field as the device plays it,
-/// in its levels, and scales the whole drive down until no point has more; silences it where the
-/// device's levels can't.
-///
-/// The cap holds for all that the device makes of the drive afterwards. Lower amplitudes (ramp,
-/// thermal budget, modulation) are less pressure where all transducers play at one amplitude, as
-/// they do by default; where they don't, each is rounded by itself, and what that may add is kept
-/// free. Parts of the array that may sound alone keep to the cap alone too.
+/// Limits the peak pressure at control points: computes the field as the device plays it, in its
+/// levels, and scales the whole drive down until no point exceeds the cap; silences it if no level
+/// of the device keeps to the cap. The cap also holds when the device lowers the amplitudes
+/// afterwards (ramp, thermal budget, modulation). If all transducers have one amplitude, as by
+/// default, a lower one means less pressure. If not, each is rounded by itself, and a margin for
+/// that rounding is kept. Parts of the array that may sound alone (DriveAbility::part) keep to the
+/// cap alone too.
 class PressureCap
 {
 public:
     using Play = std::function<Eigen::VectorXcf(const device::DriveSignal&)>;
 
-    /// \a max_Pa > 0, peak. \a play tells what a device of \a ability makes of a drive, as
-    /// activations (m). Throws base::InputError for another \a max_Pa.
+    /// \a max_Pa: the cap, peak, over 0 and at most 1e6; throws base::InputError otherwise. \a play
+    /// returns what a device of \a ability plays of a drive, as activations (m).
     PressureCap(double max_Pa, Play play, device::DriveAbility ability = {});
 
     double max_Pa() const { return _max_Pa; }
 
-    /// Where the cap is to hold: at \a points (3 x n), for each of \a arrays, which differ in what
-    /// is believed of them (obstacles in the sound's way or not).
+    /// Where the cap must hold: at \a points (3 x n), for each of \a arrays, which describe the
+    /// same array with and without obstacles in the sound's way.
     struct Where
     {
         const Eigen::Matrix3Xd& points;
         std::vector<const haptics::TransducerArray*> arrays; ///< at least one
         const haptics::Medium& medium;
-        bool modulated = false; ///< amplitudes will be lowered even where the device doesn't
+        bool modulated =
+            false; ///< amplitudes will be lowered later, even if the device doesn't fade
         int threads = 1;
-        base::StopToken stop = {}; ///< where it asks for that, base::Stopped is thrown
+        base::StopToken stop = {}; ///< once requested, base::Stopped is thrown
     };
 
-    /// Lowers the duties of \a signal as far as needed.
+    /// Lowers the duties of \a signal as far as needed to keep to the cap.
     CappedField hold(const Where& where, device::DriveSignal& signal) const;
 
-    /// Of fields that are played in turn: lowers all of them by one factor, so that what they are
-    /// to each other stays. Gives it; 0: silent. Throws base::InputError for an activation that is
-    /// not finite.
+    /// Lowers all of \a fields, which are played in turn, by one common factor, so that their
+    /// ratios stay. Returns the factor; 0: silenced. Throws base::InputError for an activation that
+    /// is not finite.
     double holdAll(const Where& where, std::vector<Eigen::VectorXcf>& fields) const;
 
-    /// Of what is to be played, one field or several. Throws as holdAll().
+    /// The same for a sequence of one field or several; returns the factor. Throws as holdAll()
+    /// does.
     double hold(const Where& where, haptics::FieldSequence& sequence) const;
-    /// What is said where all amplitudes were lowered by \a factor < 1.
+    /// The message for the user when all amplitudes were lowered by \a factor < 1.
     std::string message(double factor) const;
 
 private:
@@ -74,7 +76,7 @@ private:
     double _max_Pa;
     Play _play;
     device::DriveAbility _ability;
-    float _coarsest; ///< most that rounding to levels takes off an amplitude, or adds
+    float _coarsest; ///< the most that rounding to levels changes an amplitude
 };
 
 } // namespace midair::bridge

@@ -11,12 +11,12 @@ namespace midair::bridge
 namespace
 {
 
-// A modulation that is off by this share of a period in each step is off by a period after 10^9 of
-// them: days.
+// Relative tolerance for a whole number of steps: a modulation that is off by this share of a
+// period each period drifts by one period in 10^9 of them, which takes days.
 constexpr double kWhole = 1e-9;
 
-// Steps in a period of the amplitude modulation; 0 where that is no whole number, or more than
-// most.
+// Steps per period of the amplitude modulation, 1 without one; 0 if that is not a whole number or
+// more than most.
 std::int64_t stepsOfModulation(const haptics::ModulatorOptions& options, int most)
 {
     if (options.amplitudeRate_Hz <= 0.0) return 1;
