@@ -1,6 +1,6 @@
-// The table of settings: to add one, add its member to HapticSettings or HapticProperty and its row
-// here. Rows are stored in this order, version by version; .osgb is positional, so that what has
-// been stored keeps its place and its version.
+// The table of settings. To add one, add its member to HapticSettings or HapticProperty and its row
+// here. Rows are stored in this order, version by version; .osgb is positional, so a stored row
+// must keep its place and its version.
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/points/ControlPointSelector.h"
@@ -18,7 +18,7 @@ using namespace midair::base;
 using S = HapticSettings;
 using P = HapticProperty;
 
-/// Begins a row; what isn't every row's follows by name.
+/// Builds a row: the constructor takes what every row has, the named functions set the rest.
 template<typename T>
 class Row
 {
@@ -185,7 +185,7 @@ std::vector<Setting<S>> playing()
             .safety()};
 }
 
-/// "2", "2 relative", "500 Pa", "1.2kPa".
+/// Parses "2", "2 relative", "500 Pa", "1.2kPa".
 bool setPressure(P& property, const std::string& text)
 {
     const std::size_t end = text.find_first_not_of("+-.0123456789eE");

@@ -31,7 +31,7 @@ std::string trimmed(const std::string& text)
     return quoted ? text.substr(first + 1, last - first - 2) : text.substr(first, last - first);
 }
 
-/// Cuts at semicolons, commas and line ends outside quotes; leaves comments out.
+/// Splits at semicolons, commas and line ends outside quotes, and drops comments.
 std::vector<std::string> pieces(const std::string& text)
 {
     std::vector<std::string> all(1);
@@ -60,7 +60,7 @@ std::vector<std::string> pieces(const std::string& text)
     return all;
 }
 
-/// Where the next "name=" starts after \a from, or the end.
+/// Returns the start of the next "name=" after \a from, or the end of \a piece.
 std::size_t nextName(const std::string& piece, std::size_t from)
 {
     char quote = 0;
@@ -100,7 +100,7 @@ void forEachAssignment(const std::string& text,
                 break;
             }
             const std::size_t end = nextName(piece, equals + 1);
-            // A name is one word; those before it stand alone.
+            // A name is one word; words before it have no value.
             std::istringstream words(piece.substr(start, equals - start));
             std::string name;
             std::string word;

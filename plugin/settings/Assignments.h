@@ -9,25 +9,25 @@ namespace osgMidair
 {
 
 /// Calls \a take with name and value of each assignment in "a=1 b=two words; c=\"x y\"".
-/// Assignments are parted by semicolons, commas or line ends, or by blanks where a new "name="
-/// follows; quotes keep a value together; a word without "=" comes with an empty name; what follows
-/// a # up to the line's end is a comment.
+/// Assignments are separated by semicolons, commas or line ends, or by blanks if a new "name="
+/// follows. Quotes keep a value together. A word without "=" comes with an empty name. # begins a
+/// comment up to the end of the line.
 void forEachAssignment(const std::string& text,
                        const std::function<void(const std::string&, const std::string&)>& take);
 
-/// One of them.
+/// One assignment: a name and its value.
 struct Assignment
 {
     std::string name;
     std::string value;
 };
 
-/// Reads \a count finite numbers, parted by blanks, into \a values, with a point whatever the
-/// locale; false, and \a values as they were, where it is anything else.
+/// Reads \a count finite numbers, separated by blanks, into \a values, with a decimal point in
+/// every locale. For any other text it returns false and leaves \a values unchanged.
 bool parseNumbers(const std::string& text, double* values, int count);
 
-/// Reads "1 0 0 0  0 1 0 0  0 0 1 0  x y z 1": 16 numbers, row by row as OSG writes them; false
-/// where it is anything else.
+/// Reads "1 0 0 0  0 1 0 0  0 0 1 0  x y z 1": 16 numbers, row by row as OSG writes them. Returns
+/// false for any other text.
 bool parseMatrix(const std::string& text, osg::Matrixd& matrix);
 
 } // namespace osgMidair

@@ -14,7 +14,7 @@ namespace osgMidair
 namespace
 {
 
-/// A setting that has a variable, with its name.
+/// A setting and the name of its environment variable.
 struct Variable
 {
     std::string name;
@@ -38,7 +38,7 @@ bool isCap(const Setting<HapticSettings>& setting)
     return setting.isSafety && std::holds_alternative<double HapticSettings::*>(setting.member);
 }
 
-/// What --help-env lists.
+/// Registers the text that --help-env lists.
 struct Usage
 {
     Usage()
@@ -71,14 +71,14 @@ struct Usage
 
 const Usage kUsage;
 
-/// Sets what \a variable says; of limits the stricter one counts, and one that can't be kept
-/// silences.
+/// Sets the setting of \a variable to \a value. Of two limits the stricter one stays; a limit that
+/// is out of range silences the array.
 void applyTo(HapticSettings& settings,
              const Variable& variable,
              const std::string& value,
              std::vector<std::string>& errors)
 {
-    // Empty is as good as missing, but for hands: there it takes them away.
+    // An empty variable counts as missing, except for hands, where it removes the source.
     if (value.empty() && variable.setting->name != "hands") return;
     const HapticSettings before = settings;
     std::string error;
@@ -95,7 +95,8 @@ void applyTo(HapticSettings& settings,
         midair::device::stricterPressure(settings.maxPressure, before.maxPressure);
 }
 
-/// What was set after the program began may be a file's doing: it takes away, and gives nothing.
+/// Applies a variable that was set after the program began. A scene file can do that, so it may
+/// only restrict what is played.
 void restrictBy(HapticSettings& settings,
                 const Variable& variable,
                 const std::string& value,
@@ -120,7 +121,7 @@ void restrictBy(HapticSettings& settings,
 HapticSettings Environment::apply(HapticSettings settings, std::vector<std::string>& errors)
 {
     if (!HapticSettings::isLimit(settings.maxPressure, settings.maxAmplitude))
-        settings.isSilenced = true; // told by repair(), but for what the user's own limits replace
+        settings.isSilenced = true; // repair() reports it, unless the user's limits replace it
     for (const Variable& variable : variables())
     {
         const auto user = midair::base::userVariable(variable.name);

@@ -10,10 +10,11 @@ namespace osgMidair
 /// The OSG_MIDAIR_* variables, listed by --help-env.
 struct Environment
 {
-    /// \a settings with what the environment overrides; what isn't understood goes to \a errors.
+    /// Returns \a settings as the environment overrides them. Adds a sentence to \a errors for each
+    /// value that isn't understood.
     static HapticSettings apply(HapticSettings settings, std::vector<std::string>& errors);
 
-    /// OSG_MIDAIR_REPORT; empty: no report.
+    /// Returns the file named by OSG_MIDAIR_REPORT; empty: no report.
     static std::string reportFile();
 };
 

@@ -41,11 +41,12 @@ std::string grantsFile()
     return home.empty() ? "" : home + "/.config/osgMidair/grants";
 }
 
-/// Why nobody but the user could have written \a file, or that somebody could.
+/// Returns why \a file can't be trusted, as somebody other than the user could have written it;
+/// empty: it can be trusted.
 std::string distrust(const std::string& file)
 {
     struct stat about = {};
-    if (::stat(file.c_str(), &about) != 0) return {}; // the reader says why
+    if (::stat(file.c_str(), &about) != 0) return {}; // the reader reports the reason
     struct stat link = {};
     struct stat folder = {};
     const std::string parent = fs::absolute(file).parent_path().string();
@@ -75,7 +76,8 @@ std::string trimmed(const std::string& text)
     return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-/// The regular file \a name in the folder of the scene, or below it; throws std::runtime_error.
+/// Returns the path of the regular file \a name in the folder of the scene or below it; throws
+/// std::runtime_error if there is none.
 std::string besideScene(const HapticWishes& wishes, const std::string& name)
 {
     if (fs::path(name).is_absolute())
@@ -105,7 +107,7 @@ bool isHarmless(const std::vector<std::string>& list)
                        });
 }
 
-/// Whether not even a scene that is trusted opens it: it writes or reads files.
+/// Returns true if a device writes or reads files, which not even a trusted scene may open.
 bool touchesFiles(const std::vector<std::string>& list)
 {
     return std::any_of(list.begin(),
@@ -119,7 +121,7 @@ bool touchesFiles(const std::vector<std::string>& list)
 
 } // namespace
 
-/// Where the messages of one scene go.
+/// Collects the messages about one scene.
 struct Grants::Told
 {
     const std::string& scene;
@@ -136,8 +138,8 @@ std::string printable(const std::string& text)
     std::string shown = text.substr(0, kMostPrinted);
     for (char& c : shown)
         if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
-    // In UTF-8 also U+0080 .. U+009F, and U+200B .. U+202F and U+2060 .. U+206F, which hide text or
-    // turn it round.
+    // The same in UTF-8 for U+0080 .. U+009F, and for U+200B .. U+202F and U+2060 .. U+206F, which
+    // hide text or reverse its direction.
     for (std::size_t i = 0; i + 1 < shown.size(); ++i)
     {
         const auto at = [&](std::size_t k)
@@ -243,7 +245,7 @@ void Grants::applyDevice(HapticSettings& settings, const Told& told) const
         }
         catch (const std::runtime_error&)
         {
-            // Not even a URI: granted by nothing.
+            // Not a valid URI: never granted.
         }
         settings.device = "sim:";
         told.refuse("the device",

@@ -9,30 +9,32 @@
 namespace osgMidair
 {
 
-/// What the user lets scene files name: a device, an array, hands.
+/// The user's grants: which devices, arrays and hand sources scene files may use.
 ///
-/// What comes from a file is a wish. Without a grant it gets what hurts nobody: `sim:` and `null:`,
+/// A value from a file is a wish. Without a grant only harmless ones are used: `sim:` and `null:`,
 /// arrays by name or beside the scene, recordings of hands beside the scene. A grant is a name in a
-/// file of the user's own, or OSG_MIDAIR_TRUST=scene. Never a wish's: `record:`, `play:`, an OpenXR
-/// loader, an absolute path, a file above the scene's folder.
+/// file that belongs to the user, or OSG_MIDAIR_TRUST=scene. Never granted to a wish: `record:`,
+/// `play:`, an OpenXR loader, an absolute path, a file above the scene's folder.
 class Grants
 {
 public:
-    /// Names and what they stand for, such as "desk" and "usb:?max-amplitude=0.3".
+    /// Names and the values that replace them, such as "desk" and "usb:?max-amplitude=0.3".
     using Names = std::map<std::string, std::string>;
 
     explicit Grants(Names names = {}, bool trustsScenes = false);
 
-    /// Those of OSG_MIDAIR_GRANTS or ~/.config/osgMidair/grants, and OSG_MIDAIR_TRUST. What is
-    /// wrong with them goes to \a messages, and nothing is granted then.
+    /// Reads the grants from OSG_MIDAIR_GRANTS or ~/.config/osgMidair/grants, and OSG_MIDAIR_TRUST.
+    /// If the file is wrong or can't be trusted, \a messages get the reason and nothing of it is
+    /// granted.
     static Grants ofUser(std::vector<std::string>& messages);
 
-    /// Lines "name = value"; # begins a comment. Throws std::runtime_error naming the line.
+    /// Parses lines "name = value"; # begins a comment. Throws std::runtime_error that names the
+    /// line.
     static Names parse(const std::string& text);
 
-    /// \a settings as they count: names replaced by what they stand for, wishes that aren't granted
-    /// by what is harmless, each told in \a messages. \a scene: what messages call it. An array
-    /// that isn't granted is empty: nothing is played.
+    /// Returns \a settings with granted names replaced by their values, and wishes without a grant
+    /// by harmless ones, each with a message. \a scene: name of the scene in messages. An array
+    /// without a grant becomes empty: nothing is played.
     HapticSettings apply(HapticSettings settings,
                          const std::string& scene,
                          std::vector<std::string>& messages) const;
@@ -48,8 +50,8 @@ private:
     bool _trustsScenes;
 };
 
-/// \a text as it may be printed: without control characters, which a terminal would obey, and not
-/// endless.
+/// Returns \a text for printing: control characters, which a terminal would obey, are replaced, and
+/// it is cut after 300 bytes.
 std::string printable(const std::string& text);
 
 } // namespace osgMidair

@@ -11,20 +11,20 @@ bool HapticSettings::set(const std::string& name, const std::string& value, std:
     const Setting<HapticSettings>* row = sceneSettings().find(name);
     if (!sceneSettings().set(*this, name, value, error))
     {
-        // A limit that nobody understands is kept best by silence.
+        // A limit that isn't understood can only be kept by silence.
         if (!row || !row->isSafety) return false;
         isSilenced = true;
         error += "; nothing is played";
         return false;
     }
-    if (row->wish) (wishes.*row->wish).reset(); // whoever sets it by name is no file
+    if (row->wish) (wishes.*row->wish).reset(); // set by the user, not by a file
     return true;
 }
 
 bool HapticSettings::isLimit(double maxPressure_Pa, double maxAmplitude)
 {
     return maxPressure_Pa >= 0.0 && maxPressure_Pa <= midair::base::kMostPressure_Pa &&
-           maxAmplitude >= 0.0 && maxAmplitude <= 1.0; // false for NaN, too
+           maxAmplitude >= 0.0 && maxAmplitude <= 1.0; // also false for NaN
 }
 
 std::vector<std::string> HapticSettings::repair()

@@ -17,7 +17,7 @@ std::optional<RecordedUri> RecordedUri::parse(const std::string& uri)
     RecordedUri recorded;
     recorded.file = uri.substr(kScheme.size());
     const std::size_t size = recorded.file.size();
-    // A file that is called "?loop" is one.
+    // A file may have the name "?loop".
     recorded.loops =
         size > kLoop.size() && recorded.file.compare(size - kLoop.size(), kLoop.size(), kLoop) == 0;
     if (recorded.loops) recorded.file.resize(size - kLoop.size());

@@ -6,13 +6,13 @@
 namespace osgMidair
 {
 
-/// A recording of hands: "recorded:FILE" is played once, "recorded:FILE?loop" again and again.
+/// URI of a recording of hands: "recorded:FILE" is played once, "recorded:FILE?loop" is repeated.
 struct RecordedUri
 {
     std::string file;
     bool loops = false;
 
-    /// None: \a uri is another kind of hand source.
+    /// Returns none if \a uri is another kind of hand source.
     static std::optional<RecordedUri> parse(const std::string& uri);
     std::string text() const;
 };

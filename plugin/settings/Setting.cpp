@@ -71,7 +71,7 @@ bool readValue(const std::string& text, osg::Matrixd& value)
     return parseMatrix(text, value);
 }
 
-/// What the kinds differ in when they are told of.
+/// Kinds of settings that are described differently.
 enum class Kind
 {
     FLAG,
@@ -160,7 +160,7 @@ bool Setting<T>::repair(T& object, std::string& what) const
         using M = decltype(kept);
         if constexpr (std::is_same_v<M, Choice<T>>)
         {
-            // A file in binary may hold any number.
+            // A binary file may hold any number.
             const int value = kept.get(object);
             for (const Word& word : words)
                 if (word.value == value) return false;
@@ -220,7 +220,7 @@ std::string Setting<T>::defaultText() const
         else if constexpr (std::is_same_v<M, std::string T::*>)
             return defaults.*kept;
         else if constexpr (std::is_same_v<M, osg::Matrixd T::*>)
-            return "identity"; // what OSG's matrices begin with
+            return "identity"; // default of osg::Matrixd
         else
             return shortNumber(defaults.*kept);
     };

@@ -13,7 +13,7 @@
 namespace osgMidair
 {
 
-/// Member of enum type, of a struct \a T.
+/// Access to a member of enum type in a struct \a T.
 template<typename T>
 struct Choice
 {
@@ -21,7 +21,7 @@ struct Choice
     void (*set)(T&, int);
 };
 
-/// One word of an enum: as people write it, as files name it, and its value.
+/// One value of an enum: the word that people write, the word that files store, and the number.
 struct Word
 {
     std::string text;
@@ -29,8 +29,8 @@ struct Word
     int value;
 };
 
-/// Where a setting is kept in its struct \a T, and with that what kind it is of; texts and matrices
-/// are a scene's only.
+/// Pointer to the member of a struct \a T that holds a setting, and so its kind. Only scenes have
+/// texts and matrices.
 template<typename T>
 struct Kinds
 {
@@ -46,7 +46,8 @@ struct Kinds<HapticSettings>
 template<typename T>
 using Member = typename Kinds<T>::Member;
 
-/// Of numbers: low .. high, ends included; orZero: 0 as well. Never NaN nor infinity.
+/// Range of a number: low .. high, ends included; orZero: 0 is valid as well. NaN and infinity
+/// never are.
 struct Range
 {
     double low = 0.0;
@@ -57,47 +58,49 @@ struct Range
     std::string text() const; ///< "0 or 0.001 .. 1", "at least 0"
 };
 
-/// A row of the table: all that the kit says, reads and checks about one value of a plain struct \a
-/// T. The default is what the struct's member begins with.
+/// A row of the table: all that the kit knows about one value of a plain struct \a T. The default
+/// is the initial value of the member.
 template<typename T>
 struct Setting
 {
-    std::string name; ///< as options, tags and settings files spell it: "fieldRate"
+    std::string name; ///< as in options, tags and settings files: "fieldRate"
     Member<T> member{};
-    std::string help;        ///< one line: what it does
-    int since = 1;           ///< version of the file format that it came with
-    Range range{};           ///< of numbers
-    std::string unit;        ///< of numbers; empty: none
-    std::vector<Word> words; ///< of an enum
+    std::string help;        ///< one line that says what it does
+    int since = 1;           ///< first version of the file format that has it
+    Range range{};           ///< for numbers
+    std::string unit;        ///< for numbers; empty: none
+    std::vector<Word> words; ///< for an enum
 
-    std::string stored;    ///< name in files where that isn't the name with a capital
-    std::string variable;  ///< environment variable behind "OSG_MIDAIR_"; empty: there is none
+    std::string stored;    ///< name in scene files; empty: the name with a capital
+    std::string variable;  ///< name of the environment variable after "OSG_MIDAIR_"; empty: none
     bool isSafety = false; ///< a value that isn't understood silences the array
-    /// What a file asks for with it is a wish that the user grants.
+    /// Where a value from a file is noted as a wish, which needs the user's grant; null: it needs
+    /// none.
     std::optional<std::string> HapticWishes::*wish = nullptr;
-    /// Reads texts that this alone understands; empty: by its kind.
+    /// Parses texts that only this setting has; empty, or false returned: parsed by its kind.
     std::function<bool(T&, const std::string&)> parse;
 
-    /// The name in files: "FieldRate".
+    /// Returns the name in scene files: "FieldRate".
     std::string storedName() const;
 
-    /// Sets \a object's from text; false where it isn't understood. Numbers out of range are taken:
-    /// see repair().
+    /// Sets the value in \a object from text. Returns false if it isn't understood. Numbers out of
+    /// range are accepted; see repair().
     bool assign(T& object, const std::string& text) const;
-    /// What assign() understands, "a number, 0 .. 1".
+    /// Returns what assign() understands: "a number, 0 .. 1".
     std::string expected() const;
-    /// True, with a sentence in \a what, if \a object's was out of range, and is the default now.
+    /// If the value in \a object is out of range, resets it to the default, explains this in \a
+    /// what and returns true.
     bool repair(T& object, std::string& what) const;
 
-    /// What it may be: "1 .. 40000 Hz", "true, false", "surface, edges, vertices".
+    /// Returns the possible values: "1 .. 40000 Hz", "true, false", "surface, edges, vertices".
     std::string values() const;
-    /// What it begins with, "1000"; empty texts are empty.
+    /// Returns the default as text, "1000"; empty where the default is an empty text.
     std::string defaultText() const;
-    /// help, values and default in one line.
+    /// Returns help, values and default in one line.
     std::string summary() const;
 };
 
-/// The member that \a M points to, an enum.
+/// Choice for the enum member that \a M points to.
 template<auto M>
 struct EnumMember;
 template<typename T, typename E, E T::*M>
@@ -108,8 +111,8 @@ struct EnumMember<M>
     static constexpr Choice<T> choice() { return {&get, &set}; }
 };
 
-/// Whether both are equal; numbers also where neither is one, so that a NaN that stays is no
-/// change.
+/// Returns true if the values of \a member are equal in \a a and \a b. Two NaN count as equal, so
+/// that a NaN that stays is no change.
 template<typename T>
 bool isSame(const Member<T>& member, const T& a, const T& b);
 

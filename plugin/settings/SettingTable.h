@@ -9,7 +9,7 @@
 namespace osgMidair
 {
 
-/// All settings of a struct \a T in the order in which they are told of and, version by version,
+/// All settings of a struct \a T, in the order in which they are listed and, version by version,
 /// stored.
 template<typename T>
 class SettingTable
@@ -23,7 +23,7 @@ public:
 
     const std::vector<Setting<T>>& rows() const { return _rows; }
 
-    /// Null: there is none of that name.
+    /// Returns the row of that name, or null.
     const Setting<T>* find(const std::string& name) const
     {
         const auto found = std::find_if(
@@ -31,7 +31,8 @@ public:
         return found == _rows.end() ? nullptr : &*found;
     }
 
-    /// False, with what would be right in \a error, for a name or a value that isn't understood.
+    /// Sets the value of \a name in \a object from text. Returns false if the name or the value
+    /// isn't understood, with the expected ones in \a error.
     bool set(T& object, const std::string& name, const std::string& value, std::string& error) const
     {
         const Setting<T>* row = find(name);
@@ -43,7 +44,7 @@ public:
         return false;
     }
 
-    /// Brings what is out of range back to its default; one sentence for each.
+    /// Resets values that are out of range to their defaults. Returns one sentence for each.
     std::vector<std::string> repair(T& object) const
     {
         std::vector<std::string> said;
@@ -62,7 +63,7 @@ public:
                            [&](const Member<T>& member) { return isSame<T>(member, a, b); });
     }
 
-    /// Name and summary of each.
+    /// Returns name and summary of each setting.
     std::vector<std::pair<std::string, std::string>> describe() const
     {
         std::vector<std::pair<std::string, std::string>> all;
@@ -81,13 +82,13 @@ private:
     }
 
     std::vector<Setting<T>> _rows;
-    std::vector<Member<T>> _members; ///< close together: scenes are compared once a frame
+    std::vector<Member<T>> _members; ///< contiguous, since scenes are compared in every frame
 };
 
-/// What a HapticScene can be told.
+/// The settings of a HapticScene.
 const SettingTable<HapticSettings>& sceneSettings();
 
-/// What a HapticSurface or a tag can be told.
+/// The properties of a HapticSurface or a tag.
 const SettingTable<HapticProperty>& surfaceProperties();
 
 } // namespace osgMidair

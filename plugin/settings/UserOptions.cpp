@@ -17,7 +17,7 @@ namespace osgMidair
 namespace
 {
 
-/// What the user's options assign; each command line is read once.
+/// Returns the assignments in the user's options; each option string is parsed once.
 std::shared_ptr<const std::vector<Assignment>> userAssignments()
 {
     static std::mutex mutex;
@@ -36,7 +36,7 @@ std::shared_ptr<const std::vector<Assignment>> userAssignments()
     return known;
 }
 
-/// Whether the user's options, read to their end, set the text that \a row is for to \a value.
+/// Returns true if the last assignment to \a row in the user's options sets it to \a value.
 bool isUsers(const Setting<HapticSettings>& row, const std::string& value)
 {
     const auto all = userAssignments();
@@ -58,7 +58,7 @@ void applyUserOptions(HapticSettings& settings)
     for (const Assignment& one : *userAssignments())
     {
         std::string error = one.name.empty() ? cutListWarning(one.value) : std::string();
-        // Options are shared by all readers: what isn't a setting is another's.
+        // All readers share the options: names that aren't settings are for other readers.
         if (sceneSettings().find(one.name)) settings.set(one.name, one.value, error);
         if (!error.empty()) OSG_WARN << "osgMidair: options: " << printable(error) << std::endl;
     }

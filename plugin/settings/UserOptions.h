@@ -8,20 +8,20 @@
 namespace osgMidair
 {
 
-/// The options of the command line, "-O ..", which are the user's. The options that a reader is
-/// given need not be: files of other kinds (OSG's .p3d) hand over their own.
+/// Returns the options of the command line, "-O ..", which come from the user. The options that a
+/// reader gets may come from elsewhere: other kinds of files (OSG's .p3d) pass their own.
 std::string userOptions();
 
-/// Sets what of the settings the user's options name. What isn't understood is a warning; options
-/// for other readers are passed over.
+/// Sets the settings that the user's options name. Values that aren't understood give a warning;
+/// options for other readers are ignored.
 void applyUserOptions(HapticSettings& settings);
 
-/// Turns what \a settings have of \a given options for device, array and hands into wishes, unless
-/// the user's say the same.
+/// Turns the device, array and hands of \a settings into wishes, unless they are the defaults or
+/// the user's options set the same values. \a folder: folder of the file.
 void makeWishes(HapticSettings& settings, const std::string& folder);
 
-/// A word without "=" that looks like the rest of a list of devices, cut off at its comma: what to
-/// say then; empty for others.
+/// Returns a warning if \a word, which has no "=", looks like the rest of a list of devices that
+/// was cut at its comma; empty for other words.
 std::string cutListWarning(const std::string& word);
 
 } // namespace osgMidair
