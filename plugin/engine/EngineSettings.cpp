@@ -1,5 +1,5 @@
-// What a HapticEngine makes of settings: granted, within their ranges, and the pipeline that they
-// ask for.
+// How a HapticEngine applies settings: checks grants and ranges, and makes the pipeline that they
+// describe.
 
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/scene/Convert.h"
@@ -18,8 +18,8 @@ namespace osgMidair
 namespace
 {
 
-/// What changes between them, if anything, does not need a new hologram thread: a scene that is
-/// disabled is silent, and keeps the device that it has.
+/// Returns true if the change from one to the other needs no new pipeline. A scene that is disabled
+/// is silent and keeps its device.
 bool isForSameThread(HapticSettings a, const HapticSettings& b)
 {
     a.enabled = b.enabled;
@@ -32,8 +32,8 @@ bool isForSameThread(HapticSettings a, const HapticSettings& b)
 
 } // namespace
 
-// What is set, with what the environment overrides, the user grants, and no limit that isn't
-// understood.
+// Applies the environment and the user's grants to the settings and repairs what is out of range. A
+// limit that isn't understood disables the scene.
 void HapticEngine::readSettings(const HapticSettings& given)
 {
     std::vector<std::string> messages;
@@ -48,8 +48,8 @@ void HapticEngine::readSettings(const HapticSettings& given)
 
 void HapticEngine::openHands()
 {
-    // A scene that is disabled opens none, but keeps those that it has: it may be enabled again at
-    // once.
+    // A disabled scene opens no new hand source, but keeps an open one, as it may be enabled again
+    // soon.
     const bool open = _settings.enabled || _settings.hands == _hands.uri();
     const std::string error =
         _hands.setSettings(open ? _settings.hands : "", _settings.reach, _settings.shadows);
@@ -80,7 +80,7 @@ void HapticEngine::configure(const HapticSettings& given)
     if (_settings.enabled && _isStale) startThread();
 }
 
-// Scenes inside this one may ask for less than it plays, never for more.
+// Scenes inside this one may lower its limits, never raise them.
 void HapticEngine::keepInnerLimits()
 {
     double pressure_Pa = 0.0;
@@ -132,14 +132,14 @@ midair::bridge::HologramOptions HapticEngine::hologramOptions() const
     return options;
 }
 
-// What is read from files, the array, is read by the thread: no frame waits for it.
+// The hologram thread reads the array's file, so that no frame waits for it.
 void HapticEngine::startThread()
 {
     midair::bridge::HologramOptions options = hologramOptions();
     if (_filter) _filter(options);
     const midair::haptics::Medium medium = options.medium;
     _isStale = false;
-    _submittedAny = false; // the new pipeline hasn't seen anything yet
+    _submittedAny = false; // the new pipeline has got no snapshot yet
     const auto loaded = std::make_shared<LoadedArray>();
     auto make = [options = std::move(options), name = _settings.array, loaded]() mutable
     {

@@ -18,8 +18,7 @@ namespace osgMidair
 namespace
 {
 
-/// Looks for a node from above, through active children only, without walking what doesn't lead
-/// there.
+/// Finds a node below another one through active children only. Visits only ancestors of the node.
 class ActivePathFinder : public osg::NodeVisitor
 {
 public:
@@ -38,7 +37,7 @@ public:
         return _found;
     }
 
-    /// Where the target's parent is.
+    /// Transform from the frame of the target's parent to the world.
     const osg::Matrixd& world() const { return _foundWorld; }
 
     void apply(osg::Node& node) override
@@ -57,12 +56,12 @@ public:
     {
         if (&node == &_target)
         {
-            // Its own matrix is not part of where its parent is.
+            // The target's own matrix is not part of its parent's transform.
             apply(static_cast<osg::Node&>(node));
             return;
         }
         const osg::Matrixd outer = _world;
-        // Cameras between the view's own and the scene are taken as part of the picture, not of the
+        // Cameras between the view's own and the scene count as part of the image, not of the
         // world.
         if (!node.asCamera()) node.computeLocalToWorldMatrix(_world, this);
         apply(static_cast<osg::Node&>(node));
@@ -89,10 +88,10 @@ private:
     bool _found = false;
 };
 
-/// Whether \a target is active somewhere under \a root, and where its parent is.
+/// Returns true if \a target is active below \a root; \a world then is the transform of its parent.
 bool findActive(osg::Node& target, osg::Node& root, osg::Matrixd& world)
 {
-    if (&target == &root) return root.getNodeMask() != 0; // nearly always
+    if (&target == &root) return root.getNodeMask() != 0; // the usual case
     ActivePathFinder finder(target);
     const bool found = finder.find(root);
     world = finder.world();
@@ -104,11 +103,11 @@ double secondsSince(const osgViewer::View& view, const osg::FrameStamp& stamp)
     const osg::Timer& timer = *osg::Timer::instance();
     const double age_s =
         timer.delta_s(view.getStartTick(), timer.tick()) - stamp.getReferenceTime();
-    // An application may run its frames by a clock of its own.
+    // An application may use a clock of its own for its frames.
     return age_s >= 0.0 && age_s < 1.0 ? age_s : 0.0;
 }
 
-/// Runs right after a viewer's update traversal, when all matrices are right.
+/// Operation that runs right after a viewer's update traversal, when all matrices are up to date.
 class CollectOperation : public osg::Operation
 {
 public:
@@ -149,8 +148,8 @@ public:
             _direct = shown == root;
             return;
         }
-        // Taken out of the picture, or switched off: silent, but for another viewer that may show
-        // it.
+        // The root was removed or switched off. Silences it only if this viewer collected it last,
+        // as another one may show it.
         if (_collected) engine->silence();
         _collected = _direct = false;
     }
@@ -168,8 +167,8 @@ private:
 
 bool HapticEngine::follow(osgGA::GUIActionAdapter* adapter)
 {
-    // Asked with every event. A view may go, another one come at its address, or one change
-    // viewers.
+    // Called with every event. A view may be deleted and another one made at its address, or it may
+    // move to another viewer.
     if (adapter == _adapter && _view.valid() && _view->getViewerBase() == _viewer) return false;
     auto* view = dynamic_cast<osgViewer::View*>(adapter);
     if (!view || !view->getViewerBase()) return false;

@@ -17,7 +17,7 @@ using midair::bridge::HapticObject;
 namespace
 {
 
-/// How long a field that the device refused waits for its next try.
+/// Time before a field that the device refused is tried again.
 constexpr double kRetry_s = 0.5;
 
 bool sameObject(const HapticObject& a, const HapticObject& b)
@@ -50,7 +50,7 @@ HapticEngine::~HapticEngine()
 
 void HapticEngine::say(const std::string& unsafe)
 {
-    const std::string message = printable(unsafe); // it may hold what a file says
+    const std::string message = printable(unsafe); // may contain text from a file
     bool fresh = false;
     {
         const std::lock_guard<std::mutex> lock(_mutex);
@@ -66,7 +66,7 @@ osg::ref_ptr<osg::Node> HapticEngine::root() const
     return node;
 }
 
-// False when the objects are as in the frame before.
+// Returns false if the objects are the same as in the last frame.
 bool HapticEngine::collect(osg::Node& root, const osg::Matrixd& world)
 {
     if (_settings.enabled) return _collector.collect(root, world, _snapshot.objects);
@@ -79,7 +79,7 @@ bool HapticEngine::collect(osg::Node& root, const osg::Matrixd& world)
 bool HapticEngine::rests(const osg::Node& root)
 {
     if (!_rest.possible) return false;
-    root.getBound(); // made anew where something under it has moved
+    root.getBound(); // recomputed if something below has moved
     const double now_s = midair::base::steadySeconds();
     if (_rest.bounds == 0 || _rest.bounds != _rest.boundsSeen ||
         now_s - _rest.submitTime_s < kRest_s || now_s - _rest.lookTime_s > kLook_s)
@@ -141,7 +141,7 @@ void HapticEngine::silence()
     _snapshot.objects.clear();
     _snapshot.time_s = midair::base::steadySeconds();
     _hands.touch(_snapshot.objects,
-                 nullptr); // whatever was touched is gone; before the snapshot is given away
+                 nullptr); // ends all touches; before the snapshot is handed over
     if (!_submittedAny || changedSinceSubmitted(true)) submit();
     tellTouches();
 }
@@ -164,12 +164,11 @@ void HapticEngine::submit()
     _rest.submitTime_s = midair::base::steadySeconds();
     if (!_thread) return;
     _thread->submit(_snapshot);
-    _collector.forget(); // what is in its place now is an old one
+    _collector.forget(); // _snapshot now holds the objects of an older one
     const std::lock_guard<std::mutex> lock(_mutex);
     ++_statistics.snapshots;
 }
 
-// For messages.
 std::string HapticEngine::name() const
 {
     const osg::ref_ptr<osg::Node> node = root();
@@ -180,7 +179,7 @@ std::string HapticEngine::name() const
                                           : "the viewer's --device";
 }
 
-// True where another one plays what is under the root: what this one has open is closed then.
+// Returns true if another owner plays the scene. This engine then closes what it has open.
 bool HapticEngine::standsBack()
 {
     std::string outer = _owner.outer();
@@ -209,8 +208,8 @@ void HapticEngine::takeResult()
     _seen = result;
     {
         const std::lock_guard<std::mutex> lock(_mutex);
-        // What is still made for a frame that rests (fields in turn, outlines, figures) comes when
-        // there is time.
+        // Later results for the same frame at rest (fields in turn, outlines, figures) have no
+        // deadline, so they are no latencies.
         if (fresh) _latencies.add(result->latency_ms);
     }
     for (const std::string& message : result->messages)

@@ -39,75 +39,75 @@ namespace osgMidair
 
 class HapticScene;
 
-/// What a HapticScene does: collects what is under a root into snapshots, hands them to a hologram
-/// thread, keeps the books.
+/// Does the work of a HapticScene: collects the scene below a root into snapshots, hands them to a
+/// hologram thread and keeps the statistics.
 ///
-/// update() and silence() belong to the thread that updates the scene; the rest may be called from
-/// any.
+/// Only latestResult(), statistics(), array(), medium() and root() may be called from any thread,
+/// and noteBound() from a cull; all others belong to the thread that updates the scene.
 class HapticEngine : public osg::Referenced
 {
 public:
-    /// \a root, a HapticScene or a node with another owner, and \a settings are looked at as long
-    /// as \a root lives. Where an owner is further out it opens nothing: that one plays what is
-    /// under \a root.
+    /// \a root: a HapticScene, or a node with another owner. \a root and \a settings are used as
+    /// long as \a root lives. If there is an owner further out, this engine opens nothing: that
+    /// owner plays the scene.
     HapticEngine(osg::Node& root, const HapticSettings& settings, OwnerKind kind);
 
-    /// Where nothing under the root is haptic, the whole of it is felt so.
+    /// Sets how the whole scene is felt if nothing below the root is haptic.
     void setDefaultProperty(const HapticProperty& property)
     {
         _collector.setDefaultProperty(property);
     }
 
-    /// Changes what the settings come to, before each new pipeline: an application's own solver or
-    /// device, limits.
+    /// Sets a function that changes the options of each new pipeline: to use an application's own
+    /// solver or device, or other limits.
     void setOptionsFilter(std::function<void(midair::bridge::HologramOptions&)> filter)
     {
         _filter = std::move(filter);
     }
 
-    /// Follows the viewer behind \a adapter from now on: update() runs after each of its update
-    /// traversals, once a frame however many of its views show the root; silent while none does.
-    /// Without an osgViewer nothing happens. False when \a adapter is the one of the last call:
-    /// nothing to do.
+    /// From now on update() runs after each update traversal of the viewer behind \a adapter, once
+    /// per frame even if several of its views show the root; while none does, the array is silent.
+    /// Does nothing without an osgViewer. Returns false if nothing changed, as \a adapter is that
+    /// of the last call.
     bool follow(osgGA::GUIActionAdapter* adapter);
     void follow(osgViewer::ViewerBase& viewer);
 
-    /// Null when the root is gone.
+    /// Returns the root, or null if it is gone.
     osg::ref_ptr<osg::Node> root() const;
 
-    /// Tags under the root are looked for with the next update.
+    /// The next update looks for new tags below the root.
     void dirtyTags()
     {
         _collector.dirtyTags();
         lookNext();
     }
 
-    /// Whether there is nothing to do in this frame, which counts as one then: for kRest_s nothing
-    /// has changed, less than kLook_s ago everything was looked at, and the bound of \a root says
-    /// that since then nothing under it has moved. Changes that no bound shows (masks, vertices,
-    /// properties) are seen with the next look. Only for a root that calls noteBound() whenever its
-    /// bound is made, and that no transform is above.
+    /// Returns true if there is nothing to do in this frame, and then counts it: nothing has
+    /// changed for kRest_s, everything was looked at less than kLook_s ago, and the bound of \a
+    /// root shows that nothing below it has moved since. Changes that no bound shows (masks,
+    /// vertices, properties) are found by the next look. Only for a root that calls noteBound()
+    /// whenever its bound is computed, and that has no transform above it.
     bool rests(const osg::Node& root);
     void noteBound() { ++_rest.bounds; }
     static constexpr double kRest_s = 0.5;
     static constexpr double kLook_s = 0.1;
 
-    /// One frame: what is active under \a root, the engine's own, whose parent is at \a world, is
-    /// to be felt from now on. \a age_s: seconds since the frame's stamp. Touch callbacks are
-    /// called last.
+    /// Collects one frame: the active haptic objects below \a root (the engine's own) are felt from
+    /// now on. \a world: transform from the frame of the root's parent to the world. \a age_s: time
+    /// since the frame's stamp. Touch callbacks are called last.
     void update(osg::Node& root,
                 const osg::Matrixd& world,
                 unsigned int frame,
                 double age_s,
                 double simulationTime_s);
 
-    /// Of the update thread.
+    /// For the update thread only.
     HandTracker& hands() { return _hands; }
 
-    /// The next frame looks at everything, at rest or not.
+    /// The next frame looks at everything, even at rest.
     void lookNext() { _rest.lookTime_s = 0.0; }
 
-    /// Nothing is to be felt.
+    /// Silences the array until the next update() and ends all touches.
     void silence();
 
     std::shared_ptr<const midair::bridge::HologramResult> latestResult() const;
@@ -117,10 +117,10 @@ public:
 
 protected:
     ~HapticEngine()
-        override; ///< the array is silent when it returns; writes the report if one is asked for
+        override; ///< silences the array before it returns; writes the report if there is to be one
 
 private:
-    /// An array that the hologram thread loads.
+    /// The array, which the hologram thread loads.
     struct LoadedArray
     {
         std::mutex mutex;
@@ -137,7 +137,8 @@ private:
     void keepInnerLimits();
     midair::bridge::HologramOptions hologramOptions() const;
     void startThread();
-    /// \a objectsToo: they may have; else only what is around them is compared.
+    /// Returns true if the snapshot differs from the last submitted one. \a objectsToo: false
+    /// compares only hands and obstacles.
     bool changedSinceSubmitted(bool objectsToo) const;
     void submit();
     void takeResult();
@@ -148,44 +149,47 @@ private:
     const OwnerKind _kind;
     const HapticSettings* const _given; ///< valid while _root is
     std::function<void(midair::bridge::HologramOptions&)> _filter;
-    std::vector<osg::observer_ptr<osg::Operation>> _followers; ///< in viewers
-    osgGA::GUIActionAdapter* _adapter = nullptr;               ///< of the last follow(): _view
+    std::vector<osg::observer_ptr<osg::Operation>> _followers; ///< operations in viewers
+    osgGA::GUIActionAdapter* _adapter =
+        nullptr; ///< argument of the last follow(); same object as _view
     osg::observer_ptr<osgViewer::View> _view;
-    osgViewer::ViewerBase* _viewer = nullptr; ///< then that of _view
+    osgViewer::ViewerBase* _viewer = nullptr; ///< viewer of _view at that time
     SceneCollector _collector;
     HandTracker _hands;
-    midair::bridge::SceneSnapshot _snapshot;              ///< being filled
-    std::vector<midair::bridge::HapticObject> _submitted; ///< as last handed over
+    midair::bridge::SceneSnapshot _snapshot; ///< being filled
+    std::vector<midair::bridge::HapticObject>
+        _submitted; ///< objects of the last snapshot handed over
     midair::bridge::HandsAndObstacles _submittedAround;
     bool _submittedAny = false;
     std::uint64_t _resultsSeen = 0;
-    /// What rests() asks in every frame, when no cache holds any of it: in one line of memory.
+    /// State that rests() reads in every frame, usually from a cold cache: kept in one cache line.
     struct alignas(64) Rest
     {
-        std::atomic<unsigned int> bounds{0}; ///< made; a cull may do that
-        unsigned int boundsSeen = 0;         ///< by the last update()
-        bool possible = false;               ///< something was submitted, and no hand may come
-        double lookTime_s = 0.0;             ///< of the last update()
+        std::atomic<unsigned int> bounds{
+            0};                      ///< number of times the bound was computed; a cull may do it
+        unsigned int boundsSeen = 0; ///< value of bounds in the last update()
+        bool possible = false;       ///< something was submitted, and there is no hand source
+        double lookTime_s = 0.0;     ///< time of the last update()
         double submitTime_s = 0.0;
-        std::atomic<std::uint64_t> frames{0}; ///< that rested
+        std::atomic<std::uint64_t> frames{0}; ///< number of frames at rest
     };
     Rest _rest;
     Eigen::Isometry3d _worldToArray = Eigen::Isometry3d::Identity(); ///< world in metres -> array
     Eigen::Matrix4d _toArray = Eigen::Matrix4d::Identity(); ///< world in scene units -> array
-    HapticSettings _settings;                               ///< as configured, repaired
+    HapticSettings _settings;                               ///< as used: granted and repaired
     HapticSettings _raw;                                    ///< as given
     bool _configured = false;
-    bool _isStale = true; ///< the thread's pipeline is one of other settings, or there is none
-    std::string _outer;   ///< what plays this scene in its place
+    bool _isStale = true; ///< the thread's pipeline has other settings, or there is none
+    std::string _outer;   ///< name of the owner that plays this scene instead; empty: none
     double _innerPressure_Pa = 0.0; ///< the strictest cap of scenes inside this one; 0: none
     double _innerAmplitude = 1.0;
 
-    mutable std::mutex _mutex; ///< of what follows
+    mutable std::mutex _mutex; ///< guards the members below
     std::unique_ptr<midair::bridge::HologramThread> _thread;
     std::shared_ptr<LoadedArray> _array;
     midair::haptics::Medium _medium;
     midair::base::MessageLog _messages;
-    HapticStatistics _statistics; ///< the engine's own share
+    HapticStatistics _statistics; ///< the part that the engine counts
     LatencyStatistics _latencies;
     std::shared_ptr<const midair::bridge::HologramResult> _seen;
 };

@@ -20,7 +20,7 @@ public:
         ++_count;
     }
 
-    /// The smallest value that a \a fraction (0 .. 1) of the window doesn't exceed; 0 when there is
+    /// Returns the percentile at \a fraction (0 .. 1) of the values in the window; 0 if there are
     /// none.
     double percentile(double fraction) const
     {

@@ -49,7 +49,7 @@ nlohmann::ordered_json fieldJson(const HapticStatistics& s)
                                    {"updatesPerSecond", s.updatesPerSecond}};
     for (const auto& [name, value] : s.figures)
         if (name.compare(0, kSurface.size(), kSurface) != 0) json[name] = numberJson(value);
-    // What is told of a field stands there before the first one too.
+    // The number of points is written even before the first field.
     if (s.figures.empty()) json["points"] = s.points;
     return json;
 }

@@ -16,8 +16,8 @@ class HapticCallback;
 class HapticDevice;
 class HapticScene;
 
-/// What stands behind the installed classes, for the kit itself, its demonstration and its tests:
-/// no installed header names it.
+/// Access to the implementation behind the installed classes, for the kit itself, its demo and its
+/// tests. No installed header names these types.
 class OSGMIDAIR_EXPORT SceneAccess
 {
 public:
@@ -25,15 +25,15 @@ public:
 
     static HapticEngine& engine(const HapticScene& scene);
 
-    /// The newest field; null before the first one. From any thread.
+    /// Returns the newest field; null before the first one. From any thread.
     static Result latestResult(const HapticScene& scene);
     static Result latestResult(const HapticCallback& callback);
     static Result latestResult(const HapticDevice& device);
 
-    /// What the array setting names; null before the scene is first collected, or where it can't be
-    /// read. From any thread.
+    /// Returns the array that the setting names; null until the hologram thread has read it, or if
+    /// it can't be read. From any thread.
     static std::shared_ptr<const midair::haptics::TransducerArray> array(const HapticScene& scene);
-    /// The air of the newest settings. From any thread.
+    /// Returns the air of the newest settings. From any thread.
     static midair::haptics::Medium medium(const HapticScene& scene);
 };
 

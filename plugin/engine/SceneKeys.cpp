@@ -48,7 +48,7 @@ bool SceneKeys::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdap
                    << std::endl;
         return true;
     }
-    // Once there, the overlays have their keys themselves.
+    // Existing overlays handle these keys themselves.
     if (!HapticOverlays::hasKey(key) || hasOverlays(*scene)) return false;
     scene->addChild(new HapticOverlays);
     return true;

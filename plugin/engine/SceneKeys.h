@@ -8,14 +8,14 @@ namespace osgMidair
 
 class HapticScene;
 
-/// Keys that every viewer of a haptic scene has, listed by its `h` help: those of overlays bring
-/// them in where the scene has none, F8 mutes the array.
+/// Handler of the keys that every viewer of a haptic scene gets, listed in its `h` help: the
+/// overlay keys add overlays to a scene that has none, F8 mutes the array.
 class SceneKeys : public osgGA::GUIEventHandler
 {
 public:
     explicit SceneKeys(HapticScene* scene);
 
-    /// Gives the keys to the view behind \a adapter, once.
+    /// Adds the handler to the view behind \a adapter, unless it has one for this scene.
     static void addTo(osgGA::GUIActionAdapter* adapter, HapticScene& scene);
 
     bool handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter& action) override;

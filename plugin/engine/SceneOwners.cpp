@@ -21,7 +21,7 @@ struct Entry
 struct Registry
 {
     std::mutex mutex;
-    std::vector<Entry> entries; ///< but scenes, which one meets on the way up
+    std::vector<Entry> entries; ///< without scenes, which are found among the parents
     std::vector<const osg::Node*> seen;
 };
 
@@ -42,8 +42,8 @@ std::string nameOf(const HapticScene& scene)
                                    : "the HapticScene \"" + scene.getName() + "\"";
 }
 
-/// Above \a node, or at it where the owner comes before \a kind. A scene with many parents is not
-/// walked twice.
+/// Returns the name of an owner above \a node, or at it if that owner takes precedence over \a
+/// kind; empty: none. registry().seen keeps nodes with several paths from being visited twice.
 std::string ownerFrom(const osg::Node& node, bool isRoot, OwnerKind kind)
 {
     std::vector<const osg::Node*>& seen = registry().seen;

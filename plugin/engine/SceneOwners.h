@@ -10,8 +10,8 @@ class Node;
 namespace osgMidair
 {
 
-/// Who plays what is under a node, a HapticScene by default. At the same node the later one comes
-/// first.
+/// Kinds of owners that can play the scene below a node. At the same node a later kind takes
+/// precedence.
 enum class OwnerKind
 {
     SCENE,
@@ -19,7 +19,7 @@ enum class OwnerKind
     DEVICE
 };
 
-/// As long as it lives, what is under \a root has that owner. From any thread.
+/// Registers an owner of the scene below \a root for its lifetime. From any thread.
 class SceneOwner
 {
 public:
@@ -28,12 +28,12 @@ public:
     SceneOwner(const SceneOwner&) = delete;
     SceneOwner& operator=(const SceneOwner&) = delete;
 
-    /// Who plays what is under the root in this one's place, being further out; for messages.
-    /// Empty: nobody.
+    /// Returns the name, for messages, of an owner further out, which plays the scene instead of
+    /// this one; empty: there is none.
     std::string outer() const;
 
 private:
-    const osg::Node& _root; ///< looked at in outer() alone, while it is there
+    const osg::Node& _root; ///< dereferenced only in outer(), which needs it alive
     const OwnerKind _kind;
 };
 

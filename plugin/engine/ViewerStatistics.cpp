@@ -56,7 +56,7 @@ void ViewerStatistics::show(osgViewer::ViewerBase& viewer,
                             const HapticEngine& engine,
                             unsigned int frame)
 {
-    // The display takes lines up when it is first switched on: they have to be there before.
+    // The display reads the lines when it is first switched on, so they have to be added before.
     if (!_linesAdded) addLines(views);
     osg::Stats* stats = viewer.getViewerStats();
     _collecting = stats && stats->collectStats("frame_rate");

@@ -7,12 +7,12 @@ namespace osgMidair
 
 class HapticEngine;
 
-/// Writes a haptic scene's figures into a viewer's statistics, and has the viewer's `s` display
-/// show them.
+/// Writes the figures of a haptic scene into a viewer's statistics and makes the viewer's `s`
+/// display show them.
 class ViewerStatistics
 {
 public:
-    /// For frame \a frame; costs nothing while the viewer collects no statistics.
+    /// Writes the figures of frame \a frame; costs nothing while the viewer collects no statistics.
     void show(osgViewer::ViewerBase& viewer,
               const osgViewer::ViewerBase::Views& views,
               const HapticEngine& engine,
