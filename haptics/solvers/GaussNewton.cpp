@@ -1,6 +1,7 @@
 #include "haptics/base/Units.h"
 #include "haptics/solvers/FieldFigures.h"
 #include "haptics/solvers/GaussNewtonStep.h"
+#include "haptics/solvers/GaussNewtonTuning.h"
 #include "haptics/solvers/SolverBase.h"
 #include "haptics/solvers/Solvers.h"
 #include "haptics/solvers/WeightedRound.h"
@@ -15,30 +16,7 @@ namespace midair::haptics
 namespace
 {
 
-// haptics/SOLVER.md explains each of these, in the section that is named.
-// "Cold start"
-constexpr int kMostIterations = 1000;
-constexpr int kColdStarts = 3;
-constexpr int kTrialRounds = 10;        // of each start
-constexpr int kColdRounds = 30;         // of the best start, its trial rounds among them
-constexpr int kRoundsBeforeWeights = 3; // the weights stay what the targets are
-// "Warm start"
-constexpr int kQuietRounds = 2;    // further rounds that a field which has become quieter gets
-constexpr float kQuiet = 0.996f;   // of the loudness lately: below, a field has become quieter
-constexpr float kForget = 0.9998f; // what is left of the loudness lately after an update
-// "Corrections"
-constexpr int kCorrections = 8;
-constexpr int kConjugateSteps = 12;                    // of each correction
-constexpr float kSearchAbove = 0.1f;                   // rms above which a step is searched for
-constexpr float kStepFractions[] = {1.0f, 0.3f, 0.1f}; // that the search tries
-constexpr float kFarTolerance = 0.5f;                  // of CG, over the rms, above kSearchAbove
-constexpr float kNextTolerance = 0.4f;                 // of CG, over the next step's first error
-constexpr float kLastTolerance = 0.45f;                // of CG, over what is reached at best
-constexpr float kRoundingMargin = 1.3f;                // over the rms that rounding leaves
-constexpr float kLeastOfWeight = 0.02f;                // that a correction leaves of a weight
-// "Amplitudes"
-constexpr int kShapePasses = 3;
-constexpr int kSettlePasses = 4;
+constexpr int kMostIterations = 1000; // never reached: the constants bound them at 58
 
 /// The production solver (haptics/SOLVER.md): alternating projections find good phases, then
 /// Gauss-Newton corrections of the transducers' phases meet the targets. Every field is q = z/|z|,
@@ -47,8 +25,10 @@ constexpr int kSettlePasses = 4;
 class GaussNewton final : public SolverBase
 {
 public:
-    explicit GaussNewton(const SolverOptions& options) :
-        SolverBase("gauss-newton", options, Storage::FIXED)
+    GaussNewton(const SolverOptions& options, const GaussNewtonTuning& tuning) :
+        SolverBase("gauss-newton", options, Storage::FIXED),
+        _tuning(tuning),
+        _correction(tuning.largestTurn_rad, tuning.mostFreedom)
     {
     }
 
@@ -61,7 +41,7 @@ private:
         _projected = _projected && warm;
         if (!warm || _weightsOf != field.n())
         {
-            coldStart(field, std::max(1, limit - kCorrections), outcome);
+            coldStart(field, std::max(1, limit - _tuning.corrections), outcome);
             _loudest = loudnessAt(field, naturalLevel(field));
         }
         _weightsOf = field.n();
@@ -118,16 +98,16 @@ private:
     // (SOLVER.md, "Warm start").
     void keepLoud(FieldProblem& field, int limit, Outcome& outcome)
     {
-        for (int k = 0;
-             k < kQuietRounds && loudnessAt(field, naturalLevel(field)) < kQuiet * _loudest &&
-             outcome.iterations + 2 < limit && !outOfTime(field);
+        for (int k = 0; k < _tuning.quietRounds &&
+                        loudnessAt(field, naturalLevel(field)) < _tuning.quiet * _loudest &&
+                        outcome.iterations + 2 < limit && !outOfTime(field);
              ++k)
         {
-            reweigh(field, _weights);
+            reweigh(field, _weights, _tuning.mostReweighing);
             projectionRound(field, _weights);
             ++outcome.iterations;
         }
-        _loudest = std::max(kForget * _loudest, loudnessAt(field, naturalLevel(field)));
+        _loudest = std::max(_tuning.forget * _loudest, loudnessAt(field, naturalLevel(field)));
     }
 
     void rounds(FieldProblem& field, int first, int last, Outcome& outcome)
@@ -135,7 +115,7 @@ private:
         for (int k = first; k < last && !outOfTime(field); ++k)
         {
             projectionRound(field, _weights);
-            if (k >= kRoundsBeforeWeights) reweigh(field, _weights);
+            if (k >= _tuning.roundsBeforeWeights) reweigh(field, _weights, _tuning.mostReweighing);
             ++outcome.iterations;
         }
     }
@@ -147,11 +127,11 @@ private:
         const auto n = static_cast<std::size_t>(field.n());
         std::mt19937_64 random(options().seed);
         copy(field.u, _startU, n);
-        const int trial = std::min(kTrialRounds, limit);
+        const int trial = std::min(_tuning.trialRounds, limit);
         constexpr auto kFullTurn_rad = static_cast<float>(base::kTwoPi);
         float best = -1.0f;
-        for (int start = 0;
-             start < (limit > kTrialRounds ? kColdStarts : 1) && (start == 0 || !outOfTime(field));
+        for (int start = 0; start < (limit > _tuning.trialRounds ? _tuning.coldStarts : 1) &&
+                            (start == 0 || !outOfTime(field));
              ++start)
         {
             for (std::size_t l = 0; l < n; ++l)
@@ -169,7 +149,7 @@ private:
         }
         _weights = _bestWeights;
         copy(_bestU, field.u, n);
-        rounds(field, trial, std::min(kColdRounds, limit), outcome);
+        rounds(field, trial, std::min(_tuning.coldRounds, limit), outcome);
     }
 
     // Chooses amplitudes that the device can play and scales field.q and y by them (SOLVER.md,
@@ -213,7 +193,7 @@ private:
     void settleLevel(FieldProblem& field)
     {
         const float enough = 1.0f / static_cast<float>(field.m());
-        for (int pass = 0; pass < kSettlePasses; ++pass)
+        for (int pass = 0; pass < _tuning.settlePasses; ++pass)
         {
             const float ratio = largestTarget() / fittedLevel(field);
             const bool isFull = options().phaseOnly && _gain >= 1.0f && ratio > 1.0f;
@@ -235,7 +215,7 @@ private:
         const auto rms = static_cast<float>(std::sqrt(power / field.m()));
         _gain = rms > 0.0f ? share / rms : 0.0f;
         copy(field.q, _continuous, lanes(field));
-        for (int pass = 0; pass < kShapePasses; ++pass)
+        for (int pass = 0; pass < _tuning.shapePasses; ++pass)
         {
             setAmplitudes(field);
             for (std::size_t i = 0; i < static_cast<std::size_t>(field.m()); ++i)
@@ -277,13 +257,13 @@ private:
         if (!_full) kernels::scaleBy(width, _amplitudes.data() + i, re, im);
     }
 
-    // Takes the largest of kStepFractions that makes the field better: far from a solution, where
+    // Takes the largest of stepFractions that makes the field better: far from a solution, where
     // points crowd, |p| is not linear over the whole step. Returns the fraction taken; 0: none
     // helped, and the field is as before.
     float stepCarefully(FieldProblem& field, float error)
     {
         copy(_continuous, _before, lanes(field));
-        for (const float fraction : kStepFractions)
+        for (const float fraction : _tuning.stepFractions)
         {
             play(field, fraction, false);
             if (errorOf(field, naturalLevel(field)) < error) return fraction;
@@ -297,7 +277,7 @@ private:
     {
         field.forward(_continuous, field.p);
         field.phasesOf(field.p);
-        reweigh(field, _weights);
+        reweigh(field, _weights, _tuning.mostReweighing);
         projectionRound(field, _weights);
         copy(field.q, _continuous, lanes(field));
     }
@@ -312,13 +292,14 @@ private:
         std::copy_n(from.im.data(), count, to.im.data());
     }
 
-    // CG tolerance (SOLVER.md, "CG tolerance"): kNextTolerance of the error that the next step
+    // CG tolerance (SOLVER.md, "CG tolerance"): nextTolerance of the error that the next step
     // starts from, or of a share of this one where the linearisation does not hold; late CG steps
     // follow ill-conditioned directions. Never below what rounding or the options' tolerance leave.
-    static float toleranceOf(float error, float nextError, float least)
+    float toleranceOf(float error, float nextError, float least) const
     {
         return std::max(least,
-                        error > kSearchAbove ? kFarTolerance * error : kNextTolerance * nextError);
+                        error > _tuning.searchAbove ? _tuning.farTolerance * error
+                                                    : _tuning.nextTolerance * nextError);
     }
 
     // Corrects until the played field is as exact as was asked for, or its error is all rounding. A
@@ -329,23 +310,23 @@ private:
         const auto tolerance = static_cast<float>(options().rmsTolerance);
         outcome.stop = StopReason::MAX_ITERATIONS;
         std::swap(_continuous, field.q);
-        for (int k = 0; k < kCorrections; ++k)
+        for (int k = 0; k < _tuning.corrections; ++k)
         {
             const float rounding = roundingError(field);
-            const float enough = std::max(tolerance, kRoundingMargin * rounding);
+            const float enough = std::max(tolerance, _tuning.roundingMargin * rounding);
             const float error = errorOf(field, naturalLevel(field));
-            const float least = kLastTolerance * std::max(rounding, tolerance);
+            const float least = _tuning.lastTolerance * std::max(rounding, tolerance);
             const bool out =
-                k + 1 == kCorrections || outcome.iterations + 1 >= limit || outOfTime(field);
+                k + 1 == _tuning.corrections || outcome.iterations + 1 >= limit || outOfTime(field);
             const bool last = out || error * error < enough;
             _correction.solve(field,
                               _continuous,
                               _weights,
                               toleranceOf(error, last ? 0.0f : error * error, least),
-                              kConjugateSteps);
+                              _tuning.conjugateSteps);
             ++outcome.iterations;
             float fraction = 1.0f;
-            if (error > kSearchAbove)
+            if (error > _tuning.searchAbove)
             {
                 fraction = stepCarefully(field, error);
                 if (fraction == 0.0f && !out)
@@ -359,12 +340,12 @@ private:
                 play(field, 1.0f, last);
             for (int l = 0; l < field.n(); ++l)
                 _weights[l] = std::max(_weights[l] + fraction * _correction.multiplier(l),
-                                       kLeastOfWeight * _weights[l]);
+                                       _tuning.leastOfWeight * _weights[l]);
             if (!last) continue;
             const float rms = errorOf(field, fittedLevel(field));
             if (rms <= tolerance)
                 outcome.stop = StopReason::CONVERGED;
-            else if (rms < kRoundingMargin * rounding)
+            else if (rms < _tuning.roundingMargin * rounding)
                 outcome.stop = StopReason::STALLED;
             else if (outOfTime(field))
                 outcome.stop = StopReason::DEADLINE;
@@ -375,12 +356,13 @@ private:
         field.clearPadding(field.q);
     }
 
+    GaussNewtonTuning _tuning;
     GaussNewtonStep _correction;
     SplitVector _startU, _bestU;            // n
     SplitVector _continuous, _before;       // m: q before rounding, and before a correction
     base::AlignedBuffer<float> _amplitudes; // m
     Eigen::VectorXf _weights, _bestWeights;
-    float _loudest = 0.0f;   // the largest loudness lately, which kForget lets fade
+    float _loudest = 0.0f;   // the largest loudness lately, which forget lets fade
     float _gain = 1.0f;      // phase-only the mean amplitude, else the factor on |z_i|
     int _weightsOf = 0;      // the number of points that the weights belong to
     bool _projected = false; // build() took the first round
@@ -392,7 +374,13 @@ private:
 
 std::unique_ptr<HologramSolver> makeGaussNewton(const SolverOptions& options)
 {
-    return std::make_unique<GaussNewton>(options);
+    return makeGaussNewton(options, GaussNewtonTuning());
+}
+
+std::unique_ptr<HologramSolver> makeGaussNewton(const SolverOptions& options,
+                                                const GaussNewtonTuning& tuning)
+{
+    return std::make_unique<GaussNewton>(options, tuning);
 }
 
 } // namespace midair::haptics

@@ -9,10 +9,7 @@ namespace midair::haptics
 namespace
 {
 
-// haptics/SOLVER.md, "The step", explains both.
-constexpr float kLargestTurn_rad = 0.5f;
 constexpr float kLeastRoot = 1e-30f; // divided by: a block of padding has roots of 0
-constexpr float kMostFreedom = 4.0f; // of 1/|z_i|, over its mean
 
 } // namespace
 
@@ -40,7 +37,7 @@ void GaussNewtonStep::findRoots(const FieldProblem& field)
     const float mean = Eigen::Map<const Eigen::VectorXf>(field.inverse.data(), m).mean();
     Eigen::Map<Eigen::ArrayXf> root(_root.data(), m);
     root =
-        Eigen::Map<const Eigen::ArrayXf>(field.inverse.data(), m).min(kMostFreedom * mean).sqrt();
+        Eigen::Map<const Eigen::ArrayXf>(field.inverse.data(), m).min(_mostFreedom * mean).sqrt();
     std::fill(_root.data() + m, _root.data() + field.G.paddedTransducers(), 0.0f);
 }
 
@@ -170,7 +167,7 @@ void GaussNewtonStep::turn(const FieldProblem& field,
     kernels::turn(width,
                   _root.data() + offset,
                   step,
-                  kLargestTurn_rad,
+                  _largestTurn_rad,
                   q.re.data() + offset,
                   q.im.data() + offset);
 }

@@ -16,6 +16,12 @@ namespace midair::haptics
 class GaussNewtonStep
 {
 public:
+    /// \a largestTurn_rad: of a phase in one step; \a mostFreedom: cap on 1/|z_i|, over its mean.
+    GaussNewtonStep(float largestTurn_rad, float mostFreedom) :
+        _largestTurn_rad(largestTurn_rad),
+        _mostFreedom(mostFreedom)
+    {
+    }
     /// Finds the step from \a q, about which p is linearised; field.u, y and inverse belong to it.
     /// \a weights are w (n, > 0): no change of the phases of q alters w.|p| to first order, so that
     /// s = (w.|p|)/(w.a), and the search keeps orthogonal to that direction. Ends at a relative
@@ -37,6 +43,7 @@ private:
     void form(const FieldProblem& field, const SplitVector& q, int block);
     void pass(FieldProblem& field, const SplitVector& q, bool formed, const float* direction);
 
+    float _largestTurn_rad, _mostFreedom;
     base::AlignedBuffer<std::int32_t> _jacobian; // (n + 1)/2 x m pairs of rows
     base::AlignedBuffer<float> _unit; // blocks x n: what rows of J are to be multiplied by
     base::AlignedBuffer<float> _root, _t, _sum;  // m

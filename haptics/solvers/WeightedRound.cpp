@@ -23,13 +23,13 @@ void projectionRound(FieldProblem& field, const Eigen::VectorXf& weights)
     field.phasesOf(field.p);
 }
 
-void reweigh(const FieldProblem& field, Eigen::VectorXf& weights)
+void reweigh(const FieldProblem& field, Eigen::VectorXf& weights, float mostReweighing)
 {
     const float s = fittedLevel(field.y, field.a);
     for (int l = 0; l < field.n(); ++l)
         weights[l] *= std::clamp(s * field.a[l] / std::max(field.y[l], kLeastPressure_Pa),
-                                 1.0f / kMostReweighing,
-                                 kMostReweighing);
+                                 1.0f / mostReweighing,
+                                 mostReweighing);
 }
 
 } // namespace midair::haptics
