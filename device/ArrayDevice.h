@@ -15,52 +15,59 @@ namespace midair::device
 
 class JointCommit;
 
-/// Thrown when a device can't be opened or a URI can't be read: what() names the URI and what would
-/// be right.
+/// Thrown when a device can't be opened or its URI can't be parsed; what() names the URI and what
+/// would be right.
 class DeviceError : public std::runtime_error
 {
 public:
     using std::runtime_error::runtime_error;
 };
 
-/// How the transducers are spread over the hardware; the caller knows it from the array file.
+/// The number of transducers and their boards, as the array file gives them.
 struct DeviceLayout
 {
     int transducers = 0;
-    std::vector<int> board; ///< transducers long, ascending from 0; empty: one board
+    std::vector<int> board; ///< the board of each transducer, ascending from 0; empty: one board
 };
 
-/// Limits that hold whatever is sent; the stricter of these and of the URI's parameters of the same
-/// names counts.
+/// Limits on everything that a device plays. Each can also be set by the URI parameter named with
+/// it; the stricter of the two holds, except for `mean-drive-time`, where the URI's replaces this
+/// one.
 struct SafetyLimits
 {
-    double maxAmplitude = 1; ///< 0 .. 1 of full drive; a field that exceeds it is scaled down as a
-                             ///< whole. `max-amplitude`
-    double ramp_s =
-        0; ///< 0 .. 10; amplitude rises from silence and falls at closing over this time. `ramp`
-    double meanDrive = 1; ///< 0 .. 1; limit of the mean over transducers and time of amplitude
-                          ///< squared. `mean-drive`
-    double meanDriveTime_s = 10; ///< > 0; time constant of that mean. `mean-drive-time`
-    double hold_s = 0;           ///< silence when no field came for so long; 0: hold it. `hold`
-    /// >= 0; 0: none; peak Pa at any control point. A device knows none: it tells ability(), and
-    /// who solves the field holds it (bridge::PressureCap). `max-pressure`
+    /// 0 .. 1 of full drive; a field whose largest amplitude exceeds it is scaled down as a whole.
+    /// `max-amplitude`
+    double maxAmplitude = 1;
+    /// 0 .. 10; time over which the amplitude rises from silence to full, and falls at closing.
+    /// `ramp`
+    double ramp_s = 0;
+    /// 0 .. 1; limit on the amplitude squared, averaged over transducers and time. `mean-drive`
+    double meanDrive = 1;
+    double meanDriveTime_s = 10; ///< > 0; time constant of that average. `mean-drive-time`
+    /// >= 0; the device falls silent when no field came for this time; 0: it holds the last field.
+    /// `hold`
+    double hold_s = 0;
+    /// >= 0; cap on the peak pressure at control points, Pa; 0: none. A device doesn't know the
+    /// control points: it only reports the cap in ability(), and bridge::PressureCap enforces it.
+    /// `max-pressure`
     double maxPressure_Pa = 0;
 };
 
-/// What can be played at all, for the solver to know.
+/// What a device can play: levels, caps and rates, for the solver.
 struct DriveAbility
 {
-    int phaseLevels = 256;
+    int phaseLevels = 256;         ///< phase levels per turn
     std::vector<float> amplitudes; ///< ascending in [0, 1]; empty: amplitudeLevels()
-    /// SafetyLimits', to be held by whoever knows control points; 0: none.
+    /// SafetyLimits::maxPressure_Pa, to be enforced by the caller, who knows the control points; 0:
+    /// none.
     double maxPressure_Pa = 0;
-    bool fades = false; ///< amplitudes may be lowered on the way: a ramp, a thermal budget
-    /// m long, from 0: parts of the array that fade or fall silent by themselves; empty: all is
-    /// one.
+    bool fades = false; ///< true: the device may lower amplitudes (ramp, thermal budget)
+    /// For each transducer (m) the number, from 0, of the part of the array that it belongs to:
+    /// parts fade or fall silent by themselves; empty: one part.
     std::vector<int> part = {};
-    double fieldsPerSecond = 0; ///< how many the line to it carries; 0: more than anybody sends
-    /// How many signals a DriveSequence may have that the device keeps and times by itself; 0: it
-    /// takes none, and who plays fields in turn sends each in its time (bridge::FieldPlayer).
+    double fieldsPerSecond = 0; ///< the most fields/s that the connection carries; 0: no limit
+    /// The largest number of signals in a DriveSequence, which the device stores and times by
+    /// itself; 0: it takes no sequences, and bridge::FieldPlayer sends each field at its time.
     int sequenceFields = 0;
 };
 
@@ -68,107 +75,111 @@ enum class DeviceState
 {
     READY, ///< plays what it is sent
     MUTED, ///< by setMuted()
-    LOST   ///< unplugged or failing; comes back by itself where the device can
+    LOST   ///< unplugged or failing; becomes READY by itself if the device can come back
 };
 
-/// How a device fares. Every field that was sent is in one of the five: sent = played + dropped +
-/// lost + refused + pending.
+/// State and counters of a device. Every field sent is counted in exactly one of five: sent =
+/// played + dropped + lost + refused + pending.
 struct DeviceReport
 {
     DeviceState state = DeviceState::READY;
-    std::uint64_t sent = 0; ///< calls of send() and sendSequence(), which counts as one field
-    std::uint64_t played =
-        0; ///< confirmed by the device; where it doesn't answer: handed over whole
-    std::uint64_t dropped =
-        0;                  ///< overtaken by a newer field or by silence() before it was on its way
-    std::uint64_t lost = 0; ///< on its way when the device failed or refused it
-    std::uint64_t refused = 0;    ///< send() or sendSequence() gave false
-    std::uint64_t pending = 0;    ///< waiting or on its way
-    std::uint64_t faults = 0;     ///< stalls, timeouts, short transfers, unplugs, nonsense
-    std::uint64_t reconnects = 0; ///< times that it came back
-    /// Times that silence(), a mute or a hold ended what was played, by whomever: a sequence is to
-    /// be sent again after it.
+    std::uint64_t sent = 0; ///< calls of send() and sendSequence(); a sequence counts as one field
+    /// confirmed by the device; for a device that doesn't answer: handed over completely
+    std::uint64_t played = 0;
+    /// replaced by a newer field, or ended by silence(), before it was played
+    std::uint64_t dropped = 0;
+    std::uint64_t lost = 0;       ///< being sent when the device failed or refused it
+    std::uint64_t refused = 0;    ///< send() or sendSequence() returned false
+    std::uint64_t pending = 0;    ///< waiting, being sent or not confirmed yet
+    std::uint64_t faults = 0;     ///< stalls, timeouts, short transfers, unplugs, invalid answers
+    std::uint64_t reconnects = 0; ///< times that the device came back
+    /// Times that silence(), a mute or SafetyLimits::hold_s silenced the device, whoever called it;
+    /// afterwards a sequence has to be sent again.
     std::uint64_t silences = 0;
-    double lastHandedOver_s = 0; ///< std::chrono::steady_clock, when the last field was handed to
-                                 ///< the hardware, with its commit; 0: never
-    double latency_s = 0;        ///< of that field, from send() until then
-    double skew_s = 0; ///< several devices: from the first to the last of them, for the last field;
-                       ///< of arrays that commit together: of those
-    double worstSkew_s = 0;
+    /// When the last field was handed to the hardware, with its commit, std::chrono::steady_clock;
+    /// 0: never.
+    double lastHandedOver_s = 0;
+    double latency_s = 0; ///< from send() of that field until then
+    /// For several devices: time from the first to the last one that got the last field; if some of
+    /// them commit together, among those.
+    double skew_s = 0;
+    double worstSkew_s = 0;   ///< the largest skew_s so far
     std::string firmware;     ///< "1.2.3"; empty where unknown
     double temperature_C = 0; ///< 0 where unknown
-    std::string message;      ///< the last fault; empty while there was none
-    std::string shortfall;    ///< "3 of 1000 fields were played"; empty where it was half or more
+    std::string message;      ///< the last fault; empty if there was none
+    std::string shortfall;    ///< "3 of 1000 fields were played"; empty if half or more were
 };
 
-/// A phased array that plays one field, or a sequence of fields, until the next replaces it whole.
+/// A phased array, which plays one field, or a sequence of fields, until the next one replaces it.
 /// send() never blocks on the hardware.
 ///
 /// All members may be called from any thread.
 class ArrayDevice
 {
+    /// silences the array
 public:
-    virtual ~ArrayDevice() = default; ///< silences the array
+    virtual ~ArrayDevice() = default;
 
-    /// Replaces the field as a whole, or not at all: false when refused (wrong length, muted,
-    /// device lost), see status().
+    /// Replaces the field that is played. Returns false, and changes nothing, if the field is
+    /// refused (wrong length, muted, device lost); status() says why.
     virtual bool send(const DriveSignal& signal) = 0;
 
-    /// Replaces what is played as a whole by fields that the device times by itself, the first of
-    /// them at once, or not at all: false when refused, for send()'s reasons and for more signals
-    /// than ability().sequenceFields.
+    /// Replaces what is played by a sequence that the device times by itself, starting at once with
+    /// the first signal. Returns false, and changes nothing, if refused: for send()'s reasons, or
+    /// for more signals than ability().sequenceFields.
     virtual bool sendSequence(const DriveSequence& /*sequence*/) { return false; }
 
-    /// Whether sendTogether() can hold a field back until others have theirs.
+    /// Returns true if sendTogether() can hold a field back until other devices have theirs.
     virtual bool canStage() const { return false; }
-    /// As send(), but the field sounds when all devices in \a joint have their piece of it, and in
-    /// none of them when one drops it. Every call joins or leaves it once. A device that can't
-    /// stage leaves and plays at once; null: as send().
+    /// As send(), but the field sounds only once all devices in \a joint have their piece of it,
+    /// and in none of them if one drops it. Every call joins or leaves \a joint once. A device that
+    /// can't stage leaves it and plays at once. Null: as send().
     virtual bool sendTogether(const DriveSignal& signal, const std::shared_ptr<JointCommit>& joint);
 
-    /// All transducers off, at once, overtaking fields that wait; the next field that is sent
-    /// plays.
+    /// Turns all transducers off at once and drops fields that wait; the next field sent plays.
     virtual void silence() = 0;
 
-    /// Off at once and until setMuted(false): fields sent meanwhile are refused. That is kept by
-    /// the guard which openDevice() puts around every device; a device by itself falls silent.
+    /// Turns all transducers off at once, and refuses fields until setMuted(false). GuardedDevice,
+    /// which openDevice() puts around every device, does the refusing; a device by itself only
+    /// falls silent.
     virtual void setMuted(bool muted)
     {
         if (muted) silence();
     }
 
-    /// One line: what the device is and how it fares.
+    /// One line of text: what the device is, its state and counters.
     virtual std::string status() const = 0;
     virtual DeviceReport report() const = 0;
     virtual DriveAbility ability() const { return {}; }
 
-    /// Lights the lamp of a board, of all for -1; false where the hardware has none.
+    /// Turns the lamp of a board, or of all boards for -1, on or off; returns false if the hardware
+    /// has none.
     virtual bool identify(int /*board*/, bool /*light*/) { return false; }
 
-    /// What the array plays now, as activations (m): quantised, limited, zero when silent.
-    /// Measured, by `sim:`; else as sent.
+    /// What the array plays now, as activations (m): quantised, limited, zero when silent. `sim:`
+    /// measures it; other devices return what was sent.
     virtual std::vector<std::complex<float>> played() const = 0;
 
-    /// What the array plays of \a signal once it is there, as activations (m): rounded as the
-    /// hardware does, scaled down to the amplitude cap; no ramp, no thermal budget.
+    /// What the array would play of \a signal, as activations (m): rounded to the hardware's levels
+    /// and scaled down to the amplitude cap, without ramp and thermal budget.
     virtual std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const;
 };
 
-/// `sim:`, `usb:`, `record:FILE`, `null:`, ..; a list with commas opens several as one. Throws
-/// DeviceError.
+/// Opens a device: `sim:`, `usb:`, `record:FILE`, `null:`, ..; several URIs with commas in between
+/// open several devices as one. Throws DeviceError.
 std::unique_ptr<ArrayDevice> openDevice(const std::string& uri, const DeviceLayout& layout);
-/// \a owner is who drives it: another owner in this program that opens the same hardware or
-/// recording meanwhile is refused by that name.
+/// The same with \a limits. \a owner names the user of the device: while it is open, opening the
+/// same hardware or recording again in this program throws DeviceError with that name.
 std::unique_ptr<ArrayDevice> openLimitedDevice(const std::string& uri,
                                                const DeviceLayout& layout,
                                                const SafetyLimits& limits,
                                                const std::string& owner = {});
 
-/// Whether \a uri, or one in its list, is a show of its own (`play:`), which takes no fields from
-/// anybody. Throws DeviceError for what isn't a URI.
+/// Returns true if \a uri, or one in its list, plays by itself (`play:`) and takes no fields.
+/// Throws DeviceError for what isn't a URI.
 bool playsByItself(const std::string& uri);
 
-/// "sim", "usb", ..: what may stand before the colon of a URI.
+/// The schemes of URIs: "sim", "usb", ..
 std::vector<std::string> deviceSchemes();
 
 /// The kinds of devices, one line each, for help texts.

@@ -12,7 +12,7 @@ namespace
 
 constexpr double kMostSeconds = 1e6;
 
-// A decimal, and what follows it: a unit.
+// Splits text into a decimal number and the rest, its unit.
 bool parseDecimal(const std::string& text, double& value, std::string& rest)
 {
     const std::size_t end = text.find_first_not_of("+-.0123456789eE");
@@ -21,13 +21,13 @@ bool parseDecimal(const std::string& text, double& value, std::string& rest)
     return base::parseNumber(digits, value);
 }
 
-// Where a number was written as some languages do, says so.
+// A hint for numbers written with a decimal comma.
 std::string withPoint(const std::string& text)
 {
     return text.find(',') == std::string::npos ? std::string() : ", with a point and not a comma";
 }
 
-// A list may be longer than what helps in a message.
+// A list may be too long for a message.
 std::string shown(const std::string& text)
 {
     constexpr std::size_t kShown = 200;
@@ -50,7 +50,7 @@ DeviceUri::DeviceUri(const std::string& text, const std::string& thing) : _thing
     std::size_t begin = question == std::string::npos ? text.size() : question + 1;
     while (begin < text.size())
     {
-        // "to" holds a whole URI and so takes the rest.
+        // The value of "to" is a URI, which may contain "&": it takes the rest.
         const bool nested = text.compare(begin, 3, "to=") == 0;
         const std::size_t end = nested ? text.size() : std::min(text.find('&', begin), text.size());
         const std::string part = text.substr(begin, end - begin);

@@ -9,17 +9,17 @@
 namespace midair::device
 {
 
-constexpr std::size_t kMostUriCharacters = 4096; ///< of a device's name, and of a list of them
-constexpr int kMostDevices = 64;                 ///< in a list
+constexpr std::size_t kMostUriCharacters = 4096; ///< in one URI, and in a list of them
+constexpr int kMostDevices = 64;                 ///< in one list
 
-/// A device's name (or another thing's of the outside) taken apart:
-/// `scheme:path?key=value&key=value`. Each device takes the parameters that it knows, then calls
-/// rejectUnknown(), so that a misspelt one is an error and not a default.
+/// Parses the URI of a device, or of another external thing: `scheme:path?key=value&key=value`.
+/// Each device takes the parameters that it knows, then calls rejectUnknown(), so that a misspelt
+/// one is an error.
 class DeviceUri
 {
 public:
-    /// Throws DeviceError when it is too long, there is no scheme or a parameter has no value. \a
-    /// thing is what errors call it.
+    /// Throws DeviceError if \a text is too long, has no scheme, or has a parameter that has no
+    /// value or is there twice. \a thing is what error messages call it.
     explicit DeviceUri(const std::string& text, const std::string& thing = "device");
 
     const std::string& text() const { return _text; }
@@ -30,6 +30,7 @@ public:
     } ///< between the colon and the question mark; may be empty
 
     bool has(const std::string& key) const { return _parameters.count(key) != 0; }
+    /// The value of parameter \a key, or \a fallback if it is not there.
     std::string takeText(const std::string& key, const std::string& fallback);
     /// A number in [low, high]; throws DeviceError that names the range.
     double takeNumber(const std::string& key, double fallback, double low, double high);
@@ -37,13 +38,14 @@ public:
     double takeSeconds(const std::string& key, double fallback_s);
     bool takeFlag(const std::string& key, bool fallback); ///< 0, 1, no, yes, false, true
 
-    /// Throws DeviceError for a parameter that nobody took, listing those that were asked for.
+    /// Throws DeviceError for a parameter that was not taken; the message lists those that were
+    /// asked for.
     void rejectUnknown() const;
     /// Throws DeviceError when the path is empty; \a what says what belongs there ("a file").
     void requirePath(const std::string& what) const;
-    void rejectPath() const; ///< throws DeviceError when there is a path
+    void rejectPath() const; ///< throws DeviceError if there is a path
 
-    /// A DeviceError that starts with the URI.
+    /// A DeviceError whose text starts with the URI.
     DeviceError error(const std::string& what) const;
 
 private:

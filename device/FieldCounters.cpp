@@ -24,7 +24,7 @@ std::string countersText(const DeviceReport& report)
     return text;
 }
 
-// What a newer field overtakes is no loss.
+// A field that a newer one replaced doesn't count as lost.
 std::string shortfallOf(const DeviceReport& report)
 {
     const std::uint64_t settled = report.sent - std::min(report.sent, report.pending);

@@ -8,7 +8,8 @@
 namespace midair::device
 {
 
-/// A DeviceReport that several threads write to.
+/// A DeviceReport that several threads may read and write. All members may be called from any
+/// thread.
 class FieldCounters
 {
 public:
@@ -25,7 +26,8 @@ public:
         return _report;
     }
 
-    /// For devices that take a field at once: counts it as played, handed over now.
+    /// For devices that take a field at once: counts one as played and handed over now.
+    /// \a sentAt_s: steadySeconds() at send().
     void countPlayed(double sentAt_s)
     {
         change(
@@ -37,7 +39,7 @@ public:
                 report.latency_s = report.lastHandedOver_s - sentAt_s;
             });
     }
-    /// The last one is told.
+    /// Counts a fault and keeps \a what as the report's message.
     void countFault(const std::string& what)
     {
         change(
@@ -62,11 +64,12 @@ private:
     DeviceReport _report;
 };
 
-/// "12 sent, 11 played, 1 dropped", then what else is not 0, then the last fault and the shortfall.
+/// "12 sent, 11 played, 1 dropped", then the other counters that are not 0, the last fault and the
+/// shortfall.
 std::string countersText(const DeviceReport& report);
 
-/// "3 of 1000 fields were played" where it was none, or less than half of those that no newer one
-/// overtook; else empty.
+/// "3 of 1000 fields were played" if less than half of those were played that no newer field
+/// replaced; else empty.
 std::string shortfallOf(const DeviceReport& report);
 
 } // namespace midair::device

@@ -12,11 +12,12 @@
 namespace midair::device
 {
 
-/// The fields that wait for a transfer or are on their way, and what became of all that were sent.
-/// One waits, where a newer one replaces it; up to kMostFlying are on their way.
+/// The fields of a USB device that wait for a transfer or are in flight, and counters of all that
+/// were sent. At most one waits, and a newer one replaces it; up to kMostFlying are in flight, that
+/// is handed to a transfer and not confirmed yet.
 ///
-/// Every field that comes in is counted once when it leaves, so that sent = played + dropped + lost
-/// + refused + pending at any time. No lock in here: who has the queue guards it.
+/// Every field is counted once when it leaves the queue, so that sent = played + dropped + lost +
+/// refused + pending at any time. Has no lock: the owner guards it.
 class FieldQueue
 {
 public:
@@ -25,65 +26,69 @@ public:
 
     struct Field
     {
-        Joint joint;            ///< null: none, or its commit is out
-        bool released = false;  ///< waits for nobody in it any more
-        bool committed = false; ///< its commit went out, with its data or after
+        Joint joint;            ///< null: none, or its commit was sent
+        bool released = false;  ///< all devices in the joint have their piece
+        bool committed = false; ///< its commit was sent, with its data or after
         std::uint32_t sequence = 0;
         DriveSignal signal;
-        double sentAt_s = 0;
-        double submittedAt_s = 0;
-        bool failed = false;   ///< its transfer ended badly
-        bool repeated = false; ///< it is on its way for the second time
+        double sentAt_s = 0;      ///< steady clock, at send()
+        double submittedAt_s = 0; ///< steady clock, when its last transfer was submitted
+        bool failed = false;      ///< its transfer failed
+        bool repeated = false;    ///< it is being sent for the second time
     };
 
-    // What comes in.
+    // Fields that come in.
 
-    void refuse();         ///< a field that isn't taken
-    void dropBeforehand(); ///< a field whose joint was given up before it came
-    /// Puts a field where it waits; gives the joint of one that it overtakes. A field without a
-    /// joint takes the place in the joint of the one that it overtakes: it is the same field, which
-    /// a guard sends again with another gain.
+    void refuse();         ///< counts a field that isn't taken
+    void dropBeforehand(); ///< counts a field whose joint was given up before it came
+    /// Puts a field into the waiting slot. If \a joint is not null, returns the joint of the field
+    /// that it replaces. A field without a joint takes over the joint of the one that it replaces:
+    /// it is the same field, which GuardedDevice sends again with another gain.
     Joint put(const DriveSignal& signal, double sentAt_s, const Joint& joint);
 
     bool waits() const { return _waits; }
     bool isFull() const { return _flying.size() >= kMostFlying; }
-    /// Whether the last one on its way has its commit still to come; a newer one's data would make
-    /// that incomplete.
+    /// Returns true if the commit of the newest field in flight has not been sent yet; data of a
+    /// newer field would make it incomplete.
     bool isStaged() const { return !_flying.empty() && !_flying.back().committed; }
-    /// Whether that commit waits for nobody in its joint.
+    /// Returns true if that commit may be sent: all devices in its joint are ready.
     bool isCommitDue() const { return isStaged() && _flying.back().released; }
     std::uint64_t pending() const { return _flying.size() + (_waits ? 1 : 0); }
 
-    /// The one that waits goes on its way.
+    /// Moves the waiting field into flight as number \a sequence.
     Field& takeOff(std::uint32_t sequence);
-    Field& newest() { return _flying.back(); } ///< of those on their way
-    /// The joint of the one that is staged, if that is \a sequence.
+    Field& newest() { return _flying.back(); } ///< the newest field in flight
+    /// The joint of the staged field if its number is \a sequence, else null.
     Joint stagedAs(std::uint32_t sequence) const;
-    /// All in \a joint have their piece; false when none of it is staged here.
+    /// To be called when all devices in \a joint have their piece: its commit is due. Returns false
+    /// if no field of \a joint is staged here.
     bool releaseFor(const JointCommit& joint);
-    /// Drops what belongs to \a joint; false where nothing does.
+    /// Drops the field that belongs to \a joint; returns false if there is none.
     bool dropFor(const JointCommit& joint);
 
-    // What becomes of those on their way.
+    // Fields that leave.
 
-    /// The device answered the commit of \a sequence, and with it all before; of those it played \a
-    /// lastPlayed. Gives that field.
+    /// The device answered the commit of \a sequence, and so all before it: counts field
+    /// \a lastPlayed as played and the others as lost. Returns the signal of the one that was
+    /// played, if it was in flight.
     std::optional<DriveSignal> settleUntil(std::uint32_t sequence, std::uint32_t lastPlayed);
-    /// Loses the oldest when the device has been heard \a confirm_s after it went out without a
-    /// word about it.
+    /// Counts the oldest field as lost, and returns true, if the device answered other things more
+    /// than \a confirm_s after the field was submitted, at \a heard_s, but did not confirm the
+    /// field.
     bool loseUnconfirmed(double heardAt_s, double confirm_s);
-    void fail(std::uint32_t sequence); ///< its transfer ended badly
-    /// Of those whose transfers failed the newest waits again, once, for nobody else, unless a
-    /// newer one waits. Gives the joint to be left.
+    void fail(std::uint32_t sequence); ///< marks a field whose transfer failed
+    /// Removes the fields whose transfers failed. The newest field waits again, once and without
+    /// its joint, unless a newer one waits. Returns the joint that the device has to leave, or
+    /// null.
     Joint repeatFailed();
     void dropWaiting();
-    /// The oldest on its way never reached the device.
+    /// Counts the oldest field in flight as lost.
     void loseOldest();
-    /// What waits is dropped; what is on its way is lost where the device is, else dropped. Gives
-    /// the joints that were waited for.
+    /// Drops the waiting field; counts fields in flight as lost if \a deviceIsLost, else as
+    /// dropped. Returns the joints of fields that were not committed.
     std::vector<Joint> settleAll(bool deviceIsLost);
 
-    /// Fills in sent, played, dropped, lost, refused and pending.
+    /// Adds the counters sent, played, dropped, lost, refused and pending to \a report.
     void addTo(DeviceReport& report) const;
 
 private:
@@ -91,8 +96,7 @@ private:
 
     bool _waits = false;
     Field _waiting;
-    std::deque<Field>
-        _flying; ///< submitted, not yet confirmed; the last one perhaps without its commit
+    std::deque<Field> _flying; ///< in flight; the last one may be staged
     std::uint64_t _sent = 0;
     std::uint64_t _played = 0;
     std::uint64_t _dropped = 0;

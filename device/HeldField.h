@@ -9,8 +9,8 @@
 namespace midair::device
 {
 
-/// The field that a device holds between two sends, replaced whole under a lock; starts silent. All
-/// calls from any thread.
+/// The field that a device holds between two sends; starts silent. All members may be called from
+/// any thread.
 class HeldField
 {
 public:
@@ -18,8 +18,8 @@ public:
 
     int transducers() const { return _transducers; }
     void replace(const DriveSignal& signal); ///< \a signal has transducers() entries
-    void clear();                            ///< silent
-    bool silent() const;
+    void clear();                            ///< sets all duties to 0
+    bool silent() const;                     ///< true if all duties are 0
     std::vector<std::complex<float>> activations() const;
 
 private:

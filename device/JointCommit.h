@@ -8,11 +8,11 @@
 namespace midair::device
 {
 
-/// How far apart the devices of joints were handed their commits: of the last joint that all of its
-/// devices played in, and the most.
+/// Measures the time from the first to the last commit of the devices in a joint.
 class SkewMeter
 {
 public:
+    /// Seconds, for the last joint in which all devices played, and the largest of all.
     struct Reading
     {
         double last_s = 0;
@@ -26,42 +26,44 @@ private:
     Reading _reading;
 };
 
-/// One field that several devices play at one moment: each says when it has its piece, and with the
-/// last of them all commit.
+/// One field that several devices start to play together: each reports when it has its piece, and
+/// when the last one has, all commit.
 ///
-/// Nobody waits in here, and no lock of it is held over commit() and drop(): they come on the stack
-/// of whoever brought the end about, with ready(), leave() or giveUp(). So call these three with no
-/// lock held that a device's commit() or drop() takes; the others under any.
+/// No call waits. commit() and drop() are called, with no lock of the joint held, by the thread
+/// whose ready(), leave() or giveUp() ended the joint. So call these three without any lock that a
+/// device's commit() or drop() takes; the other members may be called under any lock.
 class JointCommit
 {
 public:
-    /// What takes part. Told at most one of commit() and drop() for a field, from any thread.
+    /// A device that takes part. For each field at most one of commit() and drop() is called, from
+    /// any thread.
     class Device
     {
     public:
         virtual ~Device() = default;
-        /// All are ready: the piece is to sound now.
+        /// All devices are ready: play the piece now.
         virtual void commit(const JointCommit& joint) = 0;
-        /// One gave the field up: it shall not sound.
+        /// One device gave the field up: don't play it.
         virtual void drop(const JointCommit& joint) = 0;
     };
 
-    /// A device's place in joints, which may outlive it.
+    /// A device's reference in joints, which may outlive the device.
     class Seat
     {
     public:
         explicit Seat(Device& device) : _device(&device) {}
-        /// The device is told nothing any more once this returns. Not to be called by what it is
-        /// told.
+        /// After this returns, commit() and drop() are not called any more. Must not be called
+        /// within them.
         void close();
 
     private:
         friend class JointCommit;
-        std::mutex _mutex; ///< held while the device is told
+        std::mutex _mutex; ///< held during commit() and drop()
         Device* _device;
     };
 
-    /// Ends when so many are ready or have left; each of them joins or leaves once.
+    /// Ends when \a devices of them are ready or have left; each of them joins or leaves once.
+    /// \a meter may be null.
     explicit JointCommit(int devices, std::shared_ptr<SkewMeter> meter = nullptr) :
         _devices(devices),
         _missing(devices),
@@ -69,15 +71,17 @@ public:
     {
     }
 
-    /// Makes no calls. False when the field was given up already: then it is to be dropped and
-    /// nothing more to be told to us.
+    /// Adds a device. Returns false if the joint has ended: the device then drops the field and
+    /// makes no more calls. Doesn't call commit() or drop().
     bool join(std::shared_ptr<Seat> seat);
+    /// The device has its piece of the field.
     void ready(const Seat& seat);
-    /// The others play without it; null: who has not joined. In vain after the end.
+    /// The others play without this device; null: one that has not joined. Has no effect after the
+    /// end.
     void leave(const Seat* seat = nullptr);
-    /// Nobody who is in it plays the field. In vain after the end.
+    /// No device in the joint plays the field. Has no effect after the end.
     void giveUp();
-    /// The commit went out, at this time of std::chrono::steady_clock.
+    /// A device sent its commit at \a at_s of std::chrono::steady_clock.
     void handedOver(double at_s);
 
 private:
@@ -94,8 +98,8 @@ private:
 
     const int _devices;
     std::mutex _mutex;
-    int _missing; ///< neither ready nor gone
-    int _out = 0; ///< commits handed over
+    int _missing; ///< devices that are neither ready nor have left
+    int _out = 0; ///< commits sent
     double _first_s = 0;
     double _last_s = 0;
     const std::shared_ptr<SkewMeter> _meter;

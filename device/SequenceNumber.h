@@ -5,13 +5,13 @@
 namespace midair::device
 {
 
-/// Whether sequence number \a a is newer than \a b, with numbers that wrap around (RFC 1982).
+/// Returns true if sequence number \a a is newer than \a b; numbers wrap around (RFC 1982).
 inline bool newer(std::uint32_t a, std::uint32_t b)
 {
     return static_cast<std::int32_t>(a - b) > 0;
 }
 
-/// The one after \a sequence; never 0, which means none.
+/// The number after \a sequence; never 0, which means none.
 inline std::uint32_t nextAfter(std::uint32_t sequence)
 {
     return sequence + 1 == 0 ? 1 : sequence + 1;

@@ -29,16 +29,16 @@ namespace
 
 constexpr int kWriteTimeout_ms = 500;
 constexpr int kPatience_ms = 500;
-constexpr int kTries =
-    4; ///< timeouts in a row after which a descriptor that takes nothing is given up
-constexpr std::size_t kMostBulkBytes =
-    16384;                               ///< that usbfs takes in one piece, also in old kernels
+constexpr int kTries = 4; ///< timeouts in a row after which the write is given up
+/// The most bytes of one transfer that usbfs takes, also in old kernels.
+constexpr std::size_t kMostBulkBytes = 16384;
 constexpr char kName[] = "midair-guard"; ///< 15 bytes at most
 constexpr char kBeat = 'b';
 constexpr char kHeldBeat = 'h';
 constexpr char kFarewell = 'x';
 
-// All below runs in the child: only calls that are safe after a fork of a program with threads.
+// All of this namespace runs in the child: it may only make calls that are safe after a fork of a
+// program with threads.
 
 bool gone(int descriptor)
 {
@@ -48,8 +48,8 @@ bool gone(int descriptor)
 
 bool writeBytes(int descriptor, const std::uint8_t* bytes, std::size_t size)
 {
-    ::tcflush(descriptor,
-              TCOFLUSH); // what a line that is stuck holds would come before the silence
+    // Output that is stuck in the port would be sent before the silence.
+    ::tcflush(descriptor, TCOFLUSH);
     int tries = 0;
     while (size > 0 && tries < kTries)
     {
@@ -72,8 +72,8 @@ bool writeBytes(int descriptor, const std::uint8_t* bytes, std::size_t size)
     return size == 0;
 }
 
-// What the dead process had in flight goes out first, since its transfers belong to the descriptor
-// and wait at the same endpoint.
+// Transfers that the dead process had in flight go out first: they belong to the descriptor and
+// wait at the same endpoint.
 bool writeBulk(const SilenceOnCrash::Way& way, const std::uint8_t* bytes, std::size_t size)
 {
     while (size > 0)
@@ -95,8 +95,8 @@ bool writeBulk(const SilenceOnCrash::Way& way, const std::uint8_t* bytes, std::s
     return true;
 }
 
-// Programs that end others by name look at the short name and at the command line, which lies in
-// memory where the program has got it: fields 48 and 49 of /proc/self/stat.
+// Sets the short name and the command line, so that a killall of the program spares the guard. The
+// command line lies in memory, at fields 48 and 49 of /proc/self/stat.
 void takeName()
 {
     ::prctl(PR_SET_NAME, kName);
@@ -121,7 +121,7 @@ void takeName()
     std::memcpy(line, kName, std::min<std::size_t>(sizeof kName, end - begin) - 1);
 }
 
-/// What the child knows.
+/// The child's copy of what it needs.
 struct Charge
 {
     int alive;
@@ -157,11 +157,12 @@ struct Charge
 
 [[noreturn]] void guard(Charge charge)
 {
-    const std::uint64_t all = ~std::uint64_t(0); // libc spares two, which would end the child
+    const std::uint64_t all = ~std::uint64_t(0); // libc's mask leaves out two, which would end it
     ::syscall(SYS_rt_sigprocmask, SIG_SETMASK, &all, nullptr, sizeof all);
-    ::setsid(); // a Ctrl-C for the program isn't for its guard
+    ::setsid(); // so that a Ctrl-C for the program doesn't reach the guard
     takeName();
-    // The rest isn't ours to hold: other ports, other devices' claims, the sockets of other guards.
+    // Closes all other descriptors: other ports, other devices' claims, the sockets of other
+    // guards.
     const auto low = static_cast<unsigned>(std::min(charge.alive, charge.way.descriptor));
     const auto high = static_cast<unsigned>(std::max(charge.alive, charge.way.descriptor));
     if (low > 0) ::close_range(0, low - 1, 0);
@@ -172,7 +173,7 @@ struct Charge
     {
         pollfd program{charge.alive, POLLIN, 0};
         const int ready = ::poll(&program, 1, beating ? kPatience_ms : -1);
-        if (ready == 0) // stopped, or hanging: again and again, as long as it is
+        if (ready == 0) // the program is stopped or hangs: writes again each time
         {
             if (charge.early_s() <= 0) charge.write();
             continue;
@@ -180,7 +181,7 @@ struct Charge
         char words[64];
         const ssize_t count = ::recv(charge.alive, words, sizeof words, 0);
         if (count < 0 && errno == EINTR) continue;
-        if (count <= 0) ::_exit(charge.writeInTime() ? 0 : 1); // no farewell: the program has died
+        if (count <= 0) ::_exit(charge.writeInTime() ? 0 : 1); // closed: the program has died
         if (words[count - 1] == kFarewell) ::_exit(0);
         beating = true;
         if (words[count - 1] == kHeldBeat) charge.notBefore_s = Charge::now_s() + charge.held_s;
@@ -197,7 +198,7 @@ SilenceOnCrash::SilenceOnCrash(const Way& way,
     int ends[2];
     const bool paired = ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0;
     // The program's own handlers must not run in the child, and no signal but SIGKILL and SIGSTOP
-    // is to end or hold it.
+    // may end or stop it.
     sigset_t all;
     sigset_t before;
     ::sigfillset(&all);
@@ -238,8 +239,8 @@ bool SilenceOnCrash::execute()
 {
     if (_alive >= 0)
     {
-        ::shutdown(_alive,
-                   SHUT_RDWR); // a child of the program that was forked since may hold it too
+        // Not only close(): another child of the program may hold it too.
+        ::shutdown(_alive, SHUT_RDWR);
         ::close(_alive);
     }
     _alive = -1;

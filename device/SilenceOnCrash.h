@@ -8,49 +8,50 @@
 namespace midair::device
 {
 
-/// A child process that holds a board's descriptor open too and writes the bytes that silence the
-/// board when this process ends without a farewell, be it by SIGKILL, or gives no sign of life for
-/// half a second, be it by SIGSTOP.
+/// A child process that also holds a board's descriptor open. It writes the bytes that silence the
+/// board if this process ends without the destructor, even by SIGKILL, or if beat() stops for half
+/// a second, even by SIGSTOP.
 ///
-/// For boards without a watchdog. The child holds nothing else of this process, takes no signal
-/// that can be refused, is called "midair-guard" wherever processes are looked up by name, and ends
-/// with this object.
+/// For boards without a watchdog. The child closes all other descriptors, blocks every signal that
+/// can be blocked, is named "midair-guard" in process lists, and ends with this object.
 class SilenceOnCrash
 {
 public:
-    /// What the bytes are written to. \a endpoint: the bulk OUT endpoint (1 to 15) where \a
-    /// descriptor is usbfs's and holds the claim of the interface; 0 where the bytes are just
-    /// written.
+    /// The descriptor that the bytes are written to. \a endpoint: the bulk OUT endpoint (1 to 15)
+    /// if \a descriptor belongs to usbfs and holds the claim of the interface; 0 if a plain write()
+    /// does.
     struct Way
     {
         int descriptor = -1;
         unsigned endpoint = 0;
     };
 
-    /// Nothing is written before \a notBefore_s (steadySeconds()), for a board that is still
-    /// starting and would lose it, nor in the \a held_s after a sign of life that says so. Where no
-    /// child can be had, that is logged and the board goes without.
+    /// Starts the child. It writes nothing before \a notBefore_s (steadySeconds()), since a board
+    /// that is starting would lose it, nor within \a held_s after beat(true). If the child can't be
+    /// started, a warning is logged and the board has no guard.
     SilenceOnCrash(const Way& way,
                    const std::vector<std::uint8_t>& bytes,
                    double notBefore_s = 0,
                    double held_s = 0);
-    ~SilenceOnCrash(); ///< the farewell: nothing is written, and the child has let go of the
-                       ///< descriptor when this returns
+    /// Ends the child without writing; it has closed the descriptor when this returns.
+    ~SilenceOnCrash();
 
     SilenceOnCrash(const SilenceOnCrash&) = delete;
     SilenceOnCrash& operator=(const SilenceOnCrash&) = delete;
 
-    /// A sign of life, to be given every 100 ms or so once the first was given. One thread at a
-    /// time. \a held: the board is in its bootloader, which stays as long as it is sent something.
+    /// Tells the child that this process is alive; to be called every 100 ms or so after the first
+    /// call. One thread at a time. \a held: the board is in its bootloader, which it doesn't leave
+    /// while it is sent anything.
     void beat(bool held = false);
-    /// The child writes now and ends; whether the descriptor took all of it. For a way that this
-    /// process can't write to any more.
+    /// Has the child write now and end; returns true if the descriptor took all bytes. For a
+    /// descriptor that this process can't write to any more.
     bool execute();
 
+    /// waits for the child's end; true if it wrote all bytes
 private:
-    bool await(); ///< the child's end; whether it wrote what it had to
+    bool await();
 
-    int _alive = -1; ///< one end of a socket: closed without a word means that this process died
+    int _alive = -1; ///< end of a socket pair; if it closes without kFarewell, this process died
     pid_t _guard = -1;
 };
 

@@ -7,17 +7,16 @@
 namespace midair::device
 {
 
-/// Fields that a device keeps and times by itself: played over and over, from the first, until the
-/// next send(), sendSequence() or silence().
+/// Fields that a device stores and times by itself. It repeats them, starting with the first, until
+/// the next send(), sendSequence() or silence().
 struct DriveSequence
 {
-    static constexpr double kMostRate_Hz = 40e3; ///< a field a period of the ultrasound
+    static constexpr double kMostRate_Hz = 40e3; ///< one field per period of the ultrasound
 
     std::vector<DriveSignal> signals; ///< at least one; all of one length
-    double rate_Hz = 1000.0;          ///< > 0 .. kMostRate_Hz; fields a second
+    double rate_Hz = 1000.0;          ///< over 0, at most kMostRate_Hz; fields per second
 
-    /// Whether it is one for \a transducers: signals are there, each of that length, and the rate
-    /// is in its range.
+    /// Returns true if there are signals, each for \a transducers, and the rate is in its range.
     bool fits(int transducers) const;
 };
 

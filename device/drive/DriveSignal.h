@@ -14,7 +14,7 @@ struct DriveSignal
     std::vector<std::uint8_t> duty;
 
     int size() const { return static_cast<int>(phase.size()); }
-    /// Whether it has a phase and a duty for each of \a transducers.
+    /// Returns true if it has a phase and a duty for each of \a transducers.
     bool fits(int transducers) const
     {
         return size() == transducers && duty.size() == phase.size();

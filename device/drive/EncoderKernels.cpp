@@ -79,8 +79,8 @@ void encodeLevels(const float* __restrict q,
     }
 }
 
-// Infinities and NaNs have all bits of the exponent set. Looks at the bits since a compiler may
-// assume finite values.
+// Infinities and NaNs have all bits of the exponent set. Tests the bits since a compiler may assume
+// finite values.
 bool allFinite(const float* values, int count)
 {
     constexpr std::uint32_t kExponent = 0x7f800000U;

@@ -15,7 +15,7 @@ namespace
 struct Claims
 {
     std::mutex mutex;
-    std::map<std::string, std::string> owners; ///< by what is owned
+    std::map<std::string, std::string> owners; ///< by keyOf()
 };
 
 Claims& claims()
@@ -29,8 +29,7 @@ std::string keyOf(const DeviceUri& uri)
     const std::string& scheme = uri.scheme();
     if (scheme == "sim" || scheme == "null" || scheme == "play") return {};
     if (scheme == "usb" || scheme == "openmpd") return scheme + ":" + uri.path();
-    // A file of the system: links to the same one are the same, and so is one port under two
-    // schemes.
+    // A file: links to it give one key, and so does one port under two schemes.
     std::error_code error;
     const std::filesystem::path file = std::filesystem::weakly_canonical(uri.path(), error);
     return error ? uri.path() : file.string();

@@ -7,20 +7,23 @@ namespace midair::device
 
 class DeviceUri;
 
-/// One owner a device within this program: as long as a claim lives no other for the same hardware
-/// or the same recording can be made. `sim:`, `null:` and `play:` are as many as one likes.
+/// Makes sure that a device has one owner within this program: while a claim exists, another one
+/// for the same hardware or recording throws. `sim:`, `null:` and `play:` may be opened any number
+/// of times.
 class DeviceClaim
 {
 public:
-    /// \a owner: who drives it, for messages. Throws DeviceError naming the owner who has it.
+    /// \a owner is the name for messages. Throws DeviceError, with the name of the present owner,
+    /// if there is one.
     DeviceClaim(const DeviceUri& uri, const std::string& owner);
     ~DeviceClaim();
 
     DeviceClaim(const DeviceClaim&) = delete;
     DeviceClaim& operator=(const DeviceClaim&) = delete;
 
+    /// empty: nothing to claim
 private:
-    std::string _key; ///< empty: nothing to claim
+    std::string _key;
 };
 
 } // namespace midair::device

@@ -125,8 +125,7 @@ bool GuardedDevice::limitsNeedTime() const
     return _limits.ramp_s > 0 || _limits.meanDrive < 1 || _limits.hold_s > 0;
 }
 
-// The mean over time of what sounded since the last call: dE/dt = (P - E)/tau, P constant in
-// between.
+// Updates the mean over time since the last call: dE/dt = (P - E)/tau, P constant in between.
 void GuardedDevice::account(double now_s)
 {
     const double decay = std::exp(-(now_s - _accounted_s) / _limits.meanDriveTime_s);
@@ -187,7 +186,7 @@ bool GuardedDevice::sendTogether(const DriveSignal& signal,
     return taken;
 }
 
-// Each signal is scaled as it would be on its own.
+// Each signal is scaled as it would be if sent alone.
 bool GuardedDevice::sendSequence(const DriveSequence& sequence)
 {
     std::lock_guard<std::mutex> lock(_mutex);
@@ -217,9 +216,9 @@ bool GuardedDevice::sendSequence(const DriveSequence& sequence)
 
 void GuardedDevice::silence()
 {
-    _device->silence(); // before the lock: a mute waits for nobody
+    _device->silence(); // before the lock, so that a mute waits for no other thread
     std::lock_guard<std::mutex> lock(_mutex);
-    _device->silence(); // and once more for a field that run() or send() was just handing over
+    _device->silence(); // again, for a field that run() or send() was just handing over
     noteSilence();
 }
 
@@ -241,7 +240,8 @@ void GuardedDevice::noteSilence()
     _ramp = 0;
 }
 
-// Turns the time into gain: up while a field sounds, down when closing; keeps the thermal budget.
+// Updates the gain as time passes: raises the ramp while a field is played, lowers it when closing;
+// keeps the thermal budget and the hold.
 void GuardedDevice::run()
 {
     const double tick_s =
@@ -270,7 +270,7 @@ void GuardedDevice::run()
             noteSilence();
             continue;
         }
-        // Less than half a duty level isn't worth a field.
+        // A change by less than half a duty level isn't worth a field.
         if (std::abs(allowedGain(now_s) - _gain) > 0.002 || (_gain < 1 && allowedGain(now_s) >= 1))
             sendScaled(now_s);
     }
@@ -297,7 +297,8 @@ std::vector<std::complex<float>> GuardedDevice::wouldPlay(const DriveSignal& sig
 DeviceReport GuardedDevice::report() const
 {
     DeviceReport report = _device->report();
-    if (report.shortfall.empty()) report.shortfall = shortfallOf(report); // a mute is none
+    // Before the fields refused while muted are added: they are no shortfall.
+    if (report.shortfall.empty()) report.shortfall = shortfallOf(report);
     std::lock_guard<std::mutex> lock(_mutex);
     report.sent += _refused;
     report.refused += _refused;

@@ -12,21 +12,21 @@ namespace midair::device
 
 class DeviceUri;
 
-/// Holds the limits around a device: amplitude cap, ramp, thermal budget, mute. Nothing reaches the
-/// device but through here.
+/// Wraps a device and enforces its limits: amplitude cap, ramp, thermal budget, hold, mute.
+/// Everything that reaches the device goes through here.
 ///
-/// Ramp and thermal budget need time to pass: then a thread sends the last field again with another
-/// gain.
+/// With a ramp, thermal budget or hold, a thread resends the last field with another gain as time
+/// passes, or silences it.
 class GuardedDevice : public ArrayDevice
 {
 public:
-    /// Throws DeviceError for limits that are out of range.
-    /// \a claim is given back when the device is closed; may be null.
+    /// Throws DeviceError for limits that are out of range. \a claim is released after the device
+    /// is closed; may be null.
     GuardedDevice(std::unique_ptr<ArrayDevice> device,
                   const SafetyLimits& limits,
                   int transducers,
                   std::unique_ptr<DeviceClaim> claim = {});
-    ~GuardedDevice() override; ///< takes ramp_s when something sounds
+    ~GuardedDevice() override; ///< takes up to ramp_s if a field is played
 
     GuardedDevice(const GuardedDevice&) = delete;
     GuardedDevice& operator=(const GuardedDevice&) = delete;
@@ -35,8 +35,8 @@ public:
     bool canStage() const override { return _device->canStage(); }
     bool sendTogether(const DriveSignal& signal,
                       const std::shared_ptr<JointCommit>& joint) override;
-    /// Refused where a limit needs time to pass, for no thread can change what a device plays by
-    /// itself.
+    /// Refuses all sequences with a ramp, thermal budget or hold, since the gain of a sequence
+    /// can't be changed while the device plays it.
     bool sendSequence(const DriveSequence& sequence) override;
     void silence() override;
     void setMuted(bool muted) override;
@@ -50,7 +50,7 @@ public:
 private:
     bool limitsNeedTime() const;
     bool sendScaled(double now_s, const std::shared_ptr<JointCommit>& joint = nullptr);
-    double capGain(const DriveSignal& signal) const; ///< of the amplitude cap alone
+    double capGain(const DriveSignal& signal) const; ///< for the amplitude cap only
     double allowedGain(double now_s);
     void account(double now_s);
     void noteSilence();
@@ -66,11 +66,11 @@ private:
     DriveSignal _scaled;
     double _wantedPeak = 0;  ///< largest amplitude of _wanted
     double _wantedDrive = 0; ///< mean of its amplitudes squared
-    double _ramp = 0;        ///< 0 .. 1
-    double _meanDrive = 0;
-    double _drive = 0; ///< of what sounds
-    double _gain = 1;  ///< of what sounds
-    double _accounted_s = 0;
+    double _ramp = 0;        ///< 0 .. 1; gain of the ramp
+    double _meanDrive = 0;   ///< mean over time of _drive
+    double _drive = 0;       ///< mean amplitude squared of what is played
+    double _gain = 1;        ///< gain of what is played
+    double _accounted_s = 0; ///< time of _meanDrive
     double _lastField_s = 0;
     bool _sounds = false;
     bool _muted = false;
@@ -80,14 +80,14 @@ private:
     std::thread _thread;
 };
 
-/// Takes the limits out of the URI's parameters; the stricter of the two counts.
+/// Takes the limits from the URI's parameters and combines them with \a limits, see SafetyLimits.
 SafetyLimits takeLimits(DeviceUri& uri, const SafetyLimits& limits);
 
-/// The stricter of two caps of pressure; 0 is none.
+/// The lower of two pressure caps; 0 means none.
 double stricterPressure(double a_Pa, double b_Pa);
 
-/// \a signal with all amplitudes times \a gain in [0, 1], rounded down to duty levels, so that no
-/// limit is exceeded.
+/// Sets \a scaled to \a signal with all amplitudes multiplied by \a gain (0 .. 1) and rounded down
+/// to duty levels, so that no limit is exceeded.
 void scaleDuties(const DriveSignal& signal, double gain, DriveSignal& scaled);
 
 } // namespace midair::device

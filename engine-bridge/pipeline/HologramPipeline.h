@@ -20,9 +20,10 @@ namespace midair::bridge
 {
 
 /// Takes a snapshot to the array, in one thread: assemble (sample, pose and select points) ->
-/// compose (solve for the fields) -> cap (limit the pressure at the points) -> play. process()
-/// throws for no content of a snapshot: an object that can't be felt is left out with a message,
-/// and if the field can't be computed the array falls silent. Each message is logged once.
+/// compose (solve for the fields) -> cap (limit the pressure at the points) -> play.
+///
+/// process() throws for no content of a snapshot: an object that can't be felt is left out with a
+/// message, and if the field can't be computed the array falls silent. Each message is logged once.
 class HologramPipeline
 {
 public:

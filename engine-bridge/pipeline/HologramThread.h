@@ -14,11 +14,12 @@ namespace midair::bridge
 {
 
 /// Runs a HologramPipeline in a thread: takes the newest snapshot, publishes its result, and never
-/// makes a frame wait. While no snapshot comes, it calls HologramPipeline::attend(). submit() and
-/// the readers may be called from any one thread each. The pipeline is made in its thread when the
-/// first snapshot comes, since opening a device may take a while. The destructor silences the
-/// device and breaks off the solve under way, which takes some milliseconds; it waits for an
-/// application's own solver that doesn't check SolverOptions::stop.
+/// makes a frame wait. While no snapshot comes, it calls HologramPipeline::attend().
+///
+/// submit() and the readers may be called from any one thread each. The pipeline is made in its
+/// thread when the first snapshot comes, since opening a device may take a while. The destructor
+/// silences the device and breaks off the solve under way, which takes some milliseconds; it waits
+/// for an application's own solver that doesn't check SolverOptions::stop.
 class HologramThread
 {
 public:

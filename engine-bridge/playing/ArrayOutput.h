@@ -18,8 +18,9 @@ namespace midair::bridge
 {
 
 /// Sends a scene's fields to a device: holds a single field, plays several in turn, silences the
-/// array, and resends what the device lost. Only one thread at a time may call its members, except
-/// silenceNow().
+/// array, and resends what the device lost.
+///
+/// Only one thread at a time may call its members, except silenceNow().
 class ArrayOutput
 {
 public:

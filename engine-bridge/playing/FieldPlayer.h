@@ -15,8 +15,9 @@
 namespace midair::bridge
 {
 
-/// Plays fields in turn, with or without amplitude modulation, on a device at a steady rate. A
-/// device that stores sequences and times them by itself (DriveAbility::sequenceFields) gets the
+/// Plays fields in turn, with or without amplitude modulation, on a device at a steady rate.
+///
+/// A device that stores sequences and times them by itself (DriveAbility::sequenceFields) gets the
 /// whole sequence if its steps repeat within that number (sequenceOfSteps()). For any other device
 /// a thread sends each step, at multiples of 1/fieldRate_Hz since play(); steps that are late are
 /// skipped, so that the cycle keeps its time. A single field without modulation is sent once. All
@@ -84,8 +85,8 @@ private:
     std::condition_variable _wake;
     std::condition_variable _idle;           ///< a send has ended
     std::vector<device::DriveSignal> _cycle; ///< empty: nothing is played
-    std::shared_ptr<Whole>
-        _whole;             ///< null: sent step by step; only the thread touches its contents
+    /// null: sent step by step; only the thread touches its contents
+    std::shared_ptr<Whole> _whole;
     bool _byItself = false; ///< the device plays _whole
     haptics::Modulator _modulator;
     std::uint64_t _generation = 0; ///< grows with each play() and stop()

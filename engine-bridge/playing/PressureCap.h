@@ -27,11 +27,12 @@ struct CappedField
 
 /// Limits the peak pressure at control points: computes the field as the device plays it, in its
 /// levels, and scales the whole drive down until no point exceeds the cap; silences it if no level
-/// of the device keeps to the cap. The cap also holds when the device lowers the amplitudes
-/// afterwards (ramp, thermal budget, modulation). If all transducers have one amplitude, as by
-/// default, a lower one means less pressure. If not, each is rounded by itself, and a margin for
-/// that rounding is kept. Parts of the array that may sound alone (DriveAbility::part) keep to the
-/// cap alone too.
+/// of the device keeps to the cap.
+///
+/// The cap also holds when the device lowers the amplitudes afterwards (ramp, thermal budget,
+/// modulation). If all transducers have one amplitude, as by default, a lower one means less
+/// pressure. If not, each is rounded by itself, and a margin for that rounding is kept. Parts of
+/// the array that may sound alone (DriveAbility::part) keep to the cap alone too.
 class PressureCap
 {
 public:
@@ -50,8 +51,8 @@ public:
         const Eigen::Matrix3Xd& points;
         std::vector<const haptics::TransducerArray*> arrays; ///< at least one
         const haptics::Medium& medium;
-        bool modulated =
-            false; ///< amplitudes will be lowered later, even if the device doesn't fade
+        /// amplitudes will be lowered later, even if the device doesn't fade
+        bool modulated = false;
         int threads = 1;
         base::StopToken stop = {}; ///< once requested, base::Stopped is thrown
     };
