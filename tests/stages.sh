@@ -103,5 +103,6 @@ stage_sanitize_threads()
     run build-tsan -L threads
 }
 
-declare -F "stage_${1:?which stage?}" >/dev/null || { echo "tests/stages.sh: unknown stage '$1'" >&2; exit 2; }
-"stage_$1"
+stage=stage_${1:?which stage?}
+declare -F "${stage//-/_}" >/dev/null || { echo "tests/stages.sh: unknown stage '$1'" >&2; exit 2; }
+"${stage//-/_}"
