@@ -116,8 +116,8 @@ public:
     midair::haptics::Medium medium() const;
 
 protected:
-    ~HapticEngine()
-        override; ///< silences the array before it returns; writes the report if there is to be one
+    /// Silences the array before it returns; writes the report if there is to be one.
+    ~HapticEngine() override;
 
 private:
     /// The array, which the hologram thread loads.
@@ -150,23 +150,23 @@ private:
     const HapticSettings* const _given; ///< valid while _root is
     std::function<void(midair::bridge::HologramOptions&)> _filter;
     std::vector<osg::observer_ptr<osg::Operation>> _followers; ///< operations in viewers
-    osgGA::GUIActionAdapter* _adapter =
-        nullptr; ///< argument of the last follow(); same object as _view
+    /// argument of the last follow(); same object as _view
+    osgGA::GUIActionAdapter* _adapter = nullptr;
     osg::observer_ptr<osgViewer::View> _view;
     osgViewer::ViewerBase* _viewer = nullptr; ///< viewer of _view at that time
     SceneCollector _collector;
     HandTracker _hands;
     midair::bridge::SceneSnapshot _snapshot; ///< being filled
-    std::vector<midair::bridge::HapticObject>
-        _submitted; ///< objects of the last snapshot handed over
+    /// objects of the last snapshot handed over
+    std::vector<midair::bridge::HapticObject> _submitted;
     midair::bridge::HandsAndObstacles _submittedAround;
     bool _submittedAny = false;
     std::uint64_t _resultsSeen = 0;
     /// State that rests() reads in every frame, usually from a cold cache: kept in one cache line.
     struct alignas(64) Rest
     {
-        std::atomic<unsigned int> bounds{
-            0};                      ///< number of times the bound was computed; a cull may do it
+        /// how often the bound was computed, perhaps in a cull
+        std::atomic<unsigned int> bounds{0};
         unsigned int boundsSeen = 0; ///< value of bounds in the last update()
         bool possible = false;       ///< something was submitted, and there is no hand source
         double lookTime_s = 0.0;     ///< time of the last update()

@@ -17,7 +17,7 @@ namespace osgMidair
 namespace
 {
 
-/// Plays what a source of the bridge gives.
+/// Adapts a hand source of the bridge.
 template<typename Source>
 class BridgedHands : public HandSource
 {
@@ -46,7 +46,7 @@ protected:
 private:
     midair::bridge::HandFrame _frame;
     bool _begun = false;
-    double _origin = 0.0; ///< s, of the scene's clock
+    double _origin = 0.0; ///< scene time of the first call, s
 };
 
 using RecordedHands = BridgedHands<midair::bridge::RecordedHandSource>;
@@ -122,7 +122,7 @@ osg::ref_ptr<HandSource> openHandSource(const std::string& uri, std::string& err
         error = "hand source \"" + uri +
                 "\" is not known; recorded:FILE, recorded:FILE?loop and openxr: are";
     }
-    catch (const std::runtime_error& wrong) // InputError of recordings, DeviceError of URIs
+    catch (const std::runtime_error& wrong) // InputError from recordings, DeviceError from URIs
     {
         error = wrong.what();
     }

@@ -17,7 +17,7 @@ using midair::bridge::TouchEvent;
 namespace
 {
 
-/// Peak pressure of an object whose relative pressure is 1, as the newest field plays it; 0: not
+/// Returns the peak pressure that the newest field plays for a relative pressure of 1; 0: not
 /// known.
 double relativePressure_Pa(const HologramResult* newest, const std::vector<HapticObject>& objects)
 {
@@ -78,8 +78,8 @@ void HandTracker::touch(const std::vector<HapticObject>& objects, const Hologram
     _touchable.clear();
     for (const HapticObject& object : objects)
         if (object.touchEvents) _touchable.push_back(object);
-    // Objects that are gone, and hands that are, end their touches too: nothing to do only if
-    // nothing ever began.
+    // Touches also end when objects or hands are gone, so there is work left until no touch is
+    // left.
     if (_touchable.empty() && _proximity.touches() == 0)
     {
         _proximity.clear();
@@ -94,7 +94,7 @@ void HandTracker::tell(const std::function<osg::Node*(std::uint64_t)>& nodeOf,
 {
     if (_proximity.events().empty()) return;
     const std::vector<TouchEvent> events =
-        _proximity.events(); // a callback may begin another update
+        _proximity.events(); // a copy, as a callback may start another update
     for (const TouchEvent& event : events)
     {
         Touch touch;

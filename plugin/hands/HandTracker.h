@@ -16,8 +16,8 @@
 namespace osgMidair
 {
 
-/// Where the hands are in a scene's array, which objects they touch, and who is told. On the update
-/// thread.
+/// Tracks where the hands are in the array's frame and which objects they touch, and calls touch
+/// callbacks. For the update thread only.
 class HandTracker
 {
 public:
@@ -30,38 +30,39 @@ public:
     void setObstacles(const std::vector<Obstacle>& obstacles) { _obstacles = obstacles; }
     const std::vector<Obstacle>& obstacles() const { return _obstacles; }
 
-    /// Plays \a uri where the application has set no source; a recording is read on a thread of its
-    /// own. Returns what is wrong with it, once, or an empty text; what is wrong with a recording
-    /// is a message.
+    /// Opens the source \a uri, which is used if the application has set no source; a recording is
+    /// read on a separate thread. Returns what is wrong with \a uri, once per change, or an empty
+    /// text; what is wrong with a recording comes as a message.
     std::string setSettings(const std::string& uri, double reach_m, bool shadows);
 
     const std::string& uri() const { return _uri; }
 
-    /// What the source wants the user to know since the last call.
+    /// Returns the messages of the source since the last call.
     std::vector<std::string> takeMessages();
 
-    /// Where hands are now, as the hologram thread wants them. \a worldToArray: world in metres ->
-    /// array.
+    /// Fills \a around with the hands at \a time_s and the obstacles, in the array frame. \a
+    /// worldToArray: transform from the world in metres to the array.
     void locate(double time_s,
                 const Eigen::Isometry3d& worldToArray,
                 midair::bridge::HandsAndObstacles& around);
 
-    /// What they touch of \a objects. Events are kept until tell(). \a newest: the last field, or
-    /// null.
+    /// Finds which \a objects the hands touch; tell() then reports the events. \a newest: the last
+    /// field, or null.
     void touch(const std::vector<midair::bridge::HapticObject>& objects,
                const midair::bridge::HologramResult* newest);
 
-    /// Where hands come from; null: nowhere.
+    /// Returns the source in use; null: none.
     HandSource* active() const { return _source ? _source.get() : _namedSource.get(); }
 
     bool hasEvents() const { return !_proximity.events().empty(); }
 
-    /// Calls callbacks; they may do anything with the scene, so it is done last. \a nodeOf gives an
-    /// object's node or null. \a arrayToScene: array -> world in scene units.
+    /// Calls the callbacks. These may do anything with the scene, so call it last. \a nodeOf
+    /// returns the node of an object or null. \a arrayToScene: transform from the array to the
+    /// world in scene units.
     void tell(const std::function<osg::Node*(std::uint64_t)>& nodeOf,
               const Eigen::Affine3d& arrayToScene);
 
-    /// Where the hands are, and what they are near of objects with touch events on; array frame.
+    /// The hands, and their contacts with objects that have touch events on; array frame.
     const midair::bridge::HandFrame& frame() const { return _frame; }
     const std::vector<midair::bridge::HandContact>& contacts() const
     {
@@ -72,8 +73,8 @@ public:
     int touching() const;
 
 private:
-    osg::ref_ptr<HandSource> _source;      ///< the application's
-    osg::ref_ptr<HandSource> _namedSource; ///< that of the settings
+    osg::ref_ptr<HandSource> _source;      ///< set by the application
+    osg::ref_ptr<HandSource> _namedSource; ///< named by the settings
     std::string _uri;
     double _reach_m = 0.0;
     bool _shadows = false;

@@ -16,7 +16,7 @@ namespace
 constexpr double kWheelStep_m = 2e-3;
 constexpr int kKey = 't';
 
-/// Fingers along \a ahead, back of the hand towards \a up.
+/// Returns the orientation with the fingers along \a ahead and the back of the hand towards \a up.
 osg::Quat turned(const osg::Vec3d& ahead, const osg::Vec3d& up)
 {
     const osg::Vec3d z = -ahead;

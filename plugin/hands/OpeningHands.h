@@ -8,8 +8,8 @@
 namespace osgMidair
 {
 
-/// A hand source that is opened on a thread of its own, so that no frame waits for a file; until
-/// then there are no hands.
+/// Hand source that is opened on a separate thread, so that no frame waits for a file; until then
+/// there are no hands.
 class OpeningHands : public HandSource
 {
 public:
@@ -20,14 +20,15 @@ public:
     std::vector<std::string> takeMessages() override;
 
 protected:
-    ~OpeningHands() override; ///< waits for the reading at hand, which the readers' limits bound
+    /// waits for the reading thread, whose time the readers' limits bound
+    ~OpeningHands() override;
 
 private:
     const std::string _uri;
-    double _begin =
-        0.0; ///< when hands were first asked for: a recording begins there, not when it was read
+    /// time of the first getHands(): a recording begins there, not when it was read
+    double _begin = 0.0;
     bool _begun = false;
-    bool _opened = false; ///< and its beginning told
+    bool _opened = false; ///< the source has been asked for the hands at _begin
     mutable std::mutex _mutex;
     osg::ref_ptr<HandSource> _source; ///< null until it is open
     std::vector<std::string> _messages;

@@ -14,7 +14,7 @@ namespace osgMidair
 namespace
 {
 
-/// The view that \a device was added to: OSG doesn't tell a device.
+/// Returns the view that \a device was added to, which OSG doesn't tell a device.
 osgViewer::View* viewOf(osgGA::Device* device)
 {
     for (osg::GraphicsContext* context : osg::GraphicsContext::getAllRegisteredGraphicsContexts())
@@ -38,7 +38,7 @@ HapticDevice::HapticDevice(const HapticSettings& settings, const HapticProperty&
     _settings(settings),
     _property(property)
 {
-    setCapabilities(RECEIVE_EVENTS); // for checkEvents() to be called at all
+    setCapabilities(RECEIVE_EVENTS); // else checkEvents() is never called
 }
 
 HapticDevice::~HapticDevice() = default;

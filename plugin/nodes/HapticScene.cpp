@@ -24,7 +24,7 @@ HapticScene::HapticScene(const HapticScene& other, const osg::CopyOp& copyop) :
     _engine->hands().setSource(other.getHandSource());
     _engine->hands().setCallback(other.getTouchCallback());
     _engine->hands().setObstacles(other.getObstacles());
-    // Not copied by the base class.
+    // The base class doesn't copy this count.
     setNumChildrenRequiringEventTraversal(getNumChildrenRequiringEventTraversal() + 1);
 }
 

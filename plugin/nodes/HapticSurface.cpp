@@ -5,8 +5,8 @@
 namespace osgMidair
 {
 
-// Asking for the event traversal is how the collecting visitor finds haptic nodes without walking
-// the whole scene.
+// The collecting visitor finds haptic nodes by their request for the event traversal, without
+// walking the whole scene.
 HapticSurface::HapticSurface()
 {
     setNumChildrenRequiringEventTraversal(1);
@@ -22,13 +22,14 @@ HapticSurface::HapticSurface(const HapticSurface& other, const osg::CopyOp& copy
     HapticPropertyHolder(other),
     _touchCallback(other._touchCallback)
 {
-    // Not copied by the base class, which counts the children anew.
+    // The base class doesn't copy this count but counts the children again.
     setNumChildrenRequiringEventTraversal(getNumChildrenRequiringEventTraversal() + 1);
 }
 
 HapticSurface::~HapticSurface() = default;
 
-// Nothing is done here for events: they go further down only where something else asked for them.
+// The surface itself handles no events, so the traversal goes on only if something below requested
+// it.
 void HapticSurface::traverse(osg::NodeVisitor& visitor)
 {
     const bool isEvent = visitor.getVisitorType() == osg::NodeVisitor::EVENT_VISITOR;

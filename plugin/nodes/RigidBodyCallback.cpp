@@ -50,7 +50,7 @@ RigidBodyCallback::~RigidBodyCallback() = default;
 
 void RigidBodyCallback::operator()(osg::Node* node, osg::NodeVisitor* visitor)
 {
-    (*_pose->pose)(node, visitor); // which traverses, nested callbacks included
+    (*_pose->pose)(node, visitor); // this also traverses, with nested callbacks
 }
 
 } // namespace osgMidair

@@ -21,7 +21,7 @@ namespace
 const std::string kTag = "haptic";
 const std::string kObstacleTag = "obstacle";
 
-/// The description that begins with the word \a tag, or null.
+/// Returns the description that begins with the word \a tag, or null.
 const std::string* description(const osg::Node& node, const std::string& tag)
 {
     const osg::UserDataContainer* container = node.getUserDataContainer();
@@ -77,7 +77,7 @@ bool hasObstacleTag(const osg::Node& node)
 
 bool isOwnObject(const osg::Node& node)
 {
-    // What doesn't ask for the event traversal can be none, and that costs least to ask.
+    // Own objects always ask for the event traversal; this test is the cheapest, so it comes first.
     return node.getNumChildrenRequiringEventTraversal() > 0 &&
            (dynamic_cast<const HapticSurface*>(&node) || hasHapticTag(node) ||
             hasObstacleTag(node));
@@ -210,14 +210,13 @@ void CollectHapticSurfacesVisitor::apply(osg::Drawable& drawable)
 
 void markTags(osg::Node& root)
 {
-    // Protected in osg::Node, since only a subclass is expected to want traversals; a tag makes a
-    // node a haptic one.
+    // The function is protected in osg::Node, as only subclasses are expected to request
+    // traversals; here a tag makes a plain node haptic.
     struct Counts : osg::Node
     {
         using osg::Node::setNumChildrenRequiringEventTraversal;
     };
-    // Plain recursion, several times faster than a visitor: into everything, whether or not it is
-    // shown now.
+    // Plain recursion is several times faster than a visitor. It enters all children, shown or not.
     if (root.getUserDataContainer() && root.getNumChildrenRequiringEventTraversal() == 0 &&
         (hasHapticTag(root) || hasObstacleTag(root)))
         (root.*&Counts::setNumChildrenRequiringEventTraversal)(1);

@@ -18,43 +18,44 @@ class HapticScene;
 struct HapticInstance
 {
     osg::Node* node = nullptr;
-    std::uint64_t id = 0; ///< of the node path
-    osg::Matrixd world;   ///< the frame of the node's children -> world, in scene units
-    const HapticProperty* property = nullptr; ///< of a HapticSurface; null: the node carries a tag
-    bool inWorld =
-        true; ///< false under a camera or an absolute frame: what hangs there has no place
-    bool obstacle = false;      ///< a real thing, in the sound's way: not felt itself
-    bool followsCamera = false; ///< below what turns with the camera; world leaves that out
+    std::uint64_t id = 0; ///< hash of the node path
+    osg::Matrixd world;   ///< from the frame of the node's children to the world, in scene units
+    /// property of a HapticSurface; null: the node has a tag
+    const HapticProperty* property = nullptr;
+    /// false below a camera or an absolute frame, where nodes have no place in the world
+    bool inWorld = true;
+    bool obstacle = false; ///< a real object that blocks sound; not felt itself
+    /// below a node that turns with the camera; world is without that turn
+    bool followsCamera = false;
 };
 
 /// Finds every HapticSurface and every node tagged "haptic" or "obstacle" among the active
-/// children, once per node path: Switch, masks and LOD (at its finest) are honoured, no camera
-/// plays a part. Run it after the update traversal.
+/// children, once per node path. It respects Switch, node masks and LOD (at its finest level) and
+/// does not depend on any camera. Run it after the update traversal.
 ///
-/// Goes only where there is something to find: haptic nodes ask for the event traversal, and OSG
-/// counts those that do up to the root, so a subtree without any is passed by. Tagged nodes have to
-/// be marked with markTags() for that.
+/// It skips subtrees without haptic nodes: these request the event traversal, and OSG counts such
+/// nodes up to the root. For tagged nodes markTags() has to make that request.
 class CollectHapticSurfacesVisitor : public osg::NodeVisitor
 {
 public:
-    /// \a owner: the scene that it collects for. Others that are met are inside it: their surfaces
-    /// are its own, unless they are disabled. Null: it is no scene, and all that it meets are
-    /// inside.
+    /// \a owner: the scene that it collects for. Other scenes that it meets are inside that one:
+    /// their surfaces belong to it, unless they are disabled. Null: the owner is no scene, and all
+    /// scenes that it meets are inside.
     explicit CollectHapticSurfacesVisitor(const osg::Node* owner = nullptr);
 
-    /// Starts anew under \a root, whose parent is at \a world. Memory is kept from call to call.
-    /// Where nothing haptic is found \a root itself becomes an instance with the property \a
-    /// otherwise, if that isn't null.
+    /// Collects the scene below \a root anew. \a world: transform from the frame of the root's
+    /// parent to the world. If nothing haptic is found and \a otherwise is not null, \a root itself
+    /// becomes an instance with that property. Memory is reused from call to call.
     void
     collect(osg::Node& root, const osg::Matrixd& world, const HapticProperty* otherwise = nullptr);
 
     const std::vector<HapticInstance>& instances() const { return _instances; }
 
-    /// The enabled scenes inside the owner's that the last collect() met.
+    /// Returns the enabled scenes inside the owner that the last collect() met.
     const std::vector<const HapticScene*>& innerScenes() const { return _innerScenes; }
 
-    /// "HapticScene/MatrixTransform 'arm'/HapticSurface 'hand'" for an instance of the last
-    /// collect().
+    /// Returns the node path of an instance of the last collect(): "HapticScene/MatrixTransform
+    /// 'arm'/HapticSurface 'hand'".
     std::string path(const HapticInstance& instance);
 
     void apply(osg::Node& node) override;
@@ -71,33 +72,33 @@ private:
     HapticInstance& add(osg::Node& node, const HapticProperty* property);
     std::uint64_t pathId() const;
 
-    /// False for a scene inside the owner's that is disabled: nothing under it is felt.
+    /// Returns false for a disabled scene inside the owner: nothing below it is felt.
     bool enter(const osg::Node& node);
 
     const osg::Node* const _owner;
     std::vector<const HapticScene*> _innerScenes;
     std::vector<HapticInstance> _instances;
-    std::vector<osg::Node*> _paths; ///< node paths one after the other, each ended by null
+    std::vector<osg::Node*> _paths; ///< concatenated node paths, each ended by null
     std::vector<std::size_t> _pathStarts;
     osg::Matrixd _world;
     bool _inWorld = true;
     bool _followsCamera = false;
 };
 
-/// Has tagged nodes anywhere under \a root counted like haptic ones. Walks the whole subtree: not
-/// for every frame.
+/// Makes tagged nodes below \a root request the event traversal, as haptic nodes do. Walks the
+/// whole subtree: not for every frame.
 void markTags(osg::Node& root);
 
-/// The text of a tag: user value "haptic" (a bool or a text), or a description "haptic ...". False
-/// without one.
+/// Reads the text of a tag: user value "haptic" (a bool or a text), or a description "haptic ...".
+/// Returns false if the node has none.
 bool hapticTag(const osg::Node& node, std::string& text);
 bool hasHapticTag(const osg::Node& node);
 
-/// User value "obstacle" (a bool), or a description "obstacle": a real thing that is in the sound's
-/// way.
+/// Returns true if the node has the user value "obstacle" (a bool) or a description "obstacle": a
+/// real object that blocks sound.
 bool hasObstacleTag(const osg::Node& node);
 
-/// A HapticSurface or a node whose tag was marked: something that is an object of its own.
+/// Returns true for a HapticSurface or a node with a marked tag: a separate object.
 bool isOwnObject(const osg::Node& node);
 
 } // namespace osgMidair

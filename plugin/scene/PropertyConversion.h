@@ -8,10 +8,10 @@
 namespace osgMidair
 {
 
-/// What of \a property goes to the hologram thread with each object.
+/// Returns the part of \a property that goes to the hologram thread with each object.
 midair::bridge::HapticProperties forBridge(const HapticProperty& property);
 
-/// What of it the mesh is painted by.
+/// Returns the part of \a property that describes the paint of the mesh.
 midair::bridge::PaintOptions paintOf(const HapticProperty& property);
 
 } // namespace osgMidair

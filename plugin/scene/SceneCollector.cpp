@@ -14,7 +14,7 @@ SceneCollector::SceneCollector(const osg::Node* owner,
     _say(std::move(say)),
     _visitor(owner)
 {
-    _extract.skip = isOwnObject; // what is one isn't part of the one around it
+    _extract.skip = isOwnObject; // nested haptic nodes are separate objects
 }
 
 void SceneCollector::configure(const Eigen::Matrix4d& toArray, bool shadows)

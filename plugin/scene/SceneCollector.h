@@ -19,67 +19,68 @@
 namespace osgMidair
 {
 
-/// What is active under a root, as haptic objects and obstacles in array coordinates; what did not
-/// change since the frame before is only looked at, not made again.
+/// Collects the active haptic objects and obstacles below a root, in array coordinates. Those that
+/// have not changed since the last frame are checked but not made again.
 ///
-/// Belongs to the thread that updates the scene.
+/// For the thread that updates the scene only.
 class SceneCollector
 {
 public:
-    /// \a owner: the HapticScene that it collects for; null: something else, which all scenes that
-    /// it meets are inside of. \a say is told what can't be felt, with the node's path, possibly
-    /// again and again.
+    /// \a owner: the HapticScene that it collects for; null: another kind of owner, and all scenes
+    /// that it meets are inside. \a say is called with each reason why something can't be felt,
+    /// with the node's path, possibly many times.
     SceneCollector(const osg::Node* owner, std::function<void(const std::string&)> say);
 
-    /// Where nothing under the root is haptic, the whole of it is felt so.
+    /// Sets how the whole scene is felt if nothing below the root is haptic.
     void setDefaultProperty(const HapticProperty& property) { _default = property; }
 
-    /// World in scene units -> array, affine; obstacles count where \a shadows is on.
+    /// \a toArray: affine transform from the world in scene units to the array. Obstacles count if
+    /// \a shadows is true.
     void configure(const Eigen::Matrix4d& toArray, bool shadows);
 
-    /// Tags are looked for with the next collect(), not only every kTagFrames frames.
+    /// Makes the next collect() look for tags, which otherwise happens every kTagFrames frames.
     void dirtyTags() { _tagFrame = 0; }
     static constexpr unsigned int kTagFrames = 60;
 
-    /// One frame: what is to be felt under \a root, whose parent is at \a world, in \a objects.
-    /// Those are to be as the last collect() left them, else forget() comes first. False when they
-    /// are also for this frame.
+    /// Collects one frame: puts what is felt below \a root into \a objects. \a world: transform
+    /// from the frame of the root's parent to the world. \a objects must be as the last collect()
+    /// left them, or forget() be called before. Returns false if they have not changed since.
     bool collect(osg::Node& root,
                  const osg::Matrixd& world,
                  std::vector<midair::bridge::HapticObject>& objects);
 
-    /// The next collect() makes all objects anew.
+    /// Makes the next collect() rebuild all objects.
     void forget() { _kept = false; }
 
-    /// The obstacles of this frame, after those of \a props.
+    /// Appends the obstacles of this frame to \a props.
     void addObstacles(std::vector<midair::bridge::Capsule>& props) const
     {
         _obstacles.addTo(props);
     }
 
-    int instances() const { return _felt; } ///< that can be felt
+    int instances() const { return _felt; } ///< instances that can be felt
     std::uint64_t extractions() const { return _meshes.extractions(); }
 
-    /// Haptic scenes that the last collect() found active inside the owner's.
+    /// Returns the enabled scenes inside the owner that the last collect() met.
     const std::vector<const HapticScene*>& innerScenes() const { return _visitor.innerScenes(); }
 
-    /// The node of an instance; null when it is gone.
+    /// Returns the node of an instance; null if it is gone.
     osg::Node* nodeOf(std::uint64_t instance) const;
 
 private:
-    /// What is remembered of an instance from frame to frame.
+    /// What is kept of an instance from frame to frame.
     struct Known
     {
         osg::observer_ptr<osg::Node> node;
         std::string path;
         std::string tag;
         HapticProperty raw;      ///< as the node has it
-        HapticProperty property; ///< with what was out of range repaired
+        HapticProperty property; ///< raw, with values out of range repaired
         unsigned int seen = 0;   ///< frame
-        std::uint64_t shape = 0; ///< as the mesh cache counts
+        std::uint64_t shape = 0; ///< version from the mesh cache
         osg::Matrixd world;
-        std::size_t first = 0; ///< of its objects
-        std::size_t count = 0; ///< of them; none when it can't be felt
+        std::size_t first = 0; ///< index of its first object
+        std::size_t count = 0; ///< number of its objects; 0 if it can't be felt
     };
 
     Known& know(const HapticInstance& instance, bool& fresh, bool& changed);
@@ -99,13 +100,13 @@ private:
     TaggedObstacles _obstacles;
     std::unordered_map<std::uint64_t, Known> _known;
     std::vector<std::string> _warnings;
-    std::vector<midair::bridge::CachedMesh> _parts; ///< of the instance being filled in
+    std::vector<midair::bridge::CachedMesh> _parts; ///< of the instance that is being filled in
     std::vector<midair::bridge::HapticObject>* _objects = nullptr; ///< during collect()
-    std::size_t _count = 0;                                        ///< of them so far
+    std::size_t _count = 0;                                        ///< number of objects so far
     int _felt = 0;
     unsigned int _frame = 0;
-    unsigned int _tagFrame = 0; ///< frames until tags are looked for
-    bool _kept = false;         ///< the objects are those of the frame before
+    unsigned int _tagFrame = 0; ///< tags are looked for when it is 0
+    bool _kept = false;         ///< the objects are those of the last frame
     bool _changed = false;
 };
 

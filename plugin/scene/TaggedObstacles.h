@@ -16,17 +16,17 @@
 namespace osgMidair
 {
 
-/// Nodes tagged "obstacle" as the capsules that shadows are reckoned with. On the update thread; a
-/// frame in which none changed its shape allocates nothing.
+/// Turns nodes tagged "obstacle" into the capsules that shadows are computed with. For the update
+/// thread; a frame in which no shape changes allocates nothing.
 class TaggedObstacles
 {
 public:
-    bool saidIdle = false; ///< it has been told that there are some while shadows are off
+    bool saidIdle = false; ///< a message has said that there are obstacles while shadows are off
 
     void beginFrame();
 
-    /// \a toArray: coordinates of \a node's children -> array. Subtrees that \a skip names are left
-    /// out.
+    /// Adds the obstacle \a node. \a toArray: transform from the frame of its children to the
+    /// array. Leaves out subtrees for which \a skip returns true.
     void add(osg::Node& node,
              const Eigen::Matrix4d& toArray,
              const std::function<bool(const osg::Node&)>& skip,
@@ -34,7 +34,7 @@ public:
 
     void endFrame();
 
-    /// This frame's, in the array frame.
+    /// Appends the capsules of this frame to \a props, in the array frame.
     void addTo(std::vector<midair::bridge::Capsule>& props) const;
 
 private:
