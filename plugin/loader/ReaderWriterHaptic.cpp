@@ -28,22 +28,22 @@ namespace
 
 constexpr std::size_t kMostSettingsBytes = 1 << 20;
 
-/// What MODEL.haptic and FILE.haptic take as options.
+/// Options of MODEL.haptic and FILE.haptic.
 struct LoaderOptions
 {
     HapticProperty property;
     HapticSettings settings;
-    double size_m = 0.0; ///< 0: as it is
+    double size_m = 0.0; ///< 0: unchanged
     osg::Vec3d position;
     osg::Vec3d rotation_deg;
     bool isSizeSet = false;
     bool overlays = false;
 
-    /// A viewer's device plays the viewer's own scene, where it is seen: what would place a model
-    /// is a warning.
+    /// True for a viewer's device, which plays the viewer's scene in its place: options that place
+    /// a model give a warning.
     bool forDevice = false;
 
-    /// What isn't understood is a warning that names \a where it stood.
+    /// Parses options; warns about those that aren't understood, naming \a where they came from.
     void parse(const std::string& text, const std::string& where);
 
 private:
@@ -89,12 +89,11 @@ void LoaderOptions::parse(const std::string& text, const std::string& where)
                       [this, &where](const std::string& name, const std::string& value)
                       {
                           std::string error;
-                          if (name.empty()) // else a flag of another plugin
+                          if (name.empty()) // else it may be a flag of another plugin
                               error = cutListWarning(value);
                           else if (setOwn(name, value, error))
                               ;
-                          // An array and an object can both be enabled; the array is what one
-                          // switches.
+                          // "enabled" is a name in both tables; here it means the array.
                           else if (sceneSettings().find(name))
                               settings.set(name, value, error);
                           else if (surfaceProperties().find(name))
@@ -107,7 +106,7 @@ void LoaderOptions::parse(const std::string& text, const std::string& where)
                       });
 }
 
-/// \a model scaled and placed as the options say.
+/// Returns \a model scaled and placed as the options say.
 osg::ref_ptr<osg::Node>
 placed(osg::Node* model, const LoaderOptions& options, const std::string& fileName)
 {
@@ -137,8 +136,8 @@ placed(osg::Node* model, const LoaderOptions& options, const std::string& fileNa
 
 } // namespace
 
-/// MODEL.haptic: any model that OSG reads, haptic and under a haptic scene. FILE.haptic: settings,
-/// for --device.
+/// OSG plugin that reads MODEL.haptic, any model that OSG reads, made haptic below a HapticScene;
+/// and FILE.haptic, settings for --device.
 class ReaderWriterHaptic : public osgDB::ReaderWriter
 {
 public:
@@ -208,7 +207,7 @@ public:
     }
 
 private:
-    /// The file itself where it is there; empty for MODEL.EXT.haptic.
+    /// Returns the path of the file if it exists; empty for MODEL.EXT.haptic.
     std::string settingsFile(const std::string& fileName, const osgDB::Options* options) const
     {
         if (!acceptsExtension(osgDB::getLowerCaseFileExtension(fileName))) return {};

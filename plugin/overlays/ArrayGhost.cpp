@@ -62,7 +62,8 @@ void main()
 }
 )";
 
-/// The transducer's radius for drawing: nearly half the distance to its nearest neighbour.
+/// Returns the radius that transducers are drawn with: 0.44 times the distance from the first one
+/// to its nearest neighbour.
 double discRadius(const TransducerArray& array)
 {
     double nearest = 0.010;
@@ -80,7 +81,7 @@ osg::Vec3 osgVec(const Eigen::Vector3d& v)
     return osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z()));
 }
 
-/// The outline of transducers \a first to \a last - 1 as four lines, where they lie in one plane.
+/// Adds the outline of transducers \a first to \a last - 1 as four lines, if they lie in one plane.
 void addBoard(const TransducerArray& array, int first, int last, osg::Vec3Array& lines)
 {
     if (last - first < 4) return;
@@ -112,7 +113,7 @@ void addBoard(const TransducerArray& array, int first, int last, osg::Vec3Array&
 
 } // namespace
 
-/// Two geometries: a disc for each transducer, and the outlines of the boards that they are on.
+/// Draws a disc for each transducer and the outlines of their boards.
 class ArrayGhost::Part : public OverlayPart
 {
 public:
@@ -211,7 +212,7 @@ void ArrayGhost::Part::setResult(
 {
     osg::Vec4ubArray& colors = discColors(*discs);
     if (static_cast<Eigen::Index>(colors.size()) != 3 * result->played().size())
-        return; // of another array; its own setArray comes
+        return; // result for another array, whose setArray() follows
     for (Eigen::Index i = 0; i < result->played().size(); ++i)
     {
         const std::complex<float> q = result->played()[i];

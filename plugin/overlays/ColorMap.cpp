@@ -23,8 +23,8 @@ float srgbFromLinear(float l)
     return l <= 0.0031308F ? 12.92F * l : 1.055F * std::pow(l, 1.0F / 2.4F) - 0.055F;
 }
 
-/// Catmull-Rom through \a anchors with the ends extended in a straight line, at \a t in 0 ..
-/// anchors - 1.
+/// Catmull-Rom spline through \a anchors, with the ends extended in a straight line, at \a t in 0
+/// .. anchors - 1.
 osg::Vec3f spline(const std::vector<osg::Vec3f>& anchors, float t)
 {
     const int last = static_cast<int>(anchors.size()) - 1;
@@ -39,7 +39,8 @@ osg::Vec3f spline(const std::vector<osg::Vec3f>& anchors, float t)
            0.5F;
 }
 
-/// \a count points on the spline through \a anchors (Oklab), equally far apart along the curve.
+/// Returns \a count points on the spline through \a anchors (Oklab), equally far apart along the
+/// curve.
 std::vector<osg::Vec3f> evenlySpaced(const std::vector<osg::Vec3f>& anchors, int count)
 {
     constexpr int kFine = 4096;
@@ -145,8 +146,8 @@ ColorMap ColorMap::through(const std::vector<osg::Vec3f>& colors)
 const ColorMap& ColorMap::diverging()
 {
     // Straight lines in Oklab from the middle: both arms lose the same lightness and gain the same
-    // chroma, and blue against orange is the pair of hues that red-green and blue-yellow blindness
-    // leave apart by hue or by lightness.
+    // chroma. Blue and orange can be told apart by hue or lightness with red-green and with
+    // blue-yellow blindness.
     static const ColorMap map = []
     {
         const osg::Vec3f low = lch(0.50F, 0.15F, 255.0F);

@@ -15,9 +15,9 @@ namespace osgMidair
 namespace
 {
 
-constexpr int kColorSteps = 1024; ///< of the pressure, from 0 to the map's end
+constexpr int kColorSteps = 1024; ///< steps of pressure from 0 to the map's end
 
-/// Modified Bessel function of order 0 by its power series: what a Kaiser window is made of.
+/// Modified Bessel function of order 0 by its power series, for the Kaiser window.
 double bessel0(double x)
 {
     double term = 1.0;
@@ -30,8 +30,8 @@ double bessel0(double x)
     return sum;
 }
 
-/// sinc under a Kaiser window of half width \a half (samples). beta = 5: side lobes at about a
-/// thousandth.
+/// Sinc times a Kaiser window of half width \a half (samples). With beta = 5 side lobes are at
+/// about a thousandth.
 double kernel(double x, double half)
 {
     constexpr double kBeta = 5.0;
@@ -41,7 +41,7 @@ double kernel(double x, double half)
     return window * (std::abs(x) < 1e-9 ? 1.0 : std::sin(M_PI * x) / (M_PI * x));
 }
 
-/// -1 .. 1 over the texels of a row.
+/// Position of a texel in its row, -1 .. 1.
 float place(int texel)
 {
     constexpr float kMiddle = 0.5F * (kSlicePixels - 1);
@@ -66,7 +66,7 @@ BandLimitedZoom::BandLimitedZoom(int in, int out) : _in(in), _first(out), _weigh
 
 void BandLimitedZoom::zoomColumns(const Eigen::MatrixXf& from, Eigen::MatrixXf& to) const
 {
-    // Column-major: sums of whole columns, which lie together.
+    // The matrix is column-major, so whole columns are summed.
     to.resize(from.rows(), outputs());
     for (int o = 0; o < outputs(); ++o)
         to.col(o).noalias() = from.middleCols<kTaps>(_first[o]) * _weights.col(o);
@@ -126,7 +126,7 @@ void SliceComputer::sample(const SliceRequest& request)
         _medium = request.medium;
         _field = std::make_unique<midair::haptics::LatticeField>(*_array, _medium);
     }
-    // Samples 0.37 wavelengths apart, with what the zoom needs beyond the rim.
+    // Samples are 0.37 wavelengths apart and extend beyond the rim as far as the zoom needs.
     const double step = 0.37 * _medium.wavelength(_array->frequency_Hz);
     const int inner = std::max(2, static_cast<int>(std::ceil(2.0 * request.radius_m / step)));
     const double pitch = 2.0 * request.radius_m / inner;
@@ -134,7 +134,7 @@ void SliceComputer::sample(const SliceRequest& request)
     const double half = 0.5 * (count - 1);
     const double reach = request.radius_m + (BandLimitedZoom::kTaps / 2) * pitch;
     midair::haptics::FieldLattice lattice;
-    lattice.count = {count, count, 1}; // down the columns first
+    lattice.count = {count, count, 1}; // the first axis runs down the columns of _samples
     lattice.step.col(0) = pitch * request.v;
     lattice.step.col(1) = pitch * request.u;
     lattice.origin = request.centre - half * (lattice.step.col(0) + lattice.step.col(1));
@@ -150,7 +150,7 @@ void SliceComputer::sample(const SliceRequest& request)
 
 void SliceComputer::findPeak(Slice& slice) const
 {
-    // The corners outside the disc are not computed well, so they can't hold the peak.
+    // Corners outside the disc are not computed accurately, so they are skipped.
     for (int column = 0; column < kSlicePixels; ++column)
     {
         const float x = place(column);

@@ -17,36 +17,36 @@
 namespace osgMidair
 {
 
-/// From samples 0.37 wavelengths apart to any finer grid: a field of one wavelength has no detail
-/// below half of it, so a windowed sinc (Kaiser, 12 taps) restores what lies between to half a
-/// percent of the peak.
+/// Interpolates samples 0.37 wavelengths apart to a finer grid. A field of one wavelength has no
+/// detail below half of it, so a windowed sinc (Kaiser, 12 taps) restores the values in between to
+/// half a percent of the peak.
 class OSGMIDAIR_EXPORT BandLimitedZoom
 {
 public:
-    static constexpr int kTaps =
-        12; ///< the outermost kTaps / 2 samples on every side only support the others
+    /// the outermost kTaps / 2 samples on every side only support the interpolation
+    static constexpr int kTaps = 12;
 
-    /// \a out points spread evenly from sample kTaps/2 - 1 + 0.5 to the mirror of it at the far
-    /// end; \a in samples, > kTaps.
+    /// \a in: number of samples, > kTaps. \a out: number of points, spread evenly from sample
+    /// kTaps/2 - 1 + 0.5 to its mirror at the far end.
     BandLimitedZoom(int in, int out);
 
-    /// \a samples in x in, row by row; \a magnitude out x out.
+    /// Computes the magnitude (out x out) of \a samples (in x in).
     void magnitude(const Eigen::MatrixXcf& samples, Eigen::MatrixXf& magnitude);
 
     int inputs() const { return _in; }
     int outputs() const { return static_cast<int>(_first.size()); }
 
 private:
-    /// out x n from in x n.
+    /// Interpolates the columns of \a from (n x in) to those of \a to (n x out).
     void zoomColumns(const Eigen::MatrixXf& from, Eigen::MatrixXf& to) const;
 
     int _in = 0;
-    std::vector<int> _first;  ///< out: the first sample that counts
-    Eigen::MatrixXf _weights; ///< kTaps x out, columns sum to 1
+    std::vector<int> _first;  ///< for each output: the first sample that it uses
+    Eigen::MatrixXf _weights; ///< kTaps x out; columns sum to 1
     Eigen::MatrixXf _part, _once, _turned, _twice;
 };
 
-/// A disc that is to be looked at.
+/// Request for the slice of a field on a disc.
 struct SliceRequest
 {
     std::uint64_t frame = 0;
@@ -57,16 +57,16 @@ struct SliceRequest
     Eigen::Vector3d u = Eigen::Vector3d::UnitX(); ///< unit length
     Eigen::Vector3d v = Eigen::Vector3d::UnitZ();
     double radius_m = 0.1;
-    float range_Pa = 0.0F; ///< at the map's upper end; 0: follows the peak in round steps
+    float range_Pa = 0.0F; ///< pressure at the map's upper end; 0: follows the peak, rounded up
 };
 
-/// What came of it.
+/// A computed slice.
 struct Slice
 {
-    std::uint64_t frame = 0; ///< the request's
+    std::uint64_t frame = 0; ///< frame of the request
     SliceRequest request;
-    Eigen::MatrixXf magnitude_Pa; ///< kSlicePixels x kSlicePixels: column x along u, row y along v,
-                                  ///< from -radius to radius
+    /// kSlicePixels x kSlicePixels: column x along u, row y along v, from -radius to radius
+    Eigen::MatrixXf magnitude_Pa;
     std::vector<unsigned char> texels; ///< RGBA, row by row, y upwards
     Eigen::Vector3d peak = Eigen::Vector3d::Zero();
     float peak_Pa = 0.0F;
@@ -76,20 +76,20 @@ struct Slice
 
 constexpr int kSlicePixels = 256;
 
-/// \a value rounded up to two digits: as much of the map as can be is used, and the scale has a
-/// legible end.
+/// Returns \a value rounded up to two digits: this uses most of the map and gives the scale a
+/// readable end; 1 if \a value is not over 0.
 OSGMIDAIR_EXPORT float roundedUp(float value);
 
-/// How opaque the disc is, 0 .. 1, where |p| is \a share of the range: silence is a little
-/// see-through, pressure covers.
+/// Returns the opacity of the disc, 0 .. 1, where |p| is \a share of the range: silence is slightly
+/// transparent, pressure opaque.
 inline float sliceOpacity(float share)
 {
     return 0.72F + 0.28F * (share < 0.4F ? 2.5F * share : 1.0F);
 }
-constexpr float kSliceRim = 0.03F; ///< of the radius, in which the disc fades
+constexpr float kSliceRim = 0.03F; ///< fraction of the radius over which the disc fades
 
-/// Computes |p| on the square round a request's disc and colours it; only samples that the disc
-/// needs are computed. Keeps what the next one can use again.
+/// Computes |p| on the square around a request's disc and colours it. Only samples that the disc
+/// needs are computed. Buffers and tables are kept for the next request.
 class OSGMIDAIR_EXPORT SliceComputer
 {
 public:
@@ -108,12 +108,12 @@ private:
     std::unique_ptr<BandLimitedZoom> _zoom;
     Eigen::VectorXcf _pressure;
     Eigen::MatrixXcf _samples;
-    std::vector<unsigned char> _rim;    ///< opacity of each texel
-    std::vector<unsigned char> _colors; ///< RGBA for each step of pressure
+    std::vector<unsigned char> _rim;    ///< opacity of each texel due to the rim
+    std::vector<unsigned char> _colors; ///< RGBA of each step of pressure
     float _range_Pa = 0.0F;
 };
 
-/// Computes slices in its own thread.
+/// Computes slices on its own thread, always the newest request.
 class SliceWorker : public midair::base::LatestWorker<SliceRequest, Slice>
 {
 public:

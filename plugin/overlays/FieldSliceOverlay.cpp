@@ -43,15 +43,17 @@ osg::Vec3 osgVec(const Eigen::Vector3d& v)
     return osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z()));
 }
 
-/// Smallest over second largest spread below which points count as lying in a plane, and above
-/// which no longer: apart, so that a moving object doesn't flicker between the two.
+/// Ratio of the smallest to the second largest spread below which points count as flat, and above
+/// which they no longer do. The two differ so that a moving object doesn't flicker between the
+/// states.
 constexpr double kFlat = 0.08;
 constexpr double kNotFlat = 0.14;
 
-/// s between two slices that are computed beside those of the GPU, for the peak and the range.
+/// s between two slices that the thread computes beside the GPU's, for the peak and the range.
 constexpr double kBeside_s = 0.25;
 
-/// What the environment asks for, or \a otherwise; what it can't mean is said once.
+/// Returns the method that the environment names, or \a otherwise; warns once about an invalid
+/// name.
 FieldSliceOverlay::Method methodOf(FieldSliceOverlay::Method otherwise)
 {
     const char* value = std::getenv("OSG_MIDAIR_SLICE");
@@ -79,7 +81,7 @@ double median(Eigen::VectorXd values)
 
 } // namespace
 
-/// A textured disc and who fills the texture: the worker's thread, or a fragment shader.
+/// A textured disc; the worker's thread or a fragment shader fills the texture.
 class FieldSliceOverlay::Part : public OverlayPart
 {
 public:
@@ -101,7 +103,7 @@ public:
     double radius_m = 0.0;
     float range_Pa = 0.0F;
     std::unique_ptr<SliceWorker> worker;
-    std::unique_ptr<GpuSlice> gpu; ///< null: not used
+    std::unique_ptr<GpuSlice> gpu; ///< null: the GPU is not used
     float shownRange_Pa = 0.0F;
     std::uint64_t shownFrame = 0;
     double compute_ms = 0.0;
@@ -115,10 +117,10 @@ private:
     void count(std::uint64_t frame);
     void chooseMethod();
 
-    osg::Group& _owner; ///< of the disc, once there is something to show
+    osg::Group& _owner; ///< parent of the disc, which is added with the first slice
     std::shared_ptr<const midair::haptics::TransducerArray> _array;
     midair::haptics::Medium _medium;
-    bool _flat = false; ///< the points were last seen in one plane
+    bool _flat = false; ///< the points counted as flat in the last result
     osg::ref_ptr<osg::Geometry> _disc;
     osg::ref_ptr<osg::Image> _image;
     osg::ref_ptr<osg::Texture2D> _texture; ///< of _image
@@ -142,7 +144,7 @@ FieldSliceOverlay::Part::Part(osg::Group& owner) :
     osg::ref_ptr<osg::Vec2Array> coordinates = new osg::Vec2Array;
     for (const osg::Vec2& corner :
          {osg::Vec2(0, 0), osg::Vec2(1, 0), osg::Vec2(0, 1), osg::Vec2(1, 1)})
-        // The outermost texels' middles lie on the rim.
+        // The centres of the outermost texels lie on the rim.
         coordinates->push_back((corner * (kSlicePixels - 1) + osg::Vec2(0.5F, 0.5F)) /
                                kSlicePixels);
     _disc->setTexCoordArray(0, coordinates, osg::Array::BIND_PER_VERTEX);
@@ -159,7 +161,7 @@ FieldSliceOverlay::Part::Part(osg::Group& owner) :
     texture->setWrap(osg::Texture::WRAP_T, osg::Texture::CLAMP_TO_EDGE);
     osg::StateSet* state = _disc->getOrCreateStateSet();
     state->setTextureAttributeAndModes(0, texture);
-    // A flat object lies in its slice: the object stays in front.
+    // The slice of a flat object is in its plane; the offset keeps the object in front.
     state->setAttributeAndModes(new osg::PolygonOffset(1.0F, 1.0F));
     drawTranslucent(*_disc, SLICE_BIN);
     _disc->setDrawCallback(probeRenderer(_renderer));
@@ -270,7 +272,8 @@ void FieldSliceOverlay::Part::chooseMethod()
 {
     const Method wanted = methodOf(method);
     const Renderer renderer = *_renderer;
-    // In software a fragment shader takes a second for what the SliceComputer does in milliseconds.
+    // With software rendering the shader takes a second for a slice that the SliceComputer makes in
+    // milliseconds.
     const bool onGpu = wanted == GPU || (wanted == AUTO && renderer == Renderer::GPU);
     if (onGpu == (gpu != nullptr) || !_array) return;
     if (onGpu)
@@ -303,7 +306,7 @@ void FieldSliceOverlay::Part::setResult(
         const Eigen::Vector3d& sizes = spread.eigenvalues();
         _flat = points.cols() > 2 && sizes[0] < (_flat ? kNotFlat : kFlat) * sizes[1];
         if (_flat) normal = spread.eigenvectors().col(0);
-        // Where most points are, not in between: a raised middle doesn't pull the slice off the
+        // The median puts the slice where most points are: a raised middle doesn't move it off the
         // outline.
         request.centre += normal * median(normal.transpose() * d);
     }
@@ -322,13 +325,14 @@ void FieldSliceOverlay::Part::setResult(
         const Eigen::Matrix3Xd d = points.colwise() - request.centre;
         const double reach =
             points.cols() > 0 ? std::sqrt(d.colwise().squaredNorm().maxCoeff()) : 0.04;
-        // In steps, so that the disc doesn't breathe while the object turns.
+        // Rounded up in steps, so that the disc doesn't change its size all the time while the
+        // object turns.
         request.radius_m = 0.005 * std::ceil((reach + 0.016) / 0.005 - 1e-6);
     }
     request.range_Pa = range_Pa;
-    if (!worker) worker = std::make_unique<SliceWorker>(); // a thread only where something is shown
+    if (!worker) worker = std::make_unique<SliceWorker>(); // no thread before something is shown
     const double now = midair::base::steadySeconds();
-    // The first range has to come before the GPU can colour.
+    // The shader needs a range, which the first slice of the thread gives.
     const bool onGpu = gpu && shownRange_Pa > 0.0F;
     if (onGpu) showOnGpu(request);
     if (onGpu && now - _submitted_s < kBeside_s) return;
@@ -379,7 +383,7 @@ void FieldSliceOverlay::Part::count(std::uint64_t frame)
 {
     shownFrame = frame;
     const double now = midair::base::steadySeconds();
-    // Smoothed over about a second's worth of slices.
+    // Exponential mean over about ten slices.
     if (_lastShown_s > 0.0)
         slicesPerSecond += 0.1 * (1.0 / std::max(1e-4, now - _lastShown_s) - slicesPerSecond);
     _lastShown_s = now;

@@ -20,7 +20,7 @@ namespace
 
 constexpr double kPause_s = 0.1;
 
-/// Indices that bring \a places into the order of their coordinate \a axis.
+/// Returns indices that sort \a places by their coordinate \a axis.
 std::vector<unsigned int> ordered(const std::vector<osg::Vec3>& places, int axis)
 {
     std::vector<unsigned int> order(places.size());
@@ -45,7 +45,8 @@ void VolumeComputer::sample(const VolumeRequest& request)
     const Eigen::Matrix3Xd& points = request.result->points.positions;
     const Eigen::Vector3d low = points.rowwise().minCoeff().array() - request.margin_m;
     const Eigen::Vector3d high = points.rowwise().maxCoeff().array() + request.margin_m;
-    // Corners on multiples of the pitch: puffs don't swim while the object moves.
+    // The lattice is on multiples of the pitch, so that samples stay in place while the object
+    // moves.
     double pitch = _medium.wavelength(_array->frequency_Hz) / 3.0;
     for (;; pitch *= 1.25)
     {
@@ -78,14 +79,15 @@ FieldVolume VolumeComputer::compute(const VolumeRequest& request)
         volume.peak_Pa = static_cast<float>(midair::haptics::radiationPressure(strongest, _medium));
         if (volume.peak_Pa > _range_Pa || volume.peak_Pa < 0.8F * _range_Pa)
             _range_Pa = roundedUp(volume.peak_Pa);
-        // What is asked for sets the threshold, not a stray spot that is stronger than all of it.
+        // The threshold refers to the control points, not to a stray maximum that is stronger than
+        // all of them.
         const Eigen::VectorXf& achieved_Pa = request.result->achieved_Pa;
         const float wanted_Pa = achieved_Pa.size() > 0
                                     ? static_cast<float>(midair::haptics::radiationPressure(
                                           achieved_Pa.maxCoeff(), _medium))
                                     : volume.peak_Pa;
         const float least_Pa = request.threshold * std::min(wanted_Pa, volume.peak_Pa);
-        // Radiation pressure goes with the square of the pressure.
+        // Radiation pressure is proportional to the square of the sound pressure.
         const float scale = strongest > 0.0F ? volume.peak_Pa / (strongest * strongest) : 0.0F;
         Eigen::Index k = 0;
         for (int c = 0; c < _lattice.count[2]; ++c)

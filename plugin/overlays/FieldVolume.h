@@ -19,7 +19,7 @@
 namespace osgMidair
 {
 
-/// The space round the control points of a field.
+/// Request for the volume around the control points of a field.
 struct VolumeRequest
 {
     std::uint64_t frame = 0;
@@ -27,31 +27,32 @@ struct VolumeRequest
     midair::haptics::Medium medium;
     std::shared_ptr<const midair::bridge::HologramResult> result;
     double margin_m = 8e-3;
-    float threshold = 0.25F; ///< of the strongest control point's radiation pressure
+    float threshold = 0.25F; ///< fraction of the strongest control point's radiation pressure
 };
 
-/// What came of it: a puff for each sample that is strong enough.
+/// A computed volume: a puff (soft disc) for each sample above the threshold.
 struct FieldVolume
 {
-    std::uint64_t frame = 0; ///< the request's
+    std::uint64_t frame = 0; ///< frame of the request
     double pitch_m = 0.0;    ///< between samples
     std::vector<osg::Vec3> places;
-    std::vector<float> pressure_Pa; ///< radiation pressure of each
+    std::vector<float> pressure_Pa; ///< radiation pressure of each puff
     std::vector<osg::Vec4ub> colors;
-    /// Puffs from low to high x, y and z.
+    /// Indices of the puffs, sorted by x, y and z.
     std::array<std::vector<unsigned int>, 3> orders;
     float peak_Pa = 0.0F; ///< radiation pressure
     float range_Pa = 0.0F;
     double compute_ms = 0.0;
 };
 
-/// Samples the field a third of a wavelength apart wherever a control point is within the margin.
+/// Samples the field a third of a wavelength apart in all places within the margin of a control
+/// point.
 class OSGMIDAIR_EXPORT VolumeComputer
 {
 public:
     FieldVolume compute(const VolumeRequest& request);
 
-    /// A volume that would take more samples is sampled more coarsely.
+    /// A volume that needs more samples is sampled more coarsely.
     static constexpr int kMostSamples = 60000;
 
 private:
@@ -65,8 +66,7 @@ private:
     float _range_Pa = 0.0F;
 };
 
-/// Computes volumes in its own thread, at most ten a second: beside the slice, which follows
-/// faster.
+/// Computes volumes on its own thread, at most ten per second, to leave time for the slice.
 class VolumeWorker : public midair::base::LatestWorker<VolumeRequest, FieldVolume>
 {
 public:

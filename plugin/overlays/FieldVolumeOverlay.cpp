@@ -27,7 +27,7 @@ const OverlayRegistration kRegistration({6,
                                          40,
                                          makeOverlay<FieldVolumeOverlay>});
 
-// Each puff is one triangle that turns to the eye round a soft disc.
+// Each puff is a soft disc in a triangle that always faces the eye.
 const char* const kVertexSource = R"(#version 120
 uniform float radius_m;
 varying vec2 corner;
@@ -66,7 +66,8 @@ public:
     std::unique_ptr<VolumeWorker> worker;
     double margin_m = 8e-3;
     float threshold = 0.25F;
-    /// The same puffs from back to front as seen along +x, -x, +y, -y, +z, -z of the array's frame.
+    /// The same puffs sorted from back to front for views along +x, -x, +y, -y, +z, -z of the
+    /// array's frame.
     std::array<osg::ref_ptr<osg::Geometry>, 6> cloud;
     osg::ref_ptr<osg::Uniform> radius = new osg::Uniform("radius_m", 2.5e-3F);
     float shownRange_Pa = 0.0F;
@@ -88,12 +89,12 @@ FieldVolumeOverlay::FieldVolumeOverlay() :
     state->setAttributeAndModes(makeProgram("osgMidair volume", kVertexSource, kFragmentSource));
     state->addUniform(_part.radius);
     drawTranslucent(*this, VOLUME_BIN);
-    setCullingActive(false); // it has no children whose bounds would be its own
+    setCullingActive(false); // it has no children to take bounds from
     for (osg::ref_ptr<osg::Geometry>& geometry : _part.cloud)
     {
         geometry = makeDiscs();
         geometry->setCullingActive(false);
-        // One set of arrays for all of them; each has an order of its own.
+        // All share one set of arrays; each has its own order.
         if (geometry == _part.cloud[0]) continue;
         geometry->setVertexArray(_part.cloud[0]->getVertexArray());
         geometry->setNormalArray(nullptr);
@@ -152,7 +153,7 @@ void FieldVolumeOverlay::traverse(osg::NodeVisitor& visitor)
         if (const std::unique_ptr<FieldVolume> volume = _part.worker->take()) _part.show(*volume);
     if (visitor.getVisitorType() == osg::NodeVisitor::CULL_VISITOR && _part.shownFrame > 0)
     {
-        // From back to front as seen from here: along the axis that the line of sight follows most.
+        // Chooses the order for the axis that is nearest to the line of sight.
         const osg::Vec3 sight = _part.cloud[0]->getBound().center() - visitor.getEyePoint();
         int axis = 0;
         for (int k = 1; k < 3; ++k)
@@ -190,8 +191,7 @@ void FieldVolumeOverlay::Part::setResult(
     request.result = result;
     request.margin_m = margin_m;
     request.threshold = threshold;
-    if (!worker)
-        worker = std::make_unique<VolumeWorker>(); // a thread only where something is shown
+    if (!worker) worker = std::make_unique<VolumeWorker>(); // no thread before something is shown
     worker->submit(std::move(request));
 }
 
@@ -216,14 +216,15 @@ void FieldVolumeOverlay::Part::show(const FieldVolume& volume)
         const std::vector<unsigned int>& order = volume.orders[g / 2];
         for (int i = 0; i < count; ++i)
         {
-            // Seen along +x, the highest x is farthest.
+            // In a view along +x, the largest x is farthest away.
             const unsigned int puff = g % 2 == 0 ? order[count - 1 - i] : order[i];
             for (unsigned int k = 0; k < 3; ++k)
                 indices[3 * i + k] = 3 * puff + k;
         }
         indices.dirty();
         cloud[g]->dirtyBound();
-        cloud[g]->getBound(); // made here: views that cull at the same time would each make it
+        cloud[g]->getBound(); // computed here, as views that cull at the same time would each
+                              // compute it
     }
     radius->set(1.05F * static_cast<float>(volume.pitch_m));
 

@@ -21,7 +21,7 @@ namespace osgMidair
 namespace
 {
 
-constexpr int kColumns = 64; ///< of the textures that hold the transducers
+constexpr int kColumns = 64; ///< width of the textures that hold the transducers
 constexpr int kDirectivitySteps = 1024;
 
 const char* const kVertexSource = R"(#version 120
@@ -76,7 +76,7 @@ void main()
 }
 )";
 
-/// A texture of floats that are looked up one by one, or, where \a smooth, between them.
+/// Makes a texture of floats; \a smooth: with interpolation.
 osg::ref_ptr<osg::Texture2D> floatTexture(osg::Image& image, bool smooth)
 {
     osg::ref_ptr<osg::Texture2D> texture = new osg::Texture2D(&image);

@@ -15,20 +15,21 @@
 namespace osgMidair
 {
 
-/// What draws in the contexts that have drawn so far.
+/// Kind of renderer of the contexts that have drawn so far.
 enum class Renderer
 {
-    UNKNOWN, ///< none has
+    UNKNOWN, ///< none has drawn yet
     SOFTWARE,
     GPU
 };
 
-/// Finds out what draws, with the drawable's first frame; \a found may be read from any thread.
+/// Makes a draw callback that determines the renderer in the drawable's first frame. \a found may
+/// be read from any thread.
 osg::ref_ptr<osg::Drawable::DrawCallback>
 probeRenderer(const std::shared_ptr<std::atomic<Renderer>>& found);
 
-/// A slice that a fragment shader computes: every texel sums up all transducers, into a texture as
-/// the SliceComputer's, once a field and context.
+/// Slice that a fragment shader computes: each texel sums over all transducers. The texture looks
+/// like that of the SliceComputer and is rendered once per field and context.
 class GpuSlice
 {
 public:
@@ -36,12 +37,12 @@ public:
 
     void setArray(const midair::haptics::TransducerArray& array,
                   const midair::haptics::Medium& medium);
-    /// The disc and the field of \a request, coloured up to \a range_Pa.
+    /// Sets the disc and the field to those of \a request, with \a range_Pa at the map's upper end.
     void setRequest(const SliceRequest& request, float range_Pa);
 
     osg::Texture2D* texture() { return _texture; }
 
-    /// Renders in the context of \a visitor if that hasn't been done since the last change.
+    /// Renders the texture in the context of \a visitor, unless it is up to date there.
     void cull(osg::NodeVisitor& visitor);
 
 private:
@@ -52,10 +53,11 @@ private:
     osg::ref_ptr<osg::Image> _drive;   ///< re, im in Pa
     osg::ref_ptr<osg::Image> _directivity;
     osg::ref_ptr<osg::Uniform> _rows, _middle, _u, _v, _beta, _nearest, _range;
-    std::vector<std::complex<float>> _strength; ///< of each transducer at full drive
+    /// emitted amplitude of each transducer at full drive
+    std::vector<std::complex<float>> _strength;
     double _wavelength_m = 1.0;
     unsigned int _serial = 0;
-    osg::buffered_value<unsigned int> _rendered; ///< the serial, by context
+    osg::buffered_value<unsigned int> _rendered; ///< _serial when last rendered, by context
 };
 
 } // namespace osgMidair

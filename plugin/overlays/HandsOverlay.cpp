@@ -27,13 +27,13 @@ const OverlayRegistration kRegistration({7,
                                          50,
                                          makeOverlay<HandsOverlay>});
 
-constexpr double kFade_s = 0.5; ///< of a ring whose touch has ended
+constexpr double kFade_s = 0.5; ///< time in which a ring fades after its touch has ended
 const osg::Vec3f kSkin(0.86F, 0.82F, 0.78F);
 const osg::Vec3f kTouching(1.00F, 0.62F, 0.22F);
 
-// A capsule is a rectangle that turns to the eye round its axis, as long as the axis looks from
-// there and a radius longer at each end; gl_Vertex is this end of the axis, gl_Normal the other
-// one, the texture coordinates say which end and side.
+// A capsule is drawn as a rectangle that turns around the axis to face the eye. It has the
+// projected length of the axis plus a radius at each end. gl_Vertex is this end of the axis,
+// gl_Normal the other one; the texture coordinates give end, side and radius.
 const char* const kCapsuleVertex = R"(#version 120
 varying float along; // in radii, from this capsule's first end on
 varying float across;
@@ -74,7 +74,7 @@ void main()
 }
 )";
 
-// The radius comes with each ring as the length of its normal.
+// The length of the normal is the radius of the ring.
 const char* const kRingVertex = R"(#version 120
 varying vec2 corner;
 varying vec4 color;
@@ -128,7 +128,7 @@ osg::ref_ptr<osg::Geometry> makeCapsules()
 class HandsOverlay::Part : public OverlayPart
 {
 public:
-    /// A touch that goes on, or that ended a moment ago.
+    /// A touch that goes on, or has ended and fades.
     struct Mark
     {
         std::uint64_t object = 0;
@@ -147,7 +147,7 @@ public:
                   const std::vector<midair::bridge::HandContact>& contacts,
                   double time_s) override;
 
-    int bones = 0; ///< that are drawn
+    int bones = 0; ///< number drawn
     std::vector<Mark> marks;
     osg::ref_ptr<osg::Geometry> capsules;
     osg::ref_ptr<osg::Geometry> rings;
@@ -156,7 +156,7 @@ private:
     void drawBones(const std::vector<midair::bridge::HandCapsule>& hands);
     void drawMarks(double time_s);
 
-    osg::Group& _owner; ///< of the marks' labels
+    osg::Group& _owner; ///< parent of the labels
 };
 
 HandsOverlay::Part::Part(osg::Group& owner) :
@@ -275,7 +275,7 @@ void HandsOverlay::Part::drawMarks(double time_s)
 {
     for (auto mark = marks.begin(); mark != marks.end();)
     {
-        // Going back in time, a clock was set anew.
+        // If time goes back, a clock was reset.
         if (time_s - mark->seen_s <= kFade_s && time_s >= mark->seen_s)
         {
             ++mark;

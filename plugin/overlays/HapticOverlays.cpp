@@ -26,7 +26,7 @@ osg::ref_ptr<O> HapticOverlays::part() const
 {
     for (const Part& each : _parts)
         if (auto* found = dynamic_cast<O*>(each.overlay.get())) return found;
-    return new O; // its kind was refused: there, but never seen
+    return new O; // the kind was refused: never added to the scene
 }
 
 HapticOverlays::HapticOverlays() :
@@ -115,7 +115,7 @@ void OverlayFeed::setArray(const std::shared_ptr<const midair::haptics::Transduc
 
 std::shared_ptr<const midair::bridge::HologramResult> OverlayFeed::follow(const osg::NodePath& path)
 {
-    HapticScene* scene = nullptr; // the outermost: it plays what is in those inside it
+    HapticScene* scene = nullptr; // the outermost one, which plays those inside it
     for (osg::Node* node : path)
         if (!scene) scene = dynamic_cast<HapticScene*>(node);
     if (!scene) return _shown;
@@ -154,7 +154,7 @@ void OverlayFeed::show(const std::shared_ptr<const midair::bridge::HologramResul
     for (const HapticOverlays::Part& each : _overlays._parts)
     {
         Overlay* overlay = each.overlay.get();
-        // One that was just switched on gets what the others have long had.
+        // An overlay that was just switched on still needs the current result.
         if (overlay->isShown() && !(_shownMask & bit))
         {
             OverlayPart::of(*overlay).setResult(result);

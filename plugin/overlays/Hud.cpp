@@ -31,13 +31,13 @@ const osg::Vec4 kPanel(0.085F, 0.10F, 0.125F, 0.72F);
 constexpr float kTextSize = 13.0F;
 constexpr float kRow = 15.0F;
 constexpr float kPanelWidth = 302.0F;
-constexpr float kNames = 108.0F; ///< the values begin this far right of the names
+constexpr float kNames = 108.0F; ///< width of the column of names
 constexpr float kMargin = 10.0F;
 constexpr float kMessageWidth = 520.0F;
 
 using midair::base::plainText;
 
-/// \a text in lines of at most \a width, broken between words; at most two, the rest is left out.
+/// Splits \a text between words into at most two lines of at most \a width; the rest is cut off.
 std::vector<std::string> twoLines(const std::string& text, float width)
 {
     if (pixels::TextPanel::width(text, kTextSize) <= width) return {text};
@@ -48,7 +48,7 @@ std::vector<std::string> twoLines(const std::string& text, float width)
     return {text.substr(0, end), pixels::TextPanel::fitted(text.substr(end + 1), kTextSize, width)};
 }
 
-/// The drawing: one sheet for each corner of the viewport that it keeps to.
+/// Draws the HUD: one sheet for each corner of the viewport in use.
 class Panel
 {
 public:
@@ -66,7 +66,7 @@ public:
         drawScales(0.0F, 0.0F);
     }
 
-    /// Names and values, values that are too long in two lines; below them \a message.
+    /// Draws names and values, long values in two lines, and \a message below.
     void drawFigures(const Rows& rows, const std::string& message)
     {
         pixels::TextPanel& sheet = *topLeft;
@@ -113,7 +113,7 @@ public:
         sheet.finish();
     }
 
-    /// Scales from the bottom up; those whose range is 0 are left out.
+    /// Draws the colour scales from the bottom up, without those whose range is 0.
     void drawScales(float field_Pa, float volume_Pa)
     {
         std::vector<pixels::Scale> scales;
@@ -156,7 +156,7 @@ public:
     pixels::Sparkline latency;
 };
 
-/// What was not done since the start, because there was no need; what never happened is left out.
+/// Adds rows with counts of work that was not needed since the start, without counts of 0.
 void addSpared(std::vector<std::pair<std::string, std::string>>& rows,
                const midair::bridge::HologramCounters& counters)
 {
@@ -190,7 +190,7 @@ class Hud::Part : public OverlayPart
 {
 public:
     void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override;
-    /// One frame; the figures change once an interval.
+    /// Called in every frame; updates the figures once per interval.
     void update();
 
     Panel panel;
@@ -302,8 +302,8 @@ void Hud::Part::update()
                      volumeShown ? fieldVolume->getRange() : 0.0F);
 }
 
-// It takes no place in the scene. The sheets' own bounds are made here all the same, while one
-// thread alone is at work: views that cull at the same time would each make them.
+// The HUD takes no space in the scene. The bounds of the sheets are computed here all the same, on
+// a single thread, as views that cull at the same time would each compute them.
 osg::BoundingSphere Hud::computeBound() const
 {
     Overlay::computeBound();
@@ -315,8 +315,8 @@ void Hud::traverse(osg::NodeVisitor& visitor)
     if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR) _part.update();
     osgUtil::CullVisitor* cull = visitor.asCullVisitor();
     if (!cull || !cull->getViewport()) return;
-    // Nothing of the scene graph is changed here: views that cull at the same time each push
-    // matrices of their own.
+    // The scene graph is not changed here, as views may cull at the same time: each pushes its own
+    // matrices.
     const double pixels = cull->getViewport()->height();
     const double scale = _scale > 0.0F ? _scale : std::max(1.0, 0.5 * std::floor(pixels / 350.0));
     const double width = cull->getViewport()->width() / scale;

@@ -13,14 +13,14 @@ namespace
 
 using Keys = osgGA::GUIEventAdapter;
 
-/// Made by whichever registration comes first.
+/// Created by the first registration.
 std::map<int, OverlayKind>& kinds()
 {
     static std::map<int, OverlayKind> all;
     return all;
 }
 
-/// Why \a kind can't be had; empty: it can.
+/// Returns why \a kind can't be registered; empty: it can.
 std::string problemOf(const OverlayKind& kind)
 {
     if (kind.place < 1 || kind.place > OverlayKind::kMostKinds)

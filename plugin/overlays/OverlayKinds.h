@@ -8,17 +8,17 @@
 namespace osgMidair
 {
 
-/// A kind of overlay, of which every HapticOverlays has one.
+/// A kind of overlay; every HapticOverlays has one overlay of each kind.
 struct OverlayKind
 {
-    /// Place in files, from 1; what is stored keeps its own. Those up to kFirstKinds have a byte
-    /// each in .osgb, later ones a bit in the last of these; kMostKinds is the end.
+    /// Position in files, 1 .. kMostKinds; it must never change. In .osgb the kinds up to
+    /// kFirstKinds have a byte each; later ones share the last of these bytes, with a bit each.
     int place = 0;
-    std::string name; ///< of its switch in files behind "Show": "FieldSlice"
-    std::string word; ///< on command lines: "slice"
-    std::string what; ///< in a viewer's help, behind "show or hide": "the slice of the field"
-    int key = 0;      ///< of osgGA::GUIEventAdapter; shows and hides it
-    /// Drawn in the array's frame in this order; 0: in the window's own.
+    std::string name; ///< name of its switch in files, after "Show": "FieldSlice"
+    std::string word; ///< word on command lines: "slice"
+    std::string what; ///< text in a viewer's help, after "show or hide": "the slice of the field"
+    int key = 0;      ///< key that shows and hides it, of osgGA::GUIEventAdapter
+    /// Overlays in the array's frame are drawn in this order; 0: drawn in the window instead.
     int layer = 0;
     osg::ref_ptr<Overlay> (*make)() = nullptr;
 
@@ -28,19 +28,19 @@ struct OverlayKind
     std::string keyName() const; ///< "F3"
 };
 
-/// All kinds by their place.
+/// Returns all kinds by their place.
 const std::map<int, OverlayKind>& overlayKinds();
 
-/// Makes a kind known: a static one of these in its source is all that an overlay needs. What
-/// another kind has already (place, name, word, key), or the keys F7 (all) and F8 (mute), is
-/// refused with a message, and the kind is left out.
+/// Registers a kind of overlay: define a static object of this class in the overlay's source. A
+/// kind whose place, name, word or key is taken, or whose key is F7 (all) or F8 (mute), is refused
+/// with a message.
 class OverlayRegistration
 {
 public:
     explicit OverlayRegistration(const OverlayKind& kind);
 };
 
-/// Makes an \a O, for OverlayKind::make.
+/// Makes an overlay of class \a O, for OverlayKind::make.
 template<class O>
 osg::ref_ptr<Overlay> makeOverlay()
 {

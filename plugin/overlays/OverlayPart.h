@@ -20,9 +20,9 @@ namespace osgMidair
 class HapticOverlays;
 class Overlay;
 
-/// What stands behind an Overlay: follows the array, its fields and the hands in it, which no
-/// installed header names. All in the update traversal's thread; what isn't overridden does
-/// nothing.
+/// Implementation of an Overlay: receives the array, its fields and the hands, in types that no
+/// installed header names. All functions are called on the thread of the update traversal; the
+/// default implementations do nothing.
 class OSGMIDAIR_EXPORT OverlayPart
 {
 public:
@@ -33,22 +33,22 @@ public:
 
     static OverlayPart& of(Overlay& overlay);
 
-    /// The array and its air; again whenever they change. \a array is never null.
+    /// Called with the array and the air, first and whenever they change. \a array is never null.
     virtual void setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& array,
                           const midair::haptics::Medium& medium);
 
-    /// The newest field; never null.
+    /// Called with the newest field; never null.
     virtual void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result);
 
-    /// Hands and contacts (array frame) at \a time_s, the frame's simulation time; a frame after
-    /// they were tracked.
+    /// Called with hands and contacts (array frame) at \a time_s, the frame's simulation time, one
+    /// frame after they were tracked.
     virtual void setHands(const std::vector<midair::bridge::HandCapsule>& capsules,
                           const std::vector<midair::bridge::HandContact>& contacts,
                           double time_s);
 };
 
-/// What stands behind a HapticOverlays: gives its overlays what the outermost HapticScene above it
-/// plays. All in the update traversal's thread.
+/// Implementation of HapticOverlays: passes what the outermost HapticScene above it plays to its
+/// overlays. All functions are called on the thread of the update traversal.
 class OSGMIDAIR_EXPORT OverlayFeed
 {
 public:
@@ -56,20 +56,20 @@ public:
 
     static OverlayFeed& of(HapticOverlays& overlays);
 
-    /// Array and air for all overlays, shown or not.
+    /// Passes array and air to all overlays, shown or not.
     void setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& array,
                   const midair::haptics::Medium& medium);
 
-    /// Hands \a result to what is shown, now; otherwise this comes by itself once a frame. Null:
-    /// nothing happens.
+    /// Passes \a result to the overlays that are shown. update() calls it in each frame. Null: does
+    /// nothing.
     void show(const std::shared_ptr<const midair::bridge::HologramResult>& result);
 
-    /// One frame of the HapticOverlays at the end of \a path.
+    /// Updates the HapticOverlays at the end of \a path; once per frame.
     void update(const osg::NodePath& path);
 
 private:
-    /// Takes array, air, place and hands from the HapticScene on \a path; its field, or the last
-    /// one where there is no scene.
+    /// Takes array, air, place and hands from the HapticScene on \a path. Returns its field, or the
+    /// last one if there is no scene.
     std::shared_ptr<const midair::bridge::HologramResult> follow(const osg::NodePath& path);
 
     HapticOverlays& _overlays;

@@ -33,13 +33,12 @@ geometryOf(osg::Vec3Array* vertices, osg::Vec4Array* colors, osg::Array::Binding
 
 osg::ref_ptr<osgText::Font> font()
 {
-    // OSG looks in its file path and in Debian's font folders that it knows; the last names are
-    // where Debian and other systems keep it.
+    // Paths of the font in Debian and other systems; the last one is searched in OSG's file path.
     static const osg::ref_ptr<osgText::Font> found = []
     {
-        // Of its own, not the application's: the settings below are ours. Software OpenGL smooths
-        // four times as long over mipmaps and eight times as long anisotropically, and letters are
-        // drawn at about the size of their texels.
+        // A font object of our own, as the settings below must not change the application's.
+        // Software OpenGL takes four times as long to filter with mipmaps and eight times with
+        // anisotropy, and letters are drawn at about the size of their texels.
         const osg::ref_ptr<osgDB::Options> options = new osgDB::Options;
         options->setObjectCacheHint(osgDB::Options::CACHE_NONE);
         osg::ref_ptr<osgText::Font> made;
@@ -152,7 +151,7 @@ void Strokes::frame(const osg::Vec2& lowerLeft,
                     float width,
                     const osg::Vec4& color)
 {
-    const float h = width / 2.0F; // corners meet
+    const float h = width / 2.0F; // extends lines to the corners
     const float x0 = lowerLeft.x();
     const float y0 = lowerLeft.y();
     const float x1 = upperRight.x();

@@ -14,10 +14,11 @@
 namespace osgMidair::pixels
 {
 
-/// DejaVu Sans where it is installed (Debian: fonts-dejavu-core), else OSG's own bitmap font.
+/// Returns DejaVu Sans if it is installed (Debian: fonts-dejavu-core), otherwise OSG's own bitmap
+/// font.
 OSGMIDAIR_EXPORT osg::ref_ptr<osgText::Font> font();
 
-/// \a content at \a position, \a size pixels high.
+/// Makes a text of \a content (UTF-8) at \a position, \a size pixels high.
 OSGMIDAIR_EXPORT osg::ref_ptr<osgText::Text>
 text(const std::string& content,
      const osg::Vec2& position,
@@ -25,19 +26,19 @@ text(const std::string& content,
      const osg::Vec4& color,
      osgText::TextBase::AlignmentType alignment = osgText::TextBase::LEFT_BASE_LINE);
 
-/// A filled rectangle.
+/// Makes a filled rectangle.
 OSGMIDAIR_EXPORT osg::ref_ptr<osg::Geometry>
 rectangle(const osg::Vec2& lowerLeft, const osg::Vec2& upperRight, const osg::Vec4& color);
 
-/// A rectangle that shows \a image, smoothed or texel by texel.
+/// Makes a rectangle that shows \a image, smoothed or texel by texel; \a turned swaps its axes.
 OSGMIDAIR_EXPORT osg::ref_ptr<osg::Geometry> picture(const osg::Vec2& lowerLeft,
                                                      const osg::Vec2& upperRight,
                                                      osg::Image* image,
                                                      bool smooth,
                                                      bool turned = false);
 
-/// Collects strokes of any width into one geometry (as quads, so that their width follows every
-/// scale).
+/// Collects strokes and areas into one geometry. Strokes are drawn as rectangles, so that their
+/// width scales with the picture.
 class OSGMIDAIR_EXPORT Strokes
 {
 public:
@@ -52,7 +53,7 @@ public:
     void disc(const osg::Vec2& centre, float radius, const osg::Vec4& color);
 
     osg::ref_ptr<osg::Geometry> geometry();
-    /// \a geometry shows what has been collected, now and whenever this is called again.
+    /// Makes \a geometry show what has been collected so far; call it again after changes.
     void show(osg::Geometry& geometry);
     void clear();
 
@@ -64,25 +65,26 @@ private:
     osg::ref_ptr<osg::Vec4Array> _colors;
 };
 
-/// Depth test and lighting off, blending on, children drawn in the order in which they were added.
+/// Turns depth test and lighting off and blending on, and draws children in the order in which they
+/// were added.
 OSGMIDAIR_EXPORT void paintInOrder(osg::Node& node, int bin);
 
-/// Round values between \a from and \a to (1, 2 or 5 times a power of ten apart), at most \a atMost
-/// of them.
+/// Returns at most \a atMost round values between \a from and \a to, 1, 2 or 5 times a power of ten
+/// apart.
 OSGMIDAIR_EXPORT std::vector<double> ticks(double from, double to, int atMost);
 
-/// A tick's label: no needless digits, thousands kept apart by a thin gap.
+/// Returns the label of a tick: no needless digits, thousands separated by a blank.
 OSGMIDAIR_EXPORT std::string number(double value);
 
-/// A map with its scale: a bar with ticks, numbers and a heading that names quantity and unit.
-/// Upright bars carry their numbers on the right, lying ones below.
+/// Scale of a colour map: a bar with ticks, numbers and a heading that names quantity and unit.
+/// Upright bars have their numbers on the right, horizontal ones below.
 class OSGMIDAIR_EXPORT ColorBar : public osg::Group
 {
 public:
     struct Layout
     {
         osg::Vec2 lowerLeft;
-        osg::Vec2 size; ///< of the bar without its numbers; pixels
+        osg::Vec2 size; ///< size of the bar without its numbers; pixels
         float textSize = 13.0F;
         osg::Vec4 textColor = {1.0F, 1.0F, 1.0F, 1.0F};
         int maxTicks = 6;
@@ -90,9 +92,9 @@ public:
 
     ColorBar(const ColorMap& map, const std::string& heading, const Layout& layout);
 
-    /// Evenly spread numbers from \a low to \a high; does nothing while they stay the same.
+    /// Sets round numbers from \a low to \a high; does nothing if they are the same.
     void setRange(double low, double high);
-    /// Given labels at given places (0 .. 1).
+    /// Sets labels at given positions (0 .. 1).
     void setLabels(const std::vector<std::pair<double, std::string>>& labels);
 
 private:

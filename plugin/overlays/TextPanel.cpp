@@ -14,8 +14,8 @@ namespace osgMidair::pixels
 namespace
 {
 
-/// Texels a glyph is high: twice what is usual, so that a screen of twice the density still shows
-/// it sharply, and one of single density averages two by two.
+/// Height of a glyph in texels: twice the usual, so that it is sharp on screens of twice the
+/// density; others average two by two texels.
 constexpr unsigned int kResolution = 26;
 
 std::vector<unsigned int> codesOf(const std::string& utf8)

@@ -11,8 +11,8 @@
 namespace osgMidair::pixels
 {
 
-/// Text and strokes that change often, in two draw calls however much is on it: what costs time is
-/// not the pixels but the number of drawables.
+/// Panel with text and strokes that change often, drawn in two draw calls whatever its content: the
+/// number of drawables costs time, not the pixels.
 class OSGMIDAIR_EXPORT TextPanel : public osg::Group
 {
 public:
@@ -25,22 +25,22 @@ public:
 
     TextPanel();
 
-    /// What is put on it from now on replaces what was there.
+    /// Removes the content; finish() shows the change.
     void clear();
-    /// Shows what was put on it since clear().
+    /// Shows the content added since clear().
     void finish();
 
     Strokes& strokes() { return _strokes; }
-    /// \a content (UTF-8, one line) with its baseline at \a position, \a size pixels high; returns
-    /// how wide it is.
+    /// Adds \a content (UTF-8, one line) with its baseline at \a position, \a size pixels high.
+    /// Returns its width.
     float text(const std::string& content,
                const osg::Vec2& position,
                float size,
                const osg::Vec4& color,
                Align align = LEFT);
-    /// How wide \a content would be.
+    /// Returns the width that \a content would have.
     static float width(const std::string& content, float size);
-    /// \a content, its end replaced by two dots if it is wider than \a width.
+    /// Returns \a content, with its end replaced by two dots if it is wider than \a width.
     static std::string fitted(const std::string& content, float size, float width);
 
 private:
@@ -52,29 +52,29 @@ private:
     osg::ref_ptr<osg::Vec3Array> _corners;
     osg::ref_ptr<osg::Vec2Array> _coordinates;
     osg::ref_ptr<osg::Vec4Array> _colors;
-    osg::ref_ptr<osg::Texture2D> _glyphs; ///< all of a font's glyphs that are used
+    osg::ref_ptr<osg::Texture2D> _glyphs; ///< glyphs of the font
 };
 
-/// A map with its scale, upright: numbers on the right of the bar, the heading above.
+/// Upright scale of a colour map, with numbers on the right of the bar and the heading above.
 struct Scale
 {
     const ColorMap* map = nullptr;
     std::string heading;
     osg::Vec2 lowerLeft;
     osg::Vec2 size;
-    std::vector<std::pair<double, std::string>> labels; ///< place (0 .. 1) and text
+    std::vector<std::pair<double, std::string>> labels; ///< position (0 .. 1) and text
 
-    /// Round numbers from 0 to \a high.
+    /// Sets the labels to round numbers from 0 to \a high, at most \a atMost.
     void label(double high, int atMost);
     void draw(TextPanel& sheet, float textSize, const osg::Vec4& color) const;
 };
 
-/// The last values of a figure as a small curve from 0 to their maximum, with its name, the last
+/// Small curve of the last values of a figure from 0 to their maximum, with its name, the last
 /// value and the maximum.
 class OSGMIDAIR_EXPORT Sparkline
 {
 public:
-    /// \a unit follows every number.
+    /// \a unit is shown after each number.
     Sparkline(std::string name, std::string unit);
 
     void add(double value);

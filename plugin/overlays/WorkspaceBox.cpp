@@ -60,8 +60,8 @@ void WorkspaceBox::setBox(const osg::BoundingBox& box_m)
                 lines->push_back(_box.corner(corner));
                 lines->push_back(_box.corner(corner | axis));
             }
-    // Ticks every 50 mm along three edges in front; numbers at the ends only, where they don't
-    // crowd. z stands on the right, since the figures stand on the left.
+    // Ticks along three edges in front, with numbers only at the ends, where there is room. z is on
+    // the right, as the figures are on the left.
     const float textSize = 0.055F * 2.0F * _box.radius() / std::sqrt(3.0F);
     for (int axis = 0; axis < 3; ++axis)
     {

@@ -26,9 +26,9 @@ void setShown(osg::Object& overlays, const OverlayKind& kind, bool shown)
     static_cast<HapticOverlays&>(overlays).getOverlay(kind.name)->setShown(shown);
 }
 
-/// The switches of kinds that share a byte in .osgb, where its lowest bit is the first one's and
-/// says that it is shown; a further bit says that a later one is not, so that files which don't
-/// know it show it. In text each has its name, and is left out where it is shown.
+/// Serializer of the switches of overlays that share a byte in .osgb. The lowest bit is set if the
+/// first one is shown. Further bits are set if a later one is hidden, so that files from before it
+/// existed show it. In text each has a name and is only written when hidden.
 class Switches : public osgDB::BaseSerializer
 {
 public:
@@ -88,14 +88,14 @@ private:
 
 } // namespace
 
-// Not written as a Group: its children are its own affair.
+// Not written as a Group, since it makes its own children.
 REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
                                osgMidair_HapticOverlays,
                                new osgMidair::HapticOverlays,
                                osgMidair::HapticOverlays,
                                "osg::Object osg::Node osgMidair::HapticOverlays")
 {
-    (void)domain; // a name of the macro
+    (void)domain; // unused parameter of the macro
     std::vector<const OverlayKind*> together;
     for (const auto& [place, kind] : overlayKinds())
         if (place < OverlayKind::kFirstKinds)

@@ -14,7 +14,8 @@ namespace
 
 using osgMidair::HapticScene;
 
-/// Nothing in the file: the end of it, when its folder and the user's options count.
+/// Serializer without data. It is the last of a scene, and when read it passes the folder of the
+/// file and applies the user's options.
 class EndOfScene : public osgDB::BaseSerializer
 {
 public:
@@ -28,7 +29,7 @@ public:
 
     bool read(osgDB::InputStream& is, osg::Object& object) override
     {
-        // OSG's reader puts the file's folder in front, unless it reads from a stream.
+        // OSG's reader puts the folder of the file first, unless it reads from a stream.
         const osgDB::Options* options = is.getOptions();
         std::optional<std::string> folder;
         if (options && !options->getDatabasePathList().empty())
@@ -42,16 +43,16 @@ public:
 
 } // namespace
 
-// .osgb is positional: the format's version says how many of the settings follow.
+// .osgb is positional: the format version says how many settings follow.
 REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
                                osgMidair_HapticScene,
                                new osgMidair::HapticScene,
                                osgMidair::HapticScene,
                                "osg::Object osg::Node osg::Group osgMidair::HapticScene")
 {
-    (void)domain; // a name of the macro
+    (void)domain; // unused parameter of the macro
     ADD_INT_SERIALIZER(FormatVersion, 0);
     osgMidair::addSettings<MyClass>(
         *wrapper, osgMidair::sceneSettings(), &MyClass::getSettings, &MyClass::setSettings);
-    wrapper->addSerializer(new EndOfScene, osgDB::BaseSerializer::RW_USER); // stays the last
+    wrapper->addSerializer(new EndOfScene, osgDB::BaseSerializer::RW_USER); // must stay last
 }

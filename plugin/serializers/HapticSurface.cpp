@@ -2,14 +2,14 @@
 
 #include <osgMidair/HapticSurface>
 
-// .osgb is positional: the format's version says how many of the properties follow.
+// .osgb is positional: the format version says how many properties follow.
 REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
                                osgMidair_HapticSurface,
                                new osgMidair::HapticSurface,
                                osgMidair::HapticSurface,
                                "osg::Object osg::Node osg::Group osgMidair::HapticSurface")
 {
-    (void)domain; // a name of the macro
+    (void)domain; // unused parameter of the macro
     ADD_INT_SERIALIZER(FormatVersion, 0);
     osgMidair::addSettings<MyClass>(
         *wrapper, osgMidair::surfaceProperties(), &MyClass::getProperty, &MyClass::setProperty);

@@ -13,9 +13,10 @@
 namespace osgMidair
 {
 
-/// Stores one setting of a struct \a T, which nodes of class \a C give and take as a whole, as
-/// OSG's own serializers store a property: in text where it differs from the default, in .osgb
-/// always and by its place alone. Binary files from before the setting's version don't hold it.
+/// Serializer of one setting of a struct \a T, which nodes of class \a C get and set as a whole. It
+/// stores it as OSG's own serializers store a property: in text files where it differs from the
+/// default, in .osgb always, found by its position. Binary files of versions before the setting's
+/// don't have it.
 template<class C, class T>
 class SettingSerializer : public osgDB::BaseSerializer
 {
@@ -38,7 +39,7 @@ public:
 
     osgDB::IntLookup* getIntLookup() override { return _setting.words.empty() ? nullptr : &_words; }
 
-    /// What OSG calls the kind.
+    /// Returns OSG's type for the kind of setting.
     Type type() const
     {
         constexpr Type kTypes[] = {RW_BOOL, RW_INT, RW_DOUBLE, RW_ENUM, RW_STRING, RW_MATRIXD};
@@ -71,7 +72,7 @@ public:
     }
 
 private:
-    /// False where the file holds nothing: texts that are empty.
+    /// Returns false for an empty text in a text file, which leaves the setting unchanged.
     template<typename M>
     bool readInto(osgDB::InputStream& in, T& all, M member)
     {
@@ -135,8 +136,8 @@ private:
             out << all.*member;
     }
 
-    /// Whether text files leave it out. A NaN is no default: it is written, as it differs from
-    /// everything.
+    /// Returns true if the value is the default, which text files leave out. NaN is written, as it
+    /// differs from everything.
     bool isStoredAlike(const T& all) const
     {
         const auto compare = [&](auto member)
@@ -157,8 +158,8 @@ private:
     osgDB::IntLookup _words;
 };
 
-/// Adds all settings of \a table, version by version: what is newer stands behind what older files
-/// hold.
+/// Adds serializers for all settings of \a table, version by version, so that newer settings follow
+/// those that older files have.
 template<class C, class T>
 void addSettings(osgDB::ObjectWrapper& wrapper,
                  const SettingTable<T>& table,
