@@ -47,9 +47,8 @@ public:
     /// descriptor that this process can't write to any more.
     bool execute();
 
-    /// waits for the child's end; true if it wrote all bytes
 private:
-    bool await();
+    bool await(); ///< waits for the child's end; true if it wrote all bytes
 
     int _alive = -1; ///< end of a socket pair; if it closes without kFarewell, this process died
     pid_t _guard = -1;

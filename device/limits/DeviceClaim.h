@@ -21,9 +21,8 @@ public:
     DeviceClaim(const DeviceClaim&) = delete;
     DeviceClaim& operator=(const DeviceClaim&) = delete;
 
-    /// empty: nothing to claim
 private:
-    std::string _key;
+    std::string _key; ///< empty: nothing to claim
 };
 
 } // namespace midair::device

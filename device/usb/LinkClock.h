@@ -7,14 +7,14 @@
 namespace midair::device
 {
 
-/// When something is due on a link: a sign of life for the device's watchdog, a question how it
-/// fares, and the end when it gives no answers. Times are those of std::chrono::steady_clock, in
+/// Tells when something is due on a link: a keep-alive for the device's watchdog, a status query,
+/// and giving up when the device doesn't answer. Times are those of std::chrono::steady_clock, in
 /// seconds.
 class LinkClock
 {
 public:
     static constexpr double kStatusInterval_s = 0.25;
-    static constexpr double kSilentDevice_s = 1.0; ///< without a valid answer it is given up
+    static constexpr double kSilentDevice_s = 1.0; ///< without a valid answer the link is given up
 
     void start(double now_s)
     {
@@ -34,7 +34,8 @@ public:
     }
 
     double heard_s() const { return _heard_s; }
-    /// Asked several times, since a host that was stopped for a while hasn't heard anything either.
+    /// Returns true if no answer came for kSilentDevice_s in spite of several queries: a host that
+    /// was stopped for a while hasn't received anything either.
     bool isDeviceSilent(double now_s) const
     {
         return now_s - _heard_s > kSilentDevice_s && _questions >= kMostQuestions;
@@ -56,10 +57,10 @@ private:
     double _submitted_s = 0;
     double _asked_s = 0;
     double _heard_s = 0;
-    int _questions = 0; ///< since an answer came
+    int _questions = 0; ///< since the last answer
 };
 
-/// A MUTE that goes out again and again until the device has answered it.
+/// A MUTE that is repeated every kRetry_s until the device has answered it.
 class PendingMute
 {
 public:
@@ -86,8 +87,8 @@ public:
     double nextDue_s() const { return _sent_s + kRetry_s; }
 
 private:
-    std::uint32_t _awaited = 0; ///< sequence number of one not yet answered; 0: none
-    std::uint32_t _sent = 0;    ///< of the last one that was handed over
+    std::uint32_t _awaited = 0; ///< sequence number of the MUTE not yet answered; 0: none
+    std::uint32_t _sent = 0;    ///< sequence number of the last one sent
     double _sent_s = 0;
 };
 

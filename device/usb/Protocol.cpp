@@ -24,7 +24,7 @@ void putU16(std::vector<std::uint8_t>& out, std::size_t at, std::size_t value)
     out[at + 1] = static_cast<std::uint8_t>(value >> 8);
 }
 
-// Header with the payload's length still open; gives where the packet begins.
+// Appends a header with the payload's length left 0, for finish(); returns the packet's offset.
 std::size_t begin(std::vector<std::uint8_t>& out,
                   Type type,
                   std::uint16_t board,
@@ -109,8 +109,7 @@ Info readInfo(base::ByteReader& in)
     return info;
 }
 
-// Whether a payload of this length may belong to the type, so that garbage is known by its first 12
-// bytes.
+// True if a payload of the type may have this length; detects garbage by its first 12 bytes.
 bool lengthFits(Type type, std::size_t length)
 {
     switch (type)
@@ -294,8 +293,8 @@ StreamParser::Result StreamParser::parse(std::size_t& used, Packet& packet) cons
     const std::uint8_t version = in.u8();
     const Type type = static_cast<Type>(in.u8());
     const std::size_t length = in.u16();
-    // Other versions may have other packets, but how they greet stays, so that both sides can say
-    // what is wrong.
+    // Other versions may have other packets, but HELLO and INFO stay the same, so that both sides
+    // can report the difference.
     const bool greeting = type == Type::HELLO || type == Type::INFO;
     if (!lengthFits(type, length) || (version != kVersion && !greeting)) return Result::BAD;
     const std::size_t whole = kHeaderBytes + length + kCrcBytes;
@@ -334,7 +333,7 @@ bool StreamParser::next(Packet& packet)
         const auto* end = _bytes.data() + _bytes.size();
         _begin = static_cast<std::size_t>(std::find(from, end, kMagic0) - _bytes.data());
     }
-    // What is left is at most the start of one packet, so this copies little.
+    // At most the start of one packet is left, so this copies little.
     _bytes.erase(_bytes.begin(), _bytes.begin() + static_cast<std::ptrdiff_t>(_begin));
     _begin = 0;
     return false;

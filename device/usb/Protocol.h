@@ -14,7 +14,7 @@ namespace midair::device
 struct DeviceLayout;
 
 /// The wire format of the array, as pure functions: bytes <-> packets. PROTOCOL.md describes it for
-/// those who write firmware.
+/// authors of firmware.
 namespace protocol
 {
 
@@ -23,8 +23,8 @@ constexpr std::size_t kHeaderBytes = 12;
 constexpr std::size_t kCrcBytes = 4;
 constexpr std::uint16_t kAllBoards = 0xFFFF;
 constexpr int kMostInPacket = 1024;            ///< transducers in one DATA packet
-constexpr double kWatchdog_s = 0.1;            ///< the device mutes when no packet came for so long
-constexpr double kKeepAliveInterval_s = 0.025; ///< three may be lost before the watchdog bites
+constexpr double kWatchdog_s = 0.1;            ///< the device mutes if no packet came for this time
+constexpr double kKeepAliveInterval_s = 0.025; ///< three may be lost before the watchdog mutes
 
 enum class Type : std::uint8_t
 {
@@ -35,12 +35,12 @@ enum class Type : std::uint8_t
                       ///< answered by STATUS
     KEEPALIVE = 0x05, ///< feeds the watchdog
     GET_STATUS = 0x06, ///< answered by STATUS
-    IDENTIFY = 0x07,   ///< the board shows its light
+    IDENTIFY = 0x07,   ///< turns the board's light on or off
     STATUS = 0x81,
     INFO = 0x82
 };
 
-/// What the device says about itself.
+/// The device's description of itself.
 struct Info
 {
     std::uint8_t firmwareMajor = 0;
@@ -51,53 +51,53 @@ struct Info
     std::uint16_t phaseLevels = 256;
     std::uint16_t dutyLevels = 256;
     std::uint16_t watchdog_ms = 100;
-    std::uint16_t fieldsPerSecond = 0; ///< most that it plays
-    std::uint32_t nonce = 0;           ///< the HELLO's
+    std::uint16_t fieldsPerSecond = 0; ///< the most that it plays
+    std::uint32_t nonce = 0;           ///< that of the HELLO
 
     std::string firmware() const; ///< "1.2.3"
 };
 
 enum StatusFlags : std::uint16_t
 {
-    PLAYING = 1,          ///< a field sounds
+    PLAYING = 1,          ///< a field is played
     MUTED = 2,            ///< since the last MUTE no field has been committed
-    WATCHDOG_FIRED = 4,   ///< muted since the host stopped talking
-    OVER_TEMPERATURE = 8, ///< muted since too hot
+    WATCHDOG_FIRED = 4,   ///< muted because no packets came from the host
+    OVER_TEMPERATURE = 8, ///< muted because it is too hot
     BOARD_FAULT = 16      ///< a board doesn't answer
 };
 
-/// How the device fares; sent after each COMMIT, MUTE and GET_STATUS and when the watchdog or the
-/// temperature mutes. The packet's sequence number is that of the COMMIT or MUTE that it answers,
-/// else 0.
+/// State and counters of the device; sent after each COMMIT, MUTE and GET_STATUS and when the
+/// watchdog or the temperature mutes. The packet's sequence number is that of the COMMIT or MUTE
+/// that it answers, else 0.
 struct Status
 {
-    std::uint32_t lastPlayed =
-        0; ///< sequence number of the last field committed; 0: none in this session
+    /// sequence number of the last field committed; 0: none in this session
+    std::uint32_t lastPlayed = 0;
     std::uint16_t flags = 0;         ///< StatusFlags
     std::int16_t temperature_dC = 0; ///< tenths of a degree Celsius
     std::uint32_t played = 0;     ///< commits that swapped, since power-on; like all counters below
     std::uint32_t stale = 0;      ///< commits dropped as not newer than the last field or mute
     std::uint32_t incomplete = 0; ///< commits refused since data were missing
-    std::uint32_t badPackets =
-        0; ///< bytes that were no packet (counted once a gap), wrong CRC or contents
+    /// bytes that were no packet (counted once per gap), wrong CRC or contents
+    std::uint32_t badPackets = 0;
     std::uint32_t watchdogs = 0; ///< times the watchdog muted
 };
 
-/// One packet taken apart. Which members count depends on the type.
+/// One parsed packet. Its type says which members are used.
 struct Packet
 {
     Type type = Type::KEEPALIVE;
     std::uint16_t board = kAllBoards;
     std::uint32_t sequence = 0;
 
-    std::uint8_t version =
-        kVersion;            ///< of the sender; only HELLO and INFO may have another than ours
-    std::uint32_t nonce = 0; ///< HELLO
+    /// the sender's protocol version; only HELLO and INFO may have another than kVersion
+    std::uint8_t version = kVersion;
+    std::uint32_t nonce = 0;          ///< HELLO
     std::uint16_t watchdog_ms = 100;  ///< HELLO
     std::uint16_t first = 0;          ///< DATA: first transducer within the board
     std::vector<std::uint8_t> phases; ///< DATA
     std::vector<std::uint8_t> duties; ///< DATA, as long
-    std::uint32_t transducers = 0;    ///< COMMIT: how many the field has
+    std::uint32_t transducers = 0;    ///< COMMIT: number of transducers of the field
     bool light = false;               ///< IDENTIFY
     Status status;                    ///< STATUS
     Info info;                        ///< INFO
@@ -106,7 +106,7 @@ struct Packet
 /// Appends one packet.
 void append(std::vector<std::uint8_t>& out, const Packet& packet);
 
-/// How a field is cut into DATA packets: boards ascending, each in ranges of at most kMostInPacket.
+/// The part of a field that one DATA packet carries.
 struct Range
 {
     std::uint16_t board = 0;
@@ -114,6 +114,7 @@ struct Range
     std::uint16_t count = 0;
     int offset = 0; ///< within the field
 };
+/// How a field is cut into DATA packets: boards ascending, each in ranges of at most kMostInPacket.
 std::vector<Range> ranges(const DeviceLayout& layout);
 
 /// Appends all DATA packets of a field, or its COMMIT; no allocation once \a out is large enough.
@@ -123,7 +124,7 @@ void appendData(std::vector<std::uint8_t>& out,
                 std::uint32_t sequence);
 void appendCommit(std::vector<std::uint8_t>& out, int transducers, std::uint32_t sequence);
 
-/// Both.
+/// Appends all DATA packets and the COMMIT.
 void appendField(std::vector<std::uint8_t>& out,
                  const DriveSignal& signal,
                  const std::vector<Range>& ranges,
@@ -131,21 +132,21 @@ void appendField(std::vector<std::uint8_t>& out,
 
 using device::newer; // sequence numbers
 
-/// Cuts a byte stream into packets. What is no packet is skipped and counted; the next whole packet
-/// is found behind it, whatever was lost, and however the bytes are cut into transfers.
+/// Cuts a byte stream into packets. Bytes that are no packet are skipped and counted, and the next
+/// whole packet is found after them, however the bytes are cut into transfers.
 class StreamParser
 {
 public:
     void push(const std::uint8_t* bytes, std::size_t count);
-    bool next(Packet& packet); ///< false: no whole packet left
+    bool next(Packet& packet); ///< takes the next packet; false: no whole one is left
     std::uint32_t badPackets() const { return _bad; }
-    void clear(); ///< forgets a started packet, keeps the counter
+    void clear(); ///< drops an incomplete packet, keeps the counter
 
 private:
     enum class Result
     {
         PACKET,
-        MORE, ///< whole so far
+        MORE, ///< valid so far, but incomplete
         BAD
     };
     Result parse(std::size_t& used, Packet& packet) const;

@@ -92,7 +92,7 @@ void UsbArrayDevice::connect(bool isBack)
 void UsbArrayDevice::giveUp(const std::string& why)
 {
     _connected = false;
-    const std::unique_ptr<UsbLink> link = _connection.detach(); // ends with this function
+    const std::unique_ptr<UsbLink> link = _connection.detach(); // destroyed at the end
     _connection.counters().countFault(why);
     spdlog::error("{}: {}; silent until it is back", _connection.name(), why);
 }
@@ -123,14 +123,14 @@ void UsbArrayDevice::run()
         }
         catch (const DeviceError& error)
         {
-            if (refusal != error.what()) // each reason once, not every quarter of a second
+            if (refusal != error.what()) // logs each reason once, not every 0.25 s
                 spdlog::warn("{}", error.what());
             refusal = error.what();
         }
     }
 }
 
-// What the firmware said when it was greeted; nothing while it isn't there.
+// fieldsPerSecond is what the firmware said when it was greeted last; 0 before.
 DriveAbility UsbArrayDevice::ability() const
 {
     DriveAbility ability;

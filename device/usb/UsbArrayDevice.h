@@ -17,29 +17,28 @@ class DeviceUri;
 
 /// `usb:` and `usb:SERIAL`: the array over libusb, in the protocol of PROTOCOL.md.
 ///
-/// send() packs and submits the field where a transfer is free: that doesn't wait for the hardware,
-/// and no other thread has to wake up for it. Else it leaves it in a slot one deep, where a newer
-/// one replaces it, for a worker thread, who also does all the rest. A field whose transfer fails
-/// is sent once more, whole, unless a newer one waits. When the device is lost the worker looks for
-/// it every quarter of a second and takes it up again, silent until the next field.
+/// send() packs and submits the field if a transfer is free, without waiting for the hardware or
+/// waking another thread. Otherwise it leaves the field in a slot for one, where a newer one
+/// replaces it; a worker thread sends it and does everything else. A field whose transfer fails is
+/// sent once more unless a newer one waits. When the device is lost, the worker looks for it every
+/// 0.25 s and connects again; the array stays silent until the next field.
 ///
-/// A field of a joint goes in two transfers: its data, and when all have theirs its commit. Until
-/// then newer ones wait in the slot. With a fault, or with 8 fields not confirmed, the device
-/// leaves the joint and plays the field by itself.
+/// A field of a joint goes in two transfers: its data, and its commit once all devices have their
+/// data. Until then newer fields wait in the slot. After a fault, or with 8 fields not confirmed,
+/// the device leaves the joint and plays the field by itself.
 class UsbArrayDevice : public ArrayDevice
 {
 public:
     struct Options
     {
         UsbAddress address;
-        bool wait = false; ///< begin without the device instead of throwing
+        bool wait = false; ///< if the device isn't there, wait for it instead of throwing
     };
     static Options takeOptions(DeviceUri& uri); ///< path: serial number; `id=VVVV:PPPP`, `wait`
 
-    /// Throws DeviceError: what UsbTransferPool says, another protocol version, another number of
-    /// transducers or boards, no answer.
+    /// Throws DeviceError as UsbLink does, unless \a options.wait.
     UsbArrayDevice(const DeviceLayout& layout, const Options& options);
-    ~UsbArrayDevice() override; ///< mutes and waits until the device said so, at most 0.2 s
+    ~UsbArrayDevice() override; ///< mutes and waits at most 0.2 s until the device confirms it
 
     bool send(const DriveSignal& signal) override { return sendTogether(signal, nullptr); }
     bool canStage() const override { return true; }
@@ -62,13 +61,13 @@ private:
 
     const DeviceLayout _layout;
     const Options _options;
-    std::atomic<int> _fieldsPerSecond{0}; ///< what the firmware said; 0 before
+    std::atomic<int> _fieldsPerSecond{0}; ///< as the firmware says; 0: not connected yet
     UsbConnection _connection;
-    bool _connected = false; ///< the thread's, once that is there
+    bool _connected = false; ///< used by the thread only, once it runs
     std::mutex _mutex;
     std::condition_variable _wake;
     bool _closing = false;
-    std::thread _thread; ///< looks for the array while it is away, and works for the connection
+    std::thread _thread; ///< calls work(), and looks for the array while it is away
 };
 
 } // namespace midair::device

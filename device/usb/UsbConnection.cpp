@@ -31,8 +31,8 @@ UsbConnection::UsbConnection(const DeviceLayout& layout, const std::string& name
 {
 }
 
-// The link's end waits for callbacks that need _mutex, so it comes outside the lock, here and after
-// detach().
+// The link's destructor waits for callbacks that need _mutex, so the link is destroyed without the
+// lock, here and after detach().
 UsbConnection::~UsbConnection()
 {
     std::unique_ptr<UsbLink> link;
@@ -110,7 +110,7 @@ bool UsbConnection::canHandOver() const
     return !_busy && _link != nullptr && _fault == Outcome::DONE && _link->hasFree();
 }
 
-// Most of what happens needs no worker, and to wake a thread for nothing costs more than a field.
+// Wakes the worker only if it has something to do: waking it costs more than sending a field.
 void UsbConnection::wakeWorker()
 {
     if (_queue.waits() || _queue.isCommitDue() || _fault != Outcome::DONE || _mute.isAwaited())
@@ -121,7 +121,7 @@ template<typename Action>
 auto UsbConnection::alone(std::unique_lock<std::mutex>& lock, Action&& action)
 {
     _busy = true;
-    lock.unlock(); // the pool may tell us at once
+    lock.unlock(); // the pool may call onSent() at once
     const auto result = action(*_link);
     lock.lock();
     _busy = false;
@@ -173,7 +173,7 @@ void UsbConnection::submitCommit(std::unique_lock<std::mutex>& lock)
     handOver(lock);
 }
 
-// _bytes, of the newest on its way.
+// Sends _bytes, which belong to the newest field in flight.
 void UsbConnection::handOver(std::unique_lock<std::mutex>& lock)
 {
     FieldQueue::Field& field = _queue.newest();
@@ -214,8 +214,7 @@ void UsbConnection::drop(const JointCommit& joint)
     if (_queue.dropFor(joint) && _queue.waits() && canSubmit()) submitField(lock);
 }
 
-// The worker repeats the MUTE until the device says that it is muted. Fields that still come to it
-// have smaller sequence numbers and never play.
+// Fields that still reach the device have smaller sequence numbers than the MUTE and never play.
 void UsbConnection::mute()
 {
     std::vector<Joint> joints;
@@ -237,7 +236,7 @@ void UsbConnection::mute()
 
 bool UsbConnection::submitMute()
 {
-    // False while it is busy with the one before: the worker tries again when that is through.
+    // False while the last control transfer is in flight; the worker tries again after it.
     if (!_link->mute(_mute.sequence())) return false;
     _mute.onSent(base::steadySeconds());
     return true;
@@ -257,7 +256,7 @@ std::string UsbConnection::work()
         else if (!_busy && _clock.isDeviceSilent(now_s))
             return "gives no answer that this program understands since " +
                    base::shortNumber(LinkClock::kSilentDevice_s) + " s";
-        else if (_busy || !workOnce(lock)) // who is busy wakes us when done
+        else if (_busy || !workOnce(lock)) // alone() wakes this thread when it ends
         {
             double due_s = _clock.nextDue_s();
             if (_mute.isAwaited()) due_s = std::min(due_s, _mute.nextDue_s());
@@ -271,8 +270,8 @@ std::string UsbConnection::work()
 bool UsbConnection::workOnce(std::unique_lock<std::mutex>& lock)
 {
     const double now_s = base::steadySeconds();
-    // Answers come in order: what was heard so long after a field came after that field's own
-    // answer. The clock alone would blame the device for a host whose threads don't get to run.
+    // Answers come in order, so an answer this long after a field came after that field's own
+    // answer. The time now would blame the device when the host's threads don't get to run.
     if (_queue.loseUnconfirmed(_clock.heard_s(), kConfirm_s))
     {
         _counters.countFault("a field was never confirmed");
@@ -298,8 +297,8 @@ bool UsbConnection::workOnce(std::unique_lock<std::mutex>& lock)
     return true;
 }
 
-// A fault that the device survives: lift the stall and send the newest field again, whole. Else
-// gives why it doesn't.
+// Recovers from a fault: clears the stall and sends the newest field again. Returns the reason if
+// the link has to be given up.
 std::string UsbConnection::recover(std::unique_lock<std::mutex>& lock)
 {
     const Outcome fault = std::exchange(_fault, Outcome::DONE);
@@ -309,7 +308,7 @@ std::string UsbConnection::recover(std::unique_lock<std::mutex>& lock)
     _counters.countFault(outcomeName(fault));
     if (_faultsInRow == 1)
         spdlog::warn("{}: {}; the field is sent again", _name, outcomeName(fault));
-    // Nobody sends into a halted pipe.
+    // The field is sent again only once the pipe isn't halted any more.
     if (!alone(lock, [](UsbLink& link) { return link.clearHalt(); })) return "unplugged";
     const Joint left = _queue.repeatFailed();
     if (left == nullptr) return {};
@@ -369,7 +368,7 @@ void UsbConnection::onAnswer(const Packet& packet)
     _heard.notify_all();
 }
 
-// Every commit is answered, in order, so what is older than the one answered was not played.
+// Every commit is answered, in order, so older fields than the one answered were not played.
 void UsbConnection::takeStatus(const Packet& packet)
 {
     const protocol::Status& status = packet.status;

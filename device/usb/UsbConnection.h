@@ -17,9 +17,9 @@
 namespace midair::device
 {
 
-/// What goes to an array on the USB and what comes back: fields, mutes, signs of life, faults;
-/// while it is there. When it isn't, fields are refused. Who owns this opens the link, and its
-/// thread does in work() what no other does.
+/// The traffic with an array on the USB: fields, mutes, keep-alives, answers and faults, over a
+/// UsbLink while one is attached; without one, fields are refused. The owner opens the link, and
+/// its thread calls work().
 class UsbConnection : public UsbLink::Owner, private JointCommit::Device
 {
 public:
@@ -29,8 +29,8 @@ public:
     {
         AWAY,
         GREETING, ///< a link is being opened
-        READY,    ///< takes fields, also while a fault is recovered from
-        CLOSING   ///< takes none any more, for good
+        READY,    ///< takes fields, also while it recovers from a fault
+        CLOSING   ///< takes no fields any more; final
     };
 
     UsbConnection(const DeviceLayout& layout, const std::string& name);
@@ -39,17 +39,19 @@ public:
     UsbConnection(const UsbConnection&) = delete;
     UsbConnection& operator=(const UsbConnection&) = delete;
 
-    // Any thread.
+    // These may be called from any thread.
 
     bool send(const DriveSignal& signal, const Joint& joint); ///< see UsbArrayDevice
+    /// Turns the array off at once and drops all fields; work() repeats the MUTE until the device
+    /// confirms it.
     void mute();
     bool identify(int board, bool light)
     {
         const std::lock_guard<std::mutex> lock(_mutex);
         return _link != nullptr && _link->identify(board, light);
     }
-    FieldCounters& counters() { return _counters; } ///< all but the fields'
-    std::string name() const                        ///< the last link's
+    FieldCounters& counters() { return _counters; } ///< all but those of fields
+    std::string name() const                        ///< of the last link
     {
         const std::lock_guard<std::mutex> lock(_mutex);
         return _name;
@@ -61,24 +63,25 @@ public:
         _queue.addTo(report);
         return report;
     }
-    std::uint16_t flags() const ///< protocol::StatusFlags that the device told last
+    std::uint16_t flags() const ///< the last protocol::StatusFlags that the device sent
     {
         const std::lock_guard<std::mutex> lock(_mutex);
         return _flags;
     }
     std::vector<std::complex<float>> played() const { return _playing.activations(); }
 
-    // One thread: in turn begin(), attach() or, where there is no link, detach(); while attached,
-    // work().
+    // These are called by one thread, in this order: begin(); then attach(), or detach() if there
+    // is no link; work() while attached.
 
-    void begin(); ///< a link is about to be opened, of which this is the owner
-    void attach(std::unique_ptr<UsbLink> link, bool isBack); ///< \a isBack: counts as a reconnect
-    /// What is on its way is lost. The caller ends the link.
+    void begin(); ///< to be called before a link with this as its owner is opened
+    void attach(std::unique_ptr<UsbLink> link, bool isBack); ///< \a isBack: count a reconnect
+    /// Counts fields in flight as lost; the caller destroys the returned link.
     std::unique_ptr<UsbLink> detach();
-    /// Does what is due. Gives why the link is to be given up, or nothing when closed.
+    /// Does what is due until the link has to be given up, and returns the reason, or an empty
+    /// string after close().
     std::string work();
-    /// Has work() return; first mutes, in no joint any more, and waits at most \a atMost_s until
-    /// the device said so. Any thread.
+    /// Leaves all joints, mutes, waits at most \a atMost_s until the device confirms it, and makes
+    /// work() return. Any thread.
     void close(double atMost_s);
 
 private:
@@ -92,41 +95,43 @@ private:
     void drop(const JointCommit& joint) override;
 
     // With _mutex held.
-    void become(State state); ///< but for CLOSING, which stays
+    void become(State state); ///< sets the state, unless it is CLOSING
     bool canHandOver() const;
     bool canSubmit() const { return !_queue.isFull() && !_queue.isStaged() && canHandOver(); }
     void submitField(std::unique_lock<std::mutex>& lock);
     void submitCommit(std::unique_lock<std::mutex>& lock);
     void handOver(std::unique_lock<std::mutex>& lock);
     bool submitMute();
-    std::vector<Joint> settleAll(bool isLost);         ///< gives the joints that were waited for
-    bool workOnce(std::unique_lock<std::mutex>& lock); ///< one thing that is due; false: nothing
+    std::vector<Joint> settleAll(bool isLost); ///< returns the joints of fields not committed
+    /// does one thing that is due; false: none was
+    bool workOnce(std::unique_lock<std::mutex>& lock);
     std::string recover(std::unique_lock<std::mutex>& lock);
     void takeStatus(const protocol::Packet& packet);
     void noteFault(Outcome outcome);
     void wakeWorker();
-    /// Calls action(link) unlocked, while nobody else is at the link or at _bytes, but for a mute.
+    /// Calls action(link) with the lock released, while no other thread uses the link or _bytes,
+    /// except for a mute.
     template<typename Action>
     auto alone(std::unique_lock<std::mutex>& lock, Action&& action);
 
     const DeviceLayout _layout;
     const std::vector<protocol::Range> _ranges;
-    FieldCounters _counters; ///< but for the fields'
+    FieldCounters _counters; ///< all but those of fields
     mutable std::mutex _mutex;
-    std::condition_variable _wake;  ///< the worker
-    std::condition_variable _free;  ///< who waits until nobody is busy
-    std::condition_variable _heard; ///< who waits for an answer
+    std::condition_variable _wake;  ///< wakes the worker
+    std::condition_variable _free;  ///< _busy became false
+    std::condition_variable _heard; ///< an answer or a fault came, or the link is gone
     State _state = State::AWAY;
     std::unique_ptr<UsbLink> _link;
-    bool _busy = false; ///< somebody is in alone()
+    bool _busy = false; ///< a thread is in alone()
     std::vector<std::uint8_t> _bytes;
     FieldQueue _queue;
     PendingMute _mute;
     LinkClock _clock;
-    HeldField _playing; ///< the last field that it confirmed
+    HeldField _playing; ///< the last field that the device confirmed
     std::uint32_t _sequence = 0;
-    std::uint16_t _flags = 0;       ///< protocol::StatusFlags that the device told last
-    Outcome _fault = Outcome::DONE; ///< one to be recovered from
+    std::uint16_t _flags = 0;       ///< the last protocol::StatusFlags that the device sent
+    Outcome _fault = Outcome::DONE; ///< the fault to recover from; DONE: none
     int _faultsInRow = 0;
     std::string _name;
     const std::shared_ptr<JointCommit::Seat> _seat;

@@ -17,7 +17,8 @@ namespace
 
 constexpr std::chrono::milliseconds kGreeting(500);
 
-// Another one each time, so that no answer to an earlier greeting is taken for ours.
+// A new one each time, so that an answer to an earlier greeting isn't taken for the answer to this
+// one.
 std::uint32_t newNonce()
 {
     static std::atomic<std::uint32_t> count{0};
@@ -54,7 +55,7 @@ void UsbLink::greet()
         name() + ": gives no answer that this program understands; is osgMidair's firmware on it?");
 }
 
-// INFO isn't written to any more: only the answer to the greeting carries its nonce.
+// Reads _info without the lock: after the greeting it isn't written any more.
 void UsbLink::check(const DeviceLayout& layout) const
 {
     const protocol::Info& info = _info.info;

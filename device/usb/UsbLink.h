@@ -12,41 +12,44 @@
 namespace midair::device
 {
 
-/// An array that is plugged in, opened and greeted: it speaks our protocol and is the one that the
-/// layout describes.
+/// A connection to an array that is plugged in, opened and greeted: the array speaks osgMidair's
+/// protocol and matches the layout.
 class UsbLink : private UsbTransferPool::Listener
 {
 public:
     using Outcome = UsbTransferPool::Outcome;
 
-    /// Told on the pool's event thread, with no lock held, from the greeting on.
+    /// Gets the link's events, on the pool's event thread, with no lock held, from the greeting on.
     class Owner
     {
     public:
         virtual ~Owner() = default;
+        /// The transfer of send() with \a token ended; 0: a packet other than a field.
         virtual void onSent(std::uint64_t token, Outcome outcome) = 0;
         virtual void onAnswer(const protocol::Packet& packet) = 0;
+        /// No answers come any more until clearHalt().
         virtual void onReceiveFailed(Outcome outcome) = 0;
-        /// Bytes that are no packet; \a first: for the first time on this link.
+        /// Bytes came that are no packet; \a first: for the first time on this link.
         virtual void onNonsense(bool first) = 0;
     };
 
-    /// Throws DeviceError: what UsbTransferPool says, no answer, another protocol version, another
-    /// number of transducers or boards.
+    /// Throws DeviceError as UsbTransferPool does, and if the array doesn't answer or has another
+    /// protocol version, number of transducers or number of boards.
     UsbLink(const UsbAddress& address, const DeviceLayout& layout, Owner& owner);
 
-    // Any thread; false when it can't be handed over now.
+    // These may be called from any thread; those that send return false if no transfer is free or
+    // the array is gone.
 
     bool hasFree() const { return _pool->hasFree(); }
     bool send(std::uint64_t token, const std::vector<std::uint8_t>& bytes)
     {
         return _pool->send(token, bytes);
     }
-    bool send(protocol::Type type);       ///< a packet that is no more than its type
-    bool mute(std::uint32_t sequence);    ///< overtakes all that waits in the pipe
-    bool identify(int board, bool light); ///< overtakes as well; -1: all boards
+    bool send(protocol::Type type);       ///< sends a packet without payload
+    bool mute(std::uint32_t sequence);    ///< goes by the control endpoint, so it overtakes fields
+    bool identify(int board, bool light); ///< goes by the control endpoint; -1: all boards
     void cancelSends() { _pool->cancelSends(); }
-    /// Lifts a stall; false when that fails. Not on the event thread.
+    /// Clears a stall; returns false if that fails. Must not be called on the event thread.
     bool clearHalt() { return _pool->clearHalt(); }
 
     const std::string& name() const { return _pool->name(); }
@@ -62,15 +65,15 @@ private:
     void noteFault(Outcome outcome);
 
     Owner& _owner;
-    const std::uint32_t _nonce;     ///< of our HELLO, and of the INFO that answers it
-    protocol::StreamParser _parser; ///< the event thread's
-    std::uint32_t _nonsense = 0;    ///< the event thread's
-    std::mutex _mutex;              ///< of what follows, while greeting
+    const std::uint32_t _nonce;     ///< sent in HELLO; the INFO that answers it has the same
+    protocol::StreamParser _parser; ///< used by the event thread only
+    std::uint32_t _nonsense = 0;    ///< bad packets reported; used by the event thread only
+    std::mutex _mutex;              ///< guards _greeted, _fault and _info
     std::condition_variable _heard;
     bool _greeted = false;
     Outcome _fault = Outcome::DONE;
     protocol::Packet _info;
-    std::unique_ptr<UsbTransferPool> _pool; ///< last: ends before what its thread calls
+    std::unique_ptr<UsbTransferPool> _pool; ///< last: its thread uses all other members
 };
 
 } // namespace midair::device

@@ -25,9 +25,9 @@ std::string nodeOf(libusb_device* device)
     return text;
 }
 
-// libusb doesn't tell. Another thread may have the same device open for a moment, to read its
-// serial number, so the descriptor also has to be the one that holds the claim: to claim again what
-// it holds succeeds and changes nothing, for any other it is busy.
+// libusb doesn't return it. Another thread may have the same device open for a moment, to read its
+// serial number, so the descriptor must also be the one that holds the claim: claiming again
+// succeeds and changes nothing for that one, and fails with EBUSY for any other.
 int descriptorOf(libusb_device_handle* handle, unsigned interface)
 {
     struct stat node
@@ -39,8 +39,8 @@ int descriptorOf(libusb_device_handle* handle, unsigned interface)
     // NOLINTNEXTLINE(concurrency-mt-unsafe): no other thread has this DIR
     while (const dirent* entry = ::readdir(open.get()))
     {
-        const int descriptor =
-            std::atoi(entry->d_name); // of "." and "..": 0, which comes once more
+        // 0 for "." and "..", which is a descriptor anyway
+        const int descriptor = std::atoi(entry->d_name);
         struct stat file
         {
         };

@@ -15,7 +15,7 @@ namespace midair::device
 namespace
 {
 
-// How the interface is known, whatever its number (PROTOCOL.md).
+// Identify the interface, whatever its number (PROTOCOL.md).
 constexpr std::uint8_t kClass = 0xFF;
 constexpr std::uint8_t kSubclass = 0x4D;
 constexpr std::uint8_t kProtocol = 0x48;
@@ -41,7 +41,7 @@ std::string serialOf(libusb_device_handle* handle, std::uint8_t index)
     return reinterpret_cast<const char*>(text);
 }
 
-/// The devices that are there now, unreferenced at the end.
+/// The list of devices that are plugged in now; the destructor frees it.
 class DeviceList
 {
 public:

@@ -255,8 +255,8 @@ void UsbTransferPool::onOut(libusb_transfer* transfer)
         transfer->actual_length < transfer->length)
         outcome = Outcome::SHORT;
     const std::uint64_t token = slot.token;
-    pool.settle(slot); // before the listener, who wants the next transfer; the pool lives on until
-                       // this thread has ended
+    // Before the listener, which may use the slot again; the pool exists until this thread ends.
+    pool.settle(slot);
     pool._listener.onSent(token, outcome);
 }
 

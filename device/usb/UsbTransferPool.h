@@ -17,18 +17,18 @@ struct libusb_transfer;
 namespace midair::device
 {
 
-/// Which USB device is meant; the interface is found by its class (PROTOCOL.md).
+/// Identifies a USB device; its interface is found by its class (PROTOCOL.md).
 struct UsbAddress
 {
     std::uint16_t vendor = 0x1209;  ///< pid.codes
-    std::uint16_t product = 0x0001; ///< its id for tests, until one is registered
-    std::string serial;             ///< empty: the first that is there
+    std::uint16_t product = 0x0001; ///< pid.codes' id for tests, until one is registered
+    std::string serial;             ///< empty: the first device found
 };
 
-/// An FT232H as it leaves the factory: perhaps the chip of a board.
+/// An FT232H with its factory ids, which may be the chip of a board.
 inline const UsbAddress kFifoAddress{0x0403, 0x6014, {}};
 
-/// What is plugged in, for lists.
+/// One USB device that is plugged in, for lists.
 struct UsbListing
 {
     int bus = 0;
@@ -36,18 +36,19 @@ struct UsbListing
     std::string serial;    ///< empty when it can't be opened
     std::string condition; ///< "free", or why it can't be used
 };
+/// Lists the devices that match \a which.
 std::vector<UsbListing> listUsbDevices(const UsbAddress& which);
 
 /// One claimed interface of a USB device: a pool of asynchronous OUT transfers, one IN transfer
-/// that is always waiting, and the thread that handles libusb's events. Has a libusb context of its
-/// own, so that it sees what was plugged in before it.
+/// that always waits for answers, and the thread that handles libusb's events. Has its own libusb
+/// context, so that it sees devices that were plugged in before it.
 class UsbTransferPool
 {
 public:
     enum class Outcome
     {
         DONE,
-        SHORT, ///< the device took less than all
+        SHORT, ///< the device took only a part of the bytes
         STALLED,
         TIMED_OUT,
         CANCELLED,
@@ -55,42 +56,43 @@ public:
         FAILED
     };
 
-    /// Told on the event thread, with no lock of the pool held. May call send() and control(), not
-    /// the destructor.
+    /// Gets the pool's events, on the event thread, with no lock of the pool held. May call send()
+    /// and control(), but must not destroy the pool.
     class Listener
     {
     public:
         virtual ~Listener() = default;
         virtual void onSent(std::uint64_t token, Outcome outcome) = 0;
         virtual void onReceived(const std::uint8_t* bytes, std::size_t count) = 0;
-        virtual void onReceiveFailed(Outcome outcome) = 0; ///< IN waits again after clearHalt()
+        virtual void onReceiveFailed(Outcome outcome) = 0; ///< answers come again after clearHalt()
     };
 
     static constexpr int kTransfers = 4;
-    static constexpr unsigned kSendTimeout_ms = 100; ///< the device's watchdog would mute by then
+    static constexpr unsigned kSendTimeout_ms = 100; ///< by then the device's watchdog has muted
 
-    /// Throws DeviceError: not there, permission denied, busy, no such interface.
+    /// Throws DeviceError if the device isn't there, permission is denied, another program uses it,
+    /// or it has no interface of this class.
     UsbTransferPool(const UsbAddress& which, Listener& listener);
     ~UsbTransferPool(); ///< cancels and waits for every transfer
 
     UsbTransferPool(const UsbTransferPool&) = delete;
     UsbTransferPool& operator=(const UsbTransferPool&) = delete;
 
-    bool hasFree() const;
-    /// Hands \a bytes over; false when no transfer is free, or (told as LOST) the device is gone.
-    /// Any thread.
+    bool hasFree() const; ///< true if an OUT transfer is free
+    /// Submits \a bytes. Returns false if no transfer is free, or, after calling onSent() with LOST
+    /// or FAILED, if they can't be submitted. \a token is passed to onSent(). Any thread.
     bool send(std::uint64_t token, const std::vector<std::uint8_t>& bytes);
-    /// A packet by the control endpoint, which waits for no other transfer. Any thread; false when
-    /// it can't be handed over.
+    /// Submits a packet by the control endpoint, which doesn't wait for OUT transfers. Returns
+    /// false if it can't be submitted or the last one is still in flight. Any thread.
     bool control(const std::vector<std::uint8_t>& packet);
-    void cancelSends();
-    /// Lifts a stall of either endpoint and waits for answers again; false when that fails. Not on
-    /// the event thread.
+    void cancelSends(); ///< cancels all OUT transfers; any thread
+    /// Clears a stall of both endpoints and waits for answers again; returns false if that fails.
+    /// Must not be called on the event thread.
     bool clearHalt();
 
     const std::string& name() const { return _name; }
 
-    struct Slot; ///< public for the callbacks of C
+    struct Slot; ///< public for libusb's C callbacks
 
 private:
     void open(const UsbAddress& which);
@@ -117,6 +119,7 @@ private:
     std::thread _thread;
 };
 
+/// \a outcome in words, for messages: "short transfer", "unplugged", ..
 const char* outcomeName(UsbTransferPool::Outcome outcome);
 
 } // namespace midair::device
