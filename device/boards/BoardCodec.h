@@ -11,59 +11,60 @@
 namespace midair::device
 {
 
-/// How one kind of open board takes a field: the bytes, and what it makes of them. Pure, no
-/// hardware.
+/// The protocol of one kind of open board: a field's bytes, and what the board plays of them. Pure
+/// functions without hardware.
 ///
-/// All know a phase as a delay: a larger number is later, so it is minus our phase, whose level L
-/// means e^{+j 2 pi L/256}. A duty level L is a pulse of L/510 of the period, centred on the phase,
-/// as everywhere.
+/// The boards take a phase as a delay: a larger number is later. So it is minus our phase, whose
+/// level L means e^{+j 2 pi L/256}. A duty level L is a pulse of L/510 of the period, centred on
+/// the phase.
 class BoardCodec
 {
 public:
     virtual ~BoardCodec() = default;
 
     virtual const char* name() const = 0;
+    /// Returns true if a board, or a chain of them, may have this number of transducers.
     virtual bool takes(int transducers) const = 0;
     virtual std::string takesText() const = 0; ///< for messages: "256 transducers"
     virtual int phaseLevels() const = 0;
     virtual std::vector<float> amplitudes() const = 0; ///< ascending from 0 to 1
     virtual double bytesPerSecond() const = 0;
-    double fieldsPerSecond(int transducers) const; ///< that the line carries
+    double fieldsPerSecond(int transducers) const; ///< the most that the connection carries
 
-    /// Appends what makes the board take fields, whatever it was told before; may be nothing. It
-    /// goes before the first field, and again now and then, since a byte that arrives damaged may
-    /// have told it something else. Harmless between any two fields.
+    /// Appends the commands that make the board take fields, whatever it was sent before; may be
+    /// nothing. Written before the first field, and repeated at intervals, since the board may have
+    /// taken a damaged byte for another command. Harmless between any two fields.
     virtual void appendOpening(std::vector<std::uint8_t>& out) const = 0;
     /// Appends one field.
     virtual void appendField(std::vector<std::uint8_t>& out, const DriveSignal& signal) const = 0;
-    /// Whether a new field may begin in the middle of one that was cut off, which then never
-    /// sounds.
+    /// Returns true if a new field may begin in the middle of one that was cut off, which then is
+    /// never played.
     virtual bool restarts() const = 0;
 
-    /// What the board makes of \a signal: its own phase and amplitude steps.
+    /// Sets \a q to what the board plays of \a signal, in its own phase and amplitude steps.
     virtual void played(const DriveSignal& signal, std::vector<std::complex<float>>& q) const = 0;
 
-    /// Appends one field with all off. Boards that exchange two buffers still hold the field before
-    /// it, in the other one.
+    /// Appends one field with all transducers off. A board with two buffers still has the field
+    /// before in the other one.
     virtual void appendSilentField(std::vector<std::uint8_t>& out, int transducers) const;
-    /// How many silent fields in a row leave nothing of an older one in the board, also of one that
-    /// was cut off.
+    /// The number of silent fields in a row that overwrite everything of an older field in the
+    /// board, even one that was cut off.
     virtual int silentFields() const = 0;
-    /// Appends the opening and that many silent fields: a swap that nobody asked for brings nothing
-    /// back.
+    /// Appends the opening and silentFields() silent fields, so that a later swap of buffers brings
+    /// no old field back.
     void appendSilence(std::vector<std::uint8_t>& out, int transducers) const;
-    /// The byte that comes back for every field when the board has taken it; negative: the board
-    /// never says anything.
+    /// The byte that the board sends back for every field that it has taken; negative: it sends
+    /// nothing.
     virtual int answer() const { return -1; }
-    /// Appends what silences whatever is on the line, also what this program has told nothing: a
-    /// board that is stacked on ours.
+    /// Appends the bytes that silence everything on the line, including boards that this program
+    /// sends no fields to, such as one stacked on ours.
     virtual void appendReset(std::vector<std::uint8_t>& out, int transducers) const
     {
         appendSilence(out, transducers);
     }
 };
 
-// What the codecs have in common.
+// Helpers of the codecs.
 
 /// round(-phase * steps / 256) in 0 .. steps-1: a phase level of 0 .. 255 as a delay in steps of
 /// the period.

@@ -38,7 +38,7 @@ BoardDevice::BoardDevice(const std::string& name,
         }
         finish(std::move(first));
     }
-    _ready = true; // fields that come while the board is starting wait, the newest wins
+    _ready = true; // while the board is starting, the newest field waits
     _thread = std::thread([this] { run(); });
 }
 
@@ -69,7 +69,7 @@ bool BoardDevice::send(const DriveSignal& signal)
 void BoardDevice::silenceLocked()
 {
     _fields.dropWaiting();
-    if (_sink == nullptr) return; // what was told about the board when it was lost stays true
+    if (_sink == nullptr) return; // lost: _playing stays what lose() left
     std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
     ++_epoch;
     _silenceWanted = true;

@@ -7,8 +7,8 @@ extern const BoardKind kSonicSurface;
 extern const BoardKind kUltraino;
 extern const BoardKind kOpenMpd;
 
-// A list, and no registration by each file for itself: a linker leaves out of a static library what
-// nobody refers to.
+// A list, since files that register themselves would be left out: a linker drops objects of a
+// static library that nothing refers to.
 const std::vector<BoardKind>& boardKinds()
 {
     static const std::vector<BoardKind> kKinds = {kSonicSurface, kUltraino, kOpenMpd};

@@ -12,7 +12,8 @@ namespace midair::device
 namespace
 {
 
-// Any FT232H may be something else, so none is taken that wasn't named.
+// For the message that asks for a serial number: any FT232H may be something else, so none is
+// opened that wasn't named.
 std::string pluggedInFifos(const std::string& scheme)
 {
     std::string list;

@@ -10,20 +10,20 @@ namespace midair::device
 
 class DeviceUri;
 
-/// What a kind of board wants of its serial port; `baud` and `settle` of the URI go before.
+/// Defaults of a board's serial port, for a URI without `baud` or `settle`.
 struct SerialDefaults
 {
     int baud = 115200;
-    double settle_s = 0; ///< nothing is written for so long after opening
+    double settle_s = 0; ///< nothing is written for this time after opening
 };
 
-/// A board at the serial port that \a uri names. Throws DeviceError.
+/// Opens a board at the serial port that \a uri names. Throws DeviceError.
 std::unique_ptr<ArrayDevice> openOnSerialPort(DeviceUri& uri,
                                               const DeviceLayout& layout,
                                               std::unique_ptr<BoardCodec> codec,
                                               const SerialDefaults& defaults);
 
-/// A board behind the FT232H whose serial number \a uri names. Throws DeviceError.
+/// Opens a board behind the FT232H whose serial number \a uri names. Throws DeviceError.
 std::unique_ptr<ArrayDevice>
 openOnFifo(DeviceUri& uri, const DeviceLayout& layout, std::unique_ptr<BoardCodec> codec);
 

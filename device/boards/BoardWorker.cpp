@@ -1,4 +1,4 @@
-// The worker of BoardDevice: the only one that writes.
+// BoardDevice's worker thread, the only one that writes after the constructor.
 
 #include "device/SequenceNumber.h"
 #include "device/boards/BoardDevice.h"
@@ -14,11 +14,11 @@ namespace
 {
 
 constexpr double kReconnect_s = 0.25;
-constexpr double kRepeat_s = 0.2; ///< and at least every other frame is free for what is new
-constexpr double kLook_s = 0.05;  ///< signs of life, and whether the line is still there
+constexpr double kRepeat_s = 0.2; ///< of what plays; every other frame stays free for new fields
+constexpr double kLook_s = 0.05;  ///< interval of lookAfterLine()
 
-constexpr double kClosing_s = 0.005;
-constexpr double kAnswer_s = 1; ///< within which a board answers that does: five repeats
+constexpr double kClosing_s = 0.005; ///< the same while closing
+constexpr double kAnswer_s = 1;      ///< a board that answers does so within five repeats
 
 constexpr const char* kPlaysOn =
     "the board may still play what it had, for it has no watchdog: cut its power";
@@ -69,7 +69,7 @@ void BoardDevice::reconnect(std::unique_lock<std::mutex>& lock)
     }
     catch (const DeviceError&)
     {
-        // what is wrong was said when it was lost
+        // the reason was logged when it was lost
     }
     lock.lock();
     if (sink != nullptr) adopt(std::move(sink));
@@ -103,7 +103,7 @@ bool BoardDevice::watchesAnswers() const
 void BoardDevice::listen()
 {
     const bool heard = _sink->hears(static_cast<std::uint8_t>(_codec->answer()));
-    if (_resetDue) return; // a board that starts may send anything
+    if (_resetDue) return; // while it starts, a board may send anything
     if (heard)
     {
         _answers = Answers::YES;
@@ -115,8 +115,8 @@ void BoardDevice::listen()
         missAnswer();
 }
 
-// What was written has gone to a bootloader, it seems, or the board has no power. The bootloader
-// ends when nothing comes.
+// The bytes seem to have gone to a bootloader, or the board has no power. A bootloader ends when it
+// gets no bytes.
 void BoardDevice::missAnswer()
 {
     _answerDue_s = 0;
@@ -172,14 +172,14 @@ void BoardDevice::becomeReady()
     spdlog::info("{}: back, and silenced until the next field", _name);
 }
 
-// What is in the operating system's buffer can't be overtaken, so the line has to be free; unless a
-// field may be cut off.
+// Bytes in the operating system's buffer can't be overtaken, so the line must be free, unless the
+// codec allows to cut off a field.
 double BoardDevice::nextWrite_s() const
 {
     if (_resetDue) return _settled_s;
     if (_silenceWanted && _codec->restarts()) return 0;
     if (_silenceWanted || _fields.waits() || _silentLeft > 0) return _lineFree_s;
-    return _closing ? base::steadySeconds() + kClosing_s : _repeatAt_s; // nothing more
+    return _closing ? base::steadySeconds() + kClosing_s : _repeatAt_s; // no repeats while closing
 }
 
 BoardDevice::Piece BoardDevice::nextPiece()
@@ -221,7 +221,7 @@ BoardDevice::Piece BoardDevice::nextPiece()
 
 void BoardDevice::writeNext(std::unique_lock<std::mutex>& lock)
 {
-    if (watchesAnswers()) // what comes back from here on is for this piece, as the line was free
+    if (watchesAnswers()) // the line is free, so answers from here on are for this piece
     {
         listen();
         if (nextWrite_s() > base::steadySeconds()) return;
@@ -255,7 +255,8 @@ void BoardDevice::finish(Piece piece)
         _resetDue = false;
         _silenceWanted = _silenceWanted && !newest;
         _silentLeft = 0;
-        // A board that answers is back when it has; at the first opening fields may wait already.
+        // A board that answers is ready once it has answered. When it is opened first, the state is
+        // READY already, and fields may wait.
         if (_counters.report().state == DeviceState::LOST && !watchesAnswers()) becomeReady();
         break;
     case Piece::SILENCE:
@@ -265,7 +266,7 @@ void BoardDevice::finish(Piece piece)
         break;
     case Piece::FIELD:
     {
-        _silentLeft = 0; // the buffers hold silence and this field
+        _silentLeft = 0; // the board's buffers hold silence and this field
         auto played = _fields.settleUntil(_sequence, _sequence);
         if (newest && played) _playing = std::move(*played);
         _counters.change(
@@ -282,8 +283,8 @@ void BoardDevice::finish(Piece piece)
     if (piece.kind != Piece::REPEAT) _current = std::move(piece.field);
 }
 
-// Whoever still can writes silence: this program, and where it can't, the guard, which is not sent
-// away but told to act.
+// Silences the board that is given up: this program writes the reset, or, if it can't, the guard
+// process does (bequeath()).
 void BoardDevice::lose(std::unique_lock<std::mutex>& lock, std::string why)
 {
     const bool settled = !_resetDue || base::steadySeconds() >= _settled_s;

@@ -25,8 +25,8 @@ namespace
 {
 
 constexpr int kWriteTimeout_ms = 500;
-constexpr int kFifoTimeout_ms =
-    300; ///< shorter than the guard's patience, since no sign of life is given meanwhile
+/// Shorter than SilenceOnCrash's half a second, since beat() isn't called meanwhile.
+constexpr int kFifoTimeout_ms = 300;
 constexpr int kBeat_ms = 100;
 constexpr int kFtdiVendor = 0x0403;
 constexpr int kFt232h = 0x6014;
@@ -85,8 +85,8 @@ SerialPort::SerialPort(const std::string& device,
     };
     _port = ::open(device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (_port < 0) fail("can't be opened: ");
-    // TIOCEXCL doesn't stop root; and before anything is changed, since another program may be
-    // writing.
+    // In addition to TIOCEXCL, which doesn't stop root; before any setting is changed, since
+    // another program may be writing.
     if (::flock(_port, LOCK_EX | LOCK_NB) != 0) fail("can't be locked: ");
     termios settings{};
     if (::tcgetattr(_port, &settings) != 0) fail("isn't a serial port: ");
@@ -151,7 +151,7 @@ bool SerialPort::write(const std::vector<std::uint8_t>& bytes)
             _error = std::generic_category().message(errno);
             return false;
         }
-        beat(); // waiting for the line isn't hanging
+        beat(); // so that waiting for the line isn't taken for hanging
         pollfd wait{_port, POLLOUT, 0};
         if (::poll(&wait, 1, kBeat_ms) == 0) waited_ms += kBeat_ms;
         if (waited_ms >= kWriteTimeout_ms)
@@ -181,7 +181,7 @@ FtdiFifo::FtdiFifo(const std::string& serial, const std::vector<std::uint8_t>& l
     if (_ftdi == nullptr) throw DeviceError("FT232H: libftdi doesn't start");
     const int error = ftdi_usb_open_desc(
         _ftdi, kFtdiVendor, kFt232h, nullptr, serial.empty() ? nullptr : serial.c_str());
-    if (error == -3) // the library's number for: none matches
+    if (error == -3) // libftdi: no device matches
         fail("none is plugged in: ");
     if (error == -4 || error == -8)
         fail("permission denied; copy 70-osgmidair.rules, which osgMidair installs in "
@@ -197,14 +197,14 @@ FtdiFifo::FtdiFifo(const std::string& serial, const std::vector<std::uint8_t>& l
     if (descriptor < 0)
         spdlog::warn("FT232H: nobody silences the board if this program crashes: libusb's "
                      "descriptor isn't found");
-    else // what libftdi calls in is into the chip
+    else // libftdi's in_ep is into the chip: an OUT endpoint
         _lastWill = std::make_unique<SilenceOnCrash>(
             SilenceOnCrash::Way{descriptor, static_cast<unsigned>(_ftdi->in_ep)}, lastWill);
 }
 
 FtdiFifo::~FtdiFifo()
 {
-    _lastWill.reset(); // as long as its child holds the device too, nobody else can have it
+    _lastWill.reset(); // first: while its child holds the device, no other program can open it
     ftdi_usb_close(_ftdi);
     ftdi_free(_ftdi);
 }

@@ -12,7 +12,8 @@ namespace midair::device
 
 class SilenceOnCrash;
 
-/// Where a board takes its bytes: a serial port or an FTDI chip. One thread at a time.
+/// The connection to a board, which takes bytes: a serial port or an FTDI chip. Only one thread at
+/// a time may use it.
 class ByteSink
 {
 public:
@@ -21,26 +22,27 @@ public:
     ByteSink(const ByteSink&) = delete;
     ByteSink& operator=(const ByteSink&) = delete;
 
-    /// All of \a bytes, or false with error() set.
+    /// Writes all of \a bytes; returns false and sets error() if it can't.
     virtual bool write(const std::vector<std::uint8_t>& bytes) = 0;
-    /// Forgets what was written and hasn't left the computer, where that can be done.
+    /// Drops bytes that were written and have not left the computer, if possible.
     virtual void discard() {}
-    /// Whether the way is still there, as far as that can be told without writing; false with
-    /// error() set.
+    /// Returns false and sets error() if the connection is gone, as far as can be seen without
+    /// writing.
     virtual bool present() { return true; }
-    /// Whether \a answer is among the bytes that came back since this was asked last.
+    /// Returns true if \a answer is among the bytes that came back since the last call.
     virtual bool hears(std::uint8_t /*answer*/) { return false; }
-    /// How long a board that starts when it is opened takes nothing; 0: no such board.
+    /// Time after opening during which the board is starting and takes no bytes, s; 0: none.
     virtual double settle_s() const { return 0; }
-    /// When that ends (steadySeconds()).
+    /// When that time ends (steadySeconds()).
     virtual double settled_s() const { return 0; }
-    /// How long it takes nothing after it was sent something in that time: a Mega's bootloader
-    /// some 6.5 s, where settling takes 1 s.
+    /// Time during which the board takes nothing after it was sent bytes while starting, s: a
+    /// Mega's bootloader stays some 6.5 s, where settling takes 1 s.
     double held_s() const { return 4 * settle_s(); }
-    /// A sign of life for whoever silences the board when this program hangs, to be given every 100
-    /// ms. \a held: the board takes nothing, for held_s() from now.
+    /// Tells the guard process, which silences the board if this program hangs, that it is alive;
+    /// to be called every 100 ms. \a held: the board takes nothing for held_s() from now.
     void beat(bool held = false);
-    /// Gives up writing: whoever else holds the board writes its last will. Whether it could.
+    /// Gives up writing and has the guard process write the bytes that silence the board; returns
+    /// true if it could.
     bool bequeath();
     const std::string& error() const { return _error; }
 
@@ -49,21 +51,21 @@ protected:
     std::unique_ptr<SilenceOnCrash> _lastWill;
 };
 
-/// A serial port, raw, 8N1, for this program alone: also programs of root are told, by a lock.
+/// A serial port, raw, 8N1, opened exclusively; a lock also tells programs of root.
 ///
-/// When this process ends without closing, or hangs, the board on it gets \a lastWill, the bytes
-/// that silence it. Opening raises DTR, which resets an Arduino; closing leaves it high, so that
-/// the next opening doesn't.
+/// If this process ends without closing the port, or hangs, a guard process writes \a lastWill, the
+/// bytes that silence the board. Opening raises DTR, which resets an Arduino; closing leaves it
+/// high, so that the next opening doesn't reset it.
 class SerialPort : public ByteSink
 {
 public:
-    /// The board on it takes nothing in the first \a settle_s. Throws DeviceError.
+    /// The board takes no bytes within \a settle_s after opening. Throws DeviceError.
     SerialPort(const std::string& device,
                int baud,
                const std::vector<std::uint8_t>& lastWill,
                double settle_s = 0);
     ~SerialPort() override;
-    static bool knows(int baud);
+    static bool knows(int baud); ///< true if the baud rate is supported
 
     SerialPort(const SerialPort&) = delete;
     SerialPort& operator=(const SerialPort&) = delete;
@@ -84,8 +86,8 @@ private:
 
 /// An FT232H in asynchronous FIFO mode, opened by its serial number.
 ///
-/// When this process ends without closing, or hangs, the board behind it gets \a lastWill, the
-/// bytes that silence it.
+/// If this process ends without closing it, or hangs, a guard process writes \a lastWill, the bytes
+/// that silence the board.
 class FtdiFifo : public ByteSink
 {
 public:

@@ -29,13 +29,13 @@ public:
     double bytesPerSecond() const override { return 8e6; } // the asynchronous FIFO's
     void appendOpening(std::vector<std::uint8_t>&) const override {}
     bool restarts() const override { return false; }
-    // The board takes 512 bytes at a time and finds the start of a frame by its bit: after one that
-    // was cut off it plays every frame when the next one has come, the second whole one at the
-    // earliest.
+    // The board takes 512 bytes at a time and finds the start of a frame by its bit: after a frame
+    // that was cut off it plays each frame only when the next one has come, first the second whole
+    // one.
     int silentFields() const override { return 4; }
 
-    // Delays of 0, where a field that is all off has others: a frame whose start is lost may take
-    // delays for pulse widths.
+    // Delays of 0, unlike encoded fields with all off: a frame whose start is lost may take delays
+    // for pulse widths.
     void appendSilentField(std::vector<std::uint8_t>& out, int) const override
     {
         out.push_back(kStart);

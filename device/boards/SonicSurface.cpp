@@ -30,8 +30,8 @@ public:
     bool restarts() const override { return true; }
     int silentFields() const override { return 2; } // two buffers
 
-    // The board that is stacked on ours, if there is one, may still play what another program left
-    // it. Ours comes first, since every swap is for both.
+    // A board stacked on ours may still play a field of another program. Ours comes first, since
+    // every swap of buffers swaps both boards.
     void appendReset(std::vector<std::uint8_t>& out, int transducers) const override
     {
         appendSilence(out, transducers);
@@ -66,7 +66,7 @@ private:
     static constexpr std::uint8_t kPrimary = 192;
     static constexpr std::uint8_t kSecondary = 193;
 
-    // On is the nearer of the two amplitudes from 1/2 up.
+    // From amplitude 1/2 up, on (1) is nearer than off (0).
     static bool on(int duty) { return duty >= base::kDutyPeriod / 6; }
 };
 

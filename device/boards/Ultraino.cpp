@@ -10,9 +10,9 @@ namespace midair::device
 namespace
 {
 
-/// Up to 14 chained Arduino Mega with 64 channels each at 115200 baud: ten time steps a period of a
-/// bit a channel. Source: the published firmware and host program (A. Marzo, T. Corkett, B.
-/// Drinkwater, "Ultraino").
+/// Up to 14 chained Arduino Megas with 64 channels each at 115200 baud: ten time steps per period,
+/// each with one bit per channel. Source: the published firmware and host program (A. Marzo, T.
+/// Corkett, B. Drinkwater, "Ultraino").
 class Ultraino : public BoardCodec
 {
 public:
@@ -33,15 +33,15 @@ public:
     }
     double bytesPerSecond() const override { return 11520; }
     bool restarts() const override { return false; }
-    // Two buffers, and a field that was cut off shifts the first silent one, which then leaves the
-    // cut one's head where it is.
+    // Two buffers, plus one: after a field that was cut off the first silent one is shifted and
+    // doesn't overwrite the beginning of the cut one.
     int silentFields() const override { return 3; }
     int answer() const override
     {
         return 0x00;
-    } // what is for the next board of the chain goes to the computer too
+    } // the bytes for the next board of the chain go to the computer too
 
-    // The board plays a list of patterns, each for so many periods: here one pattern for ever
+    // The board plays a list of patterns with durations in periods: here one pattern for ever
     // (durations 1, then 0 as the end).
     void appendOpening(std::vector<std::uint8_t>& out) const override
     {
@@ -118,8 +118,8 @@ std::unique_ptr<BoardCodec> makeCodec()
     return std::make_unique<Ultraino>();
 }
 
-// Opening the port resets an Arduino, whose bootloader listens for a second, and goes on for as
-// long as bytes keep arriving.
+// Opening the port resets an Arduino, whose bootloader waits for a second, and longer as long as
+// bytes arrive.
 std::unique_ptr<ArrayDevice> open(DeviceUri& uri, const DeviceLayout& layout)
 {
     return openOnSerialPort(uri, layout, makeCodec(), {115200, 2});
