@@ -40,8 +40,8 @@ double harmonics(double x)
     return std::max(0.0, sum / (b0 + b1 + b2 + b3));
 }
 
-// Data sheet of the T4010A1 (Nippon Ceramic): dB at 0, 10, .. 90 degrees; between them linear in dB
-// over the angle.
+// Data sheet of the T4010A1 (Nippon Ceramic): dB at 0, 10, .. 90 degrees, interpolated linearly in
+// dB over the angle.
 double table(double x)
 {
     constexpr std::array<double, 10> kLevel_dB = {0, 0, 0, -1, -3, -6, -9, -12, -14, -15};

@@ -5,7 +5,8 @@
 namespace midair::haptics
 {
 
-/// How a transducer's amplitude falls off with the angle theta from its normal; D(0) = 1, D >= 0.
+/// Model of how a transducer's amplitude decreases with the angle theta from its normal; D(0) = 1,
+/// D >= 0.
 enum class Directivity
 {
     T4010A1_HARMONICS, ///< the paper's zonal harmonics of order 0..3
@@ -13,12 +14,12 @@ enum class Directivity
     POINT              ///< D = 1
 };
 
-/// D(theta) of \a model at cos(theta) = \a cosTheta in [-1, 1].
+/// Returns D(theta) of \a model at cos(theta) = \a cosTheta in [-1, 1].
 double directivity(Directivity model, double cosTheta);
 
-/// "t4010a1-harmonics", "t4010a1-table" or "point".
+/// Returns "t4010a1-harmonics", "t4010a1-table" or "point".
 const char* directivityName(Directivity model);
-/// The model of that name. Throws InputError for any other, listing those.
+/// Returns the model of that name. Throws InputError, with the known names, for any other.
 Directivity directivityFromName(const std::string& name);
 
 } // namespace midair::haptics

@@ -12,21 +12,21 @@ struct Medium
     double relativeHumidity = 0.5; ///< 0 .. 1
     double pressure_Pa = 101325.0; ///< 50,000 .. 120,000
 
-    /// m/s; 331.3 sqrt(1 + T/273.15).
+    /// Speed of sound in m/s: 331.3 sqrt(1 + T/273.15).
     double soundSpeed() const;
 
     /// Amplitude attenuation in Np/m of a pure tone, ISO 9613-1:1993, equations 3 to 5. \a
     /// frequency_Hz > 0.
     double attenuation(double frequency_Hz) const;
 
-    /// kg/m^3, by the gas law for dry air.
+    /// Density in kg/m^3, from the gas law for dry air.
     double density() const;
 
-    /// m; soundSpeed() / frequency_Hz.
+    /// Wavelength in m: soundSpeed() / frequency_Hz.
     double wavelength(double frequency_Hz) const { return soundSpeed() / frequency_Hz; }
 
-    /// False where a value is outside its range or not finite; \a error then names the value and
-    /// the range.
+    /// Returns false if a value is outside its range or not finite; \a error then names the value
+    /// and the range.
     bool isValid(std::string* error = nullptr) const;
 };
 

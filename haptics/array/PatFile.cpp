@@ -30,7 +30,7 @@ std::string trimmed(const std::string& text)
     return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
 }
 
-/// A file as numbered lines, so that a message can name the one that is wrong.
+/// Reads a file as numbered lines, so that messages can name the line.
 class PatReader
 {
 public:
@@ -51,7 +51,7 @@ public:
         throw base::InputError(_source + ", line " + std::to_string(line) + ": " + what);
     }
 
-    /// Line \a number, from 1.
+    /// Returns line \a number, counted from 1.
     const std::string& line(int number, const std::string& what) const
     {
         if (number > static_cast<int>(_lines.size()))
@@ -67,8 +67,8 @@ public:
             fail(number, "is \"" + text.substr(0, 40) + "\"; it must be " + what);
     }
 
-    /// kTransducers numbers with commas between them and, in the published files, one behind the
-    /// last.
+    /// Reads kTransducers numbers separated by commas; published files have one more comma after
+    /// the last.
     std::vector<double> numbers(int number, const std::string& what, double low, double high) const
     {
         std::vector<double> values;
@@ -84,7 +84,7 @@ public:
         return values;
     }
 
-    /// Places as "(x, y, z),(x, y, z),".
+    /// Reads places as "(x, y, z),(x, y, z),".
     Eigen::Matrix3Xd places(int number) const
     {
         const std::string what = "places (x, y, z) in metres";
@@ -206,8 +206,8 @@ PatBoard readPat(const std::string& text, const std::string& source)
     for (int width = 0; width <= kLevels / 2; ++width)
         array.drive.amplitudeLevels.push_back(
             static_cast<float>(std::sin(base::kPi * width / kLevels)));
-    // The driver takes the adjustment off the delay that it wants and multiplies the amplitude: so
-    // the transducer is by itself that much later, and weaker by the inverse.
+    // The driver subtracts the adjustment from the wanted delay and multiplies the amplitude by the
+    // other one. So the transducer itself is later by that delay, and weaker by the inverse factor.
     for (std::size_t t = 0; t < kTransducers; ++t)
     {
         const Eigen::Index pin = pins[t];

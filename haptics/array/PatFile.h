@@ -7,15 +7,15 @@
 namespace midair::haptics
 {
 
-/// An OpenMPD board as its maker measured it.
+/// OpenMPD board as measured by its maker.
 struct PatBoard
 {
-    std::string serial;    ///< of its FT232H
-    TransducerArray array; ///< in pin order, with the offsets and gains measured
+    std::string serial;    ///< serial number of its FT232H
+    TransducerArray array; ///< in pin order, with the measured offsets and gains
 };
 
-/// Reads the text of a `.pat` file (haptics/arrays/README.md says what is in one); \a source names
-/// it in messages. Throws InputError: "source, line N: what it is; what it must be".
+/// Reads the text of a `.pat` file (format: haptics/array/arrays/README.md); \a source: its name in
+/// messages. Throws InputError: "source, line N: what it is; what it must be".
 PatBoard readPat(const std::string& text, const std::string& source);
 
 } // namespace midair::haptics

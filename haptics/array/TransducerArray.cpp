@@ -43,8 +43,8 @@ DriveResolution paperDrive()
 // The arrivals are in phase, so that
 //     p_rms = P0 sin(pi 32/510) / sqrt(2) * sum_i D(theta_i) e^(-beta R_i) / R_i
 // and the sum, over the geometry below in air of 20 C and 50 %, is 14,620 /m: the transducer's data
-// sheet (121.5 dB SPL at 0.30 m: 10.1 Pa m) would give 20.4 kPa, so what the device reached in its
-// cavity corresponds to
+// sheet (121.5 dB SPL at 0.30 m: 10.1 Pa m) would give 20.4 kPa, so the pressure that the device
+// reached in its cavity corresponds to
 //     P0 = 10.1 * 5.53 / 20.4 = 2.73 Pa m.
 constexpr double kPrismSourceAmplitude_Pa_m = 2.73;
 

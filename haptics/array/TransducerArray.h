@@ -10,19 +10,19 @@
 namespace midair::haptics
 {
 
-/// The model is not used nearer to a transducer than this, about its radius: R is never taken
-/// smaller.
+/// Shortest distance R to a transducer that the model uses, about its radius; smaller ones are
+/// raised to it.
 constexpr double kNearestDistance_m = 5e-3;
 
-/// Which activations a device can play: the solver is told, the device encodes.
+/// Phases and amplitudes that a device can play; the solver rounds to them.
 struct DriveResolution
 {
     int phaseLevels = 256; ///< phases are multiples of 2 pi / phaseLevels; 0: continuous
     std::vector<float> amplitudeLevels; ///< ascending, in [0, 1], the last one 1; empty: continuous
 };
 
-/// Transducers in the array frame (right-handed, metres, origin at the centre of the workspace, y
-/// along the prism's axis).
+/// Transducers of an array, in the array frame (right-handed, metres, origin at the centre of the
+/// workspace, y along the prism's axis).
 struct TransducerArray
 {
     std::string name;
@@ -31,40 +31,42 @@ struct TransducerArray
     Directivity directivity = Directivity::T4010A1_HARMONICS;
     Eigen::Matrix3Xd positions; ///< 3 x m, metres
     Eigen::Matrix3Xd normals;   ///< 3 x m, unit length, the direction of emission
-    /// m or empty: added by the transducer to what it is driven with
+    /// m or empty: phase that each transducer adds to its drive
     Eigen::VectorXd phaseOffset_rad;
-    Eigen::VectorXd gain;   ///< m or empty: multiplies the amplitude
-    std::vector<int> board; ///< m: which board each transducer sits on, ascending from 0
+    Eigen::VectorXd gain;   ///< m or empty: factor on the amplitude
+    std::vector<int> board; ///< m: board of each transducer, ascending from 0
     DriveResolution drive;
 
     int size() const { return static_cast<int>(positions.cols()); }
 
-    /// 16 boards of 249 as the eight sides of a prism round the y axis, 3984 in all; P0 = 2.73 Pa m
-    /// (physics of the paper's device).
+    /// The paper's device: 16 boards of 249 transducers as the eight sides of a prism around the y
+    /// axis, 3984 in all; P0 = 2.73 Pa m.
     static TransducerArray octagonalPrism();
     /// One board of 249 in the plane z = 0, facing +z.
     static TransducerArray singleBoard();
-    /// "octagon", "board", a shipped array's name (names() lists them), or the path of a JSON file.
+    /// Loads "octagon", "board", a named array (names() lists them), or the JSON file of that path.
     /// Throws InputError.
     static TransducerArray load(const std::string& nameOrPath);
 
-    /// What load knows without a path: "octagon", "board", then every NAME.json in the folders of
-    /// the environment variable OSG_MIDAIR_ARRAYS (colons between them), of the installation and of
-    /// the source tree.
+    /// Returns the names that load() knows: "octagon", "board", then every NAME.json in the folders
+    /// of the environment variable OSG_MIDAIR_ARRAYS (separated by colons), of the installation and
+    /// of the source tree.
     static std::vector<std::string> names();
 
-    /// Reads the array that \a json describes (haptics/arrays/README.md says how); \a source names
-    /// it in messages. Throws InputError: "source: path in the file: what it is; what it must be".
+    /// Reads the array that \a json describes (format: haptics/array/arrays/README.md); \a source:
+    /// its name in messages. Throws InputError: "source: path in the file: what it is; what it must
+    /// be".
     static TransducerArray fromJson(const std::string& json, const std::string& source);
 
-    /// A text that fromJson reads back as an equal array.
+    /// Returns a text that fromJson() reads back as an equal array. Throws InputError if the array
+    /// is not valid.
     std::string toJson() const;
 
-    /// Writes toJson() to \a path. Throws InputError where that is not possible.
+    /// Writes toJson() to \a path. Throws InputError if that fails.
     void save(const std::string& path) const;
 
-    /// False where lengths disagree or a value can't be: \a error then says which. Loaded arrays
-    /// are valid.
+    /// Returns false if lengths disagree or a value is out of range; \a error then says which.
+    /// Loaded arrays are valid.
     bool isValid(std::string* error = nullptr) const;
 };
 

@@ -20,8 +20,8 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostBytes = std::size_t(32) << 20;
 
-// The user's own folders come first so that a shipped array can be replaced by a measured one of
-// the same name.
+// The user's folders come first, so that a measured array can replace a shipped one of the same
+// name.
 std::vector<fs::path> arrayFolders()
 {
     std::vector<fs::path> folders;

@@ -48,7 +48,7 @@ Eigen::Vector3d position(const Reader& reader, const Json& value, const std::str
     return reader.vector(value, path, 3, kFarthest_m, "[x, y, z] in metres, each within -10 .. 10");
 }
 
-// Optional values of each transducer, kept until it is known whether any has them.
+// Optional values of each transducer, stored in the array only if any transducer has them.
 struct Trimming
 {
     std::vector<double> phaseOffset_rad;
@@ -96,7 +96,7 @@ void readDrive(const Reader& reader, const Json& root, DriveResolution& drive)
                      "1, being the last");
 }
 
-// A transducer that names no board sits on that of its predecessor.
+// A transducer without a board is on that of its predecessor.
 int readBoardIndex(const Reader& reader,
                    const Json& item,
                    const std::string& path,
@@ -150,7 +150,8 @@ void readTransducers(const Reader& reader,
     }
 }
 
-// Appends what a board has for its transducers: one number for all, or a list.
+// Appends a board's values for its transducers: one number for all, or a list. Returns false if it
+// has none.
 bool readBoardValues(const Reader& reader,
                      const Json& board,
                      const std::string& boardPath,
@@ -247,7 +248,7 @@ readPlaces(const Reader& reader, const Json& item, const std::string& path)
     return places;
 }
 
-// Reads where a board is and which way it faces; its places are read afterwards.
+// Reads position and orientation of a board; its places are read afterwards.
 Board readPose(const Reader& reader, const Json& item, const std::string& path)
 {
     Board board;

@@ -8,16 +8,16 @@
 namespace midair::base
 {
 
-/// An array of plain numbers on a cache-line boundary that only ever grows, so that a later update
-/// allocates nothing.
+/// Array of plain numbers, aligned to a cache line. It never shrinks, so that later updates
+/// allocate nothing.
 template<typename T>
 class AlignedBuffer
 {
 public:
     static constexpr std::size_t kAlignment = 64; ///< bytes; one AVX-512 register, one cache line
 
-    /// Makes room for \a count elements; existing ones are lost when it has to grow, new ones are
-    /// zero.
+    /// Makes room for \a count elements. When it has to grow, existing elements are lost and all
+    /// are zero.
     void reserve(std::size_t count)
     {
         if (count <= _capacity) return;

@@ -7,8 +7,8 @@
 namespace midair::base
 {
 
-/// Appends little-endian numbers to a byte string; the wire formats are written field by field,
-/// never as structs.
+/// Appends little-endian numbers to a byte string. Wire formats are written field by field, never
+/// as structs.
 class ByteWriter
 {
 public:
@@ -33,8 +33,8 @@ private:
     std::vector<std::uint8_t>& _out;
 };
 
-/// Reads what ByteWriter wrote. Reading past the end gives zeros and leaves ok() false, so one
-/// check at the end does.
+/// Reads what ByteWriter wrote. Reading past the end gives zeros and makes ok() false, so one check
+/// at the end is enough.
 class ByteReader
 {
 public:
@@ -44,7 +44,7 @@ public:
     std::uint16_t u16() { return static_cast<std::uint16_t>(get(2)); }
     std::uint32_t u32() { return static_cast<std::uint32_t>(get(4)); }
     std::uint64_t u64() { return get(8); }
-    /// \a count bytes, or nullptr when there are fewer.
+    /// Returns a pointer to the next \a count bytes, or nullptr if there are fewer.
     const std::uint8_t* bytes(std::size_t count)
     {
         if (!claim(count)) return nullptr;

@@ -10,8 +10,8 @@ namespace
 
 using Tables = std::array<std::array<std::uint32_t, 256>, 8>;
 
-// Table k gives the effect of a byte that k further bytes follow, so that eight bytes go in one
-// step.
+// Table k gives the effect of a byte followed by k further bytes, so that one step takes eight
+// bytes.
 Tables makeTables()
 {
     Tables tables{};

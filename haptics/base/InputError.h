@@ -5,8 +5,8 @@
 namespace midair::base
 {
 
-/// Thrown where the outside comes in (files, options): what() names the thing, the value and what
-/// would be right.
+/// Error in input from outside (files, options): what() names the item, its value and what is
+/// expected.
 class InputError : public std::runtime_error
 {
 public:

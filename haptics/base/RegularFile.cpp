@@ -25,7 +25,7 @@ std::string sizeText(std::size_t bytes)
                                   : std::to_string(bytes) + " bytes";
 }
 
-/// Closes a descriptor.
+/// File descriptor that is closed at the end of its scope.
 struct Descriptor
 {
     int number;
@@ -52,8 +52,7 @@ void require(int file, std::size_t mostBytes, struct stat& about)
 
 std::string readRegularFile(const std::string& path, std::size_t mostBytes)
 {
-    // What isn't regular is not even opened for real: opening a terminal or a pipe has effects of
-    // its own.
+    // Other kinds of files are not even opened: opening a terminal or a pipe has side effects.
     struct stat about = {};
     if (::stat(path.c_str(), &about) != 0) fail("can't be read: ");
     if (!S_ISREG(about.st_mode) && !S_ISDIR(about.st_mode))
@@ -68,7 +67,7 @@ std::string readRegularFile(const std::string& path, std::size_t mostBytes)
         const ssize_t count = ::read(file.number, text.data() + done, text.size() - done);
         if (count < 0 && errno == EINTR) continue;
         if (count < 0) fail("can't be read: ");
-        if (count == 0) break; // it shrank meanwhile
+        if (count == 0) break; // the file shrank meanwhile
         done += static_cast<std::size_t>(count);
     }
     text.resize(done);

@@ -1,6 +1,6 @@
 #pragma once
 
-/// The numbers that turn one unit into another, in one place.
+/// Conversion of units.
 namespace midair::base
 {
 

@@ -13,8 +13,8 @@ namespace
 
 std::atomic<bool> trusted{false};
 
-/// The block of variables that the kernel wrote when the program began; setenv() does not change
-/// it.
+/// Reads the block of variables that the kernel wrote when the program began; setenv() does not
+/// change it.
 std::map<std::string, std::string> readBeginning()
 {
     std::map<std::string, std::string> all;

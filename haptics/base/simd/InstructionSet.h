@@ -6,7 +6,8 @@
 namespace midair::base
 {
 
-/// What a kernel is compiled for. PLAIN: what every processor of the family has (x86-64: SSE2).
+/// Instruction set that a kernel is compiled for. PLAIN: available on all processors of the family
+/// (x86-64: SSE2).
 enum class InstructionSet
 {
     PLAIN,
@@ -17,29 +18,29 @@ enum class InstructionSet
 constexpr InstructionSet kInstructionSets[] = {
     InstructionSet::PLAIN, InstructionSet::AVX2, InstructionSet::AVX512};
 
-/// "plain", "avx2" or "avx512": what OSG_MIDAIR_SIMD takes.
+/// Returns the name as OSG_MIDAIR_SIMD takes it: "plain", "avx2" or "avx512".
 const char* instructionSetName(InstructionSet set);
 
-/// True if the kernels are compiled for \a set and this processor, and its operating system, run
-/// it.
+/// Returns true if the kernels are compiled for \a set, and this processor and operating system
+/// support it.
 bool isRunnable(InstructionSet set);
 
-/// The set that \a wanted names; the best runnable one where it is empty, unknown or not runnable,
-/// and why in \a message.
+/// Returns the set that \a wanted names. If it is empty, unknown or not runnable, returns the best
+/// runnable set; for the last two \a message says why.
 InstructionSet instructionSetFor(const std::string& wanted, std::string& message);
 
-/// What kernels run with: by default the best that this processor has. The user's
-/// OSG_MIDAIR_SIMD=plain, avx2 or avx512 takes another, to find faults and to compare; a value that
-/// is unknown or not runnable is told on stderr once and ignored.
+/// Returns the set that kernels run with, by default the best of this processor.
+/// OSG_MIDAIR_SIMD=plain, avx2 or avx512 selects another one, for debugging and comparison; a value
+/// that is unknown or not runnable is reported once on stderr and ignored.
 InstructionSet instructionSet();
 
-/// Kernels run with \a set from now on. For tests: not while another thread computes. \a set has to
-/// be runnable.
+/// Makes kernels run with \a set, which must be runnable, from now on. For tests; not while another
+/// thread computes.
 void useInstructionSet(InstructionSet set);
 
 namespace detail
 {
-/// The set's number; below 0 as long as nobody asked.
+/// Number of the set in use; negative before it is chosen.
 extern std::atomic<int> setInUse;
 int chooseSet();
 } // namespace detail

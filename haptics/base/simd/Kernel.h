@@ -7,14 +7,17 @@
 namespace midair::base
 {
 
-/// A function that is compiled once for each instruction set: called like a function, it runs the
-/// form for the set in use.
+/// A function that is compiled once for each instruction set. It is called like a function and runs
+/// the version for the set in use.
 ///
 ///     extern const base::Kernel<float(int count, const float* x)> sumOf; // in a header
-///     namespace MIDAIR_SET { float sumOf(int count, const float* x) { .. } } // SumKernels.cpp,
-///     see midair_kernels() in CMake MIDAIR_KERNEL(sumOf); // in a source that is compiled once
 ///
-/// A second signature overloads it, defined with MIDAIR_KERNEL_OF_TWO.
+///     // SumKernels.cpp, compiled once per set, see midair_kernels() in CMake
+///     namespace MIDAIR_SET { float sumOf(int count, const float* x) { .. } }
+///
+///     MIDAIR_KERNEL(sumOf); // in a source that is compiled once
+///
+/// A second signature makes an overload; define it with MIDAIR_KERNEL_OF_TWO.
 template<typename First, typename Second = void>
 class Kernel;
 
@@ -55,8 +58,8 @@ public:
     using Kernel<Second>::operator();
 };
 
-// Declares the forms of a kernel and defines it; the namespaces are those that midair_kernels()
-// compiles the forms into.
+// Declares the versions of a kernel and defines it. midair_kernels() compiles the versions into
+// these namespaces.
 #ifdef MIDAIR_HAS_SIMD
 #define MIDAIR_FORMS(name) plain::name, avx2::name, avx512::name
 #define MIDAIR_DECLARE(name, Function)                                                             \

@@ -6,8 +6,8 @@
 namespace midair::base
 {
 
-/// The fields of a line parted by commas, semicolons, tabs or blanks; empty for a blank line and
-/// for a # comment.
+/// Splits a line at commas, semicolons, tabs and blanks. Returns no fields for a blank line or a #
+/// comment.
 std::vector<std::string> splitColumns(const std::string& line);
 
 } // namespace midair::base

@@ -12,8 +12,8 @@ namespace midair::base
 namespace
 {
 
-// Shows a value as the file has it, where that is short. What is long or nested is only described:
-// a text of 100,000 brackets is no help, and writing it out would recurse as deep.
+// Returns a short value as it is in the file. Long or nested ones are only described: 100,000
+// brackets are no help, and writing them out would recurse as deep.
 std::string shown(const JsonReader::Json& value)
 {
     if (value.is_object()) return "an object";
@@ -37,8 +37,8 @@ JsonReader::Json JsonReader::parse(const std::string& text) const
     }
     catch (const nlohmann::json::exception& error)
     {
-        // "[json.exception.parse_error.101] parse error at line 3, column 4: ..."; the number means
-        // nothing to a user.
+        // "[json.exception.parse_error.101] parse error at line 3, column 4: ..."; the number is of
+        // no use to a user.
         const std::string what = error.what();
         const std::size_t end = what.find("] ");
         fail("", "not JSON: " + (end == std::string::npos ? what : what.substr(end + 2)));
@@ -95,7 +95,7 @@ int JsonReader::integer(
     const Json& value, const std::string& path, int low, int high, const std::string& right) const
 {
     if (!value.is_number_integer()) wrong(path, value, right);
-    const auto x = value.get<double>(); // wide enough for what does not fit an int
+    const auto x = value.get<double>(); // can hold values that do not fit an int
     if (x < low || x > high) wrong(path, value, right);
     return static_cast<int>(x);
 }
@@ -137,8 +137,7 @@ Eigen::Vector3d JsonReader::direction(const Json& value, const std::string& path
     const Eigen::Vector3d v = vector(value, path, 3, 1e100, right);
     const double length = v.norm();
     if (!(length > 1e-100)) wrong(path, value, right);
-    // A unit vector stays as it is to the last bit, so that an array that was saved is read back
-    // equal.
+    // A unit vector stays unchanged to the last bit, so that a saved array is read back equal.
     return std::abs(length - 1.0) < 1e-14 ? v : Eigen::Vector3d(v / length);
 }
 

@@ -10,24 +10,24 @@
 namespace midair::base
 {
 
-/// Reads values out of a JSON text and throws InputError where one is not what it has to be:
-/// "source: path in the file is VALUE; it must be RIGHT". Private to the library.
+/// Reads values from a JSON text. Throws InputError for a value that is not as expected: "source:
+/// path in the file is VALUE; it must be RIGHT". Private to the library.
 class JsonReader
 {
 public:
     using Json = nlohmann::ordered_json;
 
-    /// \a source names the text in messages: mostly a file's path.
+    /// \a source: name of the text in messages, usually the path of a file.
     explicit JsonReader(std::string source);
 
-    /// Throws "not JSON: ..." with line and column.
+    /// Throws InputError "not JSON: ..." with line and column.
     Json parse(const std::string& text) const;
 
     [[noreturn]] void fail(const std::string& path, const std::string& what) const;
     [[noreturn]] void
     wrong(const std::string& path, const Json& value, const std::string& right) const;
 
-    /// An object with no other keys than \a known.
+    /// Requires an object with no other keys than \a known.
     void object(const Json& value,
                 const std::string& path,
                 std::initializer_list<const char*> known) const;
@@ -35,7 +35,7 @@ public:
                          const std::string& path,
                          const char* key,
                          const std::string& right) const;
-    /// A finite number in [low, high].
+    /// Returns a finite number in [low, high].
     double number(const Json& value,
                   const std::string& path,
                   double low,
@@ -49,13 +49,13 @@ public:
     std::string string(const Json& value, const std::string& path) const;
     const Json& list(const Json& value, const std::string& path, const std::string& right) const;
 
-    /// \a size finite numbers, each within -limit .. limit.
+    /// Returns a list of \a size finite numbers, each within -limit .. limit.
     Eigen::VectorXd vector(const Json& value,
                            const std::string& path,
                            int size,
                            double limit,
                            const std::string& right) const;
-    /// Unit length; any length but zero is accepted.
+    /// Returns a vector of three numbers that is not zero, normalised.
     Eigen::Vector3d direction(const Json& value, const std::string& path) const;
 
     static std::string at(const std::string& path, const char* key);

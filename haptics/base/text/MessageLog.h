@@ -7,14 +7,14 @@
 namespace midair::base
 {
 
-/// What the user should know, each said once, in the order in which it came up.
+/// Messages for the user, each once, in the order of their first occurrence.
 class MessageLog
 {
 public:
-    /// a scene that is wrong everywhere doesn't fill the memory
+    /// limit, so that a scene full of errors doesn't fill the memory
     static constexpr std::size_t kMost = 100;
 
-    /// False when it was said before (or too much was said already).
+    /// Adds a message. Returns false if it is already there or the log is full.
     bool say(const std::string& message)
     {
         if (_all.size() >= kMost || !_said.insert(message).second) return false;

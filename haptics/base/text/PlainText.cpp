@@ -12,7 +12,7 @@ namespace midair::base
 namespace
 {
 
-/// The locale "C" for this thread alone, as long as it lives.
+/// Sets the locale "C" for this thread while in scope.
 class PlainLocale
 {
 public:

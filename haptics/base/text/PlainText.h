@@ -6,12 +6,11 @@
 namespace midair::base
 {
 
-/// printf into a text; its numbers have a point whatever the locale, of the thread or of the
+/// Formats like printf; numbers have a decimal point whatever the locale of the thread or the
 /// program.
 std::string plainText(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
 
-/// A text that is put together with <<; its numbers have a point, and nothing between the
-/// thousands, whatever the locale.
+/// String stream whose numbers have a decimal point and no thousands separators in every locale.
 class PlainStream : public std::ostringstream
 {
 public:

@@ -9,25 +9,25 @@
 namespace midair::base
 {
 
-/// Hand-off between two threads, one deep: the newest value wins, older ones are dropped and
-/// counted.
+/// Slot that hands values from one thread to another. It holds one value: a newer one replaces it,
+/// and the older one is dropped and counted.
 ///
-/// put() and take() swap their argument with the slot's under a lock that is never held for longer
-/// than a swap: neither side waits for the other's work, and memory goes round between the two
-/// without being allocated anew. One producer, one consumer. close() wakes the consumer, which is
-/// then told CLOSED; what was not taken by then is dropped.
+/// put() and take() swap their argument with the slot's value under a lock that is held only for
+/// the swap, so neither side waits for the other's work, and buffers are reused without allocation.
+/// For one producer and one consumer. close() wakes the consumer, which then gets CLOSED; a value
+/// that was not taken is dropped.
 template<typename T>
 class LatestSlot
 {
 public:
-    /// Leaves in \a value a used one (dropped or consumed earlier), whose memory the producer may
-    /// refill. False, with \a value untouched, when closed.
+    /// Puts \a value into the slot and leaves an old one (dropped or consumed) in it, whose memory
+    /// the producer may reuse. Returns false, with \a value unchanged, if the slot is closed.
     bool put(T& value)
     {
         return put(value, [] {});
     }
-    /// Calls \a meanwhile() once the value is there, before anybody can take it: it should be
-    /// short.
+    /// As above, and calls \a meanwhile() under the lock, before the value can be taken; it should
+    /// be short.
     template<typename Meanwhile>
     bool put(T& value, const Meanwhile& meanwhile)
     {
@@ -47,16 +47,16 @@ public:
     enum class Taken
     {
         VALUE,
-        NOTHING, ///< none came in time
+        NOTHING, ///< no value came in time
         CLOSED
     };
 
-    /// Waits for a value, \a atMost_s at most, and swaps it into \a value.
+    /// Waits for a value for at most \a atMost_s and swaps it into \a value.
     Taken take(T& value, double atMost_s)
     {
         return take(value, atMost_s, [] {});
     }
-    /// Calls \a meanwhile() when it takes a value, before the next can be put.
+    /// As above, and calls \a meanwhile() when it takes a value, before the next can be put.
     template<typename Meanwhile>
     Taken take(T& value, double atMost_s, const Meanwhile& meanwhile)
     {
@@ -86,7 +86,7 @@ public:
         _filled.notify_all();
     }
 
-    /// Calls \a meanwhile(whether a value waits, whether closed) while nothing is put or taken.
+    /// Calls \a meanwhile(true if a value waits, true if closed) while nothing can be put or taken.
     template<typename Meanwhile>
     void between(const Meanwhile& meanwhile)
     {

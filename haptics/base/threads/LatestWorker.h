@@ -12,14 +12,14 @@
 namespace midair::base
 {
 
-/// Answers requests in a thread of its own: the newest request wins, the newest answer is kept.
-/// Both have a `frame`.
+/// Worker that answers requests on its own thread. Only the newest request and the newest answer
+/// are kept. An answer has a member `frame`.
 template<typename Request, typename Answer>
 class LatestWorker
 {
 public:
-    /// \a work turns a request into an answer, in the worker's thread; \a pause_s lies at least
-    /// between two begins.
+    /// \a work makes an answer from a request, on the worker's thread. \a pause_s: shortest time
+    /// between the starts of two of them.
     explicit LatestWorker(std::function<std::unique_ptr<Answer>(const Request&)> work,
                           double pause_s = 0.0) :
         _work(std::move(work)),
@@ -49,14 +49,15 @@ public:
         _changed.notify_all();
     }
 
-    /// The newest answer not taken yet, or null.
+    /// Returns the newest answer that was not taken yet, or null.
     std::unique_ptr<Answer> take()
     {
         const std::lock_guard<std::mutex> lock(_mutex);
         return std::move(_answer);
     }
 
-    /// Waits for an answer to \a frame or later; what is there after \a timeout_s, or null.
+    /// Waits for an answer to \a frame or later and takes it. After \a timeout_s it takes the
+    /// answer that is there, or returns null.
     std::unique_ptr<Answer> waitFor(std::uint64_t frame, double timeout_s)
     {
         std::unique_lock<std::mutex> lock(_mutex);

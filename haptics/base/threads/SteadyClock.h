@@ -5,7 +5,7 @@
 namespace midair::base
 {
 
-/// Seconds of the steady clock: what time stamps of fields, snapshots and hands count in.
+/// Returns the time of the steady clock in seconds, which time stamps of fields and snapshots use.
 inline double steadySeconds()
 {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())

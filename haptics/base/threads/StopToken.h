@@ -8,21 +8,22 @@
 namespace midair::base
 {
 
-/// Thrown by work that was told to stop and has no report of its own to say so.
+/// Thrown by work that was asked to stop and has no report in which to say so.
 class Stopped : public std::runtime_error
 {
 public:
     Stopped() : std::runtime_error("stopped before it was done") {}
 };
 
-/// Tells work whether it is to be broken off; copies look at the same StopSource. One of no source
-/// never asks for it.
+/// Tells work if it was asked to stop. Copies belong to the same StopSource; a token without a
+/// source never asks.
 class StopToken
 {
 public:
     StopToken() = default;
 
-    /// One relaxed load, for every turn of a loop that takes a microsecond or more. Any thread.
+    /// Returns true if a stop was requested. Costs one relaxed load; for loops whose turns take a
+    /// microsecond or more. Any thread.
     bool requested() const { return _flag && _flag->load(std::memory_order_relaxed); }
     void throwIfRequested() const
     {
@@ -36,7 +37,7 @@ private:
     std::shared_ptr<const std::atomic<bool>> _flag;
 };
 
-/// Looks at a token once in a number of turns: for loops whose turns are much shorter than a look.
+/// Checks a token once in a number of turns, for loops whose turns are much shorter than a check.
 class StopLook
 {
 public:
@@ -56,9 +57,9 @@ private:
     unsigned _turns = 0;
 };
 
-/// Asks whoever holds its tokens to end. Any thread. What is asked for stands until clear(), which
-/// belongs between two pieces of work, called by whoever runs them: work that began to stop relies
-/// on the request staying.
+/// Asks work that holds its tokens to stop. Any thread. A request stays until clear(), which the
+/// thread that runs the work may call between two pieces of work: work that has begun to stop
+/// relies on the request.
 class StopSource
 {
 public:

@@ -28,7 +28,7 @@ int coreCount()
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-// A worker that spins while other threads want its core only keeps them from it.
+// With more threads than cores, a worker that spins takes a core from other threads.
 ThreadPool::ThreadPool(int threads) : _spins(threads <= coreCount() ? kSpins : 0)
 {
     for (int thread = 1; thread < threads; ++thread)
@@ -66,8 +66,8 @@ void ThreadPool::runErased(Function function, void* data)
     waitForOthers();
 }
 
-// The others have as much to do and finish at about the same time, unless the machine is short of
-// cores.
+// Spins first: the others have as much work and finish at about the same time, unless there are too
+// few cores.
 void ThreadPool::waitForOthers()
 {
     for (int spins = 0; spins < _spins; ++spins)

@@ -10,16 +10,17 @@
 namespace midair::base
 {
 
-/// Cores that this process may use; at least 1. More threads than that only wait for one another.
+/// Returns the number of cores that this process may use, at least 1. More threads than that only
+/// wait for one another.
 int coreCount();
 
-/// A few threads that run one function together and wait for one another. A call allocates nothing
-/// and costs a few microseconds, since idle workers spin for a moment before they sleep. Where
-/// there are more of them than cores they sleep at once.
+/// Pool of threads that run one function together and wait for one another. A call allocates
+/// nothing and costs a few microseconds, since idle workers spin for a moment before they sleep. If
+/// there are more threads than cores they sleep at once.
 class ThreadPool
 {
 public:
-    /// \a threads >= 1, the caller among them.
+    /// \a threads: number of threads including the caller, >= 1.
     explicit ThreadPool(int threads);
     ~ThreadPool();
     ThreadPool(const ThreadPool&) = delete;
@@ -28,7 +29,7 @@ public:
     int threads() const { return static_cast<int>(_workers.size()) + 1; }
 
     /// Calls task(thread) for thread = 0 .. threads() - 1, each on its own thread, and returns when
-    /// all are done. Tasks must not throw; one run at a time.
+    /// all are done. Tasks must not throw. Only one run at a time.
     template<typename Task>
     void run(Task&& task)
     {
@@ -43,12 +44,12 @@ private:
     unsigned waitForWork(unsigned seen);
     void waitForOthers();
 
-    const int _spins; ///< looks before sleeping
+    const int _spins; ///< checks before a thread sleeps
 
     std::vector<std::thread> _workers;
     std::mutex _mutex;
-    std::condition_variable _wake; ///< workers, for work
-    std::condition_variable _done; ///< the caller, for workers
+    std::condition_variable _wake; ///< workers wait for work
+    std::condition_variable _done; ///< the caller waits for workers
     std::atomic<bool> _callerSleeps{false};
     std::atomic<unsigned> _generation{0};
     std::atomic<int> _running{0};
