@@ -17,11 +17,10 @@ namespace midair::haptics
 namespace
 {
 
-/// Tolerates the rounding of poses: points that were sampled exactly a spacing apart are not too
-/// near.
+/// Tolerance for the rounding of poses: points sampled exactly a spacing apart are not too near.
 constexpr double kSlack = 1.0 - 1e-6;
 
-/// A point that no stage has left out yet.
+/// Point that no stage has left out so far.
 struct Candidate
 {
     int source;
@@ -29,12 +28,12 @@ struct Candidate
     Eigen::Vector3d position;
     Eigen::Vector3d normal;
     double target;
-    Eigen::Vector3d positionSum; ///< of all that were merged into it
+    Eigen::Vector3d positionSum; ///< sum over all points merged into it
     Eigen::Vector3d normalSum;
     int merged = 1;
 };
 
-/// Takes the candidates through the stages of a selection, each of which leaves some out.
+/// Passes the candidates through the stages of a selection, each of which leaves some out.
 class Selector
 {
 public:
@@ -63,7 +62,7 @@ public:
         if (_options.crowding == Crowding::MERGE)
         {
             moveMerged();
-            thin(false); // means may have come near to others
+            thin(false); // merged points may be too near to others
         }
         keepBudget();
         return finish();
@@ -74,7 +73,7 @@ private:
     {
         return _objects[static_cast<std::size_t>(candidate.source)];
     }
-    /// Two points nearer to each other than this (m) are a crowd.
+    /// Returns the distance, m, below which two points are a crowd.
     double crowdLimit(const Candidate& a, const Candidate& b) const
     {
         return a.source == b.source ? std::min(_crowd, objectOf(a).spacing_m) : _crowd;
@@ -207,8 +206,7 @@ void Selector::dropCrowds()
     _candidates = std::move(kept);
 }
 
-/// Keeps the first of points that are too near to one another, in their order, and leaves out the
-/// rest.
+/// Of points that are too near to one another keeps the first, in their order.
 void Selector::thin(bool merge)
 {
     PointGrid points = grid();

@@ -11,7 +11,7 @@ void append(ControlPoints& to, const ControlPoints& more)
     to.positions.rightCols(m) = more.positions;
     const Eigen::Index known = to.normals.cols();
     to.normals.conservativeResize(3, n + m);
-    // Curves and tests have no normals: zeros, never what was in memory.
+    // Curves and tests have no normals: fill with zeros instead of uninitialised memory.
     if (known != n) to.normals.leftCols(n).setZero();
     if (more.normals.cols() == m)
         to.normals.rightCols(m) = more.normals;

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-/// How well pressures y (n, Pa) fit targets a (n, in any unit, all above 0): every figure of the
-/// kit is made of these.
+/// Functions that measure how well pressures y (n, Pa) fit targets a (n, in any unit, all above 0);
+/// all figures of the kit use them.
 namespace midair::haptics
 {
 
-/// s = (y.a)/(a.a): the level at which s a is nearest to y in the sense of least squares; Pa at a_l
-/// = 1. In the precision of the vectors. Not finite where all targets are 0.
+/// Returns s = (y.a)/(a.a), the level at which s a fits y best in the least-squares sense; Pa at
+/// a_l = 1. Computed in the precision of the vectors. Not finite if all targets are 0.
 template<typename Achieved, typename Targets>
 typename Achieved::Scalar fittedLevel(const Eigen::MatrixBase<Achieved>& y,
                                       const Eigen::MatrixBase<Targets>& a)
@@ -19,7 +19,7 @@ typename Achieved::Scalar fittedLevel(const Eigen::MatrixBase<Achieved>& y,
     return y.dot(a) / a.squaredNorm();
 }
 
-/// sqrt(mean((y_l/(s a_l) - 1)^2)), in the precision of the vectors; s > 0.
+/// Returns sqrt(mean((y_l/(s a_l) - 1)^2)), computed in the precision of the vectors; s > 0.
 template<typename Achieved, typename Targets>
 typename Achieved::Scalar relativeRms(const Eigen::MatrixBase<Achieved>& y,
                                       const Eigen::MatrixBase<Targets>& a,
@@ -29,7 +29,7 @@ typename Achieved::Scalar relativeRms(const Eigen::MatrixBase<Achieved>& y,
     return std::sqrt((y.array() / (s * a.array()) - Scalar(1)).square().mean());
 }
 
-/// A point falls short if it misses a target in Pa by more than this share of it.
+/// A point falls short if it is below its target in Pa by more than this fraction.
 constexpr double kShortBy = 0.01;
 
 /// Relative errors e_l = y_l/(s a_l) - 1.
@@ -39,8 +39,8 @@ struct RelativeErrors
     double max = 0.0; ///< the largest |e_l|
 };
 
-/// The errors at the level \a s > 0, summed in double and in the points' order: the same to the
-/// last bit for the same pressures, whatever instruction set Eigen was compiled for.
+/// Returns the errors at the level \a s > 0. They are summed in double and in the points' order, so
+/// equal pressures give equal bits, whatever instruction set Eigen was compiled for.
 template<typename Achieved, typename Targets>
 RelativeErrors
 relativeErrors(const Eigen::MatrixBase<Achieved>& y, const Eigen::MatrixBase<Targets>& a, double s)
@@ -57,7 +57,7 @@ relativeErrors(const Eigen::MatrixBase<Achieved>& y, const Eigen::MatrixBase<Tar
     return errors;
 }
 
-/// fittedLevel(), summed in double and in the points' order.
+/// Like fittedLevel(), but summed in double and in the points' order.
 template<typename Achieved, typename Targets>
 double fittedLevelInOrder(const Eigen::MatrixBase<Achieved>& y, const Eigen::MatrixBase<Targets>& a)
 {

@@ -12,8 +12,8 @@ namespace midair::haptics
 namespace
 {
 
-/// Picks the farthest point first, from the first sample on: this spreads the picks evenly, and
-/// they stay the same while the object moves.
+/// Farthest-point selection that starts with the first sample: it spreads the chosen points evenly,
+/// and they stay the same while the object moves.
 void spread(const std::vector<BudgetPoint>& points,
             const std::vector<std::size_t>& members,
             int quota,

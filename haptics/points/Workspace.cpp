@@ -53,8 +53,9 @@ Workspace::Workspace(const TransducerArray& array,
 
 Workspace::Verdict Workspace::judge(const Eigen::Vector3d& point) const
 {
-    // A point in front of every plane by the least distance, and within reach of one transducer, is
-    // inside. That holds for all points in a prism, and saves looking at each transducer.
+    // A point at least the least distance in front of every plane, and within reach of one
+    // transducer, is inside. This is true of all points in a prism and saves a loop over the
+    // transducers.
     bool inFront = true;
     bool near = false;
     for (const Plane& plane : _planes)
@@ -75,8 +76,8 @@ Workspace::Verdict Workspace::judge(const Eigen::Vector3d& point) const
     const double height = _normals.col(nearest).dot(point - _positions.col(nearest));
     if (height < 0.0)
     {
-        // Right behind the nearest transducer its board stands between the point and all the
-        // others. Far to its side others may still see the point.
+        // Directly behind the nearest transducer its board hides the point from all others. Far to
+        // its side others may still reach it.
         const double side = std::sqrt(std::max(0.0, distance * distance - height * height));
         if (side <= std::max(-height, _wavelength)) return Verdict::BEHIND;
         const bool seen =

@@ -11,7 +11,7 @@ namespace midair::haptics
 
 struct SelectorOptions;
 
-/// Says which places an array can reach; made once for an array and a wavelength.
+/// Tells which places an array can reach; made once for an array and a wavelength.
 class Workspace
 {
 public:
@@ -19,7 +19,7 @@ public:
     {
         INSIDE,
         TOO_CLOSE,
-        BEHIND, ///< every transducer faces away, or the boards of the nearest ones stand in between
+        BEHIND, ///< every transducer faces away, or the board of the nearest one is in between
         OUT_OF_REACH
     };
 

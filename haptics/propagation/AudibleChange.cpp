@@ -20,12 +20,12 @@ double sinc2(double x)
     return s * s;
 }
 
-// 2 times the integral of sinc^2 from 0 to x: Simpson's rule up to kFar, beyond that what is left
-// is 1/(pi^2 x) on average.
+// Returns 2 times the integral of sinc^2 from 0 to x: Simpson's rule up to kFar; beyond that the
+// rest is 1/(pi^2 x) on average.
 double within(double x)
 {
     constexpr double kFar = 50.0;
-    constexpr int kPanels = 32; // for each lobe
+    constexpr int kPanels = 32; // per lobe
     if (x > kFar) return 1.0 - 1.0 / (base::kPi * base::kPi * x);
     const int n = 2 * static_cast<int>(std::ceil(kPanels * std::fmax(x, 1.0)));
     const double h = x / n;

@@ -15,7 +15,7 @@ namespace midair::haptics
 namespace
 {
 
-constexpr int kVectors = 8; ///< in _geometry
+constexpr int kVectors = 8; ///< vectors in _geometry
 
 kernels::LatticeSources sourcesOf(const base::AlignedBuffer<float>& geometry,
                                   int padded,
@@ -34,8 +34,8 @@ kernels::LatticeSources sourcesOf(const base::AlignedBuffer<float>& geometry,
             padded};
 }
 
-/// Samples of a tile along each axis: 8 x 8 in a flat one, 4 x 5 x 5 in a deep one, since rows are
-/// summed four samples at a time.
+/// Returns the largest number of samples of a tile along each axis: 8 x 8 for flat lattices, 4 x 5
+/// x 5 for others, since rows are summed four samples at a time.
 Eigen::Array3i largestTile(const Eigen::Array3i& count)
 {
     const Eigen::Array3i largest =
@@ -44,7 +44,7 @@ Eigen::Array3i largestTile(const Eigen::Array3i& count)
     return count.min(largest);
 }
 
-/// Half the longest diagonal of a tile whose half edges are the columns of \a half.
+/// Returns half the longest diagonal of a tile whose half edges are the columns of \a half.
 double radius_m(const Eigen::Matrix3d& half)
 {
     double most = 0.0;
@@ -80,8 +80,8 @@ void LatticeField::drive(const Eigen::VectorXcf& activations)
     float* out = _geometry.data();
     for (std::size_t k = 0; k < padded; ++k)
     {
-        // Padding repeats the last transducer without strength, so that it is never the nearest to
-        // anything.
+        // Padding repeats the last transducer with strength 0, so that it never changes the nearest
+        // distance.
         const Eigen::Index i = driven[std::min(k, driven.size() - 1)];
         std::complex<double> emitted = activations[i];
         emitted *= _array.sourceAmplitude_Pa_m / _wavelength_m;
@@ -116,7 +116,7 @@ void LatticeField::evaluate(const FieldLattice& lattice,
     _activations = &activations;
     _pressure = &pressure;
     const Eigen::Array3i side = largestTile(lattice.count);
-    // Tiles are of nearly equal size, so that none is left with a few samples.
+    // Tiles have nearly equal sizes, so that none has only a few samples.
     const Eigen::Array3i tiles = (lattice.count + side - 1) / side;
     Eigen::Array3i tile;
     for (tile[2] = 0; tile[2] < tiles[2]; ++tile[2])
@@ -137,7 +137,7 @@ double LatticeField::nearest_m(const Eigen::Vector3d& middle) const
 
 void LatticeField::cover(const Tile& tile, const Wanted& wanted)
 {
-    // From a corner of the tile to its middle, in steps of the lattice.
+    // From the tile's first sample to its middle, in steps of the lattice.
     const Eigen::Vector3d half = 0.5 * (tile.count - 1).cast<double>().matrix();
     const Eigen::Vector3d middle =
         _lattice->origin + _lattice->step * (tile.first.cast<double>().matrix() + half);

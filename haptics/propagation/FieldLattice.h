@@ -12,13 +12,13 @@
 namespace midair::haptics
 {
 
-/// Samples at origin + a step.col(0) + b step.col(1) + c step.col(2), metres, array frame; a runs
-/// fastest.
+/// Lattice of samples at origin + a step.col(0) + b step.col(1) + c step.col(2), metres, array
+/// frame; index a varies fastest.
 struct FieldLattice
 {
     Eigen::Vector3d origin = Eigen::Vector3d::Zero();
     Eigen::Matrix3d step = Eigen::Matrix3d::Identity();
-    Eigen::Array3i count = Eigen::Array3i::Ones(); ///< along each axis, >= 1
+    Eigen::Array3i count = Eigen::Array3i::Ones(); ///< samples along each axis, >= 1
 
     Eigen::Index size() const { return Eigen::Index(count[0]) * count[1] * count[2]; }
     Eigen::Vector3d at(int a, int b, int c) const
@@ -27,28 +27,30 @@ struct FieldLattice
     }
 };
 
-/// Computes the pressure on a lattice, about ten times as fast as entry by entry: for pictures of a
-/// field that moves.
+/// Computes the pressure on a lattice, about ten times as fast as entry by entry, for pictures of
+/// moving fields.
 class LatticeField
 {
 public:
-    /// rad, in the corner of a tile, for the transducer nearest to it.
+    /// Largest phase error, rad: in the corner of a tile, for the transducer nearest to the tile.
     static constexpr double kPhaseError = 0.03;
 
-    /// Asked of each tile by its middle and its radius (m); false leaves its samples at 0.
+    /// Predicate called for each tile with its centre and radius (m); where it returns false, the
+    /// tile's samples stay 0.
     using Wanted = std::function<bool(const Eigen::Vector3d& middle, double radius_m)>;
 
     LatticeField(const TransducerArray& array, const Medium& medium);
 
-    /// \a pressure: complex peak Pa, one a sample, within kPhaseError of what all waves in phase
-    /// would give there; far from the transducers within 2e-4 for unrelated phases. Throws
-    /// InputError where activations and transducers disagree.
+    /// Computes the complex peak pressure, Pa, of each sample. The error is at most kPhaseError
+    /// times the pressure that all waves in phase would give there; far from the transducers and
+    /// with unrelated phases it is 2e-4 of that. Throws InputError if there is not one activation
+    /// per transducer.
     void evaluate(const FieldLattice& lattice,
                   const Eigen::VectorXcf& activations,
                   Eigen::VectorXcf& pressure,
                   const Wanted& wanted = {});
 
-    /// How many samples of the last evaluation were computed by tiles, and how many entry by entry.
+    /// Numbers of samples that the last evaluation computed by tiles, and entry by entry.
     Eigen::Index tiled() const { return _tiled; }
     Eigen::Index exact() const { return _exact; }
 
@@ -67,8 +69,8 @@ private:
     TransducerArray _array;
     Medium _medium;
     double _wavelength_m = 0.0;
-    std::vector<float> _directivity; ///< over cos(theta), see LatticeKernels.h
-    /// For the driven transducers: x, y, z, nx, ny, nz, re, im.
+    std::vector<float> _directivity; ///< table over cos(theta), see LatticeKernels.h
+    /// Vectors of the driven transducers: x, y, z, nx, ny, nz, re, im.
     base::AlignedBuffer<float> _geometry;
     int _padded = 0;
     base::AlignedBuffer<float> _sums;

@@ -18,8 +18,8 @@ namespace
 
 constexpr Eigen::Index kPointsAtOnce = 8;
 
-// Only the transducers that are driven: an entry of G for each point and transducer is most of what
-// a field costs.
+// Keeps only driven transducers, as most of the cost is one entry of G for each point and
+// transducer.
 TransducerArray activePart(const TransducerArray& array,
                            const Eigen::VectorXcf& activations,
                            Eigen::VectorXcf& active)
@@ -75,7 +75,7 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
     std::atomic<Eigen::Index> next{0};
     const auto work = [&]
     {
-        // The rows of one chunk of points, which are summed while they are still in the cache.
+        // Rows of one chunk of points; they are summed while they are still in the cache.
         PropagationMatrix G;
         G.bind(active, medium);
         base::AlignedBuffer<float> qRe; // padded with zeros

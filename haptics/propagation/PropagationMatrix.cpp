@@ -11,8 +11,7 @@ namespace midair::haptics
 namespace
 {
 
-// In wavelengths. Nearer to a transducer, single precision of R^2 - R0^2 is not enough for an error
-// of 1e-5.
+// In wavelengths. Nearer to a transducer, R^2 - R0^2 in single precision has an error above 1e-5.
 constexpr double kNearest = 0.25;
 
 } // namespace
@@ -56,8 +55,7 @@ kernels::BlockGeometry PropagationMatrix::geometry(int block) const
             width(block)};
 }
 
-// The least and greatest distance (in wavelengths) of a point from what lies within \a bound of a
-// centre that is \a distance away.
+// Returns bounds on the distance (in wavelengths) from a point to the transducers within \a bound.
 PropagationMatrix::Range PropagationMatrix::rangeOf(const Shell& bound,
                                                     const Eigen::Vector3d& r) const
 {
@@ -74,8 +72,8 @@ bool PropagationMatrix::suitsKernel(const Range& range) const
 
 void PropagationMatrix::setPoint(int l, const Eigen::Vector3d& r)
 {
-    // Where a point is well inside the array, as in a prism, one look at the whole array's bound is
-    // enough; else each block is looked at, and where its bound is too wide each transducer.
+    // For a point well inside the array, as in a prism, the bound of the whole array is enough.
+    // Otherwise each block's bound is checked, and if that is too wide each of its transducers.
     const Eigen::Vector3d x = r / _wavelength_m;
     _rows.col(l) = x;
     const bool all = suitsKernel(rangeOf(_bound, x));

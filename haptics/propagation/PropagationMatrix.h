@@ -13,32 +13,34 @@
 namespace midair::haptics
 {
 
-/// How the entries of a PropagationMatrix are kept.
+/// How the entries of a PropagationMatrix are stored.
 enum class Storage
 {
-    FLOAT, ///< to 1e-5 of P0/R_li
-    /// In 2 x 16 bits: within another 2e-5 of the largest entry of row and block, in half of the
-    /// memory.
+    FLOAT, ///< error below 1e-5 of P0/R_li
+    /// Two 16-bit numbers, half of the memory: additional error below 2e-5 of the largest entry of
+    /// the row in the block.
     FIXED
 };
 
-/// G as the solvers use it: the same formula, computed in float, in blocks of transducers so that a
-/// block is read once for both directions of a round. No method allocates once n and m have been
-/// seen.
+/// The propagation matrix G as the solvers use it: the formula of ReferencePropagation.h in single
+/// precision, stored in blocks of transducers so that both products of an iteration read a block
+/// once. No method allocates after the first call with the same n and m.
 class PropagationMatrix
 {
 public:
-    /// Transducers in a block, whose entries take 4 or 8 bytes each. Wide, since the kernels sum
-    /// over the transducers of a block; a block of 400 points still fits a level-2 cache of 1 MiB.
+    /// Transducers in a block; an entry takes 4 or 8 bytes. Blocks are wide, since the kernels sum
+    /// over the transducers of a block; in FIXED a block of 400 points still fits a level-2 cache
+    /// of 1 MiB.
     static constexpr int kBlockWidth = 512;
 
     explicit PropagationMatrix(Storage storage = Storage::FLOAT) : _storage(storage) {}
 
-    /// True if what G depends on is as in the last bind.
+    /// Returns true if all that G depends on is as in the last bind().
     bool isBoundTo(const TransducerArray& array, const Medium& medium) const;
-    /// Takes over array and medium unless isBoundTo them; true if so, and then every row is stale.
+    /// Takes over array and medium unless it is already bound to them. Returns true if it did; all
+    /// rows are stale then.
     bool bind(const TransducerArray& array, const Medium& medium);
-    /// Room for \a points rows; true if the rows that were there are stale now.
+    /// Makes room for \a points rows. Returns true if existing rows are stale now.
     bool resize(int points);
 
     int points() const { return _points; }
@@ -51,21 +53,21 @@ public:
         return _padded - offset(block) < kBlockWidth ? _padded - offset(block) : kBlockWidth;
     }
 
-    /// Row \a l belongs to a control point at \a r (m); its entries are stale until buildRows has
-    /// seen every block.
+    /// Assigns the control point at \a r (m) to row \a l, whose entries are stale until buildRows()
+    /// has been called for every block.
     void setPoint(int l, const Eigen::Vector3d& r);
-    /// Rows \a rows of block \a block; adds their share of sum_i |G_li| to sums[l].
+    /// Computes \a rows of block \a block and adds their part of sum_i |G_li| to sums[l].
     void buildRows(int block, const int* rows, int count, double* sums);
-    /// All rows at once, one thread.
+    /// Computes all rows on one thread.
     void build(const Eigen::Matrix3Xd& points);
 
-    /// The matrix has its own order of transducers (compactOrder): column and lane \a lane is
+    /// The matrix has its own order of transducers (compactOrder): column (lane) \a lane belongs to
     /// transducer order()[lane].
     const std::vector<int>& order() const { return _order; }
 
-    /// z = G* w over a block; z and q point at the whole vectors, of paddedTransducers() floats.
+    /// z = G* w for one block; z and q point to the whole vectors of paddedTransducers() floats.
     void backward(int block, const float* wRe, const float* wIm, float* zRe, float* zIm) const;
-    /// p += G q over a block.
+    /// p += G q for one block.
     void forward(int block, const float* qRe, const float* qIm, float* pRe, float* pIm) const;
 
     std::complex<float> at(int l, int lane) const;
@@ -74,7 +76,7 @@ public:
     {
         return _entries.data() + std::size_t(2) * offset(block) * _capacity;
     }
-    /// FIXED: n rows of \a width lanes, and what each row is to be multiplied by.
+    /// FIXED: n rows of \a width lanes, and the scale of each row.
     const std::int32_t* fixedData(int block) const
     {
         return _fixed.data() + std::size_t(1) * offset(block) * _capacity;
@@ -86,7 +88,8 @@ public:
     double wavelength_m() const { return _wavelength_m; }
 
 private:
-    // Distances of transducers from a centre, and from a point; wavelengths.
+    // Least and greatest distance of transducers from a centre (Shell) and from a point (Range), in
+    // wavelengths.
     struct Shell
     {
         Eigen::Vector3d centre;
@@ -116,21 +119,22 @@ private:
     double _wavelength_m = 0.0, _beta = 0.0;
     int _points = 0, _transducers = 0, _padded = 0, _capacity = 0;
     std::vector<int> _order;
-    Eigen::Matrix3Xd _places;            // of the lanes, wavelengths
-    Shell _bound{};                      // of the array
-    std::vector<Shell> _bounds;          // of each block
-    std::vector<unsigned char> _compact; // block by block: groups small enough for the float kernel
+    Eigen::Matrix3Xd _places;   // positions of the lanes, wavelengths
+    Shell _bound{};             // of the array
+    std::vector<Shell> _bounds; // of each block
+    // For each block: 1 if its groups are small enough for the float kernel.
+    std::vector<unsigned char> _compact;
     std::vector<kernels::GroupGeometry> _groups;
-    base::AlignedBuffer<float> _geometry; // nine vectors of _padded
+    base::AlignedBuffer<float> _geometry; // nine vectors of length _padded
     bool _hasOffset = false;
     kernels::DirectivityCubic _cubic{};
     kernels::DirectivityTable _table{};
-    Eigen::Matrix3Xd _rows; // points of the rows, wavelengths
-    // Row by row, with a flag for each block: whether it is within the range of the float kernel.
+    Eigen::Matrix3Xd _rows; // control points of the rows, wavelengths
+    // For each row and block: 1 if the point is within the range of the float kernel.
     std::vector<unsigned char> _inFloat;
     base::AlignedBuffer<float> _entries;
     base::AlignedBuffer<std::int32_t> _fixed;
-    base::AlignedBuffer<float> _scale; // of the rows in _fixed, block by block
+    base::AlignedBuffer<float> _scale; // scales of the rows in _fixed, block by block
 };
 
 } // namespace midair::haptics

@@ -1,4 +1,4 @@
-// PropagationMatrix, continued: takes over an array and its medium as groups of transducers,
+// The part of PropagationMatrix that converts an array and its medium to groups of transducers,
 // directivity and bounds.
 #include "haptics/base/Units.h"
 #include "haptics/propagation/PropagationMatrix.h"
@@ -16,8 +16,8 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kPlanar = 1e-7;           // wavelengths out of the plane
-constexpr double kMostDecayInGroup = 0.02; // then exp's parabola is good to 1e-6
+constexpr double kPlanar = 1e-7;           // largest distance from the plane, wavelengths
+constexpr double kMostDecayInGroup = 0.02; // up to here a parabola for exp has an error of 1e-6
 
 template<typename Matrix>
 bool sameEntries(const Matrix& a, const Matrix& b)
@@ -28,7 +28,7 @@ bool sameEntries(const Matrix& a, const Matrix& b)
                 0);
 }
 
-// True if all that G depends on is the same; the name, the boards and the drive do not matter.
+// Returns true if all that G depends on is the same; name, boards and drive do not matter.
 bool sameField(const TransducerArray& a, const TransducerArray& b)
 {
     return a.size() == b.size() && a.frequency_Hz == b.frequency_Hz &&
@@ -37,8 +37,7 @@ bool sameField(const TransducerArray& a, const TransducerArray& b)
            sameEntries(a.phaseOffset_rad, b.phaseOffset_rad) && sameEntries(a.gain, b.gain);
 }
 
-// A bound on D between the steps of a table or a polynomial: its largest value on a fine grid of
-// cosines, with a margin.
+// Returns a bound on D: its largest value on a fine grid of cosines, with a margin.
 float largestOf(Directivity model)
 {
     double largest = 0.0;
@@ -47,7 +46,7 @@ float largestOf(Directivity model)
     return static_cast<float>(1.001 * largest);
 }
 
-// The harmonics are a cubic in cos(theta) wherever they are positive, so four values in front
+// Where the harmonics are positive they are a cubic in cos(theta), so four values in the front half
 // determine it.
 kernels::DirectivityCubic cubicOf(Directivity model)
 {
@@ -158,7 +157,7 @@ kernels::GroupGeometry PropagationMatrix::bindGroup(int first, int count)
     const int last = std::min(first + kernels::kGroup, _padded);
     for (int lane = first; lane < last; ++lane)
     {
-        // Padding repeats the last transducer without strength.
+        // Padding repeats the last transducer with strength 0.
         const int source = _order[static_cast<std::size_t>(std::min(lane, _transducers - 1))];
         bindLane(lane, source, centre);
         if (lane >= _transducers) continue;

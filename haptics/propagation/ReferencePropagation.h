@@ -8,8 +8,7 @@
 namespace midair::haptics
 {
 
-/// G in double precision straight from the formula, entry by entry: what the fast path is tested
-/// against.
+/// Returns G in double precision, directly from the formula; reference for tests of the fast code.
 ///     G_li = P0 gain_i D(theta_li) / R_li exp(-(beta + j k) R_li + j phaseOffset_i)
 /// (Inoue, Makino, Shinoda 2015, equations 2 to 5; time factor e^{+j omega t}). n x m, Pa peak at
 /// full drive. R_li is at least kNearestDistance_m, and cos(theta_li) = (r_l - r_i).n_i / R_li, so

@@ -24,14 +24,14 @@ double percentile(const Eigen::VectorXd& sorted, double fraction)
     return sorted[k] + (place - static_cast<double>(k)) * (sorted[above] - sorted[k]);
 }
 
-// Places spread evenly in the ball round the samples' middle, as far as they keep their distance
-// from the samples. The same seed gives the same places with every library, which its distributions
-// do not promise.
+// Returns places spread evenly in the ball around the samples' middle, at least \a distance_m from
+// every sample. Makes its own uniform numbers, so that a seed gives the same places with every
+// standard library.
 Eigen::Matrix3Xd placesOff(const Eigen::Matrix3Xd& surface,
                            double distance_m,
                            const SurfaceStatisticsOptions& options)
 {
-    // Bounds the search: in a ball that the surface fills there are few places or none.
+    // Limits the search: a ball that the surface fills has few such places or none.
     constexpr int kTriesPerPlace = 20;
     const Eigen::Vector3d middle = surface.rowwise().mean();
     std::mt19937_64 random(options.seed);
@@ -107,7 +107,7 @@ Eigen::VectorXd meanRadiationPressure(const Eigen::Matrix3Xd& points,
 {
     if (cycle.empty())
         throw base::InputError("the cycle has no fields; there must be at least one");
-    // |p|^2 is averaged, since the radiation pressure is proportional to it.
+    // Averages |p|^2, to which the radiation pressure is proportional.
     Eigen::VectorXd square = Eigen::VectorXd::Zero(points.cols());
     for (const Eigen::VectorXcf& q : cycle)
         square += pressureAt(points, array, medium, q, threads, stop)

@@ -14,8 +14,8 @@ struct Place
     int transducer;
 };
 
-// Halves a range of transducers along its longer side, at a multiple of the group size, until one
-// group is left.
+// Recursively splits a range of transducers along its longest side, at a multiple of the group
+// size, until one group is left.
 void divide(int size, Place* first, Place* last)
 {
     const auto count = last - first;

@@ -7,9 +7,9 @@
 namespace midair::haptics
 {
 
-/// An order of an array's transducers in which every \a size in a row stand close together, as the
-/// propagation matrix wants them: the first of them at multiples of \a size form compact groups
-/// (k-d tree). Index: place in the order; value: transducer.
+/// Returns an order of an array's transducers for the propagation matrix, in which each \a size
+/// consecutive ones, counted from a multiple of \a size, form a compact group (k-d tree). Index:
+/// position in the order; value: transducer.
 std::vector<int> compactOrder(const Eigen::Matrix3Xd& positions, int size);
 
 } // namespace midair::haptics

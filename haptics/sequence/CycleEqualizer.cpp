@@ -16,12 +16,12 @@ namespace midair::haptics
 namespace
 {
 
-// haptics/SOLVER.md, "Fields in turn", explains these.
-constexpr int kInnerSteps = 8;     // of conjugate gradients, for each correction of a field
-constexpr double kMargin = 1.03;   // asked for over what must be kept
-constexpr double kMostRaise = 1.1; // of what is asked for, after a sweep
+// Explained in haptics/SOLVER.md, "Fields in turn".
+constexpr int kInnerSteps = 8;     // conjugate gradient steps for each correction of a field
+constexpr double kMargin = 1.03;   // target over the mean pressure that must be kept
+constexpr double kMostRaise = 1.1; // largest factor on the target after a sweep
 
-// Mean radiation pressure of the first field that sounds, Pa; 0: none does.
+// Returns the mean radiation pressure of the first field that is not silent, Pa; 0 if all are.
 double firstAlone_Pa(const Eigen::Matrix3Xd& surface,
                      const TransducerArray& array,
                      const Medium& medium,
@@ -83,7 +83,8 @@ void CycleEqualizer::even(const Eigen::Matrix3Xd& surface,
     limits.innerSteps = kInnerSteps;
     std::vector<Eigen::VectorXf> squares(fields.size(), Eigen::VectorXf::Zero(surface.cols()));
     Eigen::VectorXf sum = Eigen::VectorXf::Zero(surface.cols());
-    std::vector<std::size_t> sounding; // a set without points stays silent
+    std::vector<std::size_t>
+        sounding; // fields that are not silent; a set without points stays silent
     for (std::size_t k = 0; k < fields.size(); ++k)
         if (!fields[k].isZero(0.0f)) sounding.push_back(k);
     for (const std::size_t k : sounding)

@@ -14,34 +14,35 @@
 namespace midair::haptics
 {
 
-/// How fields that are played in turn are made even; isValid() names the first setting that is out
-/// of its range.
+/// Options of a CycleEqualizer.
 struct CycleEqualizerOptions
 {
-    int sweeps = 2; ///< >= 0; over all fields, each evened out with the others as they are then
-    int corrections = 2; ///< >= 1; of LevenbergMarquardt for each field and sweep
-    /// > 0; the mean radiation pressure to be kept, over that of the first field.
+    /// >= 0; passes over all fields, in which each field is corrected with the others fixed
+    int sweeps = 2;
+    int corrections = 2; ///< >= 1; LevenbergMarquardt corrections for each field and sweep
+    /// > 0; mean radiation pressure to keep, relative to that of the first field.
     double loudness = 1.0;
 
+    /// Returns false if a setting is out of range; \a error then names the first one.
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// Evens out the pressure that the skin feels, averaged over fields in turn, between the points
-/// that each field is for. All K fields together are descended on
+/// Makes the pressure on the skin, averaged over fields in turn, more uniform between the control
+/// points. It minimises, over all K fields together,
 ///     f = sum_l (1 - mean_k |p_l^k|^2 / s^2)^2
-/// over dense points of the surface, one field after the other with what the others give there
-/// (block coordinate descent). Phase-only: every transducer plays at full amplitude.
+/// over dense points of the surface, by block coordinate descent: one field after the other, with
+/// the others fixed. Phase-only: every transducer plays at full amplitude.
 class CycleEqualizer
 {
 public:
-    /// \a solver gives threads, pool and stop token. Throws base::InputError for options that are
-    /// not valid.
+    /// Takes threads, pool and stop token from \a solver. Throws base::InputError for options that
+    /// are not valid.
     CycleEqualizer(const CycleEqualizerOptions& options, const SolverOptions& solver);
 
-    /// Changes \a fields (K of m activations; silent ones stay silent), which end on the array's
-    /// levels. \a surface (3 x n): where they are evened out, a third of a wavelength apart or
-    /// closer; without points, or without a field that sounds there, nothing changes. Throws
-    /// base::Stopped where the solver options' token asks for that.
+    /// Changes \a fields (K of m activations; silent ones stay silent), which then are on the
+    /// array's levels. \a surface (3 x n): points where the pressure is made uniform, a third of a
+    /// wavelength apart or closer. Without points, or if all fields are silent there, nothing
+    /// changes. Throws base::Stopped if the solver options' token requests it.
     void even(const Eigen::Matrix3Xd& surface,
               const TransducerArray& array,
               const Medium& medium,

@@ -22,22 +22,22 @@ namespace
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kSampleSpacing = 0.18; // wavelengths: none is farther than a fifth from the next
+constexpr double kSampleSpacing = 0.18; // wavelengths; gaps are then less than a fifth
 constexpr int kMostSamples = 100000;
 constexpr std::size_t kMostMeshes = 16;
 
 void takeLowestPriority()
 {
 #ifdef __linux__
-    // The thread runs only on cores that no other thread wants; this needs no rights. If it is
-    // refused, the thread runs all the same.
+    // The thread then runs only on cores that no other thread wants; this needs no rights. If it
+    // fails, the thread runs at its normal priority.
     const sched_param none{};
     pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);
 #endif
 }
 
-// Restores what takeLowestPriority() took away, as far as the rights allow, so that a caller that
-// waits for the thread to end does not wait for everything else on a busy machine.
+// Restores the normal priority, if the rights allow it, so that a caller that waits for the thread
+// to end does not wait for everything else on a busy machine.
 void giveBackPriority(std::thread& thread)
 {
 #ifdef __linux__
@@ -116,7 +116,7 @@ void FieldMonitor::run()
 
 void FieldMonitor::sleepUntil(Clock::time_point end, bool orField)
 {
-    // The caller notifies without the mutex, so a call can be missed: then this looks again.
+    // The caller notifies without the mutex, so a notification can be missed; hence it polls, too.
     constexpr std::chrono::milliseconds kLookAgain(50);
     std::unique_lock<std::mutex> lock(_sleepMutex);
     while (!_stop && !(orField && !_field.isEmpty()) && Clock::now() < end)
@@ -142,8 +142,8 @@ const FieldMonitor::Sampled& FieldMonitor::sample(const FeltSurface& surface, do
     return _sampled.back();
 }
 
-// The samples of all surfaces that are near a control point: what the selection left out is not to
-// be felt.
+// Returns the samples of all surfaces that are near a control point; the others belong to parts
+// that the selection left out.
 Eigen::Matrix3Xd FieldMonitor::feltSurface(const PlayedField& field)
 {
     const double wavelength_m = field.medium.wavelength(field.array->frequency_Hz);

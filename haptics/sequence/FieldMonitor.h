@@ -22,39 +22,39 @@
 namespace midair::haptics
 {
 
-/// What a hand is to find: the surface, edges or vertices of a mesh, where it is.
+/// What a hand should feel: the surface, edges or vertices of a mesh, and its pose.
 struct FeltSurface
 {
     std::shared_ptr<const TriangleMesh> mesh;
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array
     Sampling sampling = Sampling::SURFACE;
-    double reach_m = 0.0; ///< felt is what is within this of a control point; 0: all of it
+    double reach_m = 0.0; ///< only parts within this distance of a control point count; 0: all
 };
 
-/// A field that a solver played, as FieldMonitor takes it over; immutable once submitted.
+/// A field that was played, as input to FieldMonitor; immutable once submitted.
 struct PlayedField
 {
     ControlPoints points;
     std::shared_ptr<const TransducerArray> array;
     Medium medium;
-    Eigen::VectorXcf q; ///< m, the activations as the device plays them, for points
-    std::vector<Eigen::VectorXcf> cycle; ///< all fields that are played in turn; empty: q alone
+    Eigen::VectorXcf q;                  ///< m activations for points, as the device plays them
+    std::vector<Eigen::VectorXcf> cycle; ///< all fields played in turn; empty: only q
     std::vector<FeltSurface> surfaces;   ///< empty: no surface figures
     ControlPoints others;                ///< points of the cycle's other fields
-    std::uint64_t number = 0;            ///< the caller's own, such as a frame's
+    std::uint64_t number = 0;            ///< any number of the caller, such as that of the frame
 };
 
-/// Measures beside a live solver how far its fields are from the best there is, and how even they
-/// are over the surface. A thread of the lowest priority takes the newest field now and then,
-/// certifies it and measures it. The solver's thread never waits for it: submit() exchanges a
-/// pointer, without a lock.
+/// Measures, in the background of a live solver, how far its fields are from the optimum and how
+/// uniform they are over the surface. A thread of the lowest priority takes the newest field from
+/// time to time, certifies it and measures it. The solver's thread never waits for it: submit()
+/// exchanges a pointer, without a lock.
 class FieldMonitor
 {
 public:
     struct Options
     {
         CertificateOptions certificate;
-        double interval_s = 1.0; ///< >= 0; from one field's start to the next one's
+        double interval_s = 1.0; ///< >= 0; shortest time between the starts of two measurements
         bool certify = true;
     };
     struct Result
@@ -67,22 +67,22 @@ public:
 
     /// Throws InputError for options that are not valid.
     explicit FieldMonitor(const Options& options);
-    /// Stops the work under way; takes milliseconds of one core.
+    /// Stops the current work, which takes milliseconds of one core.
     ~FieldMonitor();
     FieldMonitor(const FieldMonitor&) = delete;
     FieldMonitor& operator=(const FieldMonitor&) = delete;
 
-    /// True if a field that is submitted now would be measured without delay, so that a caller need
-    /// not make one in vain.
+    /// Returns true if a field submitted now would be measured without delay; otherwise the caller
+    /// need not make one.
     bool isWaiting() const;
-    /// Hands a field over; it takes the place of one that was not measured yet. Any thread.
+    /// Submits a field, which replaces one that was not measured yet. Any thread.
     void submit(std::shared_ptr<const PlayedField> field);
-    /// The last result, or null before the first. Any thread.
+    /// Returns the last result, or null before the first. Any thread.
     std::shared_ptr<const Result> latest() const;
 
 private:
-    // One deep, newest wins; no lock, since a thread of the lowest priority may be halted for long
-    // while it holds one.
+    // Slot for one value, of which the newest wins. It has no lock, since a thread of the lowest
+    // priority may be suspended for long while it holds one.
     template<typename T>
     class Slot
     {
@@ -95,7 +95,7 @@ private:
         {
             delete _value.exchange(new std::shared_ptr<T>(std::move(value)));
         }
-        /// The newest field, or null if none was submitted since the last call.
+        /// Returns the newest value, or null if none was put since the last call.
         std::shared_ptr<T> take()
         {
             const std::unique_ptr<std::shared_ptr<T>> value(_value.exchange(nullptr));
@@ -112,8 +112,7 @@ private:
     Result examine(const PlayedField& field);
     Eigen::Matrix3Xd feltSurface(const PlayedField& field);
 
-    /// The samples of a mesh, a fifth of a wavelength apart, which are kept while the mesh is in
-    /// use.
+    /// Samples of a mesh, a fifth of a wavelength apart, kept while the mesh is in use.
     struct Sampled
     {
         std::shared_ptr<const TriangleMesh> mesh;
@@ -125,17 +124,17 @@ private:
 
     Options _options;
     base::StopSource _stopWork;
-    Certifier _certifier;          // the thread's
+    Certifier _certifier;          // used by the thread only
     std::vector<Sampled> _sampled; // likewise
     Slot<const PlayedField> _field;
     mutable Slot<const Result> _published;
-    mutable std::mutex _latestMutex; // among callers of latest(); the thread never takes it
+    mutable std::mutex _latestMutex; // for callers of latest(); the thread never locks it
     mutable std::shared_ptr<const Result> _latest;
-    std::mutex _sleepMutex; // the thread's own, for _wake
+    std::mutex _sleepMutex; // used by the thread only, for _wake
     std::condition_variable _wake;
     std::atomic<bool> _waiting{false};
     std::atomic<bool> _stop{false};
-    std::thread _thread; // the last member: starts when all others are there
+    std::thread _thread; // last member, so that it starts after all others are made
 };
 
 } // namespace midair::haptics

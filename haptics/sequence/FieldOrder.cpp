@@ -50,7 +50,7 @@ std::vector<int> orderFields(std::vector<Eigen::VectorXcf>& fields)
     const std::size_t K = fields.size();
     std::vector<int> way(K);
     std::iota(way.begin(), way.end(), 0);
-    if (K < 4) return way; // of three every order is the same cycle
+    if (K < 4) return way; // up to three fields make the same cycle in every order
     Eigen::MatrixXd near(K, K);
     for (std::size_t k = 0; k < K; ++k)
         for (std::size_t l = 0; l < K; ++l)
@@ -95,7 +95,8 @@ void alignFields(std::vector<Eigen::VectorXcf>& fields, const DriveResolution& d
     if (K < 2) return;
     for (std::size_t k = 1; k < K; ++k)
         alignField(fields[k], fields[k - 1], drive);
-    const float left = std::arg(fields[0].dot(fields[K - 1])); // ahead of the first by this
+    const float left =
+        std::arg(fields[0].dot(fields[K - 1])); // phase by which the last is ahead of the first
     for (std::size_t k = 1; k < K; ++k)
     {
         const float share = -left * static_cast<float>(k) / static_cast<float>(K);

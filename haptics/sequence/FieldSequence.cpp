@@ -73,8 +73,8 @@ void continueFrom(const Eigen::VectorXcf& last,
     fillIn(cycleSteps({last, sequence.fields.front()}), rate_Hz, sequence.report);
 }
 
-// With the solvers' own definitions: s = (y.a)/(a.a), errors y/(s a) - 1, with absolute targets s =
-// 1.
+// Same definitions as in the solvers: s = (y.a)/(a.a), errors y/(s a) - 1, with absolute targets s
+// = 1.
 void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, SolveReport& report)
 {
     const Eigen::ArrayXd y = achieved_Pa.cast<double>().array();
@@ -82,7 +82,7 @@ void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, 
     const Eigen::Index wanted = (a > 0.0).count();
     if (wanted == 0)
     {
-        // There are no points, or nothing is wanted at any, so nothing is missed either.
+        // There are no points or all targets are 0: no errors.
         report.rms = report.max = report.loudness = report.level_Pa = report.worstShortfall = 0.0;
         report.shortPoints = 0;
         return;
@@ -91,7 +91,7 @@ void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, 
     const double level_Pa = s * a.maxCoeff();
     if (report.level_Pa > 0.0) report.loudness *= level_Pa / report.level_Pa;
     report.level_Pa = level_Pa;
-    if (!(s > 0.0)) return; // silent: no error relative to nothing
+    if (!(s > 0.0)) return; // silent: relative errors are undefined
     const Eigen::ArrayXd error = (a > 0.0).select(y / (a * (points.absolute ? 1.0 : s)) - 1.0, 0.0);
     report.rms = std::sqrt(error.square().sum() / static_cast<double>(wanted));
     report.max = error.abs().maxCoeff();

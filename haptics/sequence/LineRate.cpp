@@ -11,7 +11,7 @@ namespace midair::haptics
 namespace
 {
 
-// Rounds down, so that the text never promises more than there is.
+// Rounds down, so that the text never promises too much.
 std::string downToTenth(double value)
 {
     return base::shortNumber(std::floor(10.0 * value) / 10.0);

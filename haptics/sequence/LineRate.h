@@ -7,37 +7,38 @@
 namespace midair::haptics
 {
 
-/// Knows how many fields the line to a device carries, for fields in turn and for modulation.
+/// Limits field rates to what the line to a device carries, for fields in turn and for modulation.
 ///
-/// A modulation is sampled where a field is sent: Modulator's cosine needs four fields a period,
-/// which hold its half height besides its top and its bottom; an array whose emitters are on or off
-/// needs two. On a line that is slower than the field rate asked for, a modulation gets the largest
-/// multiple of its frequency that fits, since any other rate beats with it.
+/// Each field sent is a sample of the modulation. Modulator's cosine needs four fields per period:
+/// its top, its bottom and twice its half height; an array whose emitters are only on or off needs
+/// two. If the line is slower than the requested field rate, the rate becomes the largest multiple
+/// of the modulation's frequency that fits, since other rates would beat with it.
 class LineRate
 {
 public:
-    LineRate() = default; ///< carries everything
-    /// \a fieldsPerSecond >= 0; 0: any number. \a onOff: emitters have no amplitudes between off
-    /// and full.
+    LineRate() = default; ///< no limit
+    /// \a fieldsPerSecond >= 0; 0: no limit. \a onOff: emitters have no amplitudes between off and
+    /// full.
     LineRate(double fieldsPerSecond, bool onOff) :
         _carried(fieldsPerSecond),
         _aPeriod(onOff ? 2 : 4)
     {
     }
 
-    /// Lowers \a modulation's field rate to what the line carries, for a modulation of \a
-    /// frequency_Hz (0: none). Throws base::InputError where it doesn't carry that.
+    /// Lowers the field rate of \a modulation to what the line carries, for a modulation of \a
+    /// frequency_Hz (0: none). Throws base::InputError if the line is too slow for it.
     void fit(ModulatorOptions& modulation, double frequency_Hz) const;
 
     bool isSlowerThan(double fieldRate_Hz) const
     {
         return _carried > 0.0 && fieldRate_Hz > _carried;
     }
-    /// The message where fields in turn follow each other as \a played and not as \a asked for.
+    /// Returns the message for fields that follow each other at the rate of \a played instead of \a
+    /// asked.
     std::string message(const ModulatorOptions& played, const ModulatorOptions& asked) const;
 
 private:
-    double _carried = 0.0; // fields a second; 0: any number
+    double _carried = 0.0; // fields per second; 0: no limit
     int _aPeriod = 4;
 };
 

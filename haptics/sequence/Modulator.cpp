@@ -16,7 +16,8 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kLeastFieldRate_Hz = 0.01; // times of far later steps are still times of the clock
+constexpr double kLeastFieldRate_Hz =
+    0.01; // keeps the times of far later steps within the range of the clock
 
 ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
 {
@@ -60,8 +61,8 @@ Modulator::Step Modulator::at(double time_s, int fields) const
     Step step;
     if (fields > 1)
     {
-        // A time that stands for the start of a field, computed as k / rate, must not fall before
-        // it by rounding.
+        // The margin keeps rounding from putting the start of a field, computed as k / rate, into
+        // the field before.
         const double played = std::floor(time_s * _options.fieldRate_Hz + 1e-6);
         const double in = std::fmod(played, fields);
         step.field = static_cast<int>(in < 0.0 ? in + fields : in);
@@ -85,7 +86,7 @@ std::vector<ControlPoints> subsetsInTurn(const ControlPoints& points, int count)
     std::vector<std::vector<int>> subsets(
         static_cast<std::size_t>(std::max(1, std::min(count, n))));
     std::vector<unsigned char> taken(static_cast<std::size_t>(n), 0);
-    // In turn each subset takes the point that is farthest from those it has.
+    // The subsets take turns; each takes the point that is farthest from those it has.
     Eigen::MatrixXd nearest2 = Eigen::MatrixXd::Constant(
         n, static_cast<Eigen::Index>(subsets.size()), std::numeric_limits<double>::max());
     for (int given = 0; given < n; ++given)
@@ -119,7 +120,7 @@ modulationSteps(const ControlPoints& points, const Eigen::VectorXd& depth, int s
     if (depth.size() != points.size() || !(depth.array() >= 0.0 && depth.array() <= 1.0).all())
         throw base::InputError(
             "modulation: there must be a depth of 0 .. 1 for each control point");
-    constexpr double kSilent = 1e-3; // of the target
+    constexpr double kSilent = 1e-3; // fraction of the target
     std::vector<ControlPoints> result;
     for (int j = 0; j < steps; ++j)
     {

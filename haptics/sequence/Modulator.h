@@ -9,14 +9,15 @@
 namespace midair::haptics
 {
 
-/// How a field, or a cycle of fields, is modulated; isValid() names the first setting that is out
-/// of its range.
+/// Options of a Modulator.
 struct ModulatorOptions
 {
-    double amplitudeRate_Hz = 0.0; ///< 0 .. 500; of the radiation pressure; 0: none
-    double amplitudeDepth = 1.0;   ///< 0 .. 1; 1: down to silence
-    double fieldRate_Hz = 1000.0;  ///< 0.01 .. 40,000; fields a second, where there are several
+    double amplitudeRate_Hz = 0.0; ///< 0 .. 500; frequency of the radiation pressure; 0: none
+    /// 0 .. 1; the radiation pressure falls to 1 - depth of its maximum
+    double amplitudeDepth = 1.0;
+    double fieldRate_Hz = 1000.0; ///< 0.01 .. 40,000; fields per second, if there are several
 
+    /// Returns false if a setting is out of range; \a error then names the first one.
     bool isValid(std::string* error = nullptr) const;
 };
 
@@ -26,9 +27,9 @@ inline bool operator==(const ModulatorOptions& a, const ModulatorOptions& b)
            a.fieldRate_Hz == b.fieldRate_Hz;
 }
 
-/// Says which field of a cycle, and how strong, is to be played at a time: amplitude modulation,
-/// fields in turn (a smoothed surface, or spatio-temporal modulation, where each is for a subset of
-/// the points), or both.
+/// Computes which field of a cycle to play at a time, and at what amplitude: for amplitude
+/// modulation, for fields in turn (a smoothed surface, or spatio-temporal modulation with a field
+/// for each subset of the points), or for both.
 class Modulator
 {
 public:
@@ -41,15 +42,15 @@ public:
         double amplitude = 1.0; ///< 0 .. 1; factor on all activations
     };
 
-    /// What is played at \a time_s since the start (any finite time; before 0 the cycle runs
+    /// Returns the step at \a time_s since the start (any finite time; before 0 the cycle runs
     /// backwards), for a cycle of \a fields >= 1. The amplitude makes the *pressure on the skin*
     /// follow
     ///     1 - depth (1 - cos(2 pi f t)) / 2,
-    /// since radiation pressure goes with the square of the sound pressure.
+    /// as radiation pressure is proportional to the square of the sound pressure.
     Step at(double time_s, int fields) const;
 
     const ModulatorOptions& options() const { return _options; }
-    /// Whether what is to be played changes with time.
+    /// Returns true if the output changes with time.
     bool changes(std::size_t fields) const { return fields > 1 || _options.amplitudeRate_Hz > 0.0; }
 
 private:
@@ -57,14 +58,14 @@ private:
 };
 
 /// Divides points into \a count >= 1 subsets for spatio-temporal modulation. Every point is in
-/// exactly one; their sizes differ by at most one. The points of a subset are as far apart as a
-/// greedy choice gets them, so that one field can make each of them strong.
+/// exactly one; their sizes differ by at most one. A greedy choice keeps the points of a subset far
+/// apart, so that one field can make each of them strong.
 std::vector<ControlPoints> subsetsInTurn(const ControlPoints& points, int count);
 
-/// \a steps >= 2 sets of targets through one period of an amplitude modulation in which each point
-/// takes part by its own \a depth (n, 0 .. 1; 0: steady): the pressure on the skin goes as
-/// Modulator::at says. Points that are silent in a step are left out of it. Step j and step steps -
-/// j are alike.
+/// Returns the points with their targets at \a steps >= 2 instants of one period of an amplitude
+/// modulation, in which each point has its own \a depth (n, 0 .. 1; 0: steady). The pressure on the
+/// skin follows the formula of Modulator::at(). Points that are silent in a step are left out of
+/// it. Step j and step steps - j are equal.
 std::vector<ControlPoints>
 modulationSteps(const ControlPoints& points, const Eigen::VectorXd& depth, int steps);
 

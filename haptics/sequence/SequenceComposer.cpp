@@ -23,8 +23,7 @@ SequenceComposer::SequenceComposer(ComposerOptions options, base::MessageLog& me
         { return haptics::makeSolver(solverNames().front(), solver); };
 }
 
-// The solvers of a set keep their matrices, so that they start warm; this is done for as many sets
-// as there is memory for.
+// The solvers of a set keep their matrices for a warm start, for as many sets as memory allows.
 SequenceComposer::Kept& SequenceComposer::keptFor(int set, int points)
 {
     auto own = _kept.find(set);
@@ -57,7 +56,7 @@ std::vector<ControlPoints> SequenceComposer::split(const ControlPoints& points,
     _options.line.fit(modulation, plan.isModulated() ? plan.rate_Hz : modulation.amplitudeRate_Hz);
     if (plan.isModulated() && !plan.isAlike())
     {
-        // Rounding must not take a field away where the rate is a multiple.
+        // The margin keeps rounding from losing a field if the rate is a multiple.
         const int instants = static_cast<int>(
             std::clamp(modulation.fieldRate_Hz / plan.rate_Hz + 1e-9, 2.0, double(kMostInstants)));
         modulation.fieldRate_Hz = instants * plan.rate_Hz;
@@ -88,12 +87,11 @@ FieldSequence SequenceComposer::compose(int set,
     Kept& kept = keptFor(set, all);
     sequence.report = kept.solvers.solve(sequence.parts, array, medium, kept.fields);
     if (sequence.report.stop == StopReason::STOPPED) throw base::Stopped();
-    // The first instant of a modulation has all points at their full targets.
+    // In the first instant of a modulation all points have their full targets.
     if (plan.isModulated() && !plan.isAlike()) sequence.parts.resize(1);
     if (sequence.report.stop == StopReason::REFUSED) return sequence;
     sequence.fields = kept.fields;
-    if (sequence.isHeld())
-        return sequence; // its steps from the field before are the solver's to tell
+    if (sequence.isHeld()) return sequence; // the solver reports its step from the last field
     alignFields(sequence.fields, array.drive);
     rateSteps(sequence);
     return sequence;
@@ -102,7 +100,8 @@ FieldSequence SequenceComposer::compose(int set,
 namespace
 {
 
-// Puts the parts where their fields are now: field k was at order[k], and has steps behind it.
+// Moves the parts to their fields: field k was at order[k] and is followed by \a steps intermediate
+// fields.
 void placeParts(const std::vector<int>& order, int steps, FieldSequence& sequence)
 {
     std::vector<ControlPoints> placed(sequence.fields.size());
@@ -117,8 +116,8 @@ void placeParts(const std::vector<int>& order, int steps, FieldSequence& sequenc
 namespace
 {
 
-// Relative targets compare across all fields that the skin averages: each set plays at the level of
-// the weakest.
+// Relative targets must be comparable across all fields that the skin averages, so each set plays
+// at the level of the weakest.
 void matchLevels(const std::vector<std::size_t>& sizes,
                  std::vector<SolveReport>& reports,
                  FieldSequence& cycle,
@@ -189,7 +188,8 @@ FieldSequence SequenceComposer::join(std::vector<FieldSequence> sets,
         if (_options.reorder) order = orderFields(cycle.fields);
         steps = _options.cycleSteps;
     }
-    alignFields(cycle.fields, array.drive); // the order of subsets and of instants counts
+    alignFields(cycle.fields,
+                array.drive); // not reordered, as the order of subsets and instants matters
     cycle.fields = smoothedFields(cycle.fields, steps, array.drive);
     placeParts(order, steps, cycle);
     rateSteps(cycle);
@@ -210,7 +210,8 @@ FieldSequence SequenceComposer::composeCycle(const std::vector<ControlPoints>& s
 namespace
 {
 
-// An outline is solved for at full amplitude: targets in Pa and the loudness take it down.
+// Outlines are solved at full amplitude; this lowers the field to targets in Pa and to the
+// loudness.
 void fitLevel(double loudness,
               const TransducerArray& array,
               const Medium& medium,
@@ -240,7 +241,7 @@ FieldSequence SequenceComposer::composeOutlines(const std::vector<Outline>& outl
 {
     if (!_outlines)
     {
-        // One thread, so that the field of a curve does not depend on how many there are.
+        // One thread, so that the field of a curve does not depend on the number of threads.
         OutlineOptions options;
         options.stop = _options.solverOptions.stop;
         options.seed = _options.solverOptions.seed;
@@ -249,7 +250,7 @@ FieldSequence SequenceComposer::composeOutlines(const std::vector<Outline>& outl
     FieldSequence sequence;
     sequence.modulation = modulation;
     sequence.fields.resize(1);
-    // The ratios of the targets are solved for: the same curves make the same field at any
+    // Solves for the ratios of the targets, so that the same curves give the same field at any
     // pressure.
     double largest = 0.0;
     for (const Outline& outline : outlines)
@@ -259,7 +260,7 @@ FieldSequence SequenceComposer::composeOutlines(const std::vector<Outline>& outl
         for (Outline& outline : relative)
             outline.target /= largest;
     else
-        largest = 1.0; // the solver says what is wrong with it
+        largest = 1.0; // the solver reports what is wrong
     const OutlineReport found = _outlines->solve(relative, array, medium, sequence.fields.front());
     sequence.parts = {_outlines->points()};
     sequence.parts.front().targets *= largest;

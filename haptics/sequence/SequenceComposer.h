@@ -16,69 +16,68 @@
 namespace midair::haptics
 {
 
-/// How sets of control points become what is played.
+/// Options of a SequenceComposer.
 struct ComposerOptions
 {
-    /// Makes one solver for each field that is kept warm; empty: makeSolver's default with
-    /// solverOptions.
+    /// Makes a solver; called for each field that is kept for a warm start. Empty: makeSolver()'s
+    /// default with solverOptions.
     std::function<std::unique_ptr<HologramSolver>()> makeSolver;
-    /// Of the solvers; outlines and evening take threads, pool, seed, stop token and loudness from
-    /// them.
+    /// Options of the solvers. Outlines and the CycleEqualizer take threads, pool, seed, stop token
+    /// and loudness from them.
     SolverOptions solverOptions;
-    /// Amplitude modulation of everything (rate 0: none), and how many fields a second follow each
-    /// other.
+    /// Amplitude modulation of everything (rate 0: none), and the number of fields per second.
     ModulatorOptions modulation;
-    LineRate line;       ///< to the device; what it doesn't carry is not composed
-    int subsets = 1;     ///< 1 .. 64; of the points of a set, played in turn
-    int cycleSteps = 0;  ///< >= 0; fields between one of a cycle and the next
-    bool reorder = true; ///< a cycle's fields are played in the order in which they differ least
-    int sweeps = 0; ///< >= 0; in which a cycle's fields are evened out together: CycleEqualizer
-    int sweepCorrections = 2; ///< >= 1; for each field and sweep
+    LineRate line;            ///< line to the device; limits field rates and modulations
+    int subsets = 1;          ///< 1 .. 64; subsets of the points of a set, played in turn
+    int cycleSteps = 0;       ///< >= 0; intermediate fields from one field of a cycle to the next
+    bool reorder = true;      ///< true: a cycle's fields are sorted so that neighbours differ least
+    int sweeps = 0;           ///< >= 0; sweeps of the CycleEqualizer over a cycle's fields
+    int sweepCorrections = 2; ///< >= 1; its corrections for each field and sweep
 };
 
-/// How the points of a set are to be modulated by themselves.
+/// Modulation of the single points of a set.
 struct ModulationPlan
 {
-    /// >= 0; one for all, since the array plays one field at a time; 0: not modulated
+    /// >= 0; common to all points, as the array plays one field at a time; 0: not modulated
     double rate_Hz = 0.0;
-    Eigen::VectorXd depth; ///< n, 0 .. 1; by how much of itself the pressure on the skin goes down
+    /// n, 0 .. 1; the pressure on the skin drops to 1 - depth of its maximum
+    Eigen::VectorXd depth;
 
     bool isModulated() const { return rate_Hz > 0.0; }
     bool isAlike() const { return depth.size() == 0 || depth.minCoeff() == depth.maxCoeff(); }
 };
 
-/// The only way from sets of control points to a FieldSequence: one field; a field for each subset
-/// of the points; one for each instant of a modulation in which the points take part differently; a
-/// cycle of fields for shifted sets of points on the same surface; or an outline in one stationary
-/// field.
+/// Makes FieldSequences from sets of control points: a single field; a field for each subset of the
+/// points; one for each instant of a modulation that differs between points; a cycle of fields for
+/// shifted sets of points on the same surface; or one stationary field for outlines.
 ///
-/// Each set starts warm from its own last fields. One thread at a time.
+/// Each set starts from its own last fields. One thread at a time.
 class SequenceComposer
 {
 public:
-    /// A period of a modulation is played in as many fields as the field rate allows, kMostInstants
-    /// at most.
+    /// A period of a modulation is played in as many fields as the field rate allows, but at most
+    /// this many.
     static constexpr int kMostInstants = 16;
 
     SequenceComposer(ComposerOptions options, base::MessageLog& messages);
 
-    /// What is played for \a points, which are set number \a set (>= 0) of the scene. Points that
-    /// are modulated alike are modulated as a whole; else there is one field an instant, each with
-    /// the targets of its instant, and subsets are not made. A modulation of everything (the
-    /// options') goes before \a plan, with a message. The report says REFUSED, and there are no
-    /// fields, where a solver refuses. Throws base::Stopped where a solver was stopped,
-    /// base::InputError for a modulation that the line doesn't carry and for no points. Sets of
-    /// more than base::kMostPointsInTurn points together start cold, some of them.
+    /// Returns the sequence for \a points, which are set number \a set (>= 0) of the scene. If all
+    /// points have the same modulation, the whole field is modulated; otherwise there is one field
+    /// per instant with the targets of that instant, and no subsets. The options' modulation of
+    /// everything overrides \a plan, with a message. If a solver refuses, the report says REFUSED
+    /// and there are no fields. Throws base::Stopped if a solver was stopped, base::InputError for
+    /// no points and for a modulation that the line can't carry. If all sets together have more
+    /// than base::kMostPointsInTurn points, some of them start cold.
     FieldSequence compose(int set,
                           const ControlPoints& points,
                           const ModulationPlan& plan,
                           const TransducerArray& array,
                           const Medium& medium);
 
-    /// \a sets (>= 1) in turn, as one cycle. Where each has one field they are evened out over \a
-    /// surface (3 x n, dense; none: not), put into the order in which they differ least, and get
-    /// the options' steps between them. Throws base::InputError where a set is empty or was
-    /// refused.
+    /// Returns \a sets (>= 1) as one cycle that is played in turn. If each set has one field, the
+    /// fields are made uniform over \a surface (3 x n, dense; no points: skipped), sorted so that
+    /// neighbours differ least, and joined with the options' steps. Throws base::InputError if a
+    /// set is empty or was refused.
     FieldSequence join(std::vector<FieldSequence> sets,
                        const Eigen::Matrix3Xd& surface,
                        const TransducerArray& array,
@@ -90,27 +89,27 @@ public:
                                const TransducerArray& array,
                                const Medium& medium);
 
-    /// \a outlines (>= 1, array frame) in one stationary field for dense points along them. \a
-    /// absolute: their targets are in Pa, and the field is no louder than that; it is as loud as
-    /// the options' loudness (1 at most) says else. Throws as OutlineHologram::solve does.
+    /// Returns one stationary field for dense points along \a outlines (>= 1, array frame). \a
+    /// absolute: targets are in Pa, which the field does not exceed; otherwise the options'
+    /// loudness applies (at most 1). Throws as OutlineHologram::solve() does.
     FieldSequence composeOutlines(const std::vector<Outline>& outlines,
                                   bool absolute,
                                   const ModulatorOptions& modulation,
                                   const TransducerArray& array,
                                   const Medium& medium);
 
-    /// Sets the token; call it before the first solve. Where \a stop asks for it, what is being
-    /// composed throws base::Stopped.
+    /// Sets the token; call it before the first solve. If \a stop requests it, a running
+    /// composition throws base::Stopped.
     void setStop(const base::StopToken& stop) { _options.solverOptions.stop = stop; }
     const ComposerOptions& options() const { return _options; }
 
 private:
-    /// What is kept for one set of points.
+    /// Solvers and fields kept for one set of points.
     struct Kept
     {
         TimeMultiplexer solvers;
-        std::vector<Eigen::VectorXcf> fields; // what they left
-        int points = 0;                       // of all fields that these keep matrices for
+        std::vector<Eigen::VectorXcf> fields; // their last fields
+        int points = 0;                       // number of points for which they keep matrices
     };
 
     Kept& keptFor(int set, int points);
@@ -120,7 +119,7 @@ private:
     ComposerOptions _options;
     base::MessageLog& _messages;
     std::map<int, Kept> _kept;
-    std::unique_ptr<OutlineHologram> _outlines; // from the first outline on
+    std::unique_ptr<OutlineHologram> _outlines; // made with the first outline
 };
 
 } // namespace midair::haptics

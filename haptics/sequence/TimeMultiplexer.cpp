@@ -28,8 +28,8 @@ double unitLevel(const SolveReport& report, const ControlPoints& points)
 
 SolveReport together(const std::vector<SolveReport>& reports)
 {
-    // A field by itself is compared with its own last one; the steps between fields in turn are
-    // not any solver's to tell.
+    // A single field's steps are relative to its last one; solvers don't know the steps between
+    // fields in turn.
     if (reports.size() == 1) return reports.front();
     SolveReport all = reports.front();
     double squares = 0.0;
@@ -52,8 +52,7 @@ SolveReport together(const std::vector<SolveReport>& reports)
         all.level_Pa = std::max(all.level_Pa, r.level_Pa);
         all.worstShortfall = std::max(all.worstShortfall, r.worstShortfall);
         if (all.message.empty() && isField(r)) all.message = r.message;
-        // The reason of the first that did not reach what was asked for; a refusal goes before all
-        // others.
+        // The stop reason of the first field that did not converge; a refusal takes precedence.
         const bool isReason = isField(r) && r.stop != StopReason::CONVERGED && !chosen;
         const bool isEnd = r.stop == StopReason::REFUSED || r.stop == StopReason::STOPPED;
         if (isEnd || isReason)
@@ -70,7 +69,7 @@ SolveReport together(const std::vector<SolveReport>& reports)
         all.loudness += r.loudness;
         ++fields;
     }
-    // A part without points is mentioned only where no part has any.
+    // The message about missing points is used only if no part has points.
     if (fields == 0 && all.message.empty()) all.message = reports.front().message;
     all.rms = points > 0 ? std::sqrt(squares / points) : 0.0;
     if (fields > 0) all.loudness /= fields;

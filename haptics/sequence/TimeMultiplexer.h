@@ -12,23 +12,24 @@
 namespace midair::haptics
 {
 
-/// Fields that are played in turn as one, each for its own part of the points or its own instant of
-/// their modulation: solved one by one, then brought to a common level, so that targets compare
-/// across fields as they do within one.
+/// Solves fields that are played in turn, each for a part of the points or an instant of their
+/// modulation. They are solved one by one and then brought to a common level, so that targets are
+/// comparable across fields.
 class TimeMultiplexer
 {
 public:
     using Factory = std::function<std::unique_ptr<HologramSolver>()>;
 
-    /// \a makeSolver is called once a field, so that each field starts warm from its own last one.
+    /// \a makeSolver is called once per field, so that each field can start from its own last one.
     explicit TimeMultiplexer(Factory makeSolver) : _makeSolver(std::move(makeSolver)) {}
 
-    /// One field for each of \a parts (>= 1), in their order, into \a fields (m activations each,
-    /// on the array's levels). With relative targets the loudest that the weakest field allows;
-    /// with absolute ones each as loud as it is to be. A part without points is silent. The report
-    /// is of all together: rms and max over all points, sums of times and counts, level_Pa where
-    /// the target is largest. REFUSED where a part is, STOPPED with all fields zero where one is.
-    /// Throws InputError for no parts and for more than kMostPointsInTurn points.
+    /// Solves one field for each of \a parts (>= 1), in their order, into \a fields (m activations
+    /// each, on the array's levels). With relative targets all play at the level of the weakest
+    /// field; with absolute targets each at its own. A part without points gives a silent field.
+    /// The report covers all fields: rms and max over all points, sums of times and counts,
+    /// level_Pa where the target is largest. It is REFUSED if a part is, and STOPPED, with all
+    /// fields zero, if a part is. Throws InputError for no parts and for more than
+    /// kMostPointsInTurn points.
     SolveReport solve(const std::vector<ControlPoints>& parts,
                       const TransducerArray& array,
                       const Medium& medium,
@@ -40,11 +41,11 @@ private:
     std::vector<SolveReport> _reports;
 };
 
-/// Pa per unit of target that a field of \a report plays at \a points, which it was solved for; 0
-/// where nothing is played.
+/// Returns the level, Pa per unit of target, that a field with \a report plays at its \a points; 0
+/// if nothing is played.
 double unitLevel(const SolveReport& report, const ControlPoints& points);
 
-/// The report of all fields that are played in turn together, from \a reports (>= 1) of each.
+/// Returns the common report of fields that are played in turn, from their \a reports (>= 1).
 SolveReport together(const std::vector<SolveReport>& reports);
 
 } // namespace midair::haptics

@@ -9,8 +9,8 @@ namespace midair::haptics
 namespace
 {
 
-/// How far a place on an edge may be from its nearest point, in spacings; less than the 1.1 that is
-/// promised.
+/// Largest distance of a place on an edge from its nearest point, in spacings; less than the
+/// guaranteed 1.1.
 constexpr double kReach = 1.05;
 
 struct ChainSpot
@@ -32,8 +32,8 @@ ChainSpot spotAt(const SampleBuilder& builder, const FeatureChain& chain, double
             walked.reversed ? 1.0 - along : along};
 }
 
-/// True where neighbours along the chain, \a count equal steps apart, are not nearer than the
-/// spacing as the crow flies.
+/// Returns true if neighbours along the chain, divided into \a count equal steps, are at least the
+/// spacing apart in a straight line.
 bool stepsKeepApart(SampleBuilder& builder, const FeatureChain& chain, int count, double shift)
 {
     const double step = chain.length() / count;
@@ -45,7 +45,8 @@ bool stepsKeepApart(SampleBuilder& builder, const FeatureChain& chain, int count
             spotAt(builder, chain, i == count && !chain.closed ? chain.length() : arc);
         return builder.edgePoint(*spot.edge, spot.fraction);
     };
-    // With a shift an open chain has \a count points and none at its ends; a loop closes on itself.
+    // With a shift an open chain has \a count points, none at its ends; in a loop the last point's
+    // neighbour is the first.
     const int last = shift > 0.0 && !chain.closed ? count - 1 : count;
     Eigen::Vector3d before = point(0);
     for (int i = 1; i <= last; ++i)
@@ -69,7 +70,7 @@ void placeChain(SampleBuilder& builder, const FeatureChain& chain, double shift)
     int count = static_cast<int>(fitting);
     for (int i = 0; i < kTries && count > 1 && !stepsKeepApart(builder, chain, count, shift); ++i)
     {
-        --count; // the curve bends: a step along it is longer than the way across
+        --count; // where the curve bends, the straight distance is less than a step along it
     }
     if (count < 1) return;
     // The corners at the ends have been tried already.

@@ -11,10 +11,10 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kReach = 1.05; ///< in spacings; the promise is 1.1
+constexpr double kReach = 1.05; ///< in spacings; 1.1 is guaranteed
 constexpr double kDartsPerCell = 40.0;
 
-/// Uniform in 0 .. 1, and the same with every standard library, unlike
+/// Returns a uniform number in 0 .. 1 that is the same with every standard library, unlike that of
 /// std::uniform_real_distribution.
 double uniform(std::mt19937_64& random)
 {
@@ -25,7 +25,7 @@ struct Dart
 {
     int triangle;
     Eigen::Vector3d barycentric;
-    double distance2; ///< to the earlier sets, at most the spacing's square
+    double distance2; ///< squared distance to the earlier sets, at most the square of the spacing
 };
 
 Dart throwDart(const std::vector<double>& cumulative, std::mt19937_64& random)
@@ -40,14 +40,15 @@ Dart throwDart(const std::vector<double>& cumulative, std::mt19937_64& random)
         static_cast<int>(at - cumulative.begin()), {1.0 - root, root * (1.0 - v), root * v}, 0.0};
 }
 
-/// A piece of a triangle that is not yet known to be covered.
+/// Piece of a triangle that is not known to be covered yet.
 struct Fragment
 {
     std::array<Eigen::Vector3d, 3> barycentrics;
     std::array<Eigen::Vector3d, 3> corners;
 };
 
-/// True if the ball round \a point holds the piece: a ball is convex, so its corners decide.
+/// Returns true if the ball around \a point contains the piece. A ball is convex, so testing the
+/// corners is enough.
 bool covers(const Eigen::Vector3d& point, const Fragment& piece, double reach2)
 {
     return (piece.corners[0] - point).squaredNorm() <= reach2 &&
@@ -55,7 +56,7 @@ bool covers(const Eigen::Vector3d& point, const Fragment& piece, double reach2)
            (piece.corners[2] - point).squaredNorm() <= reach2;
 }
 
-/// Cuts a piece in two across its longest edge, so that slivers become compact.
+/// Splits a piece in two across its longest edge, so that slivers become compact.
 std::array<Fragment, 2> split(const Fragment& piece, const TriangleMesh& mesh, int meshTriangle)
 {
     std::size_t longest = 0;
@@ -116,17 +117,17 @@ void throwDarts(SampleBuilder& builder, std::mt19937_64& random, const PointGrid
         builder.tryFace(dart.triangle, dart.barycentric, spacing);
 }
 
-/// A piece is done when one point's ball of 1.05 spacings holds it. Else its middle gets a point,
-/// where that keeps the spacing, and it is halved. A piece of a twentieth of a spacing is always
-/// done: its middle has a point nearer than the spacing, by then. So the set ends up maximal and
-/// the whole surface covered.
+/// A piece is done if the ball of 1.05 spacings around one point contains it. Otherwise a point is
+/// placed at its middle if the spacing allows it, and the piece is halved. A piece of a twentieth
+/// of a spacing is always done, since by then a point is nearer to its middle than the spacing. So
+/// in the end the set is maximal and covers the whole surface.
 void fillFaces(SampleBuilder& builder)
 {
     const MeshTopology& topology = builder.topology();
     const TriangleMesh& mesh = builder.mesh();
     const double reach = kReach * builder.spacing();
     const double reach2 = reach * reach;
-    int last = -1; // neighbouring triangles mostly share their point
+    int last = -1; // the last point that covered a piece; neighbours mostly share it
     std::vector<Fragment> pieces;
     for (int t = 0; t < static_cast<int>(topology.triangles.size()); ++t)
     {

@@ -7,12 +7,12 @@
 namespace midair::haptics
 {
 
-/// Throws random darts over the faces, weighted by area, about 40 area/spacing^2 of them. Where \a
-/// earlier sets are given, those farthest from their points come first.
+/// Tries about 40 area/spacing^2 random points on the faces, weighted by area. If points of \a
+/// earlier sets are given, tries those farthest from them first.
 void throwDarts(SampleBuilder& builder, std::mt19937_64& random, const PointGrid* earlier);
 
-/// Fills what the darts leave: afterwards no place on the surface is farther than 1.05 spacings
-/// from a point.
+/// Fills the gaps that throwDarts() leaves: afterwards no place on the surface is farther than 1.05
+/// spacings from a point.
 void fillFaces(SampleBuilder& builder);
 
 } // namespace midair::haptics

@@ -14,7 +14,7 @@ namespace midair::haptics
 namespace
 {
 
-/// The feature edges at each vertex, as a packed list.
+/// Feature edges at each vertex, as a packed list.
 struct EdgeFans
 {
     std::vector<int> start; ///< vertices + 1
@@ -91,7 +91,7 @@ bool isCorner(const TriangleMesh& mesh,
     return base::kPi - inside > creaseAngle_rad;
 }
 
-/// Walks from \a start along unused edges to the next corner, or back to the start.
+/// Follows unused edges from \a start to the next corner, or back to the start.
 FeatureChain walk(const TriangleMesh& mesh,
                   const MeshTopology& topology,
                   const EdgeFans& fans,

@@ -18,7 +18,7 @@ namespace midair::haptics
 namespace
 {
 
-/// Coordinates (m) beyond every model; keeps squares and cell numbers far from overflow.
+/// Limit of coordinates (m), beyond every model; keeps squares and cell numbers far from overflow.
 constexpr double kLargestCoordinate_m = 1e9;
 
 /// Throws InputError for vertices and indices that cannot be used.
@@ -70,7 +70,7 @@ void checkMesh(const TriangleMesh& mesh)
     }
 }
 
-/// The shortest edge at each vertex, m, corners that coincide left aside; infinite where there is
+/// Returns the shortest edge at each vertex, m, without edges of length 0; infinite if there is
 /// none.
 std::vector<double> shortestEdges(const TriangleMesh& mesh)
 {
@@ -106,8 +106,8 @@ void weldVertices(const TriangleMesh& mesh,
     {
         largest = std::max(largest, mesh.vertices.col(v).cwiseAbs().maxCoeff());
     }
-    // Four units in the last place of a float, by which seams that a program wrote twice may
-    // differ. Never so small that cell numbers overflow.
+    // Four units in the last place of a float, as coordinates of seams that a program wrote twice
+    // may differ by that. Never so small that cell numbers overflow.
     const double tolerance =
         std::min(0x1p-22 * largest, std::max(1e-3 * spacing_m, 0x1p-40 * largest));
     if (!(tolerance > 0.0)) return; // all vertices in one point
@@ -116,7 +116,7 @@ void weldVertices(const TriangleMesh& mesh,
     const std::vector<double> shortest = shortestEdges(mesh);
     PointGrid grid(8.0 * tolerance);
     grid.reserve(static_cast<std::size_t>(mesh.vertices.cols()));
-    // With all vertices in one cell of the grid, a single search takes milliseconds.
+    // If all vertices are in one cell of the grid, a single search takes milliseconds.
     base::StopLook look(stop, 16);
     for (const int v : mesh.triangles.reshaped())
     {
@@ -133,7 +133,7 @@ void weldVertices(const TriangleMesh& mesh,
 
 void collectTriangles(const TriangleMesh& mesh, const base::StopToken& stop, MeshTopology& topology)
 {
-    // A triangle flatter than this, height over length, has a normal that is rounding noise.
+    // The normal of a triangle that is flatter than this, height over length, is rounding noise.
     constexpr double kFlatness = 1e-10;
     const Eigen::Index count = mesh.triangles.cols();
     topology.triangles.reserve(static_cast<std::size_t>(count));
@@ -170,7 +170,7 @@ void collectTriangles(const TriangleMesh& mesh, const base::StopToken& stop, Mes
     }
 }
 
-/// The triangles' corners around each vertex, as a packed list.
+/// Collects the triangles' corners around each vertex, as a packed list.
 void collectFans(MeshTopology& topology)
 {
     topology.fanStart.assign(static_cast<std::size_t>(topology.vertexCount) + 1, 0);
@@ -195,14 +195,14 @@ void collectFans(MeshTopology& topology)
     }
 }
 
-/// An edge as one of its triangles sees it.
+/// An edge of one triangle.
 struct HalfEdge
 {
     int low, high; ///< welded vertices
-    int corner;    ///< 3 * triangle + corner it starts at
+    int corner;    ///< 3 * triangle + corner at which it starts
 };
 
-/// True where the faces of the edge [begin, end) make a feature of it.
+/// Returns true if the edge with the faces [begin, end) is a feature.
 bool isFeature(const MeshTopology& topology,
                const std::vector<HalfEdge>& halves,
                std::size_t begin,
@@ -214,7 +214,7 @@ bool isFeature(const MeshTopology& topology,
         return topology.corners[static_cast<std::size_t>(half.corner / 3)]
                                [static_cast<std::size_t>((half.corner % 3 + 2) % 3)];
     };
-    // Faces that the mesh has twice count once, or all edges of a doubled sheet would be features.
+    // Duplicate faces count once, otherwise all edges of a doubled sheet would be features.
     std::size_t second = end;
     for (std::size_t i = begin + 1; i < end; ++i)
     {
@@ -275,7 +275,7 @@ void addFeature(const TriangleMesh& mesh,
     topology.features.push_back(edge);
 }
 
-/// Half edges in buckets by their lower vertex: linear in the mesh's size, no hashing.
+/// Sorts half edges into buckets by their lower vertex: linear in the mesh's size, without hashing.
 void findFeatures(const TriangleMesh& mesh,
                   double creaseAngle_rad,
                   const base::StopToken& stop,
@@ -325,8 +325,8 @@ void findFeatures(const TriangleMesh& mesh,
     }
 }
 
-/// True where a face at the vertex turns from the first one by more than half the crease angle: no
-/// vertex without features can be a tip otherwise.
+/// Returns true if a face at the vertex is turned from the first one by more than half the crease
+/// angle. Otherwise a vertex without features can't be a tip.
 bool turns(const MeshTopology& topology, std::size_t vertex, double cosHalfCrease)
 {
     const auto begin = static_cast<std::size_t>(topology.fanStart[vertex]);
@@ -340,7 +340,8 @@ bool turns(const MeshTopology& topology, std::size_t vertex, double cosHalfCreas
     return false;
 }
 
-/// Looks only at possible corners: the angles of all take longer than all else here.
+/// Measures only possible corners: the angles of all vertices would take longer than the rest of
+/// this file.
 void measureDeficits(const TriangleMesh& mesh,
                      const std::vector<char>& boundary,
                      double creaseAngle_rad,

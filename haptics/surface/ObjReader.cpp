@@ -22,8 +22,9 @@ Eigen::Vector3d areaVector(const TriangleMesh& mesh, const Eigen::Vector3i& corn
     return (mesh.vertices.col(corners[1]) - a).cross(mesh.vertices.col(corners[2]) - a);
 }
 
-/// Cuts concave quads along their other diagonal where the library has cut them along one that lies
-/// outside, which shows as two triangles that face apart. (It takes the shorter one.)
+/// Splits concave quads along their other diagonal where the library has split them along one that
+/// lies outside, which shows as two triangles with opposite normals. (The library takes the shorter
+/// one.)
 void mendConcaveQuads(TriangleMesh& mesh, const std::vector<int>& faceSizes)
 {
     Eigen::Index t = 0;
@@ -33,7 +34,7 @@ void mendConcaveQuads(TriangleMesh& mesh, const std::vector<int>& faceSizes)
         {
             const Eigen::Vector3i first = mesh.triangles.col(t);
             const Eigen::Vector3i second = mesh.triangles.col(t + 1);
-            // Cut along 0-2 the second triangle starts at corner 0, along 1-3 at corner 1.
+            // Split along 0-2 the second triangle starts at corner 0, along 1-3 at corner 1.
             const bool along02 = second[0] == first[0];
             const int c0 = first[0];
             const int c1 = first[1];

@@ -16,9 +16,10 @@ namespace
 {
 
 constexpr std::size_t kMostBytes = std::size_t(256) << 20;
-constexpr std::size_t kMostCorners = 4096; // cutting a polygon takes the square of it
+constexpr std::size_t kMostCorners =
+    4096; // splitting a polygon takes time proportional to its square
 
-/// Walks an OBJ file line by line and collects what ObjText holds.
+/// Reads an OBJ file line by line and fills an ObjText.
 class ObjScanner
 {
 public:
@@ -50,7 +51,7 @@ private:
     const std::string& _path;
     ObjText _text;
     std::vector<Face> _faces;
-    std::vector<double> _colours; ///< 3 a vertex, as long as every vertex has one
+    std::vector<double> _colours; ///< 3 per vertex, as long as every vertex has a colour
     int _colouredVertices = 0;
     int _badColourLine = 0;
     std::vector<std::string_view> _tokens;
@@ -199,8 +200,8 @@ void ObjScanner::takeLine()
     {
         const std::filesystem::path folder(_path.substr(0, _path.find_last_of('/') + 1));
         const std::string name(_tokens[1]);
-        // The file is looked for and never opened: a name in a file may be that of a pipe or a
-        // device.
+        // Only checks that the file exists and never opens it, as the name may be that of a pipe or
+        // a device.
         std::error_code ignored;
         const std::filesystem::path given(name);
         if (!std::filesystem::is_regular_file(given.is_absolute() ? given : folder / given,
@@ -213,7 +214,7 @@ void ObjScanner::takeLine()
     }
 }
 
-/// Checks the indices once the file is read: positive ones may point forward.
+/// Checks the indices after the whole file is read, as positive ones may refer to later vertices.
 void ObjScanner::checkFaces() const
 {
     for (const Face& face : _faces)

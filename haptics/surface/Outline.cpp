@@ -49,7 +49,7 @@ double pointsAlong(const std::vector<Outline>& outlines, double spacing_m)
 Eigen::Matrix3Xd Outline::points(double spacing_m) const
 {
     const double length = length_m();
-    // Rounding must not turn a whole number of spacings into one step more.
+    // The margin keeps rounding from adding a step to a whole number of spacings.
     const double steps = std::max(std::ceil(length / spacing_m - 1e-9), closed ? 3.0 : 1.0);
     if (!(spacing_m > 0.0) || !(steps < kMostPoints))
     {
@@ -61,7 +61,7 @@ Eigen::Matrix3Xd Outline::points(double spacing_m) const
     const auto count = static_cast<Eigen::Index>(steps);
     Eigen::Matrix3Xd result(3, closed ? count : count + 1);
     Eigen::Index edge = 0;
-    double start = 0.0; // of the edge, along the polyline
+    double start = 0.0; // position of the edge's start along the polyline
     const auto end = [&](Eigen::Index k) { return vertices.col((k + 1) % vertices.cols()); };
     const Eigen::Index lastEdge = vertices.cols() - (closed ? 1 : 2);
     for (Eigen::Index k = 0; k < result.cols(); ++k)

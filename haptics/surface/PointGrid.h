@@ -9,19 +9,19 @@
 namespace midair::haptics
 {
 
-/// A growing set of points that answers "which is near?" through a hash of cubic cells.
-/// Cells that share a bucket only cost time: distances are always tested.
+/// Growing set of points with searches for near ones, by a hash of cubic cells. Cells that share a
+/// bucket only cost time, as distances are always tested.
 class PointGrid
 {
 public:
-    /// \a cell > 0: edge of the cells, about the radius most often asked for. Coordinates are
+    /// \a cell > 0: edge of the cells, best about the usual search radius. Coordinates must be
     /// finite and less than 2^62 cells.
     explicit PointGrid(double cell) : _inverse(1.0 / cell), _heads(1024, -1) {}
 
     int size() const { return static_cast<int>(_points.size()); }
     const Eigen::Vector3d& operator[](int i) const { return _points[static_cast<std::size_t>(i)]; }
 
-    /// Room for \a count points without growing.
+    /// Makes room for \a count points.
     void reserve(std::size_t count)
     {
         _points.reserve(count);
@@ -30,7 +30,7 @@ public:
             grow();
     }
 
-    /// Keeps the memory.
+    /// Removes all points but keeps the memory.
     void clear()
     {
         _points.clear();
@@ -38,7 +38,7 @@ public:
         std::fill(_heads.begin(), _heads.end(), -1);
     }
 
-    /// Index of the point, counted from 0.
+    /// Adds a point and returns its index, counted from 0.
     int insert(const Eigen::Vector3d& point)
     {
         if (_points.size() >= _heads.size()) grow();
@@ -76,13 +76,14 @@ public:
         return false;
     }
 
-    /// True where a point is nearer than \a radius.
+    /// Returns true if a point is nearer than \a radius.
     bool anyNear(const Eigen::Vector3d& point, double radius) const
     {
         return visitNear(point, radius, [](int, double) { return true; });
     }
 
-    /// Index of the nearest point nearer than \a radius, or -1; ties go to the one inserted first.
+    /// Returns the index of the nearest point within \a radius, or -1; of equal ones the first
+    /// inserted.
     int nearest(const Eigen::Vector3d& point, double radius, double* distance2 = nullptr) const
     {
         int best = -1;
@@ -144,7 +145,7 @@ private:
     }
 
     double _inverse;
-    std::vector<int> _heads; ///< a power of two
+    std::vector<int> _heads; ///< first point of each bucket; the size is a power of two
     std::vector<int> _next;
     std::vector<Eigen::Vector3d> _points;
 };

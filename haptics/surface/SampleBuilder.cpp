@@ -9,8 +9,8 @@ namespace midair::haptics
 namespace
 {
 
-/// Tolerates the rounding of a point's coordinates, so that a distance that is measured later is
-/// never below the spacing.
+/// Margin for the rounding of coordinates, so that distances measured later are never below the
+/// spacing.
 constexpr double kSafety = 1.0 + 1e-9;
 
 } // namespace
@@ -99,7 +99,7 @@ bool SampleBuilder::tryVertex(int vertex, double radius)
     const auto v = static_cast<std::size_t>(vertex);
     const int begin = _topology.fanStart[v];
     const int end = _topology.fanStart[v + 1];
-    if (begin == end) return false; // only triangles without area use it
+    if (begin == end) return false; // the vertex is used only by triangles without area
     const int first = _topology.fan[static_cast<std::size_t>(begin)];
     Eigen::Vector3d barycentric = Eigen::Vector3d::Zero();
     barycentric[first % 3] = 1.0;
@@ -154,7 +154,7 @@ double estimatePoints(const MeshTopology& topology, const SamplerOptions& option
 
 void throwTooManyPoints(const MeshTopology& topology, const SamplerOptions& options)
 {
-    // The estimate may be below the number of points that were counted; the message must not be.
+    // The estimate may be below the number of points already placed; the message must not be.
     const double estimate = std::max(estimatePoints(topology, options, 1.0),
                                      1.1 * static_cast<double>(options.maxPoints));
     double scale = 1.0;

@@ -11,8 +11,8 @@
 namespace midair::haptics
 {
 
-/// The point of a triangle with these barycentric coordinates. All samples are placed through it,
-/// so that a mesh that was not deformed gives back the same bits.
+/// Returns the point of a triangle with these barycentric coordinates. All samples are computed by
+/// it, so that an undeformed mesh gives bit-identical positions.
 inline Eigen::Vector3d
 pointOnTriangle(const TriangleMesh& mesh, int triangle, const Eigen::Vector3d& barycentric)
 {
@@ -21,8 +21,8 @@ pointOnTriangle(const TriangleMesh& mesh, int triangle, const Eigen::Vector3d& b
            barycentric[2] * mesh.vertices.col(v[2]);
 }
 
-/// Collects samples and keeps them apart: each try places a point only where none is nearer than
-/// asked.
+/// Collects samples at a minimum distance: each try places a point only if no other one is within
+/// its radius.
 class SampleBuilder
 {
 public:
@@ -30,19 +30,18 @@ public:
                   const MeshTopology& topology,
                   const SamplerOptions& options);
 
-    /// \a triangle is an index into MeshTopology::triangles. The tries return true where the point
-    /// was placed and throw InputError beyond SamplerOptions::maxPoints.
+    /// Tries a point on a face. \a triangle: index into MeshTopology::triangles. All tries return
+    /// true if the point was placed, and throw InputError beyond SamplerOptions::maxPoints.
     bool tryFace(int triangle, const Eigen::Vector3d& barycentric, double radius);
-    /// At \a fraction of the way from FeatureEdge::from to FeatureEdge::to.
+    /// Tries a point at \a fraction of the length from FeatureEdge::from to FeatureEdge::to.
     bool tryEdge(const FeatureEdge& edge, double fraction, double radius);
-    /// At a welded vertex.
+    /// Tries a point at a welded vertex.
     bool tryVertex(int vertex, double radius);
 
     Eigen::Vector3d edgePoint(const FeatureEdge& edge, double fraction) const;
     Eigen::Vector3d vertexPoint(int vertex) const;
 
-    /// For loops that may turn long without a try: throws Stopped where the options' token asks for
-    /// it.
+    /// For loops that may run long without a try: throws Stopped if the options' token requests it.
     void look() { _look.turn(); }
 
     const PointGrid& points() const { return _points; }
@@ -67,14 +66,14 @@ private:
     const SamplerOptions& _options;
     base::StopLook _look;
     PointGrid _points;
-    SurfaceSamples _samples; ///< all but the matrices
+    SurfaceSamples _samples; ///< without the matrices, which finish() fills
     std::vector<Eigen::Vector3d> _barycentrics;
 };
 
-/// Throws the InputError that tells how many points there would be and which spacing would do.
+/// Throws the InputError that tells how many points there would be and which spacing would work.
 [[noreturn]] void throwTooManyPoints(const MeshTopology& topology, const SamplerOptions& options);
 
-/// About how many points a mesh takes: a maximal set of spacing r has about 0.72 area/r^2.
+/// Estimates the number of points of a mesh: a maximal set of spacing r has about 0.72 area/r^2.
 double estimatePoints(const MeshTopology& topology, const SamplerOptions& options, double scale);
 
 } // namespace midair::haptics

@@ -10,7 +10,7 @@ namespace midair::haptics
 namespace
 {
 
-/// The texel for index \a i on the infinite plane, of \a size along a side.
+/// Returns the texel for index \a i of the infinite plane, for a side of \a size texels.
 int wrapped(double i, int size, PaintImage::Wrap wrap)
 {
     const double n = size;
@@ -34,7 +34,7 @@ int wrapped(double i, int size, PaintImage::Wrap wrap)
 float PaintImage::at(double u, double v) const
 {
     if (width <= 0 || height <= 0 || !std::isfinite(u) || !std::isfinite(v)) return 1.0f;
-    // The middle of texel i is at (i + 1/2)/size.
+    // The centre of texel i is at (i + 1/2)/size.
     const double x = u * width - 0.5;
     const double y = v * height - 0.5;
     const double x0 = std::floor(x);

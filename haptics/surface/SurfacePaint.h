@@ -10,39 +10,39 @@ namespace midair::haptics
 
 struct TriangleMesh;
 
-/// A picture of how strongly a surface is felt: intensities, 0 .. 1, over the unit square of
+/// Image of the strength at which a surface is felt: intensities, 0 .. 1, over the unit square of
 /// texture coordinates.
 struct PaintImage
 {
-    /// What is felt beyond the picture's edges.
+    /// How the image continues beyond its edges.
     enum class Wrap
     {
-        CLAMP, ///< its border
+        CLAMP, ///< the nearest texel of the border
         REPEAT,
         MIRROR
     };
 
     int width = 0;
     int height = 0;
-    std::vector<float> values; ///< width x height, row by row, that of v = 0 first
+    std::vector<float> values; ///< width x height, row by row, starting with v = 0
     Wrap wrapU = Wrap::REPEAT;
     Wrap wrapV = Wrap::REPEAT;
 
-    /// Bilinear between the middles of the four nearest texels; 1 where the picture is empty or (\a
-    /// u, \a v) not finite.
+    /// Returns the intensity, interpolated bilinearly between the centres of the four nearest
+    /// texels; 1 if the image is empty or (\a u, \a v) not finite.
     float at(double u, double v) const;
 };
 
-/// Pictures laid over a mesh by texture coordinates.
+/// Images mapped to a mesh by texture coordinates.
 struct SurfacePaint
 {
     Eigen::Matrix2Xd coordinates; ///< 2 x v
     std::vector<std::shared_ptr<const PaintImage>> images;
-    std::vector<int> image; ///< t: which of images; -1: none, felt in full
+    std::vector<int> image; ///< t: index into images; -1: none, full intensity
 };
 
-/// How strongly the surface is felt at a place, 0 .. 1: as its paint says, else by the intensities
-/// of its corners, else 1.
+/// Returns the intensity of the surface at a place, 0 .. 1: that of its paint, else that of its
+/// vertices, else 1.
 float intensityAt(const TriangleMesh& mesh, int triangle, const Eigen::Vector3d& barycentric);
 
 } // namespace midair::haptics

@@ -21,7 +21,7 @@ namespace midair::haptics
 namespace
 {
 
-/// What all sample sets of one mesh have in common.
+/// Data that all sample sets of one mesh share.
 struct SampledMesh
 {
     const TriangleMesh& mesh;
@@ -31,13 +31,12 @@ struct SampledMesh
     std::vector<FeatureChain> chains;
 };
 
-/// Refuses at once what would only be refused after minutes of placing points.
+/// Refuses at once meshes that would otherwise be refused after minutes of placing points.
 void checkExtent(const SampledMesh& sampled)
 {
     const MeshTopology& topology = sampled.topology;
     const SamplerOptions& options = sampled.options;
-    // Where sheets lie on each other the estimate is twice too large, so only a clear excess is
-    // refused.
+    // For coincident sheets the estimate is twice too large, so only a clear excess is refused.
     constexpr double kClear = 4.0;
     if (options.sampling != Sampling::VERTICES &&
         !(estimatePoints(topology, options, 1.0) <= kClear * options.maxPoints))
@@ -89,7 +88,7 @@ SampledMesh prepare(const TriangleMesh& mesh, const SamplerOptions& options)
     return sampled;
 }
 
-/// \a set counts from 0; \a earlier holds the points of the sets before it.
+/// Makes set number \a set (from 0); \a earlier: the points of the sets before it.
 SurfaceSamples
 sampleOnce(const SampledMesh& sampled, int set, double shift, const PointGrid* earlier)
 {
@@ -99,7 +98,7 @@ sampleOnce(const SampledMesh& sampled, int set, double shift, const PointGrid* e
     {
         for (const int v : sampled.corners)
         {
-            // With EDGES, tips that no feature edge reaches are left out.
+            // With EDGES, tips without a feature edge are left out.
             if (options.sampling == Sampling::EDGES && !sampled.topology.hasFeature(v)) continue;
             builder.tryVertex(v, builder.edgeSpacing());
         }
@@ -228,7 +227,7 @@ void updateSamples(const TriangleMesh& deformed, SurfaceSamples& samples)
             if (own.isZero(0.0)) own = normal;
             sum += samples.normalWeight[face] * normal;
         }
-        // Normals of faces that are folded onto each other cancel; either of them will do.
+        // Normals of faces that are folded onto each other cancel; then one of them is used.
         constexpr double kCancelled = 1e-6;
         if (!(sum.norm() > kCancelled)) sum = own;
         if (!sum.isZero(0.0)) samples.normals.col(i) = sum.normalized();

@@ -9,20 +9,20 @@
 namespace midair::haptics
 {
 
-/// An indexed triangle mesh in metres; any winding, open or closed, vertices may be doubled at
+/// Indexed triangle mesh in metres, of any winding, open or closed; vertices may be doubled at
 /// seams.
 struct TriangleMesh
 {
     Eigen::Matrix3Xd vertices;  ///< 3 x v, metres
     Eigen::Matrix3Xi triangles; ///< 3 x t, indices into vertices
-    Eigen::VectorXf intensity;  ///< v or empty: painted haptics, 0 .. 1, multiplies the target
-    std::shared_ptr<const SurfacePaint> paint; ///< pictures, before intensity; null: none
+    Eigen::VectorXf intensity;  ///< v or empty: painted haptics, 0 .. 1; factor on the target
+    std::shared_ptr<const SurfacePaint> paint; ///< images, which override intensity; null: none
 
-    /// Edges of the bounding box; zero for an empty mesh.
+    /// Returns the edges of the bounding box; zero for an empty mesh.
     Eigen::Vector3d extent() const;
-    /// A copy, scaled uniformly to the largest extent \a size_m (> 0, metres) with the middle of
-    /// its bounding box at the origin. Throws InputError for a mesh without vertices or with all of
-    /// them in one point.
+    /// Returns a copy, scaled uniformly to a largest extent of \a size_m (> 0, metres), with the
+    /// centre of its bounding box at the origin. Throws InputError for a mesh without vertices or
+    /// with all of them in one point.
     TriangleMesh scaledTo(double size_m) const;
 };
 

@@ -9,7 +9,8 @@
 namespace midair::haptics::kernels
 {
 
-// D over the cosine of the angle to the normal, inlined into the kernels that build rows.
+// Models of D as a function of the cosine of the angle to the normal, inlined into the kernels that
+// build rows.
 
 struct CubicModel
 {
@@ -29,8 +30,8 @@ struct PointModel
     MIDAIR_INLINE float operator()(float) const { return 1.0f; }
 };
 
-// log2 D is linear in theta between the table's angles: a sum of hinges, without the gathers that a
-// look-up would take.
+// log2 D is linear in theta between the table's angles. It is computed as a sum of hinge functions,
+// which needs no gathers, unlike a table look-up.
 struct TableModel
 {
     DirectivityTable table;

@@ -1,4 +1,4 @@
-// The kernels that need instructions a compiler does not choose by itself, written in the
+// Kernels that need instructions which compilers do not choose by themselves, written with the
 // operations of Register.h.
 #include "haptics/propagation/kernels/KernelTools.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
@@ -15,10 +15,10 @@ namespace
 #ifdef MIDAIR_HAS_PAIRS
 
 // With c = conj(u_l) r_i: J_li = -(Re G Im c + Im G Re c). Lanes hold pairs of 16 bits, r and u in
-// units of 1/kUnity, c in units of 2^-14. What is cut off, and the carry that the upper half of G
-// has from the lower, is below 3e-4 of the row's bound: of a matrix that both directions of a step
-// read alike, which need not be exact.
-constexpr float kUnity = 32766.0f; // room for what is a little over 1
+// units of 1/kUnity, c in units of 2^-14. Truncation, and the carry from the lower to the upper
+// half of G, add errors below 3e-4 of the row's bound. J need not be exact, as both products of a
+// step read the same matrix.
+constexpr float kUnity = 32766.0f; // leaves room for values a little over 1
 
 MIDAIR_INLINE std::int32_t pairOf(float low, float high)
 {
@@ -26,7 +26,7 @@ MIDAIR_INLINE std::int32_t pairOf(float low, float high)
     return static_cast<std::int32_t>((bits(high) << 16) | (bits(low) & 0xffffU));
 }
 
-// Of one row: what makes -Im c and -Re c of a pair (Re r, Im r), and its entries.
+// One row: its entries, and the factors that give -Im c and -Re c from a pair (Re r, Im r).
 struct Row
 {
     Register::Words im, re;
@@ -83,8 +83,7 @@ MIDAIR_INLINE void jacobianOf(const std::int32_t* G,
 
 #else
 
-// In floats: without products of pairs, which the other form is made of, that is both shorter and
-// exact.
+// Version in floats for sets without products of pairs: shorter and exact.
 MIDAIR_INLINE void jacobianOf(const std::int32_t* G,
                               int n,
                               int width,

@@ -1,4 +1,4 @@
-// The kernels, each with its forms for the instruction sets; compiled once.
+// Defines the kernels with their versions for the instruction sets; compiled once.
 #include "haptics/propagation/kernels/LatticeKernels.h"
 #include "haptics/propagation/kernels/PhaseKernels.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"

@@ -12,9 +12,9 @@
 namespace midair::haptics::kernels
 {
 
-constexpr int kMaxWidth = 512; ///< of a block
+constexpr int kMaxWidth = 512; ///< largest width of a block
 
-// Adding and subtracting 1.5 * 2^23 rounds to an integer, without the instruction that plain x86-64
+// Adding and subtracting 1.5 * 2^23 rounds to an integer, without an instruction that plain x86-64
 // lacks.
 constexpr float kToInteger = 12582912.0f;
 constexpr double kToIntegerDouble = 6755399441055744.0; // 1.5 * 2^52
@@ -33,7 +33,7 @@ MIDAIR_INLINE double rounded(double x)
 // shifted up by 16 is low * 65536 exactly.
 constexpr float kFixedPeak = 32760.0f;
 
-// What the numbers read back are to be multiplied by where kFixedPeak stood for \a peak.
+// Returns the factor for numbers read back where kFixedPeak stands for \a peak.
 MIDAIR_INLINE float fixedScale(float peak)
 {
     return peak / (kFixedPeak * 65536.0f);

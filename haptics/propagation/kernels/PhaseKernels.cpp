@@ -11,7 +11,7 @@ namespace
 {
 
 // K_kl = sum_i G_ki conj(G_li) for rows k, k + 1 and l, l + 1 at once: eight sums from eight
-// vectors.
+// vectors per step.
 MIDAIR_INLINE void gramTile(const float* a,
                             const float* b,
                             const float* c,
@@ -45,7 +45,8 @@ MIDAIR_INLINE void gramTile(const float* a,
     im[3] = bdIm;
 }
 
-// z += column l of M times (re + j im); all columns are padded alike, so there is no rest loop.
+// z += column l of M times (re + j im); all columns have the same padding, so no remainder loop is
+// needed.
 template<typename T>
 MIDAIR_INLINE void addColumn(const HermitianView<T>& M, int l, T re, T im, T* zRe, T* zIm)
 {
@@ -88,9 +89,10 @@ descendAny(const HermitianView<T>& M, int r, T over, T smallest, T* xRe, T* xIm,
             along += gRe * xRe[at] + gIm * xIm[at];
         }
         const T length = std::sqrt(square);
-        // |t - x|^2 = 2 (1 + Re(g* x) / |g|); nothing pulls at a point whose row is zero.
+        // |t - x|^2 = 2 (1 + Re(g* x) / |g|); a point whose row of M is zero has no gradient and
+        // stays.
         if (!(T(2) * (along + length) > smallest * smallest * length)) continue;
-        const T cosine = -along / length; // of the angle from x to t
+        const T cosine = -along / length; // cosine of the angle from x to t
         const T size2 =
             (T(1) + over) * (T(1) + over) + over * over - T(2) * over * (T(1) + over) * cosine;
         const T scale = T(1) / std::sqrt(size2);
@@ -118,8 +120,8 @@ void addGram(const float* G, int n, int width, int stride, double* kRe, double* 
     const auto row = [G, width](int l) { return G + static_cast<long>(2) * width * l; };
     for (int l = 0; l < n; l += 2)
     {
-        // The last row of an odd n stands in for its missing neighbour; what belongs to that is
-        // thrown away.
+        // With an odd n the last row also stands for its missing neighbour, whose results are
+        // discarded.
         const int l1 = l + 1 < n ? l + 1 : l;
         for (int k = l; k < n; k += 2)
         {

@@ -1,4 +1,4 @@
-// The products with G, its rows in float or in fixed point.
+// Products with G, whose rows are in float or in fixed point.
 #include "haptics/propagation/kernels/KernelTools.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
 

@@ -9,13 +9,14 @@
 namespace midair::haptics::kernels::MIDAIR_SET
 {
 
-void inverseRoots(int count, const float* x, float* inverse); // of this set: IntrinsicKernels.cpp
+// The version of this set, in IntrinsicKernels.cpp.
+void inverseRoots(int count, const float* x, float* inverse);
 
 namespace
 {
 
-// Of one group and the batch's points, from loop to loop; sums of a block's amplitudes, lane by
-// lane.
+// Values of one group and the batch's points that pass from loop to loop, and sums of a block's
+// amplitudes, lane by lane.
 struct Scratch
 {
     alignas(64) float excess[PointBatch::kSize][kGroup];  // e, then the phase in turns
@@ -24,20 +25,20 @@ struct Scratch
     alignas(64) float sums[PointBatch::kSize][kGroup];
 };
 
-// What a point's distances to a group's transducers are expanded about. With r0 the vector from the
-// centre, R0 = |r0|:
+// Expansion of a point's distances to a group's transducers about the group's centre. With r0 the
+// vector from the centre, R0 = |r0|:
 //     R^2 = R0^2 + e,  e = |d|^2 - 2 r0.d,  R = R0 + e / (R + R0),
-// d the transducer's place about the centre. R0 is taken in double and only its part beyond whole
-// wavelengths kept, so the phase is exact to what a float holds of e / (R + R0), which is at most
-// |d|: a few 1e-7 wavelengths for groups of a few wavelengths. A float could not hold R itself: 60
-// wavelengths to 1e-6.
+// where d is the transducer's position relative to the centre. R0 is computed in double and only
+// its fraction of a wavelength is kept, so the phase is as exact as a float holds e / (R + R0),
+// which is at most |d|: a few 1e-7 wavelengths for groups of a few wavelengths. A float could not
+// hold R itself (60 wavelengths) to 1e-6.
 struct Expansion
 {
     alignas(64) float ax[PointBatch::kSize], ay[PointBatch::kSize], az[PointBatch::kSize]; // -2 r0
     alignas(64) float square[PointBatch::kSize], distance[PointBatch::kSize]; // R0^2, R0
-    alignas(64) float turns[PointBatch::kSize];   // -R0 less whole turns
+    alignas(64) float turns[PointBatch::kSize];   // -R0 without whole turns
     alignas(64) float decayed[PointBatch::kSize]; // exp(-decay R0), in units of the row
-    alignas(64) float slope[PointBatch::kSize];   // its first and half its second derivative
+    alignas(64) float slope[PointBatch::kSize]; // first derivative of decayed, and half the second
     alignas(64) float bend[PointBatch::kSize];
     alignas(64) float height[PointBatch::kSize];    // n.r0
     alignas(64) float magnitude[PointBatch::kSize]; // a bound of |G_li| / D, Pa
@@ -53,8 +54,8 @@ MIDAIR_INLINE float expOfMinus(float x)
     return (e * e) * (e * e);
 }
 
-constexpr float kNearest =
-    0.25f; // wavelengths; the matrix asks for no point that is nearer to a transducer
+// Wavelengths; the matrix passes no points that are nearer to a transducer.
+constexpr float kNearest = 0.25f;
 
 MIDAIR_INLINE void
 expand(const GroupGeometry& group, const PointBatch& points, float decay, Expansion& out)
@@ -85,7 +86,7 @@ expand(const GroupGeometry& group, const PointBatch& points, float decay, Expans
     }
 }
 
-// e and R^2 of a group's entries.
+// Computes e and R^2 of a group's entries.
 MIDAIR_INLINE void
 squares(const BlockGeometry& block, const Expansion& at, int first, int points, Scratch& s)
 {
@@ -105,7 +106,8 @@ squares(const BlockGeometry& block, const Expansion& at, int first, int points, 
     }
 }
 
-// Amplitudes strength D / R exp(-beta R) level, and phases offset - R in turns, -1/2 .. 1/2.
+// Computes amplitudes strength D / R exp(-beta R) level, and phases offset - R in turns, -1/2 ..
+// 1/2.
 template<bool kPlanar, bool kWithOffset, typename Model>
 MIDAIR_INLINE void
 waves(const BlockGeometry& block, const Expansion& at, int first, int points, Model D, Scratch& s)
@@ -117,7 +119,7 @@ waves(const BlockGeometry& block, const Expansion& at, int first, int points, Mo
     {
         const float ax = at.ax[k], ay = at.ay[k], az = at.az[k], height = at.height[k];
         const float R0 = at.distance[k], base = at.turns[k];
-        // exp(-decay (R - R0)) as a parabola: decay * radius is small.
+        // exp(-decay (R - R0)) as a parabola, as decay * radius is small.
         const float c0 = at.decayed[k], c1 = at.slope[k], c2 = at.bend[k];
         float *excess = s.excess[k], *square = s.square[k], *sums = s.sums[k];
         const float* inverses = s.inverse[k];
@@ -143,7 +145,7 @@ waves(const BlockGeometry& block, const Expansion& at, int first, int points, Mo
     }
 }
 
-// What the entries of a row are multiples of, so that \a bound fits.
+// Returns the unit of a row's entries for which \a bound fits.
 MIDAIR_INLINE float unitOf(const FloatRows&, float)
 {
     return 1.0f;
@@ -153,7 +155,7 @@ MIDAIR_INLINE float unitOf(const FixedRows&, float bound)
     return std::max(bound, 1e-30f) * (1.0f / kFixedPeak);
 }
 
-// Units of the batch's rows, and the groups' attenuations in them.
+// Computes the units of the batch's rows and the groups' attenuations in these units.
 template<typename Rows>
 MIDAIR_INLINE void
 scale(const Rows& rows, float largestD, float decay, int groups, Expansion* at, float* units)
@@ -211,7 +213,7 @@ MIDAIR_INLINE void keepUnit(const FixedRows& rows, int row, float unit)
     rows.scale[row] = unit * (1.0f / 65536.0f);
 }
 
-// A group's entries from their amplitudes and phases.
+// Writes a group's entries from their amplitudes and phases.
 template<typename Rows>
 MIDAIR_INLINE void
 writeEntries(const PointBatch& points, int width, int first, const Rows& rows, const Scratch& s)
@@ -223,7 +225,7 @@ writeEntries(const PointBatch& points, int width, int first, const Rows& rows, c
 #pragma omp simd aligned(amplitudes, turns : 64)
         for (int i = 0; i < kGroup; ++i)
         {
-            // Of half the angle: a cos 2h = a - 2 a sin^2 h, a sin 2h = 2 a sin h cos h.
+            // From half the angle: a cos 2h = a - 2 a sin^2 h, a sin 2h = 2 a sin h cos h.
             const float a = amplitudes[i], sine = sinHalf(turns[i]);
             const float along = a * (sine + sine);
             row.put(first + i, a - along * sine, along * cosHalf(turns[i]));
@@ -251,8 +253,8 @@ MIDAIR_INLINE void buildRows(const BlockGeometry& block,
     Scratch s;
     for (int k = 0; k < points.count; ++k)
         std::fill_n(s.sums[k], kGroup, 0.0f);
-    // In several loops: a single one is a chain of some 150 cycles, more of which wait than a core
-    // has places for.
+    // Several loops instead of one, which would be a dependency chain of some 150 cycles and exceed
+    // the core's out-of-order window.
     for (int g = 0; g < groups; ++g)
     {
         const int first = g * kGroup;

@@ -2,13 +2,14 @@
 
 #include "haptics/propagation/kernels/KernelTools.h"
 
-// The operations that a compiler doesn't choose by itself, on the widest registers of the set that
-// a source is compiled for: estimates of 1/sqrt(x), and products of pairs of 16 bits that are added
-// up at once (MIDAIR_HAS_PAIRS). What is the same for all sets is a plain loop that the compiler
-// vectorises, and stands where it is used.
+// Operations that compilers do not choose by themselves, on the widest registers of the set that a
+// source is compiled for: estimates of 1/sqrt(x), and sums of products of 16-bit pairs
+// (MIDAIR_HAS_PAIRS). Code that is the same for all sets is a plain loop, vectorised by the
+// compiler, where it is used.
 #if defined(__AVX2__)
 #define MIDAIR_HAS_PAIRS
-// GCC 12 takes what its own intrinsics leave open on purpose for an oversight (its bug 105593).
+// GCC 12 warns about values that its own intrinsics leave uninitialised on purpose (GCC bug
+// 105593).
 #pragma GCC diagnostic push
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wuninitialized"
@@ -35,7 +36,7 @@ struct Register
     MIDAIR_INLINE static void store(float* to, Floats x) { _mm512_store_ps(to, x); }
     MIDAIR_INLINE static void store(std::int32_t* to, Words x) { _mm512_store_si512(to, x); }
     MIDAIR_INLINE static Words all(std::int32_t x) { return _mm512_set1_epi32(x); }
-    // x times a number, to the nearest integer.
+    // x times a number, rounded to the nearest integer.
     MIDAIR_INLINE static Words rounded(Floats x, float by)
     {
         return _mm512_cvtps_epi32(_mm512_mul_ps(x, _mm512_set1_ps(by)));
@@ -50,15 +51,15 @@ struct Register
     {
         return _mm512_srli_epi32(x, kBits);
     }
-    // Of each lane: low times low plus high times high.
+    // For each lane: low times low plus high times high.
     MIDAIR_INLINE static Words pairProduct(Words a, Words b) { return _mm512_madd_epi16(a, b); }
-    // Of each lane: the lower half of one and the upper half of the other.
+    // For each lane: the lower half of one and the upper half of the other.
     MIDAIR_INLINE static Words halves(Words lower, Words upper)
     {
         return _mm512_mask_blend_epi16(kUpper, lower, upper);
     }
-    // With an estimate y and r = 1 - x y^2: 1/sqrt(x) = y (1 - r)^(-1/2) = y + y r / 2, and r^2 is
-    // lost (|r| < 1.3e-4).
+    // With an estimate y and r = 1 - x y^2: 1/sqrt(x) = y (1 - r)^(-1/2) = y + y r / 2, neglecting
+    // r^2 (|r| < 1.3e-4).
     MIDAIR_INLINE static Floats inverseRoot(Floats x)
     {
         const Floats y = _mm512_rsqrt14_ps(x);
@@ -105,8 +106,8 @@ struct Register
     {
         return _mm256_blend_epi16(lower, upper, 0xaa);
     }
-    // The estimate is worse here (|r| < 8e-4), so one more term: y + y r (1/2 + 3/8 r), and r^3 is
-    // lost.
+    // The estimate is less exact here (|r| < 8e-4), so it takes one more term: y + y r (1/2 + 3/8
+    // r), neglecting r^3.
     MIDAIR_INLINE static Floats inverseRoot(Floats x)
     {
         const Floats y = _mm256_rsqrt_ps(x);
@@ -118,7 +119,7 @@ struct Register
 
 #else
 
-// One lane: the compiler makes of the loop about it what the processor has.
+// One lane; the compiler vectorises the loop around it.
 struct Register
 {
     using Floats = float;
