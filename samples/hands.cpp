@@ -1,6 +1,6 @@
-// A finger comes down on a box that a Bullet body carries through the array, without a window: what
-// is touched, how much of the box is solved for it, and what its shadow takes away. Run it with a
-// hand recording to play that instead.
+// Sample without a window: a finger touches a box that a Bullet body carries through the array.
+// Prints touches, and the points that are solved for near the hand, with its shadow. With a hand
+// recording as argument it plays that instead.
 
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
@@ -56,7 +56,7 @@ private:
     }
 };
 
-/// A body without weight that drifts along x and turns.
+/// A weightless body that drifts along x and turns.
 struct Physics
 {
     btDefaultCollisionConfiguration configuration;
@@ -79,8 +79,8 @@ struct Physics
     ~Physics() { world.removeRigidBody(&body); }
 };
 
-/// A hand whose index finger taps on the box from above, once a second; the hand tilted down, all
-/// fingers stretched.
+/// Returns a hand, tilted down with all fingers stretched, whose index finger taps on the box from
+/// above once a second.
 osgMidair::Hand tapping(double time_s)
 {
     const double height = kHalfEdge_m + 0.0075 + 0.012 * std::cos(2.0 * M_PI * time_s) + 0.010;
@@ -128,7 +128,7 @@ int main(int argc, char** argv)
 
     osgViewer::Viewer viewer;
     viewer.setUpViewerAsEmbeddedInWindow(
-        0, 0, 64, 64); // without any window it would count as closed; nothing is drawn
+        0, 0, 64, 64); // a viewer without a window counts as closed; nothing is drawn
     viewer.setSceneData(scene);
     int frame = 0;
     for (double time_s = 0.0; time_s < kEnd_s; time_s = kFrame_s * ++frame)

@@ -1,5 +1,5 @@
-// Finds the rigid matrix from a scene's world to the array from spots measured in both, and says
-// how good it is.
+// Computes the rigid matrix from a scene's world to the array from points measured in both, and
+// reports its accuracy.
 
 #include "engine-bridge/calibration/Calibration.h"
 #include "engine-bridge/scene/Convert.h"
@@ -31,7 +31,7 @@ namespace
 enum ExitCode
 {
     CALIBRATED = 0,
-    NOT_USABLE = 1, ///< the report says why; nothing was written
+    NOT_USABLE = 1, ///< the report gives the reason; nothing was written
     WRONG_INPUT = 2
 };
 
@@ -48,7 +48,7 @@ struct Settings
 
 constexpr std::size_t kMostBytes = std::size_t(16) << 20;
 
-/// A pipe may be as long as it wants.
+/// Reads standard input up to the size limit, as a pipe may have no end.
 bridge::PointPairs readPairsFromStdin()
 {
     std::string text(kMostBytes + 1, '\0');
@@ -94,7 +94,7 @@ void writeMatrix(const std::string& path, const Eigen::Isometry3d& worldToArray)
     if (!out) throw base::InputError("can't write the matrix to \"" + path + "\"");
 }
 
-/// Sets the calibration of every HapticScene that it meets.
+/// Sets the calibration of every HapticScene that it visits.
 class SetCalibration : public osg::NodeVisitor
 {
 public:
@@ -120,7 +120,7 @@ private:
     osg::Matrixd _matrix;
 };
 
-/// The kit's plugins lie in lib beside this program's bin, in a build and once installed.
+/// The kit's plugins are in lib next to this program's bin, in a build and after installation.
 void findKit()
 {
     std::error_code error;

@@ -17,7 +17,7 @@ namespace
 
 using Given = std::vector<std::pair<std::string, std::string>>;
 
-/// "maxPressure" is --max-pressure; two have had shorter names for long.
+/// Returns the option of a setting: "maxPressure" is --max-pressure. Two have older, shorter names.
 std::string optionName(const std::string& setting)
 {
     std::string name = "--";
@@ -31,8 +31,8 @@ std::string optionName(const std::string& setting)
     return name;
 }
 
-/// An option for each row of \a table but those \a without, into \a given; what isn't understood or
-/// is out of range is refused.
+/// Adds an option for each row of \a table except \a without; their values go to \a given. Values
+/// that aren't understood or are out of range are refused.
 template<typename T>
 void addSettings(CLI::App& app,
                  const osgMidair::SettingTable<T>& table,
@@ -95,7 +95,7 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
     addSettings(app,
                 osgMidair::surfaceProperties(),
                 "The object",
-                {"enabled", "pressure", "unit"}, // the scene's, and --pressure
+                {"enabled", "pressure", "unit"}, // set by the scene's options and --pressure
                 options.object);
     std::vector<std::string> overlays;
     for (const auto& [place, kind] : osgMidair::overlayKinds())

@@ -70,7 +70,7 @@ bool DemoReport::write(const std::string& path, std::string& error) const
     json["fieldsInTurn"] = statistics.fieldsInTurn;
     json["fieldRate_Hz"] = statistics.fieldRate_Hz;
     json["outline"] = statistics.outline;
-    // Of the newest field, but for what stands there as a median already.
+    // Figures of the newest field, except those that are already there as medians.
     for (const auto& [name, value] : statistics.figures)
         if (name.compare(0, kSurface.size(), kSurface) == 0)
             json["surface"][name.substr(kSurface.size())] = value;

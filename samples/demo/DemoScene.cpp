@@ -21,7 +21,7 @@ namespace midair::samples
 namespace
 {
 
-/// The first HapticScene of a graph.
+/// Finds the first HapticScene of a graph.
 class FindHapticScene : public osg::NodeVisitor
 {
 public:
@@ -116,7 +116,7 @@ void DemoScene::wrap(const DemoOptions& options)
     _root->addChild(lit(_haptics));
 }
 
-// What a scene file says stands, unless an option says otherwise.
+// Options override the settings of a scene file.
 void DemoScene::applySettings(const DemoOptions& options)
 {
     osgMidair::HapticSettings settings = _haptics->getSettings();

@@ -12,16 +12,15 @@
 namespace midair::samples
 {
 
-/// Where the moving object is at \a time_s: within 30 mm of the middle, turning about the prism's
-/// axis and leaning; the same every time.
+/// Returns the pose of the moving object at \a time_s: within 30 mm of the middle, turning about
+/// the prism's axis and tilting. Deterministic.
 osg::Matrix demoPose(double time_s);
 
-/// What the main sample shows: the object in its array, with everything that the kit can draw about
-/// it.
+/// Scene of the main sample: the object in its array, with all overlays of the kit.
 class DemoScene
 {
 public:
-    /// Throws std::runtime_error where the model can't be read.
+    /// Throws std::runtime_error if the model can't be read.
     explicit DemoScene(const DemoOptions& options);
 
     osg::Group* root() { return _root; }
@@ -29,14 +28,14 @@ public:
     osgMidair::HapticOverlays& overlays() { return *_overlays; }
     const std::string& name() const { return _name; }
 
-    /// Moves the object to where it is at \a time_s; a scene that came with haptic nodes of its own
-    /// is left alone.
+    /// Moves the object to its pose at \a time_s. A scene file with haptic nodes is left unchanged.
     void moveTo(double time_s);
 
-    /// The object opaque, unlit and in \a color, without its edges: to be found in a picture.
+    /// Draws the object opaque, unlit and in \a color, without its edges, so that tests find it in
+    /// a picture.
     void paintPlain(const osg::Vec4& color);
 
-    /// From the open end of the prism, a little off its axis.
+    /// View from the open end of the prism, a little off its axis.
     static void lookAt(osg::Vec3d& eye, osg::Vec3d& centre, osg::Vec3d& up);
     static constexpr double kFovy_deg = 25.6;
 

@@ -1,4 +1,4 @@
-/// The main job: an object that moves in the array, with the field that is played for it; in a
+/// The main sample: an object that moves in the array, with the field that is played for it, in a
 /// window or as pictures.
 
 #include "engine-bridge/pipeline/HologramPipeline.h"
@@ -45,7 +45,7 @@ void aim(osg::Camera& camera)
     camera.setClearColor(kBackground);
 }
 
-/// Takes still pictures of a scene that another viewer runs: twice as large, averaged down.
+/// Takes still pictures of a scene that another viewer runs, at twice the size and averaged down.
 class PictureTaker
 {
 public:
@@ -66,7 +66,7 @@ public:
     {
         if (!_ready) return nullptr;
         _scene.overlays().getHud()->setScale(kScale);
-        _viewer.renderingTraversals(); // compiles what is new
+        _viewer.renderingTraversals(); // compiles new GL objects
         _grabber->request();
         _viewer.renderingTraversals();
         _scene.overlays().getHud()->setScale(0.0F);
@@ -82,11 +82,11 @@ private:
     bool _ready = false;
 };
 
-/// What this process has used of the processors so far, whoever else uses them.
+/// Processor time used by this process so far.
 struct CpuTimes
 {
     double process_ms = 0.0;
-    double thread_ms = 0.0; ///< the calling one's
+    double thread_ms = 0.0; ///< of the calling thread
 
     static CpuTimes now()
     {
@@ -101,7 +101,7 @@ struct CpuTimes
     }
 };
 
-/// One frame at \a time_s of the scene's own time; without OpenGL everything but the drawing.
+/// Runs one frame at \a time_s of the scene's time; without OpenGL it skips the drawing.
 void frame(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, bool draw)
 {
     scene.moveTo(time_s);
@@ -119,8 +119,8 @@ double nearestPoint_mm(const bridge::HologramResult& result, const osg::Vec3d& p
            std::sqrt((result.points.positions.colwise() - at).colwise().squaredNorm().minCoeff());
 }
 
-/// Holds the scene at \a time_s, where its last frame was, until the field for it is solved and its
-/// slice is drawn: what a picture shows belongs together.
+/// Holds the scene at \a time_s, the time of its last frame, until the field for it is solved and
+/// its slice is drawn, so that all parts of a picture belong together.
 DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, bool draw)
 {
     DemoPicture picture;
@@ -147,7 +147,7 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
     picture.latency_ms = result->latency_ms;
     picture.peak_Pa = slice.getPeakPressure();
     picture.peakToPoint_mm = nearestPoint_mm(*result, slice.getPeak());
-    frame(viewer, scene, time_s, draw); // the figures of the HUD follow
+    frame(viewer, scene, time_s, draw); // updates the figures of the HUD
     return picture;
 }
 

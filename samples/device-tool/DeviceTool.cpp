@@ -22,7 +22,7 @@ namespace
 {
 
 constexpr double kPoll_s = 0.05;
-constexpr double kSettle_s = 0.5; // for what is still on its way at the end
+constexpr double kSettle_s = 0.5; // for fields that are still in transit at the end
 constexpr std::size_t kMostPatBytes = std::size_t(1) << 20;
 
 bool isLost(const device::ArrayDevice& device)
@@ -100,7 +100,7 @@ int listDevices(const DeviceOptions&)
 {
     int found = 0;
     const std::pair<const char*, device::UsbAddress> kinds[] = {
-        {"usb:", {}}, {"openmpd:", device::kFifoAddress}}; // any FT232H may be a board's
+        {"usb:", {}}, {"openmpd:", device::kFifoAddress}}; // any FT232H may belong to a board
     for (const auto& kind : kinds)
         for (const device::UsbListing& one : device::listUsbDevices(kind.second))
         {
@@ -126,7 +126,7 @@ int showStatus(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
     const auto device = device::openDevice(options.device, {array.size(), array.board});
-    pause(base::steadySeconds() + 0.4); // until it has answered
+    pause(base::steadySeconds() + 0.4); // time for the device to answer
     const device::DeviceReport report = device->report();
     std::cout << device->status() << "\n";
     std::cout << "firmware " << (report.firmware.empty() ? "unknown" : report.firmware) << "\n";
@@ -164,7 +164,7 @@ int muteArray(const DeviceOptions& options)
     auto device = open(options, array);
     device->setMuted(true);
     const int ended = finish(*device);
-    device.reset(); // waits for a board that is still starting: before that it isn't silent
+    device.reset(); // waits for a board that is still starting, which is not silent before
     if (ended == FINE) std::cout << "muted\n";
     return ended;
 }
@@ -175,7 +175,7 @@ int playRecording(const DeviceOptions& options)
     if (device::playsByItself(options.device))
         throw device::DeviceError("device \"" + options.device +
                                   "\": a recording plays on an array, not on another recording");
-    // Read before anything is opened, so that nothing records over it.
+    // Read before any device is opened, so that none can overwrite it by recording.
     device::recording::Show recording(options.file, array.size());
     device::PlayingDevice show(
         std::move(recording), {}, openWithoutPoints(options, array, "a recording"));

@@ -10,7 +10,7 @@
 namespace midair::samples
 {
 
-/// How midair-device ends, for scripts.
+/// Exit status of midair-device, for scripts.
 enum DeviceExit
 {
     FINE = 0,
@@ -19,7 +19,7 @@ enum DeviceExit
     DEVICE_FAILED = 4
 };
 
-/// What midair-device was asked for.
+/// Options of midair-device.
 struct DeviceOptions
 {
     std::string array = "octagon";
@@ -34,28 +34,28 @@ struct DeviceOptions
     std::string out;
 };
 
-/// Set by Ctrl-C: whatever runs comes to its end.
+/// Set by Ctrl-C; all commands then end.
 extern std::atomic<bool> interrupted;
 
 haptics::TransducerArray loadArray(const DeviceOptions& options);
 
-/// The device; where it is opened without being there (`usb:?wait=yes`), says so once and waits for
-/// it, at most as long as the options' seconds. What then still isn't there is LOST.
+/// Opens the device. If it may be missing (`usb:?wait=yes`) and is, prints that once and waits for
+/// it for at most the options' seconds; after that its state is LOST.
 std::unique_ptr<device::ArrayDevice> open(const DeviceOptions& options,
                                           const haptics::TransducerArray& array);
 
-/// As open(); refuses a cap of pressure, which could be held nowhere: \a what ("this pattern") has
-/// no control points.
+/// Like open(), but refuses a pressure cap, which can't be kept as \a what ("this pattern") has no
+/// control points.
 std::unique_ptr<device::ArrayDevice> openWithoutPoints(const DeviceOptions& options,
                                                        const haptics::TransducerArray& array,
                                                        const std::string& what = "this pattern");
 
-/// Ends at the time, at Ctrl-C and when the device is lost.
+/// Returns false at the end time, after Ctrl-C and when the device is lost.
 bool goesOn(double end_s, const device::ArrayDevice& device);
 void pause(double until_s);
 
-/// Silences the device and prints its status. DEVICE_FAILED where it is lost, or played none or
-/// less than half of what it was sent, which is told.
+/// Silences the device and prints its status. Returns DEVICE_FAILED, with a message, if it is lost
+/// or played less than half of the fields that it was sent.
 int finish(device::ArrayDevice& device);
 
 // The commands.

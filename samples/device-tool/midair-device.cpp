@@ -1,5 +1,5 @@
-// Looks after an array without a scene: what is plugged in, how it fares, test patterns, rates,
-// recordings.
+// Tool for an array without a scene: lists devices, shows their status, plays test patterns and
+// recordings, measures rates.
 
 #include "samples/device-tool/DeviceTool.h"
 
@@ -70,7 +70,7 @@ int main(int argc, char** argv)
                                 options.amplitude,
                                 options.radius_m,
                                 options.turnsPerSecond})
-        if (!std::isfinite(number)) // which a range doesn't refuse
+        if (!std::isfinite(number)) // ranges don't refuse nan
             return app.exit(CLI::ValidationError("options", "nan and inf are no numbers here"));
     std::signal(SIGINT, [](int) { interrupted = true; });
     std::signal(SIGTERM, [](int) { interrupted = true; });

@@ -1,4 +1,5 @@
-// What draws midair-solve's picture, apart from it: the program itself needs no scene graph.
+// Module that draws midair-solve's picture, separate so that the program itself needs no scene
+// graph.
 #include "haptics/propagation/PressureField.h"
 #include "samples/solve/Picture.h"
 #include "samples/views/FieldImage.h"
@@ -22,7 +23,7 @@ std::string draw(const Solution& solution, const std::string& title, const std::
         haptics::pressureAt(image.grid.points(), scene.array, scene.medium, fields.front(), 2);
     if (fields.size() > 1)
     {
-        // What the skin averages: the root of the mean square.
+        // Root mean square over the fields, as the skin averages them.
         Eigen::VectorXf square = Eigen::VectorXf::Zero(image.pressure_Pa.size());
         for (const Eigen::VectorXcf& q : fields)
             square += haptics::pressureAt(image.grid.points(), scene.array, scene.medium, q, 2)

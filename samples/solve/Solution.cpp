@@ -22,7 +22,7 @@ namespace
 
 constexpr int kThreads = 2;
 
-/// What the array makes of a drive: its amplitudes are rounded to the levels that it has.
+/// Returns the activations that the array plays for a drive: amplitudes rounded to its levels.
 Eigen::VectorXcf playedBy(const haptics::TransducerArray& array, const device::DriveSignal& signal)
 {
     std::vector<std::complex<float>> played;
@@ -59,7 +59,7 @@ haptics::ComposerOptions composerOptions(const SolveArguments& arguments)
     return options;
 }
 
-/// One field that is silent, as a solver's without points.
+/// Returns one silent field, like that of a solver without points.
 haptics::FieldSequence silentSequence(const haptics::TransducerArray& array)
 {
     haptics::FieldSequence sequence;
@@ -77,7 +77,7 @@ haptics::FieldSequence compose(const SolveArguments& arguments, const SolveScene
     {
         bool any = false;
         const std::vector<haptics::Outline> outlines = modelOutlines(arguments, scene, any);
-        // A model without edges is an error that the composer tells; one out of reach is silent.
+        // The composer reports a model without edges as an error; edges out of reach give silence.
         if (any && outlines.empty()) return silentSequence(scene.array);
         return composer.composeOutlines(outlines,
                                         arguments.pressure_Pa > 0.0,
@@ -113,7 +113,7 @@ void holdToCap(const SolveArguments& arguments, Solution& solution)
                  solution.sequence);
 }
 
-/// The drives, and the fields as they play them.
+/// Encodes the drives and replaces the fields by those that the drives play.
 void encodeFields(Solution& solution)
 {
     for (Eigen::VectorXcf& q : solution.sequence.fields)
@@ -124,7 +124,7 @@ void encodeFields(Solution& solution)
     }
 }
 
-/// |p| at the points in double, each in the field that is for it.
+/// Computes |p| at the points in double, each in the field made for it.
 void measure(Solution& solution)
 {
     const haptics::FieldSequence& sequence = solution.sequence;
@@ -142,7 +142,7 @@ void measure(Solution& solution)
     }
 }
 
-/// Targets in Pa: as they are, or at the level that was reached.
+/// Computes targets in Pa; relative ones at the level that was reached.
 void fitTargets(Solution& solution)
 {
     const Eigen::VectorXd& a = solution.points.targets;
@@ -162,7 +162,7 @@ void measureSurface(const SolveArguments& arguments, Solution& solution)
         options);
 }
 
-/// The field, or the first of those in turn that has points.
+/// Certifies the field, or the first of the fields in turn that has points.
 void certify(Solution& solution)
 {
     const haptics::FieldSequence& sequence = solution.sequence;
@@ -191,7 +191,7 @@ Solution solveAll(const SolveArguments& arguments)
     holdToCap(arguments, solution);
     encodeFields(solution);
     measure(solution);
-    // A solver has rated its own field already; not what became of several, or under the cap.
+    // A solver rates only its own field, not several fields or the effect of a cap.
     if (solution.sequence.report.capFactor < 1.0 || !solution.sequence.isHeld())
         haptics::rateLevel(solution.points, solution.achieved_Pa.cast<float>(), report);
     fitTargets(solution);

@@ -13,20 +13,21 @@
 namespace midair::samples
 {
 
-/// Everything that is written, kept together until the files are.
+/// All results that are written to files.
 struct Solution
 {
     SolveScene scene;
-    haptics::FieldSequence sequence;          ///< as the drives that are written play it
-    std::vector<device::DriveSignal> signals; ///< one a field
-    haptics::ControlPoints points;            ///< of the sequence
-    Eigen::VectorXd
-        achieved_Pa;           ///< n, in double from the encoded drive; in the field for the point
-    Eigen::VectorXd target_Pa; ///< n; relative targets at the level that was reached
+    haptics::FieldSequence sequence;          ///< as the written drives play it
+    std::vector<device::DriveSignal> signals; ///< one per field
+    haptics::ControlPoints points;            ///< points of the sequence
+    /// n, computed in double from the encoded drive; each point in the field made for it
+    Eigen::VectorXd achieved_Pa;
+    Eigen::VectorXd target_Pa; ///< n; relative targets are at the level that was reached
     SummaryParts parts;
 };
 
-/// Samples, selects, composes, caps, measures. Throws base::InputError.
+/// Samples the model, selects points, composes the fields, applies the cap and measures the result.
+/// Throws base::InputError.
 Solution solveAll(const SolveArguments& arguments);
 
 } // namespace midair::samples

@@ -60,7 +60,7 @@ parseCell(const std::string& path, int line, const std::string& column, const st
     return value;
 }
 
-/// Which cell of a row holds x_m, y_m, z_m, nx, ny, nz and the target, in this order.
+/// Cells of a row that hold x_m, y_m, z_m, nx, ny, nz and the target, in this order.
 struct Columns
 {
     std::array<std::size_t, 7> cell{};

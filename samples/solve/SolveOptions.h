@@ -14,7 +14,7 @@ class App;
 namespace midair::samples
 {
 
-/// What the command line asks for; every length in metres.
+/// Options of midair-solve; lengths in metres.
 struct SolveArguments
 {
     std::string model;

@@ -14,32 +14,33 @@
 namespace midair::samples
 {
 
-/// What is to be felt, and in which array.
+/// Input of a solve: the array, the air and the model.
 struct SolveScene
 {
     haptics::TransducerArray array;
     haptics::Medium medium;
-    haptics::TriangleMesh mesh; ///< metres; empty where the points come from a file
+    haptics::TriangleMesh mesh; ///< metres; empty if the points come from a file
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array
 
     double wavelength_m() const { return medium.wavelength(array.frequency_Hz); }
 };
 
-/// Array, air and model that \a arguments name. Throws base::InputError.
+/// Loads the array, air and model that \a arguments name. Throws base::InputError.
 SolveScene loadScene(const SolveArguments& arguments);
 
-/// Control points in the array frame, a set for each field of a cycle; what the array can't reach
-/// is left out and told on standard error. Throws base::InputError.
+/// Returns control points in the array frame, a set for each field of a cycle. Points that the
+/// array can't reach are left out, with a message on standard error. Throws base::InputError.
 std::vector<haptics::ControlPoints> pointSets(const SolveArguments& arguments,
                                               const SolveScene& scene);
 
-/// The model's feature edges in the array frame, their targets the pressure asked for or 1. Those
-/// that are not whole within the array's reach are left out and told; \a any says whether there
-/// were some. Throws base::InputError.
+/// Returns the model's feature edges in the array frame, with the wanted pressure or 1 as targets.
+/// Edges that are not entirely within the array's reach are left out, with a message; \a any is
+/// true if the model has edges. Throws base::InputError.
 std::vector<haptics::Outline>
 modelOutlines(const SolveArguments& arguments, const SolveScene& scene, bool& any);
 
-/// Samples of what is to be felt, a fifth of a wavelength apart at most, near \a points (3 x n).
+/// Returns samples of the felt surface near \a points (3 x n), at most a fifth of a wavelength
+/// apart.
 Eigen::Matrix3Xd feltSurface(const SolveArguments& arguments,
                              const Eigen::Matrix3Xd& points,
                              const SolveScene& scene);

@@ -1,5 +1,5 @@
-// midair-solve: a model (or a list of points) in, the drive of the array and the field it makes
-// out; needs no scene.
+// midair-solve: computes the drive of the array, and the field that it makes, for a model or a list
+// of points, without a scene.
 
 #include "haptics/base/InputError.h"
 #include "samples/solve/Picture.h"

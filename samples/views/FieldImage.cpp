@@ -31,7 +31,7 @@ constexpr float kTextSize = 17.0F;
 const osg::Vec4 kInk(0.10F, 0.10F, 0.12F, 1.0F);
 const osg::Vec4 kPaper(1.0F, 1.0F, 1.0F, 1.0F);
 
-/// |p| through the colour map, a texel a sample.
+/// Returns |p| in the colour map, one texel per sample.
 osg::ref_ptr<osg::Image> colored(const FieldImage& image, float largest)
 {
     osg::ref_ptr<osg::Image> picture = new osg::Image;
@@ -46,7 +46,8 @@ osg::ref_ptr<osg::Image> colored(const FieldImage& image, float largest)
     return picture;
 }
 
-/// Colour of point \a l: achieved over wanted, or light where that is not known.
+/// Returns the colour of point \a l for achieved over wanted pressure, or a light grey if that is
+/// not known.
 osg::Vec4 pointColor(const FieldImage& image, int l)
 {
     if (image.achieved_Pa.size() != image.points.size() || image.level_Pa <= 0.0)
@@ -58,7 +59,7 @@ osg::Vec4 pointColor(const FieldImage& image, int l)
             1.0F};
 }
 
-/// From the array frame to the picture.
+/// Maps the array frame to the picture.
 class PlaneMap
 {
 public:
@@ -90,8 +91,8 @@ private:
     float _scale;
 };
 
-/// An axis' name, and where the grid's corner lies on it (m): the array's own axis where the edge
-/// runs along it, else distance from the middle of the slice.
+/// Name of an axis and the position of the grid's corner on it (m): an axis of the array if the
+/// edge is parallel to it, otherwise the distance from the middle of the slice.
 struct Axis
 {
     std::string name;
@@ -178,8 +179,8 @@ osg::ref_ptr<osg::Node> drawing(const FieldImage& image, int& width, int& height
                    map(image.outline.col(s + 1)),
                    1.6F,
                    {1.0F, 1.0F, 1.0F, 0.9F});
-    const double near =
-        0.5 * 343.0 / 40e3; // half a wavelength off the plane a point is no longer in the picture
+    // Points more than half a wavelength from the plane are not drawn.
+    const double near = 0.5 * 343.0 / 40e3;
     for (int l = 0; l < image.points.size(); ++l)
     {
         const Eigen::Vector3d point = image.points.positions.col(l);
@@ -207,8 +208,8 @@ osg::ref_ptr<osg::Node> drawing(const FieldImage& image, int& width, int& height
     return group;
 }
 
-/// The slice alone, enlarged to about the size of the figure, control points as white squares with
-/// a dark rim.
+/// Returns only the slice, enlarged to about the size of the figure, with control points as white
+/// squares with a dark rim.
 osg::ref_ptr<osg::Image> withoutText(const FieldImage& image)
 {
     const float largest = std::max(image.pressure_Pa.cwiseAbs().maxCoeff(), 1e-6F);
@@ -264,8 +265,8 @@ haptics::FieldGrid bestSlice(const haptics::ControlPoints& points, double margin
         centre = points.positions.rowwise().mean();
         const Eigen::Matrix3Xd d = points.positions.colwise() - centre;
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(d * d.transpose());
-        // Flat or nearly so: across the thinnest direction, else the array frame's own plane that
-        // the points fill best.
+        // For flat or nearly flat points the normal is their thinnest direction, otherwise an axis
+        // of the array frame.
         Eigen::Vector3d normal = spread.eigenvectors().col(0);
         if (spread.eigenvalues()[0] > 0.25 * spread.eigenvalues()[1])
         {
@@ -273,13 +274,13 @@ haptics::FieldGrid bestSlice(const haptics::ControlPoints& points, double margin
             d.cwiseAbs().rowwise().maxCoeff().minCoeff(&thinnest);
             normal = Eigen::Vector3d::Unit(thinnest);
         }
-        // Where most points are, not in between: a raised middle doesn't pull the slice off the
+        // The median puts the slice where most points are: a raised middle doesn't move it off the
         // outline.
         Eigen::VectorXd heights = normal.transpose() * d;
         std::nth_element(heights.begin(), heights.begin() + heights.size() / 2, heights.end());
         centre += normal * heights[heights.size() / 2];
-        // Edges as near to the array's axes as the plane allows, so that pictures of neighbouring
-        // frames look alike.
+        // The edges are as parallel to the array's axes as the plane allows, so that pictures of
+        // successive frames look alike.
         int steepest = 0;
         normal.cwiseAbs().maxCoeff(&steepest);
         const Eigen::Vector3d first = Eigen::Vector3d::Unit(steepest == 0 ? 2 : 0);
@@ -287,7 +288,7 @@ haptics::FieldGrid bestSlice(const haptics::ControlPoints& points, double margin
         u = (first - first.dot(normal) * normal).normalized();
         v = normal.cross(u);
         if (v.dot(second) < 0.0) v = -v;
-        // A single point or a line leaves room for its side lobes.
+        // The margin leaves room for the side lobes of a single point or a line.
         half = Eigen::Vector2d((u.transpose() * d).cwiseAbs().maxCoeff(),
                                (v.transpose() * d).cwiseAbs().maxCoeff()) +
                Eigen::Vector2d::Constant(margin_m);
@@ -310,7 +311,8 @@ Eigen::Matrix3Xd outlineInPlane(const haptics::TriangleMesh& mesh,
         (normal.transpose() * (vertices.colwise() - grid.corner)).transpose();
     const double flat = 1e-6 + 1e-4 * mesh.extent().maxCoeff();
     std::vector<Eigen::Vector3d> ends;
-    std::map<std::pair<int, int>, int> edgesInPlane; // used by how many triangles of the plane
+    // Number of triangles of the plane that use each edge.
+    std::map<std::pair<int, int>, int> edgesInPlane;
     for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t)
     {
         std::vector<Eigen::Vector3d> crossings;

@@ -45,7 +45,7 @@ public:
         getState()->setContextID(createNewContextID());
     }
 
-    /// Empty on success.
+    /// Returns an error message; empty on success.
     std::string open()
     {
         const auto getPlatformDisplay = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(
