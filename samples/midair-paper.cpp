@@ -2,6 +2,7 @@
 // figures, draws the fields.
 
 #include "device/drive/DriveEncoder.h"
+#include "haptics/base/DutyLaw.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/ReferencePropagation.h"
@@ -132,7 +133,7 @@ private:
 void focus(const PaperArray& paper, const std::string& folder)
 {
     const Field field = paper.solve(Vector3d::Zero(), haptics::solverNames().front(), true);
-    const double level32 = std::sin(M_PI * 32.0 / 510.0);
+    const double level32 = base::dutyAmplitude(32);
     std::printf("One focus at the centre\n");
     std::printf("  full drive           %.2f kPa rms; all waves in phase: %.2f kPa\n",
                 1e-3 * paper.rms_Pa(field.achieved_Pa[0]),

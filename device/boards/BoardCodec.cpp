@@ -1,6 +1,7 @@
 #include "device/boards/BoardCodec.h"
 
 #include "haptics/base/DutyLaw.h"
+#include "haptics/base/Units.h"
 
 #include <cmath>
 
@@ -15,7 +16,8 @@ int delaySteps(int phase, int steps)
 
 std::complex<float> pulseActivation(double delay_turns, double duty)
 {
-    return std::complex<float>(std::polar(base::pulseAmplitude(duty, 1), -2 * M_PI * delay_turns));
+    return std::complex<float>(
+        std::polar(base::pulseAmplitude(duty, 1), -base::kTwoPi * delay_turns));
 }
 
 double BoardCodec::fieldsPerSecond(int transducers) const

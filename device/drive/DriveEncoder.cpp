@@ -2,6 +2,7 @@
 
 #include "device/drive/EncoderKernels.h"
 #include "haptics/base/DutyLaw.h"
+#include "haptics/base/Units.h"
 
 #include <algorithm>
 #include <array>
@@ -20,7 +21,7 @@ std::array<std::complex<float>, 256> makePhasors()
 {
     std::array<std::complex<float>, 256> phasors;
     for (int level = 0; level < 256; ++level)
-        phasors[level] = std::complex<float>(std::polar(1.0, 2 * M_PI * level / 256.0));
+        phasors[level] = std::complex<float>(std::polar(1.0, base::kTwoPi * level / 256.0));
     return phasors;
 }
 

@@ -1,5 +1,7 @@
 #include "device/drive/EncoderKernels.h"
 
+#include "haptics/base/DutyLaw.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -10,7 +12,7 @@ namespace midair::device::MIDAIR_SET
 namespace
 {
 
-constexpr float kPi = 3.14159265358979F;
+constexpr auto kPi = static_cast<float>(base::kPi);
 
 // atan t, 0 <= t <= 1, error below 2e-8: Abramowitz and Stegun, 4.4.49.
 inline __attribute__((always_inline)) float atanOfRatio(float t)
@@ -54,8 +56,8 @@ void encodeLevels(const float* __restrict q,
                   std::uint8_t* __restrict duty)
 {
     constexpr float kLevelsPerRadian = 128.0F / kPi;
-    constexpr float kDutiesPerRadian = 510.0F / kPi; // base::kDutyPeriod
-    constexpr float kOverBorder = 1.0000047436F;     // 1 / cos(pi/1020)
+    constexpr float kDutiesPerRadian = base::kDutyPeriod / kPi;
+    constexpr float kOverBorder = 1.0000047436F; // 1 / cos(pi/1020)
     for (int i = 0; i < m; ++i)
     {
         const float re = q[2 * i];

@@ -9,6 +9,8 @@
 namespace midair::device
 {
 
+// A kernel is called like a function, and named like one.
+// NOLINTBEGIN(readability-identifier-naming)
 /// Computes the phase and duty levels of m activations, given as real and imaginary parts in turn,
 /// all finite: the levels nearest to the phase and to the amplitude (clipped at 1). Within 1e-4 of
 /// a phase level, or 1e-2 of an amplitude level, of the middle between two levels it may be either.
@@ -18,5 +20,6 @@ extern const base::Kernel<void(const float* q, int m, std::uint8_t* phase, std::
 
 /// Returns true if none of \a count values is infinite or NaN.
 extern const base::Kernel<bool(const float* values, int count)> allFinite;
+// NOLINTEND(readability-identifier-naming)
 
 } // namespace midair::device

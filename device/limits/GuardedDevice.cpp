@@ -6,6 +6,7 @@
 #include "device/drive/DriveEncoder.h"
 #include "haptics/base/DutyLaw.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Range.h"
 
 #include <algorithm>
 #include <array>
@@ -41,11 +42,18 @@ double peakAmplitude(const DriveSignal& signal)
                : amplitudeLevels()[*std::max_element(signal.duty.begin(), signal.duty.end())];
 }
 
-void require(bool good, const char* name, double value, const char* range)
+void checkLimits(const SafetyLimits& limits)
 {
-    if (!good)
-        throw DeviceError(std::string("device limits: ") + name + " is " +
-                          base::shortNumber(value) + ", should be " + range);
+    std::string error;
+    const bool good = base::RangeCheck("device limits: ")
+                          .within("maxAmplitude", limits.maxAmplitude, 0, 1)
+                          .within("ramp", limits.ramp_s, 0, 10, " s")
+                          .within("meanDrive", limits.meanDrive, 0, 1)
+                          .above("meanDriveTime", limits.meanDriveTime_s, 0, " s")
+                          .atLeast("hold", limits.hold_s, 0, " s")
+                          .within("maxPressure", limits.maxPressure_Pa, 0, kMostPressure_Pa, " Pa")
+                          .passed(&error);
+    if (!good) throw DeviceError(error);
 }
 
 } // namespace
@@ -92,19 +100,7 @@ GuardedDevice::GuardedDevice(std::unique_ptr<ArrayDevice> device,
     _limits(limits),
     _transducers(transducers)
 {
-    require(limits.maxAmplitude >= 0 && limits.maxAmplitude <= 1,
-            "maxAmplitude",
-            limits.maxAmplitude,
-            "0 to 1");
-    require(limits.ramp_s >= 0 && limits.ramp_s <= 10, "ramp", limits.ramp_s, "0 to 10 s");
-    require(
-        limits.meanDrive >= 0 && limits.meanDrive <= 1, "meanDrive", limits.meanDrive, "0 to 1");
-    require(limits.meanDriveTime_s > 0, "meanDriveTime", limits.meanDriveTime_s, "more than 0 s");
-    require(limits.hold_s >= 0, "hold", limits.hold_s, "0 or more");
-    require(limits.maxPressure_Pa >= 0 && limits.maxPressure_Pa <= kMostPressure_Pa,
-            "maxPressure",
-            limits.maxPressure_Pa,
-            "0 (none) to 1e6 Pa");
+    checkLimits(limits);
     _accounted_s = base::steadySeconds();
     if (limitsNeedTime()) _thread = std::thread([this] { run(); });
 }

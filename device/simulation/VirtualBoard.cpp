@@ -1,5 +1,7 @@
 #include "device/simulation/VirtualBoard.h"
 
+#include "haptics/base/Units.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -24,7 +26,8 @@ std::complex<float> fundamental(const std::vector<bool>& period)
     bool silent = true;
     for (std::size_t k = 0; k < period.size(); ++k)
     {
-        const std::complex<double> turn = std::polar(1.0, -2 * M_PI * static_cast<double>(k) / n);
+        const std::complex<double> turn =
+            std::polar(1.0, -base::kTwoPi * static_cast<double>(k) / n);
         if (period[k]) sum += turn;
         if (k < period.size() / 2) full += turn;
         silent = silent && period[k] == period[0]; // always on is as silent as always off

@@ -1,5 +1,7 @@
 #include "engine-bridge/bodies/RigidBodyStepper.h"
 
+#include "haptics/base/text/Range.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -27,21 +29,19 @@ Eigen::Isometry3d toEigen(const btTransform& transform)
 
 } // namespace
 
-bool StepperOptions::isValid(const char** error) const
+bool StepperOptions::isValid(std::string* error) const
 {
-    const char* wrong = nullptr;
-    if (!(step_s > 0.0 && std::isfinite(step_s))) wrong = "StepperOptions: step_s must be over 0";
-    if (!(catchUp_s >= step_s && std::isfinite(catchUp_s)))
-        wrong = "StepperOptions: catchUp_s must be at least step_s";
-    if (wrong && error) *error = wrong;
-    return !wrong;
+    return midair::base::RangeCheck("StepperOptions: ")
+        .above("step_s", step_s, 0.0)
+        .atLeast("catchUp_s", catchUp_s, step_s)
+        .passed(error);
 }
 
 RigidBodyStepper::RigidBodyStepper(btDynamicsWorld& world, const StepperOptions& options) :
     _world(world),
     _options(options)
 {
-    const char* error = nullptr;
+    std::string error;
     if (!options.isValid(&error)) throw std::invalid_argument(error);
 }
 

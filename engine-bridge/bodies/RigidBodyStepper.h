@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 class btDynamicsWorld;
@@ -21,7 +22,7 @@ struct StepperOptions
     double catchUp_s = 0.25;
     bool interpolate = true; ///< poses between the last two steps; false: of the last step
 
-    bool isValid(const char** error = nullptr) const;
+    bool isValid(std::string* error = nullptr) const;
 };
 
 /// Steps a Bullet world by whole steps of equal length, so that where bodies are depends on the

@@ -4,6 +4,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Range.h"
 #include "haptics/base/threads/ThreadPool.h"
 
 #include <algorithm>
@@ -20,35 +21,24 @@ constexpr int kMostFieldsInTurn = 256; // steps between them included
 
 bool HologramOptions::isValid(std::string* error) const
 {
-    auto fail = [error](const std::string& what)
-    {
-        if (error) *error = what;
-        return false;
-    };
     if (array.size() == 0)
-        return fail("array \"" + array.name + "\" has no transducers, should have at least one");
-    if (!medium.isValid(error)) return false;
-    if (!(motionTolerance >= 0.0))
-        return fail("motionTolerance is " + base::shortNumber(motionTolerance) +
-                    " wavelengths, should be at least 0");
-    if (maxPoints < 0)
-        return fail("maxPoints is " + std::to_string(maxPoints) + ", should be at least 0");
-    if (!(maxPressure_Pa >= 0.0 && maxPressure_Pa <= base::kMostPressure_Pa))
-        return fail("maxPressure_Pa is " + base::shortNumber(maxPressure_Pa) +
-                    ", should be 0 (none) to 1e6");
-    if (!(maxAmplitude >= 0.0 && maxAmplitude <= 1.0))
-        return fail("maxAmplitude is " + std::to_string(maxAmplitude) + ", should be 0 to 1");
-    if (cycle < 1 || cycle > base::kMostCycle)
-        return fail("cycle is " + std::to_string(cycle) + " fields, should be 1 to 64");
-    if (cycleSteps < 0 || cycleSteps > base::kMostCycleSteps)
-        return fail("cycleSteps is " + std::to_string(cycleSteps) + ", should be 0 to 16");
-    if (subsets < 1 || subsets > base::kMostSubsets)
-        return fail("subsets is " + std::to_string(subsets) + ", should be 1 to 64");
-    if (!(monitorInterval_s >= 0.0 && monitorInterval_s <= base::kMostMonitorInterval_s))
-        return fail("monitorInterval_s is " + base::shortNumber(monitorInterval_s) +
-                    ", should be 0 (never) to 1e6");
-    if (!modulation.isValid(error)) return false;
-    return solverOptions.isValid(error);
+    {
+        if (error)
+            *error = "array \"" + array.name + "\" has no transducers; it must have at least one";
+        return false;
+    }
+    return medium.isValid(error) &&
+           base::RangeCheck()
+               .atLeast("motionTolerance", motionTolerance, 0.0, " wavelengths")
+               .atLeast("maxPoints", maxPoints, 0.0)
+               .within("maxPressure_Pa", maxPressure_Pa, 0.0, base::kMostPressure_Pa)
+               .within("maxAmplitude", maxAmplitude, 0.0, 1.0)
+               .within("cycle", cycle, 1.0, base::kMostCycle, " fields")
+               .within("cycleSteps", cycleSteps, 0.0, base::kMostCycleSteps)
+               .within("subsets", subsets, 1.0, base::kMostSubsets)
+               .within("monitorInterval_s", monitorInterval_s, 0.0, base::kMostMonitorInterval_s)
+               .passed(error) &&
+           modulation.isValid(error) && solverOptions.isValid(error);
 }
 
 void keepToLimits(HologramOptions& options, base::MessageLog& messages)

@@ -2,6 +2,7 @@
 
 #include "device/drive/DriveEncoder.h"
 #include "device/limits/GuardedDevice.h"
+#include "haptics/base/DutyLaw.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/propagation/PressureField.h"
@@ -106,7 +107,7 @@ Eigen::MatrixXcf pressureOfParts(const PressureCap::Where& where,
 // to one of its amplitudes.
 float coarsestStep(const std::vector<float>& amplitudes)
 {
-    constexpr auto kDutyStep = static_cast<float>(M_PI / 510.0); // sin's steepest
+    constexpr auto kDutyStep = static_cast<float>(base::kPi / base::kDutyPeriod); // sin's steepest
     float step = 0.0f;
     for (std::size_t i = 1; i < amplitudes.size(); ++i)
         step = std::max(step, amplitudes[i] - amplitudes[i - 1]);

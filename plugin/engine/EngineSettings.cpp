@@ -111,7 +111,7 @@ midair::bridge::HologramOptions HapticEngine::hologramOptions() const
     options.solver = _settings.solver;
     options.solverOptions.maxIterations = _settings.maxIterations;
     options.solverOptions.rmsTolerance = _settings.rmsTolerance;
-    options.solverOptions.deadline_ms = _settings.deadline;
+    options.solverOptions.deadline_ms = _settings.deadline_ms;
     options.solverOptions.lambdaRel = _settings.lambda;
     options.solverOptions.loudness = _settings.loudness;
     options.solverOptions.phaseOnly = _settings.phaseOnly;

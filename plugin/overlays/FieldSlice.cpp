@@ -1,6 +1,7 @@
 #include "plugin/overlays/FieldSlice.h"
 
 #include "engine-bridge/pipeline/HologramResult.h"
+#include "haptics/base/Units.h"
 #include "plugin/overlays/DiscGeometry.h"
 
 #include <osgMidair/ColorMap>
@@ -38,7 +39,8 @@ double kernel(double x, double half)
     if (std::abs(x) >= half) return 0.0;
     const double window =
         bessel0(kBeta * std::sqrt(1.0 - (x / half) * (x / half))) / bessel0(kBeta);
-    return window * (std::abs(x) < 1e-9 ? 1.0 : std::sin(M_PI * x) / (M_PI * x));
+    return window *
+           (std::abs(x) < 1e-9 ? 1.0 : std::sin(midair::base::kPi * x) / (midair::base::kPi * x));
 }
 
 /// Position of a texel in its row, -1 .. 1.

@@ -1,3 +1,4 @@
+#include "haptics/base/Units.h"
 #include "haptics/base/text/PlainText.h"
 #include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/OverlayKinds.h"
@@ -222,7 +223,7 @@ void HandsOverlay::Part::setHands(const std::vector<midair::bridge::HandCapsule>
         mark->hand = contact.hand;
         mark->bone = contact.bone;
         mark->place = osgVec(contact.position);
-        mark->radius_m = std::clamp(std::sqrt(contact.overlap_m2 / M_PI), 3e-3, 15e-3);
+        mark->radius_m = std::clamp(std::sqrt(contact.overlap_m2 / midair::base::kPi), 3e-3, 15e-3);
         mark->force_N = contact.force_N;
         mark->seen_s = time_s;
     }

@@ -23,11 +23,11 @@ template<typename T>
 class Row
 {
 public:
-    Row(const char* name, Member<T> member, std::string help, int since = 1)
+    Row(const char* name, Member<T> member, const std::string& help, int since = 1)
     {
         _setting.name = name;
         _setting.member = member;
-        _setting.help = std::move(help);
+        _setting.help = help;
         _setting.since = since;
     }
     Row& range(double low, double high, const char* unit = "")
@@ -42,9 +42,9 @@ public:
         _setting.range.orZero = true;
         return *this;
     }
-    Row& words(std::vector<Word> words)
+    Row& words(const std::vector<Word>& words)
     {
-        _setting.words = std::move(words);
+        _setting.words = words;
         return *this;
     }
     Row& stored(const char* name)
@@ -124,7 +124,7 @@ std::vector<Setting<S>> solving()
             .range(0, 1000000),
         Row<S>("rmsTolerance", &S::rmsTolerance, "relative error at which the solver stops")
             .range(0.0, 1.0),
-        Row<S>("deadline", &S::deadline, "for a solve; 0: none").range(0.0, 1e6, "ms"),
+        Row<S>("deadline", &S::deadline_ms, "for a solve; 0: none").range(0.0, 1e6, "ms"),
         Row<S>("lambda", &S::lambda, "regularisation, relative to trace(K)/n").range(0.0, kNoEnd),
         Row<S>("loudness",
                &S::loudness,

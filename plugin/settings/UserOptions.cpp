@@ -1,5 +1,6 @@
 #include "plugin/settings/UserOptions.h"
 
+#include "device/ArrayDevice.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/Grants.h"
 #include "plugin/settings/SettingTable.h"
@@ -80,12 +81,11 @@ void makeWishes(HapticSettings& settings, const std::string& folder)
 
 std::string cutListWarning(const std::string& word)
 {
-    static const char* const schemes[] = {
-        "sim:", "null:", "usb:", "record:", "play:", "sonicsurface:", "ultraino:", "openmpd:"};
-    const bool isDevice = std::any_of(std::begin(schemes),
-                                      std::end(schemes),
+    const std::vector<std::string> schemes = midair::device::deviceSchemes();
+    const bool isDevice = std::any_of(schemes.begin(),
+                                      schemes.end(),
                                       [&word](const std::string& scheme)
-                                      { return word.compare(0, scheme.size(), scheme) == 0; });
+                                      { return word.rfind(scheme + ":", 0) == 0; });
     if (!isDevice) return {};
     return "\"" + word +
            "\" stands alone and is not used: a list of devices has to be in quotes, "

@@ -1,6 +1,7 @@
 #include "samples/demo/DemoObject.h"
 
 #include "engine-bridge/scene/MeshExtractor.h"
+#include "haptics/base/Units.h"
 #include "plugin/overlays/DiscGeometry.h"
 
 #include <osg/ComputeBoundsVisitor>
@@ -70,7 +71,7 @@ osg::ref_ptr<osg::Vec3Array> featureEdges(const haptics::TriangleMesh& mesh, boo
             if (from != to) edges[std::minmax(from, to)].push_back(normal.normalized());
         }
     }
-    const double sharp = std::cos(35.0 * M_PI / 180.0);
+    const double sharp = std::cos(midair::base::toRadians(35.0));
     osg::ref_ptr<osg::Vec3Array> lines = new osg::Vec3Array;
     for (const auto& [edge, normals] : edges)
         if (normals.size() == 1 || (normals.size() == 2 && normals[0].dot(normals[1]) < sharp))

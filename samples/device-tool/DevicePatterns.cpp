@@ -1,6 +1,7 @@
 #include "device/drive/DriveEncoder.h"
 #include "engine-bridge/playing/PressureCap.h"
 #include "haptics/array/Medium.h"
+#include "haptics/base/DutyLaw.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "samples/device-tool/DeviceTool.h"
 
@@ -30,8 +31,7 @@ DriveSignal off(int transducers)
 
 std::uint8_t dutyOf(double amplitude)
 {
-    return static_cast<std::uint8_t>(
-        std::lround(510 / M_PI * std::asin(std::clamp(amplitude, 0.0, 1.0))));
+    return static_cast<std::uint8_t>(std::lround(base::dutyLevel(std::clamp(amplitude, 0.0, 1.0))));
 }
 
 // All transducers in phase at a point: q_i = e^{+jk |r - r_i|}, so that all arrive with the same
@@ -103,7 +103,7 @@ int playCircle(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
     const auto device = open(options, array);
-    const double k = 2 * M_PI * array.frequency_Hz / haptics::Medium{}.soundSpeed();
+    const double k = base::kTwoPi * array.frequency_Hz / haptics::Medium{}.soundSpeed();
     const Eigen::Vector3d axis = array.normals.rowwise().mean();
     const Eigen::Vector3d centre =
         array.positions.rowwise().mean() + (axis.norm() > 0.5 ? 0.15 : 0.0) * axis.normalized();
@@ -123,7 +123,7 @@ int playCircle(const DeviceOptions& options)
     const double start_s = base::steadySeconds();
     for (int i = 0; goesOn(start_s + options.seconds, *device); ++i)
     {
-        const double angle = 2 * M_PI * options.turnsPerSecond * i / options.rate_Hz;
+        const double angle = base::kTwoPi * options.turnsPerSecond * i / options.rate_Hz;
         const Eigen::Matrix3Xd point =
             centre + options.radius_m * (std::cos(angle) * a + std::sin(angle) * b);
         focus(array, k, point, options.amplitude, signal);

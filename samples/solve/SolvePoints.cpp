@@ -2,6 +2,7 @@
 
 #include "device/drive/DriveEncoder.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 #include "haptics/points/ControlPointSelector.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/surface/FeatureChains.h"
@@ -23,7 +24,7 @@ constexpr int kMostPoints = 2000; // of a model or a file
 Eigen::Isometry3d poseOf(const SolveArguments& arguments)
 {
     const auto angle = [&](int axis)
-    { return arguments.rotation_deg[static_cast<std::size_t>(axis)] * M_PI / 180.0; };
+    { return base::toRadians(arguments.rotation_deg[static_cast<std::size_t>(axis)]); };
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.translate(
         Eigen::Vector3d(arguments.position[0], arguments.position[1], arguments.position[2]));

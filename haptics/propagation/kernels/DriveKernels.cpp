@@ -1,3 +1,4 @@
+#include "haptics/base/Units.h"
 #include "haptics/propagation/kernels/KernelTools.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
 
@@ -45,7 +46,7 @@ void quantisePhase(
 DriveDifference compareDrives(
     int width, const float* qRe, const float* qIm, const float* beforeRe, const float* beforeIm)
 {
-    constexpr float kTwoPi = 6.2831853f;
+    constexpr auto kTwoPi = static_cast<float>(base::kTwoPi);
     width &= ~(kLanes - 1);
     float steps = 0, change = 0, power = 0;
 #pragma omp simd aligned(qRe, qIm, beforeRe, beforeIm : 64) reduction(+ : steps, change, power)

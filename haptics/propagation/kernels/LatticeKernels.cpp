@@ -1,5 +1,6 @@
 #include "haptics/propagation/kernels/LatticeKernels.h"
 
+#include "haptics/base/Units.h"
 #include "haptics/propagation/kernels/KernelTools.h"
 
 #include <algorithm>
@@ -11,7 +12,7 @@ namespace midair::haptics::kernels::MIDAIR_SET
 namespace
 {
 
-constexpr float kTwoPi = 6.28318530718f;
+constexpr auto kTwoPi = static_cast<float>(base::kTwoPi);
 
 /// Complex numbers, one a source.
 struct Column

@@ -33,6 +33,8 @@ struct LatticeTile
     float beta; ///< attenuation, Np a wavelength
 };
 
+// A kernel is called like a function, and named like one.
+// NOLINTBEGIN(readability-identifier-naming)
 /// Adds the sources' waves to \a sums, a real and an imaginary part a sample: within 1e-2 of the
 /// sum of the waves' amplitudes for sources that are at least two wavelengths and four of the
 /// tile's half diagonals away.
@@ -42,5 +44,6 @@ extern const base::Kernel<void(const LatticeSources& sources, const LatticeTile&
 /// The least squared distance from \a middle of all sources, to 5e-7 of the largest coordinate's
 /// square.
 extern const base::Kernel<float(const LatticeSources& sources, const float* middle)> nearestSquared;
+// NOLINTEND(readability-identifier-naming)
 
 } // namespace midair::haptics::kernels

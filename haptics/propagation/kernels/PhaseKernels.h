@@ -19,6 +19,8 @@ struct HermitianView
 
 constexpr int kPhaseLanes = 16; ///< floats in the widest register
 
+// A kernel is called like a function, and named like one.
+// NOLINTBEGIN(readability-identifier-naming)
 /// K += G G* over one block of a propagation matrix, lower triangle (k >= l) only, columns of \a
 /// stride. G holds n rows of [re width][im width]; sums over a block are float, between blocks
 /// double: K_kl within 1e-5 of sum_i |G_ki G_li|, width <= 512.
@@ -59,5 +61,6 @@ extern const base::Kernel<int(int n,
                               const float* pIm,
                               const float* wanted)>
     bestTurn;
+// NOLINTEND(readability-identifier-naming)
 
 } // namespace midair::haptics::kernels

@@ -109,6 +109,9 @@ using BuildRows = base::Kernel<void(const BlockGeometry& block,
                                     const Model& D,
                                     const FixedRows& rows,
                                     float* sums)>;
+
+// A kernel is called like a function, and named like one.
+// NOLINTBEGIN(readability-identifier-naming)
 extern const BuildRows<DirectivityCubic> buildCubic;
 extern const BuildRows<DirectivityTable> buildTable;
 extern const BuildRows<DirectivityPoint> buildPoint;
@@ -231,5 +234,6 @@ extern const base::Kernel<InnerProduct(
 extern const base::Kernel<void(int width, float re, float im, float* qRe, float* qIm),
                           void(int width, const float* factor, float* qRe, float* qIm)>
     scaleBy;
+// NOLINTEND(readability-identifier-naming)
 
 } // namespace midair::haptics::kernels

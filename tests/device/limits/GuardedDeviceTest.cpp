@@ -263,23 +263,23 @@ TEST(GuardedDevice, names_limits_that_are_out_of_range)
 {
     SafetyLimits limits;
     limits.maxAmplitude = 1.5;
-    EXPECT_EQ(limitsError(limits), "device limits: maxAmplitude is 1.5, should be 0 to 1");
+    EXPECT_EQ(limitsError(limits), "device limits: maxAmplitude is 1.5; it must be within 0 .. 1");
     limits = {};
     limits.ramp_s = -1;
-    EXPECT_EQ(limitsError(limits), "device limits: ramp is -1, should be 0 to 10 s");
+    EXPECT_EQ(limitsError(limits), "device limits: ramp is -1 s; it must be within 0 .. 10");
     limits = {};
     limits.meanDrive = std::nan("");
-    EXPECT_EQ(limitsError(limits), "device limits: meanDrive is nan, should be 0 to 1");
+    EXPECT_EQ(limitsError(limits), "device limits: meanDrive is nan; it must be within 0 .. 1");
     limits = {};
     limits.meanDriveTime_s = 0;
-    EXPECT_EQ(limitsError(limits), "device limits: meanDriveTime is 0, should be more than 0 s");
+    EXPECT_EQ(limitsError(limits), "device limits: meanDriveTime is 0 s; it must be above 0");
     limits = {};
     limits.hold_s = -1;
-    EXPECT_EQ(limitsError(limits), "device limits: hold is -1, should be 0 or more");
+    EXPECT_EQ(limitsError(limits), "device limits: hold is -1 s; it must be at least 0");
     limits = {};
     limits.maxPressure_Pa = -1;
     EXPECT_EQ(limitsError(limits),
-              "device limits: maxPressure is -1, should be 0 (none) to 1e6 Pa");
+              "device limits: maxPressure is -1 Pa; it must be within 0 .. 1e+06");
 }
 
 TEST(GuardedDevice, takes_the_stricter_of_program_and_uri)

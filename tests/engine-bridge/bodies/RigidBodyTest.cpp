@@ -151,7 +151,7 @@ TEST(RigidBodyStepper, WrongOptionsAreNamed)
     }
     catch (const std::invalid_argument& error)
     {
-        EXPECT_STREQ(error.what(), "StepperOptions: step_s must be over 0");
+        EXPECT_STREQ(error.what(), "StepperOptions: step_s is 0; it must be above 0");
     }
 }
 

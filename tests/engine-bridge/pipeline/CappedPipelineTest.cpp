@@ -159,5 +159,5 @@ TEST(CappedPipeline, AnOptionOutOfRangeIsNamed)
     HologramOptions options = cappedOptions(-5.0);
     std::string error;
     EXPECT_FALSE(options.isValid(&error));
-    EXPECT_EQ(error, "maxPressure_Pa is -5, should be 0 (none) to 1e6");
+    EXPECT_EQ(error, "maxPressure_Pa is -5; it must be within 0 .. 1e+06");
 }

@@ -313,15 +313,15 @@ TEST(FieldsInTurn, OptionsOutOfRangeAreNamed)
     std::string error;
     options.cycle = 0;
     EXPECT_FALSE(options.isValid(&error));
-    EXPECT_EQ(error, "cycle is 0 fields, should be 1 to 64");
+    EXPECT_EQ(error, "cycle is 0 fields; it must be within 1 .. 64");
     options.cycle = 1;
     options.cycleSteps = 17;
     EXPECT_FALSE(options.isValid(&error));
-    EXPECT_EQ(error, "cycleSteps is 17, should be 0 to 16");
+    EXPECT_EQ(error, "cycleSteps is 17; it must be within 0 .. 16");
     options.cycleSteps = 0;
     options.subsets = 65;
     EXPECT_FALSE(options.isValid(&error));
-    EXPECT_EQ(error, "subsets is 65, should be 1 to 64");
+    EXPECT_EQ(error, "subsets is 65; it must be within 1 .. 64");
     options.subsets = 1;
     options.monitorInterval_s = -1.0;
     EXPECT_FALSE(options.isValid(&error));

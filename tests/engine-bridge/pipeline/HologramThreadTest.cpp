@@ -111,7 +111,7 @@ TEST(HologramThread, WhatThePipelineCannotBeMadeForIsAMessage)
     ASSERT_TRUE(eventually([&] { return thread.latestResult() != nullptr; }));
     EXPECT_EQ(thread.latestResult()->report().stop, midair::haptics::StopReason::REFUSED);
     EXPECT_EQ(thread.latestResult()->report().message,
-              "array \"\" has no transducers, should have at least one");
+              "array \"\" has no transducers; it must have at least one");
 }
 
 TEST(HologramThread, ANewPipelineTakesOverAfterTheOldOneIsClosed)

@@ -84,7 +84,7 @@ HapticSettings unusualSettings()
     s.solver = "gs";
     s.maxIterations = 17;
     s.rmsTolerance = 0.0078125;
-    s.deadline = 2.5;
+    s.deadline_ms = 2.5;
     s.lambda = 0.5;
     s.loudness = 0.75;
     s.phaseOnly = false;
@@ -163,7 +163,7 @@ void expectUnusual(const HapticSettings& s)
     EXPECT_EQ(s.solver, wanted.solver);
     EXPECT_EQ(s.maxIterations, wanted.maxIterations);
     expectNear(s.rmsTolerance, wanted.rmsTolerance);
-    expectNear(s.deadline, wanted.deadline);
+    expectNear(s.deadline_ms, wanted.deadline_ms);
     expectNear(s.lambda, wanted.lambda);
     expectNear(s.loudness, wanted.loudness);
     EXPECT_EQ(s.phaseOnly, wanted.phaseOnly);
