@@ -19,7 +19,7 @@ namespace midair::bridge
 namespace
 {
 
-/// Vertices of any of OSG's array types as doubles.
+/// Reads vertices from any of OSG's array types as doubles.
 class VertexReader : public osg::ConstArrayVisitor
 {
 public:

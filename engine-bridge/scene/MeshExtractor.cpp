@@ -166,7 +166,6 @@ protected:
 
     void enter(osg::Node& node) override
     {
-        // All nodes that the fingerprint depends on are kept alive.
         _out.sources.emplace_back(&node);
         const osg::Transform* transform = node.asTransform();
         if (transform && transform->getReferenceFrame() != osg::Transform::RELATIVE_RF)
@@ -221,8 +220,8 @@ std::uint64_t SubtreeState::poses() const
 
 void inspect(osg::Node& root, const ExtractOptions& options, SubtreeState& state)
 {
-    // Kept from call to call for its node path's memory: this is done for every object in every
-    // frame.
+    // Kept from call to call to reuse the memory of its node path: this runs for every object in
+    // every frame.
     thread_local InspectWalk walk;
     walk.begin(state);
     walk.walk(root, options);
