@@ -136,6 +136,7 @@ std::unique_ptr<ArrayDevice> openPlaying(DeviceUri& uri, const DeviceLayout& lay
     return std::make_unique<PlayingDevice>(std::move(show), options, std::move(device));
 }
 
+/// A kind of device: its scheme, how it is opened, and its line of help.
 struct Scheme
 {
     const char* name;

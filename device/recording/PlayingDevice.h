@@ -16,6 +16,7 @@ namespace midair::device
 class PlayingDevice : public ArrayDevice
 {
 public:
+    /// How the recording is played.
     struct Options
     {
         double speed = 1;  ///< > 0; factor on the recorded speed
@@ -31,7 +32,7 @@ public:
     PlayingDevice& operator=(const PlayingDevice&) = delete;
 
     bool send(const DriveSignal&) override;
-    void silence() override;                                         ///< ends playing for good
+    void silence() override;                                         ///< ends playing
     void setMuted(bool muted) override { _device->setMuted(muted); } ///< playing goes on, silently
     std::string status() const override;
     /// The other device's report; LOST, with one more fault, if the file broke off or was damaged.

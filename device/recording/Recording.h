@@ -28,6 +28,7 @@ constexpr char kMagic[9] = "MIDAIRF\n";
 constexpr std::size_t kMagicBytes = 8;
 constexpr int kMostTransducers = 1 << 20;
 
+/// The kind of a record.
 enum class Kind : std::uint8_t
 {
     FIELD = 1,

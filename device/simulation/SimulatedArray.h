@@ -26,6 +26,7 @@ class DeviceUri;
 class SimulatedArray : public ArrayDevice
 {
 public:
+    /// The parameters of the URI; times are since opening.
     struct Options
     {
         double drop = 0;

@@ -45,7 +45,7 @@ public:
         if (byte == 254 && _enabled)
             _counter = 0;
         else if (byte ==
-                 253) // also where the other board is chosen; PhaseLine exchanges its two registers
+                 253) // also if the other board is chosen; PhaseLine exchanges its two registers
         {
             std::swap(_current, _previous);
             _counter = 0;
@@ -88,6 +88,7 @@ private:
     std::array<std::uint8_t, kEmitters> _previous{}; // .. in both
 };
 
+/// One SonicSurface board, or two stacked ones, on one line.
 class SonicSurfaceBoard : public VirtualBoard
 {
 public:
@@ -147,8 +148,7 @@ public:
         }
         else if ((byte & 0x0F) == 1)
         {
-            if (_nibble / 2 <
-                _reading.size()) // the sketch goes on and overwrites what comes behind
+            if (_nibble / 2 < _reading.size()) // the sketch writes beyond the end instead
             {
                 std::uint8_t& target = _reading[_nibble / 2];
                 target = _nibble % 2 == 0 ? (byte & 0xF0)
@@ -228,6 +228,7 @@ private:
     std::size_t _digit = 0;
 };
 
+/// A chain of Ultraino boards, of which the first is wired to the computer.
 class UltrainoChain : public VirtualBoard
 {
 public:

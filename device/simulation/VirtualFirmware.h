@@ -17,6 +17,7 @@ namespace midair::device
 class VirtualFirmware
 {
 public:
+    /// What kind of device is simulated.
     struct Options
     {
         double latency_s = 0; ///< >= 0; from commit to sound
@@ -49,6 +50,7 @@ public:
     void powerCycle(double now_s); ///< resets everything
 
 private:
+    /// A committed field that is to be played at due_s.
     struct Committed
     {
         double due_s;

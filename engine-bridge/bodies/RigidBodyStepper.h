@@ -62,6 +62,7 @@ protected:
     ~RigidBodyStepper() override = default;
 
 private:
+    /// A body whose pose before the last step is kept.
     struct Tracked
     {
         const btRigidBody* body;

@@ -24,6 +24,7 @@ struct CalibrationOptions
     bool isValid(std::string* error = nullptr) const;
 };
 
+/// The kinds of problems with point pairs.
 enum class CalibrationProblem
 {
     TOO_FEW_POINTS,   ///< under 3: nothing to fit

@@ -13,7 +13,7 @@ namespace midair::bridge
 namespace
 {
 
-constexpr int kFewestForRejection = 6;  ///< with fewer, an outlier and a good pair look alike
+constexpr int kFewestForRejection = 6;  ///< fewer pairs don't show which one is wrong
 constexpr double kFinestNoise_m = 1e-7; ///< so that rounding makes no outliers of exact pairs
 
 using Triple = std::array<int, 3>;

@@ -35,6 +35,7 @@ constexpr std::array<const char*, HAND_JOINTS> kJointNames = {"palm",
                                                               "little distal",
                                                               "little tip"};
 
+/// The two joints of a bone.
 struct Bone
 {
     int from;

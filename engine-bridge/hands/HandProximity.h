@@ -73,8 +73,8 @@ public:
                            const haptics::Medium& medium = {});
 
     /// Measures the distances of \a hands (in the objects' frame) to \a objects at \a time_s, which
-    /// must not decrease. Touches end when their object is gone, or their hand for longer than
-    /// hold_s.
+    /// must not decrease. Touches end when the skin is farther than leave_m, when their object is
+    /// gone, or when their hand is gone for longer than hold_s.
     void update(const std::vector<HapticObject>& objects, const HandFrame& hands, double time_s);
 
     /// Hands within range_m of objects at the last update.
@@ -95,11 +95,13 @@ public:
     const ProximityOptions& options() const { return _options; }
 
 private:
+    /// The hierarchy of a mesh and the number of the update that used it last.
     struct CachedMesh
     {
         std::unique_ptr<MeshDistance> distance;
         std::uint64_t lastUse = 0;
     };
+    /// A touch that has begun and not ended.
     struct Touch
     {
         HandContact contact;
@@ -108,6 +110,7 @@ private:
         std::uint64_t lastUpdate = 0;
     };
 
+    /// A bone of the hand being measured.
     struct Bone
     {
         double away_m; ///< distance of its skin from the mesh's centre

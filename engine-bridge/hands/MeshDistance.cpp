@@ -22,6 +22,7 @@ constexpr double kBulletUnits = 1000.0;
 /// Margin of boxes: Bullet rounds them outwards to 16 bits, but to the nearest float before.
 constexpr double kFloatSlack_m = 1e-6;
 
+/// The corners of a triangle.
 struct Triangle
 {
     Eigen::Vector3d p, q, r;

@@ -45,6 +45,7 @@ int jointNumber(const std::string& name)
     return -1;
 }
 
+/// One line of a recording: one joint.
 struct Row
 {
     double time_s = 0.0;

@@ -74,7 +74,7 @@ private:
     base::StopSource _stop;                    ///< requested and cleared under the slot's lock
     std::mutex _atWorkMutex;                   ///< guards _atWork; held while a device falls silent
     HologramPipeline* _atWork = nullptr;
-    std::thread _thread; ///< last: starts when all else is there
+    std::thread _thread; ///< last: it uses all other members
 };
 
 } // namespace midair::bridge

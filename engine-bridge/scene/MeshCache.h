@@ -66,6 +66,7 @@ public:
     std::uint64_t extractions() const { return _extractions; }
 
 private:
+    /// A part's mesh with one stretch applied.
     struct Stretched
     {
         Eigen::Matrix3d stretch;
@@ -73,6 +74,7 @@ private:
         std::shared_ptr<const haptics::TriangleMesh> mesh;
         std::uint64_t used = 0; ///< frame of the last use
     };
+    /// A part of a subtree with its meshes.
     struct Part
     {
         std::uint64_t key = 0;
@@ -81,6 +83,7 @@ private:
         haptics::TriangleMesh mesh;
         std::vector<Stretched> stretched;
     };
+    /// A subtree as it was extracted last, and its present state.
     struct Subtree
     {
         osg::ref_ptr<osg::Node> root; ///< kept alive, so that its address isn't reused

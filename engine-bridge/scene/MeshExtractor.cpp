@@ -42,6 +42,7 @@ void mix(std::uint64_t& hash, const osg::BufferData* data)
     if (data) mix(hash, static_cast<std::uint64_t>(data->getModifiedCount()));
 }
 
+/// Computes the state and the fingerprints of a subtree.
 class InspectWalk : public SubtreeWalk
 {
 public:
@@ -146,6 +147,7 @@ haptics::TriangleMesh joined(const std::vector<MeshPiece>& pieces)
     return mesh;
 }
 
+/// Reads the meshes of a subtree, part by part.
 class ExtractWalk : public SubtreeWalk
 {
 public:

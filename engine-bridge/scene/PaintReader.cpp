@@ -36,6 +36,7 @@ private:
     }
 };
 
+/// Reads texture coordinates from OSG's usual array types.
 class CoordinateReader : public osg::ConstArrayVisitor
 {
 public:

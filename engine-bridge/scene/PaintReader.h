@@ -23,12 +23,14 @@ namespace midair::bridge
 /// Where an object's intensities come from, and how colours become intensities.
 struct PaintOptions
 {
+    /// Where intensities come from.
     enum Source
     {
         NONE,
         VERTEX_COLORS,
         TEXTURE ///< of unit 0
     };
+    /// The part of a colour that becomes the intensity.
     enum Channel
     {
         BRIGHTNESS, ///< mean of red, green and blue, times alpha
@@ -81,6 +83,7 @@ public:
     void forgetUnused();
 
 private:
+    /// A texture and the image that it had last.
     struct Known
     {
         osg::ref_ptr<const osg::Texture> texture; ///< kept alive, so that its address isn't reused
