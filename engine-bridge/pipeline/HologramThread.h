@@ -25,7 +25,9 @@ class HologramThread
 public:
     using PipelineFactory = std::function<std::unique_ptr<HologramPipeline>()>;
 
+    /// Starts the thread, in which a pipeline with \a options is made.
     explicit HologramThread(HologramOptions options);
+    /// Starts the thread; \a makePipeline as for setPipeline().
     explicit HologramThread(PipelineFactory makePipeline);
     ~HologramThread();
 
