@@ -71,6 +71,7 @@ struct DriveAbility
     int sequenceFields = 0;
 };
 
+/// Whether a device plays what it is sent; the worst of several devices counts.
 enum class DeviceState
 {
     READY, ///< plays what it is sent
@@ -104,8 +105,8 @@ struct DeviceReport
     /// them commit together, among those.
     double skew_s = 0;
     double worstSkew_s = 0;   ///< the largest skew_s so far
-    std::string firmware;     ///< "1.2.3"; empty where unknown
-    double temperature_C = 0; ///< 0 where unknown
+    std::string firmware;     ///< "1.2.3"; empty: unknown
+    double temperature_C = 0; ///< 0: unknown
     std::string message;      ///< the last fault; empty if there was none
     std::string shortfall;    ///< "3 of 1000 fields were played"; empty if half or more were
 };

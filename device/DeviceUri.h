@@ -41,7 +41,7 @@ public:
     /// Throws DeviceError for a parameter that was not taken; the message lists those that were
     /// asked for.
     void rejectUnknown() const;
-    /// Throws DeviceError when the path is empty; \a what says what belongs there ("a file").
+    /// Throws DeviceError if the path is empty; \a what names what belongs there ("a file").
     void requirePath(const std::string& what) const;
     void rejectPath() const; ///< throws DeviceError if there is a path
 
@@ -51,12 +51,12 @@ public:
 private:
     std::string take(const std::string& key);
 
-    std::string _thing;
+    std::string _thing; ///< "device", for messages
     std::string _text;
     std::string _scheme;
     std::string _path;
     std::map<std::string, std::string> _parameters;
-    std::set<std::string> _known;
+    std::set<std::string> _known; ///< parameters that were asked for
 };
 
 } // namespace midair::device

@@ -24,6 +24,7 @@ public:
     using Joint = std::shared_ptr<JointCommit>;
     static constexpr std::size_t kMostFlying = 8;
 
+    /// One field on its way through the queue.
     struct Field
     {
         Joint joint;            ///< null: none, or its commit was sent

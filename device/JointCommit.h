@@ -85,6 +85,7 @@ public:
     void handedOver(double at_s);
 
 private:
+    /// A device that has joined, and whether it has its piece.
     struct Member
     {
         std::shared_ptr<Seat> seat;

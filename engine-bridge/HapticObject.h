@@ -21,7 +21,7 @@ enum class Side
     BACK
 };
 
-/// How an object is to be felt; ranges are checked where they are set.
+/// How an object should feel. Ranges are checked where the members are set.
 struct HapticProperties
 {
     /// > 0; peak Pa if pressureInPa, else relative to the scene's other objects

@@ -113,7 +113,7 @@ private:
     double _repeatAt_s = 0;
     double _openingAt_s = 0; ///< when the codec's opening was last written
     double _lookedAfter_s = 0;
-    // Whether a board that should answer does. After a reset an Arduino runs its bootloader, which
+    // Does a board that should answer do so? After a reset an Arduino runs its bootloader, which
     // stays as long as it gets bytes; after it the board begins to play by itself.
     enum class Answers
     {

@@ -51,7 +51,8 @@ protected:
     std::unique_ptr<SilenceOnCrash> _lastWill;
 };
 
-/// A serial port, raw, 8N1, opened exclusively; a lock also tells programs of root.
+/// A serial port, raw, 8N1, opened exclusively. An advisory lock also stops programs of root that
+/// check it.
 ///
 /// If this process ends without closing the port, or hangs, a guard process writes \a lastWill, the
 /// bytes that silence the board. Opening raises DTR, which resets an Arduino; closing leaves it

@@ -12,6 +12,7 @@ namespace midair::device
 namespace
 {
 
+/// All claims of this program.
 struct Claims
 {
     std::mutex mutex;

@@ -22,14 +22,15 @@ std::vector<std::string> splitDeviceList(const std::string& text)
     for (std::size_t comma = text.find(','); comma != std::string::npos;
          comma = text.find(',', comma + 1))
     {
-        // A comma may be part of a file's name; letters and a colon after it are a new device.
+        // A comma may be part of a file's name; letters and a colon after it begin a new device.
         std::size_t end = comma + 1;
         while (end < text.size() && std::isalpha(static_cast<unsigned char>(text[end])) != 0)
             ++end;
         if (end == comma + 1 || end == text.size() || text[end] != ':') continue;
         const std::string part = text.substr(begin, comma - begin);
+        // the value of "to" is itself a list, which takes the rest
         if (part.find("?to=") != std::string::npos || part.find("&to=") != std::string::npos)
-            continue; // a list within play:, which takes the rest
+            continue;
         parts.push_back(part);
         begin = comma + 1;
     }
@@ -50,8 +51,7 @@ MultiDevice::MultiDevice(std::vector<Part> parts, int transducers) :
 {
 }
 
-// From when each device handed over its last field, once all have this one. Joints measure for
-// themselves.
+// Notes the skew of the last field once all devices have handed it over. Joints measure their own.
 void MultiDevice::measureSkew() const
 {
     if (_staging > 1) return;
@@ -84,11 +84,11 @@ bool MultiDevice::send(const DriveSignal& signal)
         ++_refused;
         return false;
     }
-    measureSkew(); // of the field before, which is through in most cases
-    for (std::size_t i = 0; i < _parts.size();
-         ++i) // cut first, so that the sends follow each other closely
+    measureSkew(); // of the last field, which has usually been handed over by now
+    // Cuts all first, so that the sends follow each other closely.
+    for (std::size_t i = 0; i < _parts.size(); ++i)
         cut(signal, _parts[i], _cuts[i]);
-    // One that could wait for no other plays without the detour.
+    // A single device that can stage has no other to wait for.
     const auto joint = _staging > 1 ? std::make_shared<JointCommit>(_staging, _skew) : nullptr;
     bool taken = true;
     for (std::size_t i = 0; i < _parts.size(); ++i)
@@ -119,8 +119,8 @@ std::string MultiDevice::status() const
     return text;
 }
 
-// The sums of all devices' counters; state and message of the first that is worse off than the
-// others.
+// The sums of all devices' counters, with the state and message of the first one in the worst
+// state.
 DeviceReport MultiDevice::report() const
 {
     std::lock_guard<std::mutex> lock(_mutex);
@@ -174,7 +174,8 @@ DriveAbility MultiDevice::ability() const
                                            ? std::min(coarsest.fieldsPerSecond, one.fieldsPerSecond)
                                            : one.fieldsPerSecond;
     }
-    // Several that have all transducers, an array and its recorder, are one array.
+    // For each transducer the first device that has it; devices that have all transducers, such as
+    // an array and its recording, are one part.
     std::vector<int> part(static_cast<std::size_t>(_transducers), 0);
     for (std::size_t k = _parts.size(); k-- > 0;)
         std::fill_n(part.begin() + _parts[k].first, _parts[k].count, static_cast<int>(k));
@@ -191,7 +192,7 @@ bool MultiDevice::identify(int board, bool light)
     return any;
 }
 
-// Where several have a transducer, the first in the list counts.
+// For a transducer that several devices have, the first in the list counts.
 template<typename Play>
 std::vector<std::complex<float>> MultiDevice::join(Play&& play) const
 {

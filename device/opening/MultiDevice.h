@@ -8,16 +8,17 @@
 namespace midair::device
 {
 
-/// Several devices as one: boards of the array on different ports, or the array and a recorder.
+/// Combines several devices to one: boards of the array on different ports, or the array and a
+/// recording.
 ///
-/// A field goes to all of them one right after the other. Those that can stage it
-/// (ArrayDevice::canStage()) are told to play it when the last of them has its piece; the others
-/// play at once. The report says how far apart that was. One that is lost does not keep the others
-/// from playing; send() is false when any of them refused.
+/// A field goes to all of them, one right after the other. Those that can stage it
+/// (ArrayDevice::canStage()) play it when the last of them has its piece; the others play at once.
+/// The report's skew_s says how far apart that was. A device that is lost doesn't keep the others
+/// from playing; send() returns false if any of them refused.
 class MultiDevice : public ArrayDevice
 {
 public:
-    /// Which transducers a device has: from first, count of them.
+    /// One device and its transducers: count of them, from first on.
     struct Part
     {
         std::unique_ptr<ArrayDevice> device;
@@ -32,10 +33,10 @@ public:
     void setMuted(bool muted) override;
     std::string status() const override;
     DeviceReport report() const override;
-    DriveAbility ability() const override; ///< the coarsest and slowest of all
+    DriveAbility ability() const override; ///< of the coarsest and slowest; no sequences
     bool identify(int board, bool light) override;
-    std::vector<std::complex<float>>
-    played() const override; ///< of the first device that has the transducer
+    /// for each transducer, of the first device that has it
+    std::vector<std::complex<float>> played() const override;
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
@@ -46,15 +47,15 @@ private:
 
     std::vector<Part> _parts;
     const int _transducers;
-    const int _staging;        ///< how many parts can
-    mutable std::mutex _mutex; ///< one field at a time
+    const int _staging;        ///< number of parts that can stage
+    mutable std::mutex _mutex; ///< held by send(): one field at a time
     const std::shared_ptr<SkewMeter> _skew = std::make_shared<SkewMeter>();
     std::uint64_t _refused = 0;
     std::vector<DriveSignal> _cuts;
 };
 
-/// The devices of a list, cut at commas that a kind of device follows; one when there is no such
-/// comma. Throws DeviceError for a list that is too long (DeviceUri.h).
+/// Splits a list of URIs at commas that letters and a colon follow; without such a comma it is one
+/// URI. Throws DeviceError for a list that is too long (DeviceUri.h).
 std::vector<std::string> splitDeviceList(const std::string& text);
 
 } // namespace midair::device

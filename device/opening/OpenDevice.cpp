@@ -129,13 +129,14 @@ std::unique_ptr<ArrayDevice> openPlaying(DeviceUri& uri, const DeviceLayout& lay
     if (playsByItself(to))
         throw uri.error("a recording plays on an array, not on another recording: \"play:\" may "
                         "not stand in \"to\"");
-    // Read before anything is opened, so that nothing records over it.
+    // Read before the other device is opened, so that a `record:` in it can't overwrite the file.
     recording::Show show(uri.path(), layout.transducers);
     std::unique_ptr<ArrayDevice> device = openList(to, layout, {});
     if (device->ability().maxPressure_Pa > 0) throw uri.error(kNoPointsInRecording);
     return std::make_unique<PlayingDevice>(std::move(show), options, std::move(device));
 }
 
+/// A kind of device: its scheme, how it is opened, and its line of help.
 struct Scheme
 {
     const char* name;
@@ -179,7 +180,7 @@ std::unique_ptr<ArrayDevice> openOne(DeviceUri& uri,
     {
         if (uri.scheme() == scheme.name)
         {
-            // Who gives no name is refused by the system, where the hardware is in use.
+            // Without an owner's name, hardware that is in use is refused by the operating system.
             auto claim = owner.empty() ? nullptr : std::make_unique<DeviceClaim>(uri, owner);
             auto device = scheme.open(uri, layout);
             return std::make_unique<GuardedDevice>(
@@ -190,7 +191,7 @@ std::unique_ptr<ArrayDevice> openOne(DeviceUri& uri,
     throw uri.error("unknown kind \"" + uri.scheme() + ":\"; known are " + known);
 }
 
-// "0-7" or "3": the transducers of these boards.
+// Takes `boards`, such as "0-7" or "3", from the URI: the transducers of these boards.
 MultiDevice::Part partOf(DeviceUri& uri, const DeviceLayout& layout)
 {
     MultiDevice::Part part;

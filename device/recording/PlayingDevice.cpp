@@ -90,8 +90,8 @@ void PlayingDevice::silence()
         _stop = true;
     }
     _wake.notify_all();
-    _device->silence(); // at once; run() does so again when it ends, for a field that was just on
-                        // its way
+    // At once; run() does it again when it ends, for a field that it was just sending.
+    _device->silence();
 }
 
 bool PlayingDevice::finished() const

@@ -11,15 +11,16 @@ namespace midair::device
 {
 
 /// `play:FILE?to=DEVICE`: plays a recording on another device at the recorded times, in a thread of
-/// its own. Fields that are sent meanwhile are refused: the recording is the show. At the end, or
-/// where the file breaks off, the device falls silent.
+/// its own. Refuses all fields that are sent to it. At the end of the file, or where it breaks off,
+/// it silences the device.
 class PlayingDevice : public ArrayDevice
 {
 public:
+    /// How the recording is played.
     struct Options
     {
-        double speed = 1; ///< > 0
-        bool loop = false;
+        double speed = 1;  ///< > 0; factor on the recorded speed
+        bool loop = false; ///< start again at the end
     };
 
     PlayingDevice(recording::Show show,
@@ -31,12 +32,12 @@ public:
     PlayingDevice& operator=(const PlayingDevice&) = delete;
 
     bool send(const DriveSignal&) override;
-    void silence() override;                                         ///< stops the show
-    void setMuted(bool muted) override { _device->setMuted(muted); } ///< the show goes on unheard
+    void silence() override;                                         ///< ends playing
+    void setMuted(bool muted) override { _device->setMuted(muted); } ///< playing goes on, silently
     std::string status() const override;
-    /// The other device's, which counts as failed when the file broke off or was damaged.
+    /// The other device's report; LOST, with one more fault, if the file broke off or was damaged.
     DeviceReport report() const override;
-    DriveAbility ability() const override; ///< the other device's, but for sequences: it takes none
+    DriveAbility ability() const override; ///< the other device's, but with no sequences
     bool identify(int board, bool light) override { return _device->identify(board, light); }
     std::vector<std::complex<float>> played() const override { return _device->played(); }
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override
@@ -44,13 +45,13 @@ public:
         return _device->wouldPlay(signal);
     }
 
-    bool finished() const;
-    std::string ending() const;     ///< what was wrong with the file; empty: nothing
-    double worstLateness_s() const; ///< how much later than recorded a field was sent, at most
+    bool finished() const;          ///< true if playing has ended
+    std::string ending() const;     ///< what is wrong with the file; empty: nothing so far
+    double worstLateness_s() const; ///< the longest delay of an entry against its recorded time
 
 private:
     void run();
-    bool playOnce(std::unique_lock<std::mutex>& lock); ///< false: stopped
+    bool playOnce(std::unique_lock<std::mutex>& lock); ///< false: silence() or destructor
 
     const recording::Show _show;
     const Options _options;

@@ -16,6 +16,7 @@ namespace
 constexpr std::size_t kRecordHeaderBytes = 16;
 constexpr std::size_t kCrcBytes = 4;
 
+/// The coding of the phases or duties of a field, see Recording.h.
 enum Coding : std::uint8_t
 {
     RAW = 0,

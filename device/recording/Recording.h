@@ -9,7 +9,7 @@
 namespace midair::device
 {
 
-/// The stream of fields that `record:` writes and `play:` reads, as pure functions on bytes (format
+/// The file format that `record:` writes and `play:` reads, as pure functions on bytes (format
 /// version 1).
 ///
 /// All numbers are little-endian. The header has 32 bytes: "MIDAIRF\n" (8), version (u16), header
@@ -18,7 +18,7 @@ namespace midair::device
 /// (u8), duty coding (u8), 0 (u8), payload bytes (u32), time in ns since the start (u64), payload,
 /// CRC-32C of all of the record before it (u32). A field's payload is its phases, then its duties,
 /// each coded as 0: m bytes; 1: one byte for all; 2: nothing, as in the field before (at the start:
-/// all 0). A record is whole when its CRC is right; a reader stops before the first one that isn't.
+/// all 0). A record is valid if its CRC is right; a reader stops before the first invalid one.
 namespace recording
 {
 
@@ -28,6 +28,7 @@ constexpr char kMagic[9] = "MIDAIRF\n";
 constexpr std::size_t kMagicBytes = 8;
 constexpr int kMostTransducers = 1 << 20;
 
+/// The kind of a record.
 enum class Kind : std::uint8_t
 {
     FIELD = 1,
@@ -35,14 +36,15 @@ enum class Kind : std::uint8_t
     END = 3
 };
 
-/// Turns fields into bytes; keeps the field before for coding 2.
+/// Encodes fields as bytes; keeps the last field, for coding 2.
 class Writer
 {
 public:
     explicit Writer(int transducers);
 
     std::vector<std::uint8_t> header(std::uint64_t start_ns) const;
-    /// \a signal has as many entries as there are transducers. The bytes live until the next call.
+    /// A record of a field; \a signal has one entry per transducer. The bytes are valid until the
+    /// next call.
     const std::vector<std::uint8_t>& field(std::uint64_t time_ns, const DriveSignal& signal);
     const std::vector<std::uint8_t>& mark(std::uint64_t time_ns, Kind kind); ///< SILENCE or END
 
@@ -55,7 +57,7 @@ private:
     std::vector<std::uint8_t> _bytes;
 };
 
-/// One moment of a recording: a field, a silence (all duties 0), or the end.
+/// One record of a recording: a field, a silence (all duties 0), or the end.
 struct Entry
 {
     std::uint64_t time_ns = 0;
@@ -67,23 +69,23 @@ struct Entry
 enum class Stop
 {
     MORE,      ///< an entry was read
-    END,       ///< after the end mark, nothing follows
+    END,       ///< the end mark was reached
     TRUNCATED, ///< the bytes end inside a record or without an end mark
     CORRUPT    ///< a record's CRC or contents are wrong
 };
 
-/// Turns bytes into fields; never reads outside of them, whatever they hold.
+/// Decodes bytes to fields; never reads outside of them, whatever they contain.
 class Reader
 {
 public:
-    /// Keeps the pointer. Throws DeviceError (\a name is the file's) when the header isn't one of
-    /// version 1.
+    /// Keeps the pointer, so the bytes must outlive the reader. \a name is the file's, for
+    /// messages. Throws DeviceError if the header is not valid or of another version than 1.
     Reader(const std::uint8_t* data, std::size_t size, const std::string& name);
     Reader(const std::string& bytes, const std::string& name);
 
     int transducers() const { return _transducers; }
     std::uint64_t start_ns() const { return _start_ns; }
-    Stop next(Entry& entry);                       ///< \a entry is untouched but for MORE
+    Stop next(Entry& entry);                       ///< sets \a entry only if it returns MORE
     std::size_t offset() const { return _offset; } ///< of the first byte that was not read
 
 private:

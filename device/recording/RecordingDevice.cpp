@@ -155,7 +155,7 @@ bool RecordingDevice::sendSequence(const DriveSequence& sequence)
     }
     _held.replace(sequence.signals.front());
     _counters.countPlayed(sentAt_s);
-    if (sequence.signals.size() == 1) return true; // it is held
+    if (sequence.signals.size() == 1) return true; // held like a single field
     _running = {sequence, now_ns};
     _running.advance();
     if (!_thread.joinable()) _thread = std::thread([this] { run(); });

@@ -16,18 +16,18 @@ namespace midair::device
 {
 
 /// `record:FILE`: writes every field with its time into a file (Recording.h), for `play:` and for
-/// tests. A field goes to the operating system in one write before send() returns, so a crash costs
-/// at most the last one.
+/// tests. A field is handed to the operating system in one write before send() returns, so a crash
+/// loses at most the last one.
 ///
 /// A sequence is written step by step, each with the time at which it would be played: start +
-/// k/rate, to the nanosecond. A thread that wakes up every 50 ms writes the steps that have passed;
-/// so does whatever ends the sequence. What a slow disk leaves behind for more than two seconds is
-/// left out, which counts as a fault and is told in the message.
+/// k/rate, to the nanosecond. A thread that wakes up every 50 ms writes the steps that have begun;
+/// so does every call that ends the sequence. Steps that are more than two seconds late, on a slow
+/// disk, are left out, which counts as a fault with a message.
 class RecordingDevice : public ArrayDevice
 {
 public:
-    /// Replaces \a file where that is a recording, or with \a overwrite any regular file; throws
-    /// DeviceError where it can't be written or must not be (RecordingFile.h).
+    /// Replaces \a file if it is a recording, or with \a overwrite any regular file; throws
+    /// DeviceError if it can't be written or must not be (RecordingFile.h).
     RecordingDevice(const std::string& file, int transducers, bool overwrite = false);
     ~RecordingDevice() override; ///< writes silence and the end mark
 
@@ -44,7 +44,7 @@ public:
 
 private:
     std::uint64_t elapsed_ns() const;
-    // With _mutex held:
+    // These are called with _mutex held.
     bool write(const std::vector<std::uint8_t>& bytes);
     bool writeField(std::uint64_t time_ns, const DriveSignal& signal);
     void writeStepsUntil(std::uint64_t time_ns);
@@ -60,12 +60,12 @@ private:
     recording::Writer _writer;
     std::chrono::steady_clock::time_point _start;
     FieldCounters _counters;
-    recording::RunningSequence _running; ///< none while a field is held
+    recording::RunningSequence _running; ///< false while a field is held
     std::uint64_t _fields = 0;
     std::uint64_t _bytes = 0;
     std::string _failure;
     bool _closing = false;
-    std::thread _thread; ///< from the first sequence on: writes its steps
+    std::thread _thread; ///< writes the steps of sequences; started by the first one
 };
 
 } // namespace midair::device

@@ -22,8 +22,8 @@ namespace
 {
 
 constexpr std::size_t kMostBytes = std::size_t(2) << 30;
-// Neither follows a link in the last place, nor waits for the other end of a pipe, nor takes a
-// terminal.
+// Doesn't follow a link as the last part of the path, doesn't wait for the other end of a pipe, and
+// doesn't make a terminal the controlling one.
 constexpr int kCareful = O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC;
 
 [[noreturn]] void fail(const std::string& file, const std::string& why)
@@ -36,7 +36,7 @@ constexpr int kCareful = O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC;
     fail(file, "can't be written: " + std::generic_category().message(errno));
 }
 
-// Before a descriptor is there, since opening some devices has effects of its own, and once it is.
+// Called before the file is opened, since opening some devices has side effects, and again after.
 void requireOwnFile(const std::string& file, const struct stat& about)
 {
     if (S_ISLNK(about.st_mode))
@@ -70,7 +70,7 @@ void requireRecording(const std::string& file, int descriptor)
 OpenFile::~OpenFile()
 {
     if (_descriptor < 0) return;
-    ::flock(_descriptor, LOCK_UN); // a child of this process may have a copy of the descriptor
+    ::flock(_descriptor, LOCK_UN); // close() isn't enough if a child process has the descriptor too
     ::close(_descriptor);
 }
 
@@ -94,7 +94,8 @@ OpenFile openForWriting(const std::string& file, bool overwrite)
         fail(file, "is a link, and nothing is written through one; name the file itself");
     if (descriptor < 0 || ::fstat(descriptor, &about) != 0) failToWrite(file);
     requireOwnFile(file, about);
-    // Where the file system has no locks, all but two at one file is as safe as with them.
+    // Other errors, as on a file system without locks, are ignored: then only two users of one file
+    // aren't kept apart.
     if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
         fail(file, "is being recorded or played by somebody else; choose another name");
     if (!overwrite) requireRecording(file, descriptor);
@@ -106,8 +107,8 @@ Show::Show(const std::string& file, int transducers) : _file(file)
 {
     try
     {
-        // The lock is the file's, whatever it is opened for; one that can't be had keeps nobody
-        // from playing.
+        // A shared lock, which keeps openForWriting() away; if it can't be had, the recording is
+        // played all the same.
         struct stat about = {};
         if (::stat(file.c_str(), &about) == 0 && S_ISREG(about.st_mode))
             _held = OpenFile(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));

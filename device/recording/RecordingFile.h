@@ -5,7 +5,7 @@
 namespace midair::device::recording
 {
 
-/// An open file that is closed at the end, and its lock with it.
+/// Owns an open file; the destructor releases its lock and closes it.
 class OpenFile
 {
 public:
@@ -20,18 +20,18 @@ private:
     int _descriptor;
 };
 
-/// Opens \a file, empty, for a new recording. What is there already stays as it is, and DeviceError
-/// says why, unless it is a recording or empty, or \a overwrite is set; in no case is anything
-/// written that isn't a regular file of one name, or through a link, or into what somebody else
-/// records or plays at the time. Never waits.
+/// Opens \a file, empty, for a new recording, and locks it. Throws DeviceError, and leaves the file
+/// as it is, if it exists and is neither a recording nor empty, unless \a overwrite is set. Also
+/// throws, whatever \a overwrite is, if \a file is a link, is not a regular file, has several hard
+/// links, can't be opened, or is being recorded or played. Never waits.
 OpenFile openForWriting(const std::string& file, bool overwrite);
 
-/// A recording in memory. Nobody records over its file as long as this lives.
+/// A recording in memory. While it exists, its file is locked against new recordings.
 class Show
 {
 public:
-    /// Throws DeviceError for a file that isn't regular, is larger than 2 GiB, can't be read, or
-    /// isn't a recording for so many transducers.
+    /// Reads \a file. Throws DeviceError if it isn't a regular file, is larger than 2 GiB, can't be
+    /// read, or isn't a recording for this number of transducers.
     Show(const std::string& file, int transducers);
 
     const std::string& file() const { return _file; }

@@ -26,7 +26,7 @@ std::uint64_t RunningSequence::begun(std::uint64_t time_ns) const
 {
     const double passed_s = static_cast<double>(time_ns - _start_ns) * 1e-9;
     std::uint64_t steps = static_cast<std::uint64_t>(passed_s * _sequence.rate_Hz) + 1;
-    // The product may be rounded over a step's start, either way.
+    // The product may be rounded past a step's start, either way.
     while (this->time_ns(steps) <= time_ns)
         ++steps;
     while (steps > 1 && this->time_ns(steps - 1) > time_ns)

@@ -7,28 +7,28 @@
 namespace midair::device::recording
 {
 
-/// A sequence on the clock of a recording: which of its steps have begun by a time, and which of
-/// those are not in the file yet.
+/// A sequence on the clock of a recording: tells which steps have begun by a time, and which of
+/// them are not in the file yet.
 class RunningSequence
 {
 public:
-    /// How far the file may stay behind before steps are left out.
+    /// Steps that are later than this in the file are left out, s.
     static constexpr double kMostBacklog_s = 2;
 
-    RunningSequence() = default; ///< none
+    RunningSequence() = default; ///< no sequence: converts to false
     /// \a sequence has at least one signal. Its first step begins at \a start_ns.
     RunningSequence(const DriveSequence& sequence, std::uint64_t start_ns);
 
     explicit operator bool() const { return !_sequence.signals.empty(); }
 
-    std::uint64_t step() const { return _next; } ///< the first that is not in the file, from 0
+    std::uint64_t step() const { return _next; } ///< the first step not in the file, from 0
     void advance() { ++_next; }
     /// start_ns + step/rate, rounded to the nanosecond.
     std::uint64_t time_ns(std::uint64_t step) const;
     const DriveSignal& signal(std::uint64_t step) const;
-    /// How many steps have begun by \a time_ns, which isn't before the start.
+    /// The number of steps that have begun by \a time_ns, which must not be before the start.
     std::uint64_t begun(std::uint64_t time_ns) const;
-    /// Passes over the steps that are more than kMostBacklog_s late at \a time_ns; how many.
+    /// Skips the steps that are more than kMostBacklog_s late at \a time_ns; returns their number.
     std::uint64_t leaveOutLate(std::uint64_t time_ns);
 
 private:

@@ -14,7 +14,7 @@ namespace midair::device
 namespace
 {
 
-// Refuses before anything is built, so that the members can be const.
+// Throws before the members are built, so that they can be const.
 const DeviceLayout&
 checked(const DeviceLayout& layout, const BoardCodec* codec, const std::string& name)
 {
@@ -76,8 +76,8 @@ SimulatedArray::~SimulatedArray()
 double SimulatedArray::advance() const
 {
     const double now_s = base::steadySeconds() - _start_s;
-    // A real host sends KEEPALIVE from a thread of its own; here the firmware is told when somebody
-    // looks.
+    // A real host sends KEEPALIVE from a thread; here the firmware is brought up to date at each
+    // call.
     if (!unplugged(now_s)) _firmware.keptAlive(std::min(now_s, _options.hangAt_s));
     const std::uint32_t watchdogs = _firmware.status(now_s).watchdogs;
     if (watchdogs > _watchdogs)
@@ -116,7 +116,7 @@ double SimulatedArray::advance() const
     return now_s;
 }
 
-// Every packet may be lost or damaged on its own, as on a wire.
+// Each packet may be lost or damaged, as on a wire.
 void SimulatedArray::deliver(double now_s)
 {
     if (_options.drop <= 0 && _options.corrupt <= 0)
@@ -225,7 +225,7 @@ DriveAbility SimulatedArray::ability() const
     if (_codec == nullptr) return ability;
     ability.phaseLevels = _codec->phaseLevels();
     ability.amplitudes = _codec->amplitudes();
-    // The simulation has no line; who rehearses with it is to meet the board's.
+    // The simulation has no line, but should have the limit of the real board's.
     const double carried = _codec->fieldsPerSecond(_layout.transducers);
     if (ability.fieldsPerSecond <= 0 || carried < ability.fieldsPerSecond)
         ability.fieldsPerSecond = carried;

@@ -16,16 +16,17 @@ namespace midair::device
 
 class DeviceUri;
 
-/// `sim:`: the bytes that hardware would get go to a virtual firmware, and played() is what that
-/// makes of them.
+/// `sim:`: a simulated array. Sends the bytes that hardware would get to a VirtualFirmware or
+/// VirtualBoard; played() returns what that plays of them.
 ///
-/// Faults can be asked for in the URI: `drop` and `corrupt` (probability a packet), `seed`,
-/// `latency`, `fps`, `unplug_at`, `replug_at`, `hang_at` (the host stops talking, so the watchdog
-/// mutes), all times since opening; `board` chooses the protocol of an open board instead of our
-/// own.
+/// The URI's parameters simulate faults: `drop` and `corrupt` (probabilities per packet, 0 .. 1),
+/// `seed`, `latency` (from commit to sound), `fps` (the most fields per second), `unplug_at`,
+/// `replug_at`, `hang_at` (the host sends nothing more, so the watchdog mutes), the last three as
+/// times since opening. `board` chooses the protocol of an open board instead of osgMidair's own.
 class SimulatedArray : public ArrayDevice
 {
 public:
+    /// The parameters of the URI; times are since opening.
     struct Options
     {
         double drop = 0;
@@ -34,12 +35,12 @@ public:
         double unplugAt_s = std::numeric_limits<double>::infinity();
         double replugAt_s = std::numeric_limits<double>::infinity();
         double hangAt_s = std::numeric_limits<double>::infinity();
-        std::string board; ///< BoardCodec's name; empty: our own protocol
+        std::string board; ///< a scheme of boardKinds(); empty: osgMidair's own protocol
         VirtualFirmware::Options firmware;
     };
     static Options takeOptions(DeviceUri& uri);
 
-    /// Throws DeviceError when the board is unknown or has another number of transducers.
+    /// Throws DeviceError if the board is unknown or has another number of transducers.
     SimulatedArray(const DeviceLayout& layout, const Options& options);
     ~SimulatedArray() override;
 
@@ -56,9 +57,11 @@ public:
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
-    double advance() const; ///< with _mutex held; gives the time
+    /// Brings the firmware and the faults to the present; returns the time since opening, s. With
+    /// _mutex held.
+    double advance() const;
     bool sendPackets(const DriveSignal& signal, double now_s);
-    void deliver(double now_s); ///< _bytes, less what faults take
+    void deliver(double now_s); ///< sends _bytes to the firmware, with dropped and damaged packets
     void silenceLocked(double now_s);
     bool unplugged(double now_s) const
     {
@@ -76,8 +79,8 @@ private:
     std::vector<std::uint8_t> _bytes;
     mutable FieldCounters _counters;
     mutable bool _lost = false;
-    mutable bool _unplugged = false;      ///< has been, once
-    mutable std::uint32_t _watchdogs = 0; ///< counted as faults
+    mutable bool _unplugged = false;      ///< unplugAt_s has passed
+    mutable std::uint32_t _watchdogs = 0; ///< the firmware's, as far as counted as faults
     std::uint32_t _sequence = 0;
     std::minstd_rand _random;
 };

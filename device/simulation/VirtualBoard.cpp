@@ -16,8 +16,8 @@ namespace
 {
 
 // The fundamental of a periodic two-level wave, given as samples over one period, relative to that
-// of a square wave of full drive whose pulse starts at 0. e^{+jwt}: a pulse that comes later has a
-// smaller phase.
+// of a square wave of full drive whose pulse starts at 0. With e^{+jwt} a later pulse has a smaller
+// phase.
 std::complex<float> fundamental(const std::vector<bool>& period)
 {
     const auto n = static_cast<double>(period.size());
@@ -30,7 +30,7 @@ std::complex<float> fundamental(const std::vector<bool>& period)
             std::polar(1.0, -base::kTwoPi * static_cast<double>(k) / n);
         if (period[k]) sum += turn;
         if (k < period.size() / 2) full += turn;
-        silent = silent && period[k] == period[0]; // always on is as silent as always off
+        silent = silent && period[k] == period[0]; // constantly on is silent too
     }
     return silent ? std::complex<float>(0) : std::complex<float>(sum / full);
 }
@@ -43,12 +43,12 @@ class SonicSurfaceFpga
 public:
     explicit SonicSurfaceFpga(std::uint8_t chooses) : _chooses(chooses) {}
 
-    bool take(std::uint8_t byte) ///< true: a swap
+    bool take(std::uint8_t byte) ///< returns true if it swapped
     {
         if (byte == 254 && _enabled)
             _counter = 0;
         else if (byte ==
-                 253) // also where the other board is chosen; PhaseLine exchanges its two registers
+                 253) // also if the other board is chosen; PhaseLine exchanges its two registers
         {
             std::swap(_current, _previous);
             _counter = 0;
@@ -60,8 +60,8 @@ public:
             _enabled = byte == _chooses;
         else if (_enabled) // 251 and 252 too
         {
-            // The counter has more bits than the address, which so begins anew after 256. Anything
-            // but 32 is cut to 5 bits.
+            // The counter has more bits than the address, which therefore wraps after 256. Values
+            // other than 32 are cut to 5 bits.
             _previous[_counter % kEmitters] = byte == 32 ? 32 : (byte & 31);
             ++_counter;
         }
@@ -91,6 +91,7 @@ private:
     std::array<std::uint8_t, kEmitters> _previous{}; // .. in both
 };
 
+/// One SonicSurface board, or two stacked ones, on one line.
 class SonicSurfaceBoard : public VirtualBoard
 {
 public:
@@ -130,12 +131,12 @@ private:
     std::uint64_t _swaps = 0;
 };
 
-/// One Arduino of a chain; bytes that aren't for it go to the next. Source: asiermarzo/Ultraino,
-/// DriverMEGA.ino.
+/// One Arduino of a chain; forwards bytes that aren't for it to the next. Source:
+/// asiermarzo/Ultraino, DriverMEGA.ino.
 class UltrainoBoard
 {
 public:
-    // The first half of the periods of the pattern that sounds, on all ports.
+    // At power-up all ports are on in the first half of the period.
     UltrainoBoard() { std::fill_n(_emitting.begin(), kPattern / 2, std::uint8_t(0xFF)); }
 
     void take(std::uint8_t byte)
@@ -150,8 +151,7 @@ public:
         }
         else if ((byte & 0x0F) == 1)
         {
-            if (_nibble / 2 <
-                _reading.size()) // the sketch goes on and overwrites what comes behind
+            if (_nibble / 2 < _reading.size()) // the sketch writes beyond the end instead
             {
                 std::uint8_t& target = _reading[_nibble / 2];
                 target = _nibble % 2 == 0 ? (byte & 0xF0)
@@ -177,8 +177,8 @@ public:
             forward(static_cast<std::uint8_t>(byte - 1));
     }
 
-    // Of several patterns, which sound one after the other, the loudest a channel: nobody shall
-    // take the list for silent.
+    // For a list of patterns, which are played in turn, takes the loudest activation of each
+    // channel, so that the list doesn't count as silent.
     void append(std::vector<std::complex<float>>& q) const
     {
         // Channels in the order of the board's 8 x 8 sockets, as bits of the ports A C L B K F H D
@@ -231,6 +231,7 @@ private:
     std::size_t _digit = 0;
 };
 
+/// A chain of Ultraino boards, of which the first is wired to the computer.
 class UltrainoChain : public VirtualBoard
 {
 public:
@@ -268,9 +269,9 @@ private:
     std::vector<UltrainoBoard> _boards;
 };
 
-/// Takes 512 bytes at a time out of its FIFO, whatever they are; among them a byte with bit 7
-/// starts a frame, and the next 511 are its rest. Source: RMResearch/OpenMPD_Hardware, FPGA_3.4.2,
-/// FrameBufferController.vhd, CommandReader.vhd and MuxPhase.vhd.
+/// An OpenMPD board. Takes 512 bytes at a time out of its FIFO, whatever they are; a byte with bit
+/// 7 set starts a frame, and the next 511 bytes complete it. Source: RMResearch/OpenMPD_Hardware,
+/// FPGA_3.4.2, FrameBufferController.vhd, CommandReader.vhd and MuxPhase.vhd.
 class OpenMpdBoard : public VirtualBoard
 {
 public:
@@ -284,7 +285,7 @@ public:
             _fifo.erase(_fifo.begin(), _fifo.begin() + kFrame);
         }
     }
-    // A piece of a frame that nothing follows for a second is thrown away.
+    // A part of a frame is dropped when no byte comes for a second.
     void rest(double seconds) override
     {
         if (seconds >= 1) _fifo.clear();

@@ -9,30 +9,30 @@
 namespace midair::device
 {
 
-/// An open board as seen from its line, written from its published firmware and not from our
-/// encoder: bytes in, activations out. The peer of the encoders' tests, of the emulated serial
-/// boards and of `sim:?board=NAME`. Starts as after power-up.
+/// Simulates an open board: bytes in, activations out. Written from the board's published firmware
+/// and not from our encoder. Used by the encoders' tests, the emulated serial boards and
+/// `sim:?board=NAME`. Starts in the state after power-up.
 class VirtualBoard
 {
 public:
     virtual ~VirtualBoard() = default;
 
-    /// Bytes from the host, cut anyhow.
+    /// Takes bytes from the host, cut in any way.
     virtual void receive(const std::uint8_t* bytes, std::size_t count) = 0;
-    /// Time in which no byte came; only boards that forget something meanwhile care.
+    /// Time passes in which no byte comes; only boards with a timeout react.
     virtual void rest(double /*seconds*/) {}
-    /// Forgets all and does what the firmware does first, which with two of the three boards is
-    /// full drive.
+    /// Resets the board to its state after power-up, which with two of the three boards is full
+    /// drive.
     virtual void powerUp() = 0;
-    /// What it has sent back since.
+    /// The bytes that it has sent back since the last call.
     virtual std::vector<std::uint8_t> takeAnswer() { return {}; }
-    /// What sounds now.
+    /// The activations that are played now.
     virtual std::vector<std::complex<float>> playing() const = 0;
-    virtual std::uint64_t swaps() const = 0; ///< fields that began to sound
+    virtual std::uint64_t swaps() const = 0; ///< number of fields swapped in so far
     virtual double mostFieldsPerSecond() const
     {
         return 0;
-    } ///< that it takes by its settings; 0: as fast as they come
+    } ///< the rate that its settings allow; 0: no limit
 };
 
 /// "sonicsurface" (256; 512: two stacked boards on one line), "ultraino" (with as many chained

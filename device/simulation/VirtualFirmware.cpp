@@ -13,7 +13,7 @@ namespace
 {
 
 constexpr double kCoolingBand_C = 5;
-constexpr std::size_t kMostAnswers = 64; // a host that never reads must not make the device grow
+constexpr std::size_t kMostAnswers = 64; // bounds the memory if a host never reads
 
 } // namespace
 
@@ -60,7 +60,7 @@ void VirtualFirmware::mute(std::uint16_t why)
         static_cast<std::uint16_t>((_status.flags & ~unsigned(protocol::PLAYING)) | why);
 }
 
-// Brings the state to now_s: swaps what is due, unless the watchdog came before.
+// Brings the state to now_s: swaps in fields that are due, unless the watchdog muted before.
 void VirtualFirmware::advance(double now_s)
 {
     const double watchdogAt_s = _lastPacket_s + _watchdog_s;
@@ -144,7 +144,7 @@ void VirtualFirmware::handle(const Packet& packet, double now_s)
         answerStatus(packet.sequence);
         break;
     case Type::MUTE:
-        // One that a newer field has overtaken is outdated; 0 always mutes.
+        // Ignored if a newer field has been committed; 0 always mutes.
         if (packet.sequence == 0 || protocol::newer(packet.sequence, _newest))
         {
             _newest = packet.sequence == 0 ? _newest : packet.sequence;
@@ -200,7 +200,7 @@ void VirtualFirmware::commit(const Packet& packet, double now_s)
     double due_s = now_s + _options.latency_s;
     if (_options.fieldsPerSecond > 0)
     {
-        // One that waits for its turn gives way to a newer one.
+        // A newer field takes the turn of one that waits.
         if (!_queue.empty() && _queue.back().due_s > due_s)
         {
             due_s = _queue.back().due_s;

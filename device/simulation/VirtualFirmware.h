@@ -11,19 +11,21 @@
 namespace midair::device
 {
 
-/// The array's firmware as PROTOCOL.md describes it, fed with bytes and with the time: what `sim:`
-/// plays, and the peer of the USB tests. Time is an argument (seconds from any start, never
-/// backwards), so tests need not wait. Calls from any thread.
+/// The array's firmware as PROTOCOL.md describes it, for `sim:` and for the USB tests. Takes bytes
+/// and the time as arguments (seconds from any start, never decreasing), so that tests need not
+/// wait. All members may be called from any thread.
 class VirtualFirmware
 {
 public:
+    /// What kind of device is simulated.
     struct Options
     {
-        double latency_s = 0; ///< from commit to sound
-        double fieldsPerSecond =
-            0; ///< most that it swaps; the newest commit of those too fast wins; 0: no limit
+        double latency_s = 0; ///< >= 0; from commit to sound
+        /// >= 0; the most fields per second that it swaps in; of commits that come faster the
+        /// newest wins; 0: no limit
+        double fieldsPerSecond = 0;
         double temperature_C = 35;
-        double temperatureLimit_C = 80; ///< mutes above, until 5 degrees below
+        double temperatureLimit_C = 80; ///< above it mutes, until it is 5 degrees below
         std::uint8_t protocolVersion = protocol::kVersion;
         std::uint8_t firmwareMinor = 0; ///< firmware 1.minor.0
     };
@@ -31,24 +33,24 @@ public:
     VirtualFirmware(const DeviceLayout& layout, const Options& options);
     explicit VirtualFirmware(const DeviceLayout& layout) : VirtualFirmware(layout, Options()) {}
 
-    /// Bytes from the host, cut anyhow.
+    /// Takes bytes from the host, cut in any way.
     void receive(const std::uint8_t* bytes, std::size_t count, double now_s);
-    /// Whole answers waiting for the host, at most \a most bytes; an answer is never cut.
+    /// Takes the answers that wait for the host, whole ones only, at most \a most bytes.
     std::vector<std::uint8_t> takeAnswer(std::size_t most, double now_s);
     bool hasAnswer(double now_s);
 
-    /// The host talked until \a now_s without sending anything that matters; as KEEPALIVE does, for
-    /// `sim:`.
+    /// Feeds the watchdog at \a now_s, as KEEPALIVE does; for `sim:`.
     void keptAlive(double now_s);
 
-    DriveSignal playing(double now_s); ///< duties 0 when muted
+    DriveSignal playing(double now_s); ///< the field that is played; duties 0 when muted
     protocol::Status status(double now_s);
-    bool light(int board) const; ///< IDENTIFY's
+    bool light(int board) const; ///< true if IDENTIFY has turned the board's light on
 
     void setTemperature(double celsius, double now_s);
-    void powerCycle(double now_s); ///< forgets all
+    void powerCycle(double now_s); ///< resets everything
 
 private:
+    /// A committed field that is to be played at due_s.
     struct Committed
     {
         double due_s;
@@ -69,8 +71,8 @@ private:
     mutable std::mutex _mutex;
     protocol::StreamParser _parser;
     DriveSignal _back;
-    std::vector<std::uint32_t>
-        _stamp; ///< sequence number that each transducer of the back buffer came with; 0: none
+    /// For each transducer the sequence number of its data in the back buffer; 0: none.
+    std::vector<std::uint32_t> _stamp;
     DriveSignal _front;
     std::deque<Committed> _queue;
     std::deque<std::vector<std::uint8_t>> _answers;

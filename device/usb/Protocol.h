@@ -26,6 +26,7 @@ constexpr int kMostInPacket = 1024;            ///< transducers in one DATA pack
 constexpr double kWatchdog_s = 0.1;            ///< the device mutes if no packet came for this time
 constexpr double kKeepAliveInterval_s = 0.025; ///< three may be lost before the watchdog mutes
 
+/// The type of a packet.
 enum class Type : std::uint8_t
 {
     HELLO = 0x01,     ///< starts a session: mutes, forgets sequence numbers; answered by INFO
@@ -57,6 +58,7 @@ struct Info
     std::string firmware() const; ///< "1.2.3"
 };
 
+/// Bits of Status::flags.
 enum StatusFlags : std::uint16_t
 {
     PLAYING = 1,          ///< a field is played

@@ -29,6 +29,7 @@ class DeviceUri;
 class UsbArrayDevice : public ArrayDevice
 {
 public:
+    /// The parameters of the URI.
     struct Options
     {
         UsbAddress address;

@@ -43,6 +43,7 @@ UsbTransferPool::Outcome outcomeOf(const libusb_transfer& transfer)
 
 } // namespace
 
+/// One transfer with its buffer and the token of its sender.
 struct UsbTransferPool::Slot
 {
     UsbTransferPool* pool = nullptr;

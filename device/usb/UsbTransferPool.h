@@ -45,6 +45,7 @@ std::vector<UsbListing> listUsbDevices(const UsbAddress& which);
 class UsbTransferPool
 {
 public:
+    /// How a transfer ended.
     enum class Outcome
     {
         DONE,

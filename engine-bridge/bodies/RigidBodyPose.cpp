@@ -16,7 +16,7 @@ namespace midair::bridge
 namespace
 {
 
-/// The transforms above \a node, on the path that the visitor took.
+/// The matrix of the transforms above the node, on the path that the visitor took.
 osg::Matrixd parentToWorld(const osg::NodeVisitor& visitor)
 {
     osg::NodePath path = visitor.getNodePath();

@@ -9,18 +9,18 @@
 namespace midair::bridge
 {
 
-/// Update callback that lets a Bullet body drive an osg::MatrixTransform or
-/// osg::PositionAttitudeTransform, and steps the world to the frame's simulation time on the way.
+/// Update callback with which a Bullet body drives an osg::MatrixTransform or
+/// osg::PositionAttitudeTransform. It also steps the world to the frame's simulation time.
 ///
-/// The body moves in world coordinates in metres; whatever transforms lie above the node are taken
-/// out again. The body must outlive the callback. On any other node it only steps the world.
+/// The body moves in world coordinates in metres; the callback cancels the transforms above the
+/// node. The body must outlive the callback. On any other node it only steps the world.
 class RigidBodyPose : public osg::NodeCallback
 {
 public:
-    /// \a stepper not null. \a unit_m: metres a scene unit, > 0. \a offset (row vectors, as OSG has
-    /// it) goes from the node's own coordinates to the body's, in scene units: a scale, or a centre
-    /// of mass that is not the model's origin; a PositionAttitudeTransform keeps its own scale and
-    /// pivot and takes the offset's rotation and translation.
+    /// \a stepper must not be null. \a unit_m: metres per scene unit, > 0. \a offset (for row
+    /// vectors, as in OSG) maps the node's own coordinates to the body's, in scene units: a scale,
+    /// or a centre of mass that is not the model's origin. A PositionAttitudeTransform keeps its
+    /// own scale and pivot and uses only the offset's rotation and translation.
     RigidBodyPose(RigidBodyStepper* stepper,
                   const btRigidBody& body,
                   double unit_m = 1.0,

@@ -57,8 +57,8 @@ void RigidBodyStepper::advanceTo(double time_s)
         return;
     }
     _time_s = time_s;
-    // Times are counted from the origin and not summed frame by frame, so that rounding cannot move
-    // a step from one frame to the next.
+    // Counts time from the origin instead of summing frame times, so that rounding can't move a
+    // step from one frame to the next.
     double elapsed = (time_s - _origin_s) / _options.step_s + 1e-9;
     double due = std::floor(elapsed) - static_cast<double>(_steps - _originStep);
     const double most = std::floor(_options.catchUp_s / _options.step_s + 1e-9);

@@ -14,39 +14,41 @@ class btRigidBody;
 namespace midair::bridge
 {
 
-/// How a RigidBodyStepper steps; isValid() names the first setting that is out of its range.
+/// Options of a RigidBodyStepper; isValid() names a setting that is out of its range.
 struct StepperOptions
 {
-    double step_s = 1.0 / 240.0; ///< > 0
-    /// >= step_s; of a pause longer than this (s) the rest is dropped instead of simulated.
+    double step_s = 1.0 / 240.0; ///< > 0; length of a step
+    /// >= step_s; the most time simulated in one call; the rest of a longer pause is dropped.
     double catchUp_s = 0.25;
-    bool interpolate = true; ///< poses between the last two steps; false: of the last step
+    /// interpolate poses between the last two steps; false: the last step's
+    bool interpolate = true;
 
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// Steps a Bullet world by whole steps of equal length, so that where bodies are depends on the
-/// time alone and not on when frames came. Bullet's own accumulator keeps the remainder in a float
-/// and hands poses of a varying step out.
+/// Steps a Bullet world by steps of equal length, so that the bodies' poses depend on the time
+/// alone and not on when frames came. Bullet's own accumulator keeps the remainder in a float and
+/// returns poses of a varying step.
 ///
-/// The world belongs to the caller, must outlive the stepper and must not be stepped by anyone
-/// else. One thread.
+/// The world belongs to the caller, must outlive the stepper and must not be stepped by other code.
+/// To be used by one thread.
 class RigidBodyStepper : public osg::Referenced
 {
 public:
-    /// Throws std::invalid_argument where \a options are wrong.
+    /// Throws std::invalid_argument if \a options are not valid.
     explicit RigidBodyStepper(btDynamicsWorld& world, const StepperOptions& options = {});
 
-    /// Steps until the last step is at most one step before \a time_s. The first call sets where
-    /// time begins. Calls with the same time do nothing, so several may be made in a frame; a time
-    /// before the last one begins anew from there.
+    /// Steps the world until less than one step is left to \a time_s. The first call sets the
+    /// origin of time. Calls with the same time do nothing, so several may be made per frame; a
+    /// time before the last one becomes the new origin.
     void advanceTo(double time_s);
 
-    /// The body's centre of mass and orientation at the last advanceTo(), metres; between steps
-    /// only for tracked bodies.
+    /// The body's centre of mass and orientation at the last advanceTo(), metres; interpolated only
+    /// for tracked bodies.
     Eigen::Isometry3d pose(const btRigidBody& body) const;
 
-    /// Remembers the body's pose before each step until it is untracked as often as it was tracked.
+    /// Keeps the body's pose before each step, for interpolation, until untrack() was called as
+    /// often as track().
     void track(const btRigidBody& body);
     void untrack(const btRigidBody& body);
 
@@ -61,10 +63,11 @@ protected:
     ~RigidBodyStepper() override = default;
 
 private:
+    /// A body whose pose before the last step is kept.
     struct Tracked
     {
         const btRigidBody* body;
-        Eigen::Isometry3d before; ///< the last step
+        Eigen::Isometry3d before; ///< pose before the last step
         int users = 0;
     };
 
@@ -75,7 +78,7 @@ private:
     std::uint64_t _originStep = 0;
     std::uint64_t _steps = 0;
     double _time_s = 0.0;
-    double _share = 0.0; ///< of a step that has gone by since the last one
+    double _share = 0.0; ///< time since the last step over step_s
     double _dropped_s = 0.0;
     std::vector<Tracked> _tracked;
 };

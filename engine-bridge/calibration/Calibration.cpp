@@ -22,8 +22,8 @@ namespace
 constexpr int kEnoughPoints = 12;
 constexpr double kLineRatio = 0.05;  ///< second over first standard deviation: below, a line
 constexpr double kPlaneRatio = 0.1;  ///< third over first: below, a plane
-constexpr double kMirrorRatio = 0.5; ///< mirrored noise over direct: below, the wrong hand
-constexpr int kDraws = 4000;         ///< 95 % quantile good to about 1.5 %
+constexpr double kMirrorRatio = 0.5; ///< mirrored noise over direct: below, wrong handedness
+constexpr int kDraws = 4000;         ///< gives the 95 % quantile to about 1.5 %
 constexpr int kEdgeDirections = 256;
 
 std::string format(const char* pattern, double a, double b = 0.0, double c = 0.0, double d = 0.0)
@@ -85,8 +85,8 @@ public:
         return Eigen::Matrix3d::Identity() / _count + lever * _inverse * lever.transpose();
     }
 
-    /// The error at the worst of some evenly spread places on the sphere of \a radius round the
-    /// origin (a Fibonacci lattice).
+    /// The error at the worst of kEdgeDirections places on the sphere of \a radius round the
+    /// origin, spread evenly by a Fibonacci lattice.
     Eigen::Matrix3d worstAtRadius(double radius) const
     {
         Eigen::Matrix3d worst = at(Eigen::Vector3d(0, 0, radius));
@@ -108,9 +108,8 @@ private:
     Eigen::Matrix3d _inverse;
 };
 
-/// Median and 95 % quantile of |e| by seeded draws, for e normal with covariance sigma^2 C and
-/// sigma known from \a freedom degrees of freedom only (so with Student's tails instead of
-/// Gauss's).
+/// Computes the median and 95 % quantile of |e| by seeded draws. e is normal with covariance
+/// sigma^2 C; sigma is estimated with \a freedom degrees of freedom, so e has Student's tails.
 void errorQuantiles(CalibrationReport& report,
                     const Eigen::Matrix3d& C,
                     int freedom,
@@ -161,7 +160,7 @@ bool mirrored(const PointPairs& pairs, const RobustFit& direct, const RobustFitO
     return other.inliers >= direct.inliers && other.noise_m < kMirrorRatio * direct.noise_m;
 }
 
-/// Checks unit and handedness by a fit that may scale. Returns false where either is wrong.
+/// Checks unit and handedness by a fit with scaling. Returns false if either is wrong.
 bool checkScaleAndHand(CalibrationReport& report,
                        const PointPairs& pairs,
                        const CalibrationOptions& options)

@@ -15,6 +15,7 @@ namespace midair::bridge
 namespace
 {
 
+/// A unit of length.
 struct Unit
 {
     const char* symbol;

@@ -8,7 +8,7 @@
 namespace midair::bridge
 {
 
-/// The same physical spots measured twice: by whatever tracks the scene's world, and in the array
+/// The same physical points measured twice: by the tracker in the scene's world, and in the array
 /// frame.
 struct PointPairs
 {
@@ -18,18 +18,18 @@ struct PointPairs
     int size() const { return static_cast<int>(world.cols()); }
 };
 
-/// Reads six columns a line: world x y z, array x y z, parted by commas, semicolons, tabs or
-/// blanks. Blank lines and lines that begin with # are passed over, and so is a first line of
-/// headings. \a name stands in messages. Throws base::InputError naming the line for a wrong count,
-/// for what is no number, for what is not finite and for more than 10,000 pairs.
+/// Reads lines of six columns: world x y z, array x y z, separated by commas, semicolons, tabs or
+/// blanks. Skips blank lines, lines that begin with # and a first line of headings. \a name appears
+/// in messages. Throws base::InputError, which names the line, for a wrong number of columns, for a
+/// column that is not a finite number and for more than 10,000 pairs.
 PointPairs readPointPairs(std::istream& in, const std::string& name);
 
-/// "m", "cm", "mm", "um", "in", "ft", or a positive number: metres a unit. Throws base::InputError
-/// for anything else.
+/// The metres per unit for "m", "cm", "mm", "um", "in", "ft" (or the unit's name in full), or for a
+/// positive number. Throws base::InputError for anything else.
 double unitInMetres(const std::string& nameOrNumber);
 
-/// "millimetres" for 0.001 and the like, within \a tolerance (relative); empty where no common unit
-/// is near.
+/// The name of the unit that has \a metres, within a relative \a tolerance, such as "millimetres"
+/// for 0.001; empty if no common unit is near.
 std::string unitName(double metres, double tolerance = 0.05);
 
 } // namespace midair::bridge

@@ -13,8 +13,8 @@ namespace midair::bridge
 namespace
 {
 
-constexpr int kFewestForRejection = 6;  ///< with fewer, an outlier and a good pair look alike
-constexpr double kFinestNoise_m = 1e-7; ///< so that rounding in exact pairs makes no outliers
+constexpr int kFewestForRejection = 6;  ///< fewer pairs don't show which one is wrong
+constexpr double kFinestNoise_m = 1e-7; ///< so that rounding makes no outliers of exact pairs
 
 using Triple = std::array<int, 3>;
 
@@ -59,8 +59,8 @@ std::vector<Triple> triples(int n, const RobustFitOptions& options)
     return result;
 }
 
-/// The h-th smallest residual, h = floor(n/2) + floor((p + 1)/2) with p = 3 pairs in a trial fit:
-/// as robust as can be (Rousseeuw 1984).
+/// The h-th smallest residual, h = floor(n/2) + floor((p + 1)/2) with p = 3 pairs in a trial fit,
+/// which has the highest breakdown point (Rousseeuw 1984).
 double medianResidual(const Eigen::VectorXd& residuals)
 {
     std::vector<double> sorted(residuals.data(), residuals.data() + residuals.size());
@@ -78,7 +78,7 @@ std::vector<int> within(const Eigen::VectorXd& residuals, double limit)
     return chosen;
 }
 
-/// sqrt(sum r^2 / (3 n - degrees of freedom that the fit used up)).
+/// sqrt(sum r^2 / (3 n - parameters of the fit)).
 double noise(const RobustFit& result, const std::vector<int>& chosen, bool scaling)
 {
     double sum = 0.0;
@@ -88,7 +88,7 @@ double noise(const RobustFit& result, const std::vector<int>& chosen, bool scali
     return std::max(kFinestNoise_m, std::sqrt(sum / std::max(1, freedom)));
 }
 
-/// The pairs within reach of the best triple's fit.
+/// The pairs that agree with the fit to the best triple.
 std::vector<int> consensus(const PointPairs& pairs, const RobustFitOptions& options)
 {
     const int n = pairs.size();

@@ -10,12 +10,12 @@
 namespace midair::bridge
 {
 
-/// How robustFit() searches.
+/// Options of robustFit().
 struct RobustFitOptions
 {
-    bool scaling = false;       ///< fit a uniform scale too
-    double outlierSigmas = 4.0; ///< > 0
-    int trials = 1000;          ///< >= 1
+    bool scaling = false;       ///< also fit a uniform scale
+    double outlierSigmas = 4.0; ///< > 0; pairs with larger residuals, in sigmas, are outliers
+    int trials = 1000;          ///< >= 1; the most triples to try
     std::uint64_t seed = 1;
 };
 
@@ -28,12 +28,12 @@ struct RobustFit
     Eigen::VectorXd residuals_m; ///< n
     std::vector<bool> inlier;    ///< n
     int inliers = 0;
-    double noise_m = 0.0; ///< standard deviation a coordinate over the inliers
+    double noise_m = 0.0; ///< standard deviation per coordinate over the inliers
 };
 
-/// Fits by least median of squares over triples (all of them, or seeded random ones), then by least
-/// squares over the inliers until they stay the same. Needs at least three finite pairs; the caller
-/// checks for degenerate ones.
+/// Fits by least median of squares over triples (all, or random ones by seed), then by least
+/// squares over the inliers until these stay the same. Needs at least three finite pairs; the
+/// caller checks for degenerate ones.
 RobustFit robustFit(const PointPairs& pairs, const RobustFitOptions& options);
 
 } // namespace midair::bridge

@@ -35,8 +35,8 @@ double pastRectangle(double x1, double x2, double y1, double y2)
     const std::complex<double> blocked =
         (knifeEdge(x1) - knifeEdge(x2)) * (knifeEdge(y1) - knifeEdge(y2));
     const double passed = std::min(1.0, std::abs(1.0 - blocked));
-    // Fades out over the last bit, where the ripples of the far edges would leave a small step at
-    // the edge of light.
+    // Blends to 1 from kFade to kLit; the ripples of the far edges would leave a small step at
+    // kLit.
     const double lit = std::clamp((x1 - kFade) / (kLit - kFade), 0.0, 1.0);
     return passed + lit * (1.0 - passed);
 }

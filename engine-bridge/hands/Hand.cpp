@@ -35,6 +35,7 @@ constexpr std::array<const char*, HAND_JOINTS> kJointNames = {"palm",
                                                               "little distal",
                                                               "little tip"};
 
+/// The two joints of a bone.
 struct Bone
 {
     int from;
@@ -65,8 +66,8 @@ const std::array<Bone, kHandBones>& bones()
     return all;
 }
 
-/// x and z of a right hand's joints in the palm frame (y = 0) and their radii, all in mm: round
-/// figures of an adult's hand.
+/// x and z of a right hand's joint in the palm frame (y = 0) and its radius, in mm: rounded figures
+/// of an adult's hand.
 struct FlatJoint
 {
     double x;

@@ -41,30 +41,31 @@ enum HandJointName
     HAND_JOINTS
 };
 
-/// One tracked joint. A tracker may know where it is and not how it is turned, or neither.
+/// One tracked joint. A tracker may know its position but not its orientation, or neither.
 struct HandJoint
 {
     Eigen::Vector3d position = Eigen::Vector3d::Zero();              ///< metres
     Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity(); ///< unit
-    double radius_m = 0.0;                                           ///< to the skin
+    double radius_m = 0.0;                                           ///< distance of the skin
     bool positionValid = false;
     bool orientationValid = false;
 };
 
+/// One tracked hand.
 struct Hand
 {
-    int id = 0; ///< the same from frame to frame; 0 left, 1 right
+    int id = 0; ///< stays the same from frame to frame; 0 left, 1 right
     std::array<HandJoint, HAND_JOINTS> joints;
 };
 
-/// The hands at one moment; all in one frame of reference.
+/// The hands at one time, in one frame of reference.
 struct HandFrame
 {
     double time_s = 0.0;
     std::vector<Hand> hands;
 };
 
-/// All places within radius_m of the segment from a to b: a bone of a finger with its flesh, or a
+/// All points within radius_m of the segment from a to b: a bone of a hand with its flesh, or a
 /// prop.
 struct Capsule
 {
@@ -73,7 +74,7 @@ struct Capsule
     double radius_m = 0.0;
 };
 
-/// A capsule, whose it is, and which bone.
+/// The capsule of one bone of a hand.
 struct HandCapsule
 {
     Capsule shape;
@@ -81,24 +82,24 @@ struct HandCapsule
     int bone = 0; ///< 0 .. kHandBones - 1
 };
 
-constexpr int kHandBones = 24; ///< wrist to each metacarpal, then along each finger
+constexpr int kHandBones = 24; ///< for each finger: wrist to metacarpal, then along the finger
 
 /// "index distal to index tip" and the like, for messages. \a bone in 0 .. kHandBones - 1.
 std::string boneName(int bone);
 
-/// "index tip" and the like, as recordings name them.
+/// "index tip" and the like; recordings have an underscore for each blank.
 const char* jointName(int joint);
 
-/// A capsule for each bone whose two joints have a valid, finite position; its radius is the mean
-/// of theirs.
+/// A capsule for each bone whose two joints have a valid, finite position and a radius over 0; its
+/// radius is the mean of theirs.
 std::vector<HandCapsule> handCapsules(const HandFrame& frame);
 
-/// The frame as seen from another frame of reference; radii and lengths stay.
+/// \a frame with all joints moved by \a motion; radii stay.
 HandFrame transformed(const HandFrame& frame, const Eigen::Isometry3d& motion);
 
 /// A flat open right (id 1) or left hand (id 0) of an adult, fingers along -z of \a palm, the back
 /// of the hand towards +y (OpenXR's palm frame); about 190 mm from the wrist to the middle finger's
-/// tip. For mice, tests and samples.
+/// tip. Used for mice, tests and samples.
 Hand openHand(int id, const Eigen::Isometry3d& palm);
 
 /// The same, moved so that the index finger's tip (the middle of its last joint's ball) is at \a

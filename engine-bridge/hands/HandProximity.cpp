@@ -14,8 +14,8 @@ namespace midair::bridge
 namespace
 {
 
-constexpr double kAreaResolution_m = 2e-3;  ///< a finger's disc then to about half a percent
-constexpr std::uint64_t kKeptUpdates = 600; ///< a mesh nobody was near for so long is forgotten
+constexpr double kAreaResolution_m = 2e-3;  ///< gives a finger's disc to about half a percent
+constexpr std::uint64_t kKeptUpdates = 600; ///< meshes not measured in as many are dropped
 
 Capsule moved(const Capsule& capsule, const Eigen::Isometry3d& motion)
 {
@@ -29,7 +29,7 @@ const HapticObject* find(const std::vector<HapticObject>& objects, std::uint64_t
     return nullptr;
 }
 
-/// Centre and radius of a ball that holds all \a capsules.
+/// A sphere.
 struct Ball
 {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
@@ -112,8 +112,8 @@ void HandProximity::measure(const HapticObject& object,
         const double away = pointSegmentDistance(mesh.centre(), shape.a, shape.b) - shape.radius_m;
         _bones.push_back({away, shape, capsule.bone});
     }
-    // Only what is nearer than the nearest so far matters: the likely nearest is searched first,
-    // which makes the other searches short.
+    // Sorts the likely nearest bone to the front: each search is limited to the nearest distance so
+    // far, so the others become short.
     std::stable_sort(_bones.begin(),
                      _bones.end(),
                      [](const Bone& a, const Bone& b) { return a.away_m < b.away_m; });
@@ -132,8 +132,8 @@ void HandProximity::measure(const HapticObject& object,
     for (HandContact& other : _contacts)
     {
         if (other.object != contact.object || other.hand != hand) continue;
-        // Parts of one instance share a touch: it is where they are nearest, and the forces on them
-        // add up.
+        // Parts of one instance share a contact: at the part that is nearest, with the sum of the
+        // forces.
         contact.overlap_m2 += other.overlap_m2;
         contact.force_N += other.force_N;
         if (other.distance_m < contact.distance_m)
@@ -215,7 +215,7 @@ void HandProximity::update(const std::vector<HapticObject>& objects,
     _contacts.clear();
     _events.clear();
     const std::vector<HandCapsule> capsules = handCapsules(hands);
-    // A hand without any bone that the tracker knows counts as lost.
+    // A hand without any tracked bone counts as lost.
     HandFrame known;
     for (const Hand& hand : hands.hands)
         if (std::any_of(capsules.begin(),
@@ -227,7 +227,7 @@ void HandProximity::update(const std::vector<HapticObject>& objects,
     {
         if (capsules.empty()) break;
         if (!object.mesh || object.mesh->triangles.cols() == 0) continue;
-        // A mesh that is out of range is judged by its bounds; its hierarchy is not built.
+        // Tests the bounds first, so that the hierarchy of a mesh out of range is not built.
         const MeshDistance& mesh = meshOf(object);
         const double gap =
             (object.pose * mesh.centre() - ball.centre).norm() - mesh.radius_m() - ball.radius_m;

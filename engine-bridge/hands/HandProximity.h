@@ -14,36 +14,36 @@
 namespace midair::bridge
 {
 
-/// When a hand touches; isValid() names the first setting that is out of its range.
+/// When a hand counts as touching; isValid() names the first setting that is out of its range.
 struct ProximityOptions
 {
     double range_m = 0.05; ///< >= leave_m; hands farther than this from an object are not measured
-    double enter_m = 0.0;  ///< a touch begins when the skin is nearer than this (under 0: overlaps)
-    /// >= enter_m; and ends when it is farther than this, so that tremor makes no events
+    double enter_m = 0.0;  ///< a touch begins when the skin is nearer than this; under 0: overlap
+    /// >= enter_m; a touch ends when the skin is farther than this, so that tremor makes no events
     double leave_m = 4e-3;
-    double hold_s = 0.1; ///< >= 0; a hand that the tracker lost goes on touching for so long
-    double alpha = 2.0;  ///< 1 .. 2; how skin reflects sound: 2 all of it (the paper's equation 1)
+    double hold_s = 0.1; ///< >= 0; a hand that the tracker lost goes on touching for this time
+    double alpha = 2.0;  ///< 1 .. 2; reflection by skin; 2: total (the paper's equation 1)
     /// >= 0; peak pressure that a relative pressure of 1 stands for; 0: force unknown
     double relative_Pa = 0.0;
 
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// One hand near one object, now.
+/// One hand near one object, at the last update.
 struct HandContact
 {
-    std::uint64_t object = 0; ///< HapticObject::id
+    std::uint64_t object = 0; ///< HapticObject::touchId()
     int hand = 0;             ///< Hand::id
-    int bone = 0;             ///< the nearest one
-    double distance_m = 0.0;  ///< skin to surface, under 0 where they overlap
-    /// on the object, in the objects' frame (array)
+    int bone = 0;             ///< the bone nearest to the object
+    double distance_m = 0.0;  ///< skin to surface; under 0: they overlap
+    /// the nearest point on the object, in the objects' frame (array)
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
     bool touching = false;
-    double overlap_m2 = 0.0; ///< of the object's surface within the hand
-    double force_N = 0.0;    ///< see HandProximity
+    double overlap_m2 = 0.0; ///< area of the object's surface within the hand
+    double force_N = 0.0;    ///< an estimate, see HandProximity
 };
 
-/// A touch began or ended.
+/// The beginning or end of a touch.
 struct TouchEvent
 {
     enum Kind
@@ -52,38 +52,39 @@ struct TouchEvent
         LEAVE
     };
     Kind kind = ENTER;
-    std::uint64_t object = 0;
-    std::string path; ///< the object's node path
+    std::uint64_t object = 0; ///< HapticObject::touchId()
+    std::string path;         ///< the object's node path
     double time_s = 0.0;
-    HandContact contact; ///< when it began; for LEAVE as last seen
+    HandContact contact; ///< when the touch began; for LEAVE as last measured
 };
 
-/// Which hands are near which objects, and when touches begin and end.
+/// Detects which hands are near which objects, and when touches begin and end.
 ///
 /// The force is an estimate: F = alpha p^2 / (2 rho c^2) A with p the peak pressure wanted of the
-/// object, A the area of its surface within the hand. It takes the pressure of the control points
-/// for that of the whole surface, of which the field between them falls short: an upper estimate.
-/// Everything is in metres and in the objects' frame. One thread at a time; each instance keeps its
-/// own hierarchies.
+/// object, A the area of its surface within the hand. It is an upper estimate: it assumes the
+/// control points' pressure on the whole surface, while the field is weaker between them.
+/// Everything is in metres and in the objects' frame. Only one thread at a time may use an
+/// instance; each instance keeps its own bounding volume hierarchies.
 class HandProximity
 {
 public:
-    /// Throws base::InputError where \a options are wrong.
+    /// Throws base::InputError if \a options or \a medium are not valid.
     explicit HandProximity(const ProximityOptions& options = {},
                            const haptics::Medium& medium = {});
 
-    /// Measures \a hands (in the objects' frame) against \a objects at \a time_s (never
-    /// decreasing). Objects that are gone, and hands that are gone for longer than hold_s, end
-    /// their touches.
+    /// Measures the distances of \a hands (in the objects' frame) to \a objects at \a time_s, which
+    /// must not decrease. Touches end when the skin is farther than leave_m, when their object is
+    /// gone, or when their hand is gone for longer than hold_s.
     void update(const std::vector<HapticObject>& objects, const HandFrame& hands, double time_s);
 
-    const std::vector<HandContact>& contacts() const { return _contacts; } ///< within range, now
-    const std::vector<TouchEvent>& events() const { return _events; }      ///< of the last update
+    /// Hands within range_m of objects at the last update.
+    const std::vector<HandContact>& contacts() const { return _contacts; }
+    const std::vector<TouchEvent>& events() const { return _events; } ///< of the last update
 
-    /// Hands and objects that touch, pairs of them.
+    /// The number of pairs of a hand and an object that touch.
     std::size_t touches() const { return _touches.size(); }
 
-    /// Forgets contacts and events of the last update; touches go on.
+    /// Clears the contacts and events of the last update; touches go on.
     void clear()
     {
         _contacts.clear();
@@ -94,11 +95,13 @@ public:
     const ProximityOptions& options() const { return _options; }
 
 private:
+    /// The hierarchy of a mesh and the number of the update that used it last.
     struct CachedMesh
     {
         std::unique_ptr<MeshDistance> distance;
         std::uint64_t lastUse = 0;
     };
+    /// A touch that has begun and not ended.
     struct Touch
     {
         HandContact contact;
@@ -107,9 +110,10 @@ private:
         std::uint64_t lastUpdate = 0;
     };
 
+    /// A bone of the hand being measured.
     struct Bone
     {
-        double away_m; ///< from the mesh's centre
+        double away_m; ///< distance of its skin from the mesh's centre
         Capsule shape; ///< mesh frame
         int bone;
     };
@@ -128,13 +132,14 @@ private:
     std::unordered_map<std::uint64_t, CachedMesh> _meshes; ///< by meshId
     std::uint64_t _updates = 0;
     std::vector<Bone> _bones;
-    std::vector<Capsule> _overlapping; ///< of the hand measured now, in the mesh's frame
+    std::vector<Capsule> _overlapping; ///< of the hand being measured, in the mesh's frame
     std::vector<HandContact> _contacts;
-    std::vector<Touch> _touches; ///< few
+    std::vector<Touch> _touches;
     std::vector<TouchEvent> _events;
 };
 
-/// Which of \a points (3 x n) are within \a reach_m of the skin of any of \a capsules; n long.
+/// For each of \a points (3 x n): true if it is within \a reach_m of the skin of any of
+/// \a capsules.
 std::vector<bool> withinReach(const Eigen::Matrix3Xd& points,
                               const std::vector<HandCapsule>& capsules,
                               double reach_m);

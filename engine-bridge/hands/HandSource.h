@@ -11,32 +11,33 @@
 namespace midair::bridge
 {
 
-/// Where tracked hands come from: a tracker, a recording, the application or a mouse. Positions are
-/// in metres in the world frame of the scene.
+/// A source of tracked hands: a tracker, a recording, the application or a mouse. Positions are in
+/// metres in the world frame of the scene.
 class HandSource
 {
 public:
     virtual ~HandSource() = default;
 
-    /// The hands at \a time_s of the caller's clock; false, and no hands, where none is known.
-    /// Never blocks. From one thread.
+    /// Puts the hands at \a time_s of the caller's clock into \a frame. Returns false, and no
+    /// hands, if none are known. Never blocks. To be called from one thread.
     virtual bool frameAt(double time_s, HandFrame& frame) = 0;
 
-    /// One line that says what the source is and how it is doing.
+    /// One line of text: what the source is, and its state.
     virtual std::string status() const = 0;
 };
 
-/// Plays a recording: the frame depends on the time asked for and on nothing else.
+/// Plays a recording: the frame depends only on the time asked for.
 class RecordedHandSource : public HandSource
 {
 public:
-    /// Between two frames less than this apart joints are interpolated; across a longer gap no hand
-    /// is known.
+    /// Joints are interpolated between two frames at most this far apart; in a longer gap there are
+    /// no hands.
     static constexpr double kLongestGap_s = 0.25;
 
-    /// Throws base::InputError naming the file and the line.
+    /// Throws base::InputError, which names the file and the line. \a loop: the recording repeats
+    /// after duration_s(); else there are no hands after it.
     explicit RecordedHandSource(const std::string& path, bool loop = false);
-    /// \a name stands in messages.
+    /// \a name appears in messages.
     RecordedHandSource(std::istream& in, const std::string& name, bool loop = false);
 
     bool frameAt(double time_s, HandFrame& frame) override;
@@ -53,15 +54,16 @@ private:
     std::vector<HandFrame> _frames;
 };
 
-/// Writes frames as RecordedHandSource reads them: a line a joint with time_s, hand, joint, x, y,
-/// z, qx, qy, qz, qw, radius_m, position_valid, orientation_valid.
+/// Writes frames as RecordedHandSource reads them: one line per joint with time_s, hand, joint, x,
+/// y, z, qx, qy, qz, qw, radius_m, position_valid, orientation_valid.
 void writeHandRecording(std::ostream& out, const std::vector<HandFrame>& frames);
 
-/// Hands that the application sets; from any thread.
+/// Hands that the application sets; all members may be called from any thread.
 class InjectedHandSource : public HandSource
 {
 public:
-    /// A frame older than \a staleAfter_s (> 0) counts as no hand.
+    /// A frame whose time differs by more than \a staleAfter_s (> 0) from the time asked for counts
+    /// as no hands.
     explicit InjectedHandSource(double staleAfter_s = 0.2) : _staleAfter_s(staleAfter_s) {}
 
     void set(const HandFrame& frame);

@@ -9,7 +9,7 @@ namespace midair::bridge
 namespace
 {
 
-/// The condition is written so that what is not finite counts as moved.
+/// Written so that NaN counts as moved.
 bool near(const Capsule& a, const Capsule& b)
 {
     return (a.a - b.a).norm() <= kHandTolerance_m && (a.b - b.b).norm() <= kHandTolerance_m &&

@@ -12,41 +12,41 @@
 namespace midair::bridge
 {
 
-/// The hands and props in the array frame, and how the field takes them into account.
+/// The hands and props in the array frame, and how they affect the field.
 struct HandsAndObstacles
 {
     std::vector<HandCapsule> hands;
-    /// real things that are in the sound's way; never what is only seen
+    /// real objects in the sound's way, not those that are only rendered
     std::vector<Capsule> props;
     /// > 0: only points within this of a hand's skin are solved; 0: all, hands or none
     double reach_m = 0.0;
-    bool shadows = false; ///< hands and props take transducers' sound away
+    bool shadows = false; ///< if true, hands and props shadow transducers
 };
 
-/// Movements by less than this (m) change nothing. It is a fifth of a wavelength or less of the
-/// devices that exist.
+/// Hands and props that moved by no more than this, m, count as unmoved. It is a fifth of a
+/// wavelength or less for existing devices.
 constexpr double kHandTolerance_m = 1e-3;
 
-/// True if the field for \a a is also the field for \a b: all that matters of them is the same, and
-/// none of it moved by more than the tolerance.
+/// Returns true if the field for \a a also fits \a b: everything that affects it is the same, and
+/// moved by no more than kHandTolerance_m.
 bool equivalent(const HandsAndObstacles& a, const HandsAndObstacles& b);
 
-/// Applies a HandsAndObstacles to control points and to the array, and remembers it until the next
-/// one.
+/// Applies a HandsAndObstacles to control points and to the array.
 class ReachAndShadow
 {
 public:
-    /// True where \a now is equivalent to what was last given to begin().
+    /// Returns true if \a now is equivalent to the argument of the last begin().
     bool unmoved(const HandsAndObstacles& now) const { return equivalent(now, _last); }
 
+    /// Sets the hands and props for the calls that follow.
     void begin(const HandsAndObstacles& now) { _last = now; }
 
-    /// Moves the points that no hand can reach from \a points to \a skipped, and returns how many.
-    /// Where reach_m is 0 all stay.
+    /// Moves the points farther than reach_m from all hands from \a points to \a skipped, and
+    /// returns their number. If reach_m is 0, all points stay.
     std::uint64_t keepWithinReach(haptics::ControlPoints& points, Eigen::Matrix3Xd& skipped) const;
 
-    /// A copy of \a array with its gains lowered where hands and props are between it and \a
-    /// points; valid until the next call.
+    /// A copy of \a array with lower gains for transducers that hands and props shadow from
+    /// \a points, or \a array itself without shadows; valid until the next call.
     const haptics::TransducerArray& shadowed(const haptics::ControlPoints& points,
                                              const haptics::TransducerArray& array,
                                              double wavelength_m);

@@ -16,12 +16,13 @@ namespace midair::bridge
 namespace
 {
 
-/// Units in which the hierarchy is built, per metre: Bullet enlarges every box by up to 0.002 of a
-/// unit, which in metres would merge a fine mesh into one.
+/// Units per metre of the hierarchy: Bullet enlarges every box by up to 0.002 units, which with
+/// metres would make the boxes of a fine mesh overlap.
 constexpr double kBulletUnits = 1000.0;
-/// A margin for boxes, which Bullet rounds to 16 bits outwards, but to floats either way.
+/// Margin of boxes: Bullet rounds them outwards to 16 bits, but to the nearest float before.
 constexpr double kFloatSlack_m = 1e-6;
 
+/// The corners of a triangle.
 struct Triangle
 {
     Eigen::Vector3d p, q, r;
@@ -32,7 +33,7 @@ bool contains(const Capsule& capsule, const Eigen::Vector3d& x)
     return pointSegmentDistance(x, capsule.a, capsule.b) <= capsule.radius_m;
 }
 
-/// How far \a x is outside the union of \a capsules; under 0 inside.
+/// Distance of \a x from the union of \a capsules; under 0: inside.
 double outside(const std::vector<const Capsule*>& capsules, const Eigen::Vector3d& x)
 {
     double least = INFINITY;
@@ -42,7 +43,7 @@ double outside(const std::vector<const Capsule*>& capsules, const Eigen::Vector3
     return least;
 }
 
-/// The share of a small triangle that is inside, as if the skin were straight across it: the level
+/// The area of a small triangle inside the union, as if the skin were straight across it: the level
 /// f = 0 of the linear interpolant cuts the share f_i^2 / ((f_i - f_j)(f_i - f_k)) off at the
 /// corner i whose sign differs from the others.
 double clippedArea(const Triangle& t, const std::vector<const Capsule*>& capsules)
@@ -76,7 +77,7 @@ double areaInside(const Triangle& t, const std::vector<const Capsule*>& near, do
             reaching.push_back(capsule);
     }
     if (reaching.empty()) return 0.0;
-    // Halved across the longest edge, so that thin triangles become compact.
+    // Halves the longest edge, so that thin triangles become compact.
     const double pq = (t.p - t.q).squaredNorm();
     const double qr = (t.q - t.r).squaredNorm();
     const double rp = (t.r - t.p).squaredNorm();
@@ -94,14 +95,15 @@ double areaInside(const Triangle& t, const std::vector<const Capsule*>& near, do
 
 } // namespace
 
-/// Searches Bullet's hierarchy with the nearer half first, and leaves out what is too far.
+/// Bullet's hierarchy of the mesh and its search, which visits the nearer child first and skips
+/// boxes that are too far.
 struct MeshDistance::Bullet
 {
     Eigen::Matrix3Xf vertices; ///< of the mesh, in Bullet's units
     Eigen::Matrix3Xi triangles;
     std::vector<int> original; ///< triangle of the mesh for each of `triangles`
     btTriangleIndexVertexArray arrays;
-    std::unique_ptr<btBvhTriangleMeshShape> shape; ///< null until searched
+    std::unique_ptr<btBvhTriangleMeshShape> shape; ///< null until the first search
 
     void build(const haptics::TriangleMesh& mesh);
     double lowerBound(const Capsule& capsule, int node) const;
@@ -130,7 +132,7 @@ void MeshDistance::Bullet::build(const haptics::TriangleMesh& mesh)
 }
 
 /// A lower bound on the distance of the node's box from the capsule's axis: the larger of the
-/// distances box to box and ball to axis.
+/// distances box to box and sphere to axis.
 double MeshDistance::Bullet::lowerBound(const Capsule& capsule, int node) const
 {
     const btQuantizedBvhNode& quantized = nodes()[node];
@@ -225,8 +227,8 @@ NearestSpot MeshDistance::nearest(const Capsule& capsule, double range_m) const
                                                         _mesh->vertices.col(corner[1]),
                                                         _mesh->vertices.col(corner[2]));
         const double distance = pair.distance - capsule.radius_m;
-        // Of triangles at the same distance the first one counts, whatever the order of the
-        // hierarchy.
+        // Of triangles at the same distance takes the one with the lowest index, so that the order
+        // of the hierarchy doesn't matter.
         const bool nearer =
             distance < best.distance_m || (distance == best.distance_m && t < best.triangle);
         if (distance > range_m || !nearer) return;

@@ -15,13 +15,13 @@ namespace
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// The thinnest obstacle, m: far below any wavelength, and still a capsule.
+/// Half the least extent of an obstacle, m: far below any wavelength, and over 0.
 constexpr double kThinnest_m = 1e-4;
 
-/// Axes of the surface's spread, the longest extent first, as columns.
+/// The principal axes of the surface as columns, the largest spread first.
 Matrix3d principalAxes(const haptics::TriangleMesh& mesh, Vector3d& middle)
 {
-    // Taken over the surface instead of the vertices, which may crowd: the second moments of a
+    // Moments of the surface instead of the vertices, which may crowd: the second moments of a
     // triangle about the origin are A/12 (sum v_i v_i^T + 9 m m^T), with m the mean of its corners
     // v_i.
     Matrix3d moments = Matrix3d::Zero();
@@ -48,8 +48,7 @@ Matrix3d principalAxes(const haptics::TriangleMesh& mesh, Vector3d& middle)
     return solver.eigenvectors().rowwise().reverse();
 }
 
-/// Least and largest first coordinate of the parts of the triangles whose second one is within low
-/// .. high.
+/// An interval, empty at first.
 struct Range
 {
     double low = std::numeric_limits<double>::infinity();
@@ -74,7 +73,7 @@ Range within(const Eigen::Matrix3Xd& vertices,
             const Vector3d a = vertices.col(t[k]);
             const Vector3d b = vertices.col(t[(k + 1) % 3]);
             if (a.y() >= low && a.y() <= high) range.add(a.x());
-            // Includes the places where the edge crosses the strip's borders.
+            // The points where the edge crosses the strip's borders.
             for (const double border : {low, high})
                 if ((a.y() - border) * (b.y() - border) < 0.0)
                     range.add(a.x() + (b.x() - a.x()) * (border - a.y()) / (b.y() - a.y()));
@@ -92,7 +91,7 @@ std::vector<Capsule> capsulesOf(const haptics::TriangleMesh& mesh, double leastW
     Matrix3d axes = principalAxes(mesh, middle);
     Eigen::Matrix3Xd local = axes.transpose() * (mesh.vertices.colwise() - middle);
     Vector3d extent = local.rowwise().maxCoeff() - local.rowwise().minCoeff();
-    // The axes are sorted again, since their extents may rank differently from their spreads.
+    // Sorts the axes again, since their extents may rank differently from their spreads.
     Eigen::Vector3i order(0, 1, 2);
     std::stable_sort(
         order.data(), order.data() + 3, [&](int i, int k) { return extent[i] > extent[k]; });

@@ -27,10 +27,10 @@ double fresnelScale(double d1, double d2, double wavelength_m)
     return std::sqrt(2.0 * (a + b) / (wavelength_m * a * b));
 }
 
-/// The nearer edge, in units of v, of an obstacle that lies behind the point as the sound goes, or
-/// below it; only skin on or next to which the point lies takes anything away. It is the mirror
-/// image of the edge at the horizon, so that weights pass smoothly through 1/2 there. \a sine is
-/// that of the angle over the horizon, 0 .. 1.
+/// The nearer edge, in units of v, of an obstacle that lies behind the point in the sound's
+/// direction, or below it; only an obstacle whose skin is at or near the point takes anything away.
+/// It is the mirror image of the edge at the horizon, so that weights pass smoothly through 1/2
+/// there. \a sine is that of the angle over the horizon, 0 .. 1.
 double edgeBehind(double sine, double gap, double radius_m, double wavelength_m)
 {
     const double cosine = std::sqrt(std::max(0.0, 1.0 - sine * sine));
@@ -39,8 +39,8 @@ double edgeBehind(double sine, double gap, double radius_m, double wavelength_m)
            4.0 * gap / wavelength_m;
 }
 
-/// The point itself, or if it lies in an obstacle the nearest place on the skin of the one that it
-/// lies deepest in.
+/// The point itself; if it is inside obstacles, the nearest place on the skin of the one that it is
+/// deepest in.
 Vector3d onSkin(const Vector3d& point, const std::vector<Capsule>& obstacles)
 {
     Vector3d moved = point;
@@ -56,7 +56,7 @@ Vector3d onSkin(const Vector3d& point, const std::vector<Capsule>& obstacles)
     return moved;
 }
 
-/// shadowWeight() for a point that is not inside the obstacle, or that is on another one's skin.
+/// shadowWeight() for a point that was moved by onSkin().
 double weightOutside(const Vector3d& source,
                      const Vector3d& point,
                      const Capsule& obstacle,
@@ -71,7 +71,7 @@ double weightOutside(const Vector3d& source,
     if (d1 <= 1e-9 * length) return 1.0; // behind the transducer
     const double r = obstacle.radius_m;
     const double scale = fresnelScale(d1, d2, wavelength_m);
-    // The axis as it is seen along the way: from a to b, and nearest to the way at x.
+    // The axis as seen along the path: from a to b, at the distance x from the path.
     const Vector3d a = (obstacle.a - source) - w.dot(obstacle.a - source) * w;
     const Vector3d b = (obstacle.b - source) - w.dot(obstacle.b - source) * w;
     const double seen = (b - a).norm();
@@ -95,7 +95,7 @@ bool usable(const Capsule& capsule)
     return capsule.a.allFinite() && capsule.b.allFinite() && capsule.radius_m > 0.0;
 }
 
-/// Multiplies the weights from all transducers to one spot by those of the obstacles.
+/// Computes the weights from all transducers to one point past all obstacles.
 class SpotShadow
 {
 public:
@@ -108,7 +108,7 @@ public:
     {
     }
 
-    /// Returns how many ways were tested one by one. \a weights is m long.
+    /// Sets \a weights (m); returns the number of paths tested one by one.
     long weigh(const Vector3d& point, Eigen::VectorXd& weights)
     {
         const Vector3d spot = onSkin(point, _obstacles);
@@ -131,15 +131,15 @@ public:
     }
 
 private:
-    /// Cosine of the angle from the direction of the obstacle's middle beyond which a way from \a
-    /// spot is lit: it takes in the obstacle's ball and the half shadow round it at its far side.
-    /// -2 where the spot is inside of that.
+    /// Cosine of the angle to the direction of the obstacle's middle beyond which a path from
+    /// \a spot is lit. The angle includes the sphere round the obstacle and the penumbra round that
+    /// at its far side. -2 if the spot is inside of both.
     double cosineLimit(const Vector3d& spot, const Capsule& obstacle) const
     {
         const double away = (0.5 * (obstacle.a + obstacle.b) - spot).norm();
         const double half = 0.5 * (obstacle.b - obstacle.a).norm() + obstacle.radius_m;
-        // v = kLit at a height of kLit sqrt(lambda d1 d2/(2 (d1 + d2))), less than with the shorter
-        // of both alone.
+        // v = kLit at a height of kLit sqrt(lambda d1 d2/(2 (d1 + d2))), which is less than with d1
+        // or d2 alone.
         const double ball = half + kLit * std::sqrt(0.5 * _wavelength_m *
                                                     std::max(away + half, _wavelength_m / 8.0));
         if (ball >= away) return -2.0;
@@ -215,7 +215,7 @@ Eigen::VectorXd shadowGains(const Eigen::Matrix3Xd& points,
         SpotShadow shadow(array, real, options.wavelength_m);
         Eigen::VectorXd weights;
         counted.tested = shadow.weigh(points.col(n / 2), weights);
-        // Takes as many points as the budget allows if the others cost as much as this one.
+        // Uses as many points as the budget allows if each costs as much as this one.
         const auto affordable =
             static_cast<Eigen::Index>(options.maxTests / std::max(1L, counted.tested));
         const Eigen::Index spots = std::clamp<Eigen::Index>(affordable, 1, n);

@@ -18,8 +18,7 @@ namespace midair::bridge
 namespace
 {
 
-// A line of 30 bytes makes a hand of 2,000 bytes, so that a limit of the size of the file is not
-// enough.
+// A line of 30 bytes makes a hand of 2,000 bytes, so a limit on the size of the file is not enough.
 constexpr std::size_t kMostBytes = std::size_t(64) << 20;
 constexpr std::size_t kMostFrames = 200000;
 constexpr std::size_t kMostHandsInAll = 200000;
@@ -31,7 +30,7 @@ constexpr std::size_t kColumns = 13;
 const char* const kHeadings =
     "time_s,hand,joint,x,y,z,qx,qy,qz,qw,radius_m,position_valid,orientation_valid";
 
-/// Joint names are written without blanks in a file.
+/// Joint names in files have underscores instead of blanks.
 std::string fileName(int joint)
 {
     std::string name = jointName(joint);
@@ -46,6 +45,7 @@ int jointNumber(const std::string& name)
     return -1;
 }
 
+/// One line of a recording: one joint.
 struct Row
 {
     double time_s = 0.0;
@@ -54,7 +54,7 @@ struct Row
     HandJoint value;
 };
 
-/// Fills \a row and returns ""; else returns what is wrong with the line.
+/// Fills \a row and returns "", or returns what is wrong with the line.
 std::string parse(const std::vector<std::string>& fields, Row& row)
 {
     if (fields.size() != kColumns)
@@ -89,7 +89,7 @@ std::string parse(const std::vector<std::string>& fields, Row& row)
     return {};
 }
 
-/// The frame's hand of that number, or null.
+/// The frame's hand with that id, or null.
 Hand* handOf(HandFrame& frame, int id)
 {
     for (Hand& hand : frame.hands)
@@ -97,8 +97,7 @@ Hand* handOf(HandFrame& frame, int id)
     return nullptr;
 }
 
-/// A joint that is valid in both frames is interpolated; one that is valid in one alone is not
-/// known in between.
+/// Interpolates a joint; it is valid if it is valid in both frames.
 HandJoint between(const HandJoint& a, const HandJoint& b, double share)
 {
     HandJoint joint;
@@ -234,7 +233,7 @@ std::string RecordedHandSource::status() const
 void writeHandRecording(std::ostream& out, const std::vector<HandFrame>& frames)
 {
     const auto precision = out.precision(10);
-    // Numbers have a decimal point, as the reader expects.
+    // The reader expects a decimal point.
     const std::locale before = out.imbue(std::locale::classic());
     out << kHeadings << "\n";
     for (const HandFrame& frame : frames)

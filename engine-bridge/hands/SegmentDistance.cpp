@@ -52,7 +52,7 @@ ClosestPair closestSegments(const Eigen::Vector3d& a,
     if (uu > 0.0 && vv > 0.0)
     {
         const double determinant = uu * vv - uv * uv;
-        // Parallel segments: any s is as near, so the end is taken.
+        // For parallel segments several s are equally near; takes the end a.
         s = determinant > 1e-14 * uu * vv ? clamp01((uv * vw - uw * vv) / determinant) : 0.0;
         t = (uv * s + vw) / vv;
         if (t < 0.0 || t > 1.0)

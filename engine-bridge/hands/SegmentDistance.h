@@ -5,7 +5,7 @@
 namespace midair::bridge
 {
 
-/// Two places and the distance between them.
+/// The nearest points of two shapes and their distance.
 struct ClosestPair
 {
     Eigen::Vector3d onSegment;
@@ -13,15 +13,15 @@ struct ClosestPair
     double distance = 0.0; ///< metres
 };
 
-/// Segment a-b against segment c-d (Ericson, Real-Time Collision Detection, 5.1.9); points are
-/// segments without length.
+/// The nearest points of segments a-b and c-d (Ericson, Real-Time Collision Detection, 5.1.9);
+/// segments may have length 0.
 ClosestPair closestSegments(const Eigen::Vector3d& a,
                             const Eigen::Vector3d& b,
                             const Eigen::Vector3d& c,
                             const Eigen::Vector3d& d);
 
-/// Segment a-b against the triangle p, q, r, its inside included; 0 where they cross. Flat
-/// triangles count as their edges.
+/// The nearest points of segment a-b and triangle p, q, r, its inside included; distance 0 if they
+/// cross. Of triangles without area only the edges count.
 ClosestPair closestSegmentTriangle(const Eigen::Vector3d& a,
                                    const Eigen::Vector3d& b,
                                    const Eigen::Vector3d& p,

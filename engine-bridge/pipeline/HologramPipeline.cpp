@@ -36,7 +36,7 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
     _monitor = std::make_unique<PlayedFieldMonitor>(_options);
 }
 
-// Opens the device, and tells solver, composer and cap what it can play.
+// Opens the device and sets the solver's levels, the line's rate and the cap to its ability.
 void HologramPipeline::openOutput()
 {
     const auto open = [this]

@@ -62,7 +62,7 @@ struct HologramResult
     HologramCounters counters;
     double updatesPerSecond = 0.0; ///< snapshots solved within the last second
     std::string deviceStatus;
-    std::vector<std::string> messages; ///< what the user should know, each said once
+    std::vector<std::string> messages; ///< for the user, all so far, each once
 
     /// The first field that the device plays, as m activations. Empty if there is no pipeline.
     const Eigen::VectorXcf& played() const;

@@ -25,7 +25,9 @@ class HologramThread
 public:
     using PipelineFactory = std::function<std::unique_ptr<HologramPipeline>()>;
 
+    /// Starts the thread, in which a pipeline with \a options is made.
     explicit HologramThread(HologramOptions options);
+    /// Starts the thread; \a makePipeline as for setPipeline().
     explicit HologramThread(PipelineFactory makePipeline);
     ~HologramThread();
 
@@ -74,7 +76,7 @@ private:
     base::StopSource _stop;                    ///< requested and cleared under the slot's lock
     std::mutex _atWorkMutex;                   ///< guards _atWork; held while a device falls silent
     HologramPipeline* _atWork = nullptr;
-    std::thread _thread; ///< last: starts when all else is there
+    std::thread _thread; ///< last: it uses all other members
 };
 
 } // namespace midair::bridge

@@ -93,7 +93,7 @@ bool PointAssembler::withinReach(const HapticObject& object) const
     const Eigen::Vector3d low = vertices.rowwise().minCoeff();
     const Eigen::Vector3d high = vertices.rowwise().maxCoeff();
     const double radius = 0.5 * (high - low).norm();
-    if (!std::isfinite(radius)) return true; // the sampler says what is wrong with it
+    if (!std::isfinite(radius)) return true; // the sampler reports what is wrong with it
     const Eigen::Vector3d middle = object.pose * (0.5 * (low + high)).eval();
     const double nearest = (_transducers.colwise() - middle).colwise().norm().minCoeff();
     return nearest - radius <= _workspace.reach_m();
@@ -188,8 +188,8 @@ void PointAssembler::keepSide(Side side, haptics::PosedObject& posed) const
     for (Eigen::Index i = 0; i < posed.positions.cols(); ++i)
     {
         look.turn();
-        // Where the sound comes from: directions to the transducers that face the point, weighted
-        // like power, 1/R^2.
+        // Where the sound comes from: the sum of the directions to the transducers that face the
+        // point, weighted with 1/R^2 like power.
         const Eigen::Matrix3Xd way = _transducers.colwise() - posed.positions.col(i);
         const Eigen::ArrayXd facing = -(way.array() * _normals.array()).colwise().sum().transpose();
         const Eigen::ArrayXd distance = way.colwise().norm().transpose();

@@ -26,10 +26,11 @@ struct AssembledPoints
     std::uint64_t unpainted = 0;      ///< points of intensity 0
 };
 
-/// Turns a snapshot's objects into control points, and detects whether any of them moved since.
+/// Turns a snapshot's objects into control points, and detects later movements of them.
 class PointAssembler
 {
 public:
+    /// Options of a PointAssembler.
     struct Options
     {
         double wavelength_m = 8.5e-3;   ///< > 0; also the spacing of objects that set none

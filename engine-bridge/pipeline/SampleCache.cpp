@@ -23,8 +23,7 @@ Eigen::Matrix<double, 3, 8> boxCorners(const Eigen::Matrix3Xd& points)
 namespace
 {
 
-/// True where an edge of a sampled triangle has changed its length by more than the factor \a
-/// limit.
+/// True if an edge of a sampled triangle has changed its length by more than the factor \a limit.
 bool stretched(const haptics::SurfaceSamples& samples,
                const haptics::TriangleMesh& before,
                const haptics::TriangleMesh& now,
@@ -121,8 +120,9 @@ const CachedSamples& SampleCache::get(const HapticObject& object, double spacing
             entry.unused = 0;
             return entry.cached;
         }
+        // the first match is the newest
         if (!alike && object.topologyId != 0 && entry.topologyId == object.topologyId)
-            alike = &entry; // the first match is the newest
+            alike = &entry;
     }
     Entry entry;
     entry.meshId = object.meshId;

@@ -53,6 +53,7 @@ public:
     static constexpr double kStretched = 1.25;
 
 private:
+    /// The samples of one mesh with one spacing and one kind of sampling.
     struct Entry
     {
         std::uint64_t meshId = 0;
@@ -70,7 +71,7 @@ private:
     bool makeRoom(const Entry& entry);
 
     base::StopToken _stop;
-    std::list<Entry> _entries; ///< newest first; as many as there are different meshes
+    std::list<Entry> _entries; ///< newest first; about one per mesh
     std::uint64_t _sampled = 0;
     std::uint64_t _followed = 0;
 };

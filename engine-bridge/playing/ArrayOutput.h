@@ -45,6 +45,7 @@ public:
     /// may have silenced the device.
     void play(const haptics::FieldSequence& sequence, int transducers, const base::StopToken& stop);
 
+    /// Why the array is to be silent.
     enum class Silence
     {
         WANTED, ///< there is nothing to play: isPlaying() returns true
@@ -60,6 +61,7 @@ public:
     /// it is also true if there is no device.
     bool isPlaying() const { return _playing; }
 
+    /// What attend() found and did.
     enum class Attention
     {
         NOTHING, ///< nothing was lost

@@ -19,7 +19,7 @@ namespace
 
 constexpr double kMost_Pa = 1e6;
 constexpr int kMostSteps = 24;
-constexpr double kHeadroom = 0.999; // makes one step enough where the levels are fine
+constexpr double kHeadroom = 0.999; // makes one step enough if the levels are fine
 // Error of haptics::pressureAt(), relative to the pressure of all transducers in phase.
 constexpr float kFieldError = 1e-5f;
 

@@ -20,7 +20,7 @@ osg::Matrixd cameraFreeMatrix(osg::Transform& transform, osg::NodeVisitor* visit
         transform.computeLocalToWorldMatrix(matrix, visitor);
         return matrix;
     }
-    // Its rotation and scale are what the last cull traversal left there.
+    // Left out: rotation and scale that the last cull traversal set.
     const auto& automatic = static_cast<const osg::AutoTransform&>(transform);
     matrix.makeTranslate(-automatic.getPivotPoint());
     if (!automatic.getAutoScaleToScreen()) matrix.postMultScale(automatic.getScale());

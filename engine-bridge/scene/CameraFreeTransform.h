@@ -11,12 +11,13 @@ class Transform;
 namespace midair::bridge
 {
 
-/// True for a transform that turns or scales with the camera on screen (osg::AutoTransform).
+/// Returns true for a transform that turns or scales with the camera on screen
+/// (osg::AutoTransform).
 bool followsCamera(const osg::Transform& transform);
 
-/// The transform's own matrix, from its children to its parent, the same for every camera: a
-/// transform that follows the camera is taken as if it stood still. Only for relative reference
-/// frames.
+/// The transform's own matrix, from its children to its parent, without what depends on a camera: a
+/// transform that follows the camera counts as not turned and not scaled by it. Only for relative
+/// reference frames.
 osg::Matrixd cameraFreeMatrix(osg::Transform& transform, osg::NodeVisitor* visitor);
 
 } // namespace midair::bridge

@@ -7,7 +7,7 @@ namespace midair::bridge
 
 Eigen::Matrix4d toEigen(const osg::Matrixd& matrix)
 {
-    // OSG stores rows one after the other; read as columns that is the transpose.
+    // OSG stores row by row; Eigen reads this column by column, which gives the transpose.
     return Eigen::Map<const Eigen::Matrix4d>(matrix.ptr());
 }
 

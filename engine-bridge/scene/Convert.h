@@ -8,8 +8,8 @@
 namespace midair::bridge
 {
 
-/// OSG multiplies row vectors (v M), Eigen column vectors (M v): the transpose, and the only place
-/// where it is taken.
+/// Convert matrices, which are each other's transpose: OSG multiplies row vectors (v M), Eigen
+/// column vectors (M v). No other code transposes.
 Eigen::Matrix4d toEigen(const osg::Matrixd& matrix);
 osg::Matrixd toOsg(const Eigen::Matrix4d& matrix);
 
@@ -22,7 +22,7 @@ inline osg::Vec3d toOsg(const Eigen::Vector3d& v)
     return {v.x(), v.y(), v.z()};
 }
 
-/// An affine map taken apart into what moves an object and what changes its shape: A = pose *
+/// An affine map split into a part that moves an object and one that changes its shape: A = pose *
 /// stretch.
 struct PoseAndStretch
 {
@@ -31,8 +31,8 @@ struct PoseAndStretch
     Eigen::Matrix3d stretch = Eigen::Matrix3d::Identity();
 };
 
-/// Polar decomposition of the affine \a matrix. False where it can't be felt: not finite,
-/// perspective, or singular (smallest scale under 1e-6 of the largest, or under 1e-12).
+/// Polar decomposition of the affine \a matrix. Returns false if the matrix is not finite, is a
+/// perspective, or is singular (smallest scale under 1e-6 of the largest, or under 1e-12).
 bool decompose(const Eigen::Matrix4d& matrix, PoseAndStretch& parts);
 
 } // namespace midair::bridge

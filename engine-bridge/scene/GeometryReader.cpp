@@ -19,7 +19,7 @@ namespace midair::bridge
 namespace
 {
 
-/// Vertices of any of OSG's array types as doubles.
+/// Reads vertices from any of OSG's array types as doubles.
 class VertexReader : public osg::ConstArrayVisitor
 {
 public:
@@ -49,6 +49,7 @@ private:
     }
 };
 
+/// Collects the indices of a geometry's triangles, for osg::TriangleIndexFunctor.
 struct TriangleIndices
 {
     std::vector<Eigen::Vector3i> triangles;
@@ -58,6 +59,7 @@ struct TriangleIndices
     }
 };
 
+/// Collects the corners of a drawable's triangles, for osg::TriangleFunctor.
 struct TriangleSoup
 {
     std::vector<osg::Vec3> corners;

@@ -16,18 +16,18 @@
 namespace midair::bridge
 {
 
-/// One drawable's triangles.
+/// One drawable's triangles and paint.
 struct MeshPiece
 {
     Eigen::Matrix3Xd vertices;
     std::vector<Eigen::Vector3i> triangles;
-    std::vector<float> intensity; ///< one a vertex, or empty
-    Eigen::Matrix2Xd coordinates; ///< one a vertex, or empty
+    std::vector<float> intensity; ///< one per vertex, or empty
+    Eigen::Matrix2Xd coordinates; ///< texture coordinates, one per vertex, or empty
     std::shared_ptr<const haptics::PaintImage> image;
 };
 
-/// Reads drawables. What cannot be felt of them goes to \a warnings, and what was read from is kept
-/// alive in \a sources.
+/// Reads the triangles and the paint of drawables. Adds what can't be felt to \a warnings, and the
+/// objects that it read to \a sources, which keeps them alive.
 class GeometryReader
 {
 public:
@@ -42,7 +42,7 @@ public:
     {
     }
 
-    /// In the drawable's own coordinates.
+    /// Reads \a drawable, in its own coordinates.
     MeshPiece read(const osg::Drawable& drawable, const PaintState& state);
 
 private:
@@ -60,8 +60,8 @@ private:
 /// "Geometry 'lid'", for messages.
 std::string quoted(const osg::Object& object);
 
-/// The object that moves the vertices of a skinned or morphing geometry; null where nothing does,
-/// or where it is not chosen yet.
+/// The object that moves the vertices of a skinned or morphing geometry; null if there is none, or
+/// OSG has not chosen it yet.
 const osg::Object* deformerOf(const osg::Geometry& geometry);
 
 } // namespace midair::bridge

@@ -98,7 +98,7 @@ void MeshCache::refresh(Subtree& subtree,
         }
         findMovers(subtree);
     }
-    // A mesh that is painted differently is a new one for everything that remembers the old one.
+    // New paint makes a new mesh and new ids, so that no one keeps samples of the old one.
     if (repainted) subtree.parts.clear();
     subtree.root = &root;
     extract(subtree, warnings);
@@ -122,7 +122,7 @@ const MeshCache::Stretched& MeshCache::stretchedTo(Part& part, const Eigen::Matr
     auto found = std::find_if(part.stretched.begin(), part.stretched.end(), same);
     if (found == part.stretched.end())
     {
-        // While an object is scaled, every frame brings a stretch that does not come back.
+        // While an object is being scaled, every frame brings a new stretch that doesn't come back.
         if (part.stretched.size() >= kManyStretches) forgetUnused(part, 1);
         auto mesh = std::make_shared<haptics::TriangleMesh>(part.mesh);
         mesh->vertices = stretch * mesh->vertices;
@@ -169,7 +169,7 @@ void MeshCache::endFrame()
     {
         for (Part& part : subtree->second.parts)
         {
-            // A caller that found nothing changed has not asked again, and still holds the mesh.
+            // A caller for whom look() stays the same holds the mesh without asking again.
             for (Stretched& s : part.stretched)
                 if (s.mesh.use_count() > 1) s.used = _frame;
             forgetUnused(part, kKeptFrames);

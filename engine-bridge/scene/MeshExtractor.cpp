@@ -42,6 +42,7 @@ void mix(std::uint64_t& hash, const osg::BufferData* data)
     if (data) mix(hash, static_cast<std::uint64_t>(data->getModifiedCount()));
 }
 
+/// Computes the state and the fingerprints of a subtree.
 class InspectWalk : public SubtreeWalk
 {
 public:
@@ -146,6 +147,7 @@ haptics::TriangleMesh joined(const std::vector<MeshPiece>& pieces)
     return mesh;
 }
 
+/// Reads the meshes of a subtree, part by part.
 class ExtractWalk : public SubtreeWalk
 {
 public:
@@ -166,7 +168,6 @@ protected:
 
     void enter(osg::Node& node) override
     {
-        // All nodes that the fingerprint depends on are kept alive.
         _out.sources.emplace_back(&node);
         const osg::Transform* transform = node.asTransform();
         if (transform && transform->getReferenceFrame() != osg::Transform::RELATIVE_RF)
@@ -221,8 +222,8 @@ std::uint64_t SubtreeState::poses() const
 
 void inspect(osg::Node& root, const ExtractOptions& options, SubtreeState& state)
 {
-    // Kept from call to call for its node path's memory: this is done for every object in every
-    // frame.
+    // Kept from call to call to reuse the memory of its node path: this runs for every object in
+    // every frame.
     thread_local InspectWalk walk;
     walk.begin(state);
     walk.walk(root, options);

@@ -15,13 +15,14 @@
 namespace midair::bridge
 {
 
-/// Tells whether a mesh would come out the same; cheap enough to compare every frame. It covers
-/// array and primitive-set pointers with their modified counts, the active children, and the
-/// transforms in between but for movers. (dirtyBound() tells nothing of the kind.)
+/// Hashes that are equal while extraction would give the same mesh; cheap enough to compute every
+/// frame. They cover array and primitive-set pointers with their modified counts, the active
+/// children, and the transforms in between except movers. (dirtyBound() doesn't reveal such
+/// changes.)
 struct MeshFingerprint
 {
-    std::uint64_t topology = 0; ///< which triangles
-    std::uint64_t vertices = 0; ///< where they are, and how they are painted
+    std::uint64_t topology = 0; ///< of the triangles
+    std::uint64_t vertices = 0; ///< of the vertices and the paint
 
     bool operator==(const MeshFingerprint& other) const
     {
@@ -30,51 +31,50 @@ struct MeshFingerprint
     bool operator!=(const MeshFingerprint& other) const { return !(*this == other); }
 };
 
-/// A part of a subtree that moves as one.
+/// A part of a subtree that moves rigidly.
 struct SubtreePart
 {
-    std::uint64_t key = 0; ///< 0: what moves with the root; else of the movers on the way
+    std::uint64_t key = 0; ///< identifies the path to its mover; 0: it moves with the root
     MeshFingerprint fingerprint;
     osg::Matrixd toRoot; ///< its coordinates -> those of the root's children
 };
 
-/// A subtree as it is now.
+/// The parts of a subtree and its transforms, at one time.
 struct SubtreeState
 {
-    std::vector<SubtreePart> parts; ///< at least that of the root
-    /// Transforms that are no movers, in the order of the walk, with their matrices.
+    std::vector<SubtreePart> parts; ///< at least the root's
+    /// Transforms that are not movers, in the order of the walk, with their matrices.
     std::vector<std::pair<const osg::Transform*, osg::Matrixd>> still;
 
-    /// Of all parts together.
+    /// The fingerprint of all parts together.
     MeshFingerprint fingerprint() const;
-    /// Where the movers have brought their parts, as a number.
+    /// A hash of the matrices of all parts.
     std::uint64_t poses() const;
 };
 
-/// Reads the state of a subtree without copying any of it; allocates only while \a state grows.
-/// Walks \a root's active children, whether or not a camera sees them; levels of detail count at
-/// their finest.
+/// Reads the state of a subtree into \a state, without copying geometry; allocates only while
+/// \a state grows. Walks \a root's active children, whether or not a camera sees them; of levels of
+/// detail the finest counts.
 void inspect(osg::Node& root, const ExtractOptions& options, SubtreeState& state);
 
-/// inspect() for one look.
+/// The fingerprint of a subtree by inspect().
 MeshFingerprint fingerprint(osg::Node& root, const ExtractOptions& options = {});
 
-/// A subtree's triangles in scene units, a mesh a part, each in the part's own coordinates.
+/// A subtree's triangles in scene units, one mesh per part, each in the part's own coordinates.
 struct ExtractedMesh
 {
     SubtreeState state;
-    std::vector<haptics::TriangleMesh> parts; ///< as state.parts; may be empty meshes
-    std::vector<std::string> warnings;        ///< what of the subtree can't be felt, and why
-    /// Keeps what the fingerprints point at alive, so that no new array can take an old one's
-    /// address.
+    std::vector<haptics::TriangleMesh> parts; ///< in the order of state.parts; may be empty meshes
+    std::vector<std::string> warnings;        ///< what in the subtree can't be felt, and why
+    /// Keeps the objects in the fingerprints alive, so that no new array gets an old one's address.
     std::vector<osg::ref_ptr<const osg::Referenced>> sources;
 
-    /// What moves with the root: all of it where there are no movers.
+    /// The part that moves with the root: the whole subtree if there are no movers.
     const haptics::TriangleMesh& mesh() const { return parts.front(); }
 };
 
-/// Extracts the triangles of a subtree. Lines and points are left out, and so are cameras (what
-/// they show is not where it is) and text.
+/// Extracts the triangles of a subtree. Leaves out lines, points, text, and cameras, since what
+/// they show is elsewhere.
 ExtractedMesh extractMesh(osg::Node& root, const ExtractOptions& options = {});
 
 } // namespace midair::bridge

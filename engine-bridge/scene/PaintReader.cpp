@@ -10,7 +10,7 @@ namespace
 
 using haptics::PaintImage;
 
-/// Colours of any of OSG's usual array types, each 0 .. 1.
+/// Reads colours from any of OSG's usual array types, each 0 .. 1.
 class ColorReader : public osg::ConstArrayVisitor
 {
 public:
@@ -36,6 +36,7 @@ private:
     }
 };
 
+/// Reads texture coordinates from OSG's usual array types.
 class CoordinateReader : public osg::ConstArrayVisitor
 {
 public:
@@ -103,7 +104,7 @@ PaintImages::Known& PaintImages::look(const osg::Texture& texture)
     Known& known = _known[&texture];
     known.texture = &texture;
     const osg::Image* image = texture.getImage(0);
-    if (!image) image = known.image.get(); // let go of by OSG since
+    if (!image) image = known.image.get(); // OSG has released it
     if (!image || (image == known.image && image->getModifiedCount() == known.modified))
         return known;
     known.image = image;

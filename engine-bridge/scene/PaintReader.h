@@ -20,15 +20,17 @@
 namespace midair::bridge
 {
 
-/// What an object's intensities are painted from, and how.
+/// Where an object's intensities come from, and how colours become intensities.
 struct PaintOptions
 {
+    /// Where intensities come from.
     enum Source
     {
         NONE,
         VERTEX_COLORS,
         TEXTURE ///< of unit 0
     };
+    /// The part of a colour that becomes the intensity.
     enum Channel
     {
         BRIGHTNESS, ///< mean of red, green and blue, times alpha
@@ -41,8 +43,9 @@ struct PaintOptions
     Source source = NONE;
     Channel channel = BRIGHTNESS;
     double low = 0.0;  ///< 0 .. 1; intensity where the channel is 0
-    double high = 1.0; ///< 0 .. 1; intensity where it is 1
+    double high = 1.0; ///< 0 .. 1; intensity where the channel is 1
 
+    /// The intensity of \a color, 0 .. 1.
     float intensity(const osg::Vec4& color) const;
 
     bool operator==(const PaintOptions& other) const
@@ -52,35 +55,38 @@ struct PaintOptions
     }
 };
 
-/// The parts of the state on the path down to a drawable that decide how it is painted.
+/// The texture and texture matrix of unit 0 on the path to a drawable.
 struct PaintState
 {
     const osg::Texture* texture = nullptr;
     const osg::TexMat* matrix = nullptr;
 
+    /// Takes over the texture and matrix that \a state sets; it may be null.
     void apply(const osg::StateSet* state);
 };
 
-/// Pictures of textures, kept: OSG lets go of a texture's image once it is drawn, when the
-/// Optimizer (osgviewer's too) has been at the scene.
+/// Keeps the images of textures: OSG releases a texture's image once it is drawn, if the Optimizer
+/// (as in osgviewer) has processed the scene.
 class PaintImages
 {
 public:
-    /// Equal while the texture shows the same picture; 0: there never was one. Allocates only for
-    /// what is new.
+    /// A number that stays equal while the texture has the same image; 0: it never had one.
+    /// Allocates only for a new texture.
     std::uint64_t version(const osg::Texture& texture);
 
-    /// The picture of a texture; null, with the reason in \a warning, where it cannot be read.
+    /// The intensities of a texture's image; null, with the reason in \a warning, if it can't be
+    /// read.
     std::shared_ptr<const haptics::PaintImage>
     get(const osg::Texture& texture, const PaintOptions& options, std::string& warning);
 
-    /// Forgets textures that nobody else holds any more.
+    /// Drops textures that nothing else refers to.
     void forgetUnused();
 
 private:
+    /// A texture and the image that it had last.
     struct Known
     {
-        osg::ref_ptr<const osg::Texture> texture; ///< alive, so that its address stays its own
+        osg::ref_ptr<const osg::Texture> texture; ///< kept alive, so that its address isn't reused
         osg::ref_ptr<const osg::Image> image;
         unsigned int modified = 0;
         std::uint64_t version = 0;
@@ -92,12 +98,12 @@ private:
     std::uint64_t _nextVersion = 1;
 };
 
-/// One intensity a vertex by the colours of \a geometry; empty where it has none that can be used.
+/// One intensity per vertex from the colours of \a geometry; empty if it has none that can be used.
 std::vector<float>
 vertexIntensities(const osg::Geometry& geometry, std::size_t vertices, const PaintOptions& options);
 
-/// Texture coordinates of unit 0 through \a matrix (may be null), 2 x v; empty where there are none
-/// for every vertex.
+/// Texture coordinates of unit 0, transformed by \a matrix (may be null), 2 x v; empty if not every
+/// vertex has one.
 Eigen::Matrix2Xd
 textureCoordinates(const osg::Geometry& geometry, std::size_t vertices, const osg::TexMat* matrix);
 

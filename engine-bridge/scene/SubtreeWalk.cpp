@@ -20,16 +20,16 @@ void SubtreeWalk::walk(osg::Node& start, const ExtractOptions& now)
     paint = {};
     open(0, matrix);
     if (now.paint.source == PaintOptions::TEXTURE) paintAbove(start);
-    if (osg::Drawable* drawable = start.asDrawable())
-        visit(*drawable);
+    if (osg::Drawable* drawable = start.asDrawable()) visit(*drawable);
+    // the root's own transform belongs to the pose
     else
-        traverse(start); // the root's own transform belongs to the pose
+        traverse(start);
 }
 
 void SubtreeWalk::paintAbove(osg::Node& start)
 {
-    // The nearest texture counts; above a shared subtree there may be several, of which OSG's first
-    // parent is taken.
+    // The nearest texture counts. A shared subtree has several parents, of which the first is
+    // taken.
     const osg::Node* node = &start;
     for (PaintState found; node; node = node->getNumParents() > 0 ? node->getParent(0) : nullptr)
     {
@@ -76,7 +76,7 @@ void SubtreeWalk::apply(osg::Transform& node)
 {
     if (options->skip && options->skip(node)) return;
     enter(node);
-    // An absolute frame belongs to the camera and not to the world.
+    // An absolute frame is relative to the camera, not to the world.
     if (node.getReferenceFrame() != osg::Transform::RELATIVE_RF) return;
     const osg::Matrixd outer = matrix;
     const bool outerIdentity = identity;

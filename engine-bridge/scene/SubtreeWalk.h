@@ -16,28 +16,28 @@
 namespace midair::bridge
 {
 
-/// Which parts of a subtree become the mesh, and how they are painted.
+/// Options for reading a subtree: which parts of it become the mesh, and how they are painted.
 struct ExtractOptions
 {
     PaintOptions paint;
     unsigned int traversalMask = ~0u; ///< nodes whose mask has none of these bits are left out
     std::function<bool(const osg::Node&)> skip; ///< subtrees to leave out; empty: none
-    PaintImages* images = nullptr; ///< where pictures are kept; null: they are read each time
-    /// Transforms that move by themselves, sorted: what is below each is a part of its own, in its
-    /// own coordinates.
+    PaintImages* images = nullptr; ///< the cache of pictures; null: none, they are read each time
+    /// Transforms that move by themselves, sorted by address: the subtree below each is a part of
+    /// its own, in its own coordinates.
     std::vector<const osg::Transform*> movers;
 };
 
-/// Hands out each drawable of an active subtree, with the part that it belongs to and its matrix to
-/// that part's frame.
+/// Visits each drawable of the active subtree, and tells the part that it belongs to and its matrix
+/// to that part's frame.
 ///
-/// Part 0 is in the frame of the root's children; each mover on a path opens another.
+/// Part 0 is in the frame of the root's children; each mover on a path opens another part.
 class SubtreeWalk : public osg::NodeVisitor
 {
 public:
     SubtreeWalk() : osg::NodeVisitor(NODE_VISITOR, TRAVERSE_ACTIVE_CHILDREN) {}
 
-    /// \a now has to outlive the walk.
+    /// Walks \a root's subtree; \a now must outlive the walk.
     void walk(osg::Node& root, const ExtractOptions& now);
 
     void apply(osg::Node& node) override;
@@ -48,11 +48,14 @@ public:
     void apply(osg::Projection&) override {}
 
 protected:
+    /// Called for each node except the root and drawables, before its children.
     virtual void enter(osg::Node&) {}
-    /// A transform that is no mover, and its matrix.
+    /// Called for a transform that is not a mover, with its matrix.
     virtual void still(osg::Transform&, const osg::Matrixd& /*local*/) {}
-    /// A new part: a number of the way to its mover, its children -> the root's.
+    /// Called for a new part: \a key identifies the path to its mover, 0: part 0; \a toRoot maps
+    /// its coordinates to those of the root's children.
     virtual void open(std::uint64_t /*key*/, const osg::Matrixd& /*toRoot*/) {}
+    /// Called for each drawable.
     virtual void visit(osg::Drawable& drawable) = 0;
 
     // NOLINTBEGIN(readability-identifier-naming): where the walk is, read by all that derive from
@@ -71,7 +74,7 @@ private:
     std::uint64_t pathKey() const;
     void paintAbove(osg::Node& root);
 
-    osg::Matrixd _toRoot; ///< of the part
+    osg::Matrixd _toRoot; ///< current part -> the root's children
     std::size_t _parts = 0;
 };
 

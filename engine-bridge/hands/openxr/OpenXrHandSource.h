@@ -13,23 +13,23 @@
 namespace midair::bridge
 {
 
-/// Hands that an OpenXR runtime tracks now, whatever the time asked for.
+/// The hands that an OpenXR runtime tracks now, whatever time is asked for.
 class OpenXrHandSource : public HandSource
 {
 public:
-    /// Turns OpenXR's axes (x right, y up, z to the back) into OSG's (x right, y ahead, z up), with
-    /// the same origin.
+    /// The rotation from OpenXR's axes (x right, y up, z to the back) to OSG's (x right, y ahead, z
+    /// up).
     static Eigen::Isometry3d upright();
 
-    /// \a placement goes from OpenXR's space to the world of the scene, in metres. Returns at once;
-    /// whatever keeps hands from being tracked is told as a message.
+    /// \a placement maps OpenXR's space to the world of the scene, in metres. Doesn't wait for the
+    /// runtime; if hands can't be tracked, takeMessages() returns the reason.
     explicit OpenXrHandSource(const OpenXrOptions& options,
                               const Eigen::Isometry3d& placement = upright());
 
     bool frameAt(double time_s, HandFrame& frame) override;
     std::string status() const override { return _tracker->status(); }
 
-    /// What the user should know and has not been told; each is said once.
+    /// Messages for the user since the last call; each one is returned once.
     std::vector<std::string> takeMessages() { return _tracker->messages(_told); }
 
 private:

@@ -18,9 +18,10 @@ constexpr std::array<const char*, 3> kNeeded = {XR_EXT_HAND_TRACKING_EXTENSION_N
                                                 XR_MND_HEADLESS_EXTENSION_NAME,
                                                 XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME};
 
-constexpr std::uint32_t kMostExtensions = 10000; ///< a runtime that says more is not believed
+/// A larger count from the runtime is lowered to this.
+constexpr std::uint32_t kMostExtensions = 10000;
 
-/// The text of a runtime may fill its field to the last byte, without a zero.
+/// A runtime's text may fill its array without a terminating zero.
 template<std::size_t N>
 std::string textOf(const char (&field)[N])
 {
@@ -130,8 +131,8 @@ void OpenXrInstance::create()
     load("xrEnumerateInstanceExtensionProperties", enumerate);
     load("xrCreateInstance", createInstance);
     const std::vector<XrExtensionProperties> offered = extensionsOf(enumerate);
-    // The runtime tells its name only through an instance, so one is made with the extensions that
-    // are there.
+    // The runtime's name is available only through an instance, so one is made with the extensions
+    // that are there.
     std::vector<const char*> present;
     std::vector<std::string> missing;
     for (const char* name : kNeeded)

@@ -11,7 +11,7 @@
 namespace midair::bridge
 {
 
-/// No hands from OpenXR: what is missing and what would be right.
+/// Thrown when OpenXR gives no hands; what() says what is missing and what would be right.
 class OpenXrError : public base::InputError
 {
 public:
@@ -21,14 +21,14 @@ public:
     {
     }
 
-    /// It may go away by itself (a headset that is switched on, a session that was lost).
+    /// Returns true if trying again may succeed (a headset may be switched on, a session was lost).
     bool mayPass() const { return _mayPass; }
 
 private:
     bool _mayPass;
 };
 
-/// What hands need of OpenXR; those of an instance are valid as long as it lives.
+/// The OpenXR functions that hand tracking needs; valid as long as their instance.
 struct OpenXrFunctions
 {
     PFN_xrGetInstanceProcAddr getInstanceProcAddr = nullptr;
@@ -50,8 +50,8 @@ struct OpenXrFunctions
     PFN_xrLocateHandJointsEXT locateHandJoints = nullptr;
 };
 
-/// A runtime that can track hands without drawing, and its headset; the loader is looked for when
-/// one is made.
+/// An instance of a runtime that can track hands without rendering, and its headset; the
+/// constructor loads the loader's library.
 class OpenXrInstance
 {
 public:
@@ -66,7 +66,7 @@ public:
     XrSystemId system() const { return _system; }
     const std::string& runtime() const { return _runtime; } ///< name and version
 
-    /// Throws OpenXrError where \a result, of the function \a call, is an error.
+    /// Throws OpenXrError if \a result, of the function \a call, is an error.
     void check(XrResult result, const char* call) const;
 
     /// The runtime's time now.

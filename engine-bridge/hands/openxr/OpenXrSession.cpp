@@ -15,10 +15,10 @@ namespace midair::bridge
 namespace
 {
 
-/// Events that are handled at once; the rest waits for the next call.
+/// The most events handled in one call; the rest waits for the next call.
 constexpr int kMostEvents = 100;
 
-constexpr std::uint32_t kMostSpaces = 1000; ///< a runtime that says more is not believed
+constexpr std::uint32_t kMostSpaces = 1000; ///< a larger count from the runtime is lowered to it
 
 const char* spaceName(XrReferenceSpaceType type)
 {
@@ -43,13 +43,13 @@ std::string described(const XrHandJointLocationEXT& location)
                            static_cast<double>(location.radius));
 }
 
-/// Takes over a joint that is plausible. False where the runtime says that it is valid and its
-/// place or radius is impossible.
+/// Copies a joint if its values are plausible. Returns false if the runtime says that it is valid
+/// but its position or radius is impossible.
 bool fill(const XrHandJointLocationEXT& location, HandJoint& joint)
 {
     const XrVector3f& p = location.pose.position;
     const XrQuaternionf& q = location.pose.orientation;
-    // A field that is not valid may hold anything, so it stays at its default.
+    // A member that is not valid may hold anything, so it stays at its default.
     if ((location.locationFlags & XR_SPACE_LOCATION_ORIENTATION_VALID_BIT) != 0)
     {
         const Eigen::Quaterniond orientation(Eigen::Quaternionf(q.w, q.x, q.y, q.z));

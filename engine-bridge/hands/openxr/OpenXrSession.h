@@ -12,19 +12,19 @@
 namespace midair::bridge
 {
 
-/// A session without pictures in which a runtime tracks both hands. One thread.
+/// A session without rendering in which a runtime tracks both hands. To be used by one thread.
 class OpenXrSession
 {
 public:
-    /// Joints farther than this from the origin of the space, or with a larger radius or none, are
-    /// taken as invalid.
+    /// Joints farther than kFarthest_m from the origin of the space, or with a radius of 0 or over
+    /// kThickest_m, count as invalid.
     static constexpr double kFarthest_m = 100.0;
     static constexpr double kThickest_m = 0.1;
 
     using Say = std::function<void(const std::string&)>;
 
-    /// Connects, which may take long. \a say gets what the user should know, again and again.
-    /// Throws OpenXrError.
+    /// Connects, which may take long. \a say gets messages for the user, which may repeat. Throws
+    /// OpenXrError.
     OpenXrSession(const std::string& loader, OpenXrSpace space, Say say);
     ~OpenXrSession();
     OpenXrSession(const OpenXrSession&) = delete;
@@ -33,15 +33,16 @@ public:
     const std::string& runtime() const { return _instance.runtime(); }
     bool isRunning() const { return _running; }
 
-    /// Begins, ends and gives up the session as the runtime asks. Throws OpenXrError when it is
-    /// over.
+    /// Handles the runtime's events: begins and ends the session as it asks. Throws OpenXrError
+    /// when the session is over.
     void handleEvents();
 
-    /// The hands that are tracked now, in the space. Joints that are no places in it, by flag or by
-    /// value, have no valid position. Throws OpenXrError when the session is lost.
+    /// Puts the hands that are tracked now into \a frame, in the session's space. Joints with an
+    /// invalid flag or an impossible value have no valid position. Throws OpenXrError when the
+    /// session is lost.
     void locate(HandFrame& frame);
 
-    /// Joints that had a valid flag and an impossible value, so far.
+    /// The number of joints so far with a valid flag and an impossible value.
     std::size_t jointsLeftOut() const { return _leftOut; }
 
 private:

@@ -13,16 +13,15 @@ namespace midair::bridge
 namespace
 {
 
-/// After this time without a request for hands only events are handled, a few times a second.
+/// After this time without a call of latest() only events are handled, every kIdleInterval_s.
 constexpr double kIdleAfter_s = 1.0;
 constexpr double kIdleInterval_s = 0.1;
 
-/// Pauses between attempts get longer, since the loader writes to stderr whenever a runtime cannot
-/// be reached.
+/// The longest pause between attempts. Pauses get longer since the loader writes to stderr whenever
+/// a runtime can't be reached.
 constexpr double kLongestRetry_s = 60.0;
 
-/// How long to wait for another tracker that ends; one that still has the runtime then is told to
-/// the user.
+/// Time to wait for another tracker to end, before the user gets a message that it has the runtime.
 constexpr double kHandOver_s = 2.0;
 
 std::chrono::duration<double> seconds(double time_s)
@@ -30,7 +29,7 @@ std::chrono::duration<double> seconds(double time_s)
     return std::chrono::duration<double>(time_s);
 }
 
-/// Whose turn it is with the program's one OpenXR instance: one tracker at a time.
+/// The right to use the program's one OpenXR instance: one tracker has it at a time.
 struct Turn
 {
     std::mutex mutex;
