@@ -5,11 +5,12 @@
 #include "device/JointCommit.h"
 #include "device/drive/DriveEncoder.h"
 #include "haptics/base/DutyLaw.h"
-#include "haptics/base/text/Number.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+
+#include <fmt/format.h>
 
 namespace midair::device
 {
@@ -44,8 +45,8 @@ double peakAmplitude(const DriveSignal& signal)
 void require(bool good, const char* name, double value, const char* range)
 {
     if (!good)
-        throw DeviceError(std::string("device limits: ") + name + " is " +
-                          base::shortNumber(value) + ", should be " + range);
+        throw DeviceError(
+            fmt::format("device limits: {} is {:g}, should be {}", name, value, range));
 }
 
 } // namespace
@@ -312,8 +313,7 @@ std::string GuardedDevice::status() const
     std::lock_guard<std::mutex> lock(_mutex);
     if (_muted) text += "; muted";
     if (_sounds && _gain < 1)
-        text += "; limited to " + base::shortNumber(std::round(_gain * 1000) / 10) +
-                " % of the amplitude";
+        text += fmt::format("; limited to {:g} % of the amplitude", std::round(_gain * 1000) / 10);
     return text;
 }
 
