@@ -3,10 +3,11 @@
 #include "device/drive/DriveEncoder.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
-#include "haptics/base/text/Number.h"
 #include "haptics/base/threads/ThreadPool.h"
 
 #include <algorithm>
+
+#include <fmt/format.h>
 
 namespace midair::bridge
 {
@@ -29,24 +30,23 @@ bool HologramOptions::isValid(std::string* error) const
         return fail("array \"" + array.name + "\" has no transducers, should have at least one");
     if (!medium.isValid(error)) return false;
     if (!(motionTolerance >= 0.0))
-        return fail("motionTolerance is " + base::shortNumber(motionTolerance) +
-                    " wavelengths, should be at least 0");
-    if (maxPoints < 0)
-        return fail("maxPoints is " + std::to_string(maxPoints) + ", should be at least 0");
+        return fail(fmt::format("motionTolerance is {:g} wavelengths, should be at least 0",
+                                motionTolerance));
+    if (maxPoints < 0) return fail(fmt::format("maxPoints is {}, should be at least 0", maxPoints));
     if (!(maxPressure_Pa >= 0.0 && maxPressure_Pa <= base::kMostPressure_Pa))
-        return fail("maxPressure_Pa is " + base::shortNumber(maxPressure_Pa) +
-                    ", should be 0 (none) to 1e6");
+        return fail(
+            fmt::format("maxPressure_Pa is {:g}, should be 0 (none) to 1e6", maxPressure_Pa));
     if (!(maxAmplitude >= 0.0 && maxAmplitude <= 1.0))
-        return fail("maxAmplitude is " + std::to_string(maxAmplitude) + ", should be 0 to 1");
+        return fail(fmt::format("maxAmplitude is {:f}, should be 0 to 1", maxAmplitude));
     if (cycle < 1 || cycle > base::kMostCycle)
-        return fail("cycle is " + std::to_string(cycle) + " fields, should be 1 to 64");
+        return fail(fmt::format("cycle is {} fields, should be 1 to 64", cycle));
     if (cycleSteps < 0 || cycleSteps > base::kMostCycleSteps)
-        return fail("cycleSteps is " + std::to_string(cycleSteps) + ", should be 0 to 16");
+        return fail(fmt::format("cycleSteps is {}, should be 0 to 16", cycleSteps));
     if (subsets < 1 || subsets > base::kMostSubsets)
-        return fail("subsets is " + std::to_string(subsets) + ", should be 1 to 64");
+        return fail(fmt::format("subsets is {}, should be 1 to 64", subsets));
     if (!(monitorInterval_s >= 0.0 && monitorInterval_s <= base::kMostMonitorInterval_s))
-        return fail("monitorInterval_s is " + base::shortNumber(monitorInterval_s) +
-                    ", should be 0 (never) to 1e6");
+        return fail(fmt::format("monitorInterval_s is {:g}, should be 0 (never) to 1e6",
+                                monitorInterval_s));
     if (!modulation.isValid(error)) return false;
     return solverOptions.isValid(error);
 }
@@ -57,9 +57,12 @@ void keepToLimits(HologramOptions& options, base::MessageLog& messages)
     const int cores = base::coreCount();
     if (threads > cores)
     {
-        const std::string number = std::to_string(cores);
-        messages.say("threads is " + std::to_string(threads) + "; this machine has " + number +
-                     (cores == 1 ? " core: 1 is used" : " cores: " + number + " are used"));
+        messages.say(fmt::format("threads is {}; this machine has {} {}: {} {} used",
+                                 threads,
+                                 cores,
+                                 cores == 1 ? "core" : "cores",
+                                 cores,
+                                 cores == 1 ? "is" : "are"));
         threads = cores;
     }
     if (!options.solverOptions.pool)
@@ -68,8 +71,7 @@ void keepToLimits(HologramOptions& options, base::MessageLog& messages)
         [&messages](const char* name, int& value, int most, const std::string& why)
     {
         if (value <= most) return;
-        messages.say(std::string(name) + " is " + std::to_string(value) + "; " + why + " at most " +
-                     std::to_string(most));
+        messages.say(fmt::format("{} is {}; {} at most {}", name, value, why, most));
         value = most;
     };
     const auto transducers = static_cast<std::size_t>(options.array.size());
@@ -79,14 +81,14 @@ void keepToLimits(HologramOptions& options, base::MessageLog& messages)
               options.maxPoints,
               std::max(1, static_cast<int>(most)),
               "the control points of a field of this array are");
-    const std::string cycle = "with a cycle of " + std::to_string(options.cycle) + " it is";
+    const std::string cycle = fmt::format("with a cycle of {} it is", options.cycle);
     keepBelow("subsets", options.subsets, kMostFieldsInTurn / options.cycle, cycle);
     keepBelow("cycleSteps", options.cycleSteps, kMostFieldsInTurn / options.cycle - 1, cycle);
     double& interval_s = options.monitorInterval_s;
     if (!(interval_s > 0.0 && interval_s < base::kLeastMonitorInterval_s)) return;
-    messages.say("monitorInterval_s is " + base::shortNumber(interval_s) +
-                 "; a field is looked at every " +
-                 base::shortNumber(base::kLeastMonitorInterval_s) + " s at most");
+    messages.say(fmt::format("monitorInterval_s is {:g}; a field is looked at every {:g} s at most",
+                             interval_s,
+                             base::kLeastMonitorInterval_s));
     interval_s = base::kLeastMonitorInterval_s;
 }
 
