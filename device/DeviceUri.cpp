@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 namespace midair::device
 {
 
@@ -39,8 +41,8 @@ std::string shown(const std::string& text)
 DeviceUri::DeviceUri(const std::string& text, const std::string& thing) : _thing(thing), _text(text)
 {
     if (text.size() > kMostUriCharacters)
-        throw error("has " + std::to_string(text.size()) + " characters, should have at most " +
-                    std::to_string(kMostUriCharacters));
+        throw error(fmt::format(
+            "has {} characters, should have at most {}", text.size(), kMostUriCharacters));
     const std::size_t colon = text.find(':');
     if (colon == std::string::npos || colon == 0)
         throw error("a " + _thing + " is named SCHEME:PATH?KEY=VALUE, for instance \"sim:\"");
@@ -88,8 +90,8 @@ double DeviceUri::takeNumber(const std::string& key, double fallback, double low
     double value = 0;
     std::string rest;
     if (!parseDecimal(text, value, rest) || !rest.empty() || value < low || value > high)
-        throw error(key + "=" + text + " should be a number from " + base::shortNumber(low) +
-                    " to " + base::shortNumber(high) + withPoint(text));
+        throw error(fmt::format(
+            "{}={} should be a number from {:g} to {:g}{}", key, text, low, high, withPoint(text)));
     return value;
 }
 
@@ -121,11 +123,10 @@ void DeviceUri::rejectUnknown() const
     for (const auto& parameter : _parameters)
     {
         if (_known.count(parameter.first) != 0) continue;
-        std::string list;
-        for (const std::string& key : _known)
-            list += (list.empty() ? "" : ", ") + key;
-        throw error("unknown parameter \"" + parameter.first + "\"; " +
-                    (list.empty() ? "\"" + _scheme + ":\" has none" : "known are " + list));
+        const std::string known = _known.empty()
+                                      ? fmt::format("\"{}:\" has none", _scheme)
+                                      : fmt::format("known are {}", fmt::join(_known, ", "));
+        throw error(fmt::format("unknown parameter \"{}\"; {}", parameter.first, known));
     }
 }
 

@@ -2,16 +2,17 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 namespace midair::device
 {
 
 std::string countersText(const DeviceReport& report)
 {
-    std::string text =
-        std::to_string(report.sent) + " sent, " + std::to_string(report.played) + " played";
+    std::string text = fmt::format("{} sent, {} played", report.sent, report.played);
     const auto add = [&](std::uint64_t count, const char* what)
     {
-        if (count > 0) text += ", " + std::to_string(count) + " " + what;
+        if (count > 0) text += fmt::format(", {} {}", count, what);
     };
     add(report.dropped, "dropped");
     add(report.lost, "lost");
@@ -30,7 +31,7 @@ std::string shortfallOf(const DeviceReport& report)
     const std::uint64_t settled = report.sent - std::min(report.sent, report.pending);
     const std::uint64_t due = settled - std::min(settled, report.dropped);
     if (due == 0 || 2 * report.played >= due) return "";
-    return std::to_string(report.played) + " of " + std::to_string(settled) + " fields were played";
+    return fmt::format("{} of {} fields were played", report.played, settled);
 }
 
 } // namespace midair::device

@@ -8,7 +8,7 @@ midair_packages=(
     libtinyobjloader-dev                  # OBJ files
     libopenxr-dev                         # hands of OpenXR runtimes; its headers
     libusb-1.0-0-dev libftdi1-dev         # arrays over USB and FTDI chips
-    nlohmann-json3-dev libcli11-dev libspdlog-dev
+    nlohmann-json3-dev libcli11-dev libfmt-dev libspdlog-dev
     libegl-dev libgl1-mesa-dri            # off-screen pictures
     fonts-dejavu-core                     # their text
 )

@@ -4,6 +4,8 @@
 #include "device/boards/BoardDevice.h"
 #include "device/usb/UsbTransferPool.h"
 
+#include <vector>
+
 #include <fmt/format.h>
 
 namespace midair::device
@@ -16,14 +18,14 @@ namespace
 // opened that wasn't named.
 std::string pluggedInFifos(const std::string& scheme)
 {
-    std::string list;
+    std::vector<std::string> fifos;
     for (const UsbListing& one : listUsbDevices(kFifoAddress))
-        list += fmt::format("{}{} ({})",
-                            list.empty() ? "" : ", ",
-                            one.serial.empty() ? "one that doesn't tell its serial number"
-                                               : scheme + ":" + one.serial,
-                            one.condition);
-    return list.empty() ? "no FT232H is plugged in" : "plugged in: " + list;
+        fifos.push_back(fmt::format("{} ({})",
+                                    one.serial.empty() ? "one that doesn't tell its serial number"
+                                                       : scheme + ":" + one.serial,
+                                    one.condition));
+    if (fifos.empty()) return "no FT232H is plugged in";
+    return fmt::format("plugged in: {}", fmt::join(fifos, ", "));
 }
 
 } // namespace

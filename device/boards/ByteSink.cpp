@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <ftdi.h>
 #include <poll.h>
 #include <spdlog/spdlog.h>
@@ -95,7 +96,7 @@ SerialPort::SerialPort(const std::string& device,
         (settings.c_cflag & ~(CSTOPB | PARENB | CRTSCTS | CSIZE | HUPCL)) | CS8 | CLOCAL | CREAD;
     ::cfsetspeed(&settings, speedOf(baud));
     if (::tcsetattr(_port, TCSANOW, &settings) != 0)
-        fail("doesn't take " + std::to_string(baud) + " baud: ");
+        fail(fmt::format("doesn't take {} baud: ", baud));
     if (::ioctl(_port, TIOCEXCL) != 0) fail("can't be had alone: ");
     _settled_s = base::steadySeconds() + settle_s;
     _lastWill = std::make_unique<SilenceOnCrash>(

@@ -5,12 +5,13 @@
 #include "device/JointCommit.h"
 #include "device/drive/DriveEncoder.h"
 #include "haptics/base/DutyLaw.h"
-#include "haptics/base/text/Number.h"
 #include "haptics/base/text/Range.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+
+#include <fmt/format.h>
 
 namespace midair::device
 {
@@ -309,8 +310,7 @@ std::string GuardedDevice::status() const
     std::lock_guard<std::mutex> lock(_mutex);
     if (_muted) text += "; muted";
     if (_sounds && _gain < 1)
-        text += "; limited to " + base::shortNumber(std::round(_gain * 1000) / 10) +
-                " % of the amplitude";
+        text += fmt::format("; limited to {:g} % of the amplitude", std::round(_gain * 1000) / 10);
     return text;
 }
 

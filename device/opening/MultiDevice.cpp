@@ -8,15 +8,18 @@
 #include <cctype>
 #include <limits>
 
+#include <fmt/format.h>
+
 namespace midair::device
 {
 
 std::vector<std::string> splitDeviceList(const std::string& text)
 {
     if (text.size() > kMostUriCharacters)
-        throw DeviceError("device \"" + text.substr(0, 40) + "..\": has " +
-                          std::to_string(text.size()) + " characters, should have at most " +
-                          std::to_string(kMostUriCharacters));
+        throw DeviceError(fmt::format("device \"{}..\": has {} characters, should have at most {}",
+                                      text.substr(0, 40),
+                                      text.size(),
+                                      kMostUriCharacters));
     std::vector<std::string> parts;
     std::size_t begin = 0;
     for (std::size_t comma = text.find(','); comma != std::string::npos;
@@ -36,9 +39,11 @@ std::vector<std::string> splitDeviceList(const std::string& text)
     }
     parts.push_back(text.substr(begin));
     if (parts.size() > kMostDevices)
-        throw DeviceError("device \"" + text.substr(0, 40) + "..\": is a list of " +
-                          std::to_string(parts.size()) + " devices, should be at most " +
-                          std::to_string(kMostDevices));
+        throw DeviceError(
+            fmt::format("device \"{}..\": is a list of {} devices, should be at most {}",
+                        text.substr(0, 40),
+                        parts.size(),
+                        kMostDevices));
     return parts;
 }
 

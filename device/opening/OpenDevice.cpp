@@ -13,6 +13,7 @@
 #include "haptics/base/text/Number.h"
 
 #include <algorithm>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -175,7 +176,7 @@ std::unique_ptr<ArrayDevice> openOne(DeviceUri& uri,
 {
     const SafetyLimits strict = takeLimits(uri, limits);
     if (uri.scheme() == "play" && strict.maxPressure_Pa > 0) throw uri.error(kNoPointsInRecording);
-    std::string known;
+    std::vector<std::string> known;
     for (const Scheme& scheme : allSchemes())
     {
         if (uri.scheme() == scheme.name)
@@ -186,9 +187,10 @@ std::unique_ptr<ArrayDevice> openOne(DeviceUri& uri,
             return std::make_unique<GuardedDevice>(
                 std::move(device), strict, layout.transducers, std::move(claim));
         }
-        known += std::string(known.empty() ? "" : ", ") + scheme.name + ":";
+        known.push_back(fmt::format("{}:", scheme.name));
     }
-    throw uri.error("unknown kind \"" + uri.scheme() + ":\"; known are " + known);
+    throw uri.error(
+        fmt::format("unknown kind \"{}:\"; known are {}", uri.scheme(), fmt::join(known, ", ")));
 }
 
 // Takes `boards`, such as "0-7" or "3", from the URI: the transducers of these boards.
@@ -206,8 +208,8 @@ MultiDevice::Part partOf(DeviceUri& uri, const DeviceLayout& layout)
     const bool read = base::parseWhole(boards.substr(0, dash), from) && base::parseWhole(end, to);
     if (!read || boards.find_first_not_of("0123456789-") != std::string::npos || from < 0 ||
         from > to || to > last)
-        throw uri.error("boards=" + boards + " should be a board or a range of them, from 0 to " +
-                        std::to_string(last));
+        throw uri.error(fmt::format(
+            "boards={} should be a board or a range of them, from 0 to {}", boards, last));
     if (layout.board.empty()) return part;
     const auto begin = std::lower_bound(layout.board.begin(), layout.board.end(), from);
     part.first = static_cast<int>(begin - layout.board.begin());

@@ -2,7 +2,6 @@
 
 #include "device/FieldCounters.h"
 #include "device/recording/Recording.h"
-#include "haptics/base/text/Number.h"
 
 #include <algorithm>
 
@@ -136,7 +135,7 @@ std::string PlayingDevice::status() const
     std::lock_guard<std::mutex> lock(_mutex);
     return fmt::format("play:{}: {}, {} fields{} -> {}",
                        _show.file(),
-                       _finished ? "at the end" : "at " + base::shortNumber(_time_s) + " s",
+                       _finished ? "at the end" : fmt::format("at {:g} s", _time_s),
                        _fields,
                        _ending.empty() ? "" : "; " + _ending,
                        device);

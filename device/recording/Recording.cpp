@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include <fmt/format.h>
+
 namespace midair::device::recording
 {
 
@@ -126,8 +128,11 @@ Reader::Reader(const std::uint8_t* data, std::size_t size, const std::string& na
                           "\": not a recording of fields: it doesn't start with MIDAIRF");
     const std::uint16_t version = in.u16();
     if (in.ok() && version != kVersion)
-        throw DeviceError("recording \"" + name + "\": format version " + std::to_string(version) +
-                          ", but this program reads version " + std::to_string(kVersion));
+        throw DeviceError(
+            fmt::format("recording \"{}\": format version {}, but this program reads version {}",
+                        name,
+                        version,
+                        kVersion));
     in.u16();
     const std::uint32_t transducers = in.u32();
     _start_ns = in.u64();
@@ -136,8 +141,10 @@ Reader::Reader(const std::uint8_t* data, std::size_t size, const std::string& na
     if (!in.ok() || crc != base::crc32c(data, kHeaderBytes - kCrcBytes))
         throw DeviceError("recording \"" + name + "\": the header is damaged");
     if (transducers == 0 || transducers > kMostTransducers)
-        throw DeviceError("recording \"" + name + "\": " + std::to_string(transducers) +
-                          " transducers, should be 1 to " + std::to_string(kMostTransducers));
+        throw DeviceError(fmt::format("recording \"{}\": {} transducers, should be 1 to {}",
+                                      name,
+                                      transducers,
+                                      kMostTransducers));
     _transducers = static_cast<int>(transducers);
     _before = silence(_transducers);
 }

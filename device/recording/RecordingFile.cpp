@@ -11,6 +11,7 @@
 #include <utility>
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -46,9 +47,9 @@ void requireOwnFile(const std::string& file, const struct stat& about)
         fail(file, "is a device or a pipe; a recording goes into a regular file");
     if (about.st_nlink > 1)
         fail(file,
-             "has " + std::to_string(about.st_nlink) +
-                 " names (hard links), and what is written here would be in all of them; choose "
-                 "another name");
+             fmt::format("has {} names (hard links), and what is written here would be in all of "
+                         "them; choose another name",
+                         about.st_nlink));
 }
 
 void requireRecording(const std::string& file, int descriptor)
@@ -122,8 +123,9 @@ Show::Show(const std::string& file, int transducers) : _file(file)
     const Reader reader(_bytes, file);
     if (reader.transducers() != transducers)
         fail(file,
-             "was made for " + std::to_string(reader.transducers()) +
-                 " transducers, but the array has " + std::to_string(transducers));
+             fmt::format("was made for {} transducers, but the array has {}",
+                         reader.transducers(),
+                         transducers));
 }
 
 } // namespace midair::device::recording

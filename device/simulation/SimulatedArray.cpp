@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 namespace midair::device
@@ -22,8 +23,10 @@ checked(const DeviceLayout& layout, const BoardCodec* codec, const std::string& 
         throw DeviceError("device \"sim:\": board=" + name +
                           " should be sonicsurface, ultraino or openmpd");
     if (codec != nullptr && !codec->takes(layout.transducers))
-        throw DeviceError("device \"sim:\": board " + name + " has " + codec->takesText() +
-                          ", but the array has " + std::to_string(layout.transducers));
+        throw DeviceError(fmt::format("device \"sim:\": board {} has {}, but the array has {}",
+                                      name,
+                                      codec->takesText(),
+                                      layout.transducers));
     return layout;
 }
 
@@ -239,7 +242,7 @@ DeviceReport SimulatedArray::report() const
     DeviceReport report = _counters.report();
     if (_codec == nullptr)
     {
-        report.firmware = "1." + std::to_string(_options.firmware.firmwareMinor) + ".0";
+        report.firmware = fmt::format("1.{}.0", _options.firmware.firmwareMinor);
         report.temperature_C = _firmware.status(now_s).temperature_dC / 10.0;
     }
     return report;
@@ -250,15 +253,15 @@ std::string SimulatedArray::status() const
     const std::string counters = countersText(report());
     std::lock_guard<std::mutex> lock(_mutex);
     const double now_s = advance();
-    std::string text =
-        "sim: " + (_codec != nullptr ? std::string(_codec->name()) + ", " : std::string()) +
-        std::to_string(_layout.transducers) + " transducers, " + counters;
+    std::string text = fmt::format("sim: {}{} transducers, {}",
+                                   _codec != nullptr ? fmt::format("{}, ", _codec->name()) : "",
+                                   _layout.transducers,
+                                   counters);
     if (_codec != nullptr) return text;
     const protocol::Status status = _firmware.status(now_s);
     if ((status.flags & protocol::WATCHDOG_FIRED) != 0) text += "; muted by the watchdog";
     if (status.incomplete > 0)
-        text += "; " + std::to_string(status.incomplete) +
-                " fields came incomplete and were not played";
+        text += fmt::format("; {} fields came incomplete and were not played", status.incomplete);
     return text;
 }
 

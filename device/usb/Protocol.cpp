@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 namespace midair::device::protocol
 {
 
@@ -177,8 +179,7 @@ bool readPayload(base::ByteReader& in, Packet& packet)
 
 std::string Info::firmware() const
 {
-    return std::to_string(firmwareMajor) + "." + std::to_string(firmwareMinor) + "." +
-           std::to_string(firmwarePatch);
+    return fmt::format("{}.{}.{}", firmwareMajor, firmwareMinor, firmwarePatch);
 }
 
 void append(std::vector<std::uint8_t>& out, const Packet& packet)

@@ -1,11 +1,11 @@
 #include "device/usb/UsbArrayDevice.h"
 
 #include "device/DeviceUri.h"
-#include "haptics/base/text/Number.h"
 
 #include <charconv>
 #include <chrono>
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 namespace midair::device
@@ -144,8 +144,11 @@ std::string UsbArrayDevice::status() const
     const std::uint16_t flags = _connection.flags();
     std::string text = _connection.name() + ": ";
     if (now.state == DeviceState::LOST) return text + "not there; " + countersText(now);
-    text += "firmware " + now.firmware + ", " + std::to_string(_layout.transducers) +
-            " transducers, " + base::shortNumber(now.temperature_C) + " C, " + countersText(now);
+    text += fmt::format("firmware {}, {} transducers, {:g} C, {}",
+                        now.firmware,
+                        _layout.transducers,
+                        now.temperature_C,
+                        countersText(now));
     if ((flags & protocol::WATCHDOG_FIRED) != 0)
         text += "; muted by its watchdog until the next field";
     if ((flags & protocol::OVER_TEMPERATURE) != 0) text += "; muted until it has cooled down";

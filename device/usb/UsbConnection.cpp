@@ -1,11 +1,11 @@
 #include "device/usb/UsbConnection.h"
 
-#include "haptics/base/text/Number.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 namespace midair::device
@@ -254,8 +254,8 @@ std::string UsbConnection::work()
             if (!why.empty()) return why;
         }
         else if (!_busy && _clock.isDeviceSilent(now_s))
-            return "gives no answer that this program understands since " +
-                   base::shortNumber(LinkClock::kSilentDevice_s) + " s";
+            return fmt::format("gives no answer that this program understands since {:g} s",
+                               LinkClock::kSilentDevice_s);
         else if (_busy || !workOnce(lock)) // alone() wakes this thread when it ends
         {
             double due_s = _clock.nextDue_s();

@@ -2,11 +2,11 @@
 
 #include <libusb.h>
 
-#include <cstdio>
 #include <cstdlib>
 #include <memory>
 
 #include <dirent.h>
+#include <fmt/format.h>
 #include <linux/usbdevice_fs.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
@@ -16,13 +16,9 @@ namespace midair::device
 
 std::string nodeOf(libusb_device* device)
 {
-    char text[40];
-    std::snprintf(text,
-                  sizeof text,
-                  "/dev/bus/usb/%03d/%03d",
-                  libusb_get_bus_number(device),
-                  libusb_get_device_address(device));
-    return text;
+    return fmt::format("/dev/bus/usb/{:03}/{:03}",
+                       libusb_get_bus_number(device),
+                       libusb_get_device_address(device));
 }
 
 // libusb doesn't return it. Another thread may have the same device open for a moment, to read its

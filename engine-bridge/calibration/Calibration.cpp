@@ -3,15 +3,16 @@
 #include "engine-bridge/calibration/RobustFit.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
-#include "haptics/base/text/PlainText.h"
 #include "haptics/base/text/Range.h"
 
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <random>
+#include <vector>
+
+#include <fmt/format.h>
 
 namespace midair::bridge
 {
@@ -25,11 +26,6 @@ constexpr double kPlaneRatio = 0.1;  ///< third over first: below, a plane
 constexpr double kMirrorRatio = 0.5; ///< mirrored noise over direct: below, wrong handedness
 constexpr int kDraws = 4000;         ///< gives the 95 % quantile to about 1.5 %
 constexpr int kEdgeDirections = 256;
-
-std::string format(const char* pattern, double a, double b = 0.0, double c = 0.0, double d = 0.0)
-{
-    return base::plainText(pattern, a, b, c, d);
-}
 
 PointPairs chosen(const PointPairs& pairs, const std::vector<bool>& which)
 {
@@ -138,8 +134,8 @@ void warn(CalibrationReport& report, CalibrationProblem problem, const std::stri
 
 std::string unitWarning(double scale)
 {
-    const std::string text =
-        format("the world points have to be scaled by %.4g to fit the array points, ", scale);
+    const std::string text = fmt::format(
+        "the world points have to be scaled by {:.4g} to fit the array points, ", scale);
     const std::string world = unitName(scale);
     const std::string array = unitName(1.0 / scale);
     if (!world.empty())
@@ -193,9 +189,9 @@ void checkShape(CalibrationReport& report, const PointPairs& kept)
     if (n < kEnoughPoints)
         warn(report,
              CalibrationProblem::FEW_POINTS,
-             std::to_string(n) +
-                 " point pairs; take 12 or more, spread over the workspace and not in "
-                 "one plane");
+             fmt::format(
+                 "{} point pairs; take 12 or more, spread over the workspace and not in one plane",
+                 n));
     const Eigen::Vector3d sigmas = spread(kept.world);
     if (sigmas[2] < kPlaneRatio * sigmas[0])
         warn(report,
@@ -207,15 +203,17 @@ void checkShape(CalibrationReport& report, const PointPairs& kept)
 
 void listOutliers(CalibrationReport& report)
 {
-    std::string list;
+    std::vector<std::string> list;
     for (std::size_t k = 0; k < report.outlier.size(); ++k)
     {
         if (!report.outlier[k]) continue;
-        list += (list.empty() ? "" : ", ") + std::to_string(k + 1) +
-                format(" (%.1f mm)", 1e3 * report.residuals_m[static_cast<Eigen::Index>(k)]);
+        list.push_back(fmt::format(
+            "{} ({:.1f} mm)", k + 1, 1e3 * report.residuals_m[static_cast<Eigen::Index>(k)]));
     }
     if (!list.empty())
-        warn(report, CalibrationProblem::OUTLIERS, "pairs left out as outliers: " + list);
+        warn(report,
+             CalibrationProblem::OUTLIERS,
+             fmt::format("pairs left out as outliers: {}", fmt::join(list, ", ")));
 }
 
 void checkInput(const PointPairs& pairs, const CalibrationOptions& options)
@@ -223,13 +221,14 @@ void checkInput(const PointPairs& pairs, const CalibrationOptions& options)
     std::string error;
     if (!options.isValid(&error)) throw base::InputError(error);
     if (pairs.array.cols() != pairs.world.cols())
-        throw base::InputError(std::to_string(pairs.world.cols()) + " world points and " +
-                               std::to_string(pairs.array.cols()) +
-                               " array points; there must be as many of each");
+        throw base::InputError(
+            fmt::format("{} world points and {} array points; there must be as many of each",
+                        pairs.world.cols(),
+                        pairs.array.cols()));
     for (Eigen::Index k = 0; k < pairs.world.cols(); ++k)
         if (!pairs.world.col(k).allFinite() || !pairs.array.col(k).allFinite())
-            throw base::InputError("point pair " + std::to_string(k + 1) +
-                                   " has a coordinate that is not finite");
+            throw base::InputError(
+                fmt::format("point pair {} has a coordinate that is not finite", k + 1));
 }
 
 } // namespace
@@ -256,20 +255,22 @@ std::string CalibrationReport::text() const
     const auto out = static_cast<int>(std::count(outlier.begin(), outlier.end(), true));
     const auto all = static_cast<int>(outlier.size());
     std::string result = usable ? "calibrated from " : "not calibrated: ";
-    result += std::to_string(all - out) + " of " + std::to_string(all) + " point pairs\n";
+    result += fmt::format("{} of {} point pairs\n", all - out, all);
     if (usable)
     {
         double largest = 0.0;
         for (std::size_t k = 0; k < outlier.size(); ++k)
             if (!outlier[k]) largest = std::max(largest, residuals_m[static_cast<Eigen::Index>(k)]);
-        result += format("residuals: rms %.2f mm, largest %.2f mm\n", 1e3 * rms_m, 1e3 * largest);
-        result += format("noise: %.2f mm a coordinate\n", 1e3 * noise_m);
-        result += format("scale: %.4f +- %.4f\n", scale, scaleError);
-        result += format("likely error at the workspace's edge, %.0f mm from its centre: %.2f mm "
-                         "(median), %.2f mm (95 %%)\n",
-                         1e3 * edge_m,
-                         1e3 * edgeErrorMedian_m,
-                         1e3 * edgeError95_m);
+        result += fmt::format(
+            "residuals: rms {:.2f} mm, largest {:.2f} mm\n", 1e3 * rms_m, 1e3 * largest);
+        result += fmt::format("noise: {:.2f} mm a coordinate\n", 1e3 * noise_m);
+        result += fmt::format("scale: {:.4f} +- {:.4f}\n", scale, scaleError);
+        result += fmt::format(
+            "likely error at the workspace's edge, {:.0f} mm from its centre: {:.2f} mm "
+            "(median), {:.2f} mm (95 %)\n",
+            1e3 * edge_m,
+            1e3 * edgeErrorMedian_m,
+            1e3 * edgeError95_m);
     }
     for (const CalibrationWarning& warning : warnings)
         result += "warning: " + warning.text + "\n";
@@ -288,9 +289,9 @@ CalibrationReport calibrate(const PointPairs& pairs, const CalibrationOptions& o
     {
         warn(report,
              CalibrationProblem::TOO_FEW_POINTS,
-             std::to_string(n) +
-                 " point pairs; three are the least, 12 or more that are not in one "
-                 "plane are right");
+             fmt::format("{} point pairs; three are the least, 12 or more that are not in one "
+                         "plane are right",
+                         n));
         return report;
     }
     RobustFit fit = robustFit(pairs, {false, options.outlierSigmas, options.trials, options.seed});

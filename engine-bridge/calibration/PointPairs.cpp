@@ -9,6 +9,8 @@
 #include <istream>
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace midair::bridge
 {
 
@@ -54,18 +56,20 @@ PointPairs readPointPairs(std::istream& in, const std::string& name)
         const bool headings = first && !anyNumber(fields);
         first = false;
         if (headings) continue;
-        const std::string where = name + ", line " + std::to_string(number) + ": ";
+        const std::string where = fmt::format("{}, line {}: ", name, number);
         if (fields.size() != 6)
-            throw base::InputError(where + std::to_string(fields.size()) +
-                                   " columns; a point pair has six: world x, y, z, array x, y, z");
+            throw base::InputError(
+                fmt::format("{}{} columns; a point pair has six: world x, y, z, array x, y, z",
+                            where,
+                            fields.size()));
         std::array<double, 6> row{};
         for (std::size_t i = 0; i < 6; ++i)
             if (!base::parseNumber(fields[i], row[i]))
-                throw base::InputError(where + "\"" + fields[i] + "\" in column " +
-                                       std::to_string(i + 1) + " is not a finite number");
+                throw base::InputError(fmt::format(
+                    "{}\"{}\" in column {} is not a finite number", where, fields[i], i + 1));
         if (rows.size() == kMostPairs)
-            throw base::InputError(where + "more than " + std::to_string(kMostPairs) +
-                                   " point pairs, which are the most possible");
+            throw base::InputError(fmt::format(
+                "{}more than {} point pairs, which are the most possible", where, kMostPairs));
         rows.push_back(row);
     }
     PointPairs pairs;

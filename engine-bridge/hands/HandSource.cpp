@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include <fmt/format.h>
+
 namespace midair::bridge
 {
 
@@ -31,7 +33,7 @@ bool InjectedHandSource::frameAt(double time_s, HandFrame& frame)
 std::string InjectedHandSource::status() const
 {
     const std::lock_guard<std::mutex> lock(_mutex);
-    return "hands set by the application, " + std::to_string(_set) + " frames so far";
+    return fmt::format("hands set by the application, {} frames so far", _set);
 }
 
 } // namespace midair::bridge

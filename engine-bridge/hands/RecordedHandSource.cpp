@@ -12,6 +12,8 @@
 #include <ostream>
 #include <sstream>
 
+#include <fmt/format.h>
+
 namespace midair::bridge
 {
 
@@ -58,14 +60,13 @@ struct Row
 std::string parse(const std::vector<std::string>& fields, Row& row)
 {
     if (fields.size() != kColumns)
-        return std::to_string(fields.size()) + " columns; a joint has 13: " + kHeadings;
+        return fmt::format("{} columns; a joint has 13: {}", fields.size(), kHeadings);
     row.joint = jointNumber(fields[2]);
     if (row.joint < 0) return "joint \"" + fields[2] + "\" is not known; index_tip is one";
     std::array<double, kColumns> numbers{};
     for (std::size_t i = 0; i < kColumns; ++i)
         if (i != 2 && !base::parseNumber(fields[i], numbers[i]))
-            return "\"" + fields[i] + "\" in column " + std::to_string(i + 1) +
-                   " is not a finite number";
+            return fmt::format("\"{}\" in column {} is not a finite number", fields[i], i + 1);
     if (numbers[1] != std::floor(numbers[1]) || std::abs(numbers[1]) > 1e6)
         return "hand \"" + fields[1] +
                "\" is not a whole number; 0 is the left one, 1 the right one";
@@ -172,7 +173,7 @@ void RecordedHandSource::read(std::istream& in)
         if (wrong.empty() && !hand && hands == kMostHandsInAll)
             wrong = "more than 200000 hands in all frames together, which are the most possible";
         if (!wrong.empty())
-            throw base::InputError(_name + ", line " + std::to_string(number) + ": " + wrong);
+            throw base::InputError(fmt::format("{}, line {}: {}", _name, number, wrong));
         if (isNew)
         {
             _frames.emplace_back();
@@ -227,7 +228,7 @@ bool RecordedHandSource::frameAt(double time_s, HandFrame& frame)
 
 std::string RecordedHandSource::status() const
 {
-    return _name + ": " + std::to_string(_frames.size()) + " recorded frames";
+    return fmt::format("{}: {} recorded frames", _name, _frames.size());
 }
 
 void writeHandRecording(std::ostream& out, const std::vector<HandFrame>& frames)

@@ -3,11 +3,12 @@
 #include "device/drive/DriveEncoder.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
-#include "haptics/base/text/Number.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/base/threads/ThreadPool.h"
 
 #include <algorithm>
+
+#include <fmt/format.h>
 
 namespace midair::bridge
 {
@@ -47,9 +48,12 @@ void keepToLimits(HologramOptions& options, base::MessageLog& messages)
     const int cores = base::coreCount();
     if (threads > cores)
     {
-        const std::string number = std::to_string(cores);
-        messages.say("threads is " + std::to_string(threads) + "; this machine has " + number +
-                     (cores == 1 ? " core: 1 is used" : " cores: " + number + " are used"));
+        messages.say(fmt::format("threads is {}; this machine has {} {}: {} {} used",
+                                 threads,
+                                 cores,
+                                 cores == 1 ? "core" : "cores",
+                                 cores,
+                                 cores == 1 ? "is" : "are"));
         threads = cores;
     }
     if (!options.solverOptions.pool)
@@ -58,8 +62,7 @@ void keepToLimits(HologramOptions& options, base::MessageLog& messages)
         [&messages](const char* name, int& value, int most, const std::string& why)
     {
         if (value <= most) return;
-        messages.say(std::string(name) + " is " + std::to_string(value) + "; " + why + " at most " +
-                     std::to_string(most));
+        messages.say(fmt::format("{} is {}; {} at most {}", name, value, why, most));
         value = most;
     };
     const auto transducers = static_cast<std::size_t>(options.array.size());
@@ -69,14 +72,14 @@ void keepToLimits(HologramOptions& options, base::MessageLog& messages)
               options.maxPoints,
               std::max(1, static_cast<int>(most)),
               "the control points of a field of this array are");
-    const std::string cycle = "with a cycle of " + std::to_string(options.cycle) + " it is";
+    const std::string cycle = fmt::format("with a cycle of {} it is", options.cycle);
     keepBelow("subsets", options.subsets, kMostFieldsInTurn / options.cycle, cycle);
     keepBelow("cycleSteps", options.cycleSteps, kMostFieldsInTurn / options.cycle - 1, cycle);
     double& interval_s = options.monitorInterval_s;
     if (!(interval_s > 0.0 && interval_s < base::kLeastMonitorInterval_s)) return;
-    messages.say("monitorInterval_s is " + base::shortNumber(interval_s) +
-                 "; a field is looked at every " +
-                 base::shortNumber(base::kLeastMonitorInterval_s) + " s at most");
+    messages.say(fmt::format("monitorInterval_s is {:g}; a field is looked at every {:g} s at most",
+                             interval_s,
+                             base::kLeastMonitorInterval_s));
     interval_s = base::kLeastMonitorInterval_s;
 }
 

@@ -1,6 +1,6 @@
 #include "engine-bridge/pipeline/ObjectModulation.h"
 
-#include "haptics/base/text/PlainText.h"
+#include <fmt/format.h>
 
 namespace midair::bridge
 {
@@ -47,11 +47,12 @@ haptics::ModulationPlan modulationOf(const std::vector<HapticObject>& objects,
         const HapticProperties& p = objects[index].properties;
         plan.depth[l] = isModulated(p) ? p.modulationDepth : 0.0;
         if (!isModulated(p) || p.modulationFrequency_Hz == plan.rate_Hz) continue;
-        base::PlainStream text;
-        text << objects[index].path << ": is modulated at " << plan.rate_Hz << " Hz as "
-             << leader->path << " is, not at " << p.modulationFrequency_Hz
-             << " Hz: the array plays one field at a time";
-        messages.say(text.str());
+        messages.say(fmt::format("{}: is modulated at {:g} Hz as {} is, not at {:g} Hz: the array "
+                                 "plays one field at a time",
+                                 objects[index].path,
+                                 plan.rate_Hz,
+                                 leader->path,
+                                 p.modulationFrequency_Hz));
     }
     // The modulated objects may have no points.
     if (plan.depth.size() == 0 || plan.depth.maxCoeff() == 0.0) plan = {};

@@ -1,10 +1,11 @@
 #include "engine-bridge/pipeline/PointAssembler.h"
 
 #include "haptics/base/Limits.h"
-#include "haptics/base/text/Number.h"
 
 #include <algorithm>
 #include <cmath>
+
+#include <fmt/format.h>
 
 namespace midair::bridge
 {
@@ -65,9 +66,9 @@ bool PointAssembler::usable(const HapticObject& object)
     if (!object.mesh || object.mesh->triangles.cols() == 0) return refuse("has no triangles");
     if (!object.pose.matrix().allFinite()) return refuse("its pose is not finite");
     if (!(p.pressure > 0.0) || !std::isfinite(p.pressure))
-        return refuse("pressure is " + base::shortNumber(p.pressure) + ", should be over 0");
+        return refuse(fmt::format("pressure is {:g}, should be over 0", p.pressure));
     if (!(p.spacing_m >= 0.0) || !std::isfinite(p.spacing_m))
-        return refuse("spacing is " + base::shortNumber(p.spacing_m) + " m, should be at least 0");
+        return refuse(fmt::format("spacing is {:g} m, should be at least 0", p.spacing_m));
     return true;
 }
 
@@ -164,9 +165,11 @@ void PointAssembler::add(
     _candidates += samples.size();
     if (_candidates > base::kMostCandidates)
     {
-        _messages.say(object.path + ": with its " + std::to_string(samples.size()) +
-                      " samples the scene's objects have more than " +
-                      std::to_string(base::kMostCandidates) + " together; it can't be felt");
+        _messages.say(fmt::format("{}: with its {} samples the scene's objects have more than {} "
+                                  "together; it can't be felt",
+                                  object.path,
+                                  samples.size(),
+                                  base::kMostCandidates));
         _candidates -= samples.size();
         return;
     }
@@ -217,8 +220,9 @@ void PointAssembler::select(const SceneSnapshot& snapshot, AssembledPoints& out)
                                              report.crowdMerged + report.crowdDropped);
     out.unpainted = static_cast<std::uint64_t>(report.noTarget);
     if (report.overBudget > 0)
-        _messages.say("more points than the budget of " + std::to_string(_selector.maxPoints) +
-                      "; objects of lower priority get fewer");
+        _messages.say(
+            fmt::format("more points than the budget of {}; objects of lower priority get fewer",
+                        _selector.maxPoints));
     for (std::size_t i = 0; i < _posed.size(); ++i)
         if (_posed[i].positions.cols() > 0 && report.perObject[i] == 0)
             _messages.say(snapshot.objects[static_cast<std::size_t>(_posed[i].object)].path +

@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include <fmt/format.h>
+
 namespace midair::bridge
 {
 
@@ -73,9 +75,9 @@ void SampleCache::sample(const HapticObject& object, Entry& entry)
         const bool one = options.sampling == haptics::Sampling::VERTICES;
         entry.cached.sets = haptics::sampleSurfaceSets(*object.mesh, options, one ? 1 : entry.sets);
         if (!makeRoom(entry))
-            throw base::InputError("with it the scene's meshes have more than " +
-                                   std::to_string(base::kMostCachedSamples) +
-                                   " samples in the sets of their points");
+            throw base::InputError(fmt::format(
+                "with it the scene's meshes have more than {} samples in the sets of their points",
+                base::kMostCachedSamples));
     }
     catch (const base::InputError& error)
     {

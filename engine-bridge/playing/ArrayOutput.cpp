@@ -5,6 +5,8 @@
 #include <complex>
 #include <stdexcept>
 
+#include <fmt/format.h>
+
 namespace midair::bridge
 {
 
@@ -23,9 +25,10 @@ std::vector<device::DriveSignal> encoded(const haptics::FieldSequence& sequence,
     {
         const Eigen::VectorXcf& q = sequence.fields[k];
         if (q.size() != transducers)
-            throw std::runtime_error("solver gave " + std::to_string(q.size()) +
-                                     " activations for " + std::to_string(transducers) +
-                                     " transducers; nothing is played");
+            throw std::runtime_error(
+                fmt::format("solver gave {} activations for {} transducers; nothing is played",
+                            q.size(),
+                            transducers));
         if (!device::encode(q.data(), transducers, signals[k]))
             throw std::runtime_error(
                 "solver gave activations that are not finite; nothing is played");

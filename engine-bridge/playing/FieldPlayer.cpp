@@ -9,6 +9,8 @@
 #include <chrono>
 #include <cmath>
 
+#include <fmt/format.h>
+
 namespace midair::bridge
 {
 
@@ -51,13 +53,14 @@ void FieldPlayer::play(const std::vector<Eigen::VectorXcf>& cycle,
     for (std::size_t k = 0; k < cycle.size(); ++k)
     {
         if (cycle[k].size() != cycle[0].size())
-            throw base::InputError("field player: field " + std::to_string(k) + " has " +
-                                   std::to_string(cycle[k].size()) +
-                                   " activations, the first one " +
-                                   std::to_string(cycle[0].size()));
+            throw base::InputError(
+                fmt::format("field player: field {} has {} activations, the first one {}",
+                            k,
+                            cycle[k].size(),
+                            cycle[0].size()));
         if (!device::encode(cycle[k].data(), static_cast<int>(cycle[k].size()), signals[k]))
-            throw base::InputError("field player: field " + std::to_string(k) +
-                                   " has an activation that is not finite");
+            throw base::InputError(
+                fmt::format("field player: field {} has an activation that is not finite", k));
     }
     std::shared_ptr<Whole> whole;
     if (modulator.changes(signals.size()))

@@ -4,12 +4,13 @@
 #include "device/limits/GuardedDevice.h"
 #include "haptics/base/DutyLaw.h"
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/Number.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/sequence/FieldOrder.h"
 
 #include <algorithm>
 #include <cmath>
+
+#include <fmt/format.h>
 
 namespace midair::bridge
 {
@@ -123,8 +124,8 @@ PressureCap::PressureCap(double max_Pa, Play play, device::DriveAbility ability)
     _coarsest(coarsestStep(_ability.amplitudes))
 {
     if (!(max_Pa > 0.0 && max_Pa <= kMost_Pa))
-        throw base::InputError("cap of pressure is " + base::shortNumber(max_Pa) +
-                               " Pa, should be over 0 and at most 1e6");
+        throw base::InputError(
+            fmt::format("cap of pressure is {:g} Pa, should be over 0 and at most 1e6", max_Pa));
 }
 
 // The largest pressure at any point for any of the arrays, plus the error of its computation.
@@ -217,7 +218,7 @@ double PressureCap::hold(const Where& where, haptics::FieldSequence& sequence) c
 
 std::string PressureCap::message(double factor) const
 {
-    const std::string most = base::shortNumber(_max_Pa) + " Pa at any control point";
+    const std::string most = fmt::format("{:g} Pa at any control point", _max_Pa);
     return factor > 0.0 ? "the field is held down to the cap of " + most
                         : "silent: the device's levels can't keep to the cap of " + most;
 }

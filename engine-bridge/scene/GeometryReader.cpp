@@ -13,6 +13,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include <fmt/format.h>
+
 namespace midair::bridge
 {
 
@@ -148,8 +150,10 @@ void GeometryReader::readGeometry(const osg::Geometry& geometry,
                                      { return t.minCoeff() < 0 || t.maxCoeff() >= count; });
     if (last != piece.triangles.end())
     {
-        _warnings.push_back(quoted(geometry) + " has indices beyond its " + std::to_string(count) +
-                            " vertices; those triangles are left out");
+        _warnings.push_back(
+            fmt::format("{} has indices beyond its {} vertices; those triangles are left out",
+                        quoted(geometry),
+                        count));
         piece.triangles.erase(last, piece.triangles.end());
     }
     readPaint(geometry, state, piece);

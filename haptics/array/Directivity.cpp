@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -78,13 +81,14 @@ const char* directivityName(Directivity model)
 
 Directivity directivityFromName(const std::string& name)
 {
-    std::string names;
+    std::vector<const char*> names;
     for (const NamedModel& known : kModels)
     {
         if (name == known.name) return known.model;
-        names += std::string(names.empty() ? "" : ", ") + known.name;
+        names.push_back(known.name);
     }
-    throw base::InputError("unknown directivity '" + name + "'; known are " + names);
+    throw base::InputError(
+        fmt::format("unknown directivity '{}'; known are {}", name, fmt::join(names, ", ")));
 }
 
 } // namespace midair::haptics

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace midair::haptics
 {
 
@@ -48,7 +50,7 @@ public:
 
     [[noreturn]] void fail(int line, const std::string& what) const
     {
-        throw base::InputError(_source + ", line " + std::to_string(line) + ": " + what);
+        throw base::InputError(fmt::format("{}, line {}: {}", _source, line, what));
     }
 
     /// Returns line \a number, counted from 1.
@@ -95,8 +97,7 @@ public:
              begin = text.find('(', begin + 1), ++count)
         {
             const std::size_t end = text.find(')', begin);
-            if (end == std::string::npos)
-                fail(number, "place " + std::to_string(count) + " doesn't end");
+            if (end == std::string::npos) fail(number, fmt::format("place {} doesn't end", count));
             if (count < kTransducers)
                 place(number, text.substr(begin + 1, end - begin - 1), count, places);
         }
@@ -117,9 +118,11 @@ private:
         double read = 0.0;
         if (!base::parseNumber(text, read) || read < low || read > high)
             fail(number,
-                 "\"" + text.substr(0, 40) + "\" is among the " + what +
-                     "; they must be numbers from " + base::shortNumber(low) + " to " +
-                     base::shortNumber(high));
+                 fmt::format("\"{}\" is among the {}; they must be numbers from {:g} to {:g}",
+                             text.substr(0, 40),
+                             what,
+                             low,
+                             high));
         return read;
     }
 
@@ -133,8 +136,9 @@ private:
             const bool last = axis == 2;
             if (last != (comma == std::string::npos))
                 fail(number,
-                     "place " + std::to_string(index) + " is (" + text.substr(0, 60) +
-                         "); it must be (x, y, z) in metres");
+                     fmt::format("place {} is ({}); it must be (x, y, z) in metres",
+                                 index,
+                                 text.substr(0, 60)));
             places(axis, static_cast<Eigen::Index>(index)) =
                 value(number,
                       trimmed(text.substr(begin, last ? comma : comma - begin)),
@@ -148,7 +152,7 @@ private:
     void requireAll(int number, const std::string& what, std::size_t count) const
     {
         if (count != kTransducers)
-            fail(number, "has " + std::to_string(count) + " " + what + "; there must be 256");
+            fail(number, fmt::format("has {} {}; there must be 256", count, what));
     }
 
     std::string _source;
@@ -165,9 +169,9 @@ std::vector<int> pinsOf(const PatReader& reader, int line)
         const auto pin = static_cast<std::size_t>(number);
         if (static_cast<double>(pin) != number || seen[pin])
             reader.fail(line,
-                        "pin " + base::shortNumber(number) +
-                            (seen[pin] ? " is there twice" : " isn't a whole number") +
-                            "; each from 0 to 255 must be there once");
+                        fmt::format("pin {:g}{}; each from 0 to 255 must be there once",
+                                    number,
+                                    seen[pin] ? " is there twice" : " isn't a whole number"));
         seen[pin] = true;
         pins.push_back(static_cast<int>(pin));
     }

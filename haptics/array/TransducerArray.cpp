@@ -3,10 +3,11 @@
 #include "haptics/array/BoardGrid.h"
 #include "haptics/base/DutyLaw.h"
 #include "haptics/base/Units.h"
-#include "haptics/base/text/PlainText.h"
 #include "haptics/base/text/Range.h"
 
 #include <cmath>
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -87,20 +88,23 @@ TransducerArray TransducerArray::singleBoard()
 bool TransducerArray::isValid(std::string* error) const
 {
     const auto m = static_cast<std::size_t>(size());
-    base::PlainStream text;
+    std::string text;
     if (m == 0)
-        text << "the array has no transducers";
+        text = "the array has no transducers";
     else if (static_cast<std::size_t>(normals.cols()) != m || board.size() != m)
-        text << m << " positions, " << normals.cols() << " normals, " << board.size()
-             << " board indices; there must be as many of each";
+        text =
+            fmt::format("{} positions, {} normals, {} board indices; there must be as many of each",
+                        m,
+                        normals.cols(),
+                        board.size());
     else if (phaseOffset_rad.size() != 0 && static_cast<std::size_t>(phaseOffset_rad.size()) != m)
-        text << phaseOffset_rad.size() << " phase offsets; there must be none or " << m;
+        text = fmt::format("{} phase offsets; there must be none or {}", phaseOffset_rad.size(), m);
     else if (gain.size() != 0 && static_cast<std::size_t>(gain.size()) != m)
-        text << gain.size() << " gains; there must be none or " << m;
+        text = fmt::format("{} gains; there must be none or {}", gain.size(), m);
     else if (!positions.allFinite() || !phaseOffset_rad.allFinite() || !gain.allFinite())
-        text << "a position, phase offset or gain is not finite";
+        text = "a position, phase offset or gain is not finite";
     else if (!((normals.colwise().norm().array() - 1.0).abs() < 1e-6).all())
-        text << "a normal is not of unit length";
+        text = "a normal is not of unit length";
     else
         return base::RangeCheck()
             .atLeast("gain", gain.size() != 0 ? gain.minCoeff() : 0.0, 0.0)
@@ -111,7 +115,7 @@ bool TransducerArray::isValid(std::string* error) const
                    drive.phaseLevels,
                    "0 (continuous) or 2 and up")
             .passed(error);
-    if (error != nullptr) *error = text.str();
+    if (error != nullptr) *error = text;
     return false;
 }
 

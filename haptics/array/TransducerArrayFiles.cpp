@@ -10,6 +10,8 @@
 #include <sstream>
 #include <system_error>
 
+#include <fmt/format.h>
+
 namespace midair::haptics
 {
 
@@ -91,12 +93,10 @@ TransducerArray TransducerArray::load(const std::string& nameOrPath)
         }
     if (!nameOrPath.empty() && fs::exists(given, ignored)) return read(given);
 
-    std::string known;
-    for (const std::string& name : names())
-        known += (known.empty() ? "" : ", ") + name;
-    throw base::InputError("array '" + nameOrPath +
-                           "': there is no such file, and no array of that name; known are " +
-                           known + ", or the path of a JSON file");
+    throw base::InputError(fmt::format("array '{}': there is no such file, and no array of that "
+                                       "name; known are {}, or the path of a JSON file",
+                                       nameOrPath,
+                                       fmt::join(names(), ", ")));
 }
 
 void TransducerArray::save(const std::string& path) const

@@ -2,13 +2,14 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/JsonReader.h"
-#include "haptics/base/text/PlainText.h"
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -79,8 +80,7 @@ void readDrive(const Reader& reader, const Json& root, DriveResolution& drive)
         "a list of numbers that rises from 0 or above to 1, or empty (continuous)";
     if (levels->is_array() && levels->size() > kMostTransducers)
         reader.fail("amplitudeLevels",
-                    "has " + std::to_string(levels->size()) +
-                        " entries; at most 65536 are possible");
+                    fmt::format("has {} entries; at most 65536 are possible", levels->size()));
     for (const Json& level : reader.list(*levels, "amplitudeLevels", right))
     {
         const std::string path = Reader::at("amplitudeLevels", drive.amplitudeLevels.size());
@@ -106,9 +106,9 @@ int readBoardIndex(const Reader& reader,
     const auto found = item.find("board");
     if (found == item.end()) return last;
     const int next = array.board.empty() ? 0 : last + 1;
-    const std::string right = last == next ? "0, being the first"
-                                           : std::to_string(last) + " or " + std::to_string(next) +
-                                                 ": boards count up from 0 without a gap";
+    const std::string right =
+        last == next ? "0, being the first"
+                     : fmt::format("{} or {}: boards count up from 0 without a gap", last, next);
     return reader.integer(*found, Reader::at(path, "board"), last, next, right);
 }
 
@@ -120,8 +120,7 @@ void readTransducers(const Reader& reader,
     reader.list(list, "transducers", "a list of transducers");
     const std::size_t m = list.size();
     if (m > kMostTransducers)
-        reader.fail("transducers",
-                    "has " + std::to_string(m) + " entries; at most 65536 are possible");
+        reader.fail("transducers", fmt::format("has {} entries; at most 65536 are possible", m));
     array.positions.resize(3, static_cast<Eigen::Index>(m));
     array.normals.resize(3, static_cast<Eigen::Index>(m));
     for (std::size_t i = 0; i < m; ++i)
@@ -175,9 +174,10 @@ bool readBoardValues(const Reader& reader,
     }
     if (found->size() != count)
         reader.fail(path,
-                    "has " + std::to_string(found->size()) +
-                        " entries; it must be one number, or a list of " + std::to_string(count) +
-                        ", one for each transducer of the board");
+                    fmt::format("has {} entries; it must be one number, or a list of {}, one for "
+                                "each transducer of the board",
+                                found->size(),
+                                count));
     for (std::size_t i = 0; i < count; ++i)
         values.push_back(read(reader, (*found)[i], Reader::at(path, i)));
     return true;
@@ -203,8 +203,8 @@ readGrid(const Reader& reader, const Json& item, const std::string& path)
     std::vector<std::pair<int, int>> without;
     if (const auto list = item.find("without"); list != item.end())
     {
-        const std::string right = "[column, row] with a column of 1 .. " + std::to_string(columns) +
-                                  " and a row of 1 .. " + std::to_string(rows);
+        const std::string right = fmt::format(
+            "[column, row] with a column of 1 .. {} and a row of 1 .. {}", columns, rows);
         const std::string listPath = Reader::at(path, "without");
         for (const Json& place : reader.list(*list, listPath, "a list of [column, row]"))
         {
@@ -236,7 +236,7 @@ readPlaces(const Reader& reader, const Json& item, const std::string& path)
     const std::string listPath = Reader::at(path, "places_m");
     if (list->size() > kMostTransducers)
         reader.fail(listPath,
-                    "has " + std::to_string(list->size()) + " entries; at most 65536 are possible");
+                    fmt::format("has {} entries; at most 65536 are possible", list->size()));
     for (const Json& place :
          reader.list(*list, listPath, "a list of [along the columns, along the rows] in metres"))
         places.push_back(
@@ -376,13 +376,12 @@ std::string TransducerArray::toJson() const
     head["phaseLevels"] = drive.phaseLevels;
     head["amplitudeLevels"] = drive.amplitudeLevels;
 
-    base::PlainStream text;
-    text << "{\n";
+    std::string text = "{\n";
     for (const auto& item : head.items())
-        text << "  \"" << item.key()
-             << "\": " << item.value().dump(-1, ' ', false, Json::error_handler_t::replace)
-             << ",\n";
-    text << "  \"transducers\": [\n";
+        text += fmt::format("  \"{}\": {},\n",
+                            item.key(),
+                            item.value().dump(-1, ' ', false, Json::error_handler_t::replace));
+    text += "  \"transducers\": [\n";
     for (Eigen::Index i = 0; i < positions.cols(); ++i)
     {
         Json item;
@@ -391,10 +390,9 @@ std::string TransducerArray::toJson() const
         item["board"] = board[static_cast<std::size_t>(i)];
         if (phaseOffset_rad.size() > 0) item["phaseOffset_rad"] = phaseOffset_rad[i];
         if (gain.size() > 0) item["gain"] = gain[i];
-        text << "    " << item.dump() << (i + 1 < positions.cols() ? ",\n" : "\n");
+        text += fmt::format("    {}{}\n", item.dump(), i + 1 < positions.cols() ? "," : "");
     }
-    text << "  ]\n}\n";
-    return text.str();
+    return text + "  ]\n}\n";
 }
 
 } // namespace midair::haptics

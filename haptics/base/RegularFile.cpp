@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -21,8 +22,8 @@ namespace
 std::string sizeText(std::size_t bytes)
 {
     constexpr std::size_t kMebibyte = std::size_t(1) << 20;
-    return bytes % kMebibyte == 0 ? std::to_string(bytes / kMebibyte) + " MiB"
-                                  : std::to_string(bytes) + " bytes";
+    return bytes % kMebibyte == 0 ? fmt::format("{} MiB", bytes / kMebibyte)
+                                  : fmt::format("{} bytes", bytes);
 }
 
 /// File descriptor that is closed at the end of its scope.
@@ -44,8 +45,8 @@ void require(int file, std::size_t mostBytes, struct stat& about)
     if (S_ISDIR(about.st_mode)) throw FileError("is a folder, should be a regular file");
     if (!S_ISREG(about.st_mode)) throw FileError("is a device or a pipe, should be a regular file");
     if (static_cast<std::size_t>(about.st_size) > mostBytes)
-        throw FileError("has " + std::to_string(about.st_size) + " bytes, should have at most " +
-                        sizeText(mostBytes));
+        throw FileError(fmt::format(
+            "has {} bytes, should have at most {}", about.st_size, sizeText(mostBytes)));
 }
 
 } // namespace

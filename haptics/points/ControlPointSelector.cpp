@@ -1,7 +1,6 @@
 #include "haptics/points/ControlPointSelector.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/Number.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/points/PointBudget.h"
 #include "haptics/surface/PointGrid.h"
@@ -10,6 +9,8 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -289,9 +290,7 @@ void Selector::keepBudget()
     const std::vector<char> keep = shareBudget(points, _options.maxPoints, _options.stop);
     std::vector<Candidate> kept;
     for (std::size_t i = 0; i < _candidates.size(); ++i)
-    {
         if (keep[i] != 0) kept.push_back(_candidates[i]);
-    }
     _report.overBudget = static_cast<int>(_candidates.size() - kept.size());
     _candidates = std::move(kept);
 }
@@ -325,17 +324,20 @@ Selection Selector::finish()
 
 void checkObject(const PosedObject& object, std::size_t index)
 {
-    const std::string name = "Object " + std::to_string(index);
     const Eigen::Index n = object.positions.cols();
     if (object.normals.cols() != n ||
         (object.intensity.size() != 0 && object.intensity.size() != n))
-        throw base::InputError(name + " has " + std::to_string(n) + " positions, " +
-                               std::to_string(object.normals.cols()) + " normals and " +
-                               std::to_string(object.intensity.size()) +
-                               " intensities; they must be as many");
+        throw base::InputError(fmt::format(
+            "Object {} has {} positions, {} normals and {} intensities; they must be as many",
+            index,
+            n,
+            object.normals.cols(),
+            object.intensity.size()));
     if (!(object.spacing_m > 0.0) || !std::isfinite(object.spacing_m))
-        throw base::InputError(name + " has the spacing " + base::shortNumber(object.spacing_m) +
-                               " m; it must be positive and finite");
+        throw base::InputError(
+            fmt::format("Object {} has the spacing {:g} m; it must be positive and finite",
+                        index,
+                        object.spacing_m));
 }
 
 } // namespace
@@ -361,13 +363,10 @@ void PosedObject::pose(const SurfaceSamples& samples, const Eigen::Isometry3d& m
 std::string SelectionReport::summary() const
 {
     if (selected == candidates) return "";
-    std::string text = std::to_string(selected) + " of " + std::to_string(candidates) + " points";
-    const char* separator = ": ";
-    const auto tell = [&](int count, const char* what)
+    std::vector<std::string> lost;
+    const auto tell = [&lost](int count, const char* what)
     {
-        if (count == 0) return;
-        text += separator + std::to_string(count) + " " + what;
-        separator = ", ";
+        if (count != 0) lost.push_back(fmt::format("{} {}", count, what));
     };
     tell(notFinite, "not finite");
     tell(noTarget, "without a positive target");
@@ -379,7 +378,8 @@ std::string SelectionReport::summary() const
     tell(crowdThinned, "thinned from crowds");
     tell(spacedOut, "too near another object's");
     tell(overBudget, "over the budget");
-    return text;
+    const char* why = lost.empty() ? "" : ": ";
+    return fmt::format("{} of {} points{}{}", selected, candidates, why, fmt::join(lost, ", "));
 }
 
 Selection selectControlPoints(const std::vector<PosedObject>& objects,

@@ -1,11 +1,12 @@
 #include "haptics/points/Workspace.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/Number.h"
 #include "haptics/points/ControlPointSelector.h"
 
 #include <algorithm>
 #include <cmath>
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -24,8 +25,8 @@ Workspace::Workspace(const TransducerArray& array,
     if (array.size() == 0) throw base::InputError("The array has no transducers");
     if (!(wavelength_m > 0.0) || !std::isfinite(wavelength_m))
     {
-        throw base::InputError("The wavelength is " + base::shortNumber(wavelength_m) +
-                               " m; it must be positive and finite");
+        throw base::InputError(
+            fmt::format("The wavelength is {:g} m; it must be positive and finite", wavelength_m));
     }
     if (!(_reach > 0.0))
     {

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <string>
 
+#include <fmt/format.h>
+
 namespace midair::haptics
 {
 
@@ -105,9 +107,10 @@ void LatticeField::evaluate(const FieldLattice& lattice,
                             const Wanted& wanted)
 {
     if (activations.size() != _array.size())
-        throw base::InputError("activations are " + std::to_string(activations.size()) +
-                               "; there must be one for each of the array's " +
-                               std::to_string(_array.size()) + " transducers");
+        throw base::InputError(fmt::format(
+            "activations are {}; there must be one for each of the array's {} transducers",
+            activations.size(),
+            _array.size()));
     pressure.setZero(lattice.size());
     _tiled = _exact = 0;
     if ((activations.array() == std::complex<float>()).all()) return;

@@ -10,6 +10,8 @@
 #include <thread>
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace midair::haptics
 {
 
@@ -63,9 +65,10 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
                             const base::StopToken& stop)
 {
     if (activations.size() != array.size())
-        throw base::InputError("activations are " + std::to_string(activations.size()) +
-                               "; there must be one for each of the array's " +
-                               std::to_string(array.size()) + " transducers");
+        throw base::InputError(fmt::format(
+            "activations are {}; there must be one for each of the array's {} transducers",
+            activations.size(),
+            array.size()));
     const Eigen::Index n = points.cols();
     Eigen::VectorXcf pressure = Eigen::VectorXcf::Zero(n);
     Eigen::VectorXcf q;

@@ -1,7 +1,6 @@
 #include "haptics/propagation/SurfaceStatistics.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/PlainText.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/propagation/PressureField.h"
 

@@ -1,15 +1,14 @@
 #include "haptics/sequence/FieldMonitor.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/PlainText.h"
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <exception>
 #include <utility>
 
 #ifdef __linux__
+#include <fmt/format.h>
 #include <pthread.h>
 #include <sched.h>
 #endif
@@ -57,8 +56,8 @@ CertificateOptions stoppable(CertificateOptions options, const base::StopSource&
 const FieldMonitor::Options& checked(const FieldMonitor::Options& options)
 {
     if (options.interval_s >= 0.0 && options.interval_s <= 1e6) return options;
-    throw base::InputError(base::plainText(
-        "field monitor: interval_s is %g; it must be from 0 to 1e6", options.interval_s));
+    throw base::InputError(fmt::format(
+        "field monitor: interval_s is {:g}; it must be from 0 to 1e6", options.interval_s));
 }
 
 } // namespace
@@ -157,9 +156,10 @@ Eigen::Matrix3Xd FieldMonitor::feltSurface(const PlayedField& field)
         if (surface.reach_m > 0.0)
             part = samplesNear(part, points, surface.reach_m, _stopWork.token());
         if (felt.cols() + part.cols() > kMostSamples)
-            throw base::InputError("field monitor: the surfaces take more than " +
-                                   std::to_string(kMostSamples) +
-                                   " samples a fifth of a wavelength apart; they are not measured");
+            throw base::InputError(
+                fmt::format("field monitor: the surfaces take more than {} samples a fifth of a "
+                            "wavelength apart; they are not measured",
+                            kMostSamples));
         felt.conservativeResize(3, felt.cols() + part.cols());
         felt.rightCols(part.cols()) = part;
     }

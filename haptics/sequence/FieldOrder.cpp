@@ -9,6 +9,8 @@
 #include <numeric>
 #include <string>
 
+#include <fmt/format.h>
+
 namespace midair::haptics
 {
 
@@ -108,8 +110,8 @@ std::vector<Eigen::VectorXcf>
 smoothedFields(const std::vector<Eigen::VectorXcf>& fields, int steps, const DriveResolution& drive)
 {
     if (steps < 0)
-        throw base::InputError("field cycle: " + std::to_string(steps) +
-                               " steps between fields; there must be at least 0");
+        throw base::InputError(
+            fmt::format("field cycle: {} steps between fields; there must be at least 0", steps));
     std::vector<Eigen::VectorXcf> result;
     for (std::size_t k = 0; k < fields.size(); ++k)
     {

@@ -3,12 +3,13 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/Units.h"
-#include "haptics/base/text/PlainText.h"
 #include "haptics/base/text/Range.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -80,8 +81,8 @@ Modulator::Step Modulator::at(double time_s, int fields) const
 std::vector<ControlPoints> subsetsInTurn(const ControlPoints& points, int count)
 {
     if (count < 1)
-        throw base::InputError("subsets in turn: " + std::to_string(count) +
-                               " subsets; there must be at least one");
+        throw base::InputError(
+            fmt::format("subsets in turn: {} subsets; there must be at least one", count));
     const int n = points.size();
     std::vector<std::vector<int>> subsets(
         static_cast<std::size_t>(std::max(1, std::min(count, n))));
@@ -115,8 +116,8 @@ std::vector<ControlPoints>
 modulationSteps(const ControlPoints& points, const Eigen::VectorXd& depth, int steps)
 {
     if (steps < 2)
-        throw base::InputError("modulation: " + std::to_string(steps) +
-                               " steps a period; there must be at least two");
+        throw base::InputError(
+            fmt::format("modulation: {} steps a period; there must be at least two", steps));
     if (depth.size() != points.size() || !(depth.array() >= 0.0 && depth.array() <= 1.0).all())
         throw base::InputError(
             "modulation: there must be a depth of 0 .. 1 for each control point");

@@ -11,6 +11,8 @@
 #include <cmath>
 #include <numeric>
 
+#include <fmt/format.h>
+
 namespace midair::haptics
 {
 
@@ -163,8 +165,8 @@ FieldSequence SequenceComposer::join(std::vector<FieldSequence> sets,
     for (FieldSequence& set : sets)
     {
         if (set.isEmpty())
-            throw base::InputError("field cycle: set " + std::to_string(reports.size()) + ": " +
-                                   set.report.message);
+            throw base::InputError(
+                fmt::format("field cycle: set {}: {}", reports.size(), set.report.message));
         oneEach = oneEach && set.isHeld();
         set.parts.resize(set.fields.size());
         sizes.push_back(set.fields.size());

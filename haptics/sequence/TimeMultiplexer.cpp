@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 namespace midair::haptics
 {
 
@@ -88,10 +90,11 @@ SolveReport TimeMultiplexer::solve(const std::vector<ControlPoints>& parts,
     for (const ControlPoints& part : parts)
         points += part.size();
     if (points > base::kMostPointsInTurn)
-        throw base::InputError("fields in turn: the " + std::to_string(parts.size()) +
-                               " fields have " + std::to_string(points) +
-                               " control points together; there must be at most " +
-                               std::to_string(base::kMostPointsInTurn));
+        throw base::InputError(fmt::format("fields in turn: the {} fields have {} control points "
+                                           "together; there must be at most {}",
+                                           parts.size(),
+                                           points,
+                                           base::kMostPointsInTurn));
     while (_solvers.size() < parts.size())
         _solvers.push_back(_makeSolver());
     fields.resize(parts.size());

@@ -5,6 +5,8 @@
 #include "haptics/base/text/Range.h"
 #include "haptics/solvers/Solvers.h"
 
+#include <fmt/format.h>
+
 namespace midair::haptics
 {
 
@@ -62,10 +64,8 @@ std::unique_ptr<HologramSolver> makeSolver(const std::string& name, const Solver
     if (!options.isValid(&why)) throw base::InputError(why);
     for (const NamedSolver& solver : kSolvers)
         if (name == solver.name) return solver.make(options);
-    std::string known;
-    for (const NamedSolver& solver : kSolvers)
-        known += (known.empty() ? "" : ", ") + std::string(solver.name);
-    throw base::InputError("unknown solver '" + name + "'; known are " + known);
+    throw base::InputError(
+        fmt::format("unknown solver '{}'; known are {}", name, fmt::join(solverNames(), ", ")));
 }
 
 } // namespace midair::haptics

@@ -1,13 +1,14 @@
 #include "haptics/solvers/PhaseObjective.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/Number.h"
 #include "haptics/propagation/PropagationMatrix.h"
 
 #include <cmath>
 #include <complex>
 #include <string>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -29,19 +30,19 @@ void mirrorLowerTriangle(Eigen::MatrixXcd& A)
 
 void checkInput(const Eigen::MatrixXcd& K, const Eigen::VectorXd& targets, double lambdaRel)
 {
-    const std::string n = std::to_string(K.cols());
-    if (K.cols() == 0 || K.rows() != K.cols())
-        throw base::InputError("phase objective: K is " + std::to_string(K.rows()) + " x " + n +
-                               "; it must be square and not empty");
-    if (targets.size() != K.cols())
-        throw base::InputError("phase objective: " + std::to_string(targets.size()) +
-                               " targets for " + n + " control points");
+    const Eigen::Index n = K.cols();
+    if (n == 0 || K.rows() != n)
+        throw base::InputError(fmt::format(
+            "phase objective: K is {} x {}; it must be square and not empty", K.rows(), n));
+    if (targets.size() != n)
+        throw base::InputError(
+            fmt::format("phase objective: {} targets for {} control points", targets.size(), n));
     if (!targets.allFinite() || targets.minCoeff() < 0.0 || !(targets.maxCoeff() > 0.0))
         throw base::InputError(
             "phase objective: targets must be finite and at least 0, one of them more");
     if (!(lambdaRel >= PhaseObjective::kSmallestLambdaRel && lambdaRel <= kLargestLambdaRel))
-        throw base::InputError("phase objective: lambdaRel is " + base::shortNumber(lambdaRel) +
-                               "; it must be from 1e-5 to 1e9");
+        throw base::InputError(fmt::format(
+            "phase objective: lambdaRel is {:g}; it must be from 1e-5 to 1e9", lambdaRel));
     if (!K.allFinite() || !(K.trace().real() > 0.0))
         throw base::InputError(
             "phase objective: K is not finite or zero; no transducer reaches a control point");

@@ -1,15 +1,15 @@
 #include "haptics/solvers/SolverBase.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/PlainText.h"
 #include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/AudibleChange.h"
 #include "haptics/solvers/WeightedRound.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -22,26 +22,22 @@ constexpr double kReach = 1e-3;
 constexpr int kLouderRounds = 3;
 constexpr float kLeastShare = 1e-3f; // of its target, that a point is taken to have
 
-std::string numbered(const char* format, double a, double b = 0.0, double c = 0.0, double d = 0.0)
-{
-    return base::plainText(format, a, b, c, d);
-}
-
 std::string pointRefusal(const ControlPoints& points)
 {
     for (int l = 0; l < points.size(); ++l)
     {
         const Eigen::Vector3d r = points.positions.col(l);
         if (!r.allFinite())
-            return numbered("control point %.0f is at (%g, %g, %g); coordinates must be finite",
-                            l,
-                            r[0],
-                            r[1],
-                            r[2]);
+            return fmt::format(
+                "control point {} is at ({:g}, {:g}, {:g}); coordinates must be finite",
+                l,
+                r[0],
+                r[1],
+                r[2]);
         const double target = points.targets[l];
         if (!(target >= 0.0) || target > 1e12)
-            return numbered(
-                "control point %.0f has the target %g; targets are 0 .. 1e12", l, target);
+            return fmt::format(
+                "control point {} has the target {:g}; targets are 0 .. 1e12", l, target);
     }
     return {};
 }
@@ -51,20 +47,19 @@ std::string arrayRefusal(const TransducerArray& array)
     const int m = array.size();
     if (m == 0) return "the array has no transducers";
     if (array.normals.cols() != m)
-        return numbered("the array has %.0f positions and %.0f normals",
-                        m,
-                        static_cast<double>(array.normals.cols()));
+        return fmt::format("the array has {} positions and {} normals", m, array.normals.cols());
     for (const Eigen::VectorXd* v : {&array.gain, &array.phaseOffset_rad})
         if (v->size() != 0 && (v->size() != m || !v->allFinite()))
-            return numbered(
-                "the array's gains and phase offsets must be %.0f finite numbers or none", m);
+            return fmt::format(
+                "the array's gains and phase offsets must be {} finite numbers or none", m);
     if (!array.positions.allFinite() || !array.normals.allFinite())
         return "the array has a position or normal that is not finite";
     if (!(array.frequency_Hz > 0.0) || !std::isfinite(array.frequency_Hz))
-        return numbered("the array's frequency is %g Hz; it must be positive", array.frequency_Hz);
+        return fmt::format("the array's frequency is {:g} Hz; it must be positive",
+                           array.frequency_Hz);
     if (!(array.sourceAmplitude_Pa_m > 0.0) || !std::isfinite(array.sourceAmplitude_Pa_m))
-        return numbered("the array's source amplitude is %g Pa m; it must be positive",
-                        array.sourceAmplitude_Pa_m);
+        return fmt::format("the array's source amplitude is {:g} Pa m; it must be positive",
+                           array.sourceAmplitude_Pa_m);
     return {};
 }
 
@@ -86,15 +81,15 @@ SolverBase::SolverBase(std::string name, const SolverOptions& options, Storage s
 std::string SolverBase::tooLarge(int points, int transducers) const
 {
     if (points > mostPoints())
-        return "there are " + std::to_string(points) + " control points; " + _name +
-               " is for at most " + std::to_string(mostPoints());
+        return fmt::format(
+            "there are {} control points; {} is for at most {}", points, _name, mostPoints());
     if (static_cast<std::size_t>(points) * static_cast<std::size_t>(transducers) >
         base::kMostEntries)
-        return numbered("%.0f control points and %.0f transducers are more than can be solved for; "
-                        "their product must be at most %.0f",
-                        points,
-                        transducers,
-                        static_cast<double>(base::kMostEntries));
+        return fmt::format("{} control points and {} transducers are more than can be solved for; "
+                           "their product must be at most {}",
+                           points,
+                           transducers,
+                           base::kMostEntries);
     return {};
 }
 
@@ -108,9 +103,8 @@ std::string SolverBase::refusal(const ControlPoints& points,
     why = tooLarge(points.size(), array.size());
     if (!why.empty()) return why;
     if (points.targets.size() != points.size())
-        return numbered("there are %.0f control points and %.0f targets",
-                        points.size(),
-                        static_cast<double>(points.targets.size()));
+        return fmt::format(
+            "there are {} control points and {} targets", points.size(), points.targets.size());
     if (!isKnown) why = arrayRefusal(array);
     return why.empty() ? pointRefusal(points) : why;
 }

@@ -1,12 +1,12 @@
 // SolverBase, continued: brings a method's field onto the device's levels and makes the report
 // about it.
-#include "haptics/base/text/PlainText.h"
 #include "haptics/points/FittedLevel.h"
 #include "haptics/solvers/SolverBase.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -135,13 +135,15 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
         level * std::sqrt(static_cast<double>(_field.a.squaredNorm())) / _field.meanRowSum();
     result.leftOut = result.points - _field.n();
     if (result.leftOut > 0)
-        result.message = std::to_string(result.leftOut) + " of " + std::to_string(result.points) +
-                         " control points left out: target 0 or out of the array's reach";
+        result.message =
+            fmt::format("{} of {} control points left out: target 0 or out of the array's reach",
+                        result.leftOut,
+                        result.points);
     if (_absolute && _louder > 0.0)
         result.message +=
-            base::plainText("%sa loudness of %g counts as 1, since the targets are in Pa",
-                            result.message.empty() ? "" : "; ",
-                            1.0 + _louder);
+            fmt::format("{}a loudness of {:g} counts as 1, since the targets are in Pa",
+                        result.message.empty() ? "" : "; ",
+                        1.0 + _louder);
     if (_absolute) reportShortfall(result);
 
     if (!hasLast(_field)) return;
@@ -168,17 +170,16 @@ void SolverBase::reportShortfall(SolveReport& result) const
         worst = l;
     }
     if (result.shortPoints == 0) return;
-    result.message += base::plainText(
-        "%s%d of %d control points fall short, the worst (point %d) by %.1f %%: asked "
-        "for %.4g Pa where the "
-        "target is largest, the array reaches %.4g Pa there",
-        result.message.empty() ? "" : "; ",
-        result.shortPoints,
-        _field.n(),
-        _active[static_cast<std::size_t>(worst)],
-        100.0 * result.worstShortfall,
-        static_cast<double>(_largestTarget),
-        result.level_Pa);
+    result.message +=
+        fmt::format("{}{} of {} control points fall short, the worst (point {}) by {:.1f} %: asked "
+                    "for {:.4g} Pa where the target is largest, the array reaches {:.4g} Pa there",
+                    result.message.empty() ? "" : "; ",
+                    result.shortPoints,
+                    _field.n(),
+                    _active[static_cast<std::size_t>(worst)],
+                    100.0 * result.worstShortfall,
+                    _largestTarget,
+                    result.level_Pa);
 }
 
 void SolverBase::keep(const SolveReport& result, Eigen::VectorXcf& q)

@@ -12,6 +12,8 @@
 #include <limits>
 #include <string>
 
+#include <fmt/format.h>
+
 namespace midair::haptics
 {
 
@@ -27,15 +29,13 @@ void checkMesh(const TriangleMesh& mesh)
     const Eigen::Index vertices = mesh.vertices.cols();
     if (mesh.triangles.cols() == 0) throw base::InputError("The mesh has no triangles");
     if (mesh.triangles.cols() > base::kMostTriangles)
-        throw base::InputError("The mesh has " + std::to_string(mesh.triangles.cols()) +
-                               " triangles; there must be at most " +
-                               std::to_string(base::kMostTriangles));
+        throw base::InputError(fmt::format("The mesh has {} triangles; there must be at most {}",
+                                           mesh.triangles.cols(),
+                                           base::kMostTriangles));
     for (Eigen::Index v = 0; v < vertices; ++v)
     {
         if (!mesh.vertices.col(v).allFinite())
-        {
-            throw base::InputError("Vertex " + std::to_string(v) + " of the mesh is not finite");
-        }
+            throw base::InputError(fmt::format("Vertex {} of the mesh is not finite", v));
     }
     for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t)
     {
@@ -43,30 +43,27 @@ void checkMesh(const TriangleMesh& mesh)
         {
             if (v < 0 || v >= vertices)
             {
-                throw base::InputError("Triangle " + std::to_string(t) +
-                                       " of the mesh refers to vertex " + std::to_string(v) +
-                                       "; there are " + std::to_string(vertices));
+                throw base::InputError(fmt::format(
+                    "Triangle {} of the mesh refers to vertex {}; there are {}", t, v, vertices));
             }
             if (mesh.vertices.col(v).cwiseAbs().maxCoeff() > kLargestCoordinate_m)
-            {
-                throw base::InputError("Vertex " + std::to_string(v) +
-                                       " of the mesh is farther than 1e9 m from the origin");
-            }
+                throw base::InputError(
+                    fmt::format("Vertex {} of the mesh is farther than 1e9 m from the origin", v));
         }
     }
     if (mesh.intensity.size() != 0 && mesh.intensity.size() != vertices)
-    {
-        throw base::InputError("The mesh has " + std::to_string(mesh.intensity.size()) +
-                               " intensities for " + std::to_string(vertices) + " vertices");
-    }
+        throw base::InputError(fmt::format(
+            "The mesh has {} intensities for {} vertices", mesh.intensity.size(), vertices));
     if (mesh.paint &&
         (mesh.paint->coordinates.cols() != vertices ||
          static_cast<Eigen::Index>(mesh.paint->image.size()) != mesh.triangles.cols()))
     {
         throw base::InputError(
-            "The mesh's paint is for " + std::to_string(mesh.paint->coordinates.cols()) +
-            " vertices and " + std::to_string(mesh.paint->image.size()) + " triangles; there are " +
-            std::to_string(vertices) + " and " + std::to_string(mesh.triangles.cols()));
+            fmt::format("The mesh's paint is for {} vertices and {} triangles; there are {} and {}",
+                        mesh.paint->coordinates.cols(),
+                        mesh.paint->image.size(),
+                        vertices,
+                        mesh.triangles.cols()));
     }
 }
 
@@ -165,8 +162,8 @@ void collectTriangles(const TriangleMesh& mesh, const base::StopToken& stop, Mes
     }
     if (topology.triangles.empty())
     {
-        throw base::InputError("The mesh has no area: all its " + std::to_string(count) +
-                               " triangles are flat to a line or a point");
+        throw base::InputError(fmt::format(
+            "The mesh has no area: all its {} triangles are flat to a line or a point", count));
     }
 }
 

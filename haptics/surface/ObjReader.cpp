@@ -8,6 +8,7 @@
 #include <exception>
 #include <sstream>
 
+#include <fmt/format.h>
 #include <tiny_obj_loader.h>
 
 namespace midair::haptics
@@ -99,15 +100,16 @@ TriangleMesh readObj(const std::string& path, std::vector<std::string>* warnings
     }
     else
     {
-        text.warnings.push_back(path + ": " + std::to_string(expected) +
-                                " triangles were expected of its polygons, " +
-                                std::to_string(mesh.triangles.cols()) +
-                                " came; a polygon crosses itself or has no area");
+        text.warnings.push_back(fmt::format("{}: {} triangles were expected of its polygons, {} "
+                                            "came; a polygon crosses itself or has no area",
+                                            path,
+                                            expected,
+                                            mesh.triangles.cols()));
     }
     if (mesh.triangles.cols() == 0)
     {
-        throw base::InputError(path + ": none of its " + std::to_string(text.faceSizes.size()) +
-                               " faces can be triangulated");
+        throw base::InputError(fmt::format(
+            "{}: none of its {} faces can be triangulated", path, text.faceSizes.size()));
     }
     if (attributes.colors.size() == text.coordinates.size())
     {

@@ -7,7 +7,10 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <string_view>
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -36,7 +39,7 @@ private:
 
     [[noreturn]] void fail(int line, const std::string& what) const
     {
-        throw base::InputError(_path + ", line " + std::to_string(line) + ": " + what);
+        throw base::InputError(fmt::format("{}, line {}: {}", _path, line, what));
     }
     void splitLine(std::string_view line);
     void takeLine();
@@ -91,11 +94,11 @@ double ObjScanner::number(std::string_view token) const
         const bool tiny = digits.find("e-") != std::string_view::npos ||
                           digits.find("E-") != std::string_view::npos;
         if (tiny) return 0.0;
-        fail(_line, "vertex coordinate " + inQuotes(token) + " is too large");
+        fail(_line, fmt::format("vertex coordinate {} is too large", inQuotes(token)));
     }
     if (result.ec != std::errc() || result.ptr != end)
     {
-        fail(_line, inQuotes(token) + " is not a number");
+        fail(_line, fmt::format("{} is not a number", inQuotes(token)));
     }
     return value;
 }
@@ -118,8 +121,9 @@ void ObjScanner::takeVertex()
     if (_tokens.size() < 4)
     {
         fail(_line,
-             "vertex " + std::to_string(vertexCount() + 1) + " has " +
-                 std::to_string(_tokens.size() - 1) + " coordinates; it needs 3");
+             fmt::format("vertex {} has {} coordinates; it needs 3",
+                         vertexCount() + 1,
+                         _tokens.size() - 1));
     }
     for (std::size_t i = 1; i <= 3; ++i)
     {
@@ -127,8 +131,9 @@ void ObjScanner::takeVertex()
         if (!std::isfinite(value))
         {
             fail(_line,
-                 "vertex " + std::to_string(vertexCount() + 1) + " has the coordinate " +
-                     inQuotes(_tokens[i]) + "; it must be finite");
+                 fmt::format("vertex {} has the coordinate {}; it must be finite",
+                             vertexCount() + 1,
+                             inQuotes(_tokens[i])));
         }
         _text.coordinates.push_back(value);
     }
@@ -151,18 +156,20 @@ long long ObjScanner::cornerIndex(std::string_view token) const
     const auto result = std::from_chars(digits.data(), end, index);
     if (result.ec == std::errc::result_out_of_range)
     {
-        fail(_line, "face corner " + inQuotes(token) + " is out of range");
+        fail(_line, fmt::format("face corner {} is out of range", inQuotes(token)));
     }
     if (result.ec != std::errc() || result.ptr != end || digits.empty())
     {
-        fail(_line, "face corner " + inQuotes(token) + " is not a vertex index");
+        fail(_line, fmt::format("face corner {} is not a vertex index", inQuotes(token)));
     }
-    if (index == 0) fail(_line, "face corner " + inQuotes(token) + ": indices count from 1");
+    if (index == 0)
+        fail(_line, fmt::format("face corner {}: indices count from 1", inQuotes(token)));
     if (index < 0 && index < -static_cast<long long>(vertexCount()))
     {
         fail(_line,
-             "face corner " + inQuotes(token) + " counts back beyond the first of the " +
-                 std::to_string(vertexCount()) + " vertices so far");
+             fmt::format("face corner {} counts back beyond the first of the {} vertices so far",
+                         inQuotes(token),
+                         vertexCount()));
     }
     return index > 0 ? index : vertexCount() + 1 + index;
 }
@@ -171,13 +178,13 @@ void ObjScanner::takeFace()
 {
     if (_tokens.size() < 4)
     {
-        fail(_line,
-             "the face has " + std::to_string(_tokens.size() - 1) + " corners; it needs 3 or more");
+        fail(_line, fmt::format("the face has {} corners; it needs 3 or more", _tokens.size() - 1));
     }
     if (_tokens.size() - 1 > kMostCorners)
         fail(_line,
-             "the face has " + std::to_string(_tokens.size() - 1) + " corners; at most " +
-                 std::to_string(kMostCorners) + " are possible");
+             fmt::format("the face has {} corners; at most {} are possible",
+                         _tokens.size() - 1,
+                         kMostCorners));
     Face face{_line, {}};
     face.corners.reserve(_tokens.size() - 1);
     for (std::size_t i = 1; i < _tokens.size(); ++i)
@@ -207,9 +214,11 @@ void ObjScanner::takeLine()
         if (!std::filesystem::is_regular_file(given.is_absolute() ? given : folder / given,
                                               ignored))
         {
-            _text.warnings.push_back(_path + ", line " + std::to_string(_line) +
-                                     ": the material file " + inQuotes(name) +
-                                     " is not there; materials are not needed");
+            _text.warnings.push_back(fmt::format(
+                "{}, line {}: the material file {} is not there; materials are not needed",
+                _path,
+                _line,
+                inQuotes(name)));
         }
     }
 }
@@ -224,8 +233,9 @@ void ObjScanner::checkFaces() const
             if (corner > vertexCount())
             {
                 fail(face.line,
-                     "the face refers to vertex " + std::to_string(corner) + "; the file has " +
-                         std::to_string(vertexCount()) + " vertices");
+                     fmt::format("the face refers to vertex {}; the file has {} vertices",
+                                 corner,
+                                 vertexCount()));
             }
         }
     }
@@ -236,8 +246,10 @@ void ObjScanner::writePlain()
     const bool coloured = _colouredVertices == vertexCount() && _badColourLine == 0;
     if (_colouredVertices == vertexCount() && _badColourLine != 0)
     {
-        _text.warnings.push_back(_path + ", line " + std::to_string(_badColourLine) +
-                                 ": a vertex colour is outside 0 .. 1; colours are left out");
+        _text.warnings.push_back(
+            fmt::format("{}, line {}: a vertex colour is outside 0 .. 1; colours are left out",
+                        _path,
+                        _badColourLine));
     }
     const auto vertices = static_cast<std::size_t>(vertexCount());
     _text.plain.reserve(80 * vertices + 30 * _faces.size());
@@ -257,10 +269,7 @@ void ObjScanner::writePlain()
     {
         _text.plain += 'f';
         for (const long long corner : face.corners)
-        {
-            _text.plain += ' ';
-            _text.plain += std::to_string(corner);
-        }
+            fmt::format_to(std::back_inserter(_text.plain), " {}", corner);
         _text.plain += '\n';
         _text.faceSizes.push_back(static_cast<int>(face.corners.size()));
     }
@@ -291,8 +300,8 @@ ObjText ObjScanner::scan(std::string_view file)
     if (_text.coordinates.empty()) throw base::InputError(_path + ": the file has no vertices");
     if (_faces.empty())
     {
-        throw base::InputError(_path + ": the file has no faces (" + std::to_string(vertexCount()) +
-                               " vertices); a surface is needed");
+        throw base::InputError(fmt::format(
+            "{}: the file has no faces ({} vertices); a surface is needed", _path, vertexCount()));
     }
     checkFaces();
     writePlain();

@@ -2,12 +2,13 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
-#include "haptics/base/text/PlainText.h"
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -22,13 +23,12 @@ constexpr double kMostPoints = 100000;
 double Outline::length_m() const
 {
     const Eigen::Index least = closed ? 3 : 2;
-    base::PlainStream text;
     if (vertices.cols() < least)
-        text << "outline: " << vertices.cols() << " vertices; " << (closed ? "a closed" : "an open")
-             << " one needs at least " << least;
-    else if (!vertices.allFinite())
-        text << "outline: a vertex is not finite";
-    if (!text.str().empty()) throw base::InputError(text.str());
+        throw base::InputError(fmt::format("outline: {} vertices; {} one needs at least {}",
+                                           vertices.cols(),
+                                           closed ? "a closed" : "an open",
+                                           least));
+    if (!vertices.allFinite()) throw base::InputError("outline: a vertex is not finite");
 
     double length = 0.0;
     for (Eigen::Index k = 0; k + 1 < vertices.cols(); ++k)
@@ -53,10 +53,11 @@ Eigen::Matrix3Xd Outline::points(double spacing_m) const
     const double steps = std::max(std::ceil(length / spacing_m - 1e-9), closed ? 3.0 : 1.0);
     if (!(spacing_m > 0.0) || !(steps < kMostPoints))
     {
-        base::PlainStream text;
-        text << "outline: points " << spacing_m << " m apart along " << length
-             << " m; the spacing must be above " << length / kMostPoints << " m";
-        throw base::InputError(text.str());
+        throw base::InputError(fmt::format(
+            "outline: points {:g} m apart along {:g} m; the spacing must be above {:g} m",
+            spacing_m,
+            length,
+            length / kMostPoints));
     }
     const auto count = static_cast<Eigen::Index>(steps);
     Eigen::Matrix3Xd result(3, closed ? count : count + 1);

@@ -1,7 +1,8 @@
 #include "haptics/surface/SampleBuilder.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/PlainText.h"
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -163,18 +164,19 @@ void throwTooManyPoints(const MeshTopology& topology, const SamplerOptions& opti
         scale *= 1.05;
     }
     scale = std::max(scale, 1.25);
-    base::PlainStream text;
-    text.precision(3);
-    text << "A spacing of " << options.spacing_m << " m";
-    if (options.edgeSpacing_m > 0.0) text << " (" << options.edgeSpacing_m << " m along edges)";
-    text << " needs about " << estimate << " points on this mesh; at most " << options.maxPoints
-         << " are allowed; a spacing of " << scale * options.spacing_m << " m ";
-    if (options.edgeSpacing_m > 0.0)
+    const auto spacings = [&options](double factor)
     {
-        text << "(" << scale * options.edgeSpacing_m << " m along edges) ";
-    }
-    text << "or more would do";
-    throw base::InputError(text.str());
+        std::string text = fmt::format("{:.3g} m", factor * options.spacing_m);
+        if (options.edgeSpacing_m > 0.0)
+            text += fmt::format(" ({:.3g} m along edges)", factor * options.edgeSpacing_m);
+        return text;
+    };
+    throw base::InputError(fmt::format("A spacing of {} needs about {:.3g} points on this mesh; at "
+                                       "most {} are allowed; a spacing of {} or more would do",
+                                       spacings(1.0),
+                                       estimate,
+                                       options.maxPoints,
+                                       spacings(scale)));
 }
 
 } // namespace midair::haptics

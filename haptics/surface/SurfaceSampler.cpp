@@ -2,7 +2,6 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
-#include "haptics/base/text/PlainText.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/surface/EdgePasses.h"
 #include "haptics/surface/FacePasses.h"
@@ -14,6 +13,8 @@
 
 #include <cmath>
 #include <random>
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -55,10 +56,12 @@ void checkExtent(const SampledMesh& sampled)
     constexpr double kResolution = 1e-9;
     if (edge < kResolution * largest)
     {
-        base::PlainStream text;
-        text << "A spacing of " << edge << " m is too fine for a mesh that reaches " << largest
-             << " m from its origin; it must be " << kResolution * largest << " m or more";
-        throw base::InputError(text.str());
+        throw base::InputError(
+            fmt::format("A spacing of {:g} m is too fine for a mesh that reaches {:g} m from its "
+                        "origin; it must be {:g} m or more",
+                        edge,
+                        largest,
+                        kResolution * largest));
     }
 }
 
@@ -74,11 +77,10 @@ SampledMesh prepare(const TriangleMesh& mesh, const SamplerOptions& options)
         {}};
     if (options.sampling == Sampling::EDGES && sampled.topology.features.empty())
     {
-        base::PlainStream text;
-        text << "The mesh has no edges to sample: it is closed and no edge turns by more than "
-             << base::toDegrees(options.creaseAngle_rad)
-             << " degrees; sample its surface, or make the crease angle smaller";
-        throw base::InputError(text.str());
+        throw base::InputError(
+            fmt::format("The mesh has no edges to sample: it is closed and no edge turns by more "
+                        "than {:g} degrees; sample its surface, or make the crease angle smaller",
+                        base::toDegrees(options.creaseAngle_rad)));
     }
     checkExtent(sampled);
     options.stop.throwIfRequested();
@@ -162,13 +164,13 @@ sampleSurfaceSets(const TriangleMesh& mesh, const SamplerOptions& options, int c
     constexpr int kMostSets = 1024;
     if (count < 1 || count > kMostSets)
     {
-        throw base::InputError("The number of sample sets is " + std::to_string(count) +
-                               "; it must be in 1 .. " + std::to_string(kMostSets));
+        throw base::InputError(fmt::format(
+            "The number of sample sets is {}; it must be in 1 .. {}", count, kMostSets));
     }
     if (count > 1 && options.sampling == Sampling::VERTICES)
     {
-        throw base::InputError("A mesh has one set of vertices; " + std::to_string(count) +
-                               " sample sets need its surface or its edges");
+        throw base::InputError(fmt::format(
+            "A mesh has one set of vertices; {} sample sets need its surface or its edges", count));
     }
     const SampledMesh sampled = prepare(mesh, options);
     std::vector<SurfaceSamples> sets;
@@ -193,16 +195,18 @@ void updateSamples(const TriangleMesh& deformed, SurfaceSamples& samples)
     {
         if (t >= deformed.triangles.cols())
         {
-            throw base::InputError("The samples refer to triangle " + std::to_string(t) +
-                                   "; the deformed mesh has " +
-                                   std::to_string(deformed.triangles.cols()));
+            throw base::InputError(
+                fmt::format("The samples refer to triangle {}; the deformed mesh has {}",
+                            t,
+                            deformed.triangles.cols()));
         }
         if (deformed.triangles.col(t).maxCoeff() >= deformed.vertices.cols())
         {
-            throw base::InputError("Triangle " + std::to_string(t) +
-                                   " of the deformed mesh refers to vertex " +
-                                   std::to_string(deformed.triangles.col(t).maxCoeff()) +
-                                   "; there are " + std::to_string(deformed.vertices.cols()));
+            throw base::InputError(
+                fmt::format("Triangle {} of the deformed mesh refers to vertex {}; there are {}",
+                            t,
+                            deformed.triangles.col(t).maxCoeff(),
+                            deformed.vertices.cols()));
         }
     }
     for (int i = 0; i < samples.size(); ++i)

@@ -1,10 +1,11 @@
 #include "haptics/surface/TriangleMesh.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/Number.h"
 
 #include <cmath>
 #include <string>
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -19,16 +20,16 @@ TriangleMesh TriangleMesh::scaledTo(double size_m) const
 {
     if (!(size_m > 0.0) || !std::isfinite(size_m))
     {
-        throw base::InputError("The size to scale a mesh to is " + base::shortNumber(size_m) +
-                               " m; it must be positive and finite");
+        throw base::InputError(fmt::format(
+            "The size to scale a mesh to is {:g} m; it must be positive and finite", size_m));
     }
     if (vertices.cols() == 0) throw base::InputError("A mesh without vertices can't be scaled");
     for (Eigen::Index i = 0; i < vertices.cols(); ++i)
     {
         if (!vertices.col(i).allFinite())
         {
-            throw base::InputError("Vertex " + std::to_string(i) +
-                                   " of the mesh is not finite; the mesh can't be scaled");
+            throw base::InputError(
+                fmt::format("Vertex {} of the mesh is not finite; the mesh can't be scaled", i));
         }
     }
     const Eigen::Vector3d low = vertices.rowwise().minCoeff();

@@ -11,6 +11,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace osgMidair
 {
 
@@ -107,7 +109,7 @@ bool InjectedHands::getHands(double /*time*/, std::vector<Hand>& hands)
 std::string InjectedHands::getStatus() const
 {
     const std::lock_guard<std::mutex> lock(_mutex);
-    return "hands set by the application, " + std::to_string(_set) + " times so far";
+    return fmt::format("hands set by the application, {} times so far", _set);
 }
 
 osg::ref_ptr<HandSource> openHandSource(const std::string& uri, std::string& error)

@@ -1,5 +1,4 @@
 #include "haptics/base/Units.h"
-#include "haptics/base/text/PlainText.h"
 #include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
@@ -13,6 +12,8 @@
 
 #include <algorithm>
 #include <cmath>
+
+#include <fmt/format.h>
 
 namespace osgMidair
 {
@@ -303,7 +304,7 @@ void HandsOverlay::Part::drawMarks(double time_s)
             colors[3 * i + k] = bytes(kTouching, opacity);
         }
         std::string force;
-        if (mark.force_N > 0.0) force = midair::base::plainText("  %.2f mN", 1e3 * mark.force_N);
+        if (mark.force_N > 0.0) force = fmt::format("  {:.2f} mN", 1e3 * mark.force_N);
         const std::string label = midair::bridge::boneName(mark.bone) + force;
         if (mark.label->getText().createUTF8EncodedString() != label)
             mark.label->setText(label, osgText::String::ENCODING_UTF8);

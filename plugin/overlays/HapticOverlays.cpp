@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <string>
 
+#include <fmt/format.h>
+
 namespace osgMidair
 {
 
@@ -127,8 +129,8 @@ std::shared_ptr<const midair::bridge::HologramResult> OverlayFeed::follow(const 
         _medium = medium;
         setArray(array, medium);
         const std::string of = scene->getName().empty() ? "" : scene->getName() + " in ";
-        _overlays.getHud()->setTitle(of + scene->getArray() + " (" + std::to_string(array->size()) +
-                                     " transducers)");
+        _overlays.getHud()->setTitle(
+            fmt::format("{}{} ({} transducers)", of, scene->getArray(), array->size()));
     }
     const double unitsPerMetre = 1.0 / scene->getMetresPerUnit();
     _overlays.setArrayToParent(osg::Matrix::inverse(scene->getCalibration()) *

@@ -1,4 +1,3 @@
-#include "haptics/base/text/PlainText.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/OverlayKinds.h"
@@ -14,6 +13,9 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <vector>
+
+#include <fmt/format.h>
 
 namespace osgMidair
 {
@@ -34,8 +36,6 @@ constexpr float kPanelWidth = 302.0F;
 constexpr float kNames = 108.0F; ///< width of the column of names
 constexpr float kMargin = 10.0F;
 constexpr float kMessageWidth = 520.0F;
-
-using midair::base::plainText;
 
 /// Splits \a text between words into at most two lines of at most \a width; the rest is cut off.
 std::vector<std::string> twoLines(const std::string& text, float width)
@@ -162,12 +162,10 @@ void addSpared(std::vector<std::pair<std::string, std::string>>& rows,
 {
     const auto line = [](std::initializer_list<std::pair<std::uint64_t, const char*>> counts)
     {
-        std::string text;
+        std::vector<std::string> texts;
         for (const auto& [count, what] : counts)
-            if (count > 0)
-                text +=
-                    (text.empty() ? "" : ", ") + pixels::number(static_cast<double>(count)) + what;
-        return text;
+            if (count > 0) texts.push_back(pixels::number(static_cast<double>(count)) + what);
+        return fmt::format("{}", fmt::join(texts, ", "));
     };
     const std::string left = line({{counters.rowsKept, " unmoved"},
                                    {counters.outOfWorkspace, " outside"},
@@ -270,31 +268,31 @@ void Hud::Part::update()
     const bool sliceShown = fieldSlice && fieldSlice->isShown();
     const bool volumeShown = fieldVolume && fieldVolume->isShown();
     Panel::Rows rows;
-    rows.emplace_back(
-        "control points",
-        plainText("%d, %d left out", report.points, static_cast<int>(r.skipped.cols())));
-    rows.emplace_back(
-        "solve",
-        plainText("%.2f ms (matrix %.2f)", report.matrix_ms + report.solve_ms, report.matrix_ms));
-    rows.emplace_back("updates", plainText("%.0f / s", r.updatesPerSecond));
+    rows.emplace_back("control points",
+                      fmt::format("{}, {} left out", report.points, r.skipped.cols()));
+    rows.emplace_back("solve",
+                      fmt::format("{:.2f} ms (matrix {:.2f})",
+                                  report.matrix_ms + report.solve_ms,
+                                  report.matrix_ms));
+    rows.emplace_back("updates", fmt::format("{:.0f} / s", r.updatesPerSecond));
     addSpared(rows, r.counters);
     rows.emplace_back("error rms, max",
-                      plainText("%.2f %%, %.2f %%", 100.0 * report.rms, 100.0 * report.max));
-    rows.emplace_back("loudness E", plainText("%.3f", report.loudness));
+                      fmt::format("{:.2f} %, {:.2f} %", 100.0 * report.rms, 100.0 * report.max));
+    rows.emplace_back("loudness E", fmt::format("{:.3f}", report.loudness));
     if (r.monitored && r.monitored->certificate.points > 0)
         rows.emplace_back(
             "off the best",
-            plainText("%.1f %% at most", 100.0 * r.monitored->certificate.gapOfPhases()));
+            fmt::format("{:.1f} % at most", 100.0 * r.monitored->certificate.gapOfPhases()));
     if (r.report().surface.samples > 0)
         rows.emplace_back("surface cv",
-                          plainText("%.2f", r.report().surface.coefficientOfVariation));
+                          fmt::format("{:.2f}", r.report().surface.coefficientOfVariation));
     rows.emplace_back("pressure", pixels::number(std::round(report.level_Pa)) + " Pa (peak)");
-    rows.emplace_back("latency", plainText("%.1f ms", r.latency_ms));
+    rows.emplace_back("latency", fmt::format("{:.1f} ms", r.latency_ms));
     if (sliceShown)
-        rows.emplace_back("slice", plainText("%.0f / s", fieldSlice->getSlicesPerSecond()));
+        rows.emplace_back("slice", fmt::format("{:.0f} / s", fieldSlice->getSlicesPerSecond()));
     if (volumeShown)
-        rows.emplace_back("volume", plainText("%.0f / s", fieldVolume->getVolumesPerSecond()));
-    rows.emplace_back("frames", frameRate > 0.0 ? plainText("%.0f / s", frameRate) : "-");
+        rows.emplace_back("volume", fmt::format("{:.0f} / s", fieldVolume->getVolumesPerSecond()));
+    rows.emplace_back("frames", frameRate > 0.0 ? fmt::format("{:.0f} / s", frameRate) : "-");
     rows.emplace_back("device", r.deviceStatus);
     panel.drawFigures(rows, !r.messages.empty() ? r.messages.back() : report.message);
     panel.drawCourses();

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 namespace osgMidair
 {
 
@@ -24,8 +26,8 @@ std::map<int, OverlayKind>& kinds()
 std::string problemOf(const OverlayKind& kind)
 {
     if (kind.place < 1 || kind.place > OverlayKind::kMostKinds)
-        return "its place is " + std::to_string(kind.place) + ", should be 1 .. " +
-               std::to_string(OverlayKind::kMostKinds);
+        return fmt::format(
+            "its place is {}, should be 1 .. {}", kind.place, OverlayKind::kMostKinds);
     if (kind.name.empty() || kind.word.empty() || !kind.make)
         return "it has no name, no word or no maker";
     if (kind.key == Keys::KEY_F7 || kind.key == Keys::KEY_F8)
@@ -42,7 +44,7 @@ std::string problemOf(const OverlayKind& kind)
 std::string OverlayKind::keyName() const
 {
     if (key >= Keys::KEY_F1 && key <= Keys::KEY_F35)
-        return "F" + std::to_string(key - Keys::KEY_F1 + 1);
+        return fmt::format("F{}", key - Keys::KEY_F1 + 1);
     return key > ' ' && key < 0x7F ? std::string(1, static_cast<char>(key)) : std::to_string(key);
 }
 

@@ -1,12 +1,12 @@
 #include "plugin/overlays/TextPanel.h"
 
-#include "haptics/base/text/PlainText.h"
-
 #include <osg/Texture2D>
 #include <osgText/Font>
 
 #include <algorithm>
 #include <cmath>
+
+#include <fmt/format.h>
 
 namespace osgMidair::pixels
 {
@@ -42,7 +42,7 @@ osg::ref_ptr<osg::Geometry> dynamicGeometry()
 std::string withUnit(double value, const std::string& unit)
 {
     const int digits = value < 1.0 ? 2 : value < 100.0 ? 1 : 0;
-    return midair::base::plainText("%.*f %s", digits, value, unit.c_str());
+    return fmt::format("{:.{}f} {}", value, digits, unit);
 }
 
 } // namespace

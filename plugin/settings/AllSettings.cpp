@@ -7,6 +7,8 @@
 #include "haptics/solvers/HologramSolver.h"
 #include "plugin/settings/SettingTable.h"
 
+#include <fmt/format.h>
+
 namespace osgMidair
 {
 
@@ -82,10 +84,7 @@ constexpr double kNoEnd = std::numeric_limits<double>::infinity();
 
 std::string solverList()
 {
-    std::string list;
-    for (const std::string& name : midair::haptics::solverNames())
-        list += (list.empty() ? "" : ", ") + name;
-    return list;
+    return fmt::format("{}", fmt::join(midair::haptics::solverNames(), ", "));
 }
 
 std::vector<Setting<S>> placeAndAir()
@@ -136,7 +135,7 @@ std::vector<Setting<S>> solving()
             .range(0.0, 1e3, "wavelengths"),
         Row<S>("maxPoints",
                &S::maxPoints,
-               "control points shared by all objects; 0: " + std::to_string(most))
+               fmt::format("control points shared by all objects; 0: {}", most))
             .range(0, kMostControlPoints)};
 }
 

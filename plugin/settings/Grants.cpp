@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -169,17 +170,19 @@ Grants::Names Grants::parse(const std::string& text)
         begin = end + 1;
         line = trimmed(line.substr(0, line.find('#')));
         if (line.empty()) continue;
-        const std::string where = "line " + std::to_string(number) + ": ";
         const std::size_t equals = line.find('=');
         const std::string name = trimmed(line.substr(0, equals));
         const std::string value =
             equals == std::string::npos ? std::string() : trimmed(line.substr(equals + 1));
         if (!isName(name) || value.empty())
-            throw std::runtime_error(where + "\"" + printable(line) +
-                                     "\" should read NAME = VALUE, for instance desk = "
-                                     "usb:?max-amplitude=0.3&hold=1s");
+            throw std::runtime_error(
+                fmt::format("line {}: \"{}\" should read NAME = VALUE, for instance desk = "
+                            "usb:?max-amplitude=0.3&hold=1s",
+                            number,
+                            printable(line)));
         if (!names.emplace(name, value).second)
-            throw std::runtime_error(where + "the name \"" + name + "\" is there twice");
+            throw std::runtime_error(
+                fmt::format("line {}: the name \"{}\" is there twice", number, name));
     }
     return names;
 }

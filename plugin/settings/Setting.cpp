@@ -9,6 +9,8 @@
 #include <cctype>
 #include <cmath>
 
+#include <fmt/format.h>
+
 namespace osgMidair
 {
 
@@ -26,10 +28,10 @@ std::string trimmed(const std::string& text)
 
 std::string listOf(const std::vector<Word>& words)
 {
-    std::string list;
+    std::vector<std::string> texts;
     for (const Word& word : words)
-        list += (list.empty() ? "" : ", ") + word.text;
-    return list;
+        texts.push_back(word.text);
+    return fmt::format("{}", fmt::join(texts, ", "));
 }
 
 bool isSameNumber(double a, double b)
@@ -99,8 +101,8 @@ bool Range::holds(double value) const
 
 std::string Range::text() const
 {
-    const std::string range = std::isinf(high) ? "at least " + shortNumber(low)
-                                               : shortNumber(low) + " .. " + shortNumber(high);
+    const std::string range = std::isinf(high) ? fmt::format("at least {:g}", low)
+                                               : fmt::format("{:g} .. {:g}", low, high);
     return (orZero ? "0 or " : "") + range;
 }
 
@@ -164,16 +166,19 @@ bool Setting<T>::repair(T& object, std::string& what) const
             const int value = kept.get(object);
             for (const Word& word : words)
                 if (word.value == value) return false;
-            what = name + " is number " + std::to_string(value) + ", should be " + expected() +
-                   "; the default is used";
+            what = fmt::format(
+                "{} is number {}, should be {}; the default is used", name, value, expected());
             kept.set(object, kept.get(defaults));
             return true;
         }
         else if constexpr (std::is_same_v<M, int T::*> || std::is_same_v<M, double T::*>)
         {
             if (range.holds(object.*kept)) return false;
-            what = name + " is " + shortNumber(object.*kept) + ", should be " + range.text() +
-                   "; " + shortNumber(defaults.*kept) + " is used";
+            what = fmt::format("{} is {:g}, should be {}; {:g} is used",
+                               name,
+                               static_cast<double>(object.*kept),
+                               range.text(),
+                               static_cast<double>(defaults.*kept));
             object.*kept = defaults.*kept;
             return true;
         }

@@ -5,6 +5,11 @@
 #include <osgMidair/HapticProperty>
 
 #include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
 
 namespace osgMidair
 {
@@ -75,10 +80,10 @@ public:
 private:
     std::string names() const
     {
-        std::string known;
+        std::vector<std::string> known;
         for (const Setting<T>& row : _rows)
-            known += (known.empty() ? "" : ", ") + row.name;
-        return known;
+            known.push_back(row.name);
+        return fmt::format("{}", fmt::join(known, ", "));
     }
 
     std::vector<Setting<T>> _rows;

@@ -25,6 +25,8 @@
 #include <filesystem>
 #include <thread>
 
+#include <fmt/format.h>
+
 namespace
 {
 
@@ -194,7 +196,7 @@ int runHeadless(const DemoOptions& options)
         scene.overlays().getHud()->setUpdateInterval(0.0);
         DemoPicture picture = settle(viewer, scene, i * kFrameTime_s, draw);
         scene.overlays().getHud()->setUpdateInterval(0.25);
-        picture.file = stem + "_" + std::to_string(++taken) + ".png";
+        picture.file = fmt::format("{}_{}.png", stem, ++taken);
         const osg::ref_ptr<osg::Image> image = camera.take();
         if (!image || !osgDB::writeImageFile(*image, picture.file))
         {

@@ -15,6 +15,8 @@
 #include <thread>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace midair::samples
 {
 
@@ -138,9 +140,8 @@ int identifyBoards(const DeviceOptions& options)
     const auto array = loadArray(options);
     const int last = array.board.empty() ? 0 : array.board.back();
     if (options.board > last)
-        throw device::DeviceError("board " + std::to_string(options.board) +
-                                  " isn't there: the array has boards 0 to " +
-                                  std::to_string(last));
+        throw device::DeviceError(
+            fmt::format("board {} isn't there: the array has boards 0 to {}", options.board, last));
     const auto device = open(options, array);
     bool lit = false;
     const double end_s = base::steadySeconds() + options.seconds;

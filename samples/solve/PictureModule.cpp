@@ -4,8 +4,9 @@
 #include "samples/solve/Picture.h"
 #include "samples/views/FieldImage.h"
 
-#include <cstdio>
 #include <exception>
+
+#include <fmt/format.h>
 
 namespace midair::samples
 {
@@ -37,15 +38,12 @@ std::string draw(const Solution& solution, const std::string& title, const std::
     if (scene.mesh.triangles.cols() > 0)
         image.outline = outlineInPlane(scene.mesh, scene.pose, image.grid);
     image.title = title;
-    char caption[160];
-    std::snprintf(caption,
-                  sizeof caption,
-                  "%s, %d points, rms %.2f %%, %.0f Pa peak",
-                  solution.sequence.report.solver.c_str(),
-                  solution.sequence.report.points,
-                  100.0 * solution.sequence.report.rms,
-                  solution.sequence.report.level_Pa);
-    image.caption = caption;
+    const haptics::SolveReport& report = solution.sequence.report;
+    image.caption = fmt::format("{}, {} points, rms {:.2f} %, {:.0f} Pa peak",
+                                report.solver,
+                                report.points,
+                                100.0 * report.rms,
+                                report.level_Pa);
     std::string message;
     writeFieldImage(path, image, &message);
     return message;

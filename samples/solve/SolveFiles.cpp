@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace midair::samples
@@ -55,8 +56,8 @@ parseCell(const std::string& path, int line, const std::string& column, const st
 {
     double value = 0.0;
     if (!base::parseNumber(text, value))
-        throw base::InputError(path + ":" + std::to_string(line) + ": " + column + " is '" + text +
-                               "', it must be a finite number");
+        throw base::InputError(
+            fmt::format("{}:{}: {} is '{}', it must be a finite number", path, line, column, text));
     return value;
 }
 
@@ -131,12 +132,13 @@ haptics::ControlPoints readControlPoints(const std::string& path)
                                columns.name[i],
                                columns.cell[i] < cells.size() ? cells[columns.cell[i]] : "");
         if (std::hypot(row[3], row[4], row[5]) == 0.0)
-            throw base::InputError(path + ":" + std::to_string(number) +
-                                   ": the normal nx,ny,nz is zero");
+            throw base::InputError(fmt::format("{}:{}: the normal nx,ny,nz is zero", path, number));
         if (rows.size() == kMostPoints)
-            throw base::InputError(path + ":" + std::to_string(number) + ": there are more than " +
-                                   std::to_string(kMostPoints) +
-                                   " control points, which is the most possible");
+            throw base::InputError(fmt::format(
+                "{}:{}: there are more than {} control points, which is the most possible",
+                path,
+                number,
+                kMostPoints));
         rows.push_back(row);
     }
     if (rows.empty())

@@ -6,6 +6,7 @@
 #include <map>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 namespace midair::samples
 {
@@ -16,9 +17,7 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
         {"surface", haptics::Sampling::SURFACE},
         {"edges", haptics::Sampling::EDGES},
         {"vertices", haptics::Sampling::VERTICES}};
-    std::string solvers;
-    for (const std::string& name : haptics::solverNames())
-        solvers += (solvers.empty() ? "" : ", ") + name;
+    const std::string solvers = fmt::format("{}", fmt::join(haptics::solverNames(), ", "));
 
     auto* model = app.add_option("MODEL", arguments.model, "Wavefront OBJ file");
     app.add_option("--points-file",

@@ -10,6 +10,7 @@
 #include <string>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 namespace
 {
@@ -29,11 +30,9 @@ void writeAll(const Solution& solution, const std::string& title, const std::str
     if (solution.signals.size() < 2)
         writeDrive(folder + "/drive.csv", solution.scene.array, solution.signals.front());
     for (std::size_t k = 0; k < solution.signals.size() && solution.signals.size() > 1; ++k)
-    {
-        char name[32];
-        std::snprintf(name, sizeof name, "/drive_%02zu.csv", k + 1);
-        writeDrive(folder + name, solution.scene.array, solution.signals[k]);
-    }
+        writeDrive(fmt::format("{}/drive_{:02}.csv", folder, k + 1),
+                   solution.scene.array,
+                   solution.signals[k]);
     writeSummary(folder + "/summary.json",
                  solution.scene.array,
                  solution.scene.medium,

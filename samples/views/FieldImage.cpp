@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace midair::samples
 {
 
@@ -240,12 +242,14 @@ osg::ref_ptr<osg::Image> withoutText(const FieldImage& image)
 std::string whatIsWrong(const FieldImage& image)
 {
     if (image.grid.columns < 2 || image.grid.rows < 2)
-        return "a field image needs at least 2 x 2 samples, not " +
-               std::to_string(image.grid.columns) + " x " + std::to_string(image.grid.rows);
+        return fmt::format("a field image needs at least 2 x 2 samples, not {} x {}",
+                           image.grid.columns,
+                           image.grid.rows);
     if (image.pressure_Pa.size() != static_cast<Eigen::Index>(image.grid.columns) * image.grid.rows)
-        return "a field image of " + std::to_string(image.grid.columns) + " x " +
-               std::to_string(image.grid.rows) + " samples was given " +
-               std::to_string(image.pressure_Pa.size()) + " pressures";
+        return fmt::format("a field image of {} x {} samples was given {} pressures",
+                           image.grid.columns,
+                           image.grid.rows,
+                           image.pressure_Pa.size());
     if (!image.pressure_Pa.allFinite())
         return "a field image was given pressures that are not finite";
     return {};

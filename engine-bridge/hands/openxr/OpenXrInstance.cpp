@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <dlfcn.h>
+#include <fmt/format.h>
 #include <openxr/openxr_reflection.h>
 
 namespace midair::bridge
@@ -70,7 +71,7 @@ std::string resultName(XrResult result)
         XR_LIST_ENUM_XrResult(MIDAIR_NAME) default : break;
     }
 #undef MIDAIR_NAME
-    return "XrResult " + std::to_string(static_cast<int>(result));
+    return fmt::format("XrResult {}", static_cast<int>(result));
 }
 
 OpenXrInstance::OpenXrInstance(const std::string& loader)
@@ -191,9 +192,11 @@ void OpenXrInstance::loadFunctions()
     properties.type = XR_TYPE_INSTANCE_PROPERTIES;
     check(_functions.getInstanceProperties(_instance, &properties), "xrGetInstanceProperties");
     const XrVersion version = properties.runtimeVersion;
-    _runtime = textOf(properties.runtimeName) + " " + std::to_string(XR_VERSION_MAJOR(version)) +
-               "." + std::to_string(XR_VERSION_MINOR(version)) + "." +
-               std::to_string(XR_VERSION_PATCH(version));
+    _runtime = fmt::format("{} {}.{}.{}",
+                           textOf(properties.runtimeName),
+                           XR_VERSION_MAJOR(version),
+                           XR_VERSION_MINOR(version),
+                           XR_VERSION_PATCH(version));
 }
 
 void OpenXrInstance::findSystem()

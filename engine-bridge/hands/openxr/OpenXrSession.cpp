@@ -1,13 +1,12 @@
 #include "engine-bridge/hands/openxr/OpenXrSession.h"
 
-#include "haptics/base/text/PlainText.h"
-
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <utility>
 #include <vector>
+
+#include <fmt/format.h>
 
 namespace midair::bridge
 {
@@ -36,11 +35,7 @@ Event as(const XrEventDataBuffer& buffer)
 std::string described(const XrHandJointLocationEXT& location)
 {
     const XrVector3f& p = location.pose.position;
-    return base::plainText("position %g %g %g m, radius %g m",
-                           static_cast<double>(p.x),
-                           static_cast<double>(p.y),
-                           static_cast<double>(p.z),
-                           static_cast<double>(location.radius));
+    return fmt::format("position {:g} {:g} {:g} m, radius {:g} m", p.x, p.y, p.z, location.radius);
 }
 
 /// Copies a joint if its values are plausible. Returns false if the runtime says that it is valid

@@ -7,6 +7,8 @@
 #include <chrono>
 #include <limits>
 
+#include <fmt/format.h>
+
 namespace midair::bridge
 {
 
@@ -197,8 +199,8 @@ std::vector<std::string> OpenXrTracker::messages(std::size_t& told) const
 std::string OpenXrTracker::status() const
 {
     const std::lock_guard<std::mutex> lock(_mutex);
-    return _condition + "; " + std::to_string(_frames) + " frames with hands, " +
-           std::to_string(_leftOut) + " joints left out";
+    return fmt::format(
+        "{}; {} frames with hands, {} joints left out", _condition, _frames, _leftOut);
 }
 
 } // namespace midair::bridge

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace midair::base
 {
 
@@ -20,7 +22,7 @@ std::string shown(const JsonReader::Json& value)
     if (value.is_array() &&
         (value.size() > 6 ||
          std::any_of(value.begin(), value.end(), [](const auto& v) { return v.is_structured(); })))
-        return "a list of " + std::to_string(value.size());
+        return fmt::format("a list of {}", value.size());
     const std::string text = value.dump(-1, ' ', false, JsonReader::Json::error_handler_t::replace);
     return text.size() > 60 ? text.substr(0, 57) + "..." : text;
 }
@@ -47,12 +49,12 @@ JsonReader::Json JsonReader::parse(const std::string& text) const
 
 void JsonReader::fail(const std::string& path, const std::string& what) const
 {
-    throw InputError(_source + ": " + (path.empty() ? "" : path + " ") + what);
+    throw InputError(fmt::format("{}: {}{}{}", _source, path, path.empty() ? "" : " ", what));
 }
 
 void JsonReader::wrong(const std::string& path, const Json& value, const std::string& right) const
 {
-    fail(path, "is " + shown(value) + "; it must be " + right);
+    fail(path, fmt::format("is {}; it must be {}", shown(value), right));
 }
 
 void JsonReader::object(const Json& value,
@@ -61,12 +63,11 @@ void JsonReader::object(const Json& value,
 {
     if (!value.is_object())
         wrong(path.empty() ? "the whole file" : path, value, "an object in braces");
-    std::string names;
-    for (const char* name : known)
-        names += std::string(names.empty() ? "" : ", ") + name;
     for (const auto& item : value.items())
         if (std::find(known.begin(), known.end(), item.key()) == known.end())
-            fail(path, "has the unknown key '" + item.key() + "'; known are " + names);
+            fail(path,
+                 fmt::format(
+                     "has the unknown key '{}'; known are {}", item.key(), fmt::join(known, ", ")));
 }
 
 const JsonReader::Json& JsonReader::required(const Json& parent,
@@ -75,7 +76,7 @@ const JsonReader::Json& JsonReader::required(const Json& parent,
                                              const std::string& right) const
 {
     const auto found = parent.find(key);
-    if (found == parent.end()) fail(path, "lacks '" + std::string(key) + "'; it must be " + right);
+    if (found == parent.end()) fail(path, fmt::format("lacks '{}'; it must be {}", key, right));
     return *found;
 }
 
@@ -148,7 +149,7 @@ std::string JsonReader::at(const std::string& path, const char* key)
 
 std::string JsonReader::at(const std::string& path, std::size_t index)
 {
-    return path + "[" + std::to_string(index) + "]";
+    return fmt::format("{}[{}]", path, index);
 }
 
 } // namespace midair::base

@@ -1,8 +1,8 @@
 #include "haptics/base/text/Range.h"
 
-#include "haptics/base/text/PlainText.h"
-
 #include <cmath>
+
+#include <fmt/format.h>
 
 namespace midair::base
 {
@@ -10,36 +10,34 @@ namespace midair::base
 void RangeCheck::fail(const char* name, double value, const char* unit, const std::string& range)
 {
     if (!_message.empty()) return;
-    PlainStream text;
-    text << _owner << name << " is " << value << unit << "; it must be " << range;
-    _message = text.str();
+    _message = fmt::format("{}{} is {:g}{}; it must be {}", _owner, name, value, unit, range);
 }
 
 RangeCheck&
 RangeCheck::within(const char* name, double value, double low, double high, const char* unit)
 {
     if (value >= low && value <= high) return *this;
-    PlainStream range;
-    range << "within " << low << " .. " << high;
-    fail(name, value, unit, range.str());
+    fail(name, value, unit, fmt::format("within {:g} .. {:g}", low, high));
     return *this;
 }
 
 RangeCheck& RangeCheck::atLeast(const char* name, double value, double low, const char* unit)
 {
     if (value >= low && std::isfinite(value)) return *this;
-    PlainStream range;
-    range << (std::isinf(value) ? "finite and at least " : "at least ") << low;
-    fail(name, value, unit, range.str());
+    fail(name,
+         value,
+         unit,
+         fmt::format("{}at least {:g}", std::isinf(value) ? "finite and " : "", low));
     return *this;
 }
 
 RangeCheck& RangeCheck::above(const char* name, double value, double low, const char* unit)
 {
     if (value > low && std::isfinite(value)) return *this;
-    PlainStream range;
-    range << (std::isinf(value) ? "finite and above " : "above ") << low;
-    fail(name, value, unit, range.str());
+    fail(name,
+         value,
+         unit,
+         fmt::format("{}above {:g}", std::isinf(value) ? "finite and " : "", low));
     return *this;
 }
 

@@ -2,7 +2,6 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
-#include "haptics/base/text/Number.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/solvers/LargeMatrix.h"
 #include "haptics/solvers/certificate/PhaseRelaxation.h"
@@ -13,6 +12,8 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -139,13 +140,14 @@ Certificate Certifier::certify(const PhaseObjective& objective, const Eigen::Vec
 {
     if (givenPhases.size() != 0 &&
         (givenPhases.size() != objective.size() || !givenPhases.allFinite()))
-        throw base::InputError(
-            "certificate: the given phases must be finite, one for each of the " +
-            std::to_string(objective.size()) + " control points");
+        throw base::InputError(fmt::format(
+            "certificate: the given phases must be finite, one for each of the {} control points",
+            objective.size()));
     if (objective.size() > base::kMostCertifiedPoints)
-        throw base::InputError("certificate: there are " + std::to_string(objective.size()) +
-                               " control points; at most " +
-                               std::to_string(base::kMostCertifiedPoints) + " are certified");
+        throw base::InputError(
+            fmt::format("certificate: there are {} control points; at most {} are certified",
+                        objective.size(),
+                        base::kMostCertifiedPoints));
     const Clock::time_point start = Clock::now();
     Certificate result;
     result.points = objective.size();
@@ -204,12 +206,14 @@ Certificate Certifier::certify(const ControlPoints& points,
         throw base::InputError("certificate: there must be at least one control point and one "
                                "transducer, at finite places");
     if (points.size() > base::kMostCertifiedPoints)
-        throw base::InputError("certificate: there are " + std::to_string(points.size()) +
-                               " control points; at most " +
-                               std::to_string(base::kMostCertifiedPoints) + " are certified");
+        throw base::InputError(
+            fmt::format("certificate: there are {} control points; at most {} are certified",
+                        points.size(),
+                        base::kMostCertifiedPoints));
     if (q.size() != 0 && (q.size() != array.size() || !q.allFinite()))
-        throw base::InputError("certificate: the activations must be finite, one for each of the " +
-                               std::to_string(array.size()) + " transducers");
+        throw base::InputError(fmt::format(
+            "certificate: the activations must be finite, one for each of the {} transducers",
+            array.size()));
     _propagation.bind(array, medium);
     _options.stop.throwIfRequested();
     _propagation.build(points.positions);

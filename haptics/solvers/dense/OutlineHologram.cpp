@@ -3,13 +3,14 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/Units.h"
-#include "haptics/base/text/PlainText.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/propagation/PressureField.h"
 
 #include <algorithm>
 #include <cmath>
 #include <random>
+
+#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -73,12 +74,11 @@ void OutlineHologram::checkLength(const std::vector<Outline>& outlines, double w
     const double points = pointsAlong(outlines, spacing_m);
     if (points > base::kMostControlPoints ||
         pointsAlong(outlines, kJudgeSpacing * wavelength_m) > base::kMostOutlineSamples)
-    {
-        base::PlainStream text;
-        text << "outline hologram: " << points << " points " << spacing_m << " m apart; at most "
-             << base::kMostControlPoints << " can be solved for";
-        throw base::InputError(text.str());
-    }
+        throw base::InputError(
+            fmt::format("outline hologram: {:g} points {:g} m apart; at most {} can be solved for",
+                        points,
+                        spacing_m,
+                        base::kMostControlPoints));
 }
 
 // Places the points that are solved for from here on, \a spacing_m apart along every outline, and
@@ -126,9 +126,7 @@ std::string OutlineHologram::start(int index)
         for (std::size_t l = 0; l < n; ++l)
             _field.u.set(
                 l, std::polar(1.0f, static_cast<float>(base::kTwoPi * kTurns[index] * _along[l])));
-        base::PlainStream name;
-        name << "ramp of " << kTurns[index];
-        return index == 0 ? "equal" : name.str();
+        return index == 0 ? "equal" : fmt::format("ramp of {:g}", kTurns[index]);
     }
     std::mt19937_64 random(_options.seed + static_cast<std::uint64_t>(index));
     for (std::size_t l = 0; l < n; ++l)
@@ -136,7 +134,7 @@ std::string OutlineHologram::start(int index)
                      std::polar(1.0f,
                                 static_cast<float>(base::kTwoPi * 0x1p-53 *
                                                    static_cast<double>(random() >> 11U))));
-    return "random " + std::to_string(index - kRamps);
+    return fmt::format("random {}", index - kRamps);
 }
 
 // Measures the radiation pressure of field.q along the outlines, as the device plays it.
@@ -287,8 +285,9 @@ OutlineReport OutlineHologram::solve(const std::vector<Outline>& outlines,
     {
         _options.stop.throwIfRequested();
         if (!(outline.target > 0.0 && std::isfinite(outline.target)))
-            throw base::InputError("outline hologram: an outline's target is " +
-                                   std::to_string(outline.target) + "; it must be above 0");
+            throw base::InputError(
+                fmt::format("outline hologram: an outline's target is {:f}; it must be above 0",
+                            outline.target));
         const Eigen::Matrix3Xd part = outline.points(kJudgeSpacing * wavelength_m);
         dense.conservativeResize(3, dense.cols() + part.cols());
         dense.rightCols(part.cols()) = part;

@@ -1,10 +1,10 @@
 #include "haptics/base/text/Number.h"
 
-#include "haptics/base/text/PlainText.h"
 #include "tests/CommaLocale.h"
 
 #include <cstdio>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 using namespace midair::base;
@@ -62,14 +62,5 @@ TEST(Number, TheLocaleChangesNothing)
     char printed[16];
     std::snprintf(printed, sizeof printed, "%g", 0.25);
     ASSERT_STREQ(printed, "0,25") << "else nothing is tested";
-    EXPECT_EQ(plainText("%g m, %d", 0.25, 7), "0.25 m, 7");
-    PlainStream stream;
-    stream << 0.25 << " of " << 12345;
-    EXPECT_EQ(stream.str(), "0.25 of 12345");
-}
-
-TEST(PlainText, IsAsLongAsItHasToBe)
-{
-    const std::string text(1000, 'x');
-    EXPECT_EQ(plainText("<%s>", text.c_str()), "<" + text + ">");
+    EXPECT_EQ(fmt::format("{:g} m, {:.2f} m, {}", 0.25, 0.25, 12345), "0.25 m, 0.25 m, 12345");
 }
