@@ -1,5 +1,5 @@
-// midair-paper: the scenes of Inoue, Makino, Shinoda (World Haptics 2015), solved anew: prints the
-// figures, draws the fields.
+// midair-paper: solves the scenes of Inoue, Makino, Shinoda (World Haptics 2015), prints the
+// figures and draws the fields.
 
 #include "device/drive/DriveEncoder.h"
 #include "haptics/base/DutyLaw.h"
@@ -27,7 +27,7 @@ namespace
 using namespace midair;
 using Eigen::Vector3d;
 
-/// What the array plays for some control points, and how well.
+/// Field that the array plays for some control points, and its report.
 struct Field
 {
     haptics::ControlPoints points;
@@ -36,7 +36,7 @@ struct Field
     Eigen::VectorXd achieved_Pa;
 };
 
-/// The paper's array at 14.5 degrees, where its wavelength is the paper's 8.5 mm.
+/// The paper's array at 14.5 degrees Celsius, where the wavelength is the paper's 8.5 mm.
 class PaperArray
 {
 public:
@@ -46,8 +46,8 @@ public:
         _medium.temperature_C = 14.5;
     }
 
-    /// \a phaseOnly: every transducer at full drive; else duties are solved for too, as the paper
-    /// does.
+    /// \a phaseOnly: true: every transducer at full drive; false: duties are solved for as well, as
+    /// in the paper.
     Field solve(const Eigen::Matrix3Xd& positions,
                 const std::string& solverName,
                 bool phaseOnly = false) const
@@ -79,8 +79,8 @@ public:
             .cast<double>();
     }
 
-    /// Full width at half pressure, metres, of the spot at \a centre along \a direction (unit
-    /// length).
+    /// Returns the full width at half pressure, metres, of the spot at \a centre along \a direction
+    /// (unit length).
     double halfWidth_m(const Field& field, const Vector3d& centre, const Vector3d& direction) const
     {
         constexpr double kStep_m = 5e-5;
@@ -100,8 +100,8 @@ public:
         return width_m;
     }
 
-    /// sum_i P0 D(theta_i) exp(-beta R_i) / R_i: the pressure at \a point if all waves arrive in
-    /// phase.
+    /// Returns sum_i P0 D(theta_i) exp(-beta R_i) / R_i, the pressure at \a point if all waves
+    /// arrive in phase.
     double inPhase_Pa(const Vector3d& point) const
     {
         return haptics::referencePropagationMatrix(point, _array, _medium).cwiseAbs().sum();

@@ -22,8 +22,8 @@ const OverlayRegistration kRegistration({1,
                                          60,
                                          makeOverlay<ControlPointOverlay>});
 
-// Each disc turns to the eye, lifted by its radius towards it, so that a ring in a surface isn't
-// cut by it.
+// Each disc faces the eye and is moved towards it by its radius, so that a surface through the
+// point doesn't cut the ring.
 const char* const kVertexSource = R"(#version 120
 uniform float radius_m;
 varying vec2 corner;
@@ -39,8 +39,8 @@ void main()
 }
 )";
 
-// A ring, so that what is played in its middle stays in sight; dark on both sides, legible on
-// bright and on dark alike.
+// A ring, so that the field in its middle stays visible, with dark rims, so that it is visible on
+// bright and on dark ground.
 const char* const kFragmentSource = R"(#version 120
 varying vec2 corner;
 varying vec4 color;

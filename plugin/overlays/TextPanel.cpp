@@ -92,8 +92,9 @@ void TextPanel::glyph(unsigned int code, const osg::Vec2& pen, float size, const
         _glyphs = info->texture;
         _text->getOrCreateStateSet()->setTextureAttributeAndModes(0, _glyphs);
     }
-    if (info->texture != _glyphs) return; // some hundred fit into the first one
-    // One texel more on every side: smoothed edges reach beyond the glyph.
+    if (info->texture != _glyphs)
+        return; // only the first texture is used; some hundred glyphs fit into it
+    // One texel more on every side, as smoothed edges extend beyond the glyph.
     const osg::Vec2 texels(
         (info->maxTexCoord.x() - info->minTexCoord.x()) * _glyphs->getTextureWidth(),
         (info->maxTexCoord.y() - info->minTexCoord.y()) * _glyphs->getTextureHeight());
@@ -131,7 +132,7 @@ std::string TextPanel::fitted(const std::string& content, float size, float widt
     std::string shorter = content;
     while (!shorter.empty() && TextPanel::width(shorter + "..", size) > width)
     {
-        // Whole characters only: not into the middle of one that UTF-8 writes as several bytes.
+        // Removes whole characters, which may be several bytes in UTF-8.
         while (shorter.size() > 1 && (static_cast<unsigned char>(shorter.back()) & 0xC0) == 0x80)
             shorter.pop_back();
         shorter.pop_back();

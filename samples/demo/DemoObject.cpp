@@ -29,11 +29,11 @@ namespace midair::samples
 namespace
 {
 
-/// Extent of the smallest over the middle one below which an object counts as flat.
+/// Ratio of the smallest to the middle extent below which an object counts as flat.
 constexpr double kFlat = 0.35;
 
-/// Vertices in the same place become one, so that neighbouring triangles know each other: per
-/// vertex the first like it.
+/// Returns, for each vertex, the first vertex at the same place, so that triangles that share an
+/// edge can be found.
 std::vector<int> welded(const haptics::TriangleMesh& mesh)
 {
     const double grid = 1e-6 * std::max(1e-9, mesh.extent().maxCoeff());
@@ -50,8 +50,8 @@ std::vector<int> welded(const haptics::TriangleMesh& mesh)
     return like;
 }
 
-/// Edges with one triangle, or whose two triangles turn by more than 35 degrees; none where they
-/// would be a thicket: a tenth of all edges of a solid.
+/// Returns edges with one triangle, or with two triangles that are turned by more than 35 degrees.
+/// Returns none if there are too many to look good: more than a tenth of all edges of a solid.
 osg::ref_ptr<osg::Vec3Array> featureEdges(const haptics::TriangleMesh& mesh, bool flat)
 {
     const std::vector<int> like = welded(mesh);
@@ -97,7 +97,7 @@ osg::ref_ptr<osg::Node> lineNode(osg::Vec3Array* lines)
     return geometry;
 }
 
-/// Smooths what came without normals, but for creases.
+/// Adds smooth normals to geometry without normals, except at creases.
 class AddMissingNormals : public osgUtil::SmoothingVisitor
 {
 public:
@@ -107,7 +107,7 @@ public:
     }
 };
 
-/// Matte and light where the file says nothing; see-through where the object is flat.
+/// Makes the model matt and light unless the file has materials, and transparent if it is flat.
 void dress(osg::Node& model, bool flat)
 {
     osg::ref_ptr<osg::Material> material = new osg::Material;
@@ -131,7 +131,7 @@ void dress(osg::Node& model, bool flat)
 osg::ref_ptr<osg::Light> light(int number, const osg::Vec4& direction, float brightness)
 {
     osg::ref_ptr<osg::Light> made = new osg::Light(number);
-    made->setPosition(direction); // w = 0: from infinity
+    made->setPosition(direction); // w = 0: directional light
     made->setAmbient({0.0F, 0.0F, 0.0F, 1.0F});
     made->setDiffuse(osg::Vec4(1.0F, 0.98F, 0.95F, 1.0F) * brightness);
     made->setSpecular(osg::Vec4(1.0F, 1.0F, 1.0F, 1.0F) * (0.6F * brightness));

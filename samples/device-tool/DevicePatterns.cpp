@@ -34,8 +34,7 @@ std::uint8_t dutyOf(double amplitude)
     return static_cast<std::uint8_t>(std::lround(base::dutyLevel(std::clamp(amplitude, 0.0, 1.0))));
 }
 
-// All transducers in phase at a point: q_i = e^{+jk |r - r_i|}, so that all arrive with the same
-// phase.
+// Focus: q_i = e^{+jk |r - r_i|}, so that all waves arrive at r with the same phase.
 void focus(const haptics::TransducerArray& array,
            double k,
            const Eigen::Vector3d& r,
@@ -60,7 +59,7 @@ Eigen::VectorXcf wouldPlay(const device::ArrayDevice& device, const DriveSignal&
 
 } // namespace
 
-// Each board in turn, all its transducers in phase.
+// Plays each board in turn, with all its transducers in phase.
 int playBoards(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
@@ -81,7 +80,7 @@ int playBoards(const DeviceOptions& options)
     return finish(*device);
 }
 
-// Each transducer in turn.
+// Plays each transducer in turn.
 int playTransducers(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
@@ -97,8 +96,7 @@ int playTransducers(const DeviceOptions& options)
     return finish(*device);
 }
 
-// A focus on a circle round the centre; for an array in one plane, round a point 150 mm in front of
-// it.
+// Moves a focus on a circle around the centre, or around a point 150 mm in front of a flat array.
 int playCircle(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
@@ -134,8 +132,8 @@ int playCircle(const DeviceOptions& options)
     return finish(*device);
 }
 
-// Random phases as fast as asked for; what the device confirmed, and how long a field waited before
-// it was handed over.
+// Sends random phases at the requested rate and prints what the device confirmed and how long
+// fields waited before they were handed over.
 int measureRates(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
@@ -165,7 +163,7 @@ int measureRates(const DeviceOptions& options)
                                     : latencies_ms[static_cast<std::size_t>(
                                           share * static_cast<double>(latencies_ms.size() - 1))];
     };
-    // Of several devices each counts for itself.
+    // Each of several devices counts its own fields.
     const double devices = std::max(1.0, std::round(double(report.sent) / std::max(1, fields)));
     std::cout << "sent      " << fields / seconds << " fields/s\n"
               << "played    " << static_cast<double>(report.played) / devices / seconds

@@ -19,7 +19,7 @@ namespace midair::samples
 namespace
 {
 
-constexpr int kMostPoints = 2000; // of a model or a file
+constexpr int kMostPoints = 2000; // largest number of points of a model or a file
 
 Eigen::Isometry3d poseOf(const SolveArguments& arguments)
 {
@@ -34,8 +34,8 @@ Eigen::Isometry3d poseOf(const SolveArguments& arguments)
     return pose;
 }
 
-/// The model's samples in the array frame, a set for each field; every target 1, or the pressure
-/// asked for.
+/// Returns the model's samples in the array frame, a set for each field; all targets are 1, or the
+/// wanted pressure.
 std::vector<haptics::PosedObject> sampleModel(const SolveArguments& arguments,
                                               const SolveScene& scene)
 {
@@ -54,7 +54,7 @@ std::vector<haptics::PosedObject> sampleModel(const SolveArguments& arguments,
     return objects;
 }
 
-/// Points that the user lists are taken as they are, but for doubles.
+/// Points from the user's file are kept unchanged, without doubles.
 haptics::PosedObject asObject(const haptics::ControlPoints& points)
 {
     haptics::PosedObject object;
@@ -65,7 +65,7 @@ haptics::PosedObject asObject(const haptics::ControlPoints& points)
     return object;
 }
 
-/// Leaves out what the array can't reach, and says so.
+/// Leaves out points that the array can't reach, with a message.
 haptics::ControlPoints selectPoints(const SolveArguments& arguments,
                                     const haptics::PosedObject& object,
                                     bool absolute,
@@ -154,10 +154,11 @@ Eigen::Matrix3Xd feltSurface(const SolveArguments& arguments,
 {
     const double wavelength_m = scene.wavelength_m();
     haptics::SamplerOptions sampling;
-    sampling.spacing_m = 0.18 * wavelength_m; // no spot is farther than 1.1 of it from a sample
+    // No place is farther than 1.1 times this from a sample.
+    sampling.spacing_m = 0.18 * wavelength_m;
     sampling.sampling = arguments.outline ? haptics::Sampling::EDGES : arguments.sampling;
     sampling.maxPoints = 200000;
-    // No nearer than the samples, or a point would have none.
+    // Not less than the samples' spacing, or a point might have no samples.
     const double spacing_m = std::max(
         arguments.spacing_m > 0.0 ? arguments.spacing_m : wavelength_m, sampling.spacing_m);
     return haptics::samplesNear(scene.pose * haptics::sampleSurface(scene.mesh, sampling).positions,

@@ -14,9 +14,9 @@ namespace midair::base
 /// wait for one another.
 int coreCount();
 
-/// Pool of threads that run one function together and wait for one another. A call allocates
-/// nothing and costs a few microseconds, since idle workers spin for a moment before they sleep. If
-/// there are more threads than cores they sleep at once.
+/// Pool of threads that run one function together; the caller waits until all are done. A call
+/// allocates nothing and costs a few microseconds, since idle workers spin for a moment before they
+/// sleep. If there are more threads than cores they sleep at once.
 class ThreadPool
 {
 public:

@@ -49,7 +49,7 @@ MIDAIR_INLINE std::int32_t bitsOf(float x)
 MIDAIR_INLINE std::int32_t packPair(float low, float high)
 {
     constexpr std::int32_t kOfInteger =
-        0x4B400000; // the bits of kToInteger, in whose lowest ones a rounded number stands
+        0x4B400000; // the bits of kToInteger, whose lowest ones hold the rounded number
     const std::uint32_t top = static_cast<std::uint32_t>(bitsOf(high + kToInteger)) << 16;
     return static_cast<std::int32_t>(
         top + static_cast<std::uint32_t>(bitsOf(low + kToInteger) - kOfInteger));

@@ -14,15 +14,15 @@ namespace
 
 constexpr auto kTwoPi = static_cast<float>(base::kTwoPi);
 
-/// Complex numbers, one a source.
+/// A complex number for each source of a block.
 struct Column
 {
     alignas(64) float re[kLatticeBlock];
     alignas(64) float im[kLatticeBlock];
 };
 
-/// What a block of sources needs to march through a tile: the wave at the first sample, its factors
-/// along the axes, and how these change along the axes.
+/// State of a block of sources for marching through a tile: the wave at the first sample, its
+/// factors along the axes, and the factors by which those change along the axes.
 struct March
 {
     Column wave, along[3], bend[3][3];
@@ -50,8 +50,8 @@ MIDAIR_INLINE void smallExpInto(float real, float turns, float& re, float& im)
     im = e * y * (1.0f - y2 * (1.0f / 6.0f));
 }
 
-/// Of a block's sources, seen from the tile's middle: unit vector s towards it, distance R and 1/R,
-/// the directivity D with its slope, and the gradient g of the logarithm of the amplitude.
+/// For each source of a block: unit vector s to the tile's middle, distance R and 1/R, the
+/// directivity D with its slope, and the gradient g of the logarithm of the amplitude.
 struct Rays
 {
     alignas(64) float sx[kLatticeBlock], sy[kLatticeBlock], sz[kLatticeBlock];
@@ -97,7 +97,7 @@ look(const LatticeSources& sources, int first, int width, const LatticeTile& t, 
     }
 }
 
-// The waves at the corner where the march begins.
+// Computes the waves at the corner where the march begins.
 MIDAIR_INLINE void waveAt(const float* corner,
                           const LatticeSources& sources,
                           int first,
@@ -117,7 +117,7 @@ MIDAIR_INLINE void waveAt(const float* corner,
                            0.5f * (cc - 2.0f * sc * sc) * inverse * inverse;
         float re, im;
         expInto(real, -rays.R[i] - sc - 0.5f * (cc - sc * sc) * inverse, re, im);
-        // e^{-beta R} over the array's few dozen wavelengths.
+        // Series of e^{-beta R}, good for the array's few dozen wavelengths.
         const float decay = beta * rays.R[i];
         const float strength =
             rays.D[i] * inverse *
@@ -128,7 +128,7 @@ MIDAIR_INLINE void waveAt(const float* corner,
     }
 }
 
-// The waves' factors over one step u at the corner.
+// Computes the waves' factors for one step u at the corner.
 MIDAIR_INLINE void
 factorsAlong(const float* u, const float* corner, int width, const Rays& rays, Column& along)
 {
@@ -147,7 +147,7 @@ factorsAlong(const float* u, const float* corner, int width, const Rays& rays, C
     }
 }
 
-// How the factors of steps u change with a step v.
+// Computes the factor by which the factors of steps u change with a step v.
 MIDAIR_INLINE void bendOf(const float* u, const float* v, int width, const Rays& rays, Column& bend)
 {
     const float uv = u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
@@ -162,8 +162,8 @@ MIDAIR_INLINE void bendOf(const float* u, const float* v, int width, const Rays&
     }
 }
 
-// From place and source to what March holds, see FieldLattice.h; quadratic forms of pairs of steps
-// as half exponents.
+// Fills March for a block of sources, with exponents expanded to second order about the tile's
+// middle.
 MIDAIR_INLINE void
 prepare(const LatticeSources& sources, int first, int width, const LatticeTile& tile, March& march)
 {
@@ -220,13 +220,14 @@ MIDAIR_INLINE void multiplyBy(int width, Column& a, const Column& b)
         multiplyBy(re[i], im[i], otherRe[i], otherIm[i]);
 }
 
-/// Where a march along a row is.
+/// State of a march along a row.
 struct Place
 {
     Column wave, along;
 };
 
-// Adds kCount samples of a row to sums, from wave and along on; where that leads is written to end.
+// Adds kCount samples of a row to sums, starting from wave and along, and writes the state after
+// them to end.
 template<int kCount>
 MIDAIR_INLINE void marchSamples(
     int width, const Column& wave, const Column& along, const Column& bend, Place& end, float* sums)
@@ -235,7 +236,7 @@ MIDAIR_INLINE void marchSamples(
     const float *bendRe = bend.re, *bendIm = bend.im;
     float *endRe = end.wave.re, *endIm = end.wave.im;
     float *endAlongRe = end.along.re, *endAlongIm = end.along.im;
-    // One variable each: sums that the compiler keeps in registers.
+    // Separate variables, so that the compiler keeps the sums in registers.
     float re0 = 0.0f, im0 = 0.0f, re1 = 0.0f, im1 = 0.0f;
     float re2 = 0.0f, im2 = 0.0f, re3 = 0.0f, im3 = 0.0f;
 #pragma omp simd aligned(waveRe, waveIm, alongRe, alongIm, bendRe, bendIm, endRe, endIm : 64)      \
@@ -255,7 +256,7 @@ MIDAIR_INLINE void marchSamples(
         if constexpr (kCount > 1) next(re1, im1);
         if constexpr (kCount > 2) next(re2, im2);
         if constexpr (kCount > 3) next(re3, im3);
-        if constexpr (kCount > 3) // shorter ones end the row
+        if constexpr (kCount > 3) // shorter pieces end the row
         {
             endRe[i] = vr;
             endIm[i] = vi;

@@ -2,8 +2,8 @@
 
 #include "haptics/base/simd/Kernel.h"
 
-/// The loops of phase retrieval that take the time, each compiled for every instruction set and
-/// chosen at run time. Complex arrays are split into real and imaginary parts; no kernel allocates.
+/// Kernels of phase retrieval, each compiled for every instruction set and selected at run time.
+/// Complex arrays are split into real and imaginary parts; no kernel allocates.
 namespace midair::haptics::kernels
 {
 
@@ -12,7 +12,7 @@ template<typename T>
 struct HermitianView
 {
     int n;
-    int stride; ///< >= n, a multiple of kPhaseLanes; what is beyond n is zero
+    int stride; ///< >= n, a multiple of kPhaseLanes; entries beyond n are zero
     const T* re;
     const T* im;
 };
@@ -37,20 +37,21 @@ extern const base::Kernel<MultiplyMatrix<double>, MultiplyMatrix<float>> multipl
 /// One round of coordinate descent on u* M u over unit columns x_l of r components (r = 1: phases):
 /// in turn
 ///     g_l = sum_{k != l} M_lk x_k,  t_l = -g_l / |g_l|,  x_l = unit(t_l + over (t_l - x_l)).
-/// t_l is the minimum; going on by 0 <= \a over < 1 of the step still falls, and takes several
-/// times fewer rounds. Component c of x_l is at x[c * stride + l]; s holds M x and is kept in step.
-/// Steps shorter than \a smallest (in |x|) are left out, so that a round near the minimum costs
-/// little. Returns by how much the objective fell. After a round |x_l| is within 1e-6 (float) or
-/// 1e-14 (double) of 1 where it was before, and what is returned within 1e-5 or 1e-13 of sum_kl
-/// |M_kl| of the fall of u* M u; n <= 1000.
+/// t_l is the minimum. Overshooting by 0 <= \a over < 1 of the step still decreases the objective
+/// and needs several times fewer rounds. Component c of x_l is at x[c * stride + l]; s holds M x
+/// and is updated with x. Steps shorter than \a smallest (in |x|) are skipped, so that a round near
+/// the minimum costs little. Returns the decrease of the objective. After a round |x_l| is within
+/// 1e-6 (float) or 1e-14 (double) of 1 if it was before, and the returned value is within 1e-5 or
+/// 1e-13 of sum_kl |M_kl| of the true decrease; n <= 1000.
 template<typename T>
 using DescendOnce =
     double(const HermitianView<T>& M, int r, T over, T smallest, T* xRe, T* xIm, T* sRe, T* sIm);
 extern const base::Kernel<DescendOnce<double>, DescendOnce<float>> descendOnce;
 
-/// The k that makes sum_l | wanted_l - |p_l + g_l t_k| | least, among \a turns factors t; the first
-/// one of equals. Sums that differ by less than 2e-6 of sum_l (wanted_l + |p_l| + |g_l t_k|) may
-/// be taken for equal. Vectors over l are padded with zeros to a multiple of kPhaseLanes.
+/// Returns the k that minimises sum_l | wanted_l - |p_l + g_l t_k| | among \a turns factors t; the
+/// first one if several are equal. Sums that differ by less than 2e-6 of sum_l (wanted_l + |p_l| +
+/// |g_l t_k|) may count as equal. Vectors over l are padded with zeros to a multiple of
+/// kPhaseLanes.
 extern const base::Kernel<int(int n,
                               int turns,
                               const float* tRe,
