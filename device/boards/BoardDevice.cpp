@@ -94,15 +94,17 @@ std::string BoardDevice::status() const
 {
     const DeviceReport now = report();
     std::string text = _name + ": ";
+    bool answers = false;
     {
         std::lock_guard<std::mutex> lock(_mutex);
+        answers = _answers == Answers::YES;
         if (_sink == nullptr)
             text += "not there; ";
         else if (_resetDue)
             text += fmt::format("starting, is silenced in {:.0f} ms; ",
                                 1000 * std::max(0.0, _settled_s - base::steadySeconds()));
     }
-    return text + countersText(now) + " (the board does not answer)";
+    return text + countersText(now) + (answers ? "" : " (the board does not answer)");
 }
 
 std::vector<std::complex<float>> BoardDevice::played() const

@@ -102,7 +102,6 @@ private:
     void submitCommit(std::unique_lock<std::mutex>& lock);
     void handOver(std::unique_lock<std::mutex>& lock);
     bool submitMute();
-    std::vector<Joint> settleAll(bool isLost); ///< returns the joints of fields not committed
     /// does one thing that is due; false: none was
     bool workOnce(std::unique_lock<std::mutex>& lock);
     std::string recover(std::unique_lock<std::mutex>& lock);

@@ -3,6 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Trimmed.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,18 +20,10 @@ namespace
 constexpr int kTransducers = 256;
 constexpr int kLevels = 128;
 constexpr int kLines = 7;
-constexpr const char* kBlanks = " \t\r";
 constexpr double kMostMetres = 10.0;
 constexpr double kMostDegrees = 360.0;
 constexpr double kLeastCorrection = 0.01;
 constexpr double kMostCorrection = 100.0;
-
-std::string trimmed(const std::string& text)
-{
-    const std::size_t begin = text.find_first_not_of(kBlanks);
-    if (begin == std::string::npos) return "";
-    return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
-}
 
 /// Reads a file as numbered lines, so that messages can name the line.
 class PatReader
@@ -41,7 +34,7 @@ public:
         for (std::size_t begin = 0; begin < text.size();)
         {
             const std::size_t end = std::min(text.find('\n', begin), text.size());
-            _lines.push_back(trimmed(text.substr(begin, end - begin)));
+            _lines.push_back(base::trimmed(text.substr(begin, end - begin)));
             begin = end + 1;
         }
         while (!_lines.empty() && _lines.back().empty())
@@ -79,7 +72,7 @@ public:
         {
             const std::size_t end = std::min(text.find(',', begin), text.size());
             values.push_back(
-                value(number, trimmed(text.substr(begin, end - begin)), what, low, high));
+                value(number, base::trimmed(text.substr(begin, end - begin)), what, low, high));
             begin = end + 1;
         }
         requireAll(number, what, values.size());
@@ -141,7 +134,7 @@ private:
                                  text.substr(0, 60)));
             places(axis, static_cast<Eigen::Index>(index)) =
                 value(number,
-                      trimmed(text.substr(begin, last ? comma : comma - begin)),
+                      base::trimmed(text.substr(begin, last ? comma : comma - begin)),
                       "places",
                       -kMostMetres,
                       kMostMetres);

@@ -1,6 +1,7 @@
 #include "plugin/settings/Assignments.h"
 
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Trimmed.h"
 
 #include <algorithm>
 #include <cctype>
@@ -18,17 +19,13 @@ bool isBlank(char c)
     return std::isspace(static_cast<unsigned char>(c)) != 0;
 }
 
-std::string trimmed(const std::string& text)
+// The text without blanks around it, and then without quotes.
+std::string unquoted(const std::string& text)
 {
-    std::size_t first = 0;
-    std::size_t last = text.size();
-    while (first < last && isBlank(text[first]))
-        ++first;
-    while (last > first && isBlank(text[last - 1]))
-        --last;
-    const bool quoted = last - first >= 2 && (text[first] == '"' || text[first] == '\'') &&
-                        text[last - 1] == text[first];
-    return quoted ? text.substr(first + 1, last - first - 2) : text.substr(first, last - first);
+    const std::string bare = midair::base::trimmed(text);
+    const bool quoted =
+        bare.size() >= 2 && (bare[0] == '"' || bare[0] == '\'') && bare.back() == bare[0];
+    return quoted ? bare.substr(1, bare.size() - 2) : bare;
 }
 
 /// Splits at semicolons, commas and line ends outside quotes, and drops comments.
@@ -95,7 +92,7 @@ void forEachAssignment(const std::string& text,
             const std::size_t equals = piece.find('=', start);
             if (equals == std::string::npos)
             {
-                const std::string word = trimmed(piece.substr(start));
+                const std::string word = unquoted(piece.substr(start));
                 if (!word.empty()) take("", word);
                 break;
             }
@@ -109,7 +106,7 @@ void forEachAssignment(const std::string& text,
                 if (!name.empty()) take("", name);
                 name = word;
             }
-            take(name, trimmed(piece.substr(equals + 1, end - equals - 1)));
+            take(name, unquoted(piece.substr(equals + 1, end - equals - 1)));
             start = end;
         }
     }

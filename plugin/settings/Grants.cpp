@@ -5,6 +5,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/UserEnvironment.h"
+#include "haptics/base/text/Trimmed.h"
 #include "plugin/settings/RecordedUri.h"
 
 #include <algorithm>
@@ -68,13 +69,6 @@ bool isName(const std::string& text)
            std::all_of(text.begin(),
                        text.end(),
                        [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; });
-}
-
-std::string trimmed(const std::string& text)
-{
-    const std::size_t first = text.find_first_not_of(" \t\r");
-    if (first == std::string::npos) return {};
-    return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
 /// Returns the path of the regular file \a name in the folder of the scene or below it; throws
@@ -168,12 +162,13 @@ Grants::Names Grants::parse(const std::string& text)
         const std::size_t end = std::min(text.find('\n', begin), text.size());
         std::string line = text.substr(begin, end - begin);
         begin = end + 1;
-        line = trimmed(line.substr(0, line.find('#')));
+        line = midair::base::trimmed(line.substr(0, line.find('#')));
         if (line.empty()) continue;
         const std::size_t equals = line.find('=');
-        const std::string name = trimmed(line.substr(0, equals));
-        const std::string value =
-            equals == std::string::npos ? std::string() : trimmed(line.substr(equals + 1));
+        const std::string name = midair::base::trimmed(line.substr(0, equals));
+        const std::string value = equals == std::string::npos
+                                      ? std::string()
+                                      : midair::base::trimmed(line.substr(equals + 1));
         if (!isName(name) || value.empty())
             throw std::runtime_error(
                 fmt::format("line {}: \"{}\" should read NAME = VALUE, for instance desk = "

@@ -1,6 +1,7 @@
 #include "plugin/settings/Setting.h"
 
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Trimmed.h"
 #include "plugin/settings/Assignments.h"
 
 #include <osgMidair/HapticProperty>
@@ -18,13 +19,6 @@ namespace
 {
 
 using midair::base::shortNumber;
-
-std::string trimmed(const std::string& text)
-{
-    const std::size_t first = text.find_first_not_of(" \t");
-    if (first == std::string::npos) return {};
-    return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
 
 std::string listOf(const std::vector<Word>& words)
 {
@@ -54,12 +48,12 @@ bool readValue(const std::string& text, bool& value)
 
 bool readValue(const std::string& text, int& value)
 {
-    return midair::base::parseWhole(trimmed(text), value);
+    return midair::base::parseWhole(midair::base::trimmed(text), value);
 }
 
 bool readValue(const std::string& text, double& value)
 {
-    return midair::base::parseNumber(trimmed(text), value);
+    return midair::base::parseNumber(midair::base::trimmed(text), value);
 }
 
 bool readValue(const std::string& text, std::string& value)
