@@ -250,7 +250,7 @@ std::string UsbConnection::work()
         const double now_s = base::steadySeconds();
         if (!_busy && _fault != Outcome::DONE)
         {
-            const std::string why = recover(lock);
+            std::string why = recover(lock);
             if (!why.empty()) return why;
         }
         else if (!_busy && _clock.isDeviceSilent(now_s))

@@ -10,8 +10,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <sys/ioctl.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 
 namespace
@@ -295,4 +297,20 @@ gboolean EmulatedArray::discard(UMockdevIoctlClient* client)
             }
     umockdev_ioctl_client_complete(client, -1, EINVAL);
     return TRUE;
+}
+
+// umockdev sends an event to every socket that it finds and aborts the program where one has been
+// closed since it looked, as that of a libusb context may be at any time. Linked into a program,
+// this takes the place of the C library's function, also for umockdev.
+extern "C" ssize_t sendmsg(int socket, const msghdr* message, int flags)
+{
+    static const auto own = reinterpret_cast<decltype(&sendmsg)>(dlsym(RTLD_NEXT, "sendmsg"));
+    const ssize_t sent = own(socket, message, flags);
+    const bool isRefused = sent < 0 && errno == ECONNREFUSED && message->msg_name != nullptr &&
+                           static_cast<const sockaddr*>(message->msg_name)->sa_family == AF_UNIX;
+    if (!isRefused) return sent;
+    ssize_t size = 0;
+    for (std::size_t i = 0; i < message->msg_iovlen; ++i)
+        size += static_cast<ssize_t>(message->msg_iov[i].iov_len);
+    return size;
 }

@@ -35,7 +35,7 @@ TEST(DeviceLocale, changes_no_number_of_a_message)
     }
     catch (const DeviceError& error)
     {
-        EXPECT_STREQ(error.what(), "device limits: ramp is 10.5, should be 0 to 10 s");
+        EXPECT_STREQ(error.what(), "device limits: ramp is 10.5 s; it must be within 0 .. 10");
     }
 }
 
