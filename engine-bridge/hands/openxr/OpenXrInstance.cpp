@@ -100,7 +100,7 @@ void OpenXrInstance::loadLibrary(const std::string& loader)
     void* library = dlopen(loader.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (!library)
     {
-        // NOLINT(concurrency-mt-unsafe): the C library keeps one a thread
+        // NOLINTNEXTLINE(concurrency-mt-unsafe): the C library keeps one a thread
         const char* why = dlerror();
         throw OpenXrError("the loader can't be loaded (" + std::string(why ? why : loader) +
                               "); no hands. Install libopenxr-loader1 and an OpenXR runtime",
