@@ -264,8 +264,9 @@ std::complex<float> PropagationMatrix::at(int l, int lane) const
     {
         const std::int32_t pair = fixedData(block)[place];
         const auto low = static_cast<std::int16_t>(pair);
+        const std::int32_t high = (pair - low) / 65536; // divides without a remainder
         const float scale = fixedScale(block)[l] * 65536.0f;
-        return {scale * static_cast<float>(low), scale * static_cast<float>((pair - low) / 65536)};
+        return {scale * static_cast<float>(low), scale * static_cast<float>(high)};
     }
     const float* re = blockData(block) + place +
                       static_cast<std::size_t>(l) * static_cast<std::size_t>(width(block));
