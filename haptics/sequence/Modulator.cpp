@@ -107,6 +107,7 @@ std::vector<ControlPoints> subsetsInTurn(const ControlPoints& points, int count)
                          (points.positions.col(l) - points.positions.col(best)).squaredNorm());
     }
     std::vector<ControlPoints> result;
+    result.reserve(subsets.size());
     for (const std::vector<int>& subset : subsets)
         result.push_back(pick(points, subset));
     return result;

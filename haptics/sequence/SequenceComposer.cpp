@@ -204,6 +204,7 @@ FieldSequence SequenceComposer::composeCycle(const std::vector<ControlPoints>& s
                                              const Medium& medium)
 {
     std::vector<FieldSequence> made;
+    made.reserve(sets.size());
     for (const ControlPoints& set : sets)
         made.push_back(compose(static_cast<int>(made.size()), set, {}, array, medium));
     return join(std::move(made), surface, array, medium);

@@ -36,7 +36,7 @@ void quantisePhase(
         const float x = qRe[i], y = qIm[i];
         const float turns = phaseTurns(x, y);
         const float nearest = rounded(turns * steps) * step;
-        float sine, cosine;
+        float sine = 0.0f, cosine = 0.0f;
         sinCosTurns(levels > 0 ? nearest : turns, sine, cosine);
         outRe[i] = cosine;
         outIm[i] = sine;

@@ -74,7 +74,7 @@ void turn(int width, const float* root, const float* t, float limit, float* qRe,
     for (int i = 0; i < width; ++i)
     {
         const float angle = std::min(std::max(root[i] * t[i], -limit), limit);
-        float sine, cosine;
+        float sine = 0.0f, cosine = 0.0f;
         sinCosTurns(angle * kTurns, sine, cosine);
         const float x = qRe[i], y = qIm[i];
         qRe[i] = x * cosine - y * sine;

@@ -41,7 +41,7 @@ MIDAIR_INLINE float fixedScale(float peak)
 
 MIDAIR_INLINE std::int32_t bitsOf(float x)
 {
-    std::int32_t bits;
+    std::int32_t bits = 0;
     std::memcpy(&bits, &x, sizeof bits);
     return bits;
 }

@@ -35,7 +35,7 @@ MIDAIR_INLINE void expInto(float real, float turns, float& re, float& im)
     float e = 1.0f + y * (1.0f + y * (0.5f + y * 0.16666667f));
     e *= e;
     e *= e;
-    float sine, cosine;
+    float sine = 0.0f, cosine = 0.0f;
     sinCosTurns(turns - rounded(turns), sine, cosine);
     re = e * cosine;
     im = e * sine;
@@ -115,7 +115,7 @@ MIDAIR_INLINE void waveAt(const float* corner,
         const float real = rays.gx[i] * corner[0] + rays.gy[i] * corner[1] +
                            rays.gz[i] * corner[2] -
                            0.5f * (cc - 2.0f * sc * sc) * inverse * inverse;
-        float re, im;
+        float re = 0.0f, im = 0.0f;
         expInto(real, -rays.R[i] - sc - 0.5f * (cc - sc * sc) * inverse, re, im);
         // Series of e^{-beta R}, good for the array's few dozen wavelengths.
         const float decay = beta * rays.R[i];

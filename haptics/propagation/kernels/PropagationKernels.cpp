@@ -162,9 +162,11 @@ scale(const Rows& rows, float largestD, float decay, int groups, Expansion* at, 
 {
     alignas(64) float level[PointBatch::kSize] = {};
     for (int g = 0; g < groups; ++g)
+    {
 #pragma omp simd
         for (int k = 0; k < PointBatch::kSize; ++k)
             level[k] = std::max(level[k], at[g].magnitude[k]);
+    }
 #pragma omp simd
     for (int k = 0; k < PointBatch::kSize; ++k)
     {
