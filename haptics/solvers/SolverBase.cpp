@@ -140,6 +140,11 @@ bool SolverBase::isSkippable(int stale, const Eigen::VectorXcf& q) const
            q == _last.q;
 }
 
+double SolverBase::skipTolerance_m(const TransducerArray& array, const Medium& medium) const
+{
+    return _options.skipTolerance * medium.wavelength(array.frequency_Hz);
+}
+
 // From here on only ratios of targets count: the largest target is 1.
 void SolverBase::scaleTargets()
 {
@@ -246,8 +251,8 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
                       array.size(),
                       q);
 
-    const double tolerance_m = _options.skipTolerance * medium.wavelength(array.frequency_Hz);
-    int stale = _field.assign(points, _active, array, medium, tolerance_m, isKnown);
+    const int stale =
+        _field.assign(points, _active, array, medium, skipTolerance_m(array, medium), isKnown);
     if (!isKnown && _last.q.size() == array.size()) _field.toLanes(_last.q, _last.lanes);
     if (isSkippable(stale, q))
     {
@@ -258,6 +263,17 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
         result.meanPhaseStep_rad = result.driveChange = result.audibleChange = 0.0;
         return result;
     }
+    return solveAssigned(points, array, medium, stale, result, q);
+}
+
+// The points are assigned and rows for \a stale of them are to be built.
+SolveReport SolverBase::solveAssigned(const ControlPoints& points,
+                                      const TransducerArray& array,
+                                      const Medium& medium,
+                                      int stale,
+                                      SolveReport& result,
+                                      Eigen::VectorXcf& q)
+{
     // Beyond the accurate loudness the targets are bent first, so that the build cannot take the
     // first round along.
     const bool continues = isContinued(array) && _beyond == 0.0;
@@ -274,7 +290,8 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
                           "no transducer reaches any control point",
                           array.size(),
                           q);
-        stale += _field.assign(points, _active, array, medium, tolerance_m, true);
+        stale +=
+            _field.assign(points, _active, array, medium, skipTolerance_m(array, medium), true);
         _field.build();
         result.matrix_ms += _field.build_ms();
     }

@@ -93,6 +93,13 @@ private:
                                    const TransducerArray& array,
                                    const Medium& medium,
                                    Eigen::VectorXcf& q);
+    SolveReport solveAssigned(const ControlPoints& points,
+                              const TransducerArray& array,
+                              const Medium& medium,
+                              int stale,
+                              SolveReport& result,
+                              Eigen::VectorXcf& q);
+    double skipTolerance_m(const TransducerArray& array, const Medium& medium) const;
     std::string tooLarge(int points, int transducers) const;
     std::string refusal(const ControlPoints& points,
                         const TransducerArray& array,

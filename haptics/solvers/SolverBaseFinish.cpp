@@ -51,7 +51,7 @@ void SolverBase::limitSteps()
         const auto s = static_cast<std::size_t>(i);
         const std::complex<float> before = _last.lanes.at(s);
         std::complex<float> now = _field.q.at(s);
-        float amplitude = std::abs(now);
+        const float amplitude = std::abs(now);
         if (!(std::abs(before) > 0.0f)) continue;
         const float step = std::arg(now * std::conj(before));
         if (phaseLimit > 0.0f && std::fabs(step) > phaseLimit)
@@ -62,7 +62,6 @@ void SolverBase::limitSteps()
             const float limited =
                 std::abs(before) + std::copysign(amplitudeLimit, amplitude - std::abs(before));
             now *= limited / amplitude;
-            amplitude = limited;
         }
         _field.q.set(s, now);
     }
