@@ -53,12 +53,9 @@ void mendConcaveQuads(TriangleMesh& mesh, const std::vector<int>& faceSizes)
     }
 }
 
-} // namespace
-
-TriangleMesh readObj(const std::string& path, std::vector<std::string>* warnings)
+/// The checked text's faces as triangles, and its colours, as the OBJ library reads them.
+TriangleMesh parsed(const ObjText& text, const std::string& path)
 {
-    ObjText text = readObjText(path);
-
     tinyobj::attrib_t attributes;
     std::vector<tinyobj::shape_t> shapes;
     std::vector<tinyobj::material_t> materials;
@@ -82,15 +79,25 @@ TriangleMesh readObj(const std::string& path, std::vector<std::string>* warnings
         text.coordinates.data(), 3, static_cast<Eigen::Index>(text.coordinates.size() / 3));
     std::vector<int> indices;
     for (const tinyobj::shape_t& shape : shapes)
-    {
         for (const tinyobj::index_t& index : shape.mesh.indices)
-        {
             indices.push_back(index.vertex_index);
-        }
-    }
     mesh.triangles = Eigen::Map<const Eigen::Matrix3Xi>(
         indices.data(), 3, static_cast<Eigen::Index>(indices.size() / 3));
+    if (attributes.colors.size() == text.coordinates.size())
+        mesh.intensity =
+            Eigen::Map<const Eigen::Matrix3Xd>(attributes.colors.data(), 3, mesh.vertices.cols())
+                .colwise()
+                .mean()
+                .cast<float>();
+    return mesh;
+}
 
+} // namespace
+
+TriangleMesh readObj(const std::string& path, std::vector<std::string>* warnings)
+{
+    ObjText text = readObjText(path);
+    TriangleMesh mesh = parsed(text, path);
     Eigen::Index expected = 0;
     for (const int corners : text.faceSizes)
         expected += corners - 2;
@@ -110,14 +117,6 @@ TriangleMesh readObj(const std::string& path, std::vector<std::string>* warnings
     {
         throw base::InputError(fmt::format(
             "{}: none of its {} faces can be triangulated", path, text.faceSizes.size()));
-    }
-    if (attributes.colors.size() == text.coordinates.size())
-    {
-        mesh.intensity =
-            Eigen::Map<const Eigen::Matrix3Xd>(attributes.colors.data(), 3, mesh.vertices.cols())
-                .colwise()
-                .mean()
-                .cast<float>();
     }
     if (warnings != nullptr)
     {
