@@ -91,7 +91,10 @@ std::unique_ptr<ArrayDevice> open(DeviceUri& uri, const DeviceLayout& layout)
 
 } // namespace
 
-extern const BoardKind kOpenMpd = {
-    "openmpd", "openmpd:SERIAL          an open board of 256 behind an FT232H", makeCodec, open};
+extern const BoardKind kOpenMpd = {"openmpd",
+                                   "openmpd:SERIAL          an open board of 256 behind an FT232H",
+                                   Owned::HARDWARE,
+                                   makeCodec,
+                                   open};
 
 } // namespace midair::device

@@ -85,6 +85,7 @@ std::unique_ptr<ArrayDevice> open(DeviceUri& uri, const DeviceLayout& layout)
 extern const BoardKind kSonicSurface = {
     "sonicsurface",
     "sonicsurface:TTY        an open board of 256 on a serial port",
+    Owned::FILE,
     makeCodec,
     open};
 

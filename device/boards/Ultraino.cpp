@@ -131,6 +131,7 @@ std::unique_ptr<ArrayDevice> open(DeviceUri& uri, const DeviceLayout& layout)
 extern const BoardKind kUltraino = {
     "ultraino",
     "ultraino:TTY            open boards of 64, chained, on a serial port",
+    Owned::FILE,
     makeCodec,
     open};
 

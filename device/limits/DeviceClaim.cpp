@@ -25,12 +25,11 @@ Claims& claims()
     return all;
 }
 
-std::string keyOf(const DeviceUri& uri)
+std::string keyOf(const DeviceUri& uri, Owned owned)
 {
-    const std::string& scheme = uri.scheme();
-    if (scheme == "sim" || scheme == "null" || scheme == "play") return {};
-    if (scheme == "usb" || scheme == "openmpd") return scheme + ":" + uri.path();
-    // A file: links to it give one key, and so does one port under two schemes.
+    if (owned == Owned::NOTHING) return {};
+    if (owned == Owned::HARDWARE) return uri.scheme() + ":" + uri.path();
+    // Links to a file give one key, and so does one port under two schemes.
     std::error_code error;
     const std::filesystem::path file = std::filesystem::weakly_canonical(uri.path(), error);
     return error ? uri.path() : file.string();
@@ -38,7 +37,8 @@ std::string keyOf(const DeviceUri& uri)
 
 } // namespace
 
-DeviceClaim::DeviceClaim(const DeviceUri& uri, const std::string& owner) : _key(keyOf(uri))
+DeviceClaim::DeviceClaim(const DeviceUri& uri, Owned owned, const std::string& owner) :
+    _key(keyOf(uri, owned))
 {
     if (_key.empty()) return;
     const std::lock_guard<std::mutex> lock(claims().mutex);

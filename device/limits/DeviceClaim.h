@@ -7,15 +7,22 @@ namespace midair::device
 
 class DeviceUri;
 
+/// What the path of a device's URI names, and so what can have one owner only.
+enum class Owned
+{
+    NOTHING,  ///< any number of owners
+    HARDWARE, ///< a device by its serial number or name
+    FILE      ///< a file or serial port, links to it included
+};
+
 /// Makes sure that a device has one owner within this program: while a claim exists, another one
-/// for the same hardware or recording throws. `sim:`, `null:` and `play:` may be opened any number
-/// of times.
+/// for the same hardware or file throws.
 class DeviceClaim
 {
 public:
     /// \a owner is the name for messages. Throws DeviceError, with the name of the present owner,
     /// if there is one.
-    DeviceClaim(const DeviceUri& uri, const std::string& owner);
+    DeviceClaim(const DeviceUri& uri, Owned owned, const std::string& owner);
     ~DeviceClaim();
 
     DeviceClaim(const DeviceClaim&) = delete;

@@ -53,23 +53,23 @@ private:
 void checkLayout(const DeviceLayout& layout)
 {
     if (layout.transducers < 1)
-        throw DeviceError(
-            fmt::format("device layout: {} transducers, should be at least 1", layout.transducers));
+        throw DeviceError(fmt::format("device layout: {} transducers; there must be at least 1",
+                                      layout.transducers));
     if (layout.board.empty()) return;
     if (layout.board.size() != static_cast<std::size_t>(layout.transducers))
-        throw DeviceError(
-            fmt::format("device layout: board numbers for {} transducers, should be for all {}",
-                        layout.board.size(),
-                        layout.transducers));
+        throw DeviceError(fmt::format(
+            "device layout: board numbers for {} transducers; there must be one for each of {}",
+            layout.board.size(),
+            layout.transducers));
     if (layout.board.front() != 0)
-        throw DeviceError(
-            fmt::format("device layout: the first board is {}, should be 0", layout.board.front()));
+        throw DeviceError(fmt::format("device layout: the first board is {}; it must be 0",
+                                      layout.board.front()));
     int before = 0;
     for (const int board : layout.board)
     {
         if (board < before || board > before + 1)
             throw DeviceError(fmt::format(
-                "device layout: board {} follows board {}, should ascend from 0 without gaps",
+                "device layout: board {} follows board {}; they must ascend from 0 without gaps",
                 board,
                 before));
         before = board;
@@ -141,6 +141,7 @@ std::unique_ptr<ArrayDevice> openPlaying(DeviceUri& uri, const DeviceLayout& lay
 struct Scheme
 {
     const char* name;
+    Owned owned;
     Opener open;
     const char* text;
 };
@@ -150,20 +151,26 @@ std::vector<Scheme> allSchemes()
 {
     std::vector<Scheme> all = {
         {"sim",
+         Owned::NOTHING,
          openSimulation,
          "sim:                    a virtual array; ?drop=0.01&unplug_at=2s&.. rehearses faults"},
-        {"usb", openUsb, "usb: or usb:SERIAL      the array over USB; ?wait=yes begins without it"},
+        {"usb",
+         Owned::HARDWARE,
+         openUsb,
+         "usb: or usb:SERIAL      the array over USB; ?wait=yes begins without it"},
     };
     for (const BoardKind& kind : boardKinds())
-        all.push_back({kind.scheme, kind.open, kind.help});
+        all.push_back({kind.scheme, kind.owned, kind.open, kind.help});
     const Scheme others[] = {
         {"record",
+         Owned::FILE,
          openRecording,
          "record:FILE             writes every field into a file; ?overwrite=yes into any"},
         {"play",
+         Owned::NOTHING,
          openPlaying,
          "play:FILE?to=DEVICE     plays a recording on another device; ?loop=yes&speed=2"},
-        {"null", openNull, "null:                   takes every field"},
+        {"null", Owned::NOTHING, openNull, "null:                   takes every field"},
     };
     all.insert(all.end(), std::begin(others), std::end(others));
     return all;
@@ -182,7 +189,8 @@ std::unique_ptr<ArrayDevice> openOne(DeviceUri& uri,
         if (uri.scheme() == scheme.name)
         {
             // Without an owner's name, hardware that is in use is refused by the operating system.
-            auto claim = owner.empty() ? nullptr : std::make_unique<DeviceClaim>(uri, owner);
+            auto claim =
+                owner.empty() ? nullptr : std::make_unique<DeviceClaim>(uri, scheme.owned, owner);
             auto device = scheme.open(uri, layout);
             return std::make_unique<GuardedDevice>(
                 std::move(device), strict, layout.transducers, std::move(claim));

@@ -35,7 +35,6 @@ public:
     const T* data() const { return _data.get(); }
     T& operator[](std::size_t i) { return _data.get()[i]; }
     const T& operator[](std::size_t i) const { return _data.get()[i]; }
-    std::size_t capacity() const { return _capacity; }
 
 private:
     struct Free

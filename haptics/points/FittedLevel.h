@@ -57,6 +57,31 @@ relativeErrors(const Eigen::MatrixBase<Achieved>& y, const Eigen::MatrixBase<Tar
     return errors;
 }
 
+/// By how much pressures y stay below targets a, both in Pa.
+struct Shortfall
+{
+    int points = 0;         ///< that are below their target by more than kShortBy
+    double worst = 0.0;     ///< the largest 1 - y_l/a_l; 0: no point is below
+    Eigen::Index which = 0; ///< the point that is
+};
+
+/// Returns the shortfall from the targets s a.
+template<typename Achieved, typename Targets>
+Shortfall
+shortfallOf(const Eigen::MatrixBase<Achieved>& y, const Eigen::MatrixBase<Targets>& a, double s)
+{
+    Shortfall shortfall;
+    for (Eigen::Index l = 0; l < a.size(); ++l)
+    {
+        const double missing = 1.0 - y[l] / (s * a[l]);
+        if (missing > kShortBy) ++shortfall.points;
+        if (missing <= shortfall.worst) continue;
+        shortfall.worst = missing;
+        shortfall.which = l;
+    }
+    return shortfall;
+}
+
 /// Like fittedLevel(), but summed in double and in the points' order.
 template<typename Achieved, typename Targets>
 double fittedLevelInOrder(const Eigen::MatrixBase<Achieved>& y, const Eigen::MatrixBase<Targets>& a)

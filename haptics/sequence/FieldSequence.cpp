@@ -73,13 +73,18 @@ void continueFrom(const Eigen::VectorXcf& last,
     fillIn(cycleSteps({last, sequence.fields.front()}), rate_Hz, sequence.report);
 }
 
-// Same definitions as in the solvers: s = (y.a)/(a.a), errors y/(s a) - 1, with absolute targets s
-// = 1.
 void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, SolveReport& report)
 {
-    const Eigen::ArrayXd y = achieved_Pa.cast<double>().array();
-    const Eigen::ArrayXd a = points.targets.array();
-    const Eigen::Index wanted = (a > 0.0).count();
+    Eigen::VectorXd y = achieved_Pa.cast<double>(), a = points.targets;
+    Eigen::Index wanted = 0; // points whose target is not 0
+    for (Eigen::Index l = 0; l < a.size(); ++l)
+    {
+        if (!(a[l] > 0.0)) continue;
+        y[wanted] = y[l];
+        a[wanted++] = a[l];
+    }
+    y.conservativeResize(wanted);
+    a.conservativeResize(wanted);
     if (wanted == 0)
     {
         // There are no points or all targets are 0: no errors.
@@ -87,17 +92,18 @@ void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, 
         report.shortPoints = 0;
         return;
     }
-    const double s = fittedLevel(y.matrix(), a.matrix());
+    const double s = fittedLevel(y, a);
     const double level_Pa = s * a.maxCoeff();
     if (report.level_Pa > 0.0) report.loudness *= level_Pa / report.level_Pa;
     report.level_Pa = level_Pa;
     if (!(s > 0.0)) return; // silent: relative errors are undefined
-    const Eigen::ArrayXd error = (a > 0.0).select(y / (a * (points.absolute ? 1.0 : s)) - 1.0, 0.0);
-    report.rms = std::sqrt(error.square().sum() / static_cast<double>(wanted));
-    report.max = error.abs().maxCoeff();
+    const RelativeErrors errors = relativeErrors(y, a, points.absolute ? 1.0 : s);
+    report.rms = errors.rms;
+    report.max = errors.max;
     if (!points.absolute) return;
-    report.shortPoints = static_cast<int>((error < -kShortBy).count());
-    report.worstShortfall = std::max(0.0, -error.minCoeff());
+    const Shortfall shortfall = shortfallOf(y, a, 1.0);
+    report.shortPoints = shortfall.points;
+    report.worstShortfall = shortfall.worst;
 }
 
 } // namespace midair::haptics

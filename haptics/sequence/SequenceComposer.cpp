@@ -270,6 +270,10 @@ FieldSequence SequenceComposer::composeOutlines(const std::vector<Outline>& outl
     sequence.parts.front().absolute = absolute;
     fitLevel(_options.solverOptions.loudness, array, medium, _options.solverOptions, sequence);
     SolveReport& report = sequence.report;
+    if (_options.solverOptions.loudness > 1.0)
+        report.message = fmt::format("a loudness of {:g} counts as 1: outlines are as loud as they "
+                                     "can be smooth",
+                                     _options.solverOptions.loudness);
     report.solver = "outline";
     report.stop = StopReason::STALLED;
     report.points = sequence.parts.front().size();

@@ -1,5 +1,7 @@
 #include "haptics/solvers/SolveReport.h"
 
+#include <cstdint>
+
 #include <nlohmann/json.hpp>
 
 namespace midair::haptics
@@ -29,6 +31,13 @@ const char* stopReasonName(StopReason reason)
     return "unknown";
 }
 
+namespace
+{
+
+const std::string kSurface = "surface.";
+
+} // namespace
+
 std::vector<std::pair<std::string, double>> figuresOf(const SolveReport& report)
 {
     std::vector<std::pair<std::string, double>> figures;
@@ -41,8 +50,36 @@ std::vector<std::pair<std::string, double>> figuresOf(const SolveReport& report)
         add(row.name, row, report);
     if (report.surface.samples > 0)
         for (const SurfaceFigureRow& row : kSurfaceFigures)
-            add(std::string("surface.") + row.name, row, report.surface);
+            add(kSurface + row.name, row, report.surface);
     return figures;
+}
+
+namespace
+{
+
+// A figure of that name as its row has it, so that whole numbers are written without a point.
+template<typename Rows>
+nlohmann::ordered_json asIts(const Rows& rows, const std::string& name, double value)
+{
+    for (const auto& row : rows)
+        if (row.name == name && row.value.index() == 0) return static_cast<std::int64_t>(value);
+    return value;
+}
+
+} // namespace
+
+nlohmann::ordered_json toJson(const std::vector<std::pair<std::string, double>>& figures)
+{
+    nlohmann::ordered_json json = nlohmann::ordered_json::object();
+    for (const auto& [name, value] : figures)
+        if (name.compare(0, kSurface.size(), kSurface) != 0)
+            json[name] = asIts(kFigures, name, value);
+        else
+        {
+            const std::string own = name.substr(kSurface.size());
+            json["surface"][own] = asIts(kSurfaceFigures, own, value);
+        }
+    return json;
 }
 
 nlohmann::ordered_json toJson(const SolveReport& report)
@@ -50,12 +87,7 @@ nlohmann::ordered_json toJson(const SolveReport& report)
     nlohmann::ordered_json json = {{"solver", report.solver},
                                    {"stop", stopReasonName(report.stop)},
                                    {"message", report.message}};
-    for (const FigureRow& row : kFigures)
-        std::visit([&](auto member) { json[row.name] = report.*member; }, row.value);
-    if (report.surface.samples == 0) return json;
-    for (const SurfaceFigureRow& row : kSurfaceFigures)
-        std::visit([&](auto member) { json["surface"][row.name] = report.surface.*member; },
-                   row.value);
+    json.update(toJson(figuresOf(report)));
     return json;
 }
 

@@ -98,8 +98,11 @@ inline const std::vector<FigureRow> kFigures = {
 /// All of kFigures by name, and where the surface was measured kSurfaceFigures as "surface.NAME".
 std::vector<std::pair<std::string, double>> figuresOf(const SolveReport& report);
 
-/// The figures' one writer: solver, stop, message and all of kFigures, and "surface" where it was
-/// measured.
+/// The one writer of figures, as figuresOf() gives them: {NAME: value, .., "surface": {NAME: value,
+/// ..}}, the latter where there are any.
+nlohmann::ordered_json toJson(const std::vector<std::pair<std::string, double>>& figures);
+
+/// Solver, stop and message, then the figures.
 nlohmann::ordered_json toJson(const SolveReport& report);
 
 } // namespace midair::haptics

@@ -158,16 +158,9 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
 
 void SolverBase::reportShortfall(SolveReport& result) const
 {
-    int worst = -1;
-    for (int l = 0; l < _field.n(); ++l)
-    {
-        const double wanted = static_cast<double>(_largestTarget) * _field.a[l];
-        const double missing = 1.0 - _field.y[l] / wanted;
-        if (missing > kShortBy) ++result.shortPoints;
-        if (missing <= result.worstShortfall) continue;
-        result.worstShortfall = missing;
-        worst = l;
-    }
+    const Shortfall shortfall = shortfallOf(_field.y, _field.a, _largestTarget);
+    result.shortPoints = shortfall.points;
+    result.worstShortfall = shortfall.worst;
     if (result.shortPoints == 0) return;
     result.message +=
         fmt::format("{}{} of {} control points fall short, the worst (point {}) by {:.1f} %: asked "
@@ -175,7 +168,7 @@ void SolverBase::reportShortfall(SolveReport& result) const
                     result.message.empty() ? "" : "; ",
                     result.shortPoints,
                     _field.n(),
-                    _active[static_cast<std::size_t>(worst)],
+                    _active[static_cast<std::size_t>(shortfall.which)],
                     100.0 * result.worstShortfall,
                     _largestTarget,
                     result.level_Pa);

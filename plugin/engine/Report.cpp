@@ -1,11 +1,10 @@
 #include "plugin/engine/Report.h"
 
+#include "haptics/solvers/SolveReport.h"
 #include "plugin/settings/EnvironmentVariables.h"
 
 #include <osg/Notify>
 
-#include <cmath>
-#include <cstdint>
 #include <fstream>
 #include <mutex>
 #include <string>
@@ -18,22 +17,10 @@ namespace osgMidair
 namespace
 {
 
-const std::string kSurface = "surface.";
-
-// Whole numbers without a decimal point.
-nlohmann::ordered_json numberJson(double value)
-{
-    if (std::abs(value) < 1e15 && value == std::floor(value)) return std::int64_t(value);
-    return value;
-}
-
 nlohmann::ordered_json surfaceJson(const HapticStatistics& s)
 {
     if (s.surfaceSamples == 0) return nullptr;
-    nlohmann::ordered_json json;
-    for (const auto& [name, value] : s.figures)
-        if (name.compare(0, kSurface.size(), kSurface) == 0)
-            json[name.substr(kSurface.size())] = numberJson(value);
+    nlohmann::ordered_json json = midair::haptics::toJson(s.figures)["surface"];
     if (s.certifiedGap >= 0.0) json["certifiedGap"] = s.certifiedGap;
     return json;
 }
@@ -47,8 +34,8 @@ nlohmann::ordered_json fieldJson(const HapticStatistics& s)
                                    {"fieldRate_Hz", s.fieldRate_Hz},
                                    {"outline", s.outline},
                                    {"updatesPerSecond", s.updatesPerSecond}};
-    for (const auto& [name, value] : s.figures)
-        if (name.compare(0, kSurface.size(), kSurface) != 0) json[name] = numberJson(value);
+    json.update(midair::haptics::toJson(s.figures));
+    json.erase("surface"); // stands beside the field
     // The number of points is written even before the first field.
     if (s.figures.empty()) json["points"] = s.points;
     return json;

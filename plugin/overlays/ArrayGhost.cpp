@@ -1,6 +1,6 @@
-#include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
+#include "plugin/overlays/drawing/DiscGeometry.h"
 
 #include <osgMidair/ArrayGhost>
 #include <osgMidair/ColorMap>

@@ -135,6 +135,7 @@ const ColorMap& ColorMap::radiation()
 ColorMap ColorMap::through(const std::vector<osg::Vec3f>& colors)
 {
     std::vector<osg::Vec3f> anchors;
+    anchors.reserve(colors.size());
     for (const osg::Vec3f& color : colors)
         anchors.push_back(oklabFromSrgb(color));
     const std::vector<osg::Vec3f> even = evenlySpaced(anchors, kSize);

@@ -1,9 +1,9 @@
 #include "haptics/base/threads/SteadyClock.h"
-#include "plugin/overlays/DiscGeometry.h"
-#include "plugin/overlays/FieldSlice.h"
-#include "plugin/overlays/GpuSlice.h"
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
+#include "plugin/overlays/drawing/DiscGeometry.h"
+#include "plugin/overlays/drawing/FieldSlice.h"
+#include "plugin/overlays/drawing/GpuSlice.h"
 
 #include <osgMidair/FieldSliceOverlay>
 

@@ -1,8 +1,8 @@
 #include "haptics/base/Units.h"
-#include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
-#include "plugin/overlays/PixelDrawing.h"
+#include "plugin/overlays/drawing/DiscGeometry.h"
+#include "plugin/overlays/drawing/PixelDrawing.h"
 
 #include <osgMidair/HandsOverlay>
 

@@ -1,8 +1,8 @@
 #include "haptics/base/threads/SteadyClock.h"
-#include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
-#include "plugin/overlays/TextPanel.h"
+#include "plugin/overlays/drawing/DiscGeometry.h"
+#include "plugin/overlays/drawing/TextPanel.h"
 
 #include <osgMidair/Hud>
 

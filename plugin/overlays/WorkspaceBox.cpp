@@ -1,7 +1,7 @@
-#include "plugin/overlays/DiscGeometry.h"
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
-#include "plugin/overlays/PixelDrawing.h"
+#include "plugin/overlays/drawing/DiscGeometry.h"
+#include "plugin/overlays/drawing/PixelDrawing.h"
 
 #include <osgMidair/WorkspaceBox>
 

@@ -2,7 +2,7 @@
 
 #include "engine-bridge/scene/MeshExtractor.h"
 #include "haptics/base/Units.h"
-#include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/drawing/DiscGeometry.h"
 
 #include <osg/ComputeBoundsVisitor>
 #include <osg/Geometry>

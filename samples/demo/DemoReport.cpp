@@ -1,6 +1,7 @@
 #include "samples/demo/DemoReport.h"
 
 #include "engine-bridge/pipeline/HologramResult.h"
+#include "haptics/solvers/SolveReport.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,13 +12,6 @@
 
 namespace midair::samples
 {
-
-namespace
-{
-
-const std::string kSurface = "surface.";
-
-} // namespace
 
 double quantile(std::vector<double> values, double share)
 {
@@ -71,11 +65,9 @@ bool DemoReport::write(const std::string& path, std::string& error) const
     json["fieldRate_Hz"] = statistics.fieldRate_Hz;
     json["outline"] = statistics.outline;
     // Figures of the newest field, except those that are already there as medians.
-    for (const auto& [name, value] : statistics.figures)
-        if (name.compare(0, kSurface.size(), kSurface) == 0)
-            json["surface"][name.substr(kSurface.size())] = value;
-        else if (!json.contains(name))
-            json[name] = value;
+    const nlohmann::ordered_json figures = haptics::toJson(statistics.figures);
+    for (const auto& [name, value] : figures.items())
+        if (!json.contains(name)) json[name] = value;
     if (statistics.certifiedGap >= 0.0) json["certifiedGap"] = statistics.certifiedGap;
     json["slice_ms"] = slice_ms;
     json["slicesPerSecond"] = slicesPerSecond;

@@ -82,11 +82,13 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
         ->check(CLI::Range(1, base::kMostCycle))
         ->excludes("--points-file");
     app.add_option("--cycle-steps", arguments.cycleSteps, "Between one of them and the next")
-        ->check(CLI::Range(0, base::kMostCycleSteps));
+        ->check(CLI::Range(0, base::kMostCycleSteps))
+        ->needs("--cycle");
     app.add_option("--even",
                    arguments.sweeps,
                    "Sweeps in which the fields of a cycle are evened out together; takes seconds")
-        ->check(CLI::Range(0, 100));
+        ->check(CLI::Range(0, 100))
+        ->needs("--cycle");
     app.add_option("--subsets", arguments.subsets, "Of the points, in turn: harder, less often")
         ->check(CLI::Range(1, base::kMostSubsets));
     app.add_option("--field-rate", arguments.fieldRate_Hz, "Fields a second where they take turns")
@@ -96,7 +98,7 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
            "--outline",
            arguments.outline,
            "The model's edges in one stationary field of dense points, nearly without ripples")
-        ->excludes("--points-file", "--cycle", "--subsets");
+        ->excludes("--points-file", "--cycle", "--subsets", "--solver");
     app.add_flag(
         "--certify",
         arguments.certify,

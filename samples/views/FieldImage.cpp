@@ -1,6 +1,6 @@
 #include "samples/views/FieldImage.h"
 
-#include "plugin/overlays/PixelDrawing.h"
+#include "plugin/overlays/drawing/PixelDrawing.h"
 #include "samples/views/Offscreen.h"
 
 #include <osgDB/WriteFile>

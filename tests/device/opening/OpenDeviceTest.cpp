@@ -46,14 +46,14 @@ TEST(OpenDevice, names_what_is_wrong_with_a_uri)
 
 TEST(OpenDevice, names_what_is_wrong_with_a_layout)
 {
-    EXPECT_EQ(openError("sim:", {0, {}}), "device layout: 0 transducers, should be at least 1");
+    EXPECT_EQ(openError("sim:", {0, {}}), "device layout: 0 transducers; there must be at least 1");
     EXPECT_EQ(openError("sim:", {2, {0}}),
-              "device layout: board numbers for 1 transducers, should be for all 2");
-    EXPECT_EQ(openError("sim:", {2, {1, 1}}), "device layout: the first board is 1, should be 0");
+              "device layout: board numbers for 1 transducers; there must be one for each of 2");
+    EXPECT_EQ(openError("sim:", {2, {1, 1}}), "device layout: the first board is 1; it must be 0");
     EXPECT_EQ(openError("sim:", {3, {0, 0, 2}}),
-              "device layout: board 2 follows board 0, should ascend from 0 without gaps");
+              "device layout: board 2 follows board 0; they must ascend from 0 without gaps");
     EXPECT_EQ(openError("sim:", {3, {0, 1, 0}}),
-              "device layout: board 0 follows board 1, should ascend from 0 without gaps");
+              "device layout: board 0 follows board 1; they must ascend from 0 without gaps");
 }
 
 TEST(OpenDevice, says_why_a_recording_cannot_be_written)

@@ -249,6 +249,11 @@ TEST(SequenceComposer, AnOutlineIsAsLoudAsItIsAskedToBe)
     const FieldSequence half = composed(0.5, 1.0, false);
     EXPECT_NEAR(half.report.level_Pa, 0.5 * full.report.level_Pa, 0.02 * full.report.level_Pa);
     EXPECT_NEAR(half.report.rms, full.report.rms, 0.01);
+    EXPECT_EQ(full.report.message, "");
+    const FieldSequence louder = composed(1.5, 1.0, false);
+    EXPECT_EQ(louder.report.level_Pa, full.report.level_Pa);
+    EXPECT_EQ(louder.report.message,
+              "a loudness of 1.5 counts as 1: outlines are as loud as they can be smooth");
     // To half a level of amplitude.
     const FieldSequence inPa = composed(1.0, 3000.0, true);
     EXPECT_NEAR(inPa.report.level_Pa, 3000.0, 60.0);

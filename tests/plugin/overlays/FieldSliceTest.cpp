@@ -1,4 +1,4 @@
-#include "plugin/overlays/FieldSlice.h"
+#include "plugin/overlays/drawing/FieldSlice.h"
 
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/propagation/PropagationMatrix.h"

@@ -1,4 +1,4 @@
-#include "plugin/overlays/FieldVolume.h"
+#include "plugin/overlays/drawing/FieldVolume.h"
 
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/propagation/PressureField.h"

@@ -1,8 +1,8 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/ReferencePropagation.h"
-#include "plugin/overlays/FieldSlice.h"
 #include "plugin/overlays/OverlayPart.h"
+#include "plugin/overlays/drawing/FieldSlice.h"
 #include "samples/views/Offscreen.h"
 
 #include <osgMidair/FieldSliceOverlay>

@@ -211,6 +211,18 @@ TEST(Solve, NoPointGetsMoreThanTheCapFromFieldsInTurn)
     }
 }
 
+TEST(Solve, OptionsThatWouldDoNothingAreRefused)
+{
+    for (const std::string options :
+         {"--outline --solver gs", "--even 3", "--cycle-steps 4", "--outline --cycle 2"})
+    {
+        const Outcome outcome = shell(kProgram + " " + kStar + " " + options);
+        EXPECT_NE(outcome.code, 0) << options;
+        EXPECT_NE(outcome.output.find(options.substr(0, options.find(' '))), std::string::npos)
+            << outcome.output;
+    }
+}
+
 TEST(Solve, FieldsInTurnAreWrittenAndMeasured)
 {
     const std::string one = folder("one"), many = folder("cycle"), subsets = folder("subsets");

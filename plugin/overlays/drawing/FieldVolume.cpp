@@ -1,9 +1,9 @@
-#include "plugin/overlays/FieldVolume.h"
+#include "plugin/overlays/drawing/FieldVolume.h"
 
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/propagation/PressureField.h"
-#include "plugin/overlays/DiscGeometry.h"
-#include "plugin/overlays/FieldSlice.h"
+#include "plugin/overlays/drawing/DiscGeometry.h"
+#include "plugin/overlays/drawing/FieldSlice.h"
 
 #include <osgMidair/ColorMap>
 

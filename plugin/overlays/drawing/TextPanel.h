@@ -1,6 +1,6 @@
 #pragma once
 
-#include "plugin/overlays/PixelDrawing.h"
+#include "plugin/overlays/drawing/PixelDrawing.h"
 
 #include <osg/Group>
 #include <osg/Texture2D>

@@ -1,4 +1,4 @@
-#include "plugin/overlays/TextPanel.h"
+#include "plugin/overlays/drawing/TextPanel.h"
 
 #include <osg/Texture2D>
 #include <osgText/Font>

@@ -1,4 +1,4 @@
-#include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/drawing/DiscGeometry.h"
 
 #include <osg/BlendFunc>
 #include <osg/Depth>

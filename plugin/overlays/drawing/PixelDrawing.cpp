@@ -1,4 +1,4 @@
-#include "plugin/overlays/PixelDrawing.h"
+#include "plugin/overlays/drawing/PixelDrawing.h"
 
 #include "haptics/base/text/Number.h"
 

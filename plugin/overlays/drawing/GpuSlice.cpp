@@ -1,8 +1,8 @@
-#include "plugin/overlays/GpuSlice.h"
+#include "plugin/overlays/drawing/GpuSlice.h"
 
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/base/text/Number.h"
-#include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/drawing/DiscGeometry.h"
 
 #include <osgMidair/ColorMap>
 

@@ -1,8 +1,8 @@
-#include "plugin/overlays/FieldSlice.h"
+#include "plugin/overlays/drawing/FieldSlice.h"
 
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/base/Units.h"
-#include "plugin/overlays/DiscGeometry.h"
+#include "plugin/overlays/drawing/DiscGeometry.h"
 
 #include <osgMidair/ColorMap>
 
@@ -54,7 +54,7 @@ float place(int texel)
 
 BandLimitedZoom::BandLimitedZoom(int in, int out) : _in(in), _first(out), _weights(kTaps, out)
 {
-    const double start = kTaps / 2 - 0.5;
+    const double start = 0.5 * kTaps - 0.5;
     const double end = in - 1 - start;
     for (int o = 0; o < out; ++o)
     {
@@ -134,7 +134,7 @@ void SliceComputer::sample(const SliceRequest& request)
     const double pitch = 2.0 * request.radius_m / inner;
     const int count = inner + BandLimitedZoom::kTaps;
     const double half = 0.5 * (count - 1);
-    const double reach = request.radius_m + (BandLimitedZoom::kTaps / 2) * pitch;
+    const double reach = request.radius_m + 0.5 * BandLimitedZoom::kTaps * pitch;
     midair::haptics::FieldLattice lattice;
     lattice.count = {count, count, 1}; // the first axis runs down the columns of _samples
     lattice.step.col(0) = pitch * request.v;

@@ -2,7 +2,7 @@
 
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
-#include "plugin/overlays/FieldSlice.h"
+#include "plugin/overlays/drawing/FieldSlice.h"
 
 #include <osg/Camera>
 #include <osg/Drawable>
