@@ -1,3 +1,4 @@
+#include "haptics/base/UserEnvironment.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
@@ -19,7 +20,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstdlib>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -56,8 +56,7 @@ constexpr double kBeside_s = 0.25;
 /// name.
 FieldSliceOverlay::Method methodOf(FieldSliceOverlay::Method otherwise)
 {
-    const char* value = std::getenv("OSG_MIDAIR_SLICE");
-    const std::string asked = value ? value : "";
+    const std::string asked = midair::base::variableNow("OSG_MIDAIR_SLICE").value_or("");
     if (asked.empty()) return otherwise;
     if (asked == "auto") return FieldSliceOverlay::AUTO;
     if (asked == "cpu") return FieldSliceOverlay::CPU;
