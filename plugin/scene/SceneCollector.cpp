@@ -3,6 +3,8 @@
 #include "engine-bridge/scene/Convert.h"
 #include "plugin/scene/PropertyConversion.h"
 
+#include <fmt/format.h>
+
 namespace osgMidair
 {
 
@@ -68,7 +70,7 @@ osg::Node* SceneCollector::nodeOf(std::uint64_t instance) const
 void SceneCollector::sayWarnings(const std::string& path)
 {
     for (const std::string& warning : _warnings)
-        _say(path + ": " + warning);
+        _say(fmt::format("{}: {}", path, warning));
 }
 
 void SceneCollector::fillObstacle(const HapticInstance& instance)

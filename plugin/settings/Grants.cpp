@@ -35,7 +35,7 @@ std::string environment(const char* name)
 
 std::string grantsFile()
 {
-    const std::string named = environment("OSG_MIDAIR_GRANTS");
+    std::string named = environment("OSG_MIDAIR_GRANTS");
     if (!named.empty()) return named;
     const std::string config = environment("XDG_CONFIG_HOME");
     if (!config.empty()) return config + "/osgMidair/grants";

@@ -23,6 +23,7 @@ using midair::base::shortNumber;
 std::string listOf(const std::vector<Word>& words)
 {
     std::vector<std::string> texts;
+    texts.reserve(words.size());
     for (const Word& word : words)
         texts.push_back(word.text);
     return fmt::format("{}", fmt::join(texts, ", "));
