@@ -117,8 +117,8 @@ struct DeviceReport
 /// All members may be called from any thread.
 class ArrayDevice
 {
-    /// silences the array
 public:
+    /// The destructor silences the array.
     virtual ~ArrayDevice() = default;
 
     /// Replaces the field that is played. Returns false, and changes nothing, if the field is

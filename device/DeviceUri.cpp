@@ -29,7 +29,7 @@ std::string withPoint(const std::string& text)
     return text.find(',') == std::string::npos ? std::string() : ", with a point and not a comma";
 }
 
-// A list may be too long for a message.
+// Shortens a list for a message.
 std::string shown(const std::string& text)
 {
     constexpr std::size_t kShown = 200;

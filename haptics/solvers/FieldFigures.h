@@ -6,34 +6,34 @@
 #include <algorithm>
 #include <cmath>
 
-/// Figures of a field as its problem holds it: y = |p| in Pa, a the targets.
+/// Figures of the field in a FieldProblem: y = |p| in Pa, a the targets.
 namespace midair::haptics
 {
 
-/// rms of y_l/(s a_l) - 1.
+/// Returns the rms of y_l/(s a_l) - 1.
 inline float errorOf(const FieldProblem& field, float s)
 {
     return relativeRms(field.y, field.a, s);
 }
 
-/// s = (y.a)/(a.a).
+/// Returns s = (y.a)/(a.a), Pa at a_l = 1.
 inline float fittedLevel(const FieldProblem& field)
 {
     return fittedLevel(field.y, field.a);
 }
 
-/// E = s |a| / mean_l(sum_i |G_li|).
+/// Returns the loudness E = s |a| / mean_l(sum_i |G_li|).
 inline float loudnessAt(const FieldProblem& field, float s)
 {
     return s * field.a.norm() / static_cast<float>(field.meanRowSum());
 }
 
-/// The rms error that rounding to the device's phase levels leaves (haptics/SOLVER.md, "Rounding");
-/// 0 for continuous phases.
+/// Returns an estimate of the rms error due to rounding to the device's phase levels
+/// (haptics/SOLVER.md, "Rounding"); 0 for continuous phases.
 inline float roundingError(const FieldProblem& field)
 {
     constexpr float kOneLevel = 1.814f; // pi/sqrt(3): rms of a rounded phase times the levels, rad
-    // taken for a field that is quieter, so that the estimate stays finite
+    // Quieter fields count as this loud, so that the estimate stays finite.
     constexpr float kLeastLoudness = 0.05f;
     const int levels = field.drive().phaseLevels;
     if (levels == 0) return 0.0f;

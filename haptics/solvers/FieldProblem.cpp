@@ -89,7 +89,7 @@ void FieldProblem::reserve()
         _rowSums.resize(n);
         _stale.reserve(n);
     }
-    // Threads' sums lie a cache line apart, so that no two threads write to the same one.
+    // The sums of two threads never share a cache line.
     const std::size_t stride = (2 * n + 31) / 16 * 16;
     _partialStride = std::max(_partialStride, stride);
     _partial.reserve(_partialStride * static_cast<std::size_t>(_pool->threads()));
@@ -98,8 +98,8 @@ void FieldProblem::reserve()
 
 void FieldProblem::buildBlock(int thread, int block)
 {
-    // With thousands of points a block may take a tenth of a second, where its entries are computed
-    // in double; a stop request is looked at between these.
+    // Rows between two checks for a stop request (SOLVER.md, "Limits"): with thousands of points
+    // a block takes up to a tenth of a second if its entries are computed in double.
     constexpr int kRows = 512;
     const int count = static_cast<int>(_stale.size());
     for (int first = 0; first < count && !_stop.requested(); first += kRows)

@@ -17,7 +17,7 @@
 namespace midair::haptics
 {
 
-/// Pressures below this have no phase, and quotients by them take this instead, so that they stay
+/// Pressures below this have no phase; divisions by them use this value, so that the result stays
 /// finite.
 constexpr float kLeastPressure_Pa = 1e-30f;
 
@@ -39,9 +39,9 @@ struct SplitVector
     }
 };
 
-/// The points that are solved for, their matrix and every vector of a solve: what all solvers
-/// share. Symbols as in the paper: G (n x m), q (m), p = G q (n), a the targets (n), u the phases
-/// of p.
+/// The points that are solved for, their matrix and the vectors of a solve, as all solvers use
+/// them. Symbols as in the paper: G (n x m), q (m), p = G q (n), a the targets (n), u the phases of
+/// p.
 class FieldProblem
 {
 public:
@@ -49,8 +49,8 @@ public:
         FieldProblem(std::make_shared<base::ThreadPool>(threads), storage)
     {
     }
-    /// \a pool isn't null; nobody else runs it meanwhile. What reads all of G throws Stopped where
-    /// \a stop asks for it.
+    /// \a pool: not null; nothing else may run on it at the same time. Functions that read all of G
+    /// throw Stopped on a request of \a stop.
     explicit FieldProblem(std::shared_ptr<base::ThreadPool> pool,
                           Storage storage = Storage::FLOAT,
                           base::StopToken stop = {}) :
@@ -60,34 +60,34 @@ public:
     {
     }
 
-    /// True if array and medium are those of the last assign, as far as G depends on them.
+    /// Returns true if array and medium equal those of the last assign() in all that G depends on.
     bool isBoundTo(const TransducerArray& array, const Medium& medium) const
     {
         return G.isBoundTo(array, medium);
     }
-    /// Takes over a problem whose input is sound; \a isBound if isBoundTo has just said so. \a
-    /// active are the indices of the points to be solved for. Rows of points that moved by no more
-    /// than \a tolerance_m are kept. Returns how many rows are stale now; build() computes them.
+    /// Assigns a valid problem. \a active: indices of the points to be solved for. Rows of points
+    /// that moved by no more than \a tolerance_m are kept. \a isBound: result of isBoundTo().
+    /// Returns the number of stale rows, which build() computes.
     int assign(const ControlPoints& points,
                const std::vector<int>& active,
                const TransducerArray& array,
                const Medium& medium,
                double tolerance_m,
                bool isBound = false);
-    void build();
-    /// build() and projectRound() in one: a block of G takes part in the round while it is in the
-    /// cache.
+    void build(); ///< computes the stale rows of G
+    /// build() and projectRound() in one pass, which uses each block of G while it is in the cache.
     void buildAndProject(const SplitVector& w, SplitVector& p);
-    /// How long the last build took, on the calling thread.
+    /// Returns the time that the last build took on the calling thread.
     double build_ms() const { return _build_ms; }
-    /// The next assign keeps no rows.
+    /// Makes the next assign() keep no rows.
     void forget() { _fresh.assign(_fresh.size(), 0); }
 
     int n() const { return G.points(); }
     int m() const { return G.transducers(); }
     const DriveResolution& drive() const { return _drive; }
-    /// mean_l sum_i |G_li|, Pa: what one focus would have.
+    /// Returns mean_l sum_i |G_li|, Pa: the pressure that a single focus would have.
     double meanRowSum() const;
+    /// Returns sum_i |G_li|, Pa.
     double rowSum(int l) const { return _rowSums[static_cast<std::size_t>(l)]; }
 
     /// z = G* w.
@@ -96,23 +96,23 @@ public:
     void forward(const SplitVector& q, SplitVector& p);
     /// One round, G read once: z = G* w, q = z/|z|, p = G q.
     void projectRound(const SplitVector& w, SplitVector& p);
-    /// y_l = |p_l|, u_l = p_l/|p_l| (u_l stays where p_l = 0).
+    /// y_l = |p_l|, u_l = p_l/|p_l|; u_l is kept where |p_l| is at most kLeastPressure_Pa.
     void phasesOf(const SplitVector& p);
-    /// Unit amplitudes, phases of \a from to the nearest level.
+    /// Sets \a to to unit amplitudes with the phases of \a from, rounded to the nearest level.
     void quantisePhases(const SplitVector& from, SplitVector& to);
     void clearPadding(SplitVector& v); ///< v_i = 0 for i >= m
-    /// q as a device can play it: amplitudes times \a scale, clipped to 1 and rounded to the
-    /// nearest level.
+    /// Makes q playable by the device: amplitudes times \a scale, clipped to 1 and rounded to the
+    /// nearest level, and phases rounded to the nearest level.
     void quantise(float scale);
 
-    Eigen::MatrixXcf dense() const; ///< G itself, for methods that need columns
+    Eigen::MatrixXcf dense() const; ///< G (n x m) as one matrix, for methods that need columns
 
-    /// \a q (transducers in the array's order) into \a lanes (in the matrix's order, padded), and
+    /// Copies \a q (m, in the array's order) into \a lanes (in the matrix's order, padded), and
     /// back.
     void toLanes(const Eigen::VectorXcf& q, SplitVector& lanes) const;
     void fromLanes(const SplitVector& lanes, Eigen::VectorXcf& q) const;
 
-    double elapsed_ms() const;
+    double elapsed_ms() const; ///< time since start()
     void start() { _start = std::chrono::steady_clock::now(); }
 
     PropagationMatrix G;
@@ -124,9 +124,9 @@ public:
 
     int threads() const { return _pool->threads(); }
     const base::StopToken& stop() const { return _stop; }
-    /// Calls before(thread) once and then inBlock(thread, block) for every block of the thread, on
-    /// all threads. Blocks belong to threads by their number alone, so that sums come out the same
-    /// every time. Throws Stopped, some blocks left out, where that is asked for.
+    /// On every thread, calls before(thread) once and then inBlock(thread, block) for each of the
+    /// thread's blocks. A block's number alone decides its thread, so that sums are reproducible.
+    /// Throws Stopped on a stop request; some blocks are then not visited.
     template<typename Before, typename InBlock>
     void eachBlock(const Before& before, const InBlock& inBlock)
     {
@@ -140,7 +140,7 @@ public:
             });
         _stop.throwIfRequested();
     }
-    /// Partial sums over transducers of thread \a thread, 2 x n floats, and their sum into \a p.
+    /// Returns the partial sums over the transducers of thread \a thread, 2 x n floats (re, im).
     float* partial(int thread)
     {
         return _partial.data() + static_cast<std::size_t>(thread) * _partialStride;
@@ -148,7 +148,7 @@ public:
     void clearPartial(int thread);
     /// partial += G q over one block.
     void forwardBlock(int thread, int block, const SplitVector& q);
-    void sumPartials(SplitVector& p);
+    void sumPartials(SplitVector& p); ///< p = sum of the partial sums of all threads
 
 private:
     void reserve();
@@ -163,22 +163,22 @@ private:
     std::shared_ptr<base::ThreadPool> _pool;
     base::StopToken _stop;
     DriveResolution _drive;
-    Eigen::Matrix3Xd _positions; // of the rows as they were built
-    std::vector<unsigned char> _fresh;
-    std::vector<int> _stale; // rows that build() computes
+    Eigen::Matrix3Xd _positions;       // positions for which the rows were built
+    std::vector<unsigned char> _fresh; // 1: the row is built
+    std::vector<int> _stale;           // rows that build() computes
     std::vector<double> _rowSums;
-    base::AlignedBuffer<double> _rowSumParts; // thread by thread
+    base::AlignedBuffer<double> _rowSumParts; // a part for each thread
     base::AlignedBuffer<float> _partial;
     std::size_t _partialStride = 0;
     double _build_ms = 0.0;
     std::chrono::steady_clock::time_point _start;
 };
 
-/// The level nearest to \a amplitude among the ascending \a levels; itself, within 0 .. 1, where
-/// there are none.
+/// Returns the level nearest to \a amplitude among the ascending \a levels; without levels,
+/// \a amplitude limited to 0 .. 1.
 float playableAmplitude(const std::vector<float>& levels, float amplitude);
-/// \a m amplitudes of \a mean between two of the ascending \a levels: some at the one, some at the
-/// other, evenly spread.
+/// Sets \a m amplitudes with the mean \a mean: some at the next of the ascending \a levels below
+/// it, some at the next above, evenly distributed.
 void mixAmplitudes(const std::vector<float>& levels, float mean, int m, float* amplitudes);
 
 } // namespace midair::haptics

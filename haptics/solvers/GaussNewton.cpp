@@ -16,11 +16,11 @@ namespace midair::haptics
 namespace
 {
 
-constexpr int kMostIterations = 1000; // never reached: the constants bound them at 58
+constexpr int kMostIterations = 1000; // never reached: the constants bound them at 59
 
 /// The production solver (haptics/SOLVER.md): alternating projections find good phases, then
 /// Gauss-Newton corrections of the transducers' phases meet the targets. Every field is q = z/|z|,
-/// z = G* c with c_l = w_l u_l and u_l the phase of p_l; the solver keeps w and u from one update
+/// z = G* c with c_l = w_l u_l and u_l the phase of p_l. The solver keeps w and u from one update
 /// to the next.
 class GaussNewton final : public SolverBase
 {
@@ -86,16 +86,16 @@ private:
             if (v->size() != field.n()) v->resize(field.n());
     }
 
-    // s with sum_l w_l (s a_l - |p_l|) = 0, the only level that a correction can reach (SOLVER.md,
-    // "The level of a correction").
+    // Returns s with sum_l w_l (s a_l - |p_l|) = 0, the only level that a correction can reach
+    // (SOLVER.md, "The level of a correction").
     float naturalLevel(const FieldProblem& field) const
     {
         return _weights.dot(field.y) / _weights.dot(field.a);
     }
 
     // Phases that follow a moving object drift into a poorer local optimum than they started from.
-    // A field that is quieter than lately gets further rounds, each of which raises the loudness
-    // (SOLVER.md, "Warm start").
+    // A field that is quieter than the recent ones therefore gets further rounds, each of which
+    // raises the loudness (SOLVER.md, "Warm start").
     void keepLoud(FieldProblem& field, int limit, Outcome& outcome)
     {
         for (int k = 0; k < _tuning.quietRounds &&
@@ -120,8 +120,8 @@ private:
         }
     }
 
-    // Tries several starting phases and goes on with the loudest (SOLVER.md, "Cold start"): where
-    // the phases settle decides the level; the corrections remove the error from any of them.
+    // Tries several sets of starting phases and continues with the loudest (SOLVER.md, "Cold
+    // start"): the phases decide the level, while corrections remove the error from any of them.
     void coldStart(FieldProblem& field, int limit, Outcome& outcome)
     {
         const auto n = static_cast<std::size_t>(field.n());
@@ -178,8 +178,9 @@ private:
         shapeAmplitudes(field, share);
     }
 
-    // The amplitudes nearest to _gain that the device can play: phase-only, a mix of the two levels
-    // about it, evenly spread; else the level next to _gain |z_i| for each transducer.
+    // Sets the amplitudes that the device can play and that are nearest to _gain: phase-only, an
+    // even mix of the two levels around it; else for each transducer the level nearest to
+    // _gain |z_i|.
     void setAmplitudes(const FieldProblem& field)
     {
         const std::vector<float>& levels = field.drive().amplitudeLevels;
@@ -188,8 +189,8 @@ private:
             _amplitudes[i] = playableAmplitude(levels, _gain * std::abs(field.z.at(i)));
     }
 
-    // The corrections have moved the level. One factor on all amplitudes moves it back to the
-    // targets, as far as the array reaches.
+    // The corrections have changed the level. One factor on all amplitudes moves it back to the
+    // targets, as far as the array is loud enough.
     void settleLevel(FieldProblem& field)
     {
         const float enough = 1.0f / static_cast<float>(field.m());
@@ -205,8 +206,8 @@ private:
         }
     }
 
-    // |q_i| = min(1, g |z_i|) takes the least power for a field; the level that is asked for
-    // decides g.
+    // Sets |q_i| = min(1, g |z_i|), which takes the least power for a field; g is fitted to the
+    // level asked for.
     void shapeAmplitudes(FieldProblem& field, float share)
     {
         double power = 0.0;
@@ -228,8 +229,8 @@ private:
         }
     }
 
-    // Takes \a fraction of the correction's step and measures the field that results, with its
-    // phases rounded to the device's levels if \a rounded.
+    // Takes \a fraction of the correction's step and measures the resulting field, with its phases
+    // rounded to the device's levels if \a rounded.
     void play(FieldProblem& field, float fraction, bool rounded)
     {
         field.eachBlock([&](int thread) { field.clearPartial(thread); },
@@ -257,9 +258,9 @@ private:
         if (!_full) kernels::scaleBy(width, _amplitudes.data() + i, re, im);
     }
 
-    // Takes the largest of stepFractions that makes the field better: far from a solution, where
-    // points crowd, |p| is not linear over the whole step. Returns the fraction taken; 0: none
-    // helped, and the field is as before.
+    // Takes the largest of stepFractions that lowers the error: far from a solution, or with
+    // crowded points, |p| is not linear over the whole step. Returns the fraction taken; 0: none
+    // lowers it, and _continuous is unchanged.
     float stepCarefully(FieldProblem& field, float error)
     {
         copy(_continuous, _before, lanes(field));
@@ -272,7 +273,8 @@ private:
         return 0.0f;
     }
 
-    // A round of projections in place of a correction that did not help: it needs no linearisation.
+    // Makes a round of projections in place of a correction that did not lower the error; a round
+    // needs no linearisation.
     void roundInstead(FieldProblem& field)
     {
         field.forward(_continuous, field.p);
@@ -292,9 +294,10 @@ private:
         std::copy_n(from.im.data(), count, to.im.data());
     }
 
-    // CG tolerance (SOLVER.md, "CG tolerance"): nextTolerance of the error that the next step
-    // starts from, or of a share of this one where the linearisation does not hold; late CG steps
-    // follow ill-conditioned directions. Never below what rounding or the options' tolerance leave.
+    // Returns the CG tolerance (SOLVER.md, "CG tolerance"): nextTolerance times the error before
+    // the next correction, or farTolerance times the present error where the linearisation does not
+    // hold, since late CG steps follow ill-conditioned directions. Never below \a least, which
+    // rounding or the options' tolerance determine.
     float toleranceOf(float error, float nextError, float least) const
     {
         return std::max(least,
@@ -302,9 +305,9 @@ private:
                                                     : _tuning.nextTolerance * nextError);
     }
 
-    // Corrects until the played field is as exact as was asked for, or its error is all rounding. A
-    // correction leaves about the square of the rms before it; where that is still too much, its CG
-    // stops early and its phases are not rounded, since another one follows.
+    // Corrects until the played field is as exact as was asked for or its error is all rounding. A
+    // correction leaves about the square of the rms error before it. If that is still too much,
+    // another correction follows, so CG stops early and the phases are not rounded.
     void correct(FieldProblem& field, int limit, Outcome& outcome)
     {
         const auto tolerance = static_cast<float>(options().rmsTolerance);
@@ -359,15 +362,15 @@ private:
     GaussNewtonTuning _tuning;
     GaussNewtonStep _correction;
     SplitVector _startU, _bestU;            // n
-    SplitVector _continuous, _before;       // m: q before rounding, and before a correction
+    SplitVector _continuous, _before;       // m, q before rounding; the same before a correction
     base::AlignedBuffer<float> _amplitudes; // m
     Eigen::VectorXf _weights, _bestWeights;
-    float _loudest = 0.0f;   // the largest loudness lately, which forget lets fade
-    float _gain = 1.0f;      // phase-only the mean amplitude, else the factor on |z_i|
-    int _weightsOf = 0;      // the number of points that the weights belong to
-    bool _projected = false; // build() took the first round
+    float _loudest = 0.0f;   // largest recent loudness, times forget per update since
+    float _gain = 1.0f;      // phase-only: the mean amplitude; else the factor on |z_i|
+    int _weightsOf = 0;      // number of points that the weights belong to
+    bool _projected = false; // build() has made the first round
     bool _uniform = true;    // all transducers play one amplitude
-    bool _full = true;       // and that is 1
+    bool _full = true;       // all transducers play amplitude 1
 };
 
 } // namespace

@@ -9,7 +9,7 @@ namespace midair::haptics
 namespace
 {
 
-constexpr float kLeastRoot = 1e-30f; // divided by: a block of padding has roots of 0
+constexpr float kLeastRoot = 1e-30f; // least divisor: the roots of a block of padding are 0
 
 } // namespace
 
@@ -29,8 +29,8 @@ void GaussNewtonStep::reserve(const FieldProblem& field)
         if (v->size() != n) v->resize(n);
 }
 
-// The square roots of D = diag(1/|z_i|). A transducer whose z_i nearly vanishes would turn without
-// bound, so D is capped.
+// Computes the square roots of D = diag(1/|z_i|). D is capped, as a transducer whose z_i nearly
+// vanishes would turn without bound.
 void GaussNewtonStep::findRoots(const FieldProblem& field)
 {
     const int m = field.m();
@@ -69,8 +69,8 @@ void GaussNewtonStep::form(const FieldProblem& field, const SplitVector& q, int 
     std::fill_n(_sum.data() + offset, width, 0.0f);
 }
 
-// Adds the step along the direction before, _sum += _alpha t, then t = J^T direction and partial +=
-// J t. Reads J once, or G where J is still to be formed.
+// Adds the step along the previous direction, _sum += _alpha t; then sets t = J^T direction and
+// partial = J t. Reads J once, or forms it from G if \a formed is false.
 void GaussNewtonStep::pass(FieldProblem& field,
                            const SplitVector& q,
                            bool formed,
@@ -120,8 +120,8 @@ int GaussNewtonStep::solve(FieldProblem& field,
     findRoots(field);
     const int n = field.n();
     _scale = (weights.dot(field.y) / weights.dot(field.a) * field.a).cwiseInverse();
-    // J D J^T is all but singular along w a (SOLVER.md, "The level of a correction"): the search is
-    // kept orthogonal to it.
+    // J D J^T is nearly singular along w a (SOLVER.md, "The level of a correction"), so the search
+    // is kept orthogonal to that.
     _flat = weights.cwiseProduct(field.a);
     _flat /= _flat.norm();
     _x.setZero();

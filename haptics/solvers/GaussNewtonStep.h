@@ -9,32 +9,33 @@ namespace midair::haptics
 /// step"). With J_li = d|p_l|/d phi_i = -Im(conj(u_l) G_li q_i) and D = diag(1/|z_i|), z = G* c, it
 /// is
 ///     d phi = D J^T x,  J D J^T x = s a - |p|
-/// where x is found by conjugate gradients in the space of the points, with rows scaled by 1/(s
-/// a_l). To first order the step is what a change of c_l by x_l u_l does to the phases of G* c, so
-/// the weights of the next update follow by c_l + x_l u_l. J is formed once, in fixed point: the
-/// steps of CG then read a quarter of what G in float would be.
+/// where x is found by conjugate gradients (CG) in the space of the points, with rows scaled by
+/// 1/(s a_l). To first order the step equals the effect of changing c_l by x_l u_l on the phases of
+/// G* c, so the next update's weights are those of c_l + x_l u_l. J is formed once, in fixed point,
+/// so that each CG step reads a quarter of the memory that G takes in float.
 class GaussNewtonStep
 {
 public:
-    /// \a largestTurn_rad: of a phase in one step; \a mostFreedom: cap on 1/|z_i|, over its mean.
+    /// \a largestTurn_rad: largest change of a phase in one step. \a mostFreedom: cap on 1/|z_i|,
+    /// relative to its mean.
     GaussNewtonStep(float largestTurn_rad, float mostFreedom) :
         _largestTurn_rad(largestTurn_rad),
         _mostFreedom(mostFreedom)
     {
     }
-    /// Finds the step from \a q, about which p is linearised; field.u, y and inverse belong to it.
-    /// \a weights are w (n, > 0): no change of the phases of q alters w.|p| to first order, so that
-    /// s = (w.|p|)/(w.a), and the search keeps orthogonal to that direction. Ends at a relative
-    /// residual whose rms is at most \a tolerance, or after \a maxSteps; returns the steps taken.
-    /// Allocates nothing after the first call of a size.
+    /// Finds the step from \a q, where p is linearised; field.u, field.y and field.inverse belong
+    /// to \a q. \a weights: w (n, > 0). To first order no change of the phases of q changes w.|p|,
+    /// so s = (w.|p|)/(w.a), and the search stays orthogonal to that direction. Ends when the rms
+    /// of the relative residual is at most \a tolerance, or after \a maxSteps CG steps; returns the
+    /// number of steps taken. Allocates nothing after the first call for a size.
     int solve(FieldProblem& field,
               const SplitVector& q,
               const Eigen::VectorXf& weights,
               double tolerance,
               int maxSteps);
-    /// Takes \a fraction of the step in one block of \a q.
+    /// Turns the phases in one block of \a q by \a fraction of the step.
     void turn(const FieldProblem& field, int block, float fraction, SplitVector& q) const;
-    /// x_l of the last solve.
+    /// Returns x_l of the last solve.
     float multiplier(int l) const { return _steps > 0 ? _x[l] * _scale[l] : 0.0f; }
 
 private:
@@ -45,14 +46,14 @@ private:
 
     float _largestTurn_rad, _mostFreedom;
     base::AlignedBuffer<std::int32_t> _jacobian; // (n + 1)/2 x m pairs of rows
-    base::AlignedBuffer<float> _unit; // blocks x n: what rows of J are to be multiplied by
+    base::AlignedBuffer<float> _unit;            // blocks x n, factors on the rows of J
     base::AlignedBuffer<float> _root, _t, _sum;  // m
     base::AlignedBuffer<float> _scaledDirection; // threads x n
     Eigen::VectorXf _x, _r, _d, _curved, _scale, _flat;
-    int _even = 0;   // n, or n + 1 where that is odd
-    int _stride = 0; // of _unit and _scaledDirection
+    int _even = 0;   // n rounded up to an even number
+    int _stride = 0; // row length of _unit and _scaledDirection
     int _steps = 0;
-    float _alpha = 0.0f; // the step along _t that is not in _sum yet
+    float _alpha = 0.0f; // length of the step along _t that is not yet in _sum
 };
 
 } // namespace midair::haptics

@@ -13,9 +13,9 @@ namespace midair::haptics
 namespace
 {
 
-// Up to this size a factorisation takes a millisecond, and a decomposition some 20 ms.
+// Largest matrix that is not worked on in steps: a factorisation takes 1 ms, a decomposition 20 ms.
 constexpr Eigen::Index kSmall = 128;
-// Columns between two looks at the token: with 1000 rows they take some 30 ms.
+// Columns between two checks for a stop request: with 1000 rows they take some 30 ms.
 constexpr Eigen::Index kStep = 32;
 constexpr Eigen::Index kLanczosSteps = 60;
 constexpr int kRestarts = 60;
@@ -34,8 +34,8 @@ Eigen::VectorXcd startingVector(Eigen::Index n)
     return v.normalized();
 }
 
-/// Runs Lanczos from \a pair.vector (Golub, Van Loan, "Matrix computations", 10.1), with every
-/// vector made orthogonal to all before it.
+/// Runs Lanczos from \a pair.vector (Golub, Van Loan, "Matrix computations", 10.1), making every
+/// vector orthogonal to all previous ones.
 void improve(const Eigen::MatrixXcd& A, LeadingPair& pair, const base::StopToken& stop)
 {
     const Eigen::Index most = std::min(kLanczosSteps, A.cols());

@@ -7,9 +7,9 @@
 namespace midair::haptics
 {
 
-/// Cholesky factor L L* = A of a Hermitian positive definite matrix. For large ones it is made, and
-/// used, in steps between which Stopped is thrown where that is asked for; small ones take a few
-/// milliseconds at once.
+/// Cholesky factor L of a Hermitian positive definite matrix A = L L*. Large matrices are factored
+/// and inverted in steps; between these Stopped is thrown on a stop request. Small ones take a few
+/// milliseconds in one step.
 class BlockCholesky
 {
 public:
@@ -19,11 +19,11 @@ public:
         compute(A, stop);
     }
 
-    /// Reads the lower triangle of \a A. False, as isPositive() from then on, where it is not
-    /// positive definite.
+    /// Factors \a A, of which only the lower triangle is read. Returns false if it is not positive
+    /// definite, as isPositive() does from then on.
     bool compute(Eigen::MatrixXcd A, const base::StopToken& stop = {});
     bool isPositive() const { return _positive; }
-    /// Nothing in it is NaN or infinite.
+    /// Returns true if no entry of L is NaN or infinite.
     bool isFinite() const;
 
     Eigen::MatrixXcd inverse(const base::StopToken& stop = {}) const;
@@ -34,17 +34,17 @@ private:
     bool _positive = false;
 };
 
-/// The largest eigenvalue of a Hermitian matrix, and its vector.
+/// The largest eigenvalue of a Hermitian matrix, and its eigenvector.
 struct LeadingPair
 {
     double value = 0.0;
-    double residual = 0.0; ///< |A v - value v|: an eigenvalue lies within this of value
-    Eigen::VectorXcd vector;
+    double residual = 0.0;   ///< |A v - value v|; an eigenvalue lies within this of value
+    Eigen::VectorXcd vector; ///< v, of length 1
 };
 
-/// Of \a A (n x n, Hermitian): the whole decomposition where n is small; else restarted Lanczos
-/// with full orthogonalisation until residual is at most \a tolerance times |A|, or as near as it
-/// comes. Throws Stopped where that is asked for.
+/// Returns the leading pair of \a A (n x n, Hermitian). Small matrices are decomposed; for large
+/// ones restarted Lanczos with full orthogonalisation runs until residual is at most \a tolerance
+/// times |A|, or the limit of restarts is reached. Throws Stopped on a stop request.
 LeadingPair
 leadingPair(const Eigen::MatrixXcd& A, double tolerance = 1e-10, const base::StopToken& stop = {});
 

@@ -48,8 +48,8 @@ void checkInput(const Eigen::MatrixXcd& K, const Eigen::VectorXd& targets, doubl
             "phase objective: K is not finite or zero; no transducer reaches a control point");
 }
 
-// Over-relaxation: each phase goes on past its minimum by two thirds of the step, which takes a
-// third of the rounds (n = 50 to 200).
+// Over-relaxation: each phase moves beyond its minimum by two thirds of the step, which takes a
+// third of the rounds (measured, n = 50 to 200).
 constexpr double kOver = 0.65;
 
 template<typename T>

@@ -11,20 +11,20 @@ namespace midair::haptics
 
 class PropagationMatrix;
 
-/// K = G G* (n x n) of a float matrix: products in float over a block of transducers, sums between
-/// blocks in double. Throws Stopped, between blocks, where that is asked for.
+/// Returns K = G G* (n x n) of a float matrix: products in float over a block of transducers, sums
+/// over the blocks in double. Checks for a stop request between blocks and then throws Stopped.
 Eigen::MatrixXcd gramMatrix(const PropagationMatrix& G, const base::StopToken& stop = {});
-/// K = G G* in double throughout.
+/// Returns K = G G*, all in double.
 Eigen::MatrixXcd gramMatrix(const Eigen::MatrixXcd& G);
 
-/// The phase-retrieval problem that a set of control points poses: the Hermitian form u* M u over
-/// |u_l| = 1, with
+/// The phase-retrieval problem for a set of control points: to minimise the Hermitian form u* M u
+/// over |u_l| = 1, with
 ///     K = G G*,  lambda = lambdaRel trace(K) / n,  M = lambda diag(a) (K + lambda I)^-1 diag(a).
-/// It is the least that misfit and power can be for pressures of phases u (the paper's equation 7
+/// Its value is the least misfit plus power for pressures with the phases u (the paper's equation 7
 /// in closed form):
 ///     u* M u = min over q of |G q - diag(a) u|^2 + lambda |q|^2,
 /// reached by q = G* (K + lambda I)^-1 diag(a) u.
-/// One Cholesky factorisation, no singular values. Unit: that of the targets, squared.
+/// Needs one Cholesky factorisation and no singular values. Unit: that of the targets, squared.
 class PhaseObjective
 {
 public:
@@ -32,9 +32,9 @@ public:
 
     PhaseObjective() = default;
 
-    /// \a K n x n Hermitian positive semidefinite, \a targets n (finite, >= 0, not all 0), \a
-    /// lambdaRel from kSmallestLambdaRel to 1e9: below, the rounding of K would show. Throws
-    /// InputError, and Stopped where that is asked for.
+    /// \a K: n x n, Hermitian, positive semidefinite. \a targets: n, finite, >= 0, not all 0.
+    /// \a lambdaRel: kSmallestLambdaRel .. 1e9; below that the rounding of K would show. Throws
+    /// InputError for other input, and Stopped on a stop request.
     PhaseObjective(Eigen::MatrixXcd K,
                    const Eigen::VectorXd& targets,
                    double lambdaRel = 0.1,
@@ -44,40 +44,42 @@ public:
     double lambda() const { return _lambda; } ///< Pa^2
     const Eigen::VectorXd& targets() const { return _a; }
     const Eigen::MatrixXcd& M() const { return _matrix; }
-    double trace() const { return _trace; }      ///< of M: the mean of u* M u over random phases
+    double trace() const { return _trace; } ///< trace(M), the mean of u* M u over random phases
     kernels::HermitianView<double> view() const; ///< M
-    kernels::HermitianView<float>
-    fastView() const; ///< M n / trace(M), so that its numbers are about 1
+    /// M n / trace(M), whose diagonal has the mean 1
+    kernels::HermitianView<float> fastView() const;
 
-    /// u* M u; \a u (n) of modulus 1.
+    /// Returns u* M u; \a u: n, of modulus 1.
     double value(const Eigen::VectorXcd& u) const;
-    /// d(u* M u) / d phi_l = 2 Im(conj(u_l) (M u)_l) for u_l = exp(j phi_l).
+    /// Returns d(u* M u) / d phi_l = 2 Im(conj(u_l) (M u)_l) for u_l = exp(j phi_l).
     Eigen::VectorXd gradient(const Eigen::VectorXcd& u) const;
-    /// Coordinate descent: each phase in turn becomes that of minus its row's sum over the others,
-    /// which is its minimum. Stops once a round gains less than \a tolerance * trace() or after \a
-    /// maxRounds; returns u* M u. Throws Stopped between rounds where \a stop asks for it.
+    /// Coordinate descent: each phase in turn moves to its minimum, the phase of minus its row's
+    /// sum over the others, and beyond (over-relaxation). Ends once a round lowers u* M u by no
+    /// more than \a tolerance * trace(), or after \a maxRounds; returns u* M u. Throws Stopped
+    /// between rounds on a request of \a stop.
     double descend(Eigen::VectorXcd& u,
                    int maxRounds = 1000,
                    double tolerance = 1e-9,
                    const base::StopToken& stop = {}) const;
-    /// The same in float, several times faster; \a tolerance 1e-6 and more.
+    /// The same in float, several times faster; \a tolerance: at least 1e-6, or 0 to go on
+    /// while rounds lower the value.
     double descendFast(Eigen::VectorXcd& u,
                        int maxRounds,
                        double tolerance,
                        const base::StopToken& stop = {}) const;
 
-    /// w = (K + lambda I)^-1 diag(a) u, so that q = G* w.
+    /// Returns w = (K + lambda I)^-1 diag(a) u, so that q = G* w.
     Eigen::VectorXcd weights(const Eigen::VectorXcd& u) const;
-    /// min over s > 0 and phases u of |s p - diag(a) u|^2 + lambda |s q|^2 for a field that is
-    /// there, of pressures \a p = G q (n) and power |q|^2: sum a^2 - (sum a |p|)^2 / (|p|^2 +
-    /// lambda |q|^2). Never below the least u* M u.
+    /// Returns the minimum over s > 0 and phases u of |s p - diag(a) u|^2 + lambda |s q|^2 for a
+    /// given field with pressures \a p = G q (n) and \a power |q|^2, which is
+    /// sum a^2 - (sum a |p|)^2 / (|p|^2 + lambda |q|^2). It is never below the least u* M u.
     double misfitAndPower(const Eigen::VectorXcd& p, double power) const;
 
 private:
-    BlockCholesky _factor; // of K + lambda I
+    BlockCholesky _factor; // factor of K + lambda I
     Eigen::VectorXd _a;
     Eigen::MatrixXcd _matrix;
-    Eigen::MatrixXd _re, _im; // of M, for the kernels
+    Eigen::MatrixXd _re, _im; // parts of M, padded for the kernels
     Eigen::MatrixXf _fastRe, _fastIm;
     double _lambda = 0.0, _trace = 0.0;
 };

@@ -17,10 +17,10 @@ namespace midair::haptics
 namespace
 {
 
-// haptics/SOLVER.md explains these: "Points out of reach" and "Louder than accurate".
-constexpr double kReach = 1e-3;
-constexpr int kLouderRounds = 3;
-constexpr float kLeastShare = 1e-3f; // of its target, that a point is taken to have
+// haptics/SOLVER.md explains these in "Points out of reach" and "Louder than accurate".
+constexpr double kReach = 1e-3;      // least row sum of G, over the largest, of a point in reach
+constexpr int kLouderRounds = 3;     // rounds that show which points are cheap
+constexpr float kLeastShare = 1e-3f; // least share of its target that a point counts as having
 
 std::string pointRefusal(const ControlPoints& points)
 {
@@ -77,7 +77,7 @@ SolverBase::SolverBase(std::string name, const SolverOptions& options, Storage s
     _options.loudness = std::min(options.loudness, 1.0);
 }
 
-// Refuses what would take gigabytes or minutes; empty if it would not.
+// Returns why the problem is too large; empty if it is not.
 std::string SolverBase::tooLarge(int points, int transducers) const
 {
     if (points > mostPoints())
@@ -116,8 +116,8 @@ void SolverBase::chooseActive(const ControlPoints& points)
         if (points.targets[l] > 0.0) _active.push_back(l);
 }
 
-// Leaves out points that no transducer reaches. True if some were left out: the field then has to
-// be assigned and built again.
+// Leaves out points that no transducer reaches. Returns true if there were any: the field then has
+// to be assigned and built again.
 bool SolverBase::dropUnreachable()
 {
     double best = 0.0;
@@ -145,7 +145,7 @@ double SolverBase::skipTolerance_m(const TransducerArray& array, const Medium& m
     return _options.skipTolerance * medium.wavelength(array.frequency_Hz);
 }
 
-// From here on only ratios of targets count: the largest target is 1.
+// Divides the targets by the largest: methods use only their ratios.
 void SolverBase::scaleTargets()
 {
     _largestTarget = _field.a.maxCoeff();
@@ -158,8 +158,9 @@ bool SolverBase::isContinued(const TransducerArray& array) const
            _active == _last.active;
 }
 
-// Sets the phases to start from: those of the last field at the same points, or those that it makes
-// at points that are new. True if the points are the same.
+// Sets the starting phases: those of the last field, which are computed at the points if these have
+// changed; without a last field all are 1. Returns true if the points correspond to the last
+// field's.
 bool SolverBase::prepareStart(const TransducerArray& array)
 {
     const bool warm = _options.warmStart && _last.good && _last.q.size() == array.size();
@@ -176,8 +177,8 @@ bool SolverBase::prepareStart(const TransducerArray& array)
     return false;
 }
 
-// Gives up accuracy for loudness (SOLVER.md, "Louder than accurate"): a few rounds with the targets
-// for weights show which points are cheap, and the targets are bent towards those pressures.
+// Trades accuracy for loudness (SOLVER.md, "Louder than accurate"): a few rounds with the targets
+// as weights show which points are cheap, and the targets are shifted towards those pressures.
 SolverBase::Outcome SolverBase::iterateLouder(bool warm)
 {
     Outcome first;
@@ -239,7 +240,7 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
     const bool isKnown = _field.isBoundTo(array, medium);
     const std::string why = refusal(points, array, medium, isKnown);
     if (!why.empty()) return silent(result, StopReason::REFUSED, why, array.size(), q);
-    // A field for targets of the other kind is no start: its level means something else.
+    // A field for targets of the other kind is no warm start: its level means something else.
     if (points.size() > 0 && points.absolute != _absolute) _last.good = false;
     if (points.size() > 0) _absolute = points.absolute;
     _beyond = _absolute ? 0.0 : _louder;
@@ -266,7 +267,7 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
     return solveAssigned(points, array, medium, stale, result, q);
 }
 
-// The points are assigned and rows for \a stale of them are to be built.
+// Solves for the points that are assigned, of which \a stale still need their rows of G.
 SolveReport SolverBase::solveAssigned(const ControlPoints& points,
                                       const TransducerArray& array,
                                       const Medium& medium,
@@ -274,8 +275,8 @@ SolveReport SolverBase::solveAssigned(const ControlPoints& points,
                                       SolveReport& result,
                                       Eigen::VectorXcf& q)
 {
-    // Beyond the accurate loudness the targets are bent first, so that the build cannot take the
-    // first round along.
+    // Above the accurate loudness the targets are shifted first, so that the build can't be
+    // combined with the first round.
     const bool continues = isContinued(array) && _beyond == 0.0;
     if (continues)
         build(_field);

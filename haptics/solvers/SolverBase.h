@@ -10,9 +10,9 @@
 namespace midair::haptics
 {
 
-/// What all methods share: it checks the input, skips what has not moved, builds the matrix, starts
-/// warm, brings the activations onto the device's levels and makes the report. A method finds the
-/// phases (and amplitudes).
+/// Common part of all methods: checks the input, skips a solve if nothing has moved, builds the
+/// matrix, provides a warm start, rounds the activations to the device's levels and makes the
+/// report. A method finds the phases (and amplitudes).
 class SolverBase : public HologramSolver
 {
 public:
@@ -22,8 +22,7 @@ public:
                       const TransducerArray& array,
                       const Medium& medium,
                       Eigen::VectorXcf& q) final;
-    /// As they were given, but for the loudness, which is 1 at most: what is asked for beyond 1 is
-    /// done here.
+    /// The options as given, with loudness limited to 1; more is handled here.
     const SolverOptions& options() const final { return _options; }
 
 protected:
@@ -31,59 +30,62 @@ protected:
     {
         int iterations = 0;
         StopReason stop = StopReason::MAX_ITERATIONS;
-        bool playable = false; ///< field.q is on the device's levels already
-        bool measured = false; ///< field.y is that of field.q as the device plays it
+        bool playable = false; ///< field.q is already on the device's levels
+        bool measured = false; ///< field.y belongs to field.q as the device plays it
     };
 
-    /// Finds q for field.a, starting from field.u when \a warm (else u is 1). Leaves it in field.q:
-    /// with phaseOnly only its phases count; else rms |q| = 1 is taken as full use of the array,
-    /// and what is over 1 is clipped.
+    /// Finds q for the targets field.a, starting from field.u; \a warm: the points correspond to
+    /// the last field's. Leaves the result in field.q: with phaseOnly only its phases count; else
+    /// rms |q| = 1 means full use of the array, and amplitudes above 1 are clipped.
     virtual Outcome iterate(FieldProblem& field, bool warm) = 0;
 
-    /// Called in place of field.build() where the points correspond to the last field's: a method
-    /// may build and take its first round in one. iterate follows, unless points are out of reach.
+    /// Called in place of field.build() if the points correspond to the last field's, so that a
+    /// method can combine the build with its first round. iterate() follows; if points were out of
+    /// reach, field.build() is called for the others before it.
     virtual void build(FieldProblem& field) { field.build(); }
 
-    /// True once the options' deadline has passed; a method asks in every turn of its loops. Throws
-    /// Stopped where the options' token asks for it.
+    /// Returns true once the options' deadline has passed; methods call it in every iteration.
+    /// Throws Stopped on a stop request.
     bool outOfTime(const FieldProblem& field) const
     {
         _options.stop.throwIfRequested();
         return _options.deadline_ms > 0.0 && field.elapsed_ms() >= _options.deadline_ms;
     }
+    /// Returns the options' limit of iterations, or \a methodsOwn if they set none.
     int iterationLimit(int methodsOwn) const
     {
         return _options.maxIterations > 0 ? _options.maxIterations : methodsOwn;
     }
 
-    /// How many control points the method has time and memory for; more are REFUSED.
+    /// Returns the largest number of control points that the method has time and memory for; more
+    /// are REFUSED.
     virtual int mostPoints() const { return base::kMostControlPoints; }
 
-    /// Turns field.q and field.u by the common phase that brings q nearest to the last field, and
-    /// returns it.
+    /// Turns field.q and field.u by the common phase that brings q nearest to the last field.
+    /// Returns the factor, of modulus 1.
     std::complex<float> alignToLast(FieldProblem& field);
     bool hasLast(const FieldProblem& field) const { return _last.q.size() == field.m(); }
-    /// Moves field.q towards the last field until no transducer's phase or amplitude differs from
-    /// it by more than the options allow.
+    /// Limits the change of each transducer's phase and amplitude from the last field to what the
+    /// options allow.
     void limitSteps();
     bool isLimited() const
     {
         return _options.maxPhaseStep_rad > 0.0 || _options.maxAmplitudeStep > 0.0;
     }
-    /// Whether the targets at hand are in Pa.
+    /// Returns true if the targets of this solve are in Pa.
     bool isAbsolute() const { return _absolute; }
-    /// The largest target, by which the targets were divided so that the largest is 1; in Pa where
-    /// the targets are.
+    /// Returns the largest target as given, by which all targets were divided; Pa if the targets
+    /// are in Pa.
     float largestTarget() const { return _largestTarget; }
 
 private:
-    /// What the last solve left for the next one; good is false before the first field and after a
-    /// refusal.
+    /// Result of the last solve, kept for the next one; good is false before the first field and
+    /// after a solve without one.
     struct LastField
     {
         bool good = false;
-        std::vector<int> active; // the points that it was solved for
-        Eigen::VectorXd targets; // theirs, as they were asked for
+        std::vector<int> active; // indices of the points that it was solved for
+        Eigen::VectorXd targets; // their targets, as given
         Eigen::VectorXcf q; // m, as the device played it, in the array's order; empty: none yet
         SplitVector lanes;  // the same in the matrix's order, padded with zeros
         SolveReport report;
@@ -121,15 +123,15 @@ private:
 
     std::string _name;
     SolverOptions _options;
-    double _louder = 0.0;   // 0 .. 1: the share of the way to the loudest field that is asked for
-    double _beyond = 0.0;   // the same for the targets at hand: 0 for those in Pa
-    bool _absolute = false; // the targets at hand are in Pa
-    double _audibleShare = 0.0; // of the drive's change, at the options' rate
+    double _louder = 0.0;       // 0 .. 1, loudness above 1: share of the way to the loudest field
+    double _beyond = 0.0;       // _louder in this solve; 0 if the targets are in Pa
+    bool _absolute = false;     // the targets of this solve are in Pa
+    double _audibleShare = 0.0; // audible share of a drive's change at the options' update rate
     SplitVector _keptU;         // n
     Eigen::VectorXf _keptA;     // n
     FieldProblem _field;
-    std::vector<int> _active;    // the points that are solved for
-    float _largestTarget = 1.0f; // what the targets were divided by
+    std::vector<int> _active;    // indices of the points that are solved for
+    float _largestTarget = 1.0f; // divisor of the targets
     LastField _last;
 };
 

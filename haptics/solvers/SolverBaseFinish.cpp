@@ -1,5 +1,4 @@
-// SolverBase, continued: brings a method's field onto the device's levels and makes the report
-// about it.
+// Second part of SolverBase: rounds a method's field to the device's levels and makes its report.
 #include "haptics/points/FittedLevel.h"
 #include "haptics/solvers/SolverBase.h"
 
@@ -14,12 +13,12 @@ namespace midair::haptics
 namespace
 {
 
-// Of the inner product of two drives; below it, neither phase is better than any other.
+// |<q, last>| below which no common phase is chosen (SOLVER.md, "Common phase").
 constexpr float kLeastProduct = 1e-6f;
 
 } // namespace
 
-// A phase that all transducers share changes nothing that can be felt; this one changes the drive
+// A common phase of all transducers can't be felt, so it is chosen such that the drive changes
 // least.
 std::complex<float> SolverBase::alignToLast(FieldProblem& field)
 {
@@ -39,8 +38,8 @@ std::complex<float> SolverBase::alignToLast(FieldProblem& field)
     return turn;
 }
 
-// No transducer turns, or changes its amplitude, by more than the options allow in an update. Other
-// systems call this a silencer.
+// Keeps each transducer's change of phase and amplitude per update within the options' limits.
+// Other systems call this a silencer.
 void SolverBase::limitSteps()
 {
     if (!hasLast(_field)) return;
@@ -67,11 +66,12 @@ void SolverBase::limitSteps()
     }
 }
 
-// Scales to what is wanted and to what the array has, then clips and rounds to the device's levels.
+// Scales field.q to the level asked for, as far as the array is loud enough, then clips it and
+// rounds it to the device's levels.
 void SolverBase::makePlayable()
 {
     alignToLast(_field);
-    double full = 1.0; // amplitude of full use: unit phases, or rms |q| = 1 before clipping
+    double full = 1.0; // factor to full use: |q_i| = 1, or rms |q| = 1 before clipping
     if (_options.phaseOnly)
         kernels::quantisePhase(_field.G.paddedTransducers(),
                                0,

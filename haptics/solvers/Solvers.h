@@ -4,7 +4,7 @@
 
 #include <memory>
 
-/// One function a method; makeSolver finds them by name.
+/// One function for each method; makeSolver() chooses among them by name.
 namespace midair::haptics
 {
 
@@ -12,7 +12,7 @@ namespace midair::haptics
 std::unique_ptr<HologramSolver> makeGaussNewton(const SolverOptions& options);
 /// "gs": Inoue, Makino, Shinoda 2015, Algorithm 1.
 std::unique_ptr<HologramSolver> makeGerchbergSaxton(const SolverOptions& options);
-/// "sdp-bcd": the same, Algorithm 2, with u projected to unit phases.
+/// "sdp-bcd": Algorithm 2 of the same paper, with the entries of u projected to modulus 1.
 std::unique_ptr<HologramSolver> makeSdpBlockCoordinate(const SolverOptions& options);
 
 /// "gs-pat": Plasencia et al. 2020.
@@ -21,7 +21,7 @@ std::unique_ptr<HologramSolver> makeGsPat(const SolverOptions& options);
 std::unique_ptr<HologramSolver> makeWeightedGerchbergSaxton(const SolverOptions& options);
 /// "greedy": Suzuki et al. 2021.
 std::unique_ptr<HologramSolver> makeGreedy(const SolverOptions& options);
-/// "lbfgs": quasi-Newton on the transducers' phases.
+/// "lbfgs": a quasi-Newton method for the transducers' phases.
 std::unique_ptr<HologramSolver> makeLbfgs(const SolverOptions& options);
 
 } // namespace midair::haptics

@@ -11,9 +11,9 @@ namespace midair::haptics
 namespace
 {
 
-// K comes from float products: below this share of its trace its eigenvalues are noise.
+// Below this share of trace(K)/n eigenvalues of K are noise, as its products are in float.
 constexpr double kSmallestLambdaRel = 1e-6;
-// Beyond this lambda, G^- is G* but for its level.
+// Above this lambda, G^- is proportional to G*.
 constexpr double kLargestLambdaRel = 1e6;
 
 } // namespace

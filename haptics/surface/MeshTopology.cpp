@@ -108,7 +108,7 @@ void weldVertices(const TriangleMesh& mesh,
     const double tolerance =
         std::min(0x1p-22 * largest, std::max(1e-3 * spacing_m, 0x1p-40 * largest));
     if (!(tolerance > 0.0)) return; // all vertices in one point
-    // Small triangles beside large ones must not collapse into one vertex.
+    // Welding tolerance over the shortest edge: keeps small triangles from collapsing.
     constexpr double kOfEdge = 0.1;
     const std::vector<double> shortest = shortestEdges(mesh);
     PointGrid grid(8.0 * tolerance);

@@ -13,8 +13,8 @@ namespace midair::haptics::kernels
 
 constexpr int kLanes = 32; ///< floats in two of the widest registers
 
-/// Returns the version that this machine runs: "AVX-512", "AVX2", "x86-64", or "generic" without
-/// run-time selection.
+/// Returns the version that this machine runs: "AVX-512", "AVX2" or "x86-64"; "generic" if the
+/// build has no versions for AVX2 and AVX-512.
 const char* isaName();
 
 constexpr int kGroup = kLanes; ///< transducers of one group
@@ -86,10 +86,11 @@ struct FixedRows
     float* scale; ///< for each row: Pa per unit of the lane's numbers as the kernels read them
 };
 
-/// Limits on groups and points for which the error bounds below hold.
-/// Attenuation in Np per wavelength times the distance in wavelengths.
+// The error bounds below hold within these limits.
+
+/// Largest attenuation times distance, Np.
 constexpr double kMostDecay = 1.0;
-/// Wavelengths: groups of transducers farther apart lose more than 1e-5 of a turn in R - R0.
+/// Largest radius of a group, wavelengths; in larger groups R - R0 is off by over 1e-5 of a turn.
 constexpr double kLargestRadius = 6.5;
 
 /// Computes rows of one block of G, and sum_i |G_li| of each row into \a sums (one float per point,

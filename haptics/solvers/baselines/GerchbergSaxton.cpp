@@ -11,7 +11,7 @@ namespace
 {
 
 constexpr int kDefaultIterations = 1000;
-// The method has stalled once no phase of a point turns by more than this in a round.
+// The method has stalled once no point's phase changes by more than this in a round.
 constexpr double kStill_rad = 1e-7;
 
 /// Gerchberg-Saxton between the control points and the transducers (the paper's Algorithm 1): p <-

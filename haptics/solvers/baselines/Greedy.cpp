@@ -15,19 +15,19 @@ namespace midair::haptics
 namespace
 {
 
-// The loudness E that is aimed at. It is below what unit amplitudes reach (0.9 to 1.3), so that
-// every point can be met, and about what the reference implementation is used at; 0.7 halves the
+// Requested loudness E. It is below the 0.9 to 1.3 that unit amplitudes reach, so that every point
+// can reach its target, and close to how the reference implementation is used; 0.7 halves the
 // error, 0.9 doubles it.
 constexpr double kAim = 0.8;
-constexpr int kContinuousLevels = 256; // tried for a device whose phases are continuous
-constexpr int kClockInterval = 6400;   // points times transducers between looks at the clock
+constexpr int kContinuousLevels = 256; // levels tried for a device with continuous phases
+constexpr int kClockInterval = 6400;   // points times transducers between deadline checks
 
 /// Sets one transducer after the other to the phase level that leaves the least error (Suzuki,
 /// Fujiwara, Makino, Shinoda, "Radiation pressure field reconstruction for ultrasound midair
 /// haptics by greedy algorithm with brute-force search", IEEE Transactions on Haptics 14, 2021):
-/// min over phi of sum_l | s a_l - |p_l + G_li exp(j phi)| |, p being what the transducers before
-/// make. Knows the device's phase levels; an iteration is a pass over all transducers, in shuffled
-/// order, and a second one would take out each and choose again.
+/// min over phi of sum_l | s a_l - |p_l + G_li exp(j phi)| |, where p is the field of the
+/// transducers set so far. Uses the device's phase levels. An iteration is a pass over all
+/// transducers in shuffled order; further passes remove each transducer and choose its phase again.
 class Greedy final : public SolverBase
 {
 public:
@@ -80,14 +80,15 @@ private:
         _order.resize(m);
         std::iota(_order.begin(), _order.end(), 0);
 
-        // Should time run out, the transducers that were not reached play what the starting phases
-        // ask of them.
+        // If time runs out, the remaining transducers play the phases that the starting phases of
+        // the points give.
         for (std::size_t l = 0; l < n; ++l)
             field.w.set(l, field.u.at(l) * field.a[static_cast<Eigen::Index>(l)]);
         field.backward(field.w, field.q);
     }
 
-    // False if time ran out.
+    // Makes a pass over all transducers; \a takeOut: removes each before it is set. Returns false
+    // if time ran out.
     bool pass(FieldProblem& field, bool takeOut)
     {
         const auto n = static_cast<std::size_t>(field.n());
@@ -129,7 +130,7 @@ private:
         return relativeErrors(_reached, wanted, fittedLevelInOrder(_reached, wanted)).rms;
     }
 
-    // std::shuffle may differ between libraries; this does not.
+    // In place of std::shuffle, which differs between libraries.
     void shuffle(std::mt19937_64& random)
     {
         for (std::size_t i = _order.size(); i > 1; --i)

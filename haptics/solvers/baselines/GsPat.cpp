@@ -14,12 +14,13 @@ namespace
 constexpr int kDefaultIterations = 20; // a fixed small number, as published
 constexpr float kStill = 1e-6f;
 
-/// Phase retrieval among the points alone (Plasencia, Hirayama, Montano-Murillo, Subramanian,
+/// Phase retrieval in the space of the points (Plasencia, Hirayama, Montano-Murillo, Subramanian,
 /// "GS-PAT", ACM Transactions on Graphics 39, 2020): with the back-propagation B = G* diag(1 /
 /// sum_i |G_li|^2) and R = G B (n x n),
-///     p = R (a u),  u = p / |p|;  at last, its amplitudes corrected once,  q = B (a^2 / |p| u).
-/// No inverse and no weights: quick, and the points come out unequal. (The authors' OpenCL
-/// implementation measures as if without the correction, twice as unequal.)
+///     p = R (a u),  u = p / |p|;  finally, with a correction of the amplitudes,  q = B (a^2/|p|
+///     u).
+/// Without an inverse and weights it is fast, but the pressures are unequal. (In measurements the
+/// authors' OpenCL implementation behaves as if without the correction, twice as unequal.)
 class GsPat final : public SolverBase
 {
 public:
@@ -62,8 +63,8 @@ private:
             const float size = std::abs(p[l]);
             const std::complex<float> phase = size > 0.0f ? p[l] / size : u[l];
             field.u.set(row, phase);
-            // The energies are taken relative to the largest, so that no unit of pressure
-            // overflows.
+            // Energies are relative to the largest, so that nothing overflows whatever the unit of
+            // pressure.
             const double share = energy.maxCoeff() / energy[l];
             const float correction = size > 0.0f ? field.a[l] / size : 1.0f;
             field.w.set(row, phase * (field.a[l] * correction * static_cast<float>(share)));

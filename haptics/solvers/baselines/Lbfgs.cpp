@@ -13,19 +13,19 @@ namespace
 {
 
 constexpr int kDefaultIterations = 300;
-constexpr std::size_t kMemory = 8; // pairs of steps and changes of the gradient
-constexpr int kMaxHalvings = 20;
-constexpr double kArmijo = 1e-4;
-constexpr double kStalled = 1e-4; // relative fall of the cost of ten steps
-// The loudness E that is aimed at, a little below what unit amplitudes reach (0.9 to 1.3), so that
-// the points can be met exactly.
+constexpr std::size_t kMemory = 8; // number of pairs (step, change of the gradient) kept
+constexpr int kMaxHalvings = 20;   // largest number of halvings of a step in the line search
+constexpr double kArmijo = 1e-4;   // least fall of the cost over that of the linear model
+constexpr double kStalled = 1e-4;  // relative fall of the cost in ten steps at which it has stalled
+// Requested loudness E, a little below the 0.9 to 1.3 that unit amplitudes reach, so that the
+// targets can be met exactly.
 constexpr double kAim = 0.8;
 
 /// Gradient descent on the transducers' phases phi (unit amplitudes) by L-BFGS (Nocedal, Wright,
 /// "Numerical optimization", algorithms 7.4 and 3.1), as Andersson, "levitate" (2019), has it:
 ///     f = 1/2 sum_l (|p_l| / s - a_l)^2,  df/dphi_i = -Im(q_i conj(z_i)),
 ///     z = G* (r u) / s,  r_l = |p_l| / s - a_l.
-/// A cost reads G once, a gradient once more.
+/// A cost reads G once, and so does a gradient.
 class Lbfgs final : public SolverBase
 {
 public:
@@ -64,7 +64,7 @@ private:
         return outcome;
     }
 
-    // Starts from the phases that the transducers have for the points' phases.
+    // Starts from the transducers' phases that the points' phases give.
     void start(FieldProblem& field)
     {
         const int m = field.m();
@@ -84,7 +84,7 @@ private:
         gradient(field, _gradient);
     }
 
-    // Returns f at \a phi and leaves field.q and field.p = G q.
+    // Returns f at \a phi and sets field.q, p = G q, y and u.
     double cost(FieldProblem& field, const Eigen::VectorXf& phi) const
     {
         for (int i = 0; i < field.m(); ++i)
@@ -100,7 +100,7 @@ private:
         return 0.5 * sum;
     }
 
-    // The gradient at the field that cost() left.
+    // Computes the gradient at the field of the last cost().
     void gradient(FieldProblem& field, Eigen::VectorXf& result) const
     {
         for (int l = 0; l < field.n(); ++l)
@@ -118,7 +118,7 @@ private:
         }
     }
 
-    // _direction = -H gradient, H being the approximate inverse Hessian of the last pairs
+    // Sets _direction = -H gradient, where H approximates the inverse Hessian from the last pairs
     // (algorithm 7.4).
     void direct()
     {
@@ -136,7 +136,7 @@ private:
             _direction *= static_cast<float>(
                 1.0 / (pair.inverse * static_cast<double>(pair.change.squaredNorm())));
         }
-        else // Where the cost would reach 0 if it fell on at this rate.
+        else // A step to where the cost would be 0 if it fell at a constant rate.
             _direction *= static_cast<float>(
                 _cost / std::max(1e-30, static_cast<double>(_gradient.squaredNorm())));
         for (std::size_t k = _held; k-- > 0;)
@@ -148,7 +148,7 @@ private:
         }
     }
 
-    // Takes one step. False if the cost does not fall any more; the field is then the one before.
+    // Takes one step. Returns false, with the field unchanged, if the cost no longer falls.
     bool step(FieldProblem& field)
     {
         direct();
@@ -183,7 +183,8 @@ private:
         gradient(field, _gradient);
         pair.change += _gradient;
         const double product = static_cast<double>(pair.step.dot(pair.change));
-        // A pair without curvature would spoil H; rounding in float makes such pairs near the end.
+        // A pair without curvature would spoil H; near the end rounding in float produces such
+        // pairs.
         if (!(product > 1e-10 * static_cast<double>(pair.change.squaredNorm()))) return;
         pair.inverse = 1.0 / product;
         _newest = at;

@@ -21,9 +21,8 @@ constexpr double kBarrier = 0.1; // mu of the paper
 /// by block coordinate descent with a barrier (the paper's Algorithm 2, after Waldspurger,
 /// d'Aspremont, Mallat 2015): for an index i, the others ic,
 ///     x = U_icic M_ici,  gamma = x* M_ici,  U_ici = -sqrt((1 - mu)/gamma) x  (0 where gamma <= 0).
-/// Indices come in shuffled rounds, so that each is visited equally often. u is the leading
-/// eigenvector of U with its entries projected to unit size: without that, points from about eleven
-/// on are lost.
+/// Each round visits all indices in shuffled order. u is the leading eigenvector of U with its
+/// entries projected to modulus 1; without that projection points are lost from about eleven on.
 class SdpBlockCoordinate final : public SolverBase
 {
 public:
@@ -68,7 +67,7 @@ private:
         return outcome;
     }
 
-    // std::shuffle may differ between libraries; this does not.
+    // In place of std::shuffle, which differs between libraries.
     static void shuffle(std::vector<int>& order, std::mt19937_64& random)
     {
         for (std::size_t i = order.size(); i > 1; --i)

@@ -14,11 +14,11 @@ namespace
 {
 
 constexpr int kDefaultIterations = 200;
-// Of its target; a point that has less is weighted up as if it had this.
+// Least share of its target that a point counts as having when weights are updated.
 constexpr float kFewest = 1e-3f;
-constexpr float kLeastWeight = 1e-6f;
+constexpr float kLeastWeight = 1e-6f; // least weight, where their mean is 1
 
-/// Gerchberg-Saxton between points and unit-amplitude transducers with a weight a point (Marzo,
+/// Gerchberg-Saxton between points and unit-amplitude transducers with a weight per point (Marzo,
 /// Drinkwater, "Holographic acoustic tweezers", PNAS 116, 2019; there after Di Leonardo, Ianni,
 /// Ruocco 2007). A round:
 ///     q = unit(G* (w a u)),  p = G q,  u = p / |p|,  w_l <- w_l s a_l / |p_l|
@@ -50,7 +50,7 @@ private:
         return outcome;
     }
 
-    // Updates the weights by the published rule. Returns the rms of y_l / (s a_l) - 1.
+    // Updates the weights by the rule above. Returns the rms of y_l / (s a_l) - 1.
     float reweigh(const FieldProblem& field)
     {
         const float s = fittedLevel(field.y, field.a);

@@ -28,13 +28,12 @@ double since_ms(Clock::time_point start)
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// The relaxation is minimised in float, where it does not fall reliably by less than this share of
-// trace(M) a round.
+// Least fall per round over trace(M) that the relaxation, which is minimised in float, resolves.
 constexpr double kSmallestFall = 2e-8;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// Returns a number that is not above the smallest eigenvalue of M - diag y - sigma I, if that
-// matrix is found positive definite; else -infinity.
+// Returns a lower bound of the smallest eigenvalue of M - diag y - sigma I if that matrix is found
+// positive definite; else -infinity.
 double provenMargin(const Eigen::MatrixXcd& M,
                     const Eigen::VectorXd& y,
                     double sigma,
@@ -49,14 +48,14 @@ double provenMargin(const Eigen::MatrixXcd& M,
     if (!factor.isPositive() || !factor.isFinite()) return kNone;
     // L L* = S + E with |E_kl| <= gamma |l_k| |l_l| and |l_k|^2 = s_kk / (1 - gamma), so |E| <=
     // gamma / (1 - gamma) tr S, gamma = 8 (n + 4) eps: generous for complex arithmetic and any
-    // order of summation. The diagonal's two subtractions are rounded to eps of what went in.
+    // order of summation. The diagonal's two subtractions are rounded to eps of their operands.
     const Eigen::ArrayXd diagonal = M.diagonal().real();
     const double trace = (diagonal.abs() + y.array().abs() + std::abs(sigma)).sum();
     const double gamma = 8.0 * (n + 4.0) * kEpsilon;
     return -(gamma / (1.0 - gamma) + 2.0 * kEpsilon) * trace;
 }
 
-// An estimate of the smallest eigenvalue; with many points it is a little below.
+// Returns an estimate of the smallest eigenvalue; for large matrices it is a little too low.
 double smallestEigenvalue(const Eigen::MatrixXcd& S, const base::StopToken& stop)
 {
     constexpr Eigen::Index kAtOnce = 128;
@@ -68,7 +67,7 @@ double smallestEigenvalue(const Eigen::MatrixXcd& S, const base::StopToken& stop
     return -pair.value - pair.residual;
 }
 
-// p = G q.
+// Returns p = G q.
 Eigen::VectorXcd pressures(const PropagationMatrix& G, const Eigen::VectorXcf& q)
 {
     const auto padded = static_cast<std::size_t>(G.paddedTransducers());
@@ -110,11 +109,11 @@ certifiedBound(const Eigen::MatrixXcd& M, const Eigen::VectorXd& y, const base::
     const double n = static_cast<double>(M.cols());
     Eigen::MatrixXcd S = M;
     S.diagonal().real() -= y;
-    // The norm has room for the rounding of M - diag y, which may cancel altogether.
+    // The norm includes the rounding of M - diag y, where all digits may cancel.
     const double norm = S.norm() + 1e-13 * (M.norm() + y.norm());
     const double guess = smallestEigenvalue(S, stop);
-    // Minus the Frobenius norm is below every eigenvalue, by far more than its rounding: used where
-    // no guess is proved.
+    // If no estimate is proved: minus the Frobenius norm is below every eigenvalue, by far more
+    // than its rounding.
     double sigma = -(1.0 + 1e-6) * norm;
     double margin = 0.0;
     for (double below = 4.0 * n * kEpsilon * norm; below < norm; below *= 8.0)
@@ -152,8 +151,8 @@ Certificate Certifier::certify(const PhaseObjective& objective, const Eigen::Vec
     Certificate result;
     result.points = objective.size();
 
-    // The fall of a round tells how far the minimum is. What counts is proved afterwards, so a poor
-    // guess only costs time.
+    // The fall of a round tells how far the minimum is. The bound is proved afterwards, so a poor
+    // choice only costs time.
     PhaseRelaxation relaxation(objective, _options.seed, _options.stop);
     double fall = _options.tolerance / 300.0;
     while (!result.tight)

@@ -16,17 +16,17 @@ namespace midair::haptics
 namespace
 {
 
-constexpr int kFirstRounds = 4;
-constexpr int kMaxRounds = 2000;
-constexpr double kSettled = 1e-8; // fall of a round over trace(M) at which a descent has arrived
-constexpr double kSettledFast = 1e-6;
-constexpr float kSmallestStep = 1e-5f; // of a vector of length 1
+constexpr int kFirstRounds = 4;        // rounds that show which roundings are promising
+constexpr int kMaxRounds = 2000;       // largest number of rounds in a descent
+constexpr double kSettled = 1e-8;      // fall of a round over trace(M) at which a descent ends
+constexpr double kSettledFast = 1e-6;  // the same of a descent in float
+constexpr float kSmallestStep = 1e-5f; // shorter changes of a unit vector are skipped
 constexpr float kOver = 0.7f;          // see kernels::descendOnce; measured, n = 50 to 200
-constexpr int kRefreshInterval = 64; // rounds after which rounding in the kept products is cleared
+constexpr int kRefreshInterval = 64;   // rounds between recomputations of the products M x
 
 double normal(std::mt19937_64& random)
 {
-    // Box and Muller's, written out: the standard library's normal distribution differs between
+    // The method of Box and Muller, as the standard library's normal distribution differs between
     // implementations.
     const double scale = 1.0 / 18446744073709551616.0; // 2^-64
     const double radius = std::sqrt(-2.0 * std::log((static_cast<double>(random()) + 1.0) * scale));

@@ -10,36 +10,39 @@
 namespace midair::haptics
 {
 
-/// \a p (n) with every entry brought to modulus 1; 1 where it is 0.
+/// Returns \a p (n) with every entry scaled to modulus 1; entries that are 0 become 1.
 Eigen::VectorXcd unitPhases(const Eigen::VectorXcd& p);
 
-/// The relaxation of a PhaseObjective in factored form: each phase u_l replaced by a unit vector
-/// x_l of a few complex components, so that the bad minima go; minimised by coordinate descent.
+/// The relaxation of a PhaseObjective in factored form: each phase u_l is replaced by a unit vector
+/// x_l of a few complex components, which removes the poor local minima. Coordinate descent
+/// minimises it.
 class PhaseRelaxation
 {
 public:
-    /// From random vectors of ceil(sqrt(n)) + 1 components. \a objective must outlive this. Throws
-    /// Stopped, from descend() too, where \a stop asks for it.
+    /// Starts from random vectors of ceil(sqrt(n)) + 1 components. \a objective must outlive this.
+    /// The constructor, descend() and reduceRank() throw Stopped on a request of \a stop.
     PhaseRelaxation(const PhaseObjective& objective, std::uint64_t seed, base::StopToken stop = {});
 
-    /// Rounds until one gains less than \a fall * trace(M), or \a maxRounds in all.
+    /// Makes rounds until one lowers the value by no more than \a fall * trace(M), or until there
+    /// were \a maxRounds in all calls together.
     void descend(int maxRounds, double fall);
     int rounds() const { return _rounds; }
 
-    /// sum_kl M_kl x_k* x_l = tr(M U).
+    /// Returns sum_kl M_kl x_k* x_l = tr(M U).
     double value() const { return y().sum(); }
-    /// y_l = Re(x_l* (M x)_l), the diagonal of M U: the certificate's multipliers. n.
+    /// Returns y_l = Re(x_l* (M x)_l), the diagonal of M U (n): the certificate's multipliers.
     Eigen::VectorXd y() const;
 
-    /// Turns the components into principal ones, the largest first, and drops those that carry less
-    /// than a thousandth.
+    /// Rotates to principal components, the largest first, and drops those with at most a
+    /// thousandth of the vectors' squared length.
     void reduceRank();
     int rank() const { return static_cast<int>(_xRe.cols()); }
     Eigen::MatrixXcd vectors() const; ///< n x rank, row l is x_l
 
-    /// Phases of the vectors along a random direction (normally distributed).
+    /// Returns the phases of the vectors' components along a random direction, which is normally
+    /// distributed: a rounded solution.
     Eigen::VectorXcd round(std::mt19937_64& random) const;
-    /// Phases of the first component.
+    /// Returns the phases of the vectors' first component.
     Eigen::VectorXcd leadingPhases() const;
 
 private:
@@ -53,23 +56,22 @@ private:
     int _rounds = 0;
 };
 
-/// Looks for phases of least u* M u: descends from rounded solutions of the relaxation, the
-/// promising ones to the end.
+/// Searches for phases with the least u* M u, by descents from rounded solutions of the relaxation.
 class PhaseSearch
 {
 public:
-    /// What takes long throws Stopped where \a stop asks for it.
+    /// Searches throw Stopped on a request of \a stop. \a objective must outlive this.
     explicit PhaseSearch(const PhaseObjective& objective,
                          std::uint64_t seed,
                          base::StopToken stop = {});
 
-    /// Descends from \a u and keeps the result if it is the best so far.
+    /// Descends from \a u to a minimum and keeps the result if it is the best so far.
     void tryFrom(const Eigen::VectorXcd& u);
-    /// Takes \a count roundings a few rounds down, and the best \a carriedOn of them to their
-    /// minimum: where a start is after four rounds tells well where it will end.
+    /// Descends from \a count roundings for four rounds, whose values predict the minima well, and
+    /// from the best \a carriedOn of them to their minima.
     void tryRoundings(const PhaseRelaxation& relaxation, int count, int carriedOn);
 
-    const Eigen::VectorXcd& best() const { return _best; }
+    const Eigen::VectorXcd& best() const { return _best; } ///< best phases so far, n
     int starts() const { return _starts; }
 
 private:

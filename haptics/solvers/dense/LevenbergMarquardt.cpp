@@ -11,10 +11,11 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kFirstDamping = 0.1; // relative to the mean of diag(J J^T)
+// Damping relative to the mean of diag(J J^T); haptics/SOLVER.md, "Dense points".
+constexpr double kFirstDamping = 0.1;
 constexpr double kLeastDamping = 1e-4;
 constexpr double kMostDamping = 1e3;
-constexpr float kInnerTolerance = 0.05f;
+constexpr float kInnerTolerance = 0.05f; // residual over the first one at which CG ends
 
 } // namespace
 
@@ -68,7 +69,7 @@ void LevenbergMarquardt::reserve(const FieldProblem& field)
         if (v->size() != field.n()) v->resize(field.n());
 }
 
-// Measures field.q: r_l = 1 + g_l - |p_l|^2/(s a_l)^2. Returns f.
+// Computes p, the weights 2/(s a_l)^2 and r_l = 1 + g_l - |p_l|^2/(s a_l)^2 for field.q. Returns f.
 double LevenbergMarquardt::measure(FieldProblem& field, double s, const Eigen::VectorXf& given)
 {
     field.forward(field.q, field.p);
@@ -84,8 +85,8 @@ double LevenbergMarquardt::measure(FieldProblem& field, double s, const Eigen::V
     return f;
 }
 
-// With J_li = d(|p_l|^2)/d phi_i / (s a_l)^2 = -weight_l Im(conj(p_l) G_li q_i):
-//     sum += alpha d of the direction before,  d = J^T direction,  product = J d;  G is read once.
+// With J_li = d(|p_l|^2)/d phi_i / (s a_l)^2 = -weight_l Im(conj(p_l) G_li q_i) sets
+//     sum += alpha d of the previous direction,  d = J^T direction,  product = J d;  reads G once.
 void LevenbergMarquardt::pass(FieldProblem& field, float alpha)
 {
     const int n = field.n();
@@ -126,8 +127,8 @@ void LevenbergMarquardt::pass(FieldProblem& field, float alpha)
     }
 }
 
-// Leaves in _sum the step J^T x of (J J^T + damping I) x = r, by conjugate gradients in the space
-// of the points.
+// Sets _sum to the step J^T x with (J J^T + mu I) x = r, mu = damping times the mean of diag(J
+// J^T), by conjugate gradients in the space of the points.
 void LevenbergMarquardt::step(FieldProblem& field, double damping, int innerSteps)
 {
     const auto mu = static_cast<float>(damping * _gain);
@@ -153,8 +154,8 @@ void LevenbergMarquardt::step(FieldProblem& field, double damping, int innerStep
         _sum[static_cast<std::size_t>(i)] += alpha * _d[static_cast<std::size_t>(i)];
 }
 
-// Multiplies q_i by (1 + j d/2)/(1 - j d/2): of unit length without a sine, an angle of d for small
-// d and never half a turn.
+// Multiplies q_i by (1 + j d/2)/(1 - j d/2), which has modulus 1 without a sine; its angle is d for
+// small d and never reaches half a turn.
 void LevenbergMarquardt::turn(FieldProblem& field)
 {
     float *qRe = field.q.re.data(), *qIm = field.q.im.data();
@@ -190,7 +191,7 @@ int LevenbergMarquardt::fit(FieldProblem& field,
     int corrections = 0;
     while (corrections < limits.corrections && f > done && damping < kMostDamping)
     {
-        // Takes the |G_li| of a row as equal: this only sets the scale of the damping (SOLVER.md,
+        // Assumes equal |G_li| in a row, as this only sets the scale of the damping (SOLVER.md,
         // "Dense points").
         _gain = 0.0;
         for (int l = 0; l < field.n(); ++l)

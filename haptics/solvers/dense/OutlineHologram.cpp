@@ -19,23 +19,31 @@ namespace
 {
 
 // haptics/SOLVER.md, "Dense points", explains these.
-constexpr double kJudgeSpacing = 0.1; // wavelengths, between the samples that a field is judged by
-constexpr int kFirstCorrections = 5;  // of each start, to tell which are worth following
-constexpr int kWarmRounds = 3;        // of projections, after the field of the last outlines
-constexpr int kRaises = 6;            // of the pressure asked for, until the mean is loud enough
-constexpr int kRaiseCorrections = 15; // after each
-constexpr double kHeadroom = 1.03;    // asked for over what must be had: uneven fields lose of it
-constexpr double kOwnShare = 0.97;    // of its own mean, asked of a field that is louder by itself
-constexpr double kWeightOfLack = 2.0; // of what the mean lacks, over what is uneven
+// Distance in wavelengths between the samples at which a field is judged.
+constexpr double kJudgeSpacing = 0.1;
+// Corrections per start before the finalists are chosen.
+constexpr int kFirstCorrections = 5;
+// Rounds of projections that a warm start makes from the last field.
+constexpr int kWarmRounds = 3;
+// Times that the requested pressure is raised, at most, until the mean is loud enough.
+constexpr int kRaises = 6;
+// Corrections after each raise.
+constexpr int kRaiseCorrections = 15;
+// Requested mean over required mean; equalising lowers the mean.
+constexpr double kHeadroom = 1.03;
+// Share of its own mean requested from a field that exceeds the required mean.
+constexpr double kOwnShare = 0.97;
+// Weight of the missing mean relative to the unevenness.
+constexpr double kWeightOfLack = 2.0;
 
-// Turns of phase along an outline that the first starts make; the others start from random phases.
+// Turns of the phase along an outline in the first starts; all others start from random phases.
 constexpr double kTurns[] = {0.0, 1.0, -1.0, 2.0};
 constexpr int kRamps = 4;
 
 bool better(bool loudEnough, const SurfaceStatistics& a, const SurfaceStatistics& b, double floor)
 {
-    // A field that is loud enough beats one that is not; of those that are the smoother one wins,
-    // else the louder one.
+    // A field that is loud enough beats one that is not. Of two that are loud enough the smoother
+    // one wins, of two that are not the louder one.
     const bool other = b.mean_Pa >= floor;
     if (loudEnough != other) return loudEnough;
     return loudEnough ? a.coefficientOfVariation < b.coefficientOfVariation : a.mean_Pa > b.mean_Pa;
@@ -67,7 +75,7 @@ OutlineHologram::OutlineHologram(const OutlineOptions& options) :
     if (!options.isValid(&error)) throw base::InputError("outline hologram: " + error);
 }
 
-// Refuses outlines that are too long before any point is placed along them.
+// Refuses outlines that are too long, before any point is placed along them.
 void OutlineHologram::checkLength(const std::vector<Outline>& outlines, double wavelength_m) const
 {
     const double spacing_m = _options.spacing * wavelength_m;
@@ -81,8 +89,8 @@ void OutlineHologram::checkLength(const std::vector<Outline>& outlines, double w
                         base::kMostControlPoints));
 }
 
-// Places the points that are solved for from here on, \a spacing_m apart along every outline, and
-// builds their matrix.
+// Places control points \a spacing_m apart along every outline and builds their matrix; later
+// solves are for these points.
 void OutlineHologram::place(const Scene& scene, double spacing_m)
 {
     std::vector<Eigen::Matrix3Xd> parts;
@@ -117,7 +125,7 @@ void OutlineHologram::place(const Scene& scene, double spacing_m)
         throw base::InputError("outline hologram: no transducer reaches the outlines");
 }
 
-// Puts the starting phases of number \a index into field.u and returns their name.
+// Sets field.u to the starting phases with the number \a index and returns their name.
 std::string OutlineHologram::start(int index)
 {
     const auto n = static_cast<std::size_t>(_field.n());
@@ -137,19 +145,19 @@ std::string OutlineHologram::start(int index)
     return fmt::format("random {}", index - kRamps);
 }
 
-// Measures the radiation pressure of field.q along the outlines, as the device plays it.
+// Measures the radiation pressure along the outlines for field.q as the device plays it.
 SurfaceStatistics OutlineHologram::judge(const Scene& scene, Eigen::VectorXcf* played)
 {
     const Eigen::VectorXcf q = playedPhases(_field);
     if (played != nullptr) *played = q;
     Eigen::VectorXd pressure_Pa = meanRadiationPressure(
         scene.dense, scene.array, scene.medium, {q}, 2.0, _options.threads, _options.stop);
-    pressure_Pa.array() /=
-        scene.targets.array().square(); // an outline is even if all of it is at its own
+    // Radiation pressure goes with the square of the pressure, so this compares with the targets.
+    pressure_Pa.array() /= scene.targets.array().square();
     return statisticsOf(pressure_Pa, Eigen::VectorXd());
 }
 
-// Finds the loudest field for points \a spacing_m apart and returns its figures.
+// Finds the loudest field for points \a spacing_m apart and returns its radiation pressure.
 SurfaceStatistics OutlineHologram::solveApart(const Scene& scene, double spacing_m)
 {
     place(scene, spacing_m);
@@ -164,7 +172,8 @@ SurfaceStatistics OutlineHologram::solveApart(const Scene& scene, double spacing
     return loudest;
 }
 
-// Makes the pressure of field.q equal along the outlines, at the candidate's goal.
+// Equalises the pressure of field.q along the outlines at the candidate's goal and stores the
+// result in the candidate.
 void OutlineHologram::follow(const Scene& scene, int corrections, Candidate& candidate)
 {
     LevenbergMarquardt::Limits limits;
@@ -175,7 +184,7 @@ void OutlineHologram::follow(const Scene& scene, int corrections, Candidate& can
     candidate.q = currentPhases(_field);
 }
 
-// Follows a finalist to the end, raising its goal until its mean pressure is loud enough.
+// Corrects a finalist to the end and raises its goal until its mean pressure is loud enough.
 void OutlineHologram::raise(const Scene& scene, double floor_Pa, Candidate& candidate)
 {
     setPhases(_field, candidate.q);
@@ -183,8 +192,8 @@ void OutlineHologram::raise(const Scene& scene, double floor_Pa, Candidate& cand
     const int corrections = std::min(kRaiseCorrections, _options.corrections);
     for (int k = 0; k < kRaises && corrections > 0 && candidate.along.mean_Pa < floor_Pa; ++k)
     {
-        // The more uneven the field has to become, the more slowly its mean follows the goal: the
-        // goal rises by a little at first, then by more.
+        // The higher the goal, the more uneven the field has to become and the less its mean
+        // follows, so later raises are larger.
         const double lack = floor_Pa / std::max(candidate.along.mean_Pa, 1e-30);
         candidate.goal_Pa *=
             std::clamp(1.005 * std::pow(lack, 1.5 + 0.5 * k), 1.01 + 0.01 * k, 1.25);
@@ -233,7 +242,7 @@ void OutlineHologram::finish(const Scene& scene,
                              OutlineReport& report,
                              Eigen::VectorXcf& q)
 {
-    // Ranks candidates by what is uneven and by what their mean lacks.
+    // A candidate ranks by its unevenness plus the weighted share that its mean lacks.
     const auto lack = [floor_Pa](const Candidate& c)
     {
         return c.along.coefficientOfVariation +

@@ -16,38 +16,36 @@
 namespace midair::haptics
 {
 
-/// How outlines are solved for; isValid() names the first setting that is out of its range.
+/// Settings of OutlineHologram; isValid() names the first one that is out of range.
 struct OutlineOptions
 {
-    double spacing = 0.245; ///< 0.1 .. 1, in wavelengths; between the points that are solved for
-    int starts = 8;         ///< 1 .. 1000; starting phases that are tried
-    int finalists = 3;      ///< >= 1; of those, how many are followed to the end
-    int rounds = 30;        ///< >= 1; weighted projections from each start
-    int corrections = 60;   ///< >= 0; of LevenbergMarquardt, for each finalist
-    /// > 0; the mean radiation pressure to be kept, over that of the loudest start with points a
-    /// wavelength apart.
+    double spacing = 0.245; ///< 0.1 .. 1, in wavelengths; distance of the control points
+    int starts = 8;         ///< 1 .. 1000; number of starts, each with phases of its own
+    int finalists = 3;      ///< >= 1; number of starts that are corrected to the end
+    int rounds = 30;        ///< >= 1; rounds of weighted projections from each start
+    int corrections = 60;   ///< >= 0; largest number for a finalist before its goal is raised
+    /// > 0; required mean radiation pressure, over that of the loudest field for points a
+    /// wavelength apart
     double loudness = 1.0;
-    /// True: where outlines of as many points were solved before, the field of then is the one
-    /// start.
+    /// true: if the last field had as many points and transducers, it is the only start
     bool warmStart = true;
-    std::uint64_t seed = 1;                 ///< of the random starts
+    std::uint64_t seed = 1;                 ///< seed of the random starts
     int threads = 1;                        ///< >= 1
     std::shared_ptr<base::ThreadPool> pool; ///< as SolverOptions::pool
-    base::StopToken stop;                   ///< where it asks for that, solve() throws Stopped
+    base::StopToken stop;                   ///< on its request solve() throws Stopped
 
-    /// False where a setting is out of its range; \a error, if given, then says which.
+    /// Returns false if a setting is out of range; \a error, if given, then says which.
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// What was reached, for the activations as the device plays them.
+/// What was reached, measured for the activations as the device plays them.
 struct OutlineReport
 {
-    /// One start and what it led to; the finalists' figures are of their end, the others' of their
-    /// first corrections.
+    /// A start and its figures: for finalists after all corrections, for others after the first.
     struct Start
     {
-        std::string name;
-        double mean_Pa = 0.0;
+        std::string name;     ///< "equal", "ramp of 1", "random 0", "last field", ..
+        double mean_Pa = 0.0; ///< mean radiation pressure, as OutlineReport::along
         double coefficientOfVariation = 0.0;
         bool finalist = false;
     };
@@ -55,37 +53,37 @@ struct OutlineReport
     int points = 0;
     std::vector<Start> starts;
     int chosen = -1; ///< index into starts
-    /// Radiation pressure along the outlines, a tenth of a wavelength apart, over the square of
-    /// their targets.
+    /// Radiation pressure over the square of the target, sampled every tenth of a wavelength along
+    /// the outlines
     SurfaceStatistics along;
-    SurfaceStatistics apart; ///< the same of the loudest field for points a wavelength apart
+    SurfaceStatistics apart; ///< the same for the loudest field with points a wavelength apart
     bool loudEnough = false; ///< along.mean_Pa is at least loudness times apart.mean_Pa
-    int corrections = 0;     ///< of the chosen start
+    int corrections = 0;     ///< corrections of the chosen start
     double solve_ms = 0.0;
 };
 
-/// Plays outlines in one stationary field, nearly without ripples. The points stand a quarter of a
-/// wavelength apart and all are solved for: weighted projections, then LevenbergMarquardt. Where
-/// that leads depends on the phases it starts from, so equal ones, ramps along the curve and random
-/// ones are tried; the smoothest field wins that is no less loud than one for points a wavelength
-/// apart. Phase-only: all transducers play at full amplitude.
+/// Computes one stationary field for outlines, nearly without ripples. Control points a quarter of
+/// a wavelength apart are solved for by weighted projections and then LevenbergMarquardt. The
+/// result depends on the starting phases, so equal ones, ramps along the curve and random ones are
+/// tried. Of the fields that are as loud as one for points a wavelength apart, the smoothest is
+/// chosen. Phase-only: all transducers play at full amplitude.
 class OutlineHologram
 {
 public:
     /// Throws InputError for options that are not valid.
     explicit OutlineHologram(const OutlineOptions& options = {});
 
-    /// m activations into \a q, on the array's levels. Throws InputError where outlines, array or
-    /// medium are not valid or the outlines too long (Limits.h), Stopped where that is asked for.
+    /// Sets \a q to m activations on the array's levels. Throws InputError if outlines, array or
+    /// medium are not valid or the outlines are too long (Limits.h), and Stopped on a stop request.
     OutlineReport solve(const std::vector<Outline>& outlines,
                         const TransducerArray& array,
                         const Medium& medium,
                         Eigen::VectorXcf& q);
 
     const OutlineOptions& options() const { return _options; }
-    /// The points that the last field was solved for, their targets those of their outlines.
+    /// Returns the control points of the last field; their targets are those of their outlines.
     const ControlPoints& points() const { return _points; }
-    /// mean_l sum_i |G_li| at these points, Pa: what all transducers in phase would give there.
+    /// Returns mean_l sum_i |G_li| at these points, Pa: the mean pressure of a single focus there.
     double meanRowSum_Pa() const { return _field.meanRowSum(); }
 
 private:
@@ -95,7 +93,7 @@ private:
         double goal_Pa = 0.0;
         int corrections = 0;
         SurfaceStatistics along;
-        Eigen::VectorXcf q; // unit phases before they are rounded
+        Eigen::VectorXcf q; // unit amplitudes; phases not rounded
     };
 
     struct Scene
@@ -103,9 +101,9 @@ private:
         const std::vector<Outline>& outlines;
         const TransducerArray& array;
         const Medium& medium;
-        Eigen::Matrix3Xd dense;  // where the pressure is judged
-        Eigen::VectorXd targets; // of the outlines there
-        double unit_Pa;          // radiation pressure of 1 Pa
+        Eigen::Matrix3Xd dense;  // samples at which the pressure is judged
+        Eigen::VectorXd targets; // target of the outline at each of them
+        double unit_Pa;          // radiation pressure of 1 Pa peak
     };
 
     void checkLength(const std::vector<Outline>& outlines, double wavelength_m) const;
@@ -125,9 +123,9 @@ private:
     OutlineOptions _options;
     FieldProblem _field;
     LevenbergMarquardt _even;
-    ControlPoints _points;      // at hand
-    std::vector<double> _along; // of the points at hand: share of their outline's length
-    Eigen::VectorXcf _last;     // unit phases before they were rounded; empty: none
+    ControlPoints _points;      // points of the present solve
+    std::vector<double> _along; // for each of them: share of the outline's length up to it
+    Eigen::VectorXcf _last;     // q of the last field before rounding; empty: none
     int _lastPoints = 0;
     SurfaceStatistics _lastApart;
 };
