@@ -91,25 +91,25 @@ std::vector<Setting<S>> placeAndAir()
 {
     return {
         Row<S>("enabled", &S::enabled, "false: the array is silent").variable("ENABLED").safety(),
-        Row<S>("array", &S::array, "octagon, board, a shipped array's name or a JSON file")
+        Row<S>(
+            "array", &S::array, "octagon, board, the name of another shipped array, or a JSON file")
             .variable("ARRAY")
             .wish(&HapticWishes::array),
         Row<S>("device",
                &S::device,
-               "what plays: the URI of a device, sim:, record:FILE, null:, .., or a name of the "
-               "user's")
+               "what plays: the URI of a device (sim:, record:FILE, null:, ..) or a name from the "
+               "user's grants")
             .variable("DEVICE")
             .wish(&HapticWishes::device),
         Row<S>("calibration",
                &S::calibration,
-               "world in m -> array, rigid; row by row, translation last")
+               "rigid transform from the world in m to the array; row by row, translation last")
             .safety(),
-        Row<S>("metresPerUnit", &S::metresPerUnit, "what a unit of the scene is")
-            .range(1e-9, 1e9, "m"),
-        Row<S>("temperature", &S::temperature, "of the air")
+        Row<S>("metresPerUnit", &S::metresPerUnit, "length of a scene unit").range(1e-9, 1e9, "m"),
+        Row<S>("temperature", &S::temperature, "temperature of the air")
             .range(kLeastTemperature_C, kMostTemperature_C, "C"),
-        Row<S>("humidity", &S::humidity, "of the air, relative").range(0.0, 1.0),
-        Row<S>("airPressure", &S::airPressure, "of the air")
+        Row<S>("humidity", &S::humidity, "relative humidity of the air").range(0.0, 1.0),
+        Row<S>("airPressure", &S::airPressure, "pressure of the air")
             .range(kLeastAirPressure_Pa, kMostAirPressure_Pa, "Pa")};
 }
 
@@ -117,25 +117,28 @@ std::vector<Setting<S>> solving()
 {
     const int most = midair::haptics::SelectorOptions().maxPoints;
     return {
-        Row<S>("solver", &S::solver, solverList() + "; without one: the best there is")
-            .variable("SOLVER"),
-        Row<S>("maxIterations", &S::maxIterations, "of the solver; 0: the solver's own")
+        Row<S>("solver", &S::solver, solverList() + "; empty: the first").variable("SOLVER"),
+        Row<S>("maxIterations",
+               &S::maxIterations,
+               "limit of the solver's iterations; 0: the solver's default")
             .range(0, 1000000),
-        Row<S>("rmsTolerance", &S::rmsTolerance, "relative error at which the solver stops")
+        Row<S>("rmsTolerance", &S::rmsTolerance, "relative rms error at which the solver stops")
             .range(0.0, 1.0),
-        Row<S>("deadline", &S::deadline_ms, "for a solve; 0: none").range(0.0, 1e6, "ms"),
-        Row<S>("lambda", &S::lambda, "regularisation, relative to trace(K)/n").range(0.0, kNoEnd),
-        Row<S>("loudness",
-               &S::loudness,
-               "1: as loud as it accurately can; below: quieter; above: louder, less accurate")
+        Row<S>("deadline", &S::deadline_ms, "time limit of a solve; 0: none").range(0.0, 1e6, "ms"),
+        Row<S>("lambda", &S::lambda, "Tikhonov regularisation, relative to trace(K)/n")
+            .range(0.0, kNoEnd),
+        Row<S>(
+            "loudness",
+            &S::loudness,
+            "1: as loud as the field stays accurate; below: quieter; above: louder, less accurate")
             .range(1e-6, kMostLoudness),
-        Row<S>("phaseOnly", &S::phaseOnly, "all transducers at one amplitude"),
-        Row<S>("threads", &S::threads, "of the solver").range(1, kMostThreads),
-        Row<S>("motionTolerance", &S::motionTolerance, "what moves less is not solved again")
+        Row<S>("phaseOnly", &S::phaseOnly, "play all transducers at one amplitude"),
+        Row<S>("threads", &S::threads, "threads of the solver").range(1, kMostThreads),
+        Row<S>("motionTolerance", &S::motionTolerance, "objects that move by less keep their field")
             .range(0.0, 1e3, "wavelengths"),
         Row<S>("maxPoints",
                &S::maxPoints,
-               fmt::format("control points shared by all objects; 0: {}", most))
+               fmt::format("limit of control points, shared by all objects; 0: {}", most))
             .range(0, kMostControlPoints)};
 }
 
@@ -144,41 +147,55 @@ std::vector<Setting<S>> playing()
     return {
         Row<S>("hands",
                &S::hands,
-               "where hands come from: none, recorded:FILE, recorded:FILE?loop, openxr:, or a name "
-               "of the user's")
+               "source of tracked hands: none, recorded:FILE, recorded:FILE?loop, openxr:, or a "
+               "name from the user's grants")
             .variable("HANDS")
             .wish(&HapticWishes::hands),
-        Row<S>("reach", &S::reach, "only points so near to a hand are solved; 0: all")
+        Row<S>("reach", &S::reach, "solve only points this near to a hand; 0: all")
             .range(0.0, 10.0, "m")
             .variable("REACH"),
-        Row<S>("shadows", &S::shadows, "hands and obstacles are in the sound's way"),
+        Row<S>("shadows",
+               &S::shadows,
+               "hands and obstacles block sound, which the solver takes into account"),
         Row<S>("maxPressure",
                &S::maxPressure,
-               "peak that no control point gets more than; 0: no cap",
+               "cap on the peak pressure at control points; 0: no cap",
                2)
             .range(0.0, kMostPressure_Pa, "Pa")
             .variable("MAX_PRESSURE")
             .safety(),
-        Row<S>("cycle", &S::cycle, "fields for shifted points in turn, which smooth what rests", 3)
+        Row<S>("cycle",
+               &S::cycle,
+               "number of fields with shifted points, played in turn to smooth objects at rest",
+               3)
             .range(1, kMostCycle)
             .variable("CYCLE"),
-        Row<S>("cycleSteps", &S::cycleSteps, "between one field and the next", 3)
+        Row<S>("cycleSteps",
+               &S::cycleSteps,
+               "intermediate steps from one field of the cycle to the next",
+               3)
             .range(0, kMostCycleSteps),
-        Row<S>("subsets", &S::subsets, "of the points, played in turn: harder, less often", 3)
+        Row<S>("subsets",
+               &S::subsets,
+               "number of subsets of the points, played in turn: each stronger, but less often",
+               3)
             .range(1, kMostSubsets)
             .variable("SUBSETS"),
-        Row<S>("fieldRate", &S::fieldRate, "at which fields follow each other, steps included", 3)
+        Row<S>(
+            "fieldRate", &S::fieldRate, "rate of fields that are played in turn, steps included", 3)
             .range(1.0, kMostFieldRate_Hz, "Hz"),
-        Row<S>("denseOutlines", &S::denseOutlines, "edges that rest are one smooth field", 3),
+        Row<S>("denseOutlines", &S::denseOutlines, "play edges at rest as one smooth field", 3),
         Row<S>("monitorInterval",
                &S::monitorInterval,
-               "so often a field is certified and measured; 0: never",
+               "shortest time between two measurements; 0: never",
                3)
             .range(kLeastMonitorInterval_s, kMostMonitorInterval_s, "s")
             .orZero()
             .variable("MONITOR"),
-        Row<S>(
-            "maxAmplitude", &S::maxAmplitude, "of full drive, that no transducer gets more than", 4)
+        Row<S>("maxAmplitude",
+               &S::maxAmplitude,
+               "cap on each transducer's amplitude; 1: full drive",
+               4)
             .range(0.0, 1.0)
             .variable("MAX_AMPLITUDE")
             .safety()};
@@ -201,55 +218,60 @@ bool setPressure(P& property, const std::string& text)
 
 std::vector<Setting<P>> strength()
 {
-    return {Row<P>("enabled", &P::enabled, "can it be felt"),
-            Row<P>("pressure",
-                   &P::pressure,
-                   "relative to the scene's other objects (the array plays as loud as it "
-                   "accurately can), or with its unit: 500 Pa, peak")
-                .range(1e-6, 1e5)
-                .parsedBy(setPressure),
-            Row<P>("unit", EnumMember<&P::pressureUnit>::choice(), "of the pressure")
-                .words({{"relative", "RELATIVE", P::RELATIVE}, {"Pa", "PASCAL", P::PASCAL}})
-                .stored("PressureUnit"),
-            Row<P>("spacing", &P::spacing, "between control points; 0: one wavelength")
-                .range(0.001, 1.0, "m")
-                .orZero(),
-            Row<P>("sampling",
-                   EnumMember<&P::sampling>::choice(),
-                   "where points go: over the faces, along edges, to the mesh's own vertices")
-                .words({{"surface", "SURFACE", P::SURFACE},
-                        {"edges", "EDGES", P::EDGES},
-                        {"vertices", "VERTICES", P::VERTICES}}),
-            Row<P>("side",
-                   EnumMember<&P::side>::choice(),
-                   "of its faces: front is turned to where most of the array's sound comes from")
-                .words({{"both", "BOTH", P::BOTH},
-                        {"front", "FRONT", P::FRONT},
-                        {"back", "BACK", P::BACK}}),
-            Row<P>("priority", &P::priority, "larger wins where points are too near or too many")
-                .range(-1000000, 1000000),
-            Row<P>("modulationFrequency",
-                   &P::modulationFrequency,
-                   "of the pressure on the skin; 0: steady; objects of one scene share one, that "
-                   "of the highest priority")
-                .range(0.0, kMostModulation_Hz, "Hz"),
-            Row<P>("modulationDepth",
-                   &P::modulationDepth,
-                   "by how much of itself the pressure on the skin goes down")
-                .range(0.0, 1.0)};
+    return {
+        Row<P>("enabled", &P::enabled, "false: the object is not felt"),
+        Row<P>("pressure",
+               &P::pressure,
+               "relative to the scene's other objects (the array plays as loud as the field stays "
+               "accurate), or peak pressure with its unit: 500 Pa")
+            .range(1e-6, 1e5)
+            .parsedBy(setPressure),
+        Row<P>("unit", EnumMember<&P::pressureUnit>::choice(), "unit of the pressure")
+            .words({{"relative", "RELATIVE", P::RELATIVE}, {"Pa", "PASCAL", P::PASCAL}})
+            .stored("PressureUnit"),
+        Row<P>("spacing", &P::spacing, "distance between control points; 0: one wavelength")
+            .range(0.001, 1.0, "m")
+            .orZero(),
+        Row<P>(
+            "sampling",
+            EnumMember<&P::sampling>::choice(),
+            "where control points are placed: on the faces, along edges, or at the mesh's vertices")
+            .words({{"surface", "SURFACE", P::SURFACE},
+                    {"edges", "EDGES", P::EDGES},
+                    {"vertices", "VERTICES", P::VERTICES}}),
+        Row<P>("side",
+               EnumMember<&P::side>::choice(),
+               "side of the faces that is felt; front: towards where most of the array's sound "
+               "comes from")
+            .words({{"both", "BOTH", P::BOTH},
+                    {"front", "FRONT", P::FRONT},
+                    {"back", "BACK", P::BACK}}),
+        Row<P>("priority",
+               &P::priority,
+               "objects with a larger one keep their points where points are too near or too many")
+            .range(-1000000, 1000000),
+        Row<P>("modulationFrequency",
+               &P::modulationFrequency,
+               "modulation of the pressure on the skin; 0: steady; all objects of a scene share "
+               "the frequency of the highest priority")
+            .range(0.0, kMostModulation_Hz, "Hz"),
+        Row<P>(
+            "modulationDepth", &P::modulationDepth, "share of the pressure that modulation removes")
+            .range(0.0, 1.0)};
 }
 
 std::vector<Setting<P>> paintAndTouch()
 {
     return {Row<P>("intensity",
                    EnumMember<&P::intensity>::choice(),
-                   "painted haptics: what the pressure is multiplied by")
+                   "painted haptics: source of the factor on the pressure")
                 .words({{"uniform", "UNIFORM", P::UNIFORM},
                         {"vertex-color", "VERTEX_COLOR", P::VERTEX_COLOR},
                         {"texture", "TEXTURE", P::TEXTURE}}),
             Row<P>("intensityChannel",
                    EnumMember<&P::intensityChannel>::choice(),
-                   "of the paint; brightness: mean of red, green and blue, times alpha",
+                   "channel of the paint that gives the factor; brightness: mean of red, green and "
+                   "blue, times alpha",
                    2)
                 .words({{"brightness", "BRIGHTNESS", P::BRIGHTNESS},
                         {"red", "RED", P::RED},
@@ -258,15 +280,17 @@ std::vector<Setting<P>> paintAndTouch()
                         {"alpha", "ALPHA", P::ALPHA}}),
             Row<P>("intensityLow",
                    &P::intensityLow,
-                   "intensity where the channel is 0; a point with none is not felt",
+                   "factor where the channel is 0; points with factor 0 are not felt",
                    2)
                 .range(0.0, 1.0),
             Row<P>("intensityHigh",
                    &P::intensityHigh,
-                   "intensity where the channel is full; below intensityLow: inverted",
+                   "factor where the channel is full; below intensityLow: inverted",
                    2)
                 .range(0.0, 1.0),
-            Row<P>("touchEvents", &P::touchEvents, "report hands that enter and leave")};
+            Row<P>("touchEvents",
+                   &P::touchEvents,
+                   "report hands that begin and end to touch the object")};
 }
 
 template<typename T>
