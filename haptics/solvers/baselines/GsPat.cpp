@@ -17,8 +17,7 @@ constexpr float kStill = 1e-6f;
 /// Phase retrieval in the space of the points (Plasencia, Hirayama, Montano-Murillo, Subramanian,
 /// "GS-PAT", ACM Transactions on Graphics 39, 2020): with the back-propagation B = G* diag(1 /
 /// sum_i |G_li|^2) and R = G B (n x n),
-///     p = R (a u),  u = p / |p|;  finally, with a correction of the amplitudes,  q = B (a^2/|p|
-///     u).
+///     p = R (a u),  u = p / |p|;  finally, with corrected amplitudes,  q = B (a^2 / |p| u).
 /// Without an inverse and weights it is fast, but the pressures are unequal. (In measurements the
 /// authors' OpenCL implementation behaves as if without the correction, twice as unequal.)
 class GsPat final : public SolverBase

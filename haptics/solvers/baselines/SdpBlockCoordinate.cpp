@@ -22,7 +22,7 @@ constexpr double kBarrier = 0.1; // mu of the paper
 /// d'Aspremont, Mallat 2015): for an index i, the others ic,
 ///     x = U_icic M_ici,  gamma = x* M_ici,  U_ici = -sqrt((1 - mu)/gamma) x  (0 where gamma <= 0).
 /// Each round visits all indices in shuffled order. u is the leading eigenvector of U with its
-/// entries projected to modulus 1; without that projection points are lost from about eleven on.
+/// entries projected to modulus 1; without that, some of about eleven points or more are lost.
 class SdpBlockCoordinate final : public SolverBase
 {
 public:
