@@ -28,6 +28,7 @@ public:
     Workspace(const TransducerArray& array, double wavelength_m, const SelectorOptions& options);
 
     Verdict judge(const Eigen::Vector3d& point) const;
+    double minDistance_m() const { return _minDistance; }
     double reach_m() const { return _reach; }
     double wavelength_m() const { return _wavelength; }
 
