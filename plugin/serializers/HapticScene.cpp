@@ -52,7 +52,10 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
 {
     (void)domain; // unused parameter of the macro
     ADD_INT_SERIALIZER(FormatVersion, 0);
-    osgMidair::addSettings<MyClass>(
-        *wrapper, osgMidair::sceneSettings(), &MyClass::getSettings, &MyClass::setSettings);
+    osgMidair::addSettings<MyClass, osgMidair::HapticSettings>(
+        *wrapper,
+        osgMidair::sceneSettings(),
+        [](const MyClass& node) -> const osgMidair::HapticSettings& { return node.getSettings(); },
+        [](MyClass& node, const osgMidair::HapticSettings& all) { node.setSettings(all); });
     wrapper->addSerializer(new EndOfScene, osgDB::BaseSerializer::RW_USER); // must stay last
 }

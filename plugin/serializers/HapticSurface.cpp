@@ -11,6 +11,9 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
 {
     (void)domain; // unused parameter of the macro
     ADD_INT_SERIALIZER(FormatVersion, 0);
-    osgMidair::addSettings<MyClass>(
-        *wrapper, osgMidair::surfaceProperties(), &MyClass::getProperty, &MyClass::setProperty);
+    osgMidair::addSettings<MyClass, osgMidair::HapticProperty>(
+        *wrapper,
+        osgMidair::surfaceProperties(),
+        [](const MyClass& node) -> const osgMidair::HapticProperty& { return node.getProperty(); },
+        [](MyClass& node, const osgMidair::HapticProperty& all) { node.setProperty(all); });
 }

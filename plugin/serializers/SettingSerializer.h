@@ -21,8 +21,10 @@ template<class C, class T>
 class SettingSerializer : public osgDB::BaseSerializer
 {
 public:
-    using Get = const T& (C::*)() const;
-    using Set = void (C::*)(const T&);
+    // Functions and not members, since a member of a base that is called through the node's class
+    // is a false alarm to g++'s undefined-behaviour sanitizer.
+    using Get = const T& (*)(const C&);
+    using Set = void (*)(C&, const T&);
 
     SettingSerializer(Setting<T> setting, Get get, Set set) :
         osgDB::BaseSerializer(READ_WRITE_PROPERTY),
@@ -52,15 +54,15 @@ public:
         auto& node = static_cast<C&>(object);
         if (in.isBinary() ? node.getReadVersion() < _setting.since : !in.matchString(_name))
             return true;
-        T all = (node.*_get)();
+        T all = _get(node);
         if (std::visit([&](auto member) { return readInto(in, all, member); }, _setting.member))
-            (node.*_set)(all);
+            _set(node, all);
         return true;
     }
 
     bool write(osgDB::OutputStream& out, const osg::Object& object) override
     {
-        const T& all = (static_cast<const C&>(object).*_get)();
+        const T& all = _get(static_cast<const C&>(object));
         if (!out.isBinary())
         {
             if (isStoredAlike(all)) return true;
