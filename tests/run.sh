@@ -44,9 +44,9 @@ minutes()
         clang) echo 25 ;;
         tidy) echo 15 ;;
         quick-sanitize) echo 30 ;;
-        sanitize-address) echo 75 ;;
-        sanitize-threads) echo 45 ;;
-        tidy-all) echo 60 ;;
+        sanitize-address) echo 60 ;;
+        sanitize-threads) echo 25 ;;
+        tidy-all) echo 35 ;;
         *) echo 240 ;;
     esac
 }
