@@ -82,8 +82,8 @@ void CycleEqualizer::even(const Eigen::Matrix3Xd& surface,
     limits.innerSteps = kInnerSteps;
     std::vector<Eigen::VectorXf> squares(fields.size(), Eigen::VectorXf::Zero(surface.cols()));
     Eigen::VectorXf sum = Eigen::VectorXf::Zero(surface.cols());
-    std::vector<std::size_t>
-        sounding; // fields that are not silent; a set without points stays silent
+    // Fields that are not silent; a set without points stays silent.
+    std::vector<std::size_t> sounding;
     for (std::size_t k = 0; k < fields.size(); ++k)
         if (!fields[k].isZero(0.0f)) sounding.push_back(k);
     for (const std::size_t k : sounding)

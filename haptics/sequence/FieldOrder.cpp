@@ -97,8 +97,8 @@ void alignFields(std::vector<Eigen::VectorXcf>& fields, const DriveResolution& d
     if (K < 2) return;
     for (std::size_t k = 1; k < K; ++k)
         alignField(fields[k], fields[k - 1], drive);
-    const float left =
-        std::arg(fields[0].dot(fields[K - 1])); // phase by which the last is ahead of the first
+    // Phase by which the last is ahead of the first.
+    const float left = std::arg(fields[0].dot(fields[K - 1]));
     for (std::size_t k = 1; k < K; ++k)
     {
         const float share = -left * static_cast<float>(k) / static_cast<float>(K);

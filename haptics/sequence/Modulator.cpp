@@ -17,8 +17,8 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kLeastFieldRate_Hz =
-    0.01; // keeps the times of far later steps within the range of the clock
+// Keeps the times of far later steps within the range of the clock.
+constexpr double kLeastFieldRate_Hz = 0.01;
 
 ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
 {

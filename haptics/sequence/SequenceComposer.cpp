@@ -190,8 +190,8 @@ FieldSequence SequenceComposer::join(std::vector<FieldSequence> sets,
         if (_options.reorder) order = orderFields(cycle.fields);
         steps = _options.cycleSteps;
     }
-    alignFields(cycle.fields,
-                array.drive); // not reordered, as the order of subsets and instants matters
+    // Not reordered, as the order of subsets and instants matters.
+    alignFields(cycle.fields, array.drive);
     cycle.fields = smoothedFields(cycle.fields, steps, array.drive);
     placeParts(order, steps, cycle);
     rateSteps(cycle);

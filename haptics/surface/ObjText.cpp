@@ -19,8 +19,8 @@ namespace
 {
 
 constexpr std::size_t kMostBytes = std::size_t(256) << 20;
-constexpr std::size_t kMostCorners =
-    4096; // splitting a polygon takes time proportional to its square
+// Splitting a polygon takes time proportional to the square of its corners.
+constexpr std::size_t kMostCorners = 4096;
 
 /// Reads an OBJ file line by line and fills an ObjText.
 class ObjScanner

@@ -5,17 +5,18 @@
 #include "haptics/propagation/kernels/PropagationKernels.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "haptics/solvers/certificate/Certificate.h"
+#include "tests/benchmarks/Timing.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 
-#include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
 using namespace midair::haptics;
+using midair::bench::cpu_ms;
+using midair::bench::median;
 
 namespace
 {
@@ -41,21 +42,6 @@ struct Times
         total.push_back(certificate.total_ms);
     }
 };
-
-// Of this thread: other programs on the machine don't lengthen it.
-double cpu_ms()
-{
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
-double median(std::vector<double>& values)
-{
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 void printCertificates(const Arguments& arguments)
 {

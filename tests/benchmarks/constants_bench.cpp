@@ -4,6 +4,7 @@
 
 #include "haptics/array/TransducerArray.h"
 #include "haptics/solvers/GaussNewtonTuning.h"
+#include "tests/benchmarks/Timing.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 
 #include <Eigen/Geometry>
@@ -11,7 +12,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <functional>
 #include <stdexcept>
 #include <string>
@@ -20,6 +20,8 @@
 #include <CLI/CLI.hpp>
 
 using namespace midair::haptics;
+using midair::bench::cpu_ms;
+using midair::bench::median;
 
 namespace
 {
@@ -104,14 +106,6 @@ std::vector<Variant> variants()
     return all;
 }
 
-/// Processor time of this thread: other programs on the machine don't lengthen it much.
-double cpu_ms()
-{
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
 /// The sphere of \a scene on its way: steps in turning directions, with 1 degree about a turning
 /// axis, within 30 mm of the middle.
 ControlPoints pointsAt(const Scene& scene, int k)
@@ -148,12 +142,6 @@ struct Tally
         iterations += report.iterations;
     }
 };
-
-double median(std::vector<double> values)
-{
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
-}
 
 double mean(const std::vector<double>& values)
 {

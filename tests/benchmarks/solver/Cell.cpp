@@ -7,6 +7,7 @@
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "haptics/surface/TriangleMesh.h"
+#include "tests/benchmarks/Timing.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 
 #include <Eigen/Geometry>
@@ -14,7 +15,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 
 namespace midair::bench
 {
@@ -29,20 +29,6 @@ double wall_ms()
     return std::chrono::duration<double, std::milli>(
                std::chrono::steady_clock::now().time_since_epoch())
         .count();
-}
-
-// Of this thread: other programs on the machine don't lengthen it much.
-double cpu_ms()
-{
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
-double median(std::vector<double> values)
-{
-    std::sort(values.begin(), values.end());
-    return values.empty() ? 0.0 : values[values.size() / 2];
 }
 
 // n points along a polyline, evenly spaced, both ends of an open one included.
