@@ -29,16 +29,18 @@ namespace
 
 constexpr int kWriteTimeout_ms = 500;
 constexpr int kPatience_ms = 500;
-constexpr int kTries = 4; ///< timeouts in a row after which the write is given up
+constexpr int kStart_ms = 5000; ///< for the child, on a computer that does much else
+constexpr int kTries = 4;       ///< timeouts in a row after which the write is given up
 /// The most bytes of one transfer that usbfs takes, also in old kernels.
 constexpr std::size_t kMostBulkBytes = 16384;
 constexpr char kName[] = "midair-guard"; ///< 15 bytes at most
+constexpr char kReady = 'r';
 constexpr char kBeat = 'b';
 constexpr char kHeldBeat = 'h';
 constexpr char kFarewell = 'x';
 
-// All of this namespace runs in the child: it may only make calls that are safe after a fork of a
-// program with threads.
+// All of this namespace but hears() runs in the child: it may only make calls that are safe after a
+// fork of a program with threads.
 
 bool gone(int descriptor)
 {
@@ -48,8 +50,6 @@ bool gone(int descriptor)
 
 bool writeBytes(int descriptor, const std::uint8_t* bytes, std::size_t size)
 {
-    // Output that is stuck in the port would be sent before the silence.
-    ::tcflush(descriptor, TCOFLUSH);
     int tries = 0;
     while (size > 0 && tries < kTries)
     {
@@ -143,6 +143,12 @@ struct Charge
         return way.endpoint == 0 ? writeBytes(way.descriptor, bytes, size)
                                  : writeBulk(way, bytes, size);
     }
+    // Output of the program that is stuck in the port would be sent before the silence. A second
+    // silence doesn't drop the first one, which a slow line may still carry.
+    void dropOutput() const
+    {
+        if (way.endpoint == 0) ::tcflush(way.descriptor, TCOFLUSH);
+    }
     bool writeInTime() const
     {
         double rest_s = early_s();
@@ -151,6 +157,7 @@ struct Charge
             ::poll(nullptr, 0, std::min(100, static_cast<int>(rest_s * 1000) + 1));
             rest_s = early_s();
         }
+        dropOutput();
         return write();
     }
 };
@@ -168,14 +175,19 @@ struct Charge
     if (low > 0) ::close_range(0, low - 1, 0);
     if (high > low + 1) ::close_range(low + 1, high - 1, 0);
     ::close_range(high + 1, ~0U, 0);
+    ::send(charge.alive, &kReady, 1, MSG_NOSIGNAL);
     bool beating = false;
+    bool silenced = false; // since the last beat
     while (true)
     {
         pollfd program{charge.alive, POLLIN, 0};
         const int ready = ::poll(&program, 1, beating ? kPatience_ms : -1);
         if (ready == 0) // the program is stopped or hangs: writes again each time
         {
-            if (charge.early_s() <= 0) charge.write();
+            if (charge.early_s() > 0) continue;
+            if (!silenced) charge.dropOutput();
+            charge.write();
+            silenced = true;
             continue;
         }
         char words[64];
@@ -184,8 +196,21 @@ struct Charge
         if (count <= 0) ::_exit(charge.writeInTime() ? 0 : 1); // closed: the program has died
         if (words[count - 1] == kFarewell) ::_exit(0);
         beating = true;
+        silenced = false;
         if (words[count - 1] == kHeldBeat) charge.notBefore_s = Charge::now_s() + charge.held_s;
     }
+}
+
+/// Waits for \a word, which the child sends once it needs nothing more; false: it hasn't come.
+bool hears(int socket, char word)
+{
+    pollfd child{socket, POLLIN, 0};
+    int ready = 0;
+    do
+        ready = ::poll(&child, 1, kStart_ms);
+    while (ready < 0 && errno == EINTR);
+    char heard = 0;
+    return ready > 0 && ::recv(socket, &heard, 1, MSG_DONTWAIT) == 1 && heard == word;
 }
 
 } // namespace
@@ -216,6 +241,9 @@ SilenceOnCrash::SilenceOnCrash(const Way& way,
     if (!paired) return;
     ::close(ends[0]);
     _alive = ends[1];
+    if (_guard > 0 && !hears(_alive, kReady))
+        spdlog::warn("what silences the board if this program crashes hasn't started within {} s",
+                     kStart_ms / 1000);
 }
 
 SilenceOnCrash::~SilenceOnCrash()

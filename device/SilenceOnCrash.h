@@ -26,9 +26,10 @@ public:
         unsigned endpoint = 0;
     };
 
-    /// Starts the child. It writes nothing before \a notBefore_s (steadySeconds()), since a board
-    /// that is starting would lose it, nor within \a held_s after beat(true). If the child can't be
-    /// started, a warning is logged and the board has no guard.
+    /// Starts the child and returns when nothing but SIGKILL to its own process number can end it
+    /// any more (some ms, at most 5 s). It writes nothing before \a notBefore_s (steadySeconds()),
+    /// since a board that is starting would lose it, nor within \a held_s after beat(true). If the
+    /// child can't be started, a warning is logged and the board has no guard.
     SilenceOnCrash(const Way& way,
                    const std::vector<std::uint8_t>& bytes,
                    double notBefore_s = 0,

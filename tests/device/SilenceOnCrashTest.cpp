@@ -1,14 +1,16 @@
 #include "device/SilenceOnCrash.h"
 
 #include "haptics/base/threads/SteadyClock.h"
+#include "tests/device/Guards.h"
 
 #include <csignal>
-#include <filesystem>
-#include <fstream>
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <stdlib.h>
 #include <sys/wait.h>
+#include <termios.h>
 #include <unistd.h>
 
 using namespace midair::device;
@@ -48,21 +50,6 @@ struct Pipe
         return false;
     }
 };
-
-// To the children of this process that are called as the guard is.
-void signalGuards(int signal)
-{
-    for (const auto& entry : std::filesystem::directory_iterator("/proc"))
-    {
-        std::ifstream file(entry.path() / "stat");
-        std::string pid;
-        std::string name;
-        std::string state;
-        int parent = 0;
-        file >> pid >> name >> state >> parent;
-        if (parent == ::getpid() && name == "(midair-guard)") ::kill(std::stoi(pid), signal);
-    }
-}
 
 } // namespace
 
@@ -118,6 +105,48 @@ TEST(SilenceOnCrash, is_written_when_the_program_stops_giving_signs_of_life)
     EXPECT_EQ(::read(board.ends[0], bytes, sizeof bytes), 3); // again, as long as that lasts
 }
 
+// Or a killall of the program's name would end a guard that has just begun.
+TEST(SilenceOnCrash, has_its_own_name_before_the_program_goes_on)
+{
+    for (int i = 0; i < 20; ++i)
+    {
+        Pipe board;
+        const SilenceOnCrash will({board.ends[1], 0}, kSilence);
+        EXPECT_EQ(guardsOf(::getpid()).size(), 1U);
+    }
+}
+
+// A stopped program's silence is repeated, twice a second. Each drops what the program had left in
+// the port, but not the silence before it, or a slow line would never carry a whole one.
+TEST(SilenceOnCrash, is_not_cut_off_by_its_repetition)
+{
+    const int line = ::posix_openpt(O_RDWR | O_NOCTTY);
+    ASSERT_TRUE(line >= 0 && ::grantpt(line) == 0 && ::unlockpt(line) == 0);
+    const int port = ::open(::ptsname(line), O_RDWR | O_NOCTTY | O_NONBLOCK);
+    termios raw{};
+    ::tcgetattr(port, &raw);
+    ::cfmakeraw(&raw);
+    ASSERT_EQ(::tcsetattr(port, TCSANOW, &raw), 0);
+    std::vector<std::uint8_t> silence(10000); // more than a terminal's 4096 bytes
+    for (std::size_t i = 0; i < silence.size(); ++i)
+        silence[i] = static_cast<std::uint8_t>(i % 251);
+    {
+        SilenceOnCrash will({port, 0}, silence);
+        will.beat();
+        ::usleep(1300000); // written twice by now
+    }
+    std::vector<std::uint8_t> bytes(silence.size());
+    for (std::size_t done = 0; done < bytes.size();)
+    {
+        const ssize_t count = ::read(line, bytes.data() + done, bytes.size() - done);
+        ASSERT_GT(count, 0);
+        done += static_cast<std::size_t>(count);
+    }
+    EXPECT_EQ(bytes, silence);
+    ::close(port);
+    ::close(line);
+}
+
 TEST(SilenceOnCrash, is_written_on_request)
 {
     Pipe board;
@@ -165,12 +194,11 @@ TEST(SilenceOnCrash, takes_no_signals)
     {
         ::setpgid(0, 0);
         const SilenceOnCrash will({board.ends[1], 0}, kSilence);
-        ::usleep(100000); // the guard has a group of its own by then, or the signals below reach it
-                          // in its first moments
         // Less the two that libc keeps for itself: the thread sanitizer's own thread takes those.
         for (int signal = 1; signal <= SIGRTMAX; ++signal)
             if (signal != SIGKILL && signal != SIGSTOP && (signal <= SIGSYS || signal >= SIGRTMIN))
-                signalGuards(signal);
+                for (const pid_t guard : guardsOf(::getpid()))
+                    ::kill(guard, signal);
         ::raise(SIGKILL);
     }
     ::waitpid(program, nullptr, 0);

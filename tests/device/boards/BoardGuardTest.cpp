@@ -129,9 +129,8 @@ TEST(BoardGuardOfAMega, waits_for_the_bootloader)
     BoardEmulator board("ultraino", 64, {115200, true});
     board.start();
     BoardHost host("ultraino:" + board.name() + "?settle=500ms", 64);
-    ASSERT_TRUE(eventually([&] { return board.resets() == 1; }));
-    ::usleep(50000); // so that the port was opened for good, and not yet written to
-    host.send(SIGKILL);
+    ASSERT_TRUE(eventually([&] { return board.resets() == 1 && host.guarded(); }));
+    host.send(SIGKILL); // before anything was written
     EXPECT_TRUE(eventually([&] { return board.silentInBothBuffers(); }));
     EXPECT_EQ(board.eaten(), 0U);
 }

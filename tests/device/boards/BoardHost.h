@@ -1,5 +1,7 @@
 #pragma once
 
+#include "tests/device/Guards.h"
+
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -43,6 +45,8 @@ public:
     BoardHost(const BoardHost&) = delete;
     BoardHost& operator=(const BoardHost&) = delete;
 
+    /// Whether it has the port's guard, without which nobody silences the board after it.
+    bool guarded() const { return !guardsOf(_process).empty(); }
     void send(int signal)
     {
         if (_process > 0) ::kill(_process, signal);
