@@ -32,12 +32,13 @@ bool HologramOptions::isValid(std::string* error) const
            base::RangeCheck()
                .atLeast("motionTolerance", motionTolerance, 0.0, " wavelengths")
                .atLeast("maxPoints", maxPoints, 0.0)
-               .within("maxPressure_Pa", maxPressure_Pa, 0.0, base::kMostPressure_Pa)
+               .within("maxPressure", maxPressure, 0.0, base::kMostPressure_Pa)
                .within("maxAmplitude", maxAmplitude, 0.0, 1.0)
                .within("cycle", cycle, 1.0, base::kMostCycle, " fields")
                .within("cycleSteps", cycleSteps, 0.0, base::kMostCycleSteps)
                .within("subsets", subsets, 1.0, base::kMostSubsets)
-               .within("monitorInterval_s", monitorInterval_s, 0.0, base::kMostMonitorInterval_s)
+               .within("fieldRate", fieldRate, 1.0, base::kMostFieldRate_Hz, " Hz")
+               .within("monitorInterval", monitorInterval, 0.0, base::kMostMonitorInterval_s)
                .passed(error) &&
            modulation.isValid(error) && solverOptions.isValid(error);
 }
@@ -75,9 +76,9 @@ void keepToLimits(HologramOptions& options, base::MessageLog& messages)
     const std::string cycle = fmt::format("with a cycle of {} it is", options.cycle);
     keepBelow("subsets", options.subsets, kMostFieldsInTurn / options.cycle, cycle);
     keepBelow("cycleSteps", options.cycleSteps, kMostFieldsInTurn / options.cycle - 1, cycle);
-    double& interval_s = options.monitorInterval_s;
+    double& interval_s = options.monitorInterval;
     if (!(interval_s > 0.0 && interval_s < base::kLeastMonitorInterval_s)) return;
-    messages.say(fmt::format("monitorInterval_s is {:g}; a field is looked at every {:g} s at most",
+    messages.say(fmt::format("monitorInterval is {:g}; a field is looked at every {:g} s at most",
                              interval_s,
                              base::kLeastMonitorInterval_s));
     interval_s = base::kLeastMonitorInterval_s;
@@ -104,13 +105,15 @@ std::unique_ptr<device::ArrayDevice> openLimited(const std::string& uri,
 void fillIn(HologramOptions& options)
 {
     if (options.solver.empty()) options.solver = haptics::solverNames().front();
+    options.solverOptions.updateRate_Hz = options.fieldRate;
+    options.modulation.fieldRate_Hz = options.fieldRate;
     if (!options.solverFactory)
         options.solverFactory = [](const std::string& name, const haptics::SolverOptions& o)
         { return haptics::makeSolver(name, o); };
     if (!options.deviceFactory)
     {
         device::SafetyLimits limits;
-        limits.maxPressure_Pa = options.maxPressure_Pa;
+        limits.maxPressure_Pa = options.maxPressure;
         limits.maxAmplitude = options.maxAmplitude;
         options.deviceFactory = [limits, owner = options.owner](const std::string& uri,
                                                                 const device::DeviceLayout& layout)
@@ -131,9 +134,8 @@ void keepToLevels(HologramOptions& options, const device::DriveAbility& ability)
 haptics::ComposerOptions composerOptions(const HologramOptions& options)
 {
     haptics::ComposerOptions composer;
+    static_cast<haptics::SequenceSettings&>(composer) = options;
     composer.solverOptions = options.solverOptions;
-    composer.subsets = options.subsets;
-    composer.cycleSteps = options.cycleSteps;
     composer.modulation = options.modulation;
     composer.makeSolver = [&options]
     {

@@ -48,7 +48,7 @@ void HologramPipeline::openOutput()
     const device::DriveAbility ability = _output->ability();
     _line = haptics::LineRate(ability.fieldsPerSecond, ability.amplitudes.size() == 2);
     keepToLevels(_options, ability);
-    const double cap_Pa = device::stricterPressure(_options.maxPressure_Pa, ability.maxPressure_Pa);
+    const double cap_Pa = device::stricterPressure(_options.maxPressure, ability.maxPressure_Pa);
     if (!(cap_Pa > 0.0)) return;
     const auto wouldPlay = [this](const device::DriveSignal& signal)
     { return _output->wouldPlay(signal); };
@@ -195,7 +195,7 @@ void HologramPipeline::play(const haptics::TransducerArray& array,
     else
     {
         _output->play(sequence, _options.array.size(), _options.solverOptions.stop);
-        if (sequence.fields.size() > 1 && _line.isSlowerThan(_options.modulation.fieldRate_Hz))
+        if (sequence.fields.size() > 1 && _line.isSlowerThan(_options.fieldRate))
             _messages.say(_line.message(sequence.modulation, _options.modulation));
     }
     result.sequence = std::move(sequence);

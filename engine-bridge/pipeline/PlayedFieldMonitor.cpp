@@ -38,11 +38,11 @@ std::vector<haptics::FeltSurface> feltSurfaces(const std::vector<HapticObject>& 
 
 PlayedFieldMonitor::PlayedFieldMonitor(const HologramOptions& options) : _options(options)
 {
-    if (!(options.monitorInterval_s > 0.0)) return;
+    if (!(options.monitorInterval > 0.0)) return;
     haptics::FieldMonitor::Options monitor;
-    monitor.interval_s = options.monitorInterval_s;
-    if (options.solverOptions.lambdaRel >= haptics::PhaseObjective::kSmallestLambdaRel)
-        monitor.certificate.lambdaRel = options.solverOptions.lambdaRel;
+    monitor.interval_s = options.monitorInterval;
+    if (options.solverOptions.lambda >= haptics::PhaseObjective::kSmallestLambdaRel)
+        monitor.certificate.lambdaRel = options.solverOptions.lambda;
     _monitor = std::make_unique<haptics::FieldMonitor>(monitor);
 }
 

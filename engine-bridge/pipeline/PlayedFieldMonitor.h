@@ -13,7 +13,7 @@ namespace midair::bridge
 {
 
 /// Passes played fields to a haptics::FieldMonitor, which certifies them and measures their surface
-/// in another thread, if HologramOptions::monitorInterval_s is over 0.
+/// in another thread, if HologramOptions::monitorInterval is over 0.
 class PlayedFieldMonitor
 {
 public:

@@ -48,7 +48,7 @@ void RestRefiner::begin(const SceneSnapshot& snapshot, int set, const haptics::F
     _setsMissing = _options.cycle > 1 && !made.isEmpty();
     _outlineMissing = !made.isEmpty() && isOutline(snapshot);
     _current = _setsMissing || _outlineMissing;
-    if (_current || _options.monitorInterval_s > 0.0) _snapshot = snapshot;
+    if (_current || _options.monitorInterval > 0.0) _snapshot = snapshot;
     if (!_setsMissing) return;
     for (haptics::FieldSequence& other : _sets)
         other = {};

@@ -17,7 +17,7 @@ namespace midair::haptics
 {
 
 /// Options of a SequenceComposer.
-struct ComposerOptions
+struct ComposerOptions : SequenceSettings
 {
     /// Makes a solver; called for each field that is kept for a warm start. Empty: makeSolver()'s
     /// default with solverOptions.
@@ -25,11 +25,8 @@ struct ComposerOptions
     /// Options of the solvers. Outlines and the CycleEqualizer take threads, pool, seed, stop token
     /// and loudness from them.
     SolverOptions solverOptions;
-    /// Amplitude modulation of everything (rate 0: none), and the number of fields per second.
-    ModulatorOptions modulation;
-    LineRate line;            ///< line to the device; limits field rates and modulations
-    int subsets = 1;          ///< 1 .. 64; subsets of the points of a set, played in turn
-    int cycleSteps = 0;       ///< >= 0; intermediate fields from one field of a cycle to the next
+    ModulatorOptions modulation; ///< of everything; rate 0: none
+    LineRate line;               ///< line to the device; limits field rates and modulations
     bool reorder = true;      ///< true: a cycle's fields are sorted so that neighbours differ least
     int sweeps = 0;           ///< >= 0; sweeps of the CycleEqualizer over a cycle's fields
     int sweepCorrections = 2; ///< >= 1; its corrections for each field and sweep

@@ -3,6 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Range.h"
+#include "haptics/solvers/SolverSettings.h"
 #include "haptics/solvers/Solvers.h"
 
 #include <fmt/format.h>
@@ -33,16 +34,9 @@ constexpr NamedSolver kSolvers[] = {
 
 bool SolverOptions::isValid(std::string* error) const
 {
-    return base::RangeCheck("solver option ")
-        .atLeast("maxIterations", maxIterations, 0)
-        .atLeast("rmsTolerance", rmsTolerance, 0.0)
-        .atLeast("deadline_ms", deadline_ms, 0.0)
-        .atLeast("lambdaRel", lambdaRel, 0.0)
-        .check(loudness > 0.0 && loudness <= base::kMostLoudness,
-               "loudness",
-               loudness,
-               "over 0 and at most 2")
-        .within("threads", threads, 1, base::kMostThreads)
+    base::RangeCheck check("solver option ");
+    return solverSettings()
+        .check(*this, check)
         .atLeast("skipTolerance", skipTolerance, 0.0)
         .atLeast("maxPhaseStep_rad", maxPhaseStep_rad, 0.0)
         .within("maxAmplitudeStep", maxAmplitudeStep, 0.0, 1.0)

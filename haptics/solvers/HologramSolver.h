@@ -6,6 +6,8 @@
 #include "haptics/points/ControlPoints.h"
 #include "haptics/solvers/SolveReport.h"
 
+#include <osgMidair/FieldSettings>
+
 #include <Eigen/Core>
 
 #include <cstdint>
@@ -21,25 +23,10 @@ class ThreadPool;
 namespace midair::haptics
 {
 
-/// Settings of a solver; isValid() names the first one that is out of range.
-struct SolverOptions
+/// Settings of a solver, and what else it is told; isValid() names the first that is out of range.
+/// With targets in Pa, a loudness above 1 counts as 1, and the report's message says so.
+struct SolverOptions : SolverSettings
 {
-    int maxIterations = 0;      ///< >= 0; 0: the method's default
-    double rmsTolerance = 1e-3; ///< >= 0; relative rms error at which a solve ends
-    /// >= 0, milliseconds from the call of solve(); the solve then ends with the best field so far.
-    /// 0: no deadline.
-    double deadline_ms = 0.0;
-    /// >= 0; Tikhonov regularisation lambda = lambdaRel trace(K)/n, for the methods that use it
-    double lambdaRel = 0.1;
-    /// Above 0, up to 2. 1: as loud as the field stays accurate. Below 1: this share of that. Above
-    /// 1: louder and less accurate; the targets are shifted by loudness - 1 of the way to the
-    /// pressures of the loudest field nearby. With targets in Pa, a loudness above 1 counts as 1,
-    /// and the report's message says so.
-    double loudness = 1.0;
-    /// True: all transducers play one amplitude, and only their phases are solved for. False: their
-    /// amplitudes are solved for as well.
-    bool phaseOnly = true;
-    int threads = 1; ///< 1 .. 256; more threads than the machine has cores are slower
     /// Threads to run on. Solvers that never run at the same time can share one pool. Null: the
     /// solver makes a pool of \a threads.
     std::shared_ptr<base::ThreadPool> pool;

@@ -4,6 +4,7 @@
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/scene/Convert.h"
 #include "haptics/base/InputError.h"
+#include "haptics/sequence/FieldSettings.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/settings/EnvironmentVariables.h"
 #include "plugin/settings/Grants.h"
@@ -107,28 +108,15 @@ midair::bridge::HologramOptions HapticEngine::hologramOptions() const
 {
     midair::bridge::HologramOptions options;
     options.owner = name();
-    options.medium = {_settings.temperature, _settings.humidity, _settings.airPressure};
+    options.medium = midair::haptics::mediumOf(_settings);
     options.solver = _settings.solver;
-    options.solverOptions.maxIterations = _settings.maxIterations;
-    options.solverOptions.rmsTolerance = _settings.rmsTolerance;
-    options.solverOptions.deadline_ms = _settings.deadline_ms;
-    options.solverOptions.lambdaRel = _settings.lambda;
-    options.solverOptions.loudness = _settings.loudness;
-    options.solverOptions.phaseOnly = _settings.phaseOnly;
-    options.solverOptions.threads = _settings.threads;
-    options.solverOptions.updateRate_Hz = _settings.fieldRate;
+    static_cast<midair::haptics::SolverSettings&>(options.solverOptions) = _settings;
+    static_cast<midair::haptics::SequenceSettings&>(options) = _settings;
+    static_cast<midair::haptics::PlayingSettings&>(options) = _settings;
     options.deviceUri = _settings.device;
-    options.motionTolerance = _settings.motionTolerance;
-    options.maxPoints = _settings.maxPoints;
-    options.maxPressure_Pa =
+    options.maxPressure =
         midair::device::stricterPressure(_settings.maxPressure, _innerPressure_Pa);
     options.maxAmplitude = std::min(_settings.maxAmplitude, _innerAmplitude);
-    options.cycle = _settings.cycle;
-    options.cycleSteps = _settings.cycleSteps;
-    options.subsets = _settings.subsets;
-    options.modulation.fieldRate_Hz = _settings.fieldRate;
-    options.denseOutlines = _settings.denseOutlines;
-    options.monitorInterval_s = _settings.monitorInterval;
     return options;
 }
 

@@ -1,7 +1,7 @@
 #include "haptics/base/RegularFile.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/Grants.h"
-#include "plugin/settings/SettingTable.h"
+#include "plugin/settings/AllSettings.h"
 #include "plugin/settings/UserOptions.h"
 
 #include <osgMidair/HapticDevice>

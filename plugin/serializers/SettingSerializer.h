@@ -1,6 +1,6 @@
 #pragma once
 
-#include "plugin/settings/SettingTable.h"
+#include "plugin/settings/AllSettings.h"
 
 #include <osgDB/InputStream>
 #include <osgDB/ObjectWrapper>
@@ -114,7 +114,7 @@ private:
     void noteWish(T& all, const std::string& text) const
     {
         if constexpr (std::is_same_v<T, HapticSettings>)
-            if (_setting.wish) all.wishes.*_setting.wish = text;
+            if (const auto wish = wishOf(_setting.name)) all.wishes.*wish = text;
     }
 
     template<typename M>

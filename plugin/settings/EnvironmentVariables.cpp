@@ -2,7 +2,7 @@
 
 #include "device/limits/GuardedDevice.h"
 #include "haptics/base/UserEnvironment.h"
-#include "plugin/settings/SettingTable.h"
+#include "plugin/settings/AllSettings.h"
 
 #include <osg/ApplicationUsage>
 
@@ -108,7 +108,7 @@ void restrictBy(HapticSettings& settings,
     const bool takesHands = setting == "hands" && (asked.hands.empty() || asked.hands == "none");
     if (setting == "enabled")
         settings.enabled = settings.enabled && asked.enabled;
-    else if (!variable.setting->wish || takesHands)
+    else if (!wishOf(setting) || takesHands)
         settings = asked;
     else
         errors.push_back(variable.name +

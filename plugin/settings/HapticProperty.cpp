@@ -1,5 +1,5 @@
+#include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Assignments.h"
-#include "plugin/settings/SettingTable.h"
 
 #include <osgMidair/HapticProperty>
 

@@ -1,5 +1,5 @@
 #include "haptics/base/Limits.h"
-#include "plugin/settings/SettingTable.h"
+#include "plugin/settings/AllSettings.h"
 
 #include <osgMidair/HapticSettings>
 
@@ -17,7 +17,8 @@ bool HapticSettings::set(const std::string& name, const std::string& value, std:
         error += "; nothing is played";
         return false;
     }
-    if (row->wish) (wishes.*row->wish).reset(); // set by the user, not by a file
+    if (const auto wish = wishOf(row->name))
+        (wishes.*wish).reset(); // set by the user, not by a file
     return true;
 }
 

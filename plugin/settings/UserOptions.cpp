@@ -1,9 +1,9 @@
 #include "plugin/settings/UserOptions.h"
 
 #include "device/ArrayDevice.h"
+#include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/Grants.h"
-#include "plugin/settings/SettingTable.h"
 
 #include <osg/Notify>
 #include <osgDB/Registry>
@@ -70,10 +70,11 @@ void makeWishes(HapticSettings& settings, const std::string& folder)
     const HapticSettings none;
     for (const Setting<HapticSettings>& row : sceneSettings().rows())
     {
-        if (!row.wish) continue;
+        const auto wish = wishOf(row.name);
+        if (!wish) continue;
         const auto member = std::get<std::string HapticSettings::*>(row.member);
         const std::string& value = settings.*member;
-        if (value != none.*member && !isUsers(row, value)) settings.wishes.*row.wish = value;
+        if (value != none.*member && !isUsers(row, value)) settings.wishes.*wish = value;
     }
     const HapticWishes& wishes = settings.wishes;
     if (wishes.array || wishes.device || wishes.hands) settings.wishes.folder = folder;

@@ -1,77 +1,11 @@
 #include "samples/demo/DemoOptions.h"
 
 #include "plugin/overlays/OverlayKinds.h"
-#include "plugin/settings/SettingTable.h"
-
-#include <algorithm>
-#include <cctype>
-#include <cstdint>
-
-#include <CLI/CLI.hpp>
+#include "plugin/settings/AllSettings.h"
+#include "samples/SettingOptions.h"
 
 namespace midair::samples
 {
-
-namespace
-{
-
-using Given = std::vector<std::pair<std::string, std::string>>;
-
-/// Returns the option of a setting: "maxPressure" is --max-pressure. Two have older, shorter names.
-std::string optionName(const std::string& setting)
-{
-    std::string name = "--";
-    for (const char c : setting)
-    {
-        if (std::isupper(static_cast<unsigned char>(c))) name += '-';
-        name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    }
-    if (setting == "monitorInterval") name += ",--monitor";
-    if (setting == "modulationFrequency") name += ",--modulation";
-    return name;
-}
-
-/// Adds an option for each row of \a table except \a without; their values go to \a given. Values
-/// that aren't understood or are out of range are refused.
-template<typename T>
-void addSettings(CLI::App& app,
-                 const osgMidair::SettingTable<T>& table,
-                 const char* group,
-                 const std::vector<std::string>& without,
-                 Given& given)
-{
-    for (const osgMidair::Setting<T>& row : table.rows())
-    {
-        if (std::count(without.begin(), without.end(), row.name) > 0) continue;
-        const std::string name = optionName(row.name);
-        if (std::holds_alternative<bool T::*>(row.member))
-        {
-            app.add_flag_function(
-                   name + ",--no-" + name.substr(2) + "{false}",
-                   [&given, &row](std::int64_t count)
-                   { given.emplace_back(row.name, count > 0 ? "true" : "false"); },
-                   row.summary())
-                ->group(group);
-            continue;
-        }
-        const auto problem = [&row](const std::string& text) -> std::string
-        {
-            T scratch;
-            std::string what;
-            if (row.assign(scratch, text) && !row.repair(scratch, what)) return {};
-            return "is \"" + text + "\", should be " + row.expected();
-        };
-        app.add_option_function<std::string>(
-               name,
-               [&given, &row](const std::string& text) { given.emplace_back(row.name, text); },
-               row.summary())
-            ->type_name(row.words.empty() ? row.unit.empty() ? "VALUE" : row.unit : "WORD")
-            ->check(CLI::Validator(problem, ""))
-            ->group(group);
-    }
-}
-
-} // namespace
 
 bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
 {

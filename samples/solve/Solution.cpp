@@ -20,8 +20,6 @@ namespace midair::samples
 namespace
 {
 
-constexpr int kThreads = 2;
-
 /// Returns the activations that the array plays for a drive: amplitudes rounded to its levels.
 Eigen::VectorXcf playedBy(const haptics::TransducerArray& array, const device::DriveSignal& signal)
 {
@@ -45,15 +43,13 @@ Eigen::VectorXcf playedBy(const haptics::TransducerArray& array, const device::D
 haptics::ComposerOptions composerOptions(const SolveArguments& arguments)
 {
     haptics::ComposerOptions options;
-    options.solverOptions.threads = kThreads;
-    options.solverOptions.loudness = arguments.loudness;
-    options.solverOptions.updateRate_Hz = arguments.fieldRate_Hz;
-    options.modulation.fieldRate_Hz = arguments.fieldRate_Hz;
-    options.subsets = arguments.subsets;
-    options.cycleSteps = arguments.cycleSteps;
+    static_cast<haptics::SequenceSettings&>(options) = arguments.settings;
+    static_cast<haptics::SolverSettings&>(options.solverOptions) = arguments.settings;
+    options.solverOptions.updateRate_Hz = arguments.settings.fieldRate;
+    options.modulation.fieldRate_Hz = arguments.settings.fieldRate;
     options.sweeps = arguments.sweeps;
-    const std::string name =
-        arguments.solver.empty() ? haptics::solverNames().front() : arguments.solver;
+    const std::string name = arguments.settings.solver.empty() ? haptics::solverNames().front()
+                                                               : arguments.settings.solver;
     options.makeSolver = [name, solver = options.solverOptions]
     { return haptics::makeSolver(name, solver); };
     return options;
@@ -100,17 +96,20 @@ haptics::FieldSequence compose(const SolveArguments& arguments, const SolveScene
 
 void holdToCap(const SolveArguments& arguments, Solution& solution)
 {
-    if (!(arguments.maxPressure_Pa > 0.0) || solution.points.size() == 0) return;
+    if (!(arguments.settings.maxPressure > 0.0) || solution.points.size() == 0) return;
     const haptics::TransducerArray& array = solution.scene.array;
     device::DriveAbility ability;
     ability.amplitudes = array.drive.amplitudeLevels;
     const bridge::PressureCap cap(
-        arguments.maxPressure_Pa,
+        arguments.settings.maxPressure,
         [&array](const device::DriveSignal& signal) { return playedBy(array, signal); },
         std::move(ability));
-    solution.sequence.report.capFactor =
-        cap.hold({solution.points.positions, {&array}, solution.scene.medium, false, kThreads},
-                 solution.sequence);
+    solution.sequence.report.capFactor = cap.hold({solution.points.positions,
+                                                   {&array},
+                                                   solution.scene.medium,
+                                                   false,
+                                                   arguments.settings.threads},
+                                                  solution.sequence);
 }
 
 /// Encodes the drives and replaces the fields by those that the drives play.
@@ -153,7 +152,7 @@ void fitTargets(Solution& solution)
 void measureSurface(const SolveArguments& arguments, Solution& solution)
 {
     haptics::SurfaceStatisticsOptions options;
-    options.threads = kThreads;
+    options.threads = arguments.settings.threads;
     solution.sequence.report.surface = haptics::surfaceStatistics(
         feltSurface(arguments, solution.points.positions, solution.scene),
         solution.scene.array,
@@ -196,7 +195,7 @@ Solution solveAll(const SolveArguments& arguments)
         haptics::rateLevel(solution.points, solution.achieved_Pa.cast<float>(), report);
     fitTargets(solution);
     solution.parts.fields = static_cast<int>(solution.sequence.fields.size());
-    solution.parts.fieldRate_Hz = arguments.fieldRate_Hz;
+    solution.parts.fieldRate_Hz = arguments.settings.fieldRate;
     const bool isModel = arguments.pointsFile.empty();
     if (isModel && solution.points.size() > 0) measureSurface(arguments, solution);
     if (arguments.certify && report.level_Pa > 0.0) certify(solution);

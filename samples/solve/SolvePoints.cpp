@@ -5,6 +5,7 @@
 #include "haptics/base/Units.h"
 #include "haptics/points/ControlPointSelector.h"
 #include "haptics/propagation/SurfaceStatistics.h"
+#include "haptics/sequence/FieldSettings.h"
 #include "haptics/surface/FeatureChains.h"
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
@@ -18,8 +19,6 @@ namespace midair::samples
 
 namespace
 {
-
-constexpr int kMostPoints = 2000; // largest number of points of a model or a file
 
 Eigen::Isometry3d poseOf(const SolveArguments& arguments)
 {
@@ -44,7 +43,7 @@ std::vector<haptics::PosedObject> sampleModel(const SolveArguments& arguments,
     options.sampling = arguments.sampling;
     std::vector<haptics::PosedObject> objects;
     for (const haptics::SurfaceSamples& samples :
-         haptics::sampleSurfaceSets(scene.mesh, options, arguments.cycle))
+         haptics::sampleSurfaceSets(scene.mesh, options, arguments.settings.cycle))
     {
         haptics::PosedObject& object = objects.emplace_back();
         object.pose(samples, scene.pose);
@@ -72,7 +71,7 @@ haptics::ControlPoints selectPoints(const SolveArguments& arguments,
                                     const SolveScene& scene)
 {
     haptics::SelectorOptions options;
-    options.maxPoints = kMostPoints;
+    if (arguments.settings.maxPoints > 0) options.maxPoints = arguments.settings.maxPoints;
     options.crowding = arguments.crowding;
     const haptics::Workspace workspace(scene.array, scene.wavelength_m(), options);
     haptics::Selection selection = haptics::selectControlPoints({object}, workspace, options);
@@ -92,7 +91,7 @@ SolveScene loadScene(const SolveArguments& arguments)
         scene.array.drive.amplitudeLevels = device::amplitudeLevels();
     if (!arguments.directivity.empty())
         scene.array.directivity = haptics::directivityFromName(arguments.directivity);
-    scene.medium.temperature_C = arguments.temperature_C;
+    scene.medium = haptics::mediumOf(arguments.settings);
     std::string error;
     if (!scene.medium.isValid(&error)) throw base::InputError(error);
     if (!arguments.pointsFile.empty()) return scene;

@@ -122,7 +122,7 @@ const std::vector<SceneCase>& sceneCases()
          {
              o.cycle = 64;
              o.cycleSteps = 16;
-             o.maxPressure_Pa = 500.0;
+             o.maxPressure = 500.0;
          }},
         {"outlines",
          0.05,
@@ -134,7 +134,7 @@ const std::vector<SceneCase>& sceneCases()
          0.06,
          20,
          0.006,
-         [](HologramOptions& o, HapticObject&) { o.monitorInterval_s = 0.05; }},
+         [](HologramOptions& o, HapticObject&) { o.monitorInterval = 0.05; }},
         {"a million points asked for",
          0.07,
          20,

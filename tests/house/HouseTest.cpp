@@ -94,8 +94,14 @@ std::vector<std::string> includesOf(const fs::path& file)
     const std::string text = textOf(kRoot / file);
     std::vector<std::string> includes;
     for (std::sregex_iterator match(text.begin(), text.end(), pattern), end; match != end; ++match)
-        includes.push_back((*match)[1].matched ? (*match)[1].str()
-                                               : "plugin/include/" + (*match)[2].str());
+    {
+        const std::string installed = (*match)[2];
+        const std::string ground = "haptics/include/" + installed;
+        if ((*match)[1].matched)
+            includes.push_back((*match)[1]);
+        else
+            includes.push_back(fs::exists(kRoot / ground) ? ground : "plugin/include/" + installed);
+    }
     return includes;
 }
 
@@ -131,7 +137,7 @@ TEST(House, NoIncludeGoesUp)
 TEST(House, OnlyTheUpperStoreysKnowTheSceneGraph)
 {
     static const std::regex pattern(
-        R"(#\s*include\s*<(osg\w*/|OpenThreads/|bt[A-Z]|Bullet|LinearMath|openxr/))");
+        R"(#\s*include\s*<(osg(?!Midair)\w*/|OpenThreads/|bt[A-Z]|Bullet|LinearMath|openxr/))");
     int known = 0;
     for (const fs::path& file : allFiles())
     {
@@ -181,14 +187,29 @@ TEST(House, TestsMirrorTheFolders)
             EXPECT_TRUE(fs::is_directory(kRoot / fs::relative(entry.path(), kRoot / "tests")))
                 << entry.path() << " tests no folder of the product";
         }
+    for (const fs::path& file : allFiles())
+    {
+        const std::string top = file.begin()->string();
+        if (file.extension() != ".cpp" || top == "tests") continue;
+        const fs::path mirror = kRoot / "tests" / file.parent_path();
+        EXPECT_TRUE(fs::is_directory(mirror)) << file << ": there is no " << mirror;
+    }
 }
 
 TEST(House, InstalledHeadersStandAlone)
 {
-    static const std::regex inner(R"(namespace midair|midair::|#include ")");
+    // FieldSettings is installed with the kit.
+    static const std::regex inner(
+        R"(namespace midair|midair::(?!haptics::FieldSettings)|#include ")");
+    static const std::regex quoted(R"(#include ")");
     for (const fs::path& file : allFiles())
     {
-        if (file.parent_path().generic_string() != "plugin/include/osgMidair") continue;
+        const std::string folder = file.parent_path().generic_string();
+        if (folder == "haptics/include/osgMidair")
+        {
+            EXPECT_FALSE(std::regex_search(textOf(kRoot / file), quoted)) << file;
+        }
+        if (folder != "plugin/include/osgMidair") continue;
         std::smatch match;
         const std::string text = textOf(kRoot / file);
         EXPECT_FALSE(std::regex_search(text, match, inner))

@@ -26,7 +26,7 @@ private:
 
     Outcome iterate(FieldProblem& field, bool /*warm*/) override
     {
-        const TikhonovInverse inverse(field, options().lambdaRel);
+        const TikhonovInverse inverse(field, options().lambda);
         const Eigen::MatrixXcd T = inverse.projector(); // n x n: G G^-
         const Eigen::VectorXcd a = field.a.cast<std::complex<double>>();
         Eigen::VectorXcd u(field.n());

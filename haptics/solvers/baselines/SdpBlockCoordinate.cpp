@@ -34,7 +34,7 @@ private:
     Outcome iterate(FieldProblem& field, bool /*warm*/) override
     {
         const int n = field.n();
-        const TikhonovInverse inverse(field, options().lambdaRel);
+        const TikhonovInverse inverse(field, options().lambda);
         const Eigen::MatrixXcd M = inverse.objective(field.a);
         Eigen::MatrixXcd U = Eigen::MatrixXcd::Identity(n, n);
         std::vector<int> order(static_cast<std::size_t>(n));

@@ -16,7 +16,7 @@ HologramOptions cappedOptions(double max_Pa, const std::string& uri = "sim:")
 {
     HologramOptions options;
     options.array = haptics::TransducerArray::octagonalPrism();
-    options.maxPressure_Pa = max_Pa;
+    options.maxPressure = max_Pa;
     options.deviceUri = uri;
     return options;
 }
@@ -99,7 +99,7 @@ TEST(CappedPipeline, ASolverThatKnowsNoLimitsIsHeldToo)
     // All transducers full on, whatever is asked for.
     auto options = fakeOptions(std::make_shared<FakeLog>());
     options.deviceFactory = nullptr;
-    options.maxPressure_Pa = 250.0;
+    options.maxPressure = 250.0;
     HologramPipeline pipeline(options);
     const auto result = pipeline.process(squareSnapshot());
     EXPECT_LE(loudestOf(pipeline, *result), 250.0);
@@ -129,7 +129,7 @@ TEST(CappedPipeline, TheModulatedFieldIsHeldDownToo)
 {
     const auto log = std::make_shared<FakeLog>();
     HologramOptions options = fakeOptions(log);
-    options.maxPressure_Pa = 250.0;
+    options.maxPressure = 250.0;
     options.modulation.amplitudeRate_Hz = 100.0;
     HologramPipeline pipeline(options);
     const auto result = pipeline.process(squareSnapshot());
@@ -144,7 +144,7 @@ TEST(CappedPipeline, AFieldThatWaitsForItsDeviceIsRatedAsItWillBePlayed)
 {
     const auto log = std::make_shared<FakeLog>();
     HologramOptions options = fakeOptions(log);
-    options.maxPressure_Pa = 250.0;
+    options.maxPressure = 250.0;
     log->refuseSends = true;
     HologramPipeline pipeline(options);
     const auto result = pipeline.process(squareSnapshot());
@@ -159,5 +159,5 @@ TEST(CappedPipeline, AnOptionOutOfRangeIsNamed)
     HologramOptions options = cappedOptions(-5.0);
     std::string error;
     EXPECT_FALSE(options.isValid(&error));
-    EXPECT_EQ(error, "maxPressure_Pa is -5; it must be within 0 .. 1e+06");
+    EXPECT_EQ(error, "maxPressure is -5; it must be within 0 .. 1e+06");
 }

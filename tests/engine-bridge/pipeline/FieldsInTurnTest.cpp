@@ -268,7 +268,7 @@ TEST(FieldsInTurn, KeepToTheCapInEveryField)
     HologramOptions options = turnOptions(std::make_shared<FakeLog>());
     options.cycle = 3;
     options.cycleSteps = 1;
-    options.maxPressure_Pa = 800.0;
+    options.maxPressure = 800.0;
     HologramPipeline pipeline(options);
     const auto result = settled(pipeline, pipeline.process(squareSnapshot()));
     ASSERT_EQ(result->sequence.fields.size(), 6u);
@@ -281,7 +281,7 @@ TEST(FieldsInTurn, KeepToTheCapInEveryField)
 TEST(FieldsInTurn, TheMonitorsFindingsComeWithTheResult)
 {
     HologramOptions options = turnOptions(std::make_shared<FakeLog>());
-    options.monitorInterval_s = 0.001;
+    options.monitorInterval = 0.001;
     options.cycle = 4;
     HologramThread thread(options);
     SceneSnapshot snapshot = squareSnapshot();
@@ -323,6 +323,6 @@ TEST(FieldsInTurn, OptionsOutOfRangeAreNamed)
     EXPECT_FALSE(options.isValid(&error));
     EXPECT_EQ(error, "subsets is 65; it must be within 1 .. 64");
     options.subsets = 1;
-    options.monitorInterval_s = -1.0;
+    options.monitorInterval = -1.0;
     EXPECT_FALSE(options.isValid(&error));
 }

@@ -281,7 +281,7 @@ TEST(HologramLimits, WhatIsAskedForBeyondThemIsSaidAndNotDone)
     options.cycle = 64;
     options.cycleSteps = 16;
     options.subsets = 64;
-    options.monitorInterval_s = 1e-9;
+    options.monitorInterval = 1e-9;
     const HologramPipeline pipeline(options);
     const int cores = base::coreCount();
     ASSERT_LT(cores, 256);
@@ -289,7 +289,7 @@ TEST(HologramLimits, WhatIsAskedForBeyondThemIsSaidAndNotDone)
     EXPECT_EQ(pipeline.options().maxPoints, base::kMostControlPoints);
     EXPECT_EQ(pipeline.options().subsets, 4);
     EXPECT_EQ(pipeline.options().cycleSteps, 3);
-    EXPECT_EQ(pipeline.options().monitorInterval_s, 0.05);
+    EXPECT_EQ(pipeline.options().monitorInterval, 0.05);
     const std::vector<std::string>& said = pipeline.messages();
     ASSERT_EQ(said.size(), 5u);
     EXPECT_EQ(said[0].rfind("threads is 256; this machine has " + std::to_string(cores), 0), 0u);
@@ -297,7 +297,7 @@ TEST(HologramLimits, WhatIsAskedForBeyondThemIsSaidAndNotDone)
               "maxPoints is 1000000; the control points of a field of this array are at most 5000");
     EXPECT_EQ(said[2], "subsets is 64; with a cycle of 64 it is at most 4");
     EXPECT_EQ(said[3], "cycleSteps is 16; with a cycle of 64 it is at most 3");
-    EXPECT_EQ(said[4], "monitorInterval_s is 1e-09; a field is looked at every 0.05 s at most");
+    EXPECT_EQ(said[4], "monitorInterval is 1e-09; a field is looked at every 0.05 s at most");
 }
 
 TEST(HologramLimits, ObjectsBeyondTheSamplesOfASceneAreLeftOutByName)

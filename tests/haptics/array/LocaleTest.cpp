@@ -36,7 +36,7 @@ TEST(HapticsLocale, ChangesNoNumberOfAMessage)
     SolverOptions solver;
     solver.rmsTolerance = -0.5;
     EXPECT_FALSE(solver.isValid(&error));
-    EXPECT_EQ(error, "solver option rmsTolerance is -0.5; it must be at least 0");
+    EXPECT_EQ(error, "solver option rmsTolerance is -0.5; it must be within 0 .. 1");
     Medium medium;
     medium.temperature_C = -300.5;
     EXPECT_FALSE(medium.isValid(&error));

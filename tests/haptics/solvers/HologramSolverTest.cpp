@@ -80,15 +80,15 @@ TEST(SolverOptions, NamesTheViolatedConstraint)
     };
     EXPECT_TRUE(SolverOptions{}.isValid());
     EXPECT_EQ(why([](SolverOptions& o) { o.maxIterations = -1; }),
-              "solver option maxIterations is -1; it must be at least 0");
+              "solver option maxIterations is -1; it must be within 0 .. 1e+06");
     EXPECT_EQ(why([](SolverOptions& o) { o.rmsTolerance = NAN; }),
-              "solver option rmsTolerance is nan; it must be at least 0");
+              "solver option rmsTolerance is nan; it must be within 0 .. 1");
     EXPECT_EQ(why([](SolverOptions& o) { o.deadline_ms = -2.0; }),
-              "solver option deadline_ms is -2; it must be at least 0");
-    EXPECT_EQ(why([](SolverOptions& o) { o.lambdaRel = INFINITY; }),
-              "solver option lambdaRel is inf; it must be finite and at least 0");
+              "solver option deadline is -2 ms; it must be within 0 .. 1e+06");
+    EXPECT_EQ(why([](SolverOptions& o) { o.lambda = INFINITY; }),
+              "solver option lambda is inf; it must be finite and at least 0");
     EXPECT_EQ(why([](SolverOptions& o) { o.loudness = 2.5; }),
-              "solver option loudness is 2.5; it must be over 0 and at most 2");
+              "solver option loudness is 2.5; it must be within 1e-06 .. 2");
     EXPECT_EQ(why([](SolverOptions& o) { o.threads = 0; }),
               "solver option threads is 0; it must be within 1 .. 256");
     EXPECT_EQ(why([](SolverOptions& o) { o.maxAmplitudeStep = 2.0; }),

@@ -66,7 +66,7 @@ TEST(Loudness, IsNoMoreThanAskedForInPa)
     options.loudness = 2.5;
     std::string error;
     EXPECT_FALSE(options.isValid(&error));
-    EXPECT_EQ(error, "solver option loudness is 2.5; it must be over 0 and at most 2");
+    EXPECT_EQ(error, "solver option loudness is 2.5; it must be within 1e-06 .. 2");
 }
 
 } // namespace

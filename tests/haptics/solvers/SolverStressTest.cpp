@@ -279,7 +279,7 @@ TEST(SolverStress, EveryRegularisationGivesAField)
         {
             SCOPED_TRACE(name + " lambdaRel " + std::to_string(lambdaRel));
             SolverOptions options;
-            options.lambdaRel = lambdaRel;
+            options.lambda = lambdaRel;
             options.maxIterations = 20;
             Eigen::VectorXcf q;
             sound(*makeSolver(name, options), points, array, q);

@@ -1,8 +1,9 @@
 // The table of settings: that it is whole, and that what is made from it follows it row by row.
-#include "plugin/settings/SettingTable.h"
-
 #include "haptics/base/UserEnvironment.h"
+#include "haptics/sequence/FieldSettings.h"
+#include "haptics/solvers/SolverSettings.h"
 #include "plugin/overlays/OverlayKinds.h"
+#include "plugin/settings/AllSettings.h"
 #include "plugin/settings/EnvironmentVariables.h"
 #include "tests/plugin/KitTest.h"
 
@@ -161,7 +162,14 @@ TEST(SettingTable, HasARowForEachMember)
 {
     constexpr int kWishesAndSilenced = 2;
     EXPECT_EQ(countMembers<HapticProperty>(0), static_cast<int>(surfaceProperties().rows().size()));
-    EXPECT_EQ(countMembers<HapticSettings>(0),
+    using namespace midair::haptics;
+    // A base counts as a member.
+    const int solver = countMembers<SolverSettings>(0);
+    const int field = countMembers<SequenceSettings>(0) + countMembers<PlayingSettings>(0) +
+                      solver + countMembers<FieldSettings>(0) - 3;
+    EXPECT_EQ(solver, static_cast<int>(solverSettings().rows().size()));
+    EXPECT_EQ(field, static_cast<int>(fieldSettings().rows().size()));
+    EXPECT_EQ(field + countMembers<HapticSettings>(0) - 1,
               static_cast<int>(sceneSettings().rows().size()) + kWishesAndSilenced);
 }
 

@@ -1,5 +1,5 @@
 #include "plugin/overlays/OverlayKinds.h"
-#include "plugin/settings/SettingTable.h"
+#include "plugin/settings/AllSettings.h"
 #include "samples/demo/DemoScene.h"
 
 #include <osgMidair/HapticSurface>

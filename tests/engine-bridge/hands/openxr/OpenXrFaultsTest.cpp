@@ -1,5 +1,5 @@
 // Debian's loader and a runtime of the tests' own that lacks something, fails, or hangs.
-#include "tests/engine-bridge/hands/OpenXrHands.h"
+#include "tests/engine-bridge/hands/openxr/OpenXrHands.h"
 
 #include <cstdlib>
 #include <cstring>

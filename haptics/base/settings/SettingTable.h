@@ -1,17 +1,17 @@
 #pragma once
 
-#include "plugin/settings/Setting.h"
-
-#include <osgMidair/HapticProperty>
+#include "haptics/base/settings/Setting.h"
+#include "haptics/base/text/Range.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
-namespace osgMidair
+namespace midair::base
 {
 
 /// All settings of a struct \a T, in the order in which they are listed and, version by version,
@@ -61,6 +61,24 @@ public:
         return said;
     }
 
+    /// Adds a check for each setting of \a object to \a check.
+    RangeCheck& check(const T& object, RangeCheck& check) const
+    {
+        for (const Setting<T>& row : _rows)
+        {
+            if (row.holds(object)) continue;
+            const std::string unit = row.unit.empty() ? "" : " " + row.unit;
+            const double value = row.number(object);
+            if (row.range.orZero || !row.words.empty())
+                check.check(false, row.name.c_str(), value, row.expected().c_str());
+            else if (std::isinf(row.range.high))
+                check.atLeast(row.name.c_str(), value, row.range.low, unit.c_str());
+            else
+                check.within(row.name.c_str(), value, row.range.low, row.range.high, unit.c_str());
+        }
+        return check;
+    }
+
     bool areSame(const T& a, const T& b) const
     {
         return std::all_of(_members.begin(),
@@ -90,10 +108,4 @@ private:
     std::vector<Member<T>> _members; ///< contiguous, since scenes are compared in every frame
 };
 
-/// The settings of a HapticScene.
-const SettingTable<HapticSettings>& sceneSettings();
-
-/// The properties of a HapticSurface or a tag.
-const SettingTable<HapticProperty>& surfaceProperties();
-
-} // namespace osgMidair
+} // namespace midair::base

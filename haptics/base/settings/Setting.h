@@ -1,16 +1,12 @@
 #pragma once
 
-#include <osgMidair/HapticSettings>
-
-#include <osg/Matrixd>
-
 #include <functional>
 #include <limits>
 #include <string>
 #include <variant>
 #include <vector>
 
-namespace osgMidair
+namespace midair::base
 {
 
 /// Access to a member of enum type in a struct \a T.
@@ -29,19 +25,12 @@ struct Word
     int value;
 };
 
-/// Pointer to the member of a struct \a T that holds a setting, and so its kind. Only scenes have
-/// texts and matrices.
+/// Pointer to the member of a struct \a T that holds a setting, and so its kind. Structs with
+/// members of further types have a specialisation, and a ValueText for each of those.
 template<typename T>
 struct Kinds
 {
-    using Member = std::variant<bool T::*, int T::*, double T::*, Choice<T>>;
-};
-template<>
-struct Kinds<HapticSettings>
-{
-    using T = HapticSettings;
-    using Member = std::
-        variant<bool T::*, int T::*, double T::*, Choice<T>, std::string T::*, osg::Matrixd T::*>;
+    using Member = std::variant<bool T::*, int T::*, double T::*, Choice<T>, std::string T::*>;
 };
 template<typename T>
 using Member = typename Kinds<T>::Member;
@@ -58,8 +47,8 @@ struct Range
     std::string text() const; ///< "0 or 0.001 .. 1", "at least 0"
 };
 
-/// A row of the table: all that the kit knows about one value of a plain struct \a T. The default
-/// is the initial value of the member.
+/// A row of a table: all that is known about one value of a plain struct \a T. The default is the
+/// initial value of the member.
 template<typename T>
 struct Setting
 {
@@ -74,9 +63,6 @@ struct Setting
     std::string stored;    ///< name in scene files; empty: the name with a capital
     std::string variable;  ///< name of the environment variable after "OSG_MIDAIR_"; empty: none
     bool isSafety = false; ///< a value that isn't understood silences the array
-    /// Where a value from a file is noted as a wish, which needs the user's grant; null: it needs
-    /// none.
-    std::optional<std::string> HapticWishes::*wish = nullptr;
     /// Parses texts that only this setting has; empty, or false returned: parsed by its kind.
     std::function<bool(T&, const std::string&)> parse;
 
@@ -92,12 +78,19 @@ struct Setting
     /// what and returns true.
     bool repair(T& object, std::string& what) const;
 
+    /// Returns true if the value in \a object is in its range. Texts, matrices and flags always
+    /// are.
+    bool holds(const T& object) const;
+    /// Returns the value in \a object; 0 if it is no number.
+    double number(const T& object) const;
+
     /// Returns the possible values: "1 .. 40000 Hz", "true, false", "surface, edges, vertices".
     std::string values() const;
-    /// Returns the default as text, "1000"; empty where the default is an empty text.
-    std::string defaultText() const;
+    /// Returns the default, which is the value in \a defaults, as text, "1000"; empty where it is
+    /// an empty text.
+    std::string defaultText(const T& defaults = T()) const;
     /// Returns help, values and default in one line.
-    std::string summary() const;
+    std::string summary(const T& defaults = T()) const;
 };
 
 /// Choice for the enum member that \a M points to.
@@ -116,4 +109,4 @@ struct EnumMember<M>
 template<typename T>
 bool isSame(const Member<T>& member, const T& a, const T& b);
 
-} // namespace osgMidair
+} // namespace midair::base

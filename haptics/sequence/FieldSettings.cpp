@@ -1,0 +1,120 @@
+#include "haptics/sequence/FieldSettings.h"
+
+#include "haptics/base/Limits.h"
+#include "haptics/base/settings/Row.h"
+#include "haptics/base/settings/SettingText.h"
+#include "haptics/points/ControlPointSelector.h"
+#include "haptics/solvers/HologramSolver.h"
+#include "haptics/solvers/SolverSettings.h"
+
+namespace midair::base
+{
+
+template struct Setting<haptics::FieldSettings>;
+template bool isSame(const Member<haptics::FieldSettings>&,
+                     const haptics::FieldSettings&,
+                     const haptics::FieldSettings&);
+
+} // namespace midair::base
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+using namespace base;
+
+using S = FieldSettings;
+
+std::vector<Setting<S>> air()
+{
+    return {Row<S>("temperature", &S::temperature, "temperature of the air")
+                .range(kLeastTemperature_C, kMostTemperature_C, "C"),
+            Row<S>("humidity", &S::humidity, "relative humidity of the air").range(0.0, 1.0),
+            Row<S>("airPressure", &S::airPressure, "pressure of the air")
+                .range(kLeastAirPressure_Pa, kMostAirPressure_Pa, "Pa")};
+}
+
+std::vector<Setting<S>> solver()
+{
+    const std::string names = fmt::format("{}", fmt::join(solverNames(), ", "));
+    return {Row<S>("solver", &S::solver, names + "; empty: the first").variable("SOLVER")};
+}
+
+std::vector<Setting<S>> points()
+{
+    const int most = SelectorOptions().maxPoints;
+    return {
+        Row<S>("motionTolerance", &S::motionTolerance, "objects that move by less keep their field")
+            .range(0.0, 1e3, "wavelengths"),
+        Row<S>("maxPoints",
+               &S::maxPoints,
+               fmt::format("limit of control points, shared by all objects; 0: {}", most))
+            .range(0, kMostControlPoints)};
+}
+
+std::vector<Setting<S>> playing()
+{
+    return {
+        Row<S>("maxPressure",
+               &S::maxPressure,
+               "cap on the peak pressure at control points; 0: no cap",
+               2)
+            .range(0.0, kMostPressure_Pa, "Pa")
+            .variable("MAX_PRESSURE")
+            .safety(),
+        Row<S>("cycle",
+               &S::cycle,
+               "number of fields with shifted points, played in turn to smooth objects at rest",
+               3)
+            .range(1, kMostCycle)
+            .variable("CYCLE"),
+        Row<S>("cycleSteps",
+               &S::cycleSteps,
+               "intermediate steps from one field of the cycle to the next",
+               3)
+            .range(0, kMostCycleSteps),
+        Row<S>("subsets",
+               &S::subsets,
+               "number of subsets of the points, played in turn: each stronger, but less often",
+               3)
+            .range(1, kMostSubsets)
+            .variable("SUBSETS"),
+        Row<S>(
+            "fieldRate", &S::fieldRate, "rate of fields that are played in turn, steps included", 3)
+            .range(1.0, kMostFieldRate_Hz, "Hz"),
+        Row<S>("denseOutlines", &S::denseOutlines, "play edges at rest as one smooth field", 3),
+        Row<S>("monitorInterval",
+               &S::monitorInterval,
+               "shortest time between two measurements; 0: never",
+               3)
+            .range(kLeastMonitorInterval_s, kMostMonitorInterval_s, "s")
+            .orZero()
+            .variable("MONITOR"),
+        Row<S>("maxAmplitude",
+               &S::maxAmplitude,
+               "cap on each transducer's amplitude; 1: full drive",
+               4)
+            .range(0.0, 1.0)
+            .variable("MAX_AMPLITUDE")
+            .safety()};
+}
+
+} // namespace
+
+// Files store rows in this order, version by version; .osgb is positional, so a row must keep its
+// place and its version.
+const SettingTable<FieldSettings>& fieldSettings()
+{
+    static const SettingTable<S> table(
+        joined<S>({air(), solver(), inherited<S>(solverSettings().rows()), points(), playing()}));
+    return table;
+}
+
+Medium mediumOf(const FieldSettings& settings)
+{
+    return {settings.temperature, settings.humidity, settings.airPressure};
+}
+
+} // namespace midair::haptics

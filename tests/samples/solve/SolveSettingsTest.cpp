@@ -1,0 +1,59 @@
+// midair-solve's options come from the table that scenes have, too.
+#include "haptics/sequence/FieldSettings.h"
+#include "tests/samples/Shell.h"
+
+#include <fstream>
+#include <set>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace
+{
+
+const std::string kProgram = MIDAIR_BIN "/midair-solve";
+const std::string kStar = MIDAIR_ROOT "/samples/models/star.obj";
+
+} // namespace
+
+TEST(SolveSettings, AreThoseOfAnyField)
+{
+    const std::string help = shell(kProgram + " --help").output;
+    int known = 0;
+    for (const auto& row : midair::haptics::fieldSettings().rows())
+        known += help.find(row.help) != std::string::npos ? 1 : 0;
+    EXPECT_EQ(known, static_cast<int>(midair::haptics::fieldSettings().rows().size()) - 4) << help;
+
+    const std::string out = testing::TempDir() + "midair-solve-settings";
+    const auto solved = [&](const std::string& options)
+    {
+        const Outcome outcome =
+            shell(kProgram + " " + kStar + " --size 0.08 " + options + " --out " + out);
+        EXPECT_EQ(outcome.code, 0) << outcome.output;
+        std::ifstream file(out + "/summary.json");
+        return nlohmann::json::parse(file);
+    };
+    const auto plain = solved("");
+    EXPECT_GT(plain.at("report").at("iterations").get<int>(), 1);
+    const auto hasty = solved("--max-iterations 1 --rms-tolerance 0");
+    EXPECT_EQ(hasty.at("report").at("iterations").get<int>(), 1);
+    EXPECT_GT(hasty.at("report").at("rms").get<double>(),
+              plain.at("report").at("rms").get<double>());
+    EXPECT_LE(solved("--max-points 5").at("report").at("points").get<int>(), 5);
+    EXPECT_GT(solved("--air-pressure 60000").at("attenuation_Np_m"), plain.at("attenuation_Np_m"));
+    solved("--no-phase-only");
+    std::set<std::string> duties;
+    std::ifstream drive(out + "/drive.csv");
+    std::string line;
+    std::getline(drive, line);
+    ASSERT_EQ(line.substr(line.rfind(',') + 1), "duty_level");
+    while (std::getline(drive, line))
+        duties.insert(line.substr(line.rfind(',') + 1));
+    EXPECT_GT(duties.size(), 1U);
+    const Outcome wrong = shell(kProgram + " " + kStar + " --lambda strong --out " + out);
+    EXPECT_NE(wrong.code, 0);
+    EXPECT_NE(wrong.output.find("--lambda: is \"strong\", should be a number, at least 0"),
+              std::string::npos)
+        << wrong.output;
+}
