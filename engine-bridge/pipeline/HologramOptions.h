@@ -36,6 +36,8 @@ struct HologramOptions : haptics::SequenceSettings, haptics::PlayingSettings
                                                        const device::DeviceLayout&)>
         deviceFactory;
 
+    double wavelength_m() const { return medium.wavelength(array.frequency_Hz); }
+
     /// Returns true if all options are in their ranges, else puts the reason into \a error.
     bool isValid(std::string* error = nullptr) const;
 };

@@ -8,13 +8,6 @@
 namespace midair::bridge
 {
 
-namespace
-{
-
-constexpr double kMonitorPoll_s = 0.02;
-
-} // namespace
-
 HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move(options))
 {
     std::string error;
@@ -23,7 +16,7 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
     keepToLimits(_options, _messages);
     openOutput();
     PointAssembler::Options points;
-    points.wavelength_m = _options.medium.wavelength(_options.array.frequency_Hz);
+    points.wavelength_m = _options.wavelength_m();
     points.motionTolerance_m = _options.motionTolerance * points.wavelength_m;
     points.maxPoints = _options.maxPoints;
     points.sets = _options.cycle;
@@ -115,6 +108,29 @@ HologramPipeline::assemble(const SceneSnapshot& snapshot, int set, HologramResul
     return std::move(assembled.points);
 }
 
+haptics::FieldSequence HologramPipeline::compose(const SceneSnapshot& snapshot,
+                                                 int set,
+                                                 const haptics::ControlPoints& points,
+                                                 const haptics::TransducerArray& array)
+{
+    haptics::FieldSequence sequence;
+    sequence.report.transducers = _options.array.size();
+    if (points.size() == 0) return sequence;
+    sequence =
+        _composer->compose(set,
+                           points,
+                           modulationOf(snapshot.objects, points, _options.modulation, _messages),
+                           array,
+                           _options.medium);
+    count(sequence.report, _counters);
+    _updates.count(base::steadySeconds());
+    if (!sequence.report.message.empty()) _messages.say(sequence.report.message);
+    // The solver continued the last field of its own set, not the one that is played.
+    if (_options.cycle > 1) continueLast(sequence);
+    _refiner->begin(snapshot, set, sequence);
+    return sequence;
+}
+
 std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const SceneSnapshot& snapshot)
 {
     auto result = std::make_shared<HologramResult>();
@@ -122,26 +138,11 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
     const int set = _refiner->nextSet();
     _monitor->forget();
     const haptics::ControlPoints points = assemble(snapshot, set, *result);
-    const haptics::TransducerArray& array = arrayFor(points);
-    haptics::FieldSequence sequence;
-    if (points.size() > 0)
-    {
-        sequence = _composer->compose(
-            set,
-            points,
-            modulationOf(snapshot.objects, points, _options.modulation, _messages),
-            array,
-            _options.medium);
-        count(sequence.report, _counters);
-        _updates.count(base::steadySeconds());
-        if (!sequence.report.message.empty()) _messages.say(sequence.report.message);
-        // The solver continued the last field of its own set, not the one that is played.
-        if (_options.cycle > 1) continueLast(sequence);
-        _refiner->begin(snapshot, set, sequence);
-    }
-    else
-        sequence.report.transducers = _options.array.size();
-    play(array, std::move(sequence), *result);
+    const haptics::TransducerArray& array =
+        _around.shadowed(points, _options.array, _options.wavelength_m());
+    haptics::FieldSequence sequence = compose(snapshot, set, points, array);
+    cap(array, sequence, *result);
+    play(std::move(sequence), *result);
     result->latency_ms = (base::steadySeconds() - snapshot.time_s) * 1e3;
     measure(array, *result);
     finish(*result);
@@ -150,12 +151,6 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
     else if (result->points.size() > 0)
         _monitor->submit(result->sequence, snapshot.objects, array);
     return result;
-}
-
-const haptics::TransducerArray& HologramPipeline::arrayFor(const haptics::ControlPoints& points)
-{
-    return _around.shadowed(
-        points, _options.array, _options.medium.wavelength(_options.array.frequency_Hz));
 }
 
 // A hand that shadows may be gone before the next field, so the cap must hold without it too.
@@ -168,7 +163,7 @@ void HologramPipeline::cap(const haptics::TransducerArray& array,
     if (sequence.isEmpty()) return;
     std::vector<const haptics::TransducerArray*> arrays{&array};
     if (&array != &_options.array) arrays.push_back(&_options.array);
-    sequence.report.capFactor = _cap->hold({result.points.positions,
+    sequence.report.capFactor = _cap->hold({sequence.points().positions,
                                             arrays,
                                             _options.medium,
                                             sequence.modulation.amplitudeRate_Hz > 0.0,
@@ -180,12 +175,9 @@ void HologramPipeline::cap(const haptics::TransducerArray& array,
     _messages.say(_cap->message(sequence.report.capFactor));
 }
 
-void HologramPipeline::play(const haptics::TransducerArray& array,
-                            haptics::FieldSequence sequence,
-                            HologramResult& result)
+void HologramPipeline::play(haptics::FieldSequence sequence, HologramResult& result)
 {
     result.points = sequence.points();
-    cap(array, sequence, result);
     if (sequence.isEmpty() || sequence.report.capFactor <= 0.0)
     {
         const bool failed = sequence.report.stop == haptics::StopReason::REFUSED;
@@ -264,8 +256,10 @@ std::shared_ptr<const HologramResult> HologramPipeline::refine()
     auto result = std::make_shared<HologramResult>(*_last);
     result->outline = sequence->isHeld();
     continueLast(*sequence);
-    const haptics::TransducerArray& array = arrayFor(_last->points);
-    play(array, std::move(*sequence), *result);
+    const haptics::TransducerArray& array =
+        _around.shadowed(_last->points, _options.array, _options.wavelength_m());
+    cap(array, *sequence, *result);
+    play(std::move(*sequence), *result);
     _monitor->forget();
     measure(array, *result);
     finish(*result);
@@ -275,7 +269,9 @@ std::shared_ptr<const HologramResult> HologramPipeline::refine()
 std::shared_ptr<const HologramResult> HologramPipeline::askMonitor()
 {
     if (!_monitor->isOn()) return nullptr;
-    _monitor->submit(_last->sequence, _refiner->snapshot().objects, arrayFor(_last->points));
+    _monitor->submit(_last->sequence,
+                     _refiner->snapshot().objects,
+                     _around.shadowed(_last->points, _options.array, _options.wavelength_m()));
     const auto found = _monitor->takeNew();
     if (!found) return nullptr;
     if (!found->error.empty()) _messages.say(found->error);
@@ -290,7 +286,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::lookAfterDevice()
     if (attention == ArrayOutput::Attention::NOTHING) return nullptr;
     if (attention == ArrayOutput::Attention::RESENT) ++_counters.resent;
     auto result = std::make_shared<HologramResult>(*_last);
-    measure(arrayFor(result->points), *result);
+    measure(_around.shadowed(result->points, _options.array, _options.wavelength_m()), *result);
     finish(*result);
     return result;
 }

@@ -66,6 +66,8 @@ public:
     const std::vector<std::string>& messages() const { return _messages.all(); }
 
 private:
+    static constexpr double kMonitorPoll_s = 0.02; // interval of attend() while the monitor works
+
     void openOutput();
     std::shared_ptr<const HologramResult> solveAndPlay(const SceneSnapshot& snapshot);
     std::shared_ptr<const HologramResult>
@@ -75,14 +77,15 @@ private:
     std::shared_ptr<const HologramResult> askMonitor();
 
     haptics::ControlPoints assemble(const SceneSnapshot& snapshot, int set, HologramResult& result);
-    const haptics::TransducerArray& arrayFor(const haptics::ControlPoints& points);
+    haptics::FieldSequence compose(const SceneSnapshot& snapshot,
+                                   int set,
+                                   const haptics::ControlPoints& points,
+                                   const haptics::TransducerArray& array);
     void continueLast(haptics::FieldSequence& sequence) const;
     void cap(const haptics::TransducerArray& array,
              haptics::FieldSequence& sequence,
              HologramResult& result);
-    void play(const haptics::TransducerArray& array,
-              haptics::FieldSequence sequence,
-              HologramResult& result);
+    void play(haptics::FieldSequence sequence, HologramResult& result);
     void measure(const haptics::TransducerArray& array, HologramResult& result) const;
     void finish(HologramResult& result);
 

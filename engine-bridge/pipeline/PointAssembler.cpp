@@ -100,13 +100,6 @@ bool PointAssembler::withinReach(const HapticObject& object) const
     return nearest - radius <= _workspace.reach_m();
 }
 
-bool PointAssembler::areInside(const Eigen::Matrix3Xd& points) const
-{
-    for (const auto& point : points.colwise())
-        if (_workspace.judge(point) != haptics::Workspace::Verdict::INSIDE) return false;
-    return true;
-}
-
 AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
 {
     AssembledPoints out;

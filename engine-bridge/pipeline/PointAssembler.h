@@ -56,8 +56,8 @@ public:
     /// each surface; objects sampled at their vertices have one set only.
     AssembledPoints assemble(const SceneSnapshot& snapshot, int set = 0);
 
-    /// Returns true if the array can reach all of \a points (array frame).
-    bool areInside(const Eigen::Matrix3Xd& points) const;
+    /// The places that the array reaches.
+    const haptics::Workspace& workspace() const { return _workspace; }
 
     /// Counts since the start, see HologramCounters.
     std::uint64_t sampled() const { return _samples.sampled(); }

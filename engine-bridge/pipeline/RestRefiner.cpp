@@ -3,23 +3,14 @@
 #include "engine-bridge/pipeline/ObjectModulation.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
-#include "haptics/surface/FeatureChains.h"
-#include "haptics/surface/SurfaceSampler.h"
+#include "haptics/points/ReachedOutlines.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace midair::bridge
 {
-
-namespace
-{
-
-// Spacing of the points at which an outline is checked for places out of reach; the points that it
-// is solved for are denser.
-constexpr double kOutlineLook_wavelengths = 0.5;
-
-} // namespace
 
 RestRefiner::RestRefiner(const HologramOptions& options,
                          PointAssembler& assembler,
@@ -60,12 +51,6 @@ int RestRefiner::takeSolves()
     return std::exchange(_solves, 0);
 }
 
-const haptics::TransducerArray& RestRefiner::arrayFor(const haptics::ControlPoints& points)
-{
-    return _around.shadowed(
-        points, _options.array, _options.medium.wavelength(_options.array.frequency_Hz));
-}
-
 std::optional<haptics::FieldSequence> RestRefiner::step(const haptics::ControlPoints& played,
                                                         const haptics::ModulatorOptions& modulation)
 {
@@ -78,7 +63,11 @@ std::optional<haptics::FieldSequence> RestRefiner::step(const haptics::ControlPo
             if (!curves.empty())
             {
                 haptics::FieldSequence made = _composer.composeOutlines(
-                    curves, played.absolute, modulation, arrayFor(played), _options.medium);
+                    curves,
+                    played.absolute,
+                    modulation,
+                    _around.shadowed(played, _options.array, _options.wavelength_m()),
+                    _options.medium);
                 ++_solves;
                 _setsMissing = _outlineMissing = false;
                 return made;
@@ -123,7 +112,7 @@ bool RestRefiner::makeNextSet()
         set,
         assembled.points,
         modulationOf(_snapshot.objects, assembled.points, _options.modulation, _messages),
-        arrayFor(assembled.points),
+        _around.shadowed(assembled.points, _options.array, _options.wavelength_m()),
         _options.medium);
     ++_solves;
     if (missing->isEmpty()) throw base::InputError(missing->report.message);
@@ -149,11 +138,10 @@ bool RestRefiner::isOutline(const SceneSnapshot& snapshot) const
            std::all_of(snapshot.objects.begin(), snapshot.objects.end(), isCurve);
 }
 
-// The outlines of all objects of the scene, array frame; none if a part of one can't be reached.
+// The outlines of all objects of the scene, array frame; none if a part of one can't be reached,
+// since points, which are played instead, can be left out one by one.
 std::vector<haptics::Outline> RestRefiner::outlines(const haptics::ControlPoints& played) const
 {
-    const double wavelength_m = _options.medium.wavelength(_options.array.frequency_Hz);
-    const double look_m = kOutlineLook_wavelengths * wavelength_m;
     std::vector<haptics::Outline> all;
     double points = 0.0;
     for (const HapticObject& object : _snapshot.objects)
@@ -161,20 +149,11 @@ std::vector<haptics::Outline> RestRefiner::outlines(const haptics::ControlPoints
         const double target = object.properties.pressureInPa || !played.absolute
                                   ? object.properties.pressure
                                   : object.properties.pressure * played.targets.maxCoeff();
-        for (haptics::Outline& outline :
-             haptics::featureOutlines(*object.mesh,
-                                      haptics::SamplerOptions().creaseAngle_rad,
-                                      wavelength_m,
-                                      _options.solverOptions.stop))
-        {
-            outline.vertices = (object.pose * outline.vertices).eval();
-            outline.target = target;
-            // Checked before outline.points() allocates them.
-            points += haptics::pointsAlong({outline}, look_m);
-            if (points > base::kMostControlPoints || !_assembler.areInside(outline.points(look_m)))
-                return {};
-            all.push_back(std::move(outline));
-        }
+        haptics::ReachedOutlines reached = haptics::reachedOutlines(
+            *object.mesh, object.pose, target, _assembler.workspace(), _options.solverOptions.stop);
+        points += reached.points;
+        if (reached.outside > 0 || points > base::kMostControlPoints) return {};
+        std::move(reached.inside.begin(), reached.inside.end(), std::back_inserter(all));
     }
     return all;
 }

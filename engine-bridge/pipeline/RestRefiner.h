@@ -51,7 +51,6 @@ public:
     int takeSolves();
 
 private:
-    const haptics::TransducerArray& arrayFor(const haptics::ControlPoints& points);
     bool makeNextSet();
     bool isOutline(const SceneSnapshot& snapshot) const;
     std::vector<haptics::Outline> outlines(const haptics::ControlPoints& played) const;

@@ -73,7 +73,7 @@ void ArrayOutput::play(const haptics::FieldSequence& sequence,
         const std::lock_guard<std::mutex> lock(_sending);
         stop.throwIfRequested();
         // The fields are capped already. If the device refuses a step, the next one follows anyway.
-        _player->play(sequence.fields, sequence.modulation);
+        _player->play(_signals, sequence.modulation);
     }
     else if (_device && !sendHeld(stop))
         _messages.say(refusal());

@@ -46,9 +46,6 @@ FieldPlayer::~FieldPlayer()
 void FieldPlayer::play(const std::vector<Eigen::VectorXcf>& cycle,
                        const haptics::ModulatorOptions& modulation)
 {
-    const haptics::Modulator modulator(modulation);
-    if (cycle.empty())
-        throw base::InputError("field player: there are no fields; there must be at least one");
     std::vector<device::DriveSignal> signals(cycle.size());
     for (std::size_t k = 0; k < cycle.size(); ++k)
     {
@@ -62,6 +59,15 @@ void FieldPlayer::play(const std::vector<Eigen::VectorXcf>& cycle,
             throw base::InputError(
                 fmt::format("field player: field {} has an activation that is not finite", k));
     }
+    play(std::move(signals), modulation);
+}
+
+void FieldPlayer::play(std::vector<device::DriveSignal> signals,
+                       const haptics::ModulatorOptions& modulation)
+{
+    const haptics::Modulator modulator(modulation);
+    if (signals.empty())
+        throw base::InputError("field player: there are no fields; there must be at least one");
     std::shared_ptr<Whole> whole;
     if (modulator.changes(signals.size()))
         whole = std::make_shared<Whole>(

@@ -40,6 +40,9 @@ public:
     /// lengths, an activation that is not finite, and invalid options.
     void play(const std::vector<Eigen::VectorXcf>& cycle,
               const haptics::ModulatorOptions& modulation = {});
+    /// The same for fields that are encoded already, all for as many transducers.
+    void play(std::vector<device::DriveSignal> signals,
+              const haptics::ModulatorOptions& modulation = {});
 
     /// Stops sending; waits for a send under way. A device that plays a sequence by itself goes on
     /// until it is sent something else or silenced.

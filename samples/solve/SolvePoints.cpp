@@ -4,9 +4,9 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "haptics/points/ControlPointSelector.h"
+#include "haptics/points/ReachedOutlines.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/sequence/FieldSettings.h"
-#include "haptics/surface/FeatureChains.h"
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "samples/solve/SolveFiles.h"
@@ -118,33 +118,22 @@ std::vector<haptics::ControlPoints> pointSets(const SolveArguments& arguments,
 std::vector<haptics::Outline>
 modelOutlines(const SolveArguments& arguments, const SolveScene& scene, bool& any)
 {
-    const double wavelength_m = scene.wavelength_m();
-    std::vector<haptics::Outline> outlines = haptics::featureOutlines(
-        scene.mesh, haptics::SamplerOptions().creaseAngle_rad, wavelength_m);
-    for (haptics::Outline& outline : outlines)
-    {
-        outline.vertices = (scene.pose * outline.vertices).eval();
-        if (arguments.pressure_Pa > 0.0) outline.target = arguments.pressure_Pa;
-    }
-    const haptics::Workspace workspace(scene.array, wavelength_m, haptics::SelectorOptions());
-    const auto isOutside = [&](const haptics::Outline& outline)
-    {
-        const Eigen::Matrix3Xd points = outline.points(0.5 * wavelength_m);
-        for (Eigen::Index k = 0; k < points.cols(); ++k)
-            if (workspace.judge(points.col(k)) != haptics::Workspace::Verdict::INSIDE) return true;
-        return false;
-    };
-    const std::size_t before = outlines.size();
-    any = before > 0;
-    outlines.erase(std::remove_if(outlines.begin(), outlines.end(), isOutside), outlines.end());
-    if (outlines.size() < before)
+    const haptics::Workspace workspace(
+        scene.array, scene.wavelength_m(), haptics::SelectorOptions());
+    const double target =
+        arguments.pressure_Pa > 0.0 ? arguments.pressure_Pa : haptics::Outline().target;
+    haptics::ReachedOutlines reached =
+        haptics::reachedOutlines(scene.mesh, scene.pose, target, workspace);
+    const std::size_t all = reached.inside.size() + static_cast<std::size_t>(reached.outside);
+    any = all > 0;
+    if (reached.outside > 0)
         std::fprintf(stderr,
-                     "midair-solve: solves for %zu of %zu outlines: %zu are not whole within the "
+                     "midair-solve: solves for %zu of %zu outlines: %d are not whole within the "
                      "array's reach\n",
-                     outlines.size(),
-                     before,
-                     before - outlines.size());
-    return outlines;
+                     reached.inside.size(),
+                     all,
+                     reached.outside);
+    return std::move(reached.inside);
 }
 
 Eigen::Matrix3Xd feltSurface(const SolveArguments& arguments,

@@ -35,9 +35,9 @@ TEST(SolveSettings, AreThoseOfAnyField)
         return nlohmann::json::parse(file);
     };
     const auto plain = solved("");
-    EXPECT_GT(plain.at("report").at("iterations").get<int>(), 1);
+    EXPECT_GT(plain.at("report").at("iterations").get<int>(), 5);
     const auto hasty = solved("--max-iterations 1 --rms-tolerance 0");
-    EXPECT_EQ(hasty.at("report").at("iterations").get<int>(), 1);
+    EXPECT_LT(hasty.at("report").at("iterations").get<int>(), 5);
     EXPECT_GT(hasty.at("report").at("rms").get<double>(),
               plain.at("report").at("rms").get<double>());
     EXPECT_LE(solved("--max-points 5").at("report").at("points").get<int>(), 5);
