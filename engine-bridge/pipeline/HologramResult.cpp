@@ -23,8 +23,8 @@ void count(const PointAssembler& assembler,
            const AssembledPoints& assembled,
            HologramCounters& counters)
 {
-    counters.sampled = assembler.sampled();
-    counters.followed = assembler.followed();
+    counters.meshesSampled = assembler.sampled();
+    counters.meshesFollowed = assembler.followed();
     counters.outOfWorkspace += assembled.outOfWorkspace;
     counters.overBudget += assembled.overBudget;
     counters.crowded += assembled.crowded;

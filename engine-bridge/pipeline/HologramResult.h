@@ -7,6 +7,8 @@
 #include "haptics/sequence/FieldSequence.h"
 #include "haptics/solvers/HologramSolver.h"
 
+#include <osgMidair/HologramCounters>
+
 #include <Eigen/Core>
 
 #include <cstdint>
@@ -17,27 +19,6 @@
 
 namespace midair::bridge
 {
-
-/// Counts of what the pipeline did and what it could skip, since it was made.
-struct HologramCounters
-{
-    std::uint64_t snapshots = 0;  ///< submitted
-    std::uint64_t superseded = 0; ///< replaced by a newer one before they were processed
-    std::uint64_t solves = 0;
-    std::uint64_t skippedUnmoved = 0; ///< snapshots not solved since nothing moved
-    std::uint64_t rowsBuilt = 0;      ///< rows of the propagation matrix for new or moved points
-    std::uint64_t rowsKept = 0;       ///< rows reused for points that had not moved
-    std::uint64_t sampled = 0;        ///< meshes sampled (a cached mesh is not sampled again)
-    std::uint64_t followed = 0;   ///< deformed meshes whose samples moved along with the vertices
-    std::uint64_t overBudget = 0; ///< points left out because there were too many
-    /// points or objects left out because the array can't reach them
-    std::uint64_t outOfWorkspace = 0;
-    std::uint64_t crowded = 0;    ///< points left out because another one was too near
-    std::uint64_t unpainted = 0;  ///< points left out because their paint is of intensity 0
-    std::uint64_t outOfReach = 0; ///< points left out because no hand was near them
-    std::uint64_t capped = 0;     ///< fields scaled down or silenced by the pressure cap
-    std::uint64_t resent = 0;     ///< fields of a still scene sent again since the device lost them
-};
 
 /// One solved field, handed back to the overlays, the HUD and the report; immutable.
 struct HologramResult

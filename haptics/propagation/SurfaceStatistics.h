@@ -4,11 +4,12 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/threads/StopToken.h"
 
+#include <osgMidair/FieldFigures>
+
 #include <Eigen/Core>
 
 #include <cstdint>
 #include <string>
-#include <variant>
 #include <vector>
 
 namespace midair::haptics
@@ -29,41 +30,6 @@ struct SurfaceStatisticsOptions
 
     /// Returns false if a setting is out of range; \a error then names the first one.
     bool isValid(std::string* error = nullptr) const;
-};
-
-/// Statistics of the radiation pressure that a hand would feel on a surface, averaged over the
-/// cycle of fields that is played.
-struct SurfaceStatistics
-{
-    int samples = 0;
-    double mean_Pa = 0.0;                ///< mean radiation pressure
-    double coefficientOfVariation = 0.0; ///< standard deviation over mean; 0 where the mean is 0
-    double percentile1 = 0.0;            ///< first percentile over the mean; 0 where the mean is 0
-    double percentile5 = 0.0;            ///< likewise
-    double percentile10 = 0.0;           ///< likewise
-    double percentile95 = 0.0;           ///< likewise
-    int offSamples = 0;                  ///< number of places off the surface
-    double offMean_Pa = 0.0;             ///< mean radiation pressure there
-    double contrast = 0.0;               ///< mean_Pa / offMean_Pa; 0 if offMean_Pa is 0
-};
-
-/// Name, as shown to users, of a number of SurfaceStatistics.
-struct SurfaceFigureRow
-{
-    const char* name; ///< with its unit
-    std::variant<int SurfaceStatistics::*, double SurfaceStatistics::*> value;
-};
-
-inline const std::vector<SurfaceFigureRow> kSurfaceFigures = {
-    {"samples", &SurfaceStatistics::samples},
-    {"mean_Pa", &SurfaceStatistics::mean_Pa},
-    {"coefficientOfVariation", &SurfaceStatistics::coefficientOfVariation},
-    {"percentile1", &SurfaceStatistics::percentile1},
-    {"percentile5", &SurfaceStatistics::percentile5},
-    {"percentile10", &SurfaceStatistics::percentile10},
-    {"percentile95", &SurfaceStatistics::percentile95},
-    {"offMean_Pa", &SurfaceStatistics::offMean_Pa},
-    {"contrast", &SurfaceStatistics::contrast},
 };
 
 /// Returns the statistics of \a on_Pa (n) and \a off_Pa (any number), radiation pressures on and

@@ -46,10 +46,10 @@ std::vector<std::pair<std::string, double>> figuresOf(const SolveReport& report)
         std::visit([&](auto member) { figures.emplace_back(name, double(record.*member)); },
                    row.value);
     };
-    for (const FigureRow& row : kFigures)
+    for (const auto& row : kFigures)
         add(row.name, row, report);
     if (report.surface.samples > 0)
-        for (const SurfaceFigureRow& row : kSurfaceFigures)
+        for (const auto& row : kSurfaceFigures)
             add(kSurface + row.name, row, report.surface);
     return figures;
 }

@@ -19,7 +19,7 @@ namespace
 
 nlohmann::ordered_json surfaceJson(const HapticStatistics& s)
 {
-    if (s.surfaceSamples == 0) return nullptr;
+    if (s.surface.samples == 0) return nullptr;
     nlohmann::ordered_json json = midair::haptics::toJson(s.figures)["surface"];
     if (s.certifiedGap >= 0.0) json["certifiedGap"] = s.certifiedGap;
     return json;
@@ -41,31 +41,23 @@ nlohmann::ordered_json fieldJson(const HapticStatistics& s)
     return json;
 }
 
+nlohmann::ordered_json countersJson(const HapticStatistics& s)
+{
+    nlohmann::ordered_json json = {{"frames", s.frames},
+                                   {"idleFrames", s.idleFrames},
+                                   {"restingFrames", s.restingFrames},
+                                   {"meshesRead", s.meshesRead}};
+    for (const midair::bridge::CounterRow& row : midair::bridge::kHologramCounters)
+        json[row.name] = s.*row.value;
+    return json;
+}
+
 nlohmann::ordered_json toJson(const HapticStatistics& s, const HapticSettings& settings)
 {
     return {{"array", settings.array},
             {"device", settings.device},
             {"deviceStatus", s.device},
-            {"counters",
-             {{"frames", s.frames},
-              {"idleFrames", s.idleFrames},
-              {"restingFrames", s.restingFrames},
-              {"snapshots", s.snapshots},
-              {"superseded", s.superseded},
-              {"solves", s.solves},
-              {"skippedUnmoved", s.skippedUnmoved},
-              {"rowsBuilt", s.rowsBuilt},
-              {"rowsKept", s.rowsKept},
-              {"meshesRead", s.meshesRead},
-              {"meshesSampled", s.meshesSampled},
-              {"meshesFollowed", s.meshesFollowed},
-              {"outOfWorkspace", s.outOfWorkspace},
-              {"outOfReach", s.outOfReach},
-              {"overBudget", s.overBudget},
-              {"crowded", s.crowded},
-              {"unpainted", s.unpainted},
-              {"capped", s.capped},
-              {"resent", s.resent}}},
+            {"counters", countersJson(s)},
             {"hands", {{"known", s.hands}, {"touching", s.touching}}},
             {"field", fieldJson(s)},
             {"surface", surfaceJson(s)},

@@ -20,13 +20,17 @@ namespace osgMidair
 namespace
 {
 
+const OverlayNumber kOpacity =
+    overlayNumber<ArrayGhost, &ArrayGhost::setOpacity, &ArrayGhost::getOpacity>(
+        "arrayOpacity", "opacity of transducers that face the eye", {0.0, 1.0});
 const OverlayRegistration kRegistration({3,
                                          "Array",
                                          "array",
                                          "the array",
                                          osgGA::GUIEventAdapter::KEY_F4,
                                          10,
-                                         makeOverlay<ArrayGhost>});
+                                         makeOverlay<ArrayGhost>,
+                                         {kOpacity}});
 
 using midair::haptics::TransducerArray;
 

@@ -14,13 +14,18 @@ namespace osgMidair
 namespace
 {
 
+const OverlayNumber kRadius = overlayNumber<ControlPointOverlay,
+                                            &ControlPointOverlay::setRadius,
+                                            &ControlPointOverlay::getRadius>(
+    "pointRadius", "outer radius of the control points' rings", {1e-5, 1.0}, "m");
 const OverlayRegistration kRegistration({1,
                                          "ControlPoints",
                                          "points",
                                          "the control points",
                                          osgGA::GUIEventAdapter::KEY_F2,
                                          60,
-                                         makeOverlay<ControlPointOverlay>});
+                                         makeOverlay<ControlPointOverlay>,
+                                         {kRadius}});
 
 // Each disc faces the eye and is moved towards it by its radius, so that a surface through the
 // point doesn't cut the ring.

@@ -1,3 +1,4 @@
+#include "haptics/base/Limits.h"
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/overlays/OverlayKinds.h"
@@ -5,6 +6,7 @@
 #include "plugin/overlays/drawing/DiscGeometry.h"
 #include "plugin/overlays/drawing/FieldSlice.h"
 #include "plugin/overlays/drawing/GpuSlice.h"
+#include "plugin/overlays/drawing/SliceDisc.h"
 
 #include <osgMidair/FieldSliceOverlay>
 
@@ -30,13 +32,28 @@ namespace osgMidair
 namespace
 {
 
+const OverlayNumber kRadius =
+    overlayNumber<FieldSliceOverlay, &FieldSliceOverlay::setRadius, &FieldSliceOverlay::getRadius>(
+        "sliceRadius",
+        "radius of the slice; 0: 16 mm beyond the farthest control point",
+        {0.0, 1.0},
+        "m");
+const OverlayNumber kRange = overlayNumber<FieldSliceOverlay,
+                                           &FieldSliceOverlay::setRange,
+                                           &FieldSliceOverlay::getWantedRange>(
+    "sliceRange",
+    "pressure at the upper end of the slice's colour map; 0: follows the largest",
+    {0.0, midair::base::kMostPressure_Pa},
+    "Pa");
+
 const OverlayRegistration kRegistration({2,
                                          "FieldSlice",
                                          "slice",
                                          "the slice of the field",
                                          osgGA::GUIEventAdapter::KEY_F3,
                                          30,
-                                         makeOverlay<FieldSliceOverlay>});
+                                         makeOverlay<FieldSliceOverlay>,
+                                         {kRadius, kRange}});
 
 osg::Vec3 osgVec(const Eigen::Vector3d& v)
 {
@@ -136,32 +153,8 @@ FieldSliceOverlay::Part::Part(osg::Group& owner) :
 {
     _image->allocateImage(kSlicePixels, kSlicePixels, 1, GL_RGBA, GL_UNSIGNED_BYTE);
     _image->setDataVariance(DYNAMIC);
-    _disc->setDataVariance(DYNAMIC);
-    _disc->setUseDisplayList(false);
-    _disc->setUseVertexBufferObjects(true);
-    _disc->setVertexArray(new osg::Vec3Array(4));
-    osg::ref_ptr<osg::Vec2Array> coordinates = new osg::Vec2Array;
-    for (const osg::Vec2& corner :
-         {osg::Vec2(0, 0), osg::Vec2(1, 0), osg::Vec2(0, 1), osg::Vec2(1, 1)})
-        // The centres of the outermost texels lie on the rim.
-        coordinates->push_back((corner * (kSlicePixels - 1) + osg::Vec2(0.5F, 0.5F)) /
-                               kSlicePixels);
-    _disc->setTexCoordArray(0, coordinates, osg::Array::BIND_PER_VERTEX);
-    const osg::Vec4 white(1.0F, 1.0F, 1.0F, 1.0F);
-    _disc->setColorArray(new osg::Vec4Array(1, &white), osg::Array::BIND_OVERALL);
-    _disc->addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLE_STRIP, 0, 4));
-    _texture = new osg::Texture2D(_image);
-    osg::Texture2D* texture = _texture;
-    texture->setDataVariance(DYNAMIC);
-    texture->setResizeNonPowerOfTwoHint(false);
-    texture->setFilter(osg::Texture::MIN_FILTER, osg::Texture::LINEAR);
-    texture->setFilter(osg::Texture::MAG_FILTER, osg::Texture::LINEAR);
-    texture->setWrap(osg::Texture::WRAP_S, osg::Texture::CLAMP_TO_EDGE);
-    texture->setWrap(osg::Texture::WRAP_T, osg::Texture::CLAMP_TO_EDGE);
-    osg::StateSet* state = _disc->getOrCreateStateSet();
-    state->setTextureAttributeAndModes(0, texture);
-    // The slice of a flat object is in its plane; the offset keeps the object in front.
-    state->setAttributeAndModes(new osg::PolygonOffset(1.0F, 1.0F));
+    _texture = makeSliceTexture(_image);
+    setUpSliceDisc(*_disc, _texture);
     drawTranslucent(*_disc, SLICE_BIN);
     _disc->setDrawCallback(probeRenderer(_renderer));
 }
@@ -203,6 +196,16 @@ void FieldSliceOverlay::setRadius(double radius_m)
 void FieldSliceOverlay::setRange(float range_Pa)
 {
     _part.range_Pa = range_Pa;
+}
+
+double FieldSliceOverlay::getRadius() const
+{
+    return _part.radius_m;
+}
+
+float FieldSliceOverlay::getWantedRange() const
+{
+    return _part.range_Pa;
 }
 
 FieldSliceOverlay::Method FieldSliceOverlay::getMethod() const

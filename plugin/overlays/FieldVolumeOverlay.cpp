@@ -19,13 +19,25 @@ namespace osgMidair
 namespace
 {
 
+const OverlayNumber kMargin = overlayNumber<FieldVolumeOverlay,
+                                            &FieldVolumeOverlay::setMargin,
+                                            &FieldVolumeOverlay::getMargin>(
+    "volumeMargin", "how far the volume goes beyond the control points", {0.0, 1.0}, "m");
+const OverlayNumber kThreshold = overlayNumber<FieldVolumeOverlay,
+                                               &FieldVolumeOverlay::setThreshold,
+                                               &FieldVolumeOverlay::getThreshold>(
+    "volumeThreshold",
+    "share of the strongest point's radiation pressure below which nothing is drawn",
+    {0.0, 1.0});
+
 const OverlayRegistration kRegistration({6,
                                          "FieldVolume",
                                          "volume",
                                          "the field in space",
                                          osgGA::GUIEventAdapter::KEY_F9,
                                          40,
-                                         makeOverlay<FieldVolumeOverlay>});
+                                         makeOverlay<FieldVolumeOverlay>,
+                                         {kMargin, kThreshold}});
 
 // Each puff is a soft disc in a triangle that always faces the eye.
 const char* const kVertexSource = R"(#version 120

@@ -67,7 +67,11 @@ HapticOverlays::HapticOverlays(const HapticOverlays& other, const osg::CopyOp& /
     setNodeMask(other.getNodeMask());
     for (const Part& each : _parts)
         if (const Overlay* theirs = other.getOverlay(each.kind->name))
+        {
             each.overlay->setShown(theirs->isShown());
+            for (const OverlayNumber& number : each.kind->numbers)
+                number.set(*each.overlay, number.get(*theirs));
+        }
 }
 
 HapticOverlays::~HapticOverlays() = default;
@@ -77,6 +81,18 @@ Overlay* HapticOverlays::getOverlay(const std::string& name) const
     for (const Part& each : _parts)
         if (each.kind->name == name || each.kind->word == name) return each.overlay.get();
     return nullptr;
+}
+
+bool HapticOverlays::setNumber(const std::string& name, double value)
+{
+    for (const Part& each : _parts)
+        for (const OverlayNumber& number : each.kind->numbers)
+            if ((number.name == name || number.storedName() == name) && number.range.holds(value))
+            {
+                number.set(*each.overlay, value);
+                return true;
+            }
+    return false;
 }
 
 bool HapticOverlays::hasKey(int key)

@@ -23,8 +23,21 @@ namespace osgMidair
 namespace
 {
 
-const OverlayRegistration kRegistration(
-    {5, "Figures", "figures", "the figures", osgGA::GUIEventAdapter::KEY_F6, 0, makeOverlay<Hud>});
+const OverlayNumber kScale = overlayNumber<Hud, &Hud::setScale, &Hud::getScale>(
+    "figuresScale",
+    "pixels per unit of the figures; 0: follows the viewport's height",
+    {0.0, 20.0});
+const OverlayNumber kInterval =
+    overlayNumber<Hud, &Hud::setUpdateInterval, &Hud::getUpdateInterval>(
+        "figuresInterval", "shortest time between two changes of the figures", {0.0, 60.0}, "s");
+const OverlayRegistration kRegistration({5,
+                                         "Figures",
+                                         "figures",
+                                         "the figures",
+                                         osgGA::GUIEventAdapter::KEY_F6,
+                                         0,
+                                         makeOverlay<Hud>,
+                                         {kScale, kInterval}});
 
 const osg::Vec4 kBright(0.96F, 0.97F, 0.99F, 1.0F);
 const osg::Vec4 kDim(0.68F, 0.72F, 0.78F, 1.0F);
@@ -178,7 +191,7 @@ void addSpared(std::vector<std::pair<std::string, std::string>>& rows,
         line({{counters.skippedUnmoved, " unmoved"}, {counters.superseded, " overtaken"}});
     if (!fields.empty()) rows.emplace_back("fields spared", fields);
     const std::string meshes =
-        line({{counters.sampled, " sampled"}, {counters.followed, " followed"}});
+        line({{counters.meshesSampled, " sampled"}, {counters.meshesFollowed, " followed"}});
     if (!meshes.empty()) rows.emplace_back("meshes", meshes);
 }
 
@@ -232,6 +245,11 @@ void Hud::setFieldSlice(FieldSliceOverlay* slice)
 void Hud::setFieldVolume(FieldVolumeOverlay* volume)
 {
     _part.volume = volume;
+}
+
+double Hud::getUpdateInterval() const
+{
+    return _part.updateInterval_s;
 }
 
 void Hud::setUpdateInterval(double interval_s)

@@ -1,12 +1,48 @@
 #pragma once
 
+#include "haptics/base/settings/Setting.h"
+
 #include <osgMidair/Overlay>
 
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace osgMidair
 {
+
+/// A number that says how an overlay looks: in files, on command lines and in copies.
+struct OverlayNumber
+{
+    std::string name; ///< on command lines: "sliceRadius"; in files "SliceRadius"
+    std::string help; ///< one line
+    midair::base::Range range;
+    std::string unit; ///< empty: none
+    void (*set)(Overlay&, double) = nullptr;
+    double (*get)(const Overlay&) = nullptr;
+
+    std::string storedName() const; ///< "SliceRadius"
+    std::string values() const;     ///< "0 .. 1 m"
+};
+
+/// Makes an OverlayNumber of a setter and a getter of the overlay \a O.
+template<class O, auto Set, auto Get>
+OverlayNumber overlayNumber(const char* name,
+                            const char* help,
+                            const midair::base::Range& range,
+                            const char* unit = "")
+{
+    using Value = decltype((std::declval<const O&>().*Get)());
+    return {name,
+            help,
+            range,
+            unit,
+            [](Overlay& overlay, double value)
+            { (static_cast<O&>(overlay).*Set)(static_cast<Value>(value)); },
+            [](const Overlay& overlay)
+            { return static_cast<double>((static_cast<const O&>(overlay).*Get)()); }};
+}
 
 /// A kind of overlay; every HapticOverlays has one overlay of each kind.
 struct OverlayKind
@@ -21,9 +57,10 @@ struct OverlayKind
     /// Overlays in the array's frame are drawn in this order; 0: drawn in the window instead.
     int layer = 0;
     osg::ref_ptr<Overlay> (*make)() = nullptr;
+    std::vector<OverlayNumber> numbers = {}; ///< never reordered, as .osgb stores them by position
 
     static constexpr int kFirstKinds = 5;
-    static constexpr int kMostKinds = kFirstKinds + 7;
+    static constexpr int kMostKinds = kFirstKinds + 6; // the last bit says that numbers follow
 
     std::string keyName() const; ///< "F3"
 };

@@ -2,10 +2,12 @@
 
 #include <osgMidair/HapticOverlays>
 
+#include <osg/Notify>
 #include <osgDB/InputStream>
 #include <osgDB/ObjectWrapper>
 #include <osgDB/OutputStream>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -15,6 +17,7 @@ namespace
 using osgMidair::HapticOverlays;
 using osgMidair::OverlayKind;
 using osgMidair::overlayKinds;
+using osgMidair::OverlayNumber;
 
 bool isShown(const osg::Object& overlays, const OverlayKind& kind)
 {
@@ -26,16 +29,105 @@ void setShown(osg::Object& overlays, const OverlayKind& kind, bool shown)
     static_cast<HapticOverlays&>(overlays).getOverlay(kind.name)->setShown(shown);
 }
 
+/// A number of an overlay, and its default.
+struct Stored
+{
+    const OverlayKind* kind;
+    const OverlayNumber* number;
+    double initial;
+};
+
+const std::vector<Stored>& storedNumbers()
+{
+    static const std::vector<Stored> all = []
+    {
+        std::vector<Stored> found;
+        for (const auto& [place, kind] : overlayKinds())
+            for (const OverlayNumber& number : kind.numbers)
+                found.push_back({&kind, &number, number.get(*kind.make())});
+        return found;
+    }();
+    return all;
+}
+
+double valueOf(const osg::Object& overlays, const Stored& one)
+{
+    return one.number->get(
+        *static_cast<const HapticOverlays&>(overlays).getOverlay(one.kind->name));
+}
+
+void setNumber(osg::Object& overlays, const Stored& one, double value)
+{
+    if (!static_cast<HapticOverlays&>(overlays).setNumber(one.number->name, value))
+        OSG_WARN << "osgMidair: " << one.number->name << " is " << value << ", should be "
+                 << one.number->values() << "; " << one.initial << " is used" << std::endl;
+}
+
+/// Serializer of the overlays' numbers: in text each by its name where it isn't the default, in
+/// .osgb all in turn, if any isn't the default.
+class Numbers
+{
+public:
+    static bool areDefaults(const osg::Object& overlays)
+    {
+        return std::all_of(storedNumbers().begin(),
+                           storedNumbers().end(),
+                           [&](const Stored& one)
+                           { return valueOf(overlays, one) == one.initial; });
+    }
+
+    static void readBinary(osgDB::InputStream& is, osg::Object& overlays)
+    {
+        unsigned char count = 0;
+        is >> count;
+        for (unsigned char i = 0; i < count && !is.getException(); ++i)
+        {
+            double value = 0.0;
+            is >> value;
+            if (i < storedNumbers().size()) setNumber(overlays, storedNumbers()[i], value);
+        }
+    }
+
+    static void writeBinary(osgDB::OutputStream& os, const osg::Object& overlays)
+    {
+        os << static_cast<unsigned char>(storedNumbers().size());
+        for (const Stored& one : storedNumbers())
+            os << valueOf(overlays, one);
+    }
+
+    static void readText(osgDB::InputStream& is, osg::Object& overlays)
+    {
+        for (const Stored& one : storedNumbers())
+            if (is.matchString(one.number->storedName()))
+            {
+                double value = 0.0;
+                is >> value;
+                setNumber(overlays, one, value);
+            }
+    }
+
+    static void writeText(osgDB::OutputStream& os, const osg::Object& overlays)
+    {
+        for (const Stored& one : storedNumbers())
+            if (const double value = valueOf(overlays, one); value != one.initial)
+                os << os.PROPERTY(one.number->storedName().c_str()) << value << std::endl;
+    }
+};
+
+constexpr unsigned char kNumbersFollow = 0x80;
+
 /// Serializer of the switches of overlays that share a byte in .osgb. The lowest bit is set if the
 /// first one is shown. Further bits are set if a later one is hidden, so that files from before it
-/// existed show it. In text each has a name and is only written when hidden.
+/// existed show it. In text each has a name and is only written when hidden. The last byte's
+/// highest bit says that the numbers of all overlays follow; in text they follow by their names.
 class Switches : public osgDB::BaseSerializer
 {
 public:
-    explicit Switches(std::vector<const OverlayKind*> kinds) :
+    Switches(std::vector<const OverlayKind*> kinds, bool isLast) :
         osgDB::BaseSerializer(READ_WRITE_PROPERTY),
         _kinds(std::move(kinds)),
-        _name("Show" + _kinds.front()->name)
+        _name("Show" + _kinds.front()->name),
+        _isLast(isLast)
     {
     }
 
@@ -49,6 +141,7 @@ public:
             is >> bits;
             for (const OverlayKind* kind : _kinds)
                 setShown(object, *kind, ((bits & bitOf(*kind)) != 0) == isFirst(*kind));
+            if (_isLast && (bits & kNumbersFollow) != 0) Numbers::readBinary(is, object);
             return true;
         }
         for (const OverlayKind* kind : _kinds)
@@ -58,6 +151,7 @@ public:
                 is >> shown;
                 setShown(object, *kind, shown);
             }
+        if (_isLast) Numbers::readText(is, object);
         return true;
     }
 
@@ -71,7 +165,11 @@ public:
             if (!os.isBinary() && !shown)
                 os << os.PROPERTY(("Show" + kind->name).c_str()) << false << std::endl;
         }
+        const bool numbersFollow = _isLast && !Numbers::areDefaults(object);
+        if (numbersFollow) bits |= kNumbersFollow;
         if (os.isBinary()) os << bits;
+        if (numbersFollow && os.isBinary()) Numbers::writeBinary(os, object);
+        if (numbersFollow && !os.isBinary()) Numbers::writeText(os, object);
         return true;
     }
 
@@ -84,6 +182,7 @@ private:
 
     const std::vector<const OverlayKind*> _kinds;
     const std::string _name;
+    const bool _isLast;
 };
 
 } // namespace
@@ -99,8 +198,8 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
     std::vector<const OverlayKind*> together;
     for (const auto& [place, kind] : overlayKinds())
         if (place < OverlayKind::kFirstKinds)
-            wrapper->addSerializer(new Switches({&kind}), osgDB::BaseSerializer::RW_BOOL);
+            wrapper->addSerializer(new Switches({&kind}, false), osgDB::BaseSerializer::RW_BOOL);
         else
             together.push_back(&kind);
-    wrapper->addSerializer(new Switches(together), osgDB::BaseSerializer::RW_BOOL);
+    wrapper->addSerializer(new Switches(together, true), osgDB::BaseSerializer::RW_BOOL);
 }

@@ -38,6 +38,16 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
     app.add_option("--overlays", options.overlays, "What is drawn over the scene [everything]")
         ->check(CLI::IsMember(overlays))
         ->delimiter(',');
+    for (const auto& [place, kind] : osgMidair::overlayKinds())
+        for (const osgMidair::OverlayNumber& number : kind.numbers)
+            app.add_option_function<double>(
+                   optionName(number.name),
+                   [&options, name = number.name](double value)
+                   { options.numbers.emplace_back(name, value); },
+                   number.help + " (" + number.values() + ")")
+                ->type_name(number.unit.empty() ? "VALUE" : number.unit)
+                ->check(CLI::Range(number.range.low, number.range.high))
+                ->group("The overlays");
     app.add_flag("--still", options.still, "The object stays where it is");
     app.add_option("--frames",
                    options.frames,

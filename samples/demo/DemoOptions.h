@@ -19,6 +19,8 @@ struct DemoOptions
     std::vector<std::pair<std::string, std::string>> object;
     /// wanted peak pressure of the object; 0: as loud as the field stays accurate
     double pressure_Pa = 0.0;
+    /// numbers of overlays, by the names that HapticOverlays::setNumber() takes
+    std::vector<std::pair<std::string, double>> numbers;
     std::vector<std::string> overlays; ///< words of the overlays to show; empty: all
     bool still = false;                ///< true: the object stays in the middle
     int frames = 0; ///< 0: 240 without a display; with one, until the window is closed

@@ -129,14 +129,14 @@ void DemoReport::print() const
                     statistics.fieldsInTurn,
                     statistics.fieldRate_Hz,
                     statistics.audibleChange);
-    if (statistics.surfaceSamples > 0)
+    if (statistics.surface.samples > 0)
         std::printf(
             "surface     %.1f Pa mean, cv %.2f, first percentile %.2f of the mean, contrast "
             "%.1f\n",
-            statistics.surfaceMean_Pa,
-            statistics.surfaceVariation,
-            statistics.surfacePercentile1,
-            statistics.surfaceContrast);
+            statistics.surface.mean_Pa,
+            statistics.surface.coefficientOfVariation,
+            statistics.surface.percentile1,
+            statistics.surface.contrast);
     if (statistics.certifiedGap >= 0.0)
         std::printf("certificate phases at most %.2f %% over the best there are\n",
                     100.0 * statistics.certifiedGap);

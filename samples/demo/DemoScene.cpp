@@ -83,6 +83,8 @@ DemoScene::DemoScene(const DemoOptions& options) :
         wrap(options);
     _haptics->setName(_name);
     _haptics->addChild(_overlays);
+    for (const auto& [name, value] : options.numbers)
+        _overlays->setNumber(name, value);
     if (options.overlays.empty()) return;
     for (const auto& [place, kind] : osgMidair::overlayKinds())
         _overlays->getOverlay(kind.name)->setShown(

@@ -67,11 +67,13 @@ public:
     osg::ref_ptr<osg::Image> take()
     {
         if (!_ready) return nullptr;
-        _scene.overlays().getHud()->setScale(kScale);
+        osgMidair::Hud& figures = *_scene.overlays().getHud();
+        const float scale = figures.getScale();
+        figures.setScale(kScale * std::max(scale, 1.0F));
         _viewer.renderingTraversals(); // compiles new GL objects
         _grabber->request();
         _viewer.renderingTraversals();
-        _scene.overlays().getHud()->setScale(0.0F);
+        figures.setScale(scale);
         return _grabber->image();
     }
 
@@ -193,9 +195,11 @@ int runHeadless(const DemoOptions& options)
         report.seconds += spent;
         report.addFrame(1e3 * spent, osgMidair::SceneAccess::latestResult(scene.haptics()).get());
         if (!draw || i % between != between - 1) continue;
-        scene.overlays().getHud()->setUpdateInterval(0.0);
+        osgMidair::Hud& figures = *scene.overlays().getHud();
+        const double interval_s = figures.getUpdateInterval();
+        figures.setUpdateInterval(0.0);
         DemoPicture picture = settle(viewer, scene, i * kFrameTime_s, draw);
-        scene.overlays().getHud()->setUpdateInterval(0.25);
+        figures.setUpdateInterval(interval_s);
         picture.file = fmt::format("{}_{}.png", stem, ++taken);
         const osg::ref_ptr<osg::Image> image = camera.take();
         if (!image || !osgDB::writeImageFile(*image, picture.file))

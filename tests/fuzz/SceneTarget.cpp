@@ -1,3 +1,4 @@
+#include "plugin/overlays/OverlayKinds.h"
 #include "tests/fuzz/FuzzTargets.h"
 #include "tests/fuzz/Require.h"
 
@@ -34,7 +35,10 @@ struct Class
 {
     std::string name;
     std::vector<Property> properties; ///< in the order of binary files
-    std::string binary;               ///< a whole .osgb file of it with all defaults
+    /// Overlays: numbers that follow in text, and in binary files if the last byte's highest bit is
+    /// set: how many they are, and the numbers.
+    std::vector<Property> numbers;
+    std::string binary;           ///< a whole .osgb file of it with all defaults
     std::size_t propertiesAt = 0; ///< where in it the first property is; the rest are properties
 };
 
@@ -104,6 +108,10 @@ Class describe(const osg::ref_ptr<osg::Node>& node, const std::string& defaults)
     }
     require(length < c.binary.size(), "properties are a file's end");
     c.propertiesAt = c.binary.size() - length;
+    if (dynamic_cast<const HapticOverlays*>(node.get()))
+        for (const auto& [place, kind] : overlayKinds())
+            for (const OverlayNumber& number : kind.numbers)
+                c.numbers.push_back({number.storedName(), Serializer::RW_DOUBLE});
     return c;
 }
 
@@ -181,6 +189,12 @@ std::string binaryFile(const Class& c, Source& source)
             append(values, static_cast<std::int64_t>(sizeof(std::int64_t) + 16 * sizeof(double)));
         values += source.bytes(bytesOf(property.type));
     }
+    if (!c.numbers.empty() && (static_cast<unsigned char>(values.back()) & 0x80U) != 0)
+    {
+        const std::uint8_t count = source.byte();
+        values += static_cast<char>(count);
+        values += source.bytes(count * sizeof(double));
+    }
     std::string file = c.binary.substr(0, c.propertiesAt);
     // The object's name is followed by how long it is, itself included.
     const std::size_t lengthAt = file.find(c.name) + c.name.size();
@@ -215,11 +229,18 @@ std::string textValue(const Property& property, const std::string& line)
     return property.type == Serializer::RW_MATRIXD ? "{\n" + kept + "\n}" : kept;
 }
 
+std::vector<Property> inText(const Class& c)
+{
+    std::vector<Property> all = c.properties;
+    all.insert(all.end(), c.numbers.begin(), c.numbers.end());
+    return all;
+}
+
 std::string asciiFile(const Class& c, Source& source)
 {
     std::string file = "#Ascii Scene\n#Version 161\n#Generator OpenSceneGraph 3.6.5\n" + c.name +
                        " {\n  UniqueID 1\n";
-    for (const Property& property : c.properties)
+    for (const Property& property : inText(c))
     {
         const std::string line = source.line();
         if (!line.empty()) file += "  " + property.name + " " + textValue(property, line) + "\n";
@@ -235,7 +256,7 @@ std::string xmlFile(const Class& c, Source& source)
                        "<Version attribute=\"161\" />\n<Generator attribute=\"OpenSceneGraph "
                        "3.6.5\" />\n<" +
                        name + ">\n<UniqueID attribute=\"1\" />\n";
-    for (const Property& property : c.properties)
+    for (const Property& property : inText(c))
     {
         const std::string line = source.line();
         if (line.empty()) continue;

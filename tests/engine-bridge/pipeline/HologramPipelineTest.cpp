@@ -75,7 +75,7 @@ TEST_F(PipelineTest, PointsFollowThePose)
         after->points.positions.isApprox(turned.objects[0].pose * still->points.positions, 1e-12));
     EXPECT_TRUE(after->points.normals.isApprox(
         turned.objects[0].pose.linear() * still->points.normals, 1e-12));
-    EXPECT_EQ(pipeline.counters().sampled, 1u) << "moved, not sampled again";
+    EXPECT_EQ(pipeline.counters().meshesSampled, 1u) << "moved, not sampled again";
 }
 
 TEST_F(PipelineTest, WhatDoesNotMoveIsSolvedOnce)
@@ -136,7 +136,7 @@ TEST_F(PipelineTest, OtherPropertiesAreSolvedAnew)
     stronger.objects[0].properties.spacing_m = 0.02;
     pipeline.process(stronger);
     EXPECT_EQ(log->solves, 3);
-    EXPECT_EQ(pipeline.counters().sampled, 2u);
+    EXPECT_EQ(pipeline.counters().meshesSampled, 2u);
 }
 
 TEST_F(PipelineTest, WhatIsGoneGoesSilent)
@@ -160,7 +160,7 @@ TEST_F(PipelineTest, OfTwoObjectsTheOtherGoesOn)
     two.objects[1].id = 2;
     two.objects[1].pose.translation().x() = 0.05;
     const auto both = pipeline.process(two);
-    EXPECT_EQ(pipeline.counters().sampled, 1u) << "one mesh";
+    EXPECT_EQ(pipeline.counters().meshesSampled, 1u) << "one mesh";
     EXPECT_EQ(both->points.object.front(), 0);
     EXPECT_EQ(both->points.object.back(), 1);
     const auto one = pipeline.process(squareSnapshot(-0.05));

@@ -1,5 +1,6 @@
 // The table of settings: that it is whole, and that what is made from it follows it row by row.
 #include "haptics/base/UserEnvironment.h"
+#include "haptics/base/text/Number.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/solvers/SolverSettings.h"
 #include "plugin/overlays/OverlayKinds.h"
@@ -7,9 +8,12 @@
 #include "plugin/settings/EnvironmentVariables.h"
 #include "tests/plugin/KitTest.h"
 
+#include <osgMidair/HapticOverlays>
+
 #include <osg/ApplicationUsage>
 #include <osgDB/Registry>
 
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <set>
@@ -226,11 +230,68 @@ TEST(SettingTable, IsWhatTheDocumentSays)
     for (const auto& [place, kind] : overlayKinds())
         wanted.push_back("| `" + kind.word + "` | " + kind.keyName() + " | `Show" + kind.name +
                          "` | " + kind.what + " |");
+    for (const auto& [place, kind] : overlayKinds())
+        for (const OverlayNumber& number : kind.numbers)
+            wanted.push_back("| `" + number.name + "` | " +
+                             midair::base::shortNumber(number.get(*kind.make())) + " | " +
+                             number.values() + " | " + number.help + " |");
     const std::vector<std::string> said = rowsOf(MIDAIR_ROOT "/plugin/SCENES.md");
     std::string all;
     for (const std::string& row : wanted)
         all += row + "\n";
     EXPECT_EQ(said, wanted) << "plugin/SCENES.md should have these rows:\n" << all;
+}
+
+TEST(OverlayKinds, CopiesAndFilesKeepEachNumber)
+{
+    int numbers = 0;
+    for (const auto& [place, kind] : overlayKinds())
+        for (const OverlayNumber& number : kind.numbers)
+        {
+            ++numbers;
+            const double initial = number.get(*kind.make());
+            EXPECT_TRUE(number.range.holds(initial)) << number.name;
+            const double wanted = initial == 0.5 ? 0.25 : 0.5;
+            const osg::ref_ptr<HapticOverlays> node = new HapticOverlays;
+            EXPECT_TRUE(node->setNumber(number.storedName(), wanted)) << number.name;
+            EXPECT_FALSE(node->setNumber(number.name, -1.0));
+            EXPECT_FALSE(node->setNumber(number.name, std::nan("")));
+            node->getOverlay("hands")->setShown(false);
+            const osg::ref_ptr<HapticOverlays> copy = osg::clone(node.get());
+            EXPECT_EQ(number.get(*copy->getOverlay(kind.name)), wanted) << number.name;
+            for (const char* type : {"Ascii", "XML", "Binary"})
+            {
+                const osg::ref_ptr<osg::Node> read = throughFile(*node, type);
+                auto* back = dynamic_cast<HapticOverlays*>(read.get());
+                ASSERT_NE(back, nullptr) << type;
+                EXPECT_EQ(number.get(*back->getOverlay(kind.name)), wanted)
+                    << number.name << " in " << type;
+                EXPECT_FALSE(back->getShowHands());
+                EXPECT_TRUE(back->getShowFieldVolume());
+                for (const auto& [others, other] : overlayKinds())
+                    for (const OverlayNumber& same : other.numbers)
+                        EXPECT_TRUE(same.name == number.name ||
+                                    same.get(*back->getOverlay(other.name)) ==
+                                        same.get(*other.make()))
+                            << same.name;
+            }
+        }
+    EXPECT_GE(numbers, 8);
+}
+
+TEST(OverlayKinds, NumbersOutOfRangeInAFileAreToldAndTheDefaultStays)
+{
+    const Notices notices;
+    const osg::ref_ptr<osg::Node> read = [&]
+    {
+        const osg::ref_ptr<HapticOverlays> node = new HapticOverlays;
+        node->getArray()->setOpacity(7.0F); // the overlay's own setter doesn't check
+        return throughFile(*node, "Binary");
+    }();
+    const auto* back = dynamic_cast<HapticOverlays*>(read.get());
+    ASSERT_NE(back, nullptr);
+    EXPECT_NE(notices.text().find("arrayOpacity is 7, should be 0 .. 1"), std::string::npos)
+        << notices.text();
 }
 
 TEST(OverlayKinds, AreRefusedWhereTheyClash)
@@ -247,6 +308,6 @@ TEST(OverlayKinds, AreRefusedWhereTheyClash)
     EXPECT_EQ(overlayKinds().size(), before);
     for (const char* said : {"its place, name, word or key is that of ControlPoints",
                              "F8 is the key of all overlays, or mutes",
-                             "its place is 13, should be 1 .. 12"})
+                             "its place is 12, should be 1 .. 11"})
         EXPECT_NE(notices.text().find(said), std::string::npos) << notices.text();
 }
