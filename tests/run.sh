@@ -3,7 +3,7 @@
 # the other; each says how long it took and fails when it takes longer than its limit. Without a STAGE: --tests.
 #   --tests           builds with g++ into build/ and runs all tests
 #   --format          clang-format
-#   --clang           builds libraries and programs with clang++ and runs the tests of what computes
+#   --clang           builds libraries and programs with clang++ and runs the tests of what computes and of devices
 #   --tidy            clang-tidy on what differs from the last release's tag; without one, on the newest commit's files and on a
 #                     tenth of all, another tenth with each commit
 #   --quick-sanitize  the suites of what computes and of the devices under the address and undefined-behaviour sanitizers

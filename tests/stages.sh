@@ -18,7 +18,7 @@ run()
 
 stage_format()
 {
-    git ls-files -z '*.h' '*.cpp' 'plugin/include/*' | xargs -0 -r clang-format-14 --dry-run --Werror
+    git ls-files -z '*.h' '*.cpp' '*/include/*' | xargs -0 -r clang-format-14 --dry-run --Werror
 }
 
 stage_tests()
@@ -27,12 +27,12 @@ stage_tests()
     run build
 }
 
-# All libraries and programs, and the tests of what computes: kernels, propagation, solvers and the floor that they stand on.
+# All libraries and programs, and the tests of what computes and of the devices.
 stage_clang()
 {
-    midair_build build-clang "midair_samples midair_haptics_tests" -DMIDAIR_TESTS=ON -DMIDAIR_WERROR=ON \
+    midair_build build-clang "midair_samples midair_quick_tests" -DMIDAIR_TESTS=ON -DMIDAIR_WERROR=ON \
         -DCMAKE_CXX_COMPILER=clang++
-    run build-clang -L '^haptics(.threads)?$'
+    run build-clang -L '^(haptics|device|device-usb)(.threads)?$'
 }
 
 # tidy FILE..: clang-tidy with the project's configuration; every finding is an error.

@@ -4,6 +4,7 @@
 #include "device/limits/GuardedDevice.h"
 #include "haptics/base/DutyLaw.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/Limits.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/sequence/FieldOrder.h"
 
@@ -18,7 +19,6 @@ namespace midair::bridge
 namespace
 {
 
-constexpr double kMost_Pa = 1e6;
 constexpr int kMostSteps = 24;
 constexpr double kHeadroom = 0.999; // makes one step enough if the levels are fine
 // Error of haptics::pressureAt(), relative to the pressure of all transducers in phase.
@@ -123,7 +123,7 @@ PressureCap::PressureCap(double max_Pa, Play play, device::DriveAbility ability)
     _ability(std::move(ability)),
     _coarsest(coarsestStep(_ability.amplitudes))
 {
-    if (!(max_Pa > 0.0 && max_Pa <= kMost_Pa))
+    if (!(max_Pa > 0.0 && max_Pa <= base::kMostPressure_Pa))
         throw base::InputError(
             fmt::format("cap of pressure is {:g} Pa, should be over 0 and at most 1e6", max_Pa));
 }

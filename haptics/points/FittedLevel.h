@@ -29,6 +29,15 @@ typename Achieved::Scalar relativeRms(const Eigen::MatrixBase<Achieved>& y,
     return std::sqrt((y.array() / (s * a.array()) - Scalar(1)).square().mean());
 }
 
+/// Returns the loudness E = s |a| / mean_l(sum_i |G_li|) of a field at the level \a s, for targets
+/// of the norm \a norm; \a meanRowSum is the denominator, Pa. 1: the energy of one focus, shared
+/// among the points.
+template<typename Scalar>
+Scalar loudnessOf(Scalar s, Scalar norm, Scalar meanRowSum)
+{
+    return s * norm / meanRowSum;
+}
+
 /// A point falls short if it is below its target in Pa by more than this fraction.
 constexpr double kShortBy = 0.01;
 

@@ -1,6 +1,7 @@
 #include "haptics/propagation/SurfaceStatistics.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/Percentile.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/propagation/PressureField.h"
 
@@ -13,15 +14,6 @@ namespace midair::haptics
 
 namespace
 {
-
-// \a sorted is ascending and not empty; \a fraction is 0 .. 1.
-double percentile(const Eigen::VectorXd& sorted, double fraction)
-{
-    const double place = fraction * static_cast<double>(sorted.size() - 1);
-    const auto k = static_cast<Eigen::Index>(place);
-    const Eigen::Index above = std::min(k + 1, sorted.size() - 1);
-    return sorted[k] + (place - static_cast<double>(k)) * (sorted[above] - sorted[k]);
-}
 
 // Returns places spread evenly in the ball around the samples' middle, at least \a distance_m from
 // every sample. Makes its own uniform numbers, so that a seed gives the same places with every
@@ -81,14 +73,13 @@ SurfaceStatistics statisticsOf(const Eigen::VectorXd& on_Pa, const Eigen::Vector
     if (statistics.mean_Pa > 0.0)
     {
         const double mean = statistics.mean_Pa;
-        Eigen::VectorXd sorted = on_Pa;
-        std::sort(sorted.begin(), sorted.end());
+        const std::vector<double> values(on_Pa.begin(), on_Pa.end());
         statistics.coefficientOfVariation =
             std::sqrt((on_Pa.array() - mean).square().mean()) / mean;
-        statistics.percentile1 = percentile(sorted, 0.01) / mean;
-        statistics.percentile5 = percentile(sorted, 0.05) / mean;
-        statistics.percentile10 = percentile(sorted, 0.10) / mean;
-        statistics.percentile95 = percentile(sorted, 0.95) / mean;
+        statistics.percentile1 = base::percentile(values, 0.01) / mean;
+        statistics.percentile5 = base::percentile(values, 0.05) / mean;
+        statistics.percentile10 = base::percentile(values, 0.10) / mean;
+        statistics.percentile95 = base::percentile(values, 0.95) / mean;
     }
     if (off_Pa.size() > 0) statistics.offMean_Pa = off_Pa.mean();
     if (statistics.offMean_Pa > 0.0)

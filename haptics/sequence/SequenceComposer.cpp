@@ -287,8 +287,9 @@ FieldSequence SequenceComposer::composeOutlines(const std::vector<Outline>& outl
         achievedPressure(
             sequence, array, medium, _options.solverOptions.threads, _options.solverOptions.stop),
         report);
-    report.loudness = report.level_Pa / points.targets.maxCoeff() * points.targets.norm() /
-                      _outlines->meanRowSum_Pa();
+    report.loudness = loudnessOf(report.level_Pa / points.targets.maxCoeff(),
+                                 points.targets.norm(),
+                                 _outlines->meanRowSum_Pa());
     return sequence;
 }
 

@@ -25,7 +25,7 @@ inline float fittedLevel(const FieldProblem& field)
 /// Returns the loudness E = s |a| / mean_l(sum_i |G_li|).
 inline float loudnessAt(const FieldProblem& field, float s)
 {
-    return s * field.a.norm() / static_cast<float>(field.meanRowSum());
+    return loudnessOf(s, field.a.norm(), static_cast<float>(field.meanRowSum()));
 }
 
 /// Returns an estimate of the rms error due to rounding to the device's phase levels

@@ -130,8 +130,9 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
     result.rms = errors.rms;
     result.max = errors.max;
     result.level_Pa = level * _field.a.maxCoeff();
-    result.loudness =
-        level * std::sqrt(static_cast<double>(_field.a.squaredNorm())) / _field.meanRowSum();
+    result.loudness = loudnessOf(level,
+                                 std::sqrt(static_cast<double>(_field.a.squaredNorm())),
+                                 static_cast<double>(_field.meanRowSum()));
     result.leftOut = result.points - _field.n();
     if (result.leftOut > 0)
         result.message =

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "haptics/base/Percentile.h"
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -24,15 +26,8 @@ public:
     /// none.
     double percentile(double fraction) const
     {
-        const std::size_t size = std::min(_count, kWindow);
-        if (size == 0) return 0.0;
-        std::vector<double> sorted(_values.begin(),
-                                   _values.begin() + static_cast<std::ptrdiff_t>(size));
-        const auto rank =
-            std::min(size - 1, static_cast<std::size_t>(fraction * static_cast<double>(size)));
-        std::nth_element(
-            sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(rank), sorted.end());
-        return sorted[rank];
+        const auto end = static_cast<std::ptrdiff_t>(std::min(_count, kWindow));
+        return midair::base::percentile({_values.begin(), _values.begin() + end}, fraction);
     }
 
 private:

@@ -1,7 +1,8 @@
 #include "haptics/base/RegularFile.h"
+#include "haptics/base/Units.h"
+#include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/Grants.h"
-#include "plugin/settings/AllSettings.h"
 #include "plugin/settings/UserOptions.h"
 
 #include <osgMidair/HapticDevice>
@@ -123,7 +124,7 @@ placed(osg::Node* model, const LoaderOptions& options, const std::string& fileNa
     if ((!options.isSizeSet || largest <= 0.0) && !moved) return model;
 
     const double scale = options.isSizeSet && largest > 0.0 ? options.size_m / largest : 1.0;
-    const osg::Vec3d turn = options.rotation_deg * (osg::PI / 180.0);
+    const osg::Vec3d turn = options.rotation_deg * midair::base::toRadians(1.0);
     osg::ref_ptr<osg::MatrixTransform> transform = new osg::MatrixTransform(
         osg::Matrixd::translate(options.isSizeSet ? -osg::Vec3d(box.center()) : osg::Vec3d()) *
         osg::Matrixd::scale(scale, scale, scale) *

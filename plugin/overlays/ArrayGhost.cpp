@@ -1,3 +1,4 @@
+#include "haptics/base/Units.h"
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
@@ -220,7 +221,7 @@ void ArrayGhost::Part::setResult(
     for (Eigen::Index i = 0; i < result->played().size(); ++i)
     {
         const std::complex<float> q = result->played()[i];
-        const float turn = std::arg(q) / (2.0F * osg::PIf);
+        const float turn = std::arg(q) / static_cast<float>(midair::base::kTwoPi);
         const osg::Vec4ub color =
             bytes(ColorMap::phase().color(turn - std::floor(turn)), std::abs(q));
         for (int k = 0; k < 3; ++k)

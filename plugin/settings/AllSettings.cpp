@@ -91,9 +91,7 @@ bool setPressure(P& property, const std::string& text)
     const std::size_t end = text.find_first_not_of("+-.0123456789eE");
     double value = 0.0;
     if (!parseNumber(text.substr(0, end), value)) return false;
-    std::string unit = end == std::string::npos ? std::string() : text.substr(end);
-    unit.erase(0, unit.find_first_not_of(" \t"));
-    unit.erase(unit.find_last_not_of(" \t") + 1);
+    const std::string unit = trimmed(end == std::string::npos ? "" : text.substr(end));
     if (unit != "" && unit != "relative" && unit != "Pa" && unit != "kPa") return false;
     property.pressure = unit == "kPa" ? value * 1e3 : value;
     property.pressureUnit = unit == "Pa" || unit == "kPa" ? P::PASCAL : P::RELATIVE;

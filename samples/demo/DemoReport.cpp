@@ -1,6 +1,7 @@
 #include "samples/demo/DemoReport.h"
 
 #include "engine-bridge/pipeline/HologramResult.h"
+#include "haptics/base/Percentile.h"
 #include "haptics/solvers/SolveReport.h"
 
 #include <algorithm>
@@ -12,14 +13,6 @@
 
 namespace midair::samples
 {
-
-double quantile(std::vector<double> values, double share)
-{
-    if (values.empty()) return 0.0;
-    std::sort(values.begin(), values.end());
-    return values[static_cast<std::size_t>(
-        std::lround(share * static_cast<double>(values.size() - 1)))];
-}
 
 void DemoReport::addFrame(double frame_ms, const bridge::HologramResult* newest)
 {
@@ -43,7 +36,8 @@ bool DemoReport::write(const std::string& path, std::string& error) const
     json["temperature_C"] = temperature_C;
     json["frames"] = _frame_ms.size();
     json["framesPerSecond"] = seconds > 0.0 ? static_cast<double>(_frame_ms.size()) / seconds : 0.0;
-    json["frame_ms"] = {{"median", quantile(_frame_ms, 0.5)}, {"p99", quantile(_frame_ms, 0.99)}};
+    json["frame_ms"] = {{"median", base::percentile(_frame_ms, 0.5)},
+                        {"p99", base::percentile(_frame_ms, 0.99)}};
     json["objects"] = statistics.objects;
     json["points"] = statistics.points;
     json["snapshots"] = statistics.snapshots;
@@ -54,13 +48,15 @@ bool DemoReport::write(const std::string& path, std::string& error) const
     json["meshesSampled"] = statistics.meshesSampled;
     json["outOfWorkspace"] = statistics.outOfWorkspace;
     json["updatesPerSecond"] = statistics.updatesPerSecond;
-    json["solve_ms"] = {{"median", quantile(_solve_ms, 0.5)}, {"p99", quantile(_solve_ms, 0.99)}};
-    json["rms"] = {{"median", quantile(_rms, 0.5)}, {"max", quantile(_rms, 1.0)}};
-    json["loudness"] = {{"median", quantile(_loudness, 0.5)}, {"min", quantile(_loudness, 0.0)}};
+    json["solve_ms"] = {{"median", base::percentile(_solve_ms, 0.5)},
+                        {"p99", base::percentile(_solve_ms, 0.99)}};
+    json["rms"] = {{"median", base::percentile(_rms, 0.5)}, {"max", base::percentile(_rms, 1.0)}};
+    json["loudness"] = {{"median", base::percentile(_loudness, 0.5)},
+                        {"min", base::percentile(_loudness, 0.0)}};
     json["maxPressure_Pa"] = statistics.maxPressure_Pa;
     json["capped"] = statistics.capped;
-    json["latency_ms"] = {{"median", quantile(_latency_ms, 0.5)},
-                          {"p99", quantile(_latency_ms, 0.99)}};
+    json["latency_ms"] = {{"median", base::percentile(_latency_ms, 0.5)},
+                          {"p99", base::percentile(_latency_ms, 0.99)}};
     json["fieldsInTurn"] = statistics.fieldsInTurn;
     json["fieldRate_Hz"] = statistics.fieldRate_Hz;
     json["outline"] = statistics.outline;
@@ -102,20 +98,20 @@ void DemoReport::print() const
     std::printf("frames      %zu at %.1f/s, 99 %% within %.1f ms\n",
                 _frame_ms.size(),
                 fps,
-                quantile(_frame_ms, 0.99));
+                base::percentile(_frame_ms, 0.99));
     std::printf("fields      %llu solved of %llu handed over, %llu overtaken, %llu unmoved\n",
                 static_cast<unsigned long long>(statistics.solves),
                 static_cast<unsigned long long>(statistics.snapshots),
                 static_cast<unsigned long long>(statistics.superseded),
                 static_cast<unsigned long long>(statistics.skippedUnmoved));
     std::printf("solve       %.2f ms median, %.2f ms p99 (matrix included)\n",
-                quantile(_solve_ms, 0.5),
-                quantile(_solve_ms, 0.99));
+                base::percentile(_solve_ms, 0.5),
+                base::percentile(_solve_ms, 0.99));
     std::printf("accuracy    rms %.3f %% median, %.3f %% worst\n",
-                100.0 * quantile(_rms, 0.5),
-                100.0 * quantile(_rms, 1.0));
+                100.0 * base::percentile(_rms, 0.5),
+                100.0 * base::percentile(_rms, 1.0));
     std::printf("loudness    E %.3f, %.0f Pa (peak) at the points\n",
-                quantile(_loudness, 0.5),
+                base::percentile(_loudness, 0.5),
                 statistics.level_Pa);
     if (statistics.maxPressure_Pa > 0.0)
         std::printf("cap         %.0f Pa at every point: %llu fields held down, the last to %.3f "
@@ -141,8 +137,8 @@ void DemoReport::print() const
         std::printf("certificate phases at most %.2f %% over the best there are\n",
                     100.0 * statistics.certifiedGap);
     std::printf("latency     %.2f ms median, %.2f ms p99, frame stamp to drive signal\n",
-                quantile(_latency_ms, 0.5),
-                quantile(_latency_ms, 0.99));
+                base::percentile(_latency_ms, 0.5),
+                base::percentile(_latency_ms, 0.99));
     if (picturesProblem.empty())
         std::printf("pictures    %zu in %s, slice in %.1f ms\n",
                     _pictures.size(),

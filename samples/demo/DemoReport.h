@@ -63,6 +63,5 @@ private:
 
 /// Returns the value below which the fraction \a share (0 .. 1) of \a values lies; 0 if there are
 /// none.
-double quantile(std::vector<double> values, double share);
 
 } // namespace midair::samples

@@ -1,5 +1,6 @@
 #include "samples/demo/DemoScene.h"
 
+#include "haptics/base/Units.h"
 #include "plugin/overlays/OverlayKinds.h"
 #include "samples/demo/DemoObject.h"
 
@@ -46,8 +47,8 @@ std::string starFile()
 osg::Matrix demoPose(double time_s)
 {
     const auto wave = [&](double period_s, double phase)
-    { return std::sin(2.0 * osg::PI * (time_s / period_s + phase)); };
-    return osg::Matrix::rotate(2.0 * osg::PI * time_s / 9.0, osg::Y_AXIS) *
+    { return std::sin(base::kTwoPi * (time_s / period_s + phase)); };
+    return osg::Matrix::rotate(base::kTwoPi * time_s / 9.0, osg::Y_AXIS) *
            osg::Matrix::rotate(osg::DegreesToRadians(24.0) * wave(7.0, 0.15), osg::X_AXIS) *
            osg::Matrix::rotate(osg::DegreesToRadians(32.0) * wave(5.0, 0.0), osg::Z_AXIS) *
            osg::Matrix::translate(

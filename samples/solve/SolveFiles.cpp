@@ -3,6 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Trimmed.h"
 
 #include <array>
 #include <cmath>
@@ -44,9 +45,7 @@ std::vector<std::string> splitLine(std::string line)
     std::stringstream stream(line);
     for (std::string cell; std::getline(stream, cell, ',');)
     {
-        const auto first = cell.find_first_not_of(" \t");
-        const auto last = cell.find_last_not_of(" \t");
-        cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+        cells.push_back(base::trimmed(cell));
     }
     return cells;
 }

@@ -1,5 +1,6 @@
 #include "plugin/overlays/drawing/PixelDrawing.h"
 
+#include "haptics/base/Units.h"
 #include "haptics/base/text/Number.h"
 
 #include <osg/BlendFunc>
@@ -177,7 +178,8 @@ void Strokes::disc(const osg::Vec2& centre, float radius, const osg::Vec4& color
     constexpr int kSides = 24;
     const auto rim = [&](int i)
     {
-        const float angle = 2.0F * osg::PIf * static_cast<float>(i) / kSides;
+        const float angle =
+            static_cast<float>(midair::base::kTwoPi) * static_cast<float>(i) / kSides;
         return centre + osg::Vec2(std::cos(angle), std::sin(angle)) * radius;
     };
     for (int i = 0; i < kSides; ++i)

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace midair::base
+{
+
+/// Returns the percentile of \a values at \a fraction (0 .. 1): they are sorted, the k-th of n
+/// stands at (k - 1)/(n - 1), and it is interpolated linearly between two of them; 0 for none.
+inline double percentile(std::vector<double> values, double fraction)
+{
+    if (values.empty()) return 0.0;
+    const double place = fraction * static_cast<double>(values.size() - 1);
+    const auto k = std::min(static_cast<std::size_t>(place), values.size() - 1);
+    const auto low = values.begin() + static_cast<std::ptrdiff_t>(k);
+    std::nth_element(values.begin(), low, values.end());
+    if (low + 1 == values.end()) return *low;
+    const double above = *std::min_element(low + 1, values.end());
+    return *low + (place - static_cast<double>(k)) * (above - *low);
+}
+
+} // namespace midair::base
