@@ -33,9 +33,9 @@ HapticScene::~HapticScene() = default;
 void HapticScene::setFormatVersion(int version)
 {
     _readVersion = version;
-    if (version > kFormatVersion)
+    if (version > formatVersion())
         OSG_WARN << "osgMidair: a HapticScene of format version " << version
-                 << " was written by a newer kit; this one knows version " << kFormatVersion
+                 << " was written by a newer kit; this one knows version " << formatVersion()
                  << " and may lose properties" << std::endl;
 }
 

@@ -40,9 +40,9 @@ void HapticSurface::traverse(osg::NodeVisitor& visitor)
 void HapticSurface::setFormatVersion(int version)
 {
     _readVersion = version;
-    if (version > kFormatVersion)
+    if (version > formatVersion())
         OSG_WARN << "osgMidair: a HapticSurface of format version " << version
-                 << " was written by a newer kit; this one knows version " << kFormatVersion
+                 << " was written by a newer kit; this one knows version " << formatVersion()
                  << " and may lose properties" << std::endl;
 }
 

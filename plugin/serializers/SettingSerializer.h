@@ -168,7 +168,7 @@ void addSettings(osgDB::ObjectWrapper& wrapper,
                  typename SettingSerializer<C, T>::Get get,
                  typename SettingSerializer<C, T>::Set set)
 {
-    for (int version = 1; version <= C::kFormatVersion; ++version)
+    for (int version = 1; version <= table.newestVersion(); ++version)
         for (const Setting<T>& row : table.rows())
         {
             if (row.since != version) continue;

@@ -34,6 +34,12 @@ std::vector<std::pair<std::string, std::string>> HapticProperty::describe()
     return surfaceProperties().describe();
 }
 
+int HapticProperty::formatVersion()
+{
+    static const int newest = surfaceProperties().newestVersion();
+    return newest;
+}
+
 bool operator==(const HapticProperty& a, const HapticProperty& b)
 {
     return surfaceProperties().areSame(a, b);

@@ -28,6 +28,12 @@ bool HapticSettings::isLimit(double maxPressure_Pa, double maxAmplitude)
            maxAmplitude >= 0.0 && maxAmplitude <= 1.0; // also false for NaN
 }
 
+int HapticSettings::formatVersion()
+{
+    static const int newest = sceneSettings().newestVersion();
+    return newest;
+}
+
 std::vector<std::string> HapticSettings::repair()
 {
     const bool isLimited = isLimit(maxPressure, maxAmplitude);

@@ -268,7 +268,7 @@ TEST_P(Serialization, WritesTheStoredFilesOfThisVersionByteForByte)
     const std::string written = contents((folder / name).string());
     std::filesystem::remove_all(folder);
     EXPECT_EQ(written,
-              contents(MIDAIR_TEST_DATA "/format-v" + std::to_string(HapticScene::kFormatVersion) +
+              contents(MIDAIR_TEST_DATA "/format-v" + std::to_string(HapticScene::formatVersion()) +
                        "/" + name));
 }
 

@@ -179,8 +179,8 @@ TEST(SettingTable, HasARowForEachMember)
 
 TEST(SettingTable, IsWhole)
 {
-    expectWhole(sceneSettings(), HapticScene::kFormatVersion);
-    expectWhole(surfaceProperties(), HapticSurface::kFormatVersion);
+    expectWhole(sceneSettings(), 4);
+    expectWhole(surfaceProperties(), 2);
 }
 
 TEST(SettingTable, ComparesEachRow)
