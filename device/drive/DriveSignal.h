@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -20,5 +21,12 @@ struct DriveSignal
         return size() == transducers && duty.size() == phase.size();
     }
 };
+
+/// Returns the signal that turns all of \a transducers off.
+inline DriveSignal silentSignal(int transducers)
+{
+    const auto m = static_cast<std::size_t>(transducers);
+    return {std::vector<std::uint8_t>(m, 0), std::vector<std::uint8_t>(m, 0)};
+}
 
 } // namespace midair::device

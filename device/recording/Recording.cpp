@@ -51,17 +51,9 @@ bool takePlane(base::ByteReader& in, std::uint8_t coding, std::vector<std::uint8
     return true;
 }
 
-DriveSignal silence(int transducers)
-{
-    DriveSignal signal;
-    signal.phase.assign(transducers, 0);
-    signal.duty.assign(transducers, 0);
-    return signal;
-}
-
 } // namespace
 
-Writer::Writer(int transducers) : _transducers(transducers), _before(silence(transducers)) {}
+Writer::Writer(int transducers) : _transducers(transducers), _before(silentSignal(transducers)) {}
 
 std::vector<std::uint8_t> Writer::header(std::uint64_t start_ns) const
 {
@@ -146,7 +138,7 @@ Reader::Reader(const std::uint8_t* data, std::size_t size, const std::string& na
                                       transducers,
                                       kMostTransducers));
     _transducers = static_cast<int>(transducers);
-    _before = silence(_transducers);
+    _before = silentSignal(_transducers);
 }
 
 Reader::Reader(const std::string& bytes, const std::string& name) :
@@ -184,7 +176,7 @@ Stop Reader::next(Entry& entry)
         _before = read.signal;
     }
     else if (read.kind == Kind::SILENCE)
-        read.signal = silence(_transducers);
+        read.signal = silentSignal(_transducers);
     else if (read.kind == Kind::END)
         return Stop::END;
     else

@@ -29,6 +29,16 @@ typename Achieved::Scalar relativeRms(const Eigen::MatrixBase<Achieved>& y,
     return std::sqrt((y.array() / (s * a.array()) - Scalar(1)).square().mean());
 }
 
+/// Returns s = (w.y)/(w.a), the level at which the residuals s a - y, weighted by \a w, sum up to
+/// 0.
+template<typename Weights, typename Achieved, typename Targets>
+typename Achieved::Scalar weightedLevel(const Eigen::MatrixBase<Weights>& w,
+                                        const Eigen::MatrixBase<Achieved>& y,
+                                        const Eigen::MatrixBase<Targets>& a)
+{
+    return w.dot(y) / w.dot(a);
+}
+
 /// Returns the loudness E = s |a| / mean_l(sum_i |G_li|) of a field at the level \a s, for targets
 /// of the norm \a norm; \a meanRowSum is the denominator, Pa. 1: the energy of one focus, shared
 /// among the points.

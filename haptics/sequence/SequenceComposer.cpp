@@ -20,6 +20,7 @@ SequenceComposer::SequenceComposer(ComposerOptions options, base::MessageLog& me
     _options(std::move(options)),
     _messages(messages)
 {
+    _options.modulation.fieldRate_Hz = _options.fieldRate;
     if (!_options.makeSolver)
         _options.makeSolver = [solver = _options.solverOptions]
         { return haptics::makeSolver(solverNames().front(), solver); };

@@ -25,7 +25,7 @@ struct ComposerOptions : SequenceSettings
     /// Options of the solvers. Outlines and the CycleEqualizer take threads, pool, seed, stop token
     /// and loudness from them.
     SolverOptions solverOptions;
-    ModulatorOptions modulation; ///< of everything; rate 0: none
+    ModulatorOptions modulation; ///< of everything; rate 0: none; its fieldRate_Hz isn't read
     LineRate line;               ///< line to the device; limits field rates and modulations
     bool reorder = true;      ///< true: a cycle's fields are sorted so that neighbours differ least
     int sweeps = 0;           ///< >= 0; sweeps of the CycleEqualizer over a cycle's fields

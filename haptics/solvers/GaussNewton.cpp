@@ -90,7 +90,7 @@ private:
     // (SOLVER.md, "The level of a correction").
     float naturalLevel(const FieldProblem& field) const
     {
-        return _weights.dot(field.y) / _weights.dot(field.a);
+        return weightedLevel(_weights, field.y, field.a);
     }
 
     // Phases that follow a moving object drift into a poorer local optimum than they started from.

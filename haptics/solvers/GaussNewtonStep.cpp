@@ -1,5 +1,7 @@
 #include "haptics/solvers/GaussNewtonStep.h"
 
+#include "haptics/points/FittedLevel.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -119,7 +121,7 @@ int GaussNewtonStep::solve(FieldProblem& field,
     reserve(field);
     findRoots(field);
     const int n = field.n();
-    _scale = (weights.dot(field.y) / weights.dot(field.a) * field.a).cwiseInverse();
+    _scale = (weightedLevel(weights, field.y, field.a) * field.a).cwiseInverse();
     // J D J^T is nearly singular along w a (SOLVER.md, "The level of a correction"), so the search
     // is kept orthogonal to that.
     _flat = weights.cwiseProduct(field.a);

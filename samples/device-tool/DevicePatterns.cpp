@@ -21,14 +21,6 @@ namespace
 
 using device::DriveSignal;
 
-DriveSignal off(int transducers)
-{
-    DriveSignal signal;
-    signal.phase.assign(transducers, 0);
-    signal.duty.assign(transducers, 0);
-    return signal;
-}
-
 std::uint8_t dutyOf(double amplitude)
 {
     return static_cast<std::uint8_t>(std::lround(base::dutyLevel(std::clamp(amplitude, 0.0, 1.0))));
@@ -67,7 +59,7 @@ int playBoards(const DeviceOptions& options)
     const int count = array.board.empty() ? 1 : array.board.back() + 1;
     for (int board = 0; board < count && !interrupted; ++board)
     {
-        DriveSignal signal = off(array.size());
+        DriveSignal signal = device::silentSignal(array.size());
         for (int i = 0; i < array.size(); ++i)
             if (array.board.empty() || array.board[i] == board)
                 signal.duty[i] = dutyOf(options.amplitude);
@@ -88,7 +80,7 @@ int playTransducers(const DeviceOptions& options)
     const double start_s = base::steadySeconds();
     for (int i = 0; i < array.size() && goesOn(1e300, *device); ++i)
     {
-        DriveSignal signal = off(array.size());
+        DriveSignal signal = device::silentSignal(array.size());
         signal.duty[i] = dutyOf(options.amplitude);
         device->send(signal);
         pause(start_s + (i + 1) * options.seconds / array.size());
@@ -138,7 +130,7 @@ int measureRates(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
     const auto device = openWithoutPoints(options, array);
-    DriveSignal signal = off(array.size());
+    DriveSignal signal = device::silentSignal(array.size());
     std::fill(signal.duty.begin(), signal.duty.end(), dutyOf(options.amplitude));
     std::vector<double> latencies_ms;
     double handedOver_s = 0;

@@ -46,7 +46,6 @@ haptics::ComposerOptions composerOptions(const SolveArguments& arguments)
     static_cast<haptics::SequenceSettings&>(options) = arguments.settings;
     static_cast<haptics::SolverSettings&>(options.solverOptions) = arguments.settings;
     options.solverOptions.updateRate_Hz = arguments.settings.fieldRate;
-    options.modulation.fieldRate_Hz = arguments.settings.fieldRate;
     options.sweeps = arguments.sweeps;
     const std::string name = arguments.settings.solver.empty() ? haptics::solverNames().front()
                                                                : arguments.settings.solver;

@@ -139,6 +139,34 @@ TEST(House, NoIncludeGoesUp)
     EXPECT_GT(arrows, 500);
 }
 
+// A sample that others are shown includes what is installed; parts of one program are no other's.
+TEST(House, SamplesStandSideBySide)
+{
+    int looked = 0;
+    for (const fs::path& file : allFiles())
+    {
+        if (!isSource(file) || *file.begin() != "samples") continue;
+        const std::string own = file.parent_path().generic_string();
+        for (const std::string& include : includesOf(file))
+        {
+            const std::string folder = fs::path(include).parent_path().generic_string();
+            ++looked;
+            if (*fs::path(include).begin() == "samples")
+            {
+                EXPECT_TRUE(folder == own || folder == "samples" || folder == "samples/views")
+                    << file << " includes " << include;
+            }
+            EXPECT_NE(*fs::path(include).begin(), "tests") << file << " includes " << include;
+            if (file.filename() == "minimal.cpp" || file.filename() == "hands.cpp")
+            {
+                EXPECT_NE(folder.find("/include/osgMidair"), std::string::npos)
+                    << file << " includes " << include;
+            }
+        }
+    }
+    EXPECT_GT(looked, 50);
+}
+
 TEST(House, OnlyTheUpperStoreysKnowTheSceneGraph)
 {
     static const std::regex pattern(
