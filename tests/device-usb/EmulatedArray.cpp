@@ -185,7 +185,7 @@ gboolean EmulatedArray::answer(UMockdevIoctlClient* client)
         g_clear_error(&error);
         return FALSE;
     }
-    g_autoptr(UMockdevIoctlData) owner = data;
+    [[maybe_unused]] g_autoptr(UMockdevIoctlData) owner = data; // unrefs it in the end
     const auto complete = [&](int result, int code)
     {
         umockdev_ioctl_client_complete(client, result, code);
