@@ -69,7 +69,7 @@ public:
         if (!_ready) return nullptr;
         osgMidair::Hud& figures = *_scene.overlays().getHud();
         const float scale = figures.getScale();
-        figures.setScale(kScale * std::max(scale, 1.0F));
+        figures.setScale(kScale * (scale > 0.0F ? scale : 1.0F));
         _viewer.renderingTraversals(); // compiles new GL objects
         _grabber->request();
         _viewer.renderingTraversals();
