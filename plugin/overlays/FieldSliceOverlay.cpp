@@ -36,7 +36,7 @@ const OverlayNumber kRadius =
     overlayNumber<FieldSliceOverlay, &FieldSliceOverlay::setRadius, &FieldSliceOverlay::getRadius>(
         "sliceRadius",
         "radius of the slice; 0: 16 mm beyond the farthest control point",
-        {0.0, 1.0},
+        {0.0, 0.5}, // the time for a slice grows with its square, and a scene's file may set it
         "m");
 const OverlayNumber kRange = overlayNumber<FieldSliceOverlay,
                                            &FieldSliceOverlay::setRange,

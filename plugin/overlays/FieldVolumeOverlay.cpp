@@ -22,7 +22,7 @@ namespace
 const OverlayNumber kMargin = overlayNumber<FieldVolumeOverlay,
                                             &FieldVolumeOverlay::setMargin,
                                             &FieldVolumeOverlay::getMargin>(
-    "volumeMargin", "how far the volume goes beyond the control points", {0.0, 1.0}, "m");
+    "volumeMargin", "how far the volume goes beyond the control points", {0.0, 0.2}, "m");
 const OverlayNumber kThreshold = overlayNumber<FieldVolumeOverlay,
                                                &FieldVolumeOverlay::setThreshold,
                                                &FieldVolumeOverlay::getThreshold>(
