@@ -1,6 +1,7 @@
 #include "engine-bridge/pipeline/HologramOptions.h"
 
 #include "device/drive/DriveEncoder.h"
+#include "haptics/base/AssignPart.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Range.h"
@@ -134,7 +135,7 @@ void keepToLevels(HologramOptions& options, const device::DriveAbility& ability)
 haptics::ComposerOptions composerOptions(const HologramOptions& options)
 {
     haptics::ComposerOptions composer;
-    static_cast<haptics::SequenceSettings&>(composer) = options;
+    base::assignPart<haptics::SequenceSettings>(composer, options);
     composer.solverOptions = options.solverOptions;
     composer.modulation = options.modulation;
     composer.makeSolver = [&options]

@@ -1,5 +1,6 @@
 #include "plugin/engine/HapticEngine.h"
 
+#include "haptics/base/AssignPart.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/engine/Report.h"
 #include "plugin/settings/Grants.h"
@@ -251,11 +252,11 @@ HapticStatistics HapticEngine::statistics() const
     all.latencyP50_ms = _latencies.percentile(0.5);
     all.latencyP99_ms = _latencies.percentile(0.99);
     if (!_thread) return all;
-    static_cast<midair::bridge::HologramCounters&>(all) = _thread->counters();
+    midair::base::assignPart<midair::bridge::HologramCounters>(all, _thread->counters());
     all.snapshots = _statistics.snapshots; // the thread counts those that it has come to
     const auto result = _thread->latestResult();
     if (!result) return all;
-    static_cast<midair::haptics::FieldFigures&>(all) = result->report();
+    midair::base::assignPart<midair::haptics::FieldFigures>(all, result->report());
     all.points = result->points.size();
     all.maxPressure_Pa = result->maxPressure_Pa;
     const bool inTurn = result->sequence.fields.size() > 1;

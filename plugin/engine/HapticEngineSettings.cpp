@@ -3,6 +3,7 @@
 
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/scene/Convert.h"
+#include "haptics/base/AssignPart.h"
 #include "haptics/base/InputError.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "plugin/engine/HapticEngine.h"
@@ -110,9 +111,9 @@ midair::bridge::HologramOptions HapticEngine::hologramOptions() const
     options.owner = name();
     options.medium = midair::haptics::mediumOf(_settings);
     options.solver = _settings.solver;
-    static_cast<midair::haptics::SolverSettings&>(options.solverOptions) = _settings;
-    static_cast<midair::haptics::SequenceSettings&>(options) = _settings;
-    static_cast<midair::haptics::PlayingSettings&>(options) = _settings;
+    midair::base::assignPart<midair::haptics::SolverSettings>(options.solverOptions, _settings);
+    midair::base::assignPart<midair::haptics::SequenceSettings>(options, _settings);
+    midair::base::assignPart<midair::haptics::PlayingSettings>(options, _settings);
     options.deviceUri = _settings.device;
     options.maxPressure =
         midair::device::stricterPressure(_settings.maxPressure, _innerPressure_Pa);

@@ -2,6 +2,7 @@
 
 #include "device/drive/DriveEncoder.h"
 #include "engine-bridge/playing/PressureCap.h"
+#include "haptics/base/AssignPart.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/points/FittedLevel.h"
@@ -43,8 +44,8 @@ Eigen::VectorXcf playedBy(const haptics::TransducerArray& array, const device::D
 haptics::ComposerOptions composerOptions(const SolveArguments& arguments)
 {
     haptics::ComposerOptions options;
-    static_cast<haptics::SequenceSettings&>(options) = arguments.settings;
-    static_cast<haptics::SolverSettings&>(options.solverOptions) = arguments.settings;
+    base::assignPart<haptics::SequenceSettings>(options, arguments.settings);
+    base::assignPart<haptics::SolverSettings>(options.solverOptions, arguments.settings);
     options.solverOptions.updateRate_Hz = arguments.settings.fieldRate;
     options.sweeps = arguments.sweeps;
     const std::string name = arguments.settings.solver.empty() ? haptics::solverNames().front()
