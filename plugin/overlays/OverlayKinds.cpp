@@ -4,7 +4,6 @@
 #include <osgGA/GUIEventAdapter>
 
 #include <algorithm>
-#include <cctype>
 
 #include <fmt/format.h>
 
@@ -41,18 +40,6 @@ std::string problemOf(const OverlayKind& kind)
 }
 
 } // namespace
-
-std::string OverlayNumber::storedName() const
-{
-    std::string stored = name;
-    stored[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(stored[0])));
-    return stored;
-}
-
-std::string OverlayNumber::values() const
-{
-    return range.text() + (unit.empty() ? "" : " " + unit);
-}
 
 std::string OverlayKind::keyName() const
 {

@@ -12,18 +12,12 @@
 namespace osgMidair
 {
 
-/// A number that says how an overlay looks: in files, on command lines and in copies.
-struct OverlayNumber
+/// A number that says how an overlay looks: in files ("SliceRadius"), on command lines
+/// ("sliceRadius") and in copies.
+struct OverlayNumber : midair::base::SettingFacts
 {
-    std::string name; ///< on command lines: "sliceRadius"; in files "SliceRadius"
-    std::string help; ///< one line
-    midair::base::Range range;
-    std::string unit; ///< empty: none
     void (*set)(Overlay&, double) = nullptr;
     double (*get)(const Overlay&) = nullptr;
-
-    std::string storedName() const; ///< "SliceRadius"
-    std::string values() const;     ///< "0 .. 1 m"
 };
 
 /// Makes an OverlayNumber of a setter and a getter of the overlay \a O.
@@ -34,14 +28,16 @@ OverlayNumber overlayNumber(const char* name,
                             const char* unit = "")
 {
     using Value = decltype((std::declval<const O&>().*Get)());
-    return {name,
-            help,
-            range,
-            unit,
-            [](Overlay& overlay, double value)
-            { (static_cast<O&>(overlay).*Set)(static_cast<Value>(value)); },
-            [](const Overlay& overlay)
-            { return static_cast<double>((static_cast<const O&>(overlay).*Get)()); }};
+    OverlayNumber number;
+    number.name = name;
+    number.help = help;
+    number.range = range;
+    number.unit = unit;
+    number.set = [](Overlay& overlay, double value)
+    { (static_cast<O&>(overlay).*Set)(static_cast<Value>(value)); };
+    number.get = [](const Overlay& overlay)
+    { return static_cast<double>((static_cast<const O&>(overlay).*Get)()); };
+    return number;
 }
 
 /// A kind of overlay; every HapticOverlays has one overlay of each kind.

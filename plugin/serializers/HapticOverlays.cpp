@@ -60,7 +60,7 @@ void setNumber(osg::Object& overlays, const Stored& one, double value)
 {
     if (!static_cast<HapticOverlays&>(overlays).setNumber(one.number->name, value))
         OSG_WARN << "osgMidair: " << one.number->name << " is " << value << ", should be "
-                 << one.number->values() << "; " << one.initial << " is used" << std::endl;
+                 << one.number->numbers() << "; " << one.initial << " is used" << std::endl;
 }
 
 /// Serializer of the overlays' numbers: in text each by its name where it isn't the default, in

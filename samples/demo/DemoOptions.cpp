@@ -44,7 +44,7 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
                    optionName(number.name),
                    [&options, name = number.name](double value)
                    { options.numbers.emplace_back(name, value); },
-                   number.help + " (" + number.values() + ")")
+                   number.help + " (" + number.numbers() + ")")
                 ->type_name(number.unit.empty() ? "VALUE" : number.unit)
                 ->check(CLI::Range(number.range.low, number.range.high))
                 ->group("The overlays");

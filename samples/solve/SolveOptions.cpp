@@ -1,6 +1,7 @@
 #include "samples/solve/SolveOptions.h"
 
 #include "haptics/sequence/FieldSettings.h"
+#include "haptics/solvers/SolverSettings.h"
 #include "samples/SettingOptions.h"
 
 #include <map>
@@ -87,20 +88,15 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
                    "Sweeps in which the fields of a cycle are evened out together; takes seconds")
         ->check(CLI::Range(0, 100))
         ->needs("--cycle");
-    app.add_flag(
-           "--outline",
-           arguments.outline,
-           "The model's edges in one stationary field of dense points, nearly without ripples")
-        ->excludes("--points-file",
-                   "--cycle",
-                   "--subsets",
-                   "--solver",
-                   "--max-iterations",
-                   "--rms-tolerance",
-                   "--deadline",
-                   "--lambda",
-                   "--phase-only",
-                   "--max-points");
+    auto* outline = app.add_flag(
+        "--outline",
+        arguments.outline,
+        "The model's edges in one stationary field of dense points, nearly without ripples");
+    outline->excludes("--points-file", "--cycle", "--subsets", "--solver", "--max-points");
+    // Outlines have a solver of their own.
+    for (const auto& row : haptics::solverSettings().rows())
+        if (row.name != "loudness" && row.name != "threads")
+            outline->excludes(optionName(row.name));
     app.add_flag(
         "--certify",
         arguments.certify,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "haptics/base/AssignPart.h"
 #include "haptics/base/settings/Setting.h"
 
 #include <initializer_list>
@@ -91,14 +92,7 @@ std::vector<Setting<T>> inherited(const std::vector<Setting<B>>& rows)
                 own.member = asMemberOf<T>(member);
         };
         std::visit(convert, row.member);
-        own.name = row.name;
-        own.help = row.help;
-        own.since = row.since;
-        own.range = row.range;
-        own.unit = row.unit;
-        own.stored = row.stored;
-        own.variable = row.variable;
-        own.isSafety = row.isSafety;
+        assignPart<SettingFacts>(own, row);
     }
     return all;
 }

@@ -1,5 +1,7 @@
 #include "haptics/base/settings/SettingText.h"
 
+#include <cctype>
+
 namespace midair::base
 {
 
@@ -10,6 +12,14 @@ std::string listOf(const std::vector<Word>& words)
     for (const Word& word : words)
         texts.push_back(word.text);
     return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+std::string SettingFacts::storedName() const
+{
+    if (!stored.empty() || name.empty()) return stored;
+    std::string capital = name;
+    capital[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(capital[0])));
+    return capital;
 }
 
 bool Range::holds(double value) const

@@ -47,13 +47,10 @@ struct Range
     std::string text() const; ///< "0 or 0.001 .. 1", "at least 0"
 };
 
-/// A row of a table: all that is known about one value of a plain struct \a T. The default is the
-/// initial value of the member.
-template<typename T>
-struct Setting
+/// What a row says of a value, whatever struct holds it.
+struct SettingFacts
 {
-    std::string name; ///< as in options, tags and settings files: "fieldRate"
-    Member<T> member{};
+    std::string name;        ///< as in options, tags and settings files: "fieldRate"
     std::string help;        ///< one line that says what it does
     int since = 1;           ///< first version of the file format that has it
     Range range{};           ///< for numbers
@@ -63,11 +60,21 @@ struct Setting
     std::string stored;    ///< name in scene files; empty: the name with a capital
     std::string variable;  ///< name of the environment variable after "OSG_MIDAIR_"; empty: none
     bool isSafety = false; ///< a value that isn't understood silences the array
-    /// Parses texts that only this setting has; empty, or false returned: parsed by its kind.
-    std::function<bool(T&, const std::string&)> parse;
 
     /// Returns the name in scene files: "FieldRate".
     std::string storedName() const;
+    /// Returns the possible values of a number: "1 .. 40000 Hz".
+    std::string numbers() const { return range.text() + (unit.empty() ? "" : " " + unit); }
+};
+
+/// A row of a table: all that is known about one value of a plain struct \a T. The default is the
+/// initial value of the member.
+template<typename T>
+struct Setting : SettingFacts
+{
+    Member<T> member{};
+    /// Parses texts that only this setting has; empty, or false returned: parsed by its kind.
+    std::function<bool(T&, const std::string&)> parse;
 
     /// Sets the value in \a object from text. Returns false if it isn't understood. Numbers out of
     /// range are accepted; see repair().

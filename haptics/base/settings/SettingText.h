@@ -9,7 +9,6 @@
 #include "haptics/base/text/Trimmed.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -83,15 +82,6 @@ constexpr bool kIsNumber = std::is_same_v<M, int T::*> || std::is_same_v<M, doub
 
 /// "surface, edges, vertices".
 std::string listOf(const std::vector<Word>& words);
-
-template<typename T>
-std::string Setting<T>::storedName() const
-{
-    if (!stored.empty() || name.empty()) return stored;
-    std::string capital = name;
-    capital[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(capital[0])));
-    return capital;
-}
 
 template<typename T>
 bool Setting<T>::assign(T& object, const std::string& text) const
@@ -204,7 +194,7 @@ std::string Setting<T>::values() const
         if constexpr (std::is_same_v<M, Choice<T>>)
             return listOf(words);
         else if constexpr (kIsNumber<M, T>)
-            return range.text() + (unit.empty() ? "" : " " + unit);
+            return numbers();
         else
             return ValueText<ValueOf<T, M>>::kValues;
     };

@@ -183,6 +183,15 @@ TEST(SettingTable, IsWhole)
     expectWhole(surfaceProperties(), 2);
 }
 
+TEST(SettingTable, WhatAFileNamesIsAWishButForTheSolver)
+{
+    for (const Setting<HapticSettings>& row : sceneSettings().rows())
+        EXPECT_EQ(wishOf(row.name) != nullptr,
+                  std::holds_alternative<std::string HapticSettings::*>(row.member) &&
+                      row.name != "solver")
+            << row.name;
+}
+
 TEST(SettingTable, ComparesEachRow)
 {
     expectCompared(sceneSettings());
@@ -234,7 +243,7 @@ TEST(SettingTable, IsWhatTheDocumentSays)
         for (const OverlayNumber& number : kind.numbers)
             wanted.push_back("| `" + number.name + "` | " +
                              midair::base::shortNumber(number.get(*kind.make())) + " | " +
-                             number.values() + " | " + number.help + " |");
+                             number.numbers() + " | " + number.help + " |");
     const std::vector<std::string> said = rowsOf(MIDAIR_ROOT "/plugin/SCENES.md");
     std::string all;
     for (const std::string& row : wanted)
