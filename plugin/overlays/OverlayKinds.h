@@ -53,7 +53,7 @@ struct OverlayKind
     /// Overlays in the array's frame are drawn in this order; 0: drawn in the window instead.
     int layer = 0;
     osg::ref_ptr<Overlay> (*make)() = nullptr;
-    std::vector<OverlayNumber> numbers = {}; ///< never reordered, as .osgb stores them by position
+    std::vector<OverlayNumber> numbers = {};
 
     static constexpr int kFirstKinds = 5;
     static constexpr int kMostKinds = kFirstKinds + 6; // the last bit says that numbers follow

@@ -63,17 +63,17 @@ void setNumber(osg::Object& overlays, const Stored& one, double value)
                  << one.number->numbers() << "; " << one.initial << " is used" << std::endl;
 }
 
-/// Serializer of the overlays' numbers: in text each by its name where it isn't the default, in
-/// .osgb all in turn, if any isn't the default.
+/// Serializer of the overlays' numbers that aren't the default: by name, also in .osgb, so that an
+/// overlay can have more of them.
 class Numbers
 {
 public:
-    static bool areDefaults(const osg::Object& overlays)
+    static std::vector<Stored> changed(const osg::Object& overlays)
     {
-        return std::all_of(storedNumbers().begin(),
-                           storedNumbers().end(),
-                           [&](const Stored& one)
-                           { return valueOf(overlays, one) == one.initial; });
+        std::vector<Stored> found;
+        for (const Stored& one : storedNumbers())
+            if (valueOf(overlays, one) != one.initial) found.push_back(one);
+        return found;
     }
 
     static void readBinary(osgDB::InputStream& is, osg::Object& overlays)
@@ -82,17 +82,27 @@ public:
         is >> count;
         for (unsigned char i = 0; i < count && !is.getException(); ++i)
         {
+            std::string name;
             double value = 0.0;
-            is >> value;
-            if (i < storedNumbers().size()) setNumber(overlays, storedNumbers()[i], value);
+            is >> name >> value;
+            const auto known =
+                std::find_if(storedNumbers().begin(),
+                             storedNumbers().end(),
+                             [&](const Stored& one) { return one.number->storedName() == name; });
+            if (known != storedNumbers().end())
+                setNumber(overlays, *known, value);
+            else if (!is.getException())
+                OSG_WARN << "osgMidair: overlays have no number of the name that a file gives"
+                         << std::endl;
         }
     }
 
     static void writeBinary(osgDB::OutputStream& os, const osg::Object& overlays)
     {
-        os << static_cast<unsigned char>(storedNumbers().size());
-        for (const Stored& one : storedNumbers())
-            os << valueOf(overlays, one);
+        const std::vector<Stored> numbers = changed(overlays);
+        os << static_cast<unsigned char>(numbers.size());
+        for (const Stored& one : numbers)
+            os << one.number->storedName() << valueOf(overlays, one);
     }
 
     static void readText(osgDB::InputStream& is, osg::Object& overlays)
@@ -108,9 +118,9 @@ public:
 
     static void writeText(osgDB::OutputStream& os, const osg::Object& overlays)
     {
-        for (const Stored& one : storedNumbers())
-            if (const double value = valueOf(overlays, one); value != one.initial)
-                os << os.PROPERTY(one.number->storedName().c_str()) << value << std::endl;
+        for (const Stored& one : changed(overlays))
+            os << os.PROPERTY(one.number->storedName().c_str()) << valueOf(overlays, one)
+               << std::endl;
     }
 };
 
@@ -119,7 +129,7 @@ constexpr unsigned char kNumbersFollow = 0x80;
 /// Serializer of the switches of overlays that share a byte in .osgb. The lowest bit is set if the
 /// first one is shown. Further bits are set if a later one is hidden, so that files from before it
 /// existed show it. In text each has a name and is only written when hidden. The last byte's
-/// highest bit says that the numbers of all overlays follow; in text they follow by their names.
+/// highest bit says that numbers of overlays follow; in text they follow by their names.
 class Switches : public osgDB::BaseSerializer
 {
 public:
@@ -165,7 +175,7 @@ public:
             if (!os.isBinary() && !shown)
                 os << os.PROPERTY(("Show" + kind->name).c_str()) << false << std::endl;
         }
-        const bool numbersFollow = _isLast && !Numbers::areDefaults(object);
+        const bool numbersFollow = _isLast && !Numbers::changed(object).empty();
         if (numbersFollow) bits |= kNumbersFollow;
         if (os.isBinary()) os << bits;
         if (numbersFollow && os.isBinary()) Numbers::writeBinary(os, object);

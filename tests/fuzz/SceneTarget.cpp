@@ -193,7 +193,15 @@ std::string binaryFile(const Class& c, Source& source)
     {
         const std::uint8_t count = source.byte();
         values += static_cast<char>(count);
-        values += source.bytes(count * sizeof(double));
+        for (int i = 0; i < count; ++i)
+        {
+            // A name that is known, or any.
+            const std::uint8_t choice = source.byte();
+            const std::string name =
+                choice < c.numbers.size() ? c.numbers[choice].name : source.bytes(source.byte());
+            append(values, static_cast<std::int32_t>(name.size()));
+            values += name + source.bytes(sizeof(double));
+        }
     }
     std::string file = c.binary.substr(0, c.propertiesAt);
     // The object's name is followed by how long it is, itself included.
