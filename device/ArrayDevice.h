@@ -148,6 +148,12 @@ public:
         if (muted) silence();
     }
 
+    /// Caps the amplitude of all that is played from now on at \a amplitude (0 .. 1 of full drive;
+    /// anything else counts as 0), beside the limits that the device was opened with: what sounds
+    /// already is lowered at once, or silenced. Returns false, with nothing changed, if the device
+    /// has no such limit: its caller must then silence it. GuardedDevice has one.
+    virtual bool setAmplitudeCap(double amplitude) { return amplitude >= 1; }
+
     /// One line of text: what the device is, its state and counters.
     virtual std::string status() const = 0;
     virtual DeviceReport report() const = 0;

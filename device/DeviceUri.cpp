@@ -1,6 +1,6 @@
 #include "device/DeviceUri.h"
 
-#include "haptics/base/text/Number.h"
+#include "haptics/base/text/Quantity.h"
 
 #include <algorithm>
 
@@ -13,15 +13,6 @@ namespace
 {
 
 constexpr double kMostSeconds = 1e6;
-
-// Splits text into a decimal number and the rest, its unit.
-bool parseDecimal(const std::string& text, double& value, std::string& rest)
-{
-    const std::size_t end = text.find_first_not_of("+-.0123456789eE");
-    const std::string digits = text.substr(0, end);
-    rest = end == std::string::npos ? std::string() : text.substr(end);
-    return base::parseNumber(digits, value);
-}
 
 // A hint for numbers written with a decimal comma.
 std::string withPoint(const std::string& text)
@@ -88,8 +79,7 @@ double DeviceUri::takeNumber(const std::string& key, double fallback, double low
     const std::string text = take(key);
     if (text.empty()) return fallback;
     double value = 0;
-    std::string rest;
-    if (!parseDecimal(text, value, rest) || !rest.empty() || value < low || value > high)
+    if (!base::parseQuantity(text, "", value) || value < low || value > high)
         throw error(fmt::format(
             "{}={} should be a number from {:g} to {:g}{}", key, text, low, high, withPoint(text)));
     return value;
@@ -101,12 +91,19 @@ double DeviceUri::takeSeconds(const std::string& key, double fallback_s)
     if (text.empty()) return fallback_s;
     double value = 0;
     std::string unit;
-    const bool number = parseDecimal(text, value, unit);
-    const double scale = unit == "s" ? 1 : unit == "ms" ? 1e-3 : unit == "us" ? 1e-6 : 0;
-    if (!number || scale == 0 || value < 0 || value * scale > kMostSeconds)
+    const bool hasUnit = base::splitQuantity(text, value, unit) && base::isUnitFor(unit, "s");
+    if (!hasUnit || !base::parseQuantity(text, "s", value) || value < 0 || value > kMostSeconds)
         throw error(key + "=" + text + " should be a time such as 2s, 100ms or 20us" +
                     withPoint(text));
-    return value * scale;
+    return value;
+}
+
+std::map<std::string, std::string> DeviceUri::takeRest()
+{
+    std::map<std::string, std::string> rest;
+    for (const auto& [key, value] : _parameters)
+        if (_known.insert(key).second) rest.emplace(key, value);
+    return rest;
 }
 
 bool DeviceUri::takeFlag(const std::string& key, bool fallback)

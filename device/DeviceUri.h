@@ -38,6 +38,9 @@ public:
     double takeSeconds(const std::string& key, double fallback_s);
     bool takeFlag(const std::string& key, bool fallback); ///< 0, 1, no, yes, false, true
 
+    /// Takes all parameters that were not taken yet, for a device that knows them by itself.
+    std::map<std::string, std::string> takeRest();
+
     /// Throws DeviceError for a parameter that was not taken; the message lists those that were
     /// asked for.
     void rejectUnknown() const;

@@ -19,7 +19,8 @@ std::string countersText(const DeviceReport& report)
     add(report.refused, "refused");
     add(report.faults, "faults");
     add(report.reconnects, "reconnects");
-    if (!report.message.empty()) text += "; " + report.message;
+    if (!report.message.empty())
+        text += (report.state == DeviceState::LOST ? "; " : "; last fault: ") + report.message;
     const std::string shortfall = shortfallOf(report);
     if (!shortfall.empty()) text += "; " + shortfall;
     return text;

@@ -49,6 +49,17 @@ public:
                 report.message = what;
             });
     }
+    /// The same, and the device is lost for that reason: nobody sees the one without the other.
+    void countLoss(const std::string& why)
+    {
+        change(
+            [&](DeviceReport& report)
+            {
+                ++report.faults;
+                report.message = why;
+                report.state = DeviceState::LOST;
+            });
+    }
     void countRefused()
     {
         change(
@@ -64,8 +75,8 @@ private:
     DeviceReport _report;
 };
 
-/// "12 sent, 11 played, 1 dropped", then the other counters that are not 0, the last fault and the
-/// shortfall.
+/// "12 sent, 11 played, 1 dropped", then the other counters that are not 0, the fault that a lost
+/// device has or the last one of another, and the shortfall.
 std::string countersText(const DeviceReport& report);
 
 /// "3 of 1000 fields were played" if less than half of those were played that no newer field

@@ -1,5 +1,7 @@
 #include "device/SilenceOnCrash.h"
 
+#include "device/DeviceLog.h"
+
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
@@ -236,14 +238,15 @@ SilenceOnCrash::SilenceOnCrash(const Way& way,
     }
     ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
     if (_guard < 0)
-        spdlog::warn("nobody silences the board if this program crashes: {}",
-                     std::generic_category().message(errno));
+        deviceLog().warn("nobody silences the board if this program crashes: {}",
+                         std::generic_category().message(errno));
     if (!paired) return;
     ::close(ends[0]);
     _alive = ends[1];
     if (_guard > 0 && !hears(_alive, kReady))
-        spdlog::warn("what silences the board if this program crashes hasn't started within {} s",
-                     kStart_ms / 1000);
+        deviceLog().warn(
+            "what silences the board if this program crashes hasn't started within {} s",
+            kStart_ms / 1000);
 }
 
 SilenceOnCrash::~SilenceOnCrash()

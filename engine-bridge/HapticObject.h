@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine-bridge/SharedMesh.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "haptics/surface/TriangleMesh.h"
 
@@ -52,11 +53,13 @@ struct HapticObject
     std::uint64_t meshId = 0; ///< objects with equal ids have the same mesh
     /// meshes with equal ids have the same triangles, their vertices may differ; 0: unknown
     std::uint64_t topologyId = 0;
-    std::shared_ptr<const haptics::TriangleMesh> mesh;      ///< metres, scale baked in
+    SharedMesh mesh;                                        ///< metres, scale baked in
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array frame
     HapticProperties properties;
     /// if true, the distance of hands to this object is measured; the field doesn't depend on it
     bool touchEvents = false;
+    /// what the caller wants to find again in the result (HologramResult::origins); not read
+    std::shared_ptr<const void> origin;
 
     std::uint64_t touchId() const { return whole ? whole : id; }
 };

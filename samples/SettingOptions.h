@@ -1,10 +1,9 @@
 #pragma once
 
-#include "haptics/base/settings/SettingTable.h"
-
 #include <algorithm>
 #include <cctype>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +15,17 @@ namespace midair::samples
 
 /// Names and values of settings that the command line gives.
 using Given = std::vector<std::pair<std::string, std::string>>;
+
+/// A setting as an option of the command line.
+struct SettingOption
+{
+    std::string name;    ///< of the setting: "maxPressure"
+    std::string summary; ///< help, values and default
+    std::string type;    ///< what is written for the value in the help: its unit, WORD or VALUE
+    bool isFlag = false;
+    /// Returns what is wrong with a value, as a phrase; empty: nothing.
+    std::function<std::string(const std::string&)> problemOf;
+};
 
 /// Returns the option of a setting: "maxPressure" is --max-pressure. Two have older, shorter names.
 inline std::string optionName(const std::string& setting)
@@ -31,44 +41,40 @@ inline std::string optionName(const std::string& setting)
     return name;
 }
 
-/// Adds an option for each row of \a table except \a without; their values go to \a given, which
-/// must outlive the parsing. The help names the values in \a defaults. Values that aren't
-/// understood or are out of range are refused.
-template<typename T>
-void addSettings(CLI::App& app,
-                 const base::SettingTable<T>& table,
-                 const char* group,
-                 const std::vector<std::string>& without,
-                 Given& given,
-                 const T& defaults = T())
+/// Returns what the help writes for a value.
+inline std::string typeOf(const std::string& unit, bool isWord)
 {
-    for (const base::Setting<T>& row : table.rows())
+    return isWord ? "WORD" : unit.empty() ? "VALUE" : unit;
+}
+
+/// Adds an option for each of \a settings except \a without; their values go to \a given, which
+/// must outlive the parsing. Values that aren't understood or are out of range are refused.
+inline void addSettings(CLI::App& app,
+                        const std::vector<SettingOption>& settings,
+                        const char* group,
+                        const std::vector<std::string>& without,
+                        Given& given)
+{
+    for (const SettingOption& setting : settings)
     {
-        if (std::count(without.begin(), without.end(), row.name) > 0) continue;
-        const std::string name = optionName(row.name);
-        if (std::holds_alternative<bool T::*>(row.member))
-        {
+        if (std::count(without.begin(), without.end(), setting.name) > 0) continue;
+        const std::string option = optionName(setting.name);
+        if (setting.isFlag)
             app.add_flag_function(
-                   name + ",--no-" + name.substr(2) + "{false}",
-                   [&given, &row](std::int64_t count)
-                   { given.emplace_back(row.name, count > 0 ? "true" : "false"); },
-                   row.summary(defaults))
+                   option + ",--no-" + option.substr(2) + "{false}",
+                   [&given, name = setting.name](std::int64_t count)
+                   { given.emplace_back(name, count > 0 ? "true" : "false"); },
+                   setting.summary)
                 ->group(group);
-            continue;
-        }
-        const auto problem = [&row](const std::string& text) -> std::string
-        {
-            T scratch;
-            if (row.assign(scratch, text) && row.holds(scratch)) return {};
-            return "is \"" + text + "\", should be " + row.expected();
-        };
-        app.add_option_function<std::string>(
-               name,
-               [&given, &row](const std::string& text) { given.emplace_back(row.name, text); },
-               row.summary(defaults))
-            ->type_name(row.words.empty() ? row.unit.empty() ? "VALUE" : row.unit : "WORD")
-            ->check(CLI::Validator(problem, ""))
-            ->group(group);
+        else
+            app.add_option_function<std::string>(
+                   option,
+                   [&given, name = setting.name](const std::string& text)
+                   { given.emplace_back(name, text); },
+                   setting.summary)
+                ->type_name(setting.type)
+                ->check(CLI::Validator(setting.problemOf, ""))
+                ->group(group);
     }
 }
 

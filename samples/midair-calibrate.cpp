@@ -1,29 +1,21 @@
 // Computes the rigid matrix from a scene's world to the array from points measured in both, and
 // reports its accuracy.
 
-#include "engine-bridge/calibration/Calibration.h"
-#include "engine-bridge/scene/Convert.h"
-#include "haptics/base/InputError.h"
-#include "haptics/base/RegularFile.h"
-
+#include <osgMidair/Calibration>
 #include <osgMidair/HapticScene>
 
 #include <osg/NodeVisitor>
 #include <osgDB/ReadFile>
-#include <osgDB/Registry>
 #include <osgDB/WriteFile>
 
-#include <filesystem>
 #include <fstream>
 #include <iomanip>
 #include <iostream>
 #include <locale>
-#include <sstream>
+#include <stdexcept>
 #include <string>
 
 #include <CLI/CLI.hpp>
-
-using namespace midair;
 
 namespace
 {
@@ -46,61 +38,49 @@ struct Settings
     double edge_mm = 150.0;
 };
 
-constexpr std::size_t kMostBytes = std::size_t(16) << 20;
-
-/// Reads standard input up to the size limit, as a pipe may have no end.
-bridge::PointPairs readPairsFromStdin()
+/// Wrong input; what() says what would be right.
+class InputError : public std::runtime_error
 {
-    std::string text(kMostBytes + 1, '\0');
-    std::cin.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<std::size_t>(std::cin.gcount()));
-    if (text.size() > kMostBytes)
-        throw base::InputError("stdin has over 16 MiB, should have at most as much");
-    std::istringstream in(text);
-    return bridge::readPointPairs(in, "stdin");
+public:
+    using std::runtime_error::runtime_error;
+};
+
+double unitInMetres(const std::string& unit)
+{
+    std::string error;
+    const double metres = osgMidair::unitInMetres(unit, error);
+    if (!error.empty()) throw InputError(error);
+    return metres;
 }
 
-bridge::PointPairs readPairs(const std::string& path)
-{
-    if (path == "-") return readPairsFromStdin();
-    try
-    {
-        std::istringstream in(base::readRegularFile(path, kMostBytes));
-        return bridge::readPointPairs(in, path);
-    }
-    catch (const base::FileError& error)
-    {
-        throw base::InputError("point pairs \"" + path + "\": " + error.what() +
-                               "; give a file of point pairs, or - for stdin");
-    }
-}
-
-void printResiduals(const bridge::CalibrationReport& report)
+void printResiduals(const osgMidair::CalibrationReport& report)
 {
     std::cout << std::fixed << std::setprecision(2);
     for (std::size_t k = 0; k < report.outlier.size(); ++k)
-        std::cout << "pair " << std::setw(3) << k + 1 << std::setw(9)
-                  << 1e3 * report.residuals_m[static_cast<Eigen::Index>(k)] << " mm"
-                  << (report.outlier[k] ? "  left out\n" : "\n");
+        std::cout << "pair " << std::setw(3) << k + 1 << std::setw(9) << 1e3 * report.residuals_m[k]
+                  << " mm" << (report.outlier[k] ? "  left out\n" : "\n");
 }
 
-void writeMatrix(const std::string& path, const Eigen::Isometry3d& worldToArray)
+void writeMatrix(const std::string& path, const osg::Matrixd& worldToArray)
 {
     std::ofstream out(path);
     out.imbue(std::locale::classic());
-    out << "# array = M world, column vectors, metres\n"
-        << std::setprecision(17) << worldToArray.matrix() << "\n";
+    out << "# the rows of an osg::Matrixd, as Calibration has them: array = world * M, metres\n"
+        << std::setprecision(17);
+    for (int row = 0; row < 4; ++row)
+        for (int column = 0; column < 4; ++column)
+            out << worldToArray(row, column) << (column < 3 ? " " : "\n");
     out.flush();
-    if (!out) throw base::InputError("can't write the matrix to \"" + path + "\"");
+    if (!out) throw InputError("can't write the matrix to \"" + path + "\"");
 }
 
 /// Sets the calibration of every HapticScene that it visits.
 class SetCalibration : public osg::NodeVisitor
 {
 public:
-    explicit SetCalibration(const Eigen::Isometry3d& worldToArray) :
+    explicit SetCalibration(const osg::Matrixd& worldToArray) :
         osg::NodeVisitor(TRAVERSE_ALL_CHILDREN),
-        _matrix(bridge::toOsg(worldToArray.matrix()))
+        _matrix(worldToArray)
     {
     }
 
@@ -120,45 +100,39 @@ private:
     osg::Matrixd _matrix;
 };
 
-/// The kit's plugins are in lib next to this program's bin, in a build and after installation.
-void findKit()
+void writeScene(const std::string& from, const std::string& to, const osg::Matrixd& worldToArray)
 {
-    std::error_code error;
-    const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-    if (!error)
-        osgDB::Registry::instance()->getLibraryFilePathList().push_front(
-            (self.parent_path().parent_path() / "lib").string());
-}
-
-void writeScene(const std::string& from,
-                const std::string& to,
-                const Eigen::Isometry3d& worldToArray)
-{
-    findKit();
     const osg::ref_ptr<osg::Node> scene = osgDB::readRefNodeFile(from);
-    if (!scene) throw base::InputError("can't read the scene \"" + from + "\"");
+    if (!scene) throw InputError("can't read the scene \"" + from + "\"");
     SetCalibration set(worldToArray);
     scene->accept(set);
     if (set.scenes == 0)
-        throw base::InputError("there is no osgMidair::HapticScene in \"" + from +
-                               "\" to hold a calibration");
+        throw InputError("there is no osgMidair::HapticScene in \"" + from +
+                         "\" to hold a calibration");
     if (!osgDB::writeNodeFile(*scene, to))
-        throw base::InputError("can't write the scene to \"" + to + "\"");
+        throw InputError("can't write the scene to \"" + to + "\"");
     std::cout << "calibration written into " << set.scenes << " HapticScene of " << to << "\n";
 }
 
 int calibrate(const Settings& settings)
 {
-    const double worldUnit_m = bridge::unitInMetres(settings.worldUnit);
-    const double arrayUnit_m = bridge::unitInMetres(settings.arrayUnit);
-    bridge::PointPairs pairs = readPairs(settings.pairs);
-    pairs.world *= worldUnit_m;
-    pairs.array *= arrayUnit_m;
-    bridge::CalibrationOptions options;
+    const double worldUnit_m = unitInMetres(settings.worldUnit);
+    const double arrayUnit_m = unitInMetres(settings.arrayUnit);
+    osgMidair::PointPairs pairs;
+    std::string error;
+    if (!osgMidair::readPointPairs(settings.pairs, pairs, error)) throw InputError(error);
+    for (osg::Vec3d& spot : pairs.world)
+        spot *= worldUnit_m;
+    for (osg::Vec3d& spot : pairs.array)
+        spot *= arrayUnit_m;
+    osgMidair::CalibrationOptions options;
     options.edge_m = 1e-3 * settings.edge_mm;
-    const bridge::CalibrationReport report = bridge::calibrate(pairs, options);
+    const osgMidair::CalibrationReport report =
+        osgMidair::calibrate(pairs.world, pairs.array, options);
+    if (report.has(osgMidair::CalibrationWarning::WRONG_INPUT))
+        throw InputError(report.warnings.front().text);
     if (report.usable) printResiduals(report);
-    std::cout << report.text();
+    std::cout << report.text;
     if (!report.usable) return NOT_USABLE;
     if (!settings.matrix.empty()) writeMatrix(settings.matrix, report.worldToArray);
     if (!settings.sceneIn.empty())
@@ -186,7 +160,8 @@ int main(int argc, char** argv)
         ->capture_default_str();
     app.add_option("--edge", settings.edge_mm, "mm from the array's origin to the workspace's edge")
         ->capture_default_str();
-    app.add_option("--matrix", settings.matrix, "write the matrix to this file");
+    app.add_option(
+        "--matrix", settings.matrix, "write the matrix to this file, row by row as OSG does");
     const auto scene =
         app.add_option("--scene", settings.sceneIn, "set the calibration in this scene file");
     app.add_option("--out", settings.sceneOut, "and write it here instead of over it")
@@ -196,7 +171,7 @@ int main(int argc, char** argv)
     {
         return calibrate(settings);
     }
-    catch (const base::InputError& error)
+    catch (const InputError& error)
     {
         std::cerr << "midair-calibrate: " << error.what() << "\n";
         return WRONG_INPUT;

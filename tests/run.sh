@@ -7,7 +7,8 @@
 #   --tidy            clang-tidy on what differs from the last release's tag; without one, on the newest commit's files and on a
 #                     tenth of all, another tenth with each commit
 #   --quick-sanitize  the suites of what computes and of the devices under the address and undefined-behaviour sanitizers
-#   --sanitize        all tests under these two, what has threads under the thread sanitizer, clang-tidy on everything: hours
+#   --sanitize        all tests under these two, what has threads under the thread sanitizer, the solvers by themselves under the
+#                     memory sanitizer, clang-tidy on everything: hours
 #   --long            the tests with those that take many minutes (stress, soak), and a minute of fuzzing for each target
 #   --vm              also the USB path on the kernel's own stack, in a virtual machine
 #   --avx512          also the kernels on emulated processors with AVX2 and AVX-512
@@ -21,12 +22,12 @@ stages=() long=0 vm=0 avx512=0
 while [ $# -gt 0 ]; do
     case $1 in
         --tests | --format | --clang | --tidy | --quick-sanitize) stages+=("${1#--}") ;;
-        --sanitize) stages+=(sanitize-address sanitize-threads tidy-all) ;;
+        --sanitize) stages+=(sanitize-address sanitize-threads sanitize-memory tidy-all) ;;
         --long) long=1 ;;
         --vm) vm=1 ;;
         --avx512) avx512=1 ;;
         --filter) export MIDAIR_FILTER=${2:?--filter needs a regular expression}; shift ;;
-        -h | --help) sed -n '2,17s/^# \{0,1\}//p' "$0"; exit 0 ;;
+        -h | --help) sed -n '2,18s/^# \{0,1\}//p' "$0"; exit 0 ;;
         *) echo "tests/run.sh: unknown option '$1'; --help lists them" >&2; exit 2 ;;
     esac
     shift
@@ -46,9 +47,24 @@ minutes()
         quick-sanitize) echo 30 ;;
         sanitize-address) echo 60 ;;
         sanitize-threads) echo 25 ;;
+        sanitize-memory) echo 10 ;;
         tidy-all) echo 35 ;;
         *) echo 240 ;;
     esac
+}
+
+# What each of the checks printed, for the summary at the end.
+logs=$(mktemp -d)
+trap 'rm -rf "$logs"' EXIT
+
+# repeated NAME: what went wrong in a check that failed: the output of each test that did, or else the last lines of all.
+repeated()
+{
+    echo "== $1: what went wrong"
+    awk '/^ *(Start +[0-9]+:|[0-9]+\/[0-9]+ Test )/ { failing = /\*\*\*/ && !/\*\*\*Skipped|\(Disabled\)/; lines = 0 }
+         /^[0-9]+% tests passed/ { failing = 1; lines = 0 }
+         failing && ++lines <= 40' "$logs/$1" >"$logs/failures"
+    if [ -s "$logs/failures" ]; then tail -n 150 "$logs/failures"; else tail -n 40 "$logs/$1"; fi
 }
 
 # timed NAME COMMAND..: runs it for at most its minutes; what has begun is ended with it.
@@ -64,7 +80,7 @@ timed()
         return 124
     fi
     echo "== $name: begins; at most $((limit_s / 60)) min"
-    timeout --kill-after=30 "$limit_s" "$@" &
+    timeout --kill-after=30 "$limit_s" "$@" > >(tee "$logs/$name") 2>&1 &
     child=$!
     trap 'kill "$child" 2>/dev/null || true; exit 130' INT TERM
     wait "$child" || status=$?
@@ -84,4 +100,8 @@ done
 [ $long = 0 ] || timed fuzz tests/fuzz/run.sh 60 || failed+=(fuzz)
 [ $vm = 0 ] || timed vm tests/vm/run.sh || failed+=(vm)
 [ $avx512 = 0 ] || timed avx512 tests/vm/avx512.sh || failed+=(avx512)
-[ ${#failed[@]} -eq 0 ] || { echo "tests/run.sh: failed: ${failed[*]}" >&2; exit 1; }
+[ ${#failed[@]} -eq 0 ] || {
+    for stage in "${failed[@]}"; do [ ! -f "$logs/$stage" ] || repeated "$stage"; done
+    echo "tests/run.sh: failed: ${failed[*]}"
+    exit 1
+} >&2

@@ -105,6 +105,16 @@ stage_sanitize_threads()
     run build-tsan -L threads
 }
 
+# The solvers by themselves, under deadlines: the C++ library isn't compiled with this sanitizer, so no test that needs more of it is.
+stage_sanitize_memory()
+{
+    mkdir -p build-msan
+    cmake -S tests/memory -B build-msan -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_CXX_COMPILER_LAUNCHER=ccache \
+        >build-msan/configure.log 2>&1 || { cat build-msan/configure.log >&2; exit 1; }
+    ninja -C build-msan --quiet
+    build-msan/midair-memory-check
+}
+
 stage=stage_${1:?which stage?}
 declare -F "${stage//-/_}" >/dev/null || { echo "tests/stages.sh: unknown stage '$1'" >&2; exit 2; }
 "${stage//-/_}"

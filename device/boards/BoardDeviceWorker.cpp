@@ -1,5 +1,6 @@
 // BoardDevice's worker thread, the only one that writes after the constructor.
 
+#include "device/DeviceLog.h"
 #include "device/SequenceNumber.h"
 #include "device/boards/BoardDevice.h"
 
@@ -125,15 +126,16 @@ void BoardDevice::missAnswer()
     {
         _answers = Answers::NEVER;
         _missed = 0;
-        spdlog::warn("{}: never answers, so nobody knows whether it plays what it is sent, or is "
-                     "silent when it should be",
-                     _name);
+        deviceLog().warn(
+            "{}: never answers, so nobody knows whether it plays what it is sent, or is "
+            "silent when it should be",
+            _name);
         becomeReady();
         return;
     }
     if (_closing && _missed > 1)
     {
-        spdlog::error("{}: hasn't answered to its silence: {}", _name, kPlaysOn);
+        deviceLog().error("{}: hasn't answered to its silence: {}", _name, kPlaysOn);
         return;
     }
     const double still_s = _sink->held_s();
@@ -142,7 +144,7 @@ void BoardDevice::missAnswer()
                                         "it is silenced: until then {}",
                                         still_s,
                                         kPlaysOn);
-    if (_ready) spdlog::error("{}: {}", _name, why);
+    if (_ready) deviceLog().error("{}: {}", _name, why);
     fail(why);
     _resetDue = true;
     _settled_s = base::steadySeconds() + still_s;
@@ -154,8 +156,7 @@ void BoardDevice::fail(const std::string& why)
     _silenceWanted = false;
     _silentLeft = 0;
     _fields.dropWaiting();
-    _counters.countFault(why);
-    _counters.change([](DeviceReport& report) { report.state = DeviceState::LOST; });
+    _counters.countLoss(why);
 }
 
 void BoardDevice::becomeReady()
@@ -169,7 +170,7 @@ void BoardDevice::becomeReady()
             report.state = DeviceState::READY;
             ++report.reconnects;
         });
-    spdlog::info("{}: back, and silenced until the next field", _name);
+    deviceLog().info("{}: back, and silenced until the next field", _name);
 }
 
 // Bytes in the operating system's buffer can't be overtaken, so the line must be free, unless the
@@ -306,7 +307,7 @@ void BoardDevice::lose(std::unique_lock<std::mutex>& lock, std::string why)
     why += silenced ? kWasSilenced : kPlaysOn;
     if (silenced) std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
     _counters.change([&](DeviceReport& report) { report.message = why; });
-    if (first) spdlog::error("{}: {}", _name, why);
+    if (first) deviceLog().error("{}: {}", _name, why);
 }
 
 } // namespace midair::device

@@ -1,6 +1,7 @@
 #include "device/boards/ByteSink.h"
 
 #include "device/ArrayDevice.h"
+#include "device/DeviceLog.h"
 #include "device/SilenceOnCrash.h"
 #include "device/usb/UsbNode.h"
 #include "haptics/base/threads/SteadyClock.h"
@@ -196,8 +197,8 @@ FtdiFifo::FtdiFifo(const std::string& serial, const std::vector<std::uint8_t>& l
         fail("doesn't take its settings: ");
     const int descriptor = descriptorOf(_ftdi->usb_dev, static_cast<unsigned>(_ftdi->interface));
     if (descriptor < 0)
-        spdlog::warn("FT232H: nobody silences the board if this program crashes: libusb's "
-                     "descriptor isn't found");
+        deviceLog().warn("FT232H: nobody silences the board if this program crashes: libusb's "
+                         "descriptor isn't found");
     else // libftdi's in_ep is into the chip: an OUT endpoint
         _lastWill = std::make_unique<SilenceOnCrash>(
             SilenceOnCrash::Way{descriptor, static_cast<unsigned>(_ftdi->in_ep)}, lastWill);

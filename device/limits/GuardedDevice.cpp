@@ -133,13 +133,13 @@ void GuardedDevice::account(double now_s)
 double GuardedDevice::capGain(const DriveSignal& signal) const
 {
     const double peak = peakAmplitude(signal);
-    return peak > 0 ? std::min(1.0, _limits.maxAmplitude / peak) : 1;
+    return peak > 0 ? std::min(1.0, maxAmplitude() / peak) : 1;
 }
 
 double GuardedDevice::allowedGain(double now_s)
 {
     double gain = _ramp;
-    if (_wantedPeak > 0) gain *= std::min(1.0, _limits.maxAmplitude / _wantedPeak);
+    if (_wantedPeak > 0) gain *= std::min(1.0, maxAmplitude() / _wantedPeak);
     if (_limits.meanDrive < 1)
     {
         account(now_s);
@@ -158,6 +158,7 @@ bool GuardedDevice::sendScaled(double now_s, const std::shared_ptr<JointCommit>&
     const bool taken = _device->sendTogether(_scaled, joint);
     _drive = taken && _limits.meanDrive < 1 ? meanSquare(_scaled) : 0;
     _sounds = taken;
+    _inTurn = false;
     return taken;
 }
 
@@ -196,7 +197,9 @@ bool GuardedDevice::sendSequence(const DriveSequence& sequence)
     double loudest = 0;
     for (const DriveSignal& signal : sequence.signals)
         loudest = std::max(loudest, peakAmplitude(signal));
-    _gain = loudest > _limits.maxAmplitude ? _limits.maxAmplitude / loudest : 1;
+    const double cap = maxAmplitude();
+    _gain = loudest > cap ? cap / loudest : 1;
+    _inTurn = true;
     if (_gain == 1)
         _sounds = _device->sendSequence(sequence);
     else
@@ -226,6 +229,20 @@ void GuardedDevice::setMuted(bool muted)
     _muted = muted;
     _device->setMuted(muted);
     if (muted) noteSilence();
+}
+
+bool GuardedDevice::setAmplitudeCap(double amplitude)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    const double before = maxAmplitude();
+    _cap = amplitude >= 0 && amplitude <= 1 ? amplitude : 0; // also for NaN
+    if (!_sounds || maxAmplitude() >= before) return true;
+    if (!_inTurn &&
+        (allowedGain(base::steadySeconds()) >= _gain || sendScaled(base::steadySeconds())))
+        return true;
+    _device->silence();
+    noteSilence();
+    return true;
 }
 
 void GuardedDevice::noteSilence()

@@ -3,6 +3,8 @@
 #include "device/ArrayDevice.h"
 #include "device/limits/DeviceClaim.h"
 
+#include <algorithm>
+#include <atomic>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
@@ -40,6 +42,7 @@ public:
     bool sendSequence(const DriveSequence& sequence) override;
     void silence() override;
     void setMuted(bool muted) override;
+    bool setAmplitudeCap(double amplitude) override;
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override; ///< no sequences with a ramp, a thermal budget or a hold
@@ -58,7 +61,11 @@ private:
 
     const std::unique_ptr<DeviceClaim> _claim; ///< outlives the device
     const std::unique_ptr<ArrayDevice> _device;
+    /// The lower of the cap that it was opened with and that of setAmplitudeCap().
+    double maxAmplitude() const { return std::min(_limits.maxAmplitude, _cap.load()); }
+
     const SafetyLimits _limits;
+    std::atomic<double> _cap{1.0}; ///< of setAmplitudeCap(); written under _mutex
     const int _transducers;
     mutable std::mutex _mutex;
     std::condition_variable _wake;
@@ -73,6 +80,7 @@ private:
     double _accounted_s = 0; ///< time of _meanDrive
     double _lastField_s = 0;
     bool _sounds = false;
+    bool _inTurn = false; ///< what sounds is a sequence, which can't be lowered while it plays
     bool _muted = false;
     bool _closing = false;
     std::uint64_t _refused = 0;

@@ -104,6 +104,14 @@ bool MultiDevice::send(const DriveSignal& signal)
     return taken;
 }
 
+bool MultiDevice::setAmplitudeCap(double amplitude)
+{
+    bool all = true;
+    for (const Part& part : _parts)
+        all = part.device->setAmplitudeCap(amplitude) && all;
+    return all;
+}
+
 void MultiDevice::silence()
 {
     for (const Part& part : _parts)

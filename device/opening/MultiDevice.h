@@ -31,6 +31,7 @@ public:
     bool send(const DriveSignal& signal) override;
     void silence() override;
     void setMuted(bool muted) override;
+    bool setAmplitudeCap(double amplitude) override;
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override; ///< of the coarsest and slowest; no sequences

@@ -5,6 +5,7 @@
 #include "device/boards/BoardKind.h"
 #include "device/limits/DeviceClaim.h"
 #include "device/limits/GuardedDevice.h"
+#include "device/opening/DeviceRegistry.h"
 #include "device/opening/MultiDevice.h"
 #include "device/recording/PlayingDevice.h"
 #include "device/recording/RecordingDevice.h"
@@ -176,6 +177,22 @@ std::vector<Scheme> allSchemes()
     return all;
 }
 
+/// Opens a device of a kind that is known, and puts the limits around it.
+template<typename Open>
+std::unique_ptr<ArrayDevice> openWith(const Open& open,
+                                      Owned owned,
+                                      DeviceUri& uri,
+                                      const DeviceLayout& layout,
+                                      const SafetyLimits& strict,
+                                      const std::string& owner)
+{
+    // Without an owner's name, hardware that is in use is refused by the operating system.
+    auto claim = owner.empty() ? nullptr : std::make_unique<DeviceClaim>(uri, owned, owner);
+    auto device = open(uri, layout);
+    return std::make_unique<GuardedDevice>(
+        std::move(device), strict, layout.transducers, std::move(claim));
+}
+
 std::unique_ptr<ArrayDevice> openOne(DeviceUri& uri,
                                      const DeviceLayout& layout,
                                      const SafetyLimits& limits,
@@ -187,15 +204,14 @@ std::unique_ptr<ArrayDevice> openOne(DeviceUri& uri,
     for (const Scheme& scheme : allSchemes())
     {
         if (uri.scheme() == scheme.name)
-        {
-            // Without an owner's name, hardware that is in use is refused by the operating system.
-            auto claim =
-                owner.empty() ? nullptr : std::make_unique<DeviceClaim>(uri, scheme.owned, owner);
-            auto device = scheme.open(uri, layout);
-            return std::make_unique<GuardedDevice>(
-                std::move(device), strict, layout.transducers, std::move(claim));
-        }
+            return openWith(scheme.open, scheme.owned, uri, layout, strict, owner);
         known.push_back(fmt::format("{}:", scheme.name));
+    }
+    for (const OwnScheme& scheme : ownSchemes())
+    {
+        if (uri.scheme() == scheme.name)
+            return openWith(scheme.open, Owned::HARDWARE, uri, layout, strict, owner);
+        known.push_back(scheme.name + ":");
     }
     throw uri.error(
         fmt::format("unknown kind \"{}:\"; known are {}", uri.scheme(), fmt::join(known, ", ")));

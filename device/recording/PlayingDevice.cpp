@@ -1,5 +1,6 @@
 #include "device/recording/PlayingDevice.h"
 
+#include "device/DeviceLog.h"
 #include "device/FieldCounters.h"
 #include "device/recording/Recording.h"
 
@@ -43,6 +44,13 @@ void PlayingDevice::run()
     _device->silence();
 }
 
+void PlayingDevice::leaveOutDead(DriveSignal& signal) const
+{
+    for (const int i : _options.dead)
+        if (i >= 0 && static_cast<std::size_t>(i) < signal.duty.size())
+            signal.duty[static_cast<std::size_t>(i)] = 0;
+}
+
 bool PlayingDevice::playOnce(std::unique_lock<std::mutex>& lock)
 {
     recording::Reader reader(_show.bytes(), _show.file());
@@ -58,6 +66,7 @@ bool PlayingDevice::playOnce(std::unique_lock<std::mutex>& lock)
         const std::chrono::duration<double> late = std::chrono::steady_clock::now() - due;
         _worstLateness_s = std::max(_worstLateness_s, late.count());
         lock.unlock();
+        leaveOutDead(entry.signal);
         if (entry.kind == recording::Kind::FIELD)
             _device->send(entry.signal);
         else
@@ -72,7 +81,7 @@ bool PlayingDevice::playOnce(std::unique_lock<std::mutex>& lock)
                               reader.offset(),
                               _show.bytes().size(),
                               _fields);
-        spdlog::warn("recording \"{}\": {}", _show.file(), _ending);
+        deviceLog().warn("recording \"{}\": {}", _show.file(), _ending);
     }
     return true;
 }
@@ -133,11 +142,15 @@ std::string PlayingDevice::status() const
 {
     const std::string device = _device->status();
     std::lock_guard<std::mutex> lock(_mutex);
-    return fmt::format("play:{}: {}, {} fields{} -> {}",
+    const std::string dead =
+        _options.dead.empty() ? ""
+                              : fmt::format("; {} dead transducers left out", _options.dead.size());
+    return fmt::format("play:{}: {}, {} fields{}{} -> {}",
                        _show.file(),
                        _finished ? "at the end" : fmt::format("at {:g} s", _time_s),
                        _fields,
                        _ending.empty() ? "" : "; " + _ending,
+                       dead,
                        device);
 }
 

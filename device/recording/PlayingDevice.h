@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <thread>
+#include <vector>
 
 namespace midair::device
 {
@@ -21,6 +22,9 @@ public:
     {
         double speed = 1;  ///< > 0; factor on the recorded speed
         bool loop = false; ///< start again at the end
+        /// transducers that are never driven, whatever the recording says; others than the array's
+        /// don't count
+        std::vector<int> dead = {};
     };
 
     PlayingDevice(recording::Show show,
@@ -51,6 +55,7 @@ public:
 
 private:
     void run();
+    void leaveOutDead(DriveSignal& signal) const;
     bool playOnce(std::unique_lock<std::mutex>& lock); ///< false: silence() or destructor
 
     const recording::Show _show;

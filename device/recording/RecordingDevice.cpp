@@ -1,5 +1,6 @@
 #include "device/recording/RecordingDevice.h"
 
+#include "device/DeviceLog.h"
 #include "device/drive/DriveEncoder.h"
 
 #include <algorithm>
@@ -68,7 +69,7 @@ bool RecordingDevice::write(const std::vector<std::uint8_t>& bytes)
             _failure = fmt::format("writing failed after {} fields: {}",
                                    _fields,
                                    std::generic_category().message(errno));
-            spdlog::error("recording \"{}\": {}", _file, _failure);
+            deviceLog().error("recording \"{}\": {}", _file, _failure);
             return false;
         }
         done += static_cast<std::size_t>(count);
@@ -83,13 +84,7 @@ bool RecordingDevice::writeField(std::uint64_t time_ns, const DriveSignal& signa
     {
         _running = {};
         _held.clear();
-        _counters.change(
-            [&](DeviceReport& report)
-            {
-                report.state = DeviceState::LOST;
-                ++report.faults;
-                report.message = _failure;
-            });
+        _counters.countLoss(_failure);
         return false;
     }
     ++_fields;

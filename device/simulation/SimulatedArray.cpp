@@ -1,5 +1,6 @@
 #include "device/simulation/SimulatedArray.h"
 
+#include "device/DeviceLog.h"
 #include "device/DeviceUri.h"
 #include "device/boards/BoardKind.h"
 #include "device/drive/DriveEncoder.h"
@@ -94,16 +95,10 @@ double SimulatedArray::advance() const
     if (now_s >= _options.unplugAt_s && !_unplugged)
     {
         _unplugged = _lost = true;
-        _counters.change(
-            [](DeviceReport& report)
-            {
-                ++report.faults;
-                report.state = DeviceState::LOST;
-                report.message = "unplugged";
-            });
+        _counters.countLoss("unplugged");
         _firmware.powerCycle(now_s);
         _watchdogs = 0;
-        spdlog::error("sim: unplugged; silent until it is plugged in again");
+        deviceLog().error("sim: unplugged; silent until it is plugged in again");
     }
     if (now_s >= _options.replugAt_s && _options.replugAt_s > _options.unplugAt_s && _lost)
     {
@@ -114,7 +109,7 @@ double SimulatedArray::advance() const
                 ++report.reconnects;
                 report.state = DeviceState::READY;
             });
-        spdlog::info("sim: plugged in again");
+        deviceLog().info("sim: plugged in again");
     }
     return now_s;
 }

@@ -1,5 +1,6 @@
 #include "device/usb/UsbArrayDevice.h"
 
+#include "device/DeviceLog.h"
 #include "device/DeviceUri.h"
 
 #include <charconv>
@@ -56,7 +57,7 @@ UsbArrayDevice::UsbArrayDevice(const DeviceLayout& layout, const Options& option
     {
         if (!options.wait) throw;
         _connection.counters().countFault(error.what());
-        spdlog::warn("{}; waiting for it", error.what());
+        deviceLog().warn("{}; waiting for it", error.what());
     }
     _thread = std::thread([this] { run(); });
 }
@@ -92,9 +93,8 @@ void UsbArrayDevice::connect(bool isBack)
 void UsbArrayDevice::giveUp(const std::string& why)
 {
     _connected = false;
-    const std::unique_ptr<UsbLink> link = _connection.detach(); // destroyed at the end
-    _connection.counters().countFault(why);
-    spdlog::error("{}: {}; silent until it is back", _connection.name(), why);
+    const std::unique_ptr<UsbLink> link = _connection.detach(why); // destroyed at the end
+    deviceLog().error("{}: {}; silent until it is back", _connection.name(), why);
 }
 
 bool UsbArrayDevice::isClosedWithin(double atMost_s)
@@ -119,12 +119,12 @@ void UsbArrayDevice::run()
         {
             connect(true);
             refusal.clear();
-            spdlog::info("{}: back, silent until the next field", _connection.name());
+            deviceLog().info("{}: back, silent until the next field", _connection.name());
         }
         catch (const DeviceError& error)
         {
             if (refusal != error.what()) // logs each reason once, not every 0.25 s
-                spdlog::warn("{}", error.what());
+                deviceLog().warn("{}", error.what());
             refusal = error.what();
         }
     }

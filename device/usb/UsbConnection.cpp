@@ -1,5 +1,6 @@
 #include "device/usb/UsbConnection.h"
 
+#include "device/DeviceLog.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -71,7 +72,7 @@ void UsbConnection::attach(std::unique_ptr<UsbLink> link, bool isBack)
         });
 }
 
-std::unique_ptr<UsbLink> UsbConnection::detach()
+std::unique_ptr<UsbLink> UsbConnection::detach(const std::string& why)
 {
     std::unique_ptr<UsbLink> link;
     std::vector<Joint> joints;
@@ -83,7 +84,10 @@ std::unique_ptr<UsbLink> UsbConnection::detach()
         joints = _queue.settleAll(true);
         _playing.clear();
         _mute.forget();
-        _counters.change([](DeviceReport& report) { report.state = DeviceState::LOST; });
+        if (why.empty())
+            _counters.change([](DeviceReport& report) { report.state = DeviceState::LOST; });
+        else
+            _counters.countLoss(why);
     }
     _heard.notify_all();
     for (const Joint& joint : joints)
@@ -307,7 +311,7 @@ std::string UsbConnection::recover(std::unique_lock<std::mutex>& lock)
         return std::string(outcomeName(fault)) + " again and again, given up";
     _counters.countFault(outcomeName(fault));
     if (_faultsInRow == 1)
-        spdlog::warn("{}: {}; the field is sent again", _name, outcomeName(fault));
+        deviceLog().warn("{}: {}; the field is sent again", _name, outcomeName(fault));
     // The field is sent again only once the pipe isn't halted any more.
     if (!alone(lock, [](UsbLink& link) { return link.clearHalt(); })) return "unplugged";
     const Joint left = _queue.repeatFailed();
@@ -354,7 +358,7 @@ void UsbConnection::onReceiveFailed(Outcome outcome)
 void UsbConnection::onNonsense(bool first)
 {
     _counters.countFault("answers that are no packets");
-    if (first) spdlog::warn("{}: answers that are no packets; ignored", name());
+    if (first) deviceLog().warn("{}: answers that are no packets; ignored", name());
 }
 
 void UsbConnection::onAnswer(const Packet& packet)
@@ -378,7 +382,7 @@ void UsbConnection::takeStatus(const Packet& packet)
         const char* why = (status.flags & protocol::WATCHDOG_FIRED) != 0 ? "muted by its watchdog"
                                                                          : "muted itself: too hot";
         _counters.countFault(why);
-        spdlog::error("{}: {}", _name, why);
+        deviceLog().error("{}: {}", _name, why);
     }
     _flags = status.flags;
     if (auto playing = _queue.settleUntil(packet.sequence, status.lastPlayed))

@@ -75,8 +75,9 @@ public:
 
     void begin(); ///< to be called before a link with this as its owner is opened
     void attach(std::unique_ptr<UsbLink> link, bool isBack); ///< \a isBack: count a reconnect
-    /// Counts fields in flight as lost; the caller destroys the returned link.
-    std::unique_ptr<UsbLink> detach();
+    /// Counts fields in flight as lost, and a loss for the reason \a why unless that is empty; the
+    /// caller destroys the returned link.
+    std::unique_ptr<UsbLink> detach(const std::string& why = {});
     /// Does what is due until the link has to be given up, and returns the reason, or an empty
     /// string after close().
     std::string work();

@@ -84,6 +84,16 @@ constexpr std::array<FlatJoint, HAND_JOINTS> kFlatHand = {
 
 } // namespace
 
+HandFinger fingerOf(int bone)
+{
+    assert(bone >= 0 && bone < kHandBones);
+    const Bone& which = bones()[static_cast<std::size_t>(bone)];
+    if (which.from == WRIST) return PALM_OF_HAND;
+    if (which.to <= THUMB_TIP) return THUMB;
+    const int along = which.to - INDEX_METACARPAL; // five joints a finger
+    return along % 5 == 1 ? PALM_OF_HAND : static_cast<HandFinger>(INDEX + along / 5);
+}
+
 std::string boneName(int bone)
 {
     assert(bone >= 0 && bone < kHandBones);

@@ -87,6 +87,22 @@ constexpr int kHandBones = 24; ///< for each finger: wrist to metacarpal, then a
 /// "index distal to index tip" and the like, for messages. \a bone in 0 .. kHandBones - 1.
 std::string boneName(int bone);
 
+/// Fingers of a hand, for touches; the palm is what joins them: the bones at the wrist, and those
+/// from metacarpal to proximal but for the thumb's.
+enum HandFinger
+{
+    THUMB,
+    INDEX,
+    MIDDLE,
+    RING,
+    LITTLE,
+    PALM_OF_HAND,
+    HAND_FINGERS
+};
+
+/// The finger that \a bone (0 .. kHandBones - 1) belongs to.
+HandFinger fingerOf(int bone);
+
 /// "index tip" and the like; recordings have an underscore for each blank.
 const char* jointName(int joint);
 

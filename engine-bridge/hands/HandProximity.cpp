@@ -77,9 +77,35 @@ HandProximity::HandProximity(const ProximityOptions& options, const haptics::Med
 MeshDistance& HandProximity::meshOf(const HapticObject& object)
 {
     CachedMesh& cached = _meshes[object.meshId];
-    if (!cached.distance) cached.distance = std::make_unique<MeshDistance>(object.mesh);
+    if (!cached.distance) cached.distance = std::make_unique<MeshDistance>(object.mesh.get());
     cached.lastUse = _updates;
     return *cached.distance;
+}
+
+// The peak pressure that the finger feels of the object; \a within: number of points played within
+// it.
+double HandProximity::pressureOf(const HapticObject& object, int& within) const
+{
+    within = 0;
+    const HapticProperties& properties = object.properties;
+    if (!_played)
+        return properties.pressureInPa ? properties.pressure
+                                       : properties.pressure * _options.relative_Pa;
+    const Eigen::Isometry3d toMesh = object.pose.inverse();
+    double sum = 0.0;
+    int count = 0;
+    for (Eigen::Index i = 0; i < _played->positions.cols(); ++i)
+    {
+        const Eigen::Vector3d point = toMesh * _played->positions.col(i);
+        double away = INFINITY; // from the skin
+        for (const Capsule& part : _overlapping)
+            away = std::min(away, pointSegmentDistance(point, part.a, part.b) - part.radius_m);
+        if (!(away <= kFelt_m)) continue;
+        sum += std::pow(static_cast<double>(_played->pressure_Pa[i]), 2);
+        ++count;
+        if (away <= 0.0) ++within;
+    }
+    return count > 0 ? std::sqrt(sum / count) : 0.0;
 }
 
 void HandProximity::estimateForce(const HapticObject& object,
@@ -87,14 +113,16 @@ void HandProximity::estimateForce(const HapticObject& object,
                                   HandContact& contact)
 {
     contact.overlap_m2 = mesh.overlapArea(_overlapping, kAreaResolution_m);
-    const HapticProperties& properties = object.properties;
-    const double p =
-        properties.pressureInPa ? properties.pressure : properties.pressure * _options.relative_Pa;
+    int within = 0;
+    const double p = pressureOf(object, within);
+    // Lines and points have no area of their own.
+    if (!(contact.overlap_m2 > 0.0)) contact.overlap_m2 = within * 0.25 * kFelt_m * kFelt_m;
     contact.force_N = haptics::radiationForce(p, contact.overlap_m2, _medium, _options.alpha);
 }
 
 void HandProximity::measure(const HapticObject& object,
                             int hand,
+                            int finger,
                             const std::vector<HandCapsule>& capsules)
 {
     const MeshDistance& mesh = meshOf(object);
@@ -102,12 +130,13 @@ void HandProximity::measure(const HapticObject& object,
     HandContact contact;
     contact.object = object.touchId();
     contact.hand = hand;
+    contact.finger = finger;
     contact.distance_m = INFINITY;
     _overlapping.clear();
     _bones.clear();
     for (const HandCapsule& capsule : capsules)
     {
-        if (capsule.hand != hand) continue;
+        if (capsule.hand != hand || fingerOf(capsule.bone) != finger) continue;
         const Capsule shape = moved(capsule.shape, toMesh);
         const double away = pointSegmentDistance(mesh.centre(), shape.a, shape.b) - shape.radius_m;
         _bones.push_back({away, shape, capsule.bone});
@@ -129,29 +158,32 @@ void HandProximity::measure(const HapticObject& object,
     }
     if (contact.distance_m > _options.range_m) return;
     if (contact.distance_m < 0.0) estimateForce(object, mesh, contact);
+    add(contact);
+}
+
+// Parts of one instance share a contact: at the part that is nearest, with the sum of the forces.
+void HandProximity::add(const HandContact& contact)
+{
     for (HandContact& other : _contacts)
     {
-        if (other.object != contact.object || other.hand != hand) continue;
-        // Parts of one instance share a contact: at the part that is nearest, with the sum of the
-        // forces.
-        contact.overlap_m2 += other.overlap_m2;
-        contact.force_N += other.force_N;
-        if (other.distance_m < contact.distance_m)
-        {
-            contact.distance_m = other.distance_m;
-            contact.bone = other.bone;
-            contact.position = other.position;
-        }
-        other = contact;
+        if (other.object != contact.object || other.hand != contact.hand ||
+            other.finger != contact.finger)
+            continue;
+        const HandContact before = other;
+        if (contact.distance_m <= before.distance_m) other = contact;
+        other.overlap_m2 = before.overlap_m2 + contact.overlap_m2;
+        other.force_N = before.force_N + contact.force_N;
         return;
     }
     _contacts.push_back(contact);
 }
 
-HandProximity::Touch* HandProximity::touchOf(std::uint64_t object, int hand)
+HandProximity::Touch* HandProximity::touchOf(const HandContact& contact)
 {
     for (Touch& touch : _touches)
-        if (touch.contact.object == object && touch.contact.hand == hand) return &touch;
+        if (touch.contact.object == contact.object && touch.contact.hand == contact.hand &&
+            touch.contact.finger == contact.finger)
+            return &touch;
     return nullptr;
 }
 
@@ -159,7 +191,7 @@ void HandProximity::compare(const std::vector<HapticObject>& objects, double tim
 {
     for (HandContact& contact : _contacts)
     {
-        Touch* touch = touchOf(contact.object, contact.hand);
+        Touch* touch = touchOf(contact);
         contact.touching =
             touch ? contact.distance_m <= _options.leave_m : contact.distance_m < _options.enter_m;
         if (!contact.touching) continue;
@@ -174,21 +206,25 @@ void HandProximity::compare(const std::vector<HapticObject>& objects, double tim
         touch->contact = contact;
         touch->lastSeen_s = time_s;
         touch->lastUpdate = _updates;
+        _ongoing.push_back({TouchEvent::STAY, contact.object, touch->path, time_s, contact});
     }
 }
 
 void HandProximity::endTouches(const std::vector<HapticObject>& objects,
-                               const HandFrame& hands,
+                               const std::vector<HandCapsule>& capsules,
                                double time_s)
 {
     const auto ended = [&](const Touch& touch)
     {
         if (touch.lastUpdate == _updates) return false;
         if (!find(objects, touch.contact.object)) return true;
-        const bool known =
-            std::any_of(hands.hands.begin(),
-                        hands.hands.end(),
-                        [&](const Hand& hand) { return hand.id == touch.contact.hand; });
+        // A finger without any tracked bone counts as lost.
+        const bool known = std::any_of(capsules.begin(),
+                                       capsules.end(),
+                                       [&](const HandCapsule& capsule) {
+                                           return capsule.hand == touch.contact.hand &&
+                                                  fingerOf(capsule.bone) == touch.contact.finger;
+                                       });
         return known || time_s - touch.lastSeen_s > _options.hold_s;
     };
     for (const Touch& touch : _touches)
@@ -212,16 +248,8 @@ void HandProximity::update(const std::vector<HapticObject>& objects,
                            double time_s)
 {
     ++_updates;
-    _contacts.clear();
-    _events.clear();
+    clear();
     const std::vector<HandCapsule> capsules = handCapsules(hands);
-    // A hand without any tracked bone counts as lost.
-    HandFrame known;
-    for (const Hand& hand : hands.hands)
-        if (std::any_of(capsules.begin(),
-                        capsules.end(),
-                        [&](const HandCapsule& c) { return c.hand == hand.id; }))
-            known.hands.push_back(hand);
     const Ball ball = ballRound(capsules);
     for (const HapticObject& object : objects)
     {
@@ -232,11 +260,12 @@ void HandProximity::update(const std::vector<HapticObject>& objects,
         const double gap =
             (object.pose * mesh.centre() - ball.centre).norm() - mesh.radius_m() - ball.radius_m;
         if (gap > _options.range_m) continue;
-        for (const Hand& hand : known.hands)
-            measure(object, hand.id, capsules);
+        for (const Hand& hand : hands.hands)
+            for (int finger = 0; finger < HAND_FINGERS; ++finger)
+                measure(object, hand.id, finger, capsules);
     }
     compare(objects, time_s);
-    endTouches(objects, known, time_s);
+    endTouches(objects, capsules, time_s);
     forgetMeshes();
 }
 

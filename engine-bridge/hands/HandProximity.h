@@ -29,11 +29,12 @@ struct ProximityOptions
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// One hand near one object, at the last update.
+/// One finger of a hand near one object, at the last update.
 struct HandContact
 {
     std::uint64_t object = 0; ///< HapticObject::touchId()
     int hand = 0;             ///< Hand::id
+    int finger = 0;           ///< HandFinger
     int bone = 0;             ///< the bone nearest to the object
     double distance_m = 0.0;  ///< skin to surface; under 0: they overlap
     /// the nearest point on the object, in the objects' frame (array)
@@ -43,26 +44,37 @@ struct HandContact
     double force_N = 0.0;    ///< an estimate, see HandProximity
 };
 
-/// The beginning or end of a touch.
+/// The beginning, course or end of a touch.
 struct TouchEvent
 {
     enum Kind
     {
         ENTER,
+        STAY,
         LEAVE
     };
     Kind kind = ENTER;
     std::uint64_t object = 0; ///< HapticObject::touchId()
     std::string path;         ///< the object's node path
     double time_s = 0.0;
-    HandContact contact; ///< when the touch began; for LEAVE as last measured
+    HandContact contact; ///< as measured in this update; for LEAVE as last measured
 };
 
-/// Detects which hands are near which objects, and when touches begin and end.
+/// The points that are played and the peak pressure at each, in the objects' frame.
+struct PlayedPressure
+{
+    Eigen::Matrix3Xd positions;  ///< 3 x n, m
+    Eigen::VectorXf pressure_Pa; ///< n; peak
+};
+
+/// Detects which fingers are near which objects, and when touches begin, go on and end.
 ///
-/// The force is an estimate: F = alpha p^2 / (2 rho c^2) A with p the peak pressure wanted of the
-/// object, A the area of its surface within the hand. It is an upper estimate: it assumes the
-/// control points' pressure on the whole surface, while the field is weaker between them.
+/// The force is an estimate, F = alpha p^2 / (2 rho c^2) A. p^2 is the mean of the squares of the
+/// pressures at the points that are played within kFelt_m of the finger's parts in the object: 0
+/// where none is. Where it is not known what is played, p is the pressure that is wanted of the
+/// object. A is the area of its surface within the finger, for lines and points (kFelt_m / 2)^2,
+/// about a focus, for each point played within it. It is an upper estimate: it assumes the pressure
+/// of the points on the whole area, while the field is weaker between them.
 /// Everything is in metres and in the objects' frame. Only one thread at a time may use an
 /// instance; each instance keeps its own bounding volume hierarchies.
 class HandProximity
@@ -79,9 +91,12 @@ public:
 
     /// Hands within range_m of objects at the last update.
     const std::vector<HandContact>& contacts() const { return _contacts; }
-    const std::vector<TouchEvent>& events() const { return _events; } ///< of the last update
+    /// Beginnings and ends in the last update.
+    const std::vector<TouchEvent>& events() const { return _events; }
+    /// Touches that went on in the last update; not those of fingers that the tracker lost.
+    const std::vector<TouchEvent>& ongoing() const { return _ongoing; }
 
-    /// The number of pairs of a hand and an object that touch.
+    /// The number of pairs of a finger and an object that touch.
     std::size_t touches() const { return _touches.size(); }
 
     /// Clears the contacts and events of the last update; touches go on.
@@ -89,9 +104,16 @@ public:
     {
         _contacts.clear();
         _events.clear();
+        _ongoing.clear();
     }
 
     void setRelativePressure(double relative_Pa) { _options.relative_Pa = relative_Pa; } ///< >= 0
+    /// What is played, for forces; null: not known.
+    void setPlayed(std::shared_ptr<const PlayedPressure> played) { _played = std::move(played); }
+
+    /// About a wavelength: how far from a point its pressure is felt.
+    static constexpr double kFelt_m = 8.6e-3;
+
     const ProximityOptions& options() const { return _options; }
 
 private:
@@ -119,23 +141,31 @@ private:
     };
 
     MeshDistance& meshOf(const HapticObject& object);
-    void measure(const HapticObject& object, int hand, const std::vector<HandCapsule>& capsules);
+    void measure(const HapticObject& object,
+                 int hand,
+                 int finger,
+                 const std::vector<HandCapsule>& capsules);
+    void add(const HandContact& contact);
+    double pressureOf(const HapticObject& object, int& within) const;
     void estimateForce(const HapticObject& object, const MeshDistance& mesh, HandContact& contact);
     void compare(const std::vector<HapticObject>& objects, double time_s);
-    void
-    endTouches(const std::vector<HapticObject>& objects, const HandFrame& hands, double time_s);
+    void endTouches(const std::vector<HapticObject>& objects,
+                    const std::vector<HandCapsule>& capsules,
+                    double time_s);
     void forgetMeshes();
-    Touch* touchOf(std::uint64_t object, int hand);
+    Touch* touchOf(const HandContact& contact);
 
     ProximityOptions _options;
     haptics::Medium _medium;
     std::unordered_map<std::uint64_t, CachedMesh> _meshes; ///< by meshId
     std::uint64_t _updates = 0;
     std::vector<Bone> _bones;
-    std::vector<Capsule> _overlapping; ///< of the hand being measured, in the mesh's frame
+    std::vector<Capsule> _overlapping; ///< of the finger being measured, in the mesh's frame
+    std::shared_ptr<const PlayedPressure> _played; ///< null: not known
     std::vector<HandContact> _contacts;
     std::vector<Touch> _touches;
     std::vector<TouchEvent> _events;
+    std::vector<TouchEvent> _ongoing;
 };
 
 /// For each of \a points (3 x n): true if it is within \a reach_m of the skin of any of

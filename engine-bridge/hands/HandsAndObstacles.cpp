@@ -47,30 +47,17 @@ std::uint64_t ReachAndShadow::keepWithinReach(haptics::ControlPoints& points,
 {
     if (!(_last.reach_m > 0.0)) return 0;
     const std::vector<bool> within = withinReach(points.positions, _last.hands, _last.reach_m);
+    std::vector<int> kept;
     const Eigen::Index before = skipped.cols();
     skipped.conservativeResize(3, before + points.size());
-    Eigen::Index kept = 0;
     Eigen::Index left = before;
-    for (Eigen::Index l = 0; l < points.positions.cols(); ++l)
-    {
-        if (!within[static_cast<std::size_t>(l)])
-        {
+    for (int l = 0; l < points.size(); ++l)
+        if (within[static_cast<std::size_t>(l)])
+            kept.push_back(l);
+        else
             skipped.col(left++) = points.positions.col(l);
-            continue;
-        }
-        points.positions.col(kept) = points.positions.col(l);
-        points.normals.col(kept) = points.normals.col(l);
-        points.targets[kept] = points.targets[l];
-        if (!points.object.empty())
-            points.object[static_cast<std::size_t>(kept)] =
-                points.object[static_cast<std::size_t>(l)];
-        ++kept;
-    }
     skipped.conservativeResize(3, left);
-    points.positions.conservativeResize(3, kept);
-    points.normals.conservativeResize(3, kept);
-    points.targets.conservativeResize(kept);
-    if (!points.object.empty()) points.object.resize(static_cast<std::size_t>(kept));
+    points = haptics::pick(points, kept);
     return static_cast<std::uint64_t>(left - before);
 }
 

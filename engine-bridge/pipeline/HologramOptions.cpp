@@ -4,6 +4,7 @@
 #include "haptics/base/AssignPart.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/base/text/Number.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/base/threads/ThreadPool.h"
 
@@ -33,10 +34,12 @@ bool HologramOptions::isValid(std::string* error) const
            base::RangeCheck()
                .atLeast("motionTolerance", motionTolerance, 0.0, " wavelengths")
                .atLeast("maxPoints", maxPoints, 0.0)
+               .atLeast("reopen_s", reopen_s, 0.0)
                .within("maxPressure", maxPressure, 0.0, base::kMostPressure_Pa)
                .within("maxAmplitude", maxAmplitude, 0.0, 1.0)
                .within("cycle", cycle, 1.0, base::kMostCycle, " fields")
                .within("cycleSteps", cycleSteps, 0.0, base::kMostCycleSteps)
+               .within("even", even, 0.0, base::kMostEven)
                .within("subsets", subsets, 1.0, base::kMostSubsets)
                .within("fieldRate", fieldRate, 1.0, base::kMostFieldRate_Hz, " Hz")
                .within("monitorInterval", monitorInterval, 0.0, base::kMostMonitorInterval_s)
@@ -50,12 +53,13 @@ void keepToLimits(HologramOptions& options, base::MessageLog& messages)
     const int cores = base::coreCount();
     if (threads > cores)
     {
-        messages.say(fmt::format("threads is {}; this machine has {} {}: {} {} used",
-                                 threads,
-                                 cores,
-                                 cores == 1 ? "core" : "cores",
-                                 cores,
-                                 cores == 1 ? "is" : "are"));
+        messages.say({base::MessageCode::SETTINGS_LIMITED,
+                      fmt::format("threads is {}; this machine has {} {}: {} {} used",
+                                  threads,
+                                  cores,
+                                  cores == 1 ? "core" : "cores",
+                                  cores,
+                                  cores == 1 ? "is" : "are")});
         threads = cores;
     }
     if (!options.solverOptions.pool)
@@ -64,7 +68,8 @@ void keepToLimits(HologramOptions& options, base::MessageLog& messages)
         [&messages](const char* name, int& value, int most, const std::string& why)
     {
         if (value <= most) return;
-        messages.say(fmt::format("{} is {}; {} at most {}", name, value, why, most));
+        messages.say({base::MessageCode::SETTINGS_LIMITED,
+                      fmt::format("{} is {}; {} at most {}", name, value, why, most)});
         value = most;
     };
     const auto transducers = static_cast<std::size_t>(options.array.size());
@@ -79,26 +84,26 @@ void keepToLimits(HologramOptions& options, base::MessageLog& messages)
     keepBelow("cycleSteps", options.cycleSteps, kMostFieldsInTurn / options.cycle - 1, cycle);
     double& interval_s = options.monitorInterval;
     if (!(interval_s > 0.0 && interval_s < base::kLeastMonitorInterval_s)) return;
-    messages.say(fmt::format("monitorInterval is {:g}; a field is looked at every {:g} s at most",
-                             interval_s,
-                             base::kLeastMonitorInterval_s));
+    messages.say({base::MessageCode::SETTINGS_LIMITED,
+                  fmt::format("monitorInterval is {}; a field is looked at every {:g} s at most",
+                              base::exactNumber(interval_s),
+                              base::kLeastMonitorInterval_s)});
     interval_s = base::kLeastMonitorInterval_s;
 }
 
 namespace
 {
 
-std::unique_ptr<device::ArrayDevice> openLimited(const std::string& uri,
-                                                 const device::DeviceLayout& layout,
-                                                 const device::SafetyLimits& limits,
-                                                 const std::string& owner)
+// With the limits of the URI alone: those of the options may change while it is open.
+std::unique_ptr<device::ArrayDevice>
+openUnlimited(const std::string& uri, const device::DeviceLayout& layout, const std::string& owner)
 {
     // It refuses fields, and ArrayOutput silences a device that refuses one: that would end it.
     if (device::playsByItself(uri))
         throw device::DeviceError("device \"" + uri +
                                   "\": a recording takes no fields of a scene; play it "
                                   "with midair-device play FILE");
-    return device::openLimitedDevice(uri, layout, limits, owner);
+    return device::openLimitedDevice(uri, layout, {}, owner);
 }
 
 } // namespace
@@ -113,15 +118,11 @@ void fillIn(HologramOptions& options)
         { return haptics::makeSolver(name, o); };
     if (!options.deviceFactory)
     {
-        device::SafetyLimits limits;
-        limits.maxPressure_Pa = options.maxPressure;
-        limits.maxAmplitude = options.maxAmplitude;
-        options.deviceFactory = [limits, owner = options.owner](const std::string& uri,
-                                                                const device::DeviceLayout& layout)
-        { return openLimited(uri, layout, limits, owner); };
+        options.deviceFactory =
+            [owner = options.owner](const std::string& uri, const device::DeviceLayout& layout)
+        { return openUnlimited(uri, layout, owner); };
     }
-    double& kept = options.solverOptions.skipTolerance;
-    kept = std::min(kept, options.motionTolerance);
+    options.solverOptions.skipTolerance = options.motionTolerance;
 }
 
 void keepToLevels(HologramOptions& options, const device::DriveAbility& ability)

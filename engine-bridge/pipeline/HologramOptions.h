@@ -10,6 +10,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace midair::bridge
 {
@@ -23,8 +24,12 @@ struct HologramOptions : haptics::SequenceSettings, haptics::PlayingSettings
     std::string solver; ///< a name from haptics::solverNames(); empty: the first of them
     haptics::SolverOptions solverOptions; ///< its updateRate_Hz is the fieldRate
     std::string deviceUri = "sim:";
+    /// s; pause before a device that could not be opened is tried again, for the first time; the
+    /// following ones are longer. 0: it is not tried again.
+    double reopen_s = 1.0;
     /// the name of this user of the device, for the message when another one opens the same device
     std::string owner;
+    std::vector<base::Message> notes;     ///< what the user should know of these options; messages
     haptics::ModulatorOptions modulation; ///< of everything; its fieldRate_Hz is the fieldRate
 
     /// Replacements for makeSolver and openLimitedDevice, for tests and for applications with their
@@ -48,9 +53,9 @@ struct HologramOptions : haptics::SequenceSettings, haptics::PlayingSettings
 /// none.
 void keepToLimits(HologramOptions& options, base::MessageLog& messages);
 
-/// Fills in empty options: the default solver, makeSolver, and openLimitedDevice() with the limits
-/// and the owner. The latter throws device::DeviceError for devices that play by themselves. Lowers
-/// solverOptions.skipTolerance to motionTolerance.
+/// Fills in empty options: the default solver, makeSolver, and openLimitedDevice() with the owner;
+/// the pipeline keeps the limits. The latter throws device::DeviceError for devices that play by
+/// themselves. Sets solverOptions.skipTolerance to motionTolerance.
 void fillIn(HologramOptions& options);
 
 /// Sets the phase and amplitude levels of the array in \a options to those of a device of

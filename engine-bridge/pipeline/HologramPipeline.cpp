@@ -3,7 +3,11 @@
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/pipeline/ObjectModulation.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/Limits.h"
 #include "haptics/base/threads/SteadyClock.h"
+
+#include <algorithm>
+#include <utility>
 
 namespace midair::bridge
 {
@@ -13,39 +17,38 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
     std::string error;
     if (!_options.isValid(&error)) throw base::InputError(error);
     fillIn(_options);
+    for (const base::Message& note : _options.notes)
+        _messages.say(note);
     keepToLimits(_options, _messages);
     openOutput();
-    PointAssembler::Options points;
-    points.wavelength_m = _options.wavelength_m();
-    points.motionTolerance_m = _options.motionTolerance * points.wavelength_m;
-    points.maxPoints = _options.maxPoints;
-    points.sets = _options.cycle;
-    _assembler = std::make_unique<PointAssembler>(_options.array, points, _messages);
-    haptics::ComposerOptions composer = composerOptions(_options);
-    composer.line = _line;
+    _array = std::make_shared<haptics::TransducerArray>(_options.array);
+    _assembler = std::make_unique<PointAssembler>(_options.array, assemblerOptions(), _messages);
+    haptics::ComposerOptions composer = lineOptions();
     composer.makeSolver(); // so that an unknown name throws here
     _composer = std::make_unique<haptics::SequenceComposer>(std::move(composer), _messages);
     _refiner = std::make_unique<RestRefiner>(_options, *_assembler, *_composer, _around, _messages);
     _monitor = std::make_unique<PlayedFieldMonitor>(_options);
 }
 
-// Opens the device and sets the solver's levels, the line's rate and the cap to its ability.
+// Opens the device. A second try is made in another thread, so it has options of its own.
 void HologramPipeline::openOutput()
 {
-    const auto open = [this]
-    {
-        return _options.deviceFactory(_options.deviceUri,
-                                      {_options.array.size(), _options.array.board});
-    };
-    _output = std::make_unique<ArrayOutput>(open, _messages);
+    const auto open = [factory = _options.deviceFactory,
+                       uri = _options.deviceUri,
+                       layout = device::DeviceLayout{_options.array.size(), _options.array.board}]
+    { return factory(uri, layout); };
+    _output =
+        std::make_unique<ArrayOutput>(open, _messages, _options.array.dead, _options.reopen_s);
+    useAbility();
+}
+
+// Sets the solver's levels, the line's rate and the cap to what the device can do.
+void HologramPipeline::useAbility()
+{
     const device::DriveAbility ability = _output->ability();
     _line = haptics::LineRate(ability.fieldsPerSecond, ability.amplitudes.size() == 2);
     keepToLevels(_options, ability);
-    const double cap_Pa = device::stricterPressure(_options.maxPressure, ability.maxPressure_Pa);
-    if (!(cap_Pa > 0.0)) return;
-    const auto wouldPlay = [this](const device::DriveSignal& signal)
-    { return _output->wouldPlay(signal); };
-    _cap = std::make_unique<PressureCap>(cap_Pa, wouldPlay, ability);
+    setCaps();
 }
 
 void HologramPipeline::setStop(const base::StopToken& stop)
@@ -53,6 +56,7 @@ void HologramPipeline::setStop(const base::StopToken& stop)
     _options.solverOptions.stop = stop;
     _assembler->setStop(stop);
     _composer->setStop(stop);
+    _refiner->setStop(stop);
 }
 
 std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnapshot& snapshot,
@@ -62,11 +66,13 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
     _counters.superseded += superseded;
     try
     {
-        if (_last && _output->isPlaying() && _assembler->unmoved(snapshot) &&
+        if (!_invalid.empty()) throw base::InputError(_invalid);
+        if (_last && !_changed && _output->isPlaying() && _assembler->unmoved(snapshot) &&
             _around.unmoved(snapshot.around))
             ++_counters.skippedUnmoved;
         else
             _last = solveAndPlay(snapshot);
+        _changed = false;
     }
     catch (const base::Stopped& stopped)
     {
@@ -74,7 +80,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
     }
     catch (const std::exception& error)
     {
-        _messages.say(error.what());
+        _messages.say({base::MessageCode::FIELD_FAILED, error.what()});
         _last = silent(snapshot, haptics::StopReason::REFUSED, error.what());
     }
     return _last;
@@ -86,15 +92,38 @@ std::shared_ptr<const HologramResult> HologramPipeline::silent(const SceneSnapsh
 {
     _refiner->end();
     silence();
-    auto result = std::make_shared<HologramResult>();
-    result->frame = snapshot.frame;
-    result->latency_ms = (base::steadySeconds() - snapshot.time_s) * 1e3;
+    auto result = begin(snapshot);
+    result->handedOver_s = base::steadySeconds();
+    result->latency_ms = (result->handedOver_s - snapshot.time_s) * 1e3;
     result->sequence.report.stop = stop;
     result->sequence.report.message = why;
     result->sequence.report.transducers = _options.array.size();
     result->sequence.fields = {Eigen::VectorXcf::Zero(_options.array.size())};
     finish(*result);
     return result;
+}
+
+std::shared_ptr<HologramResult> HologramPipeline::begin(const SceneSnapshot& snapshot) const
+{
+    auto result = std::make_shared<HologramResult>();
+    result->frame = snapshot.frame;
+    result->simulationTime_s = snapshot.simulationTime_s;
+    result->worldToArray = snapshot.worldToArray;
+    result->origins.reserve(snapshot.objects.size());
+    for (const HapticObject& object : snapshot.objects)
+        result->origins.push_back(object.origin);
+    result->array = _array;
+    result->medium = _options.medium;
+    return result;
+}
+
+// The array with shadows is the caller's until its next call, so that the result needs a copy.
+void HologramPipeline::keepArray(const haptics::TransducerArray& array,
+                                 HologramResult& result) const
+{
+    result.array = &array == &_options.array
+                       ? _array
+                       : std::make_shared<const haptics::TransducerArray>(array);
 }
 
 haptics::ControlPoints
@@ -104,7 +133,12 @@ HologramPipeline::assemble(const SceneSnapshot& snapshot, int set, HologramResul
     result.skipped = std::move(assembled.skipped);
     count(*_assembler, assembled, _counters);
     _around.begin(snapshot.around);
+    result.objects = std::move(assembled.objects);
+    for (const int object : assembled.points.object)
+        ++result.objects[static_cast<std::size_t>(object)].outOfReach;
     _counters.outOfReach += _around.keepWithinReach(assembled.points, result.skipped);
+    for (const int object : assembled.points.object)
+        --result.objects[static_cast<std::size_t>(object)].outOfReach;
     return std::move(assembled.points);
 }
 
@@ -124,7 +158,11 @@ haptics::FieldSequence HologramPipeline::compose(const SceneSnapshot& snapshot,
                            _options.medium);
     count(sequence.report, _counters);
     _updates.count(base::steadySeconds());
-    if (!sequence.report.message.empty()) _messages.say(sequence.report.message);
+    const bool isRefused = sequence.report.stop == haptics::StopReason::REFUSED;
+    if (!sequence.report.message.empty())
+        _messages.say(
+            {isRefused ? base::MessageCode::SOLVER_REFUSED : base::MessageCode::SOLVER_REPORT,
+             sequence.report.message});
     // The solver continued the last field of its own set, not the one that is played.
     if (_options.cycle > 1) continueLast(sequence);
     _refiner->begin(snapshot, set, sequence);
@@ -133,8 +171,7 @@ haptics::FieldSequence HologramPipeline::compose(const SceneSnapshot& snapshot,
 
 std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const SceneSnapshot& snapshot)
 {
-    auto result = std::make_shared<HologramResult>();
-    result->frame = snapshot.frame;
+    auto result = begin(snapshot);
     const int set = _refiner->nextSet();
     _monitor->forget();
     const haptics::ControlPoints points = assemble(snapshot, set, *result);
@@ -145,6 +182,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
     play(std::move(sequence), *result);
     result->latency_ms = (base::steadySeconds() - snapshot.time_s) * 1e3;
     measure(array, *result);
+    rateFromLast(*result);
     finish(*result);
     if (!_output->isPlaying())
         _refiner->end();
@@ -154,25 +192,49 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
 }
 
 // A hand that shadows may be gone before the next field, so the cap must hold without it too.
+PressureCap::Where HologramPipeline::where(const haptics::TransducerArray& array,
+                                           const Eigen::Matrix3Xd& points,
+                                           bool modulated) const
+{
+    std::vector<const haptics::TransducerArray*> arrays{&array};
+    if (&array != &_options.array) arrays.push_back(&_options.array);
+    return {points,
+            std::move(arrays),
+            _options.medium,
+            modulated,
+            _options.solverOptions.threads,
+            _options.solverOptions.stop};
+}
+
 void HologramPipeline::cap(const haptics::TransducerArray& array,
                            haptics::FieldSequence& sequence,
                            HologramResult& result)
 {
-    if (!_cap) return;
+    if (!_capped) return;
     result.maxPressure_Pa = _cap->max_Pa();
     if (sequence.isEmpty()) return;
-    std::vector<const haptics::TransducerArray*> arrays{&array};
-    if (&array != &_options.array) arrays.push_back(&_options.array);
-    sequence.report.capFactor = _cap->hold({sequence.points().positions,
-                                            arrays,
-                                            _options.medium,
-                                            sequence.modulation.amplitudeRate_Hz > 0.0,
-                                            _options.solverOptions.threads,
-                                            _options.solverOptions.stop},
-                                           sequence);
+    const haptics::ControlPoints points = sequence.points();
+    const PressureCap::Where place =
+        where(array, points.positions, sequence.modulation.amplitudeRate_Hz > 0.0);
+    const std::vector<Eigen::VectorXcf> wanted = sequence.fields;
+    sequence.report.capFactor = _cap->hold(place, sequence);
     if (sequence.report.capFactor >= 1.0) return;
     ++_counters.capped;
-    _messages.say(_cap->message(sequence.report.capFactor));
+    if (sequence.report.capFactor > 0.0)
+        _messages.say({base::MessageCode::CAP_PRESSURE, _cap->message()});
+    else
+        tellOfSilence(place, wanted, sequence.report);
+}
+
+// The pressures in the message are those of one moment: told once, they are in each report.
+void HologramPipeline::tellOfSilence(const PressureCap::Where& where,
+                                     const std::vector<Eigen::VectorXcf>& wanted,
+                                     haptics::SolveReport& report)
+{
+    const std::string told =
+        _cap->tellOfSilence(where, wanted, {_capName, "Pressure or Loudness"}, report);
+    if (!told.empty() && !std::exchange(_silenceTold, true))
+        _messages.say({base::MessageCode::FIELD_SILENCED, told});
 }
 
 void HologramPipeline::play(haptics::FieldSequence sequence, HologramResult& result)
@@ -188,8 +250,10 @@ void HologramPipeline::play(haptics::FieldSequence sequence, HologramResult& res
     {
         _output->play(sequence, _options.array.size(), _options.solverOptions.stop);
         if (sequence.fields.size() > 1 && _line.isSlowerThan(_options.fieldRate))
-            _messages.say(_line.message(sequence.modulation, _options.modulation));
+            _messages.say({base::MessageCode::DEVICE_SLOW,
+                           _line.message(sequence.modulation, _options.modulation)});
     }
+    result.handedOver_s = base::steadySeconds();
     result.sequence = std::move(sequence);
 }
 
@@ -200,95 +264,51 @@ void HologramPipeline::continueLast(haptics::FieldSequence& sequence) const
             _last->played(), _options.solverOptions.updateRate_Hz, _options.array.drive, sequence);
 }
 
-void HologramPipeline::measure(const haptics::TransducerArray& array, HologramResult& result) const
+void HologramPipeline::measure(const haptics::TransducerArray& array, HologramResult& result)
 {
-    measurePlayed(*_output, array, _options.medium, _options.solverOptions, result);
+    keepArray(array, result);
+    const std::vector<Eigen::VectorXcf> wanted = result.sequence.fields;
+    if (measurePlayed(*_output, array, _options.medium, _options.solverOptions, result)) return;
+    const bool modulated = result.sequence.modulation.amplitudeRate_Hz > 0.0;
+    tellOfSilence(where(array, result.points.positions, modulated), wanted, result.sequence.report);
+}
+
+// A solver knows neither the cap nor the fields of other solvers, as the sets of a cycle have them:
+// its step and its jump of the level are those between its own fields.
+void HologramPipeline::rateFromLast(HologramResult& result) const
+{
+    if (!_last) return;
+    haptics::SolveReport& report = result.sequence.report;
+    const double before_Pa = _last->report().level_Pa;
+    const bool isJump = report.level_Pa > 0.0 && before_Pa > 0.0;
+    report.levelJump =
+        isJump ? std::max(report.level_Pa / before_Pa, before_Pa / report.level_Pa) : 0.0;
+    const bool isCapped = report.capFactor < 1.0 || _last->report().capFactor < 1.0;
+    if (isCapped && result.sequence.isHeld() && _last->sequence.isHeld())
+        haptics::rateStep(_last->played(), _options.solverOptions.updateRate_Hz, result.sequence);
+}
+
+ArrayState HologramPipeline::stateOf(const HologramResult& result)
+{
+    const ArrayState state = _output->state();
+    const bool isSilent = state == ArrayState::PLAYING && result.isSilenced();
+    _output->judge(isSilent ? ArrayState::SILENT : state);
+    return isSilent ? ArrayState::SILENT : state;
 }
 
 void HologramPipeline::finish(HologramResult& result)
 {
     result.playing = _output->isPlaying();
+    result.deviceOpen = _output->isOpen();
     result.counters = _counters;
     result.updatesPerSecond = _updates.perSecond(base::steadySeconds());
     result.deviceStatus = _output->status();
+    result.state = stateOf(result);
+    if (!_last || result.state != _last->state) _output->tell(result.state);
     result.monitored = _monitor->latest();
     if (result.monitored) result.sequence.report.surface = result.monitored->surface;
     result.messages = _messages.all();
-}
-
-double HologramPipeline::rest_s() const
-{
-    if (!_output->isPlaying()) return kAttend_s;
-    if (_refiner->hasWork()) return 0.0;
-    return _monitor->isPending() ? kMonitorPoll_s : kAttend_s;
-}
-
-std::shared_ptr<const HologramResult> HologramPipeline::attend()
-{
-    if (!_last) return nullptr;
-    try
-    {
-        if (_output->isPlaying() && _last->points.size() > 0)
-        {
-            if (auto result = refine()) return _last = result;
-            if (auto result = askMonitor()) return _last = result;
-        }
-        if (auto result = lookAfterDevice()) return _last = result;
-    }
-    catch (const base::Stopped&)
-    {
-        // The thread that requested the stop silences the device, or replaces or ends this
-        // pipeline.
-    }
-    catch (const std::exception& error)
-    {
-        _messages.say(error.what()); // what is played already goes on
-        _refiner->end();
-    }
-    return nullptr;
-}
-
-std::shared_ptr<const HologramResult> HologramPipeline::refine()
-{
-    auto sequence = _refiner->step(_last->points, _last->sequence.modulation);
-    _counters.solves += static_cast<std::uint64_t>(_refiner->takeSolves());
-    if (!sequence) return nullptr;
-    auto result = std::make_shared<HologramResult>(*_last);
-    result->outline = sequence->isHeld();
-    continueLast(*sequence);
-    const haptics::TransducerArray& array =
-        _around.shadowed(_last->points, _options.array, _options.wavelength_m());
-    cap(array, *sequence, *result);
-    play(std::move(*sequence), *result);
-    _monitor->forget();
-    measure(array, *result);
-    finish(*result);
-    return result;
-}
-
-std::shared_ptr<const HologramResult> HologramPipeline::askMonitor()
-{
-    if (!_monitor->isOn()) return nullptr;
-    _monitor->submit(_last->sequence,
-                     _refiner->snapshot().objects,
-                     _around.shadowed(_last->points, _options.array, _options.wavelength_m()));
-    const auto found = _monitor->takeNew();
-    if (!found) return nullptr;
-    if (!found->error.empty()) _messages.say(found->error);
-    auto result = std::make_shared<HologramResult>(*_last);
-    finish(*result);
-    return result;
-}
-
-std::shared_ptr<const HologramResult> HologramPipeline::lookAfterDevice()
-{
-    const auto attention = _output->attend(_options.solverOptions.stop);
-    if (attention == ArrayOutput::Attention::NOTHING) return nullptr;
-    if (attention == ArrayOutput::Attention::RESENT) ++_counters.resent;
-    auto result = std::make_shared<HologramResult>(*_last);
-    measure(_around.shadowed(result->points, _options.array, _options.wavelength_m()), *result);
-    finish(*result);
-    return result;
+    result.told = _messages.messages();
 }
 
 } // namespace midair::bridge

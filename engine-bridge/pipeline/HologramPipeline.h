@@ -12,6 +12,7 @@
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/sequence/SequenceComposer.h"
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -53,6 +54,21 @@ public:
     /// Silences the array until the next process(), which solves even if nothing moved.
     void silence() { _output->silence(ArrayOutput::Silence::FAILED); }
 
+    /// Works with \a options from the next process() on, which solves even if nothing moved. Array,
+    /// device, their factory and the owner stay those that it was made with; the device stays
+    /// open, the last field stays the start of the next one where the solver allows it, counters
+    /// and messages go on. A stricter cap silences what is played until that process(). Options
+    /// that are not valid are a message, and nothing is played until there are others.
+    void reconfigure(HologramOptions options);
+
+    /// The part of reconfigure() that can't wait: returns true if the caps in \a options are so
+    /// strict that what is played, or being solved, may exceed them. Any thread.
+    bool isStricter(const HologramOptions& options) const;
+    /// Lowers the cap of the amplitude at once. Any thread.
+    void lowerAmplitudeCap(double amplitude) { _output->lowerAmplitudeCap(amplitude); }
+    /// See ArrayOutput. Any thread.
+    void setMuted(bool muted) { _output->setMuted(muted); }
+
     /// To be called before the first process(). Once \a stop is requested, process() and attend()
     /// return within milliseconds and send nothing more: process() returns a silent result that
     /// says STOPPED, attend() null.
@@ -61,14 +77,29 @@ public:
     /// process() is working on may still be played afterwards, unless a stop was requested before.
     void silenceNow() { _output->silenceNow(); }
 
+    /// To be called between the calls of process(). Returns true if a device that could not be
+    /// opened is open now: then the last snapshot should be processed again, which plays it.
+    bool isOpenedNow();
+
     const HologramCounters& counters() const { return _counters; }
     const HologramOptions& options() const { return _options; }
-    const std::vector<std::string>& messages() const { return _messages.all(); }
+    ArrayFields fields() const { return _output->fields(); }       ///< any thread
+    std::string deviceStatus() const { return _output->status(); } ///< any thread
+    ArrayReading reading() const { return _output->reading(); }    ///< any thread
+    std::vector<std::string> messages() const { return _messages.all(); }
 
 private:
     static constexpr double kMonitorPoll_s = 0.02; // interval of attend() while the monitor works
 
     void openOutput();
+    void useAbility();
+    void useParts(bool otherSolver);
+    std::shared_ptr<HologramResult> begin(const SceneSnapshot& snapshot) const;
+    void keepArray(const haptics::TransducerArray& array, HologramResult& result) const;
+    void setCaps();
+    PointAssembler::Options assemblerOptions() const;
+    haptics::ComposerOptions lineOptions() const;
+    void useOptions(HologramOptions options);
     std::shared_ptr<const HologramResult> solveAndPlay(const SceneSnapshot& snapshot);
     std::shared_ptr<const HologramResult>
     silent(const SceneSnapshot& snapshot, haptics::StopReason stop, const std::string& why);
@@ -85,14 +116,27 @@ private:
     void cap(const haptics::TransducerArray& array,
              haptics::FieldSequence& sequence,
              HologramResult& result);
+    PressureCap::Where where(const haptics::TransducerArray& array,
+                             const Eigen::Matrix3Xd& points,
+                             bool modulated) const;
+    void tellOfSilence(const PressureCap::Where& where,
+                       const std::vector<Eigen::VectorXcf>& wanted,
+                       haptics::SolveReport& report);
     void play(haptics::FieldSequence sequence, HologramResult& result);
-    void measure(const haptics::TransducerArray& array, HologramResult& result) const;
+    void measure(const haptics::TransducerArray& array, HologramResult& result);
+    void rateFromLast(HologramResult& result) const;
+    ArrayState stateOf(const HologramResult& result);
     void finish(HologramResult& result);
 
     HologramOptions _options;
+    std::shared_ptr<const haptics::TransducerArray> _array; // that of _options, for the results
     base::MessageLog _messages;
     std::unique_ptr<ArrayOutput> _output;
-    std::unique_ptr<PressureCap> _cap; // null: no cap
+    std::unique_ptr<PressureCap> _cap; // of the highest pressure there is, if there is no cap
+    bool _capped = false;              // there is a cap
+    std::atomic<double> _cap_Pa{0.0};  // its pressure; 0: none
+    std::string _capName;              // the setting that it comes from
+    bool _silenceTold = false;
     haptics::LineRate _line;
     std::unique_ptr<PointAssembler> _assembler;
     std::unique_ptr<haptics::SequenceComposer> _composer;
@@ -101,6 +145,8 @@ private:
     ReachAndShadow _around;
     HologramCounters _counters;
     std::shared_ptr<const HologramResult> _last;
+    bool _changed = false; // the options have changed since _last
+    std::string _invalid;  // what is wrong with the options; empty: nothing
     UpdateRate _updates;
 };
 

@@ -1,5 +1,7 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 
+#include "engine-bridge/playing/PressureCap.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -10,6 +12,11 @@ const Eigen::VectorXcf& HologramResult::played() const
 {
     static const Eigen::VectorXcf kNone;
     return sequence.fields.empty() ? kNone : sequence.fields.front();
+}
+
+const std::string& HologramResult::headline() const
+{
+    return isSilenced() || messages.empty() ? report().message : messages.back();
 }
 
 double UpdateRate::perSecond(double now_s)
@@ -38,7 +45,7 @@ void count(const haptics::SolveReport& report, HologramCounters& counters)
     counters.rowsKept += static_cast<std::uint64_t>(std::max(0, report.points - report.rowsBuilt));
 }
 
-void measurePlayed(const ArrayOutput& output,
+bool measurePlayed(const ArrayOutput& output,
                    const haptics::TransducerArray& array,
                    const haptics::Medium& medium,
                    const haptics::SolverOptions& options,
@@ -51,24 +58,31 @@ void measurePlayed(const ArrayOutput& output,
         return haptics::achievedPressure(sequence, array, medium, options.threads, options.stop);
     };
     std::vector<Eigen::VectorXcf> planned = output.planned();
-    if (planned.empty())
+    if (isSilent(planned))
     {
         result.achieved_Pa.setZero(result.points.size());
-        if (result.sequence.report.capFactor < 1.0)
+        if (sequence.evened && planned.empty() && sequence.report.capFactor > 0.0)
+            haptics::rateLevel(result.points,
+                               achieved_Pa(std::vector<Eigen::VectorXcf>(sequence.fields)),
+                               sequence.report);
+        else if (sequence.report.capFactor < 1.0 || !planned.empty())
             haptics::rateLevel(result.points, result.achieved_Pa, sequence.report);
-        return;
+        if (!planned.empty()) sequence.fields = std::move(planned);
+        return false;
     }
     // The report rates the field as planned: a device that is late or gone changes only what is
     // achieved.
     std::vector<Eigen::VectorXcf> played = output.played();
     const bool asPlanned = played == planned;
-    if (result.sequence.report.capFactor < 1.0)
+    // What is felt of an evened cycle nobody has rated yet, nor what a cap leaves of a field.
+    if (sequence.evened || sequence.report.capFactor < 1.0)
     {
         result.achieved_Pa = achieved_Pa(std::move(planned));
         haptics::rateLevel(result.points, result.achieved_Pa, sequence.report);
-        if (asPlanned) return;
+        if (asPlanned) return true;
     }
     result.achieved_Pa = achieved_Pa(std::move(played));
+    return true;
 }
 
 } // namespace midair::bridge

@@ -2,6 +2,7 @@
 
 #include "engine-bridge/pipeline/PointAssembler.h"
 #include "engine-bridge/playing/ArrayOutput.h"
+#include "haptics/base/text/MessageLog.h"
 #include "haptics/points/ControlPoints.h"
 #include "haptics/sequence/FieldMonitor.h"
 #include "haptics/sequence/FieldSequence.h"
@@ -23,15 +24,27 @@ namespace midair::bridge
 /// One solved field, handed back to the overlays, the HUD and the report; immutable.
 struct HologramResult
 {
-    std::uint64_t frame = 0; ///< of the snapshot it was solved for
-    double latency_ms = 0.0; ///< from SceneSnapshot::time_s until the field was handed over
+    std::uint64_t frame = 0;       ///< of the snapshot it was solved for
+    double simulationTime_s = 0.0; ///< of that snapshot
+    double latency_ms = 0.0;       ///< from SceneSnapshot::time_s until the field was handed over
+    double handedOver_s = 0.0;     ///< steady clock, when what is played was handed to the device
+    /// affine, from the scene's world, in its units, to the array
+    Eigen::Matrix4d worldToArray = Eigen::Matrix4d::Identity();
+    /// What the points were solved with, shadows of hands included; null if there is no pipeline.
+    std::shared_ptr<const haptics::TransducerArray> array;
+    haptics::Medium medium;
     /// The fields as the device plays them, with the parts and the report of what was solved; one
     /// silent field if there is nothing to play, no fields if there is no pipeline.
     haptics::FieldSequence sequence;
     haptics::ControlPoints points; ///< of the sequence, array frame
+    /// HapticObject::origin of the snapshot's objects, which points.object counts
+    std::vector<std::shared_ptr<const void>> origins;
+    /// What was left out of these objects, in their order; empty where nothing was assembled.
+    std::vector<ObjectPoints> objects;
     /// 3 x k, array frame: points that were left out (workspace, spacing, budget, reach).
     Eigen::Matrix3Xd skipped;
-    Eigen::VectorXf achieved_Pa; ///< n, |p| at each point in the field that is for it, as played
+    /// n, |p| at each point in the field that is for it, as played; of an evened cycle what is felt
+    Eigen::VectorXf achieved_Pa;
     /// True if the field is one stationary field for dense points along outlines.
     bool outline = false;
     /// Certificate and surface figures of the newest field that the monitor measured; null: none
@@ -40,14 +53,22 @@ struct HologramResult
     double maxPressure_Pa = 0.0; ///< cap at the control points, peak; 0: none
     /// True if the device took the field, if no device is open, or if there is nothing to play.
     bool playing = false;
+    bool deviceOpen = false;               ///< false: the device could not be opened
+    ArrayState state = ArrayState::CLOSED; ///< what the array did when this was made
     HologramCounters counters;
     double updatesPerSecond = 0.0; ///< snapshots solved within the last second
     std::string deviceStatus;
     std::vector<std::string> messages; ///< for the user, all so far, each once
+    std::vector<base::Message> told;   ///< the same, with what they are about
 
     /// The first field that the device plays, as m activations. Empty if there is no pipeline.
     const Eigen::VectorXcf& played() const;
     const haptics::SolveReport& report() const { return sequence.report; }
+    /// True if there is a field but no level of the array to play it with.
+    bool isSilenced() const { return report().stop == haptics::StopReason::SILENCED; }
+    /// The one message to show beside the figures: of a silenced field why, else the newest of all,
+    /// else the report's; may be empty.
+    const std::string& headline() const;
 };
 
 /// Counts how many snapshots were solved within the last second.
@@ -69,9 +90,10 @@ void count(const PointAssembler& assembler,
 void count(const haptics::SolveReport& report, HologramCounters& counters);
 
 /// Replaces the fields in \a result by those that \a output plays (quantised, limited), puts the
-/// pressure at the points into achieved_Pa, and if a cap scaled the fields down, computes the
-/// report's level figures again.
-void measurePlayed(const ArrayOutput& output,
+/// pressure at the points into achieved_Pa, and if a cap scaled the fields down or they are evened
+/// out, computes the report's level figures again, and so for fields of which the levels leave
+/// nothing. Returns false if nothing is to sound.
+bool measurePlayed(const ArrayOutput& output,
                    const haptics::TransducerArray& array,
                    const haptics::Medium& medium,
                    const haptics::SolverOptions& options,

@@ -1,5 +1,6 @@
 #include "engine-bridge/pipeline/HologramThread.h"
 
+#include "haptics/base/text/CodedError.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <utility>
@@ -22,8 +23,9 @@ HologramThread::HologramThread(HologramOptions options) :
 {
 }
 
-HologramThread::HologramThread(PipelineFactory makePipeline) :
-    _newPipeline(std::move(makePipeline)),
+HologramThread::HologramThread(PipelineFactory makePipeline, StaleCheck isStale) :
+    _newMaker{std::move(makePipeline), std::move(isStale)},
+    _opening(true),
     _thread([this] { run(); })
 {
 }
@@ -35,15 +37,96 @@ HologramThread::~HologramThread()
     _thread.join();
 }
 
-void HologramThread::setPipeline(PipelineFactory makePipeline)
+void HologramThread::setPipeline(PipelineFactory makePipeline, StaleCheck isStale)
 {
+    Maker maker{std::move(makePipeline), std::move(isStale)}; // the old one dies outside the locks
     _slot.between(
         [&](bool, bool)
         {
             const std::lock_guard<std::mutex> lock(_mutex);
-            _newPipeline.swap(makePipeline);
+            std::swap(_newMaker, maker);
+            _newOptions.reset();
+            _otherwise = nullptr;
+            _opening = true;
             _stop.request();
         });
+}
+
+void HologramThread::setOptions(HologramOptions options, PipelineFactory otherwise)
+{
+    const double amplitude = options.maxAmplitude;
+    bool isStricter = false;
+    {
+        const std::lock_guard<std::mutex> lock(_atWorkMutex);
+        isStricter = _atWork && _atWork->isStricter(options);
+    }
+    _slot.between(
+        [&](bool, bool)
+        {
+            const std::lock_guard<std::mutex> lock(_mutex);
+            if (_newMaker.make)
+                _newMaker.make = std::move(otherwise); // it wasn't made yet
+            else
+            {
+                _newOptions = std::move(options);
+                _otherwise = std::move(otherwise);
+            }
+            if (isStricter) _stop.request();
+        });
+    const std::lock_guard<std::mutex> lock(_atWorkMutex);
+    if (!_atWork) return;
+    _atWork->lowerAmplitudeCap(amplitude);
+    if (isStricter) _atWork->silenceNow();
+}
+
+void HologramThread::setMuted(bool muted)
+{
+    {
+        const std::lock_guard<std::mutex> lock(_atWorkMutex);
+        _muted = muted;
+        if (_atWork) _atWork->setMuted(muted);
+    }
+    _slot.wake(); // attend() plays the field again, or tells that it is muted
+}
+
+ArrayState HologramThread::state() const
+{
+    if (_opening) return ArrayState::OPENING;
+    const auto result = latestResult();
+    const ArrayState state = result ? result->state : ArrayState::CLOSED;
+    const bool isOpen = state != ArrayState::CLOSED && state != ArrayState::LOST;
+    const std::lock_guard<std::mutex> lock(_atWorkMutex);
+    return isOpen && _muted ? ArrayState::MUTED : state;
+}
+
+// The state of a device that is open is its own, also before there is a result.
+ArrayReading HologramThread::reading() const
+{
+    {
+        const std::lock_guard<std::mutex> lock(_atWorkMutex);
+        if (_atWork) return _atWork->reading();
+    }
+    ArrayReading now;
+    if (_opening) now.state = ArrayState::OPENING;
+    const auto result = latestResult();
+    if (result) now.status = result->deviceStatus;
+    return now;
+}
+
+ArrayFields HologramThread::fields() const
+{
+    const std::lock_guard<std::mutex> lock(_atWorkMutex);
+    return _atWork ? _atWork->fields() : ArrayFields();
+}
+
+std::string HologramThread::deviceStatus() const
+{
+    {
+        const std::lock_guard<std::mutex> lock(_atWorkMutex);
+        if (_atWork) return _atWork->deviceStatus();
+    }
+    const auto result = latestResult();
+    return result ? result->deviceStatus : std::string();
 }
 
 void HologramThread::submit(SceneSnapshot& snapshot)
@@ -62,6 +145,7 @@ void HologramThread::setAtWork(HologramPipeline* pipeline)
 {
     const std::lock_guard<std::mutex> lock(_atWorkMutex);
     _atWork = pipeline;
+    if (_atWork && _muted) _atWork->setMuted(true);
 }
 
 // Called after the stop was requested, so that the pipeline doesn't send the field it works on.
@@ -93,6 +177,7 @@ void HologramThread::publish(std::shared_ptr<const HologramResult> result,
     const std::lock_guard<std::mutex> lock(_mutex);
     _result.swap(result); // the old one dies with the argument, outside the lock
     _counters = counters;
+    _opening = _newMaker.make != nullptr; // another pipeline may be wanted by now
     ++_results;
 }
 
@@ -100,25 +185,44 @@ void HologramThread::run()
 {
     std::unique_ptr<HologramPipeline> pipeline;
     SceneSnapshot snapshot;
+    Maker maker;
+    bool hasSnapshot = false;
     std::uint64_t droppedBefore = 0;
     for (;;)
     {
-        const auto taken = _slot.take(snapshot,
-                                      pipeline ? pipeline->rest_s() : HologramPipeline::kAttend_s,
-                                      [this] { _stop.clear(); });
+        const double rest_s =
+            pipeline && !hasNewOptions() ? pipeline->rest_s() : HologramPipeline::kAttend_s;
+        const auto taken = _slot.take(snapshot, rest_s, [this] { _stop.clear(); });
         if (taken == base::LatestSlot<SceneSnapshot>::Taken::CLOSED) return setAtWork(nullptr);
         if (taken == base::LatestSlot<SceneSnapshot>::Taken::NOTHING)
         {
+            if (hasNewOptions()) continue; // their snapshot is on its way
+            if (hasSnapshot && maker.isStale && maker.isStale())
+            {
+                makePipeline(maker.make, pipeline);
+                if (pipeline) publish(pipeline->process(snapshot), pipeline->counters());
+                continue;
+            }
+            if (hasSnapshot && pipeline && pipeline->isOpenedNow())
+            {
+                publish(pipeline->process(snapshot), pipeline->counters());
+                continue;
+            }
             _restWorkSince_s = base::steadySeconds();
             const auto result = pipeline ? pipeline->attend() : nullptr;
             _restWorkSince_s = 0.0;
             if (result) publish(result, pipeline->counters());
             continue;
         }
-        makePipeline(pipeline);
+        hasSnapshot = true;
+        const bool isNew = takeMaker(maker);
+        const bool isOutdated = useNewOptions(maker, pipeline);
+        if (isNew || isOutdated || (maker.isStale && maker.isStale()))
+            makePipeline(maker.make, pipeline);
         const std::uint64_t dropped = _slot.drops();
         if (pipeline)
         {
+            pipeline->isOpenedNow();
             const auto result = pipeline->process(snapshot, dropped - droppedBefore);
             publish(result, pipeline->counters());
         }
@@ -126,34 +230,69 @@ void HologramThread::run()
     }
 }
 
-void HologramThread::publishClosed(haptics::StopReason stop, const std::string& why)
+void HologramThread::publishClosed(haptics::StopReason stop,
+                                   const std::optional<base::Message>& why)
 {
     auto result = std::make_shared<HologramResult>();
     result->sequence.report.stop = stop;
-    result->sequence.report.message = why;
-    if (!why.empty()) result->messages.push_back(why);
+    if (why)
+    {
+        result->sequence.report.message = why->text;
+        result->messages.push_back(why->text);
+        result->told.push_back(*why);
+    }
     result->deviceStatus = "not open";
     publish(result, {});
 }
 
-void HologramThread::makePipeline(std::unique_ptr<HologramPipeline>& pipeline)
+// Returns false if there is no new one, and then leaves \a maker.
+bool HologramThread::takeMaker(Maker& maker)
 {
-    PipelineFactory make;
+    const std::lock_guard<std::mutex> lock(_mutex);
+    if (!_newMaker.make) return false;
+    maker = std::exchange(_newMaker, {});
+    return true;
+}
+
+bool HologramThread::hasNewOptions() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return _newOptions.has_value();
+}
+
+// Returns true if there are new options and no pipeline that could take them. Pipelines that \a
+// maker makes from now on have them, too: with the old ones a cap could come back that was lowered.
+bool HologramThread::useNewOptions(Maker& maker, std::unique_ptr<HologramPipeline>& pipeline)
+{
+    std::optional<HologramOptions> options;
     {
         const std::lock_guard<std::mutex> lock(_mutex);
-        make.swap(_newPipeline);
+        options.swap(_newOptions);
+        if (options) maker.make = std::exchange(_otherwise, nullptr);
     }
-    if (!make) return;
+    if (options && pipeline) pipeline->reconfigure(std::move(*options));
+    return options && !pipeline;
+}
+
+void HologramThread::makePipeline(const PipelineFactory& make,
+                                  std::unique_ptr<HologramPipeline>& pipeline)
+{
     setAtWork(nullptr);
     pipeline.reset();
+    _opening = true;
     try
     {
         pipeline = make();
         if (!pipeline) publishClosed(haptics::StopReason::NOTHING_TO_DO, {});
     }
+    catch (const base::CodedError& error)
+    {
+        publishClosed(haptics::StopReason::REFUSED, base::Message(error.code, error.what()));
+    }
     catch (const std::exception& error)
     {
-        publishClosed(haptics::StopReason::REFUSED, error.what());
+        publishClosed(haptics::StopReason::REFUSED,
+                      base::Message(base::MessageCode::SCENE_CLOSED, error.what()));
     }
     if (!pipeline) return;
     pipeline->setStop(_stop.token());
@@ -164,7 +303,7 @@ void HologramThread::makePipeline(std::unique_ptr<HologramPipeline>& pipeline)
         [this](bool isWaiting, bool isClosed)
         {
             const std::lock_guard<std::mutex> lock(_mutex);
-            if (!isWaiting && !isClosed && !_newPipeline) _stop.clear();
+            if (!isWaiting && !isClosed && !_newMaker.make) _stop.clear();
         });
 }
 

@@ -8,6 +8,8 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <string>
 #include <thread>
 
 namespace midair::bridge
@@ -24,11 +26,14 @@ class HologramThread
 {
 public:
     using PipelineFactory = std::function<std::unique_ptr<HologramPipeline>()>;
+    /// Returns true if a pipeline that was made, or failed to, should be made anew: a file that it
+    /// was made from has changed. Called between snapshots, so it has to be cheap.
+    using StaleCheck = std::function<bool()>;
 
     /// Starts the thread, in which a pipeline with \a options is made.
     explicit HologramThread(HologramOptions options);
     /// Starts the thread; \a makePipeline as for setPipeline().
-    explicit HologramThread(PipelineFactory makePipeline);
+    explicit HologramThread(PipelineFactory makePipeline, StaleCheck isStale = {});
     ~HologramThread();
 
     HologramThread(const HologramThread&) = delete;
@@ -38,8 +43,31 @@ public:
     /// device closed, before \a makePipeline runs in the pipeline's thread. If \a makePipeline
     /// returns null, nothing is played until the next setPipeline(); if it throws, the result says
     /// REFUSED, with the message. Doesn't wait; a solve under way is broken off, its result says
-    /// STOPPED.
-    void setPipeline(PipelineFactory makePipeline);
+    /// STOPPED. When \a isStale, called in the same thread, says so, \a makePipeline runs again and
+    /// the last snapshot is processed again.
+    void setPipeline(PipelineFactory makePipeline, StaleCheck isStale = {});
+
+    /// Gives the pipeline other options before the next snapshot is processed, with its device
+    /// still open (HologramPipeline::reconfigure()); a snapshot has to follow. A solve under way
+    /// goes on. But a stricter cap holds at once: a lower amplitude for what is played already, a
+    /// lower pressure by silence until the next snapshot is processed. \a otherwise makes a
+    /// pipeline with these options, as for setPipeline(): now if there is none, else when isStale
+    /// says so.
+    void setOptions(HologramOptions options, PipelineFactory otherwise);
+
+    /// Silences the array at once, and keeps it silent with its device open until setMuted(false),
+    /// which plays the newest field again. Any thread.
+    void setMuted(bool muted);
+
+    /// What the array does now; newer than the newest result's. Never waits for the device. Any
+    /// thread.
+    ArrayState state() const;
+    /// The same with what became of the fields, by one report of the device. Any thread.
+    ArrayReading reading() const;
+    /// What the device has done with its fields; nothing while none is open. Any thread.
+    ArrayFields fields() const;
+    /// Status of the device; of the newest result while none is open. Any thread.
+    std::string deviceStatus() const;
 
     /// Hands \a snapshot over and leaves an old one in its place, whose memory the caller may
     /// refill. Never waits for a solve, allocates nothing. A snapshot without objects silences the
@@ -57,25 +85,39 @@ public:
     HologramCounters counters() const;
 
 private:
+    /// How the thread makes its pipelines, and when again.
+    struct Maker
+    {
+        PipelineFactory make;
+        StaleCheck isStale;
+    };
+
     void run();
-    void makePipeline(std::unique_ptr<HologramPipeline>& pipeline);
+    bool takeMaker(Maker& maker);
+    void makePipeline(const PipelineFactory& make, std::unique_ptr<HologramPipeline>& pipeline);
+    bool hasNewOptions() const;
+    bool useNewOptions(Maker& maker, std::unique_ptr<HologramPipeline>& pipeline);
     void setAtWork(HologramPipeline* pipeline);
     void silenceNow();
-    /// Publishes a result without fields, for there is no pipeline; \a why: the error, empty if
-    /// there is none.
-    void publishClosed(haptics::StopReason stop, const std::string& why);
+    /// Publishes a result without fields, for there is no pipeline; \a why: the error, if any.
+    void publishClosed(haptics::StopReason stop, const std::optional<base::Message>& why);
     void publish(std::shared_ptr<const HologramResult> result, const HologramCounters& counters);
 
     base::LatestSlot<SceneSnapshot> _slot;
-    mutable std::mutex _mutex;    ///< guards the members up to _counters; held for a copy at most
-    PipelineFactory _newPipeline; ///< empty: the current pipeline stays
+    mutable std::mutex _mutex; ///< guards the members up to _counters; held for a copy at most
+    Maker _newMaker;           ///< without make: the current pipeline stays
+    std::optional<HologramOptions> _newOptions; ///< none: its options stay
+    PipelineFactory _otherwise;                 ///< makes a pipeline that has them
     std::shared_ptr<const HologramResult> _result;
     std::atomic<std::uint64_t> _results{0};
     HologramCounters _counters;
     std::atomic<double> _restWorkSince_s{0.0}; ///< start of attend(), steady clock; 0: not running
     base::StopSource _stop;                    ///< requested and cleared under the slot's lock
-    std::mutex _atWorkMutex;                   ///< guards _atWork; held while a device falls silent
+    std::atomic<bool> _opening{false};
+    /// guards the next two; held while a device falls silent
+    mutable std::mutex _atWorkMutex;
     HologramPipeline* _atWork = nullptr;
+    bool _muted = false;
     std::thread _thread; ///< last: it uses all other members
 };
 

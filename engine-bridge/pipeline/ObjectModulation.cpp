@@ -1,5 +1,9 @@
 #include "engine-bridge/pipeline/ObjectModulation.h"
 
+#include "haptics/base/text/Number.h"
+
+#include <set>
+
 #include <fmt/format.h>
 
 namespace midair::bridge
@@ -23,6 +27,28 @@ const HapticObject* leaderOf(const std::vector<HapticObject>& objects)
     return leader;
 }
 
+// One message, however many objects there are.
+void tellOfOthers(const std::vector<HapticObject>& objects,
+                  const HapticObject& leader,
+                  const std::set<std::size_t>& others,
+                  base::MessageLog& messages)
+{
+    if (others.empty()) return;
+    const HapticObject& first = objects[*others.begin()];
+    const std::string more =
+        others.size() > 1 ? fmt::format(" (and so are {} more)", others.size() - 1) : "";
+    messages.say(
+        {base::MessageCode::MODULATION_FREQUENCY,
+         fmt::format("{}: is modulated at {} Hz as {} is, not at {} Hz{}: the array plays one "
+                     "field at a time",
+                     first.path,
+                     base::exactNumber(leader.properties.modulationFrequency_Hz),
+                     leader.path,
+                     base::exactNumber(first.properties.modulationFrequency_Hz),
+                     more),
+         first.path});
+}
+
 } // namespace
 
 haptics::ModulationPlan modulationOf(const std::vector<HapticObject>& objects,
@@ -35,25 +61,23 @@ haptics::ModulationPlan modulationOf(const std::vector<HapticObject>& objects,
     if (!leader || points.object.empty()) return plan;
     if (everything.amplitudeRate_Hz > 0.0)
     {
-        messages.say("everything is modulated as the scene says; the modulation of " +
-                     leader->path + " is not played");
+        messages.say({base::MessageCode::MODULATION_OVERRIDDEN,
+                      "everything is modulated as the scene says; the modulation of " +
+                          leader->path + " is not played"});
         return plan;
     }
     plan.rate_Hz = leader->properties.modulationFrequency_Hz;
     plan.depth.resize(points.size());
+    std::set<std::size_t> others; // objects with another frequency
     for (Eigen::Index l = 0; l < plan.depth.size(); ++l)
     {
         const auto index = static_cast<std::size_t>(points.object[static_cast<std::size_t>(l)]);
         const HapticProperties& p = objects[index].properties;
         plan.depth[l] = isModulated(p) ? p.modulationDepth : 0.0;
         if (!isModulated(p) || p.modulationFrequency_Hz == plan.rate_Hz) continue;
-        messages.say(fmt::format("{}: is modulated at {:g} Hz as {} is, not at {:g} Hz: the array "
-                                 "plays one field at a time",
-                                 objects[index].path,
-                                 plan.rate_Hz,
-                                 leader->path,
-                                 p.modulationFrequency_Hz));
+        others.insert(index);
     }
+    tellOfOthers(objects, *leader, others, messages);
     // The modulated objects may have no points.
     if (plan.depth.size() == 0 || plan.depth.maxCoeff() == 0.0) plan = {};
     return plan;

@@ -1,5 +1,6 @@
 #include "engine-bridge/pipeline/PlayedFieldMonitor.h"
 
+#include "haptics/points/FeltPlaces.h"
 #include "haptics/solvers/PhaseObjective.h"
 
 #include <algorithm>
@@ -10,9 +11,6 @@ namespace midair::bridge
 
 namespace
 {
-
-// In spacings: the farthest that the sampler leaves a place of the surface from a point.
-constexpr double kFeltReach = 1.1;
 
 std::vector<haptics::FeltSurface> feltSurfaces(const std::vector<HapticObject>& objects,
                                                const haptics::ControlPoints& points,
@@ -28,8 +26,10 @@ std::vector<haptics::FeltSurface> feltSurfaces(const std::vector<HapticObject>& 
         const HapticObject& object = objects[i];
         const double spacing_m =
             object.properties.spacing_m > 0.0 ? object.properties.spacing_m : wavelength_m;
-        surfaces.push_back(
-            {object.mesh, object.pose, object.properties.sampling, kFeltReach * spacing_m});
+        surfaces.push_back({object.mesh.get(),
+                            object.pose,
+                            object.properties.sampling,
+                            haptics::kFeltReach * spacing_m});
     }
     return surfaces;
 }
@@ -38,11 +38,22 @@ std::vector<haptics::FeltSurface> feltSurfaces(const std::vector<HapticObject>& 
 
 PlayedFieldMonitor::PlayedFieldMonitor(const HologramOptions& options) : _options(options)
 {
-    if (!(options.monitorInterval > 0.0)) return;
+    optionsChanged();
+}
+
+void PlayedFieldMonitor::optionsChanged()
+{
+    if (_options.monitorInterval == _interval_s && _options.solverOptions.lambda == _lambda) return;
+    _interval_s = _options.monitorInterval;
+    _lambda = _options.solverOptions.lambda;
+    _monitor.reset();
+    _submitted = false;
+    _told = _number;
+    if (!(_interval_s > 0.0)) return;
     haptics::FieldMonitor::Options monitor;
-    monitor.interval_s = options.monitorInterval;
-    if (options.solverOptions.lambda >= haptics::PhaseObjective::kSmallestLambdaRel)
-        monitor.certificate.lambdaRel = options.solverOptions.lambda;
+    monitor.interval_s = _interval_s;
+    if (_lambda >= haptics::PhaseObjective::kSmallestLambdaRel)
+        monitor.certificate.lambdaRel = _lambda;
     _monitor = std::make_unique<haptics::FieldMonitor>(monitor);
 }
 
@@ -55,7 +66,8 @@ void PlayedFieldMonitor::submit(const haptics::FieldSequence& played,
     for (std::size_t k = 0; k < std::min(played.parts.size(), played.fields.size()); ++k)
     {
         if (played.parts[k].size() == 0) continue;
-        if (field->points.size() > 0)
+        // No field of an evened cycle is for its own points, so there is nothing to certify.
+        if (field->points.size() > 0 || played.evened)
         {
             haptics::append(field->others, played.parts[k]);
             continue;
@@ -63,7 +75,7 @@ void PlayedFieldMonitor::submit(const haptics::FieldSequence& played,
         field->points = played.parts[k];
         field->q = played.fields[k];
     }
-    if (field->points.size() == 0) return;
+    if (field->points.size() + field->others.size() == 0) return;
     field->array = std::make_shared<const haptics::TransducerArray>(array);
     field->medium = _options.medium;
     if (played.fields.size() > 1) field->cycle = played.fields;

@@ -20,6 +20,9 @@ public:
     /// \a options must outlive the monitor.
     explicit PlayedFieldMonitor(const HologramOptions& options);
 
+    /// To be called after the options have changed: begins anew if they change the monitor.
+    void optionsChanged();
+
     bool isOn() const { return _monitor != nullptr; }
 
     /// To be called when another field is played, so that the next submit() passes it on.
@@ -40,6 +43,8 @@ public:
 
 private:
     const HologramOptions& _options;
+    double _interval_s = 0.0;                        // of _monitor
+    double _lambda = 0.0;                            // of _monitor
     std::unique_ptr<haptics::FieldMonitor> _monitor; // null: disabled
     bool _submitted = false;                         // the monitor was given the current field
     std::uint64_t _number = 0;                       // number of the last field submitted

@@ -13,6 +13,11 @@ namespace midair::bridge
 namespace
 {
 
+/// Least distance of given points from those of other objects; nearer ones count as the same.
+constexpr double kGivenSpacing_m = 1e-6;
+/// Objects this many times as wide as the array are probably in other units.
+constexpr double kWide = 10.0;
+
 /// Largest distance that any of \a corners travels from pose \a a to pose \a b.
 double travel(const Eigen::Matrix<double, 3, 8>& corners,
               const Eigen::Isometry3d& a,
@@ -22,6 +27,37 @@ double travel(const Eigen::Matrix<double, 3, 8>& corners,
     const Eigen::Vector3d moved = b.translation() - a.translation();
     return ((turned * corners).colwise() + moved).colwise().norm().maxCoeff();
 }
+
+// The identity of the first sample of an object, a number far from those of others (the finalizer
+// of splitmix64: Steele, Lea, Flood 2014, "Fast splittable pseudorandom number generators").
+std::uint64_t firstIdentity(std::uint64_t object, std::uint64_t sampling)
+{
+    std::uint64_t mixed = object * 0x9e3779b97f4a7c15ull + sampling;
+    mixed = (mixed ^ (mixed >> 30)) * 0xbf58476d1ce4e5b9ull;
+    mixed = (mixed ^ (mixed >> 27)) * 0x94d049bb133111ebull;
+    return mixed ^ (mixed >> 31);
+}
+
+/// Objects that one thing is said of: one message, however many they are.
+class Alike
+{
+public:
+    void add(const std::string& path)
+    {
+        if (_count++ == 0) _first = path;
+    }
+    void tell(base::MessageCode code, const std::string& what, base::MessageLog& messages) const
+    {
+        if (_count == 0) return;
+        const std::string more =
+            _count > 1 ? fmt::format("; so it is with {} more", _count - 1) : "";
+        messages.say(base::about(code, _first, what + more));
+    }
+
+private:
+    std::size_t _count = 0;
+    std::string _first; // path
+};
 
 haptics::SelectorOptions selectorOptions(const PointAssembler::Options& options)
 {
@@ -49,6 +85,17 @@ PointAssembler::PointAssembler(const haptics::TransducerArray& array,
 {
 }
 
+void PointAssembler::setOptions(const haptics::TransducerArray& array, const Options& options)
+{
+    _assembled = false;
+    if (options == _options) return;
+    const base::StopToken stop = _selector.stop;
+    _options = options;
+    _selector = selectorOptions(options);
+    _selector.stop = stop;
+    _workspace = haptics::Workspace(array, options.wavelength_m, _selector);
+}
+
 void PointAssembler::setStop(const base::StopToken& stop)
 {
     _selector.stop = stop;
@@ -59,7 +106,8 @@ bool PointAssembler::usable(const HapticObject& object)
 {
     auto refuse = [this, &object](const std::string& why)
     {
-        _messages.say(object.path + ": " + why + "; it can't be felt");
+        _messages.say(base::about(
+            base::MessageCode::OBJECT_INVALID, object.path, why + "; it can't be felt"));
         return false;
     };
     const HapticProperties& p = object.properties;
@@ -100,6 +148,26 @@ bool PointAssembler::withinReach(const HapticObject& object) const
     return nearest - radius <= _workspace.reach_m();
 }
 
+// Models in millimetres or centimetres are common, and nothing of them that is felt says so.
+void PointAssembler::hintAtUnits(const HapticObject& object, double metresPerUnit)
+{
+    const auto widthOf = [](const Eigen::Matrix3Xd& places)
+    { return (places.rowwise().maxCoeff() - places.rowwise().minCoeff()).maxCoeff(); };
+    const double width_m = widthOf(object.mesh->vertices);
+    const double array_m = widthOf(_transducers);
+    if (!(width_m > kWide * array_m) || !std::isfinite(width_m) || !(array_m > 0.0)) return;
+    // A power of ten with which it is no wider than the array.
+    const double factor = std::pow(10.0, std::floor(std::log10(array_m / width_m) + 1e-9));
+    _messages.say(base::about(base::MessageCode::OBJECT_UNITS,
+                              object.path,
+                              fmt::format("is {:.3g} m wide, the array {:.3g} m: should "
+                                          "metresPerUnit be {:g}, not {:g}?",
+                                          width_m,
+                                          array_m,
+                                          metresPerUnit * factor,
+                                          metresPerUnit)));
+}
+
 AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
 {
     AssembledPoints out;
@@ -113,6 +181,8 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
     _placed.clear();
     _posed.clear();
     _candidates = 0;
+    Alike unreachable;
+    out.objects.resize(snapshot.objects.size());
     for (std::size_t i = 0; i < snapshot.objects.size(); ++i)
     {
         const HapticObject& object = snapshot.objects[i];
@@ -123,10 +193,12 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
         placed.properties = p;
         placed.pose = object.pose;
         if (!usable(object)) continue;
+        hintAtUnits(object, snapshot.metresPerUnit);
         if (!withinReach(object))
         {
-            _messages.say(object.path + ": is out of the array's reach; it can't be felt there");
+            unreachable.add(object.path);
             ++out.outOfWorkspace;
+            out.objects[i].isUnreachable = true;
             placed.corners = boxCorners(object.mesh->vertices);
             continue;
         }
@@ -135,6 +207,9 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
         add(object, static_cast<int>(i), unit_Pa, set, placed);
     }
     _samples.endSnapshot();
+    unreachable.tell(base::MessageCode::OBJECT_UNREACHABLE,
+                     "is out of the array's reach; it can't be felt there",
+                     _messages);
     select(snapshot, out);
     out.points.absolute = absolute;
     _assembled = true;
@@ -150,7 +225,8 @@ void PointAssembler::add(
     placed.corners = cached.corners;
     if (!cached.error.empty())
     {
-        _messages.say(object.path + ": " + cached.error + "; it can't be felt");
+        _messages.say(base::about(
+            base::MessageCode::OBJECT_INVALID, object.path, cached.error + "; it can't be felt"));
         return;
     }
     const haptics::SurfaceSamples& samples =
@@ -158,11 +234,12 @@ void PointAssembler::add(
     _candidates += samples.size();
     if (_candidates > base::kMostCandidates)
     {
-        _messages.say(fmt::format("{}: with its {} samples the scene's objects have more than {} "
-                                  "together; it can't be felt",
+        _messages.say(base::about(base::MessageCode::POINTS_BUDGET,
                                   object.path,
-                                  samples.size(),
-                                  base::kMostCandidates));
+                                  fmt::format("with its {} samples the scene's objects have more "
+                                              "than {} together; it can't be felt",
+                                              samples.size(),
+                                              base::kMostCandidates)));
         _candidates -= samples.size();
         return;
     }
@@ -170,8 +247,10 @@ void PointAssembler::add(
     posed.object = index;
     posed.priority = p.priority;
     posed.target = p.pressure * unit_Pa;
-    posed.spacing_m = spacing_m;
-    posed.pose(samples, object.pose);
+    // Points that were given are kept as near to each other as they are.
+    const bool given = p.sampling == haptics::Sampling::POINTS && !(p.spacing_m > 0.0);
+    posed.spacing_m = given ? kGivenSpacing_m : spacing_m;
+    posed.pose(samples, object.pose, firstIdentity(object.id, cached.sampling));
     keepSide(p.side, posed);
 }
 
@@ -179,11 +258,12 @@ void PointAssembler::keepSide(Side side, haptics::PosedObject& posed) const
 {
     if (side == Side::BOTH) return;
     const double wanted = side == Side::FRONT ? 1.0 : -1.0;
-    Eigen::Index kept = 0;
     base::StopLook look(_selector.stop, 16);
-    for (Eigen::Index i = 0; i < posed.positions.cols(); ++i)
+    const auto faces = [&](Eigen::Index i)
     {
         look.turn();
+        // Lines and points have no normal, so they have both sides.
+        const bool sided = !posed.normals.col(i).isZero(0.0);
         // Where the sound comes from: the sum of the directions to the transducers that face the
         // point, weighted with 1/R^2 like power.
         const Eigen::Matrix3Xd way = _transducers.colwise() - posed.positions.col(i);
@@ -191,15 +271,9 @@ void PointAssembler::keepSide(Side side, haptics::PosedObject& posed) const
         const Eigen::ArrayXd distance = way.colwise().norm().transpose();
         const Eigen::VectorXd weight =
             (facing > 0.0).select(1.0 / distance.cube(), Eigen::ArrayXd::Zero(distance.size()));
-        if (wanted * (way * weight).dot(posed.normals.col(i)) <= 0.0) continue;
-        posed.positions.col(kept) = posed.positions.col(i);
-        posed.normals.col(kept) = posed.normals.col(i);
-        if (posed.intensity.size() > 0) posed.intensity[kept] = posed.intensity[i];
-        ++kept;
-    }
-    posed.positions.conservativeResize(3, kept);
-    posed.normals.conservativeResize(3, kept);
-    if (posed.intensity.size() > 0) posed.intensity.conservativeResize(kept);
+        return !sided || wanted * (way * weight).dot(posed.normals.col(i)) > 0.0;
+    };
+    posed.keepIf(faces);
 }
 
 void PointAssembler::select(const SceneSnapshot& snapshot, AssembledPoints& out)
@@ -214,13 +288,18 @@ void PointAssembler::select(const SceneSnapshot& snapshot, AssembledPoints& out)
     out.unpainted = static_cast<std::uint64_t>(report.noTarget);
     if (report.overBudget > 0)
         _messages.say(
-            fmt::format("more points than the budget of {}; objects of lower priority get fewer",
-                        _selector.maxPoints));
+            {base::MessageCode::POINTS_BUDGET,
+             fmt::format("more points than the budget of {}; objects of lower priority get fewer",
+                         _selector.maxPoints)});
+    Alike unfelt;
+    for (std::size_t i = 0; i < _posed.size(); ++i)
+        out.objects[static_cast<std::size_t>(_posed[i].object)].leftOut = report.leftOut[i];
     for (std::size_t i = 0; i < _posed.size(); ++i)
         if (_posed[i].positions.cols() > 0 && report.perObject[i] == 0)
-            _messages.say(snapshot.objects[static_cast<std::size_t>(_posed[i].object)].path +
-                          ": none of its points can be felt where it is (" + report.summary() +
-                          ")");
+            unfelt.add(snapshot.objects[static_cast<std::size_t>(_posed[i].object)].path);
+    unfelt.tell(base::MessageCode::OBJECT_UNFELT,
+                "none of its points can be felt where it is (" + report.summary() + ")",
+                _messages);
 
     Eigen::Index candidates = 0;
     for (const auto& posed : _posed)

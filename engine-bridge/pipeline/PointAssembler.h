@@ -15,15 +15,24 @@
 namespace midair::bridge
 {
 
+/// What became of the samples of one object of a snapshot.
+struct ObjectPoints
+{
+    haptics::LeftOutPoints leftOut;
+    int outOfReach = 0;         ///< points left out because no hand was near them
+    bool isUnreachable = false; ///< the whole object is out of the array's reach
+};
+
 /// The control points of one snapshot, and what was left out.
 struct AssembledPoints
 {
     haptics::ControlPoints points; ///< array frame; object indexes the snapshot's objects
     Eigen::Matrix3Xd skipped;      ///< array frame; samples left out (workspace, spacing, budget)
-    std::uint64_t outOfWorkspace = 0; ///< points, plus objects wholly out of reach
-    std::uint64_t overBudget = 0;     ///< points beyond maxPoints
-    std::uint64_t crowded = 0;        ///< points too near another one
-    std::uint64_t unpainted = 0;      ///< points of intensity 0
+    std::uint64_t outOfWorkspace = 0;  ///< points, plus objects wholly out of reach
+    std::uint64_t overBudget = 0;      ///< points beyond maxPoints
+    std::uint64_t crowded = 0;         ///< points too near another one
+    std::uint64_t unpainted = 0;       ///< points of intensity 0
+    std::vector<ObjectPoints> objects; ///< of the snapshot's objects, in their order
 };
 
 /// Turns a snapshot's objects into control points, and detects later movements of them.
@@ -37,12 +46,21 @@ public:
         double motionTolerance_m = 0.0; ///< >= 0; objects that moved no farther count as unmoved
         int maxPoints = 0;              ///< >= 0; 0: the selector's default
         int sets = 1;                   ///< 1 .. 1024; number of shifted sets of points per surface
+
+        bool operator==(const Options& b) const
+        {
+            return wavelength_m == b.wavelength_m && motionTolerance_m == b.motionTolerance_m &&
+                   maxPoints == b.maxPoints && sets == b.sets;
+        }
     };
 
     /// Throws base::InputError for an array without transducers.
     PointAssembler(const haptics::TransducerArray& array,
                    const Options& options,
                    base::MessageLog& messages);
+
+    /// Replaces the options; samples that fit them are kept. The next unmoved() returns false.
+    void setOptions(const haptics::TransducerArray& array, const Options& options);
 
     /// Once \a stop is requested, assemble() throws base::Stopped.
     void setStop(const base::StopToken& stop);
@@ -75,12 +93,13 @@ private:
     };
 
     bool usable(const HapticObject& object);
+    void hintAtUnits(const HapticObject& object, double metresPerUnit);
     bool withinReach(const HapticObject& object) const;
     void add(const HapticObject& object, int index, double unit_Pa, int set, Placed& placed);
     void keepSide(Side side, haptics::PosedObject& posed) const;
     void select(const SceneSnapshot& snapshot, AssembledPoints& out);
 
-    const Options _options;
+    Options _options;
     haptics::SelectorOptions _selector;
     haptics::Workspace _workspace;
     Eigen::Matrix3Xd _transducers; ///< 3 x m, m

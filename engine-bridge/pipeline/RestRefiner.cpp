@@ -3,11 +3,14 @@
 #include "engine-bridge/pipeline/ObjectModulation.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/points/FeltPlaces.h"
 #include "haptics/points/ReachedOutlines.h"
 
 #include <algorithm>
 #include <iterator>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace midair::bridge
 {
@@ -22,8 +25,18 @@ RestRefiner::RestRefiner(const HologramOptions& options,
     _composer(composer),
     _around(around),
     _messages(messages),
-    _sets(static_cast<std::size_t>(options.cycle))
+    _sets(static_cast<std::size_t>(options.cycle)),
+    _surface(options.wavelength_m()),
+    _evened(options.even, options.cycleSteps, options.solverOptions)
 {
+}
+
+void RestRefiner::setStop(const base::StopToken& stop)
+{
+    _surface.setStop(stop);
+    haptics::SolverOptions solver = _options.solverOptions;
+    solver.stop = stop;
+    _evened = haptics::EvenedCycle(_options.even, _options.cycleSteps, solver);
 }
 
 int RestRefiner::nextSet()
@@ -38,6 +51,8 @@ void RestRefiner::begin(const SceneSnapshot& snapshot, int set, const haptics::F
 {
     _setsMissing = _options.cycle > 1 && !made.isEmpty();
     _outlineMissing = !made.isEmpty() && isOutline(snapshot);
+    _placesMissing = false;
+    _evened.end();
     _current = _setsMissing || _outlineMissing;
     if (_current || _options.monitorInterval > 0.0) _snapshot = snapshot;
     if (!_setsMissing) return;
@@ -57,30 +72,20 @@ std::optional<haptics::FieldSequence> RestRefiner::step(const haptics::ControlPo
     if (!hasWork()) return std::nullopt;
     try
     {
-        if (_outlineMissing)
+        if (_outlineMissing) return makeOutline(played, modulation);
+        if (_setsMissing)
         {
-            const std::vector<haptics::Outline> curves = outlines(played);
-            if (!curves.empty())
-            {
-                haptics::FieldSequence made = _composer.composeOutlines(
-                    curves,
-                    played.absolute,
-                    modulation,
-                    _around.shadowed(played, _options.array, _options.wavelength_m()),
-                    _options.medium);
-                ++_solves;
-                _setsMissing = _outlineMissing = false;
-                return made;
-            }
-            _outlineMissing = false;
+            if (makeNextSet()) return std::nullopt;
+            _setsMissing = false;
+            return joinSets();
+        }
+        if (_placesMissing)
+        {
+            beginToEven(played);
+            _placesMissing = false;
             return std::nullopt;
         }
-        if (makeNextSet()) return std::nullopt;
-        _setsMissing = false;
-        std::vector<haptics::FieldSequence> sets(_sets.size());
-        sets.swap(_sets);
-        return _composer.join(
-            std::move(sets), Eigen::Matrix3Xd(3, 0), _options.array, _options.medium);
+        return _evened.step();
     }
     catch (const base::Stopped&)
     {
@@ -88,10 +93,65 @@ std::optional<haptics::FieldSequence> RestRefiner::step(const haptics::ControlPo
     }
     catch (const std::exception& error)
     {
-        _messages.say(error.what());
-        _setsMissing = _outlineMissing = false;
+        _messages.say({base::MessageCode::FIELD_REST, error.what()});
+        _setsMissing = _outlineMissing = _placesMissing = false;
+        _evened.end();
         return std::nullopt;
     }
+}
+
+std::optional<haptics::FieldSequence>
+RestRefiner::makeOutline(const haptics::ControlPoints& played,
+                         const haptics::ModulatorOptions& modulation)
+{
+    const std::vector<haptics::Outline> curves = outlines(played);
+    if (curves.empty())
+    {
+        _outlineMissing = false;
+        return std::nullopt;
+    }
+    haptics::FieldSequence made =
+        _composer.composeOutlines(curves,
+                                  played.absolute,
+                                  modulation,
+                                  _around.shadowed(played, _options.array, _options.wavelength_m()),
+                                  _options.medium);
+    ++_solves;
+    _setsMissing = _outlineMissing = false;
+    return made;
+}
+
+// Joins all sets as they are, which can be played at once; they are evened out after that.
+haptics::FieldSequence RestRefiner::joinSets()
+{
+    std::vector<haptics::FieldSequence> sets(_sets.size());
+    sets.swap(_sets);
+    const bool oneEach = std::all_of(
+        sets.begin(), sets.end(), [](const haptics::FieldSequence& set) { return set.isHeld(); });
+    haptics::FieldSequence cycle =
+        _composer.join(std::move(sets), {}, _options.array, _options.medium);
+    _placesMissing = oneEach && _options.even > 0;
+    if (_placesMissing) _joined = cycle;
+    return cycle;
+}
+
+void RestRefiner::beginToEven(const haptics::ControlPoints& played)
+{
+    if (played.absolute) return;
+    const auto places = _surface.places(_snapshot.objects, played);
+    if (!places)
+    {
+        _messages.say({base::MessageCode::FIELD_UNEVEN,
+                       fmt::format("the fields in turn are not evened out: their surfaces have "
+                                   "more than {} places {:g} wavelengths apart",
+                                   haptics::kMostPlaces,
+                                   haptics::kPlaceSpacings.back())});
+        return;
+    }
+    _evened.begin(_joined,
+                  *places,
+                  _around.shadowed(played, _options.array, _options.wavelength_m()),
+                  _options.medium);
 }
 
 // Makes one set of the cycle that is missing; returns false if none is.
@@ -139,7 +199,8 @@ bool RestRefiner::isOutline(const SceneSnapshot& snapshot) const
 }
 
 // The outlines of all objects of the scene, array frame; none if a part of one can't be reached,
-// since points, which are played instead, can be left out one by one.
+// since points, which are played instead, can be left out one by one, or if there are single points
+// beside them.
 std::vector<haptics::Outline> RestRefiner::outlines(const haptics::ControlPoints& played) const
 {
     std::vector<haptics::Outline> all;
@@ -152,7 +213,8 @@ std::vector<haptics::Outline> RestRefiner::outlines(const haptics::ControlPoints
         haptics::ReachedOutlines reached = haptics::reachedOutlines(
             *object.mesh, object.pose, target, _assembler.workspace(), _options.solverOptions.stop);
         points += reached.points;
-        if (reached.outside > 0 || points > base::kMostControlPoints) return {};
+        if (reached.outside > 0 || reached.apart > 0 || points > base::kMostControlPoints)
+            return {};
         std::move(reached.inside.begin(), reached.inside.end(), std::back_inserter(all));
     }
     return all;

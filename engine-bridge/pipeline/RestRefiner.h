@@ -1,10 +1,12 @@
 #pragma once
 
 #include "engine-bridge/hands/HandsAndObstacles.h"
+#include "engine-bridge/pipeline/FeltSurface.h"
 #include "engine-bridge/pipeline/HologramOptions.h"
 #include "engine-bridge/pipeline/PointAssembler.h"
 #include "engine-bridge/pipeline/SceneSnapshot.h"
 #include "haptics/base/text/MessageLog.h"
+#include "haptics/sequence/EvenedCycle.h"
 #include "haptics/sequence/SequenceComposer.h"
 #include "haptics/surface/Outline.h"
 
@@ -15,8 +17,9 @@ namespace midair::bridge
 {
 
 /// Improves the field of a scene at rest: solves outlines as one smooth field, or solves for the
-/// other sets of points of a cycle and joins all of them. It works in steps, so that a new snapshot
-/// waits for one step at most.
+/// other sets of points of a cycle, joins all of them and evens them out. It works in steps, so
+/// that a new snapshot waits for one step at most; those of the evening out take a millisecond or
+/// so.
 class RestRefiner
 {
 public:
@@ -36,7 +39,10 @@ public:
     void end() { _current = false; }
 
     /// Returns true if step() has something to do.
-    bool hasWork() const { return _current && (_setsMissing || _outlineMissing); }
+    bool hasWork() const
+    {
+        return _current && (_setsMissing || _outlineMissing || _placesMissing || _evened.hasWork());
+    }
 
     /// Does the next step. Returns what is to be played from now on, or nothing if what is played
     /// stays. If a field can't be made, the reason is a message and what is played stays. Throws
@@ -50,7 +56,14 @@ public:
     /// The number of solves since the last call.
     int takeSolves();
 
+    /// To be called before the first step().
+    void setStop(const base::StopToken& stop);
+
 private:
+    std::optional<haptics::FieldSequence> makeOutline(const haptics::ControlPoints& played,
+                                                      const haptics::ModulatorOptions& modulation);
+    haptics::FieldSequence joinSets();
+    void beginToEven(const haptics::ControlPoints& played);
     bool makeNextSet();
     bool isOutline(const SceneSnapshot& snapshot) const;
     std::vector<haptics::Outline> outlines(const haptics::ControlPoints& played) const;
@@ -68,6 +81,10 @@ private:
     bool _current = false; // _snapshot and _sets belong to what is played
     bool _setsMissing = false;
     bool _outlineMissing = false;
+    bool _placesMissing = false;    // the cycle that is played is to be evened out
+    haptics::FieldSequence _joined; // that cycle
+    FeltSurface _surface;
+    haptics::EvenedCycle _evened;
 };
 
 } // namespace midair::bridge

@@ -55,6 +55,7 @@ bool SampleCache::follow(const Entry& from, const HapticObject& object, Entry& t
         stretched(from.cached.sets.front(), before, now, kStretched))
         return false;
     to.cached.sets = from.cached.sets;
+    to.cached.sampling = from.cached.sampling;
     to.sampledMesh = from.sampledMesh;
     for (haptics::SurfaceSamples& samples : to.cached.sets)
         haptics::updateSamples(now, samples);
@@ -68,11 +69,12 @@ void SampleCache::sample(const HapticObject& object, Entry& entry)
     options.spacing_m = entry.spacing_m;
     options.sampling = entry.sampling;
     options.stop = _stop;
-    entry.sampledMesh = object.mesh;
-    ++_sampled;
+    entry.sampledMesh = object.mesh.get();
+    entry.cached.sampling = ++_sampled;
     try
     {
-        const bool one = options.sampling == haptics::Sampling::VERTICES;
+        const bool one = options.sampling == haptics::Sampling::VERTICES ||
+                         options.sampling == haptics::Sampling::POINTS;
         entry.cached.sets = haptics::sampleSurfaceSets(*object.mesh, options, one ? 1 : entry.sets);
         if (!makeRoom(entry))
             throw base::InputError(fmt::format(
@@ -133,6 +135,8 @@ const CachedSamples& SampleCache::get(const HapticObject& object, double spacing
     entry.sampling = sampling;
     entry.sets = sets;
     if (!alike || !follow(*alike, object, entry)) sample(object, entry);
+    for (Entry& one : _entries)
+        one.isShape |= object.topologyId != 0 && one.topologyId == object.topologyId;
     entry.cached.corners = entry.cached.sets.empty()
                                ? boxCorners(Eigen::Matrix3Xd(3, 0))
                                : boxCorners(entry.cached.sets.front().positions);
@@ -142,8 +146,13 @@ const CachedSamples& SampleCache::get(const HapticObject& object, double spacing
 
 void SampleCache::endSnapshot()
 {
-    const int kept = _entries.size() > kMostEntries ? 0 : kKeptSnapshots;
-    _entries.remove_if([kept](Entry& entry) { return entry.unused++ > kept; });
+    const bool isFull = _entries.size() > kMostEntries;
+    _entries.remove_if(
+        [isFull](Entry& entry)
+        {
+            const int kept = entry.isShape ? kKeptShapes : kKeptSnapshots;
+            return entry.unused++ > (isFull ? 0 : kept);
+        });
 }
 
 } // namespace midair::bridge

@@ -25,6 +25,8 @@ struct CachedSamples
     std::vector<haptics::SurfaceSamples> sets;
     /// Corners of the samples' bounding box, to tell how far a change of pose moves them.
     Eigen::Matrix<double, 3, 8> corners;
+    /// Counts samplings; samples that follow moved vertices keep it.
+    std::uint64_t sampling = 0;
     std::string error; ///< why the mesh can't be sampled (sets is empty then); else empty
 };
 
@@ -41,13 +43,15 @@ public:
     /// Once \a stop is requested, get() throws base::Stopped if it has to sample.
     void setStop(const base::StopToken& stop) { _stop = stop; }
 
-    /// Drops meshes that get() was not asked for in kKeptSnapshots snapshots.
+    /// Drops meshes that get() was not asked for in kKeptSnapshots snapshots, and shapes of a
+    /// deformed mesh that it was not asked for in kKeptShapes.
     void endSnapshot();
 
     std::uint64_t sampled() const { return _sampled; }
     std::uint64_t followed() const { return _followed; }
 
-    static constexpr int kKeptSnapshots = 100;
+    static constexpr int kKeptSnapshots = 10000; ///< minutes: objects that are shown in turn
+    static constexpr int kKeptShapes = 2;        ///< each frame of a deformed mesh is another shape
     /// With more entries, those that the current snapshot doesn't use are dropped at once.
     static constexpr std::size_t kMostEntries = 64;
     static constexpr double kStretched = 1.25;
@@ -63,7 +67,8 @@ private:
         haptics::Sampling sampling = haptics::Sampling::SURFACE;
         CachedSamples cached;
         std::shared_ptr<const haptics::TriangleMesh> sampledMesh; ///< the mesh that was sampled
-        int unused = 0; ///< snapshots since the last get()
+        bool isShape = false; ///< a newer entry has the same triangles
+        int unused = 0;       ///< snapshots since the last get()
     };
 
     bool follow(const Entry& from, const HapticObject& object, Entry& to);

@@ -15,8 +15,13 @@ struct SceneSnapshot
 {
     std::uint64_t frame = 0; ///< frame number; copied into HologramResult::frame
     double time_s = 0.0;     ///< steady clock, when it was collected
+    /// of the frame; copied into HologramResult::simulationTime_s
+    double simulationTime_s = 0.0;
+    /// affine, from the scene's world, in its units, to the array; copied into the result
+    Eigen::Matrix4d worldToArray = Eigen::Matrix4d::Identity();
     std::vector<HapticObject> objects;
     HandsAndObstacles around;
+    double metresPerUnit = 1.0; ///< of the scene, for messages; the objects are in metres
 };
 
 } // namespace midair::bridge

@@ -1,9 +1,11 @@
 #include "engine-bridge/playing/ArrayOutput.h"
 
 #include "device/drive/DriveEncoder.h"
+#include "haptics/base/threads/SteadyClock.h"
 
 #include <complex>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -18,7 +20,8 @@ Eigen::VectorXcf vectorOf(const std::vector<std::complex<float>>& q)
     return Eigen::Map<const Eigen::VectorXcf>(q.data(), static_cast<Eigen::Index>(q.size()));
 }
 
-std::vector<device::DriveSignal> encoded(const haptics::FieldSequence& sequence, int transducers)
+std::vector<device::DriveSignal>
+encoded(const haptics::FieldSequence& sequence, int transducers, const std::vector<int>& dead)
 {
     std::vector<device::DriveSignal> signals(sequence.fields.size());
     for (std::size_t k = 0; k < signals.size(); ++k)
@@ -32,22 +35,31 @@ std::vector<device::DriveSignal> encoded(const haptics::FieldSequence& sequence,
         if (!device::encode(q.data(), transducers, signals[k]))
             throw std::runtime_error(
                 "solver gave activations that are not finite; nothing is played");
+        for (const int i : dead)
+            signals[k].duty[static_cast<std::size_t>(i)] = 0;
     }
     return signals;
 }
 
 } // namespace
 
-ArrayOutput::ArrayOutput(const Open& open, base::MessageLog& messages) : _messages(messages)
+ArrayOutput::ArrayOutput(const Open& open,
+                         base::MessageLog& messages,
+                         std::vector<int> dead,
+                         double retry_s) :
+    _messages(messages),
+    _dead(std::move(dead))
 {
     try
     {
         _device = open();
+        _opened = _device.get();
     }
     catch (const std::exception& error)
     {
         _openError = error.what();
-        _messages.say(_openError);
+        _messages.say({base::MessageCode::DEVICE_OPEN, _openError});
+        if (retry_s > 0.0) _reopener = std::make_unique<DeviceReopener>(open, retry_s);
     }
 }
 
@@ -65,18 +77,27 @@ void ArrayOutput::play(const haptics::FieldSequence& sequence,
                        int transducers,
                        const base::StopToken& stop)
 {
-    _signals = encoded(sequence, transducers);
+    _signals = encoded(sequence, transducers, _dead);
+    _modulation = sequence.modulation;
     _playing = true;
     usePlayer(sequence.changes());
     if (_player)
-    {
-        const std::lock_guard<std::mutex> lock(_sending);
-        stop.throwIfRequested();
-        // The fields are capped already. If the device refuses a step, the next one follows anyway.
-        _player->play(_signals, sequence.modulation);
-    }
-    else if (_device && !sendHeld(stop))
+        startPlayer(stop);
+    else if (_device && !sendHeld(stop) && !isBlocked())
         _messages.say(refusal());
+    if (_uncapped && !std::exchange(_capTold, true))
+        _messages.say({base::MessageCode::DEVICE_CAP,
+                       "the device can't keep a cap of its amplitude; nothing is played"});
+}
+
+// The fields are capped already. If the device refuses a step, the next one follows anyway.
+bool ArrayOutput::startPlayer(const base::StopToken& stop)
+{
+    const std::lock_guard<std::mutex> lock(_sending);
+    stop.throwIfRequested();
+    _playing = !isBlocked();
+    if (_playing) _player->play(_signals, _modulation);
+    return _playing;
 }
 
 // The player, and so its thread, exists only while fields change with time.
@@ -95,6 +116,10 @@ bool ArrayOutput::sendHeld(const base::StopToken& stop)
     const std::lock_guard<std::mutex> lock(_sending);
     stop.throwIfRequested();
     _before = _device->report();
+    _sent_s = base::steadySeconds();
+    _playing = false;
+    _holds = true; // until it is unmuted, or capped
+    if (isBlocked()) return false;
     _playing = _device->send(_signals.front());
     // A device that is READY and refuses the field would refuse it again: attend() doesn't retry.
     _holds = _playing || _device->report().state != device::DeviceState::READY;
@@ -102,14 +127,33 @@ bool ArrayOutput::sendHeld(const base::StopToken& stop)
     return _playing;
 }
 
-// The report's message says what happened to the device; the log takes it once.
-std::string ArrayOutput::refusal() const
+// The report's message says what happened to the device.
+base::Message ArrayOutput::refusal() const
 {
+    using base::MessageCode;
     const device::DeviceReport report = _device->report();
-    if (report.state == device::DeviceState::MUTED) return "device: muted";
+    if (report.state == device::DeviceState::MUTED)
+        return {MessageCode::DEVICE_MUTED, "device: muted"};
     const std::string why = report.message.empty() ? _device->status() : report.message;
-    return (report.state == device::DeviceState::LOST ? "device: " : "device refused a field: ") +
-           why;
+    if (report.state == device::DeviceState::LOST)
+        return {MessageCode::DEVICE_LOST, "device: " + why};
+    return {MessageCode::DEVICE_REFUSED, "device refused a field: " + why};
+}
+
+void ArrayOutput::tell(ArrayState state)
+{
+    if (state == ArrayState::LOST && _player) _messages.say(refusal());
+    if (state != ArrayState::FAULT || !_playing) return;
+    const device::DeviceReport report = _device->report();
+    _messages.say(
+        {base::MessageCode::DEVICE_FAULT,
+         fmt::format("device: takes what it is sent and doesn't play it: of {} fields {} were "
+                     "played and {} lost{}{}",
+                     report.sent,
+                     report.played,
+                     report.lost,
+                     report.message.empty() ? "" : "; ",
+                     report.message)});
 }
 
 void ArrayOutput::silence(Silence why)
@@ -127,16 +171,58 @@ void ArrayOutput::silenceNow()
     if (_device) _device->silence();
 }
 
+void ArrayOutput::setAmplitudeCap(double amplitude)
+{
+    const std::lock_guard<std::mutex> lock(_sending);
+    keepCap(amplitude);
+}
+
+void ArrayOutput::lowerAmplitudeCap(double amplitude)
+{
+    const std::lock_guard<std::mutex> lock(_sending);
+    if (!(amplitude >= _cap)) keepCap(amplitude);
+}
+
+void ArrayOutput::keepCap(double amplitude)
+{
+    _cap = amplitude;
+    if (!_device) return;
+    _uncapped = !_device->setAmplitudeCap(amplitude);
+    if (!_uncapped) return;
+    if (_player) _player->stop();
+    _device->silence();
+}
+
+void ArrayOutput::setMuted(bool muted)
+{
+    const std::lock_guard<std::mutex> lock(_sending);
+    _muted = muted;
+    if (_player && muted) _player->stop(); // it would count refused steps
+    if (_device) _device->setMuted(muted);
+}
+
 ArrayOutput::Attention ArrayOutput::attend(const base::StopToken& stop)
 {
-    // The player sends its steps again by itself.
-    if (!_device || _player || !_holds) return Attention::NOTHING;
+    if (!_device || _signals.empty()) return Attention::NOTHING;
+    if (isBlocked())
+    {
+        _playing = false;
+        return Attention::NOTHING;
+    }
+    // The player sends its steps again by itself, unless it was stopped for a mute.
+    if (_player) return !_playing && startPlayer(stop) ? Attention::RESENT : Attention::NOTHING;
+    if (!_holds) return Attention::NOTHING;
     const device::DeviceReport now = _device->report();
     const bool ready = now.state == device::DeviceState::READY;
     const bool lost = now.lost != _before.lost || now.faults != _before.faults ||
                       now.reconnects != _before.reconnects;
     const bool again = ready && now.pending == 0 && (lost || !_playing);
     if (!again && (ready || !_playing)) return Attention::NOTHING;
+    if (ready && now.lost != _before.lost && now.played == _before.played)
+    {
+        _missed = true;
+        _playedAtMiss = now.played;
+    }
     _playing = false;
     if (again && sendHeld(stop)) return Attention::RESENT;
     _messages.say(refusal());
@@ -153,6 +239,8 @@ Eigen::VectorXcf ArrayOutput::wouldPlay(const device::DriveSignal& signal) const
 
 std::vector<Eigen::VectorXcf> ArrayOutput::played() const
 {
+    if (_device && isBlocked())
+        return std::vector<Eigen::VectorXcf>(_signals.size(), vectorOf(_device->played()));
     const bool told = _device && !(_playing && (_player || _device->report().pending > 0));
     if (told && _signals.size() == 1) return {vectorOf(_device->played())};
     return planned();
@@ -165,11 +253,6 @@ std::vector<Eigen::VectorXcf> ArrayOutput::planned() const
     for (const device::DriveSignal& signal : _signals)
         fields.push_back(wouldPlay(signal));
     return fields;
-}
-
-std::string ArrayOutput::status() const
-{
-    return _device ? _device->status() : "not open: " + _openError;
 }
 
 } // namespace midair::bridge

@@ -1,13 +1,19 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
+#include "engine-bridge/playing/ArrayReading.h"
+#include "engine-bridge/playing/DeviceReopener.h"
 #include "engine-bridge/playing/FieldPlayer.h"
+#include "engine-bridge/playing/PlayedShare.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/base/threads/StopToken.h"
 #include "haptics/sequence/FieldSequence.h"
 
+#include <osgMidair/ArrayState>
+
 #include <Eigen/Core>
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -20,19 +26,31 @@ namespace midair::bridge
 /// Sends a scene's fields to a device: holds a single field, plays several in turn, silences the
 /// array, and resends what the device lost.
 ///
-/// Only one thread at a time may call its members, except silenceNow().
+/// Only one thread at a time may call its members, except those that are for any thread.
 class ArrayOutput
 {
 public:
     using Open = std::function<std::unique_ptr<device::ArrayDevice>()>;
 
     /// Calls \a open. If that throws, the reason is a message and there is no device: fields are
-    /// then decoded as a device with default levels would play them.
-    ArrayOutput(const Open& open, base::MessageLog& messages);
+    /// then decoded as a device with default levels would play them. \a dead: transducers that are
+    /// never driven, whatever a field says. \a retry_s: pause before \a open is called again, on a
+    /// thread of its own, and then again with growing pauses; 0: never.
+    ArrayOutput(const Open& open,
+                base::MessageLog& messages,
+                std::vector<int> dead = {},
+                double retry_s = 0.0);
     ~ArrayOutput(); ///< silences the device
 
     ArrayOutput(const ArrayOutput&) = delete;
     ArrayOutput& operator=(const ArrayOutput&) = delete;
+
+    /// Returns false if the device could not be opened.
+    bool isOpen() const { return _device != nullptr; }
+
+    /// To be called at intervals while there is no device. Returns true if it could be opened by
+    /// now: it is silent, and isOpen() from now on.
+    bool tryAgain();
 
     /// The ability of the device; the default DriveAbility if there is no device.
     device::DriveAbility ability() const;
@@ -57,6 +75,18 @@ public:
     /// field afterwards, unless a stop was requested before.
     void silenceNow();
 
+    /// Caps the amplitude of all that is played from now on, see ArrayDevice::setAmplitudeCap(). If
+    /// the device can't, it is silenced, and stays so until it has a cap that it can keep. Any
+    /// thread.
+    void setAmplitudeCap(double amplitude);
+    double amplitudeCap() const { return _cap; } ///< any thread
+    /// Lowers the cap to \a amplitude if it is higher. Any thread.
+    void lowerAmplitudeCap(double amplitude);
+
+    /// Silences the array at once and sends nothing until setMuted(false); the next attend() then
+    /// plays what play() was given last. Any thread.
+    void setMuted(bool muted);
+
     /// Returns true if the array plays what it was given last, or is silent as WANTED. After play()
     /// it is also true if there is no device.
     bool isPlaying() const { return _playing; }
@@ -65,7 +95,7 @@ public:
     enum class Attention
     {
         NOTHING, ///< nothing was lost
-        RESENT,  ///< the device had lost the field, and took it again
+        RESENT,  ///< the device had lost the field, or was muted, and took it again
         REFUSED  ///< the device lost the field and doesn't take it
     };
     /// To be called at intervals: resends a held field that the device has lost (unplugged and
@@ -81,23 +111,60 @@ public:
     /// is no longer pending, else planned().
     std::vector<Eigen::VectorXcf> played() const;
 
-    std::string status() const;
+    std::string status() const; ///< any thread
+    /// What the device has done with its fields; nothing without a device. Any thread.
+    ArrayFields fields() const { return reading().fields; }
+    /// What the array does now. To be asked at each field, since it is judged by the last ones.
+    ArrayState state();
+    /// Keeps \a state, as it was judged, for reading().
+    void judge(ArrayState state);
+    /// The judged state as far as the device still agrees, and its fields, by one report of it: it
+    /// is lost at once, and plays once it has played more than when it was judged to be silent. Any
+    /// thread.
+    ArrayReading reading() const;
+    /// Says what is wrong if the array has just come into \a state.
+    void tell(ArrayState state);
 
 private:
+    /// A state, and how many fields had been played then.
+    struct Judgement
+    {
+        ArrayState state = ArrayState::OPENING;
+        std::uint64_t played = 0;
+    };
+
     void usePlayer(bool wanted);
     bool sendHeld(const base::StopToken& stop);
-    std::string refusal() const;
+    bool startPlayer(const base::StopToken& stop);
+    bool isBlocked() const { return _muted || _uncapped; }
+    void keepCap(double amplitude);
+    base::Message refusal() const;
+    std::string openError() const;
 
     base::MessageLog& _messages;
+    const std::vector<int> _dead;
     // Guards sending to the device and to the player, and creating and destroying the player.
     std::mutex _sending;
     std::unique_ptr<device::ArrayDevice> _device;
     // Sends to the device while fields change with time; null else. Destroyed before the device.
     std::unique_ptr<FieldPlayer> _player;
+    std::atomic<device::ArrayDevice*> _opened{nullptr}; // _device, which stays, for any thread
+    std::unique_ptr<DeviceReopener> _reopener;          // while there is no device; null: never
+    mutable std::mutex _telling;                        // guards the next two
     std::string _openError;
+    Judgement _judged;
+    std::atomic<bool> _muted{false};    // written under _sending, as the next two
+    std::atomic<bool> _uncapped{false}; // the device can't keep _cap
+    std::atomic<double> _cap{1.0};      // of setAmplitudeCap()
+    bool _capTold = false;
     std::vector<device::DriveSignal> _signals; // of the last play(); empty: silent
+    haptics::ModulatorOptions _modulation;     // of the last play()
     bool _playing = false;
-    bool _holds = false;          // the device should hold _signals.front()
+    bool _holds = false; // the device should hold _signals.front()
+    PlayedShare _share;
+    double _sent_s = 0.0; // time of _before
+    bool _missed = false; // a held field was sent and not played; until one is
+    std::uint64_t _playedAtMiss = 0;
     device::DeviceReport _before; // taken just before that was sent
 };
 

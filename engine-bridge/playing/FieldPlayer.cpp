@@ -1,6 +1,5 @@
 #include "engine-bridge/playing/FieldPlayer.h"
 
-#include "device/drive/DriveEncoder.h"
 #include "engine-bridge/playing/SequenceOfSteps.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/threads/SteadyClock.h"
@@ -43,31 +42,19 @@ FieldPlayer::~FieldPlayer()
     _thread.join();
 }
 
-void FieldPlayer::play(const std::vector<Eigen::VectorXcf>& cycle,
-                       const haptics::ModulatorOptions& modulation)
-{
-    std::vector<device::DriveSignal> signals(cycle.size());
-    for (std::size_t k = 0; k < cycle.size(); ++k)
-    {
-        if (cycle[k].size() != cycle[0].size())
-            throw base::InputError(
-                fmt::format("field player: field {} has {} activations, the first one {}",
-                            k,
-                            cycle[k].size(),
-                            cycle[0].size()));
-        if (!device::encode(cycle[k].data(), static_cast<int>(cycle[k].size()), signals[k]))
-            throw base::InputError(
-                fmt::format("field player: field {} has an activation that is not finite", k));
-    }
-    play(std::move(signals), modulation);
-}
-
 void FieldPlayer::play(std::vector<device::DriveSignal> signals,
                        const haptics::ModulatorOptions& modulation)
 {
     const haptics::Modulator modulator(modulation);
     if (signals.empty())
         throw base::InputError("field player: there are no fields; there must be at least one");
+    for (std::size_t k = 0; k < signals.size(); ++k)
+        if (!signals[k].fits(signals[0].size()))
+            throw base::InputError(
+                fmt::format("field player: field {} is for {} transducers, the first one for {}",
+                            k,
+                            signals[k].size(),
+                            signals[0].size()));
     std::shared_ptr<Whole> whole;
     if (modulator.changes(signals.size()))
         whole = std::make_shared<Whole>(

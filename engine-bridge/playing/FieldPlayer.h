@@ -3,8 +3,6 @@
 #include "device/ArrayDevice.h"
 #include "haptics/sequence/Modulator.h"
 
-#include <Eigen/Core>
-
 #include <condition_variable>
 #include <cstdint>
 #include <memory>
@@ -33,14 +31,11 @@ public:
     FieldPlayer(const FieldPlayer&) = delete;
     FieldPlayer& operator=(const FieldPlayer&) = delete;
 
-    /// Plays \a cycle (K >= 1 fields of m activations, |q| <= 1) from now on, in place of the last
-    /// one. Doesn't wait for the device. If \a modulation is the same as before, the new fields
-    /// continue in step with the old ones, without a jump in the modulation. Throws
-    /// base::InputError, and goes on playing the last cycle, for no fields, fields of different
-    /// lengths, an activation that is not finite, and invalid options.
-    void play(const std::vector<Eigen::VectorXcf>& cycle,
-              const haptics::ModulatorOptions& modulation = {});
-    /// The same for fields that are encoded already, all for as many transducers.
+    /// Plays \a signals (K >= 1 fields, all for as many transducers) in turn from now on, in place
+    /// of the last ones. Doesn't wait for the device. If \a modulation is the same as before, the
+    /// new fields continue in step with the old ones, without a jump in the modulation. Throws
+    /// base::InputError, and goes on playing the last ones, for no fields, fields of different
+    /// sizes, and invalid options.
     void play(std::vector<device::DriveSignal> signals,
               const haptics::ModulatorOptions& modulation = {});
 

@@ -21,6 +21,8 @@ namespace
 
 constexpr int kMostSteps = 24;
 constexpr double kHeadroom = 0.999; // makes one step enough if the levels are fine
+// Just above the amplitude of a level, which rounding down then gives.
+constexpr double kAboveLevel = 1.0001;
 // Error of haptics::pressureAt(), relative to the pressure of all transducers in phase.
 constexpr float kFieldError = 1e-5f;
 
@@ -115,6 +117,22 @@ float coarsestStep(const std::vector<float>& amplitudes)
     return amplitudes.empty() ? kDutyStep : kDutyStep + 2.0f * step;
 }
 
+double largest(const std::vector<Eigen::VectorXcf>& fields)
+{
+    float most = 0.0f;
+    for (const Eigen::VectorXcf& q : fields)
+        if (q.size() > 0) most = std::max(most, q.cwiseAbs().maxCoeff());
+    return static_cast<double>(most);
+}
+
+double power(const std::vector<Eigen::VectorXcf>& fields)
+{
+    double sum = 0.0;
+    for (const Eigen::VectorXcf& q : fields)
+        sum += static_cast<double>(q.squaredNorm());
+    return sum;
+}
+
 } // namespace
 
 PressureCap::PressureCap(double max_Pa, Play play, device::DriveAbility ability) :
@@ -178,33 +196,68 @@ CappedField PressureCap::hold(const Where& where, device::DriveSignal& signal) c
 double PressureCap::holdAll(const Where& where, std::vector<Eigen::VectorXcf>& fields) const
 {
     const std::vector<Eigen::VectorXcf> wanted = fields;
-    double whole = 1.0;
-    for (int step = 0; step < kMostSteps && whole > 0.0; ++step)
+    bool sounds = false; // anything of the fields at the last step
+    // The factor that brings the loudest field down to the cap, as far as one step can tell; 1: all
+    // keep to it.
+    const auto nextFactor = [&]
     {
         double least = 1.0;
+        sounds = false;
         for (const Eigen::VectorXcf& q : fields)
         {
             device::DriveSignal signal;
             if (!device::encode(q.data(), static_cast<int>(q.size()), signal))
                 throw base::InputError("field in turn has an activation that is not finite");
-            least = std::min(least, hold(where, signal).factor);
+            CappedField field;
+            field.played = _play(signal);
+            sounds = sounds || !field.played.isZero(0.0f);
+            const double most_Pa = loudest(where, signal, field);
+            if (most_Pa <= _max_Pa) continue;
+            const double factor = kHeadroom * _max_Pa / most_Pa;
+            least = std::isfinite(factor) ? std::min(least, factor) : 0.0;
         }
-        if (least >= 1.0) return whole;
-        // As in hold(), with steps that grow, since rounding may raise the pressure again.
-        whole *= least * (1.0 - std::ldexp(1.0 - kHeadroom, std::min(step, 9)));
+        return least;
+    };
+    const auto scaleTo = [&](double whole)
+    {
         fields = wanted;
         for (Eigen::VectorXcf& q : fields)
             haptics::scaleField(q, static_cast<float>(whole), where.arrays.front()->drive);
+    };
+    double whole = 1.0;
+    for (int step = 0; step < kMostSteps && whole > 0.0; ++step)
+    {
+        const double factor = nextFactor();
+        if (factor >= 1.0 && (step == 0 || sounds)) return whole;
+        if (factor >= 1.0) break; // past the lowest level
+        // With steps that grow, since rounding may raise the pressure again.
+        whole *= factor * (1.0 - std::ldexp(1.0 - kHeadroom, std::min(step, 9)));
+        scaleTo(whole);
+    }
+    // The steps may have passed the lowest level, which perhaps keeps to the cap.
+    const double lowestShare = kAboveLevel * lowest(where, wanted).amplitude / largest(wanted);
+    if (lowestShare > 0.0 && lowestShare < 1.0)
+    {
+        scaleTo(lowestShare);
+        if (nextFactor() >= 1.0 && sounds) return lowestShare;
     }
     for (Eigen::VectorXcf& q : fields)
         q.setZero();
     return 0.0;
 }
 
+// Levels are rounded down, so the factor that was asked for is not the one that is played.
 double PressureCap::hold(const Where& where, haptics::FieldSequence& sequence) const
 {
-    if (!sequence.isHeld()) return holdAll(where, sequence.fields);
-    Eigen::VectorXcf& q = sequence.fields.front();
+    const double before = power(sequence.fields);
+    const double factor = sequence.isHeld() ? holdHeld(where, sequence.fields.front())
+                                            : holdAll(where, sequence.fields);
+    if (factor >= 1.0 || factor <= 0.0 || before <= 0.0) return factor;
+    return std::min(1.0, std::sqrt(power(sequence.fields) / before));
+}
+
+double PressureCap::holdHeld(const Where& where, Eigen::VectorXcf& q) const
+{
     device::DriveSignal signal;
     if (!device::encode(q.data(), static_cast<int>(q.size()), signal))
         throw base::InputError("solver gave activations that are not finite; nothing is played");
@@ -216,11 +269,10 @@ double PressureCap::hold(const Where& where, haptics::FieldSequence& sequence) c
     return factor;
 }
 
-std::string PressureCap::message(double factor) const
+std::string PressureCap::message() const
 {
-    const std::string most = fmt::format("{:g} Pa at any control point", _max_Pa);
-    return factor > 0.0 ? "the field is held down to the cap of " + most
-                        : "silent: the device's levels can't keep to the cap of " + most;
+    return fmt::format("the field is held down to the cap of {:g} Pa at any control point",
+                       _max_Pa);
 }
 
 } // namespace midair::bridge

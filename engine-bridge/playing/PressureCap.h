@@ -25,6 +25,26 @@ struct CappedField
     Eigen::VectorXf achieved_Pa; ///< n, |G q| of played, for the first of Where::arrays
 };
 
+/// Returns true if nothing sounds in any of \a fields.
+bool isSilent(const std::vector<Eigen::VectorXcf>& fields);
+
+/// What is heard while all transducers that sound do so at their lowest level.
+struct LowestLevel
+{
+    double amplitude = 0.0; ///< of full drive; 0: the device plays nothing at any level
+    /// Bound on the peak pressure at the loudest control point, as for a cap: a cap above it lets
+    /// this field be played. 0: nothing sounds.
+    double pressure_Pa = 0.0;
+};
+
+/// The setting that has to be raised for a silent field to sound, as whoever reads the message
+/// knows it.
+struct SilenceRemedy
+{
+    std::string cap = "MaxPressure";
+    std::string target = "Pressure or Loudness";
+};
+
 /// Limits the peak pressure at control points: computes the field as the device plays it, in its
 /// levels, and scales the whole drive down until no point exceeds the cap; silences it if no level
 /// of the device keeps to the cap.
@@ -65,13 +85,28 @@ public:
     /// is not finite.
     double holdAll(const Where& where, std::vector<Eigen::VectorXcf>& fields) const;
 
-    /// The same for a sequence of one field or several; returns the factor. Throws as holdAll()
+    /// The same for a sequence of one field or several. Returns the factor as played, between the
+    /// root mean squares of the amplitudes: levels are coarser than factors. Throws as holdAll()
     /// does.
     double hold(const Where& where, haptics::FieldSequence& sequence) const;
-    /// The message for the user when all amplitudes were lowered by \a factor < 1.
-    std::string message(double factor) const;
+    /// The message for the user when all amplitudes were lowered by a factor < 1 that isn't 0.
+    std::string message() const;
+
+    /// Sets StopReason::SILENCED in \a report, of fields that were \a wanted and of which hold()
+    /// (report.capFactor is 0) or the device's levels left nothing, and adds to its message why and
+    /// what would sound. Returns what it added. Does nothing, and returns an empty text, if the
+    /// report says already why nothing is played.
+    std::string tellOfSilence(const Where& where,
+                              const std::vector<Eigen::VectorXcf>& wanted,
+                              const SilenceRemedy& remedy,
+                              haptics::SolveReport& report) const;
+
+    /// What \a fields would be with all that sounds in them at the device's lowest level.
+    LowestLevel lowest(const Where& where, const std::vector<Eigen::VectorXcf>& fields) const;
 
 private:
+    double holdHeld(const Where& where, Eigen::VectorXcf& q) const;
+    int lowestDuty(int transducers) const;
     double loudest(const Where& where, const device::DriveSignal& signal, CappedField& field) const;
 
     double _max_Pa;

@@ -1,6 +1,7 @@
 #include "engine-bridge/scene/GeometryReader.h"
 
 #include "engine-bridge/scene/Convert.h"
+#include "haptics/base/Limits.h"
 
 #include <osg/Geometry>
 #include <osg/TriangleFunctor>
@@ -21,45 +22,54 @@ namespace midair::bridge
 namespace
 {
 
-/// Reads vertices from any of OSG's array types as doubles.
-class VertexReader : public osg::ConstArrayVisitor
-{
-public:
-    Eigen::Matrix3Xd vertices;
-    bool understood = false;
-
-    void apply(const osg::Vec2Array& a) override { read(a); }
-    void apply(const osg::Vec3Array& a) override { read(a); }
-    void apply(const osg::Vec4Array& a) override { read(a); }
-    void apply(const osg::Vec2dArray& a) override { read(a); }
-    void apply(const osg::Vec3dArray& a) override { read(a); }
-    void apply(const osg::Vec4dArray& a) override { read(a); }
-
-private:
-    template<typename A>
-    void read(const A& array)
-    {
-        constexpr int kSize = A::ElementDataType::num_components;
-        vertices.resize(3, static_cast<Eigen::Index>(array.size()));
-        for (std::size_t i = 0; i < array.size(); ++i)
-        {
-            const auto column = static_cast<Eigen::Index>(i);
-            for (int k = 0; k < 3; ++k)
-                vertices(k, column) = k < kSize ? static_cast<double>(array[i][k]) : 0.0;
-        }
-        understood = true;
-    }
-};
-
-/// Collects the indices of a geometry's triangles, for osg::TriangleIndexFunctor.
+/// Collects the indices of a geometry's triangles. Triangles of strips that join two pieces, with
+/// two corners in one place, are left out: they draw nothing on purpose.
 struct TriangleIndices
 {
     std::vector<Eigen::Vector3i> triangles;
+    const Eigen::Matrix3Xd* vertices = nullptr;
+    bool isStrip = false;
+
     void operator()(unsigned int a, unsigned int b, unsigned int c)
     {
-        triangles.emplace_back(static_cast<int>(a), static_cast<int>(b), static_cast<int>(c));
+        const Eigen::Vector3i corners(
+            static_cast<int>(a), static_cast<int>(b), static_cast<int>(c));
+        if (!isStrip || !isJoin(corners)) triangles.push_back(corners);
+    }
+
+private:
+    bool isJoin(const Eigen::Vector3i& corners) const
+    {
+        if (corners.minCoeff() < 0 || corners.maxCoeff() >= vertices->cols()) return false;
+        const auto same = [&](int i, int k)
+        { return vertices->col(corners[i]) == vertices->col(corners[k]); };
+        return same(0, 1) || same(1, 2) || same(2, 0);
     }
 };
+
+/// Appends the lines or points of the indices \a begin .. end of \a primitives, as triangles
+/// without area. (OSG's functors read beyond the end of an odd number of indices.)
+void appendLinesOrPoints(const PrimitiveCopy& primitives,
+                         unsigned int begin,
+                         unsigned int end,
+                         std::vector<Eigen::Vector3i>& out)
+{
+    constexpr std::size_t kMost = base::kMostTriangles; // a mesh with more is refused
+    const GLenum mode = primitives.mode();
+    const auto append = [&](unsigned int i, unsigned int k)
+    {
+        const auto b = static_cast<int>(primitives.index(k));
+        out.emplace_back(static_cast<int>(primitives.index(i)), b, b);
+    };
+    if (mode == GL_POINTS)
+        for (unsigned int i = begin; i < end && out.size() <= kMost; ++i)
+            append(i, i);
+    else
+        for (unsigned int i = begin; i + 1 < end && out.size() <= kMost;
+             i += mode == GL_LINES ? 2 : 1)
+            append(i, i + 1);
+    if (mode == GL_LINE_LOOP && end > begin + 2) append(end - 1, begin);
+}
 
 /// Collects the corners of a drawable's triangles, for osg::TriangleFunctor.
 struct TriangleSoup
@@ -102,14 +112,16 @@ const osg::Object* deformerOf(const osg::Geometry& geometry)
     return nullptr;
 }
 
-MeshPiece GeometryReader::read(const osg::Drawable& drawable, const PaintState& state)
+MeshPiece GeometryReader::readOther(const osg::Drawable& drawable)
 {
     MeshPiece piece;
-    const osg::Geometry* geometry = drawable.asGeometry();
-    if (geometry)
-        readGeometry(*geometry, state, piece);
-    else if (std::strcmp(drawable.libraryName(), "osgText") != 0)
+    const bool isText = std::strcmp(drawable.libraryName(), "osgText") == 0;
+    if (isText)
+        _warnings.push_back(quoted(drawable) + " is text, which can't be felt");
+    else
         readSoup(drawable, piece);
+    if (!isText && piece.triangles.empty())
+        _warnings.push_back(quoted(drawable) + " has no triangles; it can't be felt");
     return piece;
 }
 
@@ -124,25 +136,117 @@ void GeometryReader::checkSkinning(const osg::Geometry& geometry)
         _warnings.push_back(quoted(geometry) + " has no vertices before its first update");
 }
 
-void GeometryReader::readGeometry(const osg::Geometry& geometry,
-                                  const PaintState& state,
-                                  MeshPiece& piece)
+GeometryCopy GeometryReader::begin(const osg::Geometry& geometry, const PaintState& state)
 {
     checkSkinning(geometry);
+    GeometryCopy copy;
+    copy.name = quoted(geometry);
     const osg::Array* array = geometry.getVertexArray();
-    if (!array) return;
-    VertexReader reader;
-    array->accept(reader);
-    if (!reader.understood)
+    if (!array) return copy;
+    const auto vertices = std::make_shared<VertexCopy>(*array, _spares);
+    if (!vertices->isKnown())
     {
-        _warnings.push_back(quoted(geometry) + " has vertices of an unknown type (" +
-                            array->className() + "); it can't be felt");
+        _warnings.push_back(copy.name + " has vertices of an unknown type (" + array->className() +
+                            "); it can't be felt");
+        return copy;
+    }
+    copy.surface = std::make_shared<SurfaceCopy>();
+    _sources.emplace_back(array);
+    for (const auto& primitives : geometry.getPrimitiveSetList())
+    {
+        _sources.emplace_back(primitives.get());
+        copy.surface->primitives.emplace_back(*primitives, _spares);
+        if (feltAs(primitives->getMode()) != Felt::NOT) continue;
+        _warnings.push_back(fmt::format("{} has primitives of mode {:#x} (neither triangles, "
+                                        "lines nor points); they can't be felt",
+                                        copy.name,
+                                        primitives->getMode()));
+    }
+    if (!copy.surface->mayBeFelt()) return copy;
+    copy.vertices = vertices;
+    beginPaint(geometry, state, *copy.surface);
+    return copy;
+}
+
+void GeometryReader::beginPaint(const osg::Geometry& geometry,
+                                const PaintState& state,
+                                SurfaceCopy& surface)
+{
+    surface.paint = _paint;
+    if (geometry.getColorArray() && _paint.source == PaintOptions::VERTEX_COLORS)
+        _sources.emplace_back(geometry.getColorArray());
+    if (_paint.source != PaintOptions::TEXTURE) return;
+    if (!state.texture)
+    {
+        _warnings.push_back(quoted(geometry) + " has no texture in unit 0; it is felt unpainted");
         return;
     }
-    piece.vertices = std::move(reader.vertices);
-    osg::TriangleIndexFunctor<TriangleIndices> functor;
-    geometry.accept(functor);
-    piece.triangles = std::move(functor.triangles);
+    surface.isTextured = true;
+    surface.isTurned = state.matrix != nullptr;
+    if (state.matrix) surface.textureMatrix = state.matrix->getMatrix();
+    _sources.emplace_back(state.texture);
+    if (state.matrix) _sources.emplace_back(state.matrix);
+    const osg::Array* coordinates = geometry.getTexCoordArray(0);
+    if (!coordinates) return;
+    _sources.emplace_back(coordinates);
+    std::string warning;
+    surface.image = _images.get(*state.texture, _paint, warning);
+    if (!warning.empty()) _warnings.push_back(quoted(geometry) + ": " + warning);
+}
+
+namespace
+{
+
+void readPrimitives(const SurfaceCopy& surface, MeshPiece& piece)
+{
+    osg::TriangleIndexFunctor<TriangleIndices> triangles;
+    std::vector<Eigen::Vector3i> flat;
+    triangles.vertices = &piece.vertices;
+    for (const PrimitiveCopy& primitives : surface.primitives)
+    {
+        const GLenum mode = primitives.mode();
+        triangles.isStrip = mode == GL_TRIANGLE_STRIP || mode == GL_QUAD_STRIP;
+        const Felt felt = feltAs(mode);
+        if (felt == Felt::AS_TRIANGLES)
+            primitives.accept(triangles);
+        else if (felt == Felt::AS_LINES_OR_POINTS)
+            primitives.eachRun([&](unsigned int begin, unsigned int end)
+                               { appendLinesOrPoints(primitives, begin, end, flat); });
+    }
+    piece.triangles = std::move(triangles.triangles);
+    piece.triangles.insert(piece.triangles.end(), flat.begin(), flat.end());
+}
+
+void readPaint(const GeometryCopy& copy, MeshPiece& piece, std::vector<std::string>& warnings)
+{
+    if (piece.triangles.empty()) return;
+    const SurfaceCopy& surface = *copy.surface;
+    const auto count = static_cast<std::size_t>(piece.vertices.cols());
+    if (surface.paint.source == PaintOptions::VERTEX_COLORS)
+    {
+        if (surface.colors)
+            piece.intensity = vertexIntensities(*surface.colors, count, surface.paint);
+        if (piece.intensity.empty())
+            warnings.push_back(copy.name + " has no vertex colours; it is felt unpainted");
+    }
+    if (!surface.isTextured) return;
+    if (surface.coordinates)
+        piece.coordinates = textureCoordinates(
+            *surface.coordinates, count, surface.isTurned ? &surface.textureMatrix : nullptr);
+    if (piece.coordinates.cols() == 0)
+        warnings.push_back(copy.name +
+                           " has no texture coordinates in unit 0; it is felt unpainted");
+    else
+        piece.image = surface.image;
+}
+
+} // namespace
+
+MeshPiece pieceOf(const GeometryCopy& copy, std::vector<std::string>& warnings)
+{
+    MeshPiece piece;
+    piece.vertices = copy.vertices->vertices();
+    readPrimitives(*copy.surface, piece);
     const auto count = static_cast<int>(piece.vertices.cols());
     const auto last = std::remove_if(piece.triangles.begin(),
                                      piece.triangles.end(),
@@ -150,55 +254,14 @@ void GeometryReader::readGeometry(const osg::Geometry& geometry,
                                      { return t.minCoeff() < 0 || t.maxCoeff() >= count; });
     if (last != piece.triangles.end())
     {
-        _warnings.push_back(
+        warnings.push_back(
             fmt::format("{} has indices beyond its {} vertices; those triangles are left out",
-                        quoted(geometry),
+                        copy.name,
                         count));
         piece.triangles.erase(last, piece.triangles.end());
     }
-    readPaint(geometry, state, piece);
-    _sources.emplace_back(array);
-    for (const auto& primitives : geometry.getPrimitiveSetList())
-        _sources.emplace_back(primitives.get());
-}
-
-void GeometryReader::readPaint(const osg::Geometry& geometry,
-                               const PaintState& state,
-                               MeshPiece& piece)
-{
-    const auto count = static_cast<std::size_t>(piece.vertices.cols());
-    if (_paint.source == PaintOptions::TEXTURE) readTexture(geometry, state, piece);
-    if (_paint.source != PaintOptions::VERTEX_COLORS) return;
-    piece.intensity = vertexIntensities(geometry, count, _paint);
-    if (piece.intensity.empty() && !piece.triangles.empty())
-        _warnings.push_back(quoted(geometry) + " has no vertex colours; it is felt unpainted");
-    if (geometry.getColorArray()) _sources.emplace_back(geometry.getColorArray());
-}
-
-void GeometryReader::readTexture(const osg::Geometry& geometry,
-                                 const PaintState& state,
-                                 MeshPiece& piece)
-{
-    if (piece.triangles.empty()) return;
-    if (!state.texture)
-    {
-        _warnings.push_back(quoted(geometry) + " has no texture in unit 0; it is felt unpainted");
-        return;
-    }
-    _sources.emplace_back(state.texture);
-    if (state.matrix) _sources.emplace_back(state.matrix);
-    if (geometry.getTexCoordArray(0)) _sources.emplace_back(geometry.getTexCoordArray(0));
-    const auto count = static_cast<std::size_t>(piece.vertices.cols());
-    piece.coordinates = textureCoordinates(geometry, count, state.matrix);
-    if (piece.coordinates.cols() == 0)
-    {
-        _warnings.push_back(quoted(geometry) +
-                            " has no texture coordinates in unit 0; it is felt unpainted");
-        return;
-    }
-    std::string warning;
-    piece.image = _images.get(*state.texture, _paint, warning);
-    if (!warning.empty()) _warnings.push_back(quoted(geometry) + ": " + warning);
+    readPaint(copy, piece, warnings);
+    return piece;
 }
 
 } // namespace midair::bridge

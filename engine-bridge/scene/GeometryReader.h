@@ -1,10 +1,10 @@
 #pragma once
 
+#include "engine-bridge/scene/GeometryCopy.h"
 #include "engine-bridge/scene/PaintReader.h"
 #include "haptics/surface/SurfacePaint.h"
 
 #include <osg/Drawable>
-#include <osg/Matrixd>
 #include <osg/ref_ptr>
 
 #include <Eigen/Core>
@@ -16,7 +16,8 @@
 namespace midair::bridge
 {
 
-/// One drawable's triangles and paint.
+/// One drawable's triangles, lines and points among them as triangles without area
+/// (haptics::TriangleMesh), and paint.
 struct MeshPiece
 {
     Eigen::Matrix3Xd vertices;
@@ -26,33 +27,42 @@ struct MeshPiece
     std::shared_ptr<const haptics::PaintImage> image;
 };
 
-/// Reads the triangles and the paint of drawables. Adds what can't be felt to \a warnings, and the
-/// objects that it read to \a sources, which keeps them alive.
+/// Makes the piece of a whole copy, in its own coordinates. Adds what can't be felt to \a warnings.
+/// For any thread.
+MeshPiece pieceOf(const GeometryCopy& copy, std::vector<std::string>& warnings);
+
+/// Reads drawables: geometries into copies that are yet to be filled, others at once. Adds what
+/// can't be felt to \a warnings, and the objects that it read to \a sources, which keeps them
+/// alive.
 class GeometryReader
 {
 public:
+    /// \a spares may be null.
     GeometryReader(const PaintOptions& paint,
                    PaintImages& images,
+                   const std::shared_ptr<SpareMemory>& spares,
                    std::vector<std::string>& warnings,
                    std::vector<osg::ref_ptr<const osg::Referenced>>& sources) :
         _paint(paint),
         _images(images),
+        _spares(spares),
         _warnings(warnings),
         _sources(sources)
     {
     }
 
-    /// Reads \a drawable, in its own coordinates.
-    MeshPiece read(const osg::Drawable& drawable, const PaintState& state);
+    /// Returns an empty copy of \a geometry; one without vertices if nothing of it can be felt.
+    GeometryCopy begin(const osg::Geometry& geometry, const PaintState& state);
+    /// Reads a drawable that is no geometry, in its own coordinates.
+    MeshPiece readOther(const osg::Drawable& drawable);
 
 private:
-    void readGeometry(const osg::Geometry& geometry, const PaintState& state, MeshPiece& piece);
-    void readPaint(const osg::Geometry& geometry, const PaintState& state, MeshPiece& piece);
-    void readTexture(const osg::Geometry& geometry, const PaintState& state, MeshPiece& piece);
+    void beginPaint(const osg::Geometry& geometry, const PaintState& state, SurfaceCopy& surface);
     void checkSkinning(const osg::Geometry& geometry);
 
     const PaintOptions& _paint;
     PaintImages& _images;
+    const std::shared_ptr<SpareMemory>& _spares;
     std::vector<std::string>& _warnings;
     std::vector<osg::ref_ptr<const osg::Referenced>>& _sources;
 };

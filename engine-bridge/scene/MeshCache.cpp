@@ -1,9 +1,12 @@
 #include "engine-bridge/scene/MeshCache.h"
 
 #include "engine-bridge/scene/Convert.h"
-#include "engine-bridge/scene/GeometryReader.h"
+#include "engine-bridge/scene/SubtreeReading.h"
 
 #include <algorithm>
+#include <iterator>
+#include <limits>
+#include <utility>
 
 namespace midair::bridge
 {
@@ -13,17 +16,40 @@ namespace
 
 constexpr std::size_t kManyStretches = 8;
 constexpr std::uint64_t kSweepFrames = 60;
+/// Bytes of a subtree that are copied in each frame, even if others have used the frame's up.
+constexpr std::size_t kLeastSlice = 16384;
+/// A subtree that changes while it is read is read at once after as many vain readings.
+constexpr int kMostRestarts = 2;
+
 } // namespace
+
+void MeshBin::put(SharedMesh mesh)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _meshes.push_back(std::move(mesh));
+}
+
+void MeshBin::freeUnused()
+{
+    std::vector<SharedMesh> unused; // freed outside the lock
+    const std::lock_guard<std::mutex> lock(_mutex);
+    const auto kept = std::stable_partition(
+        _meshes.begin(), _meshes.end(), [](const SharedMesh& m) { return m.useCount() > 1; });
+    std::move(kept, _meshes.end(), std::back_inserter(unused));
+    _meshes.erase(kept, _meshes.end());
+}
 
 void MeshCache::beginFrame()
 {
     ++_frame;
+    _copyBudget = kFrameBytes;
+    _makeBudget = kSmall;
 }
 
 bool MeshCache::findMovers(Subtree& subtree)
 {
-    const auto& before = subtree.extracted.state.still;
-    const auto& now = subtree.now.still;
+    const auto& before = subtree.read.still;
+    const auto& now = subtree.next.still;
     const bool comparable =
         std::equal(before.begin(),
                    before.end(),
@@ -40,36 +66,182 @@ bool MeshCache::findMovers(Subtree& subtree)
     return movers.size() > known;
 }
 
-void MeshCache::extract(Subtree& subtree, std::vector<std::string>& warnings)
+// Makes the mesh of a part at once if the frame's budget and the reading allow it; otherwise later.
+void MeshCache::makeMesh(SubtreeReading& reading, std::size_t i, const Subtree& subtree, Part& part)
 {
+    auto pieces = reading.takePieces(i);
+    part.isEmpty = pieces.empty();
+    part.bytes = reading.bytes();
+    if (!subtree.late)
+    {
+        auto mesh =
+            std::make_shared<const haptics::TriangleMesh>(meshOf(pieces, reading.warnings()));
+        part.isEmpty = mesh->triangles.cols() == 0;
+        part.mesh = std::move(mesh);
+        return;
+    }
+    part.mesh = SharedMesh::later(
+        [pieces = std::move(pieces), late = subtree.late]
+        {
+            std::vector<std::string> warnings;
+            haptics::TriangleMesh mesh = meshOf(pieces, warnings);
+            const std::lock_guard<std::mutex> lock(late->mutex);
+            late->all.insert(late->all.end(), warnings.begin(), warnings.end());
+            late->isAny = !late->all.empty();
+            return mesh;
+        });
+}
+
+// Takes over what is copied.
+void MeshCache::install(Subtree& subtree, bool isWholeAtOnce, std::vector<std::string>& warnings)
+{
+    const std::unique_ptr<SubtreeReading> reading = std::move(subtree.reading);
+    const auto isAny = [](const std::vector<bool>& flags)
+    { return std::find(flags.begin(), flags.end(), true) != flags.end(); };
+    const bool anyUnsaid = isAny(subtree.movedUnsaid) || isAny(subtree.changedUnsaid);
     std::vector<Part> old;
     old.swap(subtree.parts);
-    subtree.extracted = extractMesh(*subtree.root, subtree.options);
-    subtree.fingerprint = subtree.extracted.state.fingerprint();
-    subtree.now = subtree.extracted.state;
+    // New paint makes a new mesh and new ids, so that no one keeps samples of the old one.
+    if (subtree.isRepainted) old.clear();
+    subtree.isRepainted = false;
+    subtree.read = subtree.now = reading->state();
+    subtree.fingerprint = subtree.read.fingerprint();
+    subtree.vertices = reading->takeVertices();
+    subtree.sources = std::move(reading->sources());
+    const bool isMadeNow =
+        !reading->isPlain() || (isWholeAtOnce && reading->bytes() <= _makeBudget);
+    if (isMadeNow) _makeBudget -= std::min(reading->bytes(), _makeBudget);
+    subtree.late = isMadeNow ? nullptr : std::make_shared<LateWarnings>();
     ++_extractions;
     bool fresh = false;
-    for (std::size_t i = 0; i < subtree.extracted.parts.size(); ++i)
+    for (std::size_t i = 0; i < subtree.read.parts.size(); ++i)
     {
-        const SubtreePart& state = subtree.extracted.state.parts[i];
+        const SubtreePart& state = subtree.read.parts[i];
         Part part;
         part.key = state.key;
         part.fingerprint = state.fingerprint;
-        part.mesh = std::move(subtree.extracted.parts[i]);
+        makeMesh(*reading, i, subtree, part);
         const auto same = std::find_if(
             old.begin(), old.end(), [&state](const Part& p) { return p.key == state.key; });
-        const bool known =
-            same != old.end() && same->fingerprint.topology == state.fingerprint.topology;
+        const auto index = static_cast<std::size_t>(same - old.begin());
+        const bool known = same != old.end() &&
+                           same->fingerprint.topology == state.fingerprint.topology &&
+                           !(index < subtree.changedUnsaid.size() && subtree.changedUnsaid[index]);
         part.topologyId = known ? same->topologyId : _nextId++;
-        // Parts that have not changed keep their meshes and are not sampled again.
-        if (known && same->fingerprint == state.fingerprint) part.stretched.swap(same->stretched);
+        // Parts that have not changed keep their meshes and are not sampled again. What changed
+        // unsaid while slices were copied isn't known.
+        if (known && isWholeAtOnce && same->fingerprint == state.fingerprint && !anyUnsaid)
+            part.stretched.swap(same->stretched);
         fresh = fresh || !known;
         subtree.parts.push_back(std::move(part));
     }
-    subtree.extracted.parts.clear();
+    if (!fresh) subtree.late = nullptr; // told already
     if (!fresh) return;
-    const auto& said = subtree.extracted.warnings;
+    const auto& said = reading->warnings();
     warnings.insert(warnings.end(), said.begin(), said.end());
+}
+
+// Goes on reading, or begins to. Returns true when all is read.
+bool MeshCache::read(Subtree& subtree, std::vector<std::string>& warnings)
+{
+    if (subtree.reading)
+    {
+        const MeshFingerprint then = subtree.reading->state().fingerprint();
+        const MeshFingerprint now = subtree.next.fingerprint();
+        if (then.topology != now.topology || then.paint != now.paint || subtree.reading->isStale())
+        {
+            subtree.reading = nullptr;
+            ++subtree.restarts;
+            subtree.restarted = _frame;
+        }
+    }
+    if (_frame - subtree.restarted > kKeptFrames) subtree.restarts = 0;
+    const bool begins = !subtree.reading;
+    if (begins)
+        subtree.reading =
+            std::make_unique<SubtreeReading>(*subtree.root, subtree.options, _images, _spares);
+    SubtreeReading& reading = *subtree.reading;
+    const bool isSmall = !_inSlices || reading.bytes() <= kSmall;
+    const bool isAtOnce = isSmall || !reading.isPlain() || subtree.restarts > kMostRestarts;
+    std::size_t budget =
+        isAtOnce ? std::numeric_limits<std::size_t>::max() : std::max(_copyBudget, kLeastSlice);
+    const std::size_t before = budget;
+    const bool isWhole = reading.copyMore(budget);
+    if (!isAtOnce) _copyBudget -= std::min(before - budget, _copyBudget);
+    if (isWhole) install(subtree, begins, warnings);
+    return isWhole;
+}
+
+// Returns true if vertices, indices or paint of a part were changed without dirty().
+bool MeshCache::lookForUnsaid(Subtree& subtree) const
+{
+    const std::vector<PartSources>& parts = subtree.vertices;
+    subtree.movedUnsaid.assign(parts.size(), false);
+    subtree.changedUnsaid.assign(parts.size(), false);
+    bool any = false;
+    for (std::size_t i = 0; i < parts.size(); ++i)
+    {
+        const auto& geometries = parts[i].geometries;
+        const auto isAny = [&](bool (VertexSource::*changed)(std::uint64_t) const)
+        {
+            return std::any_of(geometries.begin(),
+                               geometries.end(),
+                               [&](const VertexSource& source)
+                               { return (source.*changed)(_frame); });
+        };
+        subtree.changedUnsaid[i] = isAny(&VertexSource::hasChangedUnsaid);
+        subtree.movedUnsaid[i] = parts[i].isComplete && isAny(&VertexSource::hasMovedUnsaid);
+        any = any || subtree.movedUnsaid[i] || subtree.changedUnsaid[i];
+    }
+    return any;
+}
+
+// Drops the meshes of a part, large ones into the bin.
+void MeshCache::drop(Part& part) const
+{
+    for (Stretched& s : part.stretched)
+        if (part.bytes > kSmall) _bin->put(std::move(s.mesh));
+    part.stretched.clear();
+}
+
+// Takes over vertices where nothing else has changed. Returns false if that isn't all.
+bool MeshCache::follow(Subtree& subtree)
+{
+    const std::vector<SubtreePart>& next = subtree.next.parts;
+    if (next.size() != subtree.parts.size()) return false;
+    std::vector<bool> moved(next.size());
+    for (std::size_t i = 0; i < next.size(); ++i)
+    {
+        const MeshFingerprint& before = subtree.parts[i].fingerprint;
+        if (next[i].key != subtree.parts[i].key || next[i].fingerprint.paint != before.paint ||
+            next[i].fingerprint.topology != before.topology || subtree.changedUnsaid[i])
+            return false;
+        moved[i] = subtree.movedUnsaid[i] || next[i].fingerprint.vertices != before.vertices;
+    }
+    if (!copyVertices(*subtree.root, subtree.options, moved, _spares, subtree.vertices))
+        return false;
+    for (std::size_t i = 0; i < next.size(); ++i)
+    {
+        Part& part = subtree.parts[i];
+        if (!moved[i]) continue;
+        part.fingerprint = next[i].fingerprint;
+        part.moved = std::make_shared<const std::vector<PlacedCopy>>(subtree.vertices[i].copies());
+        drop(part);
+    }
+    subtree.now = subtree.next;
+    subtree.read = subtree.next;
+    subtree.fingerprint = subtree.next.fingerprint();
+    ++_extractions;
+    return true;
+}
+
+void MeshCache::takeLateWarnings(Subtree& subtree, std::vector<std::string>& warnings)
+{
+    if (!subtree.late || !subtree.late->isAny) return;
+    const std::lock_guard<std::mutex> lock(subtree.late->mutex);
+    warnings.insert(warnings.end(), subtree.late->all.begin(), subtree.late->all.end());
+    subtree.late->all.clear();
+    subtree.late->isAny = false;
 }
 
 void MeshCache::refresh(Subtree& subtree,
@@ -77,6 +249,7 @@ void MeshCache::refresh(Subtree& subtree,
                         const ExtractOptions& options,
                         std::vector<std::string>& warnings)
 {
+    takeLateWarnings(subtree, warnings);
     const bool fresh = !subtree.root;
     const bool repainted = !fresh && !(subtree.options.paint == options.paint);
     if (fresh || repainted)
@@ -85,23 +258,36 @@ void MeshCache::refresh(Subtree& subtree,
         subtree.options = options;
         subtree.options.movers = movers;
         subtree.options.images = &_images;
+        subtree.root = &root;
+        subtree.reading = nullptr;
+        subtree.isRepainted = true;
+        subtree.version = _nextId++;
+        if (read(subtree, warnings)) subtree.poses = subtree.now.poses();
+        return;
     }
-    if (!fresh && !repainted)
+    inspect(root, subtree.options, subtree.next);
+    if (subtree.reading)
     {
-        inspect(root, subtree.options, subtree.now);
-        if (subtree.now.fingerprint() == subtree.fingerprint)
-        {
-            const std::uint64_t poses = subtree.now.poses();
-            if (poses != subtree.poses) subtree.version = _nextId++;
-            subtree.poses = poses;
-            return;
-        }
-        findMovers(subtree);
+        if (!read(subtree, warnings)) return;
+        subtree.version = _nextId++;
     }
-    // New paint makes a new mesh and new ids, so that no one keeps samples of the old one.
-    if (repainted) subtree.parts.clear();
-    subtree.root = &root;
-    extract(subtree, warnings);
+    // What slices were copied of may have moved meanwhile.
+    const bool unsaid = lookForUnsaid(subtree);
+    if (!unsaid && subtree.next.fingerprint() == subtree.fingerprint)
+    {
+        std::swap(subtree.now, subtree.next);
+        const std::uint64_t poses = subtree.now.poses();
+        if (poses != subtree.poses) subtree.version = _nextId++;
+        subtree.poses = poses;
+        return;
+    }
+    if (!findMovers(subtree) && follow(subtree))
+    {
+        subtree.poses = subtree.now.poses();
+        subtree.version = _nextId++;
+        return;
+    }
+    if (!read(subtree, warnings)) return;
     subtree.poses = subtree.now.poses();
     subtree.version = _nextId++;
 }
@@ -124,9 +310,15 @@ const MeshCache::Stretched& MeshCache::stretchedTo(Part& part, const Eigen::Matr
     {
         // While an object is being scaled, every frame brings a new stretch that doesn't come back.
         if (part.stretched.size() >= kManyStretches) forgetUnused(part, 1);
-        auto mesh = std::make_shared<haptics::TriangleMesh>(part.mesh);
-        mesh->vertices = stretch * mesh->vertices;
-        part.stretched.push_back({stretch, _nextId++, mesh, _frame});
+        auto make = [mesh = part.mesh, moved = part.moved, stretch, bin = _bin]
+        {
+            bin->freeUnused();
+            haptics::TriangleMesh made = *mesh;
+            if (moved) made.vertices = joinedVertices(*moved);
+            made.vertices = stretch * made.vertices;
+            return made;
+        };
+        part.stretched.push_back({stretch, _nextId++, SharedMesh::later(std::move(make)), _frame});
         found = std::prev(part.stretched.end());
     }
     found->used = _frame;
@@ -146,7 +338,7 @@ bool MeshCache::get(osg::Node& root,
     for (std::size_t i = 0; i < subtree.parts.size(); ++i)
     {
         Part& part = subtree.parts[i];
-        if (part.mesh.triangles.cols() == 0) continue;
+        if (part.isEmpty) continue;
         PoseAndStretch placed = ofRoot;
         if (i > 0 && !decompose(toArray * toEigen(subtree.now.parts[i].toRoot), placed))
         {
@@ -163,7 +355,9 @@ bool MeshCache::get(osg::Node& root,
 
 void MeshCache::endFrame()
 {
+    if (_frame % kKeptFrames == 0) _spares->forgetUnused();
     if (_frame % kSweepFrames != 0) return;
+    _bin->freeUnused();
     bool forgotten = false;
     for (auto subtree = _subtrees.begin(); subtree != _subtrees.end();)
     {
@@ -171,7 +365,7 @@ void MeshCache::endFrame()
         {
             // A caller for whom look() stays the same holds the mesh without asking again.
             for (Stretched& s : part.stretched)
-                if (s.mesh.use_count() > 1) s.used = _frame;
+                if (s.mesh.useCount() > 1) s.used = _frame;
             forgetUnused(part, kKeptFrames);
         }
         const bool unused = _frame - subtree->second.used > kKeptFrames;
@@ -184,7 +378,7 @@ void MeshCache::endFrame()
 void MeshCache::forgetUnused(Part& part, std::uint64_t frames) const
 {
     auto old = [&](const Stretched& s)
-    { return _frame - s.used > frames && s.mesh.use_count() == 1; };
+    { return _frame - s.used > frames && s.mesh.useCount() == 1; };
     auto& all = part.stretched;
     all.erase(std::remove_if(all.begin(), all.end(), old), all.end());
 }

@@ -1,12 +1,17 @@
 #pragma once
 
+#include "engine-bridge/SharedMesh.h"
 #include "engine-bridge/scene/MeshExtractor.h"
+#include "engine-bridge/scene/SubtreeReading.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -19,24 +24,45 @@ struct CachedMesh
 {
     std::uint64_t meshId = 0;     ///< changes whenever the mesh changes
     std::uint64_t topologyId = 0; ///< changes only with the triangles; else samples can follow
-    std::shared_ptr<const haptics::TriangleMesh> mesh;
+    SharedMesh mesh;
     /// 0: the part that moves with the root; others keep their number from frame to frame
     std::uint64_t part = 0;
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array
 };
 
-/// Caches meshes by subtree and stretch; extracts a subtree again only when its fingerprint has
+/// Takes meshes that a cache has dropped, until whoever makes the next one frees those that nobody
+/// uses: giving megabytes back to the system takes longer than a frame should wait. Any thread.
+class MeshBin
+{
+public:
+    void put(SharedMesh mesh);
+    void freeUnused();
+
+private:
+    std::mutex _mutex;
+    std::vector<SharedMesh> _meshes;
+};
+
+/// Caches meshes by subtree and stretch; reads a subtree again only when its fingerprint has
 /// changed.
 ///
-/// Once a transform inside a subtree moves, the subtree below it becomes a part of its own, of
-/// which only the pose changes from then on. To be used on the thread that may read nodes. Call
-/// get() or look() between beginFrame() and endFrame(); meshes that were not asked for in
-/// kKeptFrames frames, and that nothing else refers to, are dropped. A frame in which no shape
-/// changed allocates nothing.
+/// It copies a large subtree in slices, kFrameBytes of all in a frame, and leaves the rest to
+/// whoever looks at the mesh first. Until all is copied, the subtree keeps the meshes that it had,
+/// none if it is new. A small subtree is copied at once.
+/// Where only vertices change, it copies them at once as they are. It also compares vertices,
+/// indices and paint with the copies, for those that change without dirty(): up to
+/// VertexCopy::kAtOnce in each frame, of larger arrays as many in turn.
 class MeshCache
 {
 public:
     static constexpr int kKeptFrames = 600; ///< so that a blinking object isn't read each time
+    static constexpr std::size_t kFrameBytes = std::size_t(1) << 19; ///< copied in slices a frame
+    /// A subtree with at most as many bytes is copied at once; as many bytes of small ones are made
+    /// meshes at once in a frame, so that what can't be felt of them is told at once.
+    static constexpr std::size_t kSmall = std::size_t(1) << 17;
+
+    /// \a inSlices: false copies every subtree at once.
+    explicit MeshCache(bool inSlices = true) : _inSlices(inSlices) {}
 
     void beginFrame();
 
@@ -61,6 +87,13 @@ public:
              std::vector<CachedMesh>& out,
              std::vector<std::string>& warnings);
 
+    /// Returns true if the subtree has new meshes that are not copied yet.
+    bool isBeingRead(const osg::Node& root) const
+    {
+        const auto found = _subtrees.find(&root);
+        return found != _subtrees.end() && found->second.reading;
+    }
+
     void endFrame();
 
     std::uint64_t extractions() const { return _extractions; }
@@ -71,7 +104,7 @@ private:
     {
         Eigen::Matrix3d stretch;
         std::uint64_t meshId = 0;
-        std::shared_ptr<const haptics::TriangleMesh> mesh;
+        SharedMesh mesh;
         std::uint64_t used = 0; ///< frame of the last use
     };
     /// A part of a subtree with its meshes.
@@ -80,18 +113,43 @@ private:
         std::uint64_t key = 0;
         MeshFingerprint fingerprint;
         std::uint64_t topologyId = 0;
-        haptics::TriangleMesh mesh;
+        SharedMesh mesh;       ///< as it was read
+        bool isEmpty = false;  ///< nothing of it can be felt
+        std::size_t bytes = 0; ///< copied of the subtree that it is a part of
+        /// newer vertices for that mesh; null: its own
+        std::shared_ptr<const std::vector<PlacedCopy>> moved;
         std::vector<Stretched> stretched;
     };
-    /// A subtree as it was extracted last, and its present state.
+    /// What is found out where a mesh is made.
+    struct LateWarnings
+    {
+        std::mutex mutex;
+        std::vector<std::string> all;
+        std::atomic<bool> isAny{false};
+    };
+    /// A subtree as it was read last, and its present state.
     struct Subtree
     {
-        osg::ref_ptr<osg::Node> root; ///< kept alive, so that its address isn't reused
-        ExtractOptions options;       ///< with its movers
-        ExtractedMesh extracted;      ///< its meshes are moved into parts
-        MeshFingerprint fingerprint;
-        std::vector<Part> parts; ///< in the order of extracted.state.parts
-        SubtreeState now;
+        osg::ref_ptr<osg::Node> root;      ///< kept alive, so that its address isn't reused
+        ExtractOptions options;            ///< with its movers
+        SubtreeState read;                 ///< when the parts were
+        MeshFingerprint fingerprint;       ///< of that
+        std::vector<Part> parts;           ///< in the order of read.parts
+        std::vector<PartSources> vertices; ///< of the parts, likewise
+        /// Keeps the objects in the fingerprints alive, so that no new array gets an old one's
+        /// address.
+        std::vector<osg::ref_ptr<const osg::Referenced>> sources;
+        std::shared_ptr<LateWarnings> late; ///< null: all was made at once
+        /// for each part: its vertices were changed without dirty()
+        std::vector<bool> movedUnsaid;
+        /// the same of its indices or paint
+        std::vector<bool> changedUnsaid;
+        SubtreeState now;                        ///< of the parts
+        SubtreeState next;                       ///< in this frame
+        std::unique_ptr<SubtreeReading> reading; ///< null: all is copied
+        bool isRepainted = false;                ///< what is being read has other paint
+        int restarts = 0; ///< readings that a change made of no use, and no success since
+        std::uint64_t restarted = 0; ///< frame of the last
         std::uint64_t version = 0;
         std::uint64_t poses = 0;                ///< SubtreeState::poses()
         std::uint64_t used = ~std::uint64_t(0); ///< frame of the last use
@@ -103,14 +161,25 @@ private:
                  osg::Node& root,
                  const ExtractOptions& options,
                  std::vector<std::string>& warnings);
-    void extract(Subtree& subtree, std::vector<std::string>& warnings);
+    bool read(Subtree& subtree, std::vector<std::string>& warnings);
+    void install(Subtree& subtree, bool isWholeAtOnce, std::vector<std::string>& warnings);
+    void makeMesh(SubtreeReading& reading, std::size_t i, const Subtree& subtree, Part& part);
     const Stretched& stretchedTo(Part& part, const Eigen::Matrix3d& stretch);
 
     static bool findMovers(Subtree& subtree);
+    bool lookForUnsaid(Subtree& subtree) const;
+    bool follow(Subtree& subtree);
+    void drop(Part& part) const;
+    static void takeLateWarnings(Subtree& subtree, std::vector<std::string>& warnings);
     void forgetUnused(Part& part, std::uint64_t frames) const;
 
     std::unordered_map<const osg::Node*, Subtree> _subtrees;
     PaintImages _images;
+    const bool _inSlices;
+    const std::shared_ptr<SpareMemory> _spares = std::make_shared<SpareMemory>();
+    const std::shared_ptr<MeshBin> _bin = std::make_shared<MeshBin>();
+    std::size_t _copyBudget = 0; ///< bytes left in this frame
+    std::size_t _makeBudget = 0; ///< likewise
     std::uint64_t _frame = 0;
     std::uint64_t _nextId = 1;
     std::uint64_t _extractions = 0;

@@ -1,13 +1,13 @@
 #include "engine-bridge/scene/MeshExtractor.h"
 
-#include "engine-bridge/scene/CameraFreeTransform.h"
-#include "engine-bridge/scene/Convert.h"
 #include "engine-bridge/scene/GeometryReader.h"
+#include "engine-bridge/scene/SubtreeReading.h"
 
 #include <osg/Geometry>
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 namespace midair::bridge
 {
@@ -82,14 +82,14 @@ protected:
         for (const auto& primitives : geometry->getPrimitiveSetList())
             mix(print().topology, static_cast<const osg::BufferData*>(primitives.get()));
         if (options->paint.source == PaintOptions::VERTEX_COLORS)
-            mix(print().vertices, static_cast<const osg::BufferData*>(geometry->getColorArray()));
+            mix(print().paint, static_cast<const osg::BufferData*>(geometry->getColorArray()));
         if (options->paint.source == PaintOptions::TEXTURE) mixTexture(*geometry);
     }
 
 private:
     void mixTexture(const osg::Geometry& geometry)
     {
-        std::uint64_t& hash = print().vertices;
+        std::uint64_t& hash = print().paint;
         mix(hash, static_cast<const osg::BufferData*>(geometry.getTexCoordArray(0)));
         if (paint.matrix) mix(hash, paint.matrix->getMatrix());
         const osg::Texture* texture = paint.texture;
@@ -106,98 +106,6 @@ private:
     SubtreeState* _state = nullptr;
 };
 
-haptics::TriangleMesh joined(const std::vector<MeshPiece>& pieces)
-{
-    Eigen::Index v = 0;
-    Eigen::Index t = 0;
-    bool colored = false;
-    bool pictured = false;
-    for (const MeshPiece& piece : pieces)
-    {
-        v += piece.vertices.cols();
-        t += static_cast<Eigen::Index>(piece.triangles.size());
-        colored = colored || !piece.intensity.empty();
-        pictured = pictured || piece.image;
-    }
-    haptics::TriangleMesh mesh;
-    mesh.vertices.resize(3, v);
-    mesh.triangles.resize(3, t);
-    if (colored) mesh.intensity.setOnes(v);
-    const auto paint = std::make_shared<haptics::SurfacePaint>();
-    if (pictured) paint->coordinates.setZero(2, v);
-    v = t = 0;
-    for (const MeshPiece& piece : pieces)
-    {
-        const Eigen::Index count = piece.vertices.cols();
-        mesh.vertices.middleCols(v, count) = piece.vertices;
-        for (std::size_t i = 0; i < piece.intensity.size(); ++i)
-            mesh.intensity[v + static_cast<Eigen::Index>(i)] = piece.intensity[i];
-        for (const Eigen::Vector3i& triangle : piece.triangles)
-            mesh.triangles.col(t++) = triangle.array() + static_cast<int>(v);
-        if (pictured)
-        {
-            const int image = piece.image ? static_cast<int>(paint->images.size()) : -1;
-            if (piece.image) paint->images.push_back(piece.image);
-            if (piece.image) paint->coordinates.middleCols(v, count) = piece.coordinates;
-            paint->image.insert(paint->image.end(), piece.triangles.size(), image);
-        }
-        v += count;
-    }
-    if (pictured) mesh.paint = paint;
-    return mesh;
-}
-
-/// Reads the meshes of a subtree, part by part.
-class ExtractWalk : public SubtreeWalk
-{
-public:
-    ExtractWalk(const ExtractOptions& now, PaintImages& images, ExtractedMesh& out) :
-        _out(out),
-        _reader(now.paint, images, out.warnings, out.sources)
-    {
-    }
-
-    void finish()
-    {
-        for (const auto& pieces : _pieces)
-            _out.parts.push_back(joined(pieces));
-    }
-
-protected:
-    void open(std::uint64_t, const osg::Matrixd&) override { _pieces.emplace_back(); }
-
-    void enter(osg::Node& node) override
-    {
-        _out.sources.emplace_back(&node);
-        const osg::Transform* transform = node.asTransform();
-        if (transform && transform->getReferenceFrame() != osg::Transform::RELATIVE_RF)
-            _out.warnings.push_back(quoted(node) +
-                                    " has an absolute reference frame; it can't be felt");
-        if (dynamic_cast<osg::Billboard*>(&node) || (transform && followsCamera(*transform)))
-            _out.warnings.push_back(quoted(node) +
-                                    " turns with the camera on screen; it is felt unturned");
-    }
-
-    void visit(osg::Drawable& drawable) override
-    {
-        _out.sources.emplace_back(&drawable);
-        MeshPiece piece = _reader.read(drawable, paint);
-        if (piece.triangles.empty()) return;
-        if (!identity)
-        {
-            const Eigen::Matrix4d m = toEigen(matrix);
-            piece.vertices = (m.topLeftCorner<3, 3>() * piece.vertices).colwise() +
-                             m.topRightCorner<3, 1>().eval();
-        }
-        _pieces[part].push_back(std::move(piece));
-    }
-
-private:
-    ExtractedMesh& _out;
-    GeometryReader _reader;
-    std::vector<std::vector<MeshPiece>> _pieces; ///< by part
-};
-
 } // namespace
 
 MeshFingerprint SubtreeState::fingerprint() const
@@ -208,6 +116,7 @@ MeshFingerprint SubtreeState::fingerprint() const
         mix(all.topology, part.key);
         mix(all.topology, part.fingerprint.topology);
         mix(all.vertices, part.fingerprint.vertices);
+        mix(all.paint, part.fingerprint.paint);
     }
     return all;
 }
@@ -238,12 +147,15 @@ MeshFingerprint fingerprint(osg::Node& root, const ExtractOptions& options)
 
 ExtractedMesh extractMesh(osg::Node& root, const ExtractOptions& options)
 {
-    ExtractedMesh out;
-    inspect(root, options, out.state);
     PaintImages ownImages;
-    ExtractWalk walk(options, options.images ? *options.images : ownImages, out);
-    walk.walk(root, options);
-    walk.finish();
+    SubtreeReading reading(root, options, options.images ? *options.images : ownImages, nullptr);
+    std::size_t budget = std::numeric_limits<std::size_t>::max();
+    reading.copyMore(budget);
+    ExtractedMesh out;
+    out.state = reading.state();
+    out.warnings = std::move(reading.warnings());
+    for (std::size_t i = 0; i < reading.parts(); ++i)
+        out.parts.push_back(meshOf(reading.takePieces(i), out.warnings));
     return out;
 }
 

@@ -5,7 +5,6 @@
 
 #include <osg/Matrixd>
 #include <osg/Node>
-#include <osg/ref_ptr>
 
 #include <cstdint>
 #include <string>
@@ -22,11 +21,12 @@ namespace midair::bridge
 struct MeshFingerprint
 {
     std::uint64_t topology = 0; ///< of the triangles
-    std::uint64_t vertices = 0; ///< of the vertices and the paint
+    std::uint64_t vertices = 0; ///< of the vertices
+    std::uint64_t paint = 0;    ///< of the paint
 
     bool operator==(const MeshFingerprint& other) const
     {
-        return topology == other.topology && vertices == other.vertices;
+        return topology == other.topology && vertices == other.vertices && paint == other.paint;
     }
     bool operator!=(const MeshFingerprint& other) const { return !(*this == other); }
 };
@@ -66,15 +66,13 @@ struct ExtractedMesh
     SubtreeState state;
     std::vector<haptics::TriangleMesh> parts; ///< in the order of state.parts; may be empty meshes
     std::vector<std::string> warnings;        ///< what in the subtree can't be felt, and why
-    /// Keeps the objects in the fingerprints alive, so that no new array gets an old one's address.
-    std::vector<osg::ref_ptr<const osg::Referenced>> sources;
 
     /// The part that moves with the root: the whole subtree if there are no movers.
     const haptics::TriangleMesh& mesh() const { return parts.front(); }
 };
 
-/// Extracts the triangles of a subtree. Leaves out lines, points, text, and cameras, since what
-/// they show is elsewhere.
+/// Extracts the triangles, lines and points of a subtree at once. Leaves out text, and cameras,
+/// since what they show is elsewhere.
 ExtractedMesh extractMesh(osg::Node& root, const ExtractOptions& options = {});
 
 } // namespace midair::bridge

@@ -157,16 +157,14 @@ void PaintImages::forgetUnused()
 }
 
 std::vector<float>
-vertexIntensities(const osg::Geometry& geometry, std::size_t vertices, const PaintOptions& options)
+vertexIntensities(const osg::Array& colors, std::size_t vertices, const PaintOptions& options)
 {
     std::vector<float> intensities;
-    const osg::Array* array = geometry.getColorArray();
-    if (!array) return intensities;
     ColorReader reader;
-    array->accept(reader);
-    const bool each = array->getBinding() == osg::Array::BIND_PER_VERTEX;
+    colors.accept(reader);
+    const bool each = colors.getBinding() == osg::Array::BIND_PER_VERTEX;
     if (reader.colors.size() < (each ? vertices : 1)) return intensities;
-    if (!each && array->getBinding() != osg::Array::BIND_OVERALL) return intensities;
+    if (!each && colors.getBinding() != osg::Array::BIND_OVERALL) return intensities;
     intensities.reserve(vertices);
     for (std::size_t i = 0; i < vertices; ++i)
         intensities.push_back(options.intensity(reader.colors[each ? i : 0]));
@@ -174,17 +172,15 @@ vertexIntensities(const osg::Geometry& geometry, std::size_t vertices, const Pai
 }
 
 Eigen::Matrix2Xd
-textureCoordinates(const osg::Geometry& geometry, std::size_t vertices, const osg::TexMat* matrix)
+textureCoordinates(const osg::Array& array, std::size_t vertices, const osg::Matrixd* matrix)
 {
-    const osg::Array* array = geometry.getTexCoordArray(0);
-    if (!array) return {};
     CoordinateReader reader;
-    array->accept(reader);
+    array.accept(reader);
     if (reader.coordinates.cols() < static_cast<Eigen::Index>(vertices)) return {};
     Eigen::Matrix2Xd uv = reader.coordinates.leftCols(static_cast<Eigen::Index>(vertices));
     for (Eigen::Index i = 0; matrix && i < uv.cols(); ++i)
     {
-        const osg::Vec3d turned = osg::Vec3d(uv(0, i), uv(1, i), 0.0) * matrix->getMatrix();
+        const osg::Vec3d turned = osg::Vec3d(uv(0, i), uv(1, i), 0.0) * *matrix;
         uv.col(i) << turned.x(), turned.y();
     }
     return uv;

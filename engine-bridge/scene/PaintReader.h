@@ -2,8 +2,9 @@
 
 #include "haptics/surface/SurfacePaint.h"
 
-#include <osg/Geometry>
+#include <osg/Array>
 #include <osg/Image>
+#include <osg/Matrixd>
 #include <osg/StateSet>
 #include <osg/TexMat>
 #include <osg/Texture>
@@ -98,13 +99,13 @@ private:
     std::uint64_t _nextVersion = 1;
 };
 
-/// One intensity per vertex from the colours of \a geometry; empty if it has none that can be used.
+/// One intensity per vertex from \a colors; empty if they can't be used.
 std::vector<float>
-vertexIntensities(const osg::Geometry& geometry, std::size_t vertices, const PaintOptions& options);
+vertexIntensities(const osg::Array& colors, std::size_t vertices, const PaintOptions& options);
 
-/// Texture coordinates of unit 0, transformed by \a matrix (may be null), 2 x v; empty if not every
-/// vertex has one.
+/// Texture coordinates, transformed by \a matrix (may be null), 2 x v; empty if not every vertex
+/// has one.
 Eigen::Matrix2Xd
-textureCoordinates(const osg::Geometry& geometry, std::size_t vertices, const osg::TexMat* matrix);
+textureCoordinates(const osg::Array& array, std::size_t vertices, const osg::Matrixd* matrix);
 
 } // namespace midair::bridge

@@ -9,9 +9,9 @@ namespace midair::haptics
 /// D >= 0.
 enum class Directivity
 {
-    T4010A1_HARMONICS, ///< the paper's zonal harmonics of order 0..3
-    T4010A1_TABLE,     ///< the measured table, dB at 0, 10, .. 90 degrees; 0 behind
-    POINT              ///< D = 1
+    T4010A1_HARMONICS, ///< the paper's zonal harmonics of order 0..3; -2.2 dB at 50 degrees
+    T4010A1_TABLE, ///< its data sheet's, measured at 0, 10, .. 90 degrees; -6 dB at 50; 0 behind
+    POINT          ///< D = 1
 };
 
 /// Returns D(theta) of \a model at cos(theta) = \a cosTheta in [-1, 1].

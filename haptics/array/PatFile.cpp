@@ -199,6 +199,7 @@ PatBoard readPat(const std::string& text, const std::string& source)
     array.phaseOffset_rad.resize(kTransducers);
     array.gain.resize(kTransducers);
     array.board.assign(kTransducers, 0);
+    array.directivity = Directivity::T4010A1_TABLE;
     array.drive.phaseLevels = kLevels;
     for (int width = 0; width <= kLevels / 2; ++width)
         array.drive.amplitudeLevels.push_back(

@@ -11,7 +11,8 @@ namespace midair::haptics
 struct PatBoard
 {
     std::string serial;    ///< serial number of its FT232H
-    TransducerArray array; ///< in pin order, with the measured offsets and gains
+    TransducerArray array; ///< in pin order, with the measured offsets and gains; P0 and
+                           ///< directivity are the transducer's data sheet's
 };
 
 /// Reads the text of a `.pat` file (format: haptics/array/arrays/README.md); \a source: its name in

@@ -5,6 +5,7 @@
 #include "haptics/base/Units.h"
 #include "haptics/base/text/Range.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -16,14 +17,14 @@ namespace
 {
 
 // Board of the paper's device: 192.0 x 151.4 mm, 18 x 14 places at 10.16 mm, three of them taken by
-// connectors.
+// connectors: (1, 1), (2, 1) and (16, 1), where its maker counts from 0 and gridPlaces() from 1.
 constexpr double kBoardWidth_m = 0.1920;
 constexpr double kBoardHeight_m = 0.1514;
 
 Board paperBoard()
 {
     Board board;
-    board.places = gridPlaces(18, 14, 10.16e-3, {{1, 1}, {2, 1}, {16, 1}});
+    board.places = gridPlaces(18, 14, 10.16e-3, {{2, 2}, {3, 2}, {17, 2}});
     return board;
 }
 
@@ -47,7 +48,20 @@ DriveResolution paperDrive()
 // sheet (121.5 dB SPL at 0.30 m: 10.1 Pa m) would give 20.4 kPa, so the pressure that the device
 // reached in its cavity corresponds to
 //     P0 = 10.1 * 5.53 / 20.4 = 2.73 Pa m.
+// D is the paper's own, so P0 and D belong together.
 constexpr double kPrismSourceAmplitude_Pa_m = 2.73;
+
+/// Returns true if the list of dead transducers is as setDead() leaves it.
+bool areDead(const TransducerArray& array)
+{
+    int before = -1;
+    for (const int i : array.dead)
+    {
+        if (i <= before || i >= array.gain.size() || array.gain[i] != 0.0) return false;
+        before = i;
+    }
+    return true;
+}
 
 } // namespace
 
@@ -56,6 +70,7 @@ TransducerArray TransducerArray::octagonalPrism()
     TransducerArray array;
     array.name = "octagon";
     array.sourceAmplitude_Pa_m = kPrismSourceAmplitude_Pa_m;
+    array.directivity = Directivity::T4010A1_HARMONICS;
     array.drive = paperDrive();
 
     // The long edges of eight boards close a ring: apothem = edge (1 + sqrt 2)/2 = 231.8 mm.
@@ -85,6 +100,17 @@ TransducerArray TransducerArray::singleBoard()
     return array;
 }
 
+void TransducerArray::setDead(const std::vector<int>& which)
+{
+    if (which.empty()) return;
+    if (gain.size() == 0) gain.setOnes(size());
+    for (const int i : which)
+        gain[i] = 0.0;
+    dead.insert(dead.end(), which.begin(), which.end());
+    std::sort(dead.begin(), dead.end());
+    dead.erase(std::unique(dead.begin(), dead.end()), dead.end());
+}
+
 bool TransducerArray::isValid(std::string* error) const
 {
     const auto m = static_cast<std::size_t>(size());
@@ -105,11 +131,14 @@ bool TransducerArray::isValid(std::string* error) const
         text = "a position, phase offset or gain is not finite";
     else if (!((normals.colwise().norm().array() - 1.0).abs() < 1e-6).all())
         text = "a normal is not of unit length";
+    else if (!areDead(*this))
+        text = "the dead transducers are not ascending numbers of transducers of gain 0";
     else
         return base::RangeCheck()
             .atLeast("gain", gain.size() != 0 ? gain.minCoeff() : 0.0, 0.0)
             .above("frequency_Hz", frequency_Hz, 0.0)
-            .above("sourceAmplitude_Pa_m", sourceAmplitude_Pa_m, 0.0)
+            .within(
+                "sourceAmplitude_Pa_m", sourceAmplitude_Pa_m, kLeastSource_Pa_m, kMostSource_Pa_m)
             .check(drive.phaseLevels == 0 || drive.phaseLevels >= 2,
                    "phaseLevels",
                    drive.phaseLevels,

@@ -14,6 +14,11 @@ namespace midair::haptics
 /// raised to it.
 constexpr double kNearestDistance_m = 5e-3;
 
+/// Range of source amplitudes, Pa m: far beyond any transducer's, and such that single precision
+/// holds every pressure. Figures don't depend on where in it an array is.
+constexpr double kLeastSource_Pa_m = 1e-30;
+constexpr double kMostSource_Pa_m = 1e30;
+
 /// Phases and amplitudes that a device can play; the solver rounds to them.
 struct DriveResolution
 {
@@ -27,22 +32,33 @@ struct TransducerArray
 {
     std::string name;
     double frequency_Hz = 40e3;
-    double sourceAmplitude_Pa_m = 10.1; ///< P0: peak pressure times distance on axis at full drive
-    Directivity directivity = Directivity::T4010A1_HARMONICS;
+    /// P0: peak pressure times distance on axis at full drive. The data sheet of the T4010A1
+    /// (Nippon Ceramic): 121.5 dB SPL (rms) at 0.30 m.
+    /// kLeastSource_Pa_m .. kMostSource_Pa_m; in files at most 1e5.
+    double sourceAmplitude_Pa_m = 10.1;
+    /// How it decreases off the axis; the same data sheet's table.
+    Directivity directivity = Directivity::T4010A1_TABLE;
     Eigen::Matrix3Xd positions; ///< 3 x m, metres
     Eigen::Matrix3Xd normals;   ///< 3 x m, unit length, the direction of emission
     /// m or empty: phase that each transducer adds to its drive
     Eigen::VectorXd phaseOffset_rad;
     Eigen::VectorXd gain;   ///< m or empty: factor on the amplitude
     std::vector<int> board; ///< m: board of each transducer, ascending from 0
+    /// Transducers that are never driven, ascending; set by setDead(). Their gain is 0, so that
+    /// fields are solved for without them.
+    std::vector<int> dead;
     DriveResolution drive;
 
     int size() const { return static_cast<int>(positions.cols()); }
 
+    /// Makes the transducers \a which, each 0 .. m - 1, in any order, dead: sets their gains to 0.
+    /// Those that were dead before stay so.
+    void setDead(const std::vector<int>& which);
+
     /// The paper's device: 16 boards of 249 transducers as the eight sides of a prism around the y
-    /// axis, 3984 in all; P0 = 2.73 Pa m.
+    /// axis, 3984 in all; P0 = 2.73 Pa m and the paper's harmonics, with which P0 was derived.
     static TransducerArray octagonalPrism();
-    /// One board of 249 in the plane z = 0, facing +z.
+    /// One board of 249 in the plane z = 0, facing +z; P0 and directivity of the data sheet.
     static TransducerArray singleBoard();
     /// Loads "octagon", "board", a named array (names() lists them), or the JSON file of that path.
     /// Throws InputError.
@@ -52,6 +68,10 @@ struct TransducerArray
     /// of the environment variable OSG_MIDAIR_ARRAYS (separated by colons), of the installation and
     /// of the source tree.
     static std::vector<std::string> names();
+
+    /// Returns the file that load() reads for \a nameOrPath now; empty for what is built in and for
+    /// names of nothing.
+    static std::string fileOf(const std::string& nameOrPath);
 
     /// Reads the array that \a json describes (format: haptics/array/arrays/README.md); \a source:
     /// its name in messages. Throws InputError: "source: path in the file: what it is; what it must

@@ -1,5 +1,6 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/OwnFolder.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/UserEnvironment.h"
 
@@ -33,6 +34,10 @@ std::vector<fs::path> arrayFolders()
         for (std::string folder; std::getline(list, folder, ':');)
             if (!folder.empty()) folders.emplace_back(folder);
     }
+    // Beside the library or the program, wherever the installed prefix has been moved to.
+    if (const fs::path own = base::ownFolder(); !own.empty())
+        for (const char* place : {MIDAIR_ARRAYS_FROM_LIBRARY, MIDAIR_ARRAYS_FROM_PROGRAM})
+            folders.push_back((own / place).lexically_normal());
     folders.emplace_back(MIDAIR_ARRAYS_INSTALLED);
     folders.emplace_back(MIDAIR_ARRAYS_SOURCE);
     return folders;
@@ -78,20 +83,27 @@ std::vector<std::string> TransducerArray::names()
     return names;
 }
 
+std::string TransducerArray::fileOf(const std::string& nameOrPath)
+{
+    if (nameOrPath.empty() || nameOrPath == "octagon" || nameOrPath == "board") return {};
+    const fs::path given(nameOrPath);
+    std::error_code ignored;
+    if (!given.has_parent_path() && given.extension() != ".json")
+        for (const fs::path& folder : arrayFolders())
+        {
+            const fs::path candidate = folder / (nameOrPath + ".json");
+            if (fs::exists(candidate, ignored)) return candidate.string();
+        }
+    return fs::exists(given, ignored) ? given.string() : std::string();
+}
+
 TransducerArray TransducerArray::load(const std::string& nameOrPath)
 {
     if (nameOrPath == "octagon") return octagonalPrism();
     if (nameOrPath == "board") return singleBoard();
 
-    const fs::path given(nameOrPath);
-    std::error_code ignored;
-    if (!nameOrPath.empty() && !given.has_parent_path() && given.extension() != ".json")
-        for (const fs::path& folder : arrayFolders())
-        {
-            const fs::path candidate = folder / (nameOrPath + ".json");
-            if (fs::exists(candidate, ignored)) return read(candidate);
-        }
-    if (!nameOrPath.empty() && fs::exists(given, ignored)) return read(given);
+    const std::string file = fileOf(nameOrPath);
+    if (!file.empty()) return read(file);
 
     throw base::InputError(fmt::format("array '{}': there is no such file, and no array of that "
                                        "name; known are {}, or the path of a JSON file",

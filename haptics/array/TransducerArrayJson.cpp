@@ -34,16 +34,6 @@ double gain(const Reader& reader, const Json& value, const std::string& path)
     return reader.number(value, path, 0.0, 1000.0, "a number from 0 to 1000");
 }
 
-double positive(
-    const Reader& reader, const Json& root, const char* key, double high, const std::string& right)
-{
-    return reader.number(reader.required(root, "", key, right),
-                         key,
-                         std::numeric_limits<double>::min(),
-                         high,
-                         right);
-}
-
 Eigen::Vector3d position(const Reader& reader, const Json& value, const std::string& path)
 {
     return reader.vector(value, path, 3, kFarthest_m, "[x, y, z] in metres, each within -10 .. 10");
@@ -315,6 +305,23 @@ void readBoards(const Reader& reader, const Json& list, TransducerArray& array, 
     }
 }
 
+void readDead(const Reader& reader, const Json& list, TransducerArray& array)
+{
+    const std::string right = fmt::format("the number of a transducer, 0 to {}", array.size() - 1);
+    reader.list(list, "dead", "a list of numbers of transducers, from 0");
+    std::vector<int> dead;
+    std::vector<bool> seen(static_cast<std::size_t>(array.size()));
+    for (const Json& item : list)
+    {
+        const std::string path = Reader::at("dead", dead.size());
+        const int i = reader.integer(item, path, 0, array.size() - 1, right);
+        if (seen[static_cast<std::size_t>(i)]) reader.wrong(path, item, "there once");
+        seen[static_cast<std::size_t>(i)] = true;
+        dead.push_back(i);
+    }
+    array.setDead(dead);
+}
+
 } // namespace
 
 TransducerArray TransducerArray::fromJson(const std::string& json, const std::string& source)
@@ -331,18 +338,21 @@ TransducerArray TransducerArray::fromJson(const std::string& json, const std::st
                    "phaseLevels",
                    "amplitudeLevels",
                    "transducers",
-                   "boards"});
+                   "boards",
+                   "dead"});
     TransducerArray array;
     if (const auto name = root.find("name"); name != root.end())
         array.name = reader.string(*name, "name");
 
-    array.frequency_Hz = positive(reader, root, "frequency_Hz", 1e7, "Hz, above 0, at most 1e7");
+    const auto number = [&](const char* key, double low, double high, const char* right)
+    { return reader.number(reader.required(root, "", key, right), key, low, high, right); };
+    constexpr double kLeast = std::numeric_limits<double>::min();
+    array.frequency_Hz = number("frequency_Hz", kLeast, 1e7, "Hz, above 0, at most 1e7");
     array.sourceAmplitude_Pa_m =
-        positive(reader,
-                 root,
-                 "sourceAmplitude_Pa_m",
-                 1e5,
-                 "peak pressure times distance on axis in Pa m, above 0, at most 1e5");
+        number("sourceAmplitude_Pa_m",
+               kLeastSource_Pa_m,
+               1e5,
+               "peak pressure times distance on axis in Pa m, within 1e-30 .. 1e5");
     const std::string model = reader.string(
         reader.required(root, "", "directivity", "the name of a directivity model"), "directivity");
     try
@@ -361,38 +371,8 @@ TransducerArray TransducerArray::fromJson(const std::string& json, const std::st
     if (array.size() == 0)
         reader.fail("", "has no transducers; 'transducers' or 'boards' must list at least one");
     trimming.store(array);
+    if (root.contains("dead")) readDead(reader, root["dead"], array);
     return array;
-}
-
-std::string TransducerArray::toJson() const
-{
-    std::string error;
-    if (!isValid(&error)) throw base::InputError("array '" + name + "' can't be written: " + error);
-    Json head;
-    head["name"] = name;
-    head["frequency_Hz"] = frequency_Hz;
-    head["sourceAmplitude_Pa_m"] = sourceAmplitude_Pa_m;
-    head["directivity"] = directivityName(directivity);
-    head["phaseLevels"] = drive.phaseLevels;
-    head["amplitudeLevels"] = drive.amplitudeLevels;
-
-    std::string text = "{\n";
-    for (const auto& item : head.items())
-        text += fmt::format("  \"{}\": {},\n",
-                            item.key(),
-                            item.value().dump(-1, ' ', false, Json::error_handler_t::replace));
-    text += "  \"transducers\": [\n";
-    for (Eigen::Index i = 0; i < positions.cols(); ++i)
-    {
-        Json item;
-        item["position_m"] = {positions(0, i), positions(1, i), positions(2, i)};
-        item["normal"] = {normals(0, i), normals(1, i), normals(2, i)};
-        item["board"] = board[static_cast<std::size_t>(i)];
-        if (phaseOffset_rad.size() > 0) item["phaseOffset_rad"] = phaseOffset_rad[i];
-        if (gain.size() > 0) item["gain"] = gain[i];
-        text += fmt::format("    {}{}\n", item.dump(), i + 1 < positions.cols() ? "," : "");
-    }
-    return text + "  ]\n}\n";
 }
 
 } // namespace midair::haptics

@@ -49,6 +49,8 @@ constexpr int kMostCycle = 64;
 constexpr int kMostSubsets = 64;
 /// Intermediate steps from one field of a cycle to the next.
 constexpr int kMostCycleSteps = 16;
+/// Passes that even a cycle out.
+constexpr int kMostEven = 1000;
 /// Hz; rate of fields played in turn: one per period of the 40 kHz carrier.
 constexpr double kMostFieldRate_Hz = 40e3;
 /// Hz; amplitude modulation: at higher frequencies the skin feels little and the ear hears more.

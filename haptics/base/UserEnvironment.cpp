@@ -5,6 +5,8 @@
 #include <fstream>
 #include <map>
 
+#include <unistd.h>
+
 namespace midair::base
 {
 
@@ -45,6 +47,18 @@ std::optional<std::string> variableNow(const std::string& name)
     const char* value = std::getenv(name.c_str());
     if (value == nullptr) return std::nullopt;
     return value;
+}
+
+std::vector<std::string> variablesNow(const std::string& prefix)
+{
+    std::vector<std::string> names;
+    for (char** entry = environ; entry != nullptr && *entry != nullptr; ++entry)
+    {
+        const std::string text = *entry;
+        if (text.rfind(prefix, 0) == 0)
+            names.push_back(text.substr(prefix.size(), text.find('=') - prefix.size()));
+    }
+    return names;
 }
 
 void trustVariablesOfProgram()

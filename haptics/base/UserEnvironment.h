@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace midair::base
 {
@@ -13,6 +14,9 @@ std::optional<std::string> userVariable(const std::string& name);
 
 /// Returns the current value of the variable, whoever set it, or none.
 std::optional<std::string> variableNow(const std::string& name);
+
+/// Returns the names of all variables that are set now and begin with \a prefix, without it.
+std::vector<std::string> variablesNow(const std::string& prefix);
 
 /// From now on userVariable() returns current values. For programs that read no files which set
 /// variables, and for tests.

@@ -47,6 +47,7 @@ public:
         _look(options.stop, 16)
     {
         _report.perObject.assign(objects.size(), 0);
+        _report.leftOut.resize(objects.size());
         for (const PosedObject& object : objects)
         {
             _largestSpacing = std::max(_largestSpacing, object.spacing_m);
@@ -78,6 +79,10 @@ private:
     double crowdLimit(const Candidate& a, const Candidate& b) const
     {
         return a.source == b.source ? std::min(_crowd, objectOf(a).spacing_m) : _crowd;
+    }
+    LeftOutPoints& leftOutOf(const Candidate& candidate)
+    {
+        return _report.leftOut[static_cast<std::size_t>(candidate.source)];
     }
     double searchRadius() const { return std::max({_largestSpacing, _crowd, kLeastCell}); }
     PointGrid grid() const
@@ -115,11 +120,13 @@ bool Selector::accept(const Candidate& candidate)
         !std::isfinite(candidate.target))
     {
         ++_report.notFinite;
+        ++leftOutOf(candidate).notFinite;
         return false;
     }
     if (!(candidate.target > 0.0))
     {
         ++_report.noTarget;
+        ++leftOutOf(candidate).noTarget;
         return false;
     }
     switch (_workspace.judge(candidate.position))
@@ -136,6 +143,7 @@ bool Selector::accept(const Candidate& candidate)
         ++_report.outOfReach;
         break;
     }
+    ++leftOutOf(candidate).outOfWorkspace;
     return false;
 }
 
@@ -201,7 +209,10 @@ void Selector::dropCrowds()
     std::vector<Candidate> kept;
     for (std::size_t i = 0; i < _candidates.size(); ++i)
     {
-        if (crowded[i] == 0) kept.push_back(_candidates[i]);
+        if (crowded[i] == 0)
+            kept.push_back(_candidates[i]);
+        else
+            ++leftOutOf(_candidates[i]).crowded;
     }
     _report.crowdDropped += static_cast<int>(_candidates.size() - kept.size());
     _candidates = std::move(kept);
@@ -237,6 +248,7 @@ void Selector::thin(bool merge)
                 spaced = spaced && d2 >= spacing * spacing;
                 return false;
             });
+        if (crowdedBy >= 0 || !spaced) ++leftOutOf(candidate).crowded;
         if (crowdedBy >= 0 && merge)
         {
             Candidate& into = kept[static_cast<std::size_t>(crowdedBy)];
@@ -290,7 +302,10 @@ void Selector::keepBudget()
     const std::vector<char> keep = shareBudget(points, _options.maxPoints, _options.stop);
     std::vector<Candidate> kept;
     for (std::size_t i = 0; i < _candidates.size(); ++i)
-        if (keep[i] != 0) kept.push_back(_candidates[i]);
+        if (keep[i] != 0)
+            kept.push_back(_candidates[i]);
+        else
+            ++leftOutOf(_candidates[i]).overBudget;
     _report.overBudget = static_cast<int>(_candidates.size() - kept.size());
     _candidates = std::move(kept);
 }
@@ -306,13 +321,21 @@ Selection Selector::finish()
     selection.points.positions.resize(3, n);
     selection.points.normals.resize(3, n);
     selection.points.targets.resize(n);
+    const bool isIdentified =
+        std::none_of(_objects.begin(),
+                     _objects.end(),
+                     [](const PosedObject& object) { return object.identity.empty(); });
     for (Eigen::Index i = 0; i < n; ++i)
     {
         const Candidate& candidate = _candidates[static_cast<std::size_t>(i)];
         selection.points.positions.col(i) = candidate.position;
         selection.points.normals.col(i) = candidate.normal;
         selection.points.targets[i] = candidate.target;
-        selection.points.object.push_back(objectOf(candidate).object);
+        const PosedObject& object = objectOf(candidate);
+        selection.points.object.push_back(object.object);
+        if (isIdentified)
+            selection.points.identity.push_back(
+                object.identity[static_cast<std::size_t>(candidate.sample)]);
         selection.source.push_back(candidate.source);
         selection.sample.push_back(candidate.sample);
         ++_report.perObject[static_cast<std::size_t>(candidate.source)];
@@ -326,13 +349,15 @@ void checkObject(const PosedObject& object, std::size_t index)
 {
     const Eigen::Index n = object.positions.cols();
     if (object.normals.cols() != n ||
-        (object.intensity.size() != 0 && object.intensity.size() != n))
-        throw base::InputError(fmt::format(
-            "Object {} has {} positions, {} normals and {} intensities; they must be as many",
-            index,
-            n,
-            object.normals.cols(),
-            object.intensity.size()));
+        (object.intensity.size() != 0 && object.intensity.size() != n) ||
+        (!object.identity.empty() && static_cast<Eigen::Index>(object.identity.size()) != n))
+        throw base::InputError(fmt::format("Object {} has {} positions, {} normals, {} intensities "
+                                           "and {} identities; they must be as many",
+                                           index,
+                                           n,
+                                           object.normals.cols(),
+                                           object.intensity.size(),
+                                           object.identity.size()));
     if (!(object.spacing_m > 0.0) || !std::isfinite(object.spacing_m))
         throw base::InputError(
             fmt::format("Object {} has the spacing {:g} m; it must be positive and finite",
@@ -350,36 +375,6 @@ bool SelectorOptions::isValid(std::string* error) const
         .atLeast("minDistanceWavelengths", minDistanceWavelengths, 0.0)
         .atLeast("reach_m", reach_m, 0.0)
         .passed(error);
-}
-
-void PosedObject::pose(const SurfaceSamples& samples, const Eigen::Isometry3d& meshToArray)
-{
-    positions.noalias() = meshToArray.linear() * samples.positions;
-    positions.colwise() += meshToArray.translation();
-    normals.noalias() = meshToArray.linear() * samples.normals;
-    intensity = samples.intensity;
-}
-
-std::string SelectionReport::summary() const
-{
-    if (selected == candidates) return "";
-    std::vector<std::string> lost;
-    const auto tell = [&lost](int count, const char* what)
-    {
-        if (count != 0) lost.push_back(fmt::format("{} {}", count, what));
-    };
-    tell(notFinite, "not finite");
-    tell(noTarget, "without a positive target");
-    tell(outOfReach, "out of reach");
-    tell(behind, "behind the array");
-    tell(tooClose, "too close to a transducer");
-    tell(crowdDropped, "dropped from crowds");
-    tell(crowdMerged, "merged into others");
-    tell(crowdThinned, "thinned from crowds");
-    tell(spacedOut, "too near another object's");
-    tell(overBudget, "over the budget");
-    const char* why = lost.empty() ? "" : ": ";
-    return fmt::format("{} of {} points{}{}", selected, candidates, why, fmt::join(lost, ", "));
 }
 
 Selection selectControlPoints(const std::vector<PosedObject>& objects,

@@ -3,10 +3,8 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/threads/StopToken.h"
 #include "haptics/points/ControlPoints.h"
+#include "haptics/points/PosedObject.h"
 #include "haptics/points/Workspace.h"
-#include "haptics/surface/SurfaceSampler.h"
-
-#include <Eigen/Geometry>
 
 #include <string>
 #include <vector>
@@ -42,21 +40,14 @@ struct SelectorOptions
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// Samples of one object in the array frame; all matrices and vectors have the same length.
-struct PosedObject
+/// Points of one object that were left out, by reason.
+struct LeftOutPoints
 {
-    int object = 0;      ///< index for ControlPoints::object
-    int priority = 0;    ///< where points compete, those of larger priority stay
-    double target = 1.0; ///< > 0; multiplied by the intensity
-    /// > 0; least distance of points of other objects (of two objects the larger one counts)
-    double spacing_m = 8.5e-3;
-    Eigen::Matrix3Xd positions; ///< 3 x n, metres, array frame
-    Eigen::Matrix3Xd normals;   ///< 3 x n
-    Eigen::VectorXf intensity;  ///< n or empty: 1
-
-    /// Fills positions, normals and intensity from \a samples; allocates only if their number
-    /// changes.
-    void pose(const SurfaceSamples& samples, const Eigen::Isometry3d& meshToArray);
+    int notFinite = 0;      ///< position, normal or target is NaN or infinite
+    int noTarget = 0;       ///< target times intensity is not positive
+    int outOfWorkspace = 0; ///< too close to a transducer, behind the array or out of reach
+    int crowded = 0;        ///< too near another point, merged ones included
+    int overBudget = 0;
 };
 
 /// Numbers of points selected and left out, by reason; candidates is their sum.
@@ -74,7 +65,8 @@ struct SelectionReport
     int crowdMerged = 0; ///< merged into another point
     int crowdDropped = 0;
     int overBudget = 0;
-    std::vector<int> perObject; ///< selected points of each object, in the order given
+    std::vector<int> perObject;         ///< selected points of each object, in the order given
+    std::vector<LeftOutPoints> leftOut; ///< likewise
 
     /// Returns "120 of 150 points: 20 behind the array, 10 over the budget of 120"; "" if all were
     /// selected.

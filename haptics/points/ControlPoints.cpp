@@ -3,6 +3,42 @@
 namespace midair::haptics
 {
 
+namespace
+{
+
+// Appends \a more to \a to if both are complete, and empties it if not.
+template<typename T>
+void appendIfComplete(std::vector<T>& to, std::size_t n, const std::vector<T>& more, std::size_t m)
+{
+    if (to.size() == n && more.size() == m)
+        to.insert(to.end(), more.begin(), more.end());
+    else
+        to.clear();
+}
+
+} // namespace
+
+ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
+{
+    const auto n = static_cast<Eigen::Index>(chosen.size());
+    ControlPoints result;
+    result.absolute = points.absolute;
+    result.positions.resize(3, n);
+    result.normals.resize(3, points.normals.cols() > 0 ? n : 0);
+    result.targets.resize(n);
+    for (Eigen::Index l = 0; l < n; ++l)
+    {
+        const int from = chosen[static_cast<std::size_t>(l)];
+        const auto index = static_cast<std::size_t>(from);
+        result.positions.col(l) = points.positions.col(from);
+        if (points.normals.cols() > 0) result.normals.col(l) = points.normals.col(from);
+        result.targets[l] = points.targets[from];
+        if (!points.object.empty()) result.object.push_back(points.object[index]);
+        if (!points.identity.empty()) result.identity.push_back(points.identity[index]);
+    }
+    return result;
+}
+
 void append(ControlPoints& to, const ControlPoints& more)
 {
     if (to.size() == 0) to.absolute = more.absolute;
@@ -19,12 +55,9 @@ void append(ControlPoints& to, const ControlPoints& more)
         to.normals.rightCols(m).setZero();
     to.targets.conservativeResize(n + m);
     to.targets.tail(m) = more.targets;
-    const bool told = to.object.size() == static_cast<std::size_t>(n) &&
-                      more.object.size() == static_cast<std::size_t>(m);
-    if (told)
-        to.object.insert(to.object.end(), more.object.begin(), more.object.end());
-    else
-        to.object.clear();
+    const auto first = static_cast<std::size_t>(n), second = static_cast<std::size_t>(m);
+    appendIfComplete(to.object, first, more.object, second);
+    appendIfComplete(to.identity, first, more.identity, second);
 }
 
 } // namespace midair::haptics

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include <cstdint>
 #include <vector>
 
 namespace midair::haptics
@@ -18,12 +19,18 @@ struct ControlPoints
     /// can while it stays accurate.
     bool absolute = false;
     std::vector<int> object; ///< n or empty: index of the object each point belongs to
+    /// n or empty: the same number in each update for the same place of the same object, so that a
+    /// solver goes on where points come and go.
+    std::vector<std::uint64_t> identity;
 
     int size() const { return static_cast<int>(positions.cols()); }
 };
 
-/// Appends \a more to \a to. Missing normals of one of them become zeros; objects are kept only if
-/// both have them. `absolute` is that of the one that has points.
+/// The points with the indices \a chosen, in that order.
+ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen);
+
+/// Appends \a more to \a to. Missing normals of one of them become zeros; objects and identities
+/// are kept only if both have them. `absolute` is that of the one that has points.
 void append(ControlPoints& to, const ControlPoints& more);
 
 } // namespace midair::haptics

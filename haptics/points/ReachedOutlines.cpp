@@ -32,8 +32,11 @@ ReachedOutlines reachedOutlines(const TriangleMesh& mesh,
 {
     const double look_m = kLook_wavelengths * workspace.wavelength_m();
     ReachedOutlines reached;
-    for (Outline& outline :
-         featureOutlines(mesh, SamplerOptions().creaseAngle_rad, workspace.wavelength_m(), stop))
+    for (Outline& outline : featureOutlines(mesh,
+                                            SamplerOptions().creaseAngle_rad,
+                                            workspace.wavelength_m(),
+                                            stop,
+                                            &reached.apart))
     {
         outline.vertices = (pose * outline.vertices).eval();
         outline.target = target;

@@ -18,6 +18,7 @@ struct ReachedOutlines
 {
     std::vector<Outline> inside; ///< reached from one end to the other
     int outside = 0;             ///< number of the others
+    int apart = 0;               ///< number of the mesh's points, which are on no outline
     double points = 0.0;         ///< half a wavelength apart along those inside
 };
 

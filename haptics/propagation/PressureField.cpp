@@ -20,29 +20,6 @@ namespace
 
 constexpr Eigen::Index kPointsAtOnce = 8;
 
-// Keeps only driven transducers, as most of the cost is one entry of G for each point and
-// transducer.
-TransducerArray activePart(const TransducerArray& array,
-                           const Eigen::VectorXcf& activations,
-                           Eigen::VectorXcf& active)
-{
-    std::vector<Eigen::Index> kept;
-    for (Eigen::Index i = 0; i < activations.size(); ++i)
-        if (activations[i] != std::complex<float>(0.0f, 0.0f)) kept.push_back(i);
-
-    TransducerArray part;
-    part.frequency_Hz = array.frequency_Hz;
-    part.sourceAmplitude_Pa_m = array.sourceAmplitude_Pa_m;
-    part.directivity = array.directivity;
-    part.positions = array.positions(Eigen::all, kept);
-    part.normals = array.normals(Eigen::all, kept);
-    if (array.phaseOffset_rad.size() > 0) part.phaseOffset_rad = array.phaseOffset_rad(kept);
-    if (array.gain.size() > 0) part.gain = array.gain(kept);
-    part.board.resize(kept.size(), 0);
-    active = activations(kept);
-    return part;
-}
-
 } // namespace
 
 Eigen::Matrix3Xd FieldGrid::points() const
@@ -57,42 +34,97 @@ Eigen::Matrix3Xd FieldGrid::points() const
     return points;
 }
 
-Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
-                            const TransducerArray& array,
-                            const Medium& medium,
-                            const Eigen::VectorXcf& activations,
-                            int threads,
-                            const base::StopToken& stop)
+namespace
 {
-    if (activations.size() != array.size())
-        throw base::InputError(fmt::format(
-            "activations are {}; there must be one for each of the array's {} transducers",
-            activations.size(),
-            array.size()));
+
+// The fields of the transducers that any of them drives.
+struct ActiveFields
+{
+    TransducerArray array;
+    std::vector<Eigen::VectorXcf> fields;
+};
+
+// Keeps only driven transducers, as most of the cost is one entry of G for each point and
+// transducer.
+ActiveFields activePart(const TransducerArray& array, const std::vector<Eigen::VectorXcf>& fields)
+{
+    std::vector<Eigen::Index> kept;
+    for (Eigen::Index i = 0; i < array.size(); ++i)
+        if (std::any_of(fields.begin(),
+                        fields.end(),
+                        [i](const Eigen::VectorXcf& q)
+                        { return q[i] != std::complex<float>(0.0f, 0.0f); }))
+            kept.push_back(i);
+
+    ActiveFields active;
+    TransducerArray& part = active.array;
+    part.frequency_Hz = array.frequency_Hz;
+    part.sourceAmplitude_Pa_m = array.sourceAmplitude_Pa_m;
+    part.directivity = array.directivity;
+    part.positions = array.positions(Eigen::all, kept);
+    part.normals = array.normals(Eigen::all, kept);
+    if (array.phaseOffset_rad.size() > 0) part.phaseOffset_rad = array.phaseOffset_rad(kept);
+    if (array.gain.size() > 0) part.gain = array.gain(kept);
+    part.board.resize(kept.size(), 0);
+    for (const Eigen::VectorXcf& q : fields)
+        active.fields.emplace_back(q(kept));
+    return active;
+}
+
+void checkSizes(const TransducerArray& array, const std::vector<Eigen::VectorXcf>& fields)
+{
+    for (const Eigen::VectorXcf& q : fields)
+        if (q.size() != array.size())
+            throw base::InputError(fmt::format(
+                "activations are {}; there must be one for each of the array's {} transducers",
+                q.size(),
+                array.size()));
+}
+
+// For each field the real parts, then the imaginary ones, padded with zeros.
+base::AlignedBuffer<float> inLanes(const PropagationMatrix& G,
+                                   const std::vector<Eigen::VectorXcf>& fields)
+{
+    const auto padded = static_cast<std::size_t>(G.paddedTransducers());
+    base::AlignedBuffer<float> q;
+    q.reserve(2 * fields.size() * padded);
+    for (std::size_t k = 0; k < fields.size(); ++k)
+        for (std::size_t lane = 0; lane < G.order().size(); ++lane)
+        {
+            q[2 * k * padded + lane] = fields[k][G.order()[lane]].real();
+            q[(2 * k + 1) * padded + lane] = fields[k][G.order()[lane]].imag();
+        }
+    return q;
+}
+
+// The pressures of all \a fields (n x K).
+Eigen::MatrixXcf pressuresAt(const Eigen::Matrix3Xd& points,
+                             const TransducerArray& array,
+                             const Medium& medium,
+                             const std::vector<Eigen::VectorXcf>& fields,
+                             int threads,
+                             const base::StopToken& stop)
+{
+    checkSizes(array, fields);
     const Eigen::Index n = points.cols();
-    Eigen::VectorXcf pressure = Eigen::VectorXcf::Zero(n);
-    Eigen::VectorXcf q;
-    const TransducerArray active = activePart(array, activations, q);
-    if (n == 0 || active.size() == 0) return pressure;
+    const std::size_t K = fields.size();
+    Eigen::MatrixXcf pressure = Eigen::MatrixXcf::Zero(n, static_cast<Eigen::Index>(K));
+    const ActiveFields active = activePart(array, fields);
+    if (n == 0 || active.array.size() == 0) return pressure;
 
     std::atomic<Eigen::Index> next{0};
     const auto work = [&]
     {
         // Rows of one chunk of points; they are summed while they are still in the cache.
         PropagationMatrix G;
-        G.bind(active, medium);
-        base::AlignedBuffer<float> qRe; // padded with zeros
-        base::AlignedBuffer<float> qIm;
-        qRe.reserve(static_cast<std::size_t>(G.paddedTransducers()));
-        qIm.reserve(static_cast<std::size_t>(G.paddedTransducers()));
-        for (std::size_t lane = 0; lane < G.order().size(); ++lane)
-        {
-            qRe[lane] = q[G.order()[lane]].real();
-            qIm[lane] = q[G.order()[lane]].imag();
-        }
+        G.bind(active.array, medium);
+        const auto padded = static_cast<std::size_t>(G.paddedTransducers());
+        const base::AlignedBuffer<float> q = inLanes(G, active.fields);
         std::array<int, kPointsAtOnce> rows{};
         std::array<double, kPointsAtOnce> sums{};
         std::iota(rows.begin(), rows.end(), 0);
+        using Sums = std::array<float, 2 * kPointsAtOnce>;
+        std::vector<Sums> p(K);
         for (Eigen::Index begin = next.fetch_add(kPointsAtOnce); begin < n;
              begin = next.fetch_add(kPointsAtOnce))
         {
@@ -101,16 +133,23 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
             G.resize(static_cast<int>(count));
             for (int l = 0; l < static_cast<int>(count); ++l)
                 G.setPoint(l, points.col(begin + l));
-            std::array<float, kPointsAtOnce> pRe{};
-            std::array<float, kPointsAtOnce> pIm{};
+            std::fill(p.begin(), p.end(), Sums{});
             for (int b = 0; b < G.blocks(); ++b)
             {
                 G.buildRows(b, rows.data(), static_cast<int>(count), sums.data());
-                G.forward(b, qRe.data(), qIm.data(), pRe.data(), pIm.data());
+                for (std::size_t k = 0; k < K; ++k)
+                    G.forward(b,
+                              q.data() + 2 * k * padded,
+                              q.data() + (2 * k + 1) * padded,
+                              p[k].data(),
+                              p[k].data() + kPointsAtOnce);
             }
-            for (Eigen::Index l = 0; l < count; ++l)
-                pressure[begin + l] = {pRe[static_cast<std::size_t>(l)],
-                                       pIm[static_cast<std::size_t>(l)]};
+            const auto unit_Pa = static_cast<float>(G.unit_Pa());
+            for (std::size_t k = 0; k < K; ++k)
+                for (Eigen::Index l = 0; l < count; ++l)
+                    pressure(begin + l, static_cast<Eigen::Index>(k)) = {
+                        unit_Pa * p[k][static_cast<std::size_t>(l)],
+                        unit_Pa * p[k][static_cast<std::size_t>(l + kPointsAtOnce)]};
         }
     };
     const auto chunks = (n + kPointsAtOnce - 1) / kPointsAtOnce;
@@ -122,6 +161,34 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
         helper.join();
     stop.throwIfRequested();
     return pressure;
+}
+
+} // namespace
+
+Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
+                            const TransducerArray& array,
+                            const Medium& medium,
+                            const Eigen::VectorXcf& activations,
+                            int threads,
+                            const base::StopToken& stop)
+{
+    return pressuresAt(points, array, medium, {activations}, threads, stop);
+}
+
+Eigen::VectorXd meanSquarePressure(const Eigen::Matrix3Xd& points,
+                                   const TransducerArray& array,
+                                   const Medium& medium,
+                                   const std::vector<Eigen::VectorXcf>& fields,
+                                   int threads,
+                                   const base::StopToken& stop)
+{
+    if (fields.empty())
+        throw base::InputError("the cycle has no fields; there must be at least one");
+    return pressuresAt(points, array, medium, fields, threads, stop)
+        .cast<std::complex<double>>()
+        .cwiseAbs2()
+        .rowwise()
+        .mean();
 }
 
 double radiationPressure(double pressure_Pa, const Medium& medium, double alpha)

@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include <vector>
+
 namespace midair::haptics
 {
 
@@ -32,6 +34,15 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
                             const Eigen::VectorXcf& activations,
                             int threads = 1,
                             const base::StopToken& stop = {});
+
+/// Returns |p|^2 in Pa^2 at \a points (3 x n), averaged over \a fields (>= 1 times m activations);
+/// each row of G is computed once. Throws as pressureAt() does, and InputError for no fields.
+Eigen::VectorXd meanSquarePressure(const Eigen::Matrix3Xd& points,
+                                   const TransducerArray& array,
+                                   const Medium& medium,
+                                   const std::vector<Eigen::VectorXcf>& fields,
+                                   int threads = 1,
+                                   const base::StopToken& stop = {});
 
 /// Returns the time-averaged pressure on a surface, Pa: alpha p_rms^2 / (rho c^2), 1 <= alpha <= 2
 /// (Inoue, Makino, Shinoda 2015, equation 1, per area). \a pressure_Pa is a peak amplitude. alpha

@@ -188,7 +188,7 @@ float PropagationMatrix::rowInDouble(int block,
         const double R = std::max(d.norm(), kNearestDistance_m);
         const double cosTheta = std::clamp(d.dot(_array.normals.col(source)) / R, -1.0, 1.0);
         const double gain = _array.gain.size() > 0 ? _array.gain[source] : 1.0;
-        const double a = _array.sourceAmplitude_Pa_m * gain *
+        const double a = _array.sourceAmplitude_Pa_m / _unit_Pa * gain *
                          directivity(_array.directivity, cosTheta) / R * std::exp(-_beta * R);
         const double phase =
             (_hasOffset ? _array.phaseOffset_rad[source] : 0.0) - base::kTwoPi * R / _wavelength_m;
@@ -237,20 +237,26 @@ void PropagationMatrix::backward(
 void PropagationMatrix::forward(
     int block, const float* qRe, const float* qIm, float* pRe, float* pIm) const
 {
-    if (_storage == Storage::FIXED)
-        return kernels::forward(fixedData(block),
-                                fixedScale(block),
-                                _points,
-                                width(block),
-                                qRe + offset(block),
-                                qIm + offset(block),
-                                pRe,
-                                pIm);
+    if (_storage == Storage::FIXED) return forwardFrom(block, 0, qRe, qIm, pRe, pIm);
     kernels::forward(blockData(block),
                      _points,
                      width(block),
                      qRe + offset(block),
                      qIm + offset(block),
+                     pRe,
+                     pIm);
+}
+
+void PropagationMatrix::forwardFrom(
+    int block, int first, const float* qRe, const float* qIm, float* pRe, float* pIm) const
+{
+    kernels::forward(fixedData(block) + first,
+                     fixedScale(block),
+                     _points,
+                     width(block),
+                     width(block) - first,
+                     qRe + offset(block) + first,
+                     qIm + offset(block) + first,
                      pRe,
                      pIm);
 }

@@ -43,6 +43,12 @@ public:
     /// Makes room for \a points rows. Returns true if existing rows are stale now.
     bool resize(int points);
 
+    /// Unit of the entries, and so of the pressures of forward(), Pa: a power of two, chosen by
+    /// bind(). It is 1 but for arrays of which the strongest transducer has less than 2^-10 or more
+    /// than 2^10 Pa m: there it is about that, so that squares and sums of pressures, and their
+    /// squares, stay within the range of floats.
+    double unit_Pa() const { return _unit_Pa; }
+
     int points() const { return _points; }
     int transducers() const { return _transducers; }
     int paddedTransducers() const { return _padded; } ///< length of every vector over transducers
@@ -70,7 +76,12 @@ public:
     /// p += G q for one block.
     void forward(int block, const float* qRe, const float* qIm, float* pRe, float* pIm) const;
 
-    std::complex<float> at(int l, int lane) const;
+    /// The same for the block's transducers from \a first on, a multiple of kernels::kLanes; FIXED
+    /// only.
+    void forwardFrom(
+        int block, int first, const float* qRe, const float* qIm, float* pRe, float* pIm) const;
+
+    std::complex<float> at(int l, int lane) const; ///< in unit_Pa()
     /// FLOAT: n rows of [re width][im width].
     const float* blockData(int block) const
     {
@@ -116,7 +127,7 @@ private:
     Storage _storage;
     TransducerArray _array;
     Medium _medium;
-    double _wavelength_m = 0.0, _beta = 0.0;
+    double _wavelength_m = 0.0, _beta = 0.0, _unit_Pa = 1.0;
     int _points = 0, _transducers = 0, _padded = 0, _capacity = 0;
     std::vector<int> _order;
     Eigen::Matrix3Xd _places;   // positions of the lanes, wavelengths

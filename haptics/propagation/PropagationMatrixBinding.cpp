@@ -37,6 +37,15 @@ bool sameField(const TransducerArray& a, const TransducerArray& b)
            sameEntries(a.phaseOffset_rad, b.phaseOffset_rad) && sameEntries(a.gain, b.gain);
 }
 
+// See PropagationMatrix::unit_Pa().
+double unitOf(const TransducerArray& array)
+{
+    const double strength = array.sourceAmplitude_Pa_m *
+                            (array.gain.size() > 0 ? array.gain.cwiseAbs().maxCoeff() : 1.0);
+    const bool isUsual = strength >= 0x1p-10 && strength <= 0x1p10;
+    return isUsual || !(strength > 0.0) ? 1.0 : std::ldexp(1.0, std::ilogb(strength));
+}
+
 // Returns a bound on D: its largest value on a fine grid of cosines, with a margin.
 float largestOf(Directivity model)
 {
@@ -97,6 +106,7 @@ bool PropagationMatrix::bind(const TransducerArray& array, const Medium& medium)
     _medium = medium;
     _wavelength_m = medium.wavelength(array.frequency_Hz);
     _beta = medium.attenuation(array.frequency_Hz);
+    _unit_Pa = unitOf(array);
     _transducers = array.size();
     _padded = (_transducers + kernels::kLanes - 1) / kernels::kLanes * kernels::kLanes;
     _hasOffset = array.phaseOffset_rad.size() > 0;
@@ -185,9 +195,10 @@ void PropagationMatrix::bindLane(int lane, int source, const Eigen::Vector3d& ce
     }
     g[stride * 3] = static_cast<float>(d.squaredNorm());
     const double gain = _array.gain.size() > 0 ? _array.gain[source] : 1.0;
-    g[stride * 7] = lane < _transducers
-                        ? static_cast<float>(_array.sourceAmplitude_Pa_m * gain / _wavelength_m)
-                        : 0.0f;
+    g[stride * 7] =
+        lane < _transducers
+            ? static_cast<float>(_array.sourceAmplitude_Pa_m / _unit_Pa * gain / _wavelength_m)
+            : 0.0f;
     const double turns = _hasOffset ? _array.phaseOffset_rad[source] / base::kTwoPi : 0.0;
     g[stride * 8] = static_cast<float>(turns - std::round(turns));
 }

@@ -83,7 +83,16 @@ SurfaceStatistics statisticsOf(const Eigen::VectorXd& on_Pa, const Eigen::Vector
     }
     if (off_Pa.size() > 0) statistics.offMean_Pa = off_Pa.mean();
     if (statistics.offMean_Pa > 0.0)
+    {
         statistics.contrast = statistics.mean_Pa / statistics.offMean_Pa;
+        // d contrast / contrast = -d offMean / offMean, and the mean of n independent values has
+        // the variance sum (x - mean)^2 / (n - 1) / n.
+        const double n = static_cast<double>(off_Pa.size());
+        const double squares = (off_Pa.array() - statistics.offMean_Pa).square().sum();
+        if (n > 1.0)
+            statistics.contrastError =
+                statistics.contrast * std::sqrt(squares / (n - 1.0) / n) / statistics.offMean_Pa;
+    }
     return statistics;
 }
 
@@ -95,15 +104,9 @@ Eigen::VectorXd meanRadiationPressure(const Eigen::Matrix3Xd& points,
                                       int threads,
                                       const base::StopToken& stop)
 {
-    if (cycle.empty())
-        throw base::InputError("the cycle has no fields; there must be at least one");
     // Averages |p|^2, to which the radiation pressure is proportional.
-    Eigen::VectorXd square = Eigen::VectorXd::Zero(points.cols());
-    for (const Eigen::VectorXcf& q : cycle)
-        square += pressureAt(points, array, medium, q, threads, stop)
-                      .cast<std::complex<double>>()
-                      .cwiseAbs2();
-    return square * (radiationPressure(1.0, medium, alpha) / static_cast<double>(cycle.size()));
+    return meanSquarePressure(points, array, medium, cycle, threads, stop) *
+           radiationPressure(1.0, medium, alpha);
 }
 
 Eigen::Matrix3Xd samplesNear(const Eigen::Matrix3Xd& samples,

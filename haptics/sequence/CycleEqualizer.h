@@ -2,12 +2,17 @@
 
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/base/threads/StopToken.h"
+#include "haptics/base/threads/ThreadPool.h"
+#include "haptics/points/ControlPoints.h"
+#include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/solvers/FieldProblem.h"
 #include "haptics/solvers/HologramSolver.h"
-#include "haptics/solvers/dense/LevenbergMarquardt.h"
+#include "haptics/solvers/dense/QuasiNewton.h"
 
 #include <Eigen/Core>
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,43 +22,98 @@ namespace midair::haptics
 /// Options of a CycleEqualizer.
 struct CycleEqualizerOptions
 {
-    /// >= 0; passes over all fields, in which each field is corrected with the others fixed
-    int sweeps = 2;
-    int corrections = 2; ///< >= 1; LevenbergMarquardt corrections for each field and sweep
-    /// > 0; mean radiation pressure to keep, relative to that of the first field.
-    double loudness = 1.0;
+    int passes = 25; ///< >= 0; most accepted steps of all fields together
+    /// > 0; wanted mean of |p|^2 at the places, over that of the given fields. Above 1, since an
+    /// even cycle wastes less: SOLVER.md, "Fields in turn"
+    double raise = 1.2;
 
     /// Returns false if a setting is out of range; \a error then names the first one.
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// Makes the pressure on the skin, averaged over fields in turn, more uniform between the control
-/// points. It minimises, over all K fields together,
-///     f = sum_l (1 - mean_k |p_l^k|^2 / s^2)^2
-/// over dense points of the surface, by block coordinate descent: one field after the other, with
-/// the others fixed. Phase-only: every transducer plays at full amplitude.
+/// Makes the pressure on the skin, averaged over K fields in turn, even over a surface. It
+/// minimises, over the phases of all fields together,
+///     f = sum_l a_l^2 r_l^2 / sum_l a_l^2,   r_l = I_l / (g a_l^2) - 1,   I_l = mean_k |p_l^k|^2
+/// over places l with targets a_l, by limited-memory BFGS steps (Liu, Nocedal 1989). Amplitudes
+/// stay as they are. It works in slices of a millisecond or so, so that it can give way between two
+/// of them.
 class CycleEqualizer
 {
 public:
-    /// Takes threads, pool and stop token from \a solver. Throws base::InputError for options that
-    /// are not valid.
+    /// Takes threads, pool and stop token from \a solver; results don't depend on the threads.
+    /// Throws base::InputError for options that are not valid.
     CycleEqualizer(const CycleEqualizerOptions& options, const SolverOptions& solver);
 
-    /// Changes \a fields (K of m activations; silent ones stay silent), which then are on the
-    /// array's levels. \a surface (3 x n): points where the pressure is made uniform, a third of a
-    /// wavelength apart or closer. Without points, or if all fields are silent there, nothing
-    /// changes. Throws base::Stopped if the solver options' token requests it.
-    void even(const Eigen::Matrix3Xd& surface,
-              const TransducerArray& array,
-              const Medium& medium,
-              std::vector<Eigen::VectorXcf>& fields);
+    /// Starts with \a fields (K of m activations; silent ones stay silent), which even out over
+    /// \a places (positions and targets; ideally 0.22 wavelengths apart). Returns false, with
+    /// nothing to do, if there are no places with a target, too many for base::kMostEntries, fewer
+    /// than two fields, or all fields are silent there.
+    bool begin(const ControlPoints& places,
+               const TransducerArray& array,
+               const Medium& medium,
+               std::vector<Eigen::VectorXcf> fields);
+    /// Does the next slice; returns hasWork(). Throws base::Stopped, to be called again, if the
+    /// solver options' token requests it.
+    bool step();
+    bool hasWork() const { return _next != Slice::DONE; }
+    void end() { _next = Slice::DONE; } ///< drops the work that is left; the memory is kept
+
+    int passes() const { return _passes; } ///< accepted steps since begin()
+    /// Coefficient of variation of I_l / a_l^2, weighted with a_l^2, after the last of them.
+    double variation() const { return _variation; }
+    /// Mean of I_l, relative to that of the given fields; 1 before the first evaluation.
+    double gain() const { return _given > 0.0 ? _mean / _given : 1.0; }
+    /// The fields after passes() steps, on the array's levels.
+    std::vector<Eigen::VectorXcf> fields() const;
 
 private:
+    enum class Slice
+    {
+        BUILD,    ///< a block of G's rows
+        FORWARD,  ///< p += G q of a block, for some of the fields
+        BACKWARD, ///< z = G* (r p) of a block, for some of the fields
+        DONE
+    };
+    /// One field that sounds.
+    struct Field
+    {
+        std::size_t index; // in _fields
+        SplitVector q, kept, z, p, w;
+    };
+
+    void reserve();
+    void buildBlock(int block);
+    void forwardBlock(std::size_t first, std::size_t last);
+    void backwardBlock(int thread, std::size_t first, std::size_t last);
+    void beginForward();
+    void beginBackward();
+    double evaluate();
+    void judge();
+    void direct();
+    void turn(double share);
+    void keepUp();
+
     CycleEqualizerOptions _options;
-    int _threads;
+    std::shared_ptr<base::ThreadPool> _pool;
     base::StopToken _stop;
-    FieldProblem _dense;
-    LevenbergMarquardt _descent;
+    PropagationMatrix _matrix{Storage::FIXED};
+    DriveResolution _drive;
+    std::vector<Eigen::VectorXcf> _fields; // as given
+    std::vector<Field> _sounding;
+    std::vector<SplitVector> _sum; // one per thread, of a block
+    Eigen::VectorXf _targets2;     // n, a_l^2
+    Eigen::VectorXf _intensity;    // n, I_l, Pa^2
+    std::vector<int> _rows;
+    std::vector<double> _rowSums;
+    QuasiNewton _descent;
+    Eigen::VectorXf _gradient, _lastGradient, _direction;
+    Slice _next = Slice::DONE;
+    int _block = 0;
+    std::size_t _first = 0; // of the fields of the next slice
+    int _passes = 0;
+    bool _started = false; // the given fields were evaluated
+    double _goal = 0.0, _given = 0.0, _mean = 0.0, _variation = 0.0;
+    double _f = 0.0, _slope = 0.0, _share = 1.0;
 };
 
 } // namespace midair::haptics

@@ -184,7 +184,7 @@ FieldMonitor::Result FieldMonitor::examine(const PlayedField& field)
                                                field.cycle.empty() ? alone : field.cycle,
                                                options);
         }
-        if (_options.certify)
+        if (_options.certify && field.points.size() > 0)
             result.certificate =
                 _certifier.certify(field.points, *field.array, field.medium, field.q);
     }

@@ -34,7 +34,7 @@ struct FeltSurface
 /// A field that was played, as input to FieldMonitor; immutable once submitted.
 struct PlayedField
 {
-    ControlPoints points;
+    ControlPoints points; ///< certified; none: no certificate
     std::shared_ptr<const TransducerArray> array;
     Medium medium;
     Eigen::VectorXcf q;                  ///< m activations for points, as the device plays them

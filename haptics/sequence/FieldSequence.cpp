@@ -31,6 +31,11 @@ Eigen::VectorXf achievedPressure(const FieldSequence& sequence,
                                  int threads,
                                  const base::StopToken& stop)
 {
+    if (sequence.evened && !sequence.isEmpty())
+        return meanSquarePressure(
+                   sequence.points().positions, array, medium, sequence.fields, threads, stop)
+            .cwiseSqrt()
+            .cast<float>();
     Eigen::VectorXf achieved_Pa;
     for (std::size_t k = 0; k < std::min(sequence.parts.size(), sequence.fields.size()); ++k)
     {
@@ -70,7 +75,18 @@ void continueFrom(const Eigen::VectorXcf& last,
 {
     if (!sequence.isHeld() || sequence.fields.front().size() != last.size()) return;
     alignField(sequence.fields.front(), last, drive);
-    fillIn(cycleSteps({last, sequence.fields.front()}), rate_Hz, sequence.report);
+    rateStep(last, rate_Hz, sequence);
+}
+
+void rateStep(const Eigen::VectorXcf& last, double rate_Hz, FieldSequence& sequence)
+{
+    if (!sequence.isHeld() || sequence.fields.front().size() != last.size()) return;
+    const Eigen::VectorXcf& now = sequence.fields.front();
+    CycleSteps steps = cycleSteps({last, now});
+    // In a cycle the change is relative to both fields, as each follows the other.
+    const float power = now.squaredNorm();
+    steps.driveChange = power > 0.0f ? (now - last).squaredNorm() / power : 0.0;
+    fillIn(steps, rate_Hz, sequence.report);
 }
 
 void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, SolveReport& report)
@@ -96,8 +112,9 @@ void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, 
     const double level_Pa = s * a.maxCoeff();
     if (report.level_Pa > 0.0) report.loudness *= level_Pa / report.level_Pa;
     report.level_Pa = level_Pa;
-    if (!(s > 0.0)) return; // silent: relative errors are undefined
-    const RelativeErrors errors = relativeErrors(y, a, points.absolute ? 1.0 : s);
+    // Of silence no level is fitted. Every point misses all of its target, as for targets in Pa.
+    RelativeErrors errors{1.0, 1.0};
+    if (s > 0.0) errors = relativeErrors(y, a, points.absolute ? 1.0 : s);
     report.rms = errors.rms;
     report.max = errors.max;
     if (!points.absolute) return;

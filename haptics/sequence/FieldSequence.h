@@ -25,7 +25,10 @@ struct FieldSequence
     std::vector<ControlPoints> parts;
     /// Amplitude modulation of the whole sequence, and the rate of its fields.
     ModulatorOptions modulation;
-    /// Report on all fields together, each at its own points.
+    /// True: the fields are evened out together, so that only their average is as wanted. Figures
+    /// are then of what is felt: of the root of the mean of |p|^2 over all fields.
+    bool evened = false;
+    /// Report on all fields together, each at its own points; or on what is felt, if evened.
     SolveReport report;
 
     bool isHeld() const { return fields.size() == 1; }
@@ -37,7 +40,8 @@ struct FieldSequence
 };
 
 /// Returns |p| at the points of \a sequence (n, in the order of points()), each in the field made
-/// for it. Throws base::Stopped if \a stop requests it.
+/// for it; of an evened one the root of the mean of |p|^2 over all fields. Throws base::Stopped if
+/// \a stop requests it.
 Eigen::VectorXf achievedPressure(const FieldSequence& sequence,
                                  const TransducerArray& array,
                                  const Medium& medium,
@@ -45,7 +49,7 @@ Eigen::VectorXf achievedPressure(const FieldSequence& sequence,
                                  const base::StopToken& stop = {});
 
 /// Updates \a report (rms, max, level, loudness, points that fall short) for a field that was
-/// scaled after its solve. \a achieved_Pa: |p| at \a points (n).
+/// scaled after its solve. \a achieved_Pa: |p| at \a points (n). The errors of silence are 1.
 void rateLevel(const ControlPoints& points,
                const Eigen::VectorXf& achieved_Pa,
                SolveReport& report);
@@ -62,5 +66,10 @@ void continueFrom(const Eigen::VectorXcf& last,
                   double rate_Hz,
                   const DriveResolution& drive,
                   FieldSequence& sequence);
+
+/// Updates the report of a held \a sequence for the step from \a last to its field as they are, at
+/// \a rate_Hz: meanPhaseStep_rad, driveChange and audibleChange. Does nothing if the sequence is
+/// not held or the lengths differ.
+void rateStep(const Eigen::VectorXcf& last, double rate_Hz, FieldSequence& sequence);
 
 } // namespace midair::haptics

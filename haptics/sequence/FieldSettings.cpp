@@ -98,7 +98,12 @@ std::vector<Setting<S>> playing()
                4)
             .range(0.0, 1.0)
             .variable("MAX_AMPLITUDE")
-            .safety()};
+            .safety(),
+        Row<S>("even",
+               &S::even,
+               "passes that even a cycle's fields out together where objects rest; 0: none",
+               5)
+            .range(0, kMostEven)};
 }
 
 } // namespace

@@ -20,26 +20,6 @@ namespace
 // Keeps the times of far later steps within the range of the clock.
 constexpr double kLeastFieldRate_Hz = 0.01;
 
-ControlPoints pick(const ControlPoints& points, const std::vector<int>& chosen)
-{
-    const auto n = static_cast<Eigen::Index>(chosen.size());
-    ControlPoints result;
-    result.absolute = points.absolute;
-    result.positions.resize(3, n);
-    result.normals.resize(3, points.normals.cols() > 0 ? n : 0);
-    result.targets.resize(n);
-    for (Eigen::Index l = 0; l < n; ++l)
-    {
-        const int from = chosen[static_cast<std::size_t>(l)];
-        result.positions.col(l) = points.positions.col(from);
-        if (points.normals.cols() > 0) result.normals.col(l) = points.normals.col(from);
-        result.targets[l] = points.targets[from];
-        if (!points.object.empty())
-            result.object.push_back(points.object[static_cast<std::size_t>(from)]);
-    }
-    return result;
-}
-
 } // namespace
 
 bool ModulatorOptions::isValid(std::string* error) const

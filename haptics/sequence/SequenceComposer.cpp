@@ -4,7 +4,7 @@
 #include "haptics/base/Limits.h"
 #include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/PressureField.h"
-#include "haptics/sequence/CycleEqualizer.h"
+#include "haptics/sequence/EvenedCycle.h"
 #include "haptics/sequence/FieldOrder.h"
 
 #include <algorithm>
@@ -24,6 +24,16 @@ SequenceComposer::SequenceComposer(ComposerOptions options, base::MessageLog& me
     if (!_options.makeSolver)
         _options.makeSolver = [solver = _options.solverOptions]
         { return haptics::makeSolver(solverNames().front(), solver); };
+}
+
+void SequenceComposer::setOptions(ComposerOptions options, bool otherSolver)
+{
+    _options = std::move(options);
+    _options.modulation.fieldRate_Hz = _options.fieldRate;
+    for (auto known = _kept.begin(); known != _kept.end();)
+        known = otherSolver || !known->second.solvers.setOptions(_options.solverOptions)
+                    ? _kept.erase(known)
+                    : std::next(known);
 }
 
 // The solvers of a set keep their matrices for a warm start, for as many sets as memory allows.
@@ -64,7 +74,8 @@ std::vector<ControlPoints> SequenceComposer::split(const ControlPoints& points,
             std::clamp(modulation.fieldRate_Hz / plan.rate_Hz + 1e-9, 2.0, double(kMostInstants)));
         modulation.fieldRate_Hz = instants * plan.rate_Hz;
         if (_options.subsets > 1)
-            _messages.say("objects that are modulated differently are not played in subsets");
+            _messages.say({base::MessageCode::MODULATION_SUBSETS,
+                           "objects that are modulated differently are not played in subsets"});
         return modulationSteps(points, plan.depth, instants);
     }
     if (plan.isModulated())
@@ -148,10 +159,28 @@ void matchLevels(const std::vector<std::size_t>& sizes,
     }
 }
 
+// Evens out to the end, and rates what is felt then.
+void evenOut(const ControlPoints& places,
+             const TransducerArray& array,
+             const Medium& medium,
+             const ComposerOptions& options,
+             FieldSequence& cycle)
+{
+    const SolverOptions& solver = options.solverOptions;
+    EvenedCycle evened(options.even, options.cycleSteps, solver);
+    evened.begin(cycle, places, array, medium);
+    while (evened.hasWork())
+        if (auto better = evened.step()) cycle = std::move(*better);
+    if (!cycle.evened) return;
+    rateLevel(cycle.points(),
+              achievedPressure(cycle, array, medium, solver.threads, solver.stop),
+              cycle.report);
+}
+
 } // namespace
 
 FieldSequence SequenceComposer::join(std::vector<FieldSequence> sets,
-                                     const Eigen::Matrix3Xd& surface,
+                                     const ControlPoints& places,
                                      const TransducerArray& array,
                                      const Medium& medium)
 {
@@ -182,12 +211,6 @@ FieldSequence SequenceComposer::join(std::vector<FieldSequence> sets,
     int steps = 0;
     if (oneEach)
     {
-        CycleEqualizerOptions equalizer;
-        equalizer.sweeps = surface.cols() > 0 ? _options.sweeps : 0;
-        equalizer.corrections = _options.sweepCorrections;
-        if (equalizer.sweeps > 0)
-            CycleEqualizer(equalizer, _options.solverOptions)
-                .even(surface, array, medium, cycle.fields);
         if (_options.reorder) order = orderFields(cycle.fields);
         steps = _options.cycleSteps;
     }
@@ -196,11 +219,12 @@ FieldSequence SequenceComposer::join(std::vector<FieldSequence> sets,
     cycle.fields = smoothedFields(cycle.fields, steps, array.drive);
     placeParts(order, steps, cycle);
     rateSteps(cycle);
+    if (oneEach) evenOut(places, array, medium, _options, cycle);
     return cycle;
 }
 
 FieldSequence SequenceComposer::composeCycle(const std::vector<ControlPoints>& sets,
-                                             const Eigen::Matrix3Xd& surface,
+                                             const ControlPoints& places,
                                              const TransducerArray& array,
                                              const Medium& medium)
 {
@@ -208,7 +232,7 @@ FieldSequence SequenceComposer::composeCycle(const std::vector<ControlPoints>& s
     made.reserve(sets.size());
     for (const ControlPoints& set : sets)
         made.push_back(compose(static_cast<int>(made.size()), set, {}, array, medium));
-    return join(std::move(made), surface, array, medium);
+    return join(std::move(made), places, array, medium);
 }
 
 namespace

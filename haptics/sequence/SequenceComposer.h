@@ -22,14 +22,12 @@ struct ComposerOptions : SequenceSettings
     /// Makes a solver; called for each field that is kept for a warm start. Empty: makeSolver()'s
     /// default with solverOptions.
     std::function<std::unique_ptr<HologramSolver>()> makeSolver;
-    /// Options of the solvers. Outlines and the CycleEqualizer take threads, pool, seed, stop token
+    /// Options of the solvers. Outlines and an EvenedCycle take threads, pool, seed, stop token
     /// and loudness from them.
     SolverOptions solverOptions;
     ModulatorOptions modulation; ///< of everything; rate 0: none; its fieldRate_Hz isn't read
     LineRate line;               ///< line to the device; limits field rates and modulations
-    bool reorder = true;      ///< true: a cycle's fields are sorted so that neighbours differ least
-    int sweeps = 0;           ///< >= 0; sweeps of the CycleEqualizer over a cycle's fields
-    int sweepCorrections = 2; ///< >= 1; its corrections for each field and sweep
+    bool reorder = true; ///< true: a cycle's fields are sorted so that neighbours differ least
 };
 
 /// Modulation of the single points of a set.
@@ -72,17 +70,17 @@ public:
                           const Medium& medium);
 
     /// Returns \a sets (>= 1) as one cycle that is played in turn. If each set has one field, the
-    /// fields are made uniform over \a surface (3 x n, dense; no points: skipped), sorted so that
-    /// neighbours differ least, and joined with the options' steps. Throws base::InputError if a
-    /// set is empty or was refused.
+    /// fields are sorted so that neighbours differ least, evened out over \a places (see
+    /// EvenedCycle; none: skipped), and joined with the options' steps. Throws base::InputError if
+    /// a set is empty or was refused.
     FieldSequence join(std::vector<FieldSequence> sets,
-                       const Eigen::Matrix3Xd& surface,
+                       const ControlPoints& places,
                        const TransducerArray& array,
                        const Medium& medium);
 
     /// Calls compose() for each of \a sets, then join().
     FieldSequence composeCycle(const std::vector<ControlPoints>& sets,
-                               const Eigen::Matrix3Xd& surface,
+                               const ControlPoints& places,
                                const TransducerArray& array,
                                const Medium& medium);
 
@@ -94,6 +92,10 @@ public:
                                   const ModulatorOptions& modulation,
                                   const TransducerArray& array,
                                   const Medium& medium);
+
+    /// Replaces the options between two compositions. Each set still starts from its own last
+    /// fields, unless \a otherSolver, or if a solver can't change its options.
+    void setOptions(ComposerOptions options, bool otherSolver);
 
     /// Sets the token; call it before the first solve. If \a stop requests it, a running
     /// composition throws base::Stopped.

@@ -78,6 +78,13 @@ SolveReport together(const std::vector<SolveReport>& reports)
     return all;
 }
 
+bool TimeMultiplexer::setOptions(const SolverOptions& options)
+{
+    return std::all_of(_solvers.begin(),
+                       _solvers.end(),
+                       [&](const auto& solver) { return solver->setOptions(options); });
+}
+
 SolveReport TimeMultiplexer::solve(const std::vector<ControlPoints>& parts,
                                    const TransducerArray& array,
                                    const Medium& medium,

@@ -35,6 +35,9 @@ public:
                       const Medium& medium,
                       std::vector<Eigen::VectorXcf>& fields);
 
+    /// Replaces the options of all solvers so far; returns false if one of them can't.
+    bool setOptions(const SolverOptions& options);
+
 private:
     Factory _makeSolver;
     std::vector<std::unique_ptr<HologramSolver>> _solvers;

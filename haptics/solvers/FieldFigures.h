@@ -29,8 +29,8 @@ inline float loudnessAt(const FieldProblem& field, float s)
 }
 
 /// Returns an estimate of the rms error due to rounding to the device's phase levels
-/// (haptics/SOLVER.md, "Rounding"); 0 for continuous phases.
-inline float roundingError(const FieldProblem& field)
+/// (haptics/SOLVER.md, "Rounding"); 0 for continuous phases. \a amplitude: rms |q_i|.
+inline float roundingError(const FieldProblem& field, float amplitude)
 {
     constexpr float kOneLevel = 1.814f; // pi/sqrt(3): rms of a rounded phase times the levels, rad
     // Quieter fields count as this loud, so that the estimate stays finite.
@@ -39,7 +39,7 @@ inline float roundingError(const FieldProblem& field)
     if (levels == 0) return 0.0f;
     return kOneLevel / static_cast<float>(std::max(levels, 2)) *
            std::sqrt(static_cast<float>(field.n()) / static_cast<float>(field.m())) /
-           std::max(loudnessAt(field, fittedLevel(field)), kLeastLoudness);
+           std::max(loudnessAt(field, fittedLevel(field)) / amplitude, kLeastLoudness);
 }
 
 } // namespace midair::haptics

@@ -26,14 +26,16 @@ void mixAmplitudes(const std::vector<float>& levels, float mean, int m, float* a
         high = above == levels.end() ? levels.back() : *above;
         low = above == levels.begin() || high == wanted ? high : *(above - 1);
     }
+    // Multiples of the golden ratio are spread evenly, and a larger mean raises some transducers
+    // and lowers none.
+    constexpr double kGolden = 0.6180339887498949;
     const float share = high > low ? (wanted - low) / (high - low) : 1.0f;
-    float owed = 0.5f;
+    double place = 0.5;
     for (int i = 0; i < m; ++i)
     {
-        owed += share;
-        const bool isHigh = owed >= 1.0f;
-        owed -= isHigh ? 1.0f : 0.0f;
-        amplitudes[i] = isHigh ? high : low;
+        place += kGolden;
+        place -= place >= 1.0 ? 1.0 : 0.0;
+        amplitudes[i] = place < static_cast<double>(share) ? high : low;
     }
 }
 
@@ -82,6 +84,11 @@ void FieldProblem::reserve()
     for (SplitVector* v : {&z, &q})
         v->reserve(m);
     inverse.reserve(m);
+    if (_takenBlocks < G.blocks())
+    {
+        _takenBlocks = G.blocks();
+        _isTaken = std::make_unique<std::atomic<bool>[]>(static_cast<std::size_t>(_takenBlocks));
+    }
     if (_positions.cols() < G.points())
     {
         _positions.resize(3, G.points());
@@ -89,21 +96,22 @@ void FieldProblem::reserve()
         _rowSums.resize(n);
         _stale.reserve(n);
     }
-    // The sums of two threads never share a cache line.
+    // The sums of two blocks never share a cache line.
     const std::size_t stride = (2 * n + 31) / 16 * 16;
     _partialStride = std::max(_partialStride, stride);
-    _partial.reserve(_partialStride * static_cast<std::size_t>(_pool->threads()));
-    _rowSumParts.reserve(_partialStride * static_cast<std::size_t>(_pool->threads()));
+    _partial.reserve(_partialStride * static_cast<std::size_t>(G.blocks()));
+    _rowSumParts.reserve(_partialStride * static_cast<std::size_t>(G.blocks()));
 }
 
-void FieldProblem::buildBlock(int thread, int block)
+void FieldProblem::buildBlock(int block)
 {
     // Rows between two checks for a stop request (SOLVER.md, "Limits"): with thousands of points
     // a block takes up to a tenth of a second if its entries are computed in double.
     constexpr int kRows = 512;
+    std::fill_n(rowSums(block), n(), 0.0);
     const int count = static_cast<int>(_stale.size());
     for (int first = 0; first < count && !_stop.requested(); first += kRows)
-        G.buildRows(block, _stale.data() + first, std::min(kRows, count - first), rowSums(thread));
+        G.buildRows(block, _stale.data() + first, std::min(kRows, count - first), rowSums(block));
 }
 
 void FieldProblem::sumRows()
@@ -112,8 +120,8 @@ void FieldProblem::sumRows()
     {
         const auto row = static_cast<std::size_t>(l);
         double sum = 0.0;
-        for (int thread = 0; thread < threads(); ++thread)
-            sum += rowSums(thread)[row];
+        for (int block = 0; block < G.blocks(); ++block)
+            sum += rowSums(block)[row];
         _rowSums[row] = sum;
         _fresh[row] = 1;
     }
@@ -122,8 +130,7 @@ void FieldProblem::sumRows()
 void FieldProblem::build()
 {
     const double start = elapsed_ms();
-    eachBlock([this](int thread) { std::fill_n(rowSums(thread), n(), 0.0); },
-              [this](int thread, int block) { buildBlock(thread, block); });
+    eachBlock([this](int, int block) { buildBlock(block); });
     sumRows();
     _build_ms = elapsed_ms() - start;
 }
@@ -132,22 +139,32 @@ void FieldProblem::buildAndProject(const SplitVector& weights, SplitVector& to)
 {
     double build_ms = 0.0;
     eachBlock(
-        [this](int thread)
-        {
-            std::fill_n(rowSums(thread), n(), 0.0);
-            clearPartial(thread);
-        },
         [&](int thread, int block)
         {
             const double start = thread == 0 ? elapsed_ms() : 0.0;
-            buildBlock(thread, block);
+            buildBlock(block);
             if (thread == 0) build_ms += elapsed_ms() - start;
-            projectBlock(thread, block, weights);
+            projectBlock(block, weights);
         });
     sumRows();
     sumPartials(to);
     clearPadding(q);
     _build_ms = build_ms;
+}
+
+bool FieldProblem::crowds(double spacing) const
+{
+    const double most = std::pow(spacing * G.wavelength_m(), 2);
+    int crowded = 0;
+    for (int l = 0; l < n(); ++l)
+    {
+        const Eigen::Vector3d r = _positions.col(l);
+        bool isNear = false;
+        for (int k = 0; k < n() && !isNear; ++k)
+            isNear = k != l && (_positions.col(k) - r).squaredNorm() < most;
+        crowded += isNear;
+    }
+    return 2 * crowded > n();
 }
 
 double FieldProblem::meanRowSum() const
@@ -158,45 +175,51 @@ double FieldProblem::meanRowSum() const
     return n() > 0 ? sum / n() : 0.0;
 }
 
-void FieldProblem::clearPartial(int thread)
+void FieldProblem::sumPartials(SplitVector& sum)
 {
-    std::fill(partial(thread), partial(thread) + 2 * n(), 0.0f);
+    std::fill_n(sum.re.data(), n(), 0.0f);
+    std::fill_n(sum.im.data(), n(), 0.0f);
+    addPartials(sum);
 }
 
-void FieldProblem::sumPartials(SplitVector& sum)
+void FieldProblem::addPartials(SplitVector& sum)
 {
     for (int l = 0; l < n(); ++l)
     {
         float re = 0.0f, im = 0.0f;
-        for (int thread = 0; thread < _pool->threads(); ++thread)
+        for (int block = 0; block < G.blocks(); ++block)
         {
-            re += partial(thread)[l];
-            im += partial(thread)[n() + l];
+            re += partial(block)[l];
+            im += partial(block)[n() + l];
         }
-        sum.set(static_cast<std::size_t>(l), {re, im});
+        const auto row = static_cast<std::size_t>(l);
+        sum.set(row, sum.at(row) + std::complex<float>(re, im));
     }
 }
 
 void FieldProblem::backward(const SplitVector& from, SplitVector& to)
 {
-    eachBlock([](int) {},
-              [&](int, int block)
+    eachBlock([&](int, int block)
               { G.backward(block, from.re.data(), from.im.data(), to.re.data(), to.im.data()); });
 }
 
-void FieldProblem::forwardBlock(int thread, int block, const SplitVector& from)
+void FieldProblem::forwardBlock(int block, const SplitVector& from, int first)
 {
-    G.forward(block, from.re.data(), from.im.data(), partial(thread), partial(thread) + n());
+    float *re = partial(block), *im = re + n();
+    std::fill_n(re, 2 * n(), 0.0f);
+    if (first == 0)
+        G.forward(block, from.re.data(), from.im.data(), re, im);
+    else
+        G.forwardFrom(block, first, from.re.data(), from.im.data(), re, im);
 }
 
 void FieldProblem::forward(const SplitVector& from, SplitVector& to)
 {
-    eachBlock([this](int thread) { clearPartial(thread); },
-              [&](int thread, int block) { forwardBlock(thread, block, from); });
+    eachBlock([&](int, int block) { forwardBlock(block, from); });
     sumPartials(to);
 }
 
-void FieldProblem::projectBlock(int thread, int block, const SplitVector& weights)
+void FieldProblem::projectBlock(int block, const SplitVector& weights)
 {
     G.backward(block, weights.re.data(), weights.im.data(), z.re.data(), z.im.data());
     const int i = G.offset(block);
@@ -206,13 +229,19 @@ void FieldProblem::projectBlock(int thread, int block, const SplitVector& weight
                            q.re.data() + i,
                            q.im.data() + i,
                            inverse.data() + i);
-    forwardBlock(thread, block, q);
+    if (_roundsEndOnLevels && _drive.phaseLevels > 0)
+        kernels::quantisePhase(G.width(block),
+                               _drive.phaseLevels,
+                               q.re.data() + i,
+                               q.im.data() + i,
+                               q.re.data() + i,
+                               q.im.data() + i);
+    forwardBlock(block, q);
 }
 
 void FieldProblem::projectRound(const SplitVector& weights, SplitVector& to)
 {
-    eachBlock([this](int thread) { clearPartial(thread); },
-              [&](int thread, int block) { projectBlock(thread, block, weights); });
+    eachBlock([&](int, int block) { projectBlock(block, weights); });
     sumPartials(to);
     clearPadding(q);
 }
@@ -224,7 +253,7 @@ void FieldProblem::phasesOf(const SplitVector& field)
         const auto row = static_cast<std::size_t>(l);
         const std::complex<float> value = field.at(row);
         y[l] = std::abs(value);
-        if (y[l] > kLeastPressure_Pa) u.set(row, value / y[l]);
+        if (y[l] > kLeastPressure) u.set(row, value / y[l]);
     }
 }
 

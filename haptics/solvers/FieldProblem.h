@@ -9,6 +9,8 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <memory>
 #include <utility>
@@ -17,9 +19,9 @@
 namespace midair::haptics
 {
 
-/// Pressures below this have no phase; divisions by them use this value, so that the result stays
-/// finite.
-constexpr float kLeastPressure_Pa = 1e-30f;
+/// Pressures below this, in PropagationMatrix::unit_Pa(), have no phase; divisions by them use this
+/// value, so that the result stays finite.
+constexpr float kLeastPressure = 1e-30f;
 
 /// A complex vector as two aligned arrays of floats.
 struct SplitVector
@@ -39,9 +41,16 @@ struct SplitVector
     }
 };
 
+/// Copies the first \a count numbers.
+inline void copy(const SplitVector& from, SplitVector& to, std::size_t count)
+{
+    std::copy_n(from.re.data(), count, to.re.data());
+    std::copy_n(from.im.data(), count, to.im.data());
+}
+
 /// The points that are solved for, their matrix and the vectors of a solve, as all solvers use
 /// them. Symbols as in the paper: G (n x m), q (m), p = G q (n), a the targets (n), u the phases of
-/// p.
+/// p. Pressures are in unit_Pa().
 class FieldProblem
 {
 public:
@@ -75,6 +84,7 @@ public:
                double tolerance_m,
                bool isBound = false);
     void build(); ///< computes the stale rows of G
+    int staleRows() const { return static_cast<int>(_stale.size()); } ///< of the last assign()
     /// build() and projectRound() in one pass, which uses each block of G while it is in the cache.
     void buildAndProject(const SplitVector& w, SplitVector& p);
     /// Returns the time that the last build took on the calling thread.
@@ -85,9 +95,14 @@ public:
     int n() const { return G.points(); }
     int m() const { return G.transducers(); }
     const DriveResolution& drive() const { return _drive; }
-    /// Returns mean_l sum_i |G_li|, Pa: the pressure that a single focus would have.
+    /// Returns true if more than half of the points have another one nearer than \a spacing
+    /// wavelengths.
+    bool crowds(double spacing) const;
+    /// Unit of G, p, y and of the row sums, Pa; 1 for usual arrays (PropagationMatrix::unit_Pa()).
+    double unit_Pa() const { return G.unit_Pa(); }
+    /// Returns mean_l sum_i |G_li|, in unit_Pa(): the pressure that a single focus would have.
     double meanRowSum() const;
-    /// Returns sum_i |G_li|, Pa.
+    /// Returns sum_i |G_li|, in unit_Pa().
     double rowSum(int l) const { return _rowSums[static_cast<std::size_t>(l)]; }
 
     /// z = G* w.
@@ -96,7 +111,10 @@ public:
     void forward(const SplitVector& q, SplitVector& p);
     /// One round, G read once: z = G* w, q = z/|z|, p = G q.
     void projectRound(const SplitVector& w, SplitVector& p);
-    /// y_l = |p_l|, u_l = p_l/|p_l|; u_l is kept where |p_l| is at most kLeastPressure_Pa.
+    /// From now on, q takes the device's levels of phase in rounds if \a onLevels, so that their
+    /// fields can be played as they are.
+    void endRoundsOnLevels(bool onLevels) { _roundsEndOnLevels = onLevels; }
+    /// y_l = |p_l|, u_l = p_l/|p_l|; u_l is kept where |p_l| is at most kLeastPressure.
     void phasesOf(const SplitVector& p);
     /// Sets \a to to unit amplitudes with the phases of \a from, rounded to the nearest level.
     void quantisePhases(const SplitVector& from, SplitVector& to);
@@ -113,7 +131,12 @@ public:
     void fromLanes(const SplitVector& lanes, Eigen::VectorXcf& q) const;
 
     double elapsed_ms() const; ///< time since start()
-    void start() { _start = std::chrono::steady_clock::now(); }
+    /// Begins a solve: the pool's threads wake up while the caller prepares it.
+    void start()
+    {
+        _start = std::chrono::steady_clock::now();
+        _pool->wake();
+    }
 
     PropagationMatrix G;
     Eigen::VectorXf a;                  ///< n, the targets, > 0
@@ -124,50 +147,65 @@ public:
 
     int threads() const { return _pool->threads(); }
     const base::StopToken& stop() const { return _stop; }
-    /// On every thread, calls before(thread) once and then inBlock(thread, block) for each of the
-    /// thread's blocks. A block's number alone decides its thread, so that sums are reproducible.
-    /// Throws Stopped on a stop request; some blocks are then not visited.
-    template<typename Before, typename InBlock>
-    void eachBlock(const Before& before, const InBlock& inBlock)
+    /// Calls inBlock(thread, block) for each block, on all threads. Each has its own blocks, which
+    /// are in its core's cache from one call to the next; a thread that is done helps those that
+    /// woke up late. Throws Stopped on a stop request; some blocks are then not visited.
+    template<typename InBlock>
+    void eachBlock(const InBlock& inBlock)
     {
-        _pool->run(
+        for (int b = 0; b < G.blocks(); ++b)
+            _isTaken[b].store(false, std::memory_order_relaxed);
+        _pool->runHelped(
             [&](int thread)
             {
-                before(thread);
-                const int last = G.blocks() * (thread + 1) / threads();
-                for (int b = G.blocks() * thread / threads(); b < last && !_stop.requested(); ++b)
-                    inBlock(thread, b);
+                const int first = firstBlock(thread), last = firstBlock(thread + 1);
+                for (int b = first; b < last; ++b)
+                    take(thread, b, inBlock);
+                for (int b = G.blocks() - 1; b >= 0; --b)
+                    if (b < first || b >= last) take(thread, b, inBlock);
             });
         _stop.throwIfRequested();
     }
-    /// Returns the partial sums over the transducers of thread \a thread, 2 x n floats (re, im).
-    float* partial(int thread)
+    /// Returns the partial sums over the transducers of block \a block, 2 x n floats (re, im). Sums
+    /// are made for each block and then added in the order of the blocks, so that they don't depend
+    /// on the number of threads.
+    float* partial(int block)
     {
-        return _partial.data() + static_cast<std::size_t>(thread) * _partialStride;
+        return _partial.data() + static_cast<std::size_t>(block) * _partialStride;
     }
-    void clearPartial(int thread);
-    /// partial += G q over one block.
-    void forwardBlock(int thread, int block, const SplitVector& q);
-    void sumPartials(SplitVector& p); ///< p = sum of the partial sums of all threads
+    /// partial = G q over one block, from its lane \a first on (Storage::FIXED only, if not 0).
+    void forwardBlock(int block, const SplitVector& q, int first = 0);
+    void sumPartials(SplitVector& p); ///< p = sum of the partial sums of all blocks
+    void addPartials(SplitVector& p); ///< p += sum of the partial sums of all blocks
 
 private:
-    void reserve();
-    void buildBlock(int thread, int block);
-    void sumRows();
-    void projectBlock(int thread, int block, const SplitVector& w);
-    double* rowSums(int thread)
+    int firstBlock(int thread) const { return G.blocks() * thread / threads(); }
+    template<typename InBlock>
+    void take(int thread, int block, const InBlock& inBlock)
     {
-        return _rowSumParts.data() + static_cast<std::size_t>(thread) * _partialStride;
+        if (_stop.requested() || _isTaken[block].exchange(true, std::memory_order_relaxed)) return;
+        inBlock(thread, block);
+    }
+    void reserve();
+    void buildBlock(int block);
+    void sumRows();
+    void projectBlock(int block, const SplitVector& w);
+    double* rowSums(int block)
+    {
+        return _rowSumParts.data() + static_cast<std::size_t>(block) * _partialStride;
     }
 
     std::shared_ptr<base::ThreadPool> _pool;
     base::StopToken _stop;
     DriveResolution _drive;
-    Eigen::Matrix3Xd _positions;       // positions for which the rows were built
-    std::vector<unsigned char> _fresh; // 1: the row is built
-    std::vector<int> _stale;           // rows that build() computes
+    bool _roundsEndOnLevels = false;
+    Eigen::Matrix3Xd _positions;                   // positions for which the rows were built
+    std::unique_ptr<std::atomic<bool>[]> _isTaken; // for each block, by a thread of eachBlock()
+    int _takenBlocks = 0;                          // length of _isTaken
+    std::vector<unsigned char> _fresh;             // 1: the row is built
+    std::vector<int> _stale;                       // rows that build() computes
     std::vector<double> _rowSums;
-    base::AlignedBuffer<double> _rowSumParts; // a part for each thread
+    base::AlignedBuffer<double> _rowSumParts; // a part for each block
     base::AlignedBuffer<float> _partial;
     std::size_t _partialStride = 0;
     double _build_ms = 0.0;

@@ -38,8 +38,6 @@ bool SolverOptions::isValid(std::string* error) const
     return solverSettings()
         .check(*this, check)
         .atLeast("skipTolerance", skipTolerance, 0.0)
-        .atLeast("maxPhaseStep_rad", maxPhaseStep_rad, 0.0)
-        .within("maxAmplitudeStep", maxAmplitudeStep, 0.0, 1.0)
         .above("updateRate_Hz", updateRate_Hz, 0.0)
         .passed(error);
 }

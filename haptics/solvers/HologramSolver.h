@@ -32,16 +32,11 @@ struct SolverOptions : SolverSettings
     std::shared_ptr<base::ThreadPool> pool;
     std::uint64_t seed = 1; ///< seed of random phases; the same seed gives the same fields
     bool warmStart = true;  ///< start from the last field
-    /// >= 0, in wavelengths. Points that moved by no more than this keep their rows of G. If no
-    /// point moved farther and nothing else changed, the last field stays and the solve is SKIPPED.
-    /// 0: every call solves.
-    double skipTolerance = 0.01;
-    /// >= 0; a transducer's phase turns by at most this from one field to the next. 0: by any
-    /// angle.
-    double maxPhaseStep_rad = 0.0;
-    /// 0 .. 1; a transducer's amplitude changes by at most this from one field to the next. 0: by
-    /// any amount.
-    double maxAmplitudeStep = 0.0;
+    /// >= 0, in wavelengths. Points that moved by no more than this, since their rows of G were
+    /// built, keep these. If no point moved farther, nothing else changed and the last field was
+    /// finished, it stays and the solve is SKIPPED. Reports leave out what that costs, see
+    /// SOLVER.md, "Skipping". 0: every call solves.
+    double skipTolerance = 1e-5;
     /// > 0; fields per second. Used only for the audible part of a change
     /// (SolveReport::audibleChange).
     double updateRate_Hz = 1000.0;
@@ -70,6 +65,11 @@ public:
                               Eigen::VectorXcf& q) = 0;
 
     virtual const SolverOptions& options() const = 0;
+
+    /// Replaces the options between two calls of solve(); the last field stays the start of the
+    /// next one. Returns false, and changes nothing, if this solver can't: another one is then to
+    /// be made. Pool and stop token must be those that it was made with.
+    virtual bool setOptions(const SolverOptions& /*options*/) { return false; }
 };
 
 /// Returns the names that makeSolver() knows, the default first.

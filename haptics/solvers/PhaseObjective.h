@@ -49,6 +49,10 @@ public:
     /// M n / trace(M), whose diagonal has the mean 1
     kernels::HermitianView<float> fastView() const;
 
+    /// At least |I - X (K + lambda I)| in Frobenius' norm, X being the inverse in M as it was
+    /// computed: how wrong that may be.
+    double inverseError() const { return _inverseError; }
+
     /// Returns u* M u; \a u: n, of modulus 1.
     double value(const Eigen::VectorXcd& u) const;
     /// Returns d(u* M u) / d phi_l = 2 Im(conj(u_l) (M u)_l) for u_l = exp(j phi_l).
@@ -81,7 +85,7 @@ private:
     Eigen::MatrixXcd _matrix;
     Eigen::MatrixXd _re, _im; // parts of M, padded for the kernels
     Eigen::MatrixXf _fastRe, _fastIm;
-    double _lambda = 0.0, _trace = 0.0;
+    double _lambda = 0.0, _trace = 0.0, _inverseError = 0.0;
 };
 
 } // namespace midair::haptics

@@ -27,6 +27,8 @@ const char* stopReasonName(StopReason reason)
         return "refused";
     case StopReason::STOPPED:
         return "stopped";
+    case StopReason::SILENCED:
+        return "silenced";
     }
     return "unknown";
 }

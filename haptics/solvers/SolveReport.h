@@ -22,7 +22,8 @@ enum class StopReason
     DEADLINE,       ///< the options' deadline has passed
     SKIPPED,        ///< no point moved by more than the options' tolerance; the last field stays
     REFUSED,        ///< the input can't be solved; message says why; activations are zero
-    STOPPED         ///< stopped on request; activations are zero, and the next solve starts cold
+    STOPPED,        ///< stopped on request; activations are zero, and the next solve starts cold
+    SILENCED ///< solved, but not played: the array has no level as low as a cap or a target asks
 };
 
 /// Returns a reason as text: "nothing to do", "converged", "iteration limit" and so on.

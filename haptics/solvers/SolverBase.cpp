@@ -18,8 +18,11 @@ namespace
 {
 
 // haptics/SOLVER.md explains these in "Points out of reach" and "Louder than accurate".
-constexpr double kReach = 1e-3;      // least row sum of G, over the largest, of a point in reach
-constexpr int kLouderRounds = 3;     // rounds that show which points are cheap
+constexpr int kLouderRounds = 3;           // rounds that show which points are cheap
+constexpr double kDeadlineMargin = 1.2;    // a deadline counts as kept within this factor
+constexpr double kDeadlineMargin_ms = 0.1; // or this much
+constexpr double kProgress = 0.99;   // ratio of errors below which an unfinished field gets on
+constexpr int kMisses = 3;           // in a row, before they are told
 constexpr float kLeastShare = 1e-3f; // least share of its target that a point counts as having
 
 std::string pointRefusal(const ControlPoints& points)
@@ -57,9 +60,13 @@ std::string arrayRefusal(const TransducerArray& array)
     if (!(array.frequency_Hz > 0.0) || !std::isfinite(array.frequency_Hz))
         return fmt::format("the array's frequency is {:g} Hz; it must be positive",
                            array.frequency_Hz);
-    if (!(array.sourceAmplitude_Pa_m > 0.0) || !std::isfinite(array.sourceAmplitude_Pa_m))
-        return fmt::format("the array's source amplitude is {:g} Pa m; it must be positive",
-                           array.sourceAmplitude_Pa_m);
+    if (!(array.sourceAmplitude_Pa_m >= kLeastSource_Pa_m) ||
+        array.sourceAmplitude_Pa_m > kMostSource_Pa_m)
+        return fmt::format("the array's source amplitude is {:g} Pa m; it must be within {:g} .. "
+                           "{:g}",
+                           array.sourceAmplitude_Pa_m,
+                           kLeastSource_Pa_m,
+                           kMostSource_Pa_m);
     return {};
 }
 
@@ -67,14 +74,28 @@ std::string arrayRefusal(const TransducerArray& array)
 
 SolverBase::SolverBase(std::string name, const SolverOptions& options, Storage storage) :
     _name(std::move(name)),
-    _options(options),
-    _louder(std::max(0.0, options.loudness - 1.0)),
-    _audibleShare(audibleShare(options.updateRate_Hz)),
     _field(options.pool ? options.pool : std::make_shared<base::ThreadPool>(options.threads),
            storage,
            options.stop)
 {
+    take(options);
+}
+
+void SolverBase::take(const SolverOptions& options)
+{
+    _options = options;
     _options.loudness = std::min(options.loudness, 1.0);
+    _louder = std::max(0.0, options.loudness - 1.0);
+    _audibleShare = audibleShare(options.updateRate_Hz);
+}
+
+bool SolverBase::setOptions(const SolverOptions& options)
+{
+    if (options.pool != _options.pool || (!options.pool && options.threads != _options.threads))
+        return false;
+    take(options);
+    _last.goesOn = true; // or the next solve could be skipped
+    return true;
 }
 
 // Returns why the problem is too large; empty if it is not.
@@ -109,33 +130,9 @@ std::string SolverBase::refusal(const ControlPoints& points,
     return why.empty() ? pointRefusal(points) : why;
 }
 
-void SolverBase::chooseActive(const ControlPoints& points)
-{
-    _active.clear();
-    for (int l = 0; l < points.size(); ++l)
-        if (points.targets[l] > 0.0) _active.push_back(l);
-}
-
-// Leaves out points that no transducer reaches. Returns true if there were any: the field then has
-// to be assigned and built again.
-bool SolverBase::dropUnreachable()
-{
-    double best = 0.0;
-    for (int l = 0; l < _field.n(); ++l)
-        best = std::max(best, _field.rowSum(l));
-    const std::size_t before = _active.size();
-    std::size_t kept = 0;
-    for (int l = 0; l < _field.n(); ++l)
-        if (_field.rowSum(l) > kReach * best &&
-            _field.rowSum(l) > std::numeric_limits<float>::min())
-            _active[kept++] = _active[static_cast<std::size_t>(l)];
-    _active.resize(kept);
-    return kept != before;
-}
-
 bool SolverBase::isSkippable(int stale, const Eigen::VectorXcf& q) const
 {
-    return stale == 0 && _last.good && _options.warmStart && _active == _last.active &&
+    return stale == 0 && _last.good && _options.warmStart && areLastPoints() && !_last.goesOn &&
            _field.a.cast<double>().isApprox(_last.targets, 1e-7) && q.size() == _last.q.size() &&
            q == _last.q;
 }
@@ -150,31 +147,6 @@ void SolverBase::scaleTargets()
 {
     _largestTarget = _field.a.maxCoeff();
     _field.a /= _largestTarget;
-}
-
-bool SolverBase::isContinued(const TransducerArray& array) const
-{
-    return _options.warmStart && _last.good && _last.q.size() == array.size() &&
-           _active == _last.active;
-}
-
-// Sets the starting phases: those of the last field, which are computed at the points if these have
-// changed; without a last field all are 1. Returns true if the points correspond to the last
-// field's.
-bool SolverBase::prepareStart(const TransducerArray& array)
-{
-    const bool warm = _options.warmStart && _last.good && _last.q.size() == array.size();
-    if (!warm)
-    {
-        for (int l = 0; l < _field.n(); ++l)
-            _field.u.set(static_cast<std::size_t>(l), 1.0f);
-        return false;
-    }
-    if (isContinued(array)) return true;
-    _field.toLanes(_last.q, _field.q);
-    _field.forward(_field.q, _field.p);
-    _field.phasesOf(_field.p);
-    return false;
 }
 
 // Trades accuracy for loudness (SOLVER.md, "Louder than accurate"): a few rounds with the targets
@@ -262,6 +234,7 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
         result.rowsBuilt = result.iterations = 0;
         result.matrix_ms = result.solve_ms = 0.0;
         result.meanPhaseStep_rad = result.driveChange = result.audibleChange = 0.0;
+        result.levelJump = 1.0;
         return result;
     }
     return solveAssigned(points, array, medium, stale, result, q);
@@ -300,15 +273,49 @@ SolveReport SolverBase::solveAssigned(const ControlPoints& points,
 
     scaleTargets();
     const bool warm = prepareStart(array);
+    const double lastRms = _last.good ? _last.report.rms : 0.0;
     const Outcome outcome = _beyond > 0.0 ? iterateLouder(warm) : iterate(_field, warm);
     if (!outcome.playable) makePlayable();
     report(outcome, result);
     result.solve_ms = _field.elapsed_ms() - result.matrix_ms;
+    if (result.level_Pa == 0.0)
+        return silent(result, StopReason::NOTHING_TO_DO, tooQuiet(), array.size(), q);
+    tellDeadline(result);
     if (!std::isfinite(result.rms) || !(result.loudness > 0.0))
         return silent(
             result, StopReason::REFUSED, "the field did not come out finite", array.size(), q);
     keep(result, q);
+    _last.goesOn = outcome.unfinished && (!warm || result.rms < kProgress * lastRms);
     return result;
+}
+
+// What to say where all amplitudes rounded to 0.
+std::string SolverBase::tooQuiet() const
+{
+    if (_absolute)
+        return fmt::format("the targets, at most {:g} Pa, are below the least that {} can play on "
+                           "this array: ask for more",
+                           _largestTarget,
+                           _name);
+    return fmt::format(
+        "a loudness of {:g} is below the least amplitude of this array: ask for more",
+        _options.loudness);
+}
+
+// One miss may be the machine's; several are not. The text holds no time, so that it is told once.
+void SolverBase::tellDeadline(SolveReport& result)
+{
+    const double deadline_ms = _options.deadline_ms;
+    const double most_ms =
+        std::max(kDeadlineMargin * deadline_ms, deadline_ms + kDeadlineMargin_ms);
+    const bool isMissed = deadline_ms > 0.0 && result.matrix_ms + result.solve_ms > most_ms;
+    _misses = isMissed ? _misses + 1 : 0;
+    if (_misses < kMisses) return;
+    result.message +=
+        fmt::format("{}a field for {} control points takes longer than the deadline of {:g} ms",
+                    result.message.empty() ? "" : "; ",
+                    _field.n(),
+                    deadline_ms);
 }
 
 SolveReport

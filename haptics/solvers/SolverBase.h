@@ -24,14 +24,17 @@ public:
                       Eigen::VectorXcf& q) final;
     /// The options as given, with loudness limited to 1; more is handled here.
     const SolverOptions& options() const final { return _options; }
+    /// Any options with the pool that it was made with, or none.
+    bool setOptions(const SolverOptions& options) final;
 
 protected:
     struct Outcome
     {
         int iterations = 0;
         StopReason stop = StopReason::MAX_ITERATIONS;
-        bool playable = false; ///< field.q is already on the device's levels
-        bool measured = false; ///< field.y belongs to field.q as the device plays it
+        bool unfinished = false; ///< solving for the same points again makes it better
+        bool playable = false;   ///< field.q is already on the device's levels
+        bool measured = false;   ///< field.y belongs to field.q as the device plays it
     };
 
     /// Finds q for the targets field.a, starting from field.u; \a warm: the points correspond to
@@ -43,6 +46,15 @@ protected:
     /// method can combine the build with its first round. iterate() follows; if points were out of
     /// reach, field.build() is called for the others before it.
     virtual void build(FieldProblem& field) { field.build(); }
+
+    /// Called before a warm iterate() where points have come or gone: point l is the last field's
+    /// point \a lastOf[l], or a new one (-1). A method that keeps something for each point assigns
+    /// it anew and returns true; by default it returns false, and starts from the phases of the
+    /// last field at the points.
+    virtual bool carryOver(const FieldProblem& /*field*/, const std::vector<int>& /*lastOf*/)
+    {
+        return false;
+    }
 
     /// Returns true once the options' deadline has passed; methods call it in every iteration.
     /// Throws Stopped on a stop request.
@@ -62,21 +74,15 @@ protected:
     virtual int mostPoints() const { return base::kMostControlPoints; }
 
     /// Turns field.q and field.u by the common phase that brings q nearest to the last field.
-    /// Returns the factor, of modulus 1.
-    std::complex<float> alignToLast(FieldProblem& field);
+    /// Returns the factor, of modulus 1. \a levels over 0: q is on that many levels of phase, and
+    /// stays on them.
+    std::complex<float> alignToLast(FieldProblem& field, int levels = 0);
     bool hasLast(const FieldProblem& field) const { return _last.q.size() == field.m(); }
-    /// Limits the change of each transducer's phase and amplitude from the last field to what the
-    /// options allow.
-    void limitSteps();
-    bool isLimited() const
-    {
-        return _options.maxPhaseStep_rad > 0.0 || _options.maxAmplitudeStep > 0.0;
-    }
     /// Returns true if the targets of this solve are in Pa.
     bool isAbsolute() const { return _absolute; }
-    /// Returns the largest target as given, by which all targets were divided; Pa if the targets
-    /// are in Pa.
-    float largestTarget() const { return _largestTarget; }
+    /// Returns the largest target, by which all targets were divided; in FieldProblem::unit_Pa() if
+    /// the targets are in Pa.
+    float largestTarget() const { return static_cast<float>(_largestTarget / _field.unit_Pa()); }
 
 private:
     /// Result of the last solve, kept for the next one; good is false before the first field and
@@ -84,10 +90,13 @@ private:
     struct LastField
     {
         bool good = false;
-        std::vector<int> active; // indices of the points that it was solved for
-        Eigen::VectorXd targets; // their targets, as given
+        bool goesOn = false;                 // unfinished, and the last solve made it better
+        std::vector<int> active;             // indices of the points that it was solved for
+        std::vector<std::uint64_t> identity; // of these, or empty
+        Eigen::VectorXd targets;             // their targets, as given
         Eigen::VectorXcf q; // m, as the device played it, in the array's order; empty: none yet
         SplitVector lanes;  // the same in the matrix's order, padded with zeros
+        SplitVector u;      // phases at the points
         SolveReport report;
     };
 
@@ -102,12 +111,16 @@ private:
                               SolveReport& result,
                               Eigen::VectorXcf& q);
     double skipTolerance_m(const TransducerArray& array, const Medium& medium) const;
+    std::string tooQuiet() const;
     std::string tooLarge(int points, int transducers) const;
     std::string refusal(const ControlPoints& points,
                         const TransducerArray& array,
                         const Medium& medium,
                         bool isKnown) const;
     void chooseActive(const ControlPoints& points);
+    bool areLastPoints() const;
+    bool findLastPoints();
+    bool goOn();
     bool dropUnreachable();
     bool isSkippable(int stale, const Eigen::VectorXcf& q) const;
     bool isContinued(const TransducerArray& array) const;
@@ -116,22 +129,29 @@ private:
     void scaleTargets();
     void makePlayable();
     void report(const Outcome& outcome, SolveReport& report);
-    void reportShortfall(SolveReport& report) const;
+    void reportTargets(SolveReport& report) const;
+    void reportChange(SolveReport& report) const;
+    void tellDeadline(SolveReport& report);
     void keep(const SolveReport& report, Eigen::VectorXcf& q);
     SolveReport
     silent(SolveReport report, StopReason stop, std::string why, int m, Eigen::VectorXcf& q);
+
+    void take(const SolverOptions& options);
 
     std::string _name;
     SolverOptions _options;
     double _louder = 0.0;       // 0 .. 1, loudness above 1: share of the way to the loudest field
     double _beyond = 0.0;       // _louder in this solve; 0 if the targets are in Pa
+    int _misses = 0;            // solves in a row that took longer than the deadline
     bool _absolute = false;     // the targets of this solve are in Pa
     double _audibleShare = 0.0; // audible share of a drive's change at the options' update rate
     SplitVector _keptU;         // n
     Eigen::VectorXf _keptA;     // n
     FieldProblem _field;
-    std::vector<int> _active;    // indices of the points that are solved for
-    float _largestTarget = 1.0f; // divisor of the targets
+    std::vector<int> _active;             // indices of the points that are solved for
+    std::vector<std::uint64_t> _identity; // of the points that are solved for, or empty
+    std::vector<int> _lastOf;             // index of each in the last field; -1: new
+    float _largestTarget = 1.0f;          // divisor of the targets, as given
     LastField _last;
 };
 

@@ -1,4 +1,5 @@
 // Second part of SolverBase: rounds a method's field to the device's levels and makes its report.
+#include "haptics/base/Units.h"
 #include "haptics/points/FittedLevel.h"
 #include "haptics/solvers/SolverBase.h"
 
@@ -16,11 +17,17 @@ namespace
 // |<q, last>| below which no common phase is chosen (SOLVER.md, "Common phase").
 constexpr float kLeastProduct = 1e-6f;
 
+// Adds \a what to the message, after what it says already.
+void add(SolveReport& result, const std::string& what)
+{
+    result.message += (result.message.empty() ? "" : "; ") + what;
+}
+
 } // namespace
 
 // A common phase of all transducers can't be felt, so it is chosen such that the drive changes
 // least.
-std::complex<float> SolverBase::alignToLast(FieldProblem& field)
+std::complex<float> SolverBase::alignToLast(FieldProblem& field, int levels)
 {
     if (!hasLast(field)) return 1.0f;
     const int width = field.G.paddedTransducers();
@@ -29,6 +36,11 @@ std::complex<float> SolverBase::alignToLast(FieldProblem& field)
     std::complex<float> turn(product.re, product.im);
     if (!(std::abs(turn) > kLeastProduct)) return 1.0f;
     turn /= std::abs(turn);
+    if (levels > 0)
+    {
+        const float step = static_cast<float>(base::kTwoPi) / static_cast<float>(levels);
+        turn = std::polar(1.0f, step * std::round(std::arg(turn) / step));
+    }
     kernels::scaleBy(width, turn.real(), turn.imag(), field.q.re.data(), field.q.im.data());
     for (int l = 0; l < field.n(); ++l)
     {
@@ -36,34 +48,6 @@ std::complex<float> SolverBase::alignToLast(FieldProblem& field)
         field.u.set(s, field.u.at(s) * turn);
     }
     return turn;
-}
-
-// Keeps each transducer's change of phase and amplitude per update within the options' limits.
-// Other systems call this a silencer.
-void SolverBase::limitSteps()
-{
-    if (!hasLast(_field)) return;
-    const auto phaseLimit = static_cast<float>(_options.maxPhaseStep_rad);
-    const auto amplitudeLimit = static_cast<float>(_options.maxAmplitudeStep);
-    for (int i = 0; i < _field.m(); ++i)
-    {
-        const auto s = static_cast<std::size_t>(i);
-        const std::complex<float> before = _last.lanes.at(s);
-        std::complex<float> now = _field.q.at(s);
-        const float amplitude = std::abs(now);
-        if (!(std::abs(before) > 0.0f)) continue;
-        const float step = std::arg(now * std::conj(before));
-        if (phaseLimit > 0.0f && std::fabs(step) > phaseLimit)
-            now = std::polar(amplitude, std::arg(before) + std::copysign(phaseLimit, step));
-        if (amplitudeLimit > 0.0f && std::fabs(amplitude - std::abs(before)) > amplitudeLimit &&
-            amplitude > 0.0f)
-        {
-            const float limited =
-                std::abs(before) + std::copysign(amplitudeLimit, amplitude - std::abs(before));
-            now *= limited / amplitude;
-        }
-        _field.q.set(s, now);
-    }
 }
 
 // Scales field.q to the level asked for, as far as the array is loud enough, then clips it and
@@ -92,10 +76,9 @@ void SolverBase::makePlayable()
         _field.forward(_field.q, _field.p);
         _field.phasesOf(_field.p);
         const double s = full * static_cast<double>(fittedLevel(_field.y, _field.a));
-        share = s > 0.0 ? std::min(share, _largestTarget / s) : share;
+        share = s > 0.0 ? std::min(share, static_cast<double>(largestTarget()) / s) : share;
     }
-    const bool limited = isLimited();
-    if (_options.phaseOnly && !limited)
+    if (_options.phaseOnly)
     {
         const float amplitude =
             playableAmplitude(_field.drive().amplitudeLevels, static_cast<float>(share));
@@ -111,7 +94,6 @@ void SolverBase::makePlayable()
         const float amplitude = std::abs(_field.q.at(s));
         _field.q.set(s, _field.q.at(s) * (amplitude * scale > 1.0f ? 1.0f / amplitude : scale));
     }
-    if (limited) limitSteps();
     _field.quantise(1.0f);
 }
 
@@ -124,29 +106,54 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
     }
     const double level = fittedLevelInOrder(_field.y, _field.a);
     const RelativeErrors errors =
-        relativeErrors(_field.y, _field.a, _absolute ? _largestTarget : level);
+        relativeErrors(_field.y, _field.a, _absolute ? largestTarget() : level);
     result.stop = outcome.stop;
     result.iterations = outcome.iterations;
     result.rms = errors.rms;
     result.max = errors.max;
-    result.level_Pa = level * _field.a.maxCoeff();
+    result.level_Pa = level * _field.a.maxCoeff() * _field.unit_Pa();
     result.loudness = loudnessOf(level,
                                  std::sqrt(static_cast<double>(_field.a.squaredNorm())),
                                  static_cast<double>(_field.meanRowSum()));
     result.leftOut = result.points - _field.n();
     if (result.leftOut > 0)
-        result.message =
+        add(result,
             fmt::format("{} of {} control points left out: target 0 or out of the array's reach",
                         result.leftOut,
-                        result.points);
+                        result.points));
     if (_absolute && _louder > 0.0)
-        result.message +=
-            fmt::format("{}a loudness of {:g} counts as 1, since the targets are in Pa",
-                        result.message.empty() ? "" : "; ",
-                        1.0 + _louder);
-    if (_absolute) reportShortfall(result);
+        add(result,
+            fmt::format("a loudness of {:g} counts as 1, since the targets are in Pa",
+                        1.0 + _louder));
+    if (_absolute) reportTargets(result);
+    if (hasLast(_field)) reportChange(result);
+}
 
-    if (!hasLast(_field)) return;
+// Targets in Pa that are missed.
+void SolverBase::reportTargets(SolveReport& result) const
+{
+    const Shortfall shortfall = shortfallOf(_field.y, _field.a, largestTarget());
+    result.shortPoints = shortfall.points;
+    result.worstShortfall = shortfall.worst;
+    if (result.shortPoints > 0)
+        add(result,
+            fmt::format("{} of {} control points fall short; the worst, point {}, asks for {:.4g} "
+                        "Pa and gets {:.4g} Pa",
+                        result.shortPoints,
+                        _field.n(),
+                        _active[static_cast<std::size_t>(shortfall.which)],
+                        _largestTarget * _field.a[shortfall.which],
+                        _field.unit_Pa() * _field.y[shortfall.which]));
+    if (result.level_Pa > (1.0 + kShortBy) * _largestTarget)
+        add(result,
+            fmt::format("the field is louder than asked for, {:.4g} Pa instead of {:.4g} Pa: the "
+                        "array's amplitudes are no finer",
+                        result.level_Pa,
+                        _largestTarget));
+}
+
+void SolverBase::reportChange(SolveReport& result) const
+{
     const kernels::DriveDifference difference = kernels::compareDrives(_field.G.paddedTransducers(),
                                                                        _field.q.re.data(),
                                                                        _field.q.im.data(),
@@ -155,24 +162,9 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
     result.meanPhaseStep_rad = difference.phaseSteps / _field.m();
     result.driveChange = difference.power > 0.0f ? difference.change / difference.power : 0.0;
     result.audibleChange = _audibleShare * result.driveChange;
-}
-
-void SolverBase::reportShortfall(SolveReport& result) const
-{
-    const Shortfall shortfall = shortfallOf(_field.y, _field.a, _largestTarget);
-    result.shortPoints = shortfall.points;
-    result.worstShortfall = shortfall.worst;
-    if (result.shortPoints == 0) return;
-    result.message +=
-        fmt::format("{}{} of {} control points fall short, the worst (point {}) by {:.1f} %: asked "
-                    "for {:.4g} Pa where the target is largest, the array reaches {:.4g} Pa there",
-                    result.message.empty() ? "" : "; ",
-                    result.shortPoints,
-                    _field.n(),
-                    _active[static_cast<std::size_t>(shortfall.which)],
-                    100.0 * result.worstShortfall,
-                    _largestTarget,
-                    result.level_Pa);
+    if (_last.good && result.level_Pa > 0.0 && _last.report.level_Pa > 0.0)
+        result.levelJump = std::max(result.level_Pa / _last.report.level_Pa,
+                                    _last.report.level_Pa / result.level_Pa);
 }
 
 void SolverBase::keep(const SolveReport& result, Eigen::VectorXcf& q)
@@ -184,6 +176,10 @@ void SolverBase::keep(const SolveReport& result, Eigen::VectorXcf& q)
     std::copy_n(_field.q.im.data(), padded, _last.lanes.im.data());
     _last.q = q;
     _last.active = _active;
+    _last.identity = _identity;
+    const auto n = static_cast<std::size_t>(_field.n());
+    _last.u.reserve(n);
+    copy(_field.u, _last.u, n);
     _last.targets = (_field.a * _largestTarget).cast<double>();
     _last.report = result;
     _last.good = true;

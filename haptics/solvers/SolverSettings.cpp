@@ -42,7 +42,8 @@ const base::SettingTable<SolverSettings>& solverSettings()
              "loudness",
              &S::loudness,
              "1: as loud as the field stays accurate; below: quieter; above: louder, less accurate")
-             .range(1e-6, base::kMostLoudness),
+             .range(1e-6, base::kMostLoudness)
+             .safety(),
          Row<S>("phaseOnly", &S::phaseOnly, "play all transducers at one amplitude"),
          Row<S>("threads", &S::threads, "threads of the solver").range(1, base::kMostThreads)});
     return table;

@@ -27,7 +27,7 @@ void reweigh(const FieldProblem& field, Eigen::VectorXf& weights, float mostRewe
 {
     const float s = fittedLevel(field.y, field.a);
     for (int l = 0; l < field.n(); ++l)
-        weights[l] *= std::clamp(s * field.a[l] / std::max(field.y[l], kLeastPressure_Pa),
+        weights[l] *= std::clamp(s * field.a[l] / std::max(field.y[l], kLeastPressure),
                                  1.0f / mostReweighing,
                                  mostReweighing);
 }

@@ -129,7 +129,7 @@ void fillFaces(SampleBuilder& builder)
     const double reach2 = reach * reach;
     int last = -1; // the last point that covered a piece; neighbours mostly share it
     std::vector<Fragment> pieces;
-    for (int t = 0; t < static_cast<int>(topology.triangles.size()); ++t)
+    for (int t = 0; t < topology.surface; ++t)
     {
         const int meshTriangle = topology.triangles[static_cast<std::size_t>(t)];
         const Eigen::Vector3i v = mesh.triangles.col(meshTriangle);

@@ -179,10 +179,13 @@ std::vector<FeatureChain> chainFeatures(const TriangleMesh& mesh,
 std::vector<Outline> featureOutlines(const TriangleMesh& mesh,
                                      double creaseAngle_rad,
                                      double spacing_m,
-                                     const base::StopToken& stop)
+                                     const base::StopToken& stop,
+                                     int* points)
 {
     const MeshTopology topology = buildTopology(mesh, creaseAngle_rad, spacing_m, stop);
-    if (topology.features.empty())
+    const auto atPoints = std::count(topology.onPoint.begin(), topology.onPoint.end(), 1);
+    if (points) *points = static_cast<int>(atPoints);
+    if (topology.features.empty() && atPoints == 0)
         throw base::InputError(
             "The mesh has no edges to follow: it is closed and smooth; sample its "
             "surface, or make the crease angle smaller");

@@ -38,11 +38,13 @@ std::vector<FeatureChain> chainFeatures(const TriangleMesh& mesh,
                                         const std::vector<int>& corners);
 
 /// Returns the feature edges of \a mesh as curves in its own frame, from corner to corner or around
-/// a loop. Vertices are welded as by sampleSurface() with \a spacing_m. Throws InputError as that
-/// does with EDGES, Stopped if \a stop requests it.
+/// a loop; \a points (may be null): the number of the mesh's points, which are on no curve.
+/// Vertices are welded as by sampleSurface() with \a spacing_m. Throws InputError as that does with
+/// EDGES, Stopped if \a stop requests it.
 std::vector<Outline> featureOutlines(const TriangleMesh& mesh,
                                      double creaseAngle_rad,
                                      double spacing_m,
-                                     const base::StopToken& stop = {});
+                                     const base::StopToken& stop = {},
+                                     int* points = nullptr);
 
 } // namespace midair::haptics

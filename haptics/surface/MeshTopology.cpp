@@ -3,6 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/Units.h"
+#include "haptics/surface/FlatTriangles.h"
 #include "haptics/surface/PointGrid.h"
 
 #include <Eigen/Geometry>
@@ -98,16 +99,13 @@ void weldVertices(const TriangleMesh& mesh,
                   MeshTopology& topology)
 {
     topology.weld.assign(static_cast<std::size_t>(mesh.vertices.cols()), -1);
-    double largest = 0.0;
+    double largest = 0x1p-900; // over 0, for a mesh with all vertices at the origin
     for (const int v : mesh.triangles.reshaped())
-    {
         largest = std::max(largest, mesh.vertices.col(v).cwiseAbs().maxCoeff());
-    }
     // Four units in the last place of a float, as coordinates of seams that a program wrote twice
     // may differ by that. Never so small that cell numbers overflow.
     const double tolerance =
         std::min(0x1p-22 * largest, std::max(1e-3 * spacing_m, 0x1p-40 * largest));
-    if (!(tolerance > 0.0)) return; // all vertices in one point
     // Welding tolerance over the shortest edge: keeps small triangles from collapsing.
     constexpr double kOfEdge = 0.1;
     const std::vector<double> shortest = shortestEdges(mesh);
@@ -137,15 +135,17 @@ void collectTriangles(const TriangleMesh& mesh, const base::StopToken& stop, Mes
     topology.corners.reserve(static_cast<std::size_t>(count));
     topology.normals.reserve(static_cast<std::size_t>(count));
     topology.areas.reserve(static_cast<std::size_t>(count));
+    std::vector<int> flat;
     base::StopLook look(stop);
-    for (Eigen::Index t = 0; topology.vertexCount > 0 && t < count; ++t)
+    for (Eigen::Index t = 0; t < count; ++t)
     {
         look.turn();
         const Eigen::Vector3i v = mesh.triangles.col(t);
         const std::array<int, 3> welded = {topology.weld[static_cast<std::size_t>(v[0])],
                                            topology.weld[static_cast<std::size_t>(v[1])],
                                            topology.weld[static_cast<std::size_t>(v[2])]};
-        if (welded[0] == welded[1] || welded[1] == welded[2] || welded[2] == welded[0]) continue;
+        const bool merged =
+            welded[0] == welded[1] || welded[1] == welded[2] || welded[2] == welded[0];
         const Eigen::Vector3d a = mesh.vertices.col(v[0]);
         const Eigen::Vector3d ab = mesh.vertices.col(v[1]) - a;
         const Eigen::Vector3d ac = mesh.vertices.col(v[2]) - a;
@@ -153,18 +153,19 @@ void collectTriangles(const TriangleMesh& mesh, const base::StopToken& stop, Mes
         const double twice = cross.norm();
         const double longest2 =
             std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
-        if (!(twice > kFlatness * longest2)) continue;
+        if (merged || !(twice > kFlatness * longest2))
+        {
+            flat.push_back(static_cast<int>(t));
+            continue;
+        }
         topology.triangles.push_back(static_cast<int>(t));
         topology.corners.push_back(welded);
         topology.normals.emplace_back(cross / twice);
         topology.areas.push_back(0.5 * twice);
         topology.area += 0.5 * twice;
     }
-    if (topology.triangles.empty())
-    {
-        throw base::InputError(fmt::format(
-            "The mesh has no area: all its {} triangles are flat to a line or a point", count));
-    }
+    topology.surface = static_cast<int>(topology.triangles.size());
+    addLinesAndPoints(mesh, flat, stop, topology);
 }
 
 /// Collects the triangles' corners around each vertex, as a packed list.
@@ -174,18 +175,19 @@ void collectFans(MeshTopology& topology)
     for (const auto& corners : topology.corners)
     {
         for (const int v : corners)
-            ++topology.fanStart[static_cast<std::size_t>(v) + 1];
+            if (v >= 0) ++topology.fanStart[static_cast<std::size_t>(v) + 1];
     }
     for (std::size_t v = 1; v < topology.fanStart.size(); ++v)
     {
         topology.fanStart[v] += topology.fanStart[v - 1];
     }
-    topology.fan.resize(3 * topology.corners.size());
+    topology.fan.resize(static_cast<std::size_t>(topology.fanStart.back()));
     std::vector<int> at(topology.fanStart.begin(), topology.fanStart.end() - 1);
     for (std::size_t t = 0; t < topology.corners.size(); ++t)
     {
         for (std::size_t k = 0; k < 3; ++k)
         {
+            if (topology.corners[t][k] < 0) continue;
             const auto v = static_cast<std::size_t>(topology.corners[t][k]);
             topology.fan[static_cast<std::size_t>(at[v]++)] = static_cast<int>(3 * t + k);
         }
@@ -280,7 +282,7 @@ void findFeatures(const TriangleMesh& mesh,
                   std::vector<char>& boundary)
 {
     boundary.assign(static_cast<std::size_t>(topology.vertexCount), 0);
-    topology.onFeature = boundary;
+    topology.onFeature = topology.onPoint;
     const double cosCrease = std::cos(creaseAngle_rad);
     std::vector<HalfEdge> halves;
     base::StopLook look(stop);

@@ -29,17 +29,21 @@ struct EdgeFace
     double sign = 1.0;     ///< -1 if its winding is opposite to that of the edge's first face
 };
 
-/// Topology of a mesh as sampling needs it: doubled vertices are welded, triangles without area are
-/// left out, and feature edges are found.
+/// Topology of a mesh as sampling needs it: doubled vertices are welded, triangles without area
+/// become lines and points, and feature edges are found, lines among them.
 struct MeshTopology
 {
-    std::vector<int> weld;      ///< mesh vertex -> welded vertex; -1 if no triangle uses it
-    int vertexCount = 0;        ///< welded vertices
-    std::vector<int> triangles; ///< indices of the mesh's triangles that have an area
-    std::vector<std::array<int, 3>> corners; ///< welded vertices of these
-    std::vector<Eigen::Vector3d> normals;    ///< unit length, of these
-    std::vector<double> areas;               ///< m^2, of these
-    double area = 0.0;                       ///< m^2, total
+    std::vector<int> weld; ///< mesh vertex -> welded vertex; -1 if no triangle uses it
+    int vertexCount = 0;   ///< welded vertices
+    /// indices of the mesh's triangles: first those with an area, then lines and points
+    std::vector<int> triangles;
+    int surface = 0; ///< number of triangles with an area
+    /// welded vertices of these; -1: a corner that counts for nothing, as a line has two and a
+    /// point one
+    std::vector<std::array<int, 3>> corners;
+    std::vector<Eigen::Vector3d> normals; ///< unit length, of these; zero for lines and points
+    std::vector<double> areas;            ///< m^2, of these; 0 for lines and points
+    double area = 0.0;                    ///< m^2, total
     std::vector<FeatureEdge> features;
     std::vector<EdgeFace> edgeFaces;
     double featureLength = 0.0; ///< m
@@ -48,16 +52,19 @@ struct MeshTopology
     std::vector<double> deficit;
     /// vertexCount + 1; the corners around a vertex are fan[fanStart[v] .. fanStart[v + 1]).
     std::vector<int> fanStart;
-    std::vector<int> fan;        ///< 3 * (index into triangles) + corner
-    std::vector<char> onFeature; ///< for each welded vertex: 1 if a feature edge ends at it
+    std::vector<int> fan; ///< 3 * (index into triangles) + corner
+    /// for each welded vertex: 1 if a feature edge ends at it or a point is at it
+    std::vector<char> onFeature;
+    std::vector<char> onPoint; ///< for each welded vertex: 1 if a point is at it
 
     bool hasFeature(int vertex) const { return onFeature[static_cast<std::size_t>(vertex)] != 0; }
+    bool hasPoint(int vertex) const { return onPoint[static_cast<std::size_t>(vertex)] != 0; }
 };
 
 /// Builds the topology of \a mesh. Vertices are welded if they are nearer to each other than the
 /// rounding of single precision, than a thousandth of \a spacing_m and than a tenth of their
 /// shortest edge. Throws InputError for NaN vertices (naming the first), indices out of range and a
-/// mesh without area, Stopped if \a stop requests it.
+/// mesh without triangles, Stopped if \a stop requests it.
 MeshTopology buildTopology(const TriangleMesh& mesh,
                            double creaseAngle_rad,
                            double spacing_m,

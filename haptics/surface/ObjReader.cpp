@@ -92,6 +92,15 @@ TriangleMesh parsed(const ObjText& text, const std::string& path)
     return mesh;
 }
 
+/// Appends lines and points as triangles without area.
+void addSegments(TriangleMesh& mesh, const std::vector<std::array<int, 2>>& segments)
+{
+    Eigen::Index t = mesh.triangles.cols();
+    mesh.triangles.conservativeResize(3, t + static_cast<Eigen::Index>(segments.size()));
+    for (const auto& [from, to] : segments)
+        mesh.triangles.col(t++) << from, to, to;
+}
+
 } // namespace
 
 TriangleMesh readObj(const std::string& path, std::vector<std::string>* warnings)
@@ -113,6 +122,7 @@ TriangleMesh readObj(const std::string& path, std::vector<std::string>* warnings
                                             expected,
                                             mesh.triangles.cols()));
     }
+    addSegments(mesh, text.segments);
     if (mesh.triangles.cols() == 0)
     {
         throw base::InputError(fmt::format(

@@ -1,6 +1,7 @@
 #include "haptics/surface/ObjText.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/Limits.h"
 #include "haptics/base/RegularFile.h"
 
 #include <array>
@@ -37,6 +38,12 @@ private:
         std::vector<long long> corners; ///< counted from 1
     };
 
+    struct Segment
+    {
+        int line;
+        std::array<long long, 2> ends; ///< counted from 1; both of a point are the same
+    };
+
     [[noreturn]] void fail(int line, const std::string& what) const
     {
         throw base::InputError(fmt::format("{}, line {}: {}", _path, line, what));
@@ -45,7 +52,10 @@ private:
     void takeLine();
     void takeVertex();
     void takeFace();
+    void takeSegments();
     void checkFaces() const;
+    void checkSegments();
+    void checkCorner(long long corner, int line, const char* what) const;
     void writePlain();
     double number(std::string_view token) const;
     long long cornerIndex(std::string_view token) const;
@@ -54,7 +64,8 @@ private:
     const std::string& _path;
     ObjText _text;
     std::vector<Face> _faces;
-    std::vector<double> _colours; ///< 3 per vertex, as long as every vertex has a colour
+    std::vector<Segment> _segments; ///< of l and p
+    std::vector<double> _colours;   ///< 3 per vertex, as long as every vertex has a colour
     int _colouredVertices = 0;
     int _badColourLine = 0;
     std::vector<std::string_view> _tokens;
@@ -192,6 +203,25 @@ void ObjScanner::takeFace()
     _faces.push_back(std::move(face));
 }
 
+/// Takes a line (l), which joins its vertices one by one, or points (p).
+void ObjScanner::takeSegments()
+{
+    const bool isLine = _tokens[0] == "l";
+    if (_tokens.size() < (isLine ? 3U : 2U))
+        fail(_line,
+             fmt::format("the {} has {} vertices; it needs {} or more",
+                         isLine ? "line" : "point element",
+                         _tokens.size() - 1,
+                         isLine ? 2 : 1));
+    if (_segments.size() + _tokens.size() > static_cast<std::size_t>(base::kMostTriangles))
+        fail(_line,
+             fmt::format("there are more than {} segments of lines and points",
+                         base::kMostTriangles));
+    for (std::size_t i = isLine ? 2 : 1; i < _tokens.size(); ++i)
+        _segments.push_back(
+            {_line, {cornerIndex(_tokens[isLine ? i - 1 : i]), cornerIndex(_tokens[i])}});
+}
+
 void ObjScanner::takeLine()
 {
     if (_tokens.empty()) return;
@@ -202,6 +232,10 @@ void ObjScanner::takeLine()
     else if (_tokens[0] == "f")
     {
         takeFace();
+    }
+    else if (_tokens[0] == "l" || _tokens[0] == "p")
+    {
+        takeSegments();
     }
     else if (_tokens[0] == "mtllib" && _tokens.size() > 1)
     {
@@ -223,21 +257,33 @@ void ObjScanner::takeLine()
     }
 }
 
-/// Checks the indices after the whole file is read, as positive ones may refer to later vertices.
+/// Checks an index after the whole file is read, as a positive one may refer to a later vertex.
+void ObjScanner::checkCorner(long long corner, int line, const char* what) const
+{
+    if (corner > vertexCount())
+        fail(line,
+             fmt::format("the {} refers to vertex {}; the file has {} vertices",
+                         what,
+                         corner,
+                         vertexCount()));
+}
+
 void ObjScanner::checkFaces() const
 {
     for (const Face& face : _faces)
-    {
         for (const long long corner : face.corners)
-        {
-            if (corner > vertexCount())
-            {
-                fail(face.line,
-                     fmt::format("the face refers to vertex {}; the file has {} vertices",
-                                 corner,
-                                 vertexCount()));
-            }
-        }
+            checkCorner(corner, face.line, "face");
+}
+
+void ObjScanner::checkSegments()
+{
+    _text.segments.reserve(_segments.size());
+    for (const Segment& segment : _segments)
+    {
+        for (const long long corner : segment.ends)
+            checkCorner(corner, segment.line, "line or point");
+        _text.segments.push_back(
+            {static_cast<int>(segment.ends[0] - 1), static_cast<int>(segment.ends[1] - 1)});
     }
 }
 
@@ -298,12 +344,16 @@ ObjText ObjScanner::scan(std::string_view file)
         takeLine();
     }
     if (_text.coordinates.empty()) throw base::InputError(_path + ": the file has no vertices");
-    if (_faces.empty())
+    if (_faces.empty() && _segments.empty())
     {
-        throw base::InputError(fmt::format(
-            "{}: the file has no faces ({} vertices); a surface is needed", _path, vertexCount()));
+        throw base::InputError(
+            fmt::format("{}: the file has no faces, lines or points ({} vertices); there is "
+                        "nothing to feel",
+                        _path,
+                        vertexCount()));
     }
     checkFaces();
+    checkSegments();
     writePlain();
     return std::move(_text);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,9 @@ struct ObjText
 {
     std::vector<double> coordinates; ///< 3 per vertex, as written
     std::vector<int> faceSizes;      ///< number of corners of each face, in the file's order
+    /// segments of the file's lines (l) and its points (p), by their vertices from 0; both of a
+    /// point are the same
+    std::vector<std::array<int, 2>> segments;
     std::string plain; ///< only v and f lines: positive indices, colours if every vertex has one
     std::vector<std::string> warnings;
 };

@@ -11,6 +11,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -75,7 +76,9 @@ SampledMesh prepare(const TriangleMesh& mesh, const SamplerOptions& options)
         buildTopology(mesh, options.creaseAngle_rad, options.spacing_m, options.stop),
         {},
         {}};
-    if (options.sampling == Sampling::EDGES && sampled.topology.features.empty())
+    const std::vector<char>& onFeature = sampled.topology.onFeature;
+    if (options.sampling == Sampling::EDGES &&
+        std::find(onFeature.begin(), onFeature.end(), 1) == onFeature.end())
     {
         throw base::InputError(
             fmt::format("The mesh has no edges to sample: it is closed and no edge turns by more "
@@ -96,14 +99,13 @@ sampleOnce(const SampledMesh& sampled, int set, double shift, const PointGrid* e
 {
     const SamplerOptions& options = sampled.options;
     SampleBuilder builder(sampled.mesh, sampled.topology, options);
-    if (set == 0)
+    for (const int v : sampled.corners)
     {
-        for (const int v : sampled.corners)
-        {
-            // With EDGES, tips without a feature edge are left out.
-            if (options.sampling == Sampling::EDGES && !sampled.topology.hasFeature(v)) continue;
-            builder.tryVertex(v, builder.edgeSpacing());
-        }
+        // A point can't be shifted, so it is in every set.
+        if (set > 0 && !sampled.topology.hasPoint(v)) continue;
+        // With EDGES, tips without a feature edge are left out.
+        if (options.sampling == Sampling::EDGES && !sampled.topology.hasFeature(v)) continue;
+        builder.tryVertex(v, builder.edgeSpacing());
     }
     if (options.sampling == Sampling::VERTICES)
     {
@@ -135,6 +137,32 @@ double radicalInverse(unsigned index)
     return value;
 }
 
+/// One sample for each triangle, at its first corner.
+SurfaceSamples everyPoint(const TriangleMesh& mesh, const SamplerOptions& options)
+{
+    std::string error;
+    if (!options.isValid(&error)) throw base::InputError(error);
+    const Eigen::Index n = mesh.triangles.cols();
+    if (n > options.maxPoints)
+        throw base::InputError(
+            fmt::format("There are {} points; at most {} are allowed", n, options.maxPoints));
+    SurfaceSamples samples;
+    samples.positions.resize(3, n);
+    samples.normals.setZero(3, n);
+    samples.intensity.setOnes(n);
+    samples.barycentric = Eigen::Vector3d::UnitX().replicate(1, n);
+    samples.normalWeight.assign(static_cast<std::size_t>(n), 1.0);
+    for (int i = 0; i < n; ++i)
+    {
+        samples.triangle.push_back(i);
+        samples.normalTriangle.push_back(i);
+        samples.normalStart.push_back(i);
+    }
+    samples.normalStart.push_back(static_cast<int>(n));
+    updateSamples(mesh, samples);
+    return samples;
+}
+
 } // namespace
 
 bool SamplerOptions::isValid(std::string* error) const
@@ -155,6 +183,7 @@ bool SamplerOptions::isValid(std::string* error) const
 
 SurfaceSamples sampleSurface(const TriangleMesh& mesh, const SamplerOptions& options)
 {
+    if (options.sampling == Sampling::POINTS) return everyPoint(mesh, options);
     return sampleOnce(prepare(mesh, options), 0, 0.0, nullptr);
 }
 
@@ -167,11 +196,14 @@ sampleSurfaceSets(const TriangleMesh& mesh, const SamplerOptions& options, int c
         throw base::InputError(fmt::format(
             "The number of sample sets is {}; it must be in 1 .. {}", count, kMostSets));
     }
-    if (count > 1 && options.sampling == Sampling::VERTICES)
+    const bool oneSet =
+        options.sampling == Sampling::VERTICES || options.sampling == Sampling::POINTS;
+    if (count > 1 && oneSet)
     {
         throw base::InputError(fmt::format(
             "A mesh has one set of vertices; {} sample sets need its surface or its edges", count));
     }
+    if (options.sampling == Sampling::POINTS) return {everyPoint(mesh, options)};
     const SampledMesh sampled = prepare(mesh, options);
     std::vector<SurfaceSamples> sets;
     sets.reserve(static_cast<std::size_t>(count));

@@ -12,9 +12,10 @@ namespace midair::haptics
 
 enum class Sampling
 {
-    SURFACE, ///< corners, then feature edges, then faces
-    EDGES,   ///< feature and boundary edges only
-    VERTICES ///< the welded vertices
+    SURFACE,  ///< corners, then feature edges, then faces
+    EDGES,    ///< feature and boundary edges only
+    VERTICES, ///< the welded vertices
+    POINTS    ///< the first corner of every triangle, as it is, at any distance from others
 };
 
 /// Options for sampling a surface.
@@ -42,8 +43,9 @@ struct SamplerOptions
 /// deformed mesh.
 struct SurfaceSamples
 {
-    Eigen::Matrix3Xd positions;   ///< 3 x n, metres, mesh frame
-    Eigen::Matrix3Xd normals;     ///< 3 x n, unit length; the mesh's winding gives their side
+    Eigen::Matrix3Xd positions; ///< 3 x n, metres, mesh frame
+    /// 3 x n, unit length; the mesh's winding gives their side; zero on lines and at points
+    Eigen::Matrix3Xd normals;
     std::vector<int> triangle;    ///< n
     Eigen::Matrix3Xd barycentric; ///< 3 x n, each column sums to 1
     Eigen::VectorXf intensity;    ///< n; 1 if the mesh has none
@@ -64,18 +66,20 @@ struct SurfaceSamples
 /// faces. The straight distance of two points is at least spacing_m (edgeSpacing_m if both are on
 /// features). SURFACE: no place on the surface is farther than 1.1 spacings from a point. EDGES: no
 /// place on a feature edge is farther than 1.1 edge spacings. VERTICES: corners first, then by
-/// vertex number, those that keep the spacing. The same mesh and options give the same points. A
-/// mesh smaller than the spacing gets one point. Throws InputError for options out of range, NaN
-/// vertices, indices out of range, meshes without a triangle of positive area, more than maxPoints
-/// points (with a spacing that would work) or kMostTriangles triangles, and for EDGES on a mesh
-/// without features.
+/// vertex number, those that keep the spacing. POINTS: one for each triangle, whatever their
+/// distances; for meshes that are points. The same mesh and options give the same points. A
+/// mesh smaller than the spacing gets one point. Triangles without area are sampled as the lines
+/// and points that they are (see TriangleMesh): lines are features and get the points of creases,
+/// points are corners; both have normals of zero. Throws InputError for options out of range, NaN
+/// vertices, indices out of range, meshes without triangles, more than maxPoints points (with a
+/// spacing that would work) or kMostTriangles triangles, and for EDGES on a mesh without features.
 SurfaceSamples sampleSurface(const TriangleMesh& mesh, const SamplerOptions& options);
 
 /// Makes \a count sets of nearly equal size on the same surface, each as sampleSurface() would, and
 /// each in the gaps of the sets before it: fields for them, played in turn, smooth the surface. The
 /// first set is that of sampleSurface(); the others are shifted along the features and leave the
-/// corners to the first. \a count: 1 .. 1024; with VERTICES there is only one set. Throws as
-/// sampleSurface() does.
+/// corners to the first. \a count: 1 .. 1024; with VERTICES and POINTS there is only one set.
+/// Throws as sampleSurface() does.
 std::vector<SurfaceSamples>
 sampleSurfaceSets(const TriangleMesh& mesh, const SamplerOptions& options, int count);
 

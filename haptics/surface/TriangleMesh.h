@@ -10,7 +10,8 @@ namespace midair::haptics
 {
 
 /// Indexed triangle mesh in metres, of any winding, open or closed; vertices may be doubled at
-/// seams.
+/// seams. A triangle without area is the line or the point that it is: lines are stored as
+/// triangles (a, b, b), points as (a, a, a).
 struct TriangleMesh
 {
     Eigen::Matrix3Xd vertices;  ///< 3 x v, metres

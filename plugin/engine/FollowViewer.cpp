@@ -1,6 +1,7 @@
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/ViewerStatistics.h"
 
+#include <osg/Camera>
 #include <osg/Notify>
 #include <osg/Timer>
 #include <osg/Transform>
@@ -163,7 +164,32 @@ private:
     bool _direct = false; ///< a view shows the root itself
 };
 
+/// Returns the view of a viewer that shows \a node: that of a camera above it; null if none does.
+/// \a seen: the nodes met so far, each of which is looked at once.
+osgViewer::View* viewAbove(const osg::Node& node, std::vector<const osg::Node*>& seen)
+{
+    for (unsigned int i = 0; i < node.getNumParents(); ++i)
+    {
+        const osg::Group* parent = node.getParent(i);
+        if (std::find(seen.begin(), seen.end(), parent) != seen.end()) continue;
+        seen.push_back(parent);
+        auto* camera = const_cast<osg::Camera*>(parent->asCamera());
+        auto* view = camera ? dynamic_cast<osgViewer::View*>(camera->getView()) : nullptr;
+        if (!view || !view->getViewerBase()) view = viewAbove(*parent, seen);
+        if (view) return view;
+    }
+    return nullptr;
+}
+
 } // namespace
+
+osgGA::GUIActionAdapter* HapticEngine::followAbove(const osg::Node& node)
+{
+    if (_adapter && _view.valid() && _view->getViewerBase() == _viewer) return nullptr;
+    std::vector<const osg::Node*> seen;
+    osgGA::GUIActionAdapter* view = viewAbove(node, seen);
+    return view && follow(view) ? view : nullptr;
+}
 
 bool HapticEngine::follow(osgGA::GUIActionAdapter* adapter)
 {

@@ -1,9 +1,13 @@
 #include "plugin/engine/HapticEngine.h"
 
 #include "haptics/base/AssignPart.h"
+#include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "plugin/engine/DeviceLines.h"
+#include "plugin/engine/PublicMessage.h"
 #include "plugin/engine/Report.h"
 #include "plugin/settings/Grants.h"
+#include "plugin/settings/PropertyChanges.h"
 
 #include <osg/Notify>
 #include <osgViewer/View>
@@ -13,6 +17,8 @@
 namespace osgMidair
 {
 
+using midair::base::Message;
+using midair::base::MessageCode;
 using midair::bridge::HapticObject;
 
 namespace
@@ -32,32 +38,67 @@ bool sameObject(const HapticObject& a, const HapticObject& b)
 HapticEngine::HapticEngine(osg::Node& root, const HapticSettings& settings, OwnerKind kind) :
     osg::Referenced(true),
     _root(&root),
-    _owner(root, kind),
+    _owner(root, kind, *this),
     _kind(kind),
     _given(&settings),
     _collector(kind == OwnerKind::SCENE ? &root : nullptr,
-               [this](const std::string& message) { say(message); })
+               [this](const Message& message) { say(message); })
 {
+    collectDeviceLines();
 }
 
 HapticEngine::~HapticEngine()
 {
     takeResult();
     const bool ran = _thread != nullptr;
-    const HapticStatistics last = statistics();
+    const ReportedScene last{statistics(), _settings, field()};
     _thread.reset();
-    if (ran) writeReport(last, _settings);
+    tellDeviceLines();
+    if (ran) writeReport(this, last);
 }
 
-void HapticEngine::say(const std::string& unsafe)
+void HapticEngine::say(Message message)
 {
-    const std::string message = printable(unsafe); // may contain text from a file
+    keep(std::move(message), true);
+}
+
+// \a isCounted: it is said once more; else it is one that the thread has counted.
+void HapticEngine::keep(Message message, bool isCounted)
+{
+    message.text = printable(message.text); // may contain text from a file
+    message.path = printable(message.path);
+    const osg::NotifySeverity severity =
+        message.severity() == midair::base::Severity::NOTICE ? osg::NOTICE : osg::WARN;
+    const std::string text = message.text;
     bool fresh = false;
     {
         const std::lock_guard<std::mutex> lock(_mutex);
-        fresh = _messages.say(message);
+        fresh = isCounted ? _messages.say(std::move(message)) : _messages.take(message);
     }
-    if (fresh) OSG_WARN << "osgMidair: " << message << std::endl;
+    if (fresh) osg::notify(severity) << "osgMidair: " << text << std::endl;
+}
+
+// A callback may do anything, so this comes last.
+void HapticEngine::tellState()
+{
+    DeviceChange change;
+    change.before = _stateTold;
+    change.now = _thread ? _thread->state() : ArrayState::CLOSED;
+    if (change.now == change.before) return;
+    _stateTold = change.now;
+    change.status = _thread ? _thread->deviceStatus() : "";
+    const auto isTrouble = [](ArrayState state)
+    { return state == ArrayState::LOST || state == ArrayState::FAULT; };
+    const bool isNews = isTrouble(change.before) || isTrouble(change.now);
+    osg::notify(isNews ? osg::NOTICE : osg::INFO)
+        << "osgMidair: the array is " << midair::bridge::stateName(change.now) << " (it was "
+        << midair::bridge::stateName(change.before) << "): " << printable(change.status)
+        << std::endl;
+    const osg::ref_ptr<DeviceCallback> keep = _deviceCallback;
+    if (!keep) return;
+    const std::string thrown = midair::base::thrownBy([&] { keep->changed(change); });
+    if (!thrown.empty())
+        say({MessageCode::CALLBACK_THREW, "the device callback has thrown " + thrown});
 }
 
 osg::ref_ptr<osg::Node> HapticEngine::root() const
@@ -67,14 +108,14 @@ osg::ref_ptr<osg::Node> HapticEngine::root() const
     return node;
 }
 
-// Returns false if the objects are the same as in the last frame.
+// Returns false if the objects are the same as in the last frame. What _snapshot held before says
+// nothing of that: it is an older one once another has been handed over.
 bool HapticEngine::collect(osg::Node& root, const osg::Matrixd& world)
 {
     if (_settings.enabled) return _collector.collect(root, world, _snapshot.objects);
     _collector.forget();
-    const bool changed = !_snapshot.objects.empty();
     _snapshot.objects.clear();
-    return changed;
+    return true;
 }
 
 bool HapticEngine::rests(const osg::Node& root)
@@ -83,6 +124,7 @@ bool HapticEngine::rests(const osg::Node& root)
     root.getBound(); // recomputed if something below has moved
     const double now_s = midair::base::steadySeconds();
     if (_rest.bounds == 0 || _rest.bounds != _rest.boundsSeen ||
+        _rest.changesSeen != propertyChanges() || !(*_given == _raw) ||
         now_s - _rest.submitTime_s < kRest_s || now_s - _rest.lookTime_s > kLook_s)
         return false;
     ++_rest.frames;
@@ -98,41 +140,58 @@ void HapticEngine::update(osg::Node& root,
     const double start_s = midair::base::steadySeconds();
     _rest.lookTime_s = start_s;
     _rest.boundsSeen = _rest.bounds;
-    if (standsBack()) return;
+    _rest.changesSeen = propertyChanges();
+    tellDeviceLines();
+    if (standsBack()) return tellState();
     configure(*_given);
     const bool fresh = collect(root, world);
     keepInnerLimits();
     _snapshot.frame = frame;
     _snapshot.time_s = start_s - age_s;
+    _snapshot.metresPerUnit = _settings.metresPerUnit;
+    _snapshot.simulationTime_s = simulationTime_s;
+    _snapshot.worldToArray = _toArray;
+    attachMouse();
     _hands.locate(simulationTime_s, _worldToArray, _snapshot.around);
-    for (const std::string& message : _hands.takeMessages())
-        say(message);
+    for (Message& message : _hands.takeMessages())
+        say(std::move(message));
     if (_settings.enabled) _collector.addObstacles(_snapshot.around.props);
     takeResult();
     _hands.touch(_snapshot.objects, _seen.get());
     const bool refused = _seen && !_seen->playing && start_s - _rest.submitTime_s > kRetry_s;
     const bool idle = _submittedAny && !refused && !changedSinceSubmitted(fresh);
     if (!idle) submit();
-    _rest.possible = _submittedAny && !_hands.active();
+    const int beingRead = _settings.enabled ? _collector.beingRead() : 0;
+    _rest.possible = _submittedAny && !_hands.active() && beingRead == 0;
 
     {
         const std::lock_guard<std::mutex> lock(_mutex);
         ++_statistics.frames;
         if (idle) ++_statistics.idleFrames;
         _statistics.meshesRead = _collector.extractions();
+        _statistics.objectsBeingRead = beingRead;
         _statistics.objects = _settings.enabled ? _collector.instances() : 0;
         _statistics.hands = _hands.hands();
         _statistics.touching = _hands.touching();
         _statistics.collect_ms = (midair::base::steadySeconds() - start_s) * 1e3;
     }
+    if (_thread && isReportDue(this)) keepReport(this, {statistics(), _settings, field()});
     tellTouches();
+    tellState();
 }
 
 void HapticEngine::tellTouches()
 {
     if (!_hands.hasEvents()) return;
     const Eigen::Affine3d arrayToScene(Eigen::Matrix4d(_toArray.inverse()));
-    _hands.tell([this](std::uint64_t id) { return _collector.nodeOf(id); }, arrayToScene);
+    const auto told =
+        _hands.gather([this](std::uint64_t id) { return _collector.nodeOf(id); }, arrayToScene);
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        _touches = _hands.current();
+    }
+    for (Message& message : _hands.tell(told))
+        say(std::move(message));
 }
 
 void HapticEngine::silence()
@@ -145,6 +204,14 @@ void HapticEngine::silence()
                  nullptr); // ends all touches; before the snapshot is handed over
     if (!_submittedAny || changedSinceSubmitted(true)) submit();
     tellTouches();
+    tellState();
+}
+
+void HapticEngine::setMuted(bool muted)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _muted = muted;
+    if (_thread) _thread->setMuted(muted);
 }
 
 bool HapticEngine::changedSinceSubmitted(bool objectsToo) const
@@ -187,10 +254,12 @@ bool HapticEngine::standsBack()
     if (outer == _outer) return !outer.empty();
     _outer = std::move(outer);
     _configured = false;
-    _isStale = true;
+    _isOpen = false;
+    _submittedAny = false;
     if (_outer.empty()) return false;
-    say(name() + " is inside " + _outer +
-        ", which plays it: of its own settings only its caps and Enabled count");
+    say({MessageCode::SCENE_INSIDE,
+         name() + " is inside " + _outer +
+             ", which plays it: of its own settings only its caps and Enabled count"});
     _hands.setSettings("", 0.0, false);
     if (!_thread) return true;
     _thread->setPipeline([] { return std::unique_ptr<midair::bridge::HologramPipeline>(); });
@@ -213,8 +282,8 @@ void HapticEngine::takeResult()
         // deadline, so they are no latencies.
         if (fresh) _latencies.add(result->latency_ms);
     }
-    for (const std::string& message : result->messages)
-        say(message);
+    for (const Message& message : result->told)
+        keep(message, false);
 }
 
 std::shared_ptr<const midair::bridge::HologramResult> HapticEngine::latestResult() const
@@ -241,11 +310,19 @@ midair::haptics::Medium HapticEngine::medium() const
     return _medium;
 }
 
+std::vector<Touch> HapticEngine::touches() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return _touches;
+}
+
 HapticStatistics HapticEngine::statistics() const
 {
     const std::lock_guard<std::mutex> lock(_mutex);
     HapticStatistics all = _statistics;
     all.messages = _messages.all();
+    for (const Message& message : _messages.messages())
+        all.told.push_back(toPublic(message));
     all.restingFrames = _rest.frames;
     all.frames += all.restingFrames;
     all.idleFrames += all.restingFrames;
@@ -254,9 +331,14 @@ HapticStatistics HapticEngine::statistics() const
     if (!_thread) return all;
     midair::base::assignPart<midair::bridge::HologramCounters>(all, _thread->counters());
     all.snapshots = _statistics.snapshots; // the thread counts those that it has come to
+    midair::bridge::ArrayReading reading = _thread->reading();
+    all.state = reading.state;
+    all.fields = reading.fields;
+    all.device = std::move(reading.status);
     const auto result = _thread->latestResult();
     if (!result) return all;
     midair::base::assignPart<midair::haptics::FieldFigures>(all, result->report());
+    all.fieldFrame = result->frame;
     all.points = result->points.size();
     all.maxPressure_Pa = result->maxPressure_Pa;
     const bool inTurn = result->sequence.fields.size() > 1;
@@ -269,7 +351,6 @@ HapticStatistics HapticEngine::statistics() const
     all.updatesPerSecond = result->updatesPerSecond;
     all.latency_ms = result->latency_ms;
     all.stop = midair::haptics::stopReasonName(result->report().stop);
-    all.device = result->deviceStatus;
     return all;
 }
 

@@ -2,11 +2,13 @@
 
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "haptics/base/text/MessageLog.h"
+#include "plugin/engine/FieldOfResult.h"
 #include "plugin/engine/LatencyStatistics.h"
 #include "plugin/engine/SceneOwners.h"
 #include "plugin/hands/HandTracker.h"
 #include "plugin/scene/SceneCollector.h"
 
+#include <osgMidair/DeviceCallback>
 #include <osgMidair/HapticSettings>
 #include <osgMidair/HapticStatistics>
 
@@ -34,6 +36,11 @@ class View;
 class ViewerBase;
 } // namespace osgViewer
 
+namespace midair::haptics
+{
+class ArrayFileWatch;
+}
+
 namespace osgMidair
 {
 
@@ -42,8 +49,9 @@ class HapticScene;
 /// Does the work of a HapticScene: collects the scene below a root into snapshots, hands them to a
 /// hologram thread and keeps the statistics.
 ///
-/// Only latestResult(), statistics(), array(), medium() and root() may be called from any thread,
-/// and noteBound() from a cull; all others belong to the thread that updates the scene.
+/// Only latestResult(), field(), statistics(), array(), medium(), root() and setMuted() may be
+/// called from any thread, and noteBound() from a cull; all others belong to the thread that
+/// updates the scene.
 class HapticEngine : public osg::Referenced
 {
 public:
@@ -72,6 +80,10 @@ public:
     bool follow(osgGA::GUIActionAdapter* adapter);
     void follow(osgViewer::ViewerBase& viewer);
 
+    /// The same for the viewer whose camera is above \a node, for loops that run no event
+    /// traversal. Returns its view, or null if none is above or one is followed already.
+    osgGA::GUIActionAdapter* followAbove(const osg::Node& node);
+
     /// Returns the root, or null if it is gone.
     osg::ref_ptr<osg::Node> root() const;
 
@@ -85,7 +97,7 @@ public:
     /// Returns true if there is nothing to do in this frame, and then counts it: nothing has
     /// changed for kRest_s, everything was looked at less than kLook_s ago, and the bound of \a
     /// root shows that nothing below it has moved since. Changes that no bound shows (masks,
-    /// vertices, properties) are found by the next look. Only for a root that calls noteBound()
+    /// vertices, tags) are found by the next look. Only for a root that calls noteBound()
     /// whenever its bound is computed, and that has no transform above it.
     bool rests(const osg::Node& root);
     void noteBound() { ++_rest.bounds; }
@@ -101,8 +113,22 @@ public:
                 double age_s,
                 double simulationTime_s);
 
+    /// Adds \a message, or counts it if it is there, and passes it on to osg::notify() once.
+    void say(midair::base::Message message);
+
+    /// Returns the touches that have begun and not ended. From any thread.
+    std::vector<Touch> touches() const;
+
+    /// As HapticScene::setRehearsed().
+    void setRehearsed(bool rehearsed);
+    bool isRehearsed() const { return _isRehearsed; }
+    /// As HapticScene::getGrantedSettings() and getFoundObjects(). For the update thread only.
+    HapticSettings grantedSettings() const { return _configured ? _granted : *_given; }
+    std::vector<FoundObject> found() const;
+
     /// For the update thread only.
     HandTracker& hands() { return _hands; }
+    const HandTracker& hands() const { return _hands; }
 
     /// The next frame looks at everything, even at rest.
     void lookNext() { _rest.lookTime_s = 0.0; }
@@ -110,7 +136,24 @@ public:
     /// Silences the array until the next update() and ends all touches.
     void silence();
 
+    /// Silences the array at once, with the device open and hands and touches going on, until
+    /// setMuted(false). Any thread.
+    void setMuted(bool muted);
+    bool isMuted() const { return _muted; }
+
+    /// Returns true if another owner, further out, plays the scene. For the update thread only.
+    bool isPlayedByAnother() const { return !_outer.empty(); }
+    /// Returns the settings as they are used; before the first update() as they were given. For the
+    /// update thread only, while the root lives.
+    const HapticSettings& settings() const { return _configured ? _settings : *_given; }
+
+    /// For the update thread only.
+    void setDeviceCallback(DeviceCallback* callback) { _deviceCallback = callback; }
+    DeviceCallback* deviceCallback() const { return _deviceCallback.get(); }
+
     std::shared_ptr<const midair::bridge::HologramResult> latestResult() const;
+    /// The public form of the newest result; null before the first field.
+    osg::ref_ptr<const HapticField> field() const { return _newest.get(latestResult()); }
     HapticStatistics statistics() const;
     std::shared_ptr<const midair::haptics::TransducerArray> array() const;
     midair::haptics::Medium medium() const;
@@ -130,19 +173,24 @@ private:
     std::string name() const;
     bool standsBack();
     void openHands();
+    void attachMouse();
     void tellTouches();
     bool collect(osg::Node& root, const osg::Matrixd& world);
     void configure(const HapticSettings& settings);
     void readSettings(const HapticSettings& given);
     void keepInnerLimits();
     midair::bridge::HologramOptions hologramOptions() const;
+    std::function<std::unique_ptr<midair::bridge::HologramPipeline>()>
+    pipelineMaker(const midair::bridge::HologramOptions& options) const;
+    void applyToThread();
     void startThread();
     /// Returns true if the snapshot differs from the last submitted one. \a objectsToo: false
     /// compares only hands and obstacles.
     bool changedSinceSubmitted(bool objectsToo) const;
     void submit();
     void takeResult();
-    void say(const std::string& message);
+    void tellState();
+    void keep(midair::base::Message message, bool isCounted);
 
     osg::observer_ptr<osg::Node> _root;
     const SceneOwner _owner;
@@ -162,14 +210,17 @@ private:
     midair::bridge::HandsAndObstacles _submittedAround;
     bool _submittedAny = false;
     std::uint64_t _resultsSeen = 0;
+    ArrayState _stateTold = ArrayState::CLOSED;
+    osg::ref_ptr<DeviceCallback> _deviceCallback;
     /// State that rests() reads in every frame, usually from a cold cache: kept in one cache line.
     struct alignas(64) Rest
     {
         /// how often the bound was computed, perhaps in a cull
         std::atomic<unsigned int> bounds{0};
-        unsigned int boundsSeen = 0; ///< value of bounds in the last update()
-        bool possible = false;       ///< something was submitted, and there is no hand source
-        double lookTime_s = 0.0;     ///< time of the last update()
+        unsigned int boundsSeen = 0;  ///< value of bounds in the last update()
+        unsigned int changesSeen = 0; ///< value of propertyChanges() then
+        bool possible = false;        ///< something was submitted, and there is no hand source
+        double lookTime_s = 0.0;      ///< time of the last update()
         double submitTime_s = 0.0;
         std::atomic<std::uint64_t> frames{0}; ///< number of frames at rest
     };
@@ -178,19 +229,30 @@ private:
     Eigen::Matrix4d _toArray = Eigen::Matrix4d::Identity(); ///< world in scene units -> array
     HapticSettings _settings;                               ///< as used: granted and repaired
     HapticSettings _raw;                                    ///< as given
+    HapticSettings _granted; ///< as _settings, but for what a rehearsal replaces
+    bool _isRehearsed = false;
     bool _configured = false;
-    bool _isStale = true; ///< the thread's pipeline has other settings, or there is none
-    std::string _outer;   ///< name of the owner that plays this scene instead; empty: none
+    bool _isOpen = false; ///< the thread has what _applied says
+    /// Those of the settings that the thread has: array, device and what its fields are played
+    /// with, inner caps included.
+    HapticSettings _applied;
+    bool _isArrayRefused = false; ///< by the user's grants, which have said so
+    std::string _outer;           ///< name of the owner that plays this scene instead; empty: none
     double _innerPressure_Pa = 0.0; ///< the strictest cap of scenes inside this one; 0: none
     double _innerAmplitude = 1.0;
+
+    NewestField _newest;
+    std::atomic<bool> _muted{false};
 
     mutable std::mutex _mutex; ///< guards the members below
     std::unique_ptr<midair::bridge::HologramThread> _thread;
     std::shared_ptr<LoadedArray> _array;
+    std::shared_ptr<midair::haptics::ArrayFileWatch> _watch; ///< for the hologram thread
     midair::haptics::Medium _medium;
     midair::base::MessageLog _messages;
     HapticStatistics _statistics; ///< the part that the engine counts
     LatencyStatistics _latencies;
+    std::vector<Touch> _touches; ///< that have begun and not ended
     std::shared_ptr<const midair::bridge::HologramResult> _seen;
 };
 

@@ -3,12 +3,19 @@
 
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/scene/Convert.h"
+#include "haptics/array/ArrayFileWatch.h"
 #include "haptics/base/AssignPart.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/text/CodedError.h"
+#include "haptics/base/threads/SteadyClock.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "plugin/engine/HapticEngine.h"
+#include "plugin/extending/ArrayConversion.h"
+#include "plugin/extending/OwnSolver.h"
+#include "plugin/hands/MouseSource.h"
 #include "plugin/settings/EnvironmentVariables.h"
 #include "plugin/settings/Grants.h"
+#include "plugin/settings/RecordedUri.h"
 
 #include <osgMidair/HapticScene>
 
@@ -17,19 +24,44 @@
 namespace osgMidair
 {
 
+using midair::base::InputError;
+using midair::base::Message;
+using midair::base::MessageCode;
+
 namespace
 {
 
-/// Returns true if the change from one to the other needs no new pipeline. A scene that is disabled
-/// is silent and keeps its device.
-bool isForSameThread(HapticSettings a, const HapticSettings& b)
+/// Returns true if the fields of both are played alike. The other settings are the engine's own.
+bool playsAlike(HapticSettings a, const HapticSettings& b)
 {
     a.enabled = b.enabled;
+    a.array = b.array;
+    a.arrayDescription = b.arrayDescription;
+    a.device = b.device;
+    a.calibration = b.calibration;
+    a.metresPerUnit = b.metresPerUnit;
     a.hands = b.hands;
-    a.wishes.hands = b.wishes.hands;
     a.reach = b.reach;
     a.shadows = b.shadows;
+    a.wishes = b.wishes;
+    a.isSilenced = b.isSilenced;
+    a.whySilenced = b.whySilenced;
     return a == b;
+}
+
+/// Replaces what is real: devices by the simulated one, tracked hands by none.
+void rehearse(HapticSettings& settings)
+{
+    if (!Grants::isHarmlessDevice(settings.device)) settings.device = "sim:";
+    if (!RecordedUri::parse(settings.hands)) settings.hands.clear();
+}
+
+/// What is told when the array's file has changed.
+std::string readAgain(const midair::haptics::TransducerArray& array)
+{
+    return "array \"" + array.name + "\" has changed and was read again: " +
+           std::to_string(array.size() - static_cast<int>(array.dead.size())) + " of " +
+           std::to_string(array.size()) + " transducers are driven";
 }
 
 } // namespace
@@ -38,14 +70,39 @@ bool isForSameThread(HapticSettings a, const HapticSettings& b)
 // limit that isn't understood disables the scene.
 void HapticEngine::readSettings(const HapticSettings& given)
 {
-    std::vector<std::string> messages;
-    _settings = Environment::apply(given, messages);
+    std::vector<std::string> wrong;
+    _settings = Environment::apply(given, wrong);
+    const bool hadArray = !_settings.array.empty();
+    std::vector<Message> messages;
     _settings = Grants::ofUser(messages).apply(_settings, name(), messages);
-    for (const std::string& what : _settings.repair())
-        messages.push_back(what);
-    if (_settings.isSilenced) _settings.enabled = false;
-    for (const std::string& what : messages)
-        say(what);
+    _isArrayRefused = hadArray && _settings.array.empty();
+    for (Message& message : messages)
+        say(std::move(message));
+    const std::vector<std::string> repaired = _settings.repair();
+    const std::vector<std::string>& why = _settings.whySilenced;
+    for (const std::vector<std::string>* all : {&std::as_const(wrong), &repaired})
+        for (const std::string& what : *all)
+            if (std::find(why.begin(), why.end(), what) == why.end())
+                say({MessageCode::SETTINGS_INVALID, what});
+    _granted = _settings;
+    if (_isRehearsed) rehearse(_settings);
+    if (!_settings.isSilenced) return;
+    _settings.enabled = _granted.enabled = false;
+    for (const std::string& what : why)
+        say({MessageCode::SETTINGS_SILENCED, what});
+    if (why.empty()) say({MessageCode::SETTINGS_SILENCED, "isSilenced is set; nothing is played"});
+}
+
+void HapticEngine::setRehearsed(bool rehearsed)
+{
+    _isRehearsed = rehearsed;
+    _configured = false; // the settings are read again
+    lookNext();
+}
+
+std::vector<FoundObject> HapticEngine::found() const
+{
+    return _settings.enabled ? _collector.found() : std::vector<FoundObject>();
 }
 
 void HapticEngine::openHands()
@@ -55,13 +112,21 @@ void HapticEngine::openHands()
     const bool open = _settings.enabled || _settings.hands == _hands.uri();
     const std::string error =
         _hands.setSettings(open ? _settings.hands : "", _settings.reach, _settings.shadows);
-    if (!error.empty()) say(error);
+    if (!error.empty()) say({MessageCode::HANDS_OPEN, error});
+}
+
+// The hand begins in the middle of the workspace.
+void HapticEngine::attachMouse()
+{
+    auto* mouse = dynamic_cast<MouseSource*>(_hands.active());
+    if (!mouse || !_view.valid()) return;
+    const Eigen::Vector3d middle = _toArray.inverse().topRightCorner<3, 1>();
+    mouse->attach(*_view, _settings.metresPerUnit, midair::bridge::toOsg(middle));
 }
 
 void HapticEngine::configure(const HapticSettings& given)
 {
     if (_configured && given == _raw) return;
-    _isStale = _isStale || !_configured || !isForSameThread(given, _raw);
     _configured = true;
     _raw = given;
     readSettings(given);
@@ -70,7 +135,9 @@ void HapticEngine::configure(const HapticSettings& given)
     if (!midair::bridge::decompose(midair::bridge::toEigen(_settings.calibration), parts) ||
         !parts.stretch.isIdentity(0.02))
     {
-        say("calibration is not rigid (a scene unit is set by metresPerUnit); nothing is played");
+        say({MessageCode::SETTINGS_CALIBRATION,
+             "calibration is not rigid (a scene unit is set by metresPerUnit); nothing is "
+             "played"});
         parts = {};
         _settings.enabled = false;
     }
@@ -79,20 +146,30 @@ void HapticEngine::configure(const HapticSettings& given)
     _toArray = parts.pose.matrix();
     _toArray.topLeftCorner<3, 3>() *= _settings.metresPerUnit;
     _collector.configure(_toArray, _settings.shadows);
-    if (_settings.enabled && _isStale) startThread();
+    applyToThread();
 }
 
 // Scenes inside this one may lower its limits, never raise them.
 void HapticEngine::keepInnerLimits()
 {
     double pressure_Pa = 0.0;
-    double amplitude = 1.0;
+    double amplitude = _collector.isSilenced() ? 0.0 : 1.0;
     for (const HapticScene* inner : _collector.innerScenes())
     {
+        if (inner->getSettings().isSilenced)
+        {
+            say({MessageCode::SCENE_LIMIT,
+                 "the HapticScene \"" + inner->getName() +
+                     "\" was not understood: nothing is played"});
+            for (const std::string& reason : inner->getSettings().whySilenced)
+                say({MessageCode::SETTINGS_SILENCED, reason});
+            amplitude = 0.0;
+        }
         if (!HapticSettings::isLimit(inner->getMaxPressure(), inner->getMaxAmplitude()))
         {
-            say("the HapticScene \"" + inner->getName() +
-                "\" has a cap that is out of range: nothing is played");
+            say({MessageCode::SCENE_LIMIT,
+                 "the HapticScene \"" + inner->getName() +
+                     "\" has a cap that is out of range: nothing is played"});
             amplitude = 0.0;
             continue;
         }
@@ -102,58 +179,100 @@ void HapticEngine::keepInnerLimits()
     if (pressure_Pa == _innerPressure_Pa && amplitude == _innerAmplitude) return;
     _innerPressure_Pa = pressure_Pa;
     _innerAmplitude = amplitude;
-    if (_settings.enabled) startThread();
+    applyToThread();
 }
 
 midair::bridge::HologramOptions HapticEngine::hologramOptions() const
 {
     midair::bridge::HologramOptions options;
     options.owner = name();
-    options.medium = midair::haptics::mediumOf(_settings);
-    options.solver = _settings.solver;
-    midair::base::assignPart<midair::haptics::SolverSettings>(options.solverOptions, _settings);
-    midair::base::assignPart<midair::haptics::SequenceSettings>(options, _settings);
-    midair::base::assignPart<midair::haptics::PlayingSettings>(options, _settings);
-    options.deviceUri = _settings.device;
-    options.maxPressure =
-        midair::device::stricterPressure(_settings.maxPressure, _innerPressure_Pa);
-    options.maxAmplitude = std::min(_settings.maxAmplitude, _innerAmplitude);
+    options.medium = midair::haptics::mediumOf(_applied);
+    options.solver = _applied.solver;
+    midair::base::assignPart<midair::haptics::SolverSettings>(options.solverOptions, _applied);
+    midair::base::assignPart<midair::haptics::SequenceSettings>(options, _applied);
+    midair::base::assignPart<midair::haptics::PlayingSettings>(options, _applied);
+    options.solverFactory = makeAnySolver;
+    options.deviceUri = _applied.device;
     return options;
 }
 
-// The hologram thread reads the array's file, so that no frame waits for it.
+// Only another array or device is opened anew; all else acts on what is open. What changes while
+// the scene is disabled waits, as nothing is played then.
+void HapticEngine::applyToThread()
+{
+    if (!_settings.enabled) return;
+    HapticSettings wanted = _settings;
+    wanted.maxPressure = midair::device::stricterPressure(_settings.maxPressure, _innerPressure_Pa);
+    wanted.maxAmplitude = std::min(_settings.maxAmplitude, _innerAmplitude);
+    const bool isOpen = _isOpen && wanted.array == _applied.array &&
+                        wanted.device == _applied.device &&
+                        wanted.arrayDescription == _applied.arrayDescription;
+    const bool isSame = isOpen && playsAlike(wanted, _applied);
+    _applied = std::move(wanted);
+    if (!isOpen) return startThread();
+    if (isSame) return;
+    midair::bridge::HologramOptions options = hologramOptions();
+    if (_filter) _filter(options);
+    _submittedAny = false; // so that the next snapshot follows at once
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _medium = options.medium;
+    auto make = pipelineMaker(options);
+    _thread->setOptions(std::move(options), std::move(make));
+}
+
 void HapticEngine::startThread()
 {
     midair::bridge::HologramOptions options = hologramOptions();
     if (_filter) _filter(options);
-    const midair::haptics::Medium medium = options.medium;
-    _isStale = false;
+    _isOpen = true;
     _submittedAny = false; // the new pipeline has got no snapshot yet
-    const auto loaded = std::make_shared<LoadedArray>();
-    auto make = [options = std::move(options), name = _settings.array, loaded]() mutable
+    const auto watch = std::make_shared<midair::haptics::ArrayFileWatch>("");
+    const auto isStale = [watch] { return watch->isChanged(midair::base::steadySeconds()); };
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _array = std::make_shared<LoadedArray>();
+    _watch = watch;
+    _medium = options.medium;
+    auto make = pipelineMaker(options);
+    if (_thread)
+        _thread->setPipeline(std::move(make), isStale);
+    else
+        _thread = std::make_unique<midair::bridge::HologramThread>(std::move(make), isStale);
+    _thread->setMuted(_muted);
+}
+
+// The hologram thread reads the array's file, so that no frame waits for it.
+std::function<std::unique_ptr<midair::bridge::HologramPipeline>()>
+HapticEngine::pipelineMaker(const midair::bridge::HologramOptions& options) const
+{
+    return [options = midair::bridge::HologramOptions(options),
+            name = _applied.array,
+            described = _applied.arrayDescription,
+            isRefused = _isArrayRefused,
+            loaded = _array,
+            watch = _watch]() mutable
     {
         try
         {
-            if (name.empty()) throw midair::base::InputError("there is no array");
-            options.array = midair::haptics::TransducerArray::load(name);
+            if (name.empty() && !described) throw InputError("there is no array");
+            *watch = midair::haptics::ArrayFileWatch(name);
+            options.array =
+                name.empty() ? arrayOf(*described) : midair::haptics::TransducerArray::load(name);
         }
         catch (const std::exception& error)
         {
-            throw midair::base::InputError(std::string(error.what()) + "; nothing is played");
+            // Of one code there is one message: the grants' own stays.
+            throw midair::base::CodedError(isRefused ? MessageCode::ARRAY_REFUSED
+                                                     : MessageCode::ARRAY_INVALID,
+                                           std::string(error.what()) + "; nothing is played");
         }
         {
             const std::lock_guard<std::mutex> lock(loaded->mutex);
+            if (loaded->array)
+                options.notes = {{MessageCode::ARRAY_READ_AGAIN, readAgain(options.array)}};
             loaded->array = std::make_shared<midair::haptics::TransducerArray>(options.array);
         }
         return std::make_unique<midair::bridge::HologramPipeline>(options);
     };
-    const std::lock_guard<std::mutex> lock(_mutex);
-    _array = loaded;
-    _medium = medium;
-    if (_thread)
-        _thread->setPipeline(make);
-    else
-        _thread = std::make_unique<midair::bridge::HologramThread>(make);
 }
 
 } // namespace osgMidair

@@ -1,13 +1,21 @@
 #include "plugin/engine/Report.h"
 
+#include "haptics/base/threads/SteadyClock.h"
 #include "haptics/solvers/SolveReport.h"
 #include "plugin/settings/EnvironmentVariables.h"
+#include "plugin/settings/Grants.h"
 
 #include <osg/Notify>
 
+#include <algorithm>
+#include <condition_variable>
+#include <filesystem>
 #include <fstream>
+#include <map>
 #include <mutex>
 #include <string>
+#include <thread>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -46,17 +54,77 @@ nlohmann::ordered_json countersJson(const HapticStatistics& s)
     nlohmann::ordered_json json = {{"frames", s.frames},
                                    {"idleFrames", s.idleFrames},
                                    {"restingFrames", s.restingFrames},
-                                   {"meshesRead", s.meshesRead}};
+                                   {"meshesRead", s.meshesRead},
+                                   {"objectsBeingRead", s.objectsBeingRead}};
     for (const midair::bridge::CounterRow& row : midair::bridge::kHologramCounters)
         json[row.name] = s.*row.value;
     return json;
 }
 
-nlohmann::ordered_json toJson(const HapticStatistics& s, const HapticSettings& settings)
+/// Returns object \a index of \a field with its control points. Pressures are of the newest field.
+nlohmann::ordered_json objectJson(const HapticField& field, std::size_t index)
+{
+    const HapticField::Object& object = field.getObjects()[index];
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+    double lowest_Pa = 0.0;
+    double highest_Pa = 0.0;
+    double sum_Pa = 0.0;
+    for (const HapticField::ControlPoint& point : field.getPoints())
+    {
+        if (point.object != index) continue;
+        const double got_Pa = point.achieved_Pa;
+        lowest_Pa = rows.empty() ? got_Pa : std::min(lowest_Pa, got_Pa);
+        highest_Pa = std::max(highest_Pa, got_Pa);
+        sum_Pa += got_Pa;
+        rows.push_back({point.position.x(),
+                        point.position.y(),
+                        point.position.z(),
+                        point.wanted_Pa,
+                        point.achieved_Pa});
+    }
+    const std::size_t count = rows.size();
+    return {
+        {"path", printable(object.path)},
+        {"points", count},
+        {"lowest_Pa", lowest_Pa},
+        {"mean_Pa", count > 0 ? sum_Pa / static_cast<double>(count) : 0.0},
+        {"highest_Pa", highest_Pa},
+        {"unreachable", object.isUnreachable},
+        {"leftOut",
+         {{"outOfWorkspace", object.outOfWorkspace},
+          {"overBudget", object.overBudget},
+          {"crowded", object.crowded},
+          {"unpainted", object.unpainted},
+          {"invalid", object.invalid},
+          {"outOfReach", object.outOfReach}}},
+        {"controlPoints",
+         {{"columns", {"x", "y", "z", "wanted_Pa", "achieved_Pa"}}, {"rows", std::move(rows)}}}};
+}
+
+nlohmann::ordered_json objectsJson(const HapticField* field)
+{
+    nlohmann::ordered_json json = nlohmann::ordered_json::array();
+    for (std::size_t i = 0; field && i < field->getObjects().size(); ++i)
+        json.push_back(objectJson(*field, i));
+    return json;
+}
+
+nlohmann::ordered_json
+toJson(const HapticStatistics& s, const HapticSettings& settings, const HapticField* field)
 {
     return {{"array", settings.array},
             {"device", settings.device},
             {"deviceStatus", s.device},
+            {"state", midair::bridge::stateName(s.state)},
+            {"fields",
+             {{"sent", s.fields.sent},
+              {"played", s.fields.played},
+              {"dropped", s.fields.dropped},
+              {"lost", s.fields.lost},
+              {"refused", s.fields.refused},
+              {"waiting", s.fields.waiting},
+              {"faults", s.fields.faults},
+              {"reconnects", s.fields.reconnects}}},
             {"counters", countersJson(s)},
             {"hands", {{"known", s.hands}, {"touching", s.touching}}},
             {"field", fieldJson(s)},
@@ -64,28 +132,153 @@ nlohmann::ordered_json toJson(const HapticStatistics& s, const HapticSettings& s
             {"latency_ms",
              {{"last", s.latency_ms}, {"p50", s.latencyP50_ms}, {"p99", s.latencyP99_ms}}},
             {"collect_ms", s.collect_ms},
+            {"objects", objectsJson(field)},
             {"messages", s.messages}};
 }
 
-} // namespace
-
-std::string reportJson(const HapticStatistics& statistics, const HapticSettings& settings)
+nlohmann::ordered_json toJson(const ReportedScene& scene)
 {
-    return toJson(statistics, settings).dump(2);
+    return toJson(scene.statistics, scene.settings, scene.field);
 }
 
-void writeReport(const HapticStatistics& statistics, const HapticSettings& settings)
+/// The file of the process. Lives as long as the process, as scenes may end in its last moments;
+/// its thread runs while there are scenes that play.
+class ReportFile
 {
-    const std::string name = Environment::reportFile();
-    if (name.empty()) return;
-    static std::mutex mutex;
-    static nlohmann::ordered_json scenes = nlohmann::ordered_json::array();
-    const std::lock_guard<std::mutex> lock(mutex);
-    scenes.push_back(toJson(statistics, settings));
-    std::ofstream file(name);
-    file << nlohmann::ordered_json{{"scenes", scenes}}.dump(2) << '\n';
-    if (!file.flush())
-        OSG_WARN << "osgMidair: OSG_MIDAIR_REPORT: can't write \"" << name << "\"" << std::endl;
+public:
+    static ReportFile& instance()
+    {
+        static auto* const file = new ReportFile;
+        return *file;
+    }
+
+    bool isDue(const void* scene)
+    {
+        const double now_s = midair::base::steadySeconds();
+        const std::lock_guard<std::mutex> lock(_mutex);
+        const auto known = _live.find(scene);
+        return known == _live.end() || now_s - known->second.time_s >= kInterval_s;
+    }
+
+    void keep(const void* scene, ReportedScene now)
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        _live[scene] = {std::move(now), midair::base::steadySeconds()};
+        _isFresh = true;
+        if (!_thread.joinable()) _thread = std::thread([this, number = _number] { run(number); });
+        _changed.notify_one();
+    }
+
+    void end(const void* scene, const ReportedScene& last)
+    {
+        std::thread ended;
+        {
+            const std::lock_guard<std::mutex> lock(_mutex);
+            _live.erase(scene);
+            _ended.push_back(toJson(last));
+            if (_live.empty())
+            {
+                ended.swap(_thread);
+                ++_number;
+            }
+            _changed.notify_all();
+        }
+        if (ended.joinable()) ended.join();
+        write();
+    }
+
+private:
+    struct Live
+    {
+        ReportedScene scene;
+        double time_s = 0.0; ///< steady clock, when it was kept
+    };
+
+    static constexpr double kInterval_s = 1.0;
+
+    void run(unsigned int number)
+    {
+        std::unique_lock<std::mutex> lock(_mutex);
+        for (;;)
+        {
+            _changed.wait(lock, [this, number] { return _isFresh || number != _number; });
+            if (number != _number) return;
+            _isFresh = false;
+            lock.unlock();
+            write();
+            lock.lock();
+        }
+    }
+
+    /// Writes a new file and puts it in the place of the old one.
+    void write()
+    {
+        const std::lock_guard<std::mutex> writing(_writing);
+        const std::string name = Environment::reportFile();
+        if (name.empty()) return;
+        std::map<const void*, Live> live;
+        nlohmann::ordered_json scenes;
+        {
+            const std::lock_guard<std::mutex> lock(_mutex);
+            live = _live;
+            scenes = _ended;
+        }
+        for (const auto& [key, one] : live)
+            scenes.push_back(toJson(one.scene));
+        // What is no regular file (/dev/stdout, a pipe) can't be replaced.
+        std::error_code error;
+        const auto kind = std::filesystem::status(name, error).type();
+        const bool isReplaced = kind == std::filesystem::file_type::regular ||
+                                kind == std::filesystem::file_type::not_found;
+        if (!isReplaced && !live.empty()) return;
+        const std::string fresh = isReplaced ? name + ".new" : name;
+        std::ofstream file(fresh);
+        file << nlohmann::ordered_json{{"scenes", scenes}}.dump(
+                    2, ' ', false, nlohmann::json::error_handler_t::replace)
+             << '\n';
+        bool isWritten = static_cast<bool>(file.flush());
+        file.close();
+        if (isReplaced && isWritten) std::filesystem::rename(fresh, name, error);
+        isWritten = isWritten && !error;
+        if (!isWritten && !_isWarned)
+            OSG_WARN << "osgMidair: OSG_MIDAIR_REPORT: can't write \"" << name << "\"" << std::endl;
+        _isWarned = _isWarned || !isWritten;
+    }
+
+    std::mutex _writing; ///< held while the file is written; taken before _mutex
+    bool _isWarned = false;
+    std::mutex _mutex; ///< guards the members below
+    std::condition_variable _changed;
+    std::map<const void*, Live> _live;
+    nlohmann::ordered_json _ended = nlohmann::ordered_json::array();
+    bool _isFresh = false;
+    std::thread _thread;
+    unsigned int _number = 0; ///< of the thread; one of an earlier number ends
+};
+
+} // namespace
+
+std::string reportJson(const HapticStatistics& statistics,
+                       const HapticSettings& settings,
+                       const HapticField* field)
+{
+    return toJson(statistics, settings, field).dump(2);
+}
+
+bool isReportDue(const void* scene)
+{
+    static const bool isWanted = !Environment::reportFile().empty();
+    return isWanted && ReportFile::instance().isDue(scene);
+}
+
+void keepReport(const void* scene, ReportedScene now)
+{
+    ReportFile::instance().keep(scene, std::move(now));
+}
+
+void writeReport(const void* scene, const ReportedScene& last)
+{
+    if (!Environment::reportFile().empty()) ReportFile::instance().end(scene, last);
 }
 
 } // namespace osgMidair

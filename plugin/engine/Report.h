@@ -1,5 +1,7 @@
 #pragma once
 
+#include <osgMidair/Export>
+#include <osgMidair/HapticField>
 #include <osgMidair/HapticSettings>
 #include <osgMidair/HapticStatistics>
 
@@ -8,12 +10,31 @@
 namespace osgMidair
 {
 
-/// Returns the statistics of a scene as a JSON object.
-std::string reportJson(const HapticStatistics& statistics, const HapticSettings& settings);
+/// Returns the statistics of a scene as a JSON object, with the objects and control points of \a
+/// field, its newest; null: there is none.
+OSGMIDAIR_EXPORT std::string reportJson(const HapticStatistics& statistics,
+                                        const HapticSettings& settings,
+                                        const HapticField* field = nullptr);
 
-/// Adds a scene that has ended to the file named by OSG_MIDAIR_REPORT, which holds {"scenes": [..]}
-/// with all scenes of this process so far. Does nothing if no file is named; warns if it can't be
-/// written.
-void writeReport(const HapticStatistics& statistics, const HapticSettings& settings);
+/// What the report has of a scene.
+struct ReportedScene
+{
+    HapticStatistics statistics;
+    HapticSettings settings;
+    osg::ref_ptr<const HapticField> field; ///< the newest; may be null
+};
+
+/// Returns true if OSG_MIDAIR_REPORT names a file and the scene with the key \a scene was not kept
+/// in the last second.
+bool isReportDue(const void* scene);
+
+/// Puts a scene as it is now into the file named by OSG_MIDAIR_REPORT, on a thread of its own: a
+/// program that a signal ends runs no destructors, and leaves the report of its last second. The
+/// file is replaced as a whole, never half written.
+void keepReport(const void* scene, ReportedScene now);
+
+/// Adds a scene that has ended to that file, which holds {"scenes": [..]} with all scenes of this
+/// process so far. Does nothing if no file is named; warns if it can't be written.
+void writeReport(const void* scene, const ReportedScene& last);
 
 } // namespace osgMidair

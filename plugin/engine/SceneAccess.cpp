@@ -1,5 +1,7 @@
 #include "plugin/engine/SceneAccess.h"
 
+#include "plugin/engine/SceneOwners.h"
+
 #include <osgMidair/HapticCallback>
 #include <osgMidair/HapticDevice>
 #include <osgMidair/HapticScene>
@@ -12,6 +14,17 @@ HapticEngine& SceneAccess::engine(const HapticScene& scene)
     return *scene._engine;
 }
 
+osg::ref_ptr<HapticEngine> SceneAccess::playing(const osg::NodePath& path)
+{
+    for (const osg::Node* node : path)
+    {
+        osg::ref_ptr<HapticEngine> owner = engineOwning(*node);
+        if (owner) return owner;
+        if (const auto* scene = dynamic_cast<const HapticScene*>(node)) return scene->_engine;
+    }
+    return nullptr;
+}
+
 SceneAccess::Result SceneAccess::latestResult(const HapticScene& scene)
 {
     return scene._engine->latestResult();
@@ -19,12 +32,14 @@ SceneAccess::Result SceneAccess::latestResult(const HapticScene& scene)
 
 SceneAccess::Result SceneAccess::latestResult(const HapticCallback& callback)
 {
-    return callback._engine ? callback._engine->latestResult() : nullptr;
+    const osg::ref_ptr<HapticEngine> engine = callback.engine();
+    return engine ? engine->latestResult() : nullptr;
 }
 
 SceneAccess::Result SceneAccess::latestResult(const HapticDevice& device)
 {
-    return device._engine ? device._engine->latestResult() : nullptr;
+    const osg::ref_ptr<HapticEngine> engine = device.engine();
+    return engine ? engine->latestResult() : nullptr;
 }
 
 std::shared_ptr<const midair::haptics::TransducerArray> SceneAccess::array(const HapticScene& scene)

@@ -16,14 +16,19 @@ class HapticCallback;
 class HapticDevice;
 class HapticScene;
 
-/// Access to the implementation behind the installed classes, for the kit itself, its demo and its
-/// tests. No installed header names these types.
+/// Access to the implementation behind the installed classes, for the kit itself and its tests. No
+/// installed header names these types.
 class OSGMIDAIR_EXPORT SceneAccess
 {
 public:
     using Result = std::shared_ptr<const midair::bridge::HologramResult>;
 
     static HapticEngine& engine(const HapticScene& scene);
+
+    /// Returns the engine that plays what is at the end of \a path, which begins at the root of the
+    /// scene graph: that of the outermost device, callback or HapticScene on it; null if there is
+    /// none.
+    static osg::ref_ptr<HapticEngine> playing(const osg::NodePath& path);
 
     /// Returns the newest field; null before the first one. From any thread.
     static Result latestResult(const HapticScene& scene);

@@ -1,10 +1,13 @@
 #include "plugin/engine/SceneKeys.h"
 
+#include "plugin/engine/HapticEngine.h"
+
 #include <osgMidair/HapticOverlays>
-#include <osgMidair/HapticScene>
 
 #include <osg/Notify>
 #include <osgViewer/View>
+
+#include <vector>
 
 namespace osgMidair
 {
@@ -12,52 +15,93 @@ namespace osgMidair
 namespace
 {
 
-bool hasOverlays(const HapticScene& scene)
+/// Finds overlays below a node, switched off ones included.
+class FindOverlays : public osg::NodeVisitor
 {
-    for (unsigned int i = 0; i < scene.getNumChildren(); ++i)
-        if (dynamic_cast<const HapticOverlays*>(scene.getChild(i))) return true;
-    return false;
+public:
+    FindOverlays() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) { setNodeMaskOverride(~0U); }
+
+    void apply(osg::Group& group) override
+    {
+        if (!found) found = dynamic_cast<HapticOverlays*>(&group);
+        if (!found) traverse(group);
+    }
+
+    HapticOverlays* found = nullptr;
+};
+
+/// Returns the overlays below \a root. If there are none, adds some that show nothing but what
+/// they always do (that the array is muted); null if \a root can have no children.
+HapticOverlays* overlaysOf(osg::Node& root)
+{
+    FindOverlays finder;
+    root.accept(finder);
+    if (finder.found) return finder.found;
+    osg::Group* group = root.asGroup();
+    if (!group)
+    {
+        OSG_NOTICE << "osgMidair: overlays need a Group as the root of what is felt, and this is a "
+                   << root.className() << std::endl;
+        return nullptr;
+    }
+    osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
+    overlays->setShowAll(false);
+    group->addChild(overlays);
+    return overlays;
+}
+
+bool hasOverlays(osg::Node& root)
+{
+    FindOverlays finder;
+    root.accept(finder);
+    return finder.found != nullptr;
 }
 
 } // namespace
 
-SceneKeys::SceneKeys(HapticScene* scene) : _scene(scene) {}
+SceneKeys::SceneKeys(HapticEngine* engine) : _engine(engine) {}
 
-void SceneKeys::addTo(osgGA::GUIActionAdapter* adapter, HapticScene& scene)
+void SceneKeys::addTo(osgGA::GUIActionAdapter* adapter, HapticEngine& engine)
 {
     auto* view = dynamic_cast<osgViewer::View*>(adapter);
     if (!view) return;
+    std::vector<osg::ref_ptr<osgGA::EventHandler>> old;
     for (const auto& handler : view->getEventHandlers())
     {
         const auto* keys = dynamic_cast<const SceneKeys*>(handler.get());
-        if (keys && keys->_scene == &scene) return;
+        if (keys && keys->_engine == &engine) return;
+        if (keys && !keys->_engine.valid()) old.push_back(handler);
     }
-    view->addEventHandler(new SceneKeys(&scene));
+    for (const auto& handler : old)
+        view->removeEventHandler(handler);
+    view->addEventHandler(new SceneKeys(&engine));
 }
 
-bool SceneKeys::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter&)
+bool SceneKeys::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter& action)
 {
-    osg::ref_ptr<HapticScene> scene;
-    if (event.getEventType() != osgGA::GUIEventAdapter::KEYDOWN || !_scene.lock(scene))
+    osg::ref_ptr<HapticEngine> engine;
+    if (event.getEventType() != osgGA::GUIEventAdapter::KEYDOWN || event.getHandled() ||
+        !_engine.lock(engine) || engine->isPlayedByAnother())
         return false;
+    const osg::ref_ptr<osg::Node> root = engine->root();
     const int key = event.getKey();
     if (key == osgGA::GUIEventAdapter::KEY_F8)
     {
-        scene->setEnabled(!scene->getEnabled());
-        OSG_NOTICE << "osgMidair: the array " << (scene->getEnabled() ? "plays" : "is muted")
+        engine->setMuted(!engine->isMuted());
+        OSG_NOTICE << "osgMidair: the array " << (engine->isMuted() ? "is muted" : "plays")
                    << std::endl;
+        if (root) overlaysOf(*root); // they say that it is muted
         return true;
     }
     // Existing overlays handle these keys themselves.
-    if (!HapticOverlays::hasKey(key) || hasOverlays(*scene)) return false;
-    scene->addChild(new HapticOverlays);
-    return true;
+    if (!HapticOverlays::hasKey(key) || !root || hasOverlays(*root)) return false;
+    HapticOverlays* overlays = overlaysOf(*root);
+    return overlays && OverlayKeys(overlays).handle(event, action);
 }
 
 void SceneKeys::getUsage(osg::ApplicationUsage& usage) const
 {
-    usage.addKeyboardMouseBinding(HapticOverlays::keyNames(),
-                                  "Haptics: bring in the overlays; then each its own");
+    OverlayKeys(nullptr).getUsage(usage);
     usage.addKeyboardMouseBinding("F8", "Haptics: mute the array, or let it play again");
 }
 

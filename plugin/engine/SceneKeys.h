@@ -6,23 +6,27 @@
 namespace osgMidair
 {
 
-class HapticScene;
+class HapticEngine;
 
-/// Handler of the keys that every viewer of a haptic scene gets, listed in its `h` help: the
-/// overlay keys add overlays to a scene that has none, F8 mutes the array.
+/// Handler of the keys that every viewer of a haptic scene gets, be it played by a HapticScene, a
+/// HapticCallback or a HapticDevice; listed in its `h` help. F8 mutes the array. The overlay keys
+/// add overlays to a scene that has none, of which the key's own is shown. Handles nothing while
+/// another owner plays the scene.
 class SceneKeys : public osgGA::GUIEventHandler
 {
 public:
-    explicit SceneKeys(HapticScene* scene);
+    explicit SceneKeys(HapticEngine* engine);
 
-    /// Adds the handler to the view behind \a adapter, unless it has one for this scene.
-    static void addTo(osgGA::GUIActionAdapter* adapter, HapticScene& scene);
+    /// Adds the handler to the view behind \a adapter, unless it has one for this engine; takes out
+    /// those of engines that are gone.
+    static void addTo(osgGA::GUIActionAdapter* adapter, HapticEngine& engine);
 
+    using osgGA::GUIEventHandler::handle;
     bool handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter& action) override;
     void getUsage(osg::ApplicationUsage& usage) const override;
 
 private:
-    osg::observer_ptr<HapticScene> _scene;
+    osg::observer_ptr<HapticEngine> _engine;
 };
 
 } // namespace osgMidair

@@ -1,6 +1,10 @@
 #include "plugin/engine/SceneOwners.h"
 
+#include "plugin/engine/HapticEngine.h"
+
 #include <osgMidair/HapticScene>
+
+#include <osg/observer_ptr>
 
 #include <algorithm>
 #include <mutex>
@@ -16,6 +20,7 @@ struct Entry
 {
     const osg::Node* root; ///< only compared
     OwnerKind kind;
+    osg::observer_ptr<HapticEngine> engine;
 };
 
 struct Registry
@@ -63,11 +68,13 @@ std::string ownerFrom(const osg::Node& node, bool isRoot, OwnerKind kind)
 
 } // namespace
 
-SceneOwner::SceneOwner(const osg::Node& root, OwnerKind kind) : _root(root), _kind(kind)
+SceneOwner::SceneOwner(const osg::Node& root, OwnerKind kind, HapticEngine& engine) :
+    _root(root),
+    _kind(kind)
 {
     if (kind == OwnerKind::SCENE) return;
     const std::lock_guard<std::mutex> lock(registry().mutex);
-    registry().entries.push_back({&root, kind});
+    registry().entries.push_back({&root, kind, &engine});
 }
 
 SceneOwner::~SceneOwner()
@@ -79,6 +86,17 @@ SceneOwner::~SceneOwner()
                                   [this](const Entry& entry)
                                   { return entry.root == &_root && entry.kind == _kind; });
     if (own != entries.end()) entries.erase(own);
+}
+
+osg::ref_ptr<HapticEngine> engineOwning(const osg::Node& node)
+{
+    osg::ref_ptr<HapticEngine> found; // dies outside the lock
+    const std::lock_guard<std::mutex> lock(registry().mutex);
+    const Entry* best = nullptr;
+    for (const Entry& entry : registry().entries)
+        if (entry.root == &node && (!best || entry.kind > best->kind)) best = &entry;
+    if (best) best->engine.lock(found);
+    return found;
 }
 
 std::string SceneOwner::outer() const

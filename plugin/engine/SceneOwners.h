@@ -1,5 +1,7 @@
 #pragma once
 
+#include <osg/ref_ptr>
+
 #include <string>
 
 namespace osg
@@ -9,6 +11,8 @@ class Node;
 
 namespace osgMidair
 {
+
+class HapticEngine;
 
 /// Kinds of owners that can play the scene below a node. At the same node a later kind takes
 /// precedence.
@@ -23,7 +27,7 @@ enum class OwnerKind
 class SceneOwner
 {
 public:
-    SceneOwner(const osg::Node& root, OwnerKind kind);
+    SceneOwner(const osg::Node& root, OwnerKind kind, HapticEngine& engine);
     ~SceneOwner();
     SceneOwner(const SceneOwner&) = delete;
     SceneOwner& operator=(const SceneOwner&) = delete;
@@ -36,5 +40,10 @@ private:
     const osg::Node& _root; ///< dereferenced only in outer(), which needs it alive
     const OwnerKind _kind;
 };
+
+/// Returns the engine of the device or callback that owns the scene below \a node, of both the
+/// device's; null if there is none, or one that is being deleted. A HapticScene's isn't found here.
+/// From any thread.
+osg::ref_ptr<HapticEngine> engineOwning(const osg::Node& node);
 
 } // namespace osgMidair

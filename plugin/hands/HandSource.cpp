@@ -2,7 +2,11 @@
 
 #include "device/DeviceUri.h"
 #include "engine-bridge/hands/openxr/OpenXrHandSource.h"
+#include "haptics/base/ThrownBy.h"
+#include "plugin/extending/HandSourceRegistry.h"
+#include "plugin/extending/RegisteredNames.h"
 #include "plugin/hands/HandConversion.h"
+#include "plugin/hands/MouseSource.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/RecordedUri.h"
 
@@ -90,6 +94,28 @@ osg::ref_ptr<HandSource> openOpenXr(const std::string& text)
     return new OpenXrHands(options, placement);
 }
 
+/// Returns what stands before the colon of \a uri; empty if there is none.
+std::string schemeOf(const std::string& uri)
+{
+    const std::size_t colon = uri.find(':');
+    return colon == std::string::npos ? "" : uri.substr(0, colon);
+}
+
+/// Opens a source that the application registered. It is the application's code: what it throws is
+/// an error.
+osg::ref_ptr<HandSource>
+openOwn(const HandSourceFactory& make, const std::string& uri, std::string& error)
+{
+    osg::ref_ptr<HandSource> source;
+    std::string why;
+    const std::string thrown =
+        midair::base::thrownBy([&] { source = make(uri.substr(uri.find(':') + 1), why); });
+    if (thrown.empty() && source) return source;
+    if (!thrown.empty()) why = "what makes it has thrown " + thrown;
+    error = "hand source \"" + uri + "\": " + (why.empty() ? "it could not be made" : why);
+    return nullptr;
+}
+
 } // namespace
 
 void InjectedHands::setHands(const std::vector<Hand>& hands)
@@ -121,8 +147,13 @@ osg::ref_ptr<HandSource> openHandSource(const std::string& uri, std::string& err
         if (const auto recorded = RecordedUri::parse(uri))
             return new RecordedHands(recorded->file, recorded->loops);
         if (uri.compare(0, openXr.size(), openXr) == 0) return openOpenXr(uri);
-        error = "hand source \"" + uri +
-                "\" is not known; recorded:FILE, recorded:FILE?loop and openxr: are";
+        if (uri == "mouse" || uri == "mouse:") return new MouseSource;
+        if (const HandSourceFactory own = HandSourceRegistry::find(schemeOf(uri)))
+            return openOwn(own, uri, error);
+        const std::string names = registeredNames("hands");
+        error =
+            "hand source \"" + uri + "\" is not known; recorded:FILE, recorded:FILE?loop" +
+            (names.empty() ? ", mouse: and openxr: are" : ", mouse:, openxr:, " + names + " are");
     }
     catch (const std::runtime_error& wrong) // InputError from recordings, DeviceError from URIs
     {

@@ -1,15 +1,20 @@
 #include "plugin/hands/HandTracker.h"
 
+#include "haptics/base/ThrownBy.h"
 #include "plugin/hands/HandConversion.h"
 #include "plugin/hands/OpeningHands.h"
 
+#include <osgMidair/HapticPoints>
 #include <osgMidair/HapticSurface>
 
 #include <algorithm>
+#include <utility>
 
 namespace osgMidair
 {
 
+using midair::base::Message;
+using midair::base::MessageCode;
 using midair::bridge::HapticObject;
 using midair::bridge::HologramResult;
 using midair::bridge::TouchEvent;
@@ -31,7 +36,50 @@ double relativePressure_Pa(const HologramResult* newest, const std::vector<Hapti
     return largest > 0.0 ? newest->report().level_Pa / largest : 0.0;
 }
 
+/// Returns the pressures that the newest field plays; null if there is no field yet.
+std::shared_ptr<const midair::bridge::PlayedPressure> playedBy(const HologramResult* newest)
+{
+    if (!newest) return nullptr;
+    auto played = std::make_shared<midair::bridge::PlayedPressure>();
+    const bool sounds = newest->playing && newest->achieved_Pa.size() == newest->points.size();
+    if (!sounds) return played;
+    played->positions = newest->points.positions;
+    played->pressure_Pa = newest->achieved_Pa;
+    return played;
+}
+
+/// Returns true for two of the same finger and object.
+bool isSame(const HandTracker::Told& a, const HandTracker::Told& b)
+{
+    return a.object == b.object && a.touch.hand == b.touch.hand && a.touch.finger == b.touch.finger;
+}
+
+void call(TouchCallback& callback, const HandTracker::Told& told)
+{
+    switch (told.kind)
+    {
+    case TouchEvent::ENTER:
+        callback.enter(told.touch);
+        break;
+    case TouchEvent::STAY:
+        callback.stay(told.touch);
+        break;
+    case TouchEvent::LEAVE:
+        callback.leave(told.touch);
+        break;
+    }
+}
+
+TouchCallback* callbackOf(osg::Node* node)
+{
+    if (auto* surface = dynamic_cast<HapticSurface*>(node)) return surface->getTouchCallback();
+    if (auto* points = dynamic_cast<HapticPoints*>(node)) return points->getTouchCallback();
+    return nullptr;
+}
+
 } // namespace
+
+void TouchCallback::stay(const Touch&) {}
 
 std::string HandTracker::setSettings(const std::string& uri, double reach_m, bool shadows)
 {
@@ -45,10 +93,38 @@ std::string HandTracker::setSettings(const std::string& uri, double reach_m, boo
     return error;
 }
 
-std::vector<std::string> HandTracker::takeMessages()
+std::vector<Message> HandTracker::takeMessages()
+{
+    std::vector<Message> messages;
+    if (!_thrown.empty()) messages.push_back(failureOf(std::exchange(_thrown, {})));
+    HandSource* source = active();
+    if (!source) return messages;
+    const std::string thrown = midair::base::thrownBy(
+        [&]
+        {
+            for (std::string& message : source->takeMessages())
+                messages.push_back({MessageCode::HANDS_SOURCE, std::move(message)});
+        });
+    if (!thrown.empty()) messages.push_back(failureOf(thrown));
+    return messages;
+}
+
+Message HandTracker::failureOf(const std::string& thrown) const
+{
+    const std::string name =
+        _source || _uri.empty() ? "the application's hand source" : "hand source \"" + _uri + "\"";
+    return {MessageCode::HANDS_THREW,
+            name + " has thrown " + thrown + ": there are no hands while it does"};
+}
+
+// A source is the application's code: what it throws is told, and isn't thrown out of a frame.
+bool HandTracker::ask(double time_s)
 {
     HandSource* source = active();
-    return source ? source->takeMessages() : std::vector<std::string>();
+    if (!source) return false;
+    bool any = false;
+    _thrown = midair::base::thrownBy([&] { any = source->getHands(time_s, _hands); });
+    return any;
 }
 
 void HandTracker::locate(double time_s,
@@ -65,8 +141,7 @@ void HandTracker::locate(double time_s,
     _frame.time_s = time_s;
     _frame.hands.clear();
     around.hands.clear();
-    HandSource* source = active();
-    if (!source || !source->getHands(time_s, _hands)) return;
+    if (!ask(time_s)) return;
     for (const Hand& hand : _hands)
         _frame.hands.push_back(toBridge(hand));
     _frame = midair::bridge::transformed(_frame, worldToArray);
@@ -86,41 +161,74 @@ void HandTracker::touch(const std::vector<HapticObject>& objects, const Hologram
         return;
     }
     _proximity.setRelativePressure(relativePressure_Pa(newest, objects));
+    _proximity.setPlayed(playedBy(newest));
     _proximity.update(_touchable, _frame, _frame.time_s);
 }
 
-void HandTracker::tell(const std::function<osg::Node*(std::uint64_t)>& nodeOf,
-                       const Eigen::Affine3d& arrayToScene)
+std::vector<HandTracker::Told>
+HandTracker::gather(const std::function<osg::Node*(std::uint64_t)>& nodeOf,
+                    const Eigen::Affine3d& arrayToScene)
 {
-    if (_proximity.events().empty()) return;
-    const std::vector<TouchEvent> events =
-        _proximity.events(); // a copy, as a callback may start another update
-    for (const TouchEvent& event : events)
+    std::vector<Told> all;
+    const auto add = [&](const TouchEvent& event)
     {
-        Touch touch;
-        const osg::ref_ptr<osg::Node> node = nodeOf(event.object);
-        touch.node = node;
+        Told& told = all.emplace_back();
+        told.kind = event.kind;
+        told.object = event.object;
+        told.node = nodeOf(event.object);
+        Touch& touch = told.touch;
+        touch.node = told.node;
         touch.path = event.path;
         touch.hand = event.contact.hand;
+        touch.finger = static_cast<Touch::Finger>(event.contact.finger);
         touch.bone = midair::bridge::boneName(event.contact.bone);
         touch.time = event.time_s;
         touch.position =
             midair::bridge::toOsg(Eigen::Vector3d(arrayToScene * event.contact.position));
         touch.distance = event.contact.distance_m;
+        touch.depth = std::max(0.0, -event.contact.distance_m);
         touch.area = event.contact.overlap_m2;
         touch.force = event.contact.force_N;
-        auto* surface = dynamic_cast<HapticSurface*>(node.get());
-        for (TouchCallback* callback :
-             {surface ? surface->getTouchCallback() : nullptr, _callback.get()})
+    };
+    for (const TouchEvent& event : _proximity.ongoing())
+        add(event);
+    for (const TouchEvent& event : _proximity.events())
+        add(event);
+    for (const Told& told : all)
+    {
+        const auto known = std::find_if(
+            _current.begin(), _current.end(), [&](const Told& one) { return isSame(one, told); });
+        if (known != _current.end()) _current.erase(known);
+        if (told.kind != TouchEvent::LEAVE) _current.push_back(told);
+    }
+    for (Told& one : _current)
+        one.node = nullptr; // kept alive by the caller alone, while it tells
+    return all;
+}
+
+std::vector<Touch> HandTracker::current() const
+{
+    std::vector<Touch> touches;
+    for (const Told& one : _current)
+        touches.push_back(one.touch);
+    return touches;
+}
+
+std::vector<Message> HandTracker::tell(const std::vector<Told>& all)
+{
+    std::vector<Message> messages;
+    for (const Told& told : all)
+        for (TouchCallback* callback : {callbackOf(told.node), _callback.get()})
         {
             if (!callback) continue;
             const osg::ref_ptr<TouchCallback> keep = callback;
-            if (event.kind == TouchEvent::ENTER)
-                callback->enter(touch);
-            else
-                callback->leave(touch);
+            const std::string thrown = midair::base::thrownBy([&] { call(*keep, told); });
+            if (!thrown.empty())
+                messages.push_back(midair::base::about(MessageCode::CALLBACK_THREW,
+                                                       told.touch.path,
+                                                       "its touch callback has thrown " + thrown));
         }
-    }
+    return messages;
 }
 
 int HandTracker::touching() const

@@ -3,6 +3,7 @@
 #include "engine-bridge/hands/HandProximity.h"
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "engine-bridge/pipeline/SceneSnapshot.h"
+#include "haptics/base/text/MessageLog.h"
 
 #include <osgMidair/HandSource>
 #include <osgMidair/TouchCallback>
@@ -38,7 +39,7 @@ public:
     const std::string& uri() const { return _uri; }
 
     /// Returns the messages of the source since the last call.
-    std::vector<std::string> takeMessages();
+    std::vector<midair::base::Message> takeMessages();
 
     /// Fills \a around with the hands at \a time_s and the obstacles, in the array frame. \a
     /// worldToArray: transform from the world in metres to the array.
@@ -54,13 +55,30 @@ public:
     /// Returns the source in use; null: none.
     HandSource* active() const { return _source ? _source.get() : _namedSource.get(); }
 
-    bool hasEvents() const { return !_proximity.events().empty(); }
+    /// Returns true if gather() has something to do.
+    bool hasEvents() const { return !_proximity.events().empty() || !_proximity.ongoing().empty(); }
 
-    /// Calls the callbacks. These may do anything with the scene, so call it last. \a nodeOf
-    /// returns the node of an object or null. \a arrayToScene: transform from the array to the
-    /// world in scene units.
-    void tell(const std::function<osg::Node*(std::uint64_t)>& nodeOf,
-              const Eigen::Affine3d& arrayToScene);
+    /// A touch that begins, goes on or ends.
+    struct Told
+    {
+        midair::bridge::TouchEvent::Kind kind = midair::bridge::TouchEvent::ENTER;
+        std::uint64_t object = 0;
+        osg::ref_ptr<osg::Node> node; ///< keeps that of the touch
+        Touch touch;
+    };
+
+    /// Returns what is to be told of the last touch(), and keeps current(). \a nodeOf returns the
+    /// node of an object or null. \a arrayToScene: transform from the array to the world in scene
+    /// units.
+    std::vector<Told> gather(const std::function<osg::Node*(std::uint64_t)>& nodeOf,
+                             const Eigen::Affine3d& arrayToScene);
+
+    /// The touches that have begun and not ended, by the last gather().
+    std::vector<Touch> current() const;
+
+    /// Calls the callbacks. These may do anything with the scene, so call it last. Returns what
+    /// they have thrown.
+    std::vector<midair::base::Message> tell(const std::vector<Told>& all);
 
     /// The hands, and their contacts with objects that have touch events on; array frame.
     const midair::bridge::HandFrame& frame() const { return _frame; }
@@ -73,9 +91,13 @@ public:
     int touching() const;
 
 private:
+    bool ask(double time_s);
+    midair::base::Message failureOf(const std::string& thrown) const;
+
     osg::ref_ptr<HandSource> _source;      ///< set by the application
     osg::ref_ptr<HandSource> _namedSource; ///< named by the settings
     std::string _uri;
+    std::string _thrown; ///< by the source, in words; empty: nothing
     double _reach_m = 0.0;
     bool _shadows = false;
     osg::ref_ptr<TouchCallback> _callback;
@@ -84,6 +106,7 @@ private:
     std::vector<Hand> _hands;
     midair::bridge::HandFrame _frame; ///< array frame
     midair::bridge::HandProximity _proximity;
+    std::vector<Told> _current;                           ///< begun and not ended
     std::vector<midair::bridge::HapticObject> _touchable; ///< objects with touch events on
 };
 

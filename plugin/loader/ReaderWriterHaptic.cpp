@@ -1,8 +1,12 @@
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/Units.h"
+#include "haptics/base/text/NearestWord.h"
+#include "haptics/base/text/Quantity.h"
+#include "plugin/extending/RegisteredNames.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/Grants.h"
+#include "plugin/settings/NameBeside.h"
 #include "plugin/settings/UserOptions.h"
 
 #include <osgMidair/HapticDevice>
@@ -29,6 +33,9 @@ namespace
 
 constexpr std::size_t kMostSettingsBytes = 1 << 20;
 
+/// Options that place a model.
+const char* const kPlacing[] = {"size", "position", "rotation", "overlays"};
+
 /// Options of MODEL.haptic and FILE.haptic.
 struct LoaderOptions
 {
@@ -45,16 +52,20 @@ struct LoaderOptions
     bool forDevice = false;
 
     /// Parses options; warns about those that aren't understood, naming \a where they came from.
-    void parse(const std::string& text, const std::string& where);
+    /// What may concern safety silences the scene. \a isOwnFile: nobody else's options are among
+    /// them.
+    void parse(const std::string& text, const std::string& where, bool isOwnFile = false);
 
 private:
+    static bool standsAlone(const std::string& word, bool isOwnFile, std::string& error);
+    static bool isUnknown(const std::string& name, bool isOwnFile, std::string& error);
     bool setOwn(const std::string& name, const std::string& value, std::string& error);
 };
 
 bool LoaderOptions::setOwn(const std::string& name, const std::string& value, std::string& error)
 {
     if (forDevice &&
-        (name == "size" || name == "position" || name == "rotation" || name == "overlays"))
+        std::find(std::begin(kPlacing), std::end(kPlacing), name) != std::end(kPlacing))
     {
         error = name +
                 " is for MODEL.haptic and is not used here: a viewer's scene is felt where it "
@@ -63,7 +74,7 @@ bool LoaderOptions::setOwn(const std::string& name, const std::string& value, st
     }
     if (name == "size")
     {
-        isSizeSet = parseNumbers(value, &size_m, 1) && size_m > 0.0;
+        isSizeSet = midair::base::parseQuantity(value, "m", size_m) && size_m > 0.0;
         if (!isSizeSet)
         {
             size_m = 0.0;
@@ -73,38 +84,69 @@ bool LoaderOptions::setOwn(const std::string& name, const std::string& value, st
     }
     if (name == "overlays")
     {
-        overlays = value == "true";
-        if (!overlays && value != "false")
+        if (!midair::base::parseYesNo(value, overlays))
             error = "overlays is \"" + value + "\", should be true or false";
         return true;
     }
     if (name != "position" && name != "rotation") return false;
-    if (!parseNumbers(value, (name == "position" ? position : rotation_deg).ptr(), 3))
+    const bool isPlace = name == "position";
+    if (!parseNumbers(value, (isPlace ? position : rotation_deg).ptr(), 3, isPlace ? "m" : "deg"))
         error = name + " is \"" + value + "\", should be three numbers";
     return true;
 }
 
-void LoaderOptions::parse(const std::string& text, const std::string& where)
+void LoaderOptions::parse(const std::string& text, const std::string& where, bool isOwnFile)
 {
     forEachAssignment(text,
-                      [this, &where](const std::string& name, const std::string& value)
+                      [this, &where, isOwnFile](const std::string& name, const std::string& value)
                       {
                           std::string error;
-                          if (name.empty()) // else it may be a flag of another plugin
-                              error = cutListWarning(value);
+                          bool isUnclear = false;
+                          if (name.empty())
+                              isUnclear = standsAlone(value, isOwnFile, error);
                           else if (setOwn(name, value, error))
                               ;
                           // "enabled" is a name in both tables; here it means the array.
                           else if (sceneSettings().find(name))
-                              settings.set(name, value, error);
+                              isUnclear = !settings.set(name, value, error) &&
+                                          sceneSettings().concernsSafety(name);
                           else if (surfaceProperties().find(name))
                               property.set(name, value, error);
                           else
-                              error = "unknown option \"" + name + "\"";
-                          if (!error.empty())
-                              OSG_WARN << "osgMidair: " << printable(where + ": " + error)
-                                       << std::endl;
+                              isUnclear = isUnknown(name, isOwnFile, error);
+                          if (error.empty()) return;
+                          if (isUnclear) settings.isSilenced = true;
+                          error = printable(where + ": " + error);
+                          if (isUnclear) settings.whySilenced.push_back(error);
+                          OSG_WARN << "osgMidair: " << error << std::endl;
                       });
+}
+
+// Options may be another plugin's; a file of settings is the kit's alone.
+bool LoaderOptions::standsAlone(const std::string& word, bool isOwnFile, std::string& error)
+{
+    error = cutListWarning(word);
+    // "maxPressure 800" comes as one, too.
+    const std::string first = word.substr(0, word.find(' '));
+    const Setting<HapticSettings>* row = sceneSettings().find(first);
+    const bool isSafety = isOwnFile || (row && row->isSafety) || first == "pressure";
+    if (!error.empty() || !isSafety) return isSafety;
+    error = "\"" + word + "\" stands alone, should be name=value; nothing is played";
+    return true;
+}
+
+bool LoaderOptions::isUnknown(const std::string& name, bool isOwnFile, std::string& error)
+{
+    std::vector<std::string> names = sceneSettings().names();
+    for (const std::string& property : surfaceProperties().names())
+        names.push_back(property);
+    names.insert(names.end(), std::begin(kPlacing), std::end(kPlacing));
+    const bool isUnclear = sceneSettings().concernsSafety(name) ||
+                           surfaceProperties().concernsSafety(name) ||
+                           (isOwnFile && midair::base::nearestWords(name, names).empty());
+    error = "unknown option \"" + name + "\"" + midair::base::didYouMean(name, names) +
+            (isUnclear ? "; nothing is played" : "");
+    return isUnclear;
 }
 
 /// Returns \a model scaled and placed as the options say.
@@ -146,8 +188,9 @@ public:
     {
         supportsExtension("haptic", "Mid-air haptics: MODEL.EXT.haptic, or settings for --device");
         supportsOption("size=<metres>",
-                       "largest extent of the model, which is centred (default: as it is)");
-        supportsOption("position=<x y z>", "metres (default 0 0 0)");
+                       "largest extent of the model, which is centred, or with its unit: 8 cm "
+                       "(default: as it is)");
+        supportsOption("position=<x y z>", "metres, or with a unit: 0 0 12 cm (default 0 0 0)");
         supportsOption("rotation=<x y z>", "degrees about x, then y, then z (default 0 0 0)");
         supportsOption("overlays=<true/false>",
                        "show points, field and figures (default false; F7 in a viewer)");
@@ -155,6 +198,18 @@ public:
             if (name != "enabled") supportsOption(name + "=", help);
         for (const auto& [name, help] : HapticSettings::describe())
             supportsOption(name + "=", help);
+    }
+
+    /// With the names that the program has registered by now.
+    const FormatDescriptionMap& supportedOptions() const override
+    {
+        _options = _supportedOptions;
+        for (const char* name : {"solver", "device", "hands"})
+        {
+            const std::string own = registeredNames(name);
+            if (!own.empty()) _options[std::string(name) + "="] += "; registered: " + own;
+        }
+        return _options;
     }
 
     const char* className() const override { return "Mid-air haptics pseudo-loader"; }
@@ -174,7 +229,8 @@ public:
         }
         LoaderOptions loader;
         loader.forDevice = true;
-        loader.parse(text, file);
+        loader.parse(text, file, true);
+        lookBeside(osgDB::getFilePath(file), loader.settings);
         if (options) loader.parse(options->getOptionString(), file);
         if (options && options->getOptionString() != userOptions())
             makeWishes(loader.settings, osgDB::getFilePath(file));
@@ -208,6 +264,8 @@ public:
     }
 
 private:
+    mutable FormatDescriptionMap _options; ///< of the last supportedOptions()
+
     /// Returns the path of the file if it exists; empty for MODEL.EXT.haptic.
     std::string settingsFile(const std::string& fileName, const osgDB::Options* options) const
     {

@@ -1,4 +1,5 @@
 #include "plugin/engine/HapticEngine.h"
+#include "plugin/engine/SceneKeys.h"
 
 #include <osgMidair/HapticCallback>
 
@@ -13,18 +14,64 @@ HapticCallback::~HapticCallback() = default;
 
 void HapticCallback::operator()(osg::Node* node, osg::NodeVisitor* visitor)
 {
-    if (osgGA::EventVisitor* event = visitor->asEventVisitor())
+    osgGA::EventVisitor* event = visitor->asEventVisitor();
+    const bool isUpdate = visitor->getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR;
+    osg::ref_ptr<HapticEngine> engine = this->engine();
+    if ((event || isUpdate) && (!engine || engine->root() != node))
     {
-        if (!_engine || _engine->root() != node)
-            _engine = new HapticEngine(*node, _settings, OwnerKind::CALLBACK);
-        _engine->follow(event->getActionAdapter());
+        engine = new HapticEngine(*node, _settings, OwnerKind::CALLBACK);
+        engine->setDeviceCallback(_deviceCallback);
+        const std::lock_guard<std::mutex> lock(_mutex);
+        if (_engine) _muted = _engine->isMuted();
+        engine->setMuted(_muted);
+        _engine.swap(engine); // the old one dies outside the lock
     }
+    engine = this->engine();
+    if (event && engine->follow(event->getActionAdapter()))
+        SceneKeys::addTo(event->getActionAdapter(), *engine);
+    if (osgGA::GUIActionAdapter* view = isUpdate ? engine->followAbove(*node) : nullptr)
+        SceneKeys::addTo(view, *engine);
     traverse(node, visitor);
+}
+
+// The engine is replaced when another node is played, while any thread may ask for it.
+osg::ref_ptr<HapticEngine> HapticCallback::engine() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return _engine;
+}
+
+void HapticCallback::setDeviceCallback(DeviceCallback* callback)
+{
+    _deviceCallback = callback;
+    const osg::ref_ptr<HapticEngine> engine = this->engine();
+    if (engine) engine->setDeviceCallback(callback);
+}
+
+void HapticCallback::setMuted(bool muted)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _muted = muted;
+    if (_engine) _engine->setMuted(muted);
+}
+
+// A key mutes the engine alone.
+bool HapticCallback::getMuted() const
+{
+    const osg::ref_ptr<HapticEngine> engine = this->engine();
+    return engine ? engine->isMuted() : _muted.load();
 }
 
 HapticStatistics HapticCallback::getStatistics() const
 {
-    return _engine ? _engine->statistics() : HapticStatistics();
+    const osg::ref_ptr<HapticEngine> engine = this->engine();
+    return engine ? engine->statistics() : HapticStatistics();
+}
+
+osg::ref_ptr<const HapticField> HapticCallback::getField() const
+{
+    const osg::ref_ptr<HapticEngine> engine = this->engine();
+    return engine ? engine->field() : nullptr;
 }
 
 } // namespace osgMidair

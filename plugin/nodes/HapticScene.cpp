@@ -1,6 +1,7 @@
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneKeys.h"
 #include "plugin/hands/HandTracker.h"
+#include "plugin/settings/PropertyChanges.h"
 #include "plugin/settings/UserOptions.h"
 
 #include <osgMidair/HapticScene>
@@ -14,6 +15,7 @@ namespace osgMidair
 HapticScene::HapticScene() : _engine(new HapticEngine(*this, _settings, OwnerKind::SCENE))
 {
     setNumChildrenRequiringEventTraversal(1);
+    setNumChildrenRequiringUpdateTraversal(1); // for loops without event traversal
 }
 
 HapticScene::HapticScene(const HapticScene& other, const osg::CopyOp& copyop) :
@@ -24,8 +26,10 @@ HapticScene::HapticScene(const HapticScene& other, const osg::CopyOp& copyop) :
     _engine->hands().setSource(other.getHandSource());
     _engine->hands().setCallback(other.getTouchCallback());
     _engine->hands().setObstacles(other.getObstacles());
-    // The base class doesn't copy this count.
+    _engine->setDeviceCallback(other.getDeviceCallback());
+    // The base class doesn't copy these counts.
     setNumChildrenRequiringEventTraversal(getNumChildrenRequiringEventTraversal() + 1);
+    setNumChildrenRequiringUpdateTraversal(getNumChildrenRequiringUpdateTraversal() + 1);
 }
 
 HapticScene::~HapticScene() = default;
@@ -50,7 +54,14 @@ void HapticScene::traverse(osg::NodeVisitor& visitor)
     if (visitor.getVisitorType() == osg::NodeVisitor::EVENT_VISITOR)
         if (osgGA::EventVisitor* event = visitor.asEventVisitor())
             if (_engine->follow(event->getActionAdapter()))
-                SceneKeys::addTo(event->getActionAdapter(), *this);
+                SceneKeys::addTo(event->getActionAdapter(), *_engine);
+    if (visitor.getVisitorType() == osg::NodeVisitor::UPDATE_VISITOR)
+    {
+        if (osgGA::GUIActionAdapter* view = _engine->followAbove(*this))
+            SceneKeys::addTo(view, *_engine);
+        // This node alone may have asked for the traversal; a large scene need not be looked at.
+        if (getNumChildrenRequiringUpdateTraversal() <= 1) return;
+    }
     osg::Group::traverse(visitor);
 }
 
@@ -88,6 +99,52 @@ TouchCallback* HapticScene::getTouchCallback() const
     return _engine->hands().callback();
 }
 
+std::vector<Touch> HapticScene::getTouches() const
+{
+    return _engine->touches();
+}
+
+void HapticScene::setDeviceCallback(DeviceCallback* callback)
+{
+    _engine->setDeviceCallback(callback);
+}
+
+DeviceCallback* HapticScene::getDeviceCallback() const
+{
+    return _engine->deviceCallback();
+}
+
+void HapticScene::setMuted(bool muted)
+{
+    _engine->setMuted(muted);
+    notePropertyChange(); // for a scene around this one
+}
+
+bool HapticScene::getMuted() const
+{
+    return _engine->isMuted();
+}
+
+void HapticScene::setRehearsed(bool rehearsed)
+{
+    _engine->setRehearsed(rehearsed);
+}
+
+bool HapticScene::getRehearsed() const
+{
+    return _engine->isRehearsed();
+}
+
+HapticSettings HapticScene::getGrantedSettings() const
+{
+    return _engine->grantedSettings();
+}
+
+std::vector<FoundObject> HapticScene::getFoundObjects() const
+{
+    return _engine->found();
+}
+
 void HapticScene::setObstacles(const std::vector<Obstacle>& obstacles)
 {
     _engine->lookNext();
@@ -112,6 +169,11 @@ void HapticScene::silence()
 HapticStatistics HapticScene::getStatistics() const
 {
     return _engine->statistics();
+}
+
+osg::ref_ptr<const HapticField> HapticScene::getField() const
+{
+    return _engine->field();
 }
 
 } // namespace osgMidair

@@ -3,14 +3,17 @@
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
 #include "plugin/overlays/drawing/PixelDrawing.h"
+#include "plugin/overlays/hud/HudRoom.h"
 
 #include <osgMidair/HandsOverlay>
 
 #include <osg/Geometry>
 #include <osgGA/GUIEventAdapter>
 #include <osgText/Text>
+#include <osgUtil/CullVisitor>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -30,6 +33,9 @@ const OverlayRegistration kRegistration({7,
                                          makeOverlay<HandsOverlay>});
 
 constexpr double kFade_s = 0.5; ///< time in which a ring fades after its touch has ended
+/// Height of a label in units of hudScale(), however near the hand is: ten fingers have one each.
+constexpr float kLabel = 11.0F;
+const osg::Vec4 kLabelEdge(0.05F, 0.06F, 0.08F, 1.0F); ///< to be read on anything
 const osg::Vec3f kSkin(0.86F, 0.82F, 0.78F);
 const osg::Vec3f kTouching(1.00F, 0.62F, 0.22F);
 
@@ -135,6 +141,7 @@ public:
     {
         std::uint64_t object = 0;
         int hand = 0;
+        int finger = 0;
         int bone = 0;
         osg::Vec3 place;
         double radius_m = 0.0;
@@ -150,6 +157,8 @@ public:
                   double time_s) override;
 
     int bones = 0; ///< number drawn
+    /// hudScale() of the view that was culled last, perhaps in another thread
+    std::atomic<float> unit_pixels{1.0F};
     std::vector<Mark> marks;
     osg::ref_ptr<osg::Geometry> capsules;
     osg::ref_ptr<osg::Geometry> rings;
@@ -185,6 +194,15 @@ HandsOverlay::HandsOverlay() :
 
 HandsOverlay::~HandsOverlay() = default;
 
+void HandsOverlay::traverse(osg::NodeVisitor& visitor)
+{
+    osgUtil::CullVisitor* cull = visitor.asCullVisitor();
+    const osg::Viewport* viewport = cull ? cull->getViewport() : nullptr;
+    if (viewport)
+        _part.unit_pixels = static_cast<float>(hudScale(viewport->width(), viewport->height()));
+    Overlay::traverse(visitor);
+}
+
 int HandsOverlay::getNumBones() const
 {
     return _part.bones;
@@ -210,18 +228,24 @@ void HandsOverlay::Part::setHands(const std::vector<midair::bridge::HandCapsule>
         if (!contact.touching) continue;
         auto mark = std::find_if(marks.begin(),
                                  marks.end(),
-                                 [&](const Mark& m)
-                                 { return m.object == contact.object && m.hand == contact.hand; });
+                                 [&](const Mark& m) {
+                                     return m.object == contact.object && m.hand == contact.hand &&
+                                            m.finger == contact.finger;
+                                 });
         if (mark == marks.end())
         {
             mark = marks.emplace(marks.end());
-            mark->label = pixels::text("", {}, 0.010F, osg::Vec4(kTouching, 1.0F));
+            mark->label = pixels::text("", {}, kLabel, osg::Vec4(kTouching, 1.0F));
+            mark->label->setCharacterSizeMode(osgText::TextBase::SCREEN_COORDS);
             mark->label->setAxisAlignment(osgText::TextBase::SCREEN);
+            mark->label->setBackdropType(osgText::Text::OUTLINE);
+            mark->label->setBackdropColor(kLabelEdge);
             drawTranslucent(*mark->label, POINT_BIN);
             _owner.addChild(mark->label);
         }
         mark->object = contact.object;
         mark->hand = contact.hand;
+        mark->finger = contact.finger;
         mark->bone = contact.bone;
         mark->place = osgVec(contact.position);
         mark->radius_m = std::clamp(std::sqrt(contact.overlap_m2 / midair::base::kPi), 3e-3, 15e-3);
@@ -310,6 +334,8 @@ void HandsOverlay::Part::drawMarks(double time_s)
             mark.label->setText(label, osgText::String::ENCODING_UTF8);
         mark.label->setPosition(mark.place + osg::Vec3(radius + 2e-3F, 0.0F, radius));
         mark.label->setColor(osg::Vec4(kTouching, opacity));
+        const float height = kLabel * unit_pixels;
+        if (mark.label->getCharacterHeight() != height) mark.label->setCharacterSize(height);
     }
     vertices.dirty();
     radii.dirty();

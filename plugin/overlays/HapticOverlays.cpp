@@ -1,14 +1,17 @@
+#include "haptics/base/text/Number.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
+#include "plugin/overlays/HudPart.h"
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 
 #include <osgMidair/HapticOverlays>
-#include <osgMidair/HapticScene>
 
 #include <osg/Transform>
+#include <osgGA/EventVisitor>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include <fmt/format.h>
@@ -46,6 +49,7 @@ HapticOverlays::HapticOverlays() :
     _hands = part<HandsOverlay>();
     _hud->setFieldSlice(_slice);
     _hud->setFieldVolume(_volume);
+    _banner = new HudBanner(_hud);
 
     std::vector<Part> layers = _parts;
     std::stable_sort(layers.begin(),
@@ -56,7 +60,10 @@ HapticOverlays::HapticOverlays() :
     for (const Part& each : layers)
         (each.kind->layer == 0 ? static_cast<osg::Group*>(this) : _frame.get())
             ->addChild(each.overlay);
-    addEventCallback(new OverlayKeys(this));
+    addChild(_banner);
+    // The keys are handled in traverse(): an event callback would be saved in files, and displace
+    // the one of the overlays that are read from them.
+    setNumChildrenRequiringEventTraversal(getNumChildrenRequiringEventTraversal() + 1);
     setNumChildrenRequiringUpdateTraversal(getNumChildrenRequiringUpdateTraversal() + 1);
 }
 
@@ -95,6 +102,40 @@ bool HapticOverlays::setNumber(const std::string& name, double value)
     return false;
 }
 
+std::vector<OverlayDescription> HapticOverlays::describe()
+{
+    std::vector<OverlayDescription> all;
+    for (const auto& [place, kind] : overlayKinds())
+    {
+        OverlayDescription& one = all.emplace_back();
+        one.name = kind.name;
+        one.word = kind.word;
+        one.help = kind.what;
+        one.key = kind.keyName();
+        if (kind.numbers.empty()) continue;
+        const osg::ref_ptr<Overlay> fresh = kind.make(); // has the defaults
+        for (const OverlayNumber& number : kind.numbers)
+        {
+            SettingDescription& said = one.numbers.emplace_back();
+            said.name = number.name;
+            said.help = number.help;
+            said.values = number.numbers();
+            said.unit = number.unit;
+            said.initial = midair::base::shortNumber(number.get(*fresh));
+            said.summary = said.help + " (" + said.values + "; default " + said.initial + ")";
+            said.low = number.range.low;
+            said.high = number.range.high;
+        }
+    }
+    return all;
+}
+
+void HapticOverlays::setShowAll(bool shown)
+{
+    for (const Part& each : _parts)
+        each.overlay->setShown(shown);
+}
+
 bool HapticOverlays::hasKey(int key)
 {
     const auto& kinds = overlayKinds();
@@ -131,41 +172,42 @@ void OverlayFeed::setArray(const std::shared_ptr<const midair::haptics::Transduc
         OverlayPart::of(*each.overlay).setArray(array, medium);
 }
 
-std::shared_ptr<const midair::bridge::HologramResult> OverlayFeed::follow(const osg::NodePath& path)
+std::shared_ptr<const midair::bridge::HologramResult>
+OverlayFeed::follow(const HapticEngine& engine, const osg::NodePath& path)
 {
-    HapticScene* scene = nullptr; // the outermost one, which plays those inside it
-    for (osg::Node* node : path)
-        if (!scene) scene = dynamic_cast<HapticScene*>(node);
-    if (!scene) return _shown;
-    const auto array = SceneAccess::array(*scene);
-    const midair::haptics::Medium medium = SceneAccess::medium(*scene);
+    const HapticSettings& settings = engine.settings();
+    const auto array = engine.array();
+    const midair::haptics::Medium medium = engine.medium();
     if (array && (array != _array || !_medium || !(*_medium == medium)))
     {
         _array = array;
         _medium = medium;
         setArray(array, medium);
-        const std::string of = scene->getName().empty() ? "" : scene->getName() + " in ";
-        _overlays.getHud()->setTitle(
-            fmt::format("{}{} ({} transducers)", of, scene->getArray(), array->size()));
+        const osg::ref_ptr<osg::Node> root = engine.root();
+        const std::string of = !root || root->getName().empty() ? "" : root->getName() + " in ";
+        const std::string& name = settings.array.empty() ? array->name : settings.array;
+        _overlays.getHud()->setTitle(fmt::format("{}{} ({} transducers)", of, name, array->size()));
     }
-    const double unitsPerMetre = 1.0 / scene->getMetresPerUnit();
-    _overlays.setArrayToParent(osg::Matrix::inverse(scene->getCalibration()) *
-                               osg::Matrix::scale(unitsPerMetre, unitsPerMetre, unitsPerMetre) *
-                               osg::computeWorldToLocal(path));
+    // With a length that is none nothing is played, and the pictures stay where they are.
+    const double unitsPerMetre = 1.0 / settings.metresPerUnit;
+    if (unitsPerMetre > 0.0 && std::isfinite(unitsPerMetre))
+        _overlays.setArrayToParent(osg::Matrix::inverse(settings.calibration) *
+                                   osg::Matrix::scale(unitsPerMetre, unitsPerMetre, unitsPerMetre) *
+                                   osg::computeWorldToLocal(path));
     if (_overlays.getHands()->isShown())
     {
-        const HandTracker& tracker = SceneAccess::engine(*scene).hands();
+        const HandTracker& tracker = engine.hands();
         OverlayPart::of(*_overlays.getHands())
             .setHands(midair::bridge::handCapsules(tracker.frame()),
                       tracker.contacts(),
                       tracker.frame().time_s);
     }
-    return SceneAccess::latestResult(*scene);
+    return engine.latestResult();
 }
 
 void OverlayFeed::show(const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
-    if (!result) return;
+    if (!result || _overlays.getHud()->getPlain()) return;
     if (result != _shown) _shownMask = 0;
     _shown = result;
     unsigned int bit = 1;
@@ -182,9 +224,38 @@ void OverlayFeed::show(const std::shared_ptr<const midair::bridge::HologramResul
     }
 }
 
-void OverlayFeed::update(const osg::NodePath& path)
+void OverlayFeed::update(const osg::NodePath& path, double time_s)
 {
-    show(follow(path));
+    const osg::ref_ptr<HapticEngine> engine = SceneAccess::playing(path);
+    show(engine ? follow(*engine, path) : _shown);
+    HudPart::of(*_overlays.getHud()).update(_overlays, engine, time_s);
+}
+
+void HapticOverlays::handleKeys(osg::NodeVisitor& visitor)
+{
+    osgGA::EventVisitor* events = visitor.asEventVisitor();
+    if (!events) return;
+    for (const auto& event : events->getEvents())
+    {
+        osgGA::GUIEventAdapter* given = event->asGUIEventAdapter();
+        const bool isKey = given && given->getEventType() == Keys::KEYDOWN;
+        if (isKey && press(given->getKey())) given->setHandled(true);
+    }
+}
+
+bool HapticOverlays::press(int key)
+{
+    if (!hasKey(key) || _hud->getPlain()) return false;
+    HudPart::of(*_hud).noteKey();
+    for (const Part& each : _parts)
+        if (each.kind->key == key)
+        {
+            each.overlay->setShown(!each.overlay->isShown());
+            return true;
+        }
+    setShowAll(std::none_of(
+        _parts.begin(), _parts.end(), [](const Part& each) { return each.overlay->isShown(); }));
+    return true;
 }
 
 void HapticOverlays::traverse(osg::NodeVisitor& visitor)
@@ -192,11 +263,17 @@ void HapticOverlays::traverse(osg::NodeVisitor& visitor)
     switch (visitor.getVisitorType())
     {
     case osg::NodeVisitor::UPDATE_VISITOR:
-        _feed->update(visitor.getNodePath());
+        _feed->update(visitor.getNodePath(),
+                      visitor.getFrameStamp() ? visitor.getFrameStamp()->getSimulationTime()
+                                              : -1.0);
         break;
     case osg::NodeVisitor::EVENT_VISITOR:
-    case osg::NodeVisitor::CULL_VISITOR:
+        handleKeys(visitor);
         break;
+    case osg::NodeVisitor::CULL_VISITOR:
+        if (!_hud->getPlain()) break;
+        _banner->accept(visitor);
+        return;
     default:
         return;
     }
@@ -208,22 +285,8 @@ OverlayKeys::OverlayKeys(HapticOverlays* overlays) : _overlays(overlays) {}
 bool OverlayKeys::handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter& /*action*/)
 {
     osg::ref_ptr<HapticOverlays> overlays;
-    if (event.getEventType() != osgGA::GUIEventAdapter::KEYDOWN || !_overlays.lock(overlays))
-        return false;
-    const auto& all = overlays->_parts;
-    const int key = event.getKey();
-    for (const auto& each : all)
-        if (each.kind->key == key)
-        {
-            each.overlay->setShown(!each.overlay->isShown());
-            return true;
-        }
-    if (key != Keys::KEY_F7) return false;
-    const bool anyShown = std::any_of(
-        all.begin(), all.end(), [](const auto& each) { return each.overlay->isShown(); });
-    for (const auto& each : all)
-        each.overlay->setShown(!anyShown);
-    return true;
+    return event.getEventType() == Keys::KEYDOWN && !event.getHandled() &&
+           _overlays.lock(overlays) && overlays->press(event.getKey());
 }
 
 void OverlayKeys::getUsage(osg::ApplicationUsage& usage) const

@@ -2,6 +2,7 @@
 
 #include "haptics/base/settings/Setting.h"
 
+#include <osgMidair/Export>
 #include <osgMidair/Overlay>
 
 #include <map>
@@ -41,7 +42,7 @@ OverlayNumber overlayNumber(const char* name,
 }
 
 /// A kind of overlay; every HapticOverlays has one overlay of each kind.
-struct OverlayKind
+struct OSGMIDAIR_EXPORT OverlayKind
 {
     /// Position in files, 1 .. kMostKinds; it must never change. In .osgb the kinds up to
     /// kFirstKinds have a byte each; later ones share the last of these bytes, with a bit each.
@@ -62,12 +63,12 @@ struct OverlayKind
 };
 
 /// Returns all kinds by their place.
-const std::map<int, OverlayKind>& overlayKinds();
+OSGMIDAIR_EXPORT const std::map<int, OverlayKind>& overlayKinds();
 
 /// Registers a kind of overlay: define a static object of this class in the overlay's source. A
 /// kind whose place, name, word or key is taken, or whose key is F7 (all) or F8 (mute), is refused
 /// with a message.
-class OverlayRegistration
+class OSGMIDAIR_EXPORT OverlayRegistration
 {
 public:
     explicit OverlayRegistration(const OverlayKind& kind);

@@ -17,6 +17,7 @@
 namespace osgMidair
 {
 
+class HapticEngine;
 class HapticOverlays;
 class Overlay;
 
@@ -47,8 +48,9 @@ public:
                           double time_s);
 };
 
-/// Implementation of HapticOverlays: passes what the outermost HapticScene above it plays to its
-/// overlays. All functions are called on the thread of the update traversal.
+/// Implementation of HapticOverlays: passes what the outermost owner above it (HapticScene,
+/// HapticCallback or HapticDevice) plays to its overlays. All functions are called on the thread of
+/// the update traversal.
 class OSGMIDAIR_EXPORT OverlayFeed
 {
 public:
@@ -64,13 +66,15 @@ public:
     /// nothing.
     void show(const std::shared_ptr<const midair::bridge::HologramResult>& result);
 
-    /// Updates the HapticOverlays at the end of \a path; once per frame.
-    void update(const osg::NodePath& path);
+    /// Updates the HapticOverlays at the end of \a path; once per frame. \a time_s: the frame's
+    /// simulation time; below 0: unknown.
+    void update(const osg::NodePath& path, double time_s);
 
 private:
-    /// Takes array, air, place and hands from the HapticScene on \a path. Returns its field, or the
-    /// last one if there is no scene.
-    std::shared_ptr<const midair::bridge::HologramResult> follow(const osg::NodePath& path);
+    /// Takes array, air, place and hands from \a engine, which plays what is at the end of \a path.
+    /// Returns its field.
+    std::shared_ptr<const midair::bridge::HologramResult> follow(const HapticEngine& engine,
+                                                                 const osg::NodePath& path);
 
     HapticOverlays& _overlays;
     std::shared_ptr<const midair::bridge::HologramResult> _shown;

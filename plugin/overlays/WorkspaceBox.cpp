@@ -34,6 +34,9 @@ osg::ref_ptr<osgText::Text> label(const std::string& content, const osg::Vec3& p
         pixels::text(content, {}, size, kInk, osgText::TextBase::CENTER_CENTER);
     made->setPosition(position);
     made->setAxisAlignment(osgText::TextBase::SCREEN);
+    // To be read on white as well.
+    made->setBackdropType(osgText::Text::OUTLINE);
+    made->setBackdropColor({0.05F, 0.06F, 0.08F, 1.0F});
     return made;
 }
 

@@ -2,6 +2,7 @@
 
 #include "engine-bridge/scene/CameraFreeTransform.h"
 
+#include <osgMidair/HapticPoints>
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
 
@@ -79,8 +80,8 @@ bool isOwnObject(const osg::Node& node)
 {
     // Own objects always ask for the event traversal; this test is the cheapest, so it comes first.
     return node.getNumChildrenRequiringEventTraversal() > 0 &&
-           (dynamic_cast<const HapticSurface*>(&node) || hasHapticTag(node) ||
-            hasObstacleTag(node));
+           (dynamic_cast<const HapticSurface*>(&node) || dynamic_cast<const HapticPoints*>(&node) ||
+            hasHapticTag(node) || hasObstacleTag(node));
 }
 
 CollectHapticSurfacesVisitor::CollectHapticSurfacesVisitor(const osg::Node* owner) :
@@ -128,14 +129,19 @@ bool CollectHapticSurfacesVisitor::enter(const osg::Node& node)
 {
     const auto* scene = dynamic_cast<const HapticScene*>(&node);
     if (!scene || scene == _owner) return true;
-    if (scene->getEnabled()) _innerScenes.push_back(scene);
-    return scene->getEnabled();
+    const bool isFelt = scene->getEnabled() && !scene->getMuted();
+    if (isFelt) _innerScenes.push_back(scene);
+    return isFelt;
 }
 
 void CollectHapticSurfacesVisitor::check(osg::Node& node)
 {
     const auto* surface = dynamic_cast<const HapticSurface*>(&node);
-    if (surface || hasHapticTag(node)) add(node, surface ? &surface->getProperty() : nullptr);
+    const auto* points = dynamic_cast<const HapticPoints*>(&node);
+    if (points)
+        add(node, &points->getProperty()).points = points;
+    else if (surface || hasHapticTag(node))
+        add(node, surface ? &surface->getProperty() : nullptr);
     if (hasObstacleTag(node)) add(node, nullptr).obstacle = true;
 }
 

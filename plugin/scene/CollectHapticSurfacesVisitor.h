@@ -1,5 +1,6 @@
 #pragma once
 
+#include <osgMidair/Export>
 #include <osgMidair/HapticProperty>
 
 #include <osg/Matrixd>
@@ -12,6 +13,7 @@
 namespace osgMidair
 {
 
+class HapticPoints;
 class HapticScene;
 
 /// One haptic node, or one obstacle, on one node path.
@@ -20,8 +22,9 @@ struct HapticInstance
     osg::Node* node = nullptr;
     std::uint64_t id = 0; ///< hash of the node path
     osg::Matrixd world;   ///< from the frame of the node's children to the world, in scene units
-    /// property of a HapticSurface; null: the node has a tag
+    /// property of a HapticSurface or HapticPoints; null: the node has a tag
     const HapticProperty* property = nullptr;
+    const HapticPoints* points = nullptr; ///< the node, if it is one
     /// false below a camera or an absolute frame, where nodes have no place in the world
     bool inWorld = true;
     bool obstacle = false; ///< a real object that blocks sound; not felt itself
@@ -29,13 +32,13 @@ struct HapticInstance
     bool followsCamera = false;
 };
 
-/// Finds every HapticSurface and every node tagged "haptic" or "obstacle" among the active
-/// children, once per node path. It respects Switch, node masks and LOD (at its finest level) and
-/// does not depend on any camera. Run it after the update traversal.
+/// Finds every HapticSurface, every HapticPoints and every node tagged "haptic" or "obstacle" among
+/// the active children, once per node path. It respects Switch, node masks and LOD (at its finest
+/// level) and does not depend on any camera. Run it after the update traversal.
 ///
 /// It skips subtrees without haptic nodes: these request the event traversal, and OSG counts such
 /// nodes up to the root. For tagged nodes markTags() has to make that request.
-class CollectHapticSurfacesVisitor : public osg::NodeVisitor
+class OSGMIDAIR_EXPORT CollectHapticSurfacesVisitor : public osg::NodeVisitor
 {
 public:
     /// \a owner: the scene that it collects for. Other scenes that it meets are inside that one:
@@ -87,18 +90,18 @@ private:
 
 /// Makes tagged nodes below \a root request the event traversal, as haptic nodes do. Walks the
 /// whole subtree: not for every frame.
-void markTags(osg::Node& root);
+OSGMIDAIR_EXPORT void markTags(osg::Node& root);
 
 /// Reads the text of a tag: user value "haptic" (a bool or a text), or a description "haptic ...".
 /// Returns false if the node has none.
-bool hapticTag(const osg::Node& node, std::string& text);
-bool hasHapticTag(const osg::Node& node);
+OSGMIDAIR_EXPORT bool hapticTag(const osg::Node& node, std::string& text);
+OSGMIDAIR_EXPORT bool hasHapticTag(const osg::Node& node);
 
 /// Returns true if the node has the user value "obstacle" (a bool) or a description "obstacle": a
 /// real object that blocks sound.
-bool hasObstacleTag(const osg::Node& node);
+OSGMIDAIR_EXPORT bool hasObstacleTag(const osg::Node& node);
 
-/// Returns true for a HapticSurface or a node with a marked tag: a separate object.
-bool isOwnObject(const osg::Node& node);
+/// Returns true for a HapticSurface, a HapticPoints or a node with a marked tag: a separate object.
+OSGMIDAIR_EXPORT bool isOwnObject(const osg::Node& node);
 
 } // namespace osgMidair

@@ -3,16 +3,19 @@
 #include "engine-bridge/scene/Convert.h"
 #include "plugin/scene/PropertyConversion.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 namespace osgMidair
 {
 
+using midair::base::about;
+using midair::base::MessageCode;
 using midair::bridge::HapticObject;
 using midair::bridge::MeshCache;
 
-SceneCollector::SceneCollector(const osg::Node* owner,
-                               std::function<void(const std::string&)> say) :
+SceneCollector::SceneCollector(const osg::Node* owner, Say say) :
     _say(std::move(say)),
     _visitor(owner)
 {
@@ -33,6 +36,8 @@ bool SceneCollector::collect(osg::Node& root,
     _objects = &objects;
     _count = 0;
     _felt = 0;
+    _silenced = false;
+    _beingRead = 0;
     _changed = !_kept;
     ++_frame;
     if (_tagFrame == 0) markTags(root);
@@ -47,6 +52,7 @@ bool SceneCollector::collect(osg::Node& root,
             fill(instance);
     _obstacles.endFrame();
     _meshes.endFrame();
+    _points.endFrame();
     if (objects.size() != _count) _changed = true;
     objects.resize(_count);
     _kept = true;
@@ -61,16 +67,25 @@ void SceneCollector::forgetUnseen()
                                                                      : std::next(known);
 }
 
+std::vector<FoundObject> SceneCollector::found() const
+{
+    std::vector<FoundObject> all;
+    for (const auto& [id, known] : _known)
+        if (known.seen == _frame)
+            all.push_back({known.node, known.path, known.property, known.count > 0});
+    return all;
+}
+
 osg::Node* SceneCollector::nodeOf(std::uint64_t instance) const
 {
     const auto known = _known.find(instance);
     return known == _known.end() ? nullptr : known->second.node.get();
 }
 
-void SceneCollector::sayWarnings(const std::string& path)
+void SceneCollector::sayWarnings(MessageCode code, const std::string& path)
 {
     for (const std::string& warning : _warnings)
-        _say(fmt::format("{}: {}", path, warning));
+        _say(about(code, path, warning));
 }
 
 void SceneCollector::fillObstacle(const HapticInstance& instance)
@@ -78,8 +93,9 @@ void SceneCollector::fillObstacle(const HapticInstance& instance)
     if (!_shadows)
     {
         if (!_obstacles.saidIdle)
-            _say(_visitor.path(instance) +
-                 ": is an obstacle, which counts only where the scene's shadows are on");
+            _say(about(MessageCode::OBSTACLE_IDLE,
+                       _visitor.path(instance),
+                       "is an obstacle, which counts only where the scene's shadows are on"));
         _obstacles.saidIdle = true;
         return;
     }
@@ -91,7 +107,7 @@ void SceneCollector::fillObstacle(const HapticInstance& instance)
                        _warnings);
     else
         _warnings.emplace_back("hangs on a camera, not in the world; it is no obstacle");
-    if (!_warnings.empty()) sayWarnings(_visitor.path(instance));
+    if (!_warnings.empty()) sayWarnings(MessageCode::OBSTACLE_INVALID, _visitor.path(instance));
 }
 
 SceneCollector::Known&
@@ -104,8 +120,10 @@ SceneCollector::know(const HapticInstance& instance, bool& fresh, bool& changed)
     known.seen = _frame;
     if (inserted) known.path = _visitor.path(instance);
     if (inserted) known.node = instance.node;
+    if (inserted) known.origin = std::make_shared<const FeltNode>(FeltNode{known.node, known.path});
 
     HapticProperty raw;
+    std::vector<std::string> errors;
     if (instance.property)
     {
         if (!inserted && *instance.property == known.raw) return known;
@@ -117,17 +135,26 @@ SceneCollector::know(const HapticInstance& instance, bool& fresh, bool& changed)
         hapticTag(*instance.node, tag);
         if (!inserted && tag == known.tag) return known;
         known.tag = tag;
-        std::vector<std::string> errors;
         raw.parse(tag, errors);
-        for (const std::string& error : errors)
-            _say(known.path + ": " + error);
-        if (!inserted && raw == known.raw) return known;
+        if (!inserted && errors.empty() && raw == known.raw) return known;
     }
     changed = true;
     known.raw = known.property = raw;
-    for (const std::string& what : known.property.repair())
-        _say(known.path + ": " + what);
+    repair(known, std::move(errors));
     return known;
+}
+
+// Repairs what is out of range, and says that, what was \a wrong before, and what silences.
+void SceneCollector::repair(Known& known, std::vector<std::string> wrong)
+{
+    for (std::string& what : known.property.repair())
+        wrong.push_back(std::move(what));
+    const std::vector<std::string>& why = known.property.whySilenced;
+    for (const std::string& what : wrong)
+        if (std::find(why.begin(), why.end(), what) == why.end())
+            _say(about(MessageCode::PROPERTY_INVALID, known.path, what));
+    for (const std::string& what : why)
+        _say(about(MessageCode::PROPERTY_SILENCED, known.path, what));
 }
 
 void SceneCollector::fill(const HapticInstance& instance)
@@ -137,12 +164,15 @@ void SceneCollector::fill(const HapticInstance& instance)
     Known& known = know(instance, fresh, changed);
     std::uint64_t shape = 0;
     const bool possible = known.property.enabled && instance.inWorld;
+    if (known.property.enabled && !known.property.whySilenced.empty()) _silenced = true;
     if (possible)
     {
         _extract.paint = paintOf(known.property);
         _warnings.clear();
-        shape = _meshes.look(*instance.node, _extract, _warnings);
-        if (!_warnings.empty()) sayWarnings(known.path);
+        shape = instance.points ? instance.points->getModifiedCount()
+                                : _meshes.look(*instance.node, _extract, _warnings);
+        if (!_warnings.empty()) sayWarnings(MessageCode::OBJECT_GEOMETRY, known.path);
+        if (!instance.points && _meshes.isBeingRead(*instance.node)) ++_beingRead;
     }
     const bool stands = _kept && !changed && known.first == _count && known.shape == shape &&
                         known.world == instance.world;
@@ -154,32 +184,52 @@ void SceneCollector::fill(const HapticInstance& instance)
         known.first = _count;
         known.count = 0;
         if (known.property.enabled && !instance.inWorld && fresh)
-            _say(known.path + ": hangs on a camera, not in the world; it can't be felt");
+            _say(about(MessageCode::OBJECT_CAMERA,
+                       known.path,
+                       "hangs on a camera, not in the world; it can't be felt"));
         if (possible && instance.followsCamera && fresh)
-            _say(known.path +
-                 ": hangs on what turns with the camera on screen; it is felt unturned");
+            _say(about(MessageCode::OBJECT_UNTURNED,
+                       known.path,
+                       "hangs on what turns with the camera on screen; it is felt unturned"));
         if (possible) fillParts(instance, known);
     }
     _count += known.count;
     if (known.count > 0) ++_felt;
 }
 
-void SceneCollector::fillParts(const HapticInstance& instance, Known& known)
+// Puts the meshes of an instance into _parts; false, after saying why, if there are none. \a
+// pressure: in place of the property's, if over 0.
+bool SceneCollector::findParts(const HapticInstance& instance, const Known& known, double& pressure)
 {
-    _warnings.clear();
+    const auto say = [&](MessageCode code, const std::string& what)
+    { _say(about(code, known.path, what)); };
     const Eigen::Matrix4d matrix = _toArray * midair::bridge::toEigen(instance.world);
+    _parts.clear();
+    if (instance.points)
+    {
+        const PointMesh* made = _points.get(*instance.points, matrix, say);
+        if (!made) return false;
+        _parts.push_back(made->mesh);
+        pressure = made->pressure;
+        return true;
+    }
+    _warnings.clear();
     if (!_meshes.get(*instance.node, matrix, _extract, _parts, _warnings))
     {
-        _say(known.path +
-             ": its matrix is singular, not finite or a perspective; it can't be felt");
-        return;
+        say(MessageCode::OBJECT_INVALID,
+            "its matrix is singular, not finite or a perspective; it can't be felt");
+        return false;
     }
-    sayWarnings(known.path);
-    if (_parts.empty())
-    {
-        _say(known.path + ": has no triangles; it can't be felt");
-        return;
-    }
+    sayWarnings(MessageCode::OBJECT_GEOMETRY, known.path);
+    if (_parts.empty() && !_meshes.isBeingRead(*instance.node))
+        say(MessageCode::OBJECT_INVALID, "has no triangles; it can't be felt");
+    return !_parts.empty();
+}
+
+void SceneCollector::fillParts(const HapticInstance& instance, Known& known)
+{
+    double pressure = 0.0;
+    if (!findParts(instance, known, pressure)) return;
     known.count = _parts.size();
     if (_objects->size() < _count + known.count) _objects->resize(_count + known.count);
     for (std::size_t i = 0; i < known.count; ++i)
@@ -189,12 +239,17 @@ void SceneCollector::fillParts(const HapticInstance& instance, Known& known)
         object.id = instance.id ^ part.part;
         object.whole = instance.id;
         object.path = known.path;
+        object.origin = known.origin;
         object.meshId = part.meshId;
         object.topologyId = part.topologyId;
         object.mesh = part.mesh;
         object.pose = part.pose;
         object.properties = forBridge(known.property);
         object.touchEvents = known.property.touchEvents;
+        if (!instance.points) continue;
+        object.properties.sampling = midair::haptics::Sampling::POINTS;
+        object.properties.side = midair::bridge::Side::BOTH;
+        if (pressure > 0.0) object.properties.pressure = pressure;
     }
 }
 

@@ -2,8 +2,14 @@
 
 #include "engine-bridge/pipeline/SceneSnapshot.h"
 #include "engine-bridge/scene/MeshCache.h"
+#include "haptics/base/text/MessageLog.h"
 #include "plugin/scene/CollectHapticSurfacesVisitor.h"
+#include "plugin/scene/FeltNode.h"
+#include "plugin/scene/PointMeshes.h"
 #include "plugin/scene/TaggedObstacles.h"
+
+#include <osgMidair/Export>
+#include <osgMidair/FoundObject>
 
 #include <osg/observer_ptr>
 
@@ -23,13 +29,15 @@ namespace osgMidair
 /// have not changed since the last frame are checked but not made again.
 ///
 /// For the thread that updates the scene only.
-class SceneCollector
+class OSGMIDAIR_EXPORT SceneCollector
 {
 public:
+    using Say = std::function<void(const midair::base::Message&)>;
+
     /// \a owner: the HapticScene that it collects for; null: another kind of owner, and all scenes
     /// that it meets are inside. \a say is called with each reason why something can't be felt,
     /// with the node's path, possibly many times.
-    SceneCollector(const osg::Node* owner, std::function<void(const std::string&)> say);
+    SceneCollector(const osg::Node* owner, Say say);
 
     /// Sets how the whole scene is felt if nothing below the root is haptic.
     void setDefaultProperty(const HapticProperty& property) { _default = property; }
@@ -59,10 +67,20 @@ public:
     }
 
     int instances() const { return _felt; } ///< instances that can be felt
+    /// Returns true if the last collect() met an object whose properties keep the whole scene from
+    /// playing.
+    bool isSilenced() const { return _silenced; }
+    /// Instances whose mesh is new and not read whole yet: they are felt as before, new ones not
+    /// yet.
+    int beingRead() const { return _beingRead; }
     std::uint64_t extractions() const { return _meshes.extractions(); }
 
     /// Returns the enabled scenes inside the owner that the last collect() met.
     const std::vector<const HapticScene*>& innerScenes() const { return _visitor.innerScenes(); }
+
+    /// Returns all instances that the last collect() met, those that can't be felt too, in no
+    /// particular order.
+    std::vector<FoundObject> found() const;
 
     /// Returns the node of an instance; null if it is gone.
     osg::Node* nodeOf(std::uint64_t instance) const;
@@ -73,6 +91,7 @@ private:
     {
         osg::observer_ptr<osg::Node> node;
         std::string path;
+        std::shared_ptr<const FeltNode> origin; ///< the same two for the results
         std::string tag;
         HapticProperty raw;      ///< as the node has it
         HapticProperty property; ///< raw, with values out of range repaired
@@ -84,18 +103,21 @@ private:
     };
 
     Known& know(const HapticInstance& instance, bool& fresh, bool& changed);
+    void repair(Known& known, std::vector<std::string> wrong);
     void fill(const HapticInstance& instance);
     void fillParts(const HapticInstance& instance, Known& known);
+    bool findParts(const HapticInstance& instance, const Known& known, double& pressure);
     void fillObstacle(const HapticInstance& instance);
     void forgetUnseen();
-    void sayWarnings(const std::string& path);
+    void sayWarnings(midair::base::MessageCode code, const std::string& path);
 
-    const std::function<void(const std::string&)> _say;
+    const Say _say;
     std::optional<HapticProperty> _default;
     Eigen::Matrix4d _toArray = Eigen::Matrix4d::Identity();
     bool _shadows = false;
     CollectHapticSurfacesVisitor _visitor;
     midair::bridge::MeshCache _meshes;
+    PointMeshes _points;
     midair::bridge::ExtractOptions _extract;
     TaggedObstacles _obstacles;
     std::unordered_map<std::uint64_t, Known> _known;
@@ -104,10 +126,12 @@ private:
     std::vector<midair::bridge::HapticObject>* _objects = nullptr; ///< during collect()
     std::size_t _count = 0;                                        ///< number of objects so far
     int _felt = 0;
+    int _beingRead = 0;
     unsigned int _frame = 0;
     unsigned int _tagFrame = 0; ///< tags are looked for when it is 0
     bool _kept = false;         ///< the objects are those of the last frame
     bool _changed = false;
+    bool _silenced = false;
 };
 
 } // namespace osgMidair

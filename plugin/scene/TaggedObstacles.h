@@ -44,7 +44,7 @@ private:
         int unusedFrames = 0;
     };
 
-    midair::bridge::MeshCache _meshes;
+    midair::bridge::MeshCache _meshes{false}; ///< an obstacle that isn't known yet blocks no sound
     midair::bridge::ExtractOptions _extract;
     std::vector<midair::bridge::CachedMesh> _parts;
     std::unordered_map<std::uint64_t, Fit> _fits; ///< by mesh

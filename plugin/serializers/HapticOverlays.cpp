@@ -1,4 +1,6 @@
+#include "haptics/base/text/Quantity.h"
 #include "plugin/overlays/OverlayKinds.h"
+#include "plugin/serializers/BlockReader.h"
 
 #include <osgMidair/HapticOverlays>
 
@@ -110,9 +112,18 @@ public:
         for (const Stored& one : storedNumbers())
             if (is.matchString(one.number->storedName()))
             {
+                const std::string& unit = one.number->unit;
                 double value = 0.0;
-                is >> value;
-                setNumber(overlays, one, value);
+                const auto isNumber = [&](const std::string& text)
+                { return midair::base::parseQuantity(text, unit, value); };
+                osgMidair::BlockReader& reader = osgMidair::BlockReader::of(is);
+                const std::string text = reader.readValue(isNumber);
+                if (isNumber(text))
+                    setNumber(overlays, one, value);
+                else
+                    reader.complain(one.number->storedName() + " can't be \"" + text +
+                                        "\", should be " + one.number->numbers(),
+                                    false);
             }
     }
 
@@ -130,7 +141,7 @@ constexpr unsigned char kNumbersFollow = 0x80;
 /// first one is shown. Further bits are set if a later one is hidden, so that files from before it
 /// existed show it. In text each has a name and is only written when hidden. The last byte's
 /// highest bit says that numbers of overlays follow; in text they follow by their names.
-class Switches : public osgDB::BaseSerializer
+class Switches : public osgDB::BaseSerializer, public osgMidair::NamedProperties
 {
 public:
     Switches(std::vector<const OverlayKind*> kinds, bool isLast) :
@@ -142,6 +153,17 @@ public:
     }
 
     const std::string& getName() const override { return _name; }
+
+    std::vector<std::string> names() const override
+    {
+        std::vector<std::string> all;
+        for (const OverlayKind* kind : _kinds)
+            all.push_back("Show" + kind->name);
+        if (_isLast)
+            for (const Stored& one : storedNumbers())
+                all.push_back(one.number->storedName());
+        return all;
+    }
 
     bool read(osgDB::InputStream& is, osg::Object& object) override
     {
@@ -157,8 +179,13 @@ public:
         for (const OverlayKind* kind : _kinds)
             if (is.matchString("Show" + kind->name))
             {
+                osgMidair::BlockReader& reader = osgMidair::BlockReader::of(is);
+                const std::string text = reader.readValue();
                 bool shown = true;
-                is >> shown;
+                if (!midair::base::parseYesNo(text, shown))
+                    reader.complain("Show" + kind->name + " can't be \"" + text +
+                                        "\", should be TRUE or FALSE",
+                                    false);
                 setShown(object, *kind, shown);
             }
         if (_isLast) Numbers::readText(is, object);
@@ -202,7 +229,8 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
                                osgMidair_HapticOverlays,
                                new osgMidair::HapticOverlays,
                                osgMidair::HapticOverlays,
-                               "osg::Object osg::Node osgMidair::HapticOverlays")
+                               "osgMidair::Properties osg::Object osg::Node"
+                               " osgMidair::HapticOverlays")
 {
     (void)domain; // unused parameter of the macro
     std::vector<const OverlayKind*> together;

@@ -16,7 +16,7 @@ using osgMidair::HapticScene;
 
 /// Serializer without data. It is the last of a scene, and when read it passes the folder of the
 /// file and applies the user's options.
-class EndOfScene : public osgDB::BaseSerializer
+class EndOfScene : public osgDB::BaseSerializer, public osgMidair::NamedProperties
 {
 public:
     EndOfScene() : osgDB::BaseSerializer(READ_WRITE_PROPERTY) {}
@@ -26,6 +26,7 @@ public:
         static const std::string name = "EndOfScene";
         return name;
     }
+    std::vector<std::string> names() const override { return {}; }
 
     bool read(osgDB::InputStream& is, osg::Object& object) override
     {
@@ -48,7 +49,8 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
                                osgMidair_HapticScene,
                                new osgMidair::HapticScene,
                                osgMidair::HapticScene,
-                               "osg::Object osg::Node osg::Group osgMidair::HapticScene")
+                               "osgMidair::Properties osg::Object osg::Node"
+                               " osg::Group osgMidair::HapticScene")
 {
     (void)domain; // unused parameter of the macro
     ADD_INT_SERIALIZER(FormatVersion, 0);

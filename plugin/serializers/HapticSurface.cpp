@@ -7,7 +7,8 @@ REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
                                osgMidair_HapticSurface,
                                new osgMidair::HapticSurface,
                                osgMidair::HapticSurface,
-                               "osg::Object osg::Node osg::Group osgMidair::HapticSurface")
+                               "osgMidair::Properties osg::Object osg::Node"
+                               " osg::Group osgMidair::HapticSurface")
 {
     (void)domain; // unused parameter of the macro
     ADD_INT_SERIALIZER(FormatVersion, 0);

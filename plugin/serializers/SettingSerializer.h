@@ -1,7 +1,10 @@
 #pragma once
 
+#include "haptics/base/text/NearestWord.h"
+#include "plugin/serializers/BlockReader.h"
 #include "plugin/settings/AllSettings.h"
 
+#include <osg/Notify>
 #include <osgDB/InputStream>
 #include <osgDB/ObjectWrapper>
 #include <osgDB/OutputStream>
@@ -9,6 +12,7 @@
 #include <string>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace osgMidair
 {
@@ -18,7 +22,7 @@ namespace osgMidair
 /// default, in .osgb always, found by its position. Binary files of versions before the setting's
 /// don't have it.
 template<class C, class T>
-class SettingSerializer : public osgDB::BaseSerializer
+class SettingSerializer : public osgDB::BaseSerializer, public NamedProperties
 {
 public:
     // Functions and not members, since a member of a base that is called through the node's class
@@ -55,14 +59,22 @@ public:
         if (in.isBinary() ? node.getReadVersion() < _setting.since : !in.matchString(_name))
             return true;
         T all = _get(node);
-        if (std::visit([&](auto member) { return readInto(in, all, member); }, _setting.member))
-            _set(node, all);
+        if (in.isBinary())
+            std::visit([&](auto member) { readBinary(in, all, member); }, _setting.member);
+        else
+            readPlain(in, all);
+        // A complaint may have silenced the node in the meantime.
+        keepSilence(_get(node), all);
+        _set(node, all);
         return true;
     }
 
+    std::vector<std::string> names() const override { return {_name}; }
+    bool concernsSafety() const override { return _setting.isSafety; }
+
     bool write(osgDB::OutputStream& out, const osg::Object& object) override
     {
-        const T& all = _get(static_cast<const C&>(object));
+        const T all = stored(_get(static_cast<const C&>(object)));
         if (!out.isBinary())
         {
             if (isStoredAlike(all)) return true;
@@ -74,47 +86,105 @@ public:
     }
 
 private:
-    /// Returns false for an empty text in a text file, which leaves the setting unchanged.
+    /// Reads from .osgb, where OSG's types are stored.
     template<typename M>
-    bool readInto(osgDB::InputStream& in, T& all, M member)
+    void readBinary(osgDB::InputStream& in, T& all, M member)
     {
         if constexpr (std::is_same_v<M, Choice<T>>)
         {
             int value = 0;
-            std::string word;
-            if (in.isBinary())
-                in >> value;
-            else
-            {
-                in >> word;
-                value = _words.getValue(word.c_str());
-            }
+            in >> value;
             member.set(all, value);
-        }
-        else if constexpr (std::is_same_v<M, std::string T::*>)
-        {
-            std::string text;
-            if (in.isBinary())
-                in >> text;
-            else
-                in.readWrappedString(text);
-            if (text.empty() && !in.isBinary()) return false;
-            all.*member = text;
-            noteWish(all, text);
         }
         else
         {
             std::decay_t<decltype(all.*member)> value{};
             in >> value;
             all.*member = value;
+            noteWish(all);
         }
-        return true;
     }
 
-    void noteWish(T& all, const std::string& text) const
+    /// Reads what a text file has behind the name. A value that isn't understood leaves the setting
+    /// unchanged, which is told.
+    void readPlain(osgDB::InputStream& in, T& all)
+    {
+        BlockReader& reader = BlockReader::of(in);
+        if (isOf<std::string>())
+        {
+            const std::string text = reader.readText();
+            if (text.empty()) return;
+            _setting.assign(all, text);
+            noteWish(all);
+            return;
+        }
+        std::string text;
+        if (isOf<osg::Matrixd>())
+            for (const std::string& word : reader.readWords())
+                text += word + " ";
+        else if (isOf<double>())
+            text = reader.readValue(
+                [this](const std::string& words)
+                {
+                    T scratch;
+                    return _setting.assign(scratch, words);
+                });
+        else
+            text = reader.readValue();
+        if (_setting.assign(all, text)) return;
+        std::vector<std::string> words;
+        for (const Word& word : _setting.words)
+            words.push_back(word.stored);
+        reader.complain(
+            (text.empty() ? _name + " has no value" : _name + " can't be \"" + text + "\"") +
+                ", should be " + _setting.expected() + midair::base::didYouMean(text, words),
+            _setting.isSafety);
+    }
+
+    /// Returns true if the value is of type \a V.
+    template<typename V>
+    bool isOf() const
+    {
+        const auto look = [](auto member)
+        {
+            if constexpr (std::is_same_v<decltype(member), Choice<T>>)
+                return false;
+            else
+                return std::is_same_v<std::decay_t<decltype(std::declval<T&>().*member)>, V>;
+        };
+        return std::visit(look, _setting.member);
+    }
+
+    void noteWish(T& all) const
     {
         if constexpr (std::is_same_v<T, HapticSettings>)
-            if (const auto wish = wishOf(_setting.name)) all.wishes.*wish = text;
+            if (const auto wish = wishOf(_setting.name))
+                all.wishes.*wish = all.*std::get<std::string T::*>(_setting.member);
+    }
+
+    static void keepSilence(const T& node, T& all)
+    {
+        all.whySilenced = node.whySilenced;
+        if constexpr (std::is_same_v<T, HapticSettings>) all.isSilenced = node.isSilenced;
+    }
+
+    /// What is stored of \a all: a node that is silent because its file wasn't understood is stored
+    /// as disabled, since nothing else of that would be in the new file.
+    T stored(const T& all) const
+    {
+        T kept = all;
+        if (_setting.name != "enabled" || !isSilenced(all)) return kept;
+        OSG_WARN << "osgMidair: what is silent because of its file is saved with Enabled FALSE"
+                 << std::endl;
+        kept.enabled = false;
+        return kept;
+    }
+    static bool isSilenced(const T& all)
+    {
+        if constexpr (std::is_same_v<T, HapticSettings>)
+            return all.isSilenced;
+        else
+            return !all.whySilenced.empty();
     }
 
     template<typename M>

@@ -6,6 +6,7 @@
 #include "haptics/base/Limits.h"
 #include "haptics/base/settings/Row.h"
 #include "haptics/base/settings/SettingText.h"
+#include "haptics/base/text/Quantity.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "plugin/settings/Assignments.h"
 
@@ -28,14 +29,14 @@ struct ValueText<osg::Matrixd>
     static std::string write(const osg::Matrixd&) { return "identity"; } // its default
 };
 
-template struct Setting<osgMidair::HapticSettings>;
-template struct Setting<osgMidair::HapticProperty>;
-template bool isSame(const Member<osgMidair::HapticSettings>&,
-                     const osgMidair::HapticSettings&,
-                     const osgMidair::HapticSettings&);
-template bool isSame(const Member<osgMidair::HapticProperty>&,
-                     const osgMidair::HapticProperty&,
-                     const osgMidair::HapticProperty&);
+template struct OSGMIDAIR_EXPORT Setting<osgMidair::HapticSettings>;
+template struct OSGMIDAIR_EXPORT Setting<osgMidair::HapticProperty>;
+template OSGMIDAIR_EXPORT bool isSame(const Member<osgMidair::HapticSettings>&,
+                                      const osgMidair::HapticSettings&,
+                                      const osgMidair::HapticSettings&);
+template OSGMIDAIR_EXPORT bool isSame(const Member<osgMidair::HapticProperty>&,
+                                      const osgMidair::HapticProperty&,
+                                      const osgMidair::HapticProperty&);
 
 } // namespace midair::base
 
@@ -56,61 +57,75 @@ std::vector<Setting<S>> place()
         Row<S>("enabled", &S::enabled, "false: the array is silent").variable("ENABLED").safety(),
         Row<S>(
             "array", &S::array, "octagon, board, the name of another shipped array, or a JSON file")
-            .variable("ARRAY"),
+            .variable("ARRAY")
+            .safety(),
         Row<S>("device",
                &S::device,
                "what plays: the URI of a device (sim:, record:FILE, null:, ..) or a name from the "
                "user's grants")
-            .variable("DEVICE"),
+            .variable("DEVICE")
+            .safety(),
         Row<S>("calibration",
                &S::calibration,
                "rigid transform from the world in m to the array; row by row, translation last")
             .safety(),
-        Row<S>("metresPerUnit", &S::metresPerUnit, "length of a scene unit").range(1e-9, 1e9, "m")};
+        Row<S>("metresPerUnit", &S::metresPerUnit, "length of a scene unit")
+            .range(1e-9, 1e9, "m")
+            .safety()};
 }
 
 std::vector<Setting<S>> hands()
 {
     return {
-        Row<S>("hands",
-               &S::hands,
-               "source of tracked hands: none, recorded:FILE, recorded:FILE?loop, openxr:, or a "
-               "name from the user's grants")
+        Row<S>(
+            "hands",
+            &S::hands,
+            "source of tracked hands: none, recorded:FILE, recorded:FILE?loop, mouse:, openxr:, or "
+            "a name from the user's grants")
             .variable("HANDS"),
         Row<S>("reach", &S::reach, "solve only points this near to a hand; 0: all")
             .range(0.0, 10.0, "m")
-            .variable("REACH"),
+            .variable("REACH")
+            .safety(),
         Row<S>("shadows",
                &S::shadows,
                "hands and obstacles block sound, which the solver takes into account")};
 }
 
-/// Parses "2", "2 relative", "500 Pa", "1.2kPa".
+/// Parses "2", "50 %", "2 relative", "500 Pa", "1.2kPa". Without a unit it stays the one that was
+/// set.
 bool setPressure(P& property, const std::string& text)
 {
-    const std::size_t end = text.find_first_not_of("+-.0123456789eE");
     double value = 0.0;
-    if (!parseNumber(text.substr(0, end), value)) return false;
-    const std::string unit = trimmed(end == std::string::npos ? "" : text.substr(end));
-    if (unit != "" && unit != "relative" && unit != "Pa" && unit != "kPa") return false;
-    property.pressure = unit == "kPa" ? value * 1e3 : value;
-    property.pressureUnit = unit == "Pa" || unit == "kPa" ? P::PASCAL : P::RELATIVE;
+    std::string unit;
+    if (!splitQuantity(text, value, unit)) return false;
+    const bool isPascal = isUnitFor(unit, "Pa");
+    if (isPascal)
+        parseQuantity(text, "Pa", value);
+    else if (unit == "%")
+        parseQuantity(text, "", value);
+    else if (!unit.empty() && unit != "relative")
+        return false;
+    property.pressure = value;
+    if (!unit.empty()) property.pressureUnit = isPascal ? P::PASCAL : P::RELATIVE;
     return true;
 }
 
 std::vector<Setting<P>> strength()
 {
     return {
-        Row<P>("enabled", &P::enabled, "false: the object is not felt"),
+        Row<P>("enabled", &P::enabled, "false: the object is not felt").safety(),
         Row<P>("pressure",
                &P::pressure,
                "relative to the scene's other objects (the array plays as loud as the field stays "
                "accurate), or peak pressure with its unit: 500 Pa")
             .range(1e-6, 1e5)
-            .parsedBy(setPressure),
+            .parsedBy(setPressure)
+            .safety(),
         Row<P>("unit", EnumMember<&P::pressureUnit>::choice(), "unit of the pressure")
             .words({{"relative", "RELATIVE", P::RELATIVE}, {"Pa", "PASCAL", P::PASCAL}})
-            .stored("PressureUnit"),
+            .stored("PressureUnit")
+            .safety(),
         Row<P>("spacing", &P::spacing, "distance between control points; 0: one wavelength")
             .range(0.001, 1.0, "m")
             .orZero(),

@@ -2,6 +2,7 @@
 
 #include "haptics/base/settings/SettingTable.h"
 
+#include <osgMidair/Export>
 #include <osgMidair/HapticProperty>
 #include <osgMidair/HapticSettings>
 
@@ -25,13 +26,13 @@ using midair::base::SettingTable;
 using midair::base::Word;
 
 /// The settings of a HapticScene.
-const SettingTable<HapticSettings>& sceneSettings();
+OSGMIDAIR_EXPORT const SettingTable<HapticSettings>& sceneSettings();
 
 /// The properties of a HapticSurface or a tag.
-const SettingTable<HapticProperty>& surfaceProperties();
+OSGMIDAIR_EXPORT const SettingTable<HapticProperty>& surfaceProperties();
 
 /// Where the value of \a setting is noted as a wish if a file names it, which needs the user's
 /// grant; null: it needs none.
-std::optional<std::string> HapticWishes::*wishOf(const std::string& setting);
+OSGMIDAIR_EXPORT std::optional<std::string> HapticWishes::*wishOf(const std::string& setting);
 
 } // namespace osgMidair

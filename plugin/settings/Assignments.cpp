@@ -1,6 +1,6 @@
 #include "plugin/settings/Assignments.h"
 
-#include "haptics/base/text/Number.h"
+#include "haptics/base/text/Quantity.h"
 #include "haptics/base/text/Trimmed.h"
 
 #include <algorithm>
@@ -28,14 +28,23 @@ std::string unquoted(const std::string& text)
     return quoted ? bare.substr(1, bare.size() - 2) : bare;
 }
 
-/// Splits at semicolons, commas and line ends outside quotes, and drops comments.
+bool isDigit(char c)
+{
+    return std::isdigit(static_cast<unsigned char>(c)) != 0;
+}
+
+/// Splits at semicolons, commas and line ends outside quotes, and drops comments. A comma between
+/// two digits is none of these: "500,0" is one value, which nobody understands, and not 500.
 std::vector<std::string> pieces(const std::string& text)
 {
     std::vector<std::string> all(1);
     char quote = 0;
     bool comment = false;
-    for (const char c : text)
+    for (std::size_t i = 0; i < text.size(); ++i)
     {
+        const char c = text[i];
+        const bool isInNumber = c == ',' && i > 0 && i + 1 < text.size() && isDigit(text[i - 1]) &&
+                                isDigit(text[i + 1]);
         if (c == '\n') comment = false;
         if (comment) continue;
         if (quote)
@@ -47,7 +56,7 @@ std::vector<std::string> pieces(const std::string& text)
             comment = true;
             continue;
         }
-        else if (c == ';' || c == ',' || c == '\n' || c == '\r')
+        else if (c == ';' || (c == ',' && !isInNumber) || c == '\n' || c == '\r')
         {
             all.emplace_back();
             continue;
@@ -112,18 +121,27 @@ void forEachAssignment(const std::string& text,
     }
 }
 
-bool parseNumbers(const std::string& text, double* values, int count)
+bool parseNumbers(const std::string& text, double* values, int count, const std::string& unit)
 {
     std::istringstream in(text);
     std::vector<double> read;
+    std::string last; // a unit after all numbers counts for each
     for (std::string word; in >> word;)
     {
         double value = 0.0;
-        if (!midair::base::parseNumber(word, value)) return false;
-        read.push_back(value);
+        if (!last.empty()) return false;
+        if (midair::base::parseQuantity(word, unit, value))
+            read.push_back(value);
+        else if (midair::base::isUnitFor(word, unit))
+            last = word;
+        else
+            return false;
     }
     if (read.size() != static_cast<std::size_t>(count)) return false;
-    std::copy(read.begin(), read.end(), values);
+    double factor = 1.0;
+    if (!last.empty() && !midair::base::parseQuantity("1 " + last, unit, factor)) return false;
+    std::transform(
+        read.begin(), read.end(), values, [factor](double value) { return value * factor; });
     return true;
 }
 

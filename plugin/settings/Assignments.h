@@ -1,5 +1,7 @@
 #pragma once
 
+#include <osgMidair/Export>
+
 #include <osg/Matrixd>
 
 #include <functional>
@@ -10,10 +12,11 @@ namespace osgMidair
 
 /// Calls \a take with name and value of each assignment in "a=1 b=two words; c=\"x y\"".
 /// Assignments are separated by semicolons, commas or line ends, or by blanks if a new "name="
-/// follows. Quotes keep a value together. A word without "=" comes with an empty name. # begins a
-/// comment up to the end of the line.
-void forEachAssignment(const std::string& text,
-                       const std::function<void(const std::string&, const std::string&)>& take);
+/// follows. A comma between two digits separates nothing. Quotes keep a value together. A word
+/// without "=" comes with an empty name. # begins a comment up to the end of the line.
+OSGMIDAIR_EXPORT void
+forEachAssignment(const std::string& text,
+                  const std::function<void(const std::string&, const std::string&)>& take);
 
 /// One assignment: a name and its value.
 struct Assignment
@@ -22,12 +25,16 @@ struct Assignment
     std::string value;
 };
 
-/// Reads \a count finite numbers, separated by blanks, into \a values, with a decimal point in
-/// every locale. For any other text it returns false and leaves \a values unchanged.
-bool parseNumbers(const std::string& text, double* values, int count);
+/// Reads \a count finite numbers in \a unit, separated by blanks, into \a values, with a decimal
+/// point in every locale; "0 5 12 cm", a unit behind them, counts for all of them, "5cm" for one.
+/// For any other text it returns false and leaves \a values unchanged.
+OSGMIDAIR_EXPORT bool parseNumbers(const std::string& text,
+                                   double* values,
+                                   int count,
+                                   const std::string& unit = std::string());
 
 /// Reads "1 0 0 0  0 1 0 0  0 0 1 0  x y z 1": 16 numbers, row by row as OSG writes them. Returns
 /// false for any other text.
-bool parseMatrix(const std::string& text, osg::Matrixd& matrix);
+OSGMIDAIR_EXPORT bool parseMatrix(const std::string& text, osg::Matrixd& matrix);
 
 } // namespace osgMidair

@@ -2,6 +2,7 @@
 
 #include "device/limits/GuardedDevice.h"
 #include "haptics/base/UserEnvironment.h"
+#include "haptics/base/text/NearestWord.h"
 #include "plugin/settings/AllSettings.h"
 
 #include <osg/ApplicationUsage>
@@ -13,6 +14,8 @@ namespace osgMidair
 
 namespace
 {
+
+const std::string kPrefix = "OSG_MIDAIR_";
 
 /// A setting and the name of its environment variable.
 struct Variable
@@ -27,7 +30,7 @@ const std::vector<Variable>& variables()
     {
         std::vector<Variable> found;
         for (const Setting<HapticSettings>& row : sceneSettings().rows())
-            if (!row.variable.empty()) found.push_back({"OSG_MIDAIR_" + row.variable, &row});
+            if (!row.variable.empty()) found.push_back({kPrefix + row.variable, &row});
         return found;
     }();
     return all;
@@ -35,7 +38,7 @@ const std::vector<Variable>& variables()
 
 bool isCap(const Setting<HapticSettings>& setting)
 {
-    return setting.isSafety && std::holds_alternative<double HapticSettings::*>(setting.member);
+    return setting.name == "maxPressure" || setting.name == "maxAmplitude";
 }
 
 /// Registers the text that --help-env lists.
@@ -82,13 +85,18 @@ void applyTo(HapticSettings& settings,
     if (value.empty() && variable.setting->name != "hands") return;
     const HapticSettings before = settings;
     std::string error;
-    if (!settings.set(variable.setting->name, value, error))
+    const bool isSet = settings.set(variable.setting->name, value, error);
+    if (settings.whySilenced.size() > before.whySilenced.size())
+        settings.whySilenced.back() = variable.name + ": " + error;
+    else if (!isSet)
         errors.push_back(variable.name + ": " + error);
-    if (!HapticSettings::isLimit(settings.maxPressure, settings.maxAmplitude))
+    if (isCap(*variable.setting) && !variable.setting->holds(settings))
     {
         settings.isSilenced = true;
-        errors.push_back(variable.name + " is \"" + value +
-                         "\", which is out of range; nothing is played");
+        settings.whySilenced.push_back(variable.name + " is \"" + value + "\", should be " +
+                                       variable.setting->values() + "; nothing is played");
+        settings.maxAmplitude = before.maxAmplitude; // so that repair() doesn't report it, too
+        settings.maxPressure = before.maxPressure;
     }
     settings.maxAmplitude = std::min(settings.maxAmplitude, before.maxAmplitude);
     settings.maxPressure =
@@ -114,14 +122,48 @@ void restrictBy(HapticSettings& settings,
         errors.push_back(variable.name +
                          " was set after the program began, which a file can do: it is not used");
     settings.isSilenced = settings.isSilenced || asked.isSilenced;
+    settings.whySilenced = asked.whySilenced;
+}
+
+/// Tells variables that look like the kit's and aren't. One that may be a limit misspelt silences.
+void tellUnknown(HapticSettings& settings, std::vector<std::string>& errors)
+{
+    std::vector<std::string> known = {"ARRAYS", "GRANTS", "REPORT", "SIMD", "SLICE", "TRUST"};
+    for (const Variable& variable : variables())
+        known.push_back(variable.setting->variable);
+    for (const std::string& name : midair::base::variablesNow(kPrefix))
+    {
+        if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+        std::string error =
+            kPrefix + name + " is no variable" + midair::base::didYouMean(name, known);
+        const std::vector<std::string> nearest = midair::base::nearestWords(name, known);
+        const bool isSafety = std::any_of(
+            variables().begin(),
+            variables().end(),
+            [&nearest](const Variable& variable)
+            {
+                const Setting<HapticSettings>& row = *variable.setting;
+                return row.isSafety && std::count(nearest.begin(), nearest.end(), row.variable) > 0;
+            });
+        if (isSafety)
+        {
+            error += "; nothing is played";
+            settings.isSilenced = true;
+            settings.whySilenced.push_back(error);
+        }
+        errors.push_back(error);
+    }
 }
 
 } // namespace
 
 HapticSettings Environment::apply(HapticSettings settings, std::vector<std::string>& errors)
 {
-    if (!HapticSettings::isLimit(settings.maxPressure, settings.maxAmplitude))
-        settings.isSilenced = true; // repair() reports it, unless the user's limits replace it
+    // The user's limits may replace one that is out of range, which stays a reason for silence.
+    HapticSettings repaired = settings;
+    repaired.repair();
+    settings.isSilenced = repaired.isSilenced;
+    settings.whySilenced = repaired.whySilenced;
     for (const Variable& variable : variables())
     {
         const auto user = midair::base::userVariable(variable.name);
@@ -129,12 +171,18 @@ HapticSettings Environment::apply(HapticSettings settings, std::vector<std::stri
         if (user) applyTo(settings, variable, *user, errors);
         if (now && now != user) restrictBy(settings, variable, *now, errors);
     }
+    tellUnknown(settings, errors);
     return settings;
 }
 
 std::string Environment::reportFile()
 {
     return midair::base::userVariable("OSG_MIDAIR_REPORT").value_or("");
+}
+
+void Environment::trustVariablesOfProgram()
+{
+    midair::base::trustVariablesOfProgram();
 }
 
 } // namespace osgMidair

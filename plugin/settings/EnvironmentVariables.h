@@ -1,5 +1,6 @@
 #pragma once
 
+#include <osgMidair/Export>
 #include <osgMidair/HapticSettings>
 
 #include <string>
@@ -8,14 +9,19 @@ namespace osgMidair
 {
 
 /// The OSG_MIDAIR_* variables, listed by --help-env.
-struct Environment
+struct OSGMIDAIR_EXPORT Environment
 {
     /// Returns \a settings as the environment overrides them. Adds a sentence to \a errors for each
-    /// value that isn't understood.
+    /// value that isn't understood, or to HapticSettings::whySilenced if it silences the array.
     static HapticSettings apply(HapticSettings settings, std::vector<std::string>& errors);
 
     /// Returns the file named by OSG_MIDAIR_REPORT; empty: no report.
     static std::string reportFile();
+
+    /// Makes the kit read the variables as they are now, not as they were when the program began.
+    /// For tests: the kit has a copy of midair_base of its own, which base's function doesn't
+    /// reach.
+    static void trustVariablesOfProgram();
 };
 
 } // namespace osgMidair

@@ -6,6 +6,7 @@
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/text/Trimmed.h"
+#include "plugin/settings/NameBeside.h"
 #include "plugin/settings/RecordedUri.h"
 
 #include <algorithm>
@@ -24,6 +25,8 @@ namespace
 {
 
 namespace fs = std::filesystem;
+
+using midair::base::MessageCode;
 
 constexpr std::size_t kMostGrantBytes = 64 << 10;
 constexpr std::size_t kMostPrinted = 300;
@@ -114,17 +117,31 @@ bool touchesFiles(const std::vector<std::string>& list)
                        });
 }
 
+/// Returns \a value of a grant with the name of an array or of a recording of hands looked up
+/// beside the file of grants.
+std::string beside(const std::string& folder, const std::string& value)
+{
+    std::optional<RecordedUri> recorded = RecordedUri::parse(value);
+    if (!recorded) return nameBeside(folder, value);
+    recorded->file = nameBeside(folder, recorded->file);
+    return recorded->text();
+}
+
 } // namespace
 
 /// Collects the messages about one scene.
 struct Grants::Told
 {
     const std::string& scene;
-    std::vector<std::string>& messages;
+    std::vector<midair::base::Message>& messages;
 
-    void refuse(const std::string& what, const std::string& value, const std::string& why) const
+    void refuse(MessageCode code,
+                const std::string& what,
+                const std::string& value,
+                const std::string& why) const
     {
-        messages.push_back(scene + " asks for " + what + " \"" + printable(value) + "\": " + why);
+        messages.push_back(
+            {code, scene + " asks for " + what + " \"" + printable(value) + "\": " + why});
     }
 };
 
@@ -182,15 +199,29 @@ Grants::Names Grants::parse(const std::string& text)
     return names;
 }
 
-Grants Grants::ofUser(std::vector<std::string>& messages)
+bool Grants::isHarmlessDevice(const std::string& device)
+{
+    try
+    {
+        return isHarmless(midair::device::splitDeviceList(device));
+    }
+    catch (const std::runtime_error&) // not a valid URI
+    {
+        return false;
+    }
+}
+
+Grants Grants::ofUser(std::vector<midair::base::Message>& messages)
 {
     const std::string trust = environment("OSG_MIDAIR_TRUST");
     if (trust == "scene")
-        messages.push_back("OSG_MIDAIR_TRUST=scene: scene files open devices and hands as they "
-                           "like");
+        messages.push_back(
+            {MessageCode::GRANTS_TRUST,
+             "OSG_MIDAIR_TRUST=scene: scene files open devices and hands as they like"});
     else if (!trust.empty())
-        messages.push_back("OSG_MIDAIR_TRUST is \"" + printable(trust) +
-                           "\", should be scene or nothing; scene files are not trusted");
+        messages.push_back({MessageCode::GRANTS_FILE,
+                            "OSG_MIDAIR_TRUST is \"" + printable(trust) +
+                                "\", should be scene or nothing; scene files are not trusted"});
     Names names;
     const std::string file = grantsFile();
     std::error_code error;
@@ -200,13 +231,16 @@ Grants Grants::ofUser(std::vector<std::string>& messages)
         try
         {
             if (why.empty()) names = parse(midair::base::readRegularFile(file, kMostGrantBytes));
+            for (auto& [name, value] : names)
+                value = beside(fs::path(file).parent_path().string(), value);
         }
         catch (const std::runtime_error& wrong)
         {
             why = wrong.what();
         }
         if (!why.empty())
-            messages.push_back("grants \"" + file + "\": " + why + "; nothing of it is granted");
+            messages.push_back({MessageCode::GRANTS_FILE,
+                                "grants \"" + file + "\": " + why + "; nothing of it is granted"});
     }
     return Grants(std::move(names), trust == "scene");
 }
@@ -219,7 +253,7 @@ const std::string* Grants::find(const std::string& name) const
 
 HapticSettings Grants::apply(HapticSettings settings,
                              const std::string& scene,
-                             std::vector<std::string>& messages) const
+                             std::vector<midair::base::Message>& messages) const
 {
     const Told told{scene, messages};
     applyDevice(settings, told);
@@ -246,7 +280,8 @@ void Grants::applyDevice(HapticSettings& settings, const Told& told) const
             // Not a valid URI: never granted.
         }
         settings.device = "sim:";
-        told.refuse("the device",
+        told.refuse(MessageCode::GRANTS_REFUSED,
+                    "the device",
                     asked,
                     "only the user opens anything but sim: and null:, so sim: plays. To grant it: "
                     "OSG_MIDAIR_DEVICE, -O device=.., a --device file, or a name for it in " +
@@ -271,7 +306,8 @@ void Grants::applyArray(HapticSettings& settings, const Told& told) const
         catch (const std::runtime_error& why)
         {
             settings.array.clear();
-            told.refuse("the array",
+            told.refuse(MessageCode::ARRAY_REFUSED,
+                        "the array",
                         asked,
                         std::string(why.what()) +
                             "; nothing is played. To grant it: OSG_MIDAIR_ARRAY, -O array=.., or a "
@@ -284,7 +320,8 @@ void Grants::applyHands(HapticSettings& settings, const Told& told) const
 {
     const std::string asked = settings.hands;
     const bool wish = settings.wishes.hands == asked;
-    if (asked.empty() || asked == "none") return;
+    // The mouse belongs to whoever sits at the viewer, and opens nothing.
+    if (asked.empty() || asked == "none" || asked == "mouse" || asked == "mouse:") return;
     if (const std::string* granted = find(asked))
     {
         settings.hands = *granted;
@@ -305,7 +342,8 @@ void Grants::applyHands(HapticSettings& settings, const Told& told) const
     else if (_trustsScenes && asked.find("loader=") == std::string::npos)
         return;
     settings.hands.clear();
-    told.refuse("the hands",
+    told.refuse(MessageCode::GRANTS_REFUSED,
+                "the hands",
                 asked,
                 why +
                     ", so there are none. To grant them: OSG_MIDAIR_HANDS, -O hands=.., or a "

@@ -1,5 +1,8 @@
 #pragma once
 
+#include "haptics/base/text/MessageLog.h"
+
+#include <osgMidair/Export>
 #include <osgMidair/HapticSettings>
 
 #include <map>
@@ -12,9 +15,9 @@ namespace osgMidair
 /// The user's grants: which devices, arrays and hand sources scene files may use.
 ///
 /// A value from a file is a wish. Without a grant only harmless ones are used: `sim:` and `null:`,
-/// arrays by name or beside the scene, recordings of hands beside the scene. A grant is a name in a
-/// file that belongs to the user, or OSG_MIDAIR_TRUST=scene. Never granted to a wish: `record:`,
-/// `play:`, an OpenXR loader, an absolute path, a file above the scene's folder.
+/// arrays by name or beside the scene, recordings of hands beside the scene, the mouse. A grant is
+/// a name in a file that belongs to the user, or OSG_MIDAIR_TRUST=scene. Never granted to a wish:
+/// `record:`, `play:`, an OpenXR loader, an absolute path, a file above the scene's folder.
 class Grants
 {
 public:
@@ -26,7 +29,10 @@ public:
     /// Reads the grants from OSG_MIDAIR_GRANTS or ~/.config/osgMidair/grants, and OSG_MIDAIR_TRUST.
     /// If the file is wrong or can't be trusted, \a messages get the reason and nothing of it is
     /// granted.
-    static Grants ofUser(std::vector<std::string>& messages);
+    static Grants ofUser(std::vector<midair::base::Message>& messages);
+
+    /// Returns true if \a device names simulated and null devices alone, as a URI or a list.
+    static bool isHarmlessDevice(const std::string& device);
 
     /// Parses lines "name = value"; # begins a comment. Throws std::runtime_error that names the
     /// line.
@@ -37,7 +43,7 @@ public:
     /// without a grant becomes empty: nothing is played.
     HapticSettings apply(HapticSettings settings,
                          const std::string& scene,
-                         std::vector<std::string>& messages) const;
+                         std::vector<midair::base::Message>& messages) const;
 
 private:
     struct Told;
@@ -52,6 +58,6 @@ private:
 
 /// Returns \a text for printing: control characters, which a terminal would obey, are replaced, and
 /// it is cut after 300 bytes.
-std::string printable(const std::string& text);
+OSGMIDAIR_EXPORT std::string printable(const std::string& text);
 
 } // namespace osgMidair

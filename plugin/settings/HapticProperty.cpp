@@ -1,14 +1,47 @@
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Assignments.h"
+#include "plugin/settings/Descriptions.h"
+#include "plugin/settings/PropertyChanges.h"
 
 #include <osgMidair/HapticProperty>
+
+#include <atomic>
 
 namespace osgMidair
 {
 
+namespace
+{
+
+std::atomic<unsigned int> changes{0};
+
+constexpr const char* kNothing = "; nothing is played";
+
+} // namespace
+
+unsigned int propertyChanges()
+{
+    return changes;
+}
+
+void notePropertyChange()
+{
+    ++changes;
+}
+
+void HapticPropertyHolder::noteChange()
+{
+    notePropertyChange();
+}
+
 bool HapticProperty::set(const std::string& name, const std::string& value, std::string& error)
 {
-    return surfaceProperties().set(*this, name, value, error);
+    if (surfaceProperties().set(*this, name, value, error)) return true;
+    // Of an object that isn't understood nothing may be played that is louder than it was meant.
+    if (!surfaceProperties().concernsSafety(name)) return false;
+    error += kNothing;
+    whySilenced.push_back(error);
+    return false;
 }
 
 void HapticProperty::parse(const std::string& text, std::vector<std::string>& errors)
@@ -19,19 +52,47 @@ void HapticProperty::parse(const std::string& text, std::vector<std::string>& er
                       [this, &errors](const std::string& name, const std::string& value)
                       {
                           std::string error;
-                          if (!set(name.empty() ? "enabled" : name, value, error))
-                              errors.push_back(error);
+                          if (set(name.empty() ? "enabled" : name, value, error)) return;
+                          if (surfaceProperties().isUnlikeAny(name) && !name.empty())
+                          {
+                              error += kNothing;
+                              whySilenced.push_back(error);
+                          }
+                          errors.push_back(error);
                       });
 }
 
+// A pressure that isn't known may be any: silence takes its place.
 std::vector<std::string> HapticProperty::repair()
 {
-    return surfaceProperties().repair(*this);
+    std::vector<std::string> said;
+    for (const Setting<HapticProperty>& row : surfaceProperties().rows())
+    {
+        std::string what;
+        if (!row.repair(*this, what)) continue;
+        if (row.isSafety)
+        {
+            what = what.substr(0, what.rfind("; ")) + kNothing;
+            whySilenced.push_back(what);
+        }
+        said.push_back(std::move(what));
+    }
+    return said;
 }
 
 std::vector<std::pair<std::string, std::string>> HapticProperty::describe()
 {
     return surfaceProperties().describe();
+}
+
+std::vector<SettingDescription> HapticProperty::getDescriptions()
+{
+    return descriptionsOf(surfaceProperties());
+}
+
+std::string HapticProperty::problemOf(const std::string& name, const std::string& value)
+{
+    return osgMidair::problemOf(surfaceProperties(), name, value);
 }
 
 int HapticProperty::formatVersion()
@@ -42,7 +103,7 @@ int HapticProperty::formatVersion()
 
 bool operator==(const HapticProperty& a, const HapticProperty& b)
 {
-    return surfaceProperties().areSame(a, b);
+    return surfaceProperties().areSame(a, b) && a.whySilenced == b.whySilenced;
 }
 
 } // namespace osgMidair

@@ -1,7 +1,11 @@
 #include "haptics/base/Limits.h"
+#include "haptics/base/text/Quantity.h"
 #include "plugin/settings/AllSettings.h"
+#include "plugin/settings/Descriptions.h"
 
 #include <osgMidair/HapticSettings>
+
+#include <algorithm>
 
 namespace osgMidair
 {
@@ -12,9 +16,10 @@ bool HapticSettings::set(const std::string& name, const std::string& value, std:
     if (!sceneSettings().set(*this, name, value, error))
     {
         // A limit that isn't understood can only be kept by silence.
-        if (!row || !row->isSafety) return false;
+        if (!sceneSettings().concernsSafety(name)) return false;
         isSilenced = true;
         error += "; nothing is played";
+        whySilenced.push_back(error);
         return false;
     }
     if (const auto wish = wishOf(row->name))
@@ -34,13 +39,24 @@ int HapticSettings::formatVersion()
     return newest;
 }
 
+// A safety value's default isn't used: silence takes its place.
 std::vector<std::string> HapticSettings::repair()
 {
-    const bool isLimited = isLimit(maxPressure, maxAmplitude);
-    std::vector<std::string> said = sceneSettings().repair(*this);
-    if (isLimited) return said;
-    isSilenced = true;
-    said.emplace_back("a limit is out of range: nothing is played");
+    std::vector<std::string> said;
+    for (const Setting<HapticSettings>& row : sceneSettings().rows())
+    {
+        std::string what;
+        if (!row.repair(*this, what)) continue;
+        if (row.isSafety)
+        {
+            isSilenced = true;
+            what = what.substr(0, what.rfind("; ")) + "; nothing is played";
+            // Environment::apply() may have asked before.
+            if (std::find(whySilenced.begin(), whySilenced.end(), what) == whySilenced.end())
+                whySilenced.push_back(what);
+        }
+        said.push_back(std::move(what));
+    }
     return said;
 }
 
@@ -49,9 +65,25 @@ std::vector<std::pair<std::string, std::string>> HapticSettings::describe()
     return sceneSettings().describe();
 }
 
+std::vector<SettingDescription> HapticSettings::getDescriptions()
+{
+    return descriptionsOf(sceneSettings());
+}
+
+std::string HapticSettings::problemOf(const std::string& name, const std::string& value)
+{
+    return osgMidair::problemOf(sceneSettings(), name, value);
+}
+
+bool readQuantity(const std::string& text, const std::string& unit, double& value)
+{
+    return midair::base::parseQuantity(text, unit, value);
+}
+
 bool operator==(const HapticSettings& a, const HapticSettings& b)
 {
-    return sceneSettings().areSame(a, b) && a.wishes == b.wishes && a.isSilenced == b.isSilenced;
+    return sceneSettings().areSame(a, b) && a.arrayDescription == b.arrayDescription &&
+           a.wishes == b.wishes && a.isSilenced == b.isSilenced && a.whySilenced == b.whySilenced;
 }
 
 } // namespace osgMidair

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <osgMidair/Export>
+
 #include <optional>
 #include <string>
 
@@ -7,7 +9,7 @@ namespace osgMidair
 {
 
 /// URI of a recording of hands: "recorded:FILE" is played once, "recorded:FILE?loop" is repeated.
-struct RecordedUri
+struct OSGMIDAIR_EXPORT RecordedUri
 {
     std::string file;
     bool loops = false;

@@ -59,9 +59,14 @@ void applyUserOptions(HapticSettings& settings)
     for (const Assignment& one : *userAssignments())
     {
         std::string error = one.name.empty() ? cutListWarning(one.value) : std::string();
-        // All readers share the options: names that aren't settings are for other readers.
-        if (sceneSettings().find(one.name)) settings.set(one.name, one.value, error);
-        if (!error.empty()) OSG_WARN << "osgMidair: options: " << printable(error) << std::endl;
+        // All readers share the options: names that aren't settings are for other readers, but for
+        // a limit that is misspelt.
+        const bool isOthers = surfaceProperties().find(one.name) && one.name != "enabled";
+        if (sceneSettings().find(one.name) ||
+            (!isOthers && sceneSettings().concernsSafety(one.name)))
+            settings.set(one.name, one.value, error);
+        if (error.empty()) continue;
+        OSG_WARN << "osgMidair: options: " << printable(error) << std::endl;
     }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <osgMidair/Export>
 #include <osgMidair/HapticSettings>
 
 #include <functional>
@@ -10,7 +11,7 @@ namespace osgMidair
 
 /// Returns the options of the command line, "-O ..", which come from the user. The options that a
 /// reader gets may come from elsewhere: other kinds of files (OSG's .p3d) pass their own.
-std::string userOptions();
+OSGMIDAIR_EXPORT std::string userOptions();
 
 /// Sets the settings that the user's options name. Values that aren't understood give a warning;
 /// options for other readers are ignored.
@@ -18,10 +19,10 @@ void applyUserOptions(HapticSettings& settings);
 
 /// Turns the device, array and hands of \a settings into wishes, unless they are the defaults or
 /// the user's options set the same values. \a folder: folder of the file.
-void makeWishes(HapticSettings& settings, const std::string& folder);
+OSGMIDAIR_EXPORT void makeWishes(HapticSettings& settings, const std::string& folder);
 
 /// Returns a warning if \a word, which has no "=", looks like the rest of a list of devices that
 /// was cut at its comma; empty for other words.
-std::string cutListWarning(const std::string& word);
+OSGMIDAIR_EXPORT std::string cutListWarning(const std::string& word);
 
 } // namespace osgMidair

@@ -1,20 +1,19 @@
 #include "samples/demo/DemoObject.h"
 
-#include "engine-bridge/scene/MeshExtractor.h"
-#include "haptics/base/Units.h"
-#include "plugin/overlays/drawing/DiscGeometry.h"
+#include <osgMidair/Overlay>
 
+#include <osg/BlendFunc>
 #include <osg/ComputeBoundsVisitor>
+#include <osg/Depth>
 #include <osg/Geometry>
 #include <osg/LightModel>
 #include <osg/LightSource>
 #include <osg/LineWidth>
 #include <osg/Material>
+#include <osg/TriangleFunctor>
 #include <osgDB/FileNameUtils>
 #include <osgDB/ReadFile>
 #include <osgUtil/SmoothingVisitor>
-
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>
@@ -32,56 +31,90 @@ namespace
 /// Ratio of the smallest to the middle extent below which an object counts as flat.
 constexpr double kFlat = 0.35;
 
-/// Returns, for each vertex, the first vertex at the same place, so that triangles that share an
-/// edge can be found.
-std::vector<int> welded(const haptics::TriangleMesh& mesh)
+/// Corners of triangles, three of each in turn.
+struct TriangleCorners
 {
-    const double grid = 1e-6 * std::max(1e-9, mesh.extent().maxCoeff());
-    std::map<std::array<long, 3>, int> firsts;
-    std::vector<int> like(static_cast<std::size_t>(mesh.vertices.cols()));
-    for (Eigen::Index i = 0; i < mesh.vertices.cols(); ++i)
+    void operator()(const osg::Vec3& a, const osg::Vec3& b, const osg::Vec3& c)
     {
-        const Eigen::Vector3d v = mesh.vertices.col(i) / grid;
-        like[i] = firsts
-                      .try_emplace({std::lround(v.x()), std::lround(v.y()), std::lround(v.z())},
-                                   static_cast<int>(i))
-                      .first->second;
+        for (const osg::Vec3& corner : {a, b, c})
+            corners.push_back(osg::Vec3d(corner) * toRoot);
+    }
+    osg::Matrix toRoot;
+    std::vector<osg::Vec3d> corners;
+};
+
+/// Collects the triangles below a node in the frame of its parent.
+class CollectTriangles : public osg::NodeVisitor
+{
+public:
+    CollectTriangles() : osg::NodeVisitor(TRAVERSE_ACTIVE_CHILDREN) {}
+    void apply(osg::Drawable& drawable) override
+    {
+        osg::TriangleFunctor<TriangleCorners> triangles;
+        triangles.toRoot = osg::computeLocalToWorld(getNodePath());
+        drawable.accept(triangles);
+        corners.insert(corners.end(), triangles.corners.begin(), triangles.corners.end());
+    }
+    std::vector<osg::Vec3d> corners;
+};
+
+/// Returns, for each corner, the first one at the same place within a millionth of \a size, so that
+/// triangles that share an edge can be found.
+std::vector<std::size_t> welded(const std::vector<osg::Vec3d>& corners, double size)
+{
+    const double grid = 1e-6 * std::max(1e-9, size);
+    std::map<std::array<long, 3>, std::size_t> firsts;
+    std::vector<std::size_t> like;
+    for (std::size_t i = 0; i < corners.size(); ++i)
+    {
+        const osg::Vec3d v = corners[i] / grid;
+        like.push_back(
+            firsts.try_emplace({std::lround(v.x()), std::lround(v.y()), std::lround(v.z())}, i)
+                .first->second);
     }
     return like;
 }
 
 /// Returns edges with one triangle, or with two triangles that are turned by more than 35 degrees.
 /// Returns none if there are too many to look good: more than a tenth of all edges of a solid.
-osg::ref_ptr<osg::Vec3Array> featureEdges(const haptics::TriangleMesh& mesh, bool flat)
+osg::ref_ptr<osg::Vec3Array> featureEdges(osg::Node& model, double size, bool flat)
 {
-    const std::vector<int> like = welded(mesh);
-    std::map<std::pair<int, int>, std::vector<Eigen::Vector3d>>
-        edges; // normals of the triangles on each
-    for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t)
+    CollectTriangles collect;
+    model.accept(collect);
+    const std::vector<osg::Vec3d>& corners = collect.corners;
+    const std::vector<std::size_t> like = welded(corners, size);
+    // normals of the triangles on each
+    std::map<std::pair<std::size_t, std::size_t>, std::vector<osg::Vec3d>> edges;
+    for (std::size_t t = 0; t + 2 < corners.size(); t += 3)
     {
-        const Eigen::Vector3d a = mesh.vertices.col(mesh.triangles(0, t));
-        const Eigen::Vector3d b = mesh.vertices.col(mesh.triangles(1, t));
-        const Eigen::Vector3d c = mesh.vertices.col(mesh.triangles(2, t));
-        const Eigen::Vector3d normal = (b - a).cross(c - a);
-        if (normal.norm() <= 0.0) continue;
-        for (int k = 0; k < 3; ++k)
+        osg::Vec3d normal = (corners[t + 1] - corners[t]) ^ (corners[t + 2] - corners[t]);
+        if (normal.normalize() <= 0.0) continue;
+        for (std::size_t k = 0; k < 3; ++k)
         {
-            const int from = like[mesh.triangles(k, t)];
-            const int to = like[mesh.triangles((k + 1) % 3, t)];
-            if (from != to) edges[std::minmax(from, to)].push_back(normal.normalized());
+            const std::size_t from = like[t + k];
+            const std::size_t to = like[t + (k + 1) % 3];
+            if (from != to) edges[std::minmax(from, to)].push_back(normal);
         }
     }
-    const double sharp = std::cos(midair::base::toRadians(35.0));
+    const double sharp = std::cos(osg::DegreesToRadians(35.0));
     osg::ref_ptr<osg::Vec3Array> lines = new osg::Vec3Array;
     for (const auto& [edge, normals] : edges)
-        if (normals.size() == 1 || (normals.size() == 2 && normals[0].dot(normals[1]) < sharp))
-            for (const int end : {edge.first, edge.second})
-            {
-                const Eigen::Vector3d v = mesh.vertices.col(end);
-                lines->push_back(osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z())));
-            }
+        if (normals.size() == 1 || (normals.size() == 2 && normals[0] * normals[1] < sharp))
+            for (const std::size_t end : {edge.first, edge.second})
+                lines->push_back(osg::Vec3(corners[end]));
     if (!flat && lines->size() / 2 > edges.size() / 10) lines->clear();
     return lines;
+}
+
+/// Draws \a node after opaque ones, over the field and under its control points.
+void drawTranslucent(osg::Node& node)
+{
+    osg::StateSet* state = node.getOrCreateStateSet();
+    state->setMode(GL_LIGHTING, osg::StateAttribute::OFF);
+    state->setMode(GL_CULL_FACE, osg::StateAttribute::OFF);
+    state->setAttributeAndModes(new osg::BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA));
+    state->setAttributeAndModes(new osg::Depth(osg::Depth::LEQUAL, 0.0, 1.0, false));
+    state->setRenderBinDetails(osgMidair::TRANSLUCENT_OBJECT_BIN, "DepthSortedBin");
 }
 
 osg::ref_ptr<osg::Node> lineNode(osg::Vec3Array* lines)
@@ -92,7 +125,7 @@ osg::ref_ptr<osg::Node> lineNode(osg::Vec3Array* lines)
     geometry->setColorArray(new osg::Vec4Array(1, &color), osg::Array::BIND_OVERALL);
     geometry->addPrimitiveSet(
         new osg::DrawArrays(GL_LINES, 0, static_cast<GLsizei>(lines->size())));
-    osgMidair::drawTranslucent(*geometry, osgMidair::TRANSLUCENT_OBJECT_BIN);
+    drawTranslucent(*geometry);
     geometry->getOrCreateStateSet()->setAttributeAndModes(new osg::LineWidth(2.0F));
     return geometry;
 }
@@ -121,7 +154,7 @@ void dress(osg::Node& model, bool flat)
         flat ? osg::StateAttribute::ON | osg::StateAttribute::OVERRIDE : osg::StateAttribute::ON;
     state->setAttributeAndModes(material, mode);
     if (!flat) return;
-    osgMidair::drawTranslucent(model, osgMidair::TRANSLUCENT_OBJECT_BIN);
+    drawTranslucent(model);
     state->setRenderBinDetails(osgMidair::TRANSLUCENT_OBJECT_BIN,
                                "DepthSortedBin",
                                osg::StateSet::OVERRIDE_RENDERBIN_DETAILS);
@@ -170,9 +203,7 @@ DemoObject loadDemoObject(const std::string& path, double size_m)
     read->accept(smoothing);
     dress(*placed, object.flat);
     object.model = placed;
-    osg::ref_ptr<osg::Group> whole = new osg::Group;
-    whole->addChild(placed);
-    object.edges = lineNode(featureEdges(bridge::extractMesh(*whole).mesh(), object.flat));
+    object.edges = lineNode(featureEdges(*placed, largest * scale, object.flat));
     return object;
 }
 

@@ -1,11 +1,73 @@
 #include "samples/demo/DemoOptions.h"
 
-#include "plugin/overlays/OverlayKinds.h"
-#include "plugin/settings/AllSettings.h"
+#include "samples/QuantityOption.h"
 #include "samples/SettingOptions.h"
+
+#include <osgMidair/HapticOverlays>
+#include <osgMidair/HapticProperty>
+#include <osgMidair/HapticSettings>
+#include <osgMidair/SettingDescription>
+
+#include <algorithm>
 
 namespace midair::samples
 {
+
+namespace
+{
+
+/// Returns the settings that \a T describes as options.
+template<typename T>
+std::vector<SettingOption> optionsOf()
+{
+    std::vector<SettingOption> options;
+    for (const osgMidair::SettingDescription& said : T::getDescriptions())
+        options.push_back({said.name,
+                           said.summary,
+                           typeOf(said.unit, !said.words.empty()),
+                           said.isFlag,
+                           [name = said.name](const std::string& text)
+                           { return T::problemOf(name, text); }});
+    return options;
+}
+
+/// Returns the most that an object's pressure may be.
+double mostPressure()
+{
+    const std::vector<osgMidair::SettingDescription> all =
+        osgMidair::HapticProperty::getDescriptions();
+    return std::find_if(all.begin(),
+                        all.end(),
+                        [](const osgMidair::SettingDescription& said)
+                        { return said.name == "pressure"; })
+        ->high;
+}
+
+/// Adds which overlays are shown, and the numbers that say how they look.
+void addOverlays(CLI::App& app, DemoOptions& options)
+{
+    std::vector<std::string> words;
+    for (const osgMidair::OverlayDescription& overlay : osgMidair::HapticOverlays::describe())
+    {
+        words.push_back(overlay.word);
+        for (const osgMidair::SettingDescription& number : overlay.numbers)
+            app.add_option_function<double>(
+                   optionName(number.name),
+                   [&options, name = number.name](double value)
+                   { options.numbers.emplace_back(name, value); },
+                   number.help + " (" + number.values + ")")
+                ->type_name(typeOf(number.unit, false))
+                ->transform(inUnit(number.unit, osgMidair::readQuantity))
+                ->check(CLI::Range(number.low, number.high))
+                ->group("The overlays");
+    }
+    words.emplace_back("none");
+    app.add_option("--overlays", options.overlays, "What is drawn over the scene [everything]")
+        ->check(CLI::IsMember(words))
+        ->delimiter(',');
+}
+
+} // namespace
 
 bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
 {
@@ -19,35 +81,21 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
                    "Model or scene, any file that OpenSceneGraph reads [the paper's star]");
     app.add_option(
            "--size", options.size_m, "Largest extent of the model in m; 0: as it is in the file")
+        ->transform(inUnit("m", osgMidair::readQuantity))
         ->check(CLI::Range(0.0, 10.0))
         ->capture_default_str();
     app.add_option("--pressure",
                    options.pressure_Pa,
                    "Wanted peak pressure in Pa; 0: as loud as it accurately can")
-        ->check(CLI::Range(0.0, osgMidair::surfaceProperties().find("pressure")->range.high));
-    addSettings(app, osgMidair::sceneSettings(), "The scene", {}, options.scene);
+        ->transform(inUnit("Pa", osgMidair::readQuantity))
+        ->check(CLI::Range(0.0, mostPressure()));
+    addSettings(app, optionsOf<osgMidair::HapticSettings>(), "The scene", {}, options.scene);
     addSettings(app,
-                osgMidair::surfaceProperties(),
+                optionsOf<osgMidair::HapticProperty>(),
                 "The object",
                 {"enabled", "pressure", "unit"}, // set by the scene's options and --pressure
                 options.object);
-    std::vector<std::string> overlays;
-    for (const auto& [place, kind] : osgMidair::overlayKinds())
-        overlays.push_back(kind.word);
-    overlays.emplace_back("none");
-    app.add_option("--overlays", options.overlays, "What is drawn over the scene [everything]")
-        ->check(CLI::IsMember(overlays))
-        ->delimiter(',');
-    for (const auto& [place, kind] : osgMidair::overlayKinds())
-        for (const osgMidair::OverlayNumber& number : kind.numbers)
-            app.add_option_function<double>(
-                   optionName(number.name),
-                   [&options, name = number.name](double value)
-                   { options.numbers.emplace_back(name, value); },
-                   number.help + " (" + number.numbers() + ")")
-                ->type_name(number.unit.empty() ? "VALUE" : number.unit)
-                ->check(CLI::Range(number.range.low, number.range.high))
-                ->group("The overlays");
+    addOverlays(app, options);
     app.add_flag("--still", options.still, "The object stays where it is");
     app.add_option("--frames",
                    options.frames,

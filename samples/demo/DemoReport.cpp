@@ -1,9 +1,5 @@
 #include "samples/demo/DemoReport.h"
 
-#include "engine-bridge/pipeline/HologramResult.h"
-#include "haptics/base/Percentile.h"
-#include "haptics/solvers/SolveReport.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -14,15 +10,38 @@
 namespace midair::samples
 {
 
-void DemoReport::addFrame(double frame_ms, const bridge::HologramResult* newest)
+namespace
+{
+
+/// What is said behind the pressure of the newest field.
+const char* silenceOf(const osgMidair::HapticStatistics& statistics)
+{
+    return statistics.stop == "silenced" ? ": silenced" : "";
+}
+
+/// Returns the value below which the fraction \a share (0 .. 1) of \a values lies, interpolated
+/// between two of them; 0 if there are none.
+double percentile(std::vector<double> values, double share)
+{
+    if (values.empty()) return 0.0;
+    std::sort(values.begin(), values.end());
+    const double place = share * static_cast<double>(values.size() - 1);
+    const auto below = static_cast<std::size_t>(place);
+    const std::size_t above = std::min(below + 1, values.size() - 1);
+    return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
+}
+
+} // namespace
+
+void DemoReport::addFrame(double frame_ms, const osgMidair::HapticStatistics& now)
 {
     _frame_ms.push_back(frame_ms);
-    if (!newest || newest->frame == _lastField) return;
-    _lastField = newest->frame;
-    _solve_ms.push_back(newest->report().matrix_ms + newest->report().solve_ms);
-    _rms.push_back(newest->report().rms);
-    _loudness.push_back(newest->report().loudness);
-    _latency_ms.push_back(newest->latency_ms);
+    if (now.figures.empty() || now.fieldFrame == _lastField) return;
+    _lastField = now.fieldFrame;
+    _solve_ms.push_back(now.matrix_ms + now.solve_ms);
+    _rms.push_back(now.rms);
+    _loudness.push_back(now.loudness);
+    _latency_ms.push_back(now.latency_ms);
 }
 
 bool DemoReport::write(const std::string& path, std::string& error) const
@@ -33,11 +52,12 @@ bool DemoReport::write(const std::string& path, std::string& error) const
     json["array"] = array;
     json["transducers"] = transducers;
     json["device"] = statistics.device;
+    json["stop"] = statistics.stop;
     json["temperature_C"] = temperature_C;
     json["frames"] = _frame_ms.size();
     json["framesPerSecond"] = seconds > 0.0 ? static_cast<double>(_frame_ms.size()) / seconds : 0.0;
-    json["frame_ms"] = {{"median", base::percentile(_frame_ms, 0.5)},
-                        {"p99", base::percentile(_frame_ms, 0.99)}};
+    json["frame_ms"] = {{"median", percentile(_frame_ms, 0.5)},
+                        {"p99", percentile(_frame_ms, 0.99)}};
     json["objects"] = statistics.objects;
     json["points"] = statistics.points;
     json["snapshots"] = statistics.snapshots;
@@ -48,22 +68,31 @@ bool DemoReport::write(const std::string& path, std::string& error) const
     json["meshesSampled"] = statistics.meshesSampled;
     json["outOfWorkspace"] = statistics.outOfWorkspace;
     json["updatesPerSecond"] = statistics.updatesPerSecond;
-    json["solve_ms"] = {{"median", base::percentile(_solve_ms, 0.5)},
-                        {"p99", base::percentile(_solve_ms, 0.99)}};
-    json["rms"] = {{"median", base::percentile(_rms, 0.5)}, {"max", base::percentile(_rms, 1.0)}};
-    json["loudness"] = {{"median", base::percentile(_loudness, 0.5)},
-                        {"min", base::percentile(_loudness, 0.0)}};
+    json["solve_ms"] = {{"median", percentile(_solve_ms, 0.5)},
+                        {"p99", percentile(_solve_ms, 0.99)}};
+    json["rms"] = {{"median", percentile(_rms, 0.5)}, {"max", percentile(_rms, 1.0)}};
+    json["loudness"] = {{"median", percentile(_loudness, 0.5)},
+                        {"min", percentile(_loudness, 0.0)}};
     json["maxPressure_Pa"] = statistics.maxPressure_Pa;
     json["capped"] = statistics.capped;
-    json["latency_ms"] = {{"median", base::percentile(_latency_ms, 0.5)},
-                          {"p99", base::percentile(_latency_ms, 0.99)}};
+    json["latency_ms"] = {{"median", percentile(_latency_ms, 0.5)},
+                          {"p99", percentile(_latency_ms, 0.99)}};
     json["fieldsInTurn"] = statistics.fieldsInTurn;
     json["fieldRate_Hz"] = statistics.fieldRate_Hz;
     json["outline"] = statistics.outline;
     // Figures of the newest field, except those that are already there as medians.
-    const nlohmann::ordered_json figures = haptics::toJson(statistics.figures);
-    for (const auto& [name, value] : figures.items())
-        if (!json.contains(name)) json[name] = value;
+    for (const auto& [name, value] : statistics.figures)
+    {
+        std::string place = "/" + name; // "/surface/mean_Pa"
+        std::replace(place.begin(), place.end(), '.', '/');
+        const nlohmann::ordered_json::json_pointer pointer(place);
+        if (json.contains(pointer)) continue;
+        // Counts are whole numbers.
+        if (value == std::floor(value) && std::abs(value) < 1e15)
+            json[pointer] = static_cast<std::int64_t>(value);
+        else
+            json[pointer] = value;
+    }
     if (statistics.certifiedGap >= 0.0) json["certifiedGap"] = statistics.certifiedGap;
     json["slice_ms"] = slice_ms;
     json["slicesPerSecond"] = slicesPerSecond;
@@ -98,21 +127,22 @@ void DemoReport::print() const
     std::printf("frames      %zu at %.1f/s, 99 %% within %.1f ms\n",
                 _frame_ms.size(),
                 fps,
-                base::percentile(_frame_ms, 0.99));
+                percentile(_frame_ms, 0.99));
     std::printf("fields      %llu solved of %llu handed over, %llu overtaken, %llu unmoved\n",
                 static_cast<unsigned long long>(statistics.solves),
                 static_cast<unsigned long long>(statistics.snapshots),
                 static_cast<unsigned long long>(statistics.superseded),
                 static_cast<unsigned long long>(statistics.skippedUnmoved));
     std::printf("solve       %.2f ms median, %.2f ms p99 (matrix included)\n",
-                base::percentile(_solve_ms, 0.5),
-                base::percentile(_solve_ms, 0.99));
+                percentile(_solve_ms, 0.5),
+                percentile(_solve_ms, 0.99));
     std::printf("accuracy    rms %.3f %% median, %.3f %% worst\n",
-                100.0 * base::percentile(_rms, 0.5),
-                100.0 * base::percentile(_rms, 1.0));
-    std::printf("loudness    E %.3f, %.0f Pa (peak) at the points\n",
-                base::percentile(_loudness, 0.5),
-                statistics.level_Pa);
+                100.0 * percentile(_rms, 0.5),
+                100.0 * percentile(_rms, 1.0));
+    std::printf("loudness    E %.3f, %.0f Pa (peak) at the points%s\n",
+                percentile(_loudness, 0.5),
+                statistics.level_Pa,
+                silenceOf(statistics));
     if (statistics.maxPressure_Pa > 0.0)
         std::printf("cap         %.0f Pa at every point: %llu fields held down, the last to %.3f "
                     "of its amplitude\n",
@@ -128,17 +158,18 @@ void DemoReport::print() const
     if (statistics.surface.samples > 0)
         std::printf(
             "surface     %.1f Pa mean, cv %.2f, first percentile %.2f of the mean, contrast "
-            "%.1f\n",
+            "%.2f +- %.2f\n",
             statistics.surface.mean_Pa,
             statistics.surface.coefficientOfVariation,
             statistics.surface.percentile1,
-            statistics.surface.contrast);
+            statistics.surface.contrast,
+            statistics.surface.contrastError);
     if (statistics.certifiedGap >= 0.0)
         std::printf("certificate phases at most %.2f %% over the best there are\n",
                     100.0 * statistics.certifiedGap);
     std::printf("latency     %.2f ms median, %.2f ms p99, frame stamp to drive signal\n",
-                base::percentile(_latency_ms, 0.5),
-                base::percentile(_latency_ms, 0.99));
+                percentile(_latency_ms, 0.5),
+                percentile(_latency_ms, 0.99));
     if (picturesProblem.empty())
         std::printf("pictures    %zu in %s, slice in %.1f ms\n",
                     _pictures.size(),

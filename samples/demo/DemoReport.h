@@ -8,11 +8,6 @@
 #include <string>
 #include <vector>
 
-namespace midair::bridge
-{
-struct HologramResult;
-}
-
 namespace midair::samples
 {
 
@@ -31,8 +26,8 @@ struct DemoPicture
 class DemoReport
 {
 public:
-    /// Adds a frame; a new field's figures are added once.
-    void addFrame(double frame_ms, const bridge::HologramResult* newest);
+    /// Adds a frame, and once the figures of each new field in \a now.
+    void addFrame(double frame_ms, const osgMidair::HapticStatistics& now);
     void addPicture(const DemoPicture& picture) { _pictures.push_back(picture); }
 
     /// Writes the report to \a path, replacing the file. Returns false, with \a error, if it can't
@@ -60,8 +55,5 @@ private:
     std::vector<DemoPicture> _pictures;
     std::uint64_t _lastField = 0;
 };
-
-/// Returns the value below which the fraction \a share (0 .. 1) of \a values lies; 0 if there are
-/// none.
 
 } // namespace midair::samples

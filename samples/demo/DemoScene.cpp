@@ -1,7 +1,5 @@
 #include "samples/demo/DemoScene.h"
 
-#include "haptics/base/Units.h"
-#include "plugin/overlays/OverlayKinds.h"
 #include "samples/demo/DemoObject.h"
 
 #include <osgMidair/HapticSurface>
@@ -14,7 +12,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <stdexcept>
+#include <system_error>
 
 namespace midair::samples
 {
@@ -37,6 +37,12 @@ public:
 
 std::string starFile()
 {
+    std::error_code ignored;
+    const std::filesystem::path program =
+        std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
+    const std::filesystem::path installed =
+        program / MIDAIR_SAMPLES_FROM_PROGRAM / "models" / "star.obj";
+    if (std::filesystem::exists(installed, ignored)) return installed.lexically_normal().string();
     const std::string shipped = std::string(MIDAIR_SAMPLES_FOLDER) + "/models/star.obj";
     const std::string found = osgDB::findDataFile(shipped);
     return found.empty() ? shipped : found;
@@ -47,8 +53,8 @@ std::string starFile()
 osg::Matrix demoPose(double time_s)
 {
     const auto wave = [&](double period_s, double phase)
-    { return std::sin(base::kTwoPi * (time_s / period_s + phase)); };
-    return osg::Matrix::rotate(base::kTwoPi * time_s / 9.0, osg::Y_AXIS) *
+    { return std::sin(2.0 * osg::PI * (time_s / period_s + phase)); };
+    return osg::Matrix::rotate(2.0 * osg::PI * time_s / 9.0, osg::Y_AXIS) *
            osg::Matrix::rotate(osg::DegreesToRadians(24.0) * wave(7.0, 0.15), osg::X_AXIS) *
            osg::Matrix::rotate(osg::DegreesToRadians(32.0) * wave(5.0, 0.0), osg::Z_AXIS) *
            osg::Matrix::translate(
@@ -87,9 +93,10 @@ DemoScene::DemoScene(const DemoOptions& options) :
     for (const auto& [name, value] : options.numbers)
         _overlays->setNumber(name, value);
     if (options.overlays.empty()) return;
-    for (const auto& [place, kind] : osgMidair::overlayKinds())
-        _overlays->getOverlay(kind.name)->setShown(
-            std::count(options.overlays.begin(), options.overlays.end(), kind.word) > 0);
+    for (const osgMidair::OverlayDescription& overlay : osgMidair::HapticOverlays::describe())
+        _overlays->getOverlay(overlay.name)
+            ->setShown(std::count(options.overlays.begin(), options.overlays.end(), overlay.word) >
+                       0);
 }
 
 void DemoScene::wrap(const DemoOptions& options)

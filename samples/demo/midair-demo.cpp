@@ -1,23 +1,20 @@
 /// The main sample: an object that moves in the array, with the field that is played for it, in a
 /// window or as pictures.
 
-#include "engine-bridge/pipeline/HologramPipeline.h"
-#include "engine-bridge/pipeline/HologramResult.h"
-#include "haptics/array/TransducerArray.h"
-#include "haptics/base/threads/SteadyClock.h"
-#include "plugin/engine/SceneAccess.h"
-#include "plugin/overlays/OverlayPart.h"
 #include "samples/demo/DemoOptions.h"
 #include "samples/demo/DemoReport.h"
 #include "samples/demo/DemoScene.h"
+#include "samples/demo/StopSignal.h"
 #include "samples/views/Offscreen.h"
 
+#include <osg/Timer>
 #include <osgDB/WriteFile>
 #include <osgGA/OrbitManipulator>
 #include <osgGA/StateSetManipulator>
 #include <osgViewer/Viewer>
 #include <osgViewer/ViewerEventHandlers>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
@@ -30,7 +27,6 @@
 namespace
 {
 
-using namespace midair;
 using namespace midair::samples;
 
 const osg::Vec4 kBackground(0.052F, 0.060F, 0.078F, 1.0F);
@@ -69,7 +65,10 @@ public:
         if (!_ready) return nullptr;
         osgMidair::Hud& figures = *_scene.overlays().getHud();
         const float scale = figures.getScale();
-        figures.setScale(kScale * (scale > 0.0F ? scale : 1.0F));
+        const osg::Viewport& viewport = *_viewer.getCamera()->getViewport();
+        const float own =
+            osgMidair::Hud::scaleFor(viewport.width() / kScale, viewport.height() / kScale);
+        figures.setScale(kScale * (scale > 0.0F ? scale : own));
         _viewer.renderingTraversals(); // compiles new GL objects
         _grabber->request();
         _viewer.renderingTraversals();
@@ -115,12 +114,19 @@ void frame(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, bool draw
     if (draw) viewer.renderingTraversals();
 }
 
-double nearestPoint_mm(const bridge::HologramResult& result, const osg::Vec3d& place)
+double seconds()
 {
-    if (result.points.size() == 0) return 0.0;
-    const Eigen::Vector3d at(place.x(), place.y(), place.z());
-    return 1e3 *
-           std::sqrt((result.points.positions.colwise() - at).colwise().squaredNorm().minCoeff());
+    return osg::Timer::instance()->time_s();
+}
+
+/// Returns the distance from \a place (array frame, m) to the nearest control point of \a field.
+double nearestPoint_mm(const osgMidair::HapticField& field, const osg::Vec3d& place)
+{
+    double nearest_mm = field.getPoints().empty() ? 0.0 : 1e9;
+    for (const osgMidair::HapticField::ControlPoint& point : field.getPoints())
+        nearest_mm =
+            std::min(nearest_mm, 1e3 * (point.position * field.getWorldToArray() - place).length());
+    return nearest_mm;
 }
 
 /// Holds the scene at \a time_s, the time of its last frame, until the field for it is solved and
@@ -130,27 +136,27 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
     DemoPicture picture;
     osgMidair::FieldSliceOverlay& slice = *scene.overlays().getFieldSlice();
     picture.frame = viewer.getFrameStamp()->getFrameNumber();
-    const double start = base::steadySeconds();
-    std::shared_ptr<const bridge::HologramResult> result;
+    const double start = seconds();
+    osg::ref_ptr<const osgMidair::HapticField> field;
     for (;;)
     {
         const osgMidair::HapticStatistics s = scene.haptics().getStatistics();
-        result = osgMidair::SceneAccess::latestResult(scene.haptics());
+        field = scene.haptics().getField();
         const bool handled = s.solves + s.skippedUnmoved + s.superseded >= s.snapshots;
-        if ((result && result->frame >= picture.frame) || (result && handled) ||
-            base::steadySeconds() - start > 20.0)
+        if ((field && field->getFrameNumber() >= picture.frame) || (field && handled) ||
+            seconds() - start > 20.0)
             break;
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    if (!result) return picture;
-    osgMidair::OverlayFeed::of(scene.overlays()).show(result);
-    slice.waitFor(result->frame, 20.0);
+    if (!field) return picture;
+    picture.latency_ms = scene.haptics().getStatistics().latency_ms;
+    frame(viewer, scene, time_s, draw); // hands the field to the overlays
+    slice.waitFor(field->getFrameNumber(), 20.0);
     if (scene.overlays().getShowFieldVolume())
-        scene.overlays().getFieldVolume()->waitFor(result->frame, 20.0);
+        scene.overlays().getFieldVolume()->waitFor(field->getFrameNumber(), 20.0);
     picture.fieldFrame = slice.getShownFrame();
-    picture.latency_ms = result->latency_ms;
     picture.peak_Pa = slice.getPeakPressure();
-    picture.peakToPoint_mm = nearestPoint_mm(*result, slice.getPeak());
+    picture.peakToPoint_mm = nearestPoint_mm(*field, slice.getPeak());
     frame(viewer, scene, time_s, draw); // updates the figures of the HUD
     return picture;
 }
@@ -162,8 +168,7 @@ void finish(DemoScene& scene, DemoReport& report)
     report.temperature_C = scene.haptics().getTemperature();
     report.slice_ms = scene.overlays().getFieldSlice()->getComputeTime_ms();
     report.slicesPerSecond = scene.overlays().getFieldSlice()->getSlicesPerSecond();
-    if (const auto array = osgMidair::SceneAccess::array(scene.haptics()))
-        report.transducers = array->size();
+    report.transducers = report.statistics.transducers;
 }
 
 int runHeadless(const DemoOptions& options)
@@ -173,6 +178,12 @@ int runHeadless(const DemoOptions& options)
     report.options = options;
     report.model = scene.name();
     std::filesystem::create_directories(options.out);
+
+    // Nobody presses keys here; --key-time lists them all the same.
+    const bool areKeysAsked = std::any_of(options.numbers.begin(),
+                                          options.numbers.end(),
+                                          [](const auto& each) { return each.first == "keyTime"; });
+    if (!areKeysAsked) scene.overlays().getHud()->setKeyTime(0.0);
 
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
@@ -187,13 +198,13 @@ int runHeadless(const DemoOptions& options)
     const std::string stem =
         (std::filesystem::path(options.out) / std::filesystem::path(scene.name()).stem()).string();
     int taken = 0;
-    for (int i = 0; i < frames; ++i)
+    for (int i = 0; i < frames && !isStopAsked(); ++i)
     {
-        const double begin = base::steadySeconds();
+        const double begin = seconds();
         frame(viewer, scene, i * kFrameTime_s, draw);
-        const double spent = base::steadySeconds() - begin;
+        const double spent = seconds() - begin;
         report.seconds += spent;
-        report.addFrame(1e3 * spent, osgMidair::SceneAccess::latestResult(scene.haptics()).get());
+        report.addFrame(1e3 * spent, scene.haptics().getStatistics());
         if (!draw || i % between != between - 1) continue;
         osgMidair::Hud& figures = *scene.overlays().getHud();
         const double interval_s = figures.getUpdateInterval();
@@ -236,20 +247,20 @@ int runBenchmark(const DemoOptions& options)
     frame(viewer, scene, 0.0, true);
     settle(viewer, scene, 0.0, true);
     const int frames = options.frames > 0 ? options.frames : 300;
-    const double start = base::steadySeconds();
+    const double start = seconds();
     const CpuTimes before = CpuTimes::now();
+    int done = 0;
     double update_ms = 0.0;
-    for (int i = 0; i < frames; ++i)
+    for (; done < frames && !isStopAsked(); ++done)
     {
-        const double begin = base::steadySeconds();
+        const double begin = seconds();
         const double beginUpdate_ms = CpuTimes::now().thread_ms;
         frame(viewer, scene, begin - start, false);
         update_ms += CpuTimes::now().thread_ms - beginUpdate_ms;
         viewer.renderingTraversals();
-        report.addFrame(1e3 * (base::steadySeconds() - begin),
-                        osgMidair::SceneAccess::latestResult(scene.haptics()).get());
+        report.addFrame(1e3 * (seconds() - begin), scene.haptics().getStatistics());
     }
-    report.seconds = base::steadySeconds() - start;
+    report.seconds = seconds() - start;
     const CpuTimes after = CpuTimes::now();
     finish(scene, report);
     report.picturesProblem = "benchmark";
@@ -259,12 +270,12 @@ int runBenchmark(const DemoOptions& options)
                 report.slice_ms,
                 scene.overlays().getFieldVolume()->getVolumesPerSecond(),
                 scene.overlays().getFieldVolume()->getComputeTime_ms());
-    const double thread_ms = (after.thread_ms - before.thread_ms) / frames;
+    const double thread_ms = (after.thread_ms - before.thread_ms) / std::max(1, done);
     std::printf("cpu         %.1f ms a frame in all threads; of these %.1f ms update, %.1f ms cull "
                 "and draw in the viewer's thread\n",
-                (after.process_ms - before.process_ms) / frames,
-                update_ms / frames,
-                thread_ms - update_ms / frames);
+                (after.process_ms - before.process_ms) / std::max(1, done),
+                update_ms / std::max(1, done),
+                thread_ms - update_ms / std::max(1, done));
     return 0;
 }
 
@@ -295,15 +306,15 @@ int runWindow(const DemoOptions& options)
     report.options = options;
     report.model = scene.name();
     report.picturesProblem = "shown in a window";
-    const double start = base::steadySeconds();
-    for (int i = 0; !viewer.done() && (options.frames == 0 || i < options.frames); ++i)
+    const double start = seconds();
+    for (int i = 0; !viewer.done() && !isStopAsked() && (options.frames == 0 || i < options.frames);
+         ++i)
     {
-        const double begin = base::steadySeconds();
+        const double begin = seconds();
         frame(viewer, scene, begin - start, true);
-        report.addFrame(1e3 * (base::steadySeconds() - begin),
-                        osgMidair::SceneAccess::latestResult(scene.haptics()).get());
+        report.addFrame(1e3 * (seconds() - begin), scene.haptics().getStatistics());
     }
-    report.seconds = base::steadySeconds() - start;
+    report.seconds = seconds() - start;
     finish(scene, report);
     report.print();
     return 0;
@@ -316,6 +327,7 @@ int main(int argc, char** argv)
     DemoOptions options;
     int status = 0;
     if (!parseDemoOptions(argc, argv, options, status)) return status;
+    catchStopSignals();
     try
     {
         if (options.benchmark) return runBenchmark(options);

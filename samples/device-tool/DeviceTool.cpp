@@ -43,6 +43,18 @@ void waitForArray(const DeviceOptions& options, const device::ArrayDevice& devic
         pause(std::min(end_s, base::steadySeconds() + kPoll_s));
 }
 
+/// A device that plays by itself knows nothing of the array's dead transducers.
+void refuseToDriveDead(const DeviceOptions& options, const haptics::TransducerArray& array)
+{
+    if (array.dead.empty() || !device::playsByItself(options.device)) return;
+    throw device::DeviceError(fmt::format(
+        "device \"{}\": plays by itself and would drive the {} dead transducers of array \"{}\"; "
+        "\"midair-device play\" leaves them out",
+        options.device,
+        array.dead.size(),
+        array.name));
+}
+
 } // namespace
 
 std::atomic<bool> interrupted{false};
@@ -55,6 +67,7 @@ haptics::TransducerArray loadArray(const DeviceOptions& options)
 std::unique_ptr<device::ArrayDevice> open(const DeviceOptions& options,
                                           const haptics::TransducerArray& array)
 {
+    refuseToDriveDead(options, array);
     auto device = device::openDevice(options.device, {array.size(), array.board});
     waitForArray(options, *device);
     return device;
@@ -127,6 +140,7 @@ int listDevices(const DeviceOptions&)
 int showStatus(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
+    refuseToDriveDead(options, array);
     const auto device = device::openDevice(options.device, {array.size(), array.board});
     pause(base::steadySeconds() + 0.4); // time for the device to answer
     const device::DeviceReport report = device->report();
@@ -178,8 +192,9 @@ int playRecording(const DeviceOptions& options)
                                   "\": a recording plays on an array, not on another recording");
     // Read before any device is opened, so that none can overwrite it by recording.
     device::recording::Show recording(options.file, array.size());
-    device::PlayingDevice show(
-        std::move(recording), {}, openWithoutPoints(options, array, "a recording"));
+    device::PlayingDevice show(std::move(recording),
+                               {1.0, false, array.dead},
+                               openWithoutPoints(options, array, "a recording"));
     while (!interrupted && !show.finished() && !isLost(show))
         pause(base::steadySeconds() + kPoll_s);
     const device::DeviceReport report = show.report();

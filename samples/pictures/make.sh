@@ -15,7 +15,7 @@ $demo --out "$out/surface" --overlays points,slice,array,workspace,figures >/dev
 $demo --out "$out/vertices" --sampling vertices >/dev/null
 convert "$out/surface/star_3.png" -colors 256 PNG8:samples/pictures/star.png
 convert "$out/vertices/star_5.png" -colors 256 PNG8:samples/pictures/star-vertices.png
-build/bin/midair-paper --out "$out/paper" >/dev/null
+build/bin/midair-paper --out "$out/paper" --starts 0 >/dev/null
 for name in paper_focus paper_line_gs paper_star_gs paper_star_sdp-bcd; do
     small "$out/paper/$name.png" "$name"
 done

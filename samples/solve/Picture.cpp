@@ -14,7 +14,9 @@ std::string drawPicture(const Solution& solution, const std::string& title, cons
     const std::filesystem::path folder =
         std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
     void* module = nullptr;
-    for (const char* place : {"midair-picture.so", "../lib/midair-picture.so"})
+    for (const char* place : {"midair-picture.so",
+                              "../lib/midair-picture.so",
+                              MIDAIR_LIBRARY_FROM_PROGRAM "/midair-picture.so"})
         if (!module && std::filesystem::exists(folder / place, error))
             module = dlopen((folder / place).c_str(), RTLD_NOW | RTLD_LOCAL);
     void* symbol = module ? dlsym(module, "midairDrawPicture") : nullptr;

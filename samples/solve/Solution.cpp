@@ -4,6 +4,7 @@
 #include "engine-bridge/playing/PressureCap.h"
 #include "haptics/base/AssignPart.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/Limits.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/PropagationMatrix.h"
@@ -11,9 +12,12 @@
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/sequence/SequenceComposer.h"
 #include "haptics/solvers/certificate/Certificate.h"
+#include "samples/solve/ArrayLevels.h"
 
 #include <algorithm>
 #include <cstdio>
+
+#include <fmt/format.h>
 
 namespace midair::samples
 {
@@ -21,33 +25,12 @@ namespace midair::samples
 namespace
 {
 
-/// Returns the activations that the array plays for a drive: amplitudes rounded to its levels.
-Eigen::VectorXcf playedBy(const haptics::TransducerArray& array, const device::DriveSignal& signal)
-{
-    std::vector<std::complex<float>> played;
-    device::decode(signal, played);
-    const std::vector<float>& levels = array.drive.amplitudeLevels;
-    for (std::complex<float>& q : played)
-    {
-        const float amplitude = std::abs(q);
-        if (levels.empty() || !(amplitude > 0.0f)) continue;
-        const auto above = std::lower_bound(levels.begin(), levels.end(), amplitude);
-        float nearest = above == levels.end() ? levels.back() : *above;
-        if (above != levels.end() && above != levels.begin() &&
-            amplitude - *(above - 1) < *above - amplitude)
-            nearest = *(above - 1);
-        q *= nearest / amplitude;
-    }
-    return Eigen::Map<Eigen::VectorXcf>(played.data(), static_cast<Eigen::Index>(played.size()));
-}
-
 haptics::ComposerOptions composerOptions(const SolveArguments& arguments)
 {
     haptics::ComposerOptions options;
     base::assignPart<haptics::SequenceSettings>(options, arguments.settings);
     base::assignPart<haptics::SolverSettings>(options.solverOptions, arguments.settings);
     options.solverOptions.updateRate_Hz = arguments.settings.fieldRate;
-    options.sweeps = arguments.sweeps;
     const std::string name = arguments.settings.solver.empty() ? haptics::solverNames().front()
                                                                : arguments.settings.solver;
     options.makeSolver = [name, solver = options.solverOptions]
@@ -83,33 +66,28 @@ haptics::FieldSequence compose(const SolveArguments& arguments, const SolveScene
     }
     const std::vector<haptics::ControlPoints> sets = pointSets(arguments, scene);
     if (sets.size() == 1) return composer.compose(0, sets.front(), {}, scene.array, scene.medium);
-    Eigen::Matrix3Xd surface(3, 0);
-    if (arguments.sweeps > 0)
+    haptics::ControlPoints places;
+    if (arguments.settings.even > 0)
     {
         haptics::ControlPoints all;
         for (const haptics::ControlPoints& set : sets)
             append(all, set);
-        surface = feltSurface(arguments, all.positions, scene);
+        places = placesToEven(arguments, all, scene);
     }
-    return composer.composeCycle(sets, surface, scene.array, scene.medium);
+    return composer.composeCycle(sets, places, scene.array, scene.medium);
 }
 
-void holdToCap(const SolveArguments& arguments, Solution& solution)
+/// Returns what holds fields to the cap of the arguments; without one, to the most that can be.
+bridge::PressureCap pressureCap(const SolveArguments& arguments,
+                                const haptics::DriveResolution& drive)
 {
-    if (!(arguments.settings.maxPressure > 0.0) || solution.points.size() == 0) return;
-    const haptics::TransducerArray& array = solution.scene.array;
     device::DriveAbility ability;
-    ability.amplitudes = array.drive.amplitudeLevels;
-    const bridge::PressureCap cap(
-        arguments.settings.maxPressure,
-        [&array](const device::DriveSignal& signal) { return playedBy(array, signal); },
-        std::move(ability));
-    solution.sequence.report.capFactor = cap.hold({solution.points.positions,
-                                                   {&array},
-                                                   solution.scene.medium,
-                                                   false,
-                                                   arguments.settings.threads},
-                                                  solution.sequence);
+    ability.phaseLevels = drive.phaseLevels;
+    ability.amplitudes = drive.amplitudeLevels;
+    const double max_Pa = arguments.settings.maxPressure;
+    return {max_Pa > 0.0 ? max_Pa : base::kMostPressure_Pa,
+            [&drive](const device::DriveSignal& signal) { return playedBy(drive, signal); },
+            std::move(ability)};
 }
 
 /// Encodes the drives and replaces the fields by those that the drives play.
@@ -119,26 +97,91 @@ void encodeFields(Solution& solution)
     {
         device::DriveSignal& signal = solution.signals.emplace_back();
         device::encode(q.data(), static_cast<int>(q.size()), signal);
-        q = playedBy(solution.scene.array, signal);
+        for (const int i : solution.scene.array.dead)
+            signal.duty[static_cast<std::size_t>(i)] = 0;
+        q = playedBy(solution.scene.array.drive, signal);
     }
 }
 
-/// Computes |p| at the points in double, each in the field made for it.
-void measure(Solution& solution)
+/// Returns |p| at the points of \a sequence (n), computed in double, each in the field made for it;
+/// of an evened one what is felt.
+Eigen::VectorXd measured(const haptics::FieldSequence& sequence, const SolveScene& scene)
 {
-    const haptics::FieldSequence& sequence = solution.sequence;
-    solution.achieved_Pa.resize(solution.points.size());
+    if (sequence.evened)
+    {
+        const Eigen::MatrixXcd G = haptics::referencePropagationMatrix(
+            sequence.points().positions, scene.array, scene.medium);
+        Eigen::VectorXd square = Eigen::VectorXd::Zero(G.rows());
+        for (const Eigen::VectorXcf& q : sequence.fields)
+            square += (G * q.cast<std::complex<double>>()).cwiseAbs2();
+        return (square / static_cast<double>(sequence.fields.size())).cwiseSqrt();
+    }
+    Eigen::VectorXd achieved_Pa = Eigen::VectorXd::Zero(sequence.points().size());
     Eigen::Index done = 0;
     for (std::size_t k = 0; k < std::min(sequence.parts.size(), sequence.fields.size()); ++k)
     {
         const Eigen::Matrix3Xd& positions = sequence.parts[k].positions;
         if (positions.cols() == 0) continue;
-        const Eigen::MatrixXcd G = haptics::referencePropagationMatrix(
-            positions, solution.scene.array, solution.scene.medium);
-        solution.achieved_Pa.segment(done, positions.cols()) =
+        const Eigen::MatrixXcd G =
+            haptics::referencePropagationMatrix(positions, scene.array, scene.medium);
+        achieved_Pa.segment(done, positions.cols()) =
             (G * sequence.fields[k].cast<std::complex<double>>()).cwiseAbs();
         done += positions.cols();
     }
+    return achieved_Pa;
+}
+
+/// Tells in the report what the cap has made of the fields \a before it, which sound.
+void tellOfCap(const SolveArguments& arguments,
+               const haptics::FieldSequence& before,
+               Solution& solution)
+{
+    haptics::SolveReport& report = solution.sequence.report;
+    const double rmsBefore = before.report.rms;
+    std::string told;
+    const double cap_Pa = arguments.settings.maxPressure;
+    if (report.worstShortfall > before.report.worstShortfall + haptics::kShortBy)
+        told = fmt::format("the cap of {:g} Pa leaves {} of {} points short of their targets, by "
+                           "up to {:.1f} %",
+                           cap_Pa,
+                           report.shortPoints,
+                           report.points,
+                           100.0 * report.worstShortfall);
+    else if (report.rms > std::max(arguments.settings.rmsTolerance, 1.5 * rmsBefore))
+        told = fmt::format("the amplitudes that the cap of {:g} Pa leaves are coarse: the rms "
+                           "error is {:.2f} %, {:.2f} % before",
+                           cap_Pa,
+                           100.0 * report.rms,
+                           100.0 * rmsBefore);
+    if (told.empty()) return;
+    if (report.stop == haptics::StopReason::CONVERGED) report.stop = haptics::StopReason::STALLED;
+    report.message += (report.message.empty() ? "" : "; ") + told;
+}
+
+/// Applies the cap, encodes, measures and rates: all figures are then of the written drives.
+void finish(const SolveArguments& arguments, Solution& solution)
+{
+    haptics::SolveReport& report = solution.sequence.report;
+    const haptics::FieldSequence before = solution.sequence;
+    const haptics::TransducerArray& array = solution.scene.array;
+    const bridge::PressureCap cap = pressureCap(arguments, array.drive);
+    const bridge::PressureCap::Where where{solution.points.positions,
+                                           {&array},
+                                           solution.scene.medium,
+                                           false,
+                                           arguments.settings.threads};
+    if (arguments.settings.maxPressure > 0.0 && solution.points.size() > 0)
+        report.capFactor = cap.hold(where, solution.sequence);
+    encodeFields(solution);
+    solution.achieved_Pa = measured(solution.sequence, solution.scene);
+    // A solver rates its own field in float and in the levels that it planned with, and silence as
+    // without errors.
+    haptics::rateLevel(solution.points, solution.achieved_Pa.cast<float>(), report);
+    if (bridge::isSilent(solution.sequence.fields))
+        cap.tellOfSilence(
+            where, before.fields, {"--max-pressure", "--pressure or --loudness"}, report);
+    else if (report.capFactor < 1.0)
+        tellOfCap(arguments, before, solution);
 }
 
 /// Computes targets in Pa; relative ones at the level that was reached.
@@ -187,18 +230,19 @@ Solution solveAll(const SolveArguments& arguments)
     solution.points = solution.sequence.points();
     if (solution.sequence.isEmpty())
         solution.sequence.fields = {Eigen::VectorXcf::Zero(solution.scene.array.size())};
-    holdToCap(arguments, solution);
-    encodeFields(solution);
-    measure(solution);
-    // A solver rates only its own field, not several fields or the effect of a cap.
-    if (solution.sequence.report.capFactor < 1.0 || !solution.sequence.isHeld())
-        haptics::rateLevel(solution.points, solution.achieved_Pa.cast<float>(), report);
+    finish(arguments, solution);
     fitTargets(solution);
     solution.parts.fields = static_cast<int>(solution.sequence.fields.size());
+    solution.parts.evened = solution.sequence.evened;
     solution.parts.fieldRate_Hz = arguments.settings.fieldRate;
     const bool isModel = arguments.pointsFile.empty();
     if (isModel && solution.points.size() > 0) measureSurface(arguments, solution);
-    if (arguments.certify && report.level_Pa > 0.0) certify(solution);
+    if (arguments.certify && solution.parts.evened)
+        std::fprintf(stderr,
+                     "midair-solve: no certificate: no field of a cycle that is evened out is for "
+                     "its points alone; --even 0 leaves them as they are\n");
+    else if (arguments.certify && report.level_Pa > 0.0)
+        certify(solution);
     return solution;
 }
 

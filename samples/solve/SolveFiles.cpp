@@ -4,6 +4,7 @@
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/text/Trimmed.h"
+#include "samples/solve/ArrayLevels.h"
 
 #include <array>
 #include <cmath>
@@ -182,7 +183,8 @@ void writeDrive(const std::string& path,
                 const device::DriveSignal& signal)
 {
     std::ofstream file = openForWriting(path);
-    file << "x_m,y_m,z_m,nx,ny,nz,phase_level,duty_level\n";
+    const LevelDrive levels = levelsOf(array.drive, signal);
+    file << "x_m,y_m,z_m,nx,ny,nz," << levelColumns(array.drive) << '\n';
     for (int i = 0; i < array.size(); ++i)
     {
         for (int axis = 0; axis < 3; ++axis)
@@ -190,7 +192,7 @@ void writeDrive(const std::string& path,
         for (int axis = 0; axis < 3; ++axis)
             file << array.normals(axis, i) << ',';
         const auto index = static_cast<std::size_t>(i);
-        file << int(signal.phase[index]) << ',' << int(signal.duty[index]) << '\n';
+        file << levels.phase[index] << ',' << levels.amplitude[index] << '\n';
     }
     finish(file, path);
 }
@@ -209,12 +211,15 @@ void writeSummary(const std::string& path,
     json["attenuation_Np_m"] = medium.attenuation(array.frequency_Hz);
     json["sourceAmplitude_Pa_m"] = array.sourceAmplitude_Pa_m;
     json["directivity"] = haptics::directivityName(array.directivity);
+    json["phaseLevels"] = array.drive.phaseLevels;
+    if (!hasDuties(array.drive)) json["amplitudeLevels"] = array.drive.amplitudeLevels;
     json["temperature_C"] = medium.temperature_C;
     json["relativeHumidity"] = medium.relativeHumidity;
     json["pressure_Pa"] = medium.pressure_Pa;
     json["report"] = haptics::toJson(report);
     json["fields"] = parts.fields;
     if (parts.fields > 1) json["fieldRate_Hz"] = parts.fieldRate_Hz;
+    if (parts.evened) json["evened"] = true;
     if (report.surface.samples > 0)
     {
         json["surface"] = json["report"]["surface"];

@@ -28,8 +28,12 @@ void writeControlPoints(const std::string& path,
                         const Eigen::VectorXd& target_Pa,
                         const Eigen::VectorXd& achieved_Pa);
 
-/// Writes x_m,y_m,z_m,nx,ny,nz,phase_level,duty_level: one row per transducer, in the array's
-/// order.
+/// Writes x_m,y_m,z_m,nx,ny,nz and the levels of the field that the array plays of \a signal: one
+/// row per transducer, in the array's order. The last two columns are those of levelColumns():
+/// phase_level L of 256 means e^{+j 2 pi L/256} and duty_level L of 256 the relative amplitude
+/// sin(pi L/510); for an array of other levels phase_level_of_N means e^{+j 2 pi L/N}, and
+/// amplitude_level_of_N the index, from 0, into its amplitudeLevels (-1: off, where these have no
+/// 0). The array's levels must have passed keepToSignal().
 void writeDrive(const std::string& path,
                 const haptics::TransducerArray& array,
                 const device::DriveSignal& signal);
@@ -39,6 +43,7 @@ struct SummaryParts
 {
     int fields = 1; ///< number of fields played in turn, steps between them included
     double fieldRate_Hz = 0.0;
+    bool evened = false; ///< the report's figures are of what is felt of all fields together
     std::optional<haptics::Certificate> certificate;
 };
 

@@ -1,7 +1,9 @@
 #include "samples/solve/SolveOptions.h"
 
+#include "haptics/base/text/Quantity.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/solvers/SolverSettings.h"
+#include "samples/QuantityOption.h"
 #include "samples/SettingOptions.h"
 
 #include <map>
@@ -18,10 +20,32 @@ namespace
 const std::vector<std::string> kNotHere = {
     "motionTolerance", "denseOutlines", "monitorInterval", "maxAmplitude"};
 
+/// Returns the settings of a field as options, with the values in \a defaults as the defaults.
+std::vector<SettingOption> fieldOptions(const haptics::FieldSettings& defaults)
+{
+    using Setting = base::Setting<haptics::FieldSettings>;
+    std::vector<SettingOption> options;
+    for (const Setting& row : haptics::fieldSettings().rows())
+    {
+        SettingOption& option = options.emplace_back();
+        option.name = row.name;
+        option.summary = row.summary(defaults);
+        option.type = typeOf(row.unit, !row.words.empty());
+        option.isFlag = std::holds_alternative<bool haptics::FieldSettings::*>(row.member);
+        option.problemOf = [&row](const std::string& text) -> std::string
+        {
+            haptics::FieldSettings scratch;
+            if (row.assign(scratch, text) && row.holds(scratch)) return {};
+            return "is \"" + text + "\", should be " + row.expected();
+        };
+    }
+    return options;
+}
+
 void addFieldSettings(CLI::App& app, SolveArguments& arguments)
 {
     const auto given = std::make_shared<Given>();
-    addSettings(app, haptics::fieldSettings(), "The field", kNotHere, *given, arguments.settings);
+    addSettings(app, fieldOptions(arguments.settings), "The field", kNotHere, *given);
     app.parse_complete_callback(
         [given, &arguments]
         {
@@ -41,7 +65,8 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
         {"edges", haptics::Sampling::EDGES},
         {"vertices", haptics::Sampling::VERTICES}};
     addFieldSettings(app, arguments);
-    app.get_option("--cycle-steps")->needs("--cycle");
+    for (const char* name : {"--cycle-steps", "--even"})
+        app.get_option(name)->needs("--cycle");
     auto* model = app.add_option("MODEL", arguments.model, "Wavefront OBJ file");
     app.add_option("--points-file",
                    arguments.pointsFile,
@@ -50,13 +75,16 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
         ->excludes(model, app.get_option("--cycle"));
     app.add_option("--size",
                    arguments.size_m,
-                   "Largest extent of the model in metres (default: as in the file)")
+                   "Largest extent of the model in metres, or 8cm (default: as in the file)")
+        ->transform(inUnit("m", base::parseQuantity))
         ->check(CLI::PositiveNumber);
     app.add_option("--position", arguments.position, "Where the model's centre goes, metres")
+        ->transform(inUnit("m", base::parseQuantity))
         ->expected(3);
     app.add_option("--rotation-deg",
                    arguments.rotation_deg,
                    "Rotation about x, then y, then z of the array frame")
+        ->transform(inUnit("deg", base::parseQuantity))
         ->expected(3);
     app.add_option(
            "--array", arguments.array, "octagon, board, a shipped array's name, or FILE.json")
@@ -64,6 +92,7 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
     app.add_option("--spacing",
                    arguments.spacing_m,
                    "Between control points, metres (default: one wavelength)")
+        ->transform(inUnit("m", base::parseQuantity))
         ->check(CLI::PositiveNumber);
     app.add_option(
            "--sampling", arguments.sampling, "surface, edges or vertices (default: surface)")
@@ -71,6 +100,7 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
     app.add_option("--pressure",
                    arguments.pressure_Pa,
                    "Peak pressure at every point in Pa (default: as loud as it accurately can)")
+        ->transform(inUnit("Pa", base::parseQuantity))
         ->check(CLI::PositiveNumber);
     static const std::map<std::string, haptics::Crowding> kCrowdings{
         {"thin", haptics::Crowding::THIN},
@@ -79,24 +109,26 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
     app.add_option(
            "--crowding",
            arguments.crowding,
-           "thin, merge or drop what is nearer than a third of a wavelength (default: thin)")
-        ->transform(CLI::CheckedTransformer(kCrowdings).description(""));
+           "thin, merge or drop what is nearer than a third of a wavelength (default: thin; points "
+           "of a file are kept unless it is given)")
+        ->transform(CLI::CheckedTransformer(kCrowdings).description(""))
+        ->each([&arguments](const std::string&) { arguments.crowdingGiven = true; });
     app.add_option(
         "--directivity", arguments.directivity, "t4010a1-harmonics, t4010a1-table or point");
-    app.add_option("--even",
-                   arguments.sweeps,
-                   "Sweeps in which the fields of a cycle are evened out together; takes seconds")
-        ->check(CLI::Range(0, 100))
-        ->needs("--cycle");
     auto* outline = app.add_flag(
         "--outline",
         arguments.outline,
         "The model's edges in one stationary field of dense points, nearly without ripples");
-    outline->excludes("--points-file", "--cycle", "--subsets", "--solver", "--max-points");
+    outline->excludes(
+        "--points-file", "--cycle", "--subsets", "--solver", "--max-points", "--crowding");
     // Outlines have a solver of their own.
     for (const auto& row : haptics::solverSettings().rows())
         if (row.name != "loudness" && row.name != "threads")
             outline->excludes(optionName(row.name));
+    // They place or sample a model, and set its targets; a file's points have all that.
+    for (const char* name :
+         {"--size", "--position", "--rotation-deg", "--spacing", "--sampling", "--pressure"})
+        app.get_option("--points-file")->excludes(name);
     app.add_flag(
         "--certify",
         arguments.certify,

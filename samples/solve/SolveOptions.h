@@ -38,8 +38,8 @@ struct SolveArguments
     double spacing_m = 0.0;
     double pressure_Pa = 0.0;
     haptics::Crowding crowding = haptics::Crowding::THIN;
+    bool crowdingGiven = false; ///< else points of a file are kept, however near they are
     bool certify = false;
-    int sweeps = 0;
     bool outline = false;
     haptics::Sampling sampling = haptics::Sampling::SURFACE;
 };

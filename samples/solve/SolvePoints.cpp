@@ -1,14 +1,15 @@
 #include "samples/solve/SolvePoints.h"
 
-#include "device/drive/DriveEncoder.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "haptics/points/ControlPointSelector.h"
+#include "haptics/points/FeltPlaces.h"
 #include "haptics/points/ReachedOutlines.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
+#include "samples/solve/ArrayLevels.h"
 #include "samples/solve/SolveFiles.h"
 
 #include <algorithm>
@@ -53,14 +54,16 @@ std::vector<haptics::PosedObject> sampleModel(const SolveArguments& arguments,
     return objects;
 }
 
-/// Points from the user's file are kept unchanged, without doubles.
-haptics::PosedObject asObject(const haptics::ControlPoints& points)
+/// Points from the user's file are kept unchanged, without doubles, unless the user says what is
+/// done with crowded ones.
+haptics::PosedObject
+asObject(const haptics::ControlPoints& points, bool crowdingGiven, double wavelength_m)
 {
     haptics::PosedObject object;
     object.positions = points.positions;
     object.normals = points.normals;
     object.intensity = points.targets.cast<float>();
-    object.spacing_m = 1e-6;
+    object.spacing_m = crowdingGiven ? wavelength_m : 1e-6;
     return object;
 }
 
@@ -87,8 +90,10 @@ SolveScene loadScene(const SolveArguments& arguments)
 {
     SolveScene scene;
     scene.array = haptics::TransducerArray::load(arguments.array);
-    if (scene.array.drive.amplitudeLevels.empty())
-        scene.array.drive.amplitudeLevels = device::amplitudeLevels();
+    if (keepToSignal(scene.array.drive))
+        std::fprintf(stderr,
+                     "midair-solve: the array has finer phases than the 256 levels of a drive: "
+                     "solves for 256\n");
     if (!arguments.directivity.empty())
         scene.array.directivity = haptics::directivityFromName(arguments.directivity);
     scene.medium = haptics::mediumOf(arguments.settings);
@@ -107,7 +112,9 @@ std::vector<haptics::ControlPoints> pointSets(const SolveArguments& arguments,
     if (!arguments.pointsFile.empty())
     {
         const haptics::ControlPoints points = readControlPoints(arguments.pointsFile);
-        return {selectPoints(arguments, asObject(points), points.absolute, scene)};
+        const haptics::PosedObject object =
+            asObject(points, arguments.crowdingGiven, scene.wavelength_m());
+        return {selectPoints(arguments, object, points.absolute, scene)};
     }
     std::vector<haptics::ControlPoints> sets;
     for (const haptics::PosedObject& object : sampleModel(arguments, scene))
@@ -133,25 +140,67 @@ modelOutlines(const SolveArguments& arguments, const SolveScene& scene, bool& an
                      reached.inside.size(),
                      all,
                      reached.outside);
+    if (reached.apart > 0)
+        std::fprintf(stderr,
+                     "midair-solve: %d points of the model are on no outline: left out (without "
+                     "--outline they are solved for)\n",
+                     reached.apart);
     return std::move(reached.inside);
+}
+
+namespace
+{
+
+/// Returns the spacing of control points, metres.
+double spacingOf(const SolveArguments& arguments, const SolveScene& scene)
+{
+    return arguments.spacing_m > 0.0 ? arguments.spacing_m : scene.wavelength_m();
+}
+
+/// Returns samples of the model, \a spacing_m apart, array frame.
+Eigen::Matrix3Xd
+samplesOf(const SolveArguments& arguments, const SolveScene& scene, double spacing_m)
+{
+    haptics::SamplerOptions sampling;
+    sampling.spacing_m = spacing_m;
+    sampling.sampling = arguments.outline ? haptics::Sampling::EDGES : arguments.sampling;
+    sampling.maxPoints = 200000;
+    return scene.pose * haptics::sampleSurface(scene.mesh, sampling).positions;
+}
+
+} // namespace
+
+haptics::ControlPoints placesToEven(const SolveArguments& arguments,
+                                    const haptics::ControlPoints& points,
+                                    const SolveScene& scene)
+{
+    for (const double spacing : haptics::kPlaceSpacings)
+    {
+        const double spacing_m = spacing * scene.wavelength_m();
+        haptics::ControlPoints places = haptics::feltPlaces(
+            samplesOf(arguments, scene, spacing_m),
+            points,
+            haptics::kFeltReach * std::max(spacingOf(arguments, scene), spacing_m));
+        if (places.size() <= haptics::kMostPlaces) return places;
+    }
+    std::fprintf(stderr,
+                 "midair-solve: the fields are not evened out: the surface has more than %d "
+                 "places %g wavelengths apart\n",
+                 haptics::kMostPlaces,
+                 haptics::kPlaceSpacings.back());
+    return {};
 }
 
 Eigen::Matrix3Xd feltSurface(const SolveArguments& arguments,
                              const Eigen::Matrix3Xd& points,
                              const SolveScene& scene)
 {
-    const double wavelength_m = scene.wavelength_m();
-    haptics::SamplerOptions sampling;
-    // No place is farther than 1.1 times this from a sample.
-    sampling.spacing_m = 0.18 * wavelength_m;
-    sampling.sampling = arguments.outline ? haptics::Sampling::EDGES : arguments.sampling;
-    sampling.maxPoints = 200000;
+    // No place is farther than kFeltReach times this from a sample.
+    const double sampled_m = 0.18 * scene.wavelength_m();
     // Not less than the samples' spacing, or a point might have no samples.
-    const double spacing_m = std::max(
-        arguments.spacing_m > 0.0 ? arguments.spacing_m : wavelength_m, sampling.spacing_m);
-    return haptics::samplesNear(scene.pose * haptics::sampleSurface(scene.mesh, sampling).positions,
-                                points,
-                                1.1 * spacing_m);
+    const double spacing_m = std::max(spacingOf(arguments, scene), sampled_m);
+    return haptics::samplesNear(
+        samplesOf(arguments, scene, sampled_m), points, haptics::kFeltReach * spacing_m);
 }
 
 } // namespace midair::samples

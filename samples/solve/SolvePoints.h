@@ -39,6 +39,12 @@ std::vector<haptics::ControlPoints> pointSets(const SolveArguments& arguments,
 std::vector<haptics::Outline>
 modelOutlines(const SolveArguments& arguments, const SolveScene& scene, bool& any);
 
+/// Returns the places near \a points where fields in turn are evened out, with their targets; none,
+/// with a message, if the surface is too large.
+haptics::ControlPoints placesToEven(const SolveArguments& arguments,
+                                    const haptics::ControlPoints& points,
+                                    const SolveScene& scene);
+
 /// Returns samples of the felt surface near \a points (3 x n), at most a fifth of a wavelength
 /// apart.
 Eigen::Matrix3Xd feltSurface(const SolveArguments& arguments,

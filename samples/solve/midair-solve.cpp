@@ -65,25 +65,26 @@ void printSummary(const Solution& solution, const std::string& folder)
     if (solution.parts.fields > 1)
         std::printf(
             "in turn     %d fields at %.0f/s: mean phase step %.2f rad, audible change %.2f "
-            "of the drive\n",
+            "of the drive%s\n",
             solution.parts.fields,
             solution.parts.fieldRate_Hz,
             report.meanPhaseStep_rad,
-            report.audibleChange);
+            report.audibleChange,
+            solution.parts.evened ? "; evened out, so that figures are of what is felt" : "");
     if (report.surface.samples > 0)
         std::printf("surface     %.1f Pa mean radiation pressure, cv %.3f, percentiles 1 and 10 at "
-                    "%.2f and %.2f of the mean, contrast %.1f\n",
+                    "%.2f and %.2f of the mean, contrast %.2f +- %.2f\n",
                     report.surface.mean_Pa,
                     report.surface.coefficientOfVariation,
                     report.surface.percentile1,
                     report.surface.percentile10,
-                    report.surface.contrast);
+                    report.surface.contrast,
+                    report.surface.contrastError);
     if (solution.sequence.report.capFactor < 1.0)
-        std::printf("cap         held down to %.4f of the amplitude%s\n",
-                    solution.sequence.report.capFactor,
-                    solution.sequence.report.capFactor > 0.0
-                        ? ""
-                        : ": the array's levels can't keep to it");
+        std::printf(
+            "cap         held down to %.4f of the amplitude, %.0f Pa at the loudest point\n",
+            solution.sequence.report.capFactor,
+            solution.achieved_Pa.maxCoeff());
     if (solution.parts.certificate)
         std::printf("certificate misfit and power of the field %.1f %%, of its phases %.2f %%, of "
                     "the best phases "
@@ -94,6 +95,12 @@ void printSummary(const Solution& solution, const std::string& folder)
                     solution.parts.certificate->total_ms);
     if (!report.message.empty()) std::printf("note        %s\n", report.message.c_str());
     std::printf("written to  %s\n", folder.c_str());
+}
+
+bool isSilent(haptics::StopReason stop)
+{
+    return stop == haptics::StopReason::REFUSED || stop == haptics::StopReason::NOTHING_TO_DO ||
+           stop == haptics::StopReason::SILENCED;
 }
 
 } // namespace
@@ -122,10 +129,7 @@ int main(int argc, char** argv)
             arguments.model.empty() ? arguments.pointsFile : arguments.model;
         writeAll(solution, std::filesystem::path(source).filename().string(), arguments.out);
         printSummary(solution, arguments.out);
-        return solution.sequence.report.stop == haptics::StopReason::REFUSED ||
-                       solution.sequence.report.stop == haptics::StopReason::NOTHING_TO_DO
-                   ? 1
-                   : 0;
+        return isSilent(solution.sequence.report.stop) ? 1 : 0;
     }
     catch (const std::exception& error)
     {

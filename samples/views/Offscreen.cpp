@@ -95,6 +95,8 @@ public:
     bool isRealizedImplementation() const override { return _realized; }
     void closeImplementation() override
     {
+        // A context that is destroyed while it is current stays so, and the next one has no OpenGL.
+        if (eglGetCurrentContext() == _context) releaseContextImplementation();
         if (_context != EGL_NO_CONTEXT) eglDestroyContext(_display, _context);
         if (_surface != EGL_NO_SURFACE) eglDestroySurface(_display, _surface);
         _context = EGL_NO_CONTEXT;

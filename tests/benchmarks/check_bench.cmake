@@ -1,5 +1,5 @@
 # usage: cmake -DBENCH=PROGRAM -DOUT=FOLDER -P check_bench.cmake: runs midair-bench --quick and checks its output's form, never
-# its times.
+# its times; and compares it with itself, which must give the same fields.
 file(MAKE_DIRECTORY ${OUT})
 file(REMOVE ${OUT}/quick.csv ${OUT}/quick.json)
 execute_process(COMMAND ${BENCH} --quick --csv ${OUT}/quick.csv --json ${OUT}/quick.json RESULT_VARIABLE RC OUTPUT_QUIET)
@@ -36,3 +36,20 @@ string(JSON ROWS LENGTH "${JSON}" results)
 if(NOT ROWS EQUAL COUNT)
     message(FATAL_ERROR "midair-bench: ${COUNT} rows in the CSV, ${ROWS} in the JSON")
 endif()
+
+set(ONE_CELL --case sphere --n 25 --radius 0.03 --rounds 2 --repeats 3)
+execute_process(COMMAND ${BENCH} --compare ${BENCH} ${ONE_CELL} RESULT_VARIABLE RC OUTPUT_VARIABLE COMPARED)
+set(SPREAD "${NUMBER} \\.\\. +${NUMBER}")
+if(NOT RC EQUAL 0 OR NOT COMPARED MATCHES
+   "new/old.*sphere +25 +30 update +${NUMBER} +${NUMBER} +${NUMBER} +${SPREAD} +${SPREAD} +${NUMBER} +${NUMBER} +(${NUMBER}) +(${NUMBER}) +(${NUMBER}) +(${NUMBER})\n")
+    message(FATAL_ERROR "midair-bench --compare ended with ${RC} and '${COMPARED}'")
+endif()
+if(NOT CMAKE_MATCH_1 STREQUAL CMAKE_MATCH_2 OR NOT CMAKE_MATCH_3 STREQUAL CMAKE_MATCH_4)
+    message(FATAL_ERROR "midair-bench differs from itself: '${COMPARED}'")
+endif()
+foreach(OTHER cmake_is_no_bench ${CMAKE_COMMAND})
+    execute_process(COMMAND ${BENCH} --compare ${OTHER} ${ONE_CELL} RESULT_VARIABLE RC OUTPUT_QUIET ERROR_QUIET)
+    if(RC EQUAL 0)
+        message(FATAL_ERROR "midair-bench --compare takes ${OTHER}")
+    endif()
+endforeach()

@@ -3,7 +3,7 @@
 // what became of time, error and loudness. haptics/SOLVER.md quotes it.
 
 #include "haptics/array/TransducerArray.h"
-#include "haptics/solvers/GaussNewtonTuning.h"
+#include "haptics/solvers/production/GaussNewtonTuning.h"
 #include "tests/benchmarks/Timing.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 
@@ -69,6 +69,15 @@ void add(std::vector<Variant>& all,
                        }});
 }
 
+void addEffort(std::vector<Variant>& all,
+               const char* name,
+               const std::function<void(GaussNewtonTuning&, double)>& set,
+               std::initializer_list<double> values)
+{
+    for (const double value : values)
+        all.push_back({name, value, set});
+}
+
 std::vector<Variant> variants()
 {
     using T = GaussNewtonTuning;
@@ -81,28 +90,55 @@ std::vector<Variant> variants()
     add(all, "quietRounds", &T::quietRounds, {0, 1, 5});
     add(all, "quiet", &T::quiet, {0.9, 0.99, 1.0});
     add(all, "forget", &T::forget, {0.998, 1.0});
-    add(all, "largestTurn_rad", &T::largestTurn_rad, {0.2, 1.0});
+    add(all, "lost", &T::lost, {0.0, 0.95, 0.985});
+    add(all, "largestTurn_rad", &T::largestTurn_rad, {0.2, 0.5, 2.0});
     add(all, "mostFreedom", &T::mostFreedom, {2, 8, 1e6});
     add(all, "corrections", &T::corrections, {1, 4, 16});
     add(all, "conjugateSteps", &T::conjugateSteps, {6, 24});
     add(all, "searchAbove", &T::searchAbove, {0.03, 0.3, 1e9});
-    all.push_back({"stepFractions (the first only)", 1, [](T& t, double) {
-                       t.stepFractions[1] = t.stepFractions[2] = 1.0F;
-                   }});
-    all.push_back({"stepFractions (1, 1/2, 1/4)",
-                   0.5,
-                   [](T& t, double)
-                   {
-                       t.stepFractions[1] = 0.5F;
-                       t.stepFractions[2] = 0.25F;
-                   }});
+    add(all, "searchApart", &T::searchApart, {0.1, 0.2, 1e9});
+    add(all, "crowded", &T::crowded, {0.4, 1.0});
     add(all, "leastOfWeight", &T::leastOfWeight, {0.002, 0.2});
     add(all, "roundingMargin", &T::roundingMargin, {1.0, 2.0});
     add(all, "farTolerance", &T::farTolerance, {0.2, 0.8});
     add(all, "nextTolerance", &T::nextTolerance, {0.1, 1.0});
     add(all, "lastTolerance", &T::lastTolerance, {0.2, 0.9});
     add(all, "shapePasses", &T::shapePasses, {1, 6});
-    add(all, "settlePasses", &T::settlePasses, {0, 1, 8});
+    add(all, "shapeable", &T::shapeable, {0.3, 1.3});
+    add(all, "levelMargin", &T::levelMargin, {1e-5, 1e-3});
+    addEffort(all,
+              "quick.share",
+              [](T& t, double v) { t.quick.share = static_cast<float>(v); },
+              {0, 0.125, 0.5, 1});
+    add(all, "leastPerPoint", &T::leastPerPoint, {0.0, 5.0});
+    add(all, "mostPerPoint", &T::mostPerPoint, {10.0, 1e9});
+    addEffort(all,
+              "quick.passes",
+              [](T& t, double v) { t.quick.passes = static_cast<int>(v); },
+              {1, 2, 5});
+    addEffort(all,
+              "quick.reach",
+              [](T& t, double v) { t.quick.reach = static_cast<float>(v); },
+              {0.5, 1.5});
+    addEffort(all,
+              "thorough.share",
+              [](T& t, double v) { t.thorough.share = static_cast<float>(v); },
+              {0, 0.25});
+    addEffort(all,
+              "thorough.passes",
+              [](T& t, double v) { t.thorough.passes = static_cast<int>(v); },
+              {1, 6});
+    addEffort(all,
+              "thorough.reach",
+              [](T& t, double v) { t.thorough.reach = static_cast<float>(v); },
+              {0.7, 2.5});
+    add(all, "damped", &T::damped, {3, 20});
+    add(all, "dampedConjugateSteps", &T::dampedConjugateSteps, {12, 48});
+    add(all, "yield", &T::yield, {0.99, 1.0});
+    add(all, "recovery", &T::recovery, {1.0, 1.005});
+    add(all, "leastKept", &T::leastKept, {0.3, 0.95});
+    add(all, "coldDamped", &T::coldDamped, {20, 150});
+    add(all, "leastCold", &T::leastCold, {0.3, 0.9});
     return all;
 }
 

@@ -69,7 +69,7 @@ void touch()
             median_us(5,
                       [&]
                       {
-                          const bridge::MeshDistance distance(object.mesh);
+                          const bridge::MeshDistance distance(object.mesh.get());
                           distance.nearest({Vector3d::Zero(), Vector3d::Zero(), 0.01}, 0.001);
                       });
         std::printf("%10d %14.0f", static_cast<int>(object.mesh->triangles.cols()), build);

@@ -1,11 +1,12 @@
 // What the kit costs an application: collecting 10 haptic nodes out of 10,000 and handing a
-// snapshot over, a scene in which nothing moves, and the time from a frame's stamp to the drive
-// signal while a viewer draws.
+// snapshot over, reading meshes, a scene in which nothing moves, and the time from a frame's stamp
+// to the drive signal while a viewer draws.
 
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
 #include "samples/views/Offscreen.h"
+#include "tests/benchmarks/kit/Reading.h"
 
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
@@ -285,6 +286,7 @@ int main(int argc, char** argv)
     collect("10,000 nodes, tree of 10, 10 objects move", 10, false, true);
     collect("10,000 nodes, one flat group, 10 move", 10000, false, true);
     collect("10,000 nodes, tree of 10, 10 tags move", 10, true, true);
+    midair::bench::printReading();
     idle(seconds);
     motionToSignal(seconds);
     return 0;

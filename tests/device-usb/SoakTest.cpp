@@ -93,7 +93,10 @@ void soak(double seconds)
     EXPECT_EQ(report.sent, static_cast<std::uint64_t>(fields));
     EXPECT_EQ(report.sent, report.played + report.dropped);
     EXPECT_EQ(report.lost, 0U);
-    if (worst_s < 0.5 * protocol::kWatchdog_s)
+    // A machine that is too busy to keep up stops some of this program's threads for long, whether
+    // or not the probe is among them.
+    const bool keptUp = 4 * report.dropped < report.sent;
+    if (keptUp && worst_s < 0.5 * protocol::kWatchdog_s)
     {
         EXPECT_EQ(report.faults, 0U);
         EXPECT_EQ(status.watchdogs, 0U);

@@ -1,4 +1,3 @@
-#include "haptics/base/UserEnvironment.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/EnvironmentVariables.h"
 #include "tests/fuzz/FuzzTargets.h"
@@ -62,7 +61,7 @@ void fuzzOptions(const std::uint8_t* data, std::size_t size)
 
 void fuzzEnvironment(const std::uint8_t* data, std::size_t size)
 {
-    midair::base::trustVariablesOfProgram(); // as if they had been there when it began
+    Environment::trustVariablesOfProgram(); // as if they had been there when it began
     std::istringstream lines(std::string(reinterpret_cast<const char*>(data), size));
     std::vector<std::string> names;
     for (std::string line; std::getline(lines, line);)

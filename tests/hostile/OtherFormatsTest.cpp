@@ -179,14 +179,45 @@ TEST_F(HostileSlides, AnInnerCapThatIsNoNumberSilences)
     }
 }
 
+// Where the array stands is a matter of safety, as the caps are.
+TEST_F(HostileSlides, AUnitOfLengthThatIsNoNumberSilences)
+{
+    for (const double metres : {std::numeric_limits<double>::quiet_NaN(), 0.0, -1.0, 1e300})
+    {
+        const BoxScene box;
+        HeadlessViewer viewer(box.scene);
+        ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+        box.scene->setMetresPerUnit(metres);
+        ASSERT_TRUE(viewer.framesUntil([&] { return box.points() == 0; })) << metres;
+        EXPECT_EQ(box.scene->getStatistics().state, ArrayState::SILENT) << metres;
+        box.scene->setMetresPerUnit(1.0);
+        EXPECT_TRUE(viewer.framesUntil([&] { return box.points() > 0; })) << metres;
+    }
+}
+
+// Without a reach all points would be played, wherever the hand is; without a loudness all of it.
+TEST_F(HostileSlides, AReachOrALoudnessThatIsNoNumberSilences)
+{
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    for (const bool isReach : {false, true})
+    {
+        const BoxScene box;
+        HeadlessViewer viewer(box.scene);
+        ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+        isReach ? box.scene->setReach(nan) : box.scene->setLoudness(nan);
+        ASSERT_TRUE(viewer.framesUntil([&] { return box.points() == 0; })) << isReach;
+        EXPECT_EQ(box.scene->getStatistics().state, ArrayState::SILENT) << isReach;
+    }
+}
+
 TEST_F(HostileSlides, NumbersThatAreNoneOpenTheDeviceOnce)
 {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const BoxScene box;
     box.scene->setTemperature(nan);
     box.scene->setLambda(nan);
-    box.scene->setReach(nan);
-    box.scene->setMetresPerUnit(nan);
+    box.scene->setDeadline(nan);
+    box.scene->setHumidity(nan);
     box.surface->setSpacing(nan);
     HeadlessViewer viewer(box.scene);
     EXPECT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));

@@ -3,6 +3,7 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/base/UserEnvironment.h"
 #include "plugin/engine/SceneAccess.h"
+#include "plugin/settings/EnvironmentVariables.h"
 
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
@@ -20,7 +21,9 @@
 #include <thread>
 
 /// Tests set variables as the user would before the program begins.
-inline const bool kTrustsItself = (midair::base::trustVariablesOfProgram(), true);
+inline const bool kTrustsItself = (midair::base::trustVariablesOfProgram(),
+                                   osgMidair::Environment::trustVariablesOfProgram(),
+                                   true);
 
 /// OSG finds the kit's plugins in the build, wherever the tests run.
 inline void findPlugins()

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <iomanip>
@@ -58,13 +59,22 @@ Eigen::Matrix4d readMatrix(const std::string& path)
     std::ifstream in(path);
     std::string comment;
     std::getline(in, comment);
-    EXPECT_EQ(comment, "# array = M world, column vectors, metres");
-    Eigen::Matrix4d matrix = Eigen::Matrix4d::Zero();
-    for (int row = 0; row < 4; ++row)
-        for (int column = 0; column < 4; ++column)
+    EXPECT_EQ(comment,
+              "# the rows of an osg::Matrixd, as Calibration has them: array = world * M, metres");
+    Eigen::Matrix4d matrix = Eigen::Matrix4d::Zero(); // of column vectors: the transpose
+    for (int column = 0; column < 4; ++column)
+        for (int row = 0; row < 4; ++row)
             in >> matrix(row, column);
     EXPECT_TRUE(in.good() || in.eof());
     return matrix;
+}
+
+std::string sceneFile(const std::string& name, const std::string& node)
+{
+    const std::string path = temporary(name);
+    std::ofstream(path) << "#Ascii Scene\n#Version 162\n#Generator OpenSceneGraph 3.6.5\n\n"
+                        << node << " {\n  UniqueID 1\n}\n";
+    return path;
 }
 
 TEST(MidairCalibrate, WritesTheMatrixAndSaysHowGoodItIs)
@@ -84,6 +94,32 @@ TEST(MidairCalibrate, WritesTheMatrixAndSaysHowGoodItIs)
     // 13 pairs at 0.3 mm over 200 mm: angles to about 1 mrad, which 1.3 m of lever turn into 1.5
     // mm.
     EXPECT_LT((readMatrix(matrix) - truth().matrix()).cwiseAbs().maxCoeff(), 5e-3);
+}
+
+TEST(MidairCalibrate, TheMatrixIsThatOfASceneFileNumberByNumber)
+{
+    const std::string matrix = temporary("rows.txt");
+    const std::string scene = sceneFile("rows.osgt", "osgMidair::HapticScene");
+    const Outcome outcome = shell(kProgram + " " + pairsFile("pairs-rows.csv", 1.0) + " --matrix " +
+                                  matrix + " --scene " + scene);
+    EXPECT_EQ(outcome.code, 0) << outcome.output;
+    std::ifstream in(matrix);
+    std::string comment;
+    std::getline(in, comment);
+    std::ifstream file(scene);
+    std::string word;
+    while (file >> word && word != "Calibration")
+        ;
+    file >> word; // {
+    for (int k = 0; k < 16; ++k)
+    {
+        double ours = 0.0;
+        double theirs = 1.0;
+        in >> ours;
+        file >> theirs;
+        EXPECT_NEAR(ours, theirs, 1e-5 + 1e-5 * std::abs(ours)) << k;
+    }
+    EXPECT_TRUE(in.good() && file.good());
 }
 
 TEST(MidairCalibrate, ReadsStdinAndUnits)
@@ -127,14 +163,6 @@ Eigen::Matrix4d calibrationIn(const std::string& path)
             in >> matrix(row, column);
     EXPECT_TRUE(in.good());
     return matrix;
-}
-
-std::string sceneFile(const std::string& name, const std::string& node)
-{
-    const std::string path = temporary(name);
-    std::ofstream(path) << "#Ascii Scene\n#Version 162\n#Generator OpenSceneGraph 3.6.5\n\n"
-                        << node << " {\n  UniqueID 1\n}\n";
-    return path;
 }
 
 TEST(MidairCalibrate, WritesTheMatrixIntoAScene)

@@ -162,13 +162,13 @@ void OpenXrTracker::lose(const std::string& why)
     const std::lock_guard<std::mutex> lock(_mutex);
     _frame.hands.clear();
     _condition = why;
-    _messages.say(why);
+    _messages.say({base::MessageCode::HANDS_SOURCE, why});
 }
 
 void OpenXrTracker::say(const std::string& message)
 {
     const std::lock_guard<std::mutex> lock(_mutex);
-    _messages.say(message);
+    _messages.say({base::MessageCode::HANDS_SOURCE, message});
 }
 
 bool OpenXrTracker::isAskedFor() const
@@ -190,10 +190,10 @@ bool OpenXrTracker::latest(HandFrame& frame)
 std::vector<std::string> OpenXrTracker::messages(std::size_t& told) const
 {
     const std::lock_guard<std::mutex> lock(_mutex);
-    const std::vector<std::string>& all = _messages.all();
-    const auto first = static_cast<std::ptrdiff_t>(std::min(told, all.size()));
-    told = all.size();
-    return {all.begin() + first, all.end()};
+    const std::vector<std::string> all = _messages.all();
+    const std::size_t fresh = std::min(_messages.added() - told, all.size());
+    told = _messages.added();
+    return {all.end() - static_cast<std::ptrdiff_t>(fresh), all.end()};
 }
 
 std::string OpenXrTracker::status() const

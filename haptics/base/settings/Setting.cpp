@@ -30,6 +30,7 @@ bool Range::holds(double value) const
 std::string Range::text() const
 {
     const std::string range = std::isinf(high) ? fmt::format("at least {:g}", low)
+                              : low == high    ? fmt::format("{:g}", low)
                                                : fmt::format("{:g} .. {:g}", low, high);
     return (orZero ? "0 or " : "") + range;
 }

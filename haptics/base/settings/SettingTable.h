@@ -1,6 +1,7 @@
 #pragma once
 
 #include "haptics/base/settings/Setting.h"
+#include "haptics/base/text/NearestWord.h"
 #include "haptics/base/text/Range.h"
 
 #include <algorithm>
@@ -53,9 +54,35 @@ public:
         if (row && row->assign(object, value)) return true;
         if (row)
             error = name + " is \"" + value + "\", should be " + row->expected();
+        else if (const std::string meant = didYouMean(name, names()); !meant.empty())
+            error = "unknown option \"" + name + "\"" + meant;
         else
-            error = "unknown option \"" + name + "\"; known are " + names();
+            error =
+                fmt::format("unknown option \"{}\"; known are {}", name, fmt::join(names(), ", "));
         return false;
+    }
+
+    /// Returns true if \a name is a setting that concerns safety, or may be one of these misspelt.
+    bool concernsSafety(const std::string& name) const
+    {
+        const std::vector<std::string> meant =
+            find(name) ? std::vector<std::string>{name} : nearestWords(name, names());
+        return std::any_of(meant.begin(),
+                           meant.end(),
+                           [this](const std::string& one) { return find(one)->isSafety; });
+    }
+    /// Returns true if \a name is none of the table, nor like one.
+    bool isUnlikeAny(const std::string& name) const
+    {
+        return !find(name) && nearestWords(name, names()).empty();
+    }
+
+    std::vector<std::string> names() const
+    {
+        std::vector<std::string> known;
+        for (const Setting<T>& row : _rows)
+            known.push_back(row.name);
+        return known;
     }
 
     /// Resets values that are out of range to their defaults. Returns one sentence for each.
@@ -105,14 +132,6 @@ public:
     }
 
 private:
-    std::string names() const
-    {
-        std::vector<std::string> known;
-        for (const Setting<T>& row : _rows)
-            known.push_back(row.name);
-        return fmt::format("{}", fmt::join(known, ", "));
-    }
-
     std::vector<Setting<T>> _rows;
     std::vector<Member<T>> _members; ///< contiguous, since scenes are compared in every frame
 };

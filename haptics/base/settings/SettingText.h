@@ -6,6 +6,7 @@
 //     template bool isSame(const Member<MyStruct>&, const MyStruct&, const MyStruct&);
 #include "haptics/base/settings/Setting.h"
 #include "haptics/base/text/Number.h"
+#include "haptics/base/text/Quantity.h"
 #include "haptics/base/text/Trimmed.h"
 
 #include <algorithm>
@@ -26,13 +27,7 @@ struct ValueText<bool>
 {
     static constexpr const char* kExpected = "true or false";
     static constexpr const char* kValues = "true, false";
-    static bool read(const std::string& text, bool& value)
-    {
-        const bool yes = text == "true" || text == "on" || text == "1" || text == "yes";
-        const bool no = text == "false" || text == "off" || text == "0" || text == "no";
-        if (yes || no) value = yes;
-        return yes || no;
-    }
+    static bool read(const std::string& text, bool& value) { return parseYesNo(text, value); }
     static bool same(bool a, bool b) { return a == b; }
     static std::string write(bool value) { return value ? "true" : "false"; }
 };
@@ -51,10 +46,6 @@ struct ValueText<int>
 template<>
 struct ValueText<double>
 {
-    static bool read(const std::string& text, double& value)
-    {
-        return parseNumber(trimmed(text), value);
-    }
     static bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
     static std::string write(double value) { return shortNumber(value); }
 };
@@ -92,11 +83,18 @@ bool Setting<T>::assign(T& object, const std::string& text) const
         using M = decltype(kept);
         if constexpr (std::is_same_v<M, Choice<T>>)
         {
-            const auto found = std::find_if(
-                words.begin(), words.end(), [&](const Word& word) { return word.text == text; });
+            const std::string small = lowerCase(trimmed(text));
+            const auto found = std::find_if(words.begin(),
+                                            words.end(),
+                                            [&](const Word& word) {
+                                                return lowerCase(word.text) == small ||
+                                                       lowerCase(word.stored) == small;
+                                            });
             if (found != words.end()) kept.set(object, found->value);
             return found != words.end();
         }
+        else if constexpr (std::is_same_v<M, double T::*>)
+            return parseQuantity(text, unit, object.*kept);
         else
             return ValueText<ValueOf<T, M>>::read(text, object.*kept);
     };
@@ -112,7 +110,7 @@ std::string Setting<T>::expected() const
         if constexpr (std::is_same_v<M, Choice<T>>)
             return "one of " + listOf(words);
         else if constexpr (kIsNumber<M, T>)
-            return "a number, " + range.text();
+            return "a number, " + numbers();
         else
             return ValueText<ValueOf<T, M>>::kExpected;
     };
@@ -173,9 +171,9 @@ bool Setting<T>::repair(T& object, std::string& what) const
         }
         else if constexpr (kIsNumber<M, T>)
         {
-            what = fmt::format("{} is {:g}, should be {}; {:g} is used",
+            what = fmt::format("{} is {}, should be {}; {:g} is used",
                                name,
-                               number(object),
+                               exactNumber(number(object)),
                                range.text(),
                                number(defaults));
             object.*kept = defaults.*kept;

@@ -46,4 +46,14 @@ std::string shortNumber(double value)
     return std::string(text.data(), end.ptr);
 }
 
+std::string exactNumber(double value)
+{
+    std::string text = shortNumber(value);
+    double read = 0.0;
+    if (!std::isfinite(value) || (parse(text, read) && read == value)) return text;
+    std::array<char, 32> all{};
+    const auto end = std::to_chars(all.data(), all.data() + all.size(), value);
+    return std::string(all.data(), end.ptr);
+}
+
 } // namespace midair::base

@@ -16,4 +16,8 @@ bool parseWhole(const std::string& text, int& value);
 /// Returns the number with at most six digits and a decimal point in every locale: "0.2", "1e-05".
 std::string shortNumber(double value);
 
+/// The same, but with all its digits where six would be another number: "60", "60.0000001". For a
+/// value that is compared with another one in the same sentence.
+std::string exactNumber(double value);
+
 } // namespace midair::base

@@ -1,5 +1,7 @@
 #include "haptics/base/text/Range.h"
 
+#include "haptics/base/text/Number.h"
+
 #include <cmath>
 
 #include <fmt/format.h>
@@ -10,7 +12,8 @@ namespace midair::base
 void RangeCheck::fail(const char* name, double value, const char* unit, const std::string& range)
 {
     if (!_message.empty()) return;
-    _message = fmt::format("{}{} is {:g}{}; it must be {}", _owner, name, value, unit, range);
+    _message =
+        fmt::format("{}{} is {}{}; it must be {}", _owner, name, exactNumber(value), unit, range);
 }
 
 RangeCheck&

@@ -8,9 +8,9 @@ namespace midair::base
 /// Checks settings against their ranges and makes a message for the first that is out of range:
 ///     return RangeCheck("solver option ")
 ///         .atLeast("maxIterations", maxIterations, 0)
-///         .within("maxAmplitudeStep", maxAmplitudeStep, 0.0, 1.0)
+///         .within("maxAmplitude", maxAmplitude, 0.0, 1.0)
 ///         .passed(error);
-/// gives "solver option maxAmplitudeStep is 2; it must be within 0 .. 1". NaN is out of every
+/// gives "solver option maxAmplitude is 2; it must be within 0 .. 1". NaN is out of every
 /// range; infinity is out of ranges without an upper end. Allocates nothing while all checks hold.
 class RangeCheck
 {

@@ -51,6 +51,17 @@ public:
         CLOSED
     };
 
+    /// Ends the wait of take(), or of the next one, which then gets NOTHING unless there is a
+    /// value.
+    void wake()
+    {
+        {
+            const std::lock_guard<std::mutex> lock(_mutex);
+            _woken = true;
+        }
+        _filled.notify_one();
+    }
+
     /// Waits for a value for at most \a atMost_s and swaps it into \a value.
     Taken take(T& value, double atMost_s)
     {
@@ -61,8 +72,10 @@ public:
     Taken take(T& value, double atMost_s, const Meanwhile& meanwhile)
     {
         std::unique_lock<std::mutex> lock(_mutex);
-        _filled.wait_for(
-            lock, std::chrono::duration<double>(atMost_s), [this] { return _full || _closed; });
+        _filled.wait_for(lock,
+                         std::chrono::duration<double>(atMost_s),
+                         [this] { return _full || _closed || _woken; });
+        _woken = false;
         if (_closed) return Taken::CLOSED;
         if (!_full) return Taken::NOTHING;
         std::swap(_value, value);
@@ -109,6 +122,7 @@ private:
     T _value{};
     bool _full = false;
     bool _closed = false;
+    bool _woken = false;
     std::uint64_t _puts = 0;
     std::uint64_t _drops = 0;
 };

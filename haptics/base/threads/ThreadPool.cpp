@@ -8,8 +8,8 @@ namespace midair::base
 namespace
 {
 
-// About 20 to 50 microseconds: longer than the pause between two passes of one solve, shorter than
-// that between frames.
+// About 20 to 50 microseconds: longer than the pause between two passes of one solve and between
+// wake() and the first, shorter than that between frames.
 constexpr int kSpins = 2000;
 
 void pause()
@@ -40,45 +40,95 @@ ThreadPool::~ThreadPool()
     {
         const std::lock_guard<std::mutex> lock(_mutex);
         _stop = true;
-        ++_generation;
+        _generation += 2;
     }
     _wake.notify_all();
     for (std::thread& worker : _workers)
         worker.join();
 }
 
-void ThreadPool::runErased(Function function, void* data)
+void ThreadPool::begin(Function function, void* data, bool isHelped)
 {
-    if (_workers.empty())
-    {
-        function(data, 0);
-        return;
-    }
     {
         const std::lock_guard<std::mutex> lock(_mutex);
         _function = function;
         _data = data;
-        _running = static_cast<int>(_workers.size());
-        ++_generation;
+        const unsigned even = _generation & ~1U;
+        if (isHelped)
+            _inside = 0;
+        else
+            _running = static_cast<int>(_workers.size());
+        _generation = even + (isHelped ? 3 : 2);
     }
     _wake.notify_all();
+}
+
+void ThreadPool::runErased(Function function, void* data)
+{
+    if (_workers.empty()) return function(data, 0);
+    begin(function, data, false);
     function(data, 0);
-    waitForOthers();
+    waitUntil([this] { return _running == 0; });
+}
+
+void ThreadPool::runErasedHelped(Function function, void* data)
+{
+    if (_workers.empty()) return function(data, 0);
+    begin(function, data, true);
+    function(data, 0);
+    _inside += kClosed;
+    waitUntil([this] { return _inside == kClosed; });
+}
+
+void ThreadPool::wake()
+{
+    if (_workers.empty() || _spins == 0) return;
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        ++_calls;
+    }
+    _wake.notify_all();
 }
 
 // Spins first: the others have as much work and finish at about the same time, unless there are too
 // few cores.
-void ThreadPool::waitForOthers()
+template<typename IsDone>
+void ThreadPool::waitUntil(const IsDone& isDone)
 {
     for (int spins = 0; spins < _spins; ++spins)
     {
-        if (_running.load(std::memory_order_acquire) == 0) return;
+        if (isDone()) return;
         pause();
     }
     std::unique_lock<std::mutex> lock(_mutex);
     _callerSleeps = true;
-    _done.wait(lock, [this] { return _running == 0; });
+    _done.wait(lock, isDone);
     _callerSleeps = false;
+}
+
+// Sequentially consistent, as the caller's store and load are: one of the two threads sees what the
+// other wrote.
+void ThreadPool::tellCaller()
+{
+    if (!_callerSleeps) return;
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _done.notify_one();
+}
+
+// Enters the run that is open, which may be a later one than \a generation; returns its number. The
+// caller starts no other while somebody is inside.
+unsigned ThreadPool::help(int thread, unsigned generation)
+{
+    int inside = _inside;
+    while (inside >= 0)
+    {
+        if (!_inside.compare_exchange_weak(inside, inside + 1)) continue;
+        generation = _generation;
+        _function(_data, thread);
+        if (--_inside == kClosed) tellCaller();
+        break;
+    }
+    return generation;
 }
 
 unsigned ThreadPool::waitForWork(unsigned seen)
@@ -90,7 +140,10 @@ unsigned ThreadPool::waitForWork(unsigned seen)
         pause();
     }
     std::unique_lock<std::mutex> lock(_mutex);
-    _wake.wait(lock, [&] { return _generation.load(std::memory_order_relaxed) != seen; });
+    const unsigned calls = _calls;
+    _wake.wait(lock,
+               [&]
+               { return _calls != calls || _generation.load(std::memory_order_relaxed) != seen; });
     return _generation.load(std::memory_order_relaxed);
 }
 
@@ -99,14 +152,17 @@ void ThreadPool::work(int thread)
     unsigned seen = 0;
     for (;;)
     {
-        seen = waitForWork(seen);
+        const unsigned generation = waitForWork(seen);
         if (_stop) return;
+        if (generation == seen) continue; // woken for work that is about to come
+        if (generation % 2 == 1)
+        {
+            seen = help(thread, generation);
+            continue;
+        }
+        seen = generation;
         _function(_data, thread);
-        // Sequentially consistent, as the caller's store and load are: one of the two threads sees
-        // what the other wrote.
-        if (_running.fetch_sub(1) > 1 || !_callerSleeps) continue;
-        const std::lock_guard<std::mutex> lock(_mutex);
-        _done.notify_one();
+        if (--_running == 0) tellCaller();
     }
 }
 

@@ -37,12 +37,35 @@ public:
         runErased([](void* data, int thread) { (*static_cast<Plain*>(data))(thread); }, &task);
     }
 
+    /// Calls task(0) on this thread and task(thread) on workers that are awake before that is done;
+    /// returns when all of these are done; a worker may be called twice. For work that threads take
+    /// from one another: a worker that sleeps takes some 50 microseconds to wake up, and is not
+    /// waited for.
+    template<typename Task>
+    void runHelped(Task&& task)
+    {
+        using Plain = std::remove_reference_t<Task>;
+        runErasedHelped([](void* data, int thread) { (*static_cast<Plain*>(data))(thread); },
+                        &task);
+    }
+    /// Wakes sleeping workers ahead of run(), which takes them some 50 microseconds; the caller may
+    /// prepare the work meanwhile. It costs about a microsecond.
+    void wake();
+
 private:
     using Function = void (*)(void*, int);
+    /// Added to _inside while nobody may enter.
+    static constexpr int kClosed = -(1 << 30);
+
     void runErased(Function function, void* data);
+    void runErasedHelped(Function function, void* data);
+    void begin(Function function, void* data, bool isHelped);
     void work(int thread);
+    unsigned help(int thread, unsigned generation);
     unsigned waitForWork(unsigned seen);
-    void waitForOthers();
+    template<typename IsDone>
+    void waitUntil(const IsDone& isDone);
+    void tellCaller();
 
     const int _spins; ///< checks before a thread sleeps
 
@@ -51,9 +74,11 @@ private:
     std::condition_variable _wake; ///< workers wait for work
     std::condition_variable _done; ///< the caller waits for workers
     std::atomic<bool> _callerSleeps{false};
-    std::atomic<unsigned> _generation{0};
-    std::atomic<int> _running{0};
+    std::atomic<unsigned> _generation{0}; ///< of runs; odd: a run that workers may help
+    std::atomic<int> _running{0};         ///< workers that have to be waited for
+    std::atomic<int> _inside{kClosed};    ///< workers that help
     std::atomic<bool> _stop{false};
+    unsigned _calls = 0; ///< of wake()
     Function _function = nullptr;
     void* _data = nullptr;
 };

@@ -4,6 +4,7 @@
 #include "haptics/propagation/kernels/PropagationKernels.h"
 #include "haptics/propagation/kernels/Register.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace midair::haptics::kernels::MIDAIR_SET
@@ -18,7 +19,8 @@ namespace
 // units of 1/kUnity, c in units of 2^-14. Truncation, and the carry from the lower to the upper
 // half of G, add errors below 3e-4 of the row's bound. J need not be exact, as both products of a
 // step read the same matrix.
-constexpr float kUnity = 32766.0f; // leaves room for values a little over 1
+constexpr float kLeastFactor = 1e-30f; // factors that are all below count as 0
+constexpr float kUnity = 32766.0f;     // leaves room for values a little over 1
 
 MIDAIR_INLINE std::int32_t pairOf(float low, float high)
 {
@@ -81,9 +83,46 @@ MIDAIR_INLINE void jacobianOf(const std::int32_t* G,
     }
 }
 
+// x in units of \a unit, pair by pair. With kMostRows pairs of rows a lane's sum stays below
+// 2 * 4 * 32768 * 8190 < 2^31.
+constexpr float kMostFactor = 8190.0f;
+constexpr int kMostRows = 4;
+
+template<int kRows>
+MIDAIR_INLINE void
+addRows(const std::int32_t* J, int width, const float* x, float perUnit, float unit, float* t)
+{
+    Register::Words factor[kRows];
+    for (int k = 0; k < kRows; ++k)
+        factor[k] = Register::all(packPair(x[2 * k] * perUnit, x[2 * k + 1] * perUnit));
+    for (int i = 0; i < width; i += Register::kLanes)
+    {
+        Register::Words sum = Register::pairProduct(Register::load(J + i), factor[0]);
+        for (int k = 1; k < kRows; ++k)
+            sum = Register::sum(
+                sum, Register::pairProduct(Register::load(J + k * width + i), factor[k]));
+        Register::store(t + i, Register::plus(Register::load(t + i), sum, unit));
+    }
+}
+
+MIDAIR_INLINE void transposedOf(const std::int32_t* J, int n, int width, const float* x, float* t)
+{
+    float peak = 0.0f;
+    for (int l = 0; l < n; ++l)
+        peak = std::max(peak, std::fabs(x[l]));
+    if (!(peak > kLeastFactor)) return;
+    const float perUnit = kMostFactor / peak, unit = 65536.0f * peak / kMostFactor;
+    const int pairs = n / 2;
+    int k = 0;
+    for (; k + kMostRows <= pairs; k += kMostRows)
+        addRows<kMostRows>(J + width * k, width, x + 2 * k, perUnit, unit, t);
+    for (; k < pairs; ++k)
+        addRows<1>(J + width * k, width, x + 2 * k, perUnit, unit, t);
+}
+
 #else
 
-// Version in floats for sets without products of pairs: shorter and exact.
+// Versions in floats for sets without products of pairs: shorter and exact.
 MIDAIR_INLINE void jacobianOf(const std::int32_t* G,
                               int n,
                               int width,
@@ -113,6 +152,27 @@ MIDAIR_INLINE void jacobianOf(const std::int32_t* G,
     }
 }
 
+MIDAIR_INLINE void transposedOf(const std::int32_t* J, int n, int width, const float* x, float* t)
+{
+    int l = 0;
+    for (; l + 4 <= n; l += 4)
+    {
+        const std::int32_t *a = J + width * (l / 2), *b = a + width;
+        const float xa = x[l], xb = x[l + 1], xc = x[l + 2], xd = x[l + 3];
+#pragma omp simd aligned(a, b, t : 64)
+        for (int i = 0; i < width; ++i)
+            t[i] += (lowOf(a[i]) * xa + highOf(a[i]) * xb) + (lowOf(b[i]) * xc + highOf(b[i]) * xd);
+    }
+    if (l < n)
+    {
+        const std::int32_t* a = J + width * (l / 2);
+        const float xa = x[l], xb = x[l + 1];
+#pragma omp simd aligned(a, t : 64)
+        for (int i = 0; i < width; ++i)
+            t[i] += lowOf(a[i]) * xa + highOf(a[i]) * xb;
+    }
+}
+
 #endif
 
 } // namespace
@@ -136,6 +196,13 @@ void formJacobian(const std::int32_t* G,
                   std::int32_t* J)
 {
     jacobianOf(G, n, width & ~(kLanes - 1), uRe, uIm, rRe, rIm, J);
+}
+
+void transposedJacobian(const std::int32_t* J, int n, int width, const float* x, float* t)
+{
+    width &= ~(kLanes - 1);
+    std::fill(t, t + width, 0.0f);
+    transposedOf(J, n, width, x, t);
 }
 
 } // namespace midair::haptics::kernels::MIDAIR_SET

@@ -2,6 +2,7 @@
 #include "haptics/propagation/kernels/LatticeKernels.h"
 #include "haptics/propagation/kernels/PhaseKernels.h"
 #include "haptics/propagation/kernels/PropagationKernels.h"
+#include "haptics/propagation/kernels/ShapingKernels.h"
 
 namespace midair::haptics::kernels
 {
@@ -27,6 +28,12 @@ MIDAIR_KERNEL(addGram);
 MIDAIR_KERNEL_OF_TWO(multiplyMatrix);
 MIDAIR_KERNEL_OF_TWO(descendOnce);
 MIDAIR_KERNEL(bestTurn);
+
+MIDAIR_KERNEL(jacobianColumns);
+MIDAIR_KERNEL(shapeLevels);
+MIDAIR_KERNEL(shapeCoarseLevels);
+MIDAIR_KERNEL(phaseInLevels);
+MIDAIR_KERNEL(unitAtLevel);
 
 MIDAIR_KERNEL(marchLattice);
 MIDAIR_KERNEL(nearestSquared);

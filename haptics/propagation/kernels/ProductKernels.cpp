@@ -39,14 +39,22 @@ void backward(
         for (int i = 0; i < width; ++i)
         {
             float x = zRe[i], y = zIm[i];
-            x += a[i] * ar + a[i + width] * ai;
-            y += a[i] * ai - a[i + width] * ar;
-            x += b[i] * br + b[i + width] * bi;
-            y += b[i] * bi - b[i + width] * br;
-            x += c[i] * cr + c[i + width] * ci;
-            y += c[i] * ci - c[i + width] * cr;
-            x += d[i] * dr + d[i + width] * di;
-            y += d[i] * di - d[i + width] * dr;
+            x += a[i] * ar;
+            x += a[i + width] * ai;
+            y += a[i] * ai;
+            y -= a[i + width] * ar;
+            x += b[i] * br;
+            x += b[i + width] * bi;
+            y += b[i] * bi;
+            y -= b[i + width] * br;
+            x += c[i] * cr;
+            x += c[i + width] * ci;
+            y += c[i] * ci;
+            y -= c[i + width] * cr;
+            x += d[i] * dr;
+            x += d[i + width] * di;
+            y += d[i] * di;
+            y -= d[i + width] * dr;
             zRe[i] = x;
             zIm[i] = y;
         }
@@ -58,8 +66,10 @@ void backward(
 #pragma omp simd aligned(a, zRe, zIm : 64)
         for (int i = 0; i < width; ++i)
         {
-            zRe[i] += a[i] * ar + a[i + width] * ai;
-            zIm[i] += a[i] * ai - a[i + width] * ar;
+            zRe[i] += a[i] * ar;
+            zRe[i] += a[i + width] * ai;
+            zIm[i] += a[i] * ai;
+            zIm[i] -= a[i + width] * ar;
         }
     }
 }
@@ -126,14 +136,22 @@ void backward(const std::int32_t* G,
         for (int i = 0; i < width; ++i)
         {
             float x = zRe[i], y = zIm[i];
-            x += lowOf(a[i]) * ar + highOf(a[i]) * ai;
-            y += lowOf(a[i]) * ai - highOf(a[i]) * ar;
-            x += lowOf(b[i]) * br + highOf(b[i]) * bi;
-            y += lowOf(b[i]) * bi - highOf(b[i]) * br;
-            x += lowOf(c[i]) * cr + highOf(c[i]) * ci;
-            y += lowOf(c[i]) * ci - highOf(c[i]) * cr;
-            x += lowOf(d[i]) * dr + highOf(d[i]) * di;
-            y += lowOf(d[i]) * di - highOf(d[i]) * dr;
+            x += lowOf(a[i]) * ar;
+            x += highOf(a[i]) * ai;
+            y += lowOf(a[i]) * ai;
+            y -= highOf(a[i]) * ar;
+            x += lowOf(b[i]) * br;
+            x += highOf(b[i]) * bi;
+            y += lowOf(b[i]) * bi;
+            y -= highOf(b[i]) * br;
+            x += lowOf(c[i]) * cr;
+            x += highOf(c[i]) * ci;
+            y += lowOf(c[i]) * ci;
+            y -= highOf(c[i]) * cr;
+            x += lowOf(d[i]) * dr;
+            x += highOf(d[i]) * di;
+            y += lowOf(d[i]) * di;
+            y -= highOf(d[i]) * dr;
             zRe[i] = x;
             zIm[i] = y;
         }
@@ -145,61 +163,11 @@ void backward(const std::int32_t* G,
 #pragma omp simd aligned(a, zRe, zIm : 64)
         for (int i = 0; i < width; ++i)
         {
-            zRe[i] += lowOf(a[i]) * ar + highOf(a[i]) * ai;
-            zIm[i] += lowOf(a[i]) * ai - highOf(a[i]) * ar;
+            zRe[i] += lowOf(a[i]) * ar;
+            zRe[i] += highOf(a[i]) * ai;
+            zIm[i] += lowOf(a[i]) * ai;
+            zIm[i] -= highOf(a[i]) * ar;
         }
-    }
-}
-
-void forward(const std::int32_t* G,
-             const float* scale,
-             int n,
-             int width,
-             const float* qRe,
-             const float* qIm,
-             float* pRe,
-             float* pIm)
-{
-    width &= ~(kLanes - 1);
-    int l = 0;
-    for (; l + 4 <= n; l += 4)
-    {
-        const std::int32_t *a = G + width * l, *b = a + width, *c = b + width, *d = c + width;
-        float ar = 0, ai = 0, br = 0, bi = 0, cr = 0, ci = 0, dr = 0, di = 0;
-#pragma omp simd aligned(a, b, c, d, qRe, qIm : 64) reduction(+ : ar, ai, br, bi, cr, ci, dr, di)
-        for (int i = 0; i < width; ++i)
-        {
-            const float x = qRe[i], y = qIm[i];
-            ar += lowOf(a[i]) * x - highOf(a[i]) * y;
-            ai += lowOf(a[i]) * y + highOf(a[i]) * x;
-            br += lowOf(b[i]) * x - highOf(b[i]) * y;
-            bi += lowOf(b[i]) * y + highOf(b[i]) * x;
-            cr += lowOf(c[i]) * x - highOf(c[i]) * y;
-            ci += lowOf(c[i]) * y + highOf(c[i]) * x;
-            dr += lowOf(d[i]) * x - highOf(d[i]) * y;
-            di += lowOf(d[i]) * y + highOf(d[i]) * x;
-        }
-        pRe[l] += ar * scale[l];
-        pIm[l] += ai * scale[l];
-        pRe[l + 1] += br * scale[l + 1];
-        pIm[l + 1] += bi * scale[l + 1];
-        pRe[l + 2] += cr * scale[l + 2];
-        pIm[l + 2] += ci * scale[l + 2];
-        pRe[l + 3] += dr * scale[l + 3];
-        pIm[l + 3] += di * scale[l + 3];
-    }
-    for (; l < n; ++l)
-    {
-        const std::int32_t* a = G + width * l;
-        float ar = 0, ai = 0;
-#pragma omp simd aligned(a, qRe, qIm : 64) reduction(+ : ar, ai)
-        for (int i = 0; i < width; ++i)
-        {
-            ar += lowOf(a[i]) * qRe[i] - highOf(a[i]) * qIm[i];
-            ai += lowOf(a[i]) * qIm[i] + highOf(a[i]) * qRe[i];
-        }
-        pRe[l] += ar * scale[l];
-        pIm[l] += ai * scale[l];
     }
 }
 

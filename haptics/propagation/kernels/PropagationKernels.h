@@ -150,7 +150,8 @@ extern const base::Kernel<void(const float* G,
 
 /// p += G q for one block: p_l is within 1e-5 of |p_l| + sum_i |G_li q_i|, width <= 512. In fixed
 /// point the imaginary part, the upper half, is read with an error of up to half a unit, which
-/// adds 1.6e-5 of the row's bound times sum_i |q_i|.
+/// adds 1.6e-5 of the row's bound times sum_i |q_i|; there \a width lanes are read of rows that are
+/// \a stride lanes apart.
 extern const base::Kernel<void(const float* G,
                                int n,
                                int width,
@@ -161,6 +162,7 @@ extern const base::Kernel<void(const float* G,
                           void(const std::int32_t* G,
                                const float* scale,
                                int n,
+                               int stride,
                                int width,
                                const float* qRe,
                                const float* qIm,
@@ -195,8 +197,8 @@ extern const base::Kernel<void(const std::int32_t* G,
                                std::int32_t* J)>
     formJacobian;
 
-/// t_i = sum_l J_li x_l for one block; n even. With J as read from its lanes: within 2e-6 of sum_l
-/// |J_li x_l|, n <= 1000.
+/// t_i = sum_l J_li x_l for one block; n even. With J as read from its lanes: within 1e-4
+/// of sum_l |J_li| max |x|, n <= 1000.
 extern const base::Kernel<void(const std::int32_t* J, int n, int width, const float* x, float* t)>
     transposedJacobian;
 

@@ -53,6 +53,29 @@ struct Register
     }
     // For each lane: low times low plus high times high.
     MIDAIR_INLINE static Words pairProduct(Words a, Words b) { return _mm512_madd_epi16(a, b); }
+    MIDAIR_INLINE static Words sum(Words a, Words b) { return _mm512_add_epi32(a, b); }
+    // The halves of pairs times 65536, see lowOf and highOf.
+    MIDAIR_INLINE static Floats low(Words x)
+    {
+        return _mm512_cvtepi32_ps(_mm512_slli_epi32(x, 16));
+    }
+    MIDAIR_INLINE static Floats high(Words x) { return _mm512_cvtepi32_ps(x); }
+    MIDAIR_INLINE static Floats zero() { return _mm512_setzero_ps(); }
+    // c + a b and c - a b.
+    MIDAIR_INLINE static Floats plus(Floats c, Floats a, Floats b)
+    {
+        return _mm512_fmadd_ps(a, b, c);
+    }
+    MIDAIR_INLINE static Floats minus(Floats c, Floats a, Floats b)
+    {
+        return _mm512_fnmadd_ps(a, b, c);
+    }
+    MIDAIR_INLINE static float total(Floats x) { return _mm512_reduce_add_ps(x); }
+    // x + y by.
+    MIDAIR_INLINE static Floats plus(Floats x, Words y, float by)
+    {
+        return _mm512_fmadd_ps(_mm512_cvtepi32_ps(y), _mm512_set1_ps(by), x);
+    }
     // For each lane: the lower half of one and the upper half of the other.
     MIDAIR_INLINE static Words halves(Words lower, Words upper)
     {
@@ -65,6 +88,38 @@ struct Register
         const Floats y = _mm512_rsqrt14_ps(x);
         const Floats r = _mm512_fnmadd_ps(_mm512_mul_ps(x, y), y, _mm512_set1_ps(1.0f));
         return _mm512_fmadd_ps(_mm512_mul_ps(y, r), _mm512_set1_ps(0.5f), y);
+    }
+    // to[i * stride + l] = from[l * width + i] for kLanes rows of as many numbers: pairs of rows
+    // are mixed, then pairs of pairs, then quarters of registers.
+    MIDAIR_INLINE static void transpose(const float* from, int width, float* to, int stride)
+    {
+        Floats a[kLanes], b[kLanes];
+        for (int l = 0; l < kLanes; ++l)
+            a[l] = load(from + l * width);
+        for (int l = 0; l < kLanes; l += 2)
+        {
+            b[l] = _mm512_unpacklo_ps(a[l], a[l + 1]);
+            b[l + 1] = _mm512_unpackhi_ps(a[l], a[l + 1]);
+        }
+        for (int l = 0; l < kLanes; l += 4)
+            for (int k = 0; k < 2; ++k)
+            {
+                const __m512d low = _mm512_castps_pd(b[l + k]);
+                const __m512d high = _mm512_castps_pd(b[l + k + 2]);
+                a[l + 2 * k] = _mm512_castpd_ps(_mm512_unpacklo_pd(low, high));
+                a[l + 2 * k + 1] = _mm512_castpd_ps(_mm512_unpackhi_pd(low, high));
+            }
+        for (int l = 0; l < kLanes; l += 8)
+            for (int k = 0; k < 4; ++k)
+            {
+                b[l + k] = _mm512_shuffle_f32x4(a[l + k], a[l + k + 4], 0x88);
+                b[l + k + 4] = _mm512_shuffle_f32x4(a[l + k], a[l + k + 4], 0xdd);
+            }
+        for (int k = 0; k < 8; ++k)
+        {
+            store(to + k * stride, _mm512_shuffle_f32x4(b[k], b[k + 8], 0x88));
+            store(to + (k + 8) * stride, _mm512_shuffle_f32x4(b[k], b[k + 8], 0xdd));
+        }
     }
 };
 
@@ -102,6 +157,34 @@ struct Register
         return _mm256_srli_epi32(x, kBits);
     }
     MIDAIR_INLINE static Words pairProduct(Words a, Words b) { return _mm256_madd_epi16(a, b); }
+    MIDAIR_INLINE static Words sum(Words a, Words b) { return _mm256_add_epi32(a, b); }
+    // The halves of pairs times 65536, see lowOf and highOf.
+    MIDAIR_INLINE static Floats low(Words x)
+    {
+        return _mm256_cvtepi32_ps(_mm256_slli_epi32(x, 16));
+    }
+    MIDAIR_INLINE static Floats high(Words x) { return _mm256_cvtepi32_ps(x); }
+    MIDAIR_INLINE static Floats zero() { return _mm256_setzero_ps(); }
+    // c + a b and c - a b.
+    MIDAIR_INLINE static Floats plus(Floats c, Floats a, Floats b)
+    {
+        return _mm256_fmadd_ps(a, b, c);
+    }
+    MIDAIR_INLINE static Floats minus(Floats c, Floats a, Floats b)
+    {
+        return _mm256_fnmadd_ps(a, b, c);
+    }
+    MIDAIR_INLINE static float total(Floats x)
+    {
+        const __m128 four = _mm_add_ps(_mm256_castps256_ps128(x), _mm256_extractf128_ps(x, 1));
+        const __m128 two = _mm_add_ps(four, _mm_movehl_ps(four, four));
+        return _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)));
+    }
+    // x + y by.
+    MIDAIR_INLINE static Floats plus(Floats x, Words y, float by)
+    {
+        return _mm256_fmadd_ps(_mm256_cvtepi32_ps(y), _mm256_set1_ps(by), x);
+    }
     MIDAIR_INLINE static Words halves(Words lower, Words upper)
     {
         return _mm256_blend_epi16(lower, upper, 0xaa);
@@ -114,6 +197,30 @@ struct Register
         const Floats r = _mm256_fnmadd_ps(_mm256_mul_ps(x, y), y, _mm256_set1_ps(1.0f));
         const Floats rest = _mm256_fmadd_ps(r, _mm256_set1_ps(0.375f), _mm256_set1_ps(0.5f));
         return _mm256_fmadd_ps(_mm256_mul_ps(y, r), rest, y);
+    }
+    MIDAIR_INLINE static void transpose(const float* from, int width, float* to, int stride)
+    {
+        Floats a[kLanes], b[kLanes];
+        for (int l = 0; l < kLanes; ++l)
+            a[l] = load(from + l * width);
+        for (int l = 0; l < kLanes; l += 2)
+        {
+            b[l] = _mm256_unpacklo_ps(a[l], a[l + 1]);
+            b[l + 1] = _mm256_unpackhi_ps(a[l], a[l + 1]);
+        }
+        for (int l = 0; l < kLanes; l += 4)
+            for (int k = 0; k < 2; ++k)
+            {
+                const __m256d low = _mm256_castps_pd(b[l + k]);
+                const __m256d high = _mm256_castps_pd(b[l + k + 2]);
+                a[l + 2 * k] = _mm256_castpd_ps(_mm256_unpacklo_pd(low, high));
+                a[l + 2 * k + 1] = _mm256_castpd_ps(_mm256_unpackhi_pd(low, high));
+            }
+        for (int k = 0; k < 4; ++k)
+        {
+            store(to + k * stride, _mm256_permute2f128_ps(a[k], a[k + 4], 0x20));
+            store(to + (k + 4) * stride, _mm256_permute2f128_ps(a[k], a[k + 4], 0x31));
+        }
     }
 };
 
@@ -128,6 +235,9 @@ struct Register
     MIDAIR_INLINE static Floats load(const float* x) { return *x; }
     MIDAIR_INLINE static void store(float* to, Floats x) { *to = x; }
     MIDAIR_INLINE static Floats inverseRoot(Floats x) { return 1.0f / std::sqrt(x); }
+    // A tile is set before it is transposed, which the analyser doesn't see through std::fill().
+    // NOLINTNEXTLINE(clang-analyzer-core.uninitialized.Assign)
+    MIDAIR_INLINE static void transpose(const float* from, int, float* to, int) { *to = *from; }
 };
 
 #endif

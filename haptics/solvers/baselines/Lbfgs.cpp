@@ -1,10 +1,10 @@
 #include "haptics/points/FittedLevel.h"
 #include "haptics/solvers/SolverBase.h"
 #include "haptics/solvers/Solvers.h"
+#include "haptics/solvers/dense/QuasiNewton.h"
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 namespace midair::haptics
 {
@@ -13,10 +13,10 @@ namespace
 {
 
 constexpr int kDefaultIterations = 300;
-constexpr std::size_t kMemory = 8; // number of pairs (step, change of the gradient) kept
-constexpr int kMaxHalvings = 20;   // largest number of halvings of a step in the line search
-constexpr double kArmijo = 1e-4;   // least fall of the cost over that of the linear model
-constexpr double kStalled = 1e-4;  // relative fall of the cost in ten steps at which it has stalled
+constexpr int kMemory = 8;        // number of steps remembered
+constexpr int kMaxHalvings = 20;  // largest number of halvings of a step in the line search
+constexpr double kArmijo = 1e-4;  // least fall of the cost over that of the linear model
+constexpr double kStalled = 1e-4; // relative fall of the cost in ten steps at which it has stalled
 // Requested loudness E, a little below the 0.9 to 1.3 that unit amplitudes reach, so that the
 // targets can be met exactly.
 constexpr double kAim = 0.8;
@@ -32,12 +32,6 @@ public:
     explicit Lbfgs(const SolverOptions& options) : SolverBase("lbfgs", options) {}
 
 private:
-    struct Pair
-    {
-        Eigen::VectorXf step, change;
-        double inverse = 0.0; // 1 / (step . change)
-    };
-
     Outcome iterate(FieldProblem& field, bool /*warm*/) override
     {
         start(field);
@@ -78,8 +72,7 @@ private:
         _phi.resize(m);
         for (int i = 0; i < m; ++i)
             _phi[i] = std::arg(field.z.at(static_cast<std::size_t>(i)));
-        _pairs.resize(kMemory);
-        _held = _newest = 0;
+        _descent.forget();
         _cost = cost(field, _phi);
         gradient(field, _gradient);
     }
@@ -118,34 +111,13 @@ private:
         }
     }
 
-    // Sets _direction = -H gradient, where H approximates the inverse Hessian from the last pairs
-    // (algorithm 7.4).
     void direct()
     {
-        _direction = -_gradient;
-        double weight[kMemory];
-        for (std::size_t k = 0; k < _held; ++k)
-        {
-            const std::size_t at = (_newest + kMemory - k) % kMemory;
-            weight[at] = _pairs[at].inverse * static_cast<double>(_pairs[at].step.dot(_direction));
-            _direction -= static_cast<float>(weight[at]) * _pairs[at].change;
-        }
-        if (_held > 0)
-        {
-            const Pair& pair = _pairs[_newest];
-            _direction *= static_cast<float>(
-                1.0 / (pair.inverse * static_cast<double>(pair.change.squaredNorm())));
-        }
-        else // A step to where the cost would be 0 if it fell at a constant rate.
+        _descent.direct(_gradient, _direction);
+        // A step to where the cost would be 0 if it fell at a constant rate.
+        if (_descent.isEmpty())
             _direction *= static_cast<float>(
                 _cost / std::max(1e-30, static_cast<double>(_gradient.squaredNorm())));
-        for (std::size_t k = _held; k-- > 0;)
-        {
-            const std::size_t at = (_newest + kMemory - k) % kMemory;
-            const double b =
-                _pairs[at].inverse * static_cast<double>(_pairs[at].change.dot(_direction));
-            _direction += static_cast<float>(weight[at] - b) * _pairs[at].step;
-        }
     }
 
     // Takes one step. Returns false, with the field unchanged, if the cost no longer falls.
@@ -155,7 +127,7 @@ private:
         double slope = static_cast<double>(_direction.dot(_gradient));
         if (!(slope < 0.0))
         {
-            _held = 0;
+            _descent.forget();
             direct();
             slope = static_cast<double>(_direction.dot(_gradient));
         }
@@ -165,37 +137,26 @@ private:
             _tried = _phi + static_cast<float>(length) * _direction;
             const double tried = cost(field, _tried);
             if (!(tried <= _cost + kArmijo * length * slope)) continue;
-            accept(field, tried);
+            accept(field, tried, static_cast<float>(length));
             return true;
         }
         cost(field, _phi);
         return false;
     }
 
-    void accept(FieldProblem& field, double tried)
+    void accept(FieldProblem& field, double tried, float length)
     {
-        const std::size_t at = _held == 0 ? 0 : (_newest + 1) % kMemory;
-        Pair& pair = _pairs[at];
-        pair.step = _tried - _phi;
-        pair.change = -_gradient;
         _phi.swap(_tried);
         _cost = tried;
+        _last.swap(_gradient);
         gradient(field, _gradient);
-        pair.change += _gradient;
-        const double product = static_cast<double>(pair.step.dot(pair.change));
-        // A pair without curvature would spoil H; near the end rounding in float produces such
-        // pairs.
-        if (!(product > 1e-10 * static_cast<double>(pair.change.squaredNorm()))) return;
-        pair.inverse = 1.0 / product;
-        _newest = at;
-        _held = std::min(_held + 1, kMemory);
+        _descent.remember(_direction, length, _last, _gradient);
     }
 
     double _scale = 1.0; // s: Pa at a_l = 1
     double _cost = 0.0;
-    Eigen::VectorXf _phi, _tried, _gradient, _direction; // m
-    std::vector<Pair> _pairs;                            // a ring
-    std::size_t _held = 0, _newest = 0;
+    Eigen::VectorXf _phi, _tried, _gradient, _last, _direction; // m
+    QuasiNewton _descent{kMemory};
 };
 
 } // namespace

@@ -2,12 +2,15 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/base/Units.h"
 #include "haptics/base/text/Range.h"
+#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/solvers/LargeMatrix.h"
 #include "haptics/solvers/certificate/PhaseRelaxation.h"
 
 #include <Eigen/Eigenvalues>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <complex>
@@ -67,25 +70,102 @@ double smallestEigenvalue(const Eigen::MatrixXcd& S, const base::StopToken& stop
     return -pair.value - pair.residual;
 }
 
-// Returns p = G q.
-Eigen::VectorXcd pressures(const PropagationMatrix& G, const Eigen::VectorXcf& q)
+// K = G G* and p = G q in double, and how far K may be from that of the exact G.
+struct Products
 {
-    const auto padded = static_cast<std::size_t>(G.paddedTransducers());
-    base::AlignedBuffer<float> re, im;
-    re.reserve(padded);
-    im.reserve(padded);
-    for (std::size_t lane = 0; lane < G.order().size(); ++lane)
+    Eigen::MatrixXcd K;
+    Eigen::VectorXcd p;   // empty without q
+    double entries = 0.0; // bound of |error of G| in Frobenius' norm
+    double sums = 0.0;    // bound of |K - G G*| in Frobenius' norm
+};
+
+// Returns transducers first .. first + count - 1 as an array of a source amplitude of 1 and gains
+// of at most 1: what a certificate says is about ratios, and neither K nor its trace must leave the
+// range of a double.
+TransducerArray partOf(const TransducerArray& array, Eigen::Index first, Eigen::Index count)
+{
+    TransducerArray part = array;
+    part.sourceAmplitude_Pa_m = 1.0;
+    part.positions = array.positions.middleCols(first, count);
+    part.normals = array.normals.middleCols(first, count);
+    if (array.phaseOffset_rad.size() > 0)
+        part.phaseOffset_rad = array.phaseOffset_rad.segment(first, count);
+    const double largest = array.gain.size() > 0 ? array.gain.cwiseAbs().maxCoeff() : 0.0;
+    if (array.gain.size() > 0)
+        part.gain = array.gain.segment(first, count) / (largest > 0.0 ? largest : 1.0);
+    return part;
+}
+
+// Returns a bound of the squared error in Frobenius' norm of G for \a part. An entry g D/R e^{-beta
+// R} e^{-jkR} has an error of at most g/R times (64 + 8 kR + |offset|) eps: R and kR are right to a
+// few eps, of which kR makes a phase, and the directivity, at most 1, is a short sum.
+double errorOfEntries(const Eigen::Matrix3Xd& points, const TransducerArray& part, double k)
+{
+    double squares = 0.0;
+    for (Eigen::Index i = 0; i < part.positions.cols(); ++i)
     {
-        re[lane] = q[G.order()[lane]].real();
-        im[lane] = q[G.order()[lane]].imag();
+        const double gain = part.gain.size() > 0 ? part.gain[i] : 1.0;
+        const double offset = part.phaseOffset_rad.size() > 0 ? part.phaseOffset_rad[i] : 0.0;
+        const Eigen::ArrayXd R = (points.colwise() - part.positions.col(i))
+                                     .colwise()
+                                     .norm()
+                                     .transpose()
+                                     .array()
+                                     .max(kNearestDistance_m);
+        squares += (gain * ((64.0 + std::abs(offset)) / R + 8.0 * k)).square().sum();
     }
-    Eigen::VectorXf pRe = Eigen::VectorXf::Zero(G.points()), pIm = pRe;
-    for (int block = 0; block < G.blocks(); ++block)
-        G.forward(block, re.data(), im.data(), pRe.data(), pIm.data());
-    Eigen::VectorXcd p(G.points());
-    p.real() = pRe.cast<double>();
-    p.imag() = pIm.cast<double>();
-    return p;
+    return squares * kEpsilon * kEpsilon;
+}
+
+Products productsOf(const Eigen::Matrix3Xd& points,
+                    const TransducerArray& array,
+                    const Medium& medium,
+                    const Eigen::VectorXcf& q,
+                    const base::StopToken& stop)
+{
+    constexpr Eigen::Index kAtOnce = 128; // transducers: some 50 ms for 1000 points
+    const Eigen::Index n = points.cols(), m = array.positions.cols();
+    const double k = base::kTwoPi / medium.wavelength(array.frequency_Hz);
+    Products products;
+    products.K.setZero(n, n);
+    if (q.size() != 0) products.p.setZero(n);
+    double squares = 0.0;
+    for (Eigen::Index first = 0; first < m; first += kAtOnce)
+    {
+        stop.throwIfRequested();
+        const Eigen::Index count = std::min(kAtOnce, m - first);
+        const TransducerArray part = partOf(array, first, count);
+        const Eigen::MatrixXcd G = referencePropagationMatrix(points, part, medium);
+        products.K.selfadjointView<Eigen::Lower>().rankUpdate(G);
+        if (q.size() != 0) products.p += G * q.segment(first, count).cast<std::complex<double>>();
+        squares += errorOfEntries(points, part, k);
+    }
+    products.K.diagonal() = products.K.diagonal().real().cast<std::complex<double>>();
+    products.K.triangularView<Eigen::StrictlyUpper>() = products.K.adjoint();
+    products.entries = std::sqrt(squares);
+    // |error of K_kl| <= gamma |g_k| |g_l| with the gamma of a sum of m complex products.
+    products.sums = 8.0 * (static_cast<double>(m) + 4.0) * kEpsilon * products.K.trace().real();
+    return products;
+}
+
+// Returns what is left of a bound for K as it was computed: see Certificate.h, "Rounding".
+double lessRoundingOfK(double bound, const Products& products, double lambda)
+{
+    const double ofSums = std::max(0.0, 1.0 - products.sums / lambda);
+    const double ofEntries = 1.0 + products.entries / std::sqrt(lambda);
+    return bound * ofSums / (ofEntries * ofEntries);
+}
+
+// Returns what is left of a bound for M as it was computed: see Certificate.h, "Rounding".
+double lessRoundingOfInverse(double bound, const PhaseObjective& objective)
+{
+    // |X| <= 1/lambda but for the rounding of K, which is allowed a hundredth.
+    const double wrong = 1.01 * objective.inverseError() * objective.targets().norm();
+    const double products = 4.0 * kEpsilon * objective.M().cwiseAbs().sum();
+    const double rest = std::max(0.0, bound - products);
+    // 4 rest / (..)^2 instead of the difference of two nearly equal roots
+    const double root = 2.0 * rest / (wrong + std::sqrt(wrong * wrong + 4.0 * rest));
+    return rest > 0.0 ? root * root : 0.0;
 }
 
 } // namespace
@@ -170,13 +250,13 @@ Certificate Certifier::certify(const PhaseObjective& objective, const Eigen::Vec
         fall *= 0.25;
     }
     // M is positive definite, so a bound below 0 would say nothing.
-    result.bound = std::max(result.bound, 0.0);
+    result.bound = lessRoundingOfInverse(std::max(result.bound, 0.0), objective);
     result.bound_ms = since_ms(start);
 
     const Clock::time_point searchStart = Clock::now();
     relaxation.reduceRank();
     result.rank = relaxation.rank();
-    PhaseSearch search(objective, _options.seed, _options.stop);
+    BoundSearch search(objective, _options.seed, _options.stop);
     if (givenPhases.size() != 0)
     {
         result.hasGiven = true;
@@ -213,18 +293,15 @@ Certificate Certifier::certify(const ControlPoints& points,
         throw base::InputError(fmt::format(
             "certificate: the activations must be finite, one for each of the {} transducers",
             array.size()));
-    _propagation.bind(array, medium);
-    _options.stop.throwIfRequested();
-    _propagation.build(points.positions);
-    const PhaseObjective objective(
-        gramMatrix(_propagation, _options.stop), points.targets, _options.lambdaRel, _options.stop);
-    const Eigen::VectorXcd p = q.size() != 0 ? pressures(_propagation, q) : Eigen::VectorXcd();
+    const Products products = productsOf(points.positions, array, medium, q, _options.stop);
+    const PhaseObjective objective(products.K, points.targets, _options.lambdaRel, _options.stop);
     const double matrix_ms = since_ms(start);
 
-    Certificate result = certify(objective, p);
+    Certificate result = certify(objective, products.p);
+    result.bound = lessRoundingOfK(result.bound, products, objective.lambda());
     if (result.hasGiven)
         result.givenField =
-            objective.misfitAndPower(p, q.cast<std::complex<double>>().squaredNorm());
+            objective.misfitAndPower(products.p, q.cast<std::complex<double>>().squaredNorm());
     result.matrix_ms = matrix_ms;
     result.total_ms = since_ms(start);
     return result;

@@ -153,7 +153,7 @@ Eigen::VectorXcd PhaseRelaxation::leadingPhases() const
     return unitPhases(vectors().col(0));
 }
 
-PhaseSearch::PhaseSearch(const PhaseObjective& objective,
+BoundSearch::BoundSearch(const PhaseObjective& objective,
                          std::uint64_t seed,
                          base::StopToken stop) :
     _objective(objective),
@@ -162,7 +162,7 @@ PhaseSearch::PhaseSearch(const PhaseObjective& objective,
 {
 }
 
-void PhaseSearch::tryFrom(const Eigen::VectorXcd& start)
+void BoundSearch::tryFrom(const Eigen::VectorXcd& start)
 {
     Eigen::VectorXcd u = start;
     _objective.descendFast(u, kMaxRounds, kSettledFast, _stop);
@@ -174,7 +174,7 @@ void PhaseSearch::tryFrom(const Eigen::VectorXcd& start)
     }
 }
 
-void PhaseSearch::tryRoundings(const PhaseRelaxation& relaxation, int count, int carriedOn)
+void BoundSearch::tryRoundings(const PhaseRelaxation& relaxation, int count, int carriedOn)
 {
     std::vector<std::pair<double, Eigen::VectorXcd>> candidates;
     candidates.reserve(static_cast<std::size_t>(count));

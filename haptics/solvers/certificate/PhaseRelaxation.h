@@ -57,11 +57,11 @@ private:
 };
 
 /// Searches for phases with the least u* M u, by descents from rounded solutions of the relaxation.
-class PhaseSearch
+class BoundSearch
 {
 public:
     /// Searches throw Stopped on a request of \a stop. \a objective must outlive this.
-    explicit PhaseSearch(const PhaseObjective& objective,
+    explicit BoundSearch(const PhaseObjective& objective,
                          std::uint64_t seed,
                          base::StopToken stop = {});
 

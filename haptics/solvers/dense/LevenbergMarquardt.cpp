@@ -69,8 +69,8 @@ void LevenbergMarquardt::reserve(const FieldProblem& field)
         if (v->size() != field.n()) v->resize(field.n());
 }
 
-// Computes p, the weights 2/(s a_l)^2 and r_l = 1 + g_l - |p_l|^2/(s a_l)^2 for field.q. Returns f.
-double LevenbergMarquardt::measure(FieldProblem& field, double s, const Eigen::VectorXf& given)
+// Computes p, the weights 2/(s a_l)^2 and r_l = 1 - |p_l|^2/(s a_l)^2 for field.q. Returns f.
+double LevenbergMarquardt::measure(FieldProblem& field, double s)
 {
     field.forward(field.q, field.p);
     double f = 0.0;
@@ -78,7 +78,6 @@ double LevenbergMarquardt::measure(FieldProblem& field, double s, const Eigen::V
     {
         const auto goal = static_cast<float>(1.0 / (s * field.a[l] * s * field.a[l]));
         _r[l] = 1.0f - goal * std::norm(field.p.at(static_cast<std::size_t>(l)));
-        if (given.size() > 0) _r[l] += given[l];
         _weight[l] = 2.0f * goal;
         f += static_cast<double>(_r[l]) * _r[l];
     }
@@ -96,8 +95,7 @@ void LevenbergMarquardt::pass(FieldProblem& field, float alpha)
         _w.set(k, field.p.at(k) * (_weight[l] * _direction[l]));
     }
     field.eachBlock(
-        [&](int thread) { field.clearPartial(thread); },
-        [&](int thread, int b)
+        [&](int, int b)
         {
             const int first = field.G.offset(b);
             field.G.backward(b, _w.re.data(), _w.im.data(), field.z.re.data(), field.z.im.data());
@@ -112,16 +110,16 @@ void LevenbergMarquardt::pass(FieldProblem& field, float alpha)
                 tRe[i] = qRe[i] * d[i];
                 tIm[i] = qIm[i] * d[i];
             }
-            field.forwardBlock(thread, b, _t);
+            field.forwardBlock(b, _t);
         });
     for (int l = 0; l < n; ++l)
     {
         const auto k = static_cast<std::size_t>(l);
         float re = 0.0f, im = 0.0f;
-        for (int thread = 0; thread < field.threads(); ++thread)
+        for (int b = 0; b < field.G.blocks(); ++b)
         {
-            re += field.partial(thread)[l];
-            im += field.partial(thread)[n + l];
+            re += field.partial(b)[l];
+            im += field.partial(b)[n + l];
         }
         _product[l] = _weight[l] * (field.p.im[k] * re - field.p.re[k] * im);
     }
@@ -171,14 +169,6 @@ void LevenbergMarquardt::turn(FieldProblem& field)
 
 int LevenbergMarquardt::fit(FieldProblem& field, double s, const Limits& limits)
 {
-    return fit(field, s, Eigen::VectorXf(), limits);
-}
-
-int LevenbergMarquardt::fit(FieldProblem& field,
-                            double s,
-                            const Eigen::VectorXf& given,
-                            const Limits& limits)
-{
     reserve(field);
     const auto m = static_cast<std::size_t>(field.G.paddedTransducers());
     const auto keep = [&](SplitVector& from, SplitVector& to)
@@ -186,7 +176,7 @@ int LevenbergMarquardt::fit(FieldProblem& field,
         std::copy(from.re.data(), from.re.data() + m, to.re.data());
         std::copy(from.im.data(), from.im.data() + m, to.im.data());
     };
-    double f = measure(field, s, given), before = f, damping = kFirstDamping;
+    double f = measure(field, s), before = f, damping = kFirstDamping;
     const double done = limits.tolerance * limits.tolerance * field.n();
     int corrections = 0;
     while (corrections < limits.corrections && f > done && damping < kMostDamping)
@@ -205,10 +195,10 @@ int LevenbergMarquardt::fit(FieldProblem& field,
         {
             step(field, damping, limits.innerSteps);
             turn(field);
-            next = measure(field, s, given);
+            next = measure(field, s);
             if (next < f) break;
             keep(_kept, field.q);
-            measure(field, s, given);
+            measure(field, s);
         }
         if (!(next < f)) break;
         f = next;

@@ -16,7 +16,7 @@ Eigen::VectorXcf playedPhases(FieldProblem& field);
 
 /// Equalises the radiation pressure at points closer together than half a wavelength: a damped
 /// Gauss-Newton descent (Levenberg 1944, Marquardt 1963) from the given field.q on
-///     f(phi) = sum_l r_l^2,  r_l = 1 + g_l - |p_l|^2 / (s a_l)^2,  p = G q,  q_i = exp(j phi_i)
+///     f(phi) = sum_l r_l^2,  r_l = 1 - |p_l|^2 / (s a_l)^2,  p = G q,  q_i = exp(j phi_i)
 /// Between points that dense the field has no freedom left, since |p|^2 contains no wave shorter
 /// than half a wavelength. |p_l|^2, unlike |p_l|, is smooth where the field has a zero, so zeros on
 /// a curve move off it instead of blocking the descent (SOLVER.md, "Dense points").
@@ -37,9 +37,6 @@ public:
     /// corrections; residual() is then sqrt(f/n). Allocates nothing after the first call for a
     /// size.
     int fit(FieldProblem& field, double s, const Limits& limits);
-    /// The same with g = \a given (n; empty: zeros): what the other fields of a cycle lack, which
-    /// this field has to add.
-    int fit(FieldProblem& field, double s, const Eigen::VectorXf& given, const Limits& limits);
     double residual() const { return _residual; }
 
     /// Makes \a rounds rounds of WeightedRound.h from the phases field.u. The first weights are the
@@ -48,7 +45,7 @@ public:
 
 private:
     void reserve(const FieldProblem& field);
-    double measure(FieldProblem& field, double s, const Eigen::VectorXf& given);
+    double measure(FieldProblem& field, double s);
     void step(FieldProblem& field, double damping, int innerSteps);
     void pass(FieldProblem& field, float alpha);
     void turn(FieldProblem& field);

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include <fmt/format.h>
@@ -35,6 +36,8 @@ constexpr double kHeadroom = 1.03;
 constexpr double kOwnShare = 0.97;
 // Weight of the missing mean relative to the unevenness.
 constexpr double kWeightOfLack = 2.0;
+// Least divisor.
+constexpr double kLeast_Pa = std::numeric_limits<double>::min();
 
 // Turns of the phase along an outline in the first starts; all others start from random phases.
 constexpr double kTurns[] = {0.0, 1.0, -1.0, 2.0};
@@ -179,7 +182,7 @@ void OutlineHologram::follow(const Scene& scene, int corrections, Candidate& can
     LevenbergMarquardt::Limits limits;
     limits.corrections = corrections;
     candidate.corrections +=
-        _even.fit(_field, std::sqrt(candidate.goal_Pa / scene.unit_Pa), limits);
+        _even.fit(_field, std::sqrt(candidate.goal_Pa / scene.unit_Pa) / _field.unit_Pa(), limits);
     candidate.along = judge(scene);
     candidate.q = currentPhases(_field);
 }
@@ -194,7 +197,7 @@ void OutlineHologram::raise(const Scene& scene, double floor_Pa, Candidate& cand
     {
         // The higher the goal, the more uneven the field has to become and the less its mean
         // follows, so later raises are larger.
-        const double lack = floor_Pa / std::max(candidate.along.mean_Pa, 1e-30);
+        const double lack = floor_Pa / std::max(candidate.along.mean_Pa, kLeast_Pa);
         candidate.goal_Pa *=
             std::clamp(1.005 * std::pow(lack, 1.5 + 0.5 * k), 1.01 + 0.01 * k, 1.25);
         follow(scene, corrections, candidate);
@@ -246,7 +249,7 @@ void OutlineHologram::finish(const Scene& scene,
     const auto lack = [floor_Pa](const Candidate& c)
     {
         return c.along.coefficientOfVariation +
-               kWeightOfLack * std::max(0.0, 1.0 - c.along.mean_Pa / std::max(floor_Pa, 1e-30));
+               kWeightOfLack * std::max(0.0, 1.0 - c.along.mean_Pa / std::max(floor_Pa, kLeast_Pa));
     };
     std::stable_sort(candidates.begin(),
                      candidates.end(),

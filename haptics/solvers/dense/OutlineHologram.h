@@ -84,7 +84,7 @@ public:
     /// Returns the control points of the last field; their targets are those of their outlines.
     const ControlPoints& points() const { return _points; }
     /// Returns mean_l sum_i |G_li| at these points, Pa: the mean pressure of a single focus there.
-    double meanRowSum_Pa() const { return _field.meanRowSum(); }
+    double meanRowSum_Pa() const { return _field.unit_Pa() * _field.meanRowSum(); }
 
 private:
     struct Candidate

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <osgMidair/Export>
+#include <osgMidair/Overlay>
 
 #include <osg/Geometry>
 #include <osg/Program>
@@ -35,20 +35,6 @@ osg::Vec4ub bytes(const osg::Vec3f& color, float opacity);
 
 /// Draws \a node after opaque nodes, in the order of \a bin, blended, with depth test but without
 /// writing depth.
-OSGMIDAIR_EXPORT void drawTranslucent(osg::Node& node, int bin);
-
-/// Render bins; later ones are painted over earlier ones.
-enum OverlayBin
-{
-    GHOST_BIN = 11,
-    BOX_BIN = 12,
-    SLICE_BIN = 13,
-    VOLUME_BIN = 14,
-    /// for translucent objects that an application draws over the field
-    TRANSLUCENT_OBJECT_BIN = 15,
-    HAND_BIN = 16,
-    POINT_BIN = 17,
-    HUD_BIN = 100
-};
+void drawTranslucent(osg::Node& node, int bin);
 
 } // namespace osgMidair

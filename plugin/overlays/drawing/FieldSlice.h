@@ -70,7 +70,7 @@ struct Slice
     std::vector<unsigned char> texels; ///< RGBA, row by row, y upwards
     Eigen::Vector3d peak = Eigen::Vector3d::Zero();
     float peak_Pa = 0.0F;
-    float range_Pa = 0.0F;
+    float range_Pa = 0.0F; ///< 0: nothing has been played so far; all is the colour of silence
     double compute_ms = 0.0;
 };
 

@@ -77,8 +77,9 @@ FieldVolume VolumeComputer::compute(const VolumeRequest& request)
         volume.pitch_m = _lattice.step(0, 0);
         const float strongest = std::sqrt(_pressure.cwiseAbs2().maxCoeff());
         volume.peak_Pa = static_cast<float>(midair::haptics::radiationPressure(strongest, _medium));
-        if (volume.peak_Pa > _range_Pa || volume.peak_Pa < 0.8F * _range_Pa)
-            _range_Pa = roundedUp(volume.peak_Pa);
+        if (volume.peak_Pa > _range_Pa ||
+            (volume.peak_Pa > 0.0F && volume.peak_Pa < 0.8F * _range_Pa))
+            _range_Pa = roundedUp(volume.peak_Pa); // silence keeps the scale, as in the slice
         // The threshold refers to the control points, not to a stray maximum that is stronger than
         // all of them.
         const Eigen::VectorXf& achieved_Pa = request.result->achieved_Pa;

@@ -69,7 +69,7 @@ void main()
             vec2 wave = a * vec2(cos(phase), sin(phase));
             p += vec2(wave.x * q.x - wave.y * q.y, wave.x * q.y + wave.y * q.x);
         }
-    float share = clamp(length(p) / range_Pa, 0.0, 1.0);
+    float share = range_Pa > 0.0 ? clamp(length(p) / range_Pa, 0.0, 1.0) : 0.0;
     float rim = clamp((1.0 - length(at)) / RIM, 0.0, 1.0);
     float opacity = rim * (0.72 + 0.28 * min(1.0, 2.5 * share));
     gl_FragColor = vec4(texture2D(colors, vec2((0.5 + 255.0 * share) / 256.0, 0.5)).rgb, opacity);

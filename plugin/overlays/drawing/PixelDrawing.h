@@ -1,7 +1,6 @@
 #pragma once
 
 #include <osgMidair/ColorMap>
-#include <osgMidair/Export>
 
 #include <osg/Geometry>
 #include <osg/Group>
@@ -10,16 +9,16 @@
 #include <string>
 #include <vector>
 
-/// Drawing in pixels, for the HUD and for figures; shown to the samples.
+/// Drawing in pixels, for the HUD and for figures.
 namespace osgMidair::pixels
 {
 
 /// Returns DejaVu Sans if it is installed (Debian: fonts-dejavu-core), otherwise OSG's own bitmap
 /// font.
-OSGMIDAIR_EXPORT osg::ref_ptr<osgText::Font> font();
+osg::ref_ptr<osgText::Font> font();
 
 /// Makes a text of \a content (UTF-8) at \a position, \a size pixels high.
-OSGMIDAIR_EXPORT osg::ref_ptr<osgText::Text>
+osg::ref_ptr<osgText::Text>
 text(const std::string& content,
      const osg::Vec2& position,
      float size,
@@ -27,19 +26,19 @@ text(const std::string& content,
      osgText::TextBase::AlignmentType alignment = osgText::TextBase::LEFT_BASE_LINE);
 
 /// Makes a filled rectangle.
-OSGMIDAIR_EXPORT osg::ref_ptr<osg::Geometry>
+osg::ref_ptr<osg::Geometry>
 rectangle(const osg::Vec2& lowerLeft, const osg::Vec2& upperRight, const osg::Vec4& color);
 
 /// Makes a rectangle that shows \a image, smoothed or texel by texel; \a turned swaps its axes.
-OSGMIDAIR_EXPORT osg::ref_ptr<osg::Geometry> picture(const osg::Vec2& lowerLeft,
-                                                     const osg::Vec2& upperRight,
-                                                     osg::Image* image,
-                                                     bool smooth,
-                                                     bool turned = false);
+osg::ref_ptr<osg::Geometry> picture(const osg::Vec2& lowerLeft,
+                                    const osg::Vec2& upperRight,
+                                    osg::Image* image,
+                                    bool smooth,
+                                    bool turned = false);
 
 /// Collects strokes and areas into one geometry. Strokes are drawn as rectangles, so that their
 /// width scales with the picture.
-class OSGMIDAIR_EXPORT Strokes
+class Strokes
 {
 public:
     Strokes();
@@ -67,18 +66,18 @@ private:
 
 /// Turns depth test and lighting off and blending on, and draws children in the order in which they
 /// were added.
-OSGMIDAIR_EXPORT void paintInOrder(osg::Node& node, int bin);
+void paintInOrder(osg::Node& node, int bin);
 
 /// Returns at most \a atMost round values between \a from and \a to, 1, 2 or 5 times a power of ten
 /// apart.
-OSGMIDAIR_EXPORT std::vector<double> ticks(double from, double to, int atMost);
+std::vector<double> ticks(double from, double to, int atMost);
 
 /// Returns the label of a tick: no needless digits, thousands separated by a blank.
-OSGMIDAIR_EXPORT std::string number(double value);
+std::string number(double value);
 
 /// Scale of a colour map: a bar with ticks, numbers and a heading that names quantity and unit.
 /// Upright bars have their numbers on the right, horizontal ones below.
-class OSGMIDAIR_EXPORT ColorBar : public osg::Group
+class ColorBar : public osg::Group
 {
 public:
     struct Layout

@@ -15,8 +15,10 @@ namespace
 {
 
 /// Height of a glyph in texels: twice the usual, so that it is sharp on screens of twice the
-/// density; others average two by two texels.
+/// density; others average two by two texels. Large letters have glyphs of their own.
 constexpr unsigned int kResolution = 26;
+constexpr unsigned int kLargeResolution = 64;
+constexpr float kLarge = 20.0F;
 
 std::vector<unsigned int> codesOf(const std::string& utf8)
 {
@@ -24,9 +26,10 @@ std::vector<unsigned int> codesOf(const std::string& utf8)
     return {decoded.begin(), decoded.end()};
 }
 
-osgText::Glyph* glyphOf(unsigned int code)
+osgText::Glyph* glyphOf(unsigned int code, float size)
 {
-    return font()->getGlyph({kResolution, kResolution}, code);
+    const unsigned int texels = size < kLarge ? kResolution : kLargeResolution;
+    return font()->getGlyph({texels, texels}, code);
 }
 
 osg::ref_ptr<osg::Geometry> dynamicGeometry()
@@ -60,6 +63,10 @@ TextPanel::TextPanel() :
     _text->addPrimitiveSet(new osg::DrawArrays(GL_QUADS, 0, 0));
     addChild(_shapes);
     addChild(_text);
+    finish();
+    // The bound is computed here and doesn't matter: views that cull at the same time would each
+    // compute it.
+    getBound();
 }
 
 void TextPanel::clear()
@@ -83,7 +90,7 @@ void TextPanel::finish()
 
 void TextPanel::glyph(unsigned int code, const osg::Vec2& pen, float size, const osg::Vec4& color)
 {
-    osgText::Glyph* glyph = glyphOf(code);
+    osgText::Glyph* glyph = glyphOf(code, size);
     if (!glyph || glyph->getWidth() <= 0.0F) return; // a space
     const osgText::Glyph::TextureInfo* info = glyph->getOrCreateTextureInfo(osgText::GREYSCALE);
     if (!info || !info->texture) return;
@@ -122,7 +129,7 @@ float TextPanel::width(const std::string& content, float size)
 {
     float sum = 0.0F;
     for (const unsigned int code : codesOf(content))
-        if (const osgText::Glyph* glyph = glyphOf(code)) sum += glyph->getHorizontalAdvance();
+        if (const osgText::Glyph* glyph = glyphOf(code, size)) sum += glyph->getHorizontalAdvance();
     return sum * size;
 }
 
@@ -152,7 +159,7 @@ float TextPanel::text(const std::string& content,
     if (align == CENTER) pen.x() -= 0.5F * wide;
     pen.set(std::round(pen.x()), std::round(pen.y())); // sharp where a unit is a pixel
     for (const unsigned int code : codesOf(content))
-        if (const osgText::Glyph* found = glyphOf(code))
+        if (const osgText::Glyph* found = glyphOf(code, size))
         {
             glyph(code, pen, size, color);
             pen.x() += found->getHorizontalAdvance() * size;

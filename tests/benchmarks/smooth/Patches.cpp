@@ -146,8 +146,8 @@ void runPatches(bool quick)
                 sets.push_back(pointsAt(samples.positions));
             base::MessageLog messages;
             const auto start = std::chrono::steady_clock::now();
-            const FieldSequence cycle = SequenceComposer(ComposerOptions(), messages)
-                                            .composeCycle(sets, fine, array, medium);
+            const FieldSequence cycle =
+                SequenceComposer(ComposerOptions(), messages).composeCycle(sets, {}, array, medium);
             const double passed_ms =
                 std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
                     .count();

@@ -206,7 +206,7 @@ std::pair<double, double> rangeAlone_Pa(const Eigen::Matrix3Xd& surface,
 
 // The 30 mm sphere with about 100 points a field: fields in turn, then the same evened out
 // together.
-void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
+void runSurfaces(bool quick, int passes, double spacing_m, std::FILE* csv)
 {
     constexpr double kRadius_m = 0.03;
     const TransducerArray array = TransducerArray::octagonalPrism();
@@ -230,6 +230,9 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
                 "change",
                 "ms");
     const TriangleMesh mesh = sphereMesh(kRadius_m, 40);
+    ControlPoints places;
+    places.positions = fibonacciSphere(2500, kRadius_m); // 2.1 mm, a quarter of a wavelength
+    places.targets = Eigen::VectorXd::Ones(places.size());
     // What each field lacks in accuracy at its own points is not felt where fields take turns:
     // louder is better.
     constexpr double kLouder = 1.5;
@@ -237,7 +240,7 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
         for (const int K : {1, 2, 4, 8, 16, 32})
         {
             const bool evened = mode == "evened";
-            if (K > (quick ? 8 : (evened ? 16 : 32)) || (evened && (sweeps == 0 || quick)))
+            if (K > (quick ? 8 : (evened ? 16 : 32)) || (evened && (passes == 0 || quick)))
                 continue;
             std::vector<ControlPoints> sets;
             for (const SurfaceSamples& samples : sampleSurfaceSets(mesh, sampling, K))
@@ -249,13 +252,12 @@ void runSurfaces(bool quick, int sweeps, double spacing_m, std::FILE* csv)
                 sets.push_back(points);
             }
             ComposerOptions options;
-            options.sweeps = evened ? sweeps : 0;
+            options.even = evened ? passes : 0;
             if (mode == "louder") options.solverOptions.loudness = kLouder;
             midair::base::MessageLog messages;
             const double start_s = midair::base::steadySeconds();
             const FieldSequence cycle =
-                SequenceComposer(options, messages)
-                    .composeCycle(sets, fibonacciSphere(1550, kRadius_m), array, medium);
+                SequenceComposer(options, messages).composeCycle(sets, places, array, medium);
             const double passed_ms = 1e3 * (midair::base::steadySeconds() - start_s);
             for (const int steps : {0, 3})
             {
@@ -309,7 +311,7 @@ int main(int argc, char** argv)
 {
     CLI::App app("Smoothness of outlines and surfaces against loudness");
     bool quick = false;
-    int sweeps = 2;
+    int passes = ComposerOptions().even;
     double spacing_mm = 9.0;
     std::string only;
     std::string csvPath;
@@ -317,7 +319,7 @@ int main(int argc, char** argv)
     app.add_flag("--quick", quick, "fewer cases");
     app.add_option("--only", only, "outlines, surfaces or patches")
         ->check(CLI::IsMember({"outlines", "surfaces", "patches"}));
-    app.add_option("--sweeps", sweeps, "of fields evened out together; 0: none");
+    app.add_option("--even", passes, "passes of fields evened out together; 0: none");
     app.add_option("--spacing-mm", spacing_mm, "between the points of one field on the sphere");
     app.add_option("--csv", csvPath, "write the figures to a file");
     app.add_option("--starts", options.starts, "starting phases that are tried");
@@ -339,7 +341,7 @@ int main(int argc, char** argv)
     try
     {
         if (only.empty() || only == "outlines") runOutlines(quick, options, csv);
-        if (only.empty() || only == "surfaces") runSurfaces(quick, sweeps, spacing_mm * 1e-3, csv);
+        if (only.empty() || only == "surfaces") runSurfaces(quick, passes, spacing_mm * 1e-3, csv);
         if (only.empty() || only == "patches") midair::bench::runPatches(quick);
     }
     catch (const std::exception& error)

@@ -4,6 +4,7 @@
 #include "haptics/propagation/kernels/PropagationKernels.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "tests/benchmarks/solver/Cell.h"
+#include "tests/benchmarks/solver/Compare.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -90,6 +91,22 @@ std::vector<Cell> allCells(bool quick, const Cell& common)
     return cells;
 }
 
+// The production solver's table in README.md.
+std::vector<Cell> productionCells(const Cell& common)
+{
+    std::vector<Cell> cells;
+    for (const char* mode : {"update", "cold"})
+        for (const Size& size : kSizes)
+        {
+            Cell cell = common;
+            cell.points = size.points;
+            cell.radius_m = size.radius_m;
+            cell.mode = mode;
+            cells.push_back(cell);
+        }
+    return cells;
+}
+
 void print(const Result& r)
 {
     std::printf("%-8s n %3d r %.0f mm %-12s %-6s %d thr  %9.3f ms (cpu %.3f, x%.1f of %.3f)  rms "
@@ -119,15 +136,18 @@ void print(const Result& r)
     std::fflush(stdout);
 }
 
-} // namespace
-
-int main(int argc, char** argv)
+/// The command line.
+struct Request
 {
-    CLI::App app(
-        "Run time against error of the hologram solvers (octagonal prism, 3984 transducers)");
     Cell cell;
-    std::string csv, json;
-    bool quick = false;
+    std::string csv, json, oldBinary;
+    bool quick = false, noSurface = false;
+    int rounds = 11;
+};
+
+void addOptions(CLI::App& app, Request& request)
+{
+    Cell& cell = request.cell;
     app.add_option(
         "--case", cell.kase, "sphere, star, line, or an OBJ file (sampled a wavelength apart)");
     app.add_option("--n", cell.points, "control points")->check(CLI::Range(1, 100000));
@@ -141,30 +161,63 @@ int main(int argc, char** argv)
     app.add_flag("--unequal", cell.unequal, "targets from 0.3 to 1");
     app.add_option("--loudness", cell.loudness, "over 1: louder than it accurately can")
         ->check(CLI::Range(0.01, 2.0));
-    bool noSurface = false;
-    app.add_flag("--no-surface", noSurface, "no figures over the surface, no bound");
-    app.add_option("--csv", csv, "file to write");
-    app.add_option("--json", json, "file to write");
-    app.add_flag("--quick", quick, "a short version of everything");
+    app.add_flag("--no-surface", request.noSurface, "no figures over the surface, no bound");
+    app.add_option("--csv", request.csv, "file to write");
+    app.add_option("--json", request.json, "file to write");
+    app.add_flag("--quick", request.quick, "a short version of everything");
+    app.add_option("--compare",
+                   request.oldBinary,
+                   "another build's midair-bench: both run turn by turn, and ratios are printed")
+        ->check(CLI::ExistingFile)
+        ->excludes("--csv", "--json", "--quick");
+    app.add_option("--rounds", request.rounds, "of --compare: blocks of each build")
+        ->check(CLI::Range(1, 10000))
+        ->needs("--compare")
+        ->capture_default_str();
+}
+
+void runAll(const std::vector<Cell>& cells, const Request& request)
+{
+    std::printf("%s, %zu cells\n", haptics::kernels::isaName(), cells.size());
+    std::vector<Result> results;
+    for (const Cell& next : cells)
+    {
+        results.push_back(bench::run(next));
+        print(results.back());
+        // After every cell, so that a run that is broken off leaves what it had.
+        if (!request.csv.empty()) bench::writeCsv(request.csv, results);
+        if (!request.json.empty()) bench::writeJson(request.json, results);
+    }
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    CLI::App app(
+        "Run time against error of the hologram solvers (octagonal prism, 3984 transducers)");
+    Request request;
+    addOptions(app, request);
     CLI11_PARSE(app, argc, argv);
     try
     {
-        const bool one = !quick && (app.count("--case") + app.count("--n") + app.count("--radius") +
-                                        app.count("--solver") + app.count("--mode") >
-                                    0);
-        cell.surface = !noSurface;
-        if (cell.solver.empty()) cell.solver = haptics::solverNames().front();
-        const std::vector<Cell> cells = one ? std::vector<Cell>{cell} : allCells(quick, cell);
-        std::printf("%s, %zu cells\n", haptics::kernels::isaName(), cells.size());
-        std::vector<Result> results;
-        for (const Cell& next : cells)
+        Cell& cell = request.cell;
+        const bool one =
+            !request.quick && (app.count("--case") + app.count("--n") + app.count("--radius") +
+                                   app.count("--solver") + app.count("--mode") >
+                               0);
+        if (!request.oldBinary.empty())
         {
-            results.push_back(bench::run(next));
-            print(results.back());
-            // After every cell, so that a run that is broken off leaves what it had.
-            if (!csv.empty()) bench::writeCsv(csv, results);
-            if (!json.empty()) bench::writeJson(json, results);
+            // A block is short, so that a machine that slows down slows a whole round.
+            if (app.count("--repeats") == 0) cell.repeats = 15;
+            bench::compare(one ? std::vector<Cell>{cell} : productionCells(cell),
+                           request.oldBinary,
+                           request.rounds);
+            return 0;
         }
+        cell.surface = !request.noSurface;
+        if (cell.solver.empty()) cell.solver = haptics::solverNames().front();
+        runAll(one ? std::vector<Cell>{cell} : allCells(request.quick, cell), request);
     }
     catch (const base::InputError& error)
     {

@@ -310,3 +310,26 @@ TEST(GuardedDevice, tells_the_cap_of_pressure_to_who_knows_the_points)
     EXPECT_EQ(cap("null:?max-pressure=900", 700), 700);
     EXPECT_EQ(cap("null:?boards=0,null:?boards=1&max-pressure=400", 0), 400);
 }
+
+// A cap that comes while the device is open.
+TEST(GuardedDevice, lowers_what_sounds_to_a_stricter_cap_at_once)
+{
+    Log log;
+    SafetyLimits limits;
+    limits.maxAmplitude = 0.8;
+    const auto device = guarded(log, limits);
+    EXPECT_TRUE(device->setAmplitudeCap(0.5));
+    EXPECT_TRUE(log.all().empty()) << "nothing sounds";
+    ASSERT_TRUE(device->send(evenField(4, 0, 255)));
+    EXPECT_NEAR(log.all().back().amplitude, 0.5, M_PI / 510);
+    ASSERT_TRUE(device->setAmplitudeCap(0.2));
+    EXPECT_NEAR(log.all().back().amplitude, 0.2, M_PI / 510);
+    EXPECT_LE(log.all().back().amplitude, 0.2);
+    const std::size_t events = log.all().size();
+    ASSERT_TRUE(device->setAmplitudeCap(1));
+    EXPECT_EQ(log.all().size(), events) << "the next field is louder, not this one";
+    ASSERT_TRUE(device->send(evenField(4, 0, 255)));
+    EXPECT_NEAR(log.all().back().amplitude, 0.8, M_PI / 510) << "what it was opened with";
+    ASSERT_TRUE(device->setAmplitudeCap(std::nan("")));
+    EXPECT_EQ(log.all().back().amplitude, 0) << "what isn't understood is silent";
+}

@@ -53,8 +53,8 @@ TEST(PlayingDevice, plays_a_recording_at_the_recorded_times)
     for (std::size_t i = 0; i < 10; ++i)
     {
         EXPECT_EQ(entries[i].signal, evenField(4, static_cast<std::uint8_t>(i), 255));
-        EXPECT_GE(entries[i].time_ns - entries[0].time_ns + 15'000'000,
-                  20'000'000 * i); // the first may be late itself
+        // Never early; how late depends on what else this machine has to do.
+        EXPECT_GE(entries[i].time_ns, 20'000'000 * i);
     }
     EXPECT_EQ(entries[10].kind, recording::Kind::SILENCE);
 }

@@ -200,6 +200,111 @@ TEST(HandProximity, ForceIsRadiationPressureTimesOverlap)
     EXPECT_EQ(proximity.contacts()[0].force_N, 0.0);
 }
 
+TEST(HandProximity, TouchesGoOnInEachUpdateUntilTheyEnd)
+{
+    HandProximity proximity;
+    std::string history;
+    double time = 0.0;
+    for (const double gap : {0.01, -0.001, -0.003, 0.002, 0.01})
+    {
+        proximity.update({object(7)}, finger(gap), time += 0.01);
+        history += proximity.ongoing().empty() ? "." : "S";
+        for (const TouchEvent& event : proximity.ongoing())
+            EXPECT_NEAR(event.contact.distance_m, gap, 1e-14);
+    }
+    EXPECT_EQ(history, "..SS.");
+    proximity.update({object(7)}, finger(-0.001), time += 0.01);
+    proximity.update({object(7)}, {}, time += 0.01);
+    EXPECT_TRUE(proximity.ongoing().empty()) << "nothing is measured of a lost hand";
+    EXPECT_EQ(proximity.touches(), 1u);
+}
+
+TEST(HandProximity, EachFingerTouchesForItself)
+{
+    HandProximity proximity;
+    HandFrame frame = finger(-0.001);
+    Hand& hand = frame.hands[0];
+    for (const int joint : {MIDDLE_TIP, MIDDLE_DISTAL})
+    {
+        hand.joints[joint] = hand.joints[joint - 5];
+        hand.joints[joint].position.x() += 0.03;
+    }
+    proximity.update({object(7)}, frame, 0.0);
+    ASSERT_EQ(proximity.events().size(), 2u);
+    EXPECT_EQ(proximity.events()[0].contact.finger, INDEX);
+    EXPECT_EQ(proximity.events()[1].contact.finger, MIDDLE);
+    EXPECT_NEAR(proximity.events()[1].contact.position.x(), 0.03, 1e-14);
+    for (const int joint : {INDEX_TIP, INDEX_DISTAL})
+        hand.joints[joint].position.z() += 0.1;
+    proximity.update({object(7)}, frame, 0.01);
+    ASSERT_EQ(proximity.events().size(), 1u);
+    EXPECT_EQ(proximity.events()[0].kind, TouchEvent::LEAVE);
+    EXPECT_EQ(proximity.events()[0].contact.finger, INDEX);
+    ASSERT_EQ(proximity.ongoing().size(), 1u);
+    EXPECT_EQ(proximity.ongoing()[0].contact.finger, MIDDLE);
+}
+
+TEST(HandProximity, BonesBelongToFingersAndThePalm)
+{
+    const std::vector<int> wanted = {PALM_OF_HAND, THUMB, THUMB, THUMB};
+    for (int bone = 0; bone < kHandBones; ++bone)
+    {
+        const int ofFinger = (bone - 4) % 5;
+        const int finger = bone < 4        ? wanted[static_cast<std::size_t>(bone)]
+                           : ofFinger <= 1 ? static_cast<int>(PALM_OF_HAND)
+                                           : INDEX + (bone - 4) / 5;
+        EXPECT_EQ(fingerOf(bone), finger) << boneName(bone);
+    }
+}
+
+TEST(HandProximity, ForceFollowsWhatIsPlayed)
+{
+    HapticObject pressed = object(7);
+    pressed.properties.pressureInPa = true;
+    pressed.properties.pressure = 5000.0;
+    HandProximity proximity;
+    proximity.update({pressed}, finger(-0.002), 0.0);
+    const double wanted_N = proximity.contacts()[0].force_N; // nothing is known: what is wanted
+    const auto force_N = [&](const Vector3d& place, float pressure_Pa)
+    {
+        auto played = std::make_shared<PlayedPressure>();
+        played->positions = place;
+        played->pressure_Pa.setConstant(1, pressure_Pa);
+        proximity.setPlayed(played);
+        proximity.update({pressed}, finger(-0.002), 0.1);
+        return proximity.contacts()[0].force_N;
+    };
+    EXPECT_NEAR(force_N({0.003, 0.0, 0.0}, 5000.0f), wanted_N, 1e-9 * wanted_N);
+    EXPECT_NEAR(force_N({0.003, 0.0, 0.0}, 2500.0f), 0.25 * wanted_N, 1e-9 * wanted_N);
+    EXPECT_EQ(force_N({0.05, 0.0, 0.0}, 5000.0f), 0.0) << "nothing is played where it touches";
+    proximity.setPlayed(std::make_shared<PlayedPressure>());
+    proximity.update({pressed}, finger(-0.002), 0.2);
+    EXPECT_EQ(proximity.contacts()[0].force_N, 0.0) << "nothing is played";
+}
+
+TEST(HandProximity, LinesAndPointsAreTouchedAndPress)
+{
+    HapticObject line = object(7);
+    auto mesh = std::make_shared<haptics::TriangleMesh>();
+    mesh->vertices.resize(3, 2);
+    mesh->vertices << -0.1, 0.1, 0.0, 0.0, 0.0, 0.0;
+    mesh->triangles.resize(3, 1);
+    mesh->triangles << 0, 1, 1;
+    line.mesh = mesh;
+    line.meshId = 2;
+    HandProximity proximity;
+    auto played = std::make_shared<PlayedPressure>();
+    played->positions = Vector3d(0.001, 0.0, 0.0);
+    played->pressure_Pa.setConstant(1, 5000.0f);
+    proximity.setPlayed(played);
+    proximity.update({line}, finger(-0.002), 0.0);
+    ASSERT_EQ(proximity.events().size(), 1u);
+    const HandContact& contact = proximity.contacts()[0];
+    EXPECT_NEAR(contact.distance_m, -0.002, 1e-12);
+    EXPECT_NEAR(contact.overlap_m2, 0.25 * std::pow(HandProximity::kFelt_m, 2), 1e-12);
+    EXPECT_GT(contact.force_N, 0.0);
+}
+
 TEST(HandProximity, EmptyObjectsAndNoHandsAreFine)
 {
     HandProximity proximity;

@@ -37,6 +37,46 @@ double loudestOf(const HologramPipeline& pipeline, const HologramResult& result)
                            result.played());
 }
 
+/// A SonicSurface, whose transducers are on or off, with a cap of its own.
+HologramOptions sonicOptions(double max_Pa)
+{
+    HologramOptions options = cappedOptions(max_Pa, "sim:?board=sonicsurface");
+    options.array = haptics::TransducerArray::load("sonicsurface");
+    return options;
+}
+
+/// A square \a height_m above the middle of \a board.
+SceneSnapshot squareAbove(const haptics::TransducerArray& board, double height_m = 0.12)
+{
+    SceneSnapshot snapshot = squareSnapshot();
+    snapshot.objects[0].pose.translation() =
+        board.positions.rowwise().mean() + height_m * board.normals.col(0);
+    return snapshot;
+}
+
+/// Silence under a cap, and no figure that says anything else.
+void expectSilenced(const HologramResult& result)
+{
+    ASSERT_GT(result.points.size(), 0);
+    EXPECT_TRUE(result.isSilenced());
+    EXPECT_STREQ(haptics::stopReasonName(result.report().stop), "silenced");
+    EXPECT_EQ(result.report().capFactor, 0.0);
+    EXPECT_EQ(result.report().rms, 1.0);
+    EXPECT_EQ(result.report().max, 1.0);
+    EXPECT_EQ(result.report().level_Pa, 0.0);
+    EXPECT_EQ(result.report().loudness, 0.0);
+    EXPECT_EQ(result.played().cwiseAbs().maxCoeff(), 0.0f);
+    EXPECT_EQ(result.achieved_Pa.maxCoeff(), 0.0f);
+}
+
+/// The pressure that a message of silence names.
+double leastCap_Pa(const std::string& message)
+{
+    const std::string before = "give up to ";
+    const std::size_t at = message.find(before);
+    return at == std::string::npos ? 0.0 : std::stod(message.substr(at + before.size()));
+}
+
 } // namespace
 
 TEST(CappedPipeline, ARelativeFieldIsScaledDownAsAWhole)
@@ -58,7 +98,9 @@ TEST(CappedPipeline, ARelativeFieldIsScaledDownAsAWhole)
                 0.01 * cap_Pa);
     EXPECT_LT(result->report().rms, 0.01) << "the shape is kept";
     EXPECT_EQ(result->counters.capped, 1u);
+    EXPECT_FALSE(result->isSilenced());
     ASSERT_EQ(result->messages.size(), 1u);
+    EXPECT_EQ(result->headline(), result->messages[0]);
     EXPECT_EQ(result->messages[0].rfind("the field is held down to the cap of ", 0), 0u)
         << result->messages[0];
     EXPECT_TRUE(result->playing);
@@ -108,21 +150,86 @@ TEST(CappedPipeline, ASolverThatKnowsNoLimitsIsHeldToo)
 
 TEST(CappedPipeline, SilentWhereTheLevelsCantKeepToTheCap)
 {
-    HologramOptions options = cappedOptions(20.0, "sim:?board=sonicsurface");
-    options.array = haptics::TransducerArray::load("sonicsurface");
-    HologramPipeline pipeline(options);
-    SceneSnapshot snapshot = squareSnapshot();
-    snapshot.objects[0].pose.translation() =
-        options.array.positions.rowwise().mean() + 0.12 * options.array.normals.col(0);
+    HologramPipeline pipeline(sonicOptions(20.0));
+    const SceneSnapshot snapshot = squareAbove(pipeline.options().array);
     const auto result = pipeline.process(snapshot);
-    ASSERT_GT(result->points.size(), 0);
-    EXPECT_EQ(result->report().capFactor, 0.0);
-    EXPECT_EQ(result->played().cwiseAbs().maxCoeff(), 0.0f);
-    EXPECT_EQ(result->achieved_Pa.maxCoeff(), 0.0f);
-    ASSERT_FALSE(result->messages.empty());
-    EXPECT_EQ(result->messages.back(),
-              "silent: the device's levels can't keep to the cap of 20 Pa at any control point");
+    expectSilenced(*result);
+    EXPECT_TRUE(result->playing) << "nothing is what is to be played";
+    ASSERT_EQ(result->messages.size(), 1u);
+    EXPECT_EQ(result->messages.back(), result->report().message);
+    EXPECT_EQ(result->messages.back().rfind(
+                  "silent: the array's levels can't keep to the cap of 20 Pa at any control point; "
+                  "transducers at their lowest level, 1 of full drive, give up to ",
+                  0),
+              0u)
+        << result->messages.back();
     EXPECT_EQ(pipeline.process(snapshot), result) << "and not solved again and again";
+    // What moves is silenced again, for another pressure; that is told once.
+    const auto next = pipeline.process(squareAbove(pipeline.options().array, 0.13));
+    expectSilenced(*next);
+    EXPECT_NE(next->report().message, result->report().message);
+    EXPECT_EQ(next->headline(), next->report().message) << "the HUD shows that of now";
+    EXPECT_EQ(next->messages.size(), 1u);
+}
+
+TEST(CappedPipeline, ACapAboveThePressureThatIsToldPlays)
+{
+    HologramPipeline silent(sonicOptions(20.0));
+    const std::string told = silent.process(squareAbove(silent.options().array))->report().message;
+    const double least_Pa = leastCap_Pa(told);
+    ASSERT_GT(least_Pa, 20.0) << told;
+    EXPECT_NE(told.find("raise MaxPressure above that"), std::string::npos) << told;
+    for (const double share : {0.9, 1.01})
+    {
+        HologramPipeline pipeline(sonicOptions(share * least_Pa));
+        const auto result = pipeline.process(squareAbove(pipeline.options().array));
+        if (share < 1.0)
+            expectSilenced(*result);
+        else
+        {
+            EXPECT_NE(result->report().stop, haptics::StopReason::SILENCED);
+            EXPECT_GT(result->report().level_Pa, 0.0);
+        }
+    }
+}
+
+TEST(CappedPipeline, ACapOfTheDeviceIsToldAsTheDevices)
+{
+    HologramOptions options = sonicOptions(0.0);
+    options.deviceUri += "&max-pressure=20";
+    HologramPipeline pipeline(options);
+    const auto result = pipeline.process(squareAbove(options.array));
+    expectSilenced(*result);
+    EXPECT_NE(result->report().message.find("raise max-pressure of the device above that"),
+              std::string::npos)
+        << result->report().message;
+}
+
+TEST(CappedPipeline, SeveralFieldsInTurnAreSilencedAlike)
+{
+    HologramOptions options = sonicOptions(20.0);
+    options.subsets = 3;
+    HologramPipeline pipeline(options);
+    expectSilenced(*pipeline.process(squareAbove(options.array)));
+}
+
+TEST(CappedPipeline, AFieldBelowTheLowestLevelIsSilencedWithoutACap)
+{
+    const auto log = std::make_shared<FakeLog>();
+    HologramOptions options = fakeOptions(log);
+    options.deviceFactory = nullptr;
+    log->amplitude = 1e-4f; // a level of duty is 6e-3
+    HologramPipeline pipeline(options);
+    const auto result = pipeline.process(squareSnapshot());
+    EXPECT_EQ(result->report().stop, haptics::StopReason::SILENCED);
+    EXPECT_EQ(result->report().rms, 1.0);
+    EXPECT_EQ(result->report().level_Pa, 0.0);
+    EXPECT_EQ(result->achieved_Pa.maxCoeff(), 0.0f);
+    EXPECT_NE(result->report().message.find("is weaker than the array's lowest level"),
+              std::string::npos)
+        << result->report().message;
+    ASSERT_FALSE(result->messages.empty());
+    EXPECT_EQ(result->messages.back(), result->report().message);
 }
 
 TEST(CappedPipeline, TheModulatedFieldIsHeldDownToo)
@@ -150,7 +257,7 @@ TEST(CappedPipeline, AFieldThatWaitsForItsDeviceIsRatedAsItWillBePlayed)
     const auto result = pipeline.process(squareSnapshot());
     EXPECT_FALSE(result->playing);
     EXPECT_EQ(result->achieved_Pa.maxCoeff(), 0.0f);
-    EXPECT_GT(result->report().level_Pa, 100.0);
+    EXPECT_GT(result->report().level_Pa, 50.0); // the fake solver's field is far from even
     EXPECT_LE(result->report().level_Pa, 250.0);
 }
 

@@ -27,6 +27,7 @@ struct FakeLog
     std::atomic<bool> hold{false}; ///< solve() doesn't return while this is set
     std::atomic<bool> throwInSolve{false};
     std::atomic<bool> notFinite{false};
+    std::atomic<float> amplitude{1.0f};        ///< of all transducers of a field
     std::atomic<float> loudestAmplitude{0.0f}; ///< of all that was sent
 
     std::mutex mutex;
@@ -34,7 +35,7 @@ struct FakeLog
     bool absolute = false;
 };
 
-/// Solves nothing: all transducers full on, as late as the test wants.
+/// Solves nothing: all transducers at one amplitude, as late as the test wants.
 class FakeSolver : public midair::haptics::HologramSolver
 {
 public:
@@ -59,7 +60,8 @@ public:
             _log->absolute = points.absolute;
         }
         q.setConstant(array.size(),
-                      _log->notFinite ? std::numeric_limits<float>::quiet_NaN() : 1.0f);
+                      _log->notFinite ? std::numeric_limits<float>::quiet_NaN()
+                                      : _log->amplitude.load());
         midair::haptics::SolveReport report;
         report.stop = midair::haptics::StopReason::CONVERGED;
         report.points = points.size();
@@ -122,6 +124,18 @@ inline midair::bridge::HologramOptions fakeOptions(const std::shared_ptr<FakeLog
     options.deviceFactory = [log](const std::string&, const midair::device::DeviceLayout& layout)
     { return std::make_unique<FakeDevice>(log, layout.transducers); };
     return options;
+}
+
+/// Waits, at most a minute, until \a done; returns false if it doesn't come.
+inline bool eventually(const std::function<bool()>& done)
+{
+    const double end_s = midair::base::steadySeconds() + 60.0;
+    while (midair::base::steadySeconds() < end_s)
+    {
+        if (done()) return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
 }
 
 /// A square of 40 mm in the plane y = 0.

@@ -81,6 +81,7 @@ TEST(FieldsInTurn, WhatRestsIsSmoothedByShiftedFields)
     const auto log = std::make_shared<FakeLog>();
     HologramOptions options = turnOptions(log);
     options.cycle = 6;
+    options.even = 0;
     HologramPipeline pipeline(options);
     const auto first = pipeline.process(squareSnapshot());
     EXPECT_TRUE(first->sequence.isHeld());
@@ -183,10 +184,14 @@ TEST(FieldsInTurn, AnObjectsOwnModulationIsPlayed)
     snapshot.objects[0].properties.modulationFrequency_Hz = 50.0;
     snapshot.objects[0].properties.modulationDepth = 0.5;
     pipeline.process(snapshot);
-    const std::string said = pipeline.messages().back();
-    EXPECT_EQ(said,
+    EXPECT_EQ(pipeline.messages().back(),
               "Scene/Other: is modulated at 50 Hz as Scene/Square is, not at 100 Hz: the array "
               "plays one field at a time");
+    snapshot.objects[1].properties.modulationFrequency_Hz = 50.0000001;
+    pipeline.process(snapshot);
+    EXPECT_EQ(pipeline.messages().back(),
+              "Scene/Other: is modulated at 50 Hz as Scene/Square is, not at 50.0000001 Hz: the "
+              "array plays one field at a time");
 }
 
 TEST(FieldsInTurn, ObjectsThatAreModulatedAlikeAreOneFieldThatIsModulated)
@@ -268,6 +273,7 @@ TEST(FieldsInTurn, KeepToTheCapInEveryField)
     HologramOptions options = turnOptions(std::make_shared<FakeLog>());
     options.cycle = 3;
     options.cycleSteps = 1;
+    options.even = 0;
     options.maxPressure = 800.0;
     HologramPipeline pipeline(options);
     const auto result = settled(pipeline, pipeline.process(squareSnapshot()));
@@ -283,6 +289,7 @@ TEST(FieldsInTurn, TheMonitorsFindingsComeWithTheResult)
     HologramOptions options = turnOptions(std::make_shared<FakeLog>());
     options.monitorInterval = 0.001;
     options.cycle = 4;
+    options.even = 0;
     HologramThread thread(options);
     SceneSnapshot snapshot = squareSnapshot();
     thread.submit(snapshot);
@@ -319,6 +326,10 @@ TEST(FieldsInTurn, OptionsOutOfRangeAreNamed)
     EXPECT_FALSE(options.isValid(&error));
     EXPECT_EQ(error, "cycleSteps is 17; it must be within 0 .. 16");
     options.cycleSteps = 0;
+    options.even = -1;
+    EXPECT_FALSE(options.isValid(&error));
+    EXPECT_EQ(error, "even is -1; it must be within 0 .. 1000");
+    options.even = 0;
     options.subsets = 65;
     EXPECT_FALSE(options.isValid(&error));
     EXPECT_EQ(error, "subsets is 65; it must be within 1 .. 64");

@@ -88,13 +88,13 @@ TEST_F(PipelineTest, WhatDoesNotMoveIsSolvedOnce)
     EXPECT_EQ(pipeline.counters().snapshots, 6u);
 }
 
-TEST_F(PipelineTest, AHundredthOfAWavelengthIsTheLimitAlsoInSmallSteps)
+TEST_F(PipelineTest, TheToleranceIsTheLimitAlsoInSmallSteps)
 {
     pipeline.process(squareSnapshot());
-    pipeline.process(squareSnapshot(0.009 * wavelength_m));
+    pipeline.process(squareSnapshot(0.9e-5 * wavelength_m));
     EXPECT_EQ(log->solves, 1);
     pipeline.process(
-        squareSnapshot(0.011 * wavelength_m)); // since the last solve, not the last snapshot
+        squareSnapshot(1.1e-5 * wavelength_m)); // since the last solve, not the last snapshot
     EXPECT_EQ(log->solves, 2);
 }
 

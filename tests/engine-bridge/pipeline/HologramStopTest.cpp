@@ -25,18 +25,6 @@ double since_s(Clock::time_point start)
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Waits, at most 60 s, until \a done.
-bool eventually(const std::function<bool()>& done)
-{
-    const auto end = Clock::now() + std::chrono::seconds(60);
-    while (Clock::now() < end)
-    {
-        if (done()) return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return false;
-}
-
 /// A real solver that tells when it begins.
 HologramOptions solverOptions(const std::shared_ptr<FakeLog>& log, const std::string& name)
 {

@@ -9,24 +9,6 @@
 #include <gtest/gtest.h>
 
 using namespace midair::bridge;
-using Clock = std::chrono::steady_clock;
-
-namespace
-{
-
-/// Waits, at most 10 s, until \a done.
-bool eventually(const std::function<bool()>& done)
-{
-    const auto end = Clock::now() + std::chrono::seconds(10);
-    while (Clock::now() < end)
-    {
-        if (done()) return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return false;
-}
-
-} // namespace
 
 TEST(HologramThread, ASubmittedSnapshotIsPlayed)
 {

@@ -2,6 +2,11 @@
 
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
+#include <algorithm>
+#include <set>
+#include <vector>
+
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 using namespace midair;
@@ -54,6 +59,58 @@ SceneSnapshot withVertices(const Eigen::Matrix3Xd& vertices, std::uint64_t meshI
 
 } // namespace
 
+TEST_F(Assembler, LinesHaveBothSides)
+{
+    SceneSnapshot snapshot = facing();
+    auto mesh = std::make_shared<haptics::TriangleMesh>();
+    mesh->vertices.resize(3, 2);
+    mesh->vertices << -0.017, 0.017, 0.0, 0.0, 0.0, 0.0;
+    mesh->triangles.resize(3, 1);
+    mesh->triangles << 0, 1, 1;
+    snapshot.objects[0].mesh = mesh;
+    for (const Side side : {Side::BOTH, Side::FRONT, Side::BACK})
+    {
+        snapshot.objects[0].properties.side = side;
+        EXPECT_EQ(assembler->assemble(snapshot).points.size(), 4);
+    }
+}
+
+TEST_F(Assembler, GivenPointsAreNotThinned)
+{
+    SceneSnapshot snapshot = facing();
+    auto mesh = std::make_shared<haptics::TriangleMesh>();
+    mesh->vertices.resize(3, 3);
+    mesh->vertices << 0.0, 0.001, 0.02, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0;
+    mesh->triangles = Eigen::RowVector3i(0, 1, 2).replicate(3, 1);
+    snapshot.objects[0].mesh = mesh;
+    snapshot.objects[0].properties.sampling = haptics::Sampling::POINTS;
+    const haptics::ControlPoints points = assembler->assemble(snapshot).points;
+    ASSERT_EQ(points.size(), 3);
+    EXPECT_TRUE(points.positions.isApprox(snapshot.objects[0].pose * mesh->vertices));
+    snapshot.objects[0].properties.sampling = haptics::Sampling::VERTICES;
+    snapshot.objects[0].meshId = 7;
+    EXPECT_EQ(assembler->assemble(snapshot).points.size(), 2);
+}
+
+TEST_F(Assembler, AModelInOtherUnitsIsAskedAboutOnce)
+{
+    SceneSnapshot snapshot = facing();
+    snapshot.objects[0].path = "Scene/tower";
+    auto mesh = std::make_shared<haptics::TriangleMesh>(*snapshot.objects[0].mesh);
+    mesh->vertices *= 20.0 / mesh->extent().maxCoeff();
+    snapshot.objects[0].mesh = mesh;
+    snapshot.metresPerUnit = 0.5;
+    assembler->assemble(snapshot);
+    assembler->assemble(snapshot);
+    const auto asked = [&](const std::string& m) { return m.find("metresPerUnit") != m.npos; };
+    const std::vector<std::string> said = messages.all();
+    ASSERT_EQ(std::count_if(said.begin(), said.end(), asked), 1);
+    const std::string wanted = fmt::format(
+        "Scene/tower: is 20 m wide, the array {:.3g} m: should metresPerUnit be 0.0005, not 0.5?",
+        (array.positions.rowwise().maxCoeff() - array.positions.rowwise().minCoeff()).maxCoeff());
+    EXPECT_EQ(*std::find_if(said.begin(), said.end(), asked), wanted);
+}
+
 TEST_F(Assembler, FrontAndBackAreTheTwoSidesOfASheet)
 {
     SceneSnapshot snapshot = facing();
@@ -84,6 +141,25 @@ TEST_F(Assembler, WhatIsOutOfReachIsNotEvenSampled)
     EXPECT_TRUE(assembler->unmoved(far));
     EXPECT_FALSE(assembler->unmoved(facing())) << "back in reach";
     EXPECT_GT(assembler->assemble(facing()).points.size(), 0);
+}
+
+// A hundred of them would push everything else out of the log.
+TEST_F(Assembler, ManyOutOfReachAreOneMessage)
+{
+    SceneSnapshot far = facing();
+    far.objects[0].pose.translation().z() = 30.0;
+    for (int i = 1; i < 100; ++i)
+    {
+        far.objects.push_back(far.objects[0]);
+        far.objects.back().id += static_cast<std::uint64_t>(i);
+        far.objects.back().path = "Scene/Square " + std::to_string(i);
+    }
+    assembler->assemble(far);
+    ASSERT_EQ(messages.all().size(), 1u);
+    EXPECT_EQ(messages.all()[0],
+              "Scene/Square: is out of the array's reach; it can't be felt there; so it is with "
+              "99 more");
+    EXPECT_EQ(messages.messages()[0].path, "Scene/Square");
 }
 
 TEST_F(Assembler, WhatIsBehindTheBoardIsSkippedAndNamed)
@@ -166,6 +242,52 @@ TEST_F(Assembler, PointsFollowAMorphingMeshByTheirBarycentrics)
     // Barycentrics of an affine map: exact but for rounding.
     EXPECT_LT((is.row(1) - 0.1 * was.row(0)).norm(), 1e-12);
     EXPECT_LT((is.row(0) - was.row(0)).norm(), 1e-12);
+}
+
+TEST_F(Assembler, PlacesKeepTheirIdentity)
+{
+    using Identities = std::vector<std::uint64_t>;
+    const Eigen::Matrix3Xd rest = squareMesh()->vertices;
+    SceneSnapshot snapshot = withVertices(rest, 10);
+    const Identities first = assembler->assemble(snapshot).points.identity;
+    ASSERT_GT(first.size(), 15u);
+    EXPECT_EQ(std::set<std::uint64_t>(first.begin(), first.end()).size(), first.size());
+
+    snapshot.objects[0].pose.translation().x() += 0.01;
+    EXPECT_EQ(assembler->assemble(snapshot).points.identity, first) << "moved";
+    EXPECT_EQ(assembler->assemble(withVertices(1.1 * rest, 11)).points.identity, first) << "bent";
+
+    // Another object, on top of a part of it: what is left of both has its identity.
+    snapshot.objects.push_back(snapshot.objects[0]);
+    snapshot.objects[1].id = 2;
+    snapshot.objects[1].properties.priority = 1;
+    snapshot.objects[1].pose.translation().x() += 0.02;
+    const Identities both = assembler->assemble(snapshot).points.identity;
+    const auto ofFirst = std::count_if(both.begin(),
+                                       both.end(),
+                                       [&](std::uint64_t one)
+                                       { return std::count(first.begin(), first.end(), one) > 0; });
+    EXPECT_GT(ofFirst, 0);
+    EXPECT_LT(ofFirst, static_cast<std::ptrdiff_t>(first.size()));
+    EXPECT_GE(both.size() - static_cast<std::size_t>(ofFirst), first.size()) << "the other one's";
+
+    // Sampled again, they are other places.
+    EXPECT_NE(assembler->assemble(withVertices(2.0 * rest, 12)).points.identity[0], first[0]);
+}
+
+TEST_F(Assembler, TwoMeshesInTurnAreSampledOnceEach)
+{
+    const Eigen::Matrix3Xd rest = squareMesh()->vertices;
+    for (int turn = 0; turn < 5; ++turn)
+        for (const std::uint64_t mesh : {20u, 30u})
+            for (int frame = 0; frame < 300; ++frame)
+            {
+                SceneSnapshot snapshot = withVertices(rest, mesh);
+                snapshot.objects[0].topologyId = mesh;
+                snapshot.objects[0].pose.translation().x() = 1e-4 * frame;
+                assembler->assemble(snapshot);
+            }
+    EXPECT_EQ(assembler->sampled(), 2u);
 }
 
 TEST_F(Assembler, AStretchedMeshIsSampledAgain)

@@ -78,7 +78,9 @@ TEST(FieldPlayer, TheAmplitudeIsModulatedWithinALevelOfWhatEncodingGives)
     options.amplitudeRate_Hz = 250.0; // amplitudes 1, sqrt(1/2), 0, sqrt(1/2)
     Eigen::VectorXcf q(3);
     q << 1.0f, 0.5f, 0.1f;
-    player.play({q}, options);
+    DriveSignal full;
+    midair::device::encode(q.data(), 3, full);
+    player.play({full}, options);
     ASSERT_TRUE(device.waitFor(40));
     player.stop();
     int seen[3] = {0, 0, 0};
@@ -109,7 +111,7 @@ TEST(FieldPlayer, SaysWhatIsWrongAndGoesOn)
 {
     Collector device;
     FieldPlayer player(device);
-    const auto failing = [&](const std::vector<Eigen::VectorXcf>& cycle)
+    const auto failing = [&](const std::vector<DriveSignal>& cycle)
     {
         try
         {
@@ -122,12 +124,13 @@ TEST(FieldPlayer, SaysWhatIsWrongAndGoesOn)
         return std::string("no error");
     };
     EXPECT_EQ(failing({}), "field player: there are no fields; there must be at least one");
-    std::vector<Eigen::VectorXcf> fields = numberedFields(2);
-    fields[1].conservativeResize(4);
-    EXPECT_EQ(failing(fields), "field player: field 1 has 4 activations, the first one 5");
+    std::vector<DriveSignal> fields = numberedFields(2);
+    fields[1].phase.resize(4);
+    fields[1].duty.resize(4);
+    EXPECT_EQ(failing(fields), "field player: field 1 is for 4 transducers, the first one for 5");
     fields = numberedFields(2);
-    fields[1][3] = std::nanf("");
-    EXPECT_EQ(failing(fields), "field player: field 1 has an activation that is not finite");
+    fields[1].duty.resize(3);
+    EXPECT_EQ(failing(fields), "field player: field 1 is for 5 transducers, the first one for 5");
     EXPECT_TRUE(device.signals().empty());
     player.play(numberedFields(1));
     EXPECT_TRUE(device.waitFor(1));

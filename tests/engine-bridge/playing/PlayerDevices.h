@@ -3,12 +3,10 @@
 #include "device/ArrayDevice.h"
 #include "haptics/base/threads/SteadyClock.h"
 
-#include <Eigen/Core>
-
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <complex>
+#include <cstdint>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -88,11 +86,13 @@ private:
 };
 
 // Field k has all phases at level 10 k, and full amplitude.
-inline std::vector<Eigen::VectorXcf> numberedFields(int count)
+inline std::vector<midair::device::DriveSignal> numberedFields(int count)
 {
-    std::vector<Eigen::VectorXcf> fields;
+    std::vector<midair::device::DriveSignal> fields(static_cast<std::size_t>(count));
     for (int k = 0; k < count; ++k)
-        fields.emplace_back(Eigen::VectorXcf::Constant(
-            5, std::polar(1.0f, static_cast<float>(2.0 * M_PI * 10 * k / 256.0))));
+    {
+        fields[static_cast<std::size_t>(k)].phase.assign(5, static_cast<std::uint8_t>(10 * k));
+        fields[static_cast<std::size_t>(k)].duty.assign(5, 255);
+    }
     return fields;
 }

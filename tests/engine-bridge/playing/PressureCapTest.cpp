@@ -168,7 +168,11 @@ TEST(PressureCap, HoldsForEachBeliefAboutTheArray)
     const CappedField field =
         PressureCap(500.0, playOf(nullptr)).hold({points, {&shadowed, &array}, medium}, signal);
     EXPECT_LE(loudestInDouble(points, array, medium, field.played), 500.0);
-    EXPECT_GT(loudestInDouble(points, array, medium, field.played), 450.0); // a level is 8 % there
+    device::DriveSignal louder = signal;
+    for (std::uint8_t& duty : louder.duty)
+        duty = static_cast<std::uint8_t>(duty > 0 ? duty + 1 : 0);
+    EXPECT_GT(loudestInDouble(points, array, medium, playOf(nullptr)(louder)), 500.0)
+        << "no louder level keeps to it";
     EXPECT_NEAR(
         field.achieved_Pa.maxCoeff(), loudestInDouble(points, shadowed, medium, field.played), 0.1);
 }
@@ -324,6 +328,39 @@ TEST(PressureCap, LowersFieldsInTurnByOneFactor)
     }
     fields[1][5] = std::nanf("");
     EXPECT_THROW(cap.holdAll({points, {&array}, medium}, fields), base::InputError);
+}
+
+// A step from a level that is too loud may lead below the lowest, which keeps to the cap.
+TEST(PressureCap, NeverPassesALowestLevelThatKeepsToTheCap)
+{
+    const haptics::Medium medium;
+    const haptics::TransducerArray array = arrayOf("");
+    std::mt19937 random(9);
+    const Eigen::Matrix3Xd points = pointsBefore(array, 3, random);
+    const Eigen::VectorXcf full = playOf(nullptr)(focusAt(points.col(0), array, random, true));
+    const auto coarse = [](const device::DriveSignal& signal)
+    {
+        Eigen::VectorXcf q = playOf(nullptr)(signal);
+        for (std::complex<float>& one : q)
+            if (const float a = std::abs(one); a > 0.0f)
+                one *= (a > 0.999f ? 1.0f : a >= 0.4999f ? 0.5f : 0.0f) / a;
+        return q;
+    };
+    const double full_Pa = loudestInDouble(points, array, medium, full);
+    for (const double share : {0.5002, 0.52, 0.9})
+    {
+        std::vector<Eigen::VectorXcf> fields = {full, full};
+        PressureCap cap(share * full_Pa, coarse);
+        EXPECT_GT(cap.holdAll({points, {&array}, medium}, fields), 0.0) << share;
+        device::DriveSignal signal;
+        ASSERT_TRUE(device::encode(fields[1].data(), array.size(), signal));
+        const double now_Pa = loudestInDouble(points, array, medium, coarse(signal));
+        EXPECT_NEAR(now_Pa / full_Pa, 0.5, 0.01) << share;
+        EXPECT_LE(now_Pa, cap.max_Pa());
+    }
+    std::vector<Eigen::VectorXcf> fields = {full, full};
+    EXPECT_EQ(PressureCap(0.4 * full_Pa, coarse).holdAll({points, {&array}, medium}, fields), 0.0);
+    EXPECT_TRUE(isSilent(fields));
 }
 
 TEST(PressureCap, IsOverZero)

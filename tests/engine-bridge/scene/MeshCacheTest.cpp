@@ -116,7 +116,7 @@ TEST_F(MeshCacheTest, AScalingObjectDoesNotFillTheMemory)
 {
     std::vector<std::weak_ptr<const midair::haptics::TriangleMesh>> meshes;
     for (int i = 0; i < 100; ++i)
-        meshes.push_back(frame(*geometry, 1.0 + 0.01 * i).mesh);
+        meshes.push_back(frame(*geometry, 1.0 + 0.01 * i).mesh.get());
     int alive = 0;
     for (const auto& mesh : meshes)
         if (!mesh.expired()) ++alive;

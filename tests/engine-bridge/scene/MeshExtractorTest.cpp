@@ -45,12 +45,74 @@ TEST(MeshExtractor, SeveralDrawablesBecomeOneMesh)
     EXPECT_EQ(out.mesh().vertices(2, 4), 1.0);
 }
 
-TEST(MeshExtractor, LinesAndPointsAreLeftOut)
+/// The triangles of the three vertices drawn in \a mode.
+Eigen::Matrix3Xi drawnIn(GLenum mode)
 {
     auto geometry = triangleGeometry();
-    geometry->addPrimitiveSet(new osg::DrawArrays(GL_LINES, 0, 2));
-    geometry->addPrimitiveSet(new osg::DrawArrays(GL_POINTS, 0, 3));
-    EXPECT_EQ(extractMesh(*geometry).mesh().triangles.cols(), 1);
+    geometry->removePrimitiveSet(0, geometry->getNumPrimitiveSets());
+    geometry->addPrimitiveSet(new osg::DrawArrays(mode, 0, 3));
+    const ExtractedMesh out = extractMesh(*geometry);
+    EXPECT_TRUE(out.warnings.empty()) << mode;
+    return out.mesh().triangles;
+}
+
+TEST(MeshExtractor, LinesAndPointsBecomeTrianglesWithoutArea)
+{
+    Eigen::Matrix3Xi points(3, 3);
+    points << 0, 1, 2, 0, 1, 2, 0, 1, 2;
+    EXPECT_EQ(drawnIn(GL_POINTS), points);
+    Eigen::Matrix3Xi loop(3, 3);
+    loop << 0, 1, 2, 1, 2, 0, 1, 2, 0;
+    EXPECT_EQ(drawnIn(GL_LINE_LOOP), loop);
+    EXPECT_EQ(drawnIn(GL_LINE_STRIP), loop.leftCols(2));
+    EXPECT_EQ(drawnIn(GL_LINES), loop.leftCols(1)); // the third vertex is half a line
+}
+
+TEST(MeshExtractor, EachOfSeveralLineStripsIsByItself)
+{
+    auto geometry = triangleGeometry();
+    geometry->removePrimitiveSet(0, 1);
+    static_cast<osg::Vec3Array*>(geometry->getVertexArray())->push_back({1.0f, 1.0f, 0.0f});
+    osg::ref_ptr<osg::DrawArrayLengths> strips = new osg::DrawArrayLengths(GL_LINE_STRIP, 0);
+    strips->push_back(2);
+    strips->push_back(2);
+    geometry->addPrimitiveSet(strips);
+    Eigen::Matrix3Xi wanted(3, 2);
+    wanted << 0, 2, 1, 3, 1, 3;
+    EXPECT_EQ(extractMesh(*geometry).mesh().triangles, wanted);
+}
+
+TEST(MeshExtractor, AnOddNumberOfIndicesIsNotReadBeyond)
+{
+    auto geometry = triangleGeometry();
+    geometry->removePrimitiveSet(0, 1);
+    const GLuint indices[] = {0, 1, 2};
+    geometry->addPrimitiveSet(new osg::DrawElementsUInt(GL_LINES, 3, indices));
+    EXPECT_EQ(extractMesh(*geometry).mesh().triangles, Eigen::Vector3i(0, 1, 1));
+}
+
+TEST(MeshExtractor, JoinsOfStripsAreNoLines)
+{
+    auto geometry = triangleGeometry();
+    geometry->removePrimitiveSet(0, 1);
+    auto* vertices = static_cast<osg::Vec3Array*>(geometry->getVertexArray());
+    for (const float x : {3.0f, 4.0f, 3.0f})
+        vertices->push_back({x, x == 3.0f ? 0.0f : 1.0f, static_cast<float>(vertices->size())});
+    const GLuint indices[] = {0, 1, 2, 2, 3, 3, 4, 5};
+    geometry->addPrimitiveSet(new osg::DrawElementsUInt(GL_TRIANGLE_STRIP, 8, indices));
+    EXPECT_EQ(extractMesh(*geometry).mesh().triangles.cols(), 2);
+}
+
+TEST(MeshExtractor, PrimitivesThatCantBeFeltAreTold)
+{
+    auto geometry = triangleGeometry();
+    geometry->setName("patches");
+    geometry->addPrimitiveSet(new osg::DrawArrays(GL_PATCHES, 0, 3));
+    const ExtractedMesh out = extractMesh(*geometry);
+    EXPECT_EQ(out.mesh().triangles.cols(), 1);
+    EXPECT_EQ(out.warnings,
+              std::vector<std::string>{"Geometry 'patches' has primitives of mode 0xe (neither "
+                                       "triangles, lines nor points); they can't be felt"});
 }
 
 TEST(MeshExtractor, QuadsStripsAndFansBecomeTriangles)

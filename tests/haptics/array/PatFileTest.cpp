@@ -85,6 +85,7 @@ TEST(PatFile, IsPutIntoPinOrder)
         EXPECT_EQ(board.serial, "FT000001");
         EXPECT_TRUE(board.array.isValid());
         ASSERT_EQ(board.array.size(), 256);
+        EXPECT_EQ(board.array.directivity, Directivity::T4010A1_TABLE);
         EXPECT_EQ(board.array.drive.phaseLevels, 128);
         ASSERT_EQ(board.array.drive.amplitudeLevels.size(), 65U);
         EXPECT_EQ(board.array.drive.amplitudeLevels.back(), 1.0f);

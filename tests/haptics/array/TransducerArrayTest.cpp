@@ -66,13 +66,19 @@ TEST(TransducerArray, SingleBoardFacesAlongZ)
     ASSERT_EQ(array.size(), 249);
     EXPECT_EQ(array.positions.row(2).cwiseAbs().maxCoeff(), 0.0);
     EXPECT_TRUE((array.normals.colwise() - Eigen::Vector3d::UnitZ()).isZero(0.0));
-    // The first row lacks columns 1, 2 and 16; its first transducer is column 3.
-    EXPECT_NEAR(array.positions(0, 0), (3 - 9.5) * 10.16e-3, 1e-15);
-    EXPECT_NEAR(array.positions(1, 0), (1 - 7.5) * 10.16e-3, 1e-15);
-    EXPECT_NEAR(array.positions(0, 12), (15 - 9.5) * 10.16e-3, 1e-15);
-    EXPECT_NEAR(array.positions(0, 13), (17 - 9.5) * 10.16e-3, 1e-15);
-    EXPECT_NEAR(array.positions(0, 15), (1 - 9.5) * 10.16e-3, 1e-15);
-    EXPECT_NEAR(array.positions(1, 15), (2 - 7.5) * 10.16e-3, 1e-15);
+    // Counted from 0, row 0 is full, and row 1 lacks columns 1, 2 and 16.
+    const auto expectPlace = [&array](int index, int column, int row)
+    {
+        EXPECT_NEAR(array.positions(0, index), (column - 8.5) * 10.16e-3, 1e-15) << index;
+        EXPECT_NEAR(array.positions(1, index), (row - 6.5) * 10.16e-3, 1e-15) << index;
+    };
+    expectPlace(0, 0, 0);
+    expectPlace(17, 17, 0);
+    expectPlace(18, 0, 1);
+    expectPlace(19, 3, 1);
+    expectPlace(31, 15, 1);
+    expectPlace(32, 17, 1);
+    expectPlace(33, 0, 2);
     EXPECT_EQ(array.sourceAmplitude_Pa_m, 10.1);
 }
 

@@ -1,6 +1,7 @@
 #include "haptics/points/ControlPointSelector.h"
 
 #include "haptics/base/InputError.h"
+#include "tests/haptics/points/LeftOutSums.h"
 #include "tests/haptics/surface/SampleMeshes.h"
 
 #include <algorithm>
@@ -25,9 +26,7 @@ PosedObject objectOf(int id, int priority, const std::vector<Eigen::Vector3d>& p
     object.spacing_m = kWavelength;
     object.positions.resize(3, static_cast<Eigen::Index>(points.size()));
     for (std::size_t i = 0; i < points.size(); ++i)
-    {
         object.positions.col(static_cast<Eigen::Index>(i)) = points[i];
-    }
     object.normals = Eigen::Vector3d::UnitZ().replicate(1, object.positions.cols());
     return object;
 }
@@ -60,6 +59,7 @@ protected:
         EXPECT_EQ(r.candidates,
                   r.selected + r.notFinite + r.noTarget + r.tooClose + r.behind + r.outOfReach +
                       r.spacedOut + r.crowdThinned + r.crowdMerged + r.crowdDropped + r.overBudget);
+        test::expectLeftOutAddsUp(objects, r);
         EXPECT_EQ(r.selected, selection.points.size());
         EXPECT_EQ(std::accumulate(r.perObject.begin(), r.perObject.end(), 0), r.selected);
         EXPECT_EQ(static_cast<int>(selection.points.object.size()), r.selected);
@@ -374,7 +374,8 @@ TEST_F(ControlPointSelector, RefusesWhatItCantUse)
     PosedObject object = objectOf(1, 0, {{0, 0, 0}, {0.05, 0, 0}});
     object.normals.resize(3, 1);
     EXPECT_EQ(errorOf({object}),
-              "Object 0 has 2 positions, 1 normals and 0 intensities; they must be as many");
+              "Object 0 has 2 positions, 1 normals, 0 intensities and 0 identities; they must be "
+              "as many");
     object = objectOf(1, 0, {{0, 0, 0}});
     object.spacing_m = 0.0;
     EXPECT_EQ(errorOf({object}), "Object 0 has the spacing 0 m; it must be positive and finite");

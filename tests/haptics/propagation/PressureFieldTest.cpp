@@ -88,6 +88,25 @@ TEST(PressureField, ThreadsChangeNothing)
         EXPECT_TRUE(pressureAt(r, array, Medium(), q, threads) == one) << threads;
 }
 
+TEST(PressureField, TheMeanSquareOfFieldsIsThatOfEach)
+{
+    const TransducerArray array = TransducerArray::singleBoard();
+    Eigen::Matrix3Xd r = points(50);
+    r.row(2).array() += 0.15;
+    std::vector<Eigen::VectorXcf> fields(4, activations(array.size()));
+    fields[1].head(100).setZero(); // what is silent in one field is not so in another
+    fields[2].setZero();
+    fields[3] = -2.0f * fields[1];
+    Eigen::VectorXd square = Eigen::VectorXd::Zero(50);
+    for (const Eigen::VectorXcf& q : fields)
+        square += pressureAt(r, array, Medium(), q).cwiseAbs2().cast<double>() / 4.0;
+    for (const int threads : {1, 3})
+        EXPECT_TRUE(meanSquarePressure(r, array, Medium(), fields, threads).isApprox(square, 1e-4));
+    EXPECT_THROW(meanSquarePressure(r, array, Medium(), {}), midair::base::InputError);
+    fields[3].resize(7);
+    EXPECT_THROW(meanSquarePressure(r, array, Medium(), fields), midair::base::InputError);
+}
+
 TEST(PressureField, AnyNumberOfPoints)
 {
     const TransducerArray array = TransducerArray::singleBoard();

@@ -65,6 +65,8 @@ TEST(SurfaceStatistics, OfValuesThatAreKnown)
     EXPECT_EQ(statistics.offSamples, 3);
     EXPECT_NEAR(statistics.offMean_Pa, 20.0, 1e-12);
     EXPECT_NEAR(statistics.contrast, 2.5, 1e-12);
+    // The standard deviation of 10, 20, 30 is 10, their mean's 10/sqrt(3): 0.2887 of 20.
+    EXPECT_NEAR(statistics.contrastError, 2.5 * 10.0 / std::sqrt(3.0) / 20.0, 1e-12);
 }
 
 TEST(SurfaceStatistics, OfOneValueAndOfSilence)
@@ -75,6 +77,9 @@ TEST(SurfaceStatistics, OfOneValueAndOfSilence)
     EXPECT_EQ(one.percentile1, 1.0);
     EXPECT_EQ(one.percentile10, 1.0);
     EXPECT_EQ(one.contrast, 0.0);
+    EXPECT_EQ(one.contrastError, 0.0);
+    // One place tells nothing about how places differ.
+    EXPECT_EQ(statisticsOf(Eigen::VectorXd::Ones(2), Eigen::VectorXd::Ones(1)).contrastError, 0.0);
     const SurfaceStatistics silent =
         statisticsOf(Eigen::VectorXd::Zero(10), Eigen::VectorXd::Zero(10));
     EXPECT_EQ(silent.mean_Pa, 0.0);
@@ -165,6 +170,56 @@ TEST(SurfaceStatistics, PlacesOffTheSurfaceKeepTheirDistance)
     EXPECT_EQ(surfaceStatistics(surface, array, Medium(), cycle, options).offMean_Pa, first);
     options.seed = 2;
     EXPECT_NE(surfaceStatistics(surface, array, Medium(), cycle, options).offMean_Pa, first);
+}
+
+TEST(SurfaceStatistics, ContrastErrorIsTheScatterOverSeeds)
+{
+    // A standard deviation of 60 draws scatters by 1/sqrt(2 60) = 9 %, and a single draw's estimate
+    // by as much again, since a few foci hold much of the variance; the mean of the estimates
+    // hardly does. 30 % is three sigma.
+    constexpr int kSeeds = 60;
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    Eigen::VectorXcf q = Eigen::VectorXcf::Zero(array.size());
+    unsigned state = 3;
+    for (int i = 0; i < array.size(); ++i)
+    {
+        state = state * 1664525u + 1013904223u;
+        q[i] = std::polar(1.0f, 2.9258361e-9f * static_cast<float>(state >> 1));
+    }
+    SurfaceStatisticsOptions options;
+    options.offPoints = 200;
+    Eigen::VectorXd contrast(kSeeds);
+    double told = 0.0;
+    for (int k = 0; k < kSeeds; ++k)
+    {
+        options.seed = 1 + static_cast<std::uint64_t>(k);
+        const SurfaceStatistics statistics =
+            surfaceStatistics(sphere(300, 0.03), array, Medium(), {q}, options);
+        contrast[k] = statistics.contrast;
+        told += statistics.contrastError / kSeeds;
+    }
+    const double scatter =
+        std::sqrt((contrast.array() - contrast.mean()).square().sum() / (kSeeds - 1));
+    EXPECT_NEAR(told / scatter, 1.0, 0.3);
+}
+
+TEST(SurfaceStatistics, DefaultPlacesTellContrastToThreePercent)
+{
+    // Foci on a sphere, all at once, as a solver's field has them; of 1000 places the contrast
+    // would be uncertain by 4 to 5 %.
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const Eigen::Matrix3Xd surface = sphere(100, 0.03);
+    const Eigen::VectorXcd z =
+        referencePropagationMatrix(surface, array, Medium()).adjoint().rowwise().sum();
+    const Eigen::VectorXcf q =
+        z.cwiseQuotient(z.cwiseAbs().cast<std::complex<double>>()).cast<std::complex<float>>();
+    const SurfaceStatistics statistics = surfaceStatistics(surface, array, Medium(), {q});
+    EXPECT_GT(statistics.contrastError, 0.0);
+    EXPECT_LT(statistics.contrastError, 0.03 * statistics.contrast);
+    SurfaceStatisticsOptions few;
+    few.offPoints = 1000;
+    const SurfaceStatistics rough = surfaceStatistics(surface, array, Medium(), {q}, few);
+    EXPECT_GT(rough.contrastError, 0.03 * rough.contrast);
 }
 
 TEST(SurfaceStatistics, WhatCannotBeJudgedIsRefused)

@@ -109,6 +109,28 @@ TEST(Rate, OfNothingIsNothing)
     }
 }
 
+TEST(Rate, OfSilenceIsThatEveryPointMissesAll)
+{
+    ControlPoints points;
+    points.positions = Eigen::Matrix3Xd::Zero(3, 2);
+    points.targets = Eigen::Vector2d(100.0, 50.0);
+    for (const bool absolute : {false, true})
+    {
+        points.absolute = absolute;
+        SolveReport report;
+        report.rms = report.max = 4e-4;
+        report.level_Pa = 100.0;
+        report.loudness = 1.1;
+        rateLevel(points, Eigen::Vector2f::Zero(), report);
+        EXPECT_EQ(report.rms, 1.0);
+        EXPECT_EQ(report.max, 1.0);
+        EXPECT_EQ(report.level_Pa, 0.0);
+        EXPECT_EQ(report.loudness, 0.0);
+        EXPECT_EQ(report.shortPoints, absolute ? 2 : 0);
+        EXPECT_EQ(report.worstShortfall, absolute ? 1.0 : 0.0);
+    }
+}
+
 TEST(Rate, PointsThatNothingIsWantedOfDontCount)
 {
     ControlPoints points;

@@ -3,7 +3,6 @@
 #include "haptics/base/InputError.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/SurfaceStatistics.h"
-#include "haptics/sequence/CycleEqualizer.h"
 #include "haptics/sequence/FieldOrder.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 
@@ -38,10 +37,10 @@ std::vector<ControlPoints> turnedSpheres(int count, int n, double radius_m)
 FieldSequence cycleOf(const std::vector<ControlPoints>& sets,
                       const TransducerArray& array,
                       const ComposerOptions& options = {},
-                      const Eigen::Matrix3Xd& surface = Eigen::Matrix3Xd(3, 0))
+                      const ControlPoints& places = {})
 {
     base::MessageLog messages;
-    return SequenceComposer(options, messages).composeCycle(sets, surface, array, Medium());
+    return SequenceComposer(options, messages).composeCycle(sets, places, array, Medium());
 }
 
 SurfaceStatistics felt(const Eigen::Matrix3Xd& surface,
@@ -74,32 +73,74 @@ TEST(SequenceComposer, FieldsInTurnSmoothTheSphere)
 TEST(SequenceComposer, EveningOutTogetherSmoothsFurther)
 {
     const TransducerArray array = TransducerArray::octagonalPrism();
-    const Eigen::Matrix3Xd surface = spherePoints(300, 0.012).positions; // 2.5 mm apart
-    const std::vector<ControlPoints> sets = turnedSpheres(2, 16, 0.012);
-    const FieldSequence apart = cycleOf(sets, array, {}, surface);
+    const ControlPoints places = spherePoints(500, 0.012); // 1.9 mm apart
+    const std::vector<ControlPoints> sets = turnedSpheres(4, 16, 0.012);
     ComposerOptions options;
-    options.sweeps = 6;
-    const FieldSequence together = cycleOf(sets, array, options, surface);
+    options.even = 0;
+    const FieldSequence apart = cycleOf(sets, array, options, places);
+    EXPECT_FALSE(apart.evened);
+    const FieldSequence together = cycleOf(sets, array, {}, places);
+    EXPECT_TRUE(together.evened);
     // Measured at places between those that were evened out.
     const Eigen::Matrix3Xd other = spherePoints(1111, 0.012).positions;
     const SurfaceStatistics a = felt(other, array, apart.fields);
     const SurfaceStatistics b = felt(other, array, together.fields);
-    EXPECT_LT(b.coefficientOfVariation, 0.6 * a.coefficientOfVariation);
-    EXPECT_GT(b.mean_Pa, 0.95 * felt(surface, array, {apart.fields.front()}).mean_Pa);
-    EXPECT_NEAR(b.coefficientOfVariation,
-                felt(surface, array, together.fields).coefficientOfVariation,
-                0.05);
+    EXPECT_LT(b.coefficientOfVariation, 0.3 * a.coefficientOfVariation);
+    EXPECT_GT(b.mean_Pa, a.mean_Pa);
+    // Its figures are of what is felt: of all fields together at each point.
+    EXPECT_LT(together.report.rms, 0.1);
+    EXPECT_NEAR(radiationPressure(together.report.level_Pa, Medium()), b.mean_Pa, 0.1 * b.mean_Pa);
+    EXPECT_GT(together.report.driveChange, 0.0);
+    const Eigen::VectorXf achieved = achievedPressure(together, array, Medium(), 1);
+    ASSERT_EQ(achieved.size(), 64);
+    EXPECT_NEAR(achieved.mean(), together.report.level_Pa, 0.05 * together.report.level_Pa);
+}
+
+TEST(SequenceComposer, StepsBetweenEvenedFieldsStandWhereTheyStoodBefore)
+{
+    const TransducerArray array = TransducerArray::singleBoard();
+    std::vector<ControlPoints> sets = turnedSpheres(3, 5, 0.012);
+    for (ControlPoints& set : sets)
+        set.positions.row(2).array() += 0.12;
+    ControlPoints places = spherePoints(200, 0.012, {0, 0, 0.12});
+    ComposerOptions options;
+    options.cycleSteps = 2;
+    options.even = 10;
+    const FieldSequence cycle = cycleOf(sets, array, options, places);
+    ASSERT_TRUE(cycle.evened);
+    ASSERT_EQ(cycle.fields.size(), 9u);
+    for (std::size_t k = 0; k < cycle.parts.size(); ++k)
+        EXPECT_EQ(cycle.parts[k].size() > 0, k % 3 == 0) << k;
+    const std::vector<Eigen::VectorXcf> fields{cycle.fields[0], cycle.fields[3], cycle.fields[6]};
+    EXPECT_EQ(smoothedFields(fields, 2, array.drive), cycle.fields);
+}
+
+TEST(SequenceComposer, PointsInPaAndSubsetsAreNotEvenedOut)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const ControlPoints places = spherePoints(300, 0.012);
+    std::vector<ControlPoints> sets = turnedSpheres(2, 8, 0.012);
+    ComposerOptions options;
+    options.subsets = 2;
+    EXPECT_FALSE(cycleOf(sets, array, options, places).evened);
+    for (ControlPoints& set : sets)
+    {
+        set.absolute = true;
+        set.targets *= 500.0;
+    }
+    const FieldSequence inPa = cycleOf(sets, array, {}, places);
+    EXPECT_FALSE(inPa.evened);
+    EXPECT_NEAR(inPa.report.level_Pa, 500.0, 10.0);
 }
 
 TEST(SequenceComposer, ASetWithoutPointsStaysSilentWhileTheOthersAreEvenedOut)
 {
     const TransducerArray array = TransducerArray::octagonalPrism();
-    const Eigen::Matrix3Xd surface = spherePoints(300, 0.012).positions;
-    ComposerOptions options;
-    options.sweeps = 1;
+    const ControlPoints places = spherePoints(300, 0.012);
     std::vector<ControlPoints> sets = turnedSpheres(2, 16, 0.012);
     sets.insert(sets.begin(), ControlPoints());
-    const FieldSequence cycle = cycleOf(sets, array, options, surface);
+    const FieldSequence cycle = cycleOf(sets, array, {}, places);
+    EXPECT_TRUE(cycle.evened);
     ASSERT_EQ(cycle.parts.size(), 3u);
     EXPECT_EQ(cycle.points().size(), 32);
     for (std::size_t k = 0; k < cycle.fields.size(); ++k)
@@ -107,7 +148,7 @@ TEST(SequenceComposer, ASetWithoutPointsStaysSilentWhileTheOthersAreEvenedOut)
         ASSERT_TRUE(cycle.fields[k].allFinite());
         EXPECT_EQ(cycle.fields[k].isZero(0.0f), cycle.parts[k].size() == 0);
     }
-    const FieldSequence none = cycleOf({ControlPoints(), ControlPoints()}, array, options, surface);
+    const FieldSequence none = cycleOf({ControlPoints(), ControlPoints()}, array, {}, places);
     for (const Eigen::VectorXcf& q : none.fields)
         EXPECT_TRUE(q.isZero(0.0f));
 }
@@ -278,12 +319,6 @@ TEST(SequenceComposer, SaysWhatIsWrong)
     std::vector<ControlPoints> sets(2, spherePoints(2, 0.01, {0, 0, 0.1}));
     sets[1].positions(0, 1) = std::nan("");
     EXPECT_EQ(failing(sets).substr(0, 22), "field cycle: set 1: co");
-    CycleEqualizerOptions options;
-    options.sweeps = -1;
-    std::string error;
-    EXPECT_FALSE(options.isValid(&error));
-    EXPECT_EQ(error, "sweeps is -1; it must be at least 0");
-    EXPECT_THROW(CycleEqualizer(options, {}), base::InputError);
     ComposerOptions unknown;
     unknown.makeSolver = [] { return makeSolver("unheard-of"); };
     EXPECT_THROW(cycleOf({spherePoints(2, 0.01)}, TransducerArray::singleBoard(), unknown),

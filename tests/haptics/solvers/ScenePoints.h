@@ -28,4 +28,21 @@ spherePoints(int n, double radius_m, const Eigen::Vector3d& centre = Eigen::Vect
     return points;
 }
 
+/// nx x ny x nz equal targets on a grid around the origin; normals along y.
+inline ControlPoints gridPoints(int nx, int ny, int nz, double spacing_m)
+{
+    ControlPoints points;
+    points.positions.resize(3, nx * ny * nz);
+    Eigen::Index l = 0;
+    for (int z = 0; z < nz; ++z)
+        for (int y = 0; y < ny; ++y)
+            for (int x = 0; x < nx; ++x)
+                points.positions.col(l++) =
+                    spacing_m *
+                    (Eigen::Vector3d(x, y, z) - 0.5 * Eigen::Vector3d(nx - 1, ny - 1, nz - 1));
+    points.normals = Eigen::Vector3d::UnitY().replicate(1, l);
+    points.targets = Eigen::VectorXd::Ones(l);
+    return points;
+}
+
 } // namespace midair::haptics

@@ -191,7 +191,7 @@ TEST_F(ObjReader, TakesWhatExportersWrite)
              "g a b\r\ns off\r\nv 0 1 0 1.0\r\nvt 0.5 0.5\r\n"
              "o second\r\nf 1/1/9 3/1/9 \\\r\n 4/7\r\nl 1 2\r\np 3\r\nf 1 3 4");
     EXPECT_EQ(mesh.vertices.cols(), 4);
-    ASSERT_EQ(mesh.triangles.cols(), 3);
+    ASSERT_EQ(mesh.triangles.cols(), 5); // with the line and the point, which come last
     EXPECT_EQ(mesh.triangles.col(0), Eigen::Vector3i(0, 1, 2));
     EXPECT_EQ(mesh.triangles.col(1), Eigen::Vector3i(0, 2, 3));
     EXPECT_EQ(mesh.vertices.col(2), Eigen::Vector3d(1, 1, 0));
@@ -243,7 +243,8 @@ TEST_F(ObjReader, NamesFileAndLineOfWhatIsBroken)
     EXPECT_EQ(errorOf("\x7f"
                       "ELF\0\1\2\3"),
               ": the file has no vertices");
-    EXPECT_EQ(errorOf(kSquare), ": the file has no faces (4 vertices); a surface is needed");
+    EXPECT_EQ(errorOf(kSquare),
+              ": the file has no faces, lines or points (4 vertices); there is nothing to feel");
     EXPECT_EQ(errorOf("f 1 2 3\n"), ": the file has no vertices");
     EXPECT_EQ(errorOf(kSquare + "f 1 2 5\n"),
               ", line 5: the face refers to vertex 5; the file has 4 vertices");

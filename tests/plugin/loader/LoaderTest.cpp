@@ -180,6 +180,67 @@ TEST(Loader, ASettingsFileIsAViewersDevice)
         << "now something is, and only that";
 }
 
+// As OSG looks for what a file names: wherever the program was started.
+TEST(Loader, ASettingsFileNamesWhatLiesBesideIt)
+{
+    findPlugins();
+    const TemporaryFolder folder;
+    std::filesystem::copy_file(MIDAIR_ROOT "/haptics/array/arrays/ultraino64.json",
+                               folder.path / "desk.json");
+    const std::string recording = folder.write("hands.csv", "");
+    const auto settingsIn = [&](const std::string& text)
+    {
+        const osg::ref_ptr<osg::Object> object =
+            osgDB::readRefObjectFile(folder.write("desk.haptic", text));
+        const auto* device = dynamic_cast<HapticDevice*>(object.get());
+        return device ? device->getSettings() : HapticSettings();
+    };
+    const HapticSettings desk = settingsIn("array = desk.json\nhands = recorded:hands.csv?loop\n");
+    EXPECT_EQ(desk.array, (folder.path / "desk.json").string());
+    EXPECT_EQ(desk.hands, "recorded:" + recording + "?loop");
+    // What isn't there stays as it is written: a shipped array, or a file of the working folder.
+    const HapticSettings other = settingsIn("array = sonicsurface\nhands = recorded:none.csv\n");
+    EXPECT_EQ(other.array, "sonicsurface");
+    EXPECT_EQ(other.hands, "recorded:none.csv");
+    EXPECT_EQ(settingsIn("array = /etc/hosts\n").array, "/etc/hosts");
+}
+
+TEST(Loader, ASceneFileNamesTheArrayBesideIt)
+{
+    findPlugins();
+    const TemporaryFolder folder;
+    std::filesystem::copy_file(MIDAIR_ROOT "/haptics/array/arrays/ultraino64.json",
+                               folder.path / "desk.json");
+    const std::string file = (folder.path / "scene.osgt").string();
+    {
+        BoxScene box;
+        box.scene->setArray("desk.json");
+        ASSERT_TRUE(osgDB::writeNodeFile(*box.scene, file));
+    }
+    const osg::ref_ptr<osg::Node> node = osgDB::readRefNodeFile(file);
+    auto* scene = dynamic_cast<HapticScene*>(node.get());
+    ASSERT_TRUE(scene);
+    HeadlessViewer viewer(scene);
+    ASSERT_TRUE(viewer.framesUntil([&] { return scene->getField() != nullptr; }));
+    EXPECT_EQ(scene->getField()->getArray()->transducers.size(), 64u);
+}
+
+TEST(Loader, AGrantNamesTheArrayBesideTheGrants)
+{
+    findPlugins();
+    const TemporaryFolder folder;
+    std::filesystem::copy_file(MIDAIR_ROOT "/haptics/array/arrays/ultraino64.json",
+                               folder.path / "desk.json");
+    ::setenv("OSG_MIDAIR_GRANTS", folder.write("grants", "mine = desk.json\n").c_str(), 1);
+    BoxScene box;
+    box.scene->setArray("mine");
+    HeadlessViewer viewer(box.scene);
+    const bool played = viewer.framesUntil([&] { return box.scene->getField() != nullptr; });
+    ::unsetenv("OSG_MIDAIR_GRANTS");
+    ASSERT_TRUE(played);
+    EXPECT_EQ(box.scene->getField()->getArray()->transducers.size(), 64u);
+}
+
 TEST(HapticCallback, PlaysUnderAnyRoot)
 {
     HapticSettings settings;
@@ -294,4 +355,26 @@ TEST(StockPrograms, OsgviewerPagesAnObjectIn)
     EXPECT_NE(text.find("\"objects\": 1,"), std::string::npos) << text << said;
     EXPECT_NE(text.find("\"points\": 8,"), std::string::npos) << text;
     EXPECT_NE(text.find("\"meshesRead\": 1,"), std::string::npos) << text;
+}
+
+TEST(StockPrograms, OsgviewerLeavesAReportWhenASignalEndsIt)
+{
+    if (!installed("osgviewer") || !installed("xvfb-run"))
+        GTEST_SKIP() << "osgviewer or xvfb-run is not installed";
+    const TemporaryFolder folder;
+    const std::string report = (folder.path / "report.json").string();
+    bool ok = false;
+    // Killed once the report has a field, after a minute at the latest.
+    const std::string said =
+        run("OSG_MIDAIR_DEVICE=null: OSG_MIDAIR_REPORT=" + report +
+                " xvfb-run -a -s '-screen 0 640x480x24' sh -c '" + stock("osgviewer") +
+                " --window 0 0 160 120 " MIDAIR_ROOT "/samples/scenes/star.osgt & viewer=$!; "
+                "for i in $(seq 600); do grep -q achieved_Pa " +
+                report +
+                " 2>/dev/null && break; sleep 0.1; done; kill -KILL $viewer; wait $viewer; true'",
+            ok);
+    EXPECT_TRUE(ok) << said;
+    const std::string text = contents(report);
+    EXPECT_NE(text.find("/HapticSurface 'star'\""), std::string::npos) << text << said;
+    EXPECT_EQ(text.substr(text.size() - std::min<std::size_t>(text.size(), 2)), "}\n") << text;
 }

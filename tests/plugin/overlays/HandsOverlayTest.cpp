@@ -1,6 +1,7 @@
 #include "engine-bridge/hands/Hand.h"
 #include "engine-bridge/hands/HandProximity.h"
 #include "plugin/overlays/OverlayPart.h"
+#include "samples/views/Offscreen.h"
 
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticScene>
@@ -9,6 +10,9 @@
 #include <osg/Shape>
 #include <osg/ShapeDrawable>
 #include <osgViewer/Viewer>
+
+#include <algorithm>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -65,6 +69,51 @@ TEST(HandsOverlay, DrawsBonesAndTouchesAndLetsThemFade)
     EXPECT_EQ(overlay->getNumTouches(), 0);
 }
 
+/// A label is as high near the eye as far from it, and larger on a large screen alone.
+TEST(HandsOverlay, LabelsStaySmall)
+{
+    const auto heightOf = [](int pixels, double distance_m, std::string& problem)
+    {
+        osg::ref_ptr<HandsOverlay> overlay = new HandsOverlay;
+        osgViewer::Viewer viewer;
+        if (!midair::samples::setUpOffscreen(viewer, pixels, pixels, 30.0, &problem)) return 0;
+        const osg::ref_ptr<midair::samples::FrameGrabber> grabber =
+            new midair::samples::FrameGrabber;
+        osg::Camera& camera = *viewer.getCamera();
+        camera.setClearColor({1.0F, 1.0F, 1.0F, 1.0F});
+        camera.setViewMatrixAsLookAt(
+            {0.01, 0.02 - distance_m, 0.03}, {0.01, 0.02, 0.03}, {0.0, 0.0, 1.0});
+        camera.setFinalDrawCallback(grabber);
+        viewer.setSceneData(overlay);
+        for (int frame = 0; frame < 3; ++frame)
+        {
+            OverlayPart::of(*overlay).setHands({}, {touch(0.0032)}, 1.0);
+            if (frame == 2) grabber->request();
+            viewer.frame();
+        }
+        // Right of the ring, whose radius is 5.6 mm; the label begins 2 mm beyond it.
+        const double pixel_m = 2.0 * distance_m * 0.268 / pixels;
+        const int beyond = pixels / 2 + static_cast<int>(7.6e-3 / pixel_m);
+        int low = pixels;
+        int high = -1;
+        for (int y = 0; y < pixels; ++y)
+            for (int x = beyond; x < pixels; ++x)
+                if (grabber->image()->data(x, y)[2] < 200)
+                {
+                    low = std::min(low, y);
+                    high = std::max(high, y);
+                }
+        return high - low + 1;
+    };
+    std::string problem;
+    const int near = heightOf(600, 0.08, problem);
+    if (!problem.empty()) GTEST_SKIP() << problem;
+    EXPECT_GE(near, 9);
+    EXPECT_LE(near, 18);
+    EXPECT_NEAR(heightOf(600, 0.8, problem), near, 2);
+    EXPECT_NEAR(heightOf(2160, 0.3, problem), 2.0 * near, 6) << "where a unit is two pixels";
+}
+
 /// Under a scene with a hand source the hands come by themselves, in the array's frame.
 TEST(HandsOverlay, FollowsTheScenesHands)
 {
@@ -78,7 +127,7 @@ TEST(HandsOverlay, FollowsTheScenesHands)
     osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
     scene->addChild(overlays);
     osg::ref_ptr<InjectedHands> hands = new InjectedHands;
-    // A finger from above, its tip 2 mm deep.
+    // A hand from above, the tip of its index finger 2 mm deep; so is that of the middle finger.
     hands->setHands(
         {openHand(1, osg::Vec3d(0.0, 0.0, 0.025), osg::Quat(-1.0, osg::Vec3d(1, 0, 0)))});
     scene->setHandSource(hands);
@@ -94,7 +143,7 @@ TEST(HandsOverlay, FollowsTheScenesHands)
     for (int i = 0; i < 3; ++i)
         frame(0.02 * i);
     EXPECT_EQ(overlays->getHands()->getNumBones(), bridge::kHandBones);
-    EXPECT_EQ(overlays->getHands()->getNumTouches(), 1);
+    EXPECT_EQ(overlays->getHands()->getNumTouches(), 2);
     overlays->setShowHands(false); // hidden ones are not brought up to date
     hands->setHands({});
     frame(0.1);

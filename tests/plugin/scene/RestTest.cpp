@@ -76,17 +76,29 @@ TEST_F(Rest, AnObjectThatComesOrGoesIsSeenByTheNextFrame)
 
 TEST_F(Rest, WhatNoBoundShowsIsSeenWithTheNextLook)
 {
-    box.surface->setPressure(0.5);
-    EXPECT_TRUE(seenInTime());
-    ASSERT_TRUE(comesToRest());
     box.transform->setNodeMask(0);
     EXPECT_TRUE(seenInTime());
     ASSERT_TRUE(comesToRest());
     box.transform->setNodeMask(~0u);
     EXPECT_TRUE(seenInTime());
+}
+
+TEST_F(Rest, WhatASetterChangesIsSeenByTheNextFrame)
+{
+    for (const double pressure : {0.5, 0.6, 0.7})
+    {
+        box.surface->setPressure(pressure);
+        EXPECT_TRUE(seenAtOnce()) << pressure;
+        ASSERT_TRUE(comesToRest());
+    }
+    box.scene->setLoudness(0.5);
+    EXPECT_TRUE(seenAtOnce());
+    ASSERT_TRUE(comesToRest());
+    box.surface->setSampling(HapticProperty::EDGES);
+    EXPECT_TRUE(seenAtOnce());
     ASSERT_TRUE(comesToRest());
     box.scene->setEnabled(false);
-    EXPECT_TRUE(seenInTime());
+    EXPECT_TRUE(seenAtOnce());
 }
 
 TEST_F(Rest, TakenOutOfThePictureItIsSilent)

@@ -44,7 +44,7 @@ struct CollectorTest : testing::Test
     bool frame()
     {
         const bool changed = collector.collect(*scene, osg::Matrixd(), objects);
-        SceneCollector anew(nullptr, [](const std::string&) {});
+        SceneCollector anew(nullptr, [](const midair::base::Message&) {});
         std::vector<HapticObject> expected;
         anew.collect(*scene, osg::Matrixd(), expected);
         if (objects.size() > 2) return changed; // a part of its own, which only time can tell
@@ -74,8 +74,8 @@ struct CollectorTest : testing::Test
     osg::ref_ptr<HapticSurface> first = new HapticSurface(shape.get());
     osg::ref_ptr<HapticSurface> second = new HapticSurface;
     std::vector<std::string> said;
-    SceneCollector collector{nullptr,
-                             [this](const std::string& message) { said.push_back(message); }};
+    SceneCollector collector{
+        nullptr, [this](const midair::base::Message& message) { said.push_back(message.text); }};
     std::vector<HapticObject> objects;
 };
 

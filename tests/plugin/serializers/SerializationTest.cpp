@@ -102,6 +102,7 @@ HapticSettings unusualSettings()
     s.fieldRate = 500.0;
     s.denseOutlines = false;
     s.monitorInterval = 0.25;
+    s.even = 40;
     return s;
 }
 
@@ -175,7 +176,7 @@ void expectUnusual(const HapticSettings& s)
     EXPECT_EQ(s.shadows, wanted.shadows);
 }
 
-/// What versions 2 to 4 of HapticScene brought.
+/// What versions 2 to 5 of HapticScene brought.
 void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
 {
     expectNear(s.maxPressure, wanted.maxPressure);
@@ -186,6 +187,7 @@ void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
     EXPECT_EQ(s.denseOutlines, wanted.denseOutlines);
     expectNear(s.monitorInterval, wanted.monitorInterval);
     expectNear(s.maxAmplitude, wanted.maxAmplitude);
+    EXPECT_EQ(s.even, wanted.even);
 }
 
 void expectUnusual(osg::Node* node,
@@ -244,14 +246,24 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion3)
     // Without what came later.
     HapticSettings settings = unusualSettings();
     settings.maxAmplitude = HapticSettings().maxAmplitude;
+    settings.even = HapticSettings().even;
     expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
 }
 
 TEST_P(Serialization, ReadsTheStoredFilesOfVersion4)
 {
     findPlugins();
+    const std::string file = std::string(MIDAIR_TEST_DATA "/format-v4/scene.") + GetParam();
+    HapticSettings settings = unusualSettings();
+    settings.even = HapticSettings().even;
+    expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
+}
+
+TEST_P(Serialization, ReadsTheStoredFilesOfVersion5)
+{
+    findPlugins();
     expectUnusual(
-        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v4/scene.") + GetParam())
+        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v5/scene.") + GetParam())
             .get());
 }
 

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -232,4 +233,26 @@ TEST(Demo, OverlaysAreChosenByName)
     ASSERT_EQ(run.status, 0) << run.output;
     EXPECT_NE(run.output.find("slice       0.0/s"), std::string::npos) << run.output;
     EXPECT_NE(run.output.find("ms a frame in all threads"), std::string::npos) << run.output;
+}
+
+TEST(Demo, WritesItsReportsWhenItIsInterrupted)
+{
+    for (const std::string signal : {"INT", "TERM"})
+    {
+        const Folder out("signal" + signal);
+        std::filesystem::create_directories(out.path);
+        // Frames enough for hours; a frame is there before the first second is over, or later.
+        const std::string kit = out.path + "/kit.json";
+        const std::string line = "timeout --preserve-status -s " + signal +
+                                 " 3 env OSG_MIDAIR_REPORT=" + kit +
+                                 " '" MIDAIR_BIN "/midair-demo' --headless --frames 1000000 " +
+                                 "--size 0.05 --out " + out.path + " > /dev/null 2>&1";
+        const int status = std::system(line.c_str());
+        EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << signal << " " << status;
+        for (const std::string& file : {out.path + "/report.json", kit})
+        {
+            std::ifstream in(file);
+            EXPECT_FALSE(nlohmann::json::parse(in, nullptr, false).is_discarded()) << file;
+        }
+    }
 }

@@ -144,11 +144,15 @@ protected:
             ASSERT_EQ(point.size(), 8U);
             for (const double figure : point)
                 ASSERT_TRUE(std::isfinite(figure));
-            // One of the fields is the one for this point.
-            double nearest_Pa = std::numeric_limits<double>::max();
+            // One of the fields is the one for this point; or all are, evened out.
+            double nearest_Pa = std::numeric_limits<double>::max(), square = 0.0;
             for (const Rows& drive : fields)
-                nearest_Pa =
-                    std::min(nearest_Pa, std::abs(recomputed_Pa(point, drive, all) - point[7]));
+            {
+                const double p_Pa = recomputed_Pa(point, drive, all);
+                nearest_Pa = std::min(nearest_Pa, std::abs(p_Pa - point[7]));
+                square += p_Pa * p_Pa / static_cast<double>(fields.size());
+            }
+            if (all.contains("evened")) nearest_Pa = std::abs(std::sqrt(square) - point[7]);
             EXPECT_LE(nearest_Pa, 1e-3 * point[7] + 0.01);
             if (!(point[6] > 0.0)) continue;
             squares += std::pow(point[7] / point[6] - 1.0, 2);
@@ -227,7 +231,11 @@ TEST_F(SolveFigures, EveryWayOfPlayingWithEveryTarget)
                                            " --max-pressure 1 --certify"};
     for (const std::string& turns : kTurns)
         for (const std::string& target : targets)
-            solve(kStar + turns + target, 0);
+        {
+            // The array's lowest level is louder than 1 Pa: silence, which is told.
+            const bool silenced = target.rfind(" --max-pressure 1 ", 0) == 0;
+            solve(kStar + turns + target, silenced ? 1 : 0);
+        }
 }
 
 TEST_F(SolveFigures, EverySamplingInTurnAndHalfOutside)

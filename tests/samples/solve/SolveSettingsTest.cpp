@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <set>
+#include <sstream>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -56,4 +57,38 @@ TEST(SolveSettings, AreThoseOfAnyField)
     EXPECT_NE(wrong.output.find("--lambda: is \"strong\", should be a number, at least 0"),
               std::string::npos)
         << wrong.output;
+}
+
+TEST(SolveSettings, NumbersHaveUnits)
+{
+    const std::string solve = kProgram + " " + kStar + " --array board --out " +
+                              testing::TempDir() + "midair-solve-units ";
+    // The lines that say how many points there are and what the cap does.
+    const auto result = [](const std::string& output)
+    {
+        std::istringstream lines(output);
+        std::string kept;
+        for (std::string line; std::getline(lines, line);)
+            if (line.rfind("points", 0) == 0 || line.rfind("cap", 0) == 0) kept += line + "\n";
+        return kept;
+    };
+    const Outcome plain =
+        shell(solve + "--size 0.08 --position 0 0 0.15 --spacing 0.012 --max-pressure 800");
+    const Outcome units =
+        shell(solve + "--size 8cm --position 0 0 15cm --spacing '12 mm' --max-pressure '0.8 kPa'");
+    EXPECT_EQ(plain.code, 0) << plain.output;
+    EXPECT_EQ(units.code, 0) << units.output;
+    EXPECT_EQ(result(units.output), result(plain.output));
+    EXPECT_NE(result(plain.output).find("cap"), std::string::npos) << plain.output;
+    for (const char* wrong : {"--size 8s",
+                              "--size eight",
+                              "--pressure 500,0",
+                              "--pressure nan",
+                              "--max-pressure '800 mm'",
+                              "--max-pressure '1e99 Pa'"})
+    {
+        const Outcome refused = shell(solve + wrong);
+        EXPECT_NE(refused.code, 0) << wrong;
+        EXPECT_NE(refused.output.find("should be a number"), std::string::npos) << refused.output;
+    }
 }

@@ -2,6 +2,7 @@
 // the product's.
 
 #include "tests/samples/Shell.h"
+#include "tests/samples/solve/PublishedDirectivity.h"
 
 #include <algorithm>
 #include <cmath>
@@ -53,22 +54,6 @@ nlohmann::json readSummary(const std::string& out)
     return nlohmann::json::parse(file);
 }
 
-/// The paper's zonal harmonics of order 0 to 3 for orthonormal Y_n0, scaled to 1 on the axis, never
-/// negative.
-double directivity(double x)
-{
-    const auto sum = [](double t)
-    {
-        const double c[4] = {1.11, 1.06, 0.24, -0.12};
-        const double p[4] = {1.0, t, 0.5 * (3 * t * t - 1), 0.5 * (5 * t * t * t - 3 * t)};
-        double total = 0.0;
-        for (int n = 0; n < 4; ++n)
-            total += c[n] * std::sqrt((2 * n + 1) / (4 * M_PI)) * p[n];
-        return total;
-    };
-    return std::max(0.0, sum(x) / sum(1.0));
-}
-
 /// |p| at one row of control_points.csv from all rows of drive.csv and the constants of
 /// summary.json.
 double recomputed_Pa(const std::vector<double>& point,
@@ -85,8 +70,8 @@ double recomputed_Pa(const std::vector<double>& point,
         const double d[3] = {point[0] - t[0], point[1] - t[1], point[2] - t[2]};
         const double R = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
         const double cosTheta = (d[0] * t[3] + d[1] * t[4] + d[2] * t[5]) / R;
-        p += P0 * directivity(cosTheta) / R * std::exp(-beta * R) * std::sin(M_PI * t[7] / 510.0) *
-             std::polar(1.0, -k * R + 2 * M_PI * t[6] / 256.0);
+        p += P0 * publishedDirectivity(cosTheta) / R * std::exp(-beta * R) *
+             std::sin(M_PI * t[7] / 510.0) * std::polar(1.0, -k * R + 2 * M_PI * t[6] / 256.0);
     }
     return std::abs(p);
 }
@@ -196,7 +181,12 @@ TEST(Solve, NoPointGetsMoreThanTheCap)
 TEST(Solve, NoPointGetsMoreThanTheCapFromFieldsInTurn)
 {
     const std::string out = folder("capInTurn");
-    for (const std::string options : {" --cycle 3", " --subsets 2", " --outline"})
+    // A level of the drive is 8 % there, and fields differ; of evened ones this is what is felt.
+    for (const auto& [options, least_Pa] :
+         std::vector<std::pair<std::string, double>>{{" --cycle 3 --even 0", 250.0},
+                                                     {" --cycle 3", 180.0},
+                                                     {" --subsets 2", 250.0},
+                                                     {" --outline", 250.0}})
     {
         SCOPED_TRACE(options);
         const Outcome outcome = shell(kProgram + " " + kStar + " --size 0.06 --max-pressure 400" +
@@ -206,7 +196,7 @@ TEST(Solve, NoPointGetsMoreThanTheCapFromFieldsInTurn)
         for (const auto& point : readCsv(out + "/control_points.csv"))
             loudest_Pa = std::max(loudest_Pa, point[7]);
         EXPECT_LE(loudest_Pa, 400.0);
-        EXPECT_GT(loudest_Pa, 250.0); // a level of the drive is 8 % there, and fields differ
+        EXPECT_GT(loudest_Pa, least_Pa);
         EXPECT_LT(readSummary(out).at("report").at("capFactor").get<double>(), 1.0);
     }
 }

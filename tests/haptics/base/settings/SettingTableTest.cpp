@@ -111,7 +111,7 @@ TEST(SettingTableOfAnyStruct, SaysWhatItUnderstandsAndLeavesTheRest)
         EXPECT_TRUE(table().areSame(kite, Kite())) << name;
         return error;
     };
-    EXPECT_EQ(said("wind", "strong"), "wind is \"strong\", should be a number, 0 .. 40");
+    EXPECT_EQ(said("wind", "strong"), "wind is \"strong\", should be a number, 0 .. 40 m/s");
     EXPECT_EQ(said("flies", "maybe"), "flies is \"maybe\", should be true or false");
     EXPECT_EQ(said("tails", "2.5"), "tails is \"2.5\", should be a number, 1 .. 9");
     EXPECT_EQ(said("colour", "green"), "colour is \"green\", should be one of red, blue");
@@ -129,7 +129,7 @@ TEST(SettingTableOfAnyStruct, ChecksAndRepairsRanges)
     EXPECT_EQ(problem(kite), "kite: wind is nan m/s; it must be within 0 .. 40");
     kite = {};
     kite.length = INFINITY;
-    EXPECT_EQ(problem(kite), "kite: length is inf; it must be a number, 0 or at least 1");
+    EXPECT_EQ(problem(kite), "kite: length is inf; it must be a number, 0 or at least 1 m");
     kite.colour = static_cast<Colour>(7);
     kite.tails = 0;
     EXPECT_EQ(table().repair(kite),

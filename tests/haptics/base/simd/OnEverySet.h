@@ -2,6 +2,7 @@
 
 #include "haptics/base/simd/InstructionSet.h"
 
+#include <ostream>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -25,6 +26,12 @@ protected:
 private:
     InstructionSet _before = instructionSet();
 };
+
+/// For names of tests.
+inline void PrintTo(InstructionSet set, std::ostream* out)
+{
+    *out << instructionSetName(set);
+}
 
 inline std::string setNameOf(const testing::TestParamInfo<InstructionSet>& info)
 {

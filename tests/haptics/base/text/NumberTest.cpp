@@ -2,6 +2,7 @@
 
 #include "tests/CommaLocale.h"
 
+#include <cmath>
 #include <cstdio>
 
 #include <fmt/format.h>
@@ -47,6 +48,17 @@ TEST(Number, WholeNumbersStayWithinAnInt)
     for (const char* text : {"1.0", "99999999999", "1e3", "", "12 "})
         EXPECT_FALSE(parseWhole(text, value)) << text;
     EXPECT_EQ(value, -12);
+}
+
+TEST(Number, IsExactWhereSixDigitsAreNot)
+{
+    for (const auto& [value, text] : {std::pair{60.0, "60"},
+                                      std::pair{60.0000001, "60.0000001"},
+                                      std::pair{1e-5, "1e-05"},
+                                      std::pair{-0.1, "-0.1"},
+                                      std::pair{12345678.0, "12345678"},
+                                      std::pair{std::nan(""), "nan"}})
+        EXPECT_EQ(exactNumber(value), text);
 }
 
 TEST(Number, TheLocaleChangesNothing)

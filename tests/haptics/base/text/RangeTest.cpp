@@ -58,6 +58,17 @@ TEST(RangeCheck, TellsTheFirstThatIsWrongWithItsOwnerAndUnit)
     EXPECT_EQ(errorOf(RangeCheck("the box ").require(false, "is shut")), "the box is shut");
 }
 
+// "a is 1; it must be within 0 .. 1" would contradict itself.
+TEST(RangeCheck, RoundsNoValueIntoItsRange)
+{
+    EXPECT_EQ(errorOf(RangeCheck().within("a", 1.0000001, 0.0, 1.0)),
+              "a is 1.0000001; it must be within 0 .. 1");
+    EXPECT_EQ(errorOf(RangeCheck().atLeast("a", 249.99999, 250.0, " Pa")),
+              "a is 249.99999 Pa; it must be at least 250");
+    EXPECT_EQ(errorOf(RangeCheck().within("a", 1.5e7, 0.0, 1e6)),
+              "a is 1.5e+07; it must be within 0 .. 1e+06");
+}
+
 TEST(RangeCheck, WritesNumbersTheSameInEveryLocale)
 {
     const CommaLocale comma;

@@ -285,13 +285,15 @@ TEST(Stop, OutlinesAndSweepsAndSamplersAreBrokenOffWhileTheyWork)
         [&](const midair::base::StopToken& stop)
         {
             ComposerOptions options;
-            options.sweeps = 1000000;
+            options.even = 1000;
             options.solverOptions.stop = stop;
             const ControlPoints points = spherePoints(20, 0.02, {0.0, 0.0, 0.15});
             midair::base::MessageLog messages;
             SequenceComposer(options, messages)
-                .composeCycle(
-                    std::vector<ControlPoints>(3, points), points.positions, array, Medium());
+                .composeCycle(std::vector<ControlPoints>(32, points),
+                              spherePoints(5000, 0.1, {0.0, 0.0, 0.15}),
+                              array,
+                              Medium());
         });
     broken(
         [&](const midair::base::StopToken& stop)

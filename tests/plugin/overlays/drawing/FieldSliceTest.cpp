@@ -5,6 +5,7 @@
 #include "haptics/propagation/ReferencePropagation.h"
 #include "plugin/overlays/OverlayPart.h"
 
+#include <osgMidair/ColorMap>
 #include <osgMidair/HapticOverlays>
 
 #include <osgUtil/UpdateVisitor>
@@ -94,9 +95,10 @@ TEST(FieldSlice, ShowsTheFieldBetweenItsSamples)
          asked.result->played().cast<std::complex<double>>())
             .cwiseAbs();
     // From 0.37 to 0.63 of the sampling rate is room for a Kaiser filter of 12 taps and 49 dB; both
-    // axes and the lattice's 3e-3 add up.
+    // axes and the lattice's 3e-3 add up. So they do for the paper's harmonics (9.1e-3 here). The
+    // measured directivity has kinks, across which the lattice's tiles go on straight: 1.3e-2.
     for (std::size_t i = 0; i < shown.size(); ++i)
-        EXPECT_NEAR(shown[i], exact[static_cast<Eigen::Index>(i)], 1e-2 * exact.maxCoeff());
+        EXPECT_NEAR(shown[i], exact[static_cast<Eigen::Index>(i)], 1.5e-2 * exact.maxCoeff());
     EXPECT_GT(shown.size(), 150U);
 }
 
@@ -112,6 +114,30 @@ TEST(FieldSlice, FindsTheFocus)
         std::abs((haptics::referencePropagationMatrix(slice.peak, *board(), asked.medium) *
                   asked.result->played().cast<std::complex<double>>())(0));
     EXPECT_NEAR(slice.peak_Pa, exact, 1e-2 * exact);
+}
+
+TEST(FieldSlice, SilenceIsDarkAndKeepsTheScaleOfWhatPlayedBefore)
+{
+    const Eigen::Vector3d focus(0.01, -0.02, 0.12);
+    const auto silence = played(nullptr, 1);
+    silence->sequence.fields.front().setZero();
+    SliceComputer computer;
+    const auto expectDark = [&](const Slice& slice)
+    {
+        const osg::Vec3f dark = ColorMap::pressure().color(0.0F) * 255.0F;
+        const std::size_t middle = 4U * (kSlicePixels / 2U * kSlicePixels + kSlicePixels / 2U);
+        for (int channel = 0; channel < 3; ++channel)
+            EXPECT_NEAR(
+                slice.texels[middle + static_cast<std::size_t>(channel)], dark[channel], 1.0F);
+    };
+    const Slice before = computer.compute(request(silence));
+    expectDark(before);
+    EXPECT_EQ(before.range_Pa, 0.0F) << "no scale: nothing was ever played";
+    const float range_Pa = computer.compute(request(played(&focus, 2))).range_Pa;
+    EXPECT_GT(range_Pa, 100.0F);
+    const Slice after = computer.compute(request(silence));
+    expectDark(after);
+    EXPECT_EQ(after.range_Pa, range_Pa);
 }
 
 TEST(FieldSliceOverlay, ShowsTheNewestFieldWithoutWaiting)

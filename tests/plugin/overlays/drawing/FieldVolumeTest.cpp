@@ -71,6 +71,24 @@ TEST(FieldVolume, HoldsTheRadiationPressureRoundTheFocus)
     EXPECT_LE(volume.range_Pa, 1.11F * volume.peak_Pa);
 }
 
+TEST(FieldVolume, SilenceDrawsNothingAndKeepsTheScaleOfWhatPlayedBefore)
+{
+    VolumeRequest sounding = focusedOn({0.012, -0.007, 0.13});
+    VolumeRequest silent = sounding;
+    auto result = std::make_shared<bridge::HologramResult>(*sounding.result);
+    result->sequence.fields.front().setZero();
+    result->achieved_Pa.setZero();
+    silent.result = result;
+    VolumeComputer computer;
+    FieldVolume volume = computer.compute(silent);
+    EXPECT_TRUE(volume.places.empty());
+    EXPECT_EQ(volume.range_Pa, 0.0F);
+    const float range_Pa = computer.compute(sounding).range_Pa;
+    volume = computer.compute(silent);
+    EXPECT_TRUE(volume.places.empty());
+    EXPECT_EQ(volume.range_Pa, range_Pa);
+}
+
 TEST(FieldVolume, OrdersGoAlongEachAxis)
 {
     const FieldVolume volume = VolumeComputer().compute(focusedOn({0.0, 0.0, 0.1}));

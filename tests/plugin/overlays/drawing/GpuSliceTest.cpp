@@ -7,6 +7,7 @@
 
 #include <osgMidair/FieldSliceOverlay>
 
+#include <algorithm>
 #include <cstdlib>
 
 #include <gtest/gtest.h>
@@ -62,10 +63,21 @@ public:
     osg::ref_ptr<osg::Image> picture(const Eigen::Vector3d& focus)
     {
         ++_frame;
+        return picture(focusedOn(focus, *array, _frame));
+    }
+    osg::ref_ptr<osg::Image> silence()
+    {
+        ++_frame;
+        const auto result = focusedOn({0.0, 0.0, 0.12}, *array, _frame);
+        result->sequence.fields.front().setZero();
+        return picture(result);
+    }
+    osg::ref_ptr<osg::Image> picture(const std::shared_ptr<bridge::HologramResult>& result)
+    {
         // Twice: what draws is known, and a range has been found, only then.
         for (int pass = 0; pass < 2; ++pass)
         {
-            OverlayPart::of(*overlay).setResult(focusedOn(focus, *array, _frame));
+            OverlayPart::of(*overlay).setResult(result);
             overlay->waitFor(_frame, 60.0);
             _grabber->request();
             _viewer.frame();
@@ -120,6 +132,31 @@ TEST(GpuSlice, ShowsWhatTheThreadShows)
         EXPECT_LT(sum / (3.0 * kSize * kSize), 1.0);
         EXPECT_LE(most, 2.0 + 2.6 * 256.0 * 0.01 * look.overlay->getPeakPressure() / kRange_Pa)
             << look.overlay->getPeakPressure();
+    }
+}
+
+TEST(GpuSlice, SilenceIsDark)
+{
+    for (const auto method : {FieldSliceOverlay::CPU, FieldSliceOverlay::GPU})
+    {
+        Look look;
+        if (!look.able) GTEST_SKIP() << look.problem;
+        look.overlay->setMethod(method);
+        const auto brightest = [](const osg::Image& image)
+        {
+            int most = 0;
+            for (int y = 0; y < kSize; ++y)
+                for (int x = 0; x < kSize; ++x)
+                    for (int channel = 0; channel < 3; ++channel)
+                        most = std::max<int>(most, image.data(x, y)[channel]);
+            return most;
+        };
+        const osg::ref_ptr<osg::Image> before = look.silence();
+        ASSERT_TRUE(before);
+        EXPECT_GT(look.overlay->getNumChildren(), 0U) << "the disc is drawn";
+        EXPECT_LT(brightest(*before), 64) << "before anything was played";
+        EXPECT_GT(brightest(*look.picture({0.005, -0.004, 0.12})), 200);
+        EXPECT_LT(brightest(*look.silence()), 64) << "after something was played";
     }
 }
 

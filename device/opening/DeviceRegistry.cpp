@@ -1,0 +1,68 @@
+#include "device/opening/DeviceRegistry.h"
+
+#include <algorithm>
+#include <mutex>
+#include <utility>
+
+namespace midair::device
+{
+
+namespace
+{
+
+constexpr std::size_t kMostLetters = 32;
+
+struct Registry
+{
+    std::mutex mutex;
+    std::vector<OwnScheme> schemes;
+};
+
+Registry& registry()
+{
+    static Registry all;
+    return all;
+}
+
+// Letters only: where a list of devices is split, letters and a colon begin the next.
+bool isSchemeName(const std::string& name)
+{
+    return !name.empty() && name.size() <= kMostLetters &&
+           std::all_of(name.begin(), name.end(), [](char c) { return c >= 'a' && c <= 'z'; });
+}
+
+} // namespace
+
+bool registerScheme(OwnScheme scheme, std::string& error)
+{
+    if (!isSchemeName(scheme.name))
+        error = "\"" + scheme.name + "\" is no scheme; it must have 1 to 32 small letters";
+    else if (!scheme.open)
+        error = "the scheme \"" + scheme.name + "\" has nothing that opens it";
+    else
+    {
+        const std::vector<std::string> known = deviceSchemes(); // the kit's own
+        const std::lock_guard<std::mutex> lock(registry().mutex);
+        std::vector<OwnScheme>& all = registry().schemes;
+        const bool isTaken =
+            std::find(known.begin(), known.end(), scheme.name) != known.end() ||
+            std::any_of(all.begin(),
+                        all.end(),
+                        [&](const OwnScheme& other) { return other.name == scheme.name; });
+        if (!isTaken)
+        {
+            all.push_back(std::move(scheme));
+            return true;
+        }
+        error = "the scheme \"" + scheme.name + "\" is taken";
+    }
+    return false;
+}
+
+std::vector<OwnScheme> ownSchemes()
+{
+    const std::lock_guard<std::mutex> lock(registry().mutex);
+    return registry().schemes;
+}
+
+} // namespace midair::device

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "device/ArrayDevice.h"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace midair::device
+{
+
+class DeviceUri;
+
+/// A kind of device that the program brings along. It is hardware: its path has one owner.
+struct OwnScheme
+{
+    std::string name;
+    std::function<std::unique_ptr<ArrayDevice>(DeviceUri&, const DeviceLayout&)> open;
+};
+
+/// Adds a scheme for the rest of the program; openDevice() knows it from now on, with the limits of
+/// all devices. Returns false, with the reason in \a error, if the name is not of 1 .. 32 small
+/// letters or is taken. From any thread.
+bool registerScheme(OwnScheme scheme, std::string& error);
+
+/// Returns all that were registered so far. From any thread.
+std::vector<OwnScheme> ownSchemes();
+
+} // namespace midair::device

@@ -1,0 +1,80 @@
+#pragma once
+
+#include "haptics/surface/TriangleMesh.h"
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <type_traits>
+#include <utility>
+
+namespace midair::bridge
+{
+
+/// A mesh that is shared and never changes, made when it is first looked at: so a deforming mesh is
+/// made on the thread that samples it, and not at all if a newer one came first. May be null.
+/// Copies share the mesh; any number of threads may look at it.
+class SharedMesh
+{
+public:
+    using Mesh = haptics::TriangleMesh;
+
+    SharedMesh() = default;
+    SharedMesh(std::nullptr_t) {} // NOLINT(google-explicit-constructor): as a shared_ptr has
+    /// Takes a mesh that is there already.
+    template<class M,
+             class = std::enable_if_t<
+                 std::is_convertible_v<std::shared_ptr<M>, std::shared_ptr<const Mesh>>>>
+    SharedMesh(std::shared_ptr<M> mesh) // NOLINT(google-explicit-constructor): as above
+    {
+        if (!mesh) return;
+        _state = std::make_shared<State>();
+        _state->mesh = std::move(mesh);
+    }
+
+    /// \a make is called at most once, by the first thread that looks, and let go of then.
+    static SharedMesh later(std::function<Mesh()> make)
+    {
+        SharedMesh result;
+        result._state = std::make_shared<State>();
+        result._state->make = std::move(make);
+        return result;
+    }
+
+    explicit operator bool() const { return _state != nullptr; }
+    const Mesh& operator*() const { return *get(); }
+    const Mesh* operator->() const { return get().get(); }
+    /// Returns the mesh, which it makes if it isn't there yet.
+    const std::shared_ptr<const Mesh>& get() const
+    {
+        static const std::shared_ptr<const Mesh> none;
+        if (!_state) return none;
+        State& state = *_state;
+        std::call_once(state.made,
+                       [&state]
+                       {
+                           if (!state.make) return;
+                           state.mesh = std::make_shared<const Mesh>(state.make());
+                           state.make = nullptr;
+                       });
+        return state.mesh;
+    }
+
+    long useCount() const { return _state.use_count(); }
+    bool operator==(const SharedMesh& other) const { return _state == other._state; }
+    bool operator!=(const SharedMesh& other) const { return _state != other._state; }
+
+private:
+    /// What the copies share.
+    struct State
+    {
+        std::once_flag made;
+        std::function<Mesh()> make; ///< empty: the mesh is there
+        std::shared_ptr<const Mesh> mesh;
+    };
+
+    std::shared_ptr<State> _state;
+};
+
+} // namespace midair::bridge

@@ -1,0 +1,117 @@
+// How a HologramPipeline takes other options while its device stays open.
+#include "device/limits/GuardedDevice.h"
+#include "engine-bridge/pipeline/HologramPipeline.h"
+#include "haptics/base/InputError.h"
+#include "haptics/base/Limits.h"
+#include "haptics/base/threads/ThreadPool.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace midair::bridge
+{
+
+PointAssembler::Options HologramPipeline::assemblerOptions() const
+{
+    PointAssembler::Options points;
+    points.wavelength_m = _options.wavelength_m();
+    points.motionTolerance_m = _options.motionTolerance * points.wavelength_m;
+    points.maxPoints = _options.maxPoints;
+    points.sets = _options.cycle;
+    return points;
+}
+
+haptics::ComposerOptions HologramPipeline::lineOptions() const
+{
+    haptics::ComposerOptions composer = composerOptions(_options);
+    composer.line = _line;
+    return composer;
+}
+
+// The stricter of the caps of options and device.
+void HologramPipeline::setCaps()
+{
+    _output->setAmplitudeCap(_options.maxAmplitude);
+    const device::DriveAbility ability = _output->ability();
+    const double cap_Pa = device::stricterPressure(_options.maxPressure, ability.maxPressure_Pa);
+    _capped = cap_Pa > 0.0;
+    _cap_Pa = cap_Pa;
+    _capName = cap_Pa == _options.maxPressure ? "MaxPressure" : "max-pressure of the device";
+    _silenceTold = false;
+    const auto wouldPlay = [this](const device::DriveSignal& signal)
+    { return _output->wouldPlay(signal); };
+    _cap = std::make_unique<PressureCap>(
+        _capped ? cap_Pa : base::kMostPressure_Pa, wouldPlay, ability);
+}
+
+// A lower amplitude alone is the device's matter, but with a pressure cap the fields that are being
+// capped are rounded to other levels then.
+bool HologramPipeline::isStricter(const HologramOptions& options) const
+{
+    const double now_Pa = _cap_Pa;
+    if (!(options.maxPressure >= 0.0)) return true;
+    if (options.maxPressure > 0.0 && !(now_Pa > 0.0 && options.maxPressure >= now_Pa)) return true;
+    return now_Pa > 0.0 && !(options.maxAmplitude >= _output->amplitudeCap());
+}
+
+void HologramPipeline::reconfigure(HologramOptions options)
+{
+    _changed = true;
+    if (isStricter(options)) silence();
+    try
+    {
+        useOptions(std::move(options));
+        _invalid.clear();
+    }
+    catch (const std::exception& error)
+    {
+        _invalid = error.what();
+        _refiner->end();
+        silence();
+    }
+}
+
+void HologramPipeline::useOptions(HologramOptions options)
+{
+    options.array = _options.array;
+    options.deviceUri = _options.deviceUri;
+    options.deviceFactory = _options.deviceFactory;
+    options.owner = _options.owner;
+    options.solverOptions.stop = _options.solverOptions.stop;
+    std::string error;
+    if (!options.isValid(&error)) throw base::InputError(error);
+    fillIn(options);
+    if (!options.solverOptions.pool && std::min(options.solverOptions.threads, base::coreCount()) ==
+                                           _options.solverOptions.threads)
+        options.solverOptions.pool = _options.solverOptions.pool;
+    keepToLimits(options, _messages);
+    if (!options.solverFactory(options.solver, options.solverOptions))
+        throw base::InputError("no solver \"" + options.solver + "\"");
+
+    const bool otherSolver = options.solver != _options.solver;
+    _options = std::move(options);
+    setCaps();
+    useParts(otherSolver);
+}
+
+// Gives the options to all that was made of the last ones.
+void HologramPipeline::useParts(bool otherSolver)
+{
+    _assembler->setOptions(_options.array, assemblerOptions());
+    _composer->setOptions(lineOptions(), otherSolver);
+    _refiner = std::make_unique<RestRefiner>(_options, *_assembler, *_composer, _around, _messages);
+    _refiner->setStop(_options.solverOptions.stop);
+    _monitor->optionsChanged();
+}
+
+bool HologramPipeline::isOpenedNow()
+{
+    if (!_output->tryAgain()) return false;
+    useAbility();
+    _array = std::make_shared<haptics::TransducerArray>(_options.array);
+    useParts(false);
+    _changed = true;
+    return true;
+}
+
+} // namespace midair::bridge

@@ -1,0 +1,124 @@
+// What an ArrayOutput's device does and has done: for messages, counters and programs.
+#include "engine-bridge/playing/ArrayOutput.h"
+#include "haptics/base/threads/SteadyClock.h"
+
+#include <utility>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+constexpr double kRest_s = 0.2; // a field that is held for longer is that of a scene at rest
+
+ArrayFields fieldsOf(const device::DeviceReport& report)
+{
+    ArrayFields fields;
+    fields.sent = report.sent;
+    fields.played = report.played;
+    fields.dropped = report.dropped;
+    fields.lost = report.lost;
+    fields.refused = report.refused;
+    fields.waiting = report.pending;
+    fields.faults = report.faults;
+    fields.reconnects = report.reconnects;
+    return fields;
+}
+
+} // namespace
+
+// What the application does about it meanwhile (mute, cap) holds from the first field on.
+bool ArrayOutput::tryAgain()
+{
+    if (!_reopener) return false;
+    std::uint64_t failed = 0;
+    std::string why;
+    auto device = _reopener->take(failed, why);
+    if (failed > 0)
+    {
+        base::Message again(base::MessageCode::DEVICE_OPEN, why);
+        again.count = failed;
+        _messages.say(std::move(again));
+        const std::lock_guard<std::mutex> lock(_telling);
+        _openError = why;
+    }
+    if (!device) return false;
+    _reopener.reset();
+    {
+        const std::lock_guard<std::mutex> lock(_sending);
+        _device = std::move(device);
+        if (_muted) _device->setMuted(true);
+        keepCap(_cap);
+        _playing = _holds = false;
+        _share = {};
+        _before = _device->report();
+    }
+    _opened = _device.get();
+    _messages.say({base::MessageCode::DEVICE_OPENED,
+                   "device: open now, after it could not be opened at first"});
+    return true;
+}
+
+ArrayState ArrayOutput::state()
+{
+    if (!_device) return ArrayState::CLOSED;
+    const device::DeviceReport report = _device->report();
+    if (_missed && report.played > _playedAtMiss) _missed = false;
+    // What a moving scene's fields became says nothing more once one of them is held.
+    const bool isHeld = !_player && report.pending == 0 && report.played > _before.played;
+    if (isHeld && base::steadySeconds() - _sent_s > kRest_s) _share.forget(report);
+    const bool isFaulty = _share.isFaulty(report) || _missed;
+    if (report.state == device::DeviceState::LOST) return ArrayState::LOST;
+    if (_muted || report.state == device::DeviceState::MUTED) return ArrayState::MUTED;
+    if (_signals.empty()) return ArrayState::SILENT;
+    return _playing && !isFaulty ? ArrayState::PLAYING : ArrayState::FAULT;
+}
+
+void ArrayOutput::judge(ArrayState state)
+{
+    if (!_device) return;
+    const std::uint64_t played = _device->report().played;
+    const std::lock_guard<std::mutex> lock(_telling);
+    _judged = {state, played};
+}
+
+ArrayReading ArrayOutput::reading() const
+{
+    ArrayReading now;
+    const device::ArrayDevice* device = _opened;
+    if (!device)
+    {
+        now.status = "not open: " + openError();
+        return now;
+    }
+    Judgement judged;
+    {
+        const std::lock_guard<std::mutex> lock(_telling);
+        judged = _judged;
+    }
+    const device::DeviceReport report = device->report();
+    now.fields = fieldsOf(report);
+    now.status = device->status();
+    const bool isMuted = _muted || report.state == device::DeviceState::MUTED;
+    const bool hasPlayed = judged.state != ArrayState::FAULT && report.played > judged.played;
+    now.state = report.state == device::DeviceState::LOST ? ArrayState::LOST
+                : isMuted                                 ? ArrayState::MUTED
+                : hasPlayed                               ? ArrayState::PLAYING
+                                                          : judged.state;
+    return now;
+}
+
+std::string ArrayOutput::openError() const
+{
+    const std::lock_guard<std::mutex> lock(_telling);
+    return _openError;
+}
+
+std::string ArrayOutput::status() const
+{
+    const device::ArrayDevice* device = _opened;
+    return device ? device->status() : "not open: " + openError();
+}
+
+} // namespace midair::bridge

@@ -1,0 +1,82 @@
+#pragma once
+
+#include "engine-bridge/scene/GeometryReader.h"
+#include "engine-bridge/scene/MeshExtractor.h"
+#include "engine-bridge/scene/VertexCopies.h"
+#include "haptics/surface/TriangleMesh.h"
+
+#include <osg/Geometry>
+#include <osg/Matrixd>
+#include <osg/Node>
+#include <osg/ref_ptr>
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// A drawable's copy, or what was read of it at once, and its place.
+struct PlacedPiece
+{
+    GeometryCopy copy;
+    MeshPiece read;       ///< of a drawable that is no geometry
+    osg::Matrixd matrix;  ///< drawable -> part
+    bool isMoved = false; ///< matrix is not the identity
+};
+
+/// Makes the mesh of a part of which all is copied; adds what can't be felt to \a warnings. For any
+/// thread, unless a piece has primitives that are not plain (PrimitiveCopy).
+haptics::TriangleMesh meshOf(const std::vector<PlacedPiece>& pieces,
+                             std::vector<std::string>& warnings);
+
+/// Reads a subtree in slices: copies first, of which any thread may make the meshes. For the thread
+/// that may read nodes.
+class SubtreeReading
+{
+public:
+    /// Finds out what there is to copy. \a images and \a spares must outlive it; \a spares may be
+    /// null.
+    SubtreeReading(osg::Node& root,
+                   const ExtractOptions& options,
+                   PaintImages& images,
+                   const std::shared_ptr<SpareMemory>& spares);
+
+    /// As it was at the beginning.
+    const SubtreeState& state() const { return _state; }
+    std::size_t bytes() const { return _bytes; } ///< to be copied in all
+    /// Returns false if it has parts that only this thread can make meshes of.
+    bool isPlain() const { return _isPlain; }
+
+    /// Copies more, and takes that from \a budget, a number of bytes. Returns true if all is
+    /// copied.
+    bool copyMore(std::size_t& budget);
+    /// Returns true if what is not copied yet has other arrays by now, so that it can't be.
+    bool isStale() const;
+
+    std::size_t parts() const { return _pieces.size(); } ///< as in state()
+    /// Hands over the pieces of the part \a i. Call takeVertices() first.
+    std::vector<PlacedPiece> takePieces(std::size_t i) { return std::move(_pieces[i]); }
+    std::vector<std::string>& warnings() { return _warnings; }
+    /// The geometries of each part, in the order of the pieces.
+    std::vector<PartSources> takeVertices();
+    std::vector<osg::ref_ptr<const osg::Referenced>>& sources() { return _sources; }
+
+private:
+    class Walk;
+
+    SubtreeState _state;
+    std::vector<std::vector<PlacedPiece>> _pieces; ///< by part
+    /// by part: those of the pieces that are geometries; null for others
+    std::vector<std::vector<osg::ref_ptr<const osg::Geometry>>> _geometries;
+    std::vector<std::string> _warnings;
+    std::vector<osg::ref_ptr<const osg::Referenced>> _sources;
+    std::size_t _bytes = 0;
+    bool _isPlain = true;
+    std::size_t _part = 0; ///< that is being copied
+    std::size_t _piece = 0;
+};
+
+} // namespace midair::bridge

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <exception>
+#include <string>
+
+namespace midair::base
+{
+
+/// Calls \a call, which runs code of an application, and catches whatever it throws. Returns that
+/// in words, with which a sentence goes on ("has thrown ..."); empty if it returned.
+template<typename Call>
+std::string thrownBy(const Call& call)
+{
+    try
+    {
+        call();
+        return {};
+    }
+    catch (const std::exception& error)
+    {
+        return '"' + std::string(error.what()) + '"';
+    }
+    catch (...)
+    {
+        return "what is no std::exception";
+    }
+}
+
+} // namespace midair::base

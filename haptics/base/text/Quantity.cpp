@@ -1,0 +1,126 @@
+#include "haptics/base/text/Quantity.h"
+
+#include "haptics/base/Units.h"
+#include "haptics/base/text/Trimmed.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace midair::base
+{
+
+namespace
+{
+
+/// What is measured. Numbers of different kinds can't be converted into each other.
+enum class Kind
+{
+    LENGTH,
+    PRESSURE,
+    TIME,
+    FREQUENCY,
+    ANGLE,
+    TEMPERATURE,
+    WAVELENGTHS,
+    RATIO
+};
+
+struct Unit
+{
+    const char* name;
+    Kind kind;
+    double factor; ///< one of this unit in the SI unit of its kind, degrees for angles
+};
+
+// Upper and lower case differ, as in SI: mPa and MPa are not the same.
+const Unit kUnits[] = {{"m", Kind::LENGTH, 1.0},
+                       {"cm", Kind::LENGTH, 1e-2},
+                       {"mm", Kind::LENGTH, 1e-3},
+                       {"um", Kind::LENGTH, 1e-6},
+                       {"Pa", Kind::PRESSURE, 1.0},
+                       {"hPa", Kind::PRESSURE, 1e2},
+                       {"kPa", Kind::PRESSURE, 1e3},
+                       {"s", Kind::TIME, 1.0},
+                       {"ms", Kind::TIME, 1e-3},
+                       {"us", Kind::TIME, 1e-6},
+                       {"Hz", Kind::FREQUENCY, 1.0},
+                       {"kHz", Kind::FREQUENCY, 1e3},
+                       {"deg", Kind::ANGLE, 1.0},
+                       {"\u00b0", Kind::ANGLE, 1.0},
+                       {"rad", Kind::ANGLE, 180.0 / kPi},
+                       {"C", Kind::TEMPERATURE, 1.0},
+                       {"\u00b0C", Kind::TEMPERATURE, 1.0},
+                       {"wavelengths", Kind::WAVELENGTHS, 1.0},
+                       {"", Kind::RATIO, 1.0},
+                       {"%", Kind::RATIO, 1e-2}};
+
+const Unit* findUnit(const std::string& name)
+{
+    const auto* const found = std::find_if(
+        std::begin(kUnits), std::end(kUnits), [&](const Unit& unit) { return unit.name == name; });
+    return found == std::end(kUnits) ? nullptr : found;
+}
+
+} // namespace
+
+bool splitQuantity(const std::string& text, double& number, std::string& unit)
+{
+    const std::string bare = trimmed(text);
+    const char* begin = bare.data();
+    const char* const end = begin + bare.size();
+    if (begin != end && *begin == '+' && end - begin > 1 && begin[1] != '-') ++begin;
+    double read = 0.0;
+    const auto [rest, error] = std::from_chars(begin, end, read);
+    if (error != std::errc() || !std::isfinite(read)) return false;
+    const std::string word = trimmed(std::string(rest, end));
+    // What could continue a number, such as a decimal comma or hexadecimal digits, is no unit.
+    if (word.find_first_of(" \t\r\n,.+-0123456789") != std::string::npos) return false;
+    number = read;
+    unit = word;
+    return true;
+}
+
+bool isUnitFor(const std::string& word, const std::string& unit)
+{
+    const Unit* given = word.empty() ? nullptr : findUnit(word);
+    const Unit* wanted = findUnit(unit);
+    return given && wanted && given->kind == wanted->kind;
+}
+
+bool parseQuantity(const std::string& text, const std::string& unit, double& value)
+{
+    double number = 0.0;
+    std::string word;
+    if (!splitQuantity(text, number, word)) return false;
+    if (!word.empty() && word != unit)
+    {
+        if (!isUnitFor(word, unit)) return false;
+        const double given = findUnit(word)->factor;
+        const double wanted = findUnit(unit)->factor;
+        // Dividing by what is a whole number gives the double that is nearest to the decimal one.
+        number = given < wanted ? number / std::round(wanted / given) : number * (given / wanted);
+        if (!std::isfinite(number)) return false;
+    }
+    value = number;
+    return true;
+}
+
+std::string lowerCase(const std::string& text)
+{
+    std::string small = text;
+    for (char& c : small)
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    return small;
+}
+
+bool parseYesNo(const std::string& text, bool& value)
+{
+    const std::string word = lowerCase(trimmed(text));
+    const bool yes = word == "true" || word == "yes" || word == "on" || word == "1";
+    const bool no = word == "false" || word == "no" || word == "off" || word == "0";
+    if (yes || no) value = yes;
+    return yes || no;
+}
+
+} // namespace midair::base

@@ -1,0 +1,71 @@
+#include "haptics/solvers/production/DriveAmplitudes.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::haptics
+{
+
+void DriveAmplitudes::choose(FieldProblem& field, const Wish& wish, float full)
+{
+    _wish = wish;
+    const bool absolute = wish.level_Pa > 0.0f;
+    float share = wish.loudness;
+    if (absolute && full > 0.0f) share = std::min(share, wish.level_Pa / full);
+    if (wish.phaseOnly && !absolute)
+        share = playableAmplitude(field.drive().amplitudeLevels, share);
+    _full = wish.phaseOnly && !absolute && share == 1.0f;
+    if (_full) return;
+    _gain = std::clamp(share, 0.0f, 1.0f);
+    if (!wish.phaseOnly)
+    {
+        double power = 0.0;
+        for (int i = 0; i < field.m(); ++i)
+            power += std::norm(field.z.at(static_cast<std::size_t>(i)));
+        const auto rms = static_cast<float>(std::sqrt(power / field.m()));
+        _gain = rms > 0.0f ? share / rms : 0.0f;
+    }
+    set(field);
+}
+
+// Sets the playable amplitudes nearest to _gain: phase-only, an even mix of the two levels around
+// it; else for each transducer the level nearest to _gain |z_i|.
+void DriveAmplitudes::set(const FieldProblem& field)
+{
+    const std::vector<float>& levels = field.drive().amplitudeLevels;
+    if (_wish.phaseOnly) return mixAmplitudes(levels, _gain, field.m(), _amplitudes.data());
+    for (std::size_t i = 0; i < static_cast<std::size_t>(field.m()); ++i)
+        _amplitudes[i] = playableAmplitude(levels, _gain * std::abs(field.z.at(i)));
+}
+
+// The level between two of the device's is mixed of both, so one transducer's step between them is
+// the least that the sum of all amplitudes can change by.
+float DriveAmplitudes::leastChange(const FieldProblem& field) const
+{
+    const std::vector<float>& levels = field.drive().amplitudeLevels;
+    const float mean = rms(field);
+    const auto above = std::lower_bound(levels.begin(), levels.end(), mean);
+    if (above == levels.begin() || above == levels.end() || !(mean > 0.0f)) return 0.0f;
+    return (*above - *(above - 1)) / (static_cast<float>(field.m()) * mean);
+}
+
+bool DriveAmplitudes::scale(const FieldProblem& field, float ratio)
+{
+    if (!(ratio > 0.0f) || !std::isfinite(ratio) ||
+        std::fabs(ratio - 1.0f) <= 0.5f * leastChange(field) || (isFull() && ratio > 1.0f))
+        return false;
+    _gain = _wish.phaseOnly ? std::min(_gain * ratio, 1.0f) : _gain * ratio;
+    set(field);
+    return true;
+}
+
+float DriveAmplitudes::rms(const FieldProblem& field) const
+{
+    if (_full) return 1.0f;
+    double power = 0.0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(field.m()); ++i)
+        power += static_cast<double>(_amplitudes[i]) * static_cast<double>(_amplitudes[i]);
+    return static_cast<float>(std::sqrt(power / field.m()));
+}
+
+} // namespace midair::haptics

@@ -1,0 +1,267 @@
+#include "haptics/solvers/FieldFigures.h"
+#include "haptics/solvers/SolverBase.h"
+#include "haptics/solvers/Solvers.h"
+#include "haptics/solvers/production/CrowdedDescent.h"
+#include "haptics/solvers/production/GaussNewtonTuning.h"
+#include "haptics/solvers/production/Pace.h"
+#include "haptics/solvers/production/PhaseSearch.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr int kMostIterations = 1000; // the constants bound them below this
+
+/// The production solver (haptics/SOLVER.md): alternating projections find good phases, then
+/// Gauss-Newton corrections of the transducers' phases meet the targets, and rounding to the
+/// device's levels is shaped such that it disturbs them little.
+class GaussNewton final : public SolverBase
+{
+public:
+    GaussNewton(const SolverOptions& options, const GaussNewtonTuning& tuning) :
+        SolverBase("gauss-newton", options, Storage::FIXED),
+        _tuning(tuning),
+        _search(_tuning),
+        _step(_tuning.largestTurn_rad, _tuning.mostFreedom),
+        _crowded(_tuning)
+    {
+    }
+
+private:
+    void build(FieldProblem& field) override
+    {
+        startPace(field, false);
+        _isPaced = true;
+        _search.build(field);
+    }
+
+    bool carryOver(const FieldProblem& field, const std::vector<int>& lastOf) override
+    {
+        return _search.carryOver(field, lastOf);
+    }
+
+    void startPace(FieldProblem& field, bool isBuilt)
+    {
+        _pace.start(field, options().deadline_ms);
+        _isHurried = _pace.isHurried(isBuilt);
+        field.endRoundsOnLevels(_isHurried);
+    }
+
+    Outcome iterate(FieldProblem& field, bool warm) override
+    {
+        Outcome outcome;
+        outcome.playable = outcome.measured = true;
+        if (!_isPaced) startPace(field, true);
+        _isPaced = false;
+        _pace.took(Pace::BUILD, field.staleRows() < field.n() ? 0 : 1, field.build_ms());
+        const int limit = iterationLimit(kMostIterations);
+        const int rounds = std::max(1, limit - _tuning.corrections);
+        outcome.iterations = _search.search(field, warm, rounds, options().seed, _pace);
+        alignToLast(field, _isHurried ? field.drive().phaseLevels : 0);
+        begin(field);
+        if (_drive.amplitudes.rms(field) == 0.0f) return outcome; // too quiet: nothing is played
+        const float error = errorOf(field, _search.naturalLevel(field));
+        const int left = std::max(1, limit - outcome.iterations);
+        if (_isHurried && !_drive.amplitudes.data())
+            outcome.stop = verdict(field, rounding(field));
+        else if (_pace.fits(Pace::STEP, 1) == 0)
+            finish(field, nullptr, outcome);
+        else if (_isCrowded || needsDescent(field, error))
+            descend(field, left, outcome);
+        else
+            correct(field, left, outcome);
+        _search.normalise();
+        return outcome;
+    }
+
+    // Full steps overshoot where points crowd; where they don't, the error of the first round can
+    // be large since there are many, or since they moved far.
+    bool needsDescent(const FieldProblem& field, float error) const
+    {
+        return error > _tuning.searchAbove &&
+               (error > _tuning.searchApart || field.crowds(_tuning.crowded));
+    }
+
+    // Chooses amplitudes for the phases at hand and measures the drive.
+    void begin(FieldProblem& field)
+    {
+        DriveAmplitudes::Wish wish;
+        wish.phaseOnly = options().phaseOnly;
+        wish.loudness = static_cast<float>(options().loudness);
+        if (isAbsolute()) wish.level_Pa = largestTarget();
+        _drive.begin(field);
+        _drive.amplitudes.choose(field, wish, _search.naturalLevel(field));
+        if (!_drive.amplitudes.data()) return;
+        _drive.measure(field);
+        for (int pass = 1; pass < _tuning.shapePasses; ++pass)
+            settle(field, _search.naturalLevel(field));
+    }
+
+    // Targets in Pa: brings the level, \a level now, to the one asked for, as far as the array is
+    // loud enough, and measures the drive again if that changed it.
+    void settle(FieldProblem& field, float level)
+    {
+        if (isAbsolute() && _drive.amplitudes.scale(field, largestTarget() / level))
+            _drive.measure(field);
+    }
+
+    // The error that rounding would leave if it were not shaped, at any amplitude.
+    float rounding(const FieldProblem& field) const
+    {
+        return roundingError(field, _drive.amplitudes.rms(field));
+    }
+
+    // Returns the CG tolerance (SOLVER.md, "CG tolerance"): nextTolerance times the error before
+    // the next correction, or farTolerance times the present error where the linearisation does not
+    // hold, since late CG steps follow ill-conditioned directions. Never below \a least, which
+    // rounding or the options' tolerance determine.
+    float toleranceOf(float error, float nextError, float least) const
+    {
+        return std::max(least,
+                        error > _tuning.searchAbove ? _tuning.farTolerance * error
+                                                    : _tuning.nextTolerance * nextError);
+    }
+
+    // Corrects until the played field is as exact as was asked for or its error is all rounding. A
+    // correction leaves about the square of the rms error before it. If that is still too much,
+    // another correction follows, so CG stops early and the phases are not rounded.
+    void correct(FieldProblem& field, int limit, Outcome& outcome)
+    {
+        const auto tolerance = static_cast<float>(options().rmsTolerance);
+        float kept = 1.0f; // share of the level that rounding leaves
+        for (int k = 0; k < _tuning.corrections; ++k)
+        {
+            if (k > 0) settle(field, kept * _search.naturalLevel(field));
+            const float floor = rounding(field);
+            const float error = errorOf(field, _search.naturalLevel(field));
+            const int steps = _pace.fits(Pace::STEP, _tuning.conjugateSteps);
+            const bool out = k + 1 >= std::min(_tuning.corrections, limit) || outOfTime(field) ||
+                             steps < _tuning.conjugateSteps;
+            const bool last = out || error * error < std::max(tolerance, _tuning.shapeable * floor);
+            const float least = _tuning.lastTolerance * std::max(floor, tolerance);
+            solveStep(field, toleranceOf(error, last ? 0.0f : error * error, least), steps);
+            ++outcome.iterations;
+            if (last)
+                finish(field, &_step, outcome);
+            else
+                _drive.turn(field, _step);
+            // The step is that of c_l + x_l u_l for unit amplitudes; smaller ones take a larger
+            // x_l.
+            const float amplitude = _drive.amplitudes.rms(field);
+            _search.adjust([&](int l) { return amplitude * _step.multiplier(l); });
+            if (out || (last && outcome.stop != StopReason::MAX_ITERATIONS)) return;
+            if (!last) continue;
+            const float played = _search.naturalLevel(field);
+            _drive.measure(field);
+            kept = played / _search.naturalLevel(field);
+        }
+    }
+
+    void solveStep(FieldProblem& field, float tolerance, int steps)
+    {
+        const double start = field.elapsed_ms();
+        const int made = _step.solve(field, field.q, _search.weights(), tolerance, steps);
+        _pace.took(Pace::STEP, std::max(made, 1), field.elapsed_ms() - start);
+    }
+
+    // Plays the phases, after turning them by \a step if that is not null: thoroughly after a start
+    // from nothing, quickly in updates, and in a hurry with plain rounding.
+    void finish(FieldProblem& field, const GaussNewtonStep* step, Outcome& outcome)
+    {
+        const bool thorough = (_search.wasCold() || !step) && _pace.allows(Pace::THOROUGH);
+        const bool shaped = thorough || _pace.allows(Pace::FINISH);
+        const ShapedRounding::Effort plain{0.0f, 1, 1.0f};
+        const float floor = rounding(field);
+        _pace.timed(thorough ? Pace::THOROUGH : Pace::FINISH,
+                    shaped ? 1 : 0,
+                    [&] {
+                        _drive.play(field,
+                                    step,
+                                    thorough ? _tuning.thorough
+                                    : shaped ? quick(field)
+                                             : plain);
+                    });
+        outcome.stop = verdict(field, floor);
+    }
+
+    // As many transducers are shaped as the number of points takes; none, if the share is 0.
+    ShapedRounding::Effort quick(const FieldProblem& field) const
+    {
+        const float pointShare = static_cast<float>(field.n()) / static_cast<float>(field.m());
+        ShapedRounding::Effort effort = _tuning.quick;
+        if (effort.share == 0.0f) return effort;
+        effort.share = std::min(effort.share, _tuning.mostPerPoint * pointShare);
+        effort.share = std::min(std::max(effort.share, _tuning.leastPerPoint * pointShare), 1.0f);
+        return effort;
+    }
+
+    // Points that crowd within a wavelength. They take this way until an update's projection fits
+    // better than the phases of the last one, and well enough to be corrected.
+    void descend(FieldProblem& field, int limit, Outcome& outcome)
+    {
+        const float error = errorOf(field, _search.naturalLevel(field));
+        CrowdedDescent::Wish wish;
+        wish.goal = std::max(0.5f * static_cast<float>(options().rmsTolerance),
+                             _tuning.lastTolerance * rounding(field));
+        wish.steps = limit;
+        wish.moved = !_search.wasCold();
+        outcome.iterations += _crowded.descend(
+            field, _drive, _step, _pace, wish, [this](FieldProblem& started) { begin(started); });
+        settle(field, fittedLevel(field));
+        finish(field, nullptr, outcome);
+        _isCrowded =
+            (!_crowded.beganAnew() || error > _tuning.searchAbove) && field.crowds(_tuning.crowded);
+        outcome.unfinished = outcome.stop != StopReason::CONVERGED;
+    }
+
+    // What the played field is.
+    StopReason verdict(const FieldProblem& field, float floor) const
+    {
+        const float rms = errorOf(field, fittedLevel(field));
+        const bool isRight = isLevelRight(field);
+        if (isRight && rms <= static_cast<float>(options().rmsTolerance))
+            return StopReason::CONVERGED;
+        if (isRight && rms < _tuning.roundingMargin * floor) return StopReason::STALLED;
+        return outOfTime(field) || _pace.fits(Pace::STEP, 1) == 0 ? StopReason::DEADLINE
+                                                                  : StopReason::MAX_ITERATIONS;
+    }
+
+    // Returns true unless the level is off by more than _tuning.levelMargin and can be mended.
+    bool isLevelRight(const FieldProblem& field) const
+    {
+        if (!isAbsolute()) return true;
+        const float ratio = largestTarget() / fittedLevel(field);
+        const float least = std::max(_tuning.levelMargin, _drive.amplitudes.leastChange(field));
+        return std::fabs(ratio - 1.0f) < least || (ratio > 1.0f && _drive.amplitudes.isFull());
+    }
+
+    GaussNewtonTuning _tuning;
+    Pace _pace;
+    PhaseSearch _search;
+    GaussNewtonStep _step;
+    CorrectedDrive _drive;
+    CrowdedDescent _crowded;
+    bool _isCrowded = false; // the last update was a descent
+    bool _isPaced = false;   // since build()
+    bool _isHurried = false; // the present one ends with its last round
+};
+
+} // namespace
+
+std::unique_ptr<HologramSolver> makeGaussNewton(const SolverOptions& options)
+{
+    return makeGaussNewton(options, GaussNewtonTuning());
+}
+
+std::unique_ptr<HologramSolver> makeGaussNewton(const SolverOptions& options,
+                                                const GaussNewtonTuning& tuning)
+{
+    return std::make_unique<GaussNewton>(options, tuning);
+}
+
+} // namespace midair::haptics

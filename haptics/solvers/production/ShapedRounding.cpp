@@ -1,0 +1,225 @@
+#include "haptics/solvers/production/ShapedRounding.h"
+
+#include "haptics/base/Units.h"
+#include "haptics/propagation/kernels/ShapingKernels.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+// SOLVER.md, "Rounding".
+constexpr int kCoarse = 64;            // so few levels are not linearised
+constexpr float kMostEntries = 4.0e6f; // of the columns, 16 MB
+
+bool isCoarse(const FieldProblem& field)
+{
+    return field.drive().phaseLevels <= kCoarse;
+}
+
+} // namespace
+
+// Coarse levels are rare, and their arrays small: all of their transducers are shaped.
+int ShapedRounding::first(const FieldProblem& field, int block, const Effort& effort)
+{
+    const float most =
+        kMostEntries / (static_cast<float>(field.n()) * static_cast<float>(field.m()));
+    const float wanted = isCoarse(field) && effort.share > 0.0f ? 1.0f : effort.share;
+    const float share = std::min(wanted, most);
+    const int kept =
+        static_cast<int>(std::ceil((1.0f - share) * static_cast<float>(field.G.width(block))));
+    return (kept + kernels::kLanes - 1) / kernels::kLanes * kernels::kLanes;
+}
+
+void ShapedRounding::reserve(const FieldProblem& field, const Effort& effort)
+{
+    constexpr int kLanes = kernels::kShapingLanes;
+    _stride = (field.n() + kLanes - 1) / kLanes * kLanes;
+    _parts.clear();
+    _count = 0;
+    for (int block = 0; block < field.G.blocks(); ++block)
+    {
+        const int begin = first(field, block, effort);
+        _parts.push_back({field.G.offset(block) + begin, field.G.width(block) - begin, _count});
+        _count += _parts.back().count;
+    }
+    const auto count = static_cast<std::size_t>(_count), stride = static_cast<std::size_t>(_stride);
+    _columns.reserve(count * stride);
+    if (isCoarse(field)) _columns2.reserve(count * stride);
+    for (base::AlignedBuffer<float>* v : {&_square, &_wanted, &_level, &_amplitude})
+        v->reserve(count);
+    _drive.reserve(count);
+    _error.reserve(stride);
+    _p.reserve(stride);
+    _factor.reserve(stride * static_cast<std::size_t>(field.threads()));
+    _change.reserve(static_cast<std::size_t>(field.G.paddedTransducers()));
+}
+
+// Factors on the rows of one block that bring them into units of the targets: with \a turned, times
+// conj(u_l), so that the real part is along p_l.
+void ShapedRounding::findFactors(
+    const FieldProblem& field, int thread, int block, float s, bool turned)
+{
+    const float* scale = field.G.fixedScale(block);
+    const std::size_t part = static_cast<std::size_t>(thread) * static_cast<std::size_t>(_stride);
+    float *re = _factor.re.data() + part, *im = _factor.im.data() + part;
+    for (int l = 0; l < field.n(); ++l)
+    {
+        const auto row = static_cast<std::size_t>(l);
+        const float factor = scale[l] / (s * field.a[l]);
+        re[l] = turned ? factor * field.u.re[row] : factor;
+        im[l] = turned ? -factor * field.u.im[row] : 0.0f;
+    }
+}
+
+void ShapedRounding::formColumns(const FieldProblem& field,
+                                 int thread,
+                                 int block,
+                                 const float* qRe,
+                                 const float* qIm,
+                                 base::AlignedBuffer<float>& columns)
+{
+    const Part& part = _parts[static_cast<std::size_t>(block)];
+    const auto stride = static_cast<std::size_t>(_stride);
+    kernels::jacobianColumns(field.G.fixedData(block) + (part.lane - field.G.offset(block)),
+                             field.n(),
+                             field.G.width(block),
+                             part.count,
+                             _factor.re.data() + static_cast<std::size_t>(thread) * stride,
+                             _factor.im.data() + static_cast<std::size_t>(thread) * stride,
+                             qRe,
+                             qIm,
+                             _stride,
+                             columns.data() + static_cast<std::size_t>(part.place) * stride,
+                             _square.data() + part.place);
+}
+
+// Linearises |p|: e_l = |p_l|/(s a_l) - 1 changes by the column of J times the turn.
+void ShapedRounding::chooseFine(FieldProblem& field, float s, const Effort& effort)
+{
+    field.eachBlock(
+        [&](int thread, int block)
+        {
+            const int lane = _parts[static_cast<std::size_t>(block)].lane;
+            findFactors(field, thread, block, s, true);
+            formColumns(
+                field, thread, block, field.q.re.data() + lane, field.q.im.data() + lane, _columns);
+        });
+    float* e = _error.data();
+    for (int l = 0; l < field.n(); ++l)
+        e[l] = field.y[l] / (s * field.a[l]) - 1.0f;
+    std::fill(e + field.n(), e + _stride, 0.0f);
+    const auto step =
+        static_cast<float>(base::kTwoPi / static_cast<double>(field.drive().phaseLevels));
+    for (int pass = 0; pass < effort.passes; ++pass)
+        kernels::shapeLevels(_count,
+                             _stride,
+                             _columns.data(),
+                             _square.data(),
+                             step,
+                             effort.reach,
+                             _wanted.data(),
+                             _level.data(),
+                             e);
+}
+
+void ShapedRounding::chooseCoarse(FieldProblem& field,
+                                  const float* amplitudes,
+                                  float s,
+                                  const Effort& effort)
+{
+    // -Im(c G q) of q = j is -Re(c G), and of q = -1 it is Im(c G).
+    alignas(64) float zeros[PropagationMatrix::kBlockWidth] = {};
+    alignas(64) float minus[PropagationMatrix::kBlockWidth];
+    std::fill(std::begin(minus), std::end(minus), -1.0f);
+    for (const Part& part : _parts)
+        for (int i = 0; i < part.count; ++i)
+        {
+            const auto place = static_cast<std::size_t>(part.place + i);
+            const auto lane = static_cast<std::size_t>(part.lane + i);
+            _drive.set(place, field.q.at(lane));
+            _amplitude[place] = amplitudes ? amplitudes[lane] : 1.0f;
+        }
+    // Phases that are off by up to half a step all over play this share of the level.
+    const auto levels = static_cast<float>(field.drive().phaseLevels);
+    const float half = 0.5f * static_cast<float>(base::kTwoPi) / levels;
+    const float level = std::sin(half) / half * s;
+    field.eachBlock(
+        [&](int thread, int block)
+        {
+            findFactors(field, thread, block, level, false);
+            formColumns(field, thread, block, zeros, minus, _columns);
+            formColumns(field, thread, block, minus, zeros, _columns2);
+        });
+    for (int l = 0; l < _stride; ++l)
+    {
+        const auto row = static_cast<std::size_t>(l);
+        _p.set(row, l < field.n() ? field.p.at(row) / (level * field.a[l]) : 1.0f);
+    }
+    const float reach = std::min(2.0f, std::floor(0.5f * levels));
+    for (int pass = 0; pass < effort.passes; ++pass)
+        kernels::shapeCoarseLevels(_count,
+                                   _stride,
+                                   _columns.data(),
+                                   _columns2.data(),
+                                   levels,
+                                   static_cast<int>(reach),
+                                   _amplitude.data(),
+                                   _wanted.data(),
+                                   _level.data(),
+                                   _drive.re.data(),
+                                   _drive.im.data(),
+                                   _p.re.data(),
+                                   _p.im.data());
+}
+
+// Sets q to the levels chosen, and adds what that changes to the partial sums.
+void ShapedRounding::take(FieldProblem& field, int block, const float* amplitudes)
+{
+    const Part& part = _parts[static_cast<std::size_t>(block)];
+    const auto levels = static_cast<float>(field.drive().phaseLevels);
+    float *re = field.q.re.data() + part.lane, *im = field.q.im.data() + part.lane;
+    float *dRe = _change.re.data() + part.lane, *dIm = _change.im.data() + part.lane;
+    std::copy_n(re, part.count, dRe);
+    std::copy_n(im, part.count, dIm);
+    kernels::unitAtLevel(part.count, levels, _level.data() + part.place, re, im);
+    if (amplitudes) kernels::scaleBy(part.count, amplitudes + part.lane, re, im);
+    for (int i = 0; i < part.count; ++i)
+    {
+        dRe[i] = re[i] - dRe[i];
+        dIm[i] = im[i] - dIm[i];
+    }
+    field.forwardBlock(block, _change, part.lane - field.G.offset(block));
+}
+
+void ShapedRounding::shape(FieldProblem& field,
+                           const float* amplitudes,
+                           float s,
+                           const Effort& effort)
+{
+    reserve(field, effort);
+    if (_count == 0 || !(s > 0.0f)) return;
+    const auto levels = static_cast<float>(field.drive().phaseLevels);
+    for (const Part& part : _parts)
+    {
+        kernels::phaseInLevels(part.count,
+                               levels,
+                               field.q.re.data() + part.lane,
+                               field.q.im.data() + part.lane,
+                               _wanted.data() + part.place);
+        std::copy_n(_wanted.data() + part.place, part.count, _level.data() + part.place);
+    }
+    if (isCoarse(field))
+        chooseCoarse(field, amplitudes, s, effort);
+    else
+        chooseFine(field, s, effort);
+    field.eachBlock([&](int, int block) { take(field, block, amplitudes); });
+    field.addPartials(field.p);
+    field.phasesOf(field.p);
+}
+
+} // namespace midair::haptics

@@ -1,0 +1,72 @@
+#pragma once
+
+#include "haptics/solvers/FieldProblem.h"
+
+#include <vector>
+
+namespace midair::haptics
+{
+
+/// Rounds the last transducers of each block to the device's phase levels such that |p| stays at
+/// the targets (SOLVER.md, "Rounding"): one after the other takes the level that leaves the least
+/// error, which the next ones inherit. It also removes what rounding the other transducers, the
+/// linearisation and CG left.
+class ShapedRounding
+{
+public:
+    /// How much is shaped, and how far a phase may go from where the correction put it.
+    struct Effort
+    {
+        float share = 0.25f; ///< of each block's transducers, 0 .. 1; less if there are many points
+        int passes = 3;      ///< times that each of them chooses, >= 1
+        float reach = 1.5f;  ///< levels
+    };
+
+    /// The first lane of block \a block that is shaped, counted from the block's begin; those
+    /// before it are rounded by the caller.
+    static int first(const FieldProblem& field, int block, const Effort& effort);
+
+    /// Expects field.q with continuous phases for the lanes to be shaped and field.p, y and u to
+    /// belong to it; leaves them as they are played. The targets are \a s a_l. \a amplitudes: |q_i|
+    /// for each lane; null: all 1. field.drive().phaseLevels is not 0. Allocates nothing after the
+    /// first call for a size and effort.
+    void shape(FieldProblem& field, const float* amplitudes, float s, const Effort& effort);
+
+private:
+    /// What is shaped of one block.
+    struct Part
+    {
+        int lane = 0;  // first lane
+        int count = 0; // lanes
+        int place = 0; // of its first lane in the vectors below
+    };
+
+    void reserve(const FieldProblem& field, const Effort& effort);
+    void findFactors(const FieldProblem& field, int thread, int block, float s, bool turned);
+    void formColumns(const FieldProblem& field,
+                     int thread,
+                     int block,
+                     const float* qRe,
+                     const float* qIm,
+                     base::AlignedBuffer<float>& columns);
+    void chooseFine(FieldProblem& field, float s, const Effort& effort);
+    void chooseCoarse(FieldProblem& field, const float* amplitudes, float s, const Effort& effort);
+    void take(FieldProblem& field, int block, const float* amplitudes);
+
+    std::vector<Part> _parts;
+    int _count = 0;                       // lanes that are shaped
+    int _stride = 0;                      // n, rounded up
+    base::AlignedBuffer<float> _columns;  // _count x _stride, in units of the targets
+    base::AlignedBuffer<float> _columns2; // the same; used for coarse levels only
+    base::AlignedBuffer<float> _square;   // _count, |column|^2
+    base::AlignedBuffer<float> _wanted;   // _count, in levels, as the next
+    base::AlignedBuffer<float> _level;
+    base::AlignedBuffer<float> _amplitude; // _count
+    SplitVector _drive;                    // _count
+    base::AlignedBuffer<float> _error;     // _stride
+    SplitVector _p;                        // _stride
+    SplitVector _factor;                   // threads x _stride
+    SplitVector _change;                   // m
+};
+
+} // namespace midair::haptics

@@ -1,0 +1,112 @@
+#include "engine-bridge/bodies/HandBodies.h"
+
+#include "haptics/base/ThrownBy.h"
+#include "plugin/engine/HapticEngine.h"
+#include "plugin/engine/SceneAccess.h"
+#include "plugin/hands/HandConversion.h"
+#include "plugin/settings/Grants.h"
+
+#include <osgMidair/HandBodies>
+#include <osgMidair/HapticScene>
+
+#include <osg/FrameStamp>
+#include <osg/NodeVisitor>
+#include <osg/Notify>
+#include <osg/observer_ptr>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace osgMidair
+{
+
+struct HandBodies::Part
+{
+    Part(btDiscreteDynamicsWorld& world, double length_s) : bodies(world), step_s(length_s) {}
+
+    /// Puts the hands at \a time into hands. What the source throws is told once; then there are
+    /// none.
+    void ask(double time)
+    {
+        hands.clear();
+        osg::ref_ptr<HapticScene> itsScene;
+        scene.lock(itsScene);
+        const osg::ref_ptr<HandSource> itsSource = current();
+        if (!itsSource) return;
+        bool any = false;
+        const std::string thrown =
+            midair::base::thrownBy([&] { any = itsSource->getHands(time, hands); });
+        if (!any || !thrown.empty()) hands.clear();
+        if (thrown.empty() || thrown == told) return;
+        told = thrown;
+        const std::string what = "the hand source of a HandBodies has thrown " + thrown +
+                                 ": there are no hands while it does";
+        if (itsScene)
+            SceneAccess::engine(*itsScene).say({midair::base::MessageCode::HANDS_THREW, what});
+        else
+            OSG_WARN << "osgMidair: " << printable(what) << std::endl;
+    }
+
+    /// Returns the source in use; null: none.
+    osg::ref_ptr<HandSource> current() const
+    {
+        osg::ref_ptr<HapticScene> itsScene;
+        if (scene.lock(itsScene)) return SceneAccess::engine(*itsScene).hands().active();
+        return source;
+    }
+
+    midair::bridge::HandBodies bodies;
+    const double step_s;
+    osg::ref_ptr<HandSource> source;
+    osg::observer_ptr<HapticScene> scene;
+    std::vector<Hand> hands;
+    std::string told; ///< what the source has thrown last
+    double time_s = 0.0;
+};
+
+HandBodies::HandBodies(btDiscreteDynamicsWorld& world, HandSource* source, double step_s) :
+    _part(std::make_unique<Part>(world, step_s))
+{
+    _part->source = source;
+}
+
+HandBodies::HandBodies(btDiscreteDynamicsWorld& world, HapticScene* scene, double step_s) :
+    _part(std::make_unique<Part>(world, step_s))
+{
+    _part->scene = scene;
+}
+
+HandBodies::~HandBodies() = default;
+
+void HandBodies::update(double time)
+{
+    midair::bridge::HandFrame frame;
+    frame.time_s = time;
+    _part->ask(time);
+    for (const Hand& hand : _part->hands)
+        frame.hands.push_back(toBridge(hand));
+    constexpr double kMost = 240.0; // steps of a frame, among which a way is divided
+    const double steps = _part->step_s > 0.0 ? (time - _part->time_s) / _part->step_s : 1.0;
+    _part->time_s = time;
+    _part->bodies.update(frame, static_cast<int>(std::clamp(std::round(steps), 1.0, kMost)));
+}
+
+void HandBodies::operator()(osg::Node* node, osg::NodeVisitor* visitor)
+{
+    if (visitor->getFrameStamp()) update(visitor->getFrameStamp()->getSimulationTime());
+    traverse(node, visitor);
+}
+
+int HandBodies::getNumBodies() const
+{
+    return _part->bodies.count();
+}
+
+bool HandBodies::getBone(const btCollisionObject& object, int& hand, int& bone) const
+{
+    return _part->bodies.find(object, hand, bone);
+}
+
+} // namespace osgMidair

@@ -1,0 +1,241 @@
+#include "plugin/overlays/hud/HudSheets.h"
+
+#include <algorithm>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+using pixels::TextPanel;
+
+const osg::Vec4 kBright(0.96F, 0.97F, 0.99F, 1.0F);
+const osg::Vec4 kDim(0.72F, 0.76F, 0.82F, 1.0F);
+const osg::Vec4 kWarning(1.0F, 0.80F, 0.35F, 1.0F);
+// Dark enough that dim letters can be read on it over white.
+const osg::Vec4 kPanel(0.085F, 0.10F, 0.125F, 0.86F);
+const osg::Vec4 kSilence(0.62F, 0.06F, 0.08F, 0.90F);
+const osg::Vec4 kLess(0.50F, 0.33F, 0.02F, 0.90F);
+constexpr float kPad = 8.0F;
+constexpr float kLeading = 2.0F;
+constexpr float kCourseWidth = 226.0F;
+constexpr float kCourseHeight = 112.0F;
+constexpr float kScaleWidth = 94.0F;
+
+/// Splits \a text between words into at most \a most lines of at most \a width; the rest is cut
+/// off.
+std::vector<std::string> wrapped(const std::string& text, float size, float width, int most)
+{
+    std::vector<std::string> lines;
+    std::string rest = text;
+    while (static_cast<int>(lines.size()) < most - 1 && TextPanel::width(rest, size) > width)
+    {
+        std::size_t end = std::string::npos;
+        for (std::size_t at = rest.find(' '); at != std::string::npos; at = rest.find(' ', at + 1))
+        {
+            if (TextPanel::width(rest.substr(0, at), size) > width) break;
+            end = at;
+        }
+        if (end == std::string::npos) break; // a word that is too long
+        lines.push_back(rest.substr(0, end));
+        rest = rest.substr(end + 1);
+    }
+    lines.push_back(TextPanel::fitted(rest, size, width));
+    return lines;
+}
+
+} // namespace
+
+const std::array<HudLayout, 3> kHudLayouts = {
+    {{300.0F, 110.0F, 12.0F, 4, 2, 212.0F, 66.0F, false, false, 1, 56.0F, 280.0F, 24.0F},
+     {620.0F, 220.0F, 13.0F, 8, 3, 290.0F, 104.0F, true, false, 3, 84.0F, 520.0F, 34.0F},
+     {940.0F, 420.0F, 13.0F, 20, 4, 302.0F, 108.0F, true, true, 4, 110.0F, 640.0F, 44.0F}}};
+
+void HudSheets::drawFigures(const std::string& title,
+                            const HudRows& rows,
+                            const pixels::Sparkline& error,
+                            const pixels::Sparkline& latency)
+{
+    TextPanel& sheet = *figures.panel;
+    sheet.clear();
+    const float row = layout.text + kLeading;
+    std::vector<std::vector<std::string>> values;
+    std::size_t lines = 0;
+    for (const auto& each : rows)
+    {
+        if (static_cast<int>(values.size()) == layout.rows) break;
+        const float room = layout.panel - layout.names - 2.0F * kPad;
+        values.push_back(wrapped(each.second, layout.text, room, layout.rows > 4 ? 2 : 1));
+        lines += values.back().size();
+    }
+    const float titled = layout.isTitled ? layout.text + 8.0F : 0.0F;
+    float y = 2.0F * kPad + titled + row * static_cast<float>(lines) - kLeading;
+    figures.size.set(layout.panel, y);
+    sheet.strokes().rectangle({0.0F, 0.0F}, figures.size, kPanel);
+    y -= kPad;
+    if (layout.isTitled)
+    {
+        const float size = layout.text + 1.0F;
+        sheet.text(TextPanel::fitted(title, size, layout.panel - 2.0F * kPad),
+                   {kPad, y - size},
+                   size,
+                   kBright);
+        y -= titled;
+    }
+    for (std::size_t i = 0; i < values.size(); ++i)
+    {
+        sheet.text(rows[i].first, {kPad, y - row + 2.0F * kLeading}, layout.text, kDim);
+        for (const std::string& line : values[i])
+        {
+            y -= row;
+            sheet.text(line, {kPad + layout.names, y + 2.0F * kLeading}, layout.text, kBright);
+        }
+    }
+    if (layout.hasCourses)
+    {
+        const float x = layout.panel + kPad;
+        sheet.strokes().rectangle({x, 0.0F}, {x + kCourseWidth, kCourseHeight}, kPanel);
+        error.draw(sheet, {x + kPad, 64.0F}, {132.0F, 28.0F});
+        latency.draw(sheet, {x + kPad, 8.0F}, {132.0F, 28.0F});
+        figures.size.x() = x + kCourseWidth;
+    }
+    sheet.finish();
+}
+
+void HudSheets::drawMessages(const std::vector<std::string>& texts)
+{
+    TextPanel& sheet = *messages.panel;
+    sheet.clear();
+    std::vector<std::pair<std::string, bool>> lines; // and whether a message begins
+    const auto shown = std::min(texts.size(), static_cast<std::size_t>(layout.messages));
+    for (std::size_t i = 0; i < shown; ++i)
+    {
+        const auto parts = wrapped(texts[i], layout.text, layout.line - 10.0F, 2);
+        for (const std::string& part : parts)
+            lines.emplace_back(part, &part == &parts.front());
+    }
+    if (texts.size() > shown)
+        lines.emplace_back("and " + std::to_string(texts.size() - shown) + " more in the log",
+                           false);
+    messages.size.set(0.0F, 0.0F);
+    if (!lines.empty())
+    {
+        const float row = layout.text + kLeading;
+        float width = 0.0F;
+        for (const auto& line : lines)
+            width = std::max(width, TextPanel::width(line.first, layout.text));
+        float y = kPad + row * static_cast<float>(lines.size());
+        messages.size.set(width + 2.0F * kPad + 10.0F, y);
+        sheet.strokes().rectangle({0.0F, 0.0F}, messages.size, kPanel);
+        y -= 0.5F * kPad;
+        for (const auto& [line, begins] : lines)
+        {
+            y -= row;
+            if (begins) sheet.strokes().disc({kPad + 2.0F, y + 0.6F * layout.text}, 2.0F, kWarning);
+            sheet.text(line,
+                       {kPad + 10.0F, y + 2.0F * kLeading},
+                       layout.text,
+                       begins ? kWarning : kBright);
+        }
+    }
+    sheet.finish();
+}
+
+void HudSheets::drawScales(float field_Pa, float volume_Pa, bool points, bool array)
+{
+    TextPanel& sheet = *scales.panel;
+    sheet.clear();
+    std::vector<pixels::Scale> all;
+    const auto add = [&](const ColorMap& map, const char* heading) -> pixels::Scale&
+    {
+        pixels::Scale scale;
+        scale.map = &map;
+        scale.heading = heading;
+        scale.size = {14.0F, layout.scaleHeight};
+        all.push_back(scale);
+        return all.back();
+    };
+    const int ticks = layout.scaleHeight < 70.0F ? 3 : 5;
+    if (field_Pa > 0.0F) add(ColorMap::pressure(), "|p| (peak), Pa").label(field_Pa, ticks);
+    if (volume_Pa > 0.0F) add(ColorMap::radiation(), "radiation, Pa").label(volume_Pa, ticks);
+    if (points)
+        add(ColorMap::diverging(), "got / wanted").labels = {
+            {0.0, "50 %"}, {0.5, "100 %"}, {1.0, "200 %"}};
+    if (array)
+        add(ColorMap::phase(), "drive phase").labels = {{0.0, "0"}, {0.5, "180°"}, {1.0, "360°"}};
+    all.resize(std::min(all.size(), static_cast<std::size_t>(layout.scales)));
+    scales.size.set(0.0F, 0.0F);
+    if (!all.empty())
+    {
+        scales.size.set(kScaleWidth * static_cast<float>(all.size()) + kPad,
+                        layout.scaleHeight + 40.0F);
+        sheet.strokes().rectangle({0.0F, 0.0F}, scales.size, kPanel);
+        float x = kPad;
+        for (pixels::Scale& scale : all)
+        {
+            scale.lowerLeft = {x, 12.0F};
+            scale.draw(sheet, 12.0F, kBright);
+            x += kScaleWidth;
+        }
+    }
+    sheet.finish();
+}
+
+void HudSheets::drawAlarm(const HudAlarm& given)
+{
+    TextPanel& sheet = *alarm.panel;
+    sheet.clear();
+    alarm.size.set(0.0F, 0.0F);
+    if (!given.word.empty())
+    {
+        const float row = layout.text + kLeading;
+        std::vector<std::string> lines;
+        if (!given.reason.empty()) lines = wrapped(given.reason, layout.text, layout.line, 2);
+        float width = TextPanel::width(given.word, layout.word);
+        for (const std::string& line : lines)
+            width = std::max(width, TextPanel::width(line, layout.text));
+        const float height = layout.word + row * static_cast<float>(lines.size()) + 1.5F * kPad;
+        alarm.size.set(width + 4.0F * kPad, height);
+        sheet.strokes().rectangle({0.0F, 0.0F}, alarm.size, given.isSilence ? kSilence : kLess);
+        const float middle = 0.5F * alarm.size.x();
+        float y = height - 0.5F * kPad - 0.86F * layout.word;
+        sheet.text(given.word, {middle, y}, layout.word, kBright, TextPanel::CENTER);
+        y -= 0.5F * kPad;
+        for (const std::string& line : lines)
+            sheet.text(line, {middle, y -= row}, layout.text, kBright, TextPanel::CENTER);
+    }
+    sheet.finish();
+}
+
+void HudSheets::drawKeys(const std::vector<HudKey>& all)
+{
+    TextPanel& sheet = *keys.panel;
+    sheet.clear();
+    keys.size.set(0.0F, 0.0F);
+    constexpr float kGap = 14.0F;
+    const float row = layout.text + 2.0F * kLeading;
+    std::vector<osg::Vec2> places; // rows from 0 downwards
+    osg::Vec2 pen;
+    float widest = 0.0F;
+    for (const HudKey& key : all)
+    {
+        const float width = TextPanel::width(key.text, layout.text);
+        if (pen.x() > 0.0F && pen.x() + width > layout.line) pen.set(0.0F, pen.y() - row);
+        places.push_back(pen);
+        widest = std::max(widest, pen.x() + width);
+        pen.x() += width + kGap;
+    }
+    if (!all.empty())
+    {
+        const float height = row - pen.y() + kPad;
+        keys.size.set(widest + 2.0F * kPad, height);
+        sheet.strokes().rectangle({0.0F, 0.0F}, keys.size, kPanel);
+        const osg::Vec2 first(kPad, height - 0.5F * kPad - row + 2.0F * kLeading);
+        for (std::size_t i = 0; i < all.size(); ++i)
+            sheet.text(all[i].text, first + places[i], layout.text, all[i].isOn ? kBright : kDim);
+    }
+    sheet.finish();
+}
+
+} // namespace osgMidair

@@ -1,0 +1,73 @@
+#pragma once
+
+#include "plugin/overlays/drawing/TextPanel.h"
+#include "plugin/overlays/hud/HudContent.h"
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace osgMidair
+{
+
+/// How the figures are laid out where there is so much room; lengths in units.
+struct HudLayout
+{
+    float width = 0.0F;  ///< least room for it
+    float height = 0.0F; ///< without messages
+    float text = 13.0F;  ///< height of letters
+    int rows = 0;        ///< at most
+    int messages = 0;    ///< at most
+    float panel = 0.0F;  ///< width of the figures
+    float names = 0.0F;  ///< of the column of their names
+    bool isTitled = false;
+    bool hasCourses = false; ///< the course of error and latency is shown
+    int scales = 0;          ///< number of colour scales, at most
+    float scaleHeight = 0.0F;
+    float line = 0.0F; ///< longest line of messages, reasons and keys
+    float word = 0.0F; ///< height of the letters of an alarm
+};
+
+/// For little, medium and much room.
+OSGMIDAIR_EXPORT extern const std::array<HudLayout, 3> kHudLayouts;
+
+/// A key and what it shows.
+struct HudKey
+{
+    std::string text; ///< "F3 slice"
+    bool isOn = false;
+};
+
+/// A drawing with its lower left corner in the origin.
+struct HudSheet
+{
+    osg::ref_ptr<pixels::TextPanel> panel = new pixels::TextPanel;
+    osg::Vec2 size; ///< 0: nothing is drawn
+};
+
+/// The drawings of one layout.
+class HudSheets
+{
+public:
+    explicit HudSheets(const HudLayout& layout) : layout(layout) {}
+
+    const HudLayout& layout;
+    HudSheet figures; ///< with the courses
+    HudSheet messages;
+    HudSheet scales;
+    HudSheet alarm;
+    HudSheet keys;
+
+    void drawFigures(const std::string& title,
+                     const HudRows& rows,
+                     const pixels::Sparkline& error,
+                     const pixels::Sparkline& latency);
+    void drawMessages(const std::vector<std::string>& texts);
+    /// Draws the scales of the pressure's and the radiation's ranges, of points and of the array;
+    /// ranges of 0 are not shown.
+    void drawScales(float field_Pa, float volume_Pa, bool points, bool array);
+    void drawAlarm(const HudAlarm& alarm);
+    void drawKeys(const std::vector<HudKey>& all);
+};
+
+} // namespace osgMidair

@@ -1,0 +1,162 @@
+#include "plugin/scene/PointMeshes.h"
+
+#include "engine-bridge/scene/Convert.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+using midair::base::MessageCode;
+
+constexpr std::uint64_t kKeptFrames = 60;
+constexpr double kLeastPressure = 1e-6; ///< as of HapticProperty::pressure
+constexpr double kMostPressure = 1e5;
+
+bool isPressure(double pressure)
+{
+    return pressure == 0.0 || (pressure >= kLeastPressure && pressure <= kMostPressure);
+}
+
+/// Points of a node that are left out for one reason.
+struct LeftOut
+{
+    std::size_t count = 0;
+    std::size_t first = 0;
+
+    void add(std::size_t i)
+    {
+        if (count++ == 0) first = i;
+    }
+};
+
+/// One message for each reason, however many points there are.
+void tellLeftOut(const HapticPoints& node,
+                 const LeftOut& notFinite,
+                 const LeftOut& noPressure,
+                 const PointMeshes::Say& say)
+{
+    const std::size_t points = node.getPoints().size();
+    if (notFinite.count > 0)
+        say(MessageCode::POINTS_INVALID,
+            fmt::format("{} of {} points not finite and not felt, the first is point {}",
+                        notFinite.count,
+                        points,
+                        notFinite.first));
+    if (noPressure.count > 0)
+        say(MessageCode::POINTS_INVALID,
+            fmt::format("{} of {} points not felt for their pressures; the first, that of point "
+                        "{}, is {:g}, should be 0 or {:g} .. {:g}",
+                        noPressure.count,
+                        points,
+                        noPressure.first,
+                        node.getPressures()[noPressure.first],
+                        kLeastPressure,
+                        kMostPressure));
+}
+
+/// Returns the indices of the points that can be felt, and tells of the others.
+std::vector<std::size_t> usablePoints(const HapticPoints& node, const PointMeshes::Say& say)
+{
+    std::vector<std::size_t> usable;
+    LeftOut notFinite;
+    LeftOut noPressure;
+    for (std::size_t i = 0; i < node.getPoints().size(); ++i)
+        if (!node.getPoints()[i].valid() || !std::isfinite(node.getPoints()[i].length2()))
+            notFinite.add(i);
+        else if (!node.getPressures().empty() && !isPressure(node.getPressures()[i]))
+            noPressure.add(i);
+        else
+            usable.push_back(i);
+    tellLeftOut(node, notFinite, noPressure, say);
+    return usable;
+}
+
+/// The mesh of the points \a usable, each a triangle without area; \a pressure: of the strongest.
+midair::haptics::TriangleMesh meshOf(const HapticPoints& node,
+                                     const std::vector<std::size_t>& usable,
+                                     const Eigen::Matrix3d& stretch,
+                                     double& pressure)
+{
+    const auto count = static_cast<Eigen::Index>(usable.size());
+    midair::haptics::TriangleMesh mesh;
+    mesh.vertices.resize(3, count);
+    mesh.triangles.resize(3, count);
+    for (const std::size_t i : usable)
+        if (!node.getPressures().empty()) pressure = std::max(pressure, node.getPressures()[i]);
+    if (!node.getPressures().empty()) mesh.intensity.setZero(count);
+    for (Eigen::Index k = 0; k < count; ++k)
+    {
+        const std::size_t i = usable[static_cast<std::size_t>(k)];
+        mesh.vertices.col(k) = stretch * midair::bridge::toEigen(node.getPoints()[i]);
+        mesh.triangles.col(k).setConstant(static_cast<int>(k));
+        if (pressure > 0.0)
+            mesh.intensity[k] = static_cast<float>(node.getPressures()[i] / pressure);
+    }
+    return mesh;
+}
+
+} // namespace
+
+const PointMesh*
+PointMeshes::get(const HapticPoints& node, const Eigen::Matrix4d& toArray, const Say& say)
+{
+    midair::bridge::PoseAndStretch placed;
+    if (!midair::bridge::decompose(toArray, placed))
+    {
+        say(MessageCode::OBJECT_INVALID,
+            "its matrix is singular, not finite or a perspective; it can't be felt");
+        return nullptr;
+    }
+    const auto same = [&](const Entry& entry) {
+        return entry.points == node.getModifiedCount() &&
+               entry.stretch.isApprox(placed.stretch, 1e-6);
+    };
+    auto found = std::find_if(_entries.begin(), _entries.end(), same);
+    if (found == _entries.end())
+    {
+        if (!node.getPressures().empty() && node.getPressures().size() != node.getPoints().size())
+        {
+            say(MessageCode::OBJECT_INVALID,
+                fmt::format("has {} pressures for {} points; it can't be felt",
+                            node.getPressures().size(),
+                            node.getPoints().size()));
+            return nullptr;
+        }
+        const std::vector<std::size_t> usable = usablePoints(node, say);
+        if (usable.empty())
+        {
+            say(MessageCode::OBJECT_INVALID, "has no points; it can't be felt");
+            return nullptr;
+        }
+        Entry entry;
+        entry.points = node.getModifiedCount();
+        entry.stretch = placed.stretch;
+        entry.made.mesh.meshId = _nextId++;
+        entry.made.mesh.mesh = std::make_shared<const midair::haptics::TriangleMesh>(
+            meshOf(node, usable, placed.stretch, entry.made.pressure));
+        _entries.push_back(std::move(entry));
+        found = std::prev(_entries.end());
+    }
+    found->used = _frame;
+    found->made.mesh.pose = placed.pose;
+    return &found->made;
+}
+
+void PointMeshes::endFrame()
+{
+    ++_frame;
+    // A caller who holds a mesh may not have asked for it again.
+    const auto old = [this](const Entry& entry)
+    { return _frame - entry.used > kKeptFrames && entry.made.mesh.mesh.useCount() == 1; };
+    if (_frame % kKeptFrames == 0)
+        _entries.erase(std::remove_if(_entries.begin(), _entries.end(), old), _entries.end());
+}
+
+} // namespace osgMidair

@@ -1,0 +1,142 @@
+// What is told at saving: most formats keep neither the kit's nodes nor user values, and OSG
+// doesn't say so. It is installed when the library is loaded.
+#include <osg/NodeVisitor>
+#include <osg/Notify>
+#include <osg/UserDataContainer>
+#include <osgDB/FileNameUtils>
+#include <osgDB/Registry>
+
+#include <algorithm>
+#include <string>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+/// Counts the kit's nodes, and the nodes with a user value that makes them haptic.
+class Lost : public osg::NodeVisitor
+{
+public:
+    Lost() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) { setNodeMaskOverride(~0U); }
+
+    void apply(osg::Node& node) override
+    {
+        if (std::string(node.libraryName()) == "osgMidair") count(kitNodes, node);
+        const osg::UserDataContainer* container = node.getUserDataContainer();
+        if (container &&
+            (container->getUserObject("haptic") || container->getUserObject("obstacle")))
+            count(tags, node);
+        traverse(node);
+    }
+
+    struct Count
+    {
+        int count = 0;
+        std::string first; ///< what the first one is
+        std::string text() const
+        {
+            return first + (count > 1 ? " and " + std::to_string(count - 1) + " more" : "");
+        }
+    };
+    Count kitNodes;
+    Count tags;
+
+private:
+    static void count(Count& all, const osg::Node& node)
+    {
+        if (all.count++ > 0) return;
+        all.first = node.className();
+        if (!node.getName().empty()) all.first += " '" + node.getName() + "'";
+    }
+};
+
+/// Formats that keep all, and those that pack a file of another format.
+bool keepsAll(const std::string& extension)
+{
+    static const char* const kFormats[] = {"osgt", "osgb", "osgx", "osg2", "gz", "tgz", "zip"};
+    return std::find(std::begin(kFormats), std::end(kFormats), extension) != std::end(kFormats);
+}
+
+class SavingCallback : public osgDB::WriteFileCallback
+{
+public:
+    using Result = osgDB::ReaderWriter::WriteResult;
+
+    /// \a next: the callback that stood there; null: none, and then OSG's own way of writing.
+    explicit SavingCallback(osgDB::WriteFileCallback* next) :
+        _next(next ? next : new osgDB::WriteFileCallback)
+    {
+    }
+
+    Result writeNode(const osg::Node& node,
+                     const std::string& fileName,
+                     const osgDB::Options* options) override
+    {
+        if (std::string why = tell(node, fileName); !why.empty()) return {why};
+        return _next->writeNode(node, fileName, options);
+    }
+    Result writeObject(const osg::Object& object,
+                       const std::string& fileName,
+                       const osgDB::Options* options) override
+    {
+        const auto* node = dynamic_cast<const osg::Node*>(&object);
+        if (std::string why = node ? tell(*node, fileName) : ""; !why.empty()) return {why};
+        return _next->writeObject(object, fileName, options);
+    }
+    Result writeImage(const osg::Image& image,
+                      const std::string& fileName,
+                      const osgDB::Options* options) override
+    {
+        return _next->writeImage(image, fileName, options);
+    }
+    Result writeHeightField(const osg::HeightField& field,
+                            const std::string& fileName,
+                            const osgDB::Options* options) override
+    {
+        return _next->writeHeightField(field, fileName, options);
+    }
+    Result writeShader(const osg::Shader& shader,
+                       const std::string& fileName,
+                       const osgDB::Options* options) override
+    {
+        return _next->writeShader(shader, fileName, options);
+    }
+
+private:
+    /// Tells what the format of \a fileName can't keep of \a node. Returns the reason if the file
+    /// would be empty, so that nothing is written.
+    static std::string tell(const osg::Node& node, const std::string& fileName)
+    {
+        const std::string extension = osgDB::getLowerCaseFileExtension(fileName);
+        if (keepsAll(extension)) return {};
+        Lost lost;
+        const_cast<osg::Node&>(node).accept(lost); // it changes nothing
+        const std::string keep = "; .osgt, .osgb and .osgx keep all";
+        if (lost.kitNodes.count > 0 && extension == "osg")
+            return "osgMidair: " + fileName + " is not written: .osg can't hold " +
+                   lost.kitNodes.text() + keep;
+        if (lost.kitNodes.count > 0)
+            OSG_WARN << "osgMidair: " << fileName << ": ." << extension << " doesn't keep "
+                     << lost.kitNodes.text() << ", which will not be felt" << keep << std::endl;
+        if (lost.tags.count > 0)
+            OSG_WARN << "osgMidair: " << fileName << ": ." << extension
+                     << " keeps no user values; lost are the tags of " << lost.tags.text() << keep
+                     << std::endl;
+        return {};
+    }
+
+    const osg::ref_ptr<osgDB::WriteFileCallback> _next;
+};
+
+const bool kInstalled = []
+{
+    osgDB::Registry* registry = osgDB::Registry::instance();
+    registry->setWriteFileCallback(new SavingCallback(registry->getWriteFileCallback()));
+    return true;
+}();
+
+} // namespace
+
+} // namespace osgMidair

@@ -1,0 +1,357 @@
+#include "plugin/serializers/BlockReader.h"
+
+#include "plugin/serializers/FileOfStream.h"
+
+#include <osgDB/Registry>
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+/// OSG's stream tells neither its iterator nor the numbers of its objects.
+struct StreamParts : osgDB::InputStream
+{
+    static osg::ref_ptr<osgDB::InputIterator>& iterator(osgDB::InputStream& in)
+    {
+        return in.*(&StreamParts::_in);
+    }
+    static const IdentifierMap& identifiers(osgDB::InputStream& in)
+    {
+        return in.*(&StreamParts::_identifierMap);
+    }
+};
+
+/// Serializer of no property: it is the first of the kit's objects, and reads all of them.
+class Properties : public osgDB::BaseSerializer, public NamedProperties
+{
+public:
+    Properties() : osgDB::BaseSerializer(READ_WRITE_PROPERTY) {}
+
+    const std::string& getName() const override
+    {
+        static const std::string name = "Properties";
+        return name;
+    }
+    std::vector<std::string> names() const override { return {}; }
+
+    bool read(osgDB::InputStream& in, osg::Object& object) override
+    {
+        if (!in.isBinary()) BlockReader::of(in).readBlock(object);
+        return true;
+    }
+    bool write(osgDB::OutputStream&, const osg::Object&) override { return true; }
+};
+
+} // namespace
+
+BlockReader& BlockReader::of(osgDB::InputStream& in)
+{
+    osgDB::InputIterator* current = StreamParts::iterator(in).get();
+    if (auto* known = dynamic_cast<BlockReader*>(current)) return *known;
+    auto* reader = new BlockReader(in, *current);
+    in.setInputIterator(reader);
+    return *reader;
+}
+
+BlockReader::BlockReader(osgDB::InputStream& in, osgDB::InputIterator& inner) :
+    _stream(in),
+    _inner(&inner)
+{
+    setStream(inner.getStream());
+    setInputStream(&in);
+    _isXml = beginning(*getStream(), 5) == "<?xml";
+}
+
+void BlockReader::readString(std::string& s)
+{
+    if (_next.empty())
+        counted().readString(s);
+    else
+        s = std::exchange(_next, {});
+}
+
+bool BlockReader::matchString(const std::string& str)
+{
+    if (_ended) return false;
+    if (_next.empty())
+    {
+        if (_isXml && _block && _words >= _lastWord) return false;
+        const bool isNext = _inner->matchString(str);
+        if (isNext) ++_words;
+        return isNext;
+    }
+    if (_next != str) return false;
+    _next.clear();
+    return true;
+}
+
+void BlockReader::readWrappedString(std::string& str)
+{
+    _inner->readWrappedString(str);
+    _words += std::max(1, countWords(str));
+}
+
+void BlockReader::advanceToCurrentEndBracket()
+{
+    // The end may have been read ahead, behind the last value of an object that has no block.
+    const bool isThere = _ended || _next == "}";
+    _ended = false;
+    _next.clear();
+    if (!isThere) _inner->advanceToCurrentEndBracket();
+}
+
+// The serializers of a class are those of all classes that it is associated with.
+BlockReader::Names BlockReader::namesOf(const osg::Object& object)
+{
+    Names all;
+    osgDB::ObjectWrapperManager& manager = *osgDB::Registry::instance()->getObjectWrapperManager();
+    osgDB::ObjectWrapper* wrapper =
+        manager.findWrapper(std::string(object.libraryName()) + "::" + object.className());
+    if (!wrapper) return all;
+    for (const osgDB::ObjectWrapperAssociate& associate : wrapper->getAssociates())
+    {
+        osgDB::ObjectWrapper* part = manager.findWrapper(associate._name);
+        if (!part) continue;
+        for (const auto& serializer : part->getSerializerList())
+        {
+            if (!serializer->supportsReadWrite()) continue;
+            const auto* own = dynamic_cast<const NamedProperties*>(serializer.get());
+            // A node mask hides what is not to be felt.
+            const bool isSafety = own ? own->concernsSafety() : serializer->getName() == "NodeMask";
+            const std::vector<std::string> names =
+                own ? own->names() : std::vector<std::string>{serializer->getName()};
+            for (const std::string& name : names)
+                all.insert_or_assign(name, Known{serializer.get(), isSafety});
+        }
+    }
+    return all;
+}
+
+std::vector<std::string> BlockReader::nameList() const
+{
+    std::vector<std::string> names;
+    for (const auto& [name, known] : _block->names)
+        names.push_back(name);
+    return names;
+}
+
+void BlockReader::readBlock(osg::Object& object)
+{
+    Block block{object, namesOf(object), {}};
+    Block* outer = std::exchange(_block, &block);
+    const int outerLast = _lastWord;
+    block.place = getStream()->rdbuf()->pubseekoff(0, std::ios::cur, std::ios::in);
+    block.isMisplaced = _stream.PROPERTY._name != "UniqueID";
+    if (block.isMisplaced)
+        complain("\"" + _stream.PROPERTY._name +
+                     "\" stands where UniqueID has to, and was not read",
+                 true);
+    if (!_isXml)
+        readPlain();
+    else
+    {
+        if (!_outline) _outline = std::make_unique<XmlOutline>(text());
+        const auto& all = StreamParts::identifiers(_stream);
+        const auto id = std::find_if(
+            all.begin(), all.end(), [&](const auto& known) { return known.second == &object; });
+        const std::vector<XmlElement>* elements =
+            id == all.end() ? nullptr : _outline->find(id->first);
+        if (elements)
+            readXml(*elements);
+        else
+            complain("the file's elements can't be followed", true);
+    }
+    _block = outer;
+    _lastWord = outerLast;
+    _ended = true;
+}
+
+void BlockReader::readPlain()
+{
+    std::string name = word();
+    while (!name.empty() && name != "}" && !_stream.getException())
+    {
+        _block->place = getStream()->rdbuf()->pubseekoff(0, std::ios::cur, std::ios::in);
+        if (_block->names.count(name) > 0)
+        {
+            readNamed(name);
+            name = word();
+            continue;
+        }
+        tellUnknown(name);
+        name = skipValue(name);
+    }
+}
+
+// In XML, OSG's iterator hands out word by word what the outline says; both go side by side.
+void BlockReader::readXml(const std::vector<XmlElement>& elements)
+{
+    for (const XmlElement& element : elements)
+    {
+        _block->element = &element;
+        _block->isAttributeRead = false;
+        std::string name = word();
+        // What the property before has more than its serializer reads.
+        while (name != element.name && !name.empty() && !_stream.getException())
+            name = word();
+        if (name.empty()) break;
+        _lastWord = _words + element.words;
+        const auto known = _block->names.find(name);
+        if (known != _block->names.end() && element.words == 0)
+            complain(name + " has no value", known->second.concernsSafety);
+        else if (known != _block->names.end())
+            readNamed(name);
+        else
+            tellUnknown(name);
+        if (known != _block->names.end()) continue;
+        for (int i = 0; i < element.words; ++i)
+            word();
+    }
+    _block->element = nullptr;
+}
+
+void BlockReader::readNamed(const std::string& name)
+{
+    const Known known = _block->names.at(name);
+    if (!_block->seen.insert(name).second)
+        complain(name + " stands there twice", known.concernsSafety);
+    _next = name;
+    if (!known.serializer->read(_stream, _block->object))
+        complain(name + " can't be read", known.concernsSafety);
+}
+
+// Skips what follows the unknown \a name: the next word, and what is between brackets or quotes or
+// is a number. Returns the word after that, a name or the object's end.
+std::string BlockReader::skipValue(const std::string& name)
+{
+    const auto isNext = [this](const std::string& word, bool isFirst)
+    {
+        if (word == "}" || _block->names.count(word) > 0) return true;
+        return !isFirst && std::isalpha(static_cast<unsigned char>(word[0])) != 0;
+    };
+    if (name[0] == '"') quoted(name);
+    int depth = name == "{" ? 1 : 0;
+    bool isFirst = true;
+    for (std::string next = word(); !next.empty(); next = word())
+    {
+        if (_stream.getException()) break;
+        if (depth == 0 && isNext(next, isFirst)) return next;
+        if (next[0] == '"') quoted(next);
+        if (next == "{") ++depth;
+        if (next == "}") --depth;
+        isFirst = false;
+    }
+    return {};
+}
+
+// In XML an attribute that ends with a blank comes with an empty word behind it.
+std::string BlockReader::word()
+{
+    if (!_next.empty()) return std::exchange(_next, {});
+    std::string read;
+    for (int i = 0; i < 3 && read.empty(); ++i)
+        _inner->readString(read);
+    if (!read.empty()) ++_words;
+    return read;
+}
+
+// Reads on until the quotes that \a first begins with are closed, and returns what is between.
+std::string BlockReader::quoted(std::string first)
+{
+    const auto isClosed = [&first]
+    {
+        const std::size_t size = first.size();
+        return size > 1 && first.back() == '"' && first[size - 2] != '\\';
+    };
+    while (!isClosed())
+    {
+        const std::string more = word();
+        if (more.empty()) break;
+        first += " " + more;
+    }
+    return isClosed() ? first.substr(1, first.size() - 2) : first.substr(1);
+}
+
+std::string BlockReader::readValue(const std::function<bool(const std::string&)>& continues)
+{
+    if (_block && _block->element)
+    {
+        if (countWords(_block->element->attribute) == 0) return {};
+        _block->isAttributeRead = true;
+        std::string all;
+        for (int i = 0; i < countWords(_block->element->attribute); ++i)
+            all += (i > 0 ? " " : "") + word();
+        return all[0] == '"' && all.size() > 1 ? all.substr(1, all.size() - 2) : all;
+    }
+    std::string value = word();
+    if (value.empty()) return {};
+    if (value[0] == '"') return quoted(value);
+    if (value == "{" || value == "}" || (_block && _block->names.count(value) > 0))
+    {
+        _next = value;
+        return {};
+    }
+    if (value.back() == '}')
+    {
+        _next = "}";
+        value.pop_back();
+        return value;
+    }
+    if (!continues) return value;
+    std::string further = word();
+    const bool isGlued = further.size() > 1 && further.back() == '}';
+    if (isGlued) further.pop_back();
+    if (continues(value + " " + further))
+    {
+        if (isGlued) _next = "}";
+        return value + " " + further;
+    }
+    _next = isGlued ? further + "}" : further;
+    return value;
+}
+
+std::string BlockReader::readText()
+{
+    if (_block && _block->element && countWords(_block->element->attribute) == 0) return {};
+    std::string text;
+    readWrappedString(text);
+    return text;
+}
+
+std::vector<std::string> BlockReader::readWords()
+{
+    std::vector<std::string> words;
+    if (_block && _block->element)
+    {
+        const XmlElement& element = *_block->element;
+        const int count = countWords(element.text) +
+                          (_block->isAttributeRead ? 0 : countWords(element.attribute));
+        for (int i = 0; i < count; ++i)
+            words.push_back(word());
+        return words;
+    }
+    std::string next = word();
+    if (next != "{")
+    {
+        _next = next;
+        return words;
+    }
+    while (!(next = word()).empty() && next != "}" && !_stream.getException())
+        words.push_back(next);
+    return words;
+}
+
+} // namespace osgMidair
+
+// It stands before all other classes in the associates of the kit's, so that it comes first.
+REGISTER_OBJECT_WRAPPER2(
+    osgMidair_Properties, nullptr, osg::Object, "osgMidair::Properties", "osgMidair::Properties")
+{
+    wrapper->addSerializer(new osgMidair::Properties, osgDB::BaseSerializer::RW_USER);
+}

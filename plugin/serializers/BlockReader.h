@@ -1,0 +1,141 @@
+#pragma once
+
+#include "plugin/serializers/XmlOutline.h"
+
+#include <osgDB/InputStream>
+#include <osgDB/ObjectWrapper>
+#include <osgDB/StreamOperator>
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace osgMidair
+{
+
+/// What a serializer of the kit says of the properties that it reads from text.
+class NamedProperties
+{
+public:
+    virtual ~NamedProperties() = default;
+    /// Names of the properties; none if it reads nothing by name.
+    virtual std::vector<std::string> names() const = 0;
+    /// True: without its value more might be played than was asked for.
+    virtual bool concernsSafety() const { return false; }
+};
+
+/// Reads the properties of the kit's objects from text (.osgt, .osgx) in any order, and tells what
+/// it doesn't know. OSG asks each serializer once, in their order, whether its name comes next, and
+/// passes over the rest of the object; this asks the file which name comes next, and finds the
+/// serializer. Where a name or a value that isn't understood may concern safety, the object
+/// silences its scene.
+///
+/// It stands in the place of the stream's own iterator, to which all reading goes on. It belongs to
+/// its stream, and so to one thread.
+class BlockReader : public osgDB::InputIterator
+{
+public:
+    /// Returns the reader of \a in, which gets one if it has none.
+    static BlockReader& of(osgDB::InputStream& in);
+
+    /// Reads all properties of \a object, of which nothing but the UniqueID has been read.
+    void readBlock(osg::Object& object);
+
+    /// Reads the value of the property whose name was just read, without quotes; a further word as
+    /// well if \a continues says that the two belong together ("500", "Pa"). Returns an empty text
+    /// if there is none.
+    std::string readValue(const std::function<bool(const std::string&)>& continues = nullptr);
+    /// Reads a text, with the escapes that OSG writes; empty if there is none.
+    std::string readText();
+    /// Reads the words between the brackets that come next; none if there are no brackets.
+    std::vector<std::string> readWords();
+
+    /// Tells \a what of the property that is being read, with file and line. \a concernsSafety: the
+    /// object silences its scene.
+    void complain(const std::string& what, bool concernsSafety);
+
+    bool isBinary() const override { return false; }
+    void readBool(bool& b) override { counted().readBool(b); }
+    void readChar(char& c) override { counted().readChar(c); }
+    void readSChar(signed char& c) override { counted().readSChar(c); }
+    void readUChar(unsigned char& c) override { counted().readUChar(c); }
+    void readShort(short& s) override { counted().readShort(s); }
+    void readUShort(unsigned short& s) override { counted().readUShort(s); }
+    void readInt(int& i) override { counted().readInt(i); }
+    void readUInt(unsigned int& i) override { counted().readUInt(i); }
+    void readLong(long& l) override { counted().readLong(l); }
+    void readULong(unsigned long& l) override { counted().readULong(l); }
+    void readFloat(float& f) override { counted().readFloat(f); }
+    void readDouble(double& d) override { counted().readDouble(d); }
+    void readString(std::string& s) override;
+    void readStream(std::istream& (*fn)(std::istream&)) override { _inner->readStream(fn); }
+    void readBase(std::ios_base& (*fn)(std::ios_base&)) override { _inner->readBase(fn); }
+    void readGLenum(osgDB::ObjectGLenum& value) override { counted().readGLenum(value); }
+    void readProperty(osgDB::ObjectProperty& property) override
+    {
+        counted().readProperty(property);
+    }
+    void readMark(osgDB::ObjectMark& mark) override { _inner->readMark(mark); }
+    void readCharArray(char* s, unsigned int size) override { _inner->readCharArray(s, size); }
+    void readWrappedString(std::string& str) override;
+    bool matchString(const std::string& str) override;
+    void advanceToCurrentEndBracket() override;
+
+private:
+    struct Known
+    {
+        osgDB::BaseSerializer* serializer;
+        bool concernsSafety;
+    };
+    using Names = std::map<std::string, Known>;
+
+    /// The object that is being read, and the property at which it is.
+    struct Block
+    {
+        osg::Object& object;
+        Names names;
+        std::set<std::string> seen;
+        std::streamoff place = 0;            ///< of the property in the stream, bytes
+        const XmlElement* element = nullptr; ///< the property in XML
+        bool isAttributeRead = false;        ///< in XML: what follows is its text
+        bool isMisplaced = false;            ///< the UniqueID isn't its first property
+    };
+
+    BlockReader(osgDB::InputStream& in, osgDB::InputIterator& inner);
+    ~BlockReader() override = default;
+
+    static Names namesOf(const osg::Object& object);
+    std::vector<std::string> nameList() const;
+    void readPlain();
+    void readXml(const std::vector<XmlElement>& elements);
+    void readNamed(const std::string& name);
+    void tellUnknown(const std::string& name);
+    std::string skipValue(const std::string& name);
+    std::string word();
+    osgDB::InputIterator& counted()
+    {
+        ++_words;
+        return *_inner;
+    }
+    std::string quoted(std::string first);
+    const std::string& text();
+    std::string place();
+
+    osgDB::InputStream& _stream;
+    const osg::ref_ptr<osgDB::InputIterator> _inner;
+    Block* _block = nullptr;
+    std::string _next;   ///< a word that was read ahead; empty: none
+    bool _ended = false; ///< the object's end was read, and OSG doesn't know yet
+    std::string _text;   ///< of the file, once it was needed
+    bool _isXml = false;
+    int _words = 0; ///< read so far
+    /// In XML, the count of words at which the property that is being read ends: what OSG takes
+    /// beyond that would be the next one's, since it doesn't see where an object ends.
+    int _lastWord = 0;
+    std::unique_ptr<XmlOutline> _outline; ///< of an XML file
+};
+
+} // namespace osgMidair

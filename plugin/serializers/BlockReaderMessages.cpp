@@ -1,0 +1,102 @@
+// What a BlockReader tells of a file, and where in it.
+
+#include "haptics/base/text/NearestWord.h"
+#include "plugin/serializers/BlockReader.h"
+#include "plugin/serializers/FileOfStream.h"
+#include "plugin/settings/Grants.h"
+
+#include <osgMidair/HapticPoints>
+#include <osgMidair/HapticScene>
+#include <osgMidair/HapticSurface>
+
+#include <osg/Notify>
+
+#include <algorithm>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+/// Makes \a object silence its scene because of \a reason. Returns false if it is none that is
+/// felt.
+bool silence(osg::Object& object, const std::string& reason)
+{
+    if (auto* scene = dynamic_cast<HapticScene*>(&object))
+    {
+        HapticSettings settings = scene->getSettings();
+        settings.isSilenced = true;
+        settings.whySilenced.push_back(reason);
+        scene->setSettings(settings);
+        return true;
+    }
+    auto* surface = dynamic_cast<HapticSurface*>(&object);
+    auto* points = dynamic_cast<HapticPoints*>(&object);
+    if (!surface && !points) return false;
+    HapticPropertyHolder& holder = surface ? static_cast<HapticPropertyHolder&>(*surface) : *points;
+    HapticProperty property = holder.getProperty();
+    property.whySilenced.push_back(reason);
+    holder.setProperty(property);
+    return true;
+}
+
+} // namespace
+
+const std::string& BlockReader::text()
+{
+    if (_text.empty()) _text = wholeText(*getStream());
+    return _text;
+}
+
+/// "star.osgt:12: ", or as much of it as is known.
+std::string BlockReader::place()
+{
+    std::string place;
+    const osgDB::Options* options = _stream.getOptions();
+    if (options && !options->getDatabasePathList().empty())
+        place = openFile(options->getDatabasePathList().front(), text());
+    std::ptrdiff_t line = 0;
+    if (_block && _block->element)
+        line = _block->element->line;
+    else if (_block && !_isXml && _block->place >= 0)
+    {
+        const auto end =
+            std::min<std::streamoff>(_block->place, static_cast<std::streamoff>(text().size()));
+        line = 1 + std::count(text().begin(), text().begin() + end, '\n');
+    }
+    if (line > 0) place += place.empty() ? "line " : ":";
+    if (line > 0) place += std::to_string(line);
+    return place.empty() ? place : place + ": ";
+}
+
+void BlockReader::complain(const std::string& what, bool concernsSafety)
+{
+    std::string told = place();
+    if (_block)
+    {
+        told += _block->object.className();
+        if (!_block->object.getName().empty()) told += " '" + _block->object.getName() + "'";
+        told += ": ";
+    }
+    told = printable(told + what);
+    if (concernsSafety && _block && silence(_block->object, told + "; nothing is played"))
+        told += "; nothing is played until that is right";
+    OSG_WARN << "osgMidair: " << told << std::endl;
+}
+
+void BlockReader::tellUnknown(const std::string& name)
+{
+    if (name == "UniqueID" && _block->isMisplaced) return; // told
+    const std::vector<std::string> nearest = midair::base::nearestWords(name, nameList());
+    // What nothing is near to may be anything, a limit of a newer kit as well.
+    const bool mayBeSafety =
+        nearest.empty() || std::any_of(nearest.begin(),
+                                       nearest.end(),
+                                       [this](const std::string& one)
+                                       { return _block->names.at(one).concernsSafety; });
+    complain("unknown property \"" + name + "\"" + midair::base::didYouMean(name, nameList()),
+             mayBeSafety);
+}
+
+} // namespace osgMidair

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace osgMidair
+{
+
+/// A property in an XML file (.osgx), as OSG writes it: its value in attributes that are called
+/// "attribute" and "text".
+struct XmlElement
+{
+    std::string name; ///< with "::" where the file has "--"
+    int line = 0;     ///< 1 ..
+    std::string attribute;
+    std::string text;
+    int words = 0; ///< of attribute, text and all elements inside, without its own name
+};
+
+/// Which properties each object of an XML file has, and where. OSG's reader goes through such a
+/// file without telling where an object ends.
+class XmlOutline
+{
+public:
+    explicit XmlOutline(const std::string& file);
+
+    /// Returns the properties of the object of that UniqueID, in the file's order and without the
+    /// UniqueID; null if there is none.
+    const std::vector<XmlElement>* find(unsigned int id) const;
+
+private:
+    struct Node;
+    void close(std::vector<Node>& open);
+
+    std::map<unsigned int, std::vector<XmlElement>> _objects;
+};
+
+/// Returns how many words \a text has, separated by blanks.
+int countWords(const std::string& text);
+
+} // namespace osgMidair

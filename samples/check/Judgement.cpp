@@ -1,0 +1,107 @@
+// What of the numbers of a check is a fault.
+#include "samples/check/SceneCheck.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace midair::samples
+{
+
+namespace
+{
+
+using osgMidair::HapticMessage;
+
+/// Share of the pressure asked for, in Pa, below which an object counts as too weak.
+constexpr double kWeakShare = 0.9;
+
+bool isBad(const CheckedMessage& one)
+{
+    return one.message.severity != HapticMessage::NOTICE;
+}
+
+std::string points(unsigned int count, const char* why)
+{
+    return fmt::format("{} point{} left out: {}", count, count == 1 ? " is" : "s are", why);
+}
+
+void judgePressure(CheckedObject& object, const CheckedScene& scene)
+{
+    const double cap_Pa = scene.statistics.maxPressure_Pa;
+    const bool isPascal = object.property.pressureUnit == osgMidair::HapticProperty::PASCAL;
+    if (scene.statistics.stop == "silenced")
+        object.faults.push_back("the array is silent for the pressure cap");
+    else if (isPascal && object.meanShare < kWeakShare)
+        object.faults.push_back(
+            scene.statistics.capFactor < 1.0
+                ? fmt::format("the cap of {:.4g} Pa holds it at {:.0f} % of its pressure",
+                              cap_Pa,
+                              100.0 * object.meanShare)
+                : fmt::format("the array reaches {:.0f} % of its pressure in the mean",
+                              100.0 * object.meanShare));
+    else if (!isPascal && scene.statistics.capFactor < 1.0)
+        object.notes.push_back(fmt::format("the cap of {:.4g} Pa makes it quieter", cap_Pa));
+}
+
+} // namespace
+
+std::string pressureText(const CheckedObject& object)
+{
+    const osgMidair::HapticProperty& property = object.property;
+    if (object.hasOwnPressures) return "a pressure for each point";
+    return property.pressureUnit == osgMidair::HapticProperty::PASCAL
+               ? fmt::format("{:g} Pa", property.pressure)
+               : fmt::format("{:g} (relative)", property.pressure);
+}
+
+void judge(CheckedObject& object, const CheckedScene& scene, int frames)
+{
+    if (!object.property.enabled)
+    {
+        object.notes.push_back("it is not enabled");
+        return;
+    }
+    const osgMidair::HapticField::Object& out = object.leftOut;
+    // Hands that come and go, and animation, make an object felt in some frames only.
+    if (object.points == 0 && object.feltFrames == 0)
+    {
+        const bool waits = out.outOfReach > 0 && !out.isUnreachable;
+        auto& told = waits ? object.notes : object.faults;
+        told.push_back(!object.hasShape    ? "it isn't felt: the messages say why"
+                       : out.isUnreachable ? "it isn't felt: it is out of the array's reach"
+                       : waits             ? "it is felt where a hand is near"
+                                           : "it isn't felt: none of its points is");
+    }
+    else if (object.feltFrames < frames)
+        object.notes.push_back(
+            fmt::format("it is felt in {} of {} frames", object.feltFrames, frames));
+    if (out.outOfWorkspace > 0)
+        object.faults.push_back(points(out.outOfWorkspace, "they are out of the workspace"));
+    if (out.overBudget > 0)
+        object.faults.push_back(points(out.overBudget, "there are more than maxPoints"));
+    if (out.invalid > 0) object.faults.push_back(points(out.invalid, "they are not finite"));
+    if (out.crowded > 0) object.notes.push_back(points(out.crowded, "others are too near"));
+    if (out.unpainted > 0) object.notes.push_back(points(out.unpainted, "intensity 0"));
+    if (out.outOfReach > 0) object.notes.push_back(points(out.outOfReach, "no hand is near"));
+    if (object.points > 0) judgePressure(object, scene);
+}
+
+int CheckResult::exitCode() const
+{
+    bool isFine = std::none_of(reading.begin(), reading.end(), isBad);
+    for (const CheckedScene& scene : scenes)
+    {
+        isFine = isFine && std::none_of(scene.messages.begin(), scene.messages.end(), isBad) &&
+                 std::all_of(scene.objects.begin(),
+                             scene.objects.end(),
+                             [](const CheckedObject& object) { return object.faults.empty(); });
+    }
+    const bool hasAny =
+        std::any_of(scenes.begin(),
+                    scenes.end(),
+                    [](const CheckedScene& scene) { return !scene.objects.empty(); });
+    return isFine && hasAny ? 0 : 1;
+}
+
+} // namespace midair::samples

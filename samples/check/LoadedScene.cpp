@@ -1,0 +1,228 @@
+#include "samples/check/LoadedScene.h"
+
+#include <osgMidair/HapticDevice>
+#include <osgMidair/HapticSurface>
+
+#include <osg/NodeVisitor>
+#include <osgDB/FileNameUtils>
+#include <osgDB/FileUtils>
+#include <osgDB/ReadFile>
+#include <osgDB/Registry>
+
+#include <algorithm>
+#include <fstream>
+#include <stdexcept>
+
+namespace midair::samples
+{
+
+namespace
+{
+
+using osgMidair::HapticScene;
+
+const std::string kOurs = "osgMidair: ";
+
+/// Finds the scenes that a viewer would play.
+class FindScenes : public osg::NodeVisitor
+{
+public:
+    FindScenes() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) {}
+
+    void apply(osg::Group& group) override
+    {
+        auto* scene = dynamic_cast<HapticScene*>(&group);
+        if (scene && std::find(found.begin(), found.end(), scene) == found.end())
+            found.push_back(scene);
+        traverse(group);
+    }
+
+    std::vector<HapticScene*> found;
+};
+
+/// What was said last, for why a file can't be read.
+std::string why(const NoticeKeeper& keeper)
+{
+    const std::vector<std::string> said = keeper.warnings();
+    return said.empty() ? "no plugin of OpenSceneGraph reads it, or it isn't there" : said.back();
+}
+
+} // namespace
+
+void NoticeKeeper::notify(osg::NotifySeverity severity, const char* message)
+{
+    if (severity > osg::WARN) return;
+    std::string line = message;
+    while (!line.empty() && (line.back() == '\n' || line.back() == ' '))
+        line.pop_back();
+    const std::lock_guard<std::mutex> lock(_mutex);
+    if (_isPaused) return;
+    if (!line.empty() && std::find(_warnings.begin(), _warnings.end(), line) == _warnings.end())
+        _warnings.push_back(line);
+}
+
+void NoticeKeeper::setPaused(bool isPaused)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _isPaused = isPaused;
+}
+
+std::vector<std::string> NoticeKeeper::warnings() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return _warnings;
+}
+
+LoadedScene::LoadedScene(const CheckOptions& options) :
+    _file(options.file),
+    _keeper(new NoticeKeeper),
+    _before(osg::getNotifyHandler()),
+    _root(new osg::Group)
+{
+    osg::setNotifyHandler(_keeper);
+    if (!options.options.empty())
+        osgDB::Registry::instance()->setOptions(new osgDB::Options(options.options));
+    const osg::ref_ptr<osg::Node> node = osgDB::readRefNodeFile(options.file);
+    if (!node)
+    {
+        osg::setNotifyHandler(_before);
+        throw std::runtime_error("can't read \"" + options.file + "\": " + why(*_keeper));
+    }
+    FindScenes finder;
+    node->accept(finder);
+    if (finder.found.empty() || !options.settings.empty())
+        wrap(options, *node);
+    else
+        _root->addChild(node);
+    for (HapticScene* scene : finder.found)
+        _scenes.push_back({scene, scene->getSettings()});
+    for (const Scene& scene : _scenes)
+        scene.node->setRehearsed(true);
+    readLines();
+}
+
+LoadedScene::~LoadedScene()
+{
+    _scenes.clear();
+    _root = nullptr; // which may have something to say
+    osg::setNotifyHandler(_before);
+}
+
+// As a viewer's --device does: it plays the tagged nodes, and all of a scene that has none.
+void LoadedScene::wrap(const CheckOptions& options, osg::Node& node)
+{
+    const osg::ref_ptr<HapticScene> scene = new HapticScene;
+    osgMidair::HapticProperty property;
+    if (!options.settings.empty())
+    {
+        osg::ref_ptr<osg::Object> read = osgDB::readRefObjectFile(options.settings);
+        const auto* device = dynamic_cast<const osgMidair::HapticDevice*>(read.get());
+        if (!device)
+        {
+            osg::setNotifyHandler(_before);
+            throw std::runtime_error("can't read the settings \"" + options.settings +
+                                     "\": " + why(*_keeper));
+        }
+        scene->setSettings(device->getSettings());
+        property = device->getProperty();
+        _keeper->setPaused(true); // as it is in no view, it says that it has played nothing
+        read = nullptr;
+        _keeper->setPaused(false);
+    }
+    else
+        scene->endReading(osgDB::getFilePath(osgDB::findDataFile(options.file)));
+    scene->setName(osgDB::getSimpleFileName(options.file));
+    scene->setRehearsed(true);
+    const osgMidair::HapticSettings asked = scene->getSettings();
+    scene->addChild(&node);
+    _root->addChild(scene);
+    _scenes.push_back({scene, asked});
+    // A disabled scene looks for nothing, so the look is one of its own.
+    const osg::ref_ptr<HapticScene> looking = new HapticScene;
+    looking->setRehearsed(true);
+    looking->setDevice("null:");
+    looking->addChild(&node);
+    looking->update(nullptr);
+    const bool isMarked = !looking->getFoundObjects().empty();
+    looking->removeChild(&node);
+    _wrapped = "it has no HapticScene, so it is played as by a viewer's --device";
+    if (!options.settings.empty()) _wrapped = "it is played with \"" + options.settings + "\"";
+    if (isMarked) return;
+    const osg::ref_ptr<osgMidair::HapticSurface> surface = new osgMidair::HapticSurface(&node);
+    surface->setName(osgDB::getSimpleFileName(options.file));
+    surface->setProperty(property);
+    scene->removeChild(&node);
+    scene->addChild(surface);
+    _wrapped += "; nothing in it is marked as haptic, so all of it is felt";
+}
+
+osg::Matrixd LoadedScene::worldAbove(osg::Node& node)
+{
+    const osg::NodePathList paths = node.getParentalNodePaths();
+    if (paths.empty() || paths.front().size() < 2) return osg::Matrixd();
+    return osg::computeLocalToWorld(osg::NodePath(paths.front().begin(), paths.front().end() - 1));
+}
+
+// Only text files have lines.
+void LoadedScene::readLines()
+{
+    const std::string extension = osgDB::getLowerCaseFileExtension(_file);
+    if (extension != "osgt" && extension != "osgx") return;
+    std::ifstream in(osgDB::findDataFile(_file));
+    const std::string start = extension == "osgt" ? "Name \"" : "<Name attribute=\"&quot;";
+    const std::string end = extension == "osgt" ? "\"" : "&quot;";
+    int number = 1;
+    for (std::string line; std::getline(in, line); ++number)
+        for (std::size_t at = line.find(start); at != std::string::npos; at = line.find(start, at))
+        {
+            at += start.size();
+            const std::size_t stop = line.find(end, at);
+            if (stop != std::string::npos) _names.emplace_back(line.substr(at, stop - at), number);
+        }
+}
+
+CheckedMessage LoadedScene::located(const osgMidair::HapticMessage& message) const
+{
+    CheckedMessage result;
+    result.message = message;
+    const std::string& path = message.path;
+    const std::size_t end =
+        path.empty() || path.back() != '\'' ? std::string::npos : path.size() - 1;
+    if (end == std::string::npos || end == 0) return result;
+    const std::size_t begin = path.rfind('\'', end - 1);
+    if (begin == std::string::npos) return result;
+    const std::string name = path.substr(begin + 1, end - begin - 1);
+    const auto isIt = [&name](const std::pair<std::string, int>& one) { return one.first == name; };
+    if (std::count_if(_names.begin(), _names.end(), isIt) != 1) return result;
+    result.file = _file;
+    result.line = std::find_if(_names.begin(), _names.end(), isIt)->second;
+    return result;
+}
+
+std::vector<CheckedMessage> LoadedScene::notices(const std::vector<CheckedScene>& scenes) const
+{
+    std::vector<CheckedMessage> result;
+    for (std::string line : _keeper->warnings())
+    {
+        const bool isOurs = line.compare(0, kOurs.size(), kOurs) == 0;
+        if (isOurs) line.erase(0, kOurs.size());
+        const bool isTold =
+            std::any_of(scenes.begin(),
+                        scenes.end(),
+                        [&line](const CheckedScene& scene)
+                        {
+                            const auto& told = scene.statistics.told;
+                            return std::any_of(told.begin(),
+                                               told.end(),
+                                               [&line](const osgMidair::HapticMessage& message)
+                                               { return message.text == line; });
+                        });
+        if (isTold) continue;
+        CheckedMessage& kept = result.emplace_back();
+        kept.message.code = isOurs ? "reading" : "osg";
+        kept.message.text = line;
+    }
+    return result;
+}
+
+} // namespace midair::samples

@@ -1,0 +1,75 @@
+#pragma once
+
+#include "samples/check/SceneCheck.h"
+
+#include <osg/Group>
+#include <osg/Notify>
+
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace midair::samples
+{
+
+/// Keeps what OSG and its plugins say, in place of stderr.
+class NoticeKeeper : public osg::NotifyHandler
+{
+public:
+    void notify(osg::NotifySeverity severity, const char* message) override;
+
+    /// What is said while it is paused is dropped.
+    void setPaused(bool isPaused);
+
+    /// Lines with WARN or worse, each once.
+    std::vector<std::string> warnings() const;
+
+private:
+    mutable std::mutex _mutex;
+    std::vector<std::string> _warnings;
+    bool _isPaused = false;
+};
+
+/// A file's scene with all its HapticScenes set to be rehearsed, so that no hardware is opened.
+/// What has none gets one, as a viewer's --device or MODEL.haptic would give it.
+class LoadedScene
+{
+public:
+    struct Scene
+    {
+        osg::ref_ptr<osgMidair::HapticScene> node;
+        osgMidair::HapticSettings asked;
+    };
+
+    /// Throws std::runtime_error if a file can't be read.
+    explicit LoadedScene(const CheckOptions& options);
+    ~LoadedScene();
+
+    osg::Group& root() { return *_root; }
+    const std::vector<Scene>& scenes() const { return _scenes; }
+    const std::string& wrapped() const { return _wrapped; }
+
+    /// Transform from the frame of the node's parent to the world.
+    static osg::Matrixd worldAbove(osg::Node& node);
+
+    /// Returns \a message with the line of the file that names its node, where that is known.
+    CheckedMessage located(const osgMidair::HapticMessage& message) const;
+
+    /// Returns what was said by others than \a scenes.
+    std::vector<CheckedMessage> notices(const std::vector<CheckedScene>& scenes) const;
+
+private:
+    void wrap(const CheckOptions& options, osg::Node& node);
+    void readLines();
+
+    std::string _file;
+    std::string _wrapped;
+    osg::ref_ptr<NoticeKeeper> _keeper;
+    osg::ref_ptr<osg::NotifyHandler> _before;
+    osg::ref_ptr<osg::Group> _root;
+    std::vector<Scene> _scenes;
+    std::vector<std::pair<std::string, int>> _names; ///< names of nodes and their lines
+};
+
+} // namespace midair::samples

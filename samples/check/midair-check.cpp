@@ -1,0 +1,52 @@
+// Says what of a scene file or a model is felt and where, what isn't and why, without a window and
+// without hardware.
+
+#include "samples/check/CheckReport.h"
+
+#include <cstdio>
+#include <exception>
+
+#include <CLI/CLI.hpp>
+
+int main(int argc, char** argv)
+{
+    using namespace midair::samples;
+    constexpr int kUnreadable = 2;
+    CheckOptions options;
+    bool json = false;
+    CLI::App app("midair-check: says what of a scene file or a model is felt, and what isn't and "
+                 "why. It opens no hardware: sim: plays in place of any device but sim: and null:, "
+                 "and of hands only recordings are read.\n"
+                 "Exit code: 0 all is felt as it is asked for, 1 something isn't or was left out, "
+                 "2 the file can't be read or an option is wrong.",
+                 "midair-check");
+    app.add_option(
+           "scene", options.file, "scene or model, as osgviewer reads it (MODEL.haptic too)")
+        ->required();
+    app.add_option(
+        "--device", options.settings, "file of settings, as for osgviewer's --device FILE.haptic");
+    app.add_option("-O,--options", options.options, "options, as for osgviewer's -O");
+    app.add_option("--frames", options.frames, "frames to play, 60 for each second of the scene")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+    app.add_option("--wait", options.wait_s, "longest wait for the field of one frame, s")
+        ->check(CLI::Range(0.001, 3600.0))
+        ->capture_default_str();
+    app.add_flag("--json", json, "print the same as JSON");
+    try
+    {
+        app.parse(argc, argv);
+        const CheckResult result = checkScene(options);
+        std::puts((json ? checkJson(result) : checkText(result)).c_str());
+        return result.exitCode();
+    }
+    catch (const CLI::ParseError& error)
+    {
+        return app.exit(error) == 0 ? 0 : kUnreadable;
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "midair-check: %s\n", error.what());
+        return kUnreadable;
+    }
+}

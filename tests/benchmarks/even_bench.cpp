@@ -1,0 +1,229 @@
+// midair-even-bench: how fast the fields of a cycle are evened out together on one core: the
+// pressure between the points against time. haptics/SOLVER.md quotes it.
+
+#include "engine-bridge/pipeline/HologramPipeline.h"
+#include "haptics/points/FeltPlaces.h"
+#include "haptics/propagation/SurfaceStatistics.h"
+#include "haptics/sequence/EvenedCycle.h"
+#include "haptics/sequence/SequenceComposer.h"
+#include "haptics/surface/ObjReader.h"
+#include "haptics/surface/SurfaceSampler.h"
+#include "tests/benchmarks/Timing.h"
+#include "tests/haptics/sequence/EvenedScenes.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+using namespace midair::haptics;
+using midair::bench::cpu_ms;
+
+namespace
+{
+
+void print(double passed_ms,
+           int passes,
+           const SurfaceStatistics& now,
+           const SurfaceStatistics& before,
+           double longest_ms)
+{
+    std::printf("%8.0f %6d %8.4f %8.3f %8.3f %8.1f %9.2f\n",
+                passed_ms,
+                passes,
+                now.coefficientOfVariation,
+                now.percentile1,
+                now.mean_Pa / before.mean_Pa,
+                now.mean_Pa,
+                longest_ms);
+    std::fflush(stdout);
+}
+
+void run(const EvenedScene& scene, int K, int passes, double loudness)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const Medium medium;
+    const auto felt = [&](const std::vector<Eigen::VectorXcf>& fields)
+    {
+        return statisticsOf(meanRadiationPressure(scene.fine, array, medium, fields),
+                            Eigen::VectorXd());
+    };
+    ComposerOptions options;
+    options.solverOptions.loudness = loudness;
+    midair::base::MessageLog messages;
+    double start_ms = cpu_ms();
+    const FieldSequence cycle =
+        SequenceComposer(options, messages).composeCycle(scene.sets(K), {}, array, medium);
+    const double composed_ms = cpu_ms() - start_ms;
+    start_ms = cpu_ms();
+    const ControlPoints places = scene.places(cycle.points());
+    const double sampled_ms = cpu_ms() - start_ms;
+    std::printf("%s: %d fields of %d points in all, solved for in %.0f ms; %d places, found in "
+                "%.0f ms\n%8s %6s %8s %8s %8s %8s %9s\n",
+                scene.name.c_str(),
+                K,
+                cycle.points().size(),
+                composed_ms,
+                places.size(),
+                sampled_ms,
+                "ms",
+                "passes",
+                "cv",
+                "1 %",
+                "pressure",
+                "Pa",
+                "slice ms");
+    const SurfaceStatistics before = felt(cycle.fields);
+    print(0.0, 0, before, before, 0.0);
+    EvenedCycle evened(passes, 0, options.solverOptions);
+    double passed_ms = 0.0, longest_ms = 0.0;
+    start_ms = cpu_ms();
+    evened.begin(cycle, places, array, medium);
+    while (evened.hasWork())
+    {
+        const double slice_ms = cpu_ms();
+        const auto better = evened.step();
+        longest_ms = std::max(longest_ms, cpu_ms() - slice_ms);
+        if (!better) continue;
+        passed_ms += cpu_ms() - start_ms;
+        print(passed_ms, evened.equalizer().passes(), felt(better->fields), before, longest_ms);
+        start_ms = cpu_ms();
+    }
+    std::printf("\n");
+}
+
+// Evens the same cycle out with other constants, to the end.
+void runConstants(const EvenedScene& scene, int K, int passes)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const Medium medium;
+    midair::base::MessageLog messages;
+    const FieldSequence cycle =
+        SequenceComposer({}, messages).composeCycle(scene.sets(K), {}, array, medium);
+    const auto felt = [&](const std::vector<Eigen::VectorXcf>& fields)
+    {
+        return statisticsOf(meanRadiationPressure(scene.fine, array, medium, fields),
+                            Eigen::VectorXd());
+    };
+    const SurfaceStatistics before = felt(cycle.fields);
+    std::printf("%s, %d fields: cv %.4f before\n%8s %7s %8s %8s %8s %8s %8s\n",
+                scene.name.c_str(),
+                K,
+                before.coefficientOfVariation,
+                "spacing",
+                "raise",
+                "places",
+                "ms",
+                "cv",
+                "1 %",
+                "pressure");
+    const CycleEqualizerOptions usual;
+    std::vector<std::pair<double, double>> cases;
+    for (const double spacing : {0.18, 0.22, 0.25, 0.27, 0.33})
+        cases.emplace_back(spacing, usual.raise);
+    for (const double raise : {1.0, 1.1, 1.3, 1.4, 1.5})
+        cases.emplace_back(kPlaceSpacings.front(), raise);
+    for (const auto& [spacing, raise] : cases)
+    {
+        CycleEqualizerOptions options;
+        options.passes = passes;
+        options.raise = raise;
+        const ControlPoints places = scene.places(cycle.points(), spacing);
+        CycleEqualizer equalizer(options, {});
+        const double start_ms = cpu_ms();
+        equalizer.begin(places, array, medium, cycle.fields);
+        while (equalizer.step())
+            continue;
+        const double passed_ms = cpu_ms() - start_ms;
+        const SurfaceStatistics now = felt(equalizer.fields());
+        std::printf("%8.2f %7.2f %8d %8.0f %8.4f %8.3f %8.3f\n",
+                    spacing,
+                    raise,
+                    places.size(),
+                    passed_ms,
+                    now.coefficientOfVariation,
+                    now.percentile1,
+                    now.mean_Pa / before.mean_Pa);
+        std::fflush(stdout);
+    }
+    std::printf("\n");
+}
+
+// The same in a live pipeline, twice at rest: how long a new snapshot may have to wait.
+void runLive(const EvenedScene& scene, int K, double maxPressure_Pa)
+{
+    midair::bridge::HologramOptions options;
+    options.array = TransducerArray::octagonalPrism();
+    options.cycle = K;
+    options.maxPressure = maxPressure_Pa;
+    midair::bridge::HologramPipeline pipeline(options);
+    midair::bridge::SceneSnapshot snapshot;
+    midair::bridge::HapticObject& object = snapshot.objects.emplace_back();
+    object.id = object.meshId = 1;
+    object.mesh = std::make_shared<TriangleMesh>(scene.mesh);
+    object.properties.spacing_m = scene.spacing_m;
+    std::printf("%s, live%s\n%8s %8s %8s %8s %10s\n",
+                scene.name.c_str(),
+                maxPressure_Pa > 0.0 ? ", under a cap" : "",
+                "rest",
+                "ms",
+                "played",
+                "wait ms",
+                "playing ms");
+    for (const int rest : {1, 2})
+    {
+        object.pose.translation().x() = 1e-3 * rest;
+        pipeline.process(snapshot);
+        const double start_ms = cpu_ms();
+        int played = 0;
+        double wait_ms = 0.0, playing_ms = 0.0;
+        while (pipeline.rest_s() == 0.0)
+        {
+            const double step_ms = cpu_ms();
+            const auto result = pipeline.attend();
+            const double passed_ms = cpu_ms() - step_ms;
+            if (result) ++played;
+            (result ? playing_ms : wait_ms) = std::max(result ? playing_ms : wait_ms, passed_ms);
+        }
+        std::printf(
+            "%8d %8.0f %8d %8.1f %10.1f\n", rest, cpu_ms() - start_ms, played, wait_ms, playing_ms);
+    }
+    std::printf("\n");
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    CLI::App app("How fast the fields of a cycle are evened out, on one core");
+    std::vector<int> cycles{8};
+    int passes = ComposerOptions().even;
+    double loudness = 1.0;
+    app.add_option("--cycle", cycles, "fields in turn");
+    app.add_option("--even", passes, "passes");
+    app.add_option("--loudness", loudness, "of the fields before");
+    bool constants = false;
+    app.add_flag("--constants", constants, "other spacings and goals in place of the time's curve");
+    bool live = false;
+    app.add_flag("--live", live, "steps of a live pipeline in place of the time's curve");
+    CLI11_PARSE(app, argc, argv);
+    std::printf(
+        "cv: coefficient of variation of the mean radiation pressure over the surface, 1 %%:"
+        " its first\npercentile over the mean, pressure: the mean over that before, slice: "
+        "the longest so far\n\n");
+    const std::vector<EvenedScene> scenes{evenedSphere(), evenedStar(MIDAIR_ROOT)};
+    for (const int K : cycles)
+        for (const EvenedScene& scene : scenes)
+            if (constants)
+                runConstants(scene, K, passes);
+            else if (live)
+                for (const double cap_Pa : {0.0, 2000.0})
+                    runLive(scene, K, cap_Pa);
+            else
+                run(scene, K, passes, loudness);
+    return 0;
+}

@@ -1,0 +1,69 @@
+#!/usr/bin/env bash
+# tests/consumer/prefix.sh BUILD: installs everything of that build into a temporary prefix, moves the prefix, and uses it from
+# there: exported names, the tools, arrays beside them, a scene file without OSG_LIBRARY_PATH. Then it uninstalls.
+set -euo pipefail
+build=$(cd "$1" && pwd)
+folder=$(mktemp -d)
+# The build folder keeps one list of what was installed, which is the user's again when this ends.
+mkdir "$folder/lists" "$folder/kept"
+find "$build" -maxdepth 1 -name 'install_manifest*.txt' -exec mv {} "$folder/kept" \;
+trap 'rm -f "$build"/install_manifest*.txt; find "$folder/kept" -type f -exec mv {} "$build" \;; rm -rf "$folder"' EXIT
+fail()
+{
+    echo "$*" >&2
+    exit 1
+}
+unset OSG_LIBRARY_PATH LD_LIBRARY_PATH OSG_MIDAIR_ARRAYS
+export HOME="$folder/home"
+mkdir -p "$HOME"
+
+for component in kit libraries tools; do cmake --install "$build" --component $component --prefix "$folder/first" >/dev/null; done
+mv "$build"/install_manifest*.txt "$folder/lists"
+mv "$folder/first" "$folder/moved"
+prefix=$folder/moved
+library=$(readlink -f "$(find "$prefix" -name libosgMidair.so)")
+
+# What it exports is the kit's own, and has a version in its name.
+exports=$(nm -DC --defined-only "$library")
+others=$(grep -v osgMidair <<<"$exports" || true)
+[ -z "$others" ] || fail "libosgMidair.so exports what isn't the kit's: $others"
+grep -q 'osgMidair::HapticScene::update' <<<"$exports" || fail "HapticScene isn't exported"
+grep -q 'SONAME.*libosgMidair\.so\.[0-9]' <<<"$(readelf -d "$library")" || fail "the SONAME has no version"
+echo "$(wc -l <<<"$exports") names are exported, all of the kit"
+
+# An array beside the moved library that is nowhere else, for the kit and for a program that has the field linked in.
+shared=$prefix/share/osgMidair
+sed 's/"name": *"[^"]*"/"name": "moved"/' "$(find "$shared/arrays" -name '*.json' | sort | head -1)" >"$shared/arrays/moved.json"
+"$prefix/bin/midair-solve" --array moved --sampling vertices "$shared/samples/models/star.obj" --out "$folder/solved" >"$folder/log" 2>&1 ||
+    fail "midair-solve: $(cat "$folder/log")"
+[ -s "$folder/solved/summary.json" ] || fail "midair-solve wrote no summary"
+grep -q 'array.*moved' "$folder/solved/summary.json" || fail "midair-solve took another array: $(head -20 "$folder/solved/summary.json")"
+for tool in midair-calibrate midair-check midair-demo midair-device; do
+    "$prefix/bin/$tool" --help >/dev/null || fail "$tool doesn't start from $prefix"
+done
+
+# The libraries are found where they are now.
+cmake -G Ninja -S "$(dirname "$0")/without-scene" -B "$folder/libraries" -DCMAKE_PREFIX_PATH="$prefix" \
+    -DMIDAIR_SAMPLES="$shared/samples" >"$folder/log" 2>&1 ||
+    fail "the libraries aren't found in the moved prefix: $(cat "$folder/log")"
+
+# A scene file is read by the kit's serializers, found beside the library that the program has linked.
+cmake -G Ninja -S "$(dirname "$0")" -B "$folder/build" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_BUILD_TYPE=Release >/dev/null
+cmake --build "$folder/build" --target reader >/dev/null
+"$folder/build/reader" "$shared/samples/scenes/star.osgt" moved || fail "the scene file isn't read from the moved prefix"
+
+for file in README.md LICENSE SCENES.md; do
+    [ -n "$(find "$prefix/share/doc" -name "$file")" ] || fail "$file isn't installed"
+done
+for file in CMakeLists.txt minimal.cpp hands.cpp own-array.cpp demo/midair-demo.cpp solve/midair-solve.cpp; do
+    [ -f "$shared/samples/$file" ] || fail "the sample $file isn't installed"
+done
+
+# Uninstalling leaves nothing behind.
+mv "$prefix" "$folder/first"
+rm "$folder/first/share/osgMidair/arrays/moved.json"
+sed "s|@CMAKE_BINARY_DIR@|$folder/lists|" "$(dirname "$0")/../../plugin/uninstall.cmake.in" >"$folder/uninstall.cmake"
+for list in "$folder"/lists/install_manifest*.txt; do [ -s "$list" ] || fail "no list of what was installed"; done
+cmake -P "$folder/uninstall.cmake" >/dev/null
+[ ! -e "$folder/first" ] || fail "uninstalling left $(find "$folder/first" | head)"
+echo "uninstalled"

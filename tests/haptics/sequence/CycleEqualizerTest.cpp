@@ -1,0 +1,193 @@
+#include "haptics/sequence/CycleEqualizer.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/propagation/ReferencePropagation.h"
+#include "tests/haptics/solvers/ScenePoints.h"
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace midair::haptics
+{
+namespace
+{
+
+const Eigen::Vector3d kMiddle(0.0, 0.0, 0.12);
+
+std::vector<Eigen::VectorXcf> randomFields(int count, int m, unsigned seed)
+{
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> phase(-3.0f, 3.0f);
+    std::vector<Eigen::VectorXcf> fields;
+    for (int k = 0; k < count; ++k)
+    {
+        Eigen::VectorXcf& q = fields.emplace_back(m);
+        for (std::complex<float>& one : q)
+            one = std::polar(1.0f, phase(random));
+    }
+    return fields;
+}
+
+/// 0.5 at the lower half of a sphere, 1 at the upper.
+ControlPoints halves()
+{
+    ControlPoints places = spherePoints(80, 0.015, kMiddle);
+    for (Eigen::Index l = 0; l < places.targets.size(); ++l)
+        places.targets[l] = places.positions(2, l) < kMiddle.z() ? 0.5 : 1.0;
+    return places;
+}
+
+/// Mean and weighted variation of |p|^2 / a^2, by the formula in double precision.
+std::pair<double, double> measured(const ControlPoints& places,
+                                   const TransducerArray& array,
+                                   const std::vector<Eigen::VectorXcf>& fields)
+{
+    const Eigen::MatrixXcd G = referencePropagationMatrix(places.positions, array, Medium());
+    Eigen::VectorXd square = Eigen::VectorXd::Zero(G.rows());
+    for (const Eigen::VectorXcf& q : fields)
+        square += (G * q.cast<std::complex<double>>()).cwiseAbs2();
+    const Eigen::ArrayXd weight = places.targets.array().square();
+    const Eigen::ArrayXd ratio = square.array() / weight;
+    const double mean = (weight * ratio).sum() / weight.sum();
+    return {mean, std::sqrt((weight * (ratio - mean).square()).sum() / weight.sum()) / mean};
+}
+
+int toTheEnd(CycleEqualizer& equalizer)
+{
+    int slices = 0;
+    while (equalizer.step() && slices < 1000000)
+        ++slices;
+    return slices;
+}
+
+TEST(CycleEqualizer, ReachesTheTargetsRatiosAndTellsHowWell)
+{
+    TransducerArray array = TransducerArray::singleBoard();
+    array.drive.phaseLevels = 0;
+    const ControlPoints places = halves();
+    const std::vector<Eigen::VectorXcf> given = randomFields(4, array.size(), 1);
+    const auto [meanBefore, before] = measured(places, array, given);
+    double last = before;
+    for (const int passes : {1, 5, 40})
+    {
+        CycleEqualizerOptions options;
+        options.passes = passes;
+        CycleEqualizer equalizer(options, {});
+        ASSERT_TRUE(equalizer.begin(places, array, Medium(), given));
+        toTheEnd(equalizer);
+        EXPECT_LE(equalizer.passes(), passes);
+        const auto [mean, variation] = measured(places, array, equalizer.fields());
+        EXPECT_NEAR(equalizer.variation(), variation, 2e-3 + 2e-3 * variation);
+        EXPECT_NEAR(equalizer.gain(), mean / meanBefore, 2e-3 * equalizer.gain());
+        EXPECT_LT(variation, last);
+        last = variation;
+    }
+    EXPECT_LT(last, 0.3 * before);
+}
+
+TEST(CycleEqualizer, DoesNotDependOnTheThreads)
+{
+    const TransducerArray array = TransducerArray::singleBoard();
+    const ControlPoints places = halves();
+    std::vector<std::vector<Eigen::VectorXcf>> found;
+    for (const int threads : {1, 2, 3, 5})
+    {
+        SolverOptions solver;
+        solver.threads = threads;
+        CycleEqualizerOptions options;
+        options.passes = 8;
+        CycleEqualizer equalizer(options, solver);
+        ASSERT_TRUE(equalizer.begin(places, array, Medium(), randomFields(11, array.size(), 2)));
+        toTheEnd(equalizer);
+        found.push_back(equalizer.fields());
+        EXPECT_EQ(found.back(), found.front()) << threads;
+    }
+}
+
+TEST(CycleEqualizer, BeginsAnewWithOtherFieldsAndSizes)
+{
+    const TransducerArray array = TransducerArray::singleBoard();
+    CycleEqualizerOptions options;
+    options.passes = 6;
+    CycleEqualizer used(options, {});
+    ASSERT_TRUE(used.begin(halves(), array, Medium(), randomFields(5, array.size(), 3)));
+    for (int k = 0; k < 17; ++k)
+        used.step();
+    const ControlPoints fewer = spherePoints(50, 0.01, kMiddle);
+    CycleEqualizer fresh(options, {});
+    for (CycleEqualizer* one : {&used, &fresh})
+    {
+        ASSERT_TRUE(one->begin(fewer, array, Medium(), randomFields(3, array.size(), 4)));
+        toTheEnd(*one);
+    }
+    EXPECT_EQ(used.fields(), fresh.fields());
+}
+
+TEST(CycleEqualizer, WhatIsAcceptedIsThereBetweenSlices)
+{
+    TransducerArray array = TransducerArray::singleBoard();
+    array.drive.phaseLevels = 0;
+    const ControlPoints places = halves();
+    CycleEqualizerOptions options;
+    options.passes = 5;
+    CycleEqualizer equalizer(options, {});
+    ASSERT_TRUE(equalizer.begin(places, array, Medium(), randomFields(4, array.size(), 5)));
+    while (equalizer.step())
+    {
+        if (equalizer.passes() == 0) continue;
+        const double variation = measured(places, array, equalizer.fields()).second;
+        ASSERT_NEAR(equalizer.variation(), variation, 2e-3 + 2e-3 * variation);
+    }
+    EXPECT_EQ(equalizer.passes(), 5);
+}
+
+TEST(CycleEqualizer, WherePressureAndEvennessDontGoTogetherPressureStays)
+{
+    // Two fields of few transducers can't be even on so large a surface.
+    TransducerArray array = TransducerArray::singleBoard();
+    const ControlPoints places = spherePoints(600, 0.05, kMiddle);
+    for (const unsigned seed : {6u, 7u, 8u})
+    {
+        CycleEqualizerOptions options;
+        options.passes = 100;
+        CycleEqualizer equalizer(options, {});
+        ASSERT_TRUE(equalizer.begin(places, array, Medium(), randomFields(2, array.size(), seed)));
+        toTheEnd(equalizer);
+        EXPECT_GT(equalizer.gain(), 0.98);
+    }
+}
+
+TEST(CycleEqualizer, AStopIsThrownAndTheWorkGoesOnAfterIt)
+{
+    const TransducerArray array = TransducerArray::singleBoard();
+    base::StopSource source;
+    SolverOptions solver;
+    solver.stop = source.token();
+    CycleEqualizer equalizer({}, solver);
+    ASSERT_TRUE(equalizer.begin(halves(), array, Medium(), randomFields(3, array.size(), 9)));
+    source.request();
+    EXPECT_THROW(equalizer.step(), base::Stopped);
+    EXPECT_TRUE(equalizer.hasWork());
+    source.clear();
+    toTheEnd(equalizer);
+    EXPECT_GT(equalizer.passes(), 3);
+}
+
+TEST(CycleEqualizer, OptionsOutOfRangeAreNamed)
+{
+    CycleEqualizerOptions options;
+    std::string error;
+    options.passes = -1;
+    EXPECT_FALSE(options.isValid(&error));
+    EXPECT_EQ(error, "passes is -1; it must be at least 0");
+    EXPECT_THROW(CycleEqualizer(options, {}), base::InputError);
+    options.passes = 1;
+    options.raise = 0.0;
+    EXPECT_FALSE(options.isValid(&error));
+    EXPECT_EQ(error, "raise is 0; it must be above 0");
+}
+
+} // namespace
+} // namespace midair::haptics

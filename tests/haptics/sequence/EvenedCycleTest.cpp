@@ -1,0 +1,166 @@
+#include "haptics/sequence/EvenedCycle.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/propagation/PressureField.h"
+#include "haptics/propagation/ReferencePropagation.h"
+#include "haptics/propagation/SurfaceStatistics.h"
+#include "haptics/sequence/FieldOrder.h"
+#include "haptics/sequence/SequenceComposer.h"
+#include "tests/haptics/sequence/EvenedScenes.h"
+#include "tests/haptics/solvers/ScenePoints.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace midair::haptics
+{
+namespace
+{
+
+FieldSequence cycleOf(const EvenedScene& scene, int count, const TransducerArray& array)
+{
+    base::MessageLog messages;
+    return SequenceComposer({}, messages).composeCycle(scene.sets(count), {}, array, Medium());
+}
+
+SurfaceStatistics felt(const Eigen::Matrix3Xd& surface,
+                       const TransducerArray& array,
+                       const std::vector<Eigen::VectorXcf>& fields)
+{
+    return statisticsOf(meanRadiationPressure(surface, array, Medium(), fields, 2.0, 2),
+                        Eigen::VectorXd());
+}
+
+/// The bars: how even after how many passes, at what share of the pressure before.
+void expectEven(const EvenedScene& scene, int passes, double variation, double least)
+{
+    SCOPED_TRACE(scene.name);
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const FieldSequence cycle = cycleOf(scene, 8, array);
+    EvenedCycle evened(passes, 0, {});
+    ASSERT_TRUE(evened.begin(cycle, scene.places(cycle.points()), array, Medium()));
+    std::vector<FieldSequence> played{cycle};
+    while (evened.hasWork())
+        if (auto better = evened.step()) played.push_back(std::move(*better));
+    EXPECT_LE(evened.equalizer().passes(), passes);
+    EXPECT_GE(played.size(), 4u);
+    const SurfaceStatistics before = felt(scene.fine, array, cycle.fields);
+    double last = before.coefficientOfVariation;
+    for (std::size_t k = 1; k < played.size(); ++k)
+    {
+        const SurfaceStatistics now = felt(scene.fine, array, played[k].fields);
+        EXPECT_LT(now.coefficientOfVariation, last) << k;
+        EXPECT_GT(now.mean_Pa, 0.97 * before.mean_Pa) << k;
+        last = now.coefficientOfVariation;
+    }
+    const SurfaceStatistics after = felt(scene.fine, array, played.back().fields);
+    EXPECT_LE(after.coefficientOfVariation, variation);
+    EXPECT_GE(after.mean_Pa, least * before.mean_Pa);
+}
+
+TEST(EvenedCycle, TheSphereIsEvenAtNoLessPressure)
+{
+    expectEven(evenedSphere(), 8, 0.11, 1.0);
+    expectEven(evenedSphere(), 25, 0.04, 1.1);
+}
+
+TEST(EvenedCycle, TheStarIsEvenAtNoLessPressure)
+{
+    expectEven(evenedStar(MIDAIR_ROOT), 8, 0.15, 1.0);
+    expectEven(evenedStar(MIDAIR_ROOT), 25, 0.05, 1.1);
+}
+
+TEST(EvenedCycle, EachCycleFollowsTheLastWithoutAJump)
+{
+    const EvenedScene scene = evenedStar(MIDAIR_ROOT);
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const FieldSequence cycle = cycleOf(scene, 4, array);
+    EvenedCycle evened(25, 0, {});
+    ASSERT_TRUE(evened.begin(cycle, scene.places(cycle.points()), array, Medium()));
+    const auto change = [](const Eigen::VectorXcf& from, const Eigen::VectorXcf& to)
+    { return static_cast<double>((to - from).squaredNorm() / to.squaredNorm()); };
+    std::vector<Eigen::VectorXcf> last = cycle.fields;
+    while (evened.hasWork())
+    {
+        const auto better = evened.step();
+        if (!better) continue;
+        const std::vector<Eigen::VectorXcf>& now = better->fields;
+        double ordinary = 0.0; // the largest step within the cycle
+        for (std::size_t k = 0; k < now.size(); ++k)
+            ordinary = std::max(ordinary, change(now[k], now[(k + 1) % now.size()]));
+        for (std::size_t k = 0; k < now.size(); ++k)
+        {
+            // While field k plays, the better cycle may take over, with k or with the next.
+            EXPECT_LT(change(last[k], now[k]), 0.5 * ordinary) << k;
+            EXPECT_LT(change(last[k], now[(k + 1) % now.size()]), 1.1 * ordinary) << k;
+            // The common phase, which nobody feels, stays where it was.
+            EXPECT_LT(std::fabs(std::arg(last[k].dot(now[k]))), 0.2f) << k;
+        }
+        last = now;
+    }
+}
+
+TEST(EvenedCycle, PlaysOnTheDevicesLevelsAtTheGivenAmplitudes)
+{
+    TransducerArray array = TransducerArray::singleBoard();
+    array.drive.phaseLevels = 16;
+    FieldSequence cycle;
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> phase(-3.0f, 3.0f);
+    for (int k = 0; k < 3; ++k)
+    {
+        Eigen::VectorXcf q(array.size());
+        for (Eigen::Index i = 0; i < q.size(); ++i)
+            q[i] = std::polar(i % 3 == 0 ? 0.0f : 0.25f * static_cast<float>(i % 3), phase(random));
+        cycle.fields.push_back(q);
+        cycle.parts.push_back(spherePoints(3, 0.01, {0.0, 0.0, 0.1}));
+    }
+    EvenedCycle evened(10, 0, {});
+    ASSERT_TRUE(evened.begin(cycle, spherePoints(60, 0.01, {0.0, 0.0, 0.1}), array, Medium()));
+    std::optional<FieldSequence> last;
+    while (evened.hasWork())
+        if (auto better = evened.step()) last = std::move(better);
+    ASSERT_TRUE(last);
+    for (std::size_t k = 0; k < 3; ++k)
+        for (Eigen::Index i = 0; i < array.size(); ++i)
+        {
+            const std::complex<float> q = last->fields[k][i];
+            ASSERT_NEAR(std::abs(q), std::abs(cycle.fields[k][i]), 1e-5f);
+            const float level = std::arg(q) * 16.0f / (2.0f * static_cast<float>(M_PI));
+            ASSERT_NEAR(level, std::round(level), 1e-3f);
+        }
+}
+
+TEST(EvenedCycle, HasNothingToDoWithoutPassesOrPlacesOrForFieldsInPa)
+{
+    const TransducerArray array = TransducerArray::singleBoard();
+    const ControlPoints places = spherePoints(60, 0.01, {0.0, 0.0, 0.1});
+    FieldSequence cycle;
+    cycle.fields.assign(2, Eigen::VectorXcf::Ones(array.size()));
+    cycle.parts.assign(2, spherePoints(3, 0.01, {0.0, 0.0, 0.1}));
+    const auto begins = [&](int passes, int steps, const ControlPoints& at)
+    { return EvenedCycle(passes, steps, {}).begin(cycle, at, array, Medium()); };
+    EXPECT_TRUE(begins(5, 0, places));
+    EXPECT_FALSE(begins(0, 0, places));
+    EXPECT_FALSE(begins(5, 0, {}));
+    EXPECT_FALSE(begins(5, 2, places)) << "two fields are no cycle with two steps after each";
+    EXPECT_FALSE(begins(5, 1, places)) << "a single field with a step is no cycle";
+    ControlPoints none = places;
+    none.targets.setZero();
+    EXPECT_FALSE(begins(5, 0, none));
+    cycle.parts[1].absolute = true;
+    EXPECT_FALSE(begins(5, 0, places));
+    cycle.parts[1].absolute = false;
+    cycle.fields.assign(2, Eigen::VectorXcf::Zero(array.size()));
+    EXPECT_FALSE(begins(5, 0, places));
+    EvenedCycle idle(5, 0, {});
+    EXPECT_FALSE(idle.hasWork());
+    EXPECT_FALSE(idle.step());
+    EXPECT_THROW(EvenedCycle(-1, 0, {}), base::InputError);
+}
+
+} // namespace
+} // namespace midair::haptics

@@ -1,0 +1,79 @@
+#pragma once
+
+#include "haptics/array/Medium.h"
+#include "haptics/points/ControlPoints.h"
+#include "haptics/points/FeltPlaces.h"
+#include "haptics/surface/ObjReader.h"
+#include "haptics/surface/SurfaceSampler.h"
+#include "tests/haptics/surface/SampleMeshes.h"
+
+#include <Eigen/Core>
+
+#include <string>
+#include <vector>
+
+namespace midair::haptics
+{
+
+/// A mesh that cycles are evened out on, in the middle of the octagonal prism.
+struct EvenedScene
+{
+    std::string name;
+    TriangleMesh mesh;
+    double spacing_m = 0.0; ///< between the points of one field
+    Eigen::Matrix3Xd fine; ///< places on it where what is felt is measured, a fifth of a wave apart
+
+    std::vector<ControlPoints> sets(int count) const
+    {
+        SamplerOptions sampling;
+        sampling.spacing_m = spacing_m;
+        std::vector<ControlPoints> sets;
+        for (const SurfaceSamples& samples : sampleSurfaceSets(mesh, sampling, count))
+        {
+            ControlPoints& points = sets.emplace_back();
+            points.positions = samples.positions;
+            points.normals = samples.normals;
+            points.targets = Eigen::VectorXd::Ones(samples.size());
+        }
+        return sets;
+    }
+
+    /// \a spacing: in wavelengths.
+    ControlPoints places(const ControlPoints& points, double spacing = kPlaceSpacings.front()) const
+    {
+        SamplerOptions sampling;
+        sampling.spacing_m = spacing * wavelength_m();
+        return feltPlaces(sampleSurface(mesh, sampling).positions, points, kFeltReach * spacing_m);
+    }
+
+    static double wavelength_m() { return Medium().wavelength(40e3); }
+};
+
+inline Eigen::Matrix3Xd finePlaces(const TriangleMesh& mesh)
+{
+    SamplerOptions sampling;
+    sampling.spacing_m = 0.18 * EvenedScene::wavelength_m();
+    sampling.maxPoints = 100000;
+    return sampleSurface(mesh, sampling).positions;
+}
+
+/// The 30 mm sphere with about 100 points a field.
+inline EvenedScene evenedSphere()
+{
+    EvenedScene scene{"sphere of 30 mm", test::sphere(0.03, 5), 9e-3, {}};
+    scene.fine = finePlaces(scene.mesh);
+    return scene;
+}
+
+/// The sample star, 80 mm wide, with points a wavelength apart. \a root: the project's folder.
+inline EvenedScene evenedStar(const std::string& root)
+{
+    EvenedScene scene{"star of 80 mm",
+                      readObj(root + "/samples/models/star.obj").scaledTo(0.08),
+                      EvenedScene::wavelength_m(),
+                      {}};
+    scene.fine = finePlaces(scene.mesh);
+    return scene;
+}
+
+} // namespace midair::haptics

@@ -1,0 +1,151 @@
+#include "tests/plugin/KitTest.h"
+
+#include <osgMidair/FieldSolver>
+#include <osgMidair/HapticField>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+using namespace osgMidair;
+
+namespace
+{
+
+/// Adds up the foci of all points, at a fifth of full drive; or does something wrong.
+class Foci : public FieldSolver
+{
+public:
+    enum Mistake
+    {
+        NONE,
+        NOT_FINITE,
+        TOO_LARGE,
+        THROWS,
+        GIVES_UP
+    };
+    explicit Foci(Mistake mistake) : _mistake(mistake) {}
+
+    bool solve(const Problem& problem, std::complex<float>* q, std::string& error) override
+    {
+        for (unsigned int i = 0; i < problem.transducers; ++i)
+        {
+            std::complex<float> sum;
+            for (unsigned int l = 0; l < problem.points; ++l)
+                sum += std::conj(problem.matrix[l * problem.transducers + i]);
+            q[i] = std::polar(0.2F, std::arg(sum));
+        }
+        if (_mistake == THROWS) throw std::runtime_error("out of ideas");
+        if (_mistake == GIVES_UP) error = "too many points";
+        if (_mistake == NOT_FINITE) q[7] = std::numeric_limits<float>::quiet_NaN();
+        if (_mistake == TOO_LARGE) q[8] = {0.0F, -2.5F};
+        return _mistake != GIVES_UP;
+    }
+
+private:
+    const Mistake _mistake;
+};
+
+FieldSolverFactory maker(Foci::Mistake mistake)
+{
+    return [mistake] { return osg::ref_ptr<FieldSolver>(new Foci(mistake)); };
+}
+
+bool says(const HapticScene& scene, const std::string& part)
+{
+    const auto messages = scene.getStatistics().messages;
+    return std::any_of(messages.begin(),
+                       messages.end(),
+                       [&](const std::string& one) { return one.find(part) != std::string::npos; });
+}
+
+} // namespace
+
+TEST(FieldSolver, ANameHasOneMeaning)
+{
+    std::string error;
+    ASSERT_TRUE(registerSolver("foci-1", maker(Foci::NONE), error)) << error;
+    EXPECT_FALSE(registerSolver("foci-1", maker(Foci::NONE), error));
+    EXPECT_EQ(error, "the name \"foci-1\" is taken");
+    EXPECT_FALSE(registerSolver("gs", maker(Foci::NONE), error));
+    EXPECT_EQ(error, "the name \"gs\" is taken");
+    EXPECT_FALSE(registerSolver("My solver", maker(Foci::NONE), error));
+    EXPECT_EQ(
+        error,
+        "\"My solver\" is no name of a solver; it must have 1 to 32 small letters, digits and "
+        "dashes");
+    EXPECT_FALSE(registerSolver("nothing", {}, error));
+    EXPECT_EQ(error, "the solver \"nothing\" has nothing that makes it");
+}
+
+TEST(FieldSolver, SolvesAScene)
+{
+    std::string error;
+    ASSERT_TRUE(registerSolver("foci-2", maker(Foci::NONE), error)) << error;
+    BoxScene box;
+    box.scene->setSolver("foci-2");
+    HeadlessViewer viewer(box.scene);
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+    const auto field = box.scene->getField();
+    EXPECT_TRUE(field->isPlaying());
+    for (const std::complex<float>& q : field->getActivations())
+        EXPECT_NEAR(std::abs(q), 0.2, 0.004) << "as it was asked for, on a level of the device";
+    double sum_Pa = 0.0;
+    for (const HapticField::ControlPoint& point : field->getPoints())
+        sum_Pa += point.achieved_Pa;
+    const HapticStatistics statistics = box.scene->getStatistics();
+    EXPECT_GT(sum_Pa, 0.0);
+    EXPECT_NEAR(statistics.level_Pa,
+                sum_Pa / static_cast<double>(field->getPoints().size()),
+                1e-3 * statistics.level_Pa);
+    EXPECT_GT(statistics.rms, 0.0);
+    EXPECT_GT(statistics.loudness, 0.0);
+}
+
+TEST(FieldSolver, WhatIsWrongIsRefusedByName)
+{
+    struct Case
+    {
+        const char* name;
+        Foci::Mistake mistake;
+        const char* message;
+    };
+    const Case cases[] = {
+        {"foci-nan",
+         Foci::NOT_FINITE,
+         "solver \"foci-nan\": its activation 7 is nan+0i; it must be finite and of an amplitude "
+         "of "
+         "at most 1"},
+        {"foci-loud",
+         Foci::TOO_LARGE,
+         "solver \"foci-loud\": its activation 8 is 0-2.5i; it must be finite and of an amplitude "
+         "of "
+         "at most 1"},
+        {"foci-throws", Foci::THROWS, "solver \"foci-throws\": it has thrown \"out of ideas\""},
+        {"foci-gives-up", Foci::GIVES_UP, "solver \"foci-gives-up\": too many points"}};
+    for (const Case& one : cases)
+    {
+        std::string error;
+        ASSERT_TRUE(registerSolver(one.name, maker(one.mistake), error)) << error;
+        BoxScene box;
+        box.scene->setSolver(one.name);
+        HeadlessViewer viewer(box.scene);
+        EXPECT_TRUE(viewer.framesUntil([&] { return says(*box.scene, one.message); })) << one.name;
+        EXPECT_FALSE(box.scene->getField()->isPlaying());
+    }
+}
+
+TEST(FieldSolver, AnUnknownNameIsToldWithThoseThatAreKnown)
+{
+    std::string error;
+    ASSERT_TRUE(registerSolver("foci-3", maker(Foci::NONE), error)) << error;
+    BoxScene box;
+    box.scene->setSolver("fici");
+    HeadlessViewer viewer(box.scene);
+    ASSERT_TRUE(viewer.framesUntil(
+        [&] { return says(*box.scene, "unknown solver 'fici'; known are gauss-newton, "); }));
+    EXPECT_TRUE(says(*box.scene, "foci-3"));
+}

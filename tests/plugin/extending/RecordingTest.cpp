@@ -1,0 +1,167 @@
+#include "tests/plugin/KitTest.h"
+
+#include <osgMidair/ArrayDescription>
+#include <osgMidair/HapticField>
+#include <osgMidair/Recording>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+using namespace osgMidair;
+
+namespace
+{
+
+/// The name of a recording, gone at the end.
+struct RecordingFile
+{
+    const std::string path =
+        testing::TempDir() + "midair-recording-" + std::to_string(::getpid()) + ".rec";
+    RecordingFile() { std::filesystem::remove(path); }
+    ~RecordingFile() { std::filesystem::remove(path); }
+};
+
+std::vector<std::complex<float>> drive(unsigned int m, float phase)
+{
+    std::vector<std::complex<float>> q(m);
+    for (unsigned int i = 0; i < m; ++i)
+        q[i] = std::polar(1.0F, phase * static_cast<float>(i));
+    return q;
+}
+
+} // namespace
+
+TEST(Recording, KeepsWhatWasRecorded)
+{
+    const RecordingFile file;
+    std::string error;
+    osg::ref_ptr<Recorder> recorder = Recorder::open(file.path, 9, error);
+    ASSERT_TRUE(recorder) << error;
+    EXPECT_TRUE(recorder->record(drive(9, 0.5F)));
+    EXPECT_FALSE(recorder->record(drive(8, 0.5F))) << "another number of transducers";
+    EXPECT_FALSE(recorder->record(std::vector<std::complex<float>>(9, std::nanf(""))));
+    recorder->silence();
+    EXPECT_FALSE(Recorder::open(file.path, 9, error)) << "it is being recorded";
+    recorder = nullptr;
+
+    const osg::ref_ptr<RecordingReader> reader = RecordingReader::open(file.path, error);
+    ASSERT_TRUE(reader) << error;
+    EXPECT_EQ(reader->getNumTransducers(), 9u);
+    RecordedField field;
+    ASSERT_TRUE(reader->next(field));
+    const auto expected = drive(9, 0.5F);
+    for (std::size_t i = 0; i < 9; ++i)
+        EXPECT_NEAR(std::abs(field.activations[i] - expected[i]), 0.0, M_PI / 256 + 1e-5);
+    const double begun_s = field.time_s;
+    ASSERT_TRUE(reader->next(field));
+    EXPECT_GE(field.time_s, begun_s);
+    EXPECT_EQ(field.activations, std::vector<std::complex<float>>(9));
+    while (reader->next(field))
+        EXPECT_EQ(field.activations, std::vector<std::complex<float>>(9));
+    EXPECT_EQ(reader->getError(), "");
+}
+
+TEST(Recording, AFieldOfASceneIsRecordedAndPlayed)
+{
+    const RecordingFile file;
+    std::vector<std::complex<float>> played;
+    std::string error;
+    {
+        BoxScene box;
+        HeadlessViewer viewer(box.scene);
+        ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+        const osg::ref_ptr<Recorder> recorder = Recorder::open(file.path, 249, error);
+        ASSERT_TRUE(recorder) << error;
+        const auto field = box.scene->getField();
+        ASSERT_TRUE(recorder->record(*field));
+        played = field->getActivations();
+    }
+    PlayerOptions options;
+    options.maxAmplitude = 0.5;
+    options.loop = true;
+    const osg::ref_ptr<Player> player = Player::open(file.path, "null:", error, options);
+    ASSERT_TRUE(player) << error;
+    const auto loudest = [&]
+    {
+        float most = 0.0F;
+        for (const std::complex<float>& q : player->getActivations())
+            most = std::max(most, std::abs(q));
+        return most;
+    };
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (loudest() == 0.0F && std::chrono::steady_clock::now() < end)
+        std::this_thread::yield();
+    EXPECT_LE(loudest(), 0.5F + 1e-5F) << player->getStatus();
+    player->stop();
+    EXPECT_EQ(loudest(), 0.0F);
+}
+
+TEST(Recording, DeadTransducersAreNeverDriven)
+{
+    const RecordingFile file;
+    std::string error;
+    {
+        const osg::ref_ptr<Recorder> recorder = Recorder::open(file.path, 9, error);
+        ASSERT_TRUE(recorder) << error;
+        recorder->record(drive(9, 0.5F));
+        std::this_thread::sleep_for(std::chrono::milliseconds(50)); // in which it is played
+    }
+    ArrayDescription array;
+    array.transducers.resize(9);
+    array.transducers[8].board = 1;
+    array.dead = {7, 2, 7};
+    PlayerOptions options;
+    options.useArray(array);
+    EXPECT_EQ(options.board, (std::vector<int>{0, 0, 0, 0, 0, 0, 0, 0, 1}));
+    options.loop = true;
+    const osg::ref_ptr<Player> player = Player::open(file.path, "null:", error, options);
+    ASSERT_TRUE(player) << error;
+    EXPECT_NE(player->getStatus().find("; 2 dead transducers left out"), std::string::npos)
+        << player->getStatus();
+    std::vector<std::complex<float>> played(9);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (std::abs(played[0]) == 0.0F && std::chrono::steady_clock::now() < end)
+    {
+        std::this_thread::yield();
+        played = player->getActivations();
+    }
+    for (const std::size_t i : {0, 1, 3, 4, 5, 6, 8})
+        EXPECT_GT(std::abs(played[i]), 0.9F) << i;
+    EXPECT_EQ(std::abs(played[2]), 0.0F);
+    EXPECT_EQ(std::abs(played[7]), 0.0F);
+    options.dead = {9};
+    EXPECT_FALSE(Player::open(file.path, "null:", error, options));
+    EXPECT_EQ(error, "transducer 9 is dead, but the recording is for 9, from 0");
+}
+
+TEST(Recording, SaysWhyItDoesNotPlay)
+{
+    const RecordingFile file;
+    std::string error;
+    EXPECT_FALSE(Player::open(file.path, "null:", error));
+    EXPECT_NE(error.find(file.path), std::string::npos) << error;
+    std::ofstream(file.path) << "no recording";
+    EXPECT_FALSE(RecordingReader::open(file.path, error));
+    EXPECT_FALSE(Recorder::open(file.path, 9, error)) << "a file of another kind";
+    EXPECT_EQ(Recorder::open(file.path, 0, error), nullptr);
+    EXPECT_EQ(error.find("transducers is 0; it must be within 1 .. "), 0u) << error;
+    std::filesystem::remove(file.path);
+    {
+        const osg::ref_ptr<Recorder> recorder = Recorder::open(file.path, 9, error);
+        ASSERT_TRUE(recorder);
+        recorder->record(drive(9, 1.0F));
+    }
+    EXPECT_FALSE(Player::open(file.path, "nosuch:", error));
+    EXPECT_EQ(error.find("device \"nosuch:\": unknown kind"), 0u) << error;
+    EXPECT_FALSE(Player::open(file.path, "play:x", error));
+    EXPECT_FALSE(Player::open(file.path, "null:?max-pressure=500", error));
+    EXPECT_NE(error.find("max-pressure can't be held"), std::string::npos) << error;
+    PlayerOptions options;
+    options.speed = 0.0;
+    EXPECT_FALSE(Player::open(file.path, "null:", error, options));
+    EXPECT_EQ(error, "speed is 0; it must be within 0.001 .. 1000");
+}

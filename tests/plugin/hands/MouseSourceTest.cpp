@@ -1,0 +1,49 @@
+#include "tests/plugin/KitTest.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+using namespace osgMidair;
+
+TEST(HandsByMouse, FollowTheMouseOfTheViewThatShowsTheScene)
+{
+    BoxScene box;
+    box.scene->setHands("mouse:");
+    HeadlessViewer viewer(box.scene);
+    viewer.viewer.getCamera()->setViewMatrixAsLookAt(
+        osg::Vec3d(0, -0.5, 0), osg::Vec3d(0, 0, 0), osg::Vec3d(0, 0, 1));
+    viewer.viewer.getCamera()->setProjectionMatrixAsPerspective(30.0, 1.0, 0.01, 2.0);
+    viewer.frames(3);
+    EXPECT_EQ(box.scene->getStatistics().hands, 0); // the mouse has not moved yet
+    viewer.viewer.getEventQueue()->mouseMotion(32.0F, 32.0F);
+    viewer.frames(3);
+    EXPECT_EQ(box.scene->getStatistics().hands, 1);
+    viewer.viewer.getEventQueue()->keyPress('t');
+    viewer.frames(3);
+    EXPECT_EQ(box.scene->getStatistics().hands, 0);
+    box.scene->setHands("none");
+    viewer.viewer.getEventQueue()->mouseMotion(30.0F, 30.0F);
+    viewer.frames(3); // the handler in the view has nothing to do any more
+    EXPECT_EQ(box.scene->getStatistics().hands, 0);
+}
+
+TEST(HandsByMouse, SayOnceThatThereIsNoViewer)
+{
+    BoxScene box;
+    box.scene->setHands("mouse:");
+    for (unsigned int frame = 0; frame < 200; ++frame)
+        box.scene->update(nullptr);
+    const std::vector<HapticMessage> told = box.scene->getStatistics().told;
+    const auto found =
+        std::find_if(told.begin(),
+                     told.end(),
+                     [](const HapticMessage& message) { return message.code == "hands.source"; });
+    ASSERT_NE(found, told.end());
+    EXPECT_EQ(found->text,
+              "hand source \"mouse:\": there is no viewer whose mouse it can follow, so there is "
+              "no hand");
+    EXPECT_EQ(found->count, 1u);
+}

@@ -1,0 +1,148 @@
+#include "samples/views/Offscreen.h"
+#include "tests/plugin/KitTest.h"
+
+#include <osgMidair/HapticOverlays>
+#include <osgMidair/Hud>
+
+#include <gtest/gtest.h>
+
+using namespace osgMidair;
+namespace samples = midair::samples;
+
+namespace
+{
+
+constexpr int kWidth = 640;
+constexpr int kHeight = 480;
+
+/// A scene that plays, seen off screen from far away: of all but the overlays' letters nothing is
+/// drawn on white.
+class SceneView
+{
+public:
+    SceneView() : overlays(new HapticOverlays), _grabber(new samples::FrameGrabber)
+    {
+        overlays->setShowAll(false);
+        overlays->getHud()->setUpdateInterval(0.0);
+        overlays->getHud()->setKeyTime(0.0);
+        box.scene->addChild(overlays);
+        able = samples::setUpOffscreen(viewer, kWidth, kHeight, 30.0, &problem);
+        if (!able) return;
+        viewer.getCamera()->setClearColor({1.0F, 1.0F, 1.0F, 1.0F});
+        viewer.getCamera()->setViewMatrixAsLookAt(
+            {0.0, 0.0, 900.0}, {0.0, 0.0, 901.0}, {0.0, 1.0, 0.0});
+        viewer.getCamera()->setFinalDrawCallback(_grabber);
+        viewer.setSceneData(box.scene);
+    }
+
+    void frame()
+    {
+        _time_s += 0.1;
+        viewer.frame(_time_s);
+    }
+    bool framesUntil(ArrayState state)
+    {
+        for (int i = 0; i < 5000 && box.scene->getStatistics().state != state; ++i)
+        {
+            frame();
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        }
+        frame();
+        return box.scene->getStatistics().state == state;
+    }
+    void press(int key)
+    {
+        viewer.getEventQueue()->keyPress(key);
+        frame();
+    }
+    /// Number of pixels in the upper or the lower half of a picture that are not white.
+    int drawn(bool upper)
+    {
+        frame();
+        _grabber->request();
+        frame();
+        int count = 0;
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x)
+                if ((y >= kHeight / 2) == upper && _grabber->image()->data(x, y)[1] < 250) ++count;
+        return count;
+    }
+    void wait(double time_s) { _time_s += time_s; }
+
+    BoxScene box;
+    osgViewer::Viewer viewer;
+    osg::ref_ptr<HapticOverlays> overlays;
+    bool able = false;
+    std::string problem;
+
+private:
+    osg::ref_ptr<samples::FrameGrabber> _grabber;
+    double _time_s = 0.0;
+};
+
+using Keys = osgGA::GUIEventAdapter;
+
+} // namespace
+
+TEST(Hud, MutedIsSeenWhateverIsHidden)
+{
+    SceneView view;
+    if (!view.able) GTEST_SKIP() << view.problem;
+    ASSERT_TRUE(view.framesUntil(ArrayState::PLAYING));
+    EXPECT_EQ(view.drawn(true), 0);
+    EXPECT_EQ(view.drawn(false), 0);
+    view.press(Keys::KEY_F8);
+    EXPECT_GT(view.drawn(true), kWidth * kHeight / 40) << "in large letters, in the next frame";
+    view.press(Keys::KEY_F8);
+    EXPECT_EQ(view.drawn(true), 0);
+}
+
+TEST(Hud, CappedIsSaidWithTheFigures)
+{
+    SceneView view;
+    if (!view.able) GTEST_SKIP() << view.problem;
+    view.box.surface->setPressureUnit(HapticProperty::PASCAL);
+    view.box.surface->setPressure(2000.0);
+    view.box.scene->setMaxPressure(400.0);
+    ASSERT_TRUE(view.framesUntil(ArrayState::PLAYING));
+    EXPECT_LT(view.box.scene->getStatistics().capFactor, 1.0);
+    EXPECT_EQ(view.drawn(true), 0);
+    view.overlays->setShowFigures(true);
+    EXPECT_GT(view.drawn(true), kWidth * kHeight / 40);
+    EXPECT_GT(view.drawn(false), kWidth * kHeight / 40);
+}
+
+TEST(Hud, PlainOnesDrawNothingButMuted)
+{
+    SceneView view;
+    if (!view.able) GTEST_SKIP() << view.problem;
+    view.overlays->setShowAll(true);
+    EXPECT_TRUE(view.overlays->setNumber("plain", 1.0));
+    EXPECT_TRUE(view.overlays->getHud()->getPlain());
+    view.overlays->getHud()->setKeyTime(1e3);
+    ASSERT_TRUE(view.framesUntil(ArrayState::PLAYING));
+    EXPECT_EQ(view.drawn(true) + view.drawn(false), 0);
+    view.press(Keys::KEY_F7); // hides nothing, as nothing is seen
+    EXPECT_TRUE(view.overlays->getShowArray());
+    EXPECT_EQ(view.drawn(true) + view.drawn(false), 0);
+    view.press(Keys::KEY_F8);
+    EXPECT_GT(view.drawn(true), kWidth * kHeight / 40);
+    EXPECT_EQ(view.drawn(false), 0);
+}
+
+TEST(Hud, KeysAreListedAtTheStartAndAfterOneOfThem)
+{
+    SceneView view;
+    if (!view.able) GTEST_SKIP() << view.problem;
+    view.overlays->getHud()->setKeyTime(8.0);
+    ASSERT_TRUE(view.framesUntil(ArrayState::PLAYING));
+    view.wait(9.0);
+    EXPECT_EQ(view.drawn(true), 0);
+    view.press(Keys::KEY_F10); // hands, of which there are none
+    EXPECT_GT(view.drawn(true), 2000);
+    view.wait(9.0);
+    EXPECT_EQ(view.drawn(true), 0);
+    view.overlays->getHud()->setKeyTime(0.0);
+    view.press(Keys::KEY_F10);
+    EXPECT_EQ(view.drawn(true), 0);
+}

@@ -1,0 +1,193 @@
+// Runs the built program as a user would, on the scenes of the gallery and on scenes with faults.
+
+#include "tests/samples/Shell.h"
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace
+{
+
+const std::string kProgram = MIDAIR_BIN "/midair-check";
+const std::string kScenes = MIDAIR_ROOT "/samples/scenes/";
+
+/// Runs midair-check with an environment of no grants.
+Outcome check(const std::string& arguments, const std::string& variables = "")
+{
+    return shell("env OSG_MIDAIR_GRANTS= XDG_CONFIG_HOME=/nonexistent " + variables + " " +
+                 kProgram + " " + arguments);
+}
+
+std::string sceneFile(const std::string& name, const std::string& text)
+{
+    const std::string path = testing::TempDir() + "midair-check-" + name + ".osgt";
+    std::ofstream(path) << "#Ascii Scene\n#Version 161\n#Generator OpenSceneGraph 3.6.5\n" << text;
+    return path;
+}
+
+/// A ball named "ball" below a HapticScene with \a settings, the ball's own properties \a of.
+std::string ballScene(const std::string& settings, const std::string& of, double x = 0.0)
+{
+    return "osgMidair::HapticScene { UniqueID 1 Name \"test\" Children 1 {\n"
+           "  osgMidair::HapticSurface { UniqueID 2\n    Name \"ball\" Children 1 {\n"
+           "    osg::ShapeDrawable { UniqueID 3 Shape TRUE { osg::Sphere { UniqueID 4 Center " +
+           std::to_string(x) + " 0 0 Radius 0.01 } } }\n  } FormatVersion 2 " + of +
+           " }\n} FormatVersion 5 " + settings + " }\n";
+}
+
+nlohmann::json
+checkedJson(const std::string& arguments, int code, const std::string& variables = "")
+{
+    const Outcome outcome = check(arguments + " --json --frames 2", variables);
+    EXPECT_EQ(outcome.code, code) << outcome.output;
+    const nlohmann::json json = nlohmann::json::parse(outcome.output, nullptr, false);
+    EXPECT_FALSE(json.is_discarded()) << outcome.output;
+    return json;
+}
+
+bool hasMessage(const nlohmann::json& messages, const std::string& code)
+{
+    for (const nlohmann::json& message : messages)
+        if (message["code"] == code) return true;
+    return false;
+}
+
+} // namespace
+
+TEST(MidairCheck, TheGalleryIsFeltAsItAsksFor)
+{
+    int scenes = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(kScenes))
+    {
+        if (entry.path().extension() != ".osgt") continue;
+        ++scenes;
+        const Outcome outcome = check(entry.path().string());
+        EXPECT_EQ(outcome.code, 0) << outcome.output;
+        EXPECT_EQ(outcome.output.find(entry.path().string() + ": is felt as it asks for\n"), 0u)
+            << outcome.output;
+        EXPECT_LT(std::filesystem::file_size(entry.path()), 2000u) << "the gallery's are small";
+    }
+    EXPECT_GE(scenes, 9);
+}
+
+TEST(MidairCheck, SaysWhatIsFeltAndWhere)
+{
+    const std::string file =
+        sceneFile("felt", ballScene("Array \"octagon\"", "Pressure 500 PressureUnit PASCAL", 0.02));
+    const nlohmann::json json = checkedJson(file, 0);
+    ASSERT_EQ(json["scenes"].size(), 1u);
+    const nlohmann::json& scene = json["scenes"][0];
+    EXPECT_EQ(scene["array"]["transducers"], 3984);
+    EXPECT_EQ(scene["state"], "playing");
+    ASSERT_EQ(scene["objects"].size(), 1u);
+    const nlohmann::json& ball = scene["objects"][0];
+    EXPECT_EQ(ball["path"], "HapticScene 'test'/HapticSurface 'ball'");
+    EXPECT_GT(ball["points"], 5);
+    EXPECT_EQ(ball["feltFrames"], 2);
+    EXPECT_NEAR(ball["played_Pa"]["mean"], 500.0, 5.0);
+    EXPECT_NEAR(ball["centre_m"][0], 0.02, 0.003);
+    EXPECT_NEAR(ball["size_m"][2], 0.02, 0.004);
+}
+
+TEST(MidairCheck, OpensNoDeviceWhateverTheUserGrants)
+{
+    const std::string file = sceneFile("usb", ballScene("Array \"octagon\" Device \"usb:\"", ""));
+    nlohmann::json json = checkedJson(file, 1);
+    EXPECT_EQ(json["scenes"][0]["device"]["asked"], "usb:");
+    EXPECT_EQ(json["scenes"][0]["device"]["granted"], "sim:");
+    EXPECT_TRUE(hasMessage(json["scenes"][0]["messages"], "grants.refused"));
+    const std::string recording = testing::TempDir() + "midair-check-must-not-be.bin";
+    std::filesystem::remove(recording);
+    json = checkedJson(file, 0, "OSG_MIDAIR_DEVICE=record:" + recording);
+    EXPECT_EQ(json["scenes"][0]["device"]["granted"], "record:" + recording);
+    EXPECT_EQ(json["scenes"][0]["deviceStatus"].get<std::string>().find("sim:"), 0u);
+    EXPECT_FALSE(std::filesystem::exists(recording));
+    json = checkedJson("-O \"hands=openxr:\" " + file, 1);
+    EXPECT_EQ(json["scenes"][0]["hands"]["granted"], "openxr:");
+    EXPECT_FALSE(hasMessage(json["scenes"][0]["messages"], "hands.source"));
+}
+
+TEST(MidairCheck, EndsWithOneWhereSomethingIsNotFeltAsAskedFor)
+{
+    const std::string array = "Array \"octagon\" ";
+    nlohmann::json json = checkedJson(sceneFile("far", ballScene(array, "", 30.0)), 1);
+    EXPECT_TRUE(json["scenes"][0]["objects"][0]["unreachable"]);
+    EXPECT_TRUE(hasMessage(json["scenes"][0]["messages"], "object.unreachable"));
+    json = checkedJson(
+        sceneFile("capped",
+                  ballScene(array + "MaxPressure 200", "Pressure 500 PressureUnit PASCAL")),
+        1);
+    EXPECT_EQ(json["scenes"][0]["maxPressure_Pa"], 200.0);
+    EXPECT_LT(json["scenes"][0]["objects"][0]["share"]["mean"], 0.5);
+    EXPECT_EQ(json["scenes"][0]["objects"][0]["faults"].size(), 1u);
+    json = checkedJson(sceneFile("silenced", ballScene(array + "MaxPressure -8", "")), 1);
+    EXPECT_TRUE(hasMessage(json["scenes"][0]["messages"], "settings.silenced"));
+    json =
+        checkedJson(sceneFile("strong", ballScene(array, "Pressure 90000 PressureUnit PASCAL")), 1);
+    EXPECT_LT(json["scenes"][0]["objects"][0]["share"]["mean"], 0.9);
+}
+
+TEST(MidairCheck, SaysInWhichLineOfTheFileANodeIs)
+{
+    const std::string file = sceneFile("line", ballScene("Array \"octagon\"", "Spacing 7"));
+    const Outcome outcome = check(file + " --frames 1");
+    EXPECT_EQ(outcome.code, 1) << outcome.output;
+    EXPECT_NE(outcome.output.find("warning property.invalid: HapticScene 'test'/HapticSurface "
+                                  "'ball': spacing is 7"),
+              std::string::npos)
+        << outcome.output;
+    EXPECT_NE(outcome.output.find("[" + file + ":6]"), std::string::npos) << outcome.output;
+}
+
+TEST(MidairCheck, NamesATextAsOneWhichIsNotFelt)
+{
+    const std::string file = sceneFile(
+        "text",
+        "osgMidair::HapticScene { UniqueID 1 Children 1 {\n"
+        "  osgMidair::HapticSurface { UniqueID 2 Name \"label\" Children 2 {\n"
+        "    osgText::Text { UniqueID 3 Name \"words\" Text TRUE { 72 105 } }\n"
+        "    osg::ShapeDrawable { UniqueID 4 Shape TRUE { osg::Box { UniqueID 5\n"
+        "      HalfLengths 0.01 0.01 0.01 } } }\n  } }\n} FormatVersion 5 Array \"octagon\" }\n");
+    const Outcome outcome = check(file + " --frames 2");
+    EXPECT_EQ(outcome.code, 1) << outcome.output;
+    EXPECT_NE(
+        outcome.output.find("warning object.geometry: HapticScene/HapticSurface 'label': Text "
+                            "'words' is text, which can't be felt"),
+        std::string::npos)
+        << outcome.output;
+}
+
+TEST(MidairCheck, PlaysModelsAndSettings)
+{
+    const std::string star = MIDAIR_ROOT "/samples/models/star.obj";
+    nlohmann::json json = checkedJson(star, 0);
+    EXPECT_NE(json["wrapped"].get<std::string>().find("so all of it is felt"), std::string::npos);
+    EXPECT_EQ(json["scenes"][0]["objects"][0]["name"], "star.obj");
+    json = checkedJson(star + ".haptic -O \"size=0.06\"", 0);
+    EXPECT_EQ(json["wrapped"], "");
+    EXPECT_NEAR(json["scenes"][0]["objects"][0]["size_m"][0], 0.06, 1e-3);
+    const std::string settings = testing::TempDir() + "midair-check.haptic";
+    std::ofstream(settings) << "maxPressure = 300\npressure = 20 Pa\ndevice = usb:\n";
+    json = checkedJson("--device " + settings + " " + star, 0);
+    EXPECT_EQ(json["scenes"][0]["device"]["granted"], "usb:"); // the user names it
+    EXPECT_EQ(json["scenes"][0]["deviceStatus"].get<std::string>().find("sim:"), 0u);
+    EXPECT_EQ(json["scenes"][0]["maxPressure_Pa"], 300.0);
+    EXPECT_EQ(json["scenes"][0]["objects"][0]["asked"]["unit"], "Pa");
+}
+
+TEST(MidairCheck, EndsWithTwoWhereNothingCanBeRead)
+{
+    Outcome outcome = check("/nonexistent.osgt");
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_EQ(outcome.output.find("midair-check: can't read \"/nonexistent.osgt\": "), 0u)
+        << outcome.output;
+    EXPECT_EQ(check("").code, 2);
+    EXPECT_EQ(check("--frames 0 x.osgt").code, 2);
+    outcome = check("--help");
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_NE(outcome.output.find("--json"), std::string::npos);
+}
