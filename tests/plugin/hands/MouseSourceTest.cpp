@@ -18,16 +18,44 @@ TEST(HandsByMouse, FollowTheMouseOfTheViewThatShowsTheScene)
     viewer.viewer.getCamera()->setProjectionMatrixAsPerspective(30.0, 1.0, 0.01, 2.0);
     viewer.frames(3);
     EXPECT_EQ(box.scene->getStatistics().hands, 0); // the mouse has not moved yet
-    viewer.viewer.getEventQueue()->mouseMotion(32.0F, 32.0F);
+    viewer.viewer.getEventQueue()->mouseMotion(0.0F, 0.0F);
     viewer.frames(3);
     EXPECT_EQ(box.scene->getStatistics().hands, 1);
     viewer.viewer.getEventQueue()->keyPress('t');
     viewer.frames(3);
     EXPECT_EQ(box.scene->getStatistics().hands, 0);
     box.scene->setHands("none");
-    viewer.viewer.getEventQueue()->mouseMotion(30.0F, 30.0F);
+    viewer.viewer.getEventQueue()->mouseMotion(0.1F, 0.1F);
     viewer.frames(3); // the handler in the view has nothing to do any more
     EXPECT_EQ(box.scene->getStatistics().hands, 0);
+}
+
+TEST(HandsByMouse, TouchWhatIsUnderTheMouse)
+{
+    BoxScene box; // 0.15 m over the board, where the camera looks
+    box.surface->setTouchEvents(true);
+    box.scene->setHands("mouse:");
+    HeadlessViewer viewer(box.scene);
+    viewer.viewer.getCamera()->setViewMatrixAsLookAt(
+        osg::Vec3d(0, -0.5, 0.15), osg::Vec3d(0, 0, 0.15), osg::Vec3d(0, 0, 1));
+    viewer.viewer.getCamera()->setProjectionMatrixAsPerspective(30.0, 1.0, 0.01, 2.0);
+    viewer.frames(3);
+    EXPECT_TRUE(box.scene->getTouches().empty());
+    // The viewer's own queue knows no window: its places go from -1 to 1.
+    viewer.viewer.getEventQueue()->mouseMotion(0.0F, 0.0F);
+    viewer.frames(3);
+    const std::vector<Touch> touches = box.scene->getTouches();
+    ASSERT_FALSE(touches.empty());
+    EXPECT_EQ(touches[0].path, "HapticScene/MatrixTransform/HapticSurface 'box'");
+    EXPECT_TRUE(std::any_of(touches.begin(),
+                            touches.end(),
+                            [](const Touch& touch) { return touch.finger == Touch::INDEX; }));
+    // 0.5 m away the picture is 0.27 m wide, so its edge is 0.13 m from the box's middle.
+    viewer.viewer.getEventQueue()->mouseMotion(1.0F, 0.0F);
+    viewer.frames(3);
+    EXPECT_EQ(box.scene->getStatistics().hands, 1);
+    for (const Touch& touch : box.scene->getTouches())
+        EXPECT_NE(touch.finger, Touch::INDEX);
 }
 
 TEST(HandsByMouse, SayOnceThatThereIsNoViewer)
