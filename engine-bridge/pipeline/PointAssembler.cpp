@@ -15,8 +15,6 @@ namespace
 
 /// Least distance of given points from those of other objects; nearer ones count as the same.
 constexpr double kGivenSpacing_m = 1e-6;
-/// Objects this many times as wide as the array are probably in other units.
-constexpr double kWide = 10.0;
 
 /// Largest distance that any of \a corners travels from pose \a a to pose \a b.
 double travel(const Eigen::Matrix<double, 3, 8>& corners,
@@ -37,27 +35,6 @@ std::uint64_t firstIdentity(std::uint64_t object, std::uint64_t sampling)
     mixed = (mixed ^ (mixed >> 27)) * 0x94d049bb133111ebull;
     return mixed ^ (mixed >> 31);
 }
-
-/// Objects that one thing is said of: one message, however many they are.
-class Alike
-{
-public:
-    void add(const std::string& path)
-    {
-        if (_count++ == 0) _first = path;
-    }
-    void tell(base::MessageCode code, const std::string& what, base::MessageLog& messages) const
-    {
-        if (_count == 0) return;
-        const std::string more =
-            _count > 1 ? fmt::format("; so it is with {} more", _count - 1) : "";
-        messages.say(base::about(code, _first, what + more));
-    }
-
-private:
-    std::size_t _count = 0;
-    std::string _first; // path
-};
 
 haptics::SelectorOptions selectorOptions(const PointAssembler::Options& options)
 {
@@ -102,24 +79,6 @@ void PointAssembler::setStop(const base::StopToken& stop)
     _samples.setStop(stop);
 }
 
-bool PointAssembler::usable(const HapticObject& object)
-{
-    auto refuse = [this, &object](const std::string& why)
-    {
-        _messages.say(base::about(
-            base::MessageCode::OBJECT_INVALID, object.path, why + "; it can't be felt"));
-        return false;
-    };
-    const HapticProperties& p = object.properties;
-    if (!object.mesh || object.mesh->triangles.cols() == 0) return refuse("has no triangles");
-    if (!object.pose.matrix().allFinite()) return refuse("its pose is not finite");
-    if (!(p.pressure > 0.0) || !std::isfinite(p.pressure))
-        return refuse(fmt::format("pressure is {:g}, should be over 0", p.pressure));
-    if (!(p.spacing_m >= 0.0) || !std::isfinite(p.spacing_m))
-        return refuse(fmt::format("spacing is {:g} m, should be at least 0", p.spacing_m));
-    return true;
-}
-
 bool PointAssembler::unmoved(const SceneSnapshot& snapshot)
 {
     if (!_assembled || snapshot.objects.size() != _placed.size()) return false;
@@ -148,26 +107,6 @@ bool PointAssembler::withinReach(const HapticObject& object) const
     return nearest - radius <= _workspace.reach_m();
 }
 
-// Models in millimetres or centimetres are common, and nothing of them that is felt says so.
-void PointAssembler::hintAtUnits(const HapticObject& object, double metresPerUnit)
-{
-    const auto widthOf = [](const Eigen::Matrix3Xd& places)
-    { return (places.rowwise().maxCoeff() - places.rowwise().minCoeff()).maxCoeff(); };
-    const double width_m = widthOf(object.mesh->vertices);
-    const double array_m = widthOf(_transducers);
-    if (!(width_m > kWide * array_m) || !std::isfinite(width_m) || !(array_m > 0.0)) return;
-    // A power of ten with which it is no wider than the array.
-    const double factor = std::pow(10.0, std::floor(std::log10(array_m / width_m) + 1e-9));
-    _messages.say(base::about(base::MessageCode::OBJECT_UNITS,
-                              object.path,
-                              fmt::format("is {:.3g} m wide, the array {:.3g} m: should "
-                                          "metresPerUnit be {:g}, not {:g}?",
-                                          width_m,
-                                          array_m,
-                                          metresPerUnit * factor,
-                                          metresPerUnit)));
-}
-
 AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
 {
     AssembledPoints out;
@@ -181,7 +120,9 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
     _placed.clear();
     _posed.clear();
     _candidates = 0;
-    Alike unreachable;
+    _states.begin();
+    _large.clear();
+    _felt.clear();
     out.objects.resize(snapshot.objects.size());
     for (std::size_t i = 0; i < snapshot.objects.size(); ++i)
     {
@@ -193,10 +134,10 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
         placed.properties = p;
         placed.pose = object.pose;
         if (!usable(object)) continue;
-        hintAtUnits(object, snapshot.metresPerUnit);
+        tellIfLarge(object, snapshot.metresPerUnit);
         if (!withinReach(object))
         {
-            unreachable.add(object.path);
+            _large.erase(object.touchId()); // it isn't its size that matters there
             ++out.outOfWorkspace;
             out.objects[i].isUnreachable = true;
             placed.corners = boxCorners(object.mesh->vertices);
@@ -207,10 +148,9 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
         add(object, static_cast<int>(i), unit_Pa, set, placed);
     }
     _samples.endSnapshot();
-    unreachable.tell(base::MessageCode::OBJECT_UNREACHABLE,
-                     "is out of the array's reach; it can't be felt there",
-                     _messages);
     select(snapshot, out);
+    tellUnreachable(snapshot, out);
+    _states.end();
     out.points.absolute = absolute;
     _assembled = true;
     return out;
@@ -225,8 +165,10 @@ void PointAssembler::add(
     placed.corners = cached.corners;
     if (!cached.error.empty())
     {
-        _messages.say(base::about(
-            base::MessageCode::OBJECT_INVALID, object.path, cached.error + "; it can't be felt"));
+        // Of what is too large this is no other cause.
+        if (_large.count(object.touchId()) == 0)
+            tellOnce(
+                base::MessageCode::OBJECT_INVALID, object, cached.error + "; it can't be felt");
         return;
     }
     const haptics::SurfaceSamples& samples =
@@ -234,12 +176,13 @@ void PointAssembler::add(
     _candidates += samples.size();
     if (_candidates > base::kMostCandidates)
     {
-        _messages.say(base::about(base::MessageCode::POINTS_BUDGET,
-                                  object.path,
-                                  fmt::format("with its {} samples the scene's objects have more "
-                                              "than {} together; it can't be felt",
-                                              samples.size(),
-                                              base::kMostCandidates)));
+        if (_large.count(object.touchId()) == 0)
+            tellOnce(base::MessageCode::POINTS_BUDGET,
+                     object,
+                     fmt::format("with its {} samples the scene's objects have more than {} "
+                                 "together; it can't be felt",
+                                 samples.size(),
+                                 base::kMostCandidates));
         _candidates -= samples.size();
         return;
     }
@@ -286,20 +229,9 @@ void PointAssembler::select(const SceneSnapshot& snapshot, AssembledPoints& out)
     out.crowded = static_cast<std::uint64_t>(report.spacedOut + report.crowdThinned +
                                              report.crowdMerged + report.crowdDropped);
     out.unpainted = static_cast<std::uint64_t>(report.noTarget);
-    if (report.overBudget > 0)
-        _messages.say(
-            {base::MessageCode::POINTS_BUDGET,
-             fmt::format("more points than the budget of {}; objects of lower priority get fewer",
-                         _selector.maxPoints)});
-    Alike unfelt;
     for (std::size_t i = 0; i < _posed.size(); ++i)
         out.objects[static_cast<std::size_t>(_posed[i].object)].leftOut = report.leftOut[i];
-    for (std::size_t i = 0; i < _posed.size(); ++i)
-        if (_posed[i].positions.cols() > 0 && report.perObject[i] == 0)
-            unfelt.add(snapshot.objects[static_cast<std::size_t>(_posed[i].object)].path);
-    unfelt.tell(base::MessageCode::OBJECT_UNFELT,
-                "none of its points can be felt where it is (" + report.summary() + ")",
-                _messages);
+    tellLeftOut(snapshot, report);
 
     Eigen::Index candidates = 0;
     for (const auto& posed : _posed)

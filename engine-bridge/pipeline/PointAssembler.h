@@ -3,6 +3,7 @@
 #include "engine-bridge/pipeline/SampleCache.h"
 #include "engine-bridge/pipeline/SceneSnapshot.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/base/text/LastingStates.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/points/ControlPointSelector.h"
 #include "haptics/points/ControlPoints.h"
@@ -10,6 +11,8 @@
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <set>
+#include <string>
 #include <vector>
 
 namespace midair::bridge
@@ -93,7 +96,11 @@ private:
     };
 
     bool usable(const HapticObject& object);
-    void hintAtUnits(const HapticObject& object, double metresPerUnit);
+    void tellOnce(base::MessageCode code, const HapticObject& object, const std::string& what);
+    void tellIfLarge(const HapticObject& object, double metresPerUnit);
+    std::string fittingSize(const HapticObject& object, double width_m) const;
+    void tellUnreachable(const SceneSnapshot& snapshot, const AssembledPoints& out);
+    void tellLeftOut(const SceneSnapshot& snapshot, const haptics::SelectionReport& report);
     bool withinReach(const HapticObject& object) const;
     void add(const HapticObject& object, int index, double unit_Pa, int set, Placed& placed);
     void keepSide(Side side, haptics::PosedObject& posed) const;
@@ -108,7 +115,10 @@ private:
     SampleCache _samples;
     std::vector<Placed> _placed;
     std::vector<haptics::PosedObject> _posed;
-    Eigen::Index _candidates = 0; ///< samples of all in _posed
+    Eigen::Index _candidates = 0;   ///< samples of all in _posed
+    base::LastingStates _states;    ///< of the objects, as they are told
+    std::set<std::uint64_t> _large; ///< wholes of objects that are larger than the workspace
+    std::set<std::uint64_t> _felt;  ///< wholes of objects with a control point
     bool _assembled = false;
 };
 

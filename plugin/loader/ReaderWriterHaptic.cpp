@@ -150,8 +150,7 @@ bool LoaderOptions::isUnknown(const std::string& name, bool isOwnFile, std::stri
 }
 
 /// Returns \a model scaled and placed as the options say.
-osg::ref_ptr<osg::Node>
-placed(osg::Node* model, const LoaderOptions& options, const std::string& fileName)
+osg::ref_ptr<osg::Node> placed(osg::Node* model, const LoaderOptions& options)
 {
     osg::ComputeBoundsVisitor bounds;
     model->accept(bounds);
@@ -159,9 +158,6 @@ placed(osg::Node* model, const LoaderOptions& options, const std::string& fileNa
     if (!box.valid()) return model;
     const osg::Vec3d extent = osg::Vec3d(box._max) - osg::Vec3d(box._min);
     const double largest = std::max({extent.x(), extent.y(), extent.z()});
-    if (!options.isSizeSet && largest > 1.0)
-        OSG_WARN << "osgMidair: " << printable(fileName) << " is " << largest
-                 << " m across; give its size in metres: -O \"size=0.1\"" << std::endl;
     const bool moved = options.position.length2() > 0.0 || options.rotation_deg.length2() > 0.0;
     if ((!options.isSizeSet || largest <= 0.0) && !moved) return model;
 
@@ -255,7 +251,7 @@ public:
         osg::ref_ptr<HapticSurface> surface = new HapticSurface;
         surface->setName(osgDB::getSimpleFileName(modelName));
         surface->setProperty(loader.property);
-        surface->addChild(placed(model, loader, modelName));
+        surface->addChild(placed(model, loader));
         osg::ref_ptr<HapticScene> scene = new HapticScene;
         scene->setSettings(loader.settings);
         scene->addChild(surface);

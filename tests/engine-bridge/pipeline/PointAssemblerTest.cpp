@@ -1,5 +1,6 @@
 #include "engine-bridge/pipeline/PointAssembler.h"
 
+#include "haptics/points/FittingSize.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <algorithm>
@@ -106,9 +107,76 @@ TEST_F(Assembler, AModelInOtherUnitsIsAskedAboutOnce)
     const std::vector<std::string> said = messages.all();
     ASSERT_EQ(std::count_if(said.begin(), said.end(), asked), 1);
     const std::string wanted = fmt::format(
-        "Scene/tower: is 20 m wide, the array {:.3g} m: should metresPerUnit be 0.0005, not 0.5?",
+        "Scene/tower: is 20 m wide, the array {:.3g} m: should metresPerUnit be 0.0005, not 0.5? "
+        "size=0.2 fits",
         (array.positions.rowwise().maxCoeff() - array.positions.rowwise().minCoeff()).maxCoeff());
     EXPECT_EQ(*std::find_if(said.begin(), said.end(), asked), wanted);
+}
+
+TEST_F(Assembler, WhatIsLargerThanTheWorkspaceIsToldAsThatAlone)
+{
+    SceneSnapshot snapshot = facing();
+    snapshot.objects[0].path = "Scene/wall";
+    auto mesh = std::make_shared<haptics::TriangleMesh>(*snapshot.objects[0].mesh);
+    mesh->vertices *= 0.8 / mesh->extent().maxCoeff();
+    snapshot.objects[0].mesh = mesh;
+    for (int frame = 0; frame < 3; ++frame)
+    {
+        snapshot.objects[0].pose.translation().x() = 0.01 * frame;
+        EXPECT_GT(assembler->assemble(snapshot).overBudget, 0u);
+    }
+    ASSERT_EQ(messages.messages().size(), 1u) << messages.all()[1];
+    const haptics::ArrayFront front(array.positions, array.normals);
+    const base::Message& told = messages.messages()[0];
+    EXPECT_EQ(told.code, base::MessageCode::OBJECT_LARGE);
+    EXPECT_EQ(told.count, 1u);
+    EXPECT_EQ(told.text,
+              fmt::format("Scene/wall: is 0.8 m wide, larger than the workspace of {:.2g} m; "
+                          "size=0.2 fits",
+                          haptics::roomInside_m(assembler->workspace(), front)));
+}
+
+TEST_F(Assembler, APartThatGoesOutAndInSaysNothingOfTheWhole)
+{
+    SceneSnapshot clock = facing();
+    clock.objects[0].whole = clock.objects[0].id;
+    clock.objects.push_back(clock.objects[0]); // its hand
+    clock.objects[1].id = 2;
+    for (int turn = 0; turn < 15; ++turn)
+        for (const double z : {-0.15, 0.15, 30.0, 0.15})
+        {
+            clock.objects[1].pose.translation().z() = z;
+            EXPECT_GT(assembler->assemble(clock).points.size(), 0);
+        }
+    ASSERT_EQ(messages.messages().size(), 1u) << messages.all()[1];
+    EXPECT_EQ(messages.messages()[0].count, 1u);
+    EXPECT_EQ(messages.all()[0],
+              "Scene/Square: a part of it that moves is out of the array's reach; it can't be felt "
+              "there");
+}
+
+TEST_F(Assembler, AStateIsToldWhenItBeginsAndNotInEachFrame)
+{
+    SceneSnapshot snapshot = facing();
+    snapshot.objects.push_back(snapshot.objects[0]);
+    snapshot.objects[1].id = 2;
+    snapshot.objects[1].path = "Scene/Ball";
+    const auto framesAt = [&](double z)
+    {
+        for (int frame = 0; frame < 10; ++frame)
+        {
+            snapshot.objects[1].pose.translation() = Eigen::Vector3d(0.001 * frame, 0.0, z);
+            assembler->assemble(snapshot);
+        }
+    };
+    framesAt(-0.15);
+    ASSERT_EQ(messages.messages().size(), 1u);
+    EXPECT_EQ(messages.messages()[0].path, "Scene/Ball");
+    EXPECT_EQ(messages.messages()[0].count, 1u);
+    framesAt(0.2);
+    framesAt(-0.15);
+    EXPECT_EQ(messages.messages().size(), 1u);
+    EXPECT_EQ(messages.messages()[0].count, 2u) << "it had been felt meanwhile";
 }
 
 TEST_F(Assembler, FrontAndBackAreTheTwoSidesOfASheet)

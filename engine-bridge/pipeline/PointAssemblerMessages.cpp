@@ -1,0 +1,169 @@
+// What a PointAssembler tells of objects that aren't felt as they are meant to be.
+#include "engine-bridge/pipeline/PointAssembler.h"
+#include "haptics/base/text/Alike.h"
+#include "haptics/points/FittingSize.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+/// Objects this many times as wide as the array are probably in other units.
+constexpr double kWide = 10.0;
+/// Objects below this share of the array's width are never too large for it.
+constexpr double kNarrow = 0.25;
+
+Eigen::Vector3d widths(const Eigen::Matrix3Xd& places)
+{
+    return places.rowwise().maxCoeff() - places.rowwise().minCoeff();
+}
+
+} // namespace
+
+bool PointAssembler::usable(const HapticObject& object)
+{
+    auto refuse = [this, &object](const std::string& why)
+    {
+        tellOnce(base::MessageCode::OBJECT_INVALID, object, why + "; it can't be felt");
+        return false;
+    };
+    const HapticProperties& p = object.properties;
+    if (!object.mesh || object.mesh->triangles.cols() == 0) return refuse("has no triangles");
+    if (!object.pose.matrix().allFinite()) return refuse("its pose is not finite");
+    if (!(p.pressure > 0.0) || !std::isfinite(p.pressure))
+        return refuse(fmt::format("pressure is {:g}, should be over 0", p.pressure));
+    if (!(p.spacing_m >= 0.0) || !std::isfinite(p.spacing_m))
+        return refuse(fmt::format("spacing is {:g} m, should be at least 0", p.spacing_m));
+    return true;
+}
+
+void PointAssembler::tellOnce(base::MessageCode code,
+                              const HapticObject& object,
+                              const std::string& what)
+{
+    if (_states.note(code, object.touchId(), base::withoutNumbers(what)))
+        _messages.say(base::about(code, object.path, what));
+}
+
+std::string PointAssembler::fittingSize(const HapticObject& object, double width_m) const
+{
+    const HapticProperties& p = object.properties;
+    haptics::LargeModel model{*object.mesh, object.pose, width_m};
+    if (p.sampling == haptics::Sampling::SURFACE)
+        model.spacing_m = p.spacing_m > 0.0 ? p.spacing_m : _options.wavelength_m;
+    const double size_m = haptics::fittingSize_m(
+        model, _workspace, haptics::ArrayFront(_transducers, _normals), _selector.maxPoints);
+    return size_m > 0.0 ? fmt::format("size={:g} fits", size_m) : "";
+}
+
+// Models in millimetres or centimetres are common; what is far wider than the array is probably
+// one.
+void PointAssembler::tellIfLarge(const HapticObject& object, double metresPerUnit)
+{
+    const double width_m = widths(object.mesh->vertices).maxCoeff();
+    const double array_m = widths(_transducers).maxCoeff();
+    if (!std::isfinite(width_m) || width_m < kNarrow * array_m) return;
+    const haptics::ArrayFront front(_transducers, _normals);
+    const Eigen::Vector3d extent_m = widths(object.pose * boxCorners(object.mesh->vertices));
+    if (!haptics::hasRoom(extent_m, _workspace, front)) _large.insert(object.touchId());
+    if (!(width_m > kWide * array_m) || !(array_m > 0.0)) return;
+    if (!_states.note(base::MessageCode::OBJECT_UNITS, object.touchId())) return;
+    // A power of ten with which it is no wider than the array.
+    const double factor = std::pow(10.0, std::floor(std::log10(array_m / width_m) + 1e-9));
+    const std::string fits = fittingSize(object, width_m);
+    _messages.say(base::about(base::MessageCode::OBJECT_UNITS,
+                              object.path,
+                              fmt::format("is {:.3g} m wide, the array {:.3g} m: should "
+                                          "metresPerUnit be {:g}, not {:g}?{}{}",
+                                          width_m,
+                                          array_m,
+                                          metresPerUnit * factor,
+                                          metresPerUnit,
+                                          fits.empty() ? "" : " ",
+                                          fits)));
+}
+
+// An object is felt if one of its parts is; a part that moves by itself comes and goes.
+void PointAssembler::tellLeftOut(const SceneSnapshot& snapshot,
+                                 const haptics::SelectionReport& report)
+{
+    const auto objectOf = [&](std::size_t i) -> const HapticObject&
+    { return snapshot.objects[static_cast<std::size_t>(_posed[i].object)]; };
+    bool isOfLarge = false;
+    std::vector<bool> isWhole(snapshot.objects.size());
+    for (std::size_t i = 0; i < _posed.size(); ++i)
+    {
+        const haptics::LeftOutPoints& left = report.leftOut[i];
+        const std::uint64_t whole = objectOf(i).touchId();
+        if (report.perObject[i] > 0) _felt.insert(whole);
+        if (left.overBudget > 0) isOfLarge = isOfLarge || _large.count(whole) > 0;
+        isWhole[static_cast<std::size_t>(_posed[i].object)] =
+            left.outOfWorkspace + left.overBudget == 0;
+    }
+    for (std::size_t i = 0; i < snapshot.objects.size(); ++i)
+    {
+        const HapticObject& object = snapshot.objects[i];
+        // Of one that fits but for empty corners of its box all is felt.
+        if (isWhole[i] || _large.count(object.touchId()) == 0) continue;
+        const double width_m = widths(object.mesh->vertices).maxCoeff();
+        if (width_m > kWide * widths(_transducers).maxCoeff()) continue; // told already
+        if (!_states.note(base::MessageCode::OBJECT_LARGE, object.touchId())) continue;
+        const haptics::ArrayFront front(_transducers, _normals);
+        const std::string fits = fittingSize(object, width_m);
+        _messages.say(base::about(base::MessageCode::OBJECT_LARGE,
+                                  object.path,
+                                  fmt::format("is {:.3g} m wide, larger than the workspace of "
+                                              "{:.2g} m{}{}",
+                                              width_m,
+                                              haptics::roomInside_m(_workspace, front),
+                                              fits.empty() ? "" : "; ",
+                                              fits)));
+    }
+    if (report.overBudget > 0 && !isOfLarge && _states.note(base::MessageCode::POINTS_BUDGET, 0))
+        _messages.say(
+            {base::MessageCode::POINTS_BUDGET,
+             fmt::format("more points than the budget of {}; objects of lower priority get fewer",
+                         _selector.maxPoints)});
+    base::Alike unfelt;
+    for (std::size_t i = 0; i < _posed.size(); ++i)
+    {
+        const std::uint64_t whole = objectOf(i).touchId();
+        if (_posed[i].positions.cols() == 0 || _felt.count(whole) + _large.count(whole) > 0)
+            continue;
+        if (_states.note(base::MessageCode::OBJECT_UNFELT, whole)) unfelt.add(objectOf(i).path);
+    }
+    unfelt.tell(base::MessageCode::OBJECT_UNFELT,
+                "none of its points can be felt where it is (" + report.summary() + ")",
+                _messages);
+}
+
+void PointAssembler::tellUnreachable(const SceneSnapshot& snapshot, const AssembledPoints& out)
+{
+    constexpr const char* kPart = "part";
+    base::Alike objects;
+    base::Alike parts;
+    for (std::size_t i = 0; i < snapshot.objects.size(); ++i)
+    {
+        const std::uint64_t whole = snapshot.objects[i].touchId();
+        const auto code = base::MessageCode::OBJECT_UNREACHABLE;
+        // One that has had a part out of reach may have it there again.
+        _states.keep(code, whole, kPart);
+        if (!out.objects[i].isUnreachable) continue;
+        const bool isPart = _felt.count(whole) > 0;
+        if (!_states.note(code, whole, isPart ? kPart : "")) continue;
+        (isPart ? parts : objects).add(snapshot.objects[i].path);
+    }
+    objects.tell(base::MessageCode::OBJECT_UNREACHABLE,
+                 "is out of the array's reach; it can't be felt there",
+                 _messages);
+    parts.tell(base::MessageCode::OBJECT_UNREACHABLE,
+               "a part of it that moves is out of the array's reach; it can't be felt there",
+               _messages);
+}
+
+} // namespace midair::bridge
