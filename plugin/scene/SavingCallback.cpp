@@ -1,5 +1,7 @@
-// What is told at saving: most formats keep neither the kit's nodes nor user values, and OSG
-// doesn't say so. It is installed when the library is loaded.
+// What is told at saving: most formats keep neither the kit's nodes nor user values nor
+// descriptions, and OSG doesn't say so. It is installed when the library is loaded.
+#include "plugin/scene/CollectHapticSurfacesVisitor.h"
+
 #include <osg/NodeVisitor>
 #include <osg/Notify>
 #include <osg/UserDataContainer>
@@ -7,6 +9,7 @@
 #include <osgDB/Registry>
 
 #include <algorithm>
+#include <initializer_list>
 #include <string>
 
 namespace osgMidair
@@ -15,7 +18,7 @@ namespace osgMidair
 namespace
 {
 
-/// Counts the kit's nodes, and the nodes with a user value that makes them haptic.
+/// Counts the kit's nodes, and the nodes with a user value or a description that makes them haptic.
 class Lost : public osg::NodeVisitor
 {
 public:
@@ -27,7 +30,9 @@ public:
         const osg::UserDataContainer* container = node.getUserDataContainer();
         if (container &&
             (container->getUserObject("haptic") || container->getUserObject("obstacle")))
-            count(tags, node);
+            count(values, node);
+        else if (hasHapticTag(node) || hasObstacleTag(node))
+            count(descriptions, node);
         traverse(node);
     }
 
@@ -41,7 +46,8 @@ public:
         }
     };
     Count kitNodes;
-    Count tags;
+    Count values;
+    Count descriptions;
 
 private:
     static void count(Count& all, const osg::Node& node)
@@ -52,11 +58,18 @@ private:
     }
 };
 
-/// Formats that keep all, and those that pack a file of another format.
-bool keepsAll(const std::string& extension)
+/// The format that a file is written in, without what packs it: "ive" of scene.ive.gz.
+std::string formatOf(const std::string& fileName)
 {
-    static const char* const kFormats[] = {"osgt", "osgb", "osgx", "osg2", "gz", "tgz", "zip"};
-    return std::find(std::begin(kFormats), std::end(kFormats), extension) != std::end(kFormats);
+    const std::string extension = osgDB::getLowerCaseFileExtension(fileName);
+    if (extension == "gz")
+        return osgDB::getLowerCaseFileExtension(osgDB::getNameLessExtension(fileName));
+    return extension == "ivez" ? "ive" : extension == "osgz" ? "osg" : extension;
+}
+
+bool isOneOf(const std::string& format, std::initializer_list<const char*> all)
+{
+    return std::find(all.begin(), all.end(), format) != all.end();
 }
 
 class SavingCallback : public osgDB::WriteFileCallback
@@ -109,21 +122,25 @@ private:
     /// would be empty, so that nothing is written.
     static std::string tell(const osg::Node& node, const std::string& fileName)
     {
-        const std::string extension = osgDB::getLowerCaseFileExtension(fileName);
-        if (keepsAll(extension)) return {};
+        const std::string format = formatOf(fileName);
+        if (isOneOf(format, {"osgt", "osgb", "osgx", "osg2"})) return {};
         Lost lost;
         const_cast<osg::Node&>(node).accept(lost); // it changes nothing
         const std::string keep = "; .osgt, .osgb and .osgx keep all";
-        if (lost.kitNodes.count > 0 && extension == "osg")
+        if (lost.kitNodes.count > 0 && format == "osg")
             return "osgMidair: " + fileName + " is not written: .osg can't hold " +
                    lost.kitNodes.text() + keep;
         if (lost.kitNodes.count > 0)
-            OSG_WARN << "osgMidair: " << fileName << ": ." << extension << " doesn't keep "
+            OSG_WARN << "osgMidair: " << fileName << ": ." << format << " doesn't keep "
                      << lost.kitNodes.text() << ", which will not be felt" << keep << std::endl;
-        if (lost.tags.count > 0)
-            OSG_WARN << "osgMidair: " << fileName << ": ." << extension
-                     << " keeps no user values; lost are the tags of " << lost.tags.text() << keep
+        if (lost.values.count > 0)
+            OSG_WARN << "osgMidair: " << fileName << ": ." << format
+                     << " keeps no user values; lost are the tags of " << lost.values.text() << keep
                      << std::endl;
+        if (lost.descriptions.count > 0 && !isOneOf(format, {"ive", "osg"}))
+            OSG_WARN << "osgMidair: " << fileName << ": ." << format
+                     << " keeps no descriptions; lost are the tags of " << lost.descriptions.text()
+                     << keep << std::endl;
         return {};
     }
 
