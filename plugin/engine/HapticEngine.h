@@ -60,10 +60,10 @@ public:
     /// owner plays the scene.
     HapticEngine(osg::Node& root, const HapticSettings& settings, OwnerKind kind);
 
-    /// Sets how the whole scene is felt if nothing below the root is haptic.
-    void setDefaultProperty(const HapticProperty& property)
+    /// Sets how the whole scene is felt if nothing below the root is marked as haptic.
+    void setUnmarkedProperty(const HapticProperty& property)
     {
-        _collector.setDefaultProperty(property);
+        _collector.setUnmarkedProperty(property);
     }
 
     /// Sets a function that changes the options of each new pipeline: to use an application's own

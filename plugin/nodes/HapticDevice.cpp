@@ -76,7 +76,7 @@ bool HapticDevice::checkEvents()
     if (!engine || engine->root() != scene)
     {
         engine = new HapticEngine(*scene, _settings, OwnerKind::DEVICE);
-        engine->setDefaultProperty(_property);
+        engine->setUnmarkedProperty(_property);
         engine->setDeviceCallback(_deviceCallback);
         const std::lock_guard<std::mutex> lock(_mutex);
         if (_engine) _muted = _engine->isMuted();

@@ -140,6 +140,11 @@ HapticSettings HapticScene::getGrantedSettings() const
     return _engine->grantedSettings();
 }
 
+void HapticScene::setUnmarkedProperty(const HapticProperty& property)
+{
+    _engine->setUnmarkedProperty(property);
+}
+
 std::vector<FoundObject> HapticScene::getFoundObjects() const
 {
     return _engine->found();

@@ -48,7 +48,8 @@ public:
 
     /// Collects the scene below \a root anew. \a world: transform from the frame of the root's
     /// parent to the world. If nothing haptic is found and \a otherwise is not null, \a root itself
-    /// becomes an instance with that property. Memory is reused from call to call.
+    /// becomes an instance with that property; it is for roots without any mark, hidden ones
+    /// included. Memory is reused from call to call.
     void
     collect(osg::Node& root, const osg::Matrixd& world, const HapticProperty* otherwise = nullptr);
 

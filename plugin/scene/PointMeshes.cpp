@@ -132,7 +132,9 @@ PointMeshes::get(const HapticPoints& node, const Eigen::Matrix4d& toArray, const
         const std::vector<std::size_t> usable = usablePoints(node, say);
         if (usable.empty())
         {
-            say(MessageCode::OBJECT_INVALID, "has no points; it can't be felt");
+            say(MessageCode::OBJECT_INVALID,
+                node.getPoints().empty() ? "has no points; it can't be felt"
+                                         : "none of its points can be used; it can't be felt");
             return nullptr;
         }
         Entry entry;

@@ -1,7 +1,9 @@
 #include "plugin/scene/SceneCollector.h"
 
 #include "engine-bridge/scene/Convert.h"
+#include "engine-bridge/scene/GeometryReader.h"
 #include "plugin/scene/PropertyConversion.h"
+#include "plugin/scene/WhyUnfelt.h"
 
 #include <algorithm>
 
@@ -40,9 +42,11 @@ bool SceneCollector::collect(osg::Node& root,
     _beingRead = 0;
     _changed = !_kept;
     ++_frame;
-    if (_tagFrame == 0) markTags(root);
+    if (_tagFrame == 0) lookForMarks(root);
     _tagFrame = (_tagFrame + 1) % kTagFrames;
-    _visitor.collect(root, world, _default ? &*_default : nullptr);
+    const bool isUnmarked = _marks.state() == SceneMarks::State::NONE;
+    _visitor.collect(root, world, _unmarked && isUnmarked ? &*_unmarked : nullptr);
+    noteMarks();
     _meshes.beginFrame();
     _obstacles.beginFrame();
     for (const HapticInstance& instance : _visitor.instances())
@@ -58,6 +62,45 @@ bool SceneCollector::collect(osg::Node& root,
     _kept = true;
     if (_frame % MeshCache::kKeptFrames == 0) forgetUnseen();
     return _changed;
+}
+
+void SceneCollector::lookForMarks(osg::Node& root)
+{
+    markTags(root);
+    _marks.look(root);
+    if (_marksTold == _marks.state()) return;
+    _marksTold = _marks.state();
+    tellMarks(root);
+}
+
+// Marks that come later are met first by the visitor, where they are shown.
+void SceneCollector::noteMarks()
+{
+    if (_marks.state() == SceneMarks::State::SOME) return;
+    for (const HapticInstance& instance : _visitor.instances())
+        if (!instance.obstacle && (!_unmarked || instance.property != &*_unmarked)) _marks.note();
+}
+
+void SceneCollector::tellMarks(const osg::Node& root)
+{
+    const std::string path = midair::bridge::quoted(root);
+    if (_marks.state() == SceneMarks::State::UNKNOWN)
+        _say(
+            about(MessageCode::SCENE_INCOMPLETE,
+                  path,
+                  fmt::format("{} is not loaded yet and may have what is marked as haptic; nothing "
+                              "is felt until a mark is found or all is loaded",
+                              _marks.missing())));
+    else if (_marks.state() == SceneMarks::State::NONE && _unmarked)
+        _say(about(MessageCode::SCENE_UNMARKED,
+                   path,
+                   "nothing in it is marked as haptic, shown or hidden, so all of it is felt"));
+    else if (_marks.state() == SceneMarks::State::NONE)
+        _say(
+            about(MessageCode::SCENE_EMPTY,
+                  path,
+                  "has no HapticSurface, no HapticPoints and no node with a haptic tag; nothing is "
+                  "felt"));
 }
 
 void SceneCollector::forgetUnseen()
@@ -172,6 +215,7 @@ void SceneCollector::fill(const HapticInstance& instance)
         shape = instance.points ? instance.points->getModifiedCount()
                                 : _meshes.look(*instance.node, _extract, _warnings);
         if (!_warnings.empty()) sayWarnings(MessageCode::OBJECT_GEOMETRY, known.path);
+        known.isWarned = known.isWarned || !_warnings.empty();
         if (!instance.points && _meshes.isBeingRead(*instance.node)) ++_beingRead;
     }
     const bool stands = _kept && !changed && known.first == _count && known.shape == shape &&
@@ -199,16 +243,22 @@ void SceneCollector::fill(const HapticInstance& instance)
 
 // Puts the meshes of an instance into _parts; false, after saying why, if there are none. \a
 // pressure: in place of the property's, if over 0.
-bool SceneCollector::findParts(const HapticInstance& instance, const Known& known, double& pressure)
+bool SceneCollector::findParts(const HapticInstance& instance, Known& known, double& pressure)
 {
     const auto say = [&](MessageCode code, const std::string& what)
-    { _say(about(code, known.path, what)); };
+    {
+        if (code == MessageCode::OBJECT_INVALID)
+            tellCause(known, code, what);
+        else
+            _say(about(code, known.path, what));
+    };
     const Eigen::Matrix4d matrix = _toArray * midair::bridge::toEigen(instance.world);
     _parts.clear();
     if (instance.points)
     {
         const PointMesh* made = _points.get(*instance.points, matrix, say);
         if (!made) return false;
+        known.cause.clear();
         _parts.push_back(made->mesh);
         pressure = made->pressure;
         return true;
@@ -216,14 +266,30 @@ bool SceneCollector::findParts(const HapticInstance& instance, const Known& know
     _warnings.clear();
     if (!_meshes.get(*instance.node, matrix, _extract, _parts, _warnings))
     {
-        say(MessageCode::OBJECT_INVALID,
-            "its matrix is singular, not finite or a perspective; it can't be felt");
+        tellCause(known,
+                  MessageCode::OBJECT_INVALID,
+                  "its matrix is singular, not finite or a perspective; it can't be felt");
         return false;
     }
     sayWarnings(MessageCode::OBJECT_GEOMETRY, known.path);
-    if (_parts.empty() && !_meshes.isBeingRead(*instance.node))
-        say(MessageCode::OBJECT_INVALID, "has no triangles; it can't be felt");
-    return !_parts.empty();
+    known.isWarned = known.isWarned || !_warnings.empty();
+    if (!_parts.empty()) known.cause.clear();
+    if (!_parts.empty() || _meshes.isBeingRead(*instance.node)) return !_parts.empty();
+    const WhyUnfelt why = whyUnfelt(*instance.node, known.isWarned);
+    if (why.isHidden)
+        tellCause(known, MessageCode::OBJECT_HIDDEN, why.text + "; it is felt once it is shown");
+    else if (!why.text.empty())
+        tellCause(known, MessageCode::OBJECT_INVALID, why.text + "; it can't be felt");
+    return false;
+}
+
+// Objects are filled in again whenever another one has changed; a cause is told once while it
+// lasts.
+void SceneCollector::tellCause(Known& known, MessageCode code, const std::string& cause)
+{
+    if (known.cause == cause) return;
+    known.cause = cause;
+    _say(about(code, known.path, cause));
 }
 
 void SceneCollector::fillParts(const HapticInstance& instance, Known& known)

@@ -6,6 +6,7 @@
 #include "plugin/scene/CollectHapticSurfacesVisitor.h"
 #include "plugin/scene/FeltNode.h"
 #include "plugin/scene/PointMeshes.h"
+#include "plugin/scene/SceneMarks.h"
 #include "plugin/scene/TaggedObstacles.h"
 
 #include <osgMidair/Export>
@@ -39,8 +40,8 @@ public:
     /// with the node's path, possibly many times.
     SceneCollector(const osg::Node* owner, Say say);
 
-    /// Sets how the whole scene is felt if nothing below the root is haptic.
-    void setDefaultProperty(const HapticProperty& property) { _default = property; }
+    /// Sets how the whole scene is felt if nothing below the root is marked as haptic.
+    void setUnmarkedProperty(const HapticProperty& property) { _unmarked = property; }
 
     /// \a toArray: affine transform from the world in scene units to the array. Obstacles count if
     /// \a shadows is true.
@@ -100,19 +101,27 @@ private:
         osg::Matrixd world;
         std::size_t first = 0; ///< index of its first object
         std::size_t count = 0; ///< number of its objects; 0 if it can't be felt
+        bool isWarned = false; ///< something of its mesh was told when it was read
+        std::string cause;     ///< why it can't be felt, as it was told; empty: it can
     };
 
+    void lookForMarks(osg::Node& root);
+    void noteMarks();
+    void tellMarks(const osg::Node& root);
     Known& know(const HapticInstance& instance, bool& fresh, bool& changed);
     void repair(Known& known, std::vector<std::string> wrong);
     void fill(const HapticInstance& instance);
     void fillParts(const HapticInstance& instance, Known& known);
-    bool findParts(const HapticInstance& instance, const Known& known, double& pressure);
+    bool findParts(const HapticInstance& instance, Known& known, double& pressure);
+    void tellCause(Known& known, midair::base::MessageCode code, const std::string& cause);
     void fillObstacle(const HapticInstance& instance);
     void forgetUnseen();
     void sayWarnings(midair::base::MessageCode code, const std::string& path);
 
     const Say _say;
-    std::optional<HapticProperty> _default;
+    std::optional<HapticProperty> _unmarked; ///< of the root, where nothing is marked
+    SceneMarks _marks;
+    std::optional<SceneMarks::State> _marksTold; ///< what was told of last
     Eigen::Matrix4d _toArray = Eigen::Matrix4d::Identity();
     bool _shadows = false;
     CollectHapticSurfacesVisitor _visitor;

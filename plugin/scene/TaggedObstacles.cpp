@@ -1,6 +1,7 @@
 #include "plugin/scene/TaggedObstacles.h"
 
 #include "engine-bridge/hands/ObstacleFit.h"
+#include "plugin/scene/WhyUnfelt.h"
 
 namespace osgMidair
 {
@@ -10,6 +11,8 @@ using midair::bridge::Capsule;
 void TaggedObstacles::beginFrame()
 {
     _props.clear();
+    _idleBefore.swap(_idle);
+    _idle.clear();
     _meshes.beginFrame();
     for (auto& [mesh, fit] : _fits)
         ++fit.unusedFrames;
@@ -21,11 +24,8 @@ void TaggedObstacles::add(osg::Node& node,
                           std::vector<std::string>& warnings)
 {
     if (!_extract.skip) _extract.skip = skip;
-    if (!_meshes.get(node, toArray, _extract, _parts, warnings))
-        warnings.emplace_back(
-            "its matrix is singular, not finite or a perspective; it is no obstacle");
-    else if (_parts.empty())
-        warnings.emplace_back("has no triangles; it is no obstacle");
+    const bool hasPlace = _meshes.get(node, toArray, _extract, _parts, warnings);
+    if (_parts.empty()) tellIdle(node, hasPlace, warnings);
     for (const midair::bridge::CachedMesh& part : _parts)
     {
         const auto [found, fresh] = _fits.try_emplace(part.meshId);
@@ -35,6 +35,17 @@ void TaggedObstacles::add(osg::Node& node,
         for (const Capsule& capsule : fit.capsules)
             _props.push_back({part.pose * capsule.a, part.pose * capsule.b, capsule.radius_m});
     }
+}
+
+void TaggedObstacles::tellIdle(osg::Node& node, bool hasPlace, std::vector<std::string>& warnings)
+{
+    _idle.insert(&node);
+    if (_idleBefore.count(&node) > 0) return;
+    if (!hasPlace)
+        warnings.emplace_back(
+            "its matrix is singular, not finite or a perspective; it is no obstacle");
+    else if (const WhyUnfelt why = whyUnfelt(node, !warnings.empty()); !why.text.empty())
+        warnings.push_back(why.text + "; it is no obstacle");
 }
 
 void TaggedObstacles::endFrame()

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -44,6 +45,11 @@ private:
         int unusedFrames = 0;
     };
 
+    /// Says why \a node blocks nothing, once while that is so.
+    void tellIdle(osg::Node& node, bool hasPlace, std::vector<std::string>& warnings);
+
+    std::set<const osg::Node*> _idle; ///< without a mesh in this frame; only compared
+    std::set<const osg::Node*> _idleBefore;
     midair::bridge::MeshCache _meshes{false}; ///< an obstacle that isn't known yet blocks no sound
     midair::bridge::ExtractOptions _extract;
     std::vector<midair::bridge::CachedMesh> _parts;

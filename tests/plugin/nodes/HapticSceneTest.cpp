@@ -262,7 +262,7 @@ TEST(HapticScene, BadTransformsAndMeshesAreNamedAndPlayNothing)
     box.surface->removeChild(0, 1);
     HeadlessViewer viewer(box.scene);
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() == 0; }));
-    EXPECT_TRUE(says(*box.scene, path + "has no triangles; it can't be felt"));
+    EXPECT_TRUE(says(*box.scene, path + "has no drawables below it; it can't be felt"));
 }
 
 TEST(HapticScene, AnArrayThatCannotBeReadIsAMessage)

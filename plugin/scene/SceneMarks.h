@@ -1,0 +1,45 @@
+#pragma once
+
+#include <osgMidair/Export>
+
+#include <osg/Node>
+
+#include <string>
+
+namespace osgMidair
+{
+
+/// Knows whether anything in a whole graph is marked as haptic: shown or hidden, near or far.
+///
+/// Hiding what is marked must not make felt what isn't, so marks that were seen once count for
+/// good, those of parts that have been unloaded since too. While a part is not loaded that may have
+/// the first one, nothing is known.
+class OSGMIDAIR_EXPORT SceneMarks
+{
+public:
+    enum class State
+    {
+        UNKNOWN, ///< there are none in what is loaded, and something isn't
+        NONE,
+        SOME
+    };
+
+    /// Looks at the whole graph, in which markTags() has been. Not for every frame.
+    void look(const osg::Node& root);
+    /// Takes note of a mark that another has seen.
+    void note() { _state = State::SOME; }
+
+    State state() const { return _state; }
+    /// The first part that is not loaded: "PagedLOD 'tile' (tile.osgt)"; only where UNKNOWN.
+    const std::string& missing() const { return _missing; }
+
+private:
+    State _state = State::UNKNOWN;
+    std::string _missing;
+};
+
+/// Returns the first file that a PagedLOD or a ProxyNode names and has not loaded; empty: none, or
+/// another node.
+OSGMIDAIR_EXPORT std::string missingFile(const osg::Node& node);
+
+} // namespace osgMidair
