@@ -26,6 +26,50 @@ std::string points(unsigned int count, const char* why)
     return fmt::format("{} point{} left out: {}", count, count == 1 ? " is" : "s are", why);
 }
 
+/// Returns what was told of an object, without its path: messages with one of \a codes, or if there
+/// are no codes, warnings and faults.
+std::vector<std::string> toldOf(const CheckedObject& object,
+                                const CheckedScene& scene,
+                                const std::vector<std::string>& codes)
+{
+    const std::string path = object.path + ": ";
+    std::vector<std::string> texts;
+    for (const CheckedMessage& one : scene.messages)
+    {
+        const std::string& text = one.message.text;
+        const bool isMeant =
+            codes.empty() ? isBad(one)
+                          : std::find(codes.begin(), codes.end(), one.message.code) != codes.end();
+        if (isMeant && one.message.path == object.path && text.rfind(path, 0) == 0)
+            texts.push_back(text.substr(path.size()));
+    }
+    return texts;
+}
+
+void append(std::vector<std::string>& all, const std::vector<std::string>& more)
+{
+    all.insert(all.end(), more.begin(), more.end());
+}
+
+/// Says why an object is felt in no frame, in the words of the messages where there are some.
+void judgeUnfelt(CheckedObject& object, const CheckedScene& scene)
+{
+    const osgMidair::HapticField::Object& out = object.leftOut;
+    const std::vector<std::string> hidden = toldOf(object, scene, {"object.hidden"});
+    const std::vector<std::string> told = toldOf(object, scene, {});
+    if (out.outOfReach > 0 && !out.isUnreachable)
+        object.notes.push_back("it is felt where a hand is near");
+    else if (!object.hasShape && !hidden.empty())
+        append(object.notes, hidden);
+    else if (!told.empty())
+        append(object.faults, told);
+    else
+        object.faults.push_back(!object.hasShape ? "it isn't felt: the messages say why"
+                                : out.isUnreachable
+                                    ? "it isn't felt: it is out of the array's reach"
+                                    : "it isn't felt: none of its points is");
+}
+
 void judgePressure(CheckedObject& object, const CheckedScene& scene)
 {
     const double cap_Pa = scene.statistics.maxPressure_Pa;
@@ -63,22 +107,18 @@ void judge(CheckedObject& object, const CheckedScene& scene, int frames)
         return;
     }
     const osgMidair::HapticField::Object& out = object.leftOut;
+    const std::vector<std::string> large = toldOf(object, scene, {"object.large", "object.units"});
     // Hands that come and go, and animation, make an object felt in some frames only.
     if (object.points == 0 && object.feltFrames == 0)
-    {
-        const bool waits = out.outOfReach > 0 && !out.isUnreachable;
-        auto& told = waits ? object.notes : object.faults;
-        told.push_back(!object.hasShape    ? "it isn't felt: the messages say why"
-                       : out.isUnreachable ? "it isn't felt: it is out of the array's reach"
-                       : waits             ? "it is felt where a hand is near"
-                                           : "it isn't felt: none of its points is");
-    }
+        judgeUnfelt(object, scene);
     else if (object.feltFrames < frames)
         object.notes.push_back(
             fmt::format("it is felt in {} of {} frames", object.feltFrames, frames));
-    if (out.outOfWorkspace > 0)
+    // Of what is simply too large, that is the one cause.
+    if (object.points > 0) append(object.faults, large);
+    if (out.outOfWorkspace > 0 && large.empty())
         object.faults.push_back(points(out.outOfWorkspace, "they are out of the workspace"));
-    if (out.overBudget > 0)
+    if (out.overBudget > 0 && large.empty())
         object.faults.push_back(points(out.overBudget, "there are more than maxPoints"));
     if (out.invalid > 0) object.faults.push_back(points(out.invalid, "they are not finite"));
     if (out.crowded > 0) object.notes.push_back(points(out.crowded, "others are too near"));

@@ -1,7 +1,8 @@
 #include "samples/check/LoadedScene.h"
 
+#include "samples/check/PagedFiles.h"
+
 #include <osgMidair/HapticDevice>
-#include <osgMidair/HapticSurface>
 
 #include <osg/NodeVisitor>
 #include <osgDB/FileNameUtils>
@@ -88,6 +89,7 @@ LoadedScene::LoadedScene(const CheckOptions& options) :
         osg::setNotifyHandler(_before);
         throw std::runtime_error("can't read \"" + options.file + "\": " + why(*_keeper));
     }
+    _notRead = readPagedFiles(*node);
     FindScenes finder;
     node->accept(finder);
     if (finder.found.empty() || !options.settings.empty())
@@ -137,23 +139,9 @@ void LoadedScene::wrap(const CheckOptions& options, osg::Node& node)
     scene->addChild(&node);
     _root->addChild(scene);
     _scenes.push_back({scene, asked});
-    // A disabled scene looks for nothing, so the look is one of its own.
-    const osg::ref_ptr<HapticScene> looking = new HapticScene;
-    looking->setRehearsed(true);
-    looking->setDevice("null:");
-    looking->addChild(&node);
-    looking->update(nullptr);
-    const bool isMarked = !looking->getFoundObjects().empty();
-    looking->removeChild(&node);
+    scene->setUnmarkedProperty(property);
     _wrapped = "it has no HapticScene, so it is played as by a viewer's --device";
     if (!options.settings.empty()) _wrapped = "it is played with \"" + options.settings + "\"";
-    if (isMarked) return;
-    const osg::ref_ptr<osgMidair::HapticSurface> surface = new osgMidair::HapticSurface(&node);
-    surface->setName(osgDB::getSimpleFileName(options.file));
-    surface->setProperty(property);
-    scene->removeChild(&node);
-    scene->addChild(surface);
-    _wrapped += "; nothing in it is marked as haptic, so all of it is felt";
 }
 
 osg::Matrixd LoadedScene::worldAbove(osg::Node& node)
@@ -202,6 +190,12 @@ CheckedMessage LoadedScene::located(const osgMidair::HapticMessage& message) con
 std::vector<CheckedMessage> LoadedScene::notices(const std::vector<CheckedScene>& scenes) const
 {
     std::vector<CheckedMessage> result;
+    for (const std::string& what : _notRead)
+    {
+        CheckedMessage& kept = result.emplace_back();
+        kept.message.code = "reading";
+        kept.message.text = what;
+    }
     for (std::string line : _keeper->warnings())
     {
         const bool isOurs = line.compare(0, kOurs.size(), kOurs) == 0;

@@ -65,6 +65,7 @@ private:
 
     std::string _file;
     std::string _wrapped;
+    std::vector<std::string> _notRead; ///< files that the scene names, in sentences
     osg::ref_ptr<NoticeKeeper> _keeper;
     osg::ref_ptr<osg::NotifyHandler> _before;
     osg::ref_ptr<osg::Group> _root;

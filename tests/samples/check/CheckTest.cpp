@@ -165,7 +165,8 @@ TEST(MidairCheck, PlaysModelsAndSettings)
 {
     const std::string star = MIDAIR_ROOT "/samples/models/star.obj";
     nlohmann::json json = checkedJson(star, 0);
-    EXPECT_NE(json["wrapped"].get<std::string>().find("so all of it is felt"), std::string::npos);
+    EXPECT_NE(json["wrapped"].get<std::string>().find("by a viewer's --device"), std::string::npos);
+    EXPECT_TRUE(hasMessage(json["scenes"][0]["messages"], "scene.unmarked")) << "all of it is felt";
     EXPECT_EQ(json["scenes"][0]["objects"][0]["name"], "star.obj");
     json = checkedJson(star + ".haptic -O \"size=0.06\"", 0);
     EXPECT_EQ(json["wrapped"], "");
@@ -177,6 +178,82 @@ TEST(MidairCheck, PlaysModelsAndSettings)
     EXPECT_EQ(json["scenes"][0]["deviceStatus"].get<std::string>().find("sim:"), 0u);
     EXPECT_EQ(json["scenes"][0]["maxPressure_Pa"], 300.0);
     EXPECT_EQ(json["scenes"][0]["objects"][0]["asked"]["unit"], "Pa");
+}
+
+TEST(MidairCheck, AHiddenMarkIsOneAndNothingElseIsFelt)
+{
+    const std::string file =
+        sceneFile("hidden",
+                  "osg::Group { UniqueID 1 Name \"room\" Children 2 {\n"
+                  "  osg::ShapeDrawable { UniqueID 2 Shape TRUE { osg::Sphere { UniqueID 3 Radius "
+                  "0.01 } } }\n"
+                  "  osg::Switch { UniqueID 4 Name \"doors\" Children 1 {\n"
+                  "    osg::Group { UniqueID 6 Name \"mug\" UserDataContainer TRUE {\n"
+                  "      osg::DefaultUserDataContainer { UniqueID 7 UDC_Descriptions 1 { "
+                  "\"haptic\" } } } } }\n"
+                  "    ValueList 1 { FALSE } }\n} }\n");
+    const nlohmann::json json = checkedJson(file, 1);
+    EXPECT_TRUE(json["scenes"][0]["objects"].empty()) << json.dump(1);
+    EXPECT_EQ(json["scenes"][0]["points"], 0);
+    EXPECT_FALSE(hasMessage(json["scenes"][0]["messages"], "scene.unmarked"));
+}
+
+TEST(MidairCheck, AnObjectsLineSaysTheCauseOfItsMessage)
+{
+    const std::string array = "Array \"octagon\" ";
+    std::string scene = ballScene(array, "");
+    const std::string ball = "Radius 0.01";
+    scene.replace(scene.find(ball), ball.size(), "Radius 0.5");
+    nlohmann::json json = checkedJson(sceneFile("large", scene), 1);
+    const nlohmann::json large = json["scenes"][0]["objects"][0]["faults"];
+    ASSERT_EQ(large.size(), 1u) << large.dump();
+    EXPECT_NE(large[0].get<std::string>().find(", larger than the workspace of "),
+              std::string::npos)
+        << large;
+    EXPECT_NE(large[0].get<std::string>().find("; size=0.1 fits"), std::string::npos) << large;
+    EXPECT_TRUE(hasMessage(json["scenes"][0]["messages"], "object.large"));
+    EXPECT_FALSE(hasMessage(json["scenes"][0]["messages"], "points.budget"));
+
+    json = checkedJson(sceneFile("nothing",
+                                 "osgMidair::HapticScene { UniqueID 1 Children 1 {\n"
+                                 "  osgMidair::HapticSurface { UniqueID 2 Name \"air\" } } " +
+                                     array + "}\n"),
+                       1);
+    EXPECT_EQ(json["scenes"][0]["objects"][0]["faults"].dump(),
+              "[\"has no drawables below it; it can't be felt\"]");
+    json =
+        checkedJson(sceneFile("empty", "osgMidair::HapticScene { UniqueID 1 " + array + "}\n"), 1);
+    EXPECT_TRUE(hasMessage(json["scenes"][0]["messages"], "scene.empty"));
+}
+
+TEST(MidairCheck, ReadsWhatAPagerWouldAndSaysWhatItDoesNot)
+{
+    const std::string tile = sceneFile(
+        "tile",
+        "osg::Group { UniqueID 1 Name \"mug\" UserDataContainer TRUE {\n"
+        "  osg::DefaultUserDataContainer { UniqueID 2 UDC_Descriptions 1 { \"haptic\" } } }\n"
+        "  Children 1 { osg::ShapeDrawable { UniqueID 3 Shape TRUE {\n"
+        "    osg::Sphere { UniqueID 4 Radius 0.01 } } } } }\n");
+    const auto paged = [](const std::string& name)
+    {
+        return "osg::PagedLOD { UniqueID 1 Name \"page\" RangeList 1 { 0 1e6 }\n"
+               "  RangeDataList 1 { \"" +
+               name + "\" }\n  PriorityList 1 { 0 1 } }\n";
+    };
+    nlohmann::json json = checkedJson(sceneFile("paged", paged(tile)), 0);
+    ASSERT_EQ(json["scenes"][0]["objects"].size(), 1u) << json.dump(1);
+    EXPECT_EQ(json["scenes"][0]["objects"][0]["name"], "mug");
+    EXPECT_TRUE(json["reading"].empty()) << json["reading"];
+    json = checkedJson(sceneFile("unpaged", paged("nowhere.osgt")), 1);
+    EXPECT_TRUE(json["scenes"][0]["objects"].empty());
+    EXPECT_NE(json["reading"].dump().find("nowhere.osgt\\\", which can't be read"),
+              std::string::npos)
+        << json["reading"];
+    EXPECT_TRUE(hasMessage(json["scenes"][0]["messages"], "scene.incomplete"));
+    json = checkedJson(
+        sceneFile("endless", paged(testing::TempDir() + "midair-check-endless.osgt")), 1);
+    EXPECT_NE(json["reading"].dump().find("only the first 256 files"), std::string::npos)
+        << "a file that names itself";
 }
 
 TEST(MidairCheck, EndsWithTwoWhereNothingCanBeRead)
