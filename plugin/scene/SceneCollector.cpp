@@ -1,6 +1,8 @@
 #include "plugin/scene/SceneCollector.h"
 
 #include "engine-bridge/scene/Convert.h"
+#include "engine-bridge/scene/GeometryReader.h"
+#include "engine-bridge/scene/drawn/DrawnState.h"
 #include "plugin/scene/PropertyConversion.h"
 
 #include <algorithm>
@@ -29,8 +31,7 @@ void SceneCollector::configure(const Eigen::Matrix4d& toArray, bool shadows)
     forget();
 }
 
-bool SceneCollector::collect(osg::Node& root,
-                             const osg::Matrixd& world,
+bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
                              std::vector<HapticObject>& objects)
 {
     _objects = &objects;
@@ -40,9 +41,10 @@ bool SceneCollector::collect(osg::Node& root,
     _beingRead = 0;
     _changed = !_kept;
     ++_frame;
-    if (_tagFrame == 0) markTags(root);
+    for (const SceneRoot& root : roots)
+        if (_tagFrame == 0) markTags(*root.node);
     _tagFrame = (_tagFrame + 1) % kTagFrames;
-    _visitor.collect(root, world, _default ? &*_default : nullptr);
+    _visitor.collect(roots, _default ? &*_default : nullptr);
     _meshes.beginFrame();
     _obstacles.beginFrame();
     for (const HapticInstance& instance : _visitor.instances())
@@ -175,12 +177,13 @@ void SceneCollector::fill(const HapticInstance& instance)
         if (!instance.points && _meshes.isBeingRead(*instance.node)) ++_beingRead;
     }
     const bool stands = _kept && !changed && known.first == _count && known.shape == shape &&
-                        known.world == instance.world;
+                        known.world == instance.world && known.clips == instance.clips;
     known.shape = shape;
     if (!stands)
     {
         _changed = true;
         known.world = instance.world;
+        known.clips = instance.clips;
         known.first = _count;
         known.count = 0;
         if (known.property.enabled && !instance.inWorld && fresh)
@@ -191,6 +194,7 @@ void SceneCollector::fill(const HapticInstance& instance)
             _say(about(MessageCode::OBJECT_UNTURNED,
                        known.path,
                        "hangs on what turns with the camera on screen; it is felt unturned"));
+        if (possible && fresh && !instance.points) tellStates(instance, known.path);
         if (possible) fillParts(instance, known);
     }
     _count += known.count;
@@ -226,8 +230,27 @@ bool SceneCollector::findParts(const HapticInstance& instance, const Known& know
     return !_parts.empty();
 }
 
+// What the states on the path to an object do to what is seen of it, when it is met first. What is
+// below it is told when it is read, and a drawable is.
+void SceneCollector::tellStates(const HapticInstance& instance, const std::string& path)
+{
+    const auto look = [&](const osg::Node& node)
+    {
+        if (node.asDrawable()) return;
+        const std::string what = midair::bridge::notFeltOf(node);
+        if (what.empty()) return;
+        const std::string text = midair::bridge::quoted(node) + " " + what;
+        _say(about(MessageCode::OBJECT_GEOMETRY, path, text));
+    };
+    _visitor.lookAlong(instance, look);
+}
+
 void SceneCollector::fillParts(const HapticInstance& instance, Known& known)
 {
+    std::vector<Eigen::Vector4d> clips;
+    for (const osg::Vec4d& plane : instance.clips)
+        clips.emplace_back(_toArray.inverse().transpose() *
+                           Eigen::Vector4d(plane.x(), plane.y(), plane.z(), plane.w()));
     double pressure = 0.0;
     if (!findParts(instance, known, pressure)) return;
     known.count = _parts.size();
@@ -245,6 +268,7 @@ void SceneCollector::fillParts(const HapticInstance& instance, Known& known)
         object.mesh = part.mesh;
         object.pose = part.pose;
         object.properties = forBridge(known.property);
+        object.clips = clips;
         object.touchEvents = known.property.touchEvents;
         if (!instance.points) continue;
         object.properties.sampling = midair::haptics::Sampling::POINTS;
