@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace midair::bridge
 {
@@ -56,6 +57,9 @@ struct HapticObject
     SharedMesh mesh;                                        ///< metres, scale baked in
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< mesh -> array frame
     HapticProperties properties;
+    /// planes (n, d) in the array frame; what of the object is at n x + d < 0 for any is neither
+    /// seen nor felt
+    std::vector<Eigen::Vector4d> clips;
     /// if true, the distance of hands to this object is measured; the field doesn't depend on it
     bool touchEvents = false;
     /// what the caller wants to find again in the result (HologramResult::origins); not read
@@ -63,5 +67,8 @@ struct HapticObject
 
     std::uint64_t touchId() const { return whole ? whole : id; }
 };
+
+/// True for a place in the array frame that one of \a clips cuts off.
+bool isClipped(const std::vector<Eigen::Vector4d>& clips, const Eigen::Vector3d& place);
 
 } // namespace midair::bridge

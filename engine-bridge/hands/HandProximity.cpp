@@ -150,6 +150,7 @@ void HandProximity::measure(const HapticObject& object,
     {
         const double range = std::min(_options.range_m, contact.distance_m);
         const NearestSpot spot = mesh.nearest(bone.shape, std::max(range, 0.0));
+        if (spot.triangle >= 0 && isClipped(object.clips, object.pose * spot.onSurface)) continue;
         if (spot.triangle >= 0 && spot.distance_m < 0.0) _overlapping.push_back(bone.shape);
         if (spot.triangle < 0 || spot.distance_m >= contact.distance_m) continue;
         contact.distance_m = spot.distance_m;

@@ -37,6 +37,17 @@ haptics::ControlPoints ownPoints(const haptics::ControlPoints& points, std::size
     return haptics::pick(points, own);
 }
 
+/// Those of \a places (mesh frame) that no plane clips, in the array frame.
+Eigen::Matrix3Xd unclipped(const HapticObject& object, const Eigen::Matrix3Xd& places)
+{
+    Eigen::Matrix3Xd all = object.pose * places;
+    Eigen::Index kept = 0;
+    for (Eigen::Index i = 0; i < all.cols(); ++i)
+        if (!isClipped(object.clips, all.col(i))) all.col(kept++) = all.col(i);
+    all.conservativeResize(3, kept);
+    return all;
+}
+
 } // namespace
 
 std::optional<haptics::ControlPoints>
@@ -56,7 +67,7 @@ FeltSurface::placesOf(const std::vector<HapticObject>& objects,
         const double pointSpacing_m =
             object.properties.spacing_m > 0.0 ? object.properties.spacing_m : _wavelength_m;
         const haptics::ControlPoints places =
-            haptics::feltPlaces(object.pose * cached.sets.front().positions,
+            haptics::feltPlaces(unclipped(object, cached.sets.front().positions),
                                 own,
                                 haptics::kFeltReach * std::max(pointSpacing_m, spacing_m),
                                 _stop);

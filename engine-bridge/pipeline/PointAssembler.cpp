@@ -88,7 +88,7 @@ bool PointAssembler::unmoved(const SceneSnapshot& snapshot)
         const Placed& then = _placed[i];
         // Written so that a pose that is not finite counts as moved.
         const bool still = now.id == then.id && now.meshId == then.meshId &&
-                           now.properties == then.properties &&
+                           now.properties == then.properties && now.clips == then.clips &&
                            travel(then.corners, now.pose, then.pose) <= _options.motionTolerance_m;
         if (!still) return false;
     }
@@ -132,6 +132,7 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
         placed.id = object.id;
         placed.meshId = object.meshId;
         placed.properties = p;
+        placed.clips = object.clips;
         placed.pose = object.pose;
         if (!usable(object)) continue;
         tellIfLarge(object, snapshot.metresPerUnit);
@@ -195,6 +196,8 @@ void PointAssembler::add(
     posed.spacing_m = given ? kGivenSpacing_m : spacing_m;
     posed.pose(samples, object.pose, firstIdentity(object.id, cached.sampling));
     keepSide(p.side, posed);
+    if (object.clips.empty()) return;
+    posed.keepIf([&](Eigen::Index i) { return !isClipped(object.clips, posed.positions.col(i)); });
 }
 
 void PointAssembler::keepSide(Side side, haptics::PosedObject& posed) const

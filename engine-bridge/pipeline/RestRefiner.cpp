@@ -198,9 +198,9 @@ bool RestRefiner::isOutline(const SceneSnapshot& snapshot) const
            std::all_of(snapshot.objects.begin(), snapshot.objects.end(), isCurve);
 }
 
-// The outlines of all objects of the scene, array frame; none if a part of one can't be reached,
-// since points, which are played instead, can be left out one by one, or if there are single points
-// beside them.
+// The outlines of all objects of the scene, array frame; none if a part of one can't be reached or
+// is clipped, since points, which are played instead, can be left out one by one, or if there are
+// single points beside them.
 std::vector<haptics::Outline> RestRefiner::outlines(const haptics::ControlPoints& played) const
 {
     std::vector<haptics::Outline> all;
@@ -213,6 +213,9 @@ std::vector<haptics::Outline> RestRefiner::outlines(const haptics::ControlPoints
         haptics::ReachedOutlines reached = haptics::reachedOutlines(
             *object.mesh, object.pose, target, _assembler.workspace(), _options.solverOptions.stop);
         points += reached.points;
+        for (const haptics::Outline& outline : reached.inside)
+            for (const auto& vertex : outline.vertices.colwise())
+                if (isClipped(object.clips, vertex)) return {};
         if (reached.outside > 0 || reached.apart > 0 || points > base::kMostControlPoints)
             return {};
         std::move(reached.inside.begin(), reached.inside.end(), std::back_inserter(all));

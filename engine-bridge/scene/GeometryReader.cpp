@@ -1,6 +1,7 @@
 #include "engine-bridge/scene/GeometryReader.h"
 
 #include "engine-bridge/scene/Convert.h"
+#include "engine-bridge/scene/drawn/TextOutlines.h"
 #include "haptics/base/Limits.h"
 
 #include <osg/Geometry>
@@ -112,15 +113,30 @@ const osg::Object* deformerOf(const osg::Geometry& geometry)
     return nullptr;
 }
 
+void GeometryReader::readText(const osgText::TextBase& text, MeshPiece& piece)
+{
+    _sources.emplace_back(text.getCoords().get());
+    TextOutlines outlines = textOutlines(text);
+    if (outlines.problem.empty() && _paint.source != PaintOptions::NONE)
+        outlines.problem = "is text; it is felt unpainted";
+    if (!outlines.problem.empty()) _warnings.push_back(quoted(text) + " " + outlines.problem);
+    piece.vertices.resize(3, static_cast<Eigen::Index>(outlines.places.size()));
+    for (std::size_t i = 0; i < outlines.places.size(); ++i)
+        piece.vertices.col(static_cast<Eigen::Index>(i)) = toEigen(outlines.places[i]);
+    for (const auto& [a, b] : outlines.lines)
+        piece.triangles.emplace_back(a, b, b);
+}
+
 MeshPiece GeometryReader::readOther(const osg::Drawable& drawable)
 {
     MeshPiece piece;
-    const bool isText = std::strcmp(drawable.libraryName(), "osgText") == 0;
-    if (isText)
-        _warnings.push_back(quoted(drawable) + " is text, which can't be felt");
-    else
-        readSoup(drawable, piece);
-    if (!isText && piece.triangles.empty())
+    if (const osgText::TextBase* text = textOf(drawable))
+    {
+        readText(*text, piece);
+        return piece;
+    }
+    readSoup(drawable, piece);
+    if (piece.triangles.empty())
         _warnings.push_back(quoted(drawable) + " has no triangles; it can't be felt");
     return piece;
 }
@@ -156,6 +172,11 @@ GeometryCopy GeometryReader::begin(const osg::Geometry& geometry, const PaintSta
     {
         _sources.emplace_back(primitives.get());
         copy.surface->primitives.emplace_back(*primitives, _spares);
+        if (primitives->getNumInstances() > 1)
+            _warnings.push_back(fmt::format("{} is drawn {} times by instancing, where a shader "
+                                            "says; it is felt once, as it is stored",
+                                            copy.name,
+                                            primitives->getNumInstances()));
         if (feltAs(primitives->getMode()) != Felt::NOT) continue;
         _warnings.push_back(fmt::format("{} has primitives of mode {:#x} (neither triangles, "
                                         "lines nor points); they can't be felt",
@@ -179,6 +200,13 @@ void GeometryReader::beginPaint(const osg::Geometry& geometry,
     if (!state.texture)
     {
         _warnings.push_back(quoted(geometry) + " has no texture in unit 0; it is felt unpainted");
+        return;
+    }
+    if (state.isGenerated.value_or(false))
+    {
+        _warnings.push_back(quoted(geometry) +
+                            " has texture coordinates that the graphics card makes (TexGen); it is "
+                            "felt unpainted");
         return;
     }
     surface.isTextured = true;

@@ -13,6 +13,11 @@
 #include <string>
 #include <vector>
 
+namespace osgText
+{
+class TextBase;
+}
+
 namespace midair::bridge
 {
 
@@ -58,6 +63,7 @@ public:
 
 private:
     void beginPaint(const osg::Geometry& geometry, const PaintState& state, SurfaceCopy& surface);
+    void readText(const osgText::TextBase& text, MeshPiece& piece);
     void checkSkinning(const osg::Geometry& geometry);
 
     const PaintOptions& _paint;

@@ -48,7 +48,7 @@ void MeshCache::beginFrame()
 
 bool MeshCache::findMovers(Subtree& subtree)
 {
-    const auto& before = subtree.read.still;
+    const auto& before = subtree.shape.read.still;
     const auto& now = subtree.next.still;
     const bool comparable =
         std::equal(before.begin(),
@@ -72,7 +72,7 @@ void MeshCache::makeMesh(SubtreeReading& reading, std::size_t i, const Subtree& 
     auto pieces = reading.takePieces(i);
     part.isEmpty = pieces.empty();
     part.bytes = reading.bytes();
-    if (!subtree.late)
+    if (!subtree.shape.late)
     {
         auto mesh =
             std::make_shared<const haptics::TriangleMesh>(meshOf(pieces, reading.warnings()));
@@ -81,7 +81,7 @@ void MeshCache::makeMesh(SubtreeReading& reading, std::size_t i, const Subtree& 
         return;
     }
     part.mesh = SharedMesh::later(
-        [pieces = std::move(pieces), late = subtree.late]
+        [pieces = std::move(pieces), late = subtree.shape.late]
         {
             std::vector<std::string> warnings;
             haptics::TriangleMesh mesh = meshOf(pieces, warnings);
@@ -99,24 +99,25 @@ void MeshCache::install(Subtree& subtree, bool isWholeAtOnce, std::vector<std::s
     const auto isAny = [](const std::vector<bool>& flags)
     { return std::find(flags.begin(), flags.end(), true) != flags.end(); };
     const bool anyUnsaid = isAny(subtree.movedUnsaid) || isAny(subtree.changedUnsaid);
+    keepShape(subtree, reading->state());
     std::vector<Part> old;
-    old.swap(subtree.parts);
+    old.swap(subtree.shape.parts);
     // New paint makes a new mesh and new ids, so that no one keeps samples of the old one.
     if (subtree.isRepainted) old.clear();
     subtree.isRepainted = false;
-    subtree.read = subtree.now = reading->state();
-    subtree.fingerprint = subtree.read.fingerprint();
-    subtree.vertices = reading->takeVertices();
-    subtree.sources = std::move(reading->sources());
+    subtree.shape.read = subtree.now = reading->state();
+    subtree.shape.fingerprint = subtree.shape.read.fingerprint();
+    subtree.shape.vertices = reading->takeVertices();
+    subtree.shape.sources = std::move(reading->sources());
     const bool isMadeNow =
         !reading->isPlain() || (isWholeAtOnce && reading->bytes() <= _makeBudget);
     if (isMadeNow) _makeBudget -= std::min(reading->bytes(), _makeBudget);
-    subtree.late = isMadeNow ? nullptr : std::make_shared<LateWarnings>();
+    subtree.shape.late = isMadeNow ? nullptr : std::make_shared<LateWarnings>();
     ++_extractions;
     bool fresh = false;
-    for (std::size_t i = 0; i < subtree.read.parts.size(); ++i)
+    for (std::size_t i = 0; i < subtree.shape.read.parts.size(); ++i)
     {
-        const SubtreePart& state = subtree.read.parts[i];
+        const SubtreePart& state = subtree.shape.read.parts[i];
         Part part;
         part.key = state.key;
         part.fingerprint = state.fingerprint;
@@ -128,14 +129,15 @@ void MeshCache::install(Subtree& subtree, bool isWholeAtOnce, std::vector<std::s
                            same->fingerprint.topology == state.fingerprint.topology &&
                            !(index < subtree.changedUnsaid.size() && subtree.changedUnsaid[index]);
         part.topologyId = known ? same->topologyId : _nextId++;
+        part.mirroredId = known ? same->mirroredId : _nextId++;
         // Parts that have not changed keep their meshes and are not sampled again. What changed
         // unsaid while slices were copied isn't known.
         if (known && isWholeAtOnce && same->fingerprint == state.fingerprint && !anyUnsaid)
             part.stretched.swap(same->stretched);
         fresh = fresh || !known;
-        subtree.parts.push_back(std::move(part));
+        subtree.shape.parts.push_back(std::move(part));
     }
-    if (!fresh) subtree.late = nullptr; // told already
+    if (!fresh) subtree.shape.late = nullptr; // told already
     if (!fresh) return;
     const auto& said = reading->warnings();
     warnings.insert(warnings.end(), said.begin(), said.end());
@@ -175,7 +177,7 @@ bool MeshCache::read(Subtree& subtree, std::vector<std::string>& warnings)
 // Returns true if vertices, indices or paint of a part were changed without dirty().
 bool MeshCache::lookForUnsaid(Subtree& subtree) const
 {
-    const std::vector<PartSources>& parts = subtree.vertices;
+    const std::vector<PartSources>& parts = subtree.shape.vertices;
     subtree.movedUnsaid.assign(parts.size(), false);
     subtree.changedUnsaid.assign(parts.size(), false);
     bool any = false;
@@ -208,40 +210,42 @@ void MeshCache::drop(Part& part) const
 bool MeshCache::follow(Subtree& subtree)
 {
     const std::vector<SubtreePart>& next = subtree.next.parts;
-    if (next.size() != subtree.parts.size()) return false;
+    if (next.size() != subtree.shape.parts.size()) return false;
     std::vector<bool> moved(next.size());
     for (std::size_t i = 0; i < next.size(); ++i)
     {
-        const MeshFingerprint& before = subtree.parts[i].fingerprint;
-        if (next[i].key != subtree.parts[i].key || next[i].fingerprint.paint != before.paint ||
+        const MeshFingerprint& before = subtree.shape.parts[i].fingerprint;
+        if (next[i].key != subtree.shape.parts[i].key ||
+            next[i].fingerprint.paint != before.paint ||
             next[i].fingerprint.topology != before.topology || subtree.changedUnsaid[i])
             return false;
         moved[i] = subtree.movedUnsaid[i] || next[i].fingerprint.vertices != before.vertices;
     }
-    if (!copyVertices(*subtree.root, subtree.options, moved, _spares, subtree.vertices))
+    if (!copyVertices(*subtree.root, subtree.options, moved, _spares, subtree.shape.vertices))
         return false;
     for (std::size_t i = 0; i < next.size(); ++i)
     {
-        Part& part = subtree.parts[i];
+        Part& part = subtree.shape.parts[i];
         if (!moved[i]) continue;
         part.fingerprint = next[i].fingerprint;
-        part.moved = std::make_shared<const std::vector<PlacedCopy>>(subtree.vertices[i].copies());
+        part.moved =
+            std::make_shared<const std::vector<PlacedCopy>>(subtree.shape.vertices[i].copies());
         drop(part);
     }
     subtree.now = subtree.next;
-    subtree.read = subtree.next;
-    subtree.fingerprint = subtree.next.fingerprint();
+    subtree.shape.read = subtree.next;
+    subtree.shape.fingerprint = subtree.next.fingerprint();
     ++_extractions;
     return true;
 }
 
 void MeshCache::takeLateWarnings(Subtree& subtree, std::vector<std::string>& warnings)
 {
-    if (!subtree.late || !subtree.late->isAny) return;
-    const std::lock_guard<std::mutex> lock(subtree.late->mutex);
-    warnings.insert(warnings.end(), subtree.late->all.begin(), subtree.late->all.end());
-    subtree.late->all.clear();
-    subtree.late->isAny = false;
+    if (!subtree.shape.late || !subtree.shape.late->isAny) return;
+    const std::lock_guard<std::mutex> lock(subtree.shape.late->mutex);
+    warnings.insert(warnings.end(), subtree.shape.late->all.begin(), subtree.shape.late->all.end());
+    subtree.shape.late->all.clear();
+    subtree.shape.late->isAny = false;
 }
 
 void MeshCache::refresh(Subtree& subtree,
@@ -260,6 +264,7 @@ void MeshCache::refresh(Subtree& subtree,
         subtree.options.images = &_images;
         subtree.root = &root;
         subtree.reading = nullptr;
+        subtree.kept.clear();
         subtree.isRepainted = true;
         subtree.version = _nextId++;
         if (read(subtree, warnings)) subtree.poses = subtree.now.poses();
@@ -273,7 +278,7 @@ void MeshCache::refresh(Subtree& subtree,
     }
     // What slices were copied of may have moved meanwhile.
     const bool unsaid = lookForUnsaid(subtree);
-    if (!unsaid && subtree.next.fingerprint() == subtree.fingerprint)
+    if (!unsaid && subtree.next.fingerprint() == subtree.shape.fingerprint)
     {
         std::swap(subtree.now, subtree.next);
         const std::uint64_t poses = subtree.now.poses();
@@ -281,7 +286,7 @@ void MeshCache::refresh(Subtree& subtree,
         subtree.poses = poses;
         return;
     }
-    if (!findMovers(subtree) && follow(subtree))
+    if (recallShape(subtree) || (!findMovers(subtree) && follow(subtree)))
     {
         subtree.poses = subtree.now.poses();
         subtree.version = _nextId++;
@@ -316,6 +321,8 @@ const MeshCache::Stretched& MeshCache::stretchedTo(Part& part, const Eigen::Matr
             haptics::TriangleMesh made = *mesh;
             if (moved) made.vertices = joinedVertices(*moved);
             made.vertices = stretch * made.vertices;
+            // A mirror image turns the order of corners round: its faces still look outwards.
+            if (stretch.determinant() < 0.0) made.triangles.row(1).swap(made.triangles.row(2));
             return made;
         };
         part.stretched.push_back({stretch, _nextId++, SharedMesh::later(std::move(make)), _frame});
@@ -335,9 +342,9 @@ bool MeshCache::get(osg::Node& root,
     PoseAndStretch ofRoot;
     if (!decompose(toArray, ofRoot)) return false;
     Subtree& subtree = lookAt(root, options, warnings);
-    for (std::size_t i = 0; i < subtree.parts.size(); ++i)
+    for (std::size_t i = 0; i < subtree.shape.parts.size(); ++i)
     {
-        Part& part = subtree.parts[i];
+        Part& part = subtree.shape.parts[i];
         if (part.isEmpty) continue;
         PoseAndStretch placed = ofRoot;
         if (i > 0 && !decompose(toArray * toEigen(subtree.now.parts[i].toRoot), placed))
@@ -348,7 +355,12 @@ bool MeshCache::get(osg::Node& root,
             continue;
         }
         const Stretched& stretched = stretchedTo(part, placed.stretch);
-        out.push_back({stretched.meshId, part.topologyId, stretched.mesh, part.key, placed.pose});
+        const bool isMirrored = placed.stretch.determinant() < 0.0;
+        out.push_back({stretched.meshId,
+                       isMirrored ? part.mirroredId : part.topologyId,
+                       stretched.mesh,
+                       part.key,
+                       placed.pose});
     }
     return true;
 }
@@ -361,13 +373,14 @@ void MeshCache::endFrame()
     bool forgotten = false;
     for (auto subtree = _subtrees.begin(); subtree != _subtrees.end();)
     {
-        for (Part& part : subtree->second.parts)
+        for (Part& part : subtree->second.shape.parts)
         {
             // A caller for whom look() stays the same holds the mesh without asking again.
             for (Stretched& s : part.stretched)
                 if (s.mesh.useCount() > 1) s.used = _frame;
             forgetUnused(part, kKeptFrames);
         }
+        forgetShapes(subtree->second);
         const bool unused = _frame - subtree->second.used > kKeptFrames;
         forgotten = forgotten || unused;
         subtree = unused ? _subtrees.erase(subtree) : std::next(subtree);

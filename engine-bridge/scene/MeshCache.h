@@ -61,6 +61,11 @@ public:
     /// meshes at once in a frame, so that what can't be felt of them is told at once.
     static constexpr std::size_t kSmall = std::size_t(1) << 17;
 
+    /// Shapes of a subtree that has one after the other, as below an osg::Sequence; larger ones are
+    /// read anew.
+    static constexpr std::size_t kKeptShapes = 16;
+    static constexpr std::size_t kKeptBytes = std::size_t(1) << 22;
+
     /// \a inSlices: false copies every subtree at once.
     explicit MeshCache(bool inSlices = true) : _inSlices(inSlices) {}
 
@@ -113,9 +118,10 @@ private:
         std::uint64_t key = 0;
         MeshFingerprint fingerprint;
         std::uint64_t topologyId = 0;
-        SharedMesh mesh;       ///< as it was read
-        bool isEmpty = false;  ///< nothing of it can be felt
-        std::size_t bytes = 0; ///< copied of the subtree that it is a part of
+        std::uint64_t mirroredId = 0; ///< topologyId of its mirror images
+        SharedMesh mesh;              ///< as it was read
+        bool isEmpty = false;         ///< nothing of it can be felt
+        std::size_t bytes = 0;        ///< copied of the subtree that it is a part of
         /// newer vertices for that mesh; null: its own
         std::shared_ptr<const std::vector<PlacedCopy>> moved;
         std::vector<Stretched> stretched;
@@ -127,11 +133,9 @@ private:
         std::vector<std::string> all;
         std::atomic<bool> isAny{false};
     };
-    /// A subtree as it was read last, and its present state.
-    struct Subtree
+    /// What was read of a subtree.
+    struct Shape
     {
-        osg::ref_ptr<osg::Node> root;      ///< kept alive, so that its address isn't reused
-        ExtractOptions options;            ///< with its movers
         SubtreeState read;                 ///< when the parts were
         MeshFingerprint fingerprint;       ///< of that
         std::vector<Part> parts;           ///< in the order of read.parts
@@ -140,6 +144,20 @@ private:
         /// address.
         std::vector<osg::ref_ptr<const osg::Referenced>> sources;
         std::shared_ptr<LateWarnings> late; ///< null: all was made at once
+    };
+    /// A shape that a subtree had before.
+    struct KeptShape
+    {
+        Shape shape;
+        std::uint64_t used = 0; ///< last frame of its use
+    };
+    /// A subtree as it was read last, and its present state.
+    struct Subtree
+    {
+        osg::ref_ptr<osg::Node> root; ///< kept alive, so that its address isn't reused
+        ExtractOptions options;       ///< with its movers
+        Shape shape;
+        std::vector<KeptShape> kept;
         /// for each part: its vertices were changed without dirty()
         std::vector<bool> movedUnsaid;
         /// the same of its indices or paint
@@ -170,6 +188,9 @@ private:
     bool lookForUnsaid(Subtree& subtree) const;
     bool follow(Subtree& subtree);
     void drop(Part& part) const;
+    void keepShape(Subtree& subtree, const SubtreeState& next) const;
+    bool recallShape(Subtree& subtree) const;
+    void forgetShapes(Subtree& subtree) const;
     static void takeLateWarnings(Subtree& subtree, std::vector<std::string>& warnings);
     void forgetUnused(Part& part, std::uint64_t frames) const;
 

@@ -2,6 +2,7 @@
 
 #include "engine-bridge/scene/GeometryReader.h"
 #include "engine-bridge/scene/SubtreeReading.h"
+#include "engine-bridge/scene/drawn/TextOutlines.h"
 
 #include <osg/Geometry>
 
@@ -73,7 +74,7 @@ protected:
     {
         mix(print().topology, static_cast<const void*>(&drawable));
         const osg::Geometry* geometry = drawable.asGeometry();
-        if (!geometry) return;
+        if (!geometry) return mixText(drawable);
         const osg::Array* vertices = geometry->getVertexArray();
         mix(print().topology,
             static_cast<std::uint64_t>(vertices ? vertices->getNumElements() : 0));
@@ -87,11 +88,22 @@ protected:
     }
 
 private:
+    void mixText(const osg::Drawable& drawable)
+    {
+        const osgText::TextBase* text = textOf(drawable);
+        if (!text) return;
+        // Other characters are other lines.
+        mix(print().topology, static_cast<const osg::BufferData*>(text->getCoords().get()));
+        mix(print().topology, static_cast<std::uint64_t>(followsScreen(*text)));
+        mix(print().vertices, text->getMatrix());
+    }
+
     void mixTexture(const osg::Geometry& geometry)
     {
         std::uint64_t& hash = print().paint;
         mix(hash, static_cast<const osg::BufferData*>(geometry.getTexCoordArray(0)));
         if (paint.matrix) mix(hash, paint.matrix->getMatrix());
+        mix(hash, static_cast<std::uint64_t>(paint.isGenerated.value_or(false)));
         const osg::Texture* texture = paint.texture;
         mix(hash, static_cast<const void*>(texture));
         if (!texture) return;

@@ -71,8 +71,8 @@ struct ExtractedMesh
     const haptics::TriangleMesh& mesh() const { return parts.front(); }
 };
 
-/// Extracts the triangles, lines and points of a subtree at once. Leaves out text, and cameras,
-/// since what they show is elsewhere.
+/// Extracts the triangles, lines and points of a subtree at once, and texts as the outlines of
+/// their characters. Leaves out cameras, since what they show is elsewhere.
 ExtractedMesh extractMesh(osg::Node& root, const ExtractOptions& options = {});
 
 } // namespace midair::bridge

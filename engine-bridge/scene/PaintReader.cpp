@@ -1,5 +1,7 @@
 #include "engine-bridge/scene/PaintReader.h"
 
+#include <osg/TexGen>
+
 #include <algorithm>
 
 namespace midair::bridge
@@ -97,6 +99,9 @@ void PaintState::apply(const osg::StateSet* state)
     if (found) texture = static_cast<const osg::Texture*>(found);
     const auto* turned = state->getTextureAttribute(0, osg::StateAttribute::TEXMAT);
     if (turned) matrix = static_cast<const osg::TexMat*>(turned);
+    const osg::StateAttribute::GLModeValue generated = state->getTextureMode(0, GL_TEXTURE_GEN_S);
+    if (!(generated & osg::StateAttribute::INHERIT))
+        isGenerated = (generated & osg::StateAttribute::ON) != 0;
 }
 
 PaintImages::Known& PaintImages::look(const osg::Texture& texture)

@@ -14,6 +14,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -61,6 +62,8 @@ struct PaintState
 {
     const osg::Texture* texture = nullptr;
     const osg::TexMat* matrix = nullptr;
+    /// whether the graphics card makes the coordinates (TexGen); none: nothing says so
+    std::optional<bool> isGenerated;
 
     /// Takes over the texture and matrix that \a state sets; it may be null.
     void apply(const osg::StateSet* state);

@@ -1,6 +1,13 @@
 #include "engine-bridge/scene/SubtreeReading.h"
 
 #include "engine-bridge/scene/CameraFreeTransform.h"
+#include "engine-bridge/scene/Convert.h"
+#include "engine-bridge/scene/drawn/DrawnState.h"
+#include "engine-bridge/scene/drawn/TextOutlines.h"
+
+#include <osg/ClipNode>
+
+#include <utility>
 
 namespace midair::bridge
 {
@@ -49,6 +56,11 @@ haptics::TriangleMesh joined(const std::vector<MeshPiece>& pieces)
     return mesh;
 }
 
+bool isMirror(const osg::Matrixd& matrix)
+{
+    return toEigen(matrix).topLeftCorner<3, 3>().determinant() < 0.0;
+}
+
 } // namespace
 
 haptics::TriangleMesh meshOf(const std::vector<PlacedPiece>& pieces,
@@ -59,6 +71,9 @@ haptics::TriangleMesh meshOf(const std::vector<PlacedPiece>& pieces,
     {
         MeshPiece piece = placed.copy.vertices ? pieceOf(placed.copy, warnings) : placed.read;
         if (placed.isMoved) piece.vertices = transformed(piece.vertices, placed.matrix);
+        if (placed.isMoved && isMirror(placed.matrix))
+            for (Eigen::Vector3i& corners : piece.triangles)
+                std::swap(corners[1], corners[2]); // so that faces look outwards still
         read.push_back(std::move(piece));
     }
     return joined(read);
@@ -87,6 +102,11 @@ protected:
     void enter(osg::Node& node) override
     {
         _out._sources.emplace_back(&node);
+        tellState(node);
+        if (dynamic_cast<osg::ClipNode*>(&node))
+            _out._warnings.push_back(quoted(node) +
+                                     " clips within the haptic object, which is felt whole; above "
+                                     "it it clips what is felt, too");
         const osg::Transform* transform = node.asTransform();
         if (transform && transform->getReferenceFrame() != osg::Transform::RELATIVE_RF)
             _out._warnings.push_back(quoted(node) +
@@ -99,6 +119,7 @@ protected:
     void visit(osg::Drawable& drawable) override
     {
         _out._sources.emplace_back(&drawable);
+        if (!textOf(drawable)) tellState(drawable); // a text has a shader of its own
         PlacedPiece piece;
         piece.matrix = matrix;
         piece.isMoved = !identity;
@@ -119,6 +140,12 @@ protected:
     }
 
 private:
+    void tellState(const osg::Node& node)
+    {
+        const std::string what = notFeltOf(node);
+        if (!what.empty()) _out._warnings.push_back(quoted(node) + " " + what);
+    }
+
     SubtreeReading& _out;
     GeometryReader _reader;
 };

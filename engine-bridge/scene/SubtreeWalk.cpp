@@ -37,7 +37,8 @@ void SubtreeWalk::paintAbove(osg::Node& start)
         found.apply(node->getStateSet());
         if (!paint.texture) paint.texture = found.texture;
         if (!paint.matrix) paint.matrix = found.matrix;
-        if (paint.texture && paint.matrix) return;
+        if (!paint.isGenerated) paint.isGenerated = found.isGenerated;
+        if (paint.texture && paint.matrix && paint.isGenerated) return;
     }
 }
 

@@ -131,34 +131,55 @@ public:
             setKeep(false);
             return;
         }
-        if (_direct && !_statistics.collecting() && engine->rests(*root)) return;
+        engine->findGuests(_guests);
+        if (_direct && _guests.empty() && !_statistics.collecting() && engine->rests(*root)) return;
         _viewer->getViews(_views);
-        for (osgViewer::View* view : _views)
+        const osgViewer::View* view = addRoot(*root);
+        _direct = view && view->getSceneData() == root;
+        for (const osg::ref_ptr<HapticEngine>& guest : _guests)
         {
-            osg::Node* const shown = view->getSceneData();
-            osg::Matrixd world;
-            if (!shown || !findActive(*root, *shown, world)) continue;
+            const osg::ref_ptr<osg::Node> other = guest->root();
+            const osgViewer::View* where = other ? addRoot(*other) : nullptr;
+            if (!view) view = where;
+        }
+        if (view)
+        {
             const osg::FrameStamp* stamp = view->getFrameStamp();
-            engine->update(*root,
-                           world,
+            engine->update(_roots,
                            stamp ? stamp->getFrameNumber() : 0,
                            stamp ? secondsSince(*view, *stamp) : 0.0,
                            stamp ? stamp->getSimulationTime() : 0.0);
             _statistics.show(*_viewer, _views, *engine, stamp ? stamp->getFrameNumber() : 0);
-            _collected = true;
-            _direct = shown == root;
-            return;
         }
-        // The root was removed or switched off. Silences it only if this viewer collected it last,
-        // as another one may show it.
-        if (_collected) engine->silence();
-        _collected = _direct = false;
+        // The roots were removed or switched off. Silences them only if this viewer collected them
+        // last, as another one may show them.
+        else if (_collected)
+            engine->silence();
+        _collected = view != nullptr;
+        _roots.clear();
+        _guests.clear();
     }
 
 private:
+    /// Adds \a root to what is collected, if a view shows it; returns that view, or null.
+    const osgViewer::View* addRoot(osg::Node& root)
+    {
+        for (osgViewer::View* view : _views)
+        {
+            osg::Node* const shown = view->getSceneData();
+            osg::Matrixd world;
+            if (!shown || !findActive(root, *shown, world)) continue;
+            _roots.push_back({&root, world});
+            return view;
+        }
+        return nullptr;
+    }
+
     osgViewer::ViewerBase* const _viewer; ///< owns this operation
     osg::observer_ptr<HapticEngine> _engine;
     osgViewer::ViewerBase::Views _views;
+    std::vector<osg::ref_ptr<HapticEngine>> _guests; ///< kept for their memory, empty
+    std::vector<SceneRoot> _roots;                   ///< likewise
     ViewerStatistics _statistics;
     bool _collected = false;
     bool _direct = false; ///< a view shows the root itself
@@ -207,6 +228,7 @@ bool HapticEngine::follow(osgGA::GUIActionAdapter* adapter)
 
 void HapticEngine::follow(osgViewer::ViewerBase& viewer)
 {
+    _joined.follow(viewer);
     for (const auto& follower : _followers)
     {
         const auto* collect = dynamic_cast<const CollectOperation*>(follower.get());

@@ -30,7 +30,7 @@ constexpr double kRetry_s = 0.5;
 bool sameObject(const HapticObject& a, const HapticObject& b)
 {
     return a.id == b.id && a.meshId == b.meshId && a.properties == b.properties &&
-           a.pose.matrix() == b.pose.matrix();
+           a.clips == b.clips && a.pose.matrix() == b.pose.matrix();
 }
 
 } // namespace
@@ -39,6 +39,7 @@ HapticEngine::HapticEngine(osg::Node& root, const HapticSettings& settings, Owne
     osg::Referenced(true),
     _root(&root),
     _owner(root, kind, *this),
+    _joined(*this),
     _kind(kind),
     _given(&settings),
     _collector(kind == OwnerKind::SCENE ? &root : nullptr,
@@ -110,9 +111,9 @@ osg::ref_ptr<osg::Node> HapticEngine::root() const
 
 // Returns false if the objects are the same as in the last frame. What _snapshot held before says
 // nothing of that: it is an older one once another has been handed over.
-bool HapticEngine::collect(osg::Node& root, const osg::Matrixd& world)
+bool HapticEngine::collect(const std::vector<SceneRoot>& roots)
 {
-    if (_settings.enabled) return _collector.collect(root, world, _snapshot.objects);
+    if (_settings.enabled) return _collector.collect(roots, _snapshot.objects);
     _collector.forget();
     _snapshot.objects.clear();
     return true;
@@ -131,8 +132,7 @@ bool HapticEngine::rests(const osg::Node& root)
     return true;
 }
 
-void HapticEngine::update(osg::Node& root,
-                          const osg::Matrixd& world,
+void HapticEngine::update(const std::vector<SceneRoot>& roots,
                           unsigned int frame,
                           double age_s,
                           double simulationTime_s)
@@ -144,7 +144,7 @@ void HapticEngine::update(osg::Node& root,
     tellDeviceLines();
     if (standsBack()) return tellState();
     configure(*_given);
-    const bool fresh = collect(root, world);
+    const bool fresh = collect(roots);
     keepInnerLimits();
     _snapshot.frame = frame;
     _snapshot.time_s = start_s - age_s;
@@ -240,8 +240,11 @@ void HapticEngine::submit()
 std::string HapticEngine::name() const
 {
     const osg::ref_ptr<osg::Node> node = root();
-    const std::string named =
-        node && !node->getName().empty() ? " \"" + node->getName() + "\"" : "";
+    std::string named = node && !node->getName().empty() ? " \"" + node->getName() + "\"" : "";
+    const osg::Group* group = node && named.empty() ? node->asGroup() : nullptr;
+    for (unsigned int i = 0; group && named.empty() && i < group->getNumChildren(); ++i)
+        if (!group->getChild(i)->getName().empty())
+            named = " with \"" + group->getChild(i)->getName() + "\"";
     return _kind == OwnerKind::SCENE ? (named.empty() ? "a HapticScene" : "the HapticScene" + named)
            : _kind == OwnerKind::CALLBACK ? "a HapticCallback"
                                           : "the viewer's --device";
@@ -251,6 +254,8 @@ std::string HapticEngine::name() const
 bool HapticEngine::standsBack()
 {
     std::string outer = _owner.outer();
+    const osg::ref_ptr<HapticEngine> beside = outer.empty() ? host() : nullptr;
+    if (beside) outer = beside->name();
     if (outer == _outer) return !outer.empty();
     _outer = std::move(outer);
     _configured = false;
@@ -258,7 +263,7 @@ bool HapticEngine::standsBack()
     _submittedAny = false;
     if (_outer.empty()) return false;
     say({MessageCode::SCENE_INSIDE,
-         name() + " is inside " + _outer +
+         name() + (beside ? " is joined with " : " is inside ") + _outer +
              ", which plays it: of its own settings only its caps and Enabled count"});
     _hands.setSettings("", 0.0, false);
     if (!_thread) return true;

@@ -3,6 +3,7 @@
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "haptics/base/text/MessageLog.h"
 #include "plugin/engine/FieldOfResult.h"
+#include "plugin/engine/JoinedScene.h"
 #include "plugin/engine/LatencyStatistics.h"
 #include "plugin/engine/SceneOwners.h"
 #include "plugin/hands/HandTracker.h"
@@ -104,14 +105,27 @@ public:
     static constexpr double kRest_s = 0.5;
     static constexpr double kLook_s = 0.1;
 
-    /// Collects one frame: the active haptic objects below \a root (the engine's own) are felt from
-    /// now on. \a world: transform from the frame of the root's parent to the world. \a age_s: time
-    /// since the frame's stamp. Touch callbacks are called last.
-    void update(osg::Node& root,
-                const osg::Matrixd& world,
+    /// Collects one frame: the active haptic objects below \a roots (the engine's own root, and
+    /// those of its guests) are felt from now on. \a age_s: time since the frame's stamp. Touch
+    /// callbacks are called last.
+    void update(const std::vector<SceneRoot>& roots,
                 unsigned int frame,
                 double age_s,
                 double simulationTime_s);
+
+    /// As HapticScene::setJoined().
+    void setJoined(bool joined);
+    bool isJoined() const { return _joined.isJoined(); }
+    /// The engine of a joined scene that plays this one's; null: none does. On the update thread.
+    osg::ref_ptr<HapticEngine> host() const { return _joined.host(); }
+    /// Puts the engines whose host this one is into \a guests. On the update thread.
+    void findGuests(std::vector<osg::ref_ptr<HapticEngine>>& guests) const
+    {
+        _joined.findGuests(guests);
+    }
+    /// Returns true if this engine plays at all, and on the array and at the place that \a other
+    /// asks for, so that it can play for that. On the update thread of both.
+    bool suits(const HapticEngine& other) const;
 
     /// Adds \a message, or counts it if it is there, and passes it on to osg::notify() once.
     void say(midair::base::Message message);
@@ -141,7 +155,8 @@ public:
     void setMuted(bool muted);
     bool isMuted() const { return _muted; }
 
-    /// Returns true if another owner, further out, plays the scene. For the update thread only.
+    /// Returns true if another owner, further out or beside it, plays the scene. For the update
+    /// thread only.
     bool isPlayedByAnother() const { return !_outer.empty(); }
     /// Returns the settings as they are used; before the first update() as they were given. For the
     /// update thread only, while the root lives.
@@ -175,7 +190,7 @@ private:
     void openHands();
     void attachMouse();
     void tellTouches();
-    bool collect(osg::Node& root, const osg::Matrixd& world);
+    bool collect(const std::vector<SceneRoot>& roots);
     void configure(const HapticSettings& settings);
     void readSettings(const HapticSettings& given);
     void keepInnerLimits();
@@ -194,6 +209,7 @@ private:
 
     osg::observer_ptr<osg::Node> _root;
     const SceneOwner _owner;
+    JoinedScene _joined;
     const OwnerKind _kind;
     const HapticSettings* const _given; ///< valid while _root is
     std::function<void(midair::bridge::HologramOptions&)> _filter;

@@ -93,6 +93,26 @@ void HapticEngine::readSettings(const HapticSettings& given)
     if (why.empty()) say({MessageCode::SETTINGS_SILENCED, "isSilenced is set; nothing is played"});
 }
 
+// What is compared is as given: granted and repaired is the same for both, as the grants are.
+bool HapticEngine::suits(const HapticEngine& other) const
+{
+    const osg::ref_ptr<osg::Node> alive = root(); // and with it the settings
+    if (!alive || !_given->enabled || _isRehearsed != other._isRehearsed) return false;
+    const HapticSettings& a = *_given;
+    const HapticSettings& b = *other._given;
+    return a.array == b.array && a.device == b.device && a.arrayDescription == b.arrayDescription &&
+           a.calibration == b.calibration && a.metresPerUnit == b.metresPerUnit &&
+           a.wishes.array == b.wishes.array && a.wishes.device == b.wishes.device &&
+           (!(a.wishes.array || a.wishes.device) || a.wishes.folder == b.wishes.folder) &&
+           _owner.outer().empty();
+}
+
+void HapticEngine::setJoined(bool joined)
+{
+    _joined.setJoined(joined);
+    if (joined && _viewer) _joined.follow(*_viewer);
+}
+
 void HapticEngine::setRehearsed(bool rehearsed)
 {
     _isRehearsed = rehearsed;

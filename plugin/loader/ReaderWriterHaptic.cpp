@@ -149,6 +149,23 @@ bool LoaderOptions::isUnknown(const std::string& name, bool isOwnFile, std::stri
     return isUnclear;
 }
 
+/// MODEL.EXT.haptic, or MODEL.EXT.(NAME=VALUE, ..).haptic with options of this object alone.
+struct ObjectName
+{
+    std::string model;   ///< MODEL.EXT
+    std::string options; ///< empty: none
+
+    explicit ObjectName(const std::string& fileName) : model(osgDB::getNameLessExtension(fileName))
+    {
+        const std::size_t open = model.rfind(".(");
+        if (model.empty() || model.back() != ')' || open == std::string::npos) return;
+        options = model.substr(open + 2, model.size() - open - 3);
+        // As in "cow.osg.(1,0,0).trans", which is of OSG's own: these are numbers.
+        if (options.find('=') == std::string::npos) options.clear();
+        if (!options.empty()) model.erase(open);
+    }
+};
+
 /// Returns \a model scaled and placed as the options say.
 osg::ref_ptr<osg::Node> placed(osg::Node* model, const LoaderOptions& options)
 {
@@ -240,13 +257,15 @@ public:
         if (!settingsFile(fileName, options).empty())
             return ReadResult(printable(fileName) + " holds settings: use it as --device " +
                               printable(fileName));
-        const std::string modelName = osgDB::getNameLessExtension(fileName);
+        const ObjectName name(fileName);
+        const std::string& modelName = name.model;
         if (osgDB::getFileExtension(modelName).empty()) return ReadResult::FILE_NOT_FOUND;
         osg::ref_ptr<osg::Node> model = osgDB::readRefNodeFile(modelName, options);
         if (!model) return ReadResult::FILE_NOT_HANDLED;
 
         LoaderOptions loader;
         if (options) loader.parse(options->getOptionString(), fileName);
+        loader.parse(name.options, fileName, true);
         makeWishes(loader.settings, osgDB::getFilePath(osgDB::findDataFile(modelName, options)));
         osg::ref_ptr<HapticSurface> surface = new HapticSurface;
         surface->setName(osgDB::getSimpleFileName(modelName));
@@ -254,6 +273,7 @@ public:
         surface->addChild(placed(model, loader));
         osg::ref_ptr<HapticScene> scene = new HapticScene;
         scene->setSettings(loader.settings);
+        scene->setJoined(true); // osgviewer shows several files beside each other
         scene->addChild(surface);
         if (loader.overlays) scene->addChild(new HapticOverlays);
         return scene.get();

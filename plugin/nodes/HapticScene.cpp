@@ -27,6 +27,7 @@ HapticScene::HapticScene(const HapticScene& other, const osg::CopyOp& copyop) :
     _engine->hands().setCallback(other.getTouchCallback());
     _engine->hands().setObstacles(other.getObstacles());
     _engine->setDeviceCallback(other.getDeviceCallback());
+    _engine->setJoined(other.getJoined());
     // The base class doesn't copy these counts.
     setNumChildrenRequiringEventTraversal(getNumChildrenRequiringEventTraversal() + 1);
     setNumChildrenRequiringUpdateTraversal(getNumChildrenRequiringUpdateTraversal() + 1);
@@ -75,7 +76,7 @@ void HapticScene::update(const osg::FrameStamp* frameStamp, const osg::Matrixd& 
 {
     const unsigned int frame = frameStamp ? frameStamp->getFrameNumber() : 0;
     const double time_s = frameStamp ? frameStamp->getSimulationTime() : 0.0;
-    _engine->update(*this, world, frame, 0.0, time_s);
+    _engine->update({{this, world}}, frame, 0.0, time_s);
 }
 
 void HapticScene::setHandSource(HandSource* source)
@@ -123,6 +124,16 @@ void HapticScene::setMuted(bool muted)
 bool HapticScene::getMuted() const
 {
     return _engine->isMuted();
+}
+
+void HapticScene::setJoined(bool joined)
+{
+    _engine->setJoined(joined);
+}
+
+bool HapticScene::getJoined() const
+{
+    return _engine->isJoined();
 }
 
 void HapticScene::setRehearsed(bool rehearsed)

@@ -7,7 +7,9 @@
 #include <osgMidair/HapticSurface>
 
 #include <osg/Camera>
+#include <osg/ClipPlane>
 #include <osg/Drawable>
+#include <osg/Plane>
 #include <osg/Transform>
 #include <osg/ValueObject>
 
@@ -90,21 +92,26 @@ CollectHapticSurfacesVisitor::CollectHapticSurfacesVisitor(const osg::Node* owne
 {
 }
 
-void CollectHapticSurfacesVisitor::collect(osg::Node& root,
-                                           const osg::Matrixd& world,
+void CollectHapticSurfacesVisitor::collect(const std::vector<SceneRoot>& roots,
                                            const HapticProperty* otherwise)
 {
     _innerScenes.clear();
     _instances.clear();
     _paths.clear();
     _pathStarts.clear();
-    _world = world;
     _inWorld = true;
     _followsCamera = false;
-    root.accept(*this);
+    _clips.clear();
+    for (const SceneRoot& root : roots)
+    {
+        _world = root.world;
+        root.node->accept(*this);
+    }
     const bool haptic = std::any_of(
         _instances.begin(), _instances.end(), [](const HapticInstance& i) { return !i.obstacle; });
-    if (haptic || !otherwise || !validNodeMask(root)) return;
+    if (haptic || !otherwise || roots.empty() || !validNodeMask(*roots.front().node)) return;
+    osg::Node& root = *roots.front().node;
+    _world = roots.front().world;
     if (osg::Transform* transform = root.asTransform())
         transform->computeLocalToWorldMatrix(_world, this);
     pushOntoNodePath(&root);
@@ -154,11 +161,41 @@ HapticInstance& CollectHapticSurfacesVisitor::add(osg::Node& node, const HapticP
     instance.property = property;
     instance.inWorld = _inWorld;
     instance.followsCamera = _followsCamera;
+    if (!_clips.empty()) addClips(instance);
     _instances.push_back(instance);
     _pathStarts.push_back(_paths.size());
     _paths.insert(_paths.end(), _nodePath.begin(), _nodePath.end());
     _paths.push_back(nullptr);
     return _instances.back();
+}
+
+// A ClipNode's own state switches its planes on, and a state further down may switch them off.
+void CollectHapticSurfacesVisitor::addClips(HapticInstance& instance) const
+{
+    for (const Clip& clip : _clips)
+    {
+        bool isOn = false;
+        bool isForced = false;
+        for (std::size_t i = clip.from; i < _nodePath.size(); ++i)
+        {
+            const osg::StateSet* state = _nodePath[i]->getStateSet();
+            if (!state) continue;
+            const osg::StateAttribute::GLModeValue value = state->getMode(clip.mode);
+            const bool counts = !isForced || (value & osg::StateAttribute::PROTECTED);
+            if ((value & osg::StateAttribute::INHERIT) || !counts) continue;
+            isOn = (value & osg::StateAttribute::ON) != 0;
+            isForced = (value & osg::StateAttribute::OVERRIDE) != 0;
+        }
+        if (isOn) instance.clips.push_back(clip.plane);
+    }
+}
+
+void CollectHapticSurfacesVisitor::lookAlong(
+    const HapticInstance& instance, const std::function<void(const osg::Node&)>& look) const
+{
+    const auto index = static_cast<std::size_t>(&instance - _instances.data());
+    for (std::size_t i = _pathStarts[index]; _paths[i]; ++i)
+        look(*_paths[i]);
 }
 
 std::string CollectHapticSurfacesVisitor::path(const HapticInstance& instance)
@@ -207,6 +244,24 @@ void CollectHapticSurfacesVisitor::apply(osg::Camera& node)
     check(node);
     traverse(node);
     _inWorld = outerInWorld;
+}
+
+void CollectHapticSurfacesVisitor::apply(osg::ClipNode& node)
+{
+    if (!leadsSomewhere(node)) return;
+    const std::size_t outer = _clips.size();
+    // One in an absolute frame clips by the camera, not in the world.
+    if (_inWorld && node.getReferenceFrame() == osg::ClipNode::RELATIVE_RF)
+        for (const auto& plane : node.getClipPlaneList())
+        {
+            osg::Plane world(plane->getClipPlane());
+            world.transform(_world);
+            _clips.push_back({world.asVec4(),
+                              GL_CLIP_PLANE0 + plane->getClipPlaneNum(),
+                              _nodePath.empty() ? 0 : _nodePath.size() - 1});
+        }
+    apply(static_cast<osg::Node&>(node));
+    _clips.resize(outer);
 }
 
 void CollectHapticSurfacesVisitor::apply(osg::Drawable& drawable)

@@ -3,10 +3,13 @@
 #include <osgMidair/Export>
 #include <osgMidair/HapticProperty>
 
+#include <osg/ClipNode>
 #include <osg/Matrixd>
 #include <osg/NodeVisitor>
+#include <osg/Vec4d>
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -30,6 +33,15 @@ struct HapticInstance
     bool obstacle = false; ///< a real object that blocks sound; not felt itself
     /// below a node that turns with the camera; world is without that turn
     bool followsCamera = false;
+    /// planes of ClipNodes above it, in the world; what is behind one is not seen
+    std::vector<osg::Vec4d> clips;
+};
+
+/// A root of what is felt, and the transform from the frame of its parent to the world.
+struct SceneRoot
+{
+    osg::Node* node = nullptr;
+    osg::Matrixd world;
 };
 
 /// Finds every HapticSurface, every HapticPoints and every node tagged "haptic" or "obstacle" among
@@ -46,17 +58,19 @@ public:
     /// scenes that it meets are inside.
     explicit CollectHapticSurfacesVisitor(const osg::Node* owner = nullptr);
 
-    /// Collects the scene below \a root anew. \a world: transform from the frame of the root's
-    /// parent to the world. If nothing haptic is found and \a otherwise is not null, \a root itself
-    /// becomes an instance with that property; it is for roots without any mark, hidden ones
-    /// included. Memory is reused from call to call.
-    void
-    collect(osg::Node& root, const osg::Matrixd& world, const HapticProperty* otherwise = nullptr);
+    /// Collects the scenes below all \a roots anew. If nothing haptic is found and \a otherwise is
+    /// not null, the first root itself becomes an instance with that property; it is for roots
+    /// without any mark, hidden ones included. Memory is reused from call to call.
+    void collect(const std::vector<SceneRoot>& roots, const HapticProperty* otherwise = nullptr);
 
     const std::vector<HapticInstance>& instances() const { return _instances; }
 
     /// Returns the enabled scenes inside the owner that the last collect() met.
     const std::vector<const HapticScene*>& innerScenes() const { return _innerScenes; }
+
+    /// Calls \a look with each node on the path to an instance of the last collect(), its own too.
+    void lookAlong(const HapticInstance& instance,
+                   const std::function<void(const osg::Node&)>& look) const;
 
     /// Returns the node path of an instance of the last collect(): "HapticScene/MatrixTransform
     /// 'arm'/HapticSurface 'hand'".
@@ -65,6 +79,7 @@ public:
     void apply(osg::Node& node) override;
     void apply(osg::Transform& node) override;
     void apply(osg::Camera& node) override;
+    void apply(osg::ClipNode& node) override;
     void apply(osg::Drawable& drawable) override;
 
 private:
@@ -76,6 +91,15 @@ private:
     HapticInstance& add(osg::Node& node, const HapticProperty* property);
     std::uint64_t pathId() const;
 
+    /// An enabled plane of a ClipNode on the path.
+    struct Clip
+    {
+        osg::Vec4d plane;     ///< in the world
+        GLenum mode = 0;      ///< that enables it
+        std::size_t from = 0; ///< index of the ClipNode in the node path
+    };
+    void addClips(HapticInstance& instance) const;
+
     /// Returns false for a disabled scene inside the owner: nothing below it is felt.
     bool enter(const osg::Node& node);
 
@@ -84,6 +108,7 @@ private:
     std::vector<HapticInstance> _instances;
     std::vector<osg::Node*> _paths; ///< concatenated node paths, each ended by null
     std::vector<std::size_t> _pathStarts;
+    std::vector<Clip> _clips;
     osg::Matrixd _world;
     bool _inWorld = true;
     bool _followsCamera = false;

@@ -2,6 +2,7 @@
 
 #include "engine-bridge/scene/Convert.h"
 #include "engine-bridge/scene/GeometryReader.h"
+#include "engine-bridge/scene/drawn/DrawnState.h"
 #include "plugin/scene/PropertyConversion.h"
 #include "plugin/scene/WhyUnfelt.h"
 
@@ -31,8 +32,7 @@ void SceneCollector::configure(const Eigen::Matrix4d& toArray, bool shadows)
     forget();
 }
 
-bool SceneCollector::collect(osg::Node& root,
-                             const osg::Matrixd& world,
+bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
                              std::vector<HapticObject>& objects)
 {
     _objects = &objects;
@@ -42,10 +42,10 @@ bool SceneCollector::collect(osg::Node& root,
     _beingRead = 0;
     _changed = !_kept;
     ++_frame;
-    if (_tagFrame == 0) lookForMarks(root);
+    if (_tagFrame == 0) lookForMarks(roots);
     _tagFrame = (_tagFrame + 1) % kTagFrames;
     const bool isUnmarked = _marks.state() == SceneMarks::State::NONE;
-    _visitor.collect(root, world, _unmarked && isUnmarked ? &*_unmarked : nullptr);
+    _visitor.collect(roots, _unmarked && isUnmarked ? &*_unmarked : nullptr);
     noteMarks();
     _meshes.beginFrame();
     _obstacles.beginFrame();
@@ -64,13 +64,18 @@ bool SceneCollector::collect(osg::Node& root,
     return _changed;
 }
 
-void SceneCollector::lookForMarks(osg::Node& root)
+void SceneCollector::lookForMarks(const std::vector<SceneRoot>& roots)
 {
-    markTags(root);
-    _marks.look(root);
-    if (_marksTold == _marks.state()) return;
+    std::vector<const osg::Node*> nodes;
+    for (const SceneRoot& root : roots)
+    {
+        markTags(*root.node);
+        nodes.push_back(root.node);
+    }
+    _marks.look(nodes);
+    if (_marksTold == _marks.state() || nodes.empty()) return;
     _marksTold = _marks.state();
-    tellMarks(root);
+    tellMarks(*nodes.front());
 }
 
 // Marks that come later are met first by the visitor, where they are shown.
@@ -219,12 +224,13 @@ void SceneCollector::fill(const HapticInstance& instance)
         if (!instance.points && _meshes.isBeingRead(*instance.node)) ++_beingRead;
     }
     const bool stands = _kept && !changed && known.first == _count && known.shape == shape &&
-                        known.world == instance.world;
+                        known.world == instance.world && known.clips == instance.clips;
     known.shape = shape;
     if (!stands)
     {
         _changed = true;
         known.world = instance.world;
+        known.clips = instance.clips;
         known.first = _count;
         known.count = 0;
         if (known.property.enabled && !instance.inWorld && fresh)
@@ -235,6 +241,7 @@ void SceneCollector::fill(const HapticInstance& instance)
             _say(about(MessageCode::OBJECT_UNTURNED,
                        known.path,
                        "hangs on what turns with the camera on screen; it is felt unturned"));
+        if (possible && fresh && !instance.points) tellStates(instance, known.path);
         if (possible) fillParts(instance, known);
     }
     _count += known.count;
@@ -292,8 +299,27 @@ void SceneCollector::tellCause(Known& known, MessageCode code, const std::string
     _say(about(code, known.path, cause));
 }
 
+// What the states on the path to an object do to what is seen of it, when it is met first. What is
+// below it is told when it is read, and a drawable is.
+void SceneCollector::tellStates(const HapticInstance& instance, const std::string& path)
+{
+    const auto look = [&](const osg::Node& node)
+    {
+        if (node.asDrawable()) return;
+        const std::string what = midair::bridge::notFeltOf(node);
+        if (what.empty()) return;
+        const std::string text = midair::bridge::quoted(node) + " " + what;
+        _say(about(MessageCode::OBJECT_GEOMETRY, path, text));
+    };
+    _visitor.lookAlong(instance, look);
+}
+
 void SceneCollector::fillParts(const HapticInstance& instance, Known& known)
 {
+    std::vector<Eigen::Vector4d> clips;
+    for (const osg::Vec4d& plane : instance.clips)
+        clips.emplace_back(_toArray.inverse().transpose() *
+                           Eigen::Vector4d(plane.x(), plane.y(), plane.z(), plane.w()));
     double pressure = 0.0;
     if (!findParts(instance, known, pressure)) return;
     known.count = _parts.size();
@@ -311,6 +337,7 @@ void SceneCollector::fillParts(const HapticInstance& instance, Known& known)
         object.mesh = part.mesh;
         object.pose = part.pose;
         object.properties = forBridge(known.property);
+        object.clips = clips;
         object.touchEvents = known.property.touchEvents;
         if (!instance.points) continue;
         object.properties.sampling = midair::haptics::Sampling::POINTS;

@@ -26,8 +26,8 @@
 namespace osgMidair
 {
 
-/// Collects the active haptic objects and obstacles below a root, in array coordinates. Those that
-/// have not changed since the last frame are checked but not made again.
+/// Collects the active haptic objects and obstacles below its roots, in array coordinates. Those
+/// that have not changed since the last frame are checked but not made again.
 ///
 /// For the thread that updates the scene only.
 class OSGMIDAIR_EXPORT SceneCollector
@@ -40,7 +40,7 @@ public:
     /// with the node's path, possibly many times.
     SceneCollector(const osg::Node* owner, Say say);
 
-    /// Sets how the whole scene is felt if nothing below the root is marked as haptic.
+    /// Sets how the whole scene is felt if nothing below the roots is marked as haptic.
     void setUnmarkedProperty(const HapticProperty& property) { _unmarked = property; }
 
     /// \a toArray: affine transform from the world in scene units to the array. Obstacles count if
@@ -51,11 +51,10 @@ public:
     void dirtyTags() { _tagFrame = 0; }
     static constexpr unsigned int kTagFrames = 60;
 
-    /// Collects one frame: puts what is felt below \a root into \a objects. \a world: transform
-    /// from the frame of the root's parent to the world. \a objects must be as the last collect()
-    /// left them, or forget() be called before. Returns false if they have not changed since.
-    bool collect(osg::Node& root,
-                 const osg::Matrixd& world,
+    /// Collects one frame: puts what is felt below \a roots into \a objects, which must be as the
+    /// last collect() left them, or forget() be called before. Returns false if they have not
+    /// changed since.
+    bool collect(const std::vector<SceneRoot>& roots,
                  std::vector<midair::bridge::HapticObject>& objects);
 
     /// Makes the next collect() rebuild all objects.
@@ -99,18 +98,20 @@ private:
         unsigned int seen = 0;   ///< frame
         std::uint64_t shape = 0; ///< version from the mesh cache
         osg::Matrixd world;
+        std::vector<osg::Vec4d> clips;
         std::size_t first = 0; ///< index of its first object
         std::size_t count = 0; ///< number of its objects; 0 if it can't be felt
         bool isWarned = false; ///< something of its mesh was told when it was read
         std::string cause;     ///< why it can't be felt, as it was told; empty: it can
     };
 
-    void lookForMarks(osg::Node& root);
+    void lookForMarks(const std::vector<SceneRoot>& roots);
     void noteMarks();
     void tellMarks(const osg::Node& root);
     Known& know(const HapticInstance& instance, bool& fresh, bool& changed);
     void repair(Known& known, std::vector<std::string> wrong);
     void fill(const HapticInstance& instance);
+    void tellStates(const HapticInstance& instance, const std::string& path);
     void fillParts(const HapticInstance& instance, Known& known);
     bool findParts(const HapticInstance& instance, Known& known, double& pressure);
     void tellCause(Known& known, midair::base::MessageCode code, const std::string& cause);

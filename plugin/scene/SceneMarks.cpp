@@ -10,6 +10,8 @@
 #include <osg/PagedLOD>
 #include <osg/ProxyNode>
 
+#include <algorithm>
+
 namespace osgMidair
 {
 
@@ -62,16 +64,17 @@ std::string missingFile(const osg::Node& node)
     return {};
 }
 
-void SceneMarks::look(const osg::Node& root)
+void SceneMarks::look(const std::vector<const osg::Node*>& roots)
 {
+    const auto isMarked = [](const osg::Node* root) { return hasMark(*root); };
     if (_state == State::SOME) return;
-    if (hasMark(root)) _state = State::SOME;
+    if (std::any_of(roots.begin(), roots.end(), isMarked)) _state = State::SOME;
+    if (_state != State::UNKNOWN) return;
     // Once it was known that there are none, a part that is unloaded had none either.
-    else if (_state == State::UNKNOWN)
-    {
-        _missing = findMissing(root);
-        if (_missing.empty()) _state = State::NONE;
-    }
+    _missing.clear();
+    for (const osg::Node* root : roots)
+        if (_missing.empty()) _missing = findMissing(*root);
+    if (_missing.empty()) _state = State::NONE;
 }
 
 } // namespace osgMidair

@@ -5,11 +5,12 @@
 #include <osg/Node>
 
 #include <string>
+#include <vector>
 
 namespace osgMidair
 {
 
-/// Knows whether anything in a whole graph is marked as haptic: shown or hidden, near or far.
+/// Knows whether anything in whole graphs is marked as haptic: shown or hidden, near or far.
 ///
 /// Hiding what is marked must not make felt what isn't, so marks that were seen once count for
 /// good, those of parts that have been unloaded since too. While a part is not loaded that may have
@@ -24,8 +25,8 @@ public:
         SOME
     };
 
-    /// Looks at the whole graph, in which markTags() has been. Not for every frame.
-    void look(const osg::Node& root);
+    /// Looks at all that is below \a roots, where markTags() has been. Not for every frame.
+    void look(const std::vector<const osg::Node*>& roots);
     /// Takes note of a mark that another has seen.
     void note() { _state = State::SOME; }
 

@@ -2,6 +2,8 @@
 
 #include "tests/engine-bridge/scene/OsgScenes.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 using namespace midair::bridge;
@@ -239,4 +241,59 @@ TEST_F(MeshCacheTest, ASingularInnerMatrixTakesOnlyItsPartAway)
     EXPECT_EQ(warnings.size(), 1u);
     robot.turn(0.1, 0.6);
     EXPECT_EQ(parts(*robot.root).size(), 3u);
+}
+
+namespace
+{
+
+/// Six times the signed volume inside \a mesh: over 0 if its faces look outwards.
+double volumeOf(const midair::haptics::TriangleMesh& mesh)
+{
+    double sum = 0.0;
+    for (const auto& t : mesh.triangles.colwise())
+        sum += mesh.vertices.col(t[0]).dot(mesh.vertices.col(t[1]).cross(mesh.vertices.col(t[2])));
+    return sum;
+}
+
+} // namespace
+
+TEST_F(MeshCacheTest, AMirrorImageLooksOutwards)
+{
+    const osg::ref_ptr<osg::Geometry> corner = cornerGeometry();
+    const double volume = volumeOf(*frame(*corner).mesh);
+    ASSERT_GT(volume, 0.0);
+    std::vector<CachedMesh> mirrored;
+    Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+    matrix(0, 0) = -1.0; // and not the other two axes
+    cache.beginFrame();
+    ASSERT_TRUE(cache.get(*corner, matrix, options, mirrored, warnings));
+    ASSERT_EQ(mirrored.size(), 1u);
+    EXPECT_NEAR(volumeOf(*mirrored[0].mesh), volume, 1e-9);
+    EXPECT_NE(mirrored[0].topologyId, frame(*corner).topologyId)
+        << "samples can't follow from one to the other";
+
+    const osg::ref_ptr<osg::Group> inner = new osg::Group;
+    inner->addChild(moved(osg::Matrixd::scale(1.0, -2.0, 1.0), corner));
+    EXPECT_NEAR(volumeOf(*frame(*inner).mesh), 2.0 * volume, 1e-9) << "a transform inside it";
+    const osg::ref_ptr<osg::Group> twice = new osg::Group;
+    twice->addChild(moved(osg::Matrixd::scale(1.0, -1.0, 1.0), corner));
+    cache.beginFrame();
+    ASSERT_TRUE(cache.get(*twice, matrix, options, mirrored, warnings));
+    EXPECT_NEAR(volumeOf(*mirrored[0].mesh), volume, 1e-9) << "a mirror image of one";
+}
+
+TEST_F(MeshCacheTest, APartThatTurnsIntoItsMirrorImageLooksOutwards)
+{
+    const osg::ref_ptr<osg::MatrixTransform> flip =
+        moved(osg::Matrixd::scale(1.0, 1.0, 1.0), cornerGeometry());
+    const osg::ref_ptr<osg::Group> root = new osg::Group;
+    root->addChild(flip);
+    const double volume = volumeOf(*frame(*root).mesh);
+    for (const double x : {0.9, -0.9, -1.0, 1.0})
+    {
+        flip->setMatrix(osg::Matrixd::scale(x, 1.0, 1.0));
+        const std::vector<CachedMesh> all = parts(*root);
+        ASSERT_EQ(all.size(), 1u);
+        EXPECT_NEAR(volumeOf(*all[0].mesh), std::abs(x) * volume, 1e-9) << x;
+    }
 }

@@ -274,3 +274,15 @@ TEST(MeshFingerprint, SeesTheChildListPrimitivesArraysAndInnerTransforms)
     root->removeChild(1);
     EXPECT_FALSE(changed()) << "what is masked is not there";
 }
+
+TEST(MeshExtractor, InstancingIsTold)
+{
+    const osg::ref_ptr<osg::Geometry> geometry = triangleGeometry();
+    geometry->setName("grass");
+    geometry->getPrimitiveSet(0)->setNumInstances(100);
+    const ExtractedMesh read = extractMesh(*geometry);
+    EXPECT_EQ(read.mesh().triangles.cols(), 1);
+    ASSERT_EQ(read.warnings.size(), 1u);
+    EXPECT_NE(read.warnings[0].find("Geometry 'grass' is drawn 100 times by instancing"),
+              std::string::npos);
+}

@@ -4,6 +4,7 @@
 
 #include <osg/Group>
 #include <osg/Image>
+#include <osg/TexGen>
 #include <osg/Texture2D>
 
 #include <gtest/gtest.h>
@@ -199,4 +200,18 @@ TEST_F(Paint, APictureThatChangesIsPaintedAnewWithoutSampling)
     EXPECT_EQ(samples.followed(), 1u);
     options.paint.low = 0.5;
     EXPECT_EQ(frame().maxCoeff(), 0.5f) << "another range";
+}
+
+TEST_F(Paint, CoordinatesOfTheGraphicsCardAreTold)
+{
+    root->getOrCreateStateSet()->setTextureMode(0, GL_TEXTURE_GEN_S, osg::StateAttribute::ON);
+    EXPECT_EQ(at(0.0), 1.0) << "unpainted";
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].find("texture coordinates that the graphics card makes (TexGen)"),
+              std::string::npos);
+    const MeshFingerprint before = fingerprint(*root, options);
+    geometry->getOrCreateStateSet()->setTextureMode(0, GL_TEXTURE_GEN_S, osg::StateAttribute::OFF);
+    EXPECT_NE(fingerprint(*root, options).paint, before.paint);
+    EXPECT_LT(at(0.0), 1.0);
+    EXPECT_TRUE(warnings.empty());
 }

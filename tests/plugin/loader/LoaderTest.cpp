@@ -1,5 +1,6 @@
 #include "plugin/engine/SceneAccess.h"
 #include "tests/plugin/KitTest.h"
+#include "tests/plugin/loader/StockPrograms.h"
 
 #include <osgMidair/HapticCallback>
 #include <osgMidair/HapticDevice>
@@ -9,12 +10,8 @@
 #include <osgDB/ReadFile>
 #include <osgDB/WriteFile>
 
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <memory>
-#include <sstream>
 
 #include <gtest/gtest.h>
 
@@ -31,62 +28,6 @@ HapticScene* readHaptic(osg::ref_ptr<osg::Node>& keep, const std::string& option
     const osg::ref_ptr<osgDB::Options> given = new osgDB::Options(options);
     keep = osgDB::readRefNodeFile(kStar + ".haptic", given);
     return dynamic_cast<HapticScene*>(keep.get());
-}
-
-struct TemporaryFolder
-{
-    std::filesystem::path path;
-    TemporaryFolder()
-    {
-        std::string name = (std::filesystem::temp_directory_path() / "osgmidair-XXXXXX").string();
-        path = mkdtemp(name.data());
-    }
-    ~TemporaryFolder() { std::filesystem::remove_all(path); }
-    std::string write(const std::string& name, const std::string& text) const
-    {
-        std::ofstream(path / name) << text;
-        return (path / name).string();
-    }
-};
-
-/// A program of OSG's that loads the kit. A sanitizer's runtime has to be there before it; what OSG
-/// leaves unfreed isn't told.
-std::string stock(const std::string& program)
-{
-    const std::string runtime = MIDAIR_SANITIZER_RUNTIME;
-    if (runtime.empty()) return program;
-    return "env ASAN_OPTIONS=detect_leaks=0 LD_PRELOAD=" + runtime + " " + program;
-}
-
-/// Frames for osgviewer to run: until there is a field, which takes longer under a sanitizer.
-std::string frames()
-{
-    return std::string(MIDAIR_SANITIZER_RUNTIME).empty() ? "300" : "5000";
-}
-
-/// Runs a command with the kit in OSG's path; its output, and whether it ended well.
-std::string run(const std::string& command, bool& ok)
-{
-    const std::string full = "OSG_LIBRARY_PATH=" MIDAIR_LIBRARY_FOLDER " " + command + " 2>&1";
-    std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(full.c_str(), "r"), pclose);
-    std::string output;
-    char buffer[4096];
-    while (pipe && std::fgets(buffer, sizeof buffer, pipe.get()))
-        output += buffer;
-    ok = pipe && pclose(pipe.release()) == 0;
-    return output;
-}
-
-bool installed(const char* program)
-{
-    return std::system((std::string("command -v ") + program + " >/dev/null").c_str()) == 0;
-}
-
-std::string contents(const std::filesystem::path& file)
-{
-    std::stringstream text;
-    text << std::ifstream(file).rdbuf();
-    return text.str();
 }
 
 } // namespace

@@ -24,7 +24,7 @@ struct Collect : testing::Test
     const std::vector<HapticInstance>& instances()
     {
         markTags(*scene);
-        visitor.collect(*scene, osg::Matrixd());
+        visitor.collect({{scene.get(), osg::Matrixd()}});
         return visitor.instances();
     }
 };

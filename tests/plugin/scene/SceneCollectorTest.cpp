@@ -43,10 +43,10 @@ struct CollectorTest : testing::Test
     /// finds.
     bool frame()
     {
-        const bool changed = collector.collect(*scene, osg::Matrixd(), objects);
+        const bool changed = collector.collect({{scene.get(), osg::Matrixd()}}, objects);
         SceneCollector anew(nullptr, [](const midair::base::Message&) {});
         std::vector<HapticObject> expected;
-        anew.collect(*scene, osg::Matrixd(), expected);
+        anew.collect({{scene.get(), osg::Matrixd()}}, expected);
         if (objects.size() > 2) return changed; // a part of its own, which only time can tell
         EXPECT_EQ(objects.size(), expected.size());
         for (std::size_t i = 0; i < std::min(objects.size(), expected.size()); ++i)
@@ -132,7 +132,7 @@ TEST_F(CollectorTest, MakesAllAnewWhereTheObjectsWereGivenAway)
     Eigen::Matrix4d toArray = Eigen::Matrix4d::Identity();
     toArray(0, 3) = 0.5;
     collector.configure(toArray, false);
-    EXPECT_TRUE(collector.collect(*scene, osg::Matrixd(), objects));
+    EXPECT_TRUE(collector.collect({{scene.get(), osg::Matrixd()}}, objects));
     EXPECT_EQ(objects[0].pose.translation().x(), 0.5);
 }
 
@@ -142,7 +142,7 @@ TEST_F(CollectorTest, KeepsTheMeshOfWhatRestsAndThenBlinks)
     const auto frames = [&](int count)
     {
         for (int i = 0; i < count; ++i)
-            collector.collect(*scene, osg::Matrixd(), objects);
+            collector.collect({{scene.get(), osg::Matrixd()}}, objects);
     };
     frames(2 * midair::bridge::MeshCache::kKeptFrames);
     mover->setNodeMask(0);

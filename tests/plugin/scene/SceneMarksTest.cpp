@@ -195,12 +195,12 @@ TEST(SceneMarks, AFileOfAProxyIsMissingUntilItsChildIsThere)
     proxy->setFileName(0, "a.osgt");
     root->addChild(proxy);
     SceneMarks marks;
-    marks.look(*root);
+    marks.look({root.get()});
     EXPECT_EQ(marks.state(), SceneMarks::State::UNKNOWN);
     EXPECT_EQ(marks.missing(), "ProxyNode 'tile' (a.osgt)");
     EXPECT_EQ(missingFile(*proxy), "a.osgt");
     proxy->addChild(new osg::Group);
-    marks.look(*root);
+    marks.look({root.get()});
     EXPECT_EQ(marks.state(), SceneMarks::State::NONE);
     EXPECT_EQ(missingFile(*proxy), "");
     const osg::ref_ptr<osg::Group> points = new osg::Group;
@@ -208,9 +208,9 @@ TEST(SceneMarks, AFileOfAProxyIsMissingUntilItsChildIsThere)
     proxy->setNodeMask(0);
     proxy->getChild(0)->asGroup()->addChild(points);
     markTags(*root);
-    marks.look(*root);
+    marks.look({root.get()});
     EXPECT_EQ(marks.state(), SceneMarks::State::SOME);
     root->removeChildren(0, 1);
-    marks.look(*root);
+    marks.look({root.get()});
     EXPECT_EQ(marks.state(), SceneMarks::State::SOME) << "for good";
 }

@@ -143,7 +143,7 @@ TEST(MidairCheck, SaysInWhichLineOfTheFileANodeIs)
     EXPECT_NE(outcome.output.find("[" + file + ":6]"), std::string::npos) << outcome.output;
 }
 
-TEST(MidairCheck, NamesATextAsOneWhichIsNotFelt)
+TEST(MidairCheck, NamesATextOfAFontWithoutOutlines)
 {
     const std::string file = sceneFile(
         "text",
@@ -156,7 +156,8 @@ TEST(MidairCheck, NamesATextAsOneWhichIsNotFelt)
     EXPECT_EQ(outcome.code, 1) << outcome.output;
     EXPECT_NE(
         outcome.output.find("warning object.geometry: HapticScene/HapticSurface 'label': Text "
-                            "'words' is text, which can't be felt"),
+                            "'words' is text of which 2 characters have no outline in their font "
+                            "(a TrueType font has them); they can't be felt"),
         std::string::npos)
         << outcome.output;
 }

@@ -1,0 +1,113 @@
+#include "plugin/engine/JoinedScene.h"
+
+#include "plugin/engine/HapticEngine.h"
+
+#include <osg/observer_ptr>
+
+#include <algorithm>
+#include <mutex>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+/// A joined engine and the viewer that shows its scene.
+struct Entry
+{
+    const HapticEngine* engine; ///< only compared
+    osg::observer_ptr<HapticEngine> alive;
+    const osgViewer::ViewerBase* viewer = nullptr; ///< only compared
+};
+
+/// All joined engines, the oldest first.
+struct Registry
+{
+    std::mutex mutex;
+    std::vector<Entry> entries;
+
+    std::vector<Entry>::iterator find(const HapticEngine& engine)
+    {
+        return std::find_if(entries.begin(),
+                            entries.end(),
+                            [&engine](const Entry& entry) { return entry.engine == &engine; });
+    }
+};
+
+Registry& registry()
+{
+    static Registry all;
+    return all;
+}
+
+} // namespace
+
+JoinedScene::JoinedScene(HapticEngine& engine) : _engine(engine) {}
+
+JoinedScene::~JoinedScene()
+{
+    setJoined(false);
+}
+
+void JoinedScene::setJoined(bool joined)
+{
+    const std::lock_guard<std::mutex> lock(registry().mutex);
+    const auto own = registry().find(_engine);
+    const bool isThere = own != registry().entries.end();
+    if (joined && !isThere) registry().entries.push_back({&_engine, &_engine});
+    if (!joined && isThere) registry().entries.erase(own);
+}
+
+bool JoinedScene::isJoined() const
+{
+    const std::lock_guard<std::mutex> lock(registry().mutex);
+    return registry().find(_engine) != registry().entries.end();
+}
+
+void JoinedScene::follow(const osgViewer::ViewerBase& viewer)
+{
+    const std::lock_guard<std::mutex> lock(registry().mutex);
+    const auto own = registry().find(_engine);
+    if (own != registry().entries.end()) own->viewer = &viewer;
+}
+
+osg::ref_ptr<HapticEngine> JoinedScene::host() const
+{
+    std::vector<osg::ref_ptr<HapticEngine>> older; // die outside the lock
+    {
+        const std::lock_guard<std::mutex> lock(registry().mutex);
+        const auto own = registry().find(_engine);
+        if (own == registry().entries.end() || !own->viewer) return nullptr;
+        for (auto entry = registry().entries.begin(); entry != own; ++entry)
+        {
+            osg::ref_ptr<HapticEngine> engine;
+            if (entry->viewer == own->viewer && entry->alive.lock(engine)) older.push_back(engine);
+        }
+    }
+    const auto first = std::find_if(
+        older.begin(), older.end(), [this](const auto& other) { return other->suits(_engine); });
+    return first == older.end() ? nullptr : *first;
+}
+
+void JoinedScene::findGuests(std::vector<osg::ref_ptr<HapticEngine>>& guests) const
+{
+    guests.clear();
+    {
+        const std::lock_guard<std::mutex> lock(registry().mutex);
+        const auto own = registry().find(_engine);
+        if (own == registry().entries.end() || !own->viewer) return;
+        for (auto entry = std::next(own); entry != registry().entries.end(); ++entry)
+        {
+            osg::ref_ptr<HapticEngine> engine;
+            if (entry->viewer == own->viewer && entry->alive.lock(engine)) guests.push_back(engine);
+        }
+    }
+    guests.erase(std::remove_if(guests.begin(),
+                                guests.end(),
+                                [this](const auto& other)
+                                { return other->host().get() != &_engine; }),
+                 guests.end());
+}
+
+} // namespace osgMidair
