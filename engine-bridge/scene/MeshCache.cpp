@@ -89,7 +89,8 @@ void MeshCache::makeMesh(SubtreeReading& reading, std::size_t i, const Subtree& 
             late->all.insert(late->all.end(), warnings.begin(), warnings.end());
             late->isAny = !late->all.empty();
             return mesh;
-        });
+        },
+        part.bytes);
 }
 
 // Takes over what is copied.
@@ -318,7 +319,8 @@ const MeshCache::Stretched& MeshCache::stretchedTo(Part& part, const Eigen::Matr
             made.vertices = stretch * made.vertices;
             return made;
         };
-        part.stretched.push_back({stretch, _nextId++, SharedMesh::later(std::move(make)), _frame});
+        part.stretched.push_back(
+            {stretch, _nextId++, SharedMesh::later(std::move(make), part.bytes), _frame});
         found = std::prev(part.stretched.end());
     }
     found->used = _frame;
