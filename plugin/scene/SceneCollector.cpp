@@ -88,6 +88,12 @@ void SceneCollector::sayWarnings(MessageCode code, const std::string& path)
         _say(about(code, path, warning));
 }
 
+void SceneCollector::tellGeometry(Known& known)
+{
+    sayWarnings(MessageCode::OBJECT_GEOMETRY, known.path);
+    known.isGeometryTold = known.isGeometryTold || !_warnings.empty();
+}
+
 void SceneCollector::fillObstacle(const HapticInstance& instance)
 {
     if (!_shadows)
@@ -171,7 +177,8 @@ void SceneCollector::fill(const HapticInstance& instance)
         _warnings.clear();
         shape = instance.points ? instance.points->getModifiedCount()
                                 : _meshes.look(*instance.node, _extract, _warnings);
-        if (!_warnings.empty()) sayWarnings(MessageCode::OBJECT_GEOMETRY, known.path);
+        if (shape != known.shape) known.isGeometryTold = false;
+        tellGeometry(known);
         if (!instance.points && _meshes.isBeingRead(*instance.node)) ++_beingRead;
     }
     const bool stands = _kept && !changed && known.first == _count && known.shape == shape &&
@@ -199,7 +206,7 @@ void SceneCollector::fill(const HapticInstance& instance)
 
 // Puts the meshes of an instance into _parts; false, after saying why, if there are none. \a
 // pressure: in place of the property's, if over 0.
-bool SceneCollector::findParts(const HapticInstance& instance, const Known& known, double& pressure)
+bool SceneCollector::findParts(const HapticInstance& instance, Known& known, double& pressure)
 {
     const auto say = [&](MessageCode code, const std::string& what)
     { _say(about(code, known.path, what)); };
@@ -220,8 +227,9 @@ bool SceneCollector::findParts(const HapticInstance& instance, const Known& know
             "its matrix is singular, not finite or a perspective; it can't be felt");
         return false;
     }
-    sayWarnings(MessageCode::OBJECT_GEOMETRY, known.path);
-    if (_parts.empty() && !_meshes.isBeingRead(*instance.node))
+    tellGeometry(known);
+    // What was told of its geometry says why.
+    if (_parts.empty() && !_meshes.isBeingRead(*instance.node) && !known.isGeometryTold)
         say(MessageCode::OBJECT_INVALID, "has no triangles; it can't be felt");
     return !_parts.empty();
 }

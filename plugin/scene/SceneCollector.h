@@ -93,10 +93,11 @@ private:
         std::string path;
         std::shared_ptr<const FeltNode> origin; ///< the same two for the results
         std::string tag;
-        HapticProperty raw;      ///< as the node has it
-        HapticProperty property; ///< raw, with values out of range repaired
-        unsigned int seen = 0;   ///< frame
-        std::uint64_t shape = 0; ///< version from the mesh cache
+        HapticProperty raw;          ///< as the node has it
+        HapticProperty property;     ///< raw, with values out of range repaired
+        unsigned int seen = 0;       ///< frame
+        std::uint64_t shape = 0;     ///< version from the mesh cache
+        bool isGeometryTold = false; ///< what can't be felt of that shape was told
         osg::Matrixd world;
         std::size_t first = 0; ///< index of its first object
         std::size_t count = 0; ///< number of its objects; 0 if it can't be felt
@@ -106,7 +107,8 @@ private:
     void repair(Known& known, std::vector<std::string> wrong);
     void fill(const HapticInstance& instance);
     void fillParts(const HapticInstance& instance, Known& known);
-    bool findParts(const HapticInstance& instance, const Known& known, double& pressure);
+    bool findParts(const HapticInstance& instance, Known& known, double& pressure);
+    void tellGeometry(Known& known);
     void fillObstacle(const HapticInstance& instance);
     void forgetUnseen();
     void sayWarnings(midair::base::MessageCode code, const std::string& path);
