@@ -76,7 +76,10 @@ enum class DeviceState
 {
     READY, ///< plays what it is sent
     MUTED, ///< by setMuted()
-    LOST   ///< unplugged or failing; becomes READY by itself if the device can come back
+    /// a call of its driver doesn't return, so nobody knows what it plays; ends by itself if the
+    /// call does
+    HANGING,
+    LOST ///< unplugged or failing; becomes READY by itself if the device can come back
 };
 
 /// State and counters of a device. Every field sent is counted in exactly one of five: sent =

@@ -45,6 +45,11 @@ spdlog::logger& deviceLog()
     return ownLogger() ? *ownLogger() : *spdlog::default_logger_raw();
 }
 
+void logDeviceError(const std::string& line)
+{
+    deviceLog().error("{}", line);
+}
+
 void sendDeviceLogTo(std::function<void(bool isWarning, const std::string& line)> receiver)
 {
     ownLogger() = std::make_shared<spdlog::logger>(

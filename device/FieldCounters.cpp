@@ -20,7 +20,7 @@ std::string countersText(const DeviceReport& report)
     add(report.faults, "faults");
     add(report.reconnects, "reconnects");
     if (!report.message.empty())
-        text += (report.state == DeviceState::LOST ? "; " : "; last fault: ") + report.message;
+        text += (report.state >= DeviceState::HANGING ? "; " : "; last fault: ") + report.message;
     const std::string shortfall = shortfallOf(report);
     if (!shortfall.empty()) text += "; " + shortfall;
     return text;

@@ -31,14 +31,17 @@ public:
         if (!mesh) return;
         _state = std::make_shared<State>();
         _state->mesh = std::move(mesh);
+        _state->bytes = bytesOf(*_state->mesh);
     }
 
-    /// \a make is called at most once, by the first thread that looks, and let go of then.
-    static SharedMesh later(std::function<Mesh()> make)
+    /// \a make is called at most once, by the first thread that looks, and let go of then. \a
+    /// bytes: about what there is to be read for it.
+    static SharedMesh later(std::function<Mesh()> make, std::size_t bytes)
     {
         SharedMesh result;
         result._state = std::make_shared<State>();
         result._state->make = std::move(make);
+        result._state->bytes = bytes;
         return result;
     }
 
@@ -61,6 +64,9 @@ public:
         return state.mesh;
     }
 
+    /// How large it is, about, made or not: what takes long with it belongs to another thread. 0
+    /// for null.
+    std::size_t bytes() const { return _state ? _state->bytes : 0; }
     long useCount() const { return _state.use_count(); }
     bool operator==(const SharedMesh& other) const { return _state == other._state; }
     bool operator!=(const SharedMesh& other) const { return _state != other._state; }
@@ -72,7 +78,14 @@ private:
         std::once_flag made;
         std::function<Mesh()> make; ///< empty: the mesh is there
         std::shared_ptr<const Mesh> mesh;
+        std::size_t bytes = 0;
     };
+
+    static std::size_t bytesOf(const Mesh& mesh)
+    {
+        return static_cast<std::size_t>(mesh.vertices.size()) * sizeof(double) +
+               static_cast<std::size_t>(mesh.triangles.size()) * sizeof(int);
+    }
 
     std::shared_ptr<State> _state;
 };

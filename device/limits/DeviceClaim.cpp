@@ -21,8 +21,9 @@ struct Claims
 
 Claims& claims()
 {
-    static Claims all;
-    return all;
+    // Never destroyed: a device that takes long to open may be given up when the program ends.
+    static auto* const all = new Claims;
+    return *all;
 }
 
 std::string keyOf(const DeviceUri& uri, Owned owned)

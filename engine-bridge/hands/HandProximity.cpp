@@ -14,8 +14,7 @@ namespace midair::bridge
 namespace
 {
 
-constexpr double kAreaResolution_m = 2e-3;  ///< gives a finger's disc to about half a percent
-constexpr std::uint64_t kKeptUpdates = 600; ///< meshes not measured in as many are dropped
+constexpr double kAreaResolution_m = 2e-3; ///< gives a finger's disc to about half a percent
 
 Capsule moved(const Capsule& capsule, const Eigen::Isometry3d& motion)
 {
@@ -74,14 +73,6 @@ HandProximity::HandProximity(const ProximityOptions& options, const haptics::Med
     if (!options.isValid(&error) || !medium.isValid(&error)) throw base::InputError(error);
 }
 
-MeshDistance& HandProximity::meshOf(const HapticObject& object)
-{
-    CachedMesh& cached = _meshes[object.meshId];
-    if (!cached.distance) cached.distance = std::make_unique<MeshDistance>(object.mesh.get());
-    cached.lastUse = _updates;
-    return *cached.distance;
-}
-
 // The peak pressure that the finger feels of the object; \a within: number of points played within
 // it.
 double HandProximity::pressureOf(const HapticObject& object, int& within) const
@@ -121,11 +112,11 @@ void HandProximity::estimateForce(const HapticObject& object,
 }
 
 void HandProximity::measure(const HapticObject& object,
+                            const MeshDistance& mesh,
                             int hand,
                             int finger,
                             const std::vector<HandCapsule>& capsules)
 {
-    const MeshDistance& mesh = meshOf(object);
     const Eigen::Isometry3d toMesh = object.pose.inverse();
     HandContact contact;
     contact.object = object.touchId();
@@ -238,36 +229,31 @@ void HandProximity::endTouches(const std::vector<HapticObject>& objects,
     _touches.erase(std::remove_if(_touches.begin(), _touches.end(), ended), _touches.end());
 }
 
-void HandProximity::forgetMeshes()
-{
-    for (auto it = _meshes.begin(); it != _meshes.end();)
-        it = it->second.lastUse + kKeptUpdates < _updates ? _meshes.erase(it) : std::next(it);
-}
-
 void HandProximity::update(const std::vector<HapticObject>& objects,
                            const HandFrame& hands,
                            double time_s)
 {
     ++_updates;
     clear();
+    _meshes.beginUpdate();
     const std::vector<HandCapsule> capsules = handCapsules(hands);
     const Ball ball = ballRound(capsules);
     for (const HapticObject& object : objects)
     {
         if (capsules.empty()) break;
-        if (!object.mesh || object.mesh->triangles.cols() == 0) continue;
-        // Tests the bounds first, so that the hierarchy of a mesh out of range is not built.
-        const MeshDistance& mesh = meshOf(object);
+        if (!object.mesh) continue;
+        const std::shared_ptr<const MeshDistance> mesh = _meshes.get(object);
+        if (!mesh) continue;
         const double gap =
-            (object.pose * mesh.centre() - ball.centre).norm() - mesh.radius_m() - ball.radius_m;
+            (object.pose * mesh->centre() - ball.centre).norm() - mesh->radius_m() - ball.radius_m;
         if (gap > _options.range_m) continue;
         for (const Hand& hand : hands.hands)
             for (int finger = 0; finger < HAND_FINGERS; ++finger)
-                measure(object, hand.id, finger, capsules);
+                measure(object, *mesh, hand.id, finger, capsules);
     }
     compare(objects, time_s);
     endTouches(objects, capsules, time_s);
-    forgetMeshes();
+    _meshes.endUpdate();
 }
 
 std::vector<bool> withinReach(const Eigen::Matrix3Xd& points,

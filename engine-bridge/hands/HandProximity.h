@@ -3,12 +3,12 @@
 #include "engine-bridge/HapticObject.h"
 #include "engine-bridge/hands/Hand.h"
 #include "engine-bridge/hands/MeshDistance.h"
+#include "engine-bridge/hands/TouchMeshes.h"
 #include "haptics/array/Medium.h"
 
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 namespace midair::bridge
@@ -76,7 +76,9 @@ struct PlayedPressure
 /// about a focus, for each point played within it. It is an upper estimate: it assumes the pressure
 /// of the points on the whole area, while the field is weaker between them.
 /// Everything is in metres and in the objects' frame. Only one thread at a time may use an
-/// instance; each instance keeps its own bounding volume hierarchies.
+/// instance. Of a large mesh (TouchMeshes) the newest that is prepared is measured, with the
+/// object's newest pose: one that is new is not touched for some frames, one that deforms is
+/// touched as it was some frames ago.
 class HandProximity
 {
 public:
@@ -117,12 +119,6 @@ public:
     const ProximityOptions& options() const { return _options; }
 
 private:
-    /// The hierarchy of a mesh and the number of the update that used it last.
-    struct CachedMesh
-    {
-        std::unique_ptr<MeshDistance> distance;
-        std::uint64_t lastUse = 0;
-    };
     /// A touch that has begun and not ended.
     struct Touch
     {
@@ -140,8 +136,8 @@ private:
         int bone;
     };
 
-    MeshDistance& meshOf(const HapticObject& object);
     void measure(const HapticObject& object,
+                 const MeshDistance& mesh,
                  int hand,
                  int finger,
                  const std::vector<HandCapsule>& capsules);
@@ -152,12 +148,11 @@ private:
     void endTouches(const std::vector<HapticObject>& objects,
                     const std::vector<HandCapsule>& capsules,
                     double time_s);
-    void forgetMeshes();
     Touch* touchOf(const HandContact& contact);
 
     ProximityOptions _options;
     haptics::Medium _medium;
-    std::unordered_map<std::uint64_t, CachedMesh> _meshes; ///< by meshId
+    TouchMeshes _meshes;
     std::uint64_t _updates = 0;
     std::vector<Bone> _bones;
     std::vector<Capsule> _overlapping; ///< of the finger being measured, in the mesh's frame

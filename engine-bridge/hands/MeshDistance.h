@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine-bridge/hands/Hand.h"
+#include "engine-bridge/hands/TriangleTree.h"
 #include "haptics/surface/TriangleMesh.h"
 
 #include <memory>
@@ -19,17 +20,17 @@ struct NearestSpot
     int triangle = -1;                                ///< -1: nothing within range
 };
 
-/// Measures the distance of capsules from one mesh: finds candidates by Bullet's bounding volume
-/// hierarchy and computes in double precision, without a collision margin. The mesh is a surface:
-/// for a capsule wholly inside a closed one the distance is that of its skin from the surface. Only
-/// one thread at a time may use it.
+/// Measures the distance of capsules from one mesh: finds candidates by a bounding volume hierarchy
+/// and computes in double precision, without a collision margin. The mesh is a surface: for a
+/// capsule wholly inside a closed one the distance is that of its skin from the surface. Any number
+/// of threads may use it.
 class MeshDistance
 {
 public:
     /// \a mesh must not be null. Leaves out triangles whose vertices are not finite or out of
-    /// range. The hierarchy is built by the first search.
-    explicit MeshDistance(std::shared_ptr<const haptics::TriangleMesh> mesh);
-    ~MeshDistance();
+    /// range. \a like: of a mesh with the same triangles, which makes it faster; may be null.
+    explicit MeshDistance(std::shared_ptr<const haptics::TriangleMesh> mesh,
+                          const MeshDistance* like = nullptr);
 
     MeshDistance(const MeshDistance&) = delete;
     MeshDistance& operator=(const MeshDistance&) = delete;
@@ -38,9 +39,9 @@ public:
     /// most \a range_m (>= 0); else NearestSpot::triangle is -1.
     NearestSpot nearest(const Capsule& capsule, double range_m) const;
 
-    /// The area of the surface (m^2) inside the union of \a capsules (mesh frame). Splits triangles
-    /// until they are wholly inside or outside or no longer than \a resolution_m (> 0); of those it
-    /// takes the part on the inner side of a straight cut.
+    /// The area of the surface (m^2) inside the union of \a capsules (mesh frame). Where the skin
+    /// may cut it, splits triangles until they are wholly inside or outside or no longer than
+    /// \a resolution_m (> 0); of those it takes the part on the inner side of a straight cut.
     double overlapArea(const std::vector<Capsule>& capsules, double resolution_m = 1e-3) const;
 
     const haptics::TriangleMesh& mesh() const { return *_mesh; }
@@ -48,10 +49,8 @@ public:
     double radius_m() const { return _radius_m; } ///< of a sphere round centre() with all vertices
 
 private:
-    struct Bullet;
-
     std::shared_ptr<const haptics::TriangleMesh> _mesh;
-    std::unique_ptr<Bullet> _bullet; ///< null: no valid triangle
+    TriangleTree _tree;
     Eigen::Vector3d _centre = Eigen::Vector3d::Zero();
     double _radius_m = 0.0;
 };

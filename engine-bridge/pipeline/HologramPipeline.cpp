@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace midair::bridge
 {
 
@@ -20,6 +22,7 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
     for (const base::Message& note : _options.notes)
         _messages.say(note);
     keepToLimits(_options, _messages);
+    tellOfDeath();
     openOutput();
     _array = std::make_shared<haptics::TransducerArray>(_options.array);
     _assembler = std::make_unique<PointAssembler>(_options.array, assemblerOptions(), _messages);
@@ -28,6 +31,17 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
     _composer = std::make_unique<haptics::SequenceComposer>(std::move(composer), _messages);
     _refiner = std::make_unique<RestRefiner>(_options, *_assembler, *_composer, _around, _messages);
     _monitor = std::make_unique<PlayedFieldMonitor>(_options);
+}
+
+void HologramPipeline::tellOfDeath()
+{
+    const haptics::TransducerArray& array = _options.array;
+    _isDead = array.gain.size() > 0 && array.gain.isZero(0.0);
+    if (_isDead)
+        _messages.say({base::MessageCode::ARRAY_DEAD,
+                       fmt::format("all {} transducers of the array are dead or have the gain 0; "
+                                   "it is silent",
+                                   array.size())});
 }
 
 // Opens the device. A second try is made in another thread, so it has options of its own.
@@ -231,8 +245,13 @@ void HologramPipeline::tellOfSilence(const PressureCap::Where& where,
                                      const std::vector<Eigen::VectorXcf>& wanted,
                                      haptics::SolveReport& report)
 {
+    if (_isDead) return; // told already
+    const std::string amplitude =
+        _output->amplitudeCap() < 1.0
+            ? fmt::format("MaxAmplitude, which is {:g}", _output->amplitudeCap())
+            : "max-amplitude of the device";
     const std::string told =
-        _cap->tellOfSilence(where, wanted, {_capName, "Pressure or Loudness"}, report);
+        _cap->tellOfSilence(where, wanted, {_capName, "Pressure or Loudness", amplitude}, report);
     if (!told.empty() && !std::exchange(_silenceTold, true))
         _messages.say({base::MessageCode::FIELD_SILENCED, told});
 }
@@ -291,7 +310,7 @@ void HologramPipeline::rateFromLast(HologramResult& result) const
 ArrayState HologramPipeline::stateOf(const HologramResult& result)
 {
     const ArrayState state = _output->state();
-    const bool isSilent = state == ArrayState::PLAYING && result.isSilenced();
+    const bool isSilent = state == ArrayState::PLAYING && (_isDead || result.isSilenced());
     _output->judge(isSilent ? ArrayState::SILENT : state);
     return isSilent ? ArrayState::SILENT : state;
 }

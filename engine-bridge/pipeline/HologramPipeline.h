@@ -91,6 +91,7 @@ public:
 private:
     static constexpr double kMonitorPoll_s = 0.02; // interval of attend() while the monitor works
 
+    void tellOfDeath();
     void openOutput();
     void useAbility();
     void useParts(bool otherSolver);
@@ -137,6 +138,7 @@ private:
     std::atomic<double> _cap_Pa{0.0};  // its pressure; 0: none
     std::string _capName;              // the setting that it comes from
     bool _silenceTold = false;
+    bool _isDead = false; // no transducer of the array sounds
     haptics::LineRate _line;
     std::unique_ptr<PointAssembler> _assembler;
     std::unique_ptr<haptics::SequenceComposer> _composer;

@@ -94,7 +94,8 @@ ArrayState HologramThread::state() const
     if (_opening) return ArrayState::OPENING;
     const auto result = latestResult();
     const ArrayState state = result ? result->state : ArrayState::CLOSED;
-    const bool isOpen = state != ArrayState::CLOSED && state != ArrayState::LOST;
+    const bool isOpen =
+        state != ArrayState::CLOSED && state != ArrayState::OPENING && state != ArrayState::LOST;
     const std::lock_guard<std::mutex> lock(_atWorkMutex);
     return isOpen && _muted ? ArrayState::MUTED : state;
 }

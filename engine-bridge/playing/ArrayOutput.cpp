@@ -50,17 +50,19 @@ ArrayOutput::ArrayOutput(const Open& open,
     _messages(messages),
     _dead(std::move(dead))
 {
-    try
+    _opener = std::make_unique<DeviceOpener>(open, retry_s);
+    _isOpening = !_opener->await();
+    if (takeDevice()) return;
+    if (!_isOpening)
     {
-        _device = open();
-        _opened = _device.get();
+        if (retry_s <= 0.0) _opener.reset();
+        return;
     }
-    catch (const std::exception& error)
-    {
-        _openError = error.what();
-        _messages.say({base::MessageCode::DEVICE_OPEN, _openError});
-        if (retry_s > 0.0) _reopener = std::make_unique<DeviceReopener>(open, retry_s);
-    }
+    const std::lock_guard<std::mutex> lock(_telling);
+    _openError =
+        fmt::format("device: opening it takes longer than {:g} s; it plays once it is open",
+                    DeviceOpener::kPatience_s);
+    _messages.say({base::MessageCode::DEVICE_OPEN, _openError});
 }
 
 ArrayOutput::~ArrayOutput()
@@ -84,7 +86,7 @@ void ArrayOutput::play(const haptics::FieldSequence& sequence,
     if (_player)
         startPlayer(stop);
     else if (_device && !sendHeld(stop) && !isBlocked())
-        _messages.say(refusal());
+        tellRefusal();
     if (_uncapped && !std::exchange(_capTold, true))
         _messages.say({base::MessageCode::DEVICE_CAP,
                        "the device can't keep a cap of its amplitude; nothing is played"});
@@ -136,15 +138,31 @@ base::Message ArrayOutput::refusal() const
         return {MessageCode::DEVICE_MUTED, "device: muted"};
     const std::string why = report.message.empty() ? _device->status() : report.message;
     if (report.state == device::DeviceState::LOST)
-        return {MessageCode::DEVICE_LOST, "device: " + why};
+        return {MessageCode::DEVICE_LOST, "device: lost: " + why};
+    if (report.state == device::DeviceState::HANGING)
+        return {MessageCode::DEVICE_HANGS, "device: hangs: " + why};
     return {MessageCode::DEVICE_REFUSED, "device refused a field: " + why};
+}
+
+// A loss is told once, however many fields it costs: these are counted as refused.
+void ArrayOutput::tellRefusal()
+{
+    const base::Message why = refusal();
+    const std::uint64_t reconnects = _device->report().reconnects;
+    const bool isLoss =
+        why.code == base::MessageCode::DEVICE_LOST || why.code == base::MessageCode::DEVICE_HANGS;
+    if (isLoss && _toldLoss == reconnects) return;
+    if (isLoss) _toldLoss = reconnects;
+    _messages.say(why);
 }
 
 void ArrayOutput::tell(ArrayState state)
 {
-    if (state == ArrayState::LOST && _player) _messages.say(refusal());
-    if (state != ArrayState::FAULT || !_playing) return;
+    if (state == ArrayState::LOST && _player) tellRefusal();
+    if (state != ArrayState::FAULT) return;
     const device::DeviceReport report = _device->report();
+    if (report.state == device::DeviceState::HANGING) return tellRefusal();
+    if (!_playing) return;
     _messages.say(
         {base::MessageCode::DEVICE_FAULT,
          fmt::format("device: takes what it is sent and doesn't play it: of {} fields {} were "
@@ -225,7 +243,7 @@ ArrayOutput::Attention ArrayOutput::attend(const base::StopToken& stop)
     }
     _playing = false;
     if (again && sendHeld(stop)) return Attention::RESENT;
-    _messages.say(refusal());
+    tellRefusal();
     return Attention::REFUSED;
 }
 
@@ -241,7 +259,10 @@ std::vector<Eigen::VectorXcf> ArrayOutput::played() const
 {
     if (_device && isBlocked())
         return std::vector<Eigen::VectorXcf>(_signals.size(), vectorOf(_device->played()));
-    const bool told = _device && !(_playing && (_player || _device->report().pending > 0));
+    // What is on its way counts as played, unless the device has just lost the same field.
+    const auto comes = [this]
+    { return _playing && (_player || (!_missed && _device->report().pending > 0)); };
+    const bool told = _device && !comes();
     if (told && _signals.size() == 1) return {vectorOf(_device->played())};
     return planned();
 }

@@ -2,7 +2,7 @@
 
 #include "device/ArrayDevice.h"
 #include "engine-bridge/playing/ArrayReading.h"
-#include "engine-bridge/playing/DeviceReopener.h"
+#include "engine-bridge/playing/DeviceOpener.h"
 #include "engine-bridge/playing/FieldPlayer.h"
 #include "engine-bridge/playing/PlayedShare.h"
 #include "haptics/base/text/MessageLog.h"
@@ -17,6 +17,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,10 +33,11 @@ class ArrayOutput
 public:
     using Open = std::function<std::unique_ptr<device::ArrayDevice>()>;
 
-    /// Calls \a open. If that throws, the reason is a message and there is no device: fields are
-    /// then decoded as a device with default levels would play them. \a dead: transducers that are
-    /// never driven, whatever a field says. \a retry_s: pause before \a open is called again, on a
-    /// thread of its own, and then again with growing pauses; 0: never.
+    /// Has \a open called on a thread of its own, and waits for it at most
+    /// DeviceOpener::kPatience_s. If it throws, or takes longer, that is a message and there is no
+    /// device yet: fields are then decoded as a device with default levels would play them. \a
+    /// dead: transducers that are never driven, whatever a field says. \a retry_s: pause before \a
+    /// open is called again, and then again with growing pauses; 0: never.
     ArrayOutput(const Open& open,
                 base::MessageLog& messages,
                 std::vector<int> dead = {},
@@ -138,7 +140,9 @@ private:
     bool startPlayer(const base::StopToken& stop);
     bool isBlocked() const { return _muted || _uncapped; }
     void keepCap(double amplitude);
+    bool takeDevice();
     base::Message refusal() const;
+    void tellRefusal();
     std::string openError() const;
 
     base::MessageLog& _messages;
@@ -149,7 +153,8 @@ private:
     // Sends to the device while fields change with time; null else. Destroyed before the device.
     std::unique_ptr<FieldPlayer> _player;
     std::atomic<device::ArrayDevice*> _opened{nullptr}; // _device, which stays, for any thread
-    std::unique_ptr<DeviceReopener> _reopener;          // while there is no device; null: never
+    std::unique_ptr<DeviceOpener> _opener;              // while there is no device; null: never
+    std::atomic<bool> _isOpening{false};                // for the first time
     mutable std::mutex _telling;                        // guards the next two
     std::string _openError;
     Judgement _judged;
@@ -157,6 +162,8 @@ private:
     std::atomic<bool> _uncapped{false}; // the device can't keep _cap
     std::atomic<double> _cap{1.0};      // of setAmplitudeCap()
     bool _capTold = false;
+    // The device's reconnects when a loss was told that hasn't ended; none: there is no such loss.
+    std::optional<std::uint64_t> _toldLoss;
     std::vector<device::DriveSignal> _signals; // of the last play(); empty: silent
     haptics::ModulatorOptions _modulation;     // of the last play()
     bool _playing = false;

@@ -31,10 +31,19 @@ ArrayFields fieldsOf(const device::DeviceReport& report)
 // What the application does about it meanwhile (mute, cap) holds from the first field on.
 bool ArrayOutput::tryAgain()
 {
-    if (!_reopener) return false;
+    if (!_opener || !takeDevice()) return false;
+    _messages.say({base::MessageCode::DEVICE_OPENED,
+                   "device: open now, after it could not be opened at first"});
+    return true;
+}
+
+// Returns false if the device is not open yet, and tells of the tries that have failed.
+bool ArrayOutput::takeDevice()
+{
     std::uint64_t failed = 0;
     std::string why;
-    auto device = _reopener->take(failed, why);
+    auto device = _opener->take(failed, why);
+    if (failed > 0) _isOpening = false;
     if (failed > 0)
     {
         base::Message again(base::MessageCode::DEVICE_OPEN, why);
@@ -44,7 +53,8 @@ bool ArrayOutput::tryAgain()
         _openError = why;
     }
     if (!device) return false;
-    _reopener.reset();
+    _opener.reset();
+    _isOpening = false;
     {
         const std::lock_guard<std::mutex> lock(_sending);
         _device = std::move(device);
@@ -55,20 +65,20 @@ bool ArrayOutput::tryAgain()
         _before = _device->report();
     }
     _opened = _device.get();
-    _messages.say({base::MessageCode::DEVICE_OPENED,
-                   "device: open now, after it could not be opened at first"});
     return true;
 }
 
 ArrayState ArrayOutput::state()
 {
-    if (!_device) return ArrayState::CLOSED;
+    if (!_device) return _isOpening ? ArrayState::OPENING : ArrayState::CLOSED;
     const device::DeviceReport report = _device->report();
     if (_missed && report.played > _playedAtMiss) _missed = false;
     // What a moving scene's fields became says nothing more once one of them is held.
     const bool isHeld = !_player && report.pending == 0 && report.played > _before.played;
     if (isHeld && base::steadySeconds() - _sent_s > kRest_s) _share.forget(report);
     const bool isFaulty = _share.isFaulty(report) || _missed;
+    if (report.state < device::DeviceState::HANGING) _toldLoss.reset();
+    if (report.state == device::DeviceState::HANGING) return ArrayState::FAULT;
     if (report.state == device::DeviceState::LOST) return ArrayState::LOST;
     if (_muted || report.state == device::DeviceState::MUTED) return ArrayState::MUTED;
     if (_signals.empty()) return ArrayState::SILENT;
@@ -90,6 +100,7 @@ ArrayReading ArrayOutput::reading() const
     if (!device)
     {
         now.status = "not open: " + openError();
+        if (_isOpening) now.state = ArrayState::OPENING;
         return now;
     }
     Judgement judged;
@@ -102,7 +113,9 @@ ArrayReading ArrayOutput::reading() const
     now.status = device->status();
     const bool isMuted = _muted || report.state == device::DeviceState::MUTED;
     const bool hasPlayed = judged.state != ArrayState::FAULT && report.played > judged.played;
+    const bool hangs = report.state == device::DeviceState::HANGING; // muted or not: it may sound
     now.state = report.state == device::DeviceState::LOST ? ArrayState::LOST
+                : hangs                                   ? ArrayState::FAULT
                 : isMuted                                 ? ArrayState::MUTED
                 : hasPlayed                               ? ArrayState::PLAYING
                                                           : judged.state;

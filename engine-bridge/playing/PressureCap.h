@@ -43,6 +43,7 @@ struct SilenceRemedy
 {
     std::string cap = "MaxPressure";
     std::string target = "Pressure or Loudness";
+    std::string amplitude = "MaxAmplitude"; ///< where nothing sounds below its cap
 };
 
 /// Limits the peak pressure at control points: computes the field as the device plays it, in its

@@ -85,7 +85,12 @@ std::string PressureCap::tellOfSilence(const Where& where,
     const LowestLevel least = lowest(where, wanted);
     const double least_Pa = upwards(least.pressure_Pa);
     std::string told;
-    if (report.capFactor > 0.0)
+    // Whatever was asked for: no level sounds.
+    if (least.amplitude <= 0.0)
+        told = fmt::format("silent: the cap of the amplitude is below the array's lowest level: "
+                           "raise {}",
+                           remedy.amplitude);
+    else if (report.capFactor > 0.0)
     {
         told = fmt::format("silent: the field asked for is weaker than the array's lowest level, "
                            "{:.3g} of full drive",

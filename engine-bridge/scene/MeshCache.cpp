@@ -89,7 +89,8 @@ void MeshCache::makeMesh(SubtreeReading& reading, std::size_t i, const Subtree& 
             late->all.insert(late->all.end(), warnings.begin(), warnings.end());
             late->isAny = !late->all.empty();
             return mesh;
-        });
+        },
+        part.bytes);
 }
 
 // Takes over what is copied.
@@ -325,7 +326,8 @@ const MeshCache::Stretched& MeshCache::stretchedTo(Part& part, const Eigen::Matr
             if (stretch.determinant() < 0.0) made.triangles.row(1).swap(made.triangles.row(2));
             return made;
         };
-        part.stretched.push_back({stretch, _nextId++, SharedMesh::later(std::move(make)), _frame});
+        part.stretched.push_back(
+            {stretch, _nextId++, SharedMesh::later(std::move(make), part.bytes), _frame});
         found = std::prev(part.stretched.end());
     }
     found->used = _frame;

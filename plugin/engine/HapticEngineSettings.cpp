@@ -31,6 +31,10 @@ using midair::base::MessageCode;
 namespace
 {
 
+// As calibrate() allows it of a tracker (CalibrationOptions::scaleTolerance); told in
+// HapticSettings.
+constexpr double kCalibrationTolerance = 0.02;
+
 /// Returns true if the fields of both are played alike. The other settings are the engine's own.
 bool playsAlike(HapticSettings a, const HapticSettings& b)
 {
@@ -153,7 +157,7 @@ void HapticEngine::configure(const HapticSettings& given)
 
     midair::bridge::PoseAndStretch parts;
     if (!midair::bridge::decompose(midair::bridge::toEigen(_settings.calibration), parts) ||
-        !parts.stretch.isIdentity(0.02))
+        !parts.stretch.isIdentity(kCalibrationTolerance))
     {
         say({MessageCode::SETTINGS_CALIBRATION,
              "calibration is not rigid (a scene unit is set by metresPerUnit); nothing is "

@@ -6,6 +6,7 @@
 #include <osgMidair/DeviceDriver>
 
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace osgMidair
@@ -22,23 +23,22 @@ struct Asked
     DeviceDriver::Layout layout;
 };
 
-/// Returns the open driver; null, with the reason in \a why, if it can't be made or opened. It is
-/// an application's code: what it throws is a reason.
-osg::ref_ptr<DeviceDriver> openDriver(const DeviceDriverFactory& make,
-                                      const Asked& asked,
-                                      DriverDevice::Ability& ability,
-                                      std::string& why)
+/// Returns what the open driver says; null, with the reason in \a why, if it can't be made or
+/// opened. It is an application's code: what it throws is a reason.
+std::optional<DriverDevice::Opened>
+openDriver(const DeviceDriverFactory& make, const Asked& asked, std::string& why)
 {
     osg::ref_ptr<DeviceDriver> driver;
     bool isOpen = false;
+    DriverDevice::Opened opened;
     const std::string thrown = midair::base::thrownBy(
         [&]
         {
             driver = make();
             isOpen = driver && driver->open(asked.path, asked.options, asked.layout, why);
-            if (isOpen) ability = DriverDevice::abilityOf(*driver);
+            if (isOpen) opened = DriverDevice::ask(driver);
         });
-    if (thrown.empty() && isOpen) return driver;
+    if (thrown.empty() && isOpen) return opened;
     if (isOpen) midair::base::thrownBy([&] { driver->silence(); });
     if (!thrown.empty())
         why = "its driver has thrown " + thrown;
@@ -46,7 +46,7 @@ osg::ref_ptr<DeviceDriver> openDriver(const DeviceDriverFactory& make,
         why = "its driver could not be made";
     else if (why.empty())
         why = "its driver could not open it";
-    return nullptr;
+    return std::nullopt;
 }
 
 } // namespace
@@ -64,13 +64,13 @@ bool registerDevice(const std::string& scheme, DeviceDriverFactory make, std::st
     {
         const DeviceDriver::Layout asked{static_cast<unsigned int>(layout.transducers),
                                          layout.board};
+        const std::string name = uri.scheme() + ":" + uri.path();
+        if (DriverThread::isLeftBehind(name))
+            throw uri.error("the driver that had it was closed and hasn't returned yet");
         std::string why;
-        DriverDevice::Ability ability;
-        const osg::ref_ptr<DeviceDriver> driver =
-            openDriver(make, {uri.path(), uri.takeRest(), asked}, ability, why);
-        if (!driver) throw uri.error(why);
-        return std::make_unique<DriverDevice>(
-            driver, ability, uri.scheme() + ":" + uri.path(), layout.transducers);
+        auto opened = openDriver(make, {uri.path(), uri.takeRest(), asked}, why);
+        if (!opened) throw uri.error(why);
+        return std::make_unique<DriverDevice>(std::move(*opened), name, layout.transducers);
     };
     return midair::device::registerScheme({scheme, open}, error);
 }

@@ -1,6 +1,8 @@
 #include "plugin/hands/HandTracker.h"
 
 #include "haptics/base/ThrownBy.h"
+#include "haptics/base/threads/SteadyClock.h"
+#include "plugin/extending/HandSourceRegistry.h"
 #include "plugin/hands/HandConversion.h"
 #include "plugin/hands/OpeningHands.h"
 
@@ -21,6 +23,10 @@ using midair::bridge::TouchEvent;
 
 namespace
 {
+
+// Between the tries of a source of the application's that can't be made.
+constexpr double kLeastPause_s = 1.0;
+constexpr double kMostPause_s = 30.0;
 
 /// Returns the peak pressure that the newest field plays for a relative pressure of 1; 0: not
 /// known.
@@ -87,16 +93,36 @@ std::string HandTracker::setSettings(const std::string& uri, double reach_m, boo
     _shadows = shadows;
     if (uri == _uri) return {};
     _uri = uri;
+    _retry = {};
+    _failed.clear();
+    return openNamed();
+}
+
+// Returns what is wrong; empty: nothing. The pauses before the tries to come double.
+std::string HandTracker::openNamed()
+{
     std::string error;
-    const bool isFile = uri.compare(0, 9, "recorded:") == 0;
-    _namedSource = isFile ? new OpeningHands(uri) : openHandSource(uri, error);
+    const bool isFile = _uri.compare(0, 9, "recorded:") == 0;
+    _namedSource = isFile ? new OpeningHands(_uri) : openHandSource(_uri, error);
+    const bool isOwn = !!HandSourceRegistry::find(_uri.substr(0, _uri.find(':')));
+    _retry.pause_s = error.empty() || !isOwn
+                         ? 0.0
+                         : std::clamp(2.0 * _retry.pause_s, kLeastPause_s, kMostPause_s);
+    _retry.at_s = midair::base::steadySeconds() + _retry.pause_s;
     return error;
+}
+
+void HandTracker::tryAgain()
+{
+    if (!(_retry.pause_s > 0.0) || _source || midair::base::steadySeconds() < _retry.at_s) return;
+    _failed = openNamed();
 }
 
 std::vector<Message> HandTracker::takeMessages()
 {
     std::vector<Message> messages;
     if (!_thrown.empty()) messages.push_back(failureOf(std::exchange(_thrown, {})));
+    if (!_failed.empty()) messages.push_back({MessageCode::HANDS_OPEN, std::exchange(_failed, {})});
     HandSource* source = active();
     if (!source) return messages;
     const std::string thrown = midair::base::thrownBy(
@@ -141,6 +167,7 @@ void HandTracker::locate(double time_s,
     _frame.time_s = time_s;
     _frame.hands.clear();
     around.hands.clear();
+    tryAgain();
     if (!ask(time_s)) return;
     for (const Hand& hand : _hands)
         _frame.hands.push_back(toBridge(hand));

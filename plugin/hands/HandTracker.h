@@ -33,7 +33,9 @@ public:
 
     /// Opens the source \a uri, which is used if the application has set no source; a recording is
     /// read on a separate thread. Returns what is wrong with \a uri, once per change, or an empty
-    /// text; what is wrong with a recording comes as a message.
+    /// text; what is wrong with a recording comes as a message. A source of the application's that
+    /// can't be made is tried again by locate(), with pauses from 1 s to 30 s; each try that fails
+    /// is a message.
     std::string setSettings(const std::string& uri, double reach_m, bool shadows);
 
     const std::string& uri() const { return _uri; }
@@ -91,12 +93,23 @@ public:
     int touching() const;
 
 private:
+    /// When a source that could not be made is tried again.
+    struct Retry
+    {
+        double at_s = 0.0;    ///< steady clock
+        double pause_s = 0.0; ///< before it; 0: never
+    };
+
+    std::string openNamed();
+    void tryAgain();
     bool ask(double time_s);
     midair::base::Message failureOf(const std::string& thrown) const;
 
     osg::ref_ptr<HandSource> _source;      ///< set by the application
     osg::ref_ptr<HandSource> _namedSource; ///< named by the settings
     std::string _uri;
+    Retry _retry;
+    std::string _failed; ///< the last of these tries; empty: none since the last message
     std::string _thrown; ///< by the source, in words; empty: nothing
     double _reach_m = 0.0;
     bool _shadows = false;

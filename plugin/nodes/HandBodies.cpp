@@ -19,20 +19,52 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace osgMidair
 {
 
+namespace
+{
+
+constexpr double kStep_s = 1.0 / 240.0; // as a RigidBodyWorld's
+
+} // namespace
+
 struct HandBodies::Part
 {
-    Part(btDiscreteDynamicsWorld& world, double length_s) : bodies(world), step_s(length_s) {}
+    Part(btDiscreteDynamicsWorld& world, double length_s) :
+        bodies(world),
+        step_s(isStep(length_s) ? length_s : kStep_s)
+    {
+    }
+
+    static bool isStep(double length_s) { return length_s >= 0.0 && std::isfinite(length_s); }
+
+    /// To the scene if there is one, else to OSG.
+    void say(midair::base::MessageCode code, const std::string& what) const
+    {
+        osg::ref_ptr<HapticScene> itsScene;
+        if (scene.lock(itsScene))
+            SceneAccess::engine(*itsScene).say({code, what});
+        else
+            OSG_WARN << "osgMidair: " << printable(what) << std::endl;
+    }
+
+    /// Tells of a step that isn't one.
+    void check(double length_s) const
+    {
+        if (isStep(length_s)) return;
+        say(midair::base::MessageCode::SETTINGS_INVALID,
+            fmt::format("a HandBodies has steps of {:g} s, should be 0 or more; 1/240 s is used",
+                        length_s));
+    }
 
     /// Puts the hands at \a time into hands. What the source throws is told once; then there are
     /// none.
     void ask(double time)
     {
         hands.clear();
-        osg::ref_ptr<HapticScene> itsScene;
-        scene.lock(itsScene);
         const osg::ref_ptr<HandSource> itsSource = current();
         if (!itsSource) return;
         bool any = false;
@@ -41,12 +73,9 @@ struct HandBodies::Part
         if (!any || !thrown.empty()) hands.clear();
         if (thrown.empty() || thrown == told) return;
         told = thrown;
-        const std::string what = "the hand source of a HandBodies has thrown " + thrown +
-                                 ": there are no hands while it does";
-        if (itsScene)
-            SceneAccess::engine(*itsScene).say({midair::base::MessageCode::HANDS_THREW, what});
-        else
-            OSG_WARN << "osgMidair: " << printable(what) << std::endl;
+        say(midair::base::MessageCode::HANDS_THREW,
+            "the hand source of a HandBodies has thrown " + thrown +
+                ": there are no hands while it does");
     }
 
     /// Returns the source in use; null: none.
@@ -70,12 +99,14 @@ HandBodies::HandBodies(btDiscreteDynamicsWorld& world, HandSource* source, doubl
     _part(std::make_unique<Part>(world, step_s))
 {
     _part->source = source;
+    _part->check(step_s);
 }
 
 HandBodies::HandBodies(btDiscreteDynamicsWorld& world, HapticScene* scene, double step_s) :
     _part(std::make_unique<Part>(world, step_s))
 {
     _part->scene = scene;
+    _part->check(step_s);
 }
 
 HandBodies::~HandBodies() = default;

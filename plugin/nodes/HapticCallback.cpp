@@ -1,16 +1,34 @@
 #include "plugin/engine/HapticEngine.h"
+#include "plugin/engine/PublicMessage.h"
 #include "plugin/engine/SceneKeys.h"
 
 #include <osgMidair/HapticCallback>
 
+#include <osg/Notify>
 #include <osgGA/EventVisitor>
+
+#include <string>
 
 namespace osgMidair
 {
 
+namespace
+{
+
+constexpr const char* kNeverCalled = "its node is in no scene that is shown, or the viewer's "
+                                     "eventTraversal() is not called; without "
+                                     "that, add it as an update callback";
+
+} // namespace
+
 HapticCallback::HapticCallback(const HapticSettings& settings) : _settings(settings) {}
 
-HapticCallback::~HapticCallback() = default;
+// OSG tells a callback nothing of traversals that never come.
+HapticCallback::~HapticCallback()
+{
+    if (!_engine)
+        OSG_WARN << "osgMidair: a HapticCallback has played nothing: " << kNeverCalled << std::endl;
+}
 
 void HapticCallback::operator()(osg::Node* node, osg::NodeVisitor* visitor)
 {
@@ -65,7 +83,13 @@ bool HapticCallback::getMuted() const
 HapticStatistics HapticCallback::getStatistics() const
 {
     const osg::ref_ptr<HapticEngine> engine = this->engine();
-    return engine ? engine->statistics() : HapticStatistics();
+    if (engine) return engine->statistics();
+    HapticStatistics none;
+    none.told.push_back(
+        toPublic({midair::base::MessageCode::VIEWER_SILENT,
+                  std::string("the HapticCallback plays nothing: ") + kNeverCalled}));
+    none.messages.push_back(none.told.back().text);
+    return none;
 }
 
 osg::ref_ptr<const HapticField> HapticCallback::getField() const

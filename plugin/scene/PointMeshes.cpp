@@ -1,6 +1,7 @@
 #include "plugin/scene/PointMeshes.h"
 
 #include "engine-bridge/scene/Convert.h"
+#include "haptics/surface/PointGrid.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +19,9 @@ using midair::base::MessageCode;
 constexpr std::uint64_t kKeptFrames = 60;
 constexpr double kLeastPressure = 1e-6; ///< as of HapticProperty::pressure
 constexpr double kMostPressure = 1e5;
+/// Points nearer than this to each other are at one place, which is felt once.
+constexpr double kSamePlace_m = 1e-6;
+constexpr double kFarthest_m = 1e3; ///< farther away nothing is felt
 
 bool isPressure(double pressure)
 {
@@ -102,6 +106,35 @@ midair::haptics::TriangleMesh meshOf(const HapticPoints& node,
     return mesh;
 }
 
+/// Tells of points that are at the place of one before them: one place is felt once. \a usable:
+/// which points of the node the vertices of \a mesh are.
+void tellCoinciding(const HapticPoints& node,
+                    const std::vector<std::size_t>& usable,
+                    const midair::haptics::TriangleMesh& mesh,
+                    const PointMeshes::Say& say)
+{
+    LeftOut coinciding;
+    midair::haptics::PointGrid places(kSamePlace_m);
+    places.reserve(usable.size());
+    for (Eigen::Index k = 0; k < mesh.vertices.cols(); ++k)
+    {
+        const Eigen::Vector3d place = mesh.vertices.col(k);
+        const bool isFelt = mesh.intensity.size() == 0 || mesh.intensity[k] > 0.0F;
+        if (!isFelt || !(place.cwiseAbs().maxCoeff() < kFarthest_m)) continue;
+        if (places.anyNear(place, kSamePlace_m))
+            coinciding.add(usable[static_cast<std::size_t>(k)]);
+        else
+            places.insert(place);
+    }
+    if (coinciding.count > 0)
+        say(MessageCode::POINTS_INVALID,
+            fmt::format("{} of {} points at the place of another and not felt by themselves, the "
+                        "first is point {}",
+                        coinciding.count,
+                        node.getPoints().size(),
+                        coinciding.first));
+}
+
 } // namespace
 
 const PointMesh*
@@ -143,6 +176,7 @@ PointMeshes::get(const HapticPoints& node, const Eigen::Matrix4d& toArray, const
         entry.made.mesh.meshId = _nextId++;
         entry.made.mesh.mesh = std::make_shared<const midair::haptics::TriangleMesh>(
             meshOf(node, usable, placed.stretch, entry.made.pressure));
+        tellCoinciding(node, usable, *entry.made.mesh.mesh, say);
         _entries.push_back(std::move(entry));
         found = std::prev(_entries.end());
     }

@@ -136,6 +136,12 @@ void SceneCollector::sayWarnings(MessageCode code, const std::string& path)
         _say(about(code, path, warning));
 }
 
+void SceneCollector::tellGeometry(Known& known)
+{
+    sayWarnings(MessageCode::OBJECT_GEOMETRY, known.path);
+    known.isGeometryTold = known.isGeometryTold || !_warnings.empty();
+}
+
 void SceneCollector::fillObstacle(const HapticInstance& instance)
 {
     if (!_shadows)
@@ -219,8 +225,8 @@ void SceneCollector::fill(const HapticInstance& instance)
         _warnings.clear();
         shape = instance.points ? instance.points->getModifiedCount()
                                 : _meshes.look(*instance.node, _extract, _warnings);
-        if (!_warnings.empty()) sayWarnings(MessageCode::OBJECT_GEOMETRY, known.path);
-        known.isWarned = known.isWarned || !_warnings.empty();
+        if (shape != known.shape) known.isGeometryTold = false;
+        tellGeometry(known);
         if (!instance.points && _meshes.isBeingRead(*instance.node)) ++_beingRead;
     }
     const bool stands = _kept && !changed && known.first == _count && known.shape == shape &&
@@ -278,11 +284,10 @@ bool SceneCollector::findParts(const HapticInstance& instance, Known& known, dou
                   "its matrix is singular, not finite or a perspective; it can't be felt");
         return false;
     }
-    sayWarnings(MessageCode::OBJECT_GEOMETRY, known.path);
-    known.isWarned = known.isWarned || !_warnings.empty();
+    tellGeometry(known);
     if (!_parts.empty()) known.cause.clear();
     if (!_parts.empty() || _meshes.isBeingRead(*instance.node)) return !_parts.empty();
-    const WhyUnfelt why = whyUnfelt(*instance.node, known.isWarned);
+    const WhyUnfelt why = whyUnfelt(*instance.node, known.isGeometryTold);
     if (why.isHidden)
         tellCause(known, MessageCode::OBJECT_HIDDEN, why.text + "; it is felt once it is shown");
     else if (!why.text.empty())

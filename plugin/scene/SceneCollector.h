@@ -93,15 +93,15 @@ private:
         std::string path;
         std::shared_ptr<const FeltNode> origin; ///< the same two for the results
         std::string tag;
-        HapticProperty raw;      ///< as the node has it
-        HapticProperty property; ///< raw, with values out of range repaired
-        unsigned int seen = 0;   ///< frame
-        std::uint64_t shape = 0; ///< version from the mesh cache
+        HapticProperty raw;          ///< as the node has it
+        HapticProperty property;     ///< raw, with values out of range repaired
+        unsigned int seen = 0;       ///< frame
+        std::uint64_t shape = 0;     ///< version from the mesh cache
+        bool isGeometryTold = false; ///< what can't be felt of that shape was told
         osg::Matrixd world;
         std::vector<osg::Vec4d> clips;
         std::size_t first = 0; ///< index of its first object
         std::size_t count = 0; ///< number of its objects; 0 if it can't be felt
-        bool isWarned = false; ///< something of its mesh was told when it was read
         std::string cause;     ///< why it can't be felt, as it was told; empty: it can
     };
 
@@ -115,6 +115,7 @@ private:
     void fillParts(const HapticInstance& instance, Known& known);
     bool findParts(const HapticInstance& instance, Known& known, double& pressure);
     void tellCause(Known& known, midair::base::MessageCode code, const std::string& cause);
+    void tellGeometry(Known& known);
     void fillObstacle(const HapticInstance& instance);
     void forgetUnseen();
     void sayWarnings(midair::base::MessageCode code, const std::string& path);

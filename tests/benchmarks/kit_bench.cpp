@@ -1,12 +1,13 @@
 // What the kit costs an application: collecting 10 haptic nodes out of 10,000 and handing a
-// snapshot over, reading meshes, a scene in which nothing moves, and the time from a frame's stamp
-// to the drive signal while a viewer draws.
+// snapshot over, reading meshes, touching them, a scene in which nothing moves, and the time from a
+// frame's stamp to the drive signal while a viewer draws.
 
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
 #include "samples/views/Offscreen.h"
 #include "tests/benchmarks/kit/Reading.h"
+#include "tests/benchmarks/kit/Touching.h"
 
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
@@ -287,6 +288,7 @@ int main(int argc, char** argv)
     collect("10,000 nodes, one flat group, 10 move", 10000, false, true);
     collect("10,000 nodes, tree of 10, 10 tags move", 10, true, true);
     midair::bench::printReading();
+    midair::bench::printTouching();
     idle(seconds);
     motionToSignal(seconds);
     return 0;

@@ -18,10 +18,12 @@ TEST(SharedMesh, IsMadeOnceAndByWhoeverLooksFirst)
             TriangleMesh result;
             result.vertices.setZero(3, 5);
             return result;
-        });
+        },
+        77);
     const SharedMesh copy = mesh;
     EXPECT_TRUE(mesh && mesh == copy);
     EXPECT_EQ(made, 0);
+    EXPECT_EQ(copy.bytes(), 77u) << "known before it is made";
     EXPECT_EQ(copy->vertices.cols(), 5);
     EXPECT_EQ(&*mesh, &*copy);
     EXPECT_EQ(made, 1);
@@ -37,7 +39,8 @@ TEST(SharedMesh, OneThatNobodyLooksAtIsNotMade)
         {
             made = true;
             return TriangleMesh();
-        });
+        },
+        77);
     mesh = nullptr;
     EXPECT_FALSE(mesh);
     EXPECT_EQ(mesh.get(), nullptr);

@@ -8,6 +8,7 @@ const std::vector<MessageKind>& messageKinds()
     using C = MessageCode;
     using S = Severity;
     static const std::vector<MessageKind> all = {
+        {C::ARRAY_DEAD, "array.dead", S::FAULT, true},
         {C::ARRAY_INVALID, "array.invalid", S::FAULT, false},
         {C::ARRAY_READ_AGAIN, "array.reread", S::NOTICE, true},
         {C::ARRAY_REFUSED, "array.refused", S::FAULT, true},
@@ -15,6 +16,7 @@ const std::vector<MessageKind>& messageKinds()
         {C::CAP_PRESSURE, "cap.pressure", S::NOTICE, true},
         {C::DEVICE_CAP, "device.cap", S::FAULT, true},
         {C::DEVICE_FAULT, "device.fault", S::FAULT, true},
+        {C::DEVICE_HANGS, "device.hangs", S::FAULT, true},
         {C::DEVICE_LOST, "device.lost", S::FAULT, true},
         {C::DEVICE_MUTED, "device.muted", S::NOTICE, true},
         {C::DEVICE_OPEN, "device.open", S::FAULT, true},

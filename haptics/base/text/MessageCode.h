@@ -16,6 +16,7 @@ enum class Severity
 /// What a message is about. There is no message without; plugin/MESSAGES.md has a line for each.
 enum class MessageCode
 {
+    ARRAY_DEAD,
     ARRAY_INVALID,
     ARRAY_READ_AGAIN,
     ARRAY_REFUSED,
@@ -23,6 +24,7 @@ enum class MessageCode
     CAP_PRESSURE,
     DEVICE_CAP,
     DEVICE_FAULT,
+    DEVICE_HANGS,
     DEVICE_LOST,
     DEVICE_MUTED,
     DEVICE_OPEN,

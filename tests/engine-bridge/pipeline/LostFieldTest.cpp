@@ -102,7 +102,7 @@ TEST_F(LostField, OfADeviceThatIsGoneWaitsUntilItIsBack)
     ASSERT_NE(gone, nullptr);
     EXPECT_FALSE(gone->playing);
     ASSERT_EQ(gone->messages.size(), 1u);
-    EXPECT_EQ(gone->messages[0], "device: unplugged");
+    EXPECT_EQ(gone->messages[0], "device: lost: unplugged");
     EXPECT_EQ(pipeline.attend(), nullptr) << "said once";
     // As the engine does, which tries again now and then.
     const auto refused = pipeline.process(squareSnapshot());
@@ -116,6 +116,50 @@ TEST_F(LostField, OfADeviceThatIsGoneWaitsUntilItIsBack)
     EXPECT_TRUE(back->playing);
     EXPECT_TRUE(sounds(*back));
     EXPECT_EQ(log->sends, sends + 1);
+}
+
+TEST_F(LostField, OneLossIsToldOnceHoweverManyFieldsItCosts)
+{
+    pipeline.process(squareSnapshot());
+    for (unsigned int loss = 1; loss <= 2; ++loss)
+    {
+        report->state = device::DeviceState::LOST;
+        log->refuseSends = true;
+        for (int k = 1; k <= 20; ++k)
+        {
+            const auto refused = pipeline.process(squareSnapshot(1e-3 * k));
+            ASSERT_EQ(refused->told.size(), 1u);
+            EXPECT_EQ(refused->told[0].code, base::MessageCode::DEVICE_LOST);
+            EXPECT_EQ(refused->told[0].count, loss);
+            EXPECT_EQ(refused->state, ArrayState::LOST);
+        }
+        report->state = device::DeviceState::READY;
+        log->refuseSends = false;
+        EXPECT_TRUE(pipeline.process(squareSnapshot())->playing);
+    }
+}
+
+TEST_F(LostField, OfADriverThatHangsIsAFaultThatIsTold)
+{
+    pipeline.process(squareSnapshot());
+    report->state = device::DeviceState::HANGING;
+    report->message = "the driver's play() hasn't returned for 2 s";
+    EXPECT_EQ(pipeline.reading().state, ArrayState::FAULT) << "before there is a result";
+    const auto hangs = pipeline.attend();
+    ASSERT_NE(hangs, nullptr);
+    EXPECT_EQ(hangs->state, ArrayState::FAULT);
+    EXPECT_FALSE(hangs->playing);
+    ASSERT_EQ(hangs->told.size(), 1u);
+    EXPECT_EQ(hangs->told[0].code, base::MessageCode::DEVICE_HANGS);
+    EXPECT_EQ(hangs->told[0].text, "device: hangs: the driver's play() hasn't returned for 2 s");
+    pipeline.setMuted(true);
+    EXPECT_EQ(pipeline.reading().state, ArrayState::FAULT) << "it may sound all the same";
+    pipeline.setMuted(false);
+    report->state = device::DeviceState::READY;
+    const auto back = pipeline.attend();
+    ASSERT_NE(back, nullptr);
+    EXPECT_TRUE(back->playing);
+    EXPECT_EQ(back->state, ArrayState::PLAYING);
 }
 
 TEST_F(LostField, IsNotPressedOnADeviceThatRefuses)
@@ -166,7 +210,7 @@ TEST(LostFieldOfAThread, ComesBackWithTheFirmware)
     ASSERT_TRUE(back);
     const auto result = thread.latestResult();
     EXPECT_EQ(thread.counters().solves, 1u) << "nothing moved";
-    EXPECT_EQ(result->messages, std::vector<std::string>{"device: unplugged"});
+    EXPECT_EQ(result->messages, std::vector<std::string>{"device: lost: unplugged"});
     EXPECT_NE(result->deviceStatus.find("1 reconnects"), std::string::npos) << result->deviceStatus;
 }
 

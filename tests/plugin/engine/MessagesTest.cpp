@@ -220,3 +220,97 @@ TEST(Messages, ASilentDeviceSaysWhyInBothLists)
     EXPECT_EQ(statistics.told[0].severity, HapticMessage::FAULT);
     EXPECT_EQ(statistics.messages, std::vector<std::string>{statistics.told[0].text});
 }
+
+TEST(Messages, NoAmplitudeIsNoPressureThatIsTooLow)
+{
+    BoxScene box;
+    box.scene->setMaxAmplitude(0.0);
+    HeadlessViewer viewer(box.scene);
+    ASSERT_TRUE(viewer.framesUntil([&] { return !toldBy(box.scene->getStatistics()).empty(); }));
+    EXPECT_EQ(toldBy(box.scene->getStatistics()),
+              std::vector<std::string>{"field.silenced | silent: the cap of the amplitude is below "
+                                       "the array's lowest level: raise MaxAmplitude, which is 0"});
+    EXPECT_EQ(box.scene->getStatistics().state, ArrayState::SILENT);
+    box.scene->setMaxAmplitude(1.0);
+    EXPECT_TRUE(viewer.framesUntil(
+        [&] { return box.scene->getStatistics().state == ArrayState::PLAYING; }));
+}
+
+TEST(Messages, AnArrayWhoseTransducersAreAllDeadIsToldAndDoesNotPlay)
+{
+    BoxScene box;
+    ArrayDescription dead;
+    std::string error;
+    ASSERT_TRUE(ArrayDescription::load("board", dead, error)) << error;
+    for (unsigned int i = 0; i < dead.transducers.size(); ++i)
+        dead.dead.push_back(i);
+    box.scene->setArrayDescription(dead);
+    HeadlessViewer viewer(box.scene);
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.result() != nullptr; }));
+    viewer.frames(20);
+    const auto told = toldBy(box.scene->getStatistics());
+    ASSERT_FALSE(told.empty());
+    EXPECT_EQ(told[0],
+              "array.dead | all 249 transducers of the array are dead or have the gain 0; it is "
+              "silent");
+    EXPECT_EQ(box.scene->getStatistics().state, ArrayState::SILENT);
+    EXPECT_FALSE(box.scene->getField()->isPlaying());
+}
+
+TEST(Messages, ACallbackThatIsNeverCalledSaysSo)
+{
+    const osg::ref_ptr<HapticCallback> callback = new HapticCallback(onBoard());
+    const osg::ref_ptr<osg::Group> root = plainScene();
+    root->addEventCallback(callback);
+    osgViewer::Viewer viewer;
+    viewer.setUpViewerAsEmbeddedInWindow(0, 0, 64, 64);
+    viewer.setSceneData(root);
+    for (int frame = 0; frame < 5; ++frame)
+    {
+        viewer.advance();
+        viewer.updateTraversal(); // no events
+    }
+    EXPECT_EQ(toldBy(callback->getStatistics()),
+              std::vector<std::string>{"viewer.silent | the HapticCallback plays nothing: its node "
+                                       "is in no scene that is shown, or the viewer's "
+                                       "eventTraversal() is not called; without that, add it as an "
+                                       "update callback"});
+    viewer.eventTraversal();
+    EXPECT_TRUE(toldBy(callback->getStatistics()).empty());
+}
+
+TEST(Messages, AGeometryOfAnUnknownKindIsOneMessage)
+{
+    BoxScene box;
+    osg::ref_ptr<osg::Geometry> lines = new osg::Geometry;
+    osg::ref_ptr<osg::Vec3Array> corners = new osg::Vec3Array(4);
+    lines->setVertexArray(corners);
+    lines->addPrimitiveSet(new osg::DrawArrays(GL_LINES_ADJACENCY, 0, 4));
+    box.surface->removeChild(0, 1);
+    box.surface->addChild(lines);
+    HeadlessViewer viewer(box.scene);
+    for (int frame = 0; frame < 5; ++frame)
+    {
+        box.move(1e-3 * frame);
+        viewer.frame();
+    }
+    const auto told = toldBy(box.scene->getStatistics());
+    ASSERT_EQ(told.size(), 1u) << told.back();
+    EXPECT_NE(told[0].find("primitives of mode 0xa"), std::string::npos) << told[0];
+}
+
+TEST(Messages, AStepThatIsNoneIsToldAndNotTaken)
+{
+    btDefaultCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher{&configuration};
+    btDbvtBroadphase broadphase;
+    btSequentialImpulseConstraintSolver solver;
+    btDiscreteDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
+    BoxScene box;
+    const osg::ref_ptr<HandBodies> bodies = new HandBodies(world, box.scene.get(), -1.0);
+    HeadlessViewer viewer(box.scene);
+    viewer.frames(2);
+    EXPECT_EQ(toldBy(box.scene->getStatistics()),
+              std::vector<std::string>{"settings.invalid | a HandBodies has steps of -1 s, should "
+                                       "be 0 or more; 1/240 s is used"});
+}

@@ -18,6 +18,7 @@ namespace
 {
 
 std::string asked; ///< options of the last source that was made
+int late = 0;      ///< how many times one can't be made
 
 osg::ref_ptr<HandSource> make(const std::string& options, std::string& error)
 {
@@ -25,6 +26,12 @@ osg::ref_ptr<HandSource> make(const std::string& options, std::string& error)
     if (options == "throw") throw std::runtime_error("no tracker");
     if (options == "refuse") error = "the glove is not charged";
     if (options == "refuse") return nullptr;
+    if (options == "late" && late > 0)
+    {
+        --late;
+        error = "the glove is not charged";
+        return nullptr;
+    }
     const osg::ref_ptr<InjectedHands> hands = new InjectedHands;
     hands->setHands({openHand(0, osg::Vec3d(0.0, 0.0, 0.2), osg::Quat())});
     return hands;
@@ -90,6 +97,19 @@ TEST_F(HandSourceFactoryTest, WhatItRefusesOrThrowsIsAMessage)
         error,
         "hand source \"mitten:\" is not known; recorded:FILE, recorded:FILE?loop, mouse:, openxr:, "
         "glove: are");
+}
+
+TEST_F(HandSourceFactoryTest, OneThatCouldNotBeMadeIsTriedAgain)
+{
+    BoxScene box;
+    late = 2;
+    box.scene->setHands("glove:late");
+    HeadlessViewer viewer(box.scene);
+    EXPECT_TRUE(viewer.framesUntil([&] { return box.scene->getStatistics().hands == 1; }));
+    const auto told = box.scene->getStatistics().told;
+    ASSERT_EQ(told.size(), 1u);
+    EXPECT_EQ(told[0].code, "hands.open");
+    EXPECT_EQ(told[0].count, 2u) << "each try that failed";
 }
 
 TEST_F(HandSourceFactoryTest, AFileNeedsAGrant)

@@ -115,6 +115,15 @@ TEST(HapticPoints, WhatCannotBeFeltIsToldByName)
     EXPECT_TRUE(scene.says("has no points; it can't be felt"));
 }
 
+TEST(HapticPoints, PointsAtOnePlaceAreFeltAsOneWhichIsTold)
+{
+    Points scene;
+    scene.points->setPoints({kPlaces[0], kPlaces[1], kPlaces[0], kPlaces[2], kPlaces[2]});
+    EXPECT_EQ(scene.played(3).size(), 3);
+    EXPECT_TRUE(scene.says("2 of 5 points at the place of another and not felt by themselves, the "
+                           "first is point 2"));
+}
+
 TEST(HapticPoints, ComesThroughFilesOfAllKinds)
 {
     const osg::ref_ptr<HapticPoints> points = new HapticPoints;

@@ -59,11 +59,11 @@ private:
 
 } // namespace
 
-TEST(DeviceReopener, TriesUntilItIsThereAndThenNoMore)
+TEST(DeviceOpener, TriesUntilItIsThereAndThenNoMore)
 {
     std::atomic<int> tries{0};
     auto log = std::make_shared<FakeLog>();
-    DeviceReopener reopener(
+    DeviceOpener opener(
         [&]() -> std::unique_ptr<device::ArrayDevice>
         {
             if (++tries < 4) throw std::runtime_error("not yet");
@@ -77,7 +77,7 @@ TEST(DeviceReopener, TriesUntilItIsThereAndThenNoMore)
         [&]
         {
             std::uint64_t failed = 0;
-            device = reopener.take(failed, why);
+            device = opener.take(failed, why);
             failures += failed;
             return device != nullptr;
         }));
