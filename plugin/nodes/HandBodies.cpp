@@ -4,6 +4,7 @@
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
 #include "plugin/hands/HandConversion.h"
+#include "plugin/settings/ForTests.h"
 #include "plugin/settings/Grants.h"
 
 #include <osgMidair/HandBodies>
@@ -22,7 +23,7 @@
 namespace osgMidair
 {
 
-struct HandBodies::Part
+struct OSGMIDAIR_NO_EXPORT HandBodies::Part
 {
     Part(btDiscreteDynamicsWorld& world, double length_s) : bodies(world), step_s(length_s) {}
 
