@@ -4,6 +4,7 @@
 #include "plugin/engine/FieldOfResult.h"
 #include "plugin/extending/ArrayConversion.h"
 #include "plugin/scene/FeltNode.h"
+#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/HapticField>
 
@@ -16,7 +17,7 @@ namespace osgMidair
 
 using midair::bridge::HologramResult;
 
-struct HapticField::Data
+struct OSGMIDAIR_NO_EXPORT HapticField::Data
 {
     std::shared_ptr<const HologramResult> result; ///< not null, with a field and an array
     std::vector<Object> objects;

@@ -1,6 +1,7 @@
 #pragma once
 
-#include <osgMidair/Export>
+#include "plugin/settings/ForTests.h"
+
 #include <osgMidair/HapticField>
 #include <osgMidair/HapticSettings>
 #include <osgMidair/HapticStatistics>
@@ -12,9 +13,9 @@ namespace osgMidair
 
 /// Returns the statistics of a scene as a JSON object, with the objects and control points of \a
 /// field, its newest; null: there is none.
-OSGMIDAIR_EXPORT std::string reportJson(const HapticStatistics& statistics,
-                                        const HapticSettings& settings,
-                                        const HapticField* field = nullptr);
+OSGMIDAIR_FOR_TESTS std::string reportJson(const HapticStatistics& statistics,
+                                           const HapticSettings& settings,
+                                           const HapticField* field = nullptr);
 
 /// What the report has of a scene.
 struct ReportedScene

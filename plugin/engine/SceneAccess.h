@@ -4,8 +4,7 @@
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
 #include "plugin/engine/HapticEngine.h"
-
-#include <osgMidair/Export>
+#include "plugin/settings/ForTests.h"
 
 #include <memory>
 
@@ -18,7 +17,7 @@ class HapticScene;
 
 /// Access to the implementation behind the installed classes, for the kit itself and its tests. No
 /// installed header names these types.
-class OSGMIDAIR_EXPORT SceneAccess
+class OSGMIDAIR_FOR_TESTS SceneAccess
 {
 public:
     using Result = std::shared_ptr<const midair::bridge::HologramResult>;

@@ -6,6 +6,7 @@
 #include "device/recording/RecordingFile.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Range.h"
+#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/ArrayDescription>
 #include <osgMidair/HapticField>
@@ -57,7 +58,7 @@ bool readDead(std::vector<unsigned int> given,
 
 } // namespace
 
-struct Recorder::Part
+struct OSGMIDAIR_NO_EXPORT Recorder::Part
 {
     Part(const std::string& file, int transducers, bool overwrite) :
         device(file, transducers, overwrite)
@@ -116,7 +117,7 @@ std::string Recorder::getStatus() const
     return _part->device.status();
 }
 
-struct RecordingReader::Part
+struct OSGMIDAIR_NO_EXPORT RecordingReader::Part
 {
     Part(std::string content, const std::string& file) :
         bytes(std::move(content)),
@@ -175,7 +176,7 @@ const std::string& RecordingReader::getError() const
     return _part->error;
 }
 
-struct Player::Part
+struct OSGMIDAIR_NO_EXPORT Player::Part
 {
     Part(recording::Show show,
          const midair::device::PlayingDevice::Options& options,

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <osgMidair/Export>
+#include "plugin/settings/ForTests.h"
 
 #include <string>
 
@@ -10,6 +10,6 @@ namespace osgMidair
 /// Returns what the application registered for the scene's setting \a setting (solver, device,
 /// hands), as the setting takes it, with commas between: "mine:, other:". Empty: nothing, or
 /// another setting. From any thread.
-OSGMIDAIR_EXPORT std::string registeredNames(const std::string& setting);
+OSGMIDAIR_FOR_TESTS std::string registeredNames(const std::string& setting);
 
 } // namespace osgMidair

@@ -9,6 +9,7 @@
 #include "plugin/settings/NameBeside.h"
 #include "plugin/settings/UserOptions.h"
 
+#include <osgMidair/FileFormats>
 #include <osgMidair/HapticDevice>
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticScene>
@@ -290,6 +291,9 @@ private:
     }
 };
 
-REGISTER_OSGPLUGIN(haptic, ReaderWriterHaptic)
+void registerLoader()
+{
+    static const osgDB::RegisterReaderWriterProxy<ReaderWriterHaptic> proxy;
+}
 
 } // namespace osgMidair

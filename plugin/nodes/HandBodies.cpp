@@ -4,6 +4,7 @@
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
 #include "plugin/hands/HandConversion.h"
+#include "plugin/settings/ForTests.h"
 #include "plugin/settings/Grants.h"
 
 #include <osgMidair/HandBodies>
@@ -31,7 +32,7 @@ constexpr double kStep_s = 1.0 / 240.0; // as a RigidBodyWorld's
 
 } // namespace
 
-struct HandBodies::Part
+struct OSGMIDAIR_NO_EXPORT HandBodies::Part
 {
     Part(btDiscreteDynamicsWorld& world, double length_s) :
         bodies(world),

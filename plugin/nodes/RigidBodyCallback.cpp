@@ -1,16 +1,17 @@
 #include "engine-bridge/bodies/RigidBodyPose.h"
+#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/RigidBodyCallback>
 
 namespace osgMidair
 {
 
-struct RigidBodyWorld::Stepper
+struct OSGMIDAIR_NO_EXPORT RigidBodyWorld::Stepper
 {
     osg::ref_ptr<midair::bridge::RigidBodyStepper> stepper;
 };
 
-struct RigidBodyCallback::Pose
+struct OSGMIDAIR_NO_EXPORT RigidBodyCallback::Pose
 {
     osg::ref_ptr<midair::bridge::RigidBodyPose> pose;
 };

@@ -2,6 +2,7 @@
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
+#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/ArrayGhost>
 #include <osgMidair/ColorMap>
@@ -119,7 +120,7 @@ void addBoard(const TransducerArray& array, int first, int last, osg::Vec3Array&
 } // namespace
 
 /// Draws a disc for each transducer and the outlines of their boards.
-class ArrayGhost::Part : public OverlayPart
+class OSGMIDAIR_NO_EXPORT ArrayGhost::Part : public OverlayPart
 {
 public:
     Part();

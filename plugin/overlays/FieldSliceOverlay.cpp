@@ -7,6 +7,7 @@
 #include "plugin/overlays/drawing/FieldSlice.h"
 #include "plugin/overlays/drawing/GpuSlice.h"
 #include "plugin/overlays/drawing/SliceDisc.h"
+#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/FieldSliceOverlay>
 
@@ -98,7 +99,7 @@ double median(Eigen::VectorXd values)
 } // namespace
 
 /// A textured disc; the worker's thread or a fragment shader fills the texture.
-class FieldSliceOverlay::Part : public OverlayPart
+class OSGMIDAIR_NO_EXPORT FieldSliceOverlay::Part : public OverlayPart
 {
 public:
     explicit Part(osg::Group& owner);

@@ -3,6 +3,7 @@
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
 #include "plugin/overlays/drawing/FieldVolume.h"
+#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/FieldVolumeOverlay>
 
@@ -67,7 +68,7 @@ void main()
 
 } // namespace
 
-class FieldVolumeOverlay::Part : public OverlayPart
+class OSGMIDAIR_NO_EXPORT FieldVolumeOverlay::Part : public OverlayPart
 {
 public:
     void setArray(const std::shared_ptr<const midair::haptics::TransducerArray>& array,

@@ -4,6 +4,7 @@
 #include "plugin/overlays/drawing/DiscGeometry.h"
 #include "plugin/overlays/drawing/PixelDrawing.h"
 #include "plugin/overlays/hud/HudRoom.h"
+#include "plugin/settings/ForTests.h"
 
 #include <osgMidair/HandsOverlay>
 
@@ -133,7 +134,7 @@ osg::ref_ptr<osg::Geometry> makeCapsules()
 
 } // namespace
 
-class HandsOverlay::Part : public OverlayPart
+class OSGMIDAIR_NO_EXPORT HandsOverlay::Part : public OverlayPart
 {
 public:
     /// A touch that goes on, or has ended and fades.

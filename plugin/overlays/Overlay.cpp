@@ -37,6 +37,13 @@ Overlay::~Overlay() = default;
 void Overlay::setShown(bool shown)
 {
     setNodeMask(shown ? ~0U : 0U);
+    dirtyBound();
+}
+
+// OSG's groups take the bounds of hidden children, too.
+osg::BoundingSphere Overlay::computeBound() const
+{
+    return isShown() ? osg::Group::computeBound() : osg::BoundingSphere();
 }
 
 } // namespace osgMidair

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "haptics/base/settings/Setting.h"
+#include "plugin/settings/ForTests.h"
 
-#include <osgMidair/Export>
 #include <osgMidair/Overlay>
 
 #include <map>
@@ -42,7 +42,7 @@ OverlayNumber overlayNumber(const char* name,
 }
 
 /// A kind of overlay; every HapticOverlays has one overlay of each kind.
-struct OSGMIDAIR_EXPORT OverlayKind
+struct OSGMIDAIR_FOR_TESTS OverlayKind
 {
     /// Position in files, 1 .. kMostKinds; it must never change. In .osgb the kinds up to
     /// kFirstKinds have a byte each; later ones share the last of these bytes, with a bit each.
@@ -63,12 +63,12 @@ struct OSGMIDAIR_EXPORT OverlayKind
 };
 
 /// Returns all kinds by their place.
-OSGMIDAIR_EXPORT const std::map<int, OverlayKind>& overlayKinds();
+OSGMIDAIR_FOR_TESTS const std::map<int, OverlayKind>& overlayKinds();
 
 /// Registers a kind of overlay: define a static object of this class in the overlay's source. A
 /// kind whose place, name, word or key is taken, or whose key is F7 (all) or F8 (mute), is refused
 /// with a message.
-class OSGMIDAIR_EXPORT OverlayRegistration
+class OSGMIDAIR_FOR_TESTS OverlayRegistration
 {
 public:
     explicit OverlayRegistration(const OverlayKind& kind);

@@ -5,8 +5,7 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
-
-#include <osgMidair/Export>
+#include "plugin/settings/ForTests.h"
 
 #include <osg/Node>
 
@@ -24,7 +23,7 @@ class Overlay;
 /// Implementation of an Overlay: receives the array, its fields and the hands, in types that no
 /// installed header names. All functions are called on the thread of the update traversal; the
 /// default implementations do nothing.
-class OSGMIDAIR_EXPORT OverlayPart
+class OSGMIDAIR_FOR_TESTS OverlayPart
 {
 public:
     OverlayPart() = default;
@@ -51,7 +50,7 @@ public:
 /// Implementation of HapticOverlays: passes what the outermost owner above it (HapticScene,
 /// HapticCallback or HapticDevice) plays to its overlays. All functions are called on the thread of
 /// the update traversal.
-class OSGMIDAIR_EXPORT OverlayFeed
+class OSGMIDAIR_FOR_TESTS OverlayFeed
 {
 public:
     explicit OverlayFeed(HapticOverlays& overlays);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <osgMidair/Export>
+#include "plugin/settings/ForTests.h"
 
 #include <osg/Node>
 
@@ -15,7 +15,7 @@ namespace osgMidair
 /// Hiding what is marked must not make felt what isn't, so marks that were seen once count for
 /// good, those of parts that have been unloaded since too. While a part is not loaded that may have
 /// the first one, nothing is known.
-class OSGMIDAIR_EXPORT SceneMarks
+class OSGMIDAIR_FOR_TESTS SceneMarks
 {
 public:
     enum class State
@@ -41,6 +41,6 @@ private:
 
 /// Returns the first file that a PagedLOD or a ProxyNode names and has not loaded; empty: none, or
 /// another node.
-OSGMIDAIR_EXPORT std::string missingFile(const osg::Node& node);
+OSGMIDAIR_FOR_TESTS std::string missingFile(const osg::Node& node);
 
 } // namespace osgMidair

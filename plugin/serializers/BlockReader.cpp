@@ -1,6 +1,7 @@
 #include "plugin/serializers/BlockReader.h"
 
 #include "plugin/serializers/FileOfStream.h"
+#include "plugin/serializers/Wrappers.h"
 
 #include <osgDB/Registry>
 
@@ -184,8 +185,17 @@ void BlockReader::readPlain()
             name = word();
             continue;
         }
-        tellUnknown(name);
-        name = skipValue(name);
+        if (name[0] != '"')
+        {
+            tellUnknown(name);
+            name = skipValue(name);
+            continue;
+        }
+        complain("the text \"" + quoted(name) +
+                     "\" stands where a property's name should; between a name and its value are "
+                     "blanks alone",
+                 true);
+        name = skipValue("text");
     }
 }
 
@@ -235,7 +245,6 @@ std::string BlockReader::skipValue(const std::string& name)
         if (word == "}" || _block->names.count(word) > 0) return true;
         return !isFirst && std::isalpha(static_cast<unsigned char>(word[0])) != 0;
     };
-    if (name[0] == '"') quoted(name);
     int depth = name == "{" ? 1 : 0;
     bool isFirst = true;
     for (std::string next = word(); !next.empty(); next = word())
@@ -347,11 +356,15 @@ std::vector<std::string> BlockReader::readWords()
     return words;
 }
 
-} // namespace osgMidair
-
 // It stands before all other classes in the associates of the kit's, so that it comes first.
-REGISTER_OBJECT_WRAPPER2(
-    osgMidair_Properties, nullptr, osg::Object, "osgMidair::Properties", "osgMidair::Properties")
+void registerProperties()
 {
-    wrapper->addSerializer(new osgMidair::Properties, osgDB::BaseSerializer::RW_USER);
+    static const osgDB::RegisterWrapperProxy proxy(
+        []() -> osg::Object* { return nullptr; },
+        "osgMidair::Properties",
+        "osgMidair::Properties",
+        [](osgDB::ObjectWrapper* wrapper)
+        { wrapper->addSerializer(new Properties, osgDB::BaseSerializer::RW_USER); });
 }
+
+} // namespace osgMidair

@@ -1,6 +1,7 @@
 #include "haptics/base/text/Quantity.h"
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/serializers/BlockReader.h"
+#include "plugin/serializers/Wrappers.h"
 
 #include <osgMidair/HapticOverlays>
 
@@ -225,19 +226,22 @@ private:
 } // namespace
 
 // Not written as a Group, since it makes its own children.
-REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
-                               osgMidair_HapticOverlays,
-                               new osgMidair::HapticOverlays,
-                               osgMidair::HapticOverlays,
-                               "osgMidair::Properties osg::Object osg::Node"
-                               " osgMidair::HapticOverlays")
+void osgMidair::registerHapticOverlays()
 {
-    (void)domain; // unused parameter of the macro
-    std::vector<const OverlayKind*> together;
-    for (const auto& [place, kind] : overlayKinds())
-        if (place < OverlayKind::kFirstKinds)
-            wrapper->addSerializer(new Switches({&kind}, false), osgDB::BaseSerializer::RW_BOOL);
-        else
-            together.push_back(&kind);
-    wrapper->addSerializer(new Switches(together, true), osgDB::BaseSerializer::RW_BOOL);
+    static const osgDB::RegisterCustomWrapperProxy proxy(
+        []() -> osg::Object* { return new HapticOverlays; },
+        "osgMidair",
+        "osgMidair::HapticOverlays",
+        "osgMidair::Properties osg::Object osg::Node osgMidair::HapticOverlays",
+        [](const char*, osgDB::ObjectWrapper* wrapper)
+        {
+            std::vector<const OverlayKind*> together;
+            for (const auto& [place, kind] : overlayKinds())
+                if (place < OverlayKind::kFirstKinds)
+                    wrapper->addSerializer(new Switches({&kind}, false),
+                                           osgDB::BaseSerializer::RW_BOOL);
+                else
+                    together.push_back(&kind);
+            wrapper->addSerializer(new Switches(together, true), osgDB::BaseSerializer::RW_BOOL);
+        });
 }

@@ -1,5 +1,6 @@
 #include "haptics/base/text/Number.h"
 #include "plugin/serializers/SettingSerializer.h"
+#include "plugin/serializers/Wrappers.h"
 
 #include <osgMidair/HapticPoints>
 
@@ -126,20 +127,23 @@ bool writePressures(osgDB::OutputStream& out, const HapticPoints& node)
 
 // .osgb is positional: the points come first, and the format version says how many properties
 // follow.
-REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
-                               osgMidair_HapticPoints,
-                               new osgMidair::HapticPoints,
-                               osgMidair::HapticPoints,
-                               "osgMidair::Properties osg::Object osg::Node"
-                               " osgMidair::HapticPoints")
+void osgMidair::registerHapticPoints()
 {
-    (void)domain; // unused parameter of the macro
-    ADD_INT_SERIALIZER(FormatVersion, 0);
-    ADD_USER_SERIALIZER(Points);
-    ADD_USER_SERIALIZER(Pressures);
-    osgMidair::addSettings<MyClass, osgMidair::HapticProperty>(
-        *wrapper,
-        osgMidair::surfaceProperties(),
-        [](const MyClass& node) -> const osgMidair::HapticProperty& { return node.getProperty(); },
-        [](MyClass& node, const osgMidair::HapticProperty& all) { node.setProperty(all); });
+    static const osgDB::RegisterCustomWrapperProxy proxy(
+        []() -> osg::Object* { return new HapticPoints; },
+        "osgMidair",
+        "osgMidair::HapticPoints",
+        "osgMidair::Properties osg::Object osg::Node osgMidair::HapticPoints",
+        [](const char*, osgDB::ObjectWrapper* wrapper)
+        {
+            using MyClass = HapticPoints; // for OSG's macros
+            ADD_INT_SERIALIZER(FormatVersion, 0);
+            ADD_USER_SERIALIZER(Points);
+            ADD_USER_SERIALIZER(Pressures);
+            addSettings<MyClass, HapticProperty>(
+                *wrapper,
+                surfaceProperties(),
+                [](const MyClass& node) -> const HapticProperty& { return node.getProperty(); },
+                [](MyClass& node, const HapticProperty& all) { node.setProperty(all); });
+        });
 }

@@ -1,4 +1,5 @@
 #include "plugin/serializers/SettingSerializer.h"
+#include "plugin/serializers/Wrappers.h"
 
 #include <osgMidair/HapticScene>
 
@@ -45,19 +46,23 @@ public:
 } // namespace
 
 // .osgb is positional: the format version says how many settings follow.
-REGISTER_CUSTOM_OBJECT_WRAPPER(osgMidair,
-                               osgMidair_HapticScene,
-                               new osgMidair::HapticScene,
-                               osgMidair::HapticScene,
-                               "osgMidair::Properties osg::Object osg::Node"
-                               " osg::Group osgMidair::HapticScene")
+void osgMidair::registerHapticScene()
 {
-    (void)domain; // unused parameter of the macro
-    ADD_INT_SERIALIZER(FormatVersion, 0);
-    osgMidair::addSettings<MyClass, osgMidair::HapticSettings>(
-        *wrapper,
-        osgMidair::sceneSettings(),
-        [](const MyClass& node) -> const osgMidair::HapticSettings& { return node.getSettings(); },
-        [](MyClass& node, const osgMidair::HapticSettings& all) { node.setSettings(all); });
-    wrapper->addSerializer(new EndOfScene, osgDB::BaseSerializer::RW_USER); // must stay last
+    static const osgDB::RegisterCustomWrapperProxy proxy(
+        []() -> osg::Object* { return new HapticScene; },
+        "osgMidair",
+        "osgMidair::HapticScene",
+        "osgMidair::Properties osg::Object osg::Node osg::Group osgMidair::HapticScene",
+        [](const char*, osgDB::ObjectWrapper* wrapper)
+        {
+            using MyClass = HapticScene; // for OSG's macro
+            ADD_INT_SERIALIZER(FormatVersion, 0);
+            addSettings<MyClass, HapticSettings>(
+                *wrapper,
+                sceneSettings(),
+                [](const MyClass& node) -> const HapticSettings& { return node.getSettings(); },
+                [](MyClass& node, const HapticSettings& all) { node.setSettings(all); });
+            wrapper->addSerializer(new EndOfScene,
+                                   osgDB::BaseSerializer::RW_USER); // must stay last
+        });
 }

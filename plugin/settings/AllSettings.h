@@ -1,8 +1,8 @@
 #pragma once
 
 #include "haptics/base/settings/SettingTable.h"
+#include "plugin/settings/ForTests.h"
 
-#include <osgMidair/Export>
 #include <osgMidair/HapticProperty>
 #include <osgMidair/HapticSettings>
 
@@ -26,13 +26,13 @@ using midair::base::SettingTable;
 using midair::base::Word;
 
 /// The settings of a HapticScene.
-OSGMIDAIR_EXPORT const SettingTable<HapticSettings>& sceneSettings();
+OSGMIDAIR_FOR_TESTS const SettingTable<HapticSettings>& sceneSettings();
 
 /// The properties of a HapticSurface or a tag.
-OSGMIDAIR_EXPORT const SettingTable<HapticProperty>& surfaceProperties();
+OSGMIDAIR_FOR_TESTS const SettingTable<HapticProperty>& surfaceProperties();
 
 /// Where the value of \a setting is noted as a wish if a file names it, which needs the user's
 /// grant; null: it needs none.
-OSGMIDAIR_EXPORT std::optional<std::string> HapticWishes::*wishOf(const std::string& setting);
+OSGMIDAIR_FOR_TESTS std::optional<std::string> HapticWishes::*wishOf(const std::string& setting);
 
 } // namespace osgMidair

@@ -1,6 +1,7 @@
 #pragma once
 
-#include <osgMidair/Export>
+#include "plugin/settings/ForTests.h"
+
 #include <osgMidair/HapticSettings>
 
 #include <string>
@@ -9,7 +10,7 @@ namespace osgMidair
 {
 
 /// The OSG_MIDAIR_* variables, listed by --help-env.
-struct OSGMIDAIR_EXPORT Environment
+struct OSGMIDAIR_FOR_TESTS Environment
 {
     /// Returns \a settings as the environment overrides them. Adds a sentence to \a errors for each
     /// value that isn't understood, or to HapticSettings::whySilenced if it silences the array.

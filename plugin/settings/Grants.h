@@ -1,8 +1,8 @@
 #pragma once
 
 #include "haptics/base/text/MessageLog.h"
+#include "plugin/settings/ForTests.h"
 
-#include <osgMidair/Export>
 #include <osgMidair/HapticSettings>
 
 #include <map>
@@ -58,6 +58,6 @@ private:
 
 /// Returns \a text for printing: control characters, which a terminal would obey, are replaced, and
 /// it is cut after 300 bytes.
-OSGMIDAIR_EXPORT std::string printable(const std::string& text);
+OSGMIDAIR_FOR_TESTS std::string printable(const std::string& text);
 
 } // namespace osgMidair

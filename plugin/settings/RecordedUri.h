@@ -1,6 +1,6 @@
 #pragma once
 
-#include <osgMidair/Export>
+#include "plugin/settings/ForTests.h"
 
 #include <optional>
 #include <string>
@@ -9,7 +9,7 @@ namespace osgMidair
 {
 
 /// URI of a recording of hands: "recorded:FILE" is played once, "recorded:FILE?loop" is repeated.
-struct OSGMIDAIR_EXPORT RecordedUri
+struct OSGMIDAIR_FOR_TESTS RecordedUri
 {
     std::string file;
     bool loops = false;

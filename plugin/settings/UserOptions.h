@@ -1,6 +1,7 @@
 #pragma once
 
-#include <osgMidair/Export>
+#include "plugin/settings/ForTests.h"
+
 #include <osgMidair/HapticSettings>
 
 #include <functional>
@@ -11,7 +12,7 @@ namespace osgMidair
 
 /// Returns the options of the command line, "-O ..", which come from the user. The options that a
 /// reader gets may come from elsewhere: other kinds of files (OSG's .p3d) pass their own.
-OSGMIDAIR_EXPORT std::string userOptions();
+OSGMIDAIR_FOR_TESTS std::string userOptions();
 
 /// Sets the settings that the user's options name. Values that aren't understood give a warning;
 /// options for other readers are ignored.
@@ -19,10 +20,10 @@ void applyUserOptions(HapticSettings& settings);
 
 /// Turns the device, array and hands of \a settings into wishes, unless they are the defaults or
 /// the user's options set the same values. \a folder: folder of the file.
-OSGMIDAIR_EXPORT void makeWishes(HapticSettings& settings, const std::string& folder);
+OSGMIDAIR_FOR_TESTS void makeWishes(HapticSettings& settings, const std::string& folder);
 
 /// Returns a warning if \a word, which has no "=", looks like the rest of a list of devices that
 /// was cut at its comma; empty for other words.
-OSGMIDAIR_EXPORT std::string cutListWarning(const std::string& word);
+OSGMIDAIR_FOR_TESTS std::string cutListWarning(const std::string& word);
 
 } // namespace osgMidair

@@ -27,7 +27,8 @@ std::string drawPicture(const Solution& solution, const std::string& title, cons
                (why ? std::string("can't be loaded: ") + why : std::string("isn't there"));
     }
     std::string problem;
-    reinterpret_cast<decltype(&midairDrawPicture)>(symbol)(solution, title, path, problem);
+    reinterpret_cast<decltype(&midairDrawPicture)>(symbol)(
+        solution, title, path, base::instructionSet(), problem);
     return problem;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "haptics/base/simd/InstructionSet.h"
 #include "samples/solve/Solution.h"
 
 #include <string>
@@ -14,8 +15,10 @@ drawPicture(const Solution& solution, const std::string& title, const std::strin
 
 } // namespace midair::samples
 
-/// Function that the module exports.
+/// Function that the module exports, and nothing else: it has the field's code a second time, which
+/// runs with \a set as the program's does.
 extern "C" void midairDrawPicture(const midair::samples::Solution& solution,
                                   const std::string& title,
                                   const std::string& path,
+                                  midair::base::InstructionSet set,
                                   std::string& problem);

@@ -1,5 +1,6 @@
 #include "samples/views/Offscreen.h"
 
+#include <osg/GLExtensions>
 #include <osg/MatrixTransform>
 
 #include <cstdlib>
@@ -43,6 +44,8 @@ public:
         setState(new osg::State);
         getState()->setGraphicsContext(this);
         getState()->setContextID(createNewContextID());
+        // A viewer that had this number, and no OpenGL, may have left extensions that are none.
+        osg::GLExtensions::Set(getState()->getContextID(), nullptr);
     }
 
     /// Returns an error message; empty on success.

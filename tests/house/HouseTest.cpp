@@ -86,8 +86,7 @@ std::map<std::string, int> heights()
     height["plugin/include/osgMidair"] = next++;
     for (const std::string& storey : storeysOf("plugin"))
         height[storey] = next++;
-    height["plugin/serializers"] = next++;
-    height["plugin/loader"] = next++;
+    height["plugin/osg-plugins"] = next++;
     return height;
 }
 
@@ -232,7 +231,7 @@ TEST(House, EachClassHasANameOfItsOwn)
 {
     static const std::regex opens(R"(namespace( [\w:]+)?)");
     static const std::regex defines(
-        R"((?:template<.*> ?)?(?:class|struct) (?:[A-Z_]+_EXPORT )?(\w+)(?: final)?(?: :.*)?)");
+        R"((?:template<.*> ?)?(?:class|struct) (?:OSGMIDAIR_[A-Z_]+ )?(\w+)(?: final)?(?: :.*)?)");
     std::map<std::string, std::set<fs::path>> files;
     for (const fs::path& file : allFiles())
     {

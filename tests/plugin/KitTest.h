@@ -17,8 +17,11 @@
 
 #include <chrono>
 #include <functional>
+#include <regex>
 #include <string>
 #include <thread>
+
+#include <gtest/gtest.h>
 
 /// Tests set variables as the user would before the program begins.
 inline const bool kTrustsItself = (midair::base::trustVariablesOfProgram(),
@@ -76,12 +79,18 @@ public:
     osgViewer::Viewer viewer;
 };
 
-/// What OSG is told to say while this is there.
+/// What OSG is told to say while this is there. No message puts quotes around quotes; an empty text
+/// between them is none of that.
 class Notices
 {
 public:
     Notices() : _before(osg::getNotifyHandler()) { osg::setNotifyHandler(_handler); }
-    ~Notices() { osg::setNotifyHandler(_before); }
+    ~Notices()
+    {
+        osg::setNotifyHandler(_before);
+        static const std::regex doubled(R"(""[A-Za-z0-9]|[A-Za-z0-9]"")");
+        EXPECT_FALSE(std::regex_search(text(), doubled)) << text();
+    }
     Notices(const Notices&) = delete;
     Notices& operator=(const Notices&) = delete;
 

@@ -33,8 +33,18 @@ TEST(Tutorial, ItsCommandsDoWhatItSays)
     fs::create_symlink(fs::path(MIDAIR_BIN).parent_path(), folder / "build");
     std::ifstream in(kTutorial);
     int run = 0;
+    // The last block sets what the tree has.
+    std::string settings;
+    bool isBlock = false;
     for (std::string line; std::getline(in, line);)
     {
+        if (begins(line, "```"))
+        {
+            isBlock = begins(line, "```sh");
+            if (isBlock) settings.clear();
+            continue;
+        }
+        if (isBlock) settings += line + "; ";
         if (!begins(line, "    ")) continue;
         const std::string command = line.substr(4);
         // What needs a display, or hardware, is left to people.
@@ -46,8 +56,7 @@ TEST(Tutorial, ItsCommandsDoWhatItSays)
                 ? "ASAN_OPTIONS=detect_leaks=0 LD_PRELOAD=" MIDAIR_SANITIZER_RUNTIME " "
                 : "";
         const Outcome outcome =
-            shell("cd " + folder.string() + " && export OSG_LIBRARY_PATH=build/lib && " + preload +
-                  command);
+            shell("cd " + folder.string() + "; " + settings + preload + command);
         EXPECT_EQ(outcome.code, 0) << command << "\n" << outcome.output;
     }
     EXPECT_GE(run, 6);

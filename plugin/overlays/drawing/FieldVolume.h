@@ -5,8 +5,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/threads/LatestWorker.h"
 #include "haptics/propagation/FieldLattice.h"
-
-#include <osgMidair/Export>
+#include "plugin/settings/ForTests.h"
 
 #include <osg/Vec3>
 #include <osg/Vec4ub>
@@ -47,7 +46,7 @@ struct FieldVolume
 
 /// Samples the field a third of a wavelength apart in all places within the margin of a control
 /// point.
-class OSGMIDAIR_EXPORT VolumeComputer
+class OSGMIDAIR_FOR_TESTS VolumeComputer
 {
 public:
     FieldVolume compute(const VolumeRequest& request);

@@ -2,6 +2,7 @@
 
 #include "plugin/overlays/drawing/TextPanel.h"
 #include "plugin/overlays/hud/HudContent.h"
+#include "plugin/settings/ForTests.h"
 
 #include <array>
 #include <string>
@@ -29,7 +30,7 @@ struct HudLayout
 };
 
 /// For little, medium and much room.
-OSGMIDAIR_EXPORT extern const std::array<HudLayout, 3> kHudLayouts;
+OSGMIDAIR_FOR_TESTS extern const std::array<HudLayout, 3> kHudLayouts;
 
 /// A key and what it shows.
 struct HudKey

@@ -32,6 +32,22 @@ HapticScene* readHaptic(osg::ref_ptr<osg::Node>& keep, const std::string& option
 
 } // namespace
 
+// osgconv ends with 0 whatever it could write.
+TEST(Loader, OsgconvSaysThatAKitSceneAsOsgIsNotWritten)
+{
+    if (!installed("osgconv")) GTEST_SKIP() << "osgconv is not installed";
+    const auto file = std::filesystem::path(testing::TempDir()) / "midair-loader-kit.osg";
+    std::filesystem::remove(file);
+    bool ok = false;
+    const std::string output =
+        run(stock("osgconv") + " " MIDAIR_ROOT "/samples/scenes/star.osgt " + file.string(), ok);
+    EXPECT_NE(output.find("osgMidair: " + file.string() + " is not written: .osg can't hold "),
+              std::string::npos)
+        << output;
+    EXPECT_EQ(output.find("Data written"), std::string::npos) << output;
+    EXPECT_FALSE(std::filesystem::exists(file));
+}
+
 TEST(Loader, AnyModelBecomesAHapticScene)
 {
     osg::ref_ptr<osg::Node> keep;

@@ -107,6 +107,21 @@ TEST(PropertySlip, AListThatIsNotAsLongAsItSaysSilences)
         expectTold<HapticPoints>(slip, scalar("Priority", "3"), scalar("Spacing", "0.5"));
 }
 
+// What is written as in other notations: OSG takes the sign for the value.
+TEST(PropertySlip, AValueBehindASignIsToldInOnePairOfQuotes)
+{
+    Notices notices;
+    const auto scene =
+        through<HapticScene>({scalar("Array", "= \"my octagon\""), scalar("Cycle", "4")}, false);
+    ASSERT_NE(scene, nullptr);
+    EXPECT_TRUE(isSilenced(*scene));
+    EXPECT_EQ(scene->getCycle(), 4) << "what follows is read";
+    EXPECT_NE(notices.text().find("line 9: HapticScene: the text \"my octagon\" stands where a "
+                                  "property's name should"),
+              std::string::npos)
+        << notices.text();
+}
+
 TEST(PropertySlip, OfASceneTwiceIsUnclear)
 {
     const List twice = {scalar("MaxPressure", "500"), scalar("MaxPressure", "5000")};

@@ -4,6 +4,7 @@
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/FieldSlice.h"
 #include "samples/views/Offscreen.h"
+#include "tests/plugin/KitTest.h"
 
 #include <osgMidair/FieldSliceOverlay>
 
@@ -96,12 +97,9 @@ private:
     std::uint64_t _frame = 0;
 };
 
-} // namespace
-
-TEST(GpuSlice, ShowsWhatTheThreadShows)
+/// The shader's pictures are the thread's.
+void expectAlike(Look& look)
 {
-    Look look;
-    if (!look.able) GTEST_SKIP() << look.problem;
     look.overlay->setRange(kRange_Pa); // one scale for both
     for (const Eigen::Vector3d& focus :
          {Eigen::Vector3d(0.005, -0.004, 0.12), Eigen::Vector3d(-0.012, 0.008, 0.115)})
@@ -133,6 +131,28 @@ TEST(GpuSlice, ShowsWhatTheThreadShows)
         EXPECT_LE(most, 2.0 + 2.6 * 256.0 * 0.01 * look.overlay->getPeakPressure() / kRange_Pa)
             << look.overlay->getPeakPressure();
     }
+}
+
+} // namespace
+
+TEST(GpuSlice, ShowsWhatTheThreadShows)
+{
+    Look look;
+    if (!look.able) GTEST_SKIP() << look.problem;
+    expectAlike(look);
+}
+
+// Such a viewer has the number of an OpenGL context and none of its own; the next one gets it.
+TEST(GpuSlice, IsRightAfterAViewerThatHadNoOpenGl)
+{
+    {
+        const BoxScene box;
+        HeadlessViewer viewer(box.scene);
+        viewer.frame();
+    }
+    Look look;
+    if (!look.able) GTEST_SKIP() << look.problem;
+    expectAlike(look);
 }
 
 TEST(GpuSlice, SilenceIsDark)

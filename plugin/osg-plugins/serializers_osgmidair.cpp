@@ -1,0 +1,10 @@
+// What OSG loads where a file names a class of osgMidair: osgdb_serializers_osgmidair.
+
+#include <osgMidair/FileFormats>
+
+namespace
+{
+
+[[maybe_unused]] const bool kIsRegistered = (osgMidair::registerSerializers(), true);
+
+} // namespace
