@@ -26,8 +26,8 @@ bool contains(const Capsule& capsule, const Eigen::Vector3d& x)
     return pointSegmentDistance(x, capsule.a, capsule.b) <= capsule.radius_m;
 }
 
-/// True only if the triangle p, q, r is farther than \a limit from the capsule's axis; a ball round
-/// it tells that of most.
+/// True only if the triangle p, q, r is farther than \a limit from the capsule's axis: tells that
+/// of most that are, for less than the distance costs.
 bool isFarther(const Capsule& capsule,
                const Eigen::Vector3d& p,
                const Eigen::Vector3d& q,
@@ -35,10 +35,10 @@ bool isFarther(const Capsule& capsule,
                double limit)
 {
     const Eigen::Vector3d middle = (p + q + r) / 3.0;
-    const double radius2 = std::max(
-        {(p - middle).squaredNorm(), (q - middle).squaredNorm(), (r - middle).squaredNorm()});
-    return pointSegmentDistance(middle, capsule.a, capsule.b) - std::sqrt(radius2) >
-           limit + kSlack_m;
+    const AxisDistance away(capsule.a, capsule.b, middle);
+    const double nearest = std::min(
+        {away.slope.dot(p - middle), away.slope.dot(q - middle), away.slope.dot(r - middle)});
+    return away.distance + nearest > limit + kSlack_m;
 }
 
 /// Distance of \a x from the union of \a capsules; under 0: inside.

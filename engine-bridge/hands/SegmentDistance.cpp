@@ -100,6 +100,18 @@ ClosestPair closestSegmentTriangle(const Eigen::Vector3d& a,
     return best;
 }
 
+AxisDistance::AxisDistance(const Eigen::Vector3d& a,
+                           const Eigen::Vector3d& b,
+                           const Eigen::Vector3d& place)
+{
+    const Eigen::Vector3d u = b - a;
+    const double uu = u.squaredNorm();
+    const double t = uu > 0.0 ? clamp01(u.dot(place - a) / uu) : 0.0;
+    const Eigen::Vector3d away = place - a - t * u;
+    distance = away.norm();
+    slope = distance > 0.0 ? Eigen::Vector3d(away / distance) : Eigen::Vector3d::Zero();
+}
+
 double pointSegmentDistance(const Eigen::Vector3d& point,
                             const Eigen::Vector3d& a,
                             const Eigen::Vector3d& b)

@@ -28,6 +28,16 @@ ClosestPair closestSegmentTriangle(const Eigen::Vector3d& a,
                                    const Eigen::Vector3d& q,
                                    const Eigen::Vector3d& r);
 
+/// Distance of a place from segment a-b, and its slope there. As the distance from a segment is
+/// convex, that of any place x is at least distance + slope . (x - place).
+struct AxisDistance
+{
+    AxisDistance(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& place);
+
+    double distance;
+    Eigen::Vector3d slope; ///< of unit length; zero on the segment
+};
+
 /// Distance of \a point from segment a-b.
 double pointSegmentDistance(const Eigen::Vector3d& point,
                             const Eigen::Vector3d& a,

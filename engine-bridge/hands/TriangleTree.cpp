@@ -160,19 +160,14 @@ double TriangleTree::sizeOf() const
     return sum;
 }
 
-// A lower bound on the distance of the node's box from the capsule's axis: the larger of the
-// distances box to box and sphere to axis. Infinite for a box without triangles.
+// A lower bound on the distance of the node's box from the axis, see AxisDistance. Infinite for a
+// box without triangles.
 double TriangleTree::lowerBound(const Capsule& capsule, int node) const
 {
     const Box& box = _boxes[static_cast<std::size_t>(node)];
     if (!(box.low.x() <= box.high.x())) return INFINITY;
-    const Eigen::Vector3d apart = (box.low - capsule.a.cwiseMax(capsule.b))
-                                      .cwiseMax(capsule.a.cwiseMin(capsule.b) - box.high)
-                                      .cwiseMax(0.0);
-    const Eigen::Vector3d middle = 0.5 * (box.low + box.high);
-    const double ball =
-        pointSegmentDistance(middle, capsule.a, capsule.b) - 0.5 * (box.high - box.low).norm();
-    return std::max(apart.norm(), ball) - kSlack_m;
+    const AxisDistance middle(capsule.a, capsule.b, 0.5 * (box.low + box.high));
+    return middle.distance - 0.5 * middle.slope.cwiseAbs().dot(box.high - box.low) - kSlack_m;
 }
 
 // Never true of a box that is not inside.
