@@ -1,6 +1,7 @@
 #include "engine-bridge/playing/ArrayOutput.h"
 
 #include "device/drive/DriveEncoder.h"
+#include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <complex>
@@ -55,9 +56,9 @@ ArrayOutput::ArrayOutput(const Open& open,
         _device = open();
         _opened = _device.get();
     }
-    catch (const std::exception& error)
+    catch (...)
     {
-        _openError = error.what();
+        _openError = base::whatWasThrown();
         _messages.say({base::MessageCode::DEVICE_OPEN, _openError});
         if (retry_s > 0.0) _reopener = std::make_unique<DeviceReopener>(open, retry_s);
     }

@@ -1,8 +1,9 @@
 #include "engine-bridge/playing/DeviceReopener.h"
 
+#include "haptics/base/ThrownBy.h"
+
 #include <algorithm>
 #include <chrono>
-#include <exception>
 #include <utility>
 
 namespace midair::bridge
@@ -44,9 +45,9 @@ void DeviceReopener::run(double pause_s)
         {
             device = _open();
         }
-        catch (const std::exception& error)
+        catch (...)
         {
-            why = error.what();
+            why = base::whatWasThrown();
         }
         lock.lock();
         _device = std::move(device);
