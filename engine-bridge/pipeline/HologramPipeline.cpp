@@ -4,6 +4,7 @@
 #include "engine-bridge/pipeline/ObjectModulation.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -92,10 +93,11 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
     {
         _last = silent(snapshot, haptics::StopReason::STOPPED, stopped.what());
     }
-    catch (const std::exception& error)
+    catch (...)
     {
-        _messages.say({base::MessageCode::FIELD_FAILED, error.what()});
-        _last = silent(snapshot, haptics::StopReason::REFUSED, error.what());
+        const std::string why = base::whatWasThrown();
+        _messages.say({base::MessageCode::FIELD_FAILED, why});
+        _last = silent(snapshot, haptics::StopReason::REFUSED, why);
     }
     return _last;
 }

@@ -3,6 +3,7 @@
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/ThreadPool.h"
 
 #include <algorithm>
@@ -63,9 +64,9 @@ void HologramPipeline::reconfigure(HologramOptions options)
         useOptions(std::move(options));
         _invalid.clear();
     }
-    catch (const std::exception& error)
+    catch (...)
     {
-        _invalid = error.what();
+        _invalid = base::whatWasThrown();
         _refiner->end();
         silence();
     }

@@ -1,6 +1,7 @@
 // What a HologramPipeline does while no snapshot comes: refines the field, asks the monitor, looks
 // after the device.
 #include "engine-bridge/pipeline/HologramPipeline.h"
+#include "haptics/base/ThrownBy.h"
 
 #include <utility>
 
@@ -31,10 +32,10 @@ std::shared_ptr<const HologramResult> HologramPipeline::attend()
         // The thread that requested the stop silences the device, or replaces or ends this
         // pipeline.
     }
-    catch (const std::exception& error)
+    catch (...)
     {
-        _messages.say(
-            {base::MessageCode::FIELD_REST, error.what()}); // what is played already goes on
+        _messages.say({base::MessageCode::FIELD_REST,
+                       base::whatWasThrown()}); // what is played already goes on
         _refiner->end();
     }
     return nullptr;

@@ -1,5 +1,6 @@
 #include "engine-bridge/pipeline/HologramThread.h"
 
+#include "haptics/base/ThrownBy.h"
 #include "haptics/base/text/CodedError.h"
 #include "haptics/base/threads/SteadyClock.h"
 
@@ -290,10 +291,10 @@ void HologramThread::makePipeline(const PipelineFactory& make,
     {
         publishClosed(haptics::StopReason::REFUSED, base::Message(error.code, error.what()));
     }
-    catch (const std::exception& error)
+    catch (...)
     {
         publishClosed(haptics::StopReason::REFUSED,
-                      base::Message(base::MessageCode::SCENE_CLOSED, error.what()));
+                      base::Message(base::MessageCode::SCENE_CLOSED, base::whatWasThrown()));
     }
     if (!pipeline) return;
     pipeline->setStop(_stop.token());

@@ -3,6 +3,7 @@
 #include "engine-bridge/pipeline/ObjectModulation.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/base/ThrownBy.h"
 #include "haptics/points/FeltPlaces.h"
 #include "haptics/points/ReachedOutlines.h"
 
@@ -91,9 +92,9 @@ std::optional<haptics::FieldSequence> RestRefiner::step(const haptics::ControlPo
     {
         throw; // not an error: the flags stay, so that the step can be done again
     }
-    catch (const std::exception& error)
+    catch (...)
     {
-        _messages.say({base::MessageCode::FIELD_REST, error.what()});
+        _messages.say({base::MessageCode::FIELD_REST, base::whatWasThrown()});
         _setsMissing = _outlineMissing = _placesMissing = false;
         _evened.end();
         return std::nullopt;

@@ -1,12 +1,12 @@
 #include "engine-bridge/playing/DeviceOpener.h"
 
 #include "device/DeviceLog.h"
+#include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
-#include <exception>
 #include <mutex>
 #include <utility>
 
@@ -49,9 +49,9 @@ void DeviceOpener::Shared::run()
         {
             opened = open();
         }
-        catch (const std::exception& error)
+        catch (...)
         {
-            reason = error.what();
+            reason = base::whatWasThrown();
         }
         lock.lock();
         isTrying = false;

@@ -2,10 +2,10 @@
 
 #include "device/drive/DriveEncoder.h"
 #include "device/limits/GuardedDevice.h"
+#include "engine-bridge/playing/FieldBounds.h"
 #include "haptics/base/DutyLaw.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
-#include "haptics/propagation/PressureField.h"
 #include "haptics/sequence/FieldOrder.h"
 
 #include <algorithm>
@@ -23,35 +23,6 @@ constexpr int kMostSteps = 24;
 constexpr double kHeadroom = 0.999; // makes one step enough if the levels are fine
 // Just above the amplitude of a level, which rounding down then gives.
 constexpr double kAboveLevel = 1.0001;
-// Error of haptics::pressureAt(), relative to the pressure of all transducers in phase.
-constexpr float kFieldError = 1e-5f;
-
-// sum_i P0 g_i a_i / R_il for each point: an upper bound on the pressure of transducers at
-// amplitudes a, all in phase, since D <= 1 and the air absorbs some. R is at least
-// kNearestDistance_m, as in the model itself.
-Eigen::VectorXf inPhase(const Eigen::Matrix3Xd& points,
-                        const haptics::TransducerArray& array,
-                        const Eigen::VectorXf& amplitudes)
-{
-    const Eigen::Array3Xf from = array.positions.cast<float>().array();
-    Eigen::ArrayXf strength = static_cast<float>(array.sourceAmplitude_Pa_m) * amplitudes.array();
-    if (array.gain.size() > 0) strength *= array.gain.cast<float>().array().abs();
-    const Eigen::ArrayXf x = from.row(0).transpose();
-    const Eigen::ArrayXf y = from.row(1).transpose();
-    const Eigen::ArrayXf z = from.row(2).transpose();
-    constexpr auto kNearest2 =
-        static_cast<float>(haptics::kNearestDistance_m * haptics::kNearestDistance_m);
-    Eigen::VectorXf sum(points.cols());
-    for (Eigen::Index l = 0; l < points.cols(); ++l)
-    {
-        const Eigen::Vector3f r = points.col(l).cast<float>();
-        sum[l] = (strength * ((x - r.x()).square() + (y - r.y()).square() + (z - r.z()).square())
-                                 .max(kNearest2)
-                                 .rsqrt())
-                     .sum();
-    }
-    return sum;
-}
 
 // True if all transducers that are on have one amplitude: a lower gain then makes the same field,
 // only quieter.
@@ -65,45 +36,6 @@ bool isEven(const device::DriveSignal& signal)
         one = duty;
     }
     return true;
-}
-
-// The largest |f_0 p_0 + f_1 p_1 + ..| over all f in [0, 1], for each point, p (n x parts). It is
-// convex in f, so largest where each is 0 or 1. For more than kMostParts parts the sum of the
-// magnitudes, an upper bound.
-Eigen::VectorXf mostOfParts(const Eigen::MatrixXcf& p)
-{
-    constexpr Eigen::Index kMostParts = 4;
-    if (p.cols() > kMostParts) return p.cwiseAbs().rowwise().sum();
-    Eigen::VectorXf most = Eigen::VectorXf::Zero(p.rows());
-    for (unsigned subset = 1; subset < 1u << p.cols(); ++subset)
-    {
-        Eigen::VectorXcf sum = Eigen::VectorXcf::Zero(p.rows());
-        for (Eigen::Index k = 0; k < p.cols(); ++k)
-            if ((subset >> k & 1u) != 0) sum += p.col(k);
-        most = most.cwiseMax(sum.cwiseAbs());
-    }
-    return most;
-}
-
-// The complex pressures (n x parts) of each part of the array by itself.
-Eigen::MatrixXcf pressureOfParts(const PressureCap::Where& where,
-                                 const haptics::TransducerArray& array,
-                                 const Eigen::VectorXcf& q,
-                                 const std::vector<int>& part)
-{
-    if (part.empty())
-        return haptics::pressureAt(where.points, array, where.medium, q, where.threads, where.stop);
-    const int parts = 1 + *std::max_element(part.begin(), part.end());
-    Eigen::MatrixXcf p(where.points.cols(), parts);
-    for (int k = 0; k < parts; ++k)
-    {
-        Eigen::VectorXcf own = q;
-        for (Eigen::Index i = 0; i < own.size(); ++i)
-            if (part[static_cast<std::size_t>(i)] != k) own[i] = 0.0f;
-        p.col(k) =
-            haptics::pressureAt(where.points, array, where.medium, own, where.threads, where.stop);
-    }
-    return p;
 }
 
 // The most that an amplitude changes when it is rounded down to a duty level and then by the device
@@ -146,46 +78,46 @@ PressureCap::PressureCap(double max_Pa, Play play, device::DriveAbility ability)
             fmt::format("cap of pressure is {:g} Pa, should be over 0 and at most 1e6", max_Pa));
 }
 
-// The largest pressure at any point for any of the arrays, plus the error of its computation.
-double PressureCap::loudest(const Where& where,
-                            const device::DriveSignal& signal,
-                            CappedField& field) const
+std::vector<CappedField> PressureCap::playedOf(const FieldBounds& bounds,
+                                               const std::vector<device::DriveSignal>& signals,
+                                               std::vector<double>& most_Pa) const
 {
-    const bool rounds = (_ability.fades || where.modulated) && !isEven(signal);
-    const Eigen::VectorXf amplitudes = field.played.cwiseAbs();
-    Eigen::VectorXf rounding;
-    if (rounds) rounding = amplitudes.cwiseMin(_coarsest);
-    double most_Pa = 0.0;
-    for (const haptics::TransducerArray* array : where.arrays)
+    std::vector<Eigen::VectorXcf> played;
+    std::vector<float> rounding;
+    for (const device::DriveSignal& signal : signals)
     {
-        const Eigen::MatrixXcf p = pressureOfParts(where, *array, field.played, _ability.part);
-        const Eigen::VectorXf inPhase_Pa = inPhase(where.points, *array, amplitudes);
-        Eigen::VectorXf bound_Pa = mostOfParts(p) + kFieldError * inPhase_Pa;
-        if (rounds)
-            bound_Pa = (bound_Pa + inPhase(where.points, *array, rounding)).cwiseMin(inPhase_Pa);
-        if (array == where.arrays.front()) field.achieved_Pa = p.rowwise().sum().cwiseAbs();
-        // Not max(), which may ignore NaN.
-        for (const float one : bound_Pa)
-            if (!(one <= most_Pa)) most_Pa = one;
+        played.push_back(_play(signal));
+        rounding.push_back(bounds.isLowered() && !isEven(signal) ? _coarsest : 0.0f);
     }
-    return most_Pa;
+    Eigen::MatrixXf achieved_Pa;
+    most_Pa = bounds.of(played, rounding, achieved_Pa);
+    std::vector<CappedField> fields(signals.size());
+    for (std::size_t k = 0; k < fields.size(); ++k)
+    {
+        fields[k].played = std::move(played[k]);
+        fields[k].achieved_Pa = achieved_Pa.col(static_cast<Eigen::Index>(k));
+    }
+    return fields;
 }
 
 CappedField PressureCap::hold(const Where& where, device::DriveSignal& signal) const
 {
-    CappedField field;
+    const FieldBounds bounds(where, _ability);
     const device::DriveSignal wanted = signal;
-    for (int step = 0; step < kMostSteps && field.factor > 0.0; ++step)
+    std::vector<double> most_Pa;
+    double factor = 1.0;
+    for (int step = 0; step < kMostSteps && factor > 0.0; ++step)
     {
-        field.played = _play(signal);
+        CappedField field = std::move(playedOf(bounds, {signal}, most_Pa).front());
         if (step > 0 && field.played.isZero(0.0f)) break;
-        const double most_Pa = loudest(where, signal, field);
-        if (most_Pa <= _max_Pa) return field;
+        field.factor = factor;
+        if (most_Pa.front() <= _max_Pa) return field;
         // With coarse levels a step may change nothing, so each next step is larger.
-        field.factor *= kHeadroom * std::min(_max_Pa / most_Pa, std::pow(0.8, step));
-        if (!std::isfinite(field.factor)) break;
-        device::scaleDuties(wanted, field.factor, signal);
+        factor *= kHeadroom * std::min(_max_Pa / most_Pa.front(), std::pow(0.8, step));
+        if (!std::isfinite(factor)) break;
+        device::scaleDuties(wanted, factor, signal);
     }
+    CappedField field;
     field.factor = 0.0;
     std::fill(signal.duty.begin(), signal.duty.end(), std::uint8_t(0));
     field.played.setZero(signal.size());
@@ -196,24 +128,25 @@ CappedField PressureCap::hold(const Where& where, device::DriveSignal& signal) c
 double PressureCap::holdAll(const Where& where, std::vector<Eigen::VectorXcf>& fields) const
 {
     const std::vector<Eigen::VectorXcf> wanted = fields;
+    const FieldBounds bounds(where, _ability);
     bool sounds = false; // anything of the fields at the last step
     // The factor that brings the loudest field down to the cap, as far as one step can tell; 1: all
     // keep to it.
     const auto nextFactor = [&]
     {
+        std::vector<device::DriveSignal> signals(fields.size());
+        for (std::size_t k = 0; k < fields.size(); ++k)
+            if (!device::encode(fields[k].data(), static_cast<int>(fields[k].size()), signals[k]))
+                throw base::InputError("field in turn has an activation that is not finite");
         double least = 1.0;
         sounds = false;
-        for (const Eigen::VectorXcf& q : fields)
-        {
-            device::DriveSignal signal;
-            if (!device::encode(q.data(), static_cast<int>(q.size()), signal))
-                throw base::InputError("field in turn has an activation that is not finite");
-            CappedField field;
-            field.played = _play(signal);
+        std::vector<double> most_Pa;
+        for (const CappedField& field : playedOf(bounds, signals, most_Pa))
             sounds = sounds || !field.played.isZero(0.0f);
-            const double most_Pa = loudest(where, signal, field);
-            if (most_Pa <= _max_Pa) continue;
-            const double factor = kHeadroom * _max_Pa / most_Pa;
+        for (const double one_Pa : most_Pa)
+        {
+            if (one_Pa <= _max_Pa) continue;
+            const double factor = kHeadroom * _max_Pa / one_Pa;
             least = std::isfinite(factor) ? std::min(least, factor) : 0.0;
         }
         return least;

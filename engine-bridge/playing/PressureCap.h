@@ -15,6 +15,21 @@
 namespace midair::bridge
 {
 
+class FieldBounds;
+
+/// Where a cap must hold: at \a points (3 x n), for each of \a arrays, which describe the same
+/// array with and without obstacles in the sound's way.
+struct CappedPlaces
+{
+    const Eigen::Matrix3Xd& points;
+    std::vector<const haptics::TransducerArray*> arrays; ///< at least one
+    const haptics::Medium& medium;
+    /// amplitudes will be lowered later, even if the device doesn't fade
+    bool modulated = false;
+    int threads = 1;
+    base::StopToken stop = {}; ///< once requested, base::Stopped is thrown
+};
+
 /// The result of PressureCap::hold() for one signal: the factor that was applied, and the field.
 struct CappedField
 {
@@ -65,18 +80,7 @@ public:
 
     double max_Pa() const { return _max_Pa; }
 
-    /// Where the cap must hold: at \a points (3 x n), for each of \a arrays, which describe the
-    /// same array with and without obstacles in the sound's way.
-    struct Where
-    {
-        const Eigen::Matrix3Xd& points;
-        std::vector<const haptics::TransducerArray*> arrays; ///< at least one
-        const haptics::Medium& medium;
-        /// amplitudes will be lowered later, even if the device doesn't fade
-        bool modulated = false;
-        int threads = 1;
-        base::StopToken stop = {}; ///< once requested, base::Stopped is thrown
-    };
+    using Where = CappedPlaces;
 
     /// Lowers the duties of \a signal as far as needed to keep to the cap.
     CappedField hold(const Where& where, device::DriveSignal& signal) const;
@@ -108,7 +112,9 @@ public:
 private:
     double holdHeld(const Where& where, Eigen::VectorXcf& q) const;
     int lowestDuty(int transducers) const;
-    double loudest(const Where& where, const device::DriveSignal& signal, CappedField& field) const;
+    std::vector<CappedField> playedOf(const FieldBounds& bounds,
+                                      const std::vector<device::DriveSignal>& signals,
+                                      std::vector<double>& most_Pa) const;
 
     double _max_Pa;
     Play _play;

@@ -1,5 +1,6 @@
 // The part of PressureCap that tells of fields which no level of the device can play.
 #include "device/drive/DriveEncoder.h"
+#include "engine-bridge/playing/FieldBounds.h"
 #include "engine-bridge/playing/PressureCap.h"
 
 #include <algorithm>
@@ -49,6 +50,7 @@ LowestLevel PressureCap::lowest(const Where& where,
     const auto transducers = static_cast<int>(fields.front().size());
     const int duty = lowestDuty(transducers);
     if (duty == 0) return result;
+    std::vector<device::DriveSignal> signals;
     for (const Eigen::VectorXcf& q : fields)
     {
         // Encoded at full drive: what is too weak for a duty keeps its phase that way.
@@ -58,10 +60,12 @@ LowestLevel PressureCap::lowest(const Where& where,
         if (!device::encode(full.data(), transducers, signal)) continue;
         for (std::uint8_t& level : signal.duty)
             level = level > 0 ? static_cast<std::uint8_t>(duty) : level;
-        CappedField field;
-        field.played = _play(signal);
-        result.pressure_Pa = std::max(result.pressure_Pa, loudest(where, signal, field));
+        signals.push_back(std::move(signal));
     }
+    std::vector<double> most_Pa;
+    playedOf(FieldBounds(where, _ability), signals, most_Pa);
+    for (const double one_Pa : most_Pa)
+        result.pressure_Pa = std::max(result.pressure_Pa, one_Pa);
     device::DriveSignal one = device::silentSignal(transducers);
     std::fill(one.duty.begin(), one.duty.end(), static_cast<std::uint8_t>(duty));
     result.amplitude = 1.0;

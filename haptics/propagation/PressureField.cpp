@@ -97,7 +97,8 @@ base::AlignedBuffer<float> inLanes(const PropagationMatrix& G,
     return q;
 }
 
-// The pressures of all \a fields (n x K).
+} // namespace
+
 Eigen::MatrixXcf pressuresAt(const Eigen::Matrix3Xd& points,
                              const TransducerArray& array,
                              const Medium& medium,
@@ -162,8 +163,6 @@ Eigen::MatrixXcf pressuresAt(const Eigen::Matrix3Xd& points,
     stop.throwIfRequested();
     return pressure;
 }
-
-} // namespace
 
 Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
                             const TransducerArray& array,

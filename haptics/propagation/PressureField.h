@@ -35,6 +35,14 @@ Eigen::VectorXcf pressureAt(const Eigen::Matrix3Xd& points,
                             int threads = 1,
                             const base::StopToken& stop = {});
 
+/// The same for each of \a fields (K times m activations), n x K; each row of G is computed once.
+Eigen::MatrixXcf pressuresAt(const Eigen::Matrix3Xd& points,
+                             const TransducerArray& array,
+                             const Medium& medium,
+                             const std::vector<Eigen::VectorXcf>& fields,
+                             int threads = 1,
+                             const base::StopToken& stop = {});
+
 /// Returns |p|^2 in Pa^2 at \a points (3 x n), averaged over \a fields (>= 1 times m activations);
 /// each row of G is computed once. Throws as pressureAt() does, and InputError for no fields.
 Eigen::VectorXd meanSquarePressure(const Eigen::Matrix3Xd& points,

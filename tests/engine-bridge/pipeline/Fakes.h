@@ -26,6 +26,7 @@ struct FakeLog
     std::atomic<bool> refuseSends{false};
     std::atomic<bool> hold{false}; ///< solve() doesn't return while this is set
     std::atomic<bool> throwInSolve{false};
+    std::atomic<bool> throwNumber{false}; ///< solve() throws what is no std::exception
     std::atomic<bool> notFinite{false};
     std::atomic<float> amplitude{1.0f};        ///< of all transducers of a field
     std::atomic<float> loudestAmplitude{0.0f}; ///< of all that was sent
@@ -51,6 +52,7 @@ public:
                                        Eigen::VectorXcf& q) override
     {
         ++_log->solves;
+        if (_log->throwNumber) throw 5;
         if (_log->throwInSolve) throw std::runtime_error("the fake solver throws");
         while (_log->hold)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));

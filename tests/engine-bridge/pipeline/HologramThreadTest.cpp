@@ -96,6 +96,33 @@ TEST(HologramThread, WhatThePipelineCannotBeMadeForIsAMessage)
               "array \"\" has no transducers; it must have at least one");
 }
 
+TEST(HologramThread, WhateverAnApplicationsCodeThrowsIsAMessage)
+{
+    const std::string what = "something was thrown that is no std::exception";
+    const auto log = std::make_shared<FakeLog>();
+    HologramThread thread([]() -> std::unique_ptr<HologramPipeline> { throw 5; });
+    SceneSnapshot snapshot = squareSnapshot();
+    thread.submit(snapshot);
+    ASSERT_TRUE(eventually([&] { return thread.latestResult() != nullptr; }));
+    EXPECT_EQ(thread.latestResult()->report().stop, midair::haptics::StopReason::REFUSED);
+    EXPECT_EQ(thread.latestResult()->report().message, what);
+
+    log->throwNumber = true;
+    thread.setPipeline([log] { return std::make_unique<HologramPipeline>(fakeOptions(log)); });
+    const std::uint64_t before = thread.results();
+    snapshot = squareSnapshot();
+    thread.submit(snapshot);
+    ASSERT_TRUE(eventually([&] { return thread.results() > before; }));
+    EXPECT_EQ(thread.latestResult()->report().stop, midair::haptics::StopReason::REFUSED);
+    EXPECT_EQ(thread.latestResult()->report().message, what);
+    EXPECT_EQ(log->sends, 0);
+
+    log->throwNumber = false;
+    snapshot = squareSnapshot(1e-3);
+    thread.submit(snapshot);
+    EXPECT_TRUE(eventually([&] { return log->sends > 0; }));
+}
+
 TEST(HologramThread, ANewPipelineTakesOverAfterTheOldOneIsClosed)
 {
     auto first = std::make_shared<FakeLog>();

@@ -70,4 +70,14 @@ TEST(ArrayOutput, SaysWhatIsWrongWithAFieldAndGoesOn)
     EXPECT_TRUE(messages.all().empty());
 }
 
+TEST(ArrayOutput, HasNoDeviceWhateverIsThrown)
+{
+    MessageLog messages;
+    ArrayOutput output([]() -> std::unique_ptr<midair::device::ArrayDevice> { throw 5; }, messages);
+    EXPECT_FALSE(output.isOpen());
+    ASSERT_EQ(messages.messages().size(), 1u);
+    EXPECT_EQ(messages.messages().front().code, midair::base::MessageCode::DEVICE_OPEN);
+    EXPECT_EQ(messages.messages().front().text, "something was thrown that is no std::exception");
+}
+
 } // namespace

@@ -86,6 +86,56 @@ TEST(DeviceOpener, TriesUntilItIsThereAndThenNoMore)
     EXPECT_EQ(tries, 4);
 }
 
+// An application's factory may throw what is no std::exception.
+TEST(DeviceOpener, WhateverIsThrownIsATryThatFailed)
+{
+    std::atomic<int> tries{0};
+    auto log = std::make_shared<FakeLog>();
+    DeviceOpener opener(
+        [&]() -> std::unique_ptr<device::ArrayDevice>
+        {
+            if (++tries < 3) throw 5;
+            return std::make_unique<FakeDevice>(log, 3);
+        },
+        kSoon_s);
+    std::uint64_t failures = 0;
+    std::string why;
+    std::unique_ptr<device::ArrayDevice> device;
+    ASSERT_TRUE(eventually(
+        [&]
+        {
+            std::uint64_t failed = 0;
+            device = opener.take(failed, why);
+            failures += failed;
+            return device != nullptr;
+        }));
+    EXPECT_EQ(failures, 2u);
+    EXPECT_EQ(why, "something was thrown that is no std::exception");
+}
+
+TEST(HologramThread, ADeviceFactoryThatThrowsAnythingIsTriedAgain)
+{
+    auto log = std::make_shared<FakeLog>();
+    auto tries = std::make_shared<std::atomic<int>>(0);
+    HologramOptions options = fakeOptions(log);
+    options.reopen_s = kSoon_s;
+    options.deviceFactory =
+        [log, tries](const std::string&,
+                     const device::DeviceLayout& layout) -> std::unique_ptr<device::ArrayDevice>
+    {
+        if (++*tries <= 2) throw 5;
+        return std::make_unique<FakeDevice>(log, layout.transducers);
+    };
+    HologramThread thread(options);
+    SceneSnapshot snapshot = squareSnapshot();
+    thread.submit(snapshot);
+    ASSERT_TRUE(eventually([&] { return thread.state() == ArrayState::PLAYING; }));
+    const auto result = thread.latestResult();
+    ASSERT_FALSE(result->told.empty());
+    EXPECT_EQ(result->told[0].code, base::MessageCode::DEVICE_OPEN);
+    EXPECT_EQ(result->told[0].text, "something was thrown that is no std::exception");
+}
+
 TEST(HologramThread, ADeviceThatComesLateIsPlayedByItself)
 {
     auto log = std::make_shared<FakeLog>();

@@ -1,0 +1,180 @@
+#include "engine-bridge/playing/FieldBounds.h"
+
+#include "haptics/propagation/PressureField.h"
+
+#include <algorithm>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+// Error of haptics::pressureAt(), relative to the pressure of all transducers in phase.
+constexpr float kFieldError = 1e-5f;
+
+constexpr Eigen::Index kPointsAtOnce = 8; // their columns stay in the cache
+
+// P0 g_i / R_il for the points l from begin on (m x count): upper bounds on the pressures of single
+// transducers at full drive, since D <= 1 and the air absorbs some. R is at least
+// kNearestDistance_m, as in the model itself.
+Eigen::MatrixXf strongest(const Eigen::Matrix3Xd& points,
+                          const haptics::TransducerArray& array,
+                          Eigen::Index begin,
+                          Eigen::Index count)
+{
+    const Eigen::Matrix3Xf from = array.positions.cast<float>();
+    Eigen::ArrayXf strength =
+        Eigen::ArrayXf::Constant(array.size(), static_cast<float>(array.sourceAmplitude_Pa_m));
+    if (array.gain.size() > 0) strength *= array.gain.cast<float>().array().abs();
+    constexpr auto kNearest2 =
+        static_cast<float>(haptics::kNearestDistance_m * haptics::kNearestDistance_m);
+    Eigen::MatrixXf each(array.size(), count);
+    for (Eigen::Index l = 0; l < count; ++l)
+    {
+        const Eigen::Vector3f r = points.col(begin + l).cast<float>();
+        each.col(l) =
+            strength *
+            (from.colwise() - r).colwise().squaredNorm().transpose().array().max(kNearest2).rsqrt();
+    }
+    return each;
+}
+
+// The pressures (n x K) of all transducers in phase, at each column of amplitudes (m x K).
+Eigen::MatrixXf inPhase(const Eigen::Matrix3Xd& points,
+                        const haptics::TransducerArray& array,
+                        const Eigen::MatrixXf& amplitudes)
+{
+    Eigen::MatrixXf sum(points.cols(), amplitudes.cols());
+    for (Eigen::Index begin = 0; begin < points.cols(); begin += kPointsAtOnce)
+    {
+        const Eigen::Index count = std::min(kPointsAtOnce, points.cols() - begin);
+        sum.middleRows(begin, count).noalias() =
+            strongest(points, array, begin, count).transpose() * amplitudes;
+    }
+    return sum;
+}
+
+// The 2-norms of strongest() for each point: times that of the amplitudes they are an upper bound
+// on inPhase() (Cauchy and Schwarz).
+Eigen::VectorXf norms(const Eigen::Matrix3Xd& points, const haptics::TransducerArray& array)
+{
+    Eigen::VectorXf all(points.cols());
+    for (Eigen::Index begin = 0; begin < points.cols(); begin += kPointsAtOnce)
+    {
+        const Eigen::Index count = std::min(kPointsAtOnce, points.cols() - begin);
+        all.segment(begin, count) =
+            strongest(points, array, begin, count).colwise().norm().transpose();
+    }
+    return all;
+}
+
+// The largest |f_0 p_0 + f_1 p_1 + ..| over all f in [0, 1], for each point, p (n x parts). It is
+// convex in f, so largest where each is 0 or 1. For more than kMostParts parts the sum of the
+// magnitudes, an upper bound.
+Eigen::VectorXf mostOfParts(const Eigen::Ref<const Eigen::MatrixXcf>& p)
+{
+    constexpr Eigen::Index kMostParts = 4;
+    if (p.cols() > kMostParts) return p.cwiseAbs().rowwise().sum();
+    Eigen::VectorXf most = Eigen::VectorXf::Zero(p.rows());
+    for (unsigned subset = 1; subset < 1u << p.cols(); ++subset)
+    {
+        Eigen::VectorXcf sum = Eigen::VectorXcf::Zero(p.rows());
+        for (Eigen::Index k = 0; k < p.cols(); ++k)
+            if ((subset >> k & 1u) != 0) sum += p.col(k);
+        most = most.cwiseMax(sum.cwiseAbs());
+    }
+    return most;
+}
+
+// Bounds in Pa (n x K) on fields whose amplitudes may be rounded anew, beyond most_Pa (n x K) of
+// these fields themselves.
+void addRounding(const CappedPlaces& where,
+                 const haptics::TransducerArray& array,
+                 const std::vector<Eigen::VectorXcf>& fields,
+                 const std::vector<float>& rounding,
+                 Eigen::MatrixXf& most_Pa)
+{
+    std::vector<std::size_t> rounded;
+    for (std::size_t k = 0; k < fields.size(); ++k)
+        if (rounding[k] > 0.0f) rounded.push_back(k);
+    if (rounded.empty()) return;
+    const auto count = static_cast<Eigen::Index>(rounded.size());
+    // Amplitudes, then what rounding changes of them.
+    Eigen::MatrixXf amplitudes(array.size(), 2 * count);
+    for (Eigen::Index j = 0; j < count; ++j)
+    {
+        const std::size_t k = rounded[static_cast<std::size_t>(j)];
+        amplitudes.col(j) = fields[k].cwiseAbs();
+        amplitudes.col(count + j) = amplitudes.col(j).cwiseMin(rounding[k]);
+    }
+    const Eigen::MatrixXf inPhase_Pa = inPhase(where.points, array, amplitudes);
+    for (Eigen::Index j = 0; j < count; ++j)
+    {
+        auto one_Pa = most_Pa.col(static_cast<Eigen::Index>(rounded[static_cast<std::size_t>(j)]));
+        one_Pa = (one_Pa + inPhase_Pa.col(count + j)).cwiseMin(inPhase_Pa.col(j)).eval();
+    }
+}
+
+} // namespace
+
+FieldBounds::FieldBounds(const CappedPlaces& where, const device::DriveAbility& ability) :
+    _where(where),
+    _ability(ability)
+{
+    if (!ability.part.empty())
+        _parts = 1 + *std::max_element(ability.part.begin(), ability.part.end());
+    for (const haptics::TransducerArray* array : where.arrays)
+        _norm_Pa.push_back(norms(where.points, *array));
+}
+
+// The complex pressures of each part of the array by itself: n x (K parts), field by field.
+Eigen::MatrixXcf FieldBounds::pressureOfParts(const haptics::TransducerArray& array,
+                                              const std::vector<Eigen::VectorXcf>& fields) const
+{
+    const auto pressures = [&](const std::vector<Eigen::VectorXcf>& all)
+    {
+        return haptics::pressuresAt(
+            _where.points, array, _where.medium, all, _where.threads, _where.stop);
+    };
+    if (_parts == 1) return pressures(fields);
+    std::vector<Eigen::VectorXcf> alone;
+    for (const Eigen::VectorXcf& q : fields)
+        for (int part = 0; part < static_cast<int>(_parts); ++part)
+        {
+            alone.push_back(q);
+            for (Eigen::Index i = 0; i < q.size(); ++i)
+                if (_ability.part[static_cast<std::size_t>(i)] != part) alone.back()[i] = 0.0f;
+        }
+    return pressures(alone);
+}
+
+std::vector<double> FieldBounds::of(const std::vector<Eigen::VectorXcf>& fields,
+                                    const std::vector<float>& rounding,
+                                    Eigen::MatrixXf& achieved_Pa) const
+{
+    const auto K = static_cast<Eigen::Index>(fields.size());
+    achieved_Pa.setZero(_where.points.cols(), K);
+    std::vector<double> most_Pa(fields.size(), 0.0);
+    for (std::size_t a = 0; a < _where.arrays.size(); ++a)
+    {
+        const Eigen::MatrixXcf p = pressureOfParts(*_where.arrays[a], fields);
+        Eigen::MatrixXf bound_Pa(_where.points.cols(), K);
+        for (Eigen::Index k = 0; k < K; ++k)
+        {
+            const auto parts = p.middleCols(k * _parts, _parts);
+            const Eigen::VectorXcf& q = fields[static_cast<std::size_t>(k)];
+            bound_Pa.col(k) = mostOfParts(parts) + kFieldError * q.norm() * _norm_Pa[a];
+            if (a == 0) achieved_Pa.col(k) = parts.rowwise().sum().cwiseAbs();
+        }
+        addRounding(_where, *_where.arrays[a], fields, rounding, bound_Pa);
+        // Not max(), which may ignore NaN.
+        for (Eigen::Index k = 0; k < K; ++k)
+            for (const float one_Pa : bound_Pa.col(k))
+                if (double& most = most_Pa[static_cast<std::size_t>(k)]; !(one_Pa <= most))
+                    most = static_cast<double>(one_Pa);
+    }
+    return most_Pa;
+}
+
+} // namespace midair::bridge

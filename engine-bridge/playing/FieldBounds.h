@@ -1,0 +1,44 @@
+#pragma once
+
+#include "engine-bridge/playing/PressureCap.h"
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// Upper bounds on the pressure of fields at the points where a cap must hold, whichever parts of
+/// the array sound. What depends on the places alone is computed once, and each row of the
+/// propagation matrix once for all fields that are asked for together.
+class FieldBounds
+{
+public:
+    /// Keeps references to all that \a where names.
+    FieldBounds(const CappedPlaces& where, const device::DriveAbility& ability);
+
+    /// True if amplitudes may be lowered after the cap was held.
+    bool isLowered() const { return _where.modulated || _ability.fades; }
+
+    /// Returns for each of \a fields (K times m, as played) a bound on the pressure at the loudest
+    /// point for any of the arrays, Pa, or NaN. \a rounding: for each field the most that an
+    /// amplitude of it changes when it is lowered and rounded; 0 if the field stays the same but
+    /// for its level. \a achieved_Pa (n x K): |G q| for the first of the arrays. Throws
+    /// base::Stopped.
+    std::vector<double> of(const std::vector<Eigen::VectorXcf>& fields,
+                           const std::vector<float>& rounding,
+                           Eigen::MatrixXf& achieved_Pa) const;
+
+private:
+    Eigen::MatrixXcf pressureOfParts(const haptics::TransducerArray& array,
+                                     const std::vector<Eigen::VectorXcf>& fields) const;
+
+    const CappedPlaces& _where;
+    const device::DriveAbility& _ability;
+    Eigen::Index _parts = 1;
+    /// For each array (n): times the 2-norm of the amplitudes at least what is heard in phase.
+    std::vector<Eigen::VectorXf> _norm_Pa;
+};
+
+} // namespace midair::bridge
