@@ -116,7 +116,7 @@ TEST(PropertySlip, AValueBehindASignIsToldInOnePairOfQuotes)
     ASSERT_NE(scene, nullptr);
     EXPECT_TRUE(isSilenced(*scene));
     EXPECT_EQ(scene->getCycle(), 4) << "what follows is read";
-    EXPECT_NE(notices.text().find("line 9: HapticScene: the text \"my octagon\" stands where a "
+    EXPECT_NE(notices.text().find("line 8: HapticScene: the text \"my octagon\" stands where a "
                                   "property's name should"),
               std::string::npos)
         << notices.text();
