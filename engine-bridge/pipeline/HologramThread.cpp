@@ -98,7 +98,10 @@ ArrayState HologramThread::state() const
     const bool isOpen =
         state != ArrayState::CLOSED && state != ArrayState::OPENING && state != ArrayState::LOST;
     const std::lock_guard<std::mutex> lock(_atWorkMutex);
-    return isOpen && _muted ? ArrayState::MUTED : state;
+    if (!isOpen || !_muted) return state;
+    // A driver that hangs hasn't heard of it, so the array may still sound.
+    const bool isDeaf = _atWork && _atWork->reading().state == ArrayState::FAULT;
+    return isDeaf ? ArrayState::FAULT : ArrayState::MUTED;
 }
 
 // The state of a device that is open is its own, also before there is a result.

@@ -1,6 +1,7 @@
 // A driver whose calls don't return holds nobody up.
 #include "tests/plugin/KitTest.h"
 
+#include <osgMidair/DeviceCallback>
 #include <osgMidair/DeviceDriver>
 
 #include <algorithm>
@@ -172,6 +173,27 @@ TEST(HangingDriver, AMuteHoldsFromTheNextFieldOn)
     box.move(7e-3);
     viewer.frames(20);
     EXPECT_EQ(gate.plays, 1) << "the call that was under way";
+}
+
+// The array may still sound, so nobody is told that it is muted.
+TEST(HangingDriver, AMuteThatItHasNotHeardIsAFault)
+{
+    struct LastState : DeviceCallback
+    {
+        void changed(const DeviceChange& change) override { now = change.now; }
+        ArrayState now = ArrayState::CLOSED;
+    };
+    GatedScene box("play", "deaf");
+    const osg::ref_ptr<LastState> told = new LastState;
+    box.scene->setDeviceCallback(told);
+    HeadlessViewer viewer(box.scene);
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.gate->holds(); }));
+    box.scene->setMuted(true);
+    EXPECT_TRUE(viewer.framesUntil([&] { return told->now == ArrayState::FAULT; }));
+    EXPECT_EQ(box.state(), ArrayState::FAULT);
+    box.gate->open();
+    EXPECT_TRUE(viewer.framesUntil([&] { return told->now == ArrayState::MUTED; }));
+    EXPECT_EQ(box.state(), ArrayState::MUTED);
 }
 
 TEST(HangingDriver, IsLeftBehindWhenItsSceneEnds)
