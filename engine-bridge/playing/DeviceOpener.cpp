@@ -57,8 +57,11 @@ void DeviceOpener::Shared::run()
         isTrying = false;
         const bool isOpen = opened != nullptr;
         if (!stop) device = std::move(opened);
-        failed += isOpen ? 0 : 1;
-        why = std::move(reason);
+        if (!isOpen)
+        {
+            ++failed;
+            why = reason.empty() ? "no device was given" : std::move(reason);
+        }
         wake.notify_all();
         if (isOpen || stop || rest_s <= 0.0)
         {

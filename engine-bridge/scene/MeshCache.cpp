@@ -15,7 +15,6 @@ namespace
 {
 
 constexpr std::size_t kManyStretches = 8;
-constexpr std::uint64_t kSweepFrames = 60;
 /// Bytes of a subtree that are copied in each frame, even if others have used the frame's up.
 constexpr std::size_t kLeastSlice = 16384;
 /// A subtree that changes while it is read is read at once after as many vain readings.
@@ -365,37 +364,6 @@ bool MeshCache::get(osg::Node& root,
                        placed.pose});
     }
     return true;
-}
-
-void MeshCache::endFrame()
-{
-    if (_frame % kKeptFrames == 0) _spares->forgetUnused();
-    if (_frame % kSweepFrames != 0) return;
-    _bin->freeUnused();
-    bool forgotten = false;
-    for (auto subtree = _subtrees.begin(); subtree != _subtrees.end();)
-    {
-        for (Part& part : subtree->second.shape.parts)
-        {
-            // A caller for whom look() stays the same holds the mesh without asking again.
-            for (Stretched& s : part.stretched)
-                if (s.mesh.useCount() > 1) s.used = _frame;
-            forgetUnused(part, kKeptFrames);
-        }
-        forgetShapes(subtree->second);
-        const bool unused = _frame - subtree->second.used > kKeptFrames;
-        forgotten = forgotten || unused;
-        subtree = unused ? _subtrees.erase(subtree) : std::next(subtree);
-    }
-    if (forgotten) _images.forgetUnused();
-}
-
-void MeshCache::forgetUnused(Part& part, std::uint64_t frames) const
-{
-    auto old = [&](const Stretched& s)
-    { return _frame - s.used > frames && s.mesh.useCount() == 1; };
-    auto& all = part.stretched;
-    all.erase(std::remove_if(all.begin(), all.end(), old), all.end());
 }
 
 } // namespace midair::bridge

@@ -113,6 +113,35 @@ TEST(DeviceOpener, WhateverIsThrownIsATryThatFailed)
     EXPECT_EQ(why, "something was thrown that is no std::exception");
 }
 
+// Nobody looks while it fails; when it is open, why it failed is still known.
+TEST(DeviceOpener, TheReasonStaysKnownWhenItOpens)
+{
+    std::atomic<int> tries{0};
+    auto log = std::make_shared<FakeLog>();
+    DeviceOpener opener(
+        [&]() -> std::unique_ptr<device::ArrayDevice>
+        {
+            if (++tries == 1) throw std::runtime_error("not yet");
+            if (tries == 2) return nullptr;
+            return std::make_unique<FakeDevice>(log, 3);
+        },
+        kSoon_s);
+    ASSERT_TRUE(eventually([&] { return tries == 3; }));
+    std::uint64_t failures = 0;
+    std::string why;
+    std::unique_ptr<device::ArrayDevice> device;
+    ASSERT_TRUE(eventually(
+        [&]
+        {
+            std::uint64_t failed = 0;
+            device = opener.take(failed, why);
+            failures += failed;
+            return device != nullptr;
+        }));
+    EXPECT_EQ(failures, 2u);
+    EXPECT_EQ(why, "no device was given");
+}
+
 TEST(HologramThread, ADeviceFactoryThatThrowsAnythingIsTriedAgain)
 {
     auto log = std::make_shared<FakeLog>();
