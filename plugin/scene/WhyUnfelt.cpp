@@ -11,7 +11,6 @@
 #include <osg/Transform>
 
 #include <algorithm>
-#include <cstring>
 #include <vector>
 
 #include <fmt/format.h>
@@ -76,7 +75,6 @@ public:
         if (_own.count > 0) all.push_back("is marked itself (" + _own.text() + ")");
         if (_cameras.count > 0)
             all.push_back("hangs on a camera, not in the world (" + _cameras.text() + ")");
-        if (_hiddenTexts.count > 0) all.push_back("is text (" + _hiddenTexts.text() + ")");
         if (all.empty() && _isTold) return {};
         if (all.empty() && _shapes == 0) return {"has no drawables below it", false};
         if (all.empty()) return {"has no triangles", false};
@@ -121,16 +119,13 @@ private:
 
     void addDrawable(const osg::Drawable& drawable, const osg::Object* hider)
     {
-        const bool isText = std::strcmp(drawable.libraryName(), "osgText") == 0;
         ++_shapes;
         // The reader names what it meets and can't read.
-        if (hider && isText)
-            _hiddenTexts.add(drawable);
-        else if (hider && (_lastHider != hider || _hidden.count == 0))
+        if (hider && (_lastHider != hider || _hidden.count == 0))
             _hidden.add(*hider);
         else if (!hider && !drawable.asGeometry())
             _isTold = true;
-        if (hider && !isText) _lastHider = hider;
+        if (hider) _lastHider = hider;
     }
 
     Some _hidden;
@@ -138,7 +133,6 @@ private:
     Some _missing;
     Some _own;
     Some _cameras;
-    Some _hiddenTexts;
     int _shapes = 0;
     bool _isTold; ///< something of it was named when the mesh was read
 };

@@ -149,7 +149,7 @@ TEST(MidairCheck, NamesATextOfAFontWithoutOutlines)
         "text",
         "osgMidair::HapticScene { UniqueID 1 Children 1 {\n"
         "  osgMidair::HapticSurface { UniqueID 2 Name \"label\" Children 2 {\n"
-        "    osgText::Text { UniqueID 3 Name \"words\" Text TRUE { 72 105 } }\n"
+        "    osgText::Text { UniqueID 3 Name \"words\" Text TRUE \"Hi\" }\n"
         "    osg::ShapeDrawable { UniqueID 4 Shape TRUE { osg::Box { UniqueID 5\n"
         "      HalfLengths 0.01 0.01 0.01 } } }\n  } }\n} FormatVersion 5 Array \"octagon\" }\n");
     const Outcome outcome = check(file + " --frames 2");
