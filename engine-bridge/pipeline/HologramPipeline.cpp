@@ -248,10 +248,12 @@ void HologramPipeline::tellOfSilence(const PressureCap::Where& where,
                                      haptics::SolveReport& report)
 {
     if (_isDead) return; // told already
+    // It is 0 as well where a scene or an object isn't understood, which is told by itself.
+    const double most = _output->amplitudeCap();
     const std::string amplitude =
-        _output->amplitudeCap() < 1.0
-            ? fmt::format("MaxAmplitude, which is {:g}", _output->amplitudeCap())
-            : "max-amplitude of the device";
+        most <= 0.0 ? "MaxAmplitude if it is 0, or mend what another message says is not understood"
+        : most < 1.0 ? fmt::format("MaxAmplitude, which is {:g}", most)
+                     : "max-amplitude of the device";
     const std::string told =
         _cap->tellOfSilence(where, wanted, {_capName, "Pressure or Loudness", amplitude}, report);
     if (!told.empty() && !std::exchange(_silenceTold, true))

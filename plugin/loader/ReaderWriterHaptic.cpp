@@ -25,6 +25,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace osgMidair
 {
@@ -57,7 +58,11 @@ struct LoaderOptions
     /// them.
     void parse(const std::string& text, const std::string& where, bool isOwnFile = false);
 
+    void silenceWithProperty();
+
 private:
+    static bool isKnown(const std::string& name);
+    static bool isTwice(const std::string& name, std::string& error);
     static bool standsAlone(const std::string& word, bool isOwnFile, std::string& error);
     static bool isUnknown(const std::string& name, bool isOwnFile, std::string& error);
     bool setOwn(const std::string& name, const std::string& value, std::string& error);
@@ -98,13 +103,16 @@ bool LoaderOptions::setOwn(const std::string& name, const std::string& value, st
 
 void LoaderOptions::parse(const std::string& text, const std::string& where, bool isOwnFile)
 {
+    std::set<std::string> seen;
     forEachAssignment(text,
-                      [this, &where, isOwnFile](const std::string& name, const std::string& value)
+                      [&](const std::string& name, const std::string& value)
                       {
                           std::string error;
                           bool isUnclear = false;
                           if (name.empty())
                               isUnclear = standsAlone(value, isOwnFile, error);
+                          else if (!seen.insert(name).second && isKnown(name))
+                              isUnclear = isTwice(name, error);
                           else if (setOwn(name, value, error))
                               ;
                           // "enabled" is a name in both tables; here it means the array.
@@ -121,6 +129,30 @@ void LoaderOptions::parse(const std::string& text, const std::string& where, boo
                           if (isUnclear) settings.whySilenced.push_back(error);
                           OSG_WARN << "osgMidair: " << error << std::endl;
                       });
+}
+
+bool LoaderOptions::isKnown(const std::string& name)
+{
+    return sceneSettings().find(name) || surfaceProperties().find(name) ||
+           std::find(std::begin(kPlacing), std::end(kPlacing), name) != std::end(kPlacing);
+}
+
+// Nobody knows which of two was meant.
+bool LoaderOptions::isTwice(const std::string& name, std::string& error)
+{
+    const bool isSafety =
+        sceneSettings().concernsSafety(name) || surfaceProperties().concernsSafety(name);
+    error = name + " is given twice" + (isSafety ? "; nothing is played" : "; the first counts");
+    return isSafety;
+}
+
+// Where something in the viewer's scene is marked nobody looks at how the whole of it is felt.
+void LoaderOptions::silenceWithProperty()
+{
+    if (property.whySilenced.empty()) return;
+    settings.isSilenced = true;
+    for (const std::string& reason : property.whySilenced)
+        settings.whySilenced.push_back(reason);
 }
 
 // Options may be another plugin's; a file of settings is the kit's alone.
@@ -248,6 +280,7 @@ public:
         if (options) loader.parse(options->getOptionString(), file);
         if (options && options->getOptionString() != userOptions())
             makeWishes(loader.settings, osgDB::getFilePath(file));
+        loader.silenceWithProperty();
         return new HapticDevice(loader.settings, loader.property);
     }
 

@@ -106,6 +106,11 @@ void SceneCollector::tellMarks(const osg::Node& root)
                   path,
                   "has no HapticSurface, no HapticPoints and no node with a haptic tag; nothing is "
                   "felt"));
+    else if (_unmarked && !(*_unmarked == HapticProperty()))
+        _say(about(MessageCode::SETTINGS_INVALID,
+                   path,
+                   "how an object is felt is given for a scene in which nothing is marked; here "
+                   "something is, so its own properties count"));
 }
 
 void SceneCollector::forgetUnseen()

@@ -6,6 +6,7 @@
 #include <osgMidair/HapticProperty>
 
 #include <atomic>
+#include <set>
 
 namespace osgMidair
 {
@@ -48,16 +49,28 @@ void HapticProperty::parse(const std::string& text, std::vector<std::string>& er
 {
     // "a=1; b=2" or "a=1 b=2"; a value with a unit ("500 Pa") needs the semicolon, a comma or the
     // end after it.
+    std::set<std::string> seen;
     forEachAssignment(text,
-                      [this, &errors](const std::string& name, const std::string& value)
+                      [this, &errors, &seen](const std::string& name, const std::string& value)
                       {
                           std::string error;
-                          if (set(name.empty() ? "enabled" : name, value, error)) return;
-                          if (surfaceProperties().isUnlikeAny(name) && !name.empty())
+                          // Nobody knows which of two was meant.
+                          const bool isSecond =
+                              surfaceProperties().find(name) && !seen.insert(name).second;
+                          if (isSecond)
+                              error = name + " is given twice";
+                          else if (set(name.empty() ? "enabled" : name, value, error))
+                              return;
+                          const bool isSafety =
+                              isSecond ? surfaceProperties().concernsSafety(name)
+                                       : !name.empty() && surfaceProperties().isUnlikeAny(name);
+                          if (isSafety)
                           {
                               error += kNothing;
                               whySilenced.push_back(error);
                           }
+                          else if (isSecond)
+                              error += "; the first counts";
                           errors.push_back(error);
                       });
 }

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
+#include <set>
 
 namespace osgMidair
 {
@@ -46,6 +47,16 @@ bool isUsers(const Setting<HapticSettings>& row, const std::string& value)
     return last != all->rend() && last->value == value;
 }
 
+// Nobody knows which of two was meant.
+void refuseSecond(const std::string& name, HapticSettings& settings, std::string& error)
+{
+    const bool isSafety = sceneSettings().concernsSafety(name);
+    error = name + " is given twice" + (isSafety ? "; nothing is played" : "; the first counts");
+    if (!isSafety) return;
+    settings.isSilenced = true;
+    settings.whySilenced.push_back(error);
+}
+
 } // namespace
 
 std::string userOptions()
@@ -56,14 +67,17 @@ std::string userOptions()
 
 void applyUserOptions(HapticSettings& settings)
 {
+    std::set<std::string> seen;
     for (const Assignment& one : *userAssignments())
     {
         std::string error = one.name.empty() ? cutListWarning(one.value) : std::string();
         // All readers share the options: names that aren't settings are for other readers, but for
         // a limit that is misspelt.
         const bool isOthers = surfaceProperties().find(one.name) && one.name != "enabled";
-        if (sceneSettings().find(one.name) ||
-            (!isOthers && sceneSettings().concernsSafety(one.name)))
+        if (sceneSettings().find(one.name) && !seen.insert(one.name).second)
+            refuseSecond(one.name, settings, error);
+        else if (sceneSettings().find(one.name) ||
+                 (!isOthers && sceneSettings().concernsSafety(one.name)))
             settings.set(one.name, one.value, error);
         if (error.empty()) continue;
         OSG_WARN << "osgMidair: options: " << printable(error) << std::endl;

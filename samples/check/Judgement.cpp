@@ -75,7 +75,7 @@ void judgePressure(CheckedObject& object, const CheckedScene& scene)
     const double cap_Pa = scene.statistics.maxPressure_Pa;
     const bool isPascal = object.property.pressureUnit == osgMidair::HapticProperty::PASCAL;
     if (scene.statistics.stop == "silenced")
-        object.faults.push_back("the array is silent for the pressure cap");
+        object.faults.push_back("the array is silent: the messages say why");
     else if (isPascal && object.meanShare < kWeakShare)
         object.faults.push_back(
             scene.statistics.capFactor < 1.0

@@ -143,7 +143,8 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
         const osgMidair::HapticStatistics s = scene.haptics().getStatistics();
         field = scene.haptics().getField();
         const bool handled = s.solves + s.skippedUnmoved + s.superseded >= s.snapshots;
-        if ((field && field->getFrameNumber() >= picture.frame) || (field && handled) ||
+        const bool isOff = !scene.haptics().getGrantedSettings().enabled;
+        if ((field && field->getFrameNumber() >= picture.frame) || (field && handled) || isOff ||
             seconds() - start > 20.0)
             break;
         std::this_thread::sleep_for(std::chrono::milliseconds(1));

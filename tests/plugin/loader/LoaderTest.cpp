@@ -107,6 +107,54 @@ TEST(Loader, ADeviceSaysWhatIsOnlyForModels)
         EXPECT_NE(handler.text().find(file + said), std::string::npos) << handler.text();
 }
 
+// Nobody knows which of two caps was meant; the looser one must not win by standing last.
+TEST(Loader, WhatIsGivenTwiceIsToldAndSilencesWhereItIsACap)
+{
+    Notices handler;
+    osg::ref_ptr<osg::Node> keep;
+    HapticScene* scene = readHaptic(keep, "maxPressure=800 maxPressure=9000 size=0.1 size=0.2");
+    ASSERT_NE(scene, nullptr);
+    EXPECT_TRUE(scene->getSettings().isSilenced);
+    EXPECT_EQ(scene->getSettings().maxPressure, 800.0);
+    for (const char* said :
+         {"maxPressure is given twice; nothing is played", "size is given twice; the first counts"})
+        EXPECT_NE(handler.text().find(said), std::string::npos) << handler.text();
+    HapticProperty property;
+    std::vector<std::string> errors;
+    property.parse("pressure=500 Pa; pressure=5000 Pa", errors);
+    EXPECT_EQ(errors, std::vector<std::string>{"pressure is given twice; nothing is played"});
+    EXPECT_EQ(property.whySilenced, errors);
+    EXPECT_EQ(property.pressure, 500.0);
+}
+
+// What is said to silence does so, also where the scene has marks of its own.
+TEST(Loader, ADeviceWhosePressureIsNotUnderstoodPlaysNoScene)
+{
+    findPlugins();
+    const TemporaryFolder folder;
+    const auto deviceOf = [&](const std::string& text)
+    {
+        osg::ref_ptr<HapticDevice> device =
+            osgDB::readRefFile<HapticDevice>(folder.write("desk.haptic", text));
+        return device;
+    };
+    const osg::ref_ptr<HapticDevice> unclear = deviceOf("array = board\npressure = 0,5\n");
+    ASSERT_NE(unclear, nullptr);
+    EXPECT_TRUE(unclear->getSettings().isSilenced);
+    const osg::ref_ptr<HapticDevice> clear = deviceOf("array = board\npressure = 500 Pa\n");
+    ASSERT_NE(clear, nullptr);
+    EXPECT_FALSE(clear->getSettings().isSilenced);
+    const osg::ref_ptr<HapticSurface> marked = new HapticSurface(BoxScene::box());
+    Notices handler;
+    HeadlessViewer viewer(marked);
+    viewer.viewer.addDevice(clear);
+    viewer.frames(3);
+    EXPECT_NE(handler.text().find("is given for a scene in which nothing is marked; here something "
+                                  "is, so its own properties count"),
+              std::string::npos)
+        << handler.text();
+}
+
 TEST(Loader, AMissingModelIsNoScene)
 {
     findPlugins();
