@@ -3,6 +3,7 @@
 #include "engine-bridge/playing/PressureCap.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <utility>
 
 namespace midair::bridge
@@ -45,6 +46,22 @@ void count(const haptics::SolveReport& report, HologramCounters& counters)
     counters.rowsKept += static_cast<std::uint64_t>(std::max(0, report.points - report.rowsBuilt));
 }
 
+namespace
+{
+
+/// Returns true if \a planned is quieter than \a solved by more than rounding can make it.
+bool isLowered(const std::vector<Eigen::VectorXcf>& planned,
+               const std::vector<Eigen::VectorXcf>& solved)
+{
+    constexpr float kLeast = 0.99F;
+    bool lowered = false;
+    for (std::size_t k = 0; k < planned.size() && k < solved.size(); ++k)
+        lowered = lowered || planned[k].norm() < kLeast * solved[k].norm();
+    return lowered;
+}
+
+} // namespace
+
 bool measurePlayed(const ArrayOutput& output,
                    const haptics::TransducerArray& array,
                    const haptics::Medium& medium,
@@ -74,8 +91,9 @@ bool measurePlayed(const ArrayOutput& output,
     // achieved.
     std::vector<Eigen::VectorXcf> played = output.played();
     const bool asPlanned = played == planned;
-    // What is felt of an evened cycle nobody has rated yet, nor what a cap leaves of a field.
-    if (sequence.evened || sequence.report.capFactor < 1.0)
+    // What is felt of an evened cycle nobody has rated yet, nor what a cap of the pressure, or of
+    // the amplitude in the device, leaves of a field.
+    if (sequence.evened || sequence.report.capFactor < 1.0 || isLowered(planned, sequence.fields))
     {
         result.achieved_Pa = achieved_Pa(std::move(planned));
         haptics::rateLevel(result.points, result.achieved_Pa, sequence.report);

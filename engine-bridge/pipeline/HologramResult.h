@@ -90,9 +90,9 @@ void count(const PointAssembler& assembler,
 void count(const haptics::SolveReport& report, HologramCounters& counters);
 
 /// Replaces the fields in \a result by those that \a output plays (quantised, limited), puts the
-/// pressure at the points into achieved_Pa, and if a cap scaled the fields down or they are evened
-/// out, computes the report's level figures again, and so for fields of which the levels leave
-/// nothing. Returns false if nothing is to sound.
+/// pressure at the points into achieved_Pa, and if a cap of the pressure or of the amplitude scaled
+/// the fields down or they are evened out, computes the report's level figures again, and so for
+/// fields of which the levels leave nothing. Returns false if nothing is to sound.
 bool measurePlayed(const ArrayOutput& output,
                    const haptics::TransducerArray& array,
                    const haptics::Medium& medium,

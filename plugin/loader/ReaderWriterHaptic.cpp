@@ -61,12 +61,28 @@ struct LoaderOptions
     void silenceWithProperty();
 
 private:
+    /// Takes one assignment in, and says in \a error what is wrong with it. Returns false if that
+    /// may concern safety.
+    bool
+    take(const Assignment& one, bool isOwnFile, std::set<std::string>& seen, std::string& error);
     static bool isKnown(const std::string& name);
     static bool isTwice(const std::string& name, std::string& error);
     static bool standsAlone(const std::string& word, bool isOwnFile, std::string& error);
     static bool isUnknown(const std::string& name, bool isOwnFile, std::string& error);
     bool setOwn(const std::string& name, const std::string& value, std::string& error);
 };
+
+/// If the value of \a row in \a object, given as \a value, is out of range, puts the default in its
+/// place, says so in \a error, and returns false.
+template<class T>
+bool keepInRange(const Setting<T>& row, const std::string& value, T& object, std::string& error)
+{
+    std::string what;
+    if (!row.repair(object, what)) return true;
+    error = row.name + " is \"" + value + "\", should be " + row.expected() +
+            (row.isSafety ? "; nothing is played" : "; " + row.defaultText() + " is used");
+    return false;
+}
 
 bool LoaderOptions::setOwn(const std::string& name, const std::string& value, std::string& error)
 {
@@ -105,30 +121,42 @@ void LoaderOptions::parse(const std::string& text, const std::string& where, boo
 {
     std::set<std::string> seen;
     forEachAssignment(text,
-                      [&](const std::string& name, const std::string& value)
+                      [&](const Assignment& one)
                       {
                           std::string error;
-                          bool isUnclear = false;
-                          if (name.empty())
-                              isUnclear = standsAlone(value, isOwnFile, error);
-                          else if (!seen.insert(name).second && isKnown(name))
-                              isUnclear = isTwice(name, error);
-                          else if (setOwn(name, value, error))
-                              ;
-                          // "enabled" is a name in both tables; here it means the array.
-                          else if (sceneSettings().find(name))
-                              isUnclear = !settings.set(name, value, error) &&
-                                          sceneSettings().concernsSafety(name);
-                          else if (surfaceProperties().find(name))
-                              property.set(name, value, error);
-                          else
-                              isUnclear = isUnknown(name, isOwnFile, error);
+                          const bool isUnclear = !take(one, isOwnFile, seen, error);
                           if (error.empty()) return;
+                          // Of the settings files that the kit reads, people want to know the line.
+                          const bool hasLines = isOwnFile && forDevice;
+                          const std::string place =
+                              hasLines ? where + ":" + std::to_string(one.line) : where;
                           if (isUnclear) settings.isSilenced = true;
-                          error = printable(where + ": " + error);
+                          error = printable(place + ": " + error);
                           if (isUnclear) settings.whySilenced.push_back(error);
                           OSG_WARN << "osgMidair: " << error << std::endl;
                       });
+}
+
+bool LoaderOptions::take(const Assignment& one,
+                         bool isOwnFile,
+                         std::set<std::string>& seen,
+                         std::string& error)
+{
+    const std::string& name = one.name;
+    if (name.empty()) return !standsAlone(one.value, isOwnFile, error);
+    if (!seen.insert(name).second && isKnown(name)) return !isTwice(name, error);
+    if (setOwn(name, one.value, error)) return true;
+    // "enabled" is a name in both tables; here it means the array.
+    if (const auto* row = sceneSettings().find(name))
+        return (settings.set(name, one.value, error) &&
+                keepInRange(*row, one.value, settings, error)) ||
+               !row->isSafety;
+    const auto* row = surfaceProperties().find(name);
+    if (!row) return !isUnknown(name, isOwnFile, error);
+    if (property.set(name, one.value, error) && !keepInRange(*row, one.value, property, error) &&
+        row->isSafety)
+        property.whySilenced.push_back(error);
+    return true;
 }
 
 bool LoaderOptions::isKnown(const std::string& name)

@@ -54,6 +54,7 @@ bool SceneCollector::collect(const std::vector<SceneRoot>& roots,
             fillObstacle(instance);
         else
             fill(instance);
+    tellHidden(roots);
     _obstacles.endFrame();
     _meshes.endFrame();
     _points.endFrame();
@@ -111,6 +112,20 @@ void SceneCollector::tellMarks(const osg::Node& root)
                    path,
                    "how an object is felt is given for a scene in which nothing is marked; here "
                    "something is, so its own properties count"));
+}
+
+void SceneCollector::tellHidden(const std::vector<SceneRoot>& roots)
+{
+    const auto& all = _visitor.instances();
+    const bool isHidden =
+        _marks.state() == SceneMarks::State::SOME && !roots.empty() &&
+        std::all_of(all.begin(), all.end(), [](const HapticInstance& one) { return one.obstacle; });
+    if (isHidden && !_isHiddenTold)
+        _say(about(MessageCode::OBJECT_HIDDEN,
+                   midair::bridge::quoted(*roots.front().node),
+                   "what is marked as haptic in it is hidden, disabled, unloaded or removed; "
+                   "nothing is felt until it is shown"));
+    _isHiddenTold = isHidden;
 }
 
 void SceneCollector::forgetUnseen()

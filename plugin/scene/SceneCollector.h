@@ -108,6 +108,7 @@ private:
     void lookForMarks(const std::vector<SceneRoot>& roots);
     void noteMarks();
     void tellMarks(const osg::Node& root);
+    void tellHidden(const std::vector<SceneRoot>& roots);
     Known& know(const HapticInstance& instance, bool& fresh, bool& changed);
     void repair(Known& known, std::vector<std::string> wrong);
     void fill(const HapticInstance& instance);
@@ -143,6 +144,7 @@ private:
     bool _kept = false;         ///< the objects are those of the last frame
     bool _changed = false;
     bool _silenced = false;
+    bool _isHiddenTold = false; ///< that nothing of what is marked is shown
 };
 
 } // namespace osgMidair

@@ -75,6 +75,7 @@ void BlockReader::readString(std::string& s)
         counted().readString(s);
     else
         s = std::exchange(_next, {});
+    if (!_isXml && isUnknownClass(s)) _unknownClass = s;
 }
 
 bool BlockReader::matchString(const std::string& str)
@@ -104,7 +105,34 @@ void BlockReader::advanceToCurrentEndBracket()
     const bool isThere = _ended || _next == "}";
     _ended = false;
     _next.clear();
-    if (!isThere) _inner->advanceToCurrentEndBracket();
+    if (isThere) return;
+    if (_isXml)
+        _inner->advanceToCurrentEndBracket();
+    else
+        skipRest();
+}
+
+// What OSG's own reader leaves of one of its objects: a class or a property that it doesn't know,
+// or one that it looks for earlier, and all that stands behind that.
+void BlockReader::skipRest()
+{
+    const std::string unknownClass = std::exchange(_unknownClass, {});
+    std::string first;
+    std::streamoff place = 0;
+    bool concernsSafety = false;
+    int depth = 0;
+    for (std::string next = word(); !next.empty() && !_stream.getException(); next = word())
+    {
+        if (next == "}" && depth-- == 0) break;
+        if (next == "{") ++depth;
+        if (next[0] == '"') quoted(next);
+        // These hide what is not to be felt, and hold what marks it.
+        if (next == "NodeMask" || next == "UserDataContainer") concernsSafety = true;
+        if (!first.empty()) continue;
+        first = next;
+        place = getStream()->rdbuf()->pubseekoff(0, std::ios::cur, std::ios::in);
+    }
+    if (!first.empty()) tellSkipped(first, place, unknownClass, concernsSafety);
 }
 
 // The serializers of a class are those of all classes that it is associated with.

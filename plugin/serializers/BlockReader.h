@@ -121,15 +121,25 @@ private:
         return *_inner;
     }
     std::string quoted(std::string first);
+    void skipRest();
+    void tellSkipped(const std::string& first,
+                     std::streamoff place,
+                     const std::string& unknownClass,
+                     bool concernsSafety);
+    static bool isUnknownClass(const std::string& word);
     const std::string& text();
     std::string place();
+    std::string placeIn(std::ptrdiff_t line);
+    std::ptrdiff_t lineAt(std::streamoff place);
+    void tell(std::string told, bool concernsSafety);
 
     osgDB::InputStream& _stream;
     const osg::ref_ptr<osgDB::InputIterator> _inner;
     Block* _block = nullptr;
-    std::string _next;   ///< a word that was read ahead; empty: none
-    bool _ended = false; ///< the object's end was read, and OSG doesn't know yet
-    std::string _text;   ///< of the file, once it was needed
+    std::string _next;         ///< a word that was read ahead; empty: none
+    bool _ended = false;       ///< the object's end was read, and OSG doesn't know yet
+    std::string _unknownClass; ///< name of the class of the object that begins; empty: it is known
+    std::string _text;         ///< of the file, once it was needed
     bool _isXml = false;
     int _words = 0; ///< read so far
     /// In XML, the count of words at which the property that is being read ends: what OSG takes

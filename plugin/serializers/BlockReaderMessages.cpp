@@ -10,8 +10,11 @@
 #include <osgMidair/HapticSurface>
 
 #include <osg/Notify>
+#include <osgDB/Registry>
 
 #include <algorithm>
+#include <cstddef>
+#include <vector>
 
 namespace osgMidair
 {
@@ -49,25 +52,29 @@ const std::string& BlockReader::text()
     return _text;
 }
 
+std::ptrdiff_t BlockReader::lineAt(std::streamoff place)
+{
+    const auto end = std::min<std::streamoff>(place, static_cast<std::streamoff>(text().size()));
+    return 1 + std::count(text().begin(), text().begin() + end, '\n');
+}
+
 /// "star.osgt:12: ", or as much of it as is known.
-std::string BlockReader::place()
+std::string BlockReader::placeIn(std::ptrdiff_t line)
 {
     std::string place;
     const osgDB::Options* options = _stream.getOptions();
     if (options && !options->getDatabasePathList().empty())
         place = openFile(options->getDatabasePathList().front(), text());
-    std::ptrdiff_t line = 0;
-    if (_block && _block->element)
-        line = _block->element->line;
-    else if (_block && !_isXml && _block->place >= 0)
-    {
-        const auto end =
-            std::min<std::streamoff>(_block->place, static_cast<std::streamoff>(text().size()));
-        line = 1 + std::count(text().begin(), text().begin() + end, '\n');
-    }
     if (line > 0) place += place.empty() ? "line " : ":";
     if (line > 0) place += std::to_string(line);
     return place.empty() ? place : place + ": ";
+}
+
+std::string BlockReader::place()
+{
+    if (_block && _block->element) return placeIn(_block->element->line);
+    const bool isKnown = _block && !_isXml && _block->place >= 0;
+    return placeIn(isKnown ? lineAt(_block->place) : 0);
 }
 
 void BlockReader::complain(const std::string& what, bool concernsSafety)
@@ -79,10 +86,45 @@ void BlockReader::complain(const std::string& what, bool concernsSafety)
         if (!_block->object.getName().empty()) told += " '" + _block->object.getName() + "'";
         told += ": ";
     }
-    told = printable(told + what);
+    tell(told + what, concernsSafety);
+}
+
+void BlockReader::tell(std::string told, bool concernsSafety)
+{
+    told = printable(told);
     if (concernsSafety && _block && silence(_block->object, told + "; nothing is played"))
         told += "; nothing is played until that is right";
     OSG_WARN << "osgMidair: " << told << std::endl;
+}
+
+// OSG asks for the words that name classes by a word alone; other texts are in quotes.
+bool BlockReader::isUnknownClass(const std::string& word)
+{
+    const std::size_t colons = word.find("::");
+    return colons != std::string::npos && colons > 0 && word[0] != '"' &&
+           !osgDB::Registry::instance()->getObjectWrapperManager()->findWrapper(word);
+}
+
+void BlockReader::tellSkipped(const std::string& first,
+                              std::streamoff place,
+                              const std::string& unknownClass,
+                              bool concernsSafety)
+{
+    std::string told = placeIn(place >= 0 ? lineAt(place) : 0);
+    if (unknownClass.empty())
+        told += "OSG passes over \"" + first +
+                "\" and what follows it in this object: it reads the properties of its own nodes "
+                "in the order in which it writes them, and others not at all";
+    else
+    {
+        std::vector<std::string> known;
+        for (const auto& [name, wrapper] :
+             osgDB::Registry::instance()->getObjectWrapperManager()->getWrapperMap())
+            known.push_back(name);
+        told += "unknown class \"" + unknownClass + "\"" +
+                midair::base::didYouMean(unknownClass, known) + "; what it holds isn't there";
+    }
+    tell(told, concernsSafety);
 }
 
 void BlockReader::tellUnknown(const std::string& name)

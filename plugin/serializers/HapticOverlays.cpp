@@ -119,7 +119,8 @@ public:
                 { return midair::base::parseQuantity(text, unit, value); };
                 osgMidair::BlockReader& reader = osgMidair::BlockReader::of(is);
                 const std::string text = reader.readValue(isNumber);
-                if (isNumber(text))
+                const bool isIn = isNumber(text) && one.number->range.holds(value);
+                if (isIn)
                     setNumber(overlays, one, value);
                 else
                     reader.complain(one.number->storedName() + " can't be \"" + text +

@@ -131,7 +131,16 @@ private:
                 });
         else
             text = reader.readValue();
-        if (_setting.assign(all, text)) return;
+        if (_setting.assign(all, text))
+        {
+            std::string what;
+            if (_setting.repair(all, what))
+                reader.complain(
+                    _name + " is \"" + text + "\", should be " + _setting.expected() +
+                        (_setting.isSafety ? "" : "; " + _setting.defaultText() + " is used"),
+                    _setting.isSafety);
+            return;
+        }
         std::vector<std::string> words;
         for (const Word& word : _setting.words)
             words.push_back(word.stored);

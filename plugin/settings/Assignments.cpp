@@ -33,11 +33,19 @@ bool isDigit(char c)
     return std::isdigit(static_cast<unsigned char>(c)) != 0;
 }
 
+/// Text between two separators, and the line that it begins in.
+struct Piece
+{
+    std::string text;
+    int line = 1;
+};
+
 /// Splits at semicolons, commas and line ends outside quotes, and drops comments. A comma between
 /// two digits is none of these: "500,0" is one value, which nobody understands, and not 500.
-std::vector<std::string> pieces(const std::string& text)
+std::vector<Piece> pieces(const std::string& text)
 {
-    std::vector<std::string> all(1);
+    std::vector<Piece> all(1);
+    int line = 1;
     char quote = 0;
     bool comment = false;
     for (std::size_t i = 0; i < text.size(); ++i)
@@ -46,6 +54,7 @@ std::vector<std::string> pieces(const std::string& text)
         const bool isInNumber = c == ',' && i > 0 && i + 1 < text.size() && isDigit(text[i - 1]) &&
                                 isDigit(text[i + 1]);
         if (c == '\n') comment = false;
+        if (c == '\n') ++line;
         if (comment) continue;
         if (quote)
             quote = c == quote ? '\0' : quote;
@@ -58,10 +67,10 @@ std::vector<std::string> pieces(const std::string& text)
         }
         else if (c == ';' || (c == ',' && !isInNumber) || c == '\n' || c == '\r')
         {
-            all.emplace_back();
+            all.emplace_back().line = line;
             continue;
         }
-        all.back() += c;
+        all.back().text += c;
     }
     return all;
 }
@@ -90,10 +99,9 @@ std::size_t nextName(const std::string& piece, std::size_t from)
 
 } // namespace
 
-void forEachAssignment(const std::string& text,
-                       const std::function<void(const std::string&, const std::string&)>& take)
+void forEachAssignment(const std::string& text, const std::function<void(const Assignment&)>& take)
 {
-    for (const std::string& piece : pieces(text))
+    for (const auto& [piece, line] : pieces(text))
     {
         std::size_t start = 0;
         while (start < piece.size())
@@ -102,7 +110,7 @@ void forEachAssignment(const std::string& text,
             if (equals == std::string::npos)
             {
                 const std::string word = unquoted(piece.substr(start));
-                if (!word.empty()) take("", word);
+                if (!word.empty()) take({"", word, line});
                 break;
             }
             const std::size_t end = nextName(piece, equals + 1);
@@ -112,10 +120,10 @@ void forEachAssignment(const std::string& text,
             std::string word;
             while (words >> word)
             {
-                if (!name.empty()) take("", name);
+                if (!name.empty()) take({"", name, line});
                 name = word;
             }
-            take(name, unquoted(piece.substr(equals + 1, end - equals - 1)));
+            take({name, unquoted(piece.substr(equals + 1, end - equals - 1)), line});
             start = end;
         }
     }

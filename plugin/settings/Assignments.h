@@ -10,20 +10,20 @@
 namespace osgMidair
 {
 
-/// Calls \a take with name and value of each assignment in "a=1 b=two words; c=\"x y\"".
-/// Assignments are separated by semicolons, commas or line ends, or by blanks if a new "name="
-/// follows. A comma between two digits separates nothing. Quotes keep a value together. A word
-/// without "=" comes with an empty name. # begins a comment up to the end of the line.
-OSGMIDAIR_FOR_TESTS void
-forEachAssignment(const std::string& text,
-                  const std::function<void(const std::string&, const std::string&)>& take);
-
-/// One assignment: a name and its value.
+/// One assignment: a name, its value, and the line of the text that it begins in, from 1.
 struct Assignment
 {
     std::string name;
     std::string value;
+    int line = 1;
 };
+
+/// Calls \a take with each assignment in "a=1 b=two words; c=\"x y\"".
+/// Assignments are separated by semicolons, commas or line ends, or by blanks if a new "name="
+/// follows. A comma between two digits separates nothing. Quotes keep a value together. A word
+/// without "=" comes with an empty name. # begins a comment up to the end of the line.
+OSGMIDAIR_FOR_TESTS void forEachAssignment(const std::string& text,
+                                           const std::function<void(const Assignment&)>& take);
 
 /// Reads \a count finite numbers in \a unit, separated by blanks, into \a values, with a decimal
 /// point in every locale; "0 5 12 cm", a unit behind them, counts for all of them, "5cm" for one.

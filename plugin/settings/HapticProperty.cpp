@@ -51,8 +51,9 @@ void HapticProperty::parse(const std::string& text, std::vector<std::string>& er
     // end after it.
     std::set<std::string> seen;
     forEachAssignment(text,
-                      [this, &errors, &seen](const std::string& name, const std::string& value)
+                      [this, &errors, &seen](const Assignment& one)
                       {
+                          const auto& [name, value, line] = one;
                           std::string error;
                           // Nobody knows which of two was meant.
                           const bool isSecond =

@@ -29,10 +29,7 @@ std::shared_ptr<const std::vector<Assignment>> userAssignments()
     const std::lock_guard<std::mutex> lock(mutex);
     if (known && text == now) return known;
     std::vector<Assignment> all;
-    forEachAssignment(now,
-                      [&all](const std::string& name, const std::string& value) {
-                          all.push_back({name, value});
-                      });
+    forEachAssignment(now, [&all](const Assignment& one) { all.push_back(one); });
     text = now;
     known = std::make_shared<const std::vector<Assignment>>(std::move(all));
     return known;

@@ -83,6 +83,7 @@ Json sceneJson(const CheckedScene& scene)
         objects.push_back(objectJson(object));
     Json json = {{"name", scene.name},
                  {"inside", scene.isInside},
+                 {"unfelt", scene.objects.empty() && !scene.isInside ? whyNothing(scene) : ""},
                  {"array", wishJson(scene.asked.array, scene.granted.array)},
                  {"device", wishJson(scene.asked.device, scene.granted.device)},
                  {"hands", wishJson(scene.asked.hands, scene.granted.hands)},

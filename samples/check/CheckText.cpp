@@ -34,8 +34,9 @@ void printObject(Out out, const CheckedObject& object, int frames)
                    object.feltFrames,
                    frames);
     fmt::format_to(out, "    asked     {}\n", pressureText(object));
-    if (object.points > 0)
-    {
+    if (object.points > 0 && object.highest_Pa <= 0.0)
+        fmt::format_to(out, "    plays     nothing\n");
+    else if (object.points > 0)
         fmt::format_to(out,
                        "    plays     {:.0f} Pa in the mean, {:.0f} .. {:.0f} Pa: {:.1f} % of what "
                        "is wanted, at "
@@ -45,6 +46,8 @@ void printObject(Out out, const CheckedObject& object, int frames)
                        object.highest_Pa,
                        100.0 * object.meanShare,
                        100.0 * object.lowestShare);
+    if (object.points > 0)
+    {
         const osg::Vec3d centre = object.centre_m * 1e3;
         const osg::Vec3d size = object.size_m * 1e3;
         fmt::format_to(
@@ -106,7 +109,8 @@ void printScene(Out out, const CheckedScene& scene, int frames)
                    s.level_Pa,
                    100.0 * s.rms,
                    s.maxPressure_Pa > 0.0 ? fmt::format("{:.4g} Pa", s.maxPressure_Pa) : "none");
-    if (scene.objects.empty()) fmt::format_to(out, "  FAULT     nothing is felt\n");
+    if (scene.objects.empty())
+        fmt::format_to(out, "  FAULT     nothing is felt: {}\n", whyNothing(scene));
     for (const CheckedObject& object : scene.objects)
         printObject(out, object, frames);
     for (const CheckedMessage& message : scene.messages)

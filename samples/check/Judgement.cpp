@@ -15,6 +15,8 @@ using osgMidair::HapticMessage;
 
 /// Share of the pressure asked for, in Pa, below which an object counts as too weak.
 constexpr double kWeakShare = 0.9;
+/// A relative pressure above it was perhaps meant in Pa.
+constexpr double kLargeRelative = 20.0;
 
 bool isBad(const CheckedMessage& one)
 {
@@ -84,6 +86,11 @@ void judgePressure(CheckedObject& object, const CheckedScene& scene)
                               100.0 * object.meanShare)
                 : fmt::format("the array reaches {:.0f} % of its pressure in the mean",
                               100.0 * object.meanShare));
+    else if (!isPascal && !object.hasOwnPressures && object.property.pressure > kLargeRelative)
+        object.notes.push_back(
+            fmt::format("its pressure of {:g} is relative to that of other objects; in Pa it needs "
+                        "a unit: 500 Pa in a tag or an option, PressureUnit PASCAL in a node",
+                        object.property.pressure));
     else if (!isPascal && scene.statistics.capFactor < 1.0)
         object.notes.push_back(fmt::format("the cap of {:.4g} Pa makes it quieter", cap_Pa));
 }
@@ -93,10 +100,18 @@ void judgePressure(CheckedObject& object, const CheckedScene& scene)
 std::string pressureText(const CheckedObject& object)
 {
     const osgMidair::HapticProperty& property = object.property;
+    if (!property.whySilenced.empty()) return "what isn't understood";
     if (object.hasOwnPressures) return "a pressure for each point";
     return property.pressureUnit == osgMidair::HapticProperty::PASCAL
                ? fmt::format("{:g} Pa", property.pressure)
                : fmt::format("{:g} (relative)", property.pressure);
+}
+
+std::string whyNothing(const CheckedScene& scene)
+{
+    if (!scene.asked.enabled) return "the scene is not enabled";
+    if (!scene.hiddenBy.empty()) return "the scene is hidden by " + scene.hiddenBy;
+    return scene.messages.empty() ? "nothing in it is marked as haptic" : "the messages say why";
 }
 
 void judge(CheckedObject& object, const CheckedScene& scene, int frames)

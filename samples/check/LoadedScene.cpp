@@ -5,6 +5,7 @@
 #include <osgMidair/HapticDevice>
 
 #include <osg/NodeVisitor>
+#include <osg/Switch>
 #include <osgDB/FileNameUtils>
 #include <osgDB/FileUtils>
 #include <osgDB/ReadFile>
@@ -28,7 +29,7 @@ const std::string kOurs = "osgMidair: ";
 class FindScenes : public osg::NodeVisitor
 {
 public:
-    FindScenes() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) {}
+    FindScenes() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) { setNodeMaskOverride(~0U); }
 
     void apply(osg::Group& group) override
     {
@@ -142,6 +143,30 @@ void LoadedScene::wrap(const CheckOptions& options, osg::Node& node)
     scene->setUnmarkedProperty(property);
     _wrapped = "it has no HapticScene, so it is played as by a viewer's --device";
     if (!options.settings.empty()) _wrapped = "it is played with \"" + options.settings + "\"";
+}
+
+std::string LoadedScene::hiddenBy(const osg::Node& node)
+{
+    const auto nameOf = [](const osg::Node& one)
+    {
+        const std::string name = one.getName();
+        return one.className() + (name.empty() ? name : " '" + name + "'");
+    };
+    if (node.getNodeMask() == 0) return "its node mask";
+    if (node.getNumParents() == 0) return {};
+    std::string by;
+    for (const osg::Group* parent : node.getParents())
+    {
+        const auto* choice = dynamic_cast<const osg::Switch*>(parent);
+        if (choice && !choice->getChildValue(&node))
+            by = nameOf(*parent);
+        else if (parent->getNodeMask() == 0)
+            by = "the node mask of " + nameOf(*parent);
+        else
+            by = hiddenBy(*parent);
+        if (by.empty()) return {};
+    }
+    return by;
 }
 
 osg::Matrixd LoadedScene::worldAbove(osg::Node& node)

@@ -50,6 +50,10 @@ public:
     const std::vector<Scene>& scenes() const { return _scenes; }
     const std::string& wrapped() const { return _wrapped; }
 
+    /// Returns what keeps a viewer from coming to \a node: "the node mask of Group 'room'"; empty:
+    /// nothing.
+    static std::string hiddenBy(const osg::Node& node);
+
     /// Transform from the frame of the node's parent to the world.
     static osg::Matrixd worldAbove(osg::Node& node);
 

@@ -71,6 +71,7 @@ private:
         _loaded.root().accept(_visitor);
         for (const LoadedScene::Scene& scene : _loaded.scenes())
         {
+            if (!LoadedScene::hiddenBy(*scene.node).empty()) continue;
             const std::uint64_t before = scene.node->getStatistics().snapshots;
             scene.node->update(_stamp, LoadedScene::worldAbove(*scene.node));
             const bool isNew = scene.node->getStatistics().snapshots > before;
@@ -108,7 +109,7 @@ private:
             std::map<std::string, bool> here;
             if (const auto field = scene.getField())
                 for (const HapticField::ControlPoint& point : field->getPoints())
-                    if (point.object < field->getObjects().size())
+                    if (point.achieved_Pa > 0.0 && point.object < field->getObjects().size())
                         here[field->getObjects()[point.object].path] = true;
             for (const auto& [path, any] : here)
                 ++_scenes[i].felt[path];
@@ -167,6 +168,7 @@ void measure(const HapticField& field, CheckedObject& object)
     }
     if (object.points == 0) object.lowest_Pa = 0.0;
     if (object.points == 0) return;
+    if (object.highest_Pa <= 0.0) shares = object.lowestShare = 0.0; // nothing is wanted any more
     object.mean_Pa /= object.points;
     object.meanShare = shares / object.points;
     object.centre_m = (low + high) * 0.5;
@@ -204,6 +206,7 @@ CheckedScene checked(const LoadedScene::Scene& scene,
     CheckedScene result;
     result.name = scene.node->getName();
     result.asked = scene.asked;
+    result.hiddenBy = LoadedScene::hiddenBy(*scene.node);
     result.granted = scene.node->getGrantedSettings();
     result.statistics = scene.node->getStatistics();
     for (const osgMidair::HapticMessage& message : result.statistics.told)

@@ -63,6 +63,7 @@ struct CheckedScene
     osgMidair::HapticSettings granted; ///< what would be played
     osgMidair::HapticStatistics statistics;
     bool isInside = false; ///< another scene plays it
+    std::string hiddenBy;  ///< what keeps a viewer from coming to it; empty: nothing
     int transducers = 0;
     osg::Vec3d arraySize_m;
     double reach_m = 0.0;
@@ -89,7 +90,10 @@ CheckResult checkScene(const CheckOptions& options);
 /// Adds faults and notes to an object of \a scene from its numbers.
 void judge(CheckedObject& object, const CheckedScene& scene, int frames);
 
-/// "500 Pa", "1 (relative)" or "a pressure for each point".
+/// Says why a scene without any object is not felt.
+std::string whyNothing(const CheckedScene& scene);
+
+/// "500 Pa", "1 (relative)" "a pressure for each point" or "what isn't understood".
 std::string pressureText(const CheckedObject& object);
 
 } // namespace midair::samples

@@ -41,8 +41,10 @@ void fuzzOptions(const std::uint8_t* data, std::size_t size)
     HapticProperty property;
     forEachAssignment(
         text,
-        [&](const std::string& name, const std::string& value)
+        [&](const Assignment& one)
         {
+            const auto& [name, value, line] = one;
+            require(line >= 1, "lines are counted from 1");
             std::string error;
             const bool set = settings.set(name, value, error);
             require(set != !error.empty(), "what is not understood has an error, and nothing else");

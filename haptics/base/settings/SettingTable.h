@@ -53,7 +53,13 @@ public:
         const Setting<T>* row = find(name);
         if (row && row->assign(object, value)) return true;
         if (row)
-            error = name + " is \"" + value + "\", should be " + row->expected();
+        {
+            std::vector<std::string> words;
+            for (const Word& word : row->words)
+                words.push_back(word.text);
+            error = name + " is \"" + value + "\", should be " + row->expected() +
+                    didYouMean(value, words);
+        }
         else if (const std::string meant = didYouMean(name, names()); !meant.empty())
             error = "unknown option \"" + name + "\"" + meant;
         else

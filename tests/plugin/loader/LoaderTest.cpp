@@ -104,7 +104,7 @@ TEST(Loader, ADeviceSaysWhatIsOnlyForModels)
     EXPECT_EQ(device->getSettings().array, "board");
     for (const char* said : {": size is for MODEL.haptic and is not used here",
                              ": rotation is for MODEL.haptic and is not used here"})
-        EXPECT_NE(handler.text().find(file + said), std::string::npos) << handler.text();
+        EXPECT_NE(handler.text().find(file + ":1" + said), std::string::npos) << handler.text();
 }
 
 // Nobody knows which of two caps was meant; the looser one must not win by standing last.

@@ -120,7 +120,9 @@ TEST(UnclearText, InATagSilences)
     EXPECT_TRUE(harmless.whySilenced.empty());
     ASSERT_EQ(errors.size(), 2u);
     EXPECT_EQ(errors[0], "unknown option \"samplng\" (did you mean sampling?)");
-    EXPECT_EQ(errors[1], "sampling is \"egdes\", should be one of surface, edges, vertices");
+    EXPECT_EQ(
+        errors[1],
+        "sampling is \"egdes\", should be one of surface, edges, vertices (did you mean edges?)");
 }
 
 TEST(UnclearText, InOptionsSilences)
@@ -186,13 +188,41 @@ TEST(UnclearText, InAFileOfSettingsSilences)
     std::filesystem::remove_all(folder);
 }
 
+TEST(UnclearText, InAFileOfSettingsIsToldWithItsLineAndTheNearestWord)
+{
+    findPlugins();
+    const std::string file = testing::TempDir() + "midair-lines.haptic";
+    std::ofstream(file) << "# a desk\nsampling = egdes\n\ncycle = -4 # one too few\n"
+                           "pressure = -5 Pa\nspcing = 4 mm\n";
+    Notices notices;
+    const osg::ref_ptr<HapticDevice> device = osgDB::readRefFile<HapticDevice>(file);
+    ASSERT_TRUE(device);
+    for (const char* told : {"midair-lines.haptic:2: sampling is \"egdes\", should be one of "
+                             "surface, edges, vertices (did you mean edges?)",
+                             "midair-lines.haptic:4: cycle is \"-4\", should be",
+                             "midair-lines.haptic:5: pressure is \"-5 Pa\", should be",
+                             "midair-lines.haptic:6: unknown option \"spcing\" (did you mean "
+                             "spacing?)"})
+        EXPECT_NE(notices.text().find(told), std::string::npos) << told << "\n" << notices.text();
+    EXPECT_TRUE(device->getSettings().isSilenced) << "a pressure that isn't known may be any";
+    std::filesystem::remove(file);
+}
+
 TEST(Assignments, ACommaBetweenDigitsSeparatesNothing)
 {
     std::string seen;
     forEachAssignment("a=1,5 b=2, c=3,d=4",
-                      [&seen](const std::string& name, const std::string& value)
-                      { seen += name + "=" + value + "|"; });
+                      [&seen](const Assignment& one) { seen += one.name + "=" + one.value + "|"; });
     EXPECT_EQ(seen, "a=1,5|b=2|c=3|d=4|");
+}
+
+TEST(Assignments, KnowTheirLines)
+{
+    std::string seen;
+    forEachAssignment("a=1 # one; b=2\n\n c=3; d=\"x\ny\"\r\ne=4",
+                      [&seen](const Assignment& one)
+                      { seen += one.name + std::to_string(one.line) + " "; });
+    EXPECT_EQ(seen, "a1 c3 d3 e5 ");
 }
 
 TEST(Assignments, NumbersHaveUnits)

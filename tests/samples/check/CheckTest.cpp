@@ -133,11 +133,10 @@ TEST(MidairCheck, EndsWithOneWhereSomethingIsNotFeltAsAskedFor)
 
 TEST(MidairCheck, SaysInWhichLineOfTheFileANodeIs)
 {
-    const std::string file = sceneFile("line", ballScene("Array \"octagon\"", "Spacing 7"));
+    const std::string file = sceneFile("line", ballScene("Array \"octagon\"", "Spacing 7", 30.0));
     const Outcome outcome = check(file + " --frames 1");
     EXPECT_EQ(outcome.code, 1) << outcome.output;
-    EXPECT_NE(outcome.output.find("warning property.invalid: HapticScene 'test'/HapticSurface "
-                                  "'ball': spacing is 7"),
+    EXPECT_NE(outcome.output.find("line.osgt:8: HapticSurface 'ball': Spacing is \"7\", should be"),
               std::string::npos)
         << outcome.output;
     EXPECT_NE(outcome.output.find("[" + file + ":6]"), std::string::npos) << outcome.output;
@@ -225,6 +224,53 @@ TEST(MidairCheck, AnObjectsLineSaysTheCauseOfItsMessage)
     json =
         checkedJson(sceneFile("empty", "osgMidair::HapticScene { UniqueID 1 " + array + "}\n"), 1);
     EXPECT_TRUE(hasMessage(json["scenes"][0]["messages"], "scene.empty"));
+}
+
+TEST(MidairCheck, SaysWhyNothingIsFelt)
+{
+    const auto why = [](const std::string& name, const std::string& text)
+    {
+        const nlohmann::json json = checkedJson(sceneFile(name, text), 1);
+        return json["scenes"].empty() ? std::string("no scene")
+                                      : json["scenes"][0]["unfelt"].get<std::string>();
+    };
+    EXPECT_EQ(why("off", ballScene("Enabled FALSE", "")), "the scene is not enabled");
+    EXPECT_EQ(why("hidden", ballScene("NodeMask 0x0", "")), "the scene is hidden by its node mask");
+    EXPECT_EQ(why("shown", ballScene("", "NodeMask 0x0")), "the messages say why");
+    const nlohmann::json hidden = checkedJson(sceneFile("shown", ballScene("", "NodeMask 0x0")), 1);
+    EXPECT_TRUE(hasMessage(hidden["scenes"][0]["messages"], "object.hidden"));
+}
+
+TEST(MidairCheck, SaysThatASilencedObjectPlaysNothing)
+{
+    const std::string file = sceneFile("slip", ballScene("", "Presure 500"));
+    const Outcome outcome = check(file + " --frames 2");
+    EXPECT_EQ(outcome.code, 1);
+    for (const char* told : {"felt in 0 of 2 frames", "plays     nothing", "asked     what isn't"})
+        EXPECT_NE(outcome.output.find(told), std::string::npos) << told << outcome.output;
+    EXPECT_EQ(outcome.output.find("100.0 %"), std::string::npos) << outcome.output;
+    const nlohmann::json object = checkedJson(file, 1)["scenes"][0]["objects"][0];
+    EXPECT_EQ(object["share"]["mean"], 0.0);
+}
+
+TEST(MidairCheck, TheFieldsLevelIsWhatThePlayedAmplitudeLeaves)
+{
+    const std::string file = sceneFile("lowered", ballScene("", ""));
+    const auto level = [&file](const std::string& variables)
+    { return checkedJson(file, 0, variables)["scenes"][0]; };
+    const nlohmann::json full = level("");
+    const nlohmann::json fifth = level("OSG_MIDAIR_MAX_AMPLITUDE=0.2");
+    EXPECT_LT(fifth["level_Pa"].get<double>(), 0.25 * full["level_Pa"].get<double>());
+    EXPECT_NEAR(fifth["level_Pa"].get<double>(),
+                fifth["objects"][0]["played_Pa"]["mean"].get<double>(),
+                0.01 * fifth["level_Pa"].get<double>());
+}
+
+TEST(MidairCheck, ALargeRelativePressureIsRemarkedOn)
+{
+    const nlohmann::json json = checkedJson(sceneFile("loud", ballScene("", "Pressure 400")), 0);
+    const std::string note = json["scenes"][0]["objects"][0]["notes"][0];
+    EXPECT_NE(note.find("400 is relative"), std::string::npos) << note;
 }
 
 TEST(MidairCheck, ReadsWhatAPagerWouldAndSaysWhatItDoesNot)
