@@ -126,7 +126,7 @@ void judge(CheckedObject& object, const CheckedScene& scene, int frames)
     // Hands that come and go, and animation, make an object felt in some frames only.
     if (object.points == 0 && object.feltFrames == 0)
         judgeUnfelt(object, scene);
-    else if (object.feltFrames < frames)
+    else if (object.feltFrames > 0 && object.feltFrames < frames)
         object.notes.push_back(
             fmt::format("it is felt in {} of {} frames", object.feltFrames, frames));
     // Of what is simply too large, that is the one cause.

@@ -156,9 +156,11 @@ TextOutlines textOutlines(const osgText::TextBase& text)
     if (const auto* solid = dynamic_cast<const osgText::Text3D*>(&text); solid && isDrawn)
         addSolid(*solid, lines);
     if (lines.withoutOutline > 0)
-        found.problem = fmt::format("is text of which {} characters have no outline in their font "
-                                    "(a TrueType font has them); they can't be felt",
-                                    lines.withoutOutline);
+        found.problem =
+            fmt::format("is text of which {} {} no outline in their font (a TrueType font "
+                        "has them); they can't be felt",
+                        lines.withoutOutline,
+                        lines.withoutOutline == 1 ? "character has" : "characters have");
     else if (lines.ends.empty())
         found.problem = "is text without any character that is drawn; it can't be felt";
     for (const osg::Vec3& vertex : lines.vertices)
