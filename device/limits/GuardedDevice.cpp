@@ -177,7 +177,7 @@ bool GuardedDevice::sendTogether(const DriveSignal& signal,
     _wantedPeak = peakAmplitude(signal);
     _wantedDrive = _limits.meanDrive < 1 ? meanSquare(signal) : 0;
     if (_limits.ramp_s <= 0) _ramp = 1;
-    _lastField_s = now_s;
+    _lastWanted_s = now_s;
     const bool started = !_sounds;
     const bool taken = sendScaled(now_s, joint);
     if (started && _thread.joinable()) _wake.notify_all();
@@ -245,6 +245,11 @@ bool GuardedDevice::setAmplitudeCap(double amplitude)
     return true;
 }
 
+void GuardedDevice::keepAlive()
+{
+    _lastWanted_s = base::steadySeconds();
+}
+
 void GuardedDevice::noteSilence()
 {
     account(base::steadySeconds());
@@ -278,7 +283,7 @@ void GuardedDevice::run()
         const double step = _limits.ramp_s > 0 ? (now_s - last_s) / _limits.ramp_s : 1;
         last_s = now_s;
         _ramp = std::clamp(_closing ? _ramp - step : _ramp + step, 0.0, 1.0);
-        if (!_closing && _limits.hold_s > 0 && now_s - _lastField_s > _limits.hold_s)
+        if (!_closing && _limits.hold_s > 0 && now_s - _lastWanted_s > _limits.hold_s)
         {
             _device->silence();
             noteSilence();

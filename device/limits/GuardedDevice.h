@@ -2,6 +2,7 @@
 
 #include "device/ArrayDevice.h"
 #include "device/limits/DeviceClaim.h"
+#include "device/limits/KeptAlive.h"
 
 #include <algorithm>
 #include <atomic>
@@ -19,7 +20,7 @@ class DeviceUri;
 ///
 /// With a ramp, thermal budget or hold, a thread resends the last field with another gain as time
 /// passes, or silences it.
-class GuardedDevice : public ArrayDevice
+class GuardedDevice : public ArrayDevice, public KeptAlive
 {
 public:
     /// Throws DeviceError for limits that are out of range. \a claim is released after the device
@@ -43,6 +44,8 @@ public:
     void silence() override;
     void setMuted(bool muted) override;
     bool setAmplitudeCap(double amplitude) override;
+    void keepAlive() override;
+    double hold_s() const override { return _limits.hold_s; }
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override; ///< no sequences with a ramp, a thermal budget or a hold
@@ -71,14 +74,14 @@ private:
     std::condition_variable _wake;
     DriveSignal _wanted;
     DriveSignal _scaled;
-    double _wantedPeak = 0;  ///< largest amplitude of _wanted
-    double _wantedDrive = 0; ///< mean of its amplitudes squared
-    double _ramp = 0;        ///< 0 .. 1; gain of the ramp
-    double _meanDrive = 0;   ///< mean over time of _drive
-    double _drive = 0;       ///< mean amplitude squared of what is played
-    double _gain = 1;        ///< gain of what is played
-    double _accounted_s = 0; ///< time of _meanDrive
-    double _lastField_s = 0;
+    double _wantedPeak = 0;               ///< largest amplitude of _wanted
+    double _wantedDrive = 0;              ///< mean of its amplitudes squared
+    double _ramp = 0;                     ///< 0 .. 1; gain of the ramp
+    double _meanDrive = 0;                ///< mean over time of _drive
+    double _drive = 0;                    ///< mean amplitude squared of what is played
+    double _gain = 1;                     ///< gain of what is played
+    double _accounted_s = 0;              ///< time of _meanDrive
+    std::atomic<double> _lastWanted_s{0}; ///< the last field, or keepAlive()
     bool _sounds = false;
     bool _inTurn = false; ///< what sounds is a sequence, which can't be lowered while it plays
     bool _muted = false;

@@ -112,6 +112,24 @@ bool MultiDevice::setAmplitudeCap(double amplitude)
     return all;
 }
 
+void MultiDevice::keepAlive()
+{
+    for (const Part& part : _parts)
+        if (auto* kept = dynamic_cast<KeptAlive*>(part.device.get())) kept->keepAlive();
+}
+
+double MultiDevice::hold_s() const
+{
+    double shortest_s = 0;
+    for (const Part& part : _parts)
+    {
+        const auto* kept = dynamic_cast<const KeptAlive*>(part.device.get());
+        const double hold_s = kept ? kept->hold_s() : 0;
+        if (hold_s > 0 && (shortest_s == 0 || hold_s < shortest_s)) shortest_s = hold_s;
+    }
+    return shortest_s;
+}
+
 void MultiDevice::silence()
 {
     for (const Part& part : _parts)

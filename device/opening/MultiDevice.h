@@ -2,6 +2,7 @@
 
 #include "device/ArrayDevice.h"
 #include "device/JointCommit.h"
+#include "device/limits/KeptAlive.h"
 
 #include <mutex>
 
@@ -15,7 +16,7 @@ namespace midair::device
 /// (ArrayDevice::canStage()) play it when the last of them has its piece; the others play at once.
 /// The report's skew_s says how far apart that was. A device that is lost doesn't keep the others
 /// from playing; send() returns false if any of them refused.
-class MultiDevice : public ArrayDevice
+class MultiDevice : public ArrayDevice, public KeptAlive
 {
 public:
     /// One device and its transducers: count of them, from first on.
@@ -32,6 +33,8 @@ public:
     void silence() override;
     void setMuted(bool muted) override;
     bool setAmplitudeCap(double amplitude) override;
+    void keepAlive() override;
+    double hold_s() const override; ///< the shortest of its devices
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override; ///< of the coarsest and slowest; no sequences

@@ -174,15 +174,29 @@ haptics::FieldSequence HologramPipeline::compose(const SceneSnapshot& snapshot,
                            _options.medium);
     count(sequence.report, _counters);
     _updates.count(base::steadySeconds());
-    const bool isRefused = sequence.report.stop == haptics::StopReason::REFUSED;
-    if (!sequence.report.message.empty())
-        _messages.say(
-            {isRefused ? base::MessageCode::SOLVER_REFUSED : base::MessageCode::SOLVER_REPORT,
-             sequence.report.message});
+    tellReport(points, sequence);
     // The solver continued the last field of its own set, not the one that is played.
     if (_options.cycle > 1) continueLast(sequence);
     _refiner->begin(snapshot, set, sequence);
     return sequence;
+}
+
+// What is wanted and gives silence is a fault: the array has no level so low, or doesn't get there.
+void HologramPipeline::tellReport(const haptics::ControlPoints& points,
+                                  haptics::FieldSequence& sequence)
+{
+    using base::MessageCode;
+    haptics::SolveReport& report = sequence.report;
+    const bool isRefused = report.stop == haptics::StopReason::REFUSED;
+    const bool isSilence = report.stop == haptics::StopReason::NOTHING_TO_DO &&
+                           points.targets.maxCoeff() > 0.0 && isSilent(sequence.fields);
+    if (isSilence) report.stop = haptics::StopReason::SILENCED;
+    if (isSilence) report.message = "silent: " + report.message;
+    if (report.message.empty()) return;
+    _messages.say({isSilence   ? MessageCode::FIELD_SILENCED
+                   : isRefused ? MessageCode::SOLVER_REFUSED
+                               : MessageCode::SOLVER_REPORT,
+                   report.message});
 }
 
 std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const SceneSnapshot& snapshot)
@@ -314,9 +328,10 @@ void HologramPipeline::rateFromLast(HologramResult& result) const
 ArrayState HologramPipeline::stateOf(const HologramResult& result)
 {
     const ArrayState state = _output->state();
-    const bool isSilent = state == ArrayState::PLAYING && (_isDead || result.isSilenced());
-    _output->judge(isSilent ? ArrayState::SILENT : state);
-    return isSilent ? ArrayState::SILENT : state;
+    const bool isNothing = state == ArrayState::PLAYING &&
+                           (_isDead || result.isSilenced() || isSilent(result.sequence.fields));
+    _output->judge(isNothing ? ArrayState::SILENT : state);
+    return isNothing ? ArrayState::SILENT : state;
 }
 
 void HologramPipeline::finish(HologramResult& result)

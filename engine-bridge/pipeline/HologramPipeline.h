@@ -69,6 +69,8 @@ public:
     /// See ArrayOutput. Any thread.
     void setMuted(bool muted) { _output->setMuted(muted); }
 
+    void keepAlive() { _output->keepAlive(); }
+
     /// To be called before the first process(). Once \a stop is requested, process() and attend()
     /// return within milliseconds and send nothing more: process() returns a silent result that
     /// says STOPPED, attend() null.
@@ -92,6 +94,7 @@ private:
     static constexpr double kMonitorPoll_s = 0.02; // interval of attend() while the monitor works
 
     void tellOfDeath();
+    void tellReport(const haptics::ControlPoints& points, haptics::FieldSequence& sequence);
     void openOutput();
     void useAbility();
     void useParts(bool otherSolver);

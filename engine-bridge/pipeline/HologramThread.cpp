@@ -90,6 +90,12 @@ void HologramThread::setMuted(bool muted)
     _slot.wake(); // attend() plays the field again, or tells that it is muted
 }
 
+void HologramThread::keepAlive()
+{
+    const std::lock_guard<std::mutex> lock(_atWorkMutex);
+    if (_atWork) _atWork->keepAlive();
+}
+
 ArrayState HologramThread::state() const
 {
     if (_opening) return ArrayState::OPENING;

@@ -59,6 +59,10 @@ public:
     /// which plays the newest field again. Any thread.
     void setMuted(bool muted);
 
+    /// To be called with each frame, changed or not: a device with a hold (SafetyLimits::hold_s)
+    /// falls silent when nobody calls it for that time. Never waits for the device. Any thread.
+    void keepAlive();
+
     /// What the array does now; newer than the newest result's. Never waits for the device. Any
     /// thread.
     ArrayState state() const;

@@ -1,9 +1,12 @@
 #include "engine-bridge/playing/ArrayOutput.h"
 
 #include "device/drive/DriveEncoder.h"
+#include "device/limits/KeptAlive.h"
 #include "haptics/base/threads/SteadyClock.h"
 
+#include <algorithm>
 #include <complex>
+#include <cstdint>
 #include <stdexcept>
 #include <utility>
 
@@ -81,6 +84,14 @@ void ArrayOutput::play(const haptics::FieldSequence& sequence,
 {
     _signals = encoded(sequence, transducers, _dead);
     _modulation = sequence.modulation;
+    _sounds = std::any_of(_signals.begin(),
+                          _signals.end(),
+                          [](const device::DriveSignal& one)
+                          {
+                              return std::any_of(one.duty.begin(),
+                                                 one.duty.end(),
+                                                 [](std::uint8_t duty) { return duty > 0; });
+                          });
     _playing = true;
     usePlayer(sequence.changes());
     if (_player)
@@ -119,6 +130,7 @@ bool ArrayOutput::sendHeld(const base::StopToken& stop)
     stop.throwIfRequested();
     _before = _device->report();
     _sent_s = base::steadySeconds();
+    _heldTooLong = false;
     _playing = false;
     _holds = true; // until it is unmuted, or capped
     if (isBlocked()) return false;
@@ -232,6 +244,7 @@ ArrayOutput::Attention ArrayOutput::attend(const base::StopToken& stop)
     if (!_holds) return Attention::NOTHING;
     const device::DeviceReport now = _device->report();
     const bool ready = now.state == device::DeviceState::READY;
+    if (_heldTooLong.exchange(false)) _playing = false; // its hold has silenced it
     const bool lost = now.lost != _before.lost || now.faults != _before.faults ||
                       now.reconnects != _before.reconnects;
     const bool again = ready && now.pending == 0 && (lost || !_playing);

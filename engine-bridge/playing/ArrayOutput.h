@@ -93,6 +93,11 @@ public:
     /// it is also true if there is no device.
     bool isPlaying() const { return _playing; }
 
+    /// To be called as long as what is played is still wanted, with each frame of a scene: a device
+    /// with a hold (device::KeptAlive) falls silent without it. Comes it again after that, attend()
+    /// plays the field again. Never waits. Any thread.
+    void keepAlive();
+
     /// What attend() found and did.
     enum class Attention
     {
@@ -138,6 +143,7 @@ private:
     void usePlayer(bool wanted);
     bool sendHeld(const base::StopToken& stop);
     bool startPlayer(const base::StopToken& stop);
+    bool isHoldOver() const;
     bool isBlocked() const { return _muted || _uncapped; }
     void keepCap(double amplitude);
     bool takeDevice();
@@ -169,8 +175,11 @@ private:
     bool _playing = false;
     bool _holds = false; // the device should hold _signals.front()
     PlayedShare _share;
-    double _sent_s = 0.0; // time of _before
-    bool _missed = false; // a held field was sent and not played; until one is
+    std::atomic<bool> _sounds{false};      // something of _signals is no silence
+    std::atomic<double> _sent_s{0.0};      // time of _before
+    std::atomic<double> _kept_s{0.0};      // time of the last keepAlive()
+    std::atomic<bool> _heldTooLong{false}; // keepAlive() came after the device's hold
+    bool _missed = false;                  // a held field was sent and not played; until one is
     std::uint64_t _playedAtMiss = 0;
     device::DeviceReport _before; // taken just before that was sent
 };

@@ -1,7 +1,9 @@
 // What an ArrayOutput's device does and has done: for messages, counters and programs.
+#include "device/limits/KeptAlive.h"
 #include "engine-bridge/playing/ArrayOutput.h"
 #include "haptics/base/threads/SteadyClock.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace midair::bridge
@@ -81,8 +83,28 @@ ArrayState ArrayOutput::state()
     if (report.state == device::DeviceState::HANGING) return ArrayState::FAULT;
     if (report.state == device::DeviceState::LOST) return ArrayState::LOST;
     if (_muted || report.state == device::DeviceState::MUTED) return ArrayState::MUTED;
-    if (_signals.empty()) return ArrayState::SILENT;
+    if (_signals.empty() || isHoldOver()) return ArrayState::SILENT;
     return _playing && !isFaulty ? ArrayState::PLAYING : ArrayState::FAULT;
+}
+
+void ArrayOutput::keepAlive()
+{
+    auto* kept = dynamic_cast<device::KeptAlive*>(_opened.load());
+    const double hold_s = kept ? kept->hold_s() : 0.0;
+    if (hold_s <= 0.0) return;
+    const double now_s = base::steadySeconds();
+    const double before_s = std::max(_kept_s.exchange(now_s), _sent_s.load());
+    // What the hold has silenced stays silent until attend() sends it again.
+    if (now_s - before_s > hold_s) _heldTooLong = true;
+    kept->keepAlive();
+}
+
+bool ArrayOutput::isHoldOver() const
+{
+    const auto* kept = dynamic_cast<const device::KeptAlive*>(_opened.load());
+    const double hold_s = kept ? kept->hold_s() : 0.0;
+    return hold_s > 0.0 && _holds &&
+           base::steadySeconds() - std::max(_kept_s.load(), _sent_s.load()) > hold_s;
 }
 
 void ArrayOutput::judge(ArrayState state)
@@ -112,7 +134,9 @@ ArrayReading ArrayOutput::reading() const
     now.fields = fieldsOf(report);
     now.status = device->status();
     const bool isMuted = _muted || report.state == device::DeviceState::MUTED;
-    const bool hasPlayed = judged.state != ArrayState::FAULT && report.played > judged.played;
+    // What it has played may be silence.
+    const bool hasPlayed =
+        _sounds && _cap > 0.0 && judged.state != ArrayState::FAULT && report.played > judged.played;
     const bool hangs = report.state == device::DeviceState::HANGING; // muted or not: it may sound
     now.state = report.state == device::DeviceState::LOST ? ArrayState::LOST
                 : hangs                                   ? ArrayState::FAULT

@@ -129,6 +129,7 @@ bool HapticEngine::rests(const osg::Node& root)
         now_s - _rest.submitTime_s < kRest_s || now_s - _rest.lookTime_s > kLook_s)
         return false;
     ++_rest.frames;
+    if (_thread) _thread->keepAlive();
     return true;
 }
 
@@ -161,6 +162,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     const bool refused = _seen && !_seen->playing && start_s - _rest.submitTime_s > kRetry_s;
     const bool idle = _submittedAny && !refused && !changedSinceSubmitted(fresh);
     if (!idle) submit();
+    if (_thread) _thread->keepAlive();
     const int beingRead = _settings.enabled ? _collector.beingRead() : 0;
     _rest.possible = _submittedAny && !_hands.active() && beingRead == 0;
 

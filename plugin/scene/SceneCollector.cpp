@@ -7,6 +7,7 @@
 #include "plugin/scene/WhyUnfelt.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include <fmt/format.h>
 
@@ -17,6 +18,17 @@ using midair::base::about;
 using midair::base::MessageCode;
 using midair::bridge::HapticObject;
 using midair::bridge::MeshCache;
+
+namespace
+{
+
+// OSG's own comparison takes a matrix with NaN for equal to any other.
+bool isSame(const osg::Matrixd& a, const osg::Matrixd& b)
+{
+    return std::memcmp(a.ptr(), b.ptr(), 16 * sizeof(double)) == 0;
+}
+
+} // namespace
 
 SceneCollector::SceneCollector(const osg::Node* owner, Say say) :
     _say(std::move(say)),
@@ -250,7 +262,7 @@ void SceneCollector::fill(const HapticInstance& instance)
         if (!instance.points && _meshes.isBeingRead(*instance.node)) ++_beingRead;
     }
     const bool stands = _kept && !changed && known.first == _count && known.shape == shape &&
-                        known.world == instance.world && known.clips == instance.clips;
+                        isSame(known.world, instance.world) && known.clips == instance.clips;
     known.shape = shape;
     if (!stands)
     {

@@ -268,3 +268,19 @@ TEST(CappedPipeline, AnOptionOutOfRangeIsNamed)
     EXPECT_FALSE(options.isValid(&error));
     EXPECT_EQ(error, "maxPressure is -5; it must be within 0 .. 1e+06");
 }
+
+TEST(CappedPipeline, WhatIsWeakerThanTheLeastOfTheArrayIsAFaultAndSilent)
+{
+    for (const bool isLoudness : {true, false})
+    {
+        HologramOptions options = cappedOptions(0.0);
+        if (isLoudness) options.solverOptions.loudness = 1e-6;
+        HologramPipeline pipeline(options);
+        const auto result = pipeline.process(isLoudness ? squareSnapshot() : squareOf(1e-6));
+        EXPECT_TRUE(result->isSilenced());
+        EXPECT_EQ(result->state, ArrayState::SILENT);
+        EXPECT_EQ(pipeline.reading().state, ArrayState::SILENT);
+        ASSERT_EQ(result->told.size(), 1u);
+        EXPECT_EQ(result->told[0].code, base::MessageCode::FIELD_SILENCED);
+    }
+}

@@ -2,10 +2,13 @@
 
 #include "tests/engine-bridge/playing/PlayerDevices.h"
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -78,6 +81,79 @@ TEST(ArrayOutput, HasNoDeviceWhateverIsThrown)
     ASSERT_EQ(messages.messages().size(), 1u);
     EXPECT_EQ(messages.messages().front().code, midair::base::MessageCode::DEVICE_OPEN);
     EXPECT_EQ(messages.messages().front().text, "something was thrown that is no std::exception");
+}
+
+midair::device::DeviceLayout fivePlaces()
+{
+    midair::device::DeviceLayout layout;
+    layout.transducers = 5;
+    return layout;
+}
+
+/// Calls keepAlive() for \a duration_s, and returns the longest time between two calls.
+double keptFor(ArrayOutput& output, double duration_s)
+{
+    const double start_s = midair::base::steadySeconds();
+    double longest_s = 0.0;
+    for (double last_s = start_s, now_s = start_s; now_s - start_s < duration_s;)
+    {
+        output.keepAlive();
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        now_s = midair::base::steadySeconds();
+        longest_s = std::max(longest_s, now_s - last_s);
+        last_s = now_s;
+    }
+    return longest_s;
+}
+
+bool isSounding(const ArrayOutput& output)
+{
+    return !output.played().front().isZero(0.0f);
+}
+
+// A device with a hold is silent once nobody wants its field any more, and plays it until then.
+TEST(ArrayOutput, WhatIsHeldPlaysAsLongAsItIsWanted)
+{
+    using midair::bridge::ArrayState;
+    constexpr double kHold_s = 0.4;
+    MessageLog messages;
+    ArrayOutput output([] { return midair::device::openDevice("sim:?hold=400ms", fivePlaces()); },
+                       messages);
+    ASSERT_TRUE(output.isOpen());
+    output.play(held(5), 5, StopToken());
+    // On a busy machine a frame may be late by more than the hold, which is to silence then.
+    const bool isKept = keptFor(output, 3.0 * kHold_s) < 0.9 * kHold_s;
+    if (isKept)
+    {
+        EXPECT_TRUE(isSounding(output)) << "it rests, and is wanted";
+        EXPECT_EQ(output.state(), ArrayState::PLAYING);
+    }
+    std::this_thread::sleep_for(std::chrono::duration<double>(2.0 * kHold_s));
+    EXPECT_FALSE(isSounding(output)) << "the application stands still";
+    EXPECT_EQ(output.state(), ArrayState::SILENT);
+    EXPECT_EQ(output.attend(StopToken()), ArrayOutput::Attention::NOTHING) << "nobody wants it";
+    EXPECT_FALSE(isSounding(output));
+    output.keepAlive();
+    EXPECT_FALSE(isSounding(output)) << "the word alone plays nothing";
+    EXPECT_EQ(output.attend(StopToken()), ArrayOutput::Attention::RESENT);
+    EXPECT_TRUE(isSounding(output)) << "the application goes on";
+}
+
+TEST(ArrayOutput, AFieldOfSilenceIsNotSaidToPlay)
+{
+    using midair::bridge::ArrayState;
+    MessageLog messages;
+    ArrayOutput output([] { return midair::device::openDevice("sim:", fivePlaces()); }, messages);
+    FieldSequence silence;
+    silence.fields.emplace_back(Eigen::VectorXcf::Zero(5));
+    output.play(silence, 5, StopToken());
+    EXPECT_NE(output.reading().state, ArrayState::PLAYING);
+    output.play(held(5), 5, StopToken());
+    EXPECT_EQ(output.reading().state, ArrayState::PLAYING);
+    output.setAmplitudeCap(0.0);
+    output.judge(ArrayState::SILENT);
+    output.play(held(5), 5, StopToken());
+    EXPECT_EQ(output.reading().state, ArrayState::SILENT);
 }
 
 } // namespace

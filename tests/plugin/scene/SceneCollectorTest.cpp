@@ -4,6 +4,8 @@
 
 #include <osg/Geometry>
 
+#include <limits>
+
 #include <gtest/gtest.h>
 
 using namespace osgMidair;
@@ -165,4 +167,33 @@ TEST_F(CollectorTest, SaysWhatCanNotBeFeltOnceAndGoesOn)
               "perspective; it can't be felt");
     EXPECT_EQ(collector.instances(), 1);
     EXPECT_EQ(objects.size(), 1u);
+}
+
+// OSG's own comparison takes a matrix with NaN for equal to the one before.
+TEST_F(CollectorTest, AMatrixThatIsNotFiniteIsAChangeAndSoIsTheNextOne)
+{
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    for (const double bad : {nan, std::numeric_limits<double>::infinity()})
+    {
+        said.clear();
+        mover->setMatrix(osg::Matrixd::translate(bad, 0.0, 0.0));
+        expectOneChange("not finite");
+        EXPECT_EQ(objects.size(), 1u) << "it isn't felt at its old place";
+        EXPECT_EQ(said.size(), 1u);
+        mover->setMatrix(osg::Matrixd::translate(0.1, 0.0, 0.0));
+        expectOneChange("good again");
+        EXPECT_EQ(objects.size(), 2u);
+    }
+}
+
+TEST_F(CollectorTest, WhatIsNotFiniteFromTheFirstFrameOnIsFeltOnceItIs)
+{
+    mover->setMatrix(osg::Matrixd::translate(std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0));
+    SceneCollector late(nullptr, [](const midair::base::Message&) {});
+    std::vector<HapticObject> found;
+    late.collect({{scene.get(), osg::Matrixd()}}, found);
+    EXPECT_EQ(found.size(), 1u);
+    mover->setMatrix(osg::Matrixd::translate(0.1, 0.0, 0.0));
+    EXPECT_TRUE(late.collect({{scene.get(), osg::Matrixd()}}, found));
+    EXPECT_EQ(found.size(), 2u);
 }
