@@ -13,8 +13,8 @@ class DueSilence
 {
 public:
     static constexpr double kSoon_s = 0.1; ///< pause after a failure
-    static constexpr double kLater_s =
-        1.0; ///< from failure kSoonTries on, and while the driver is lost
+    /// The pause from failure kSoonTries on, and while the driver is lost.
+    static constexpr double kLater_s = 1.0;
     static constexpr int kSoonTries = 10;
     static constexpr int kLastTries = 5; ///< failures after which a driver is closed all the same
 
