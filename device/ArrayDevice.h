@@ -76,8 +76,8 @@ enum class DeviceState
 {
     READY, ///< plays what it is sent
     MUTED, ///< by setMuted()
-    /// a call of its driver doesn't return, so nobody knows what it plays; ends by itself if the
-    /// call does
+    /// a call of its driver doesn't return, or the driver couldn't silence it, so nobody knows what
+    /// it plays; ends by itself if the call returns, or a silence is written
     HANGING,
     LOST ///< unplugged or failing; becomes READY by itself if the device can come back
 };
@@ -111,7 +111,12 @@ struct DeviceReport
     std::string firmware;     ///< "1.2.3"; empty: unknown
     double temperature_C = 0; ///< 0: unknown
     std::string message;      ///< the last fault; empty if there was none
-    std::string shortfall;    ///< "3 of 1000 fields were played"; empty if half or more were
+    /// Why the silence that is due isn't written, so that it may play on, as a sentence; empty: it
+    /// is, or none is due. It is tried again until it is.
+    std::string unsilenced;
+    /// What is wrong with a driver that plays nevertheless, as a sentence; empty: nothing.
+    std::string complaint;
+    std::string shortfall; ///< "3 of 1000 fields were played"; empty if half or more were
 };
 
 /// A phased array, which plays one field, or a sequence of fields, until the next one replaces it.

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <utility>
 
 namespace midair::device
 {
@@ -12,11 +13,17 @@ namespace midair::device
 namespace
 {
 
+struct Owner
+{
+    std::string name;
+    OpeningIsLeft isLeft; ///< of the opening that made the claim; null: of none
+};
+
 /// All claims of this program.
 struct Claims
 {
     std::mutex mutex;
-    std::map<std::string, std::string> owners; ///< by keyOf()
+    std::map<std::string, Owner> owners; ///< by keyOf()
 };
 
 Claims& claims()
@@ -24,6 +31,12 @@ Claims& claims()
     // Never destroyed: a device that takes long to open may be given up when the program ends.
     static auto* const all = new Claims;
     return *all;
+}
+
+OpeningIsLeft& openingOfThread()
+{
+    static thread_local OpeningIsLeft isLeft;
+    return isLeft;
 }
 
 std::string keyOf(const DeviceUri& uri, Owned owned)
@@ -38,13 +51,24 @@ std::string keyOf(const DeviceUri& uri, Owned owned)
 
 } // namespace
 
+void openFor(OpeningIsLeft isLeft)
+{
+    openingOfThread() = std::move(isLeft);
+}
+
 DeviceClaim::DeviceClaim(const DeviceUri& uri, Owned owned, const std::string& owner) :
     _key(keyOf(uri, owned))
 {
     if (_key.empty()) return;
     const std::lock_guard<std::mutex> lock(claims().mutex);
-    const auto [place, isFirst] = claims().owners.emplace(_key, owner);
-    if (!isFirst) throw uri.error("is driven by " + place->second + "; a device has one owner");
+    const auto [place, isFirst] = claims().owners.emplace(_key, Owner{owner, openingOfThread()});
+    if (isFirst) return;
+    const Owner& present = place->second;
+    if (present.isLeft && *present.isLeft)
+        throw uri.error("was given up by " + present.name +
+                        " while it was opened, and its driver still hangs; it can be opened once "
+                        "the driver has returned");
+    throw uri.error("is driven by " + present.name + "; a device has one owner");
 }
 
 DeviceClaim::~DeviceClaim()

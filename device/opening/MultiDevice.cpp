@@ -161,6 +161,8 @@ DeviceReport MultiDevice::report() const
     {
         const DeviceReport one = part.device->report();
         if (sum.shortfall.empty()) sum.shortfall = one.shortfall;
+        if (sum.unsilenced.empty()) sum.unsilenced = one.unsilenced;
+        if (sum.complaint.empty()) sum.complaint = one.complaint;
         if (one.state > sum.state)
         {
             sum.state = one.state;

@@ -343,6 +343,7 @@ void HologramPipeline::finish(HologramResult& result)
     result.deviceStatus = _output->status();
     result.state = stateOf(result);
     if (!_last || result.state != _last->state) _output->tell(result.state);
+    _output->tellOfDriver();
     result.monitored = _monitor->latest();
     if (result.monitored) result.sequence.report.surface = result.monitored->surface;
     result.messages = _messages.all();

@@ -77,8 +77,9 @@ std::shared_ptr<const HologramResult> HologramPipeline::askMonitor()
 std::shared_ptr<const HologramResult> HologramPipeline::lookAfterDevice()
 {
     const auto attention = _output->attend(_options.solverOptions.stop);
+    const bool isTold = _output->tellOfDriver();
     // After other options the next process() tells more than what has become of the last field.
-    if (attention == ArrayOutput::Attention::NOTHING &&
+    if (attention == ArrayOutput::Attention::NOTHING && !isTold &&
         (_changed || stateOf(*_last) == _last->state))
         return nullptr;
     if (attention == ArrayOutput::Attention::RESENT) ++_counters.resent;

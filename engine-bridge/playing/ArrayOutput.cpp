@@ -97,7 +97,7 @@ void ArrayOutput::play(const haptics::FieldSequence& sequence,
     if (_player)
         startPlayer(stop);
     else if (_device && !sendHeld(stop) && !isBlocked())
-        tellRefusal();
+        tellRefusal(_device->report());
     if (_uncapped && !std::exchange(_capTold, true))
         _messages.say({base::MessageCode::DEVICE_CAP,
                        "the device can't keep a cap of its amplitude; nothing is played"});
@@ -142,10 +142,9 @@ bool ArrayOutput::sendHeld(const base::StopToken& stop)
 }
 
 // The report's message says what happened to the device.
-base::Message ArrayOutput::refusal() const
+base::Message ArrayOutput::refusal(const device::DeviceReport& report) const
 {
     using base::MessageCode;
-    const device::DeviceReport report = _device->report();
     if (report.state == device::DeviceState::MUTED)
         return {MessageCode::DEVICE_MUTED, "device: muted"};
     const std::string why = report.message.empty() ? _device->status() : report.message;
@@ -157,23 +156,27 @@ base::Message ArrayOutput::refusal() const
 }
 
 // A loss is told once, however many fields it costs: these are counted as refused.
-void ArrayOutput::tellRefusal()
+void ArrayOutput::tellRefusal(const device::DeviceReport& report)
 {
-    const base::Message why = refusal();
-    const std::uint64_t reconnects = _device->report().reconnects;
+    if (report.state == device::DeviceState::HANGING && !report.unsilenced.empty())
+    {
+        tellOfDriver();
+        return;
+    }
+    const base::Message why = refusal(report);
     const bool isLoss =
         why.code == base::MessageCode::DEVICE_LOST || why.code == base::MessageCode::DEVICE_HANGS;
-    if (isLoss && _toldLoss == reconnects) return;
-    if (isLoss) _toldLoss = reconnects;
+    if (isLoss && _toldLoss == report.reconnects) return;
+    if (isLoss) _toldLoss = report.reconnects;
     _messages.say(why);
 }
 
 void ArrayOutput::tell(ArrayState state)
 {
-    if (state == ArrayState::LOST && _player) tellRefusal();
-    if (state != ArrayState::FAULT) return;
+    if (state != ArrayState::LOST && state != ArrayState::FAULT) return;
     const device::DeviceReport report = _device->report();
-    if (report.state == device::DeviceState::HANGING) return tellRefusal();
+    if (report.state >= device::DeviceState::HANGING) return tellRefusal(report);
+    if (state == ArrayState::LOST) return; // it is back already
     if (!_playing) return;
     _messages.say(
         {base::MessageCode::DEVICE_FAULT,
@@ -184,6 +187,20 @@ void ArrayOutput::tell(ArrayState state)
                      report.lost,
                      report.message.empty() ? "" : "; ",
                      report.message)});
+}
+
+bool ArrayOutput::tellOfDriver()
+{
+    if (!_device) return false;
+    const device::DeviceReport report = _device->report();
+    const auto isNew = [](const std::string& text, bool& isTold)
+    { return !std::exchange(isTold, !text.empty()) && isTold; };
+    const bool mayPlayOn = isNew(report.unsilenced, _unsilencedTold);
+    if (mayPlayOn) _messages.say({base::MessageCode::DEVICE_FAULT, "device: " + report.unsilenced});
+    const bool complains = isNew(report.complaint, _complaintTold);
+    if (complains)
+        _messages.say({base::MessageCode::CALLBACK_THREW, "device: " + report.complaint});
+    return mayPlayOn || complains;
 }
 
 void ArrayOutput::silence(Silence why)
@@ -256,7 +273,7 @@ ArrayOutput::Attention ArrayOutput::attend(const base::StopToken& stop)
     }
     _playing = false;
     if (again && sendHeld(stop)) return Attention::RESENT;
-    tellRefusal();
+    tellRefusal(_device->report());
     return Attention::REFUSED;
 }
 

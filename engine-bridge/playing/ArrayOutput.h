@@ -131,6 +131,9 @@ public:
     ArrayReading reading() const;
     /// Says what is wrong if the array has just come into \a state.
     void tell(ArrayState state);
+    /// Says, once until it ends, that the device couldn't be silenced, and what its driver has
+    /// against it though it plays. To be called at intervals. Returns true if it has said anything.
+    bool tellOfDriver();
 
 private:
     /// A state, and how many fields had been played then.
@@ -147,8 +150,8 @@ private:
     bool isBlocked() const { return _muted || _uncapped; }
     void keepCap(double amplitude);
     bool takeDevice();
-    base::Message refusal() const;
-    void tellRefusal();
+    base::Message refusal(const device::DeviceReport& report) const;
+    void tellRefusal(const device::DeviceReport& report);
     std::string openError() const;
 
     base::MessageLog& _messages;
@@ -170,6 +173,8 @@ private:
     bool _capTold = false;
     // The device's reconnects when a loss was told that hasn't ended; none: there is no such loss.
     std::optional<std::uint64_t> _toldLoss;
+    bool _unsilencedTold = false;              // until it is silenced
+    bool _complaintTold = false;               // until there is none
     std::vector<device::DriveSignal> _signals; // of the last play(); empty: silent
     haptics::ModulatorOptions _modulation;     // of the last play()
     bool _playing = false;

@@ -1,10 +1,12 @@
 #include "engine-bridge/playing/DeviceOpener.h"
 
 #include "device/DeviceLog.h"
+#include "device/limits/DeviceClaim.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
@@ -25,6 +27,8 @@ struct DeviceOpener::Shared
 
     const Open open;
     const double pause_s;
+    /// Nobody waits for the thread any more.
+    const std::shared_ptr<std::atomic<bool>> isLeft = std::make_shared<std::atomic<bool>>(false);
     std::mutex mutex; ///< guards what follows
     std::condition_variable wake;
     bool stop = false;
@@ -39,6 +43,7 @@ struct DeviceOpener::Shared
 void DeviceOpener::Shared::run()
 {
     double rest_s = pause_s;
+    device::openFor(isLeft);
     std::unique_lock<std::mutex> lock(mutex);
     for (;;)
     {
@@ -99,6 +104,7 @@ DeviceOpener::~DeviceOpener()
         _shared->stop = true;
         _shared->wake.notify_all();
         ended = _shared->awaitTry(lock);
+        *_shared->isLeft = !ended;
     }
     if (ended)
     {

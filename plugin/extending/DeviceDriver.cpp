@@ -23,6 +23,15 @@ struct Asked
     DeviceDriver::Layout layout;
 };
 
+/// Silences a driver that is let go before it has played. Returns with what a reason goes on if
+/// that failed.
+std::string silenced(DeviceDriver& driver)
+{
+    const std::string thrown = midair::base::thrownBy([&] { driver.silence(); });
+    if (thrown.empty()) return {};
+    return "; its silence() has thrown " + thrown + ", too, so the array may play";
+}
+
 /// Returns what the open driver says; null, with the reason in \a why, if it can't be made or
 /// opened. It is an application's code: what it throws is a reason.
 std::optional<DriverDevice::Opened>
@@ -39,9 +48,9 @@ openDriver(const DeviceDriverFactory& make, const Asked& asked, std::string& why
             if (isOpen) opened = DriverDevice::ask(driver);
         });
     if (thrown.empty() && isOpen) return opened;
-    if (isOpen) midair::base::thrownBy([&] { driver->silence(); });
+    const std::string unsilenced = isOpen ? silenced(*driver) : std::string();
     if (!thrown.empty())
-        why = "its driver has thrown " + thrown;
+        why = "its driver has thrown " + thrown + unsilenced;
     else if (!driver)
         why = "its driver could not be made";
     else if (why.empty())
@@ -70,7 +79,15 @@ bool registerDevice(const std::string& scheme, DeviceDriverFactory make, std::st
         std::string why;
         auto opened = openDriver(make, {uri.path(), uri.takeRest(), asked}, why);
         if (!opened) throw uri.error(why);
-        return std::make_unique<DriverDevice>(std::move(*opened), name, layout.transducers);
+        const osg::ref_ptr<DeviceDriver> driver = opened->driver.driver;
+        try
+        {
+            return std::make_unique<DriverDevice>(std::move(*opened), name, layout.transducers);
+        }
+        catch (const midair::device::DeviceError& error)
+        {
+            throw midair::device::DeviceError(error.what() + silenced(*driver));
+        }
     };
     return midair::device::registerScheme({scheme, open}, error);
 }

@@ -24,11 +24,19 @@ DriverDevice::DriverDevice(Opened opened, const std::string& name, int transduce
 {
 }
 
+// What the driver said of itself before a loss is no longer true.
 std::string DriverDevice::status() const
 {
-    const std::string own = _thread.status();
+    using midair::device::DeviceState;
+    const midair::device::DeviceReport report = _thread.report();
+    const bool isLost = report.state == DeviceState::LOST;
+    const std::string own = isLost                                ? "lost"
+                            : report.state < DeviceState::HANGING ? _thread.status()
+                            : report.unsilenced.empty()           ? "hangs"
+                                                                  : "not silenced";
     return _name + (_name.back() == ':' ? " " : ": ") + (own.empty() ? "" : own + ": ") +
-           midair::device::countersText(report());
+           midair::device::countersText(report) +
+           (isLost && !report.unsilenced.empty() ? "; " + report.unsilenced : "");
 }
 
 midair::device::DriveAbility DriverDevice::ability() const

@@ -4,12 +4,13 @@
 #include "device/FieldQueue.h"
 #include "device/SequenceNumber.h"
 #include "device/drive/DriveEncoder.h"
+#include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "plugin/extending/DueSilence.h"
 
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
-#include <exception>
 #include <mutex>
 #include <utility>
 #include <vector>
@@ -44,25 +45,6 @@ struct LeftBehind
     }
 };
 
-/// Returns what \a call has thrown, in words; empty: nothing.
-template<typename Call>
-std::string faultOf(const Call& call)
-{
-    try
-    {
-        call();
-        return {};
-    }
-    catch (const std::exception& error)
-    {
-        return std::string("the driver threw: ") + error.what();
-    }
-    catch (...)
-    {
-        return "the driver threw what is no std::exception";
-    }
-}
-
 } // namespace
 
 /// What the thread and its owner share.
@@ -72,6 +54,7 @@ struct DriverThread::Shared
 
     void run();
     void silenceLocked();
+    void closeLocked();
     DeviceReport reportLocked() const;
 
     const std::string name;
@@ -85,19 +68,21 @@ struct DriverThread::Shared
     std::string status;
     bool closing = false;
     bool ended = false;
-    bool isLeft = false; ///< nobody waits for the thread any more
+    bool isLeft = false;   ///< nobody waits for the thread any more
+    std::string lastWords; ///< what the log has to say of it once it has ended
 
 private:
-    template<typename Call, typename Result>
-    Result
-    ask(std::unique_lock<std::mutex>& lock, const char* what, const Call& call, Result otherwise);
+    template<typename Call>
+    std::string ask(std::unique_lock<std::mutex>& lock, const char* what, const Call& call);
+    void callSilence(std::unique_lock<std::mutex>& lock);
     void look(std::unique_lock<std::mutex>& lock);
     void askIfReady(std::unique_lock<std::mutex>& lock);
     void playNext(std::unique_lock<std::mutex>& lock);
+    void end(std::unique_lock<std::mutex>& lock);
 
     std::uint32_t _sequence = 0;
     std::uint64_t _epoch = 0; ///< counts silences; a field of an older one is not what plays
-    bool _silenceWanted = false;
+    DueSilence _silence;
     const char* _call = nullptr; ///< what the driver is called for now
     double _callSince_s = 0.0;
     // The thread's alone.
@@ -122,72 +107,100 @@ DriverThread::Shared::Shared(Opened&& opened,
     if (opened.isReady) return;
     own.state = DeviceState::LOST;
     own.message = kNotReady;
+    _silence.wantNow();
 }
 
-// Returns what the driver returns, or otherwise if it throws.
-template<typename Call, typename Result>
-Result DriverThread::Shared::ask(std::unique_lock<std::mutex>& lock,
-                                 const char* what,
-                                 const Call& call,
-                                 Result otherwise)
+// Returns what the driver has thrown, in words; empty: nothing.
+template<typename Call>
+std::string
+DriverThread::Shared::ask(std::unique_lock<std::mutex>& lock, const char* what, const Call& call)
 {
     _call = what;
     _callSince_s = midair::base::steadySeconds();
     lock.unlock();
-    const std::string fault = faultOf([&] { otherwise = call(); });
+    const std::string thrown = midair::base::thrownBy(call);
     lock.lock();
     _call = nullptr;
-    if (fault.empty()) return otherwise;
-    ++own.faults;
-    own.message = fault;
-    return otherwise;
+    return thrown.empty() ? thrown : fmt::format("the driver's {} has thrown {}", what, thrown);
 }
 
-// One loss is one fault, however many fields it costs.
+// Nobody knows what sounds until it has returned, so nothing else is played before. However often
+// it fails in a row is one fault.
+void DriverThread::Shared::callSilence(std::unique_lock<std::mutex>& lock)
+{
+    _silence.begin();
+    const std::string fault = ask(lock, "silence()", [this] { _driver->silence(); });
+    const bool isSeldom = own.state == DeviceState::LOST && !closing;
+    if (fault.empty())
+    {
+        _silence.succeed(midair::base::steadySeconds(), isSeldom);
+        own.unsilenced.clear();
+        return;
+    }
+    _silence.fail(midair::base::steadySeconds(), isSeldom);
+    if (own.unsilenced.empty()) ++own.faults;
+    own.unsilenced =
+        fmt::format("the driver couldn't silence the array ({}); it may play on", fault);
+}
+
+// One loss is one fault, however many fields it costs. What plays when the device is back is not
+// known, so it is silenced before it plays the first field.
 void DriverThread::Shared::askIfReady(std::unique_lock<std::mutex>& lock)
 {
-    const std::uint64_t faults = own.faults;
-    const bool isReady = ask(
-        lock, "isReady()", [this] { return _driver->isReady(); }, false);
+    bool isReady = false;
+    const std::string fault = ask(lock, "isReady()", [&] { isReady = _driver->isReady(); });
+    if (!fault.empty()) isReady = false;
     const bool wasReady = own.state == DeviceState::READY;
     if (isReady == wasReady) return;
     own.state = isReady ? DeviceState::READY : DeviceState::LOST;
+    _silence.wantNow();
     if (isReady)
-        ++own.reconnects;
-    else if (own.faults == faults)
     {
-        ++own.faults;
-        own.message = kNotReady;
+        ++own.reconnects;
+        return;
     }
+    ++own.faults;
+    own.message = fault.empty() ? kNotReady : fault;
+    status.clear();
+    if (!fields.waits()) return;
+    fields.takeOff(_sequence = midair::device::nextAfter(_sequence));
+    fields.loseOldest();
 }
 
 void DriverThread::Shared::look(std::unique_lock<std::mutex>& lock)
 {
     askIfReady(lock);
-    status = ask(
-        lock, "getStatus()", [this] { return _driver->getStatus(); }, std::string());
+    if (own.state == DeviceState::READY)
+    {
+        std::string text;
+        const std::string fault = ask(lock, "getStatus()", [&] { text = _driver->getStatus(); });
+        status = std::move(text);
+        if (!fault.empty() && own.complaint.empty())
+        {
+            ++own.faults;
+            own.message = fault;
+        }
+        own.complaint = fault;
+    }
     _lookAt_s = midair::base::steadySeconds() + kLook_s;
 }
 
 void DriverThread::Shared::playNext(std::unique_lock<std::mutex>& lock)
 {
     askIfReady(lock);
-    if (_silenceWanted || !fields.waits()) return; // a silence came meanwhile
+    if (_silence.isWanted() || !fields.waits()) return; // one came meanwhile, or the device is lost
     const auto& field = fields.takeOff(_sequence = midair::device::nextAfter(_sequence));
-    if (own.state != DeviceState::READY) return fields.loseOldest();
     levels.round(field.signal, _phases, _amplitudes);
     const double sentAt_s = field.sentAt_s;
     const std::uint64_t epoch = _epoch;
-    const std::uint64_t faults = own.faults;
-    const bool taken = ask(
-        lock,
-        "play()",
-        [this] { return _driver->play(_phases.data(), _amplitudes.data()); },
-        false);
+    bool taken = false;
+    const std::string fault =
+        ask(lock, "play()", [&] { taken = _driver->play(_phases.data(), _amplitudes.data()); });
     if (!taken)
     {
         fields.loseOldest();
-        if (own.faults == faults) own.message = "the driver took no field";
+        if (!fault.empty()) ++own.faults;
+        own.message = fault.empty() ? "the driver took no field" : fault;
         return;
     }
     auto played = fields.settleUntil(_sequence, _sequence);
@@ -201,14 +214,26 @@ void DriverThread::Shared::silenceLocked()
     fields.dropWaiting();
     playing = midair::device::silentSignal(transducers);
     ++_epoch;
-    _silenceWanted = true;
+    _silence.want();
     wake.notify_all();
+}
+
+void DriverThread::Shared::closeLocked()
+{
+    silenceLocked();
+    _silence.wantNow();
+    closing = true;
 }
 
 DeviceReport DriverThread::Shared::reportLocked() const
 {
     DeviceReport report = own;
     fields.addTo(report);
+    if (!report.unsilenced.empty() && report.state != DeviceState::LOST)
+    {
+        report.state = DeviceState::HANGING;
+        report.message = report.unsilenced;
+    }
     const double since_s = _call ? midair::base::steadySeconds() - _callSince_s : 0.0;
     if (since_s <= kHangs_s) return report;
     report.state = std::max(report.state, DeviceState::HANGING);
@@ -219,27 +244,35 @@ DeviceReport DriverThread::Shared::reportLocked() const
 void DriverThread::Shared::run()
 {
     std::unique_lock<std::mutex> lock(mutex);
-    for (;;)
+    while (!closing || (_silence.isWanted() && !_silence.isGivenUp()))
     {
-        const double rest_s = _lookAt_s - midair::base::steadySeconds();
-        if (std::exchange(_silenceWanted, false))
-            ask(
-                lock, "silence()", [this] { return _driver->silence(), true; }, true);
-        else if (closing)
-            break;
-        else if (rest_s <= 0.0)
+        const double now_s = midair::base::steadySeconds();
+        const double rest_s =
+            std::min(_silence.rest_s(now_s), closing ? DueSilence::kSoon_s : _lookAt_s - now_s);
+        if (_silence.isDue(now_s))
+            callSilence(lock);
+        else if (!closing && _lookAt_s <= now_s)
             look(lock);
-        else if (fields.waits())
+        else if (!closing && fields.waits() && !_silence.isWanted())
             playNext(lock);
         else
             wake.wait_for(lock, std::chrono::duration<double>(rest_s));
     }
+    end(lock);
+}
+
+void DriverThread::Shared::end(std::unique_lock<std::mutex>& lock)
+{
+    if (!own.unsilenced.empty())
+        lastWords = fmt::format("{}: {}; it is closed all the same", name, own.unsilenced);
     lock.unlock();
-    faultOf([this] { _driver = nullptr; });
+    midair::base::thrownBy([this] { _driver = nullptr; });
     lock.lock();
     ended = true;
     wake.notify_all();
     if (!isLeft) return;
+    lock.unlock();
+    if (!lastWords.empty()) midair::device::logDeviceError(lastWords);
     LeftBehind& left = LeftBehind::all();
     const std::lock_guard<std::mutex> all(left.mutex);
     left.names.erase(std::find(left.names.begin(), left.names.end(), name));
@@ -259,8 +292,7 @@ DriverThread::~DriverThread()
     Shared& shared = *_shared;
     {
         std::unique_lock<std::mutex> lock(shared.mutex);
-        shared.silenceLocked();
-        shared.closing = true;
+        shared.closeLocked();
         shared.wake.wait_for(
             lock, std::chrono::duration<double>(kFarewell_s), [&] { return shared.ended; });
         shared.isLeft = !shared.ended;
@@ -274,6 +306,7 @@ DriverThread::~DriverThread()
     if (!shared.isLeft)
     {
         _thread.join();
+        if (!shared.lastWords.empty()) midair::device::logDeviceError(shared.lastWords);
         return;
     }
     _thread.detach();
@@ -287,7 +320,9 @@ DriverThread::~DriverThread()
 bool DriverThread::send(const DriveSignal& signal)
 {
     const std::lock_guard<std::mutex> lock(_shared->mutex);
-    if (!signal.fits(_shared->transducers) || _shared->own.state != DeviceState::READY)
+    const DeviceReport& own = _shared->own;
+    const bool isReady = own.state == DeviceState::READY && own.unsilenced.empty();
+    if (!signal.fits(_shared->transducers) || !isReady)
     {
         _shared->fields.refuse();
         return false;

@@ -265,7 +265,7 @@ TEST_F(DeviceDriverTest, WhatItThrowsIsAMessage)
     BoxScene box;
     box.scene->setDevice("logging:");
     HeadlessViewer viewer(box.scene);
-    ASSERT_TRUE(
-        viewer.framesUntil([&] { return says(*box.scene, "the driver threw: the line is cut"); }));
+    ASSERT_TRUE(viewer.framesUntil(
+        [&] { return says(*box.scene, "the driver's play() has thrown \"the line is cut\""); }));
     EXPECT_FALSE(box.scene->getField()->isPlaying());
 }

@@ -251,6 +251,14 @@ TEST(HangingDriver, AnOpenThatHangsHoldsNoDestructorUp)
     box->surface = nullptr;
     box->scene = nullptr;
     EXPECT_TRUE(gate->holds()) << "the scene has ended before the call";
+    {
+        GatedScene again("nothing", "hangs");
+        HeadlessViewer viewer(again.scene);
+        EXPECT_TRUE(viewer.framesUntil(
+            [&] { return again.tells("device.open", "and its driver still hangs"); }))
+            << "no scene drives it any more";
+        EXPECT_FALSE(again.tells("device.open", "is driven by"));
+    }
     gate->open();
     while (gate->closed == 0) // else ctest ends it
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
