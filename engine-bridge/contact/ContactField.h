@@ -40,7 +40,7 @@ struct ContactFieldOptions
 class ContactField
 {
 public:
-    static constexpr int kMostFoci = 64; ///< of all contacts together
+    static constexpr int kMostFoci = 200; ///< of all contacts together
 
     /// Throws InputError for an array, medium or options that are not valid.
     ContactField(const haptics::TransducerArray& array,

@@ -36,9 +36,9 @@ double ContactForce::force_N(double depth_m) const
 
 // The ramp is of the pressure's amplitude, s^2 (3 - 2 s), so that it begins and ends without a
 // kink.
-double ContactForce::pressure_Pa(double depth_m, int foci, double age_s) const
+double ContactForce::pressure_Pa(double depth_m, double foci, double age_s) const
 {
-    if (foci < 1 || !(age_s >= 0.0)) return 0.0;
+    if (!(foci >= 1.0) || !std::isfinite(foci) || !(age_s >= 0.0)) return 0.0;
     const double s = _options.ramp_s > 0.0 ? std::min(age_s / _options.ramp_s, 1.0) : 1.0;
     const double whole = std::sqrt(2.0 * _rhoCC_Pa * force_N(depth_m) / foci /
                                    (_options.alpha * _options.focusArea_m2));

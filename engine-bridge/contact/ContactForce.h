@@ -35,9 +35,10 @@ public:
 
     /// N; 0 for depths that aren't above 0 or not finite.
     double force_N(double depth_m) const;
-    /// Pa, peak; of each of \a foci (>= 1) foci \a age_s after the contact began. 0 for numbers
+    /// Pa, peak; of each of \a foci (>= 1) foci \a age_s after the contact began. Of foci of which
+    /// some fade it is the sum of their weights' squares, so that the force stays. 0 for numbers
     /// that aren't finite.
-    double pressure_Pa(double depth_m, int foci, double age_s) const;
+    double pressure_Pa(double depth_m, double foci, double age_s) const;
 
     const ContactForceOptions& options() const { return _options; }
 

@@ -243,10 +243,12 @@ bool ContactTracker::advance(double dt_s)
         contact.age_s += dt_s;
         contact.depth_m = followed(contact.depth_m, contact.wanted_m, dt_s, _options.follow_s);
         const std::vector<PathFocus>& path = contact.path.foci();
+        double shares = 0.0;
+        for (const PathFocus& focus : path)
+            shares += focus.weight * focus.weight;
         const double pressure_Pa =
-            contact.vibration.factor() * contact.force.pressure_Pa(contact.depth_m,
-                                                                   static_cast<int>(path.size()),
-                                                                   contact.age_s);
+            contact.vibration.factor() *
+            contact.force.pressure_Pa(contact.depth_m, std::max(shares, 1.0), contact.age_s);
         for (std::size_t j = 0; j < path.size(); ++j)
         {
             const double own_Pa = path[j].weight * pressure_Pa;

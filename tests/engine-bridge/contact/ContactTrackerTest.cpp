@@ -156,6 +156,33 @@ TEST(ContactTracker, BeginsAtContactEndsFarFromItAndIsSilentBetween)
     EXPECT_EQ(tracker.contacts()[0].id, 2u);
 }
 
+// Where foci come and go the force goes on: the sum of the squares of their pressures.
+TEST(ContactTracker, TheForceGoesOnWhereTheNumberOfFociChanges)
+{
+    ContactTracker tracker;
+    const HapticObject sheet = test::object(test::sheet());
+    double before = 0.0;
+    std::set<std::size_t> counts;
+    for (int i = 0; i < 3000; ++i)
+    {
+        if (i % 11 == 0) // deep enough that the force is clipped, wider and narrower
+            tracker.update({sheet},
+                           test::ball({0, 0, kR - 4.2e-3 + 2e-3 * std::cos(2.5e-3 * i)}),
+                           i * kField_s);
+        tracker.advance(kField_s);
+        double sum = 0.0;
+        for (const ContactFocus& focus : tracker.foci())
+            sum += focus.pressure_Pa * focus.pressure_Pa;
+        if (i > 100)
+        {
+            EXPECT_NEAR(sum, before, 1e-6 * before) << i;
+            counts.insert(tracker.foci().size());
+        }
+        before = sum;
+    }
+    EXPECT_GE(counts.size(), 2u);
+}
+
 TEST(ContactTracker, AHandThatJumpsBeginsAnew)
 {
     ContactTracker tracker;
