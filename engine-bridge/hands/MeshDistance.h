@@ -45,6 +45,7 @@ public:
     double overlapArea(const std::vector<Capsule>& capsules, double resolution_m = 1e-3) const;
 
     const haptics::TriangleMesh& mesh() const { return *_mesh; }
+    const TriangleTree& tree() const { return _tree; } ///< of mesh(), for searches of other kinds
     const Eigen::Vector3d& centre() const { return _centre; } ///< of the bounding box
     double radius_m() const { return _radius_m; } ///< of a sphere round centre() with all vertices
 

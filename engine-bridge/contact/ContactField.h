@@ -1,0 +1,82 @@
+#pragma once
+
+#include "engine-bridge/contact/ContactTracker.h"
+#include "haptics/array/Medium.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/solvers/HologramSolver.h"
+
+#include <Eigen/Core>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// What plays foci; isValid() names the first setting that is out of its range.
+struct ContactFieldOptions
+{
+    /// True: foci have their pressures in Pa, as far as the array can. False: only their ratios
+    /// count, and the array plays as loud as it can.
+    bool absolute = true;
+    /// True: transducers behind the finger stay off, since sound from there presses its other side.
+    /// Kept are those with cos > maskCosine, the cosine of the angle between the way from the
+    /// contact to the transducer and the way into the object (AUTDController32_1_1.cs of
+    /// github.com/shinolab/midair-haptics-unity). With several contacts a transducer is on if one
+    /// of them keeps it.
+    bool mask = false;
+    double maskCosine = -0.3; ///< -1 .. 1
+    /// 0 .. 0.1; the mask is made anew when a contact moved farther than this (or turned by 5
+    /// degrees), not for tremor
+    double maskMotion_m = 2e-3;
+
+    bool isValid(std::string* error = nullptr) const;
+};
+
+/// Activations for the foci of one moment, by the default solver, which goes on from the field
+/// before: conjugate phases for one focus. The common phase, which nobody feels, is turned so that
+/// each field is as near as possible to the one before.
+class ContactField
+{
+public:
+    static constexpr int kMostFoci = 200; ///< of all contacts together
+
+    /// Throws InputError for an array, medium or options that are not valid.
+    ContactField(const haptics::TransducerArray& array,
+                 const haptics::Medium& medium,
+                 const ContactFieldOptions& options = {});
+
+    /// Sets \a q to m activations, |q_i| <= 1; zero for no foci. Returns false, with q zero and a
+    /// message in \a error (may be null), for foci whose numbers aren't finite or out of range, for
+    /// more than kMostFoci, and if the solver refuses them.
+    bool solve(const std::vector<ContactFocus>& foci, Eigen::VectorXcf& q, std::string* error);
+
+    int driven() const { return _driven; } ///< transducers that the mask keeps
+    const haptics::TransducerArray& array() const { return _array; }
+
+private:
+    /// Where a contact was when the mask was made.
+    struct Place
+    {
+        std::uint64_t contact = 0;
+        Eigen::Vector3d centre;
+        Eigen::Vector3d normal;
+    };
+
+    void mask(const std::vector<ContactFocus>& foci);
+    bool isMaskOf(const std::vector<Place>& places) const;
+    bool solveFor(const std::vector<ContactFocus>& foci, Eigen::VectorXcf& q, std::string* error);
+
+    ContactFieldOptions _options;
+    haptics::Medium _medium;
+    haptics::TransducerArray _array;
+    haptics::TransducerArray _masked; ///< with gains of 0 behind the finger
+    std::vector<Place> _places;       ///< that the mask was made for
+    std::vector<bool> _isOn;          ///< m
+    int _driven = 0;
+    std::unique_ptr<haptics::HologramSolver> _solver;
+    Eigen::VectorXcf _last; ///< the field before; empty: none
+};
+
+} // namespace midair::bridge

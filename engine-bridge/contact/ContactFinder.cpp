@@ -1,0 +1,268 @@
+#include "engine-bridge/contact/ContactFinder.h"
+
+#include "engine-bridge/contact/MeshWinding.h"
+#include "engine-bridge/hands/SegmentDistance.h"
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/Range.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+using Eigen::Vector3d;
+
+constexpr double kOneSided = 0.5; ///< share of the area that the mean normal keeps; below: split
+constexpr double kLeastArea_m2 = 1e-12;      ///< a square of a micrometre: below that it is none
+constexpr std::uint64_t kWindingsKept = 600; ///< updates
+
+Capsule moved(const Capsule& capsule, const Eigen::Isometry3d& motion)
+{
+    return {motion * capsule.a, motion * capsule.b, capsule.radius_m};
+}
+
+bool isFinite(const Eigen::Isometry3d& pose)
+{
+    return pose.matrix().allFinite();
+}
+
+/// How far the bone's axis is on the outer side of a part of the surface, m.
+double heightOfAxis(const ContactPatch& patch, const Vector3d& normal)
+{
+    const Capsule& bone = patch.own.front();
+    const ClosestPair pair = closestSegments(patch.centre, patch.centre, bone.a, bone.b);
+    return normal.dot(pair.onOther - patch.centre);
+}
+
+} // namespace
+
+bool ContactFinderOptions::isValid(std::string* error) const
+{
+    return base::RangeCheck("ContactFinderOptions: ")
+        .within("resolution_m", resolution_m, 1e-4, 1e-2)
+        .within("join_m", join_m, 0.0, 0.1)
+        .within("part_m", part_m, join_m, 0.1)
+        .within("leave_m", leave_m, 0.0, 0.1)
+        .passed(error);
+}
+
+ContactFinder::ContactFinder(const ContactFinderOptions& options) : _options(options)
+{
+    std::string error;
+    if (!options.isValid(&error)) throw base::InputError(error);
+}
+
+// What handCapsules() leaves out because a number is wrong is told; what isn't tracked isn't.
+std::vector<HandCapsule> ContactFinder::usableCapsules(const HandFrame& hands)
+{
+    for (const Hand& hand : hands.hands)
+        for (const HandJoint& joint : hand.joints)
+        {
+            if (!joint.positionValid) continue;
+            if (!joint.position.allFinite())
+                _notes.push_back({ContactReason::JOINT_NOT_FINITE, hand.id, -1, 0});
+            else if (!(joint.radius_m > 0.0 && joint.radius_m <= kMostRadius_m))
+                _notes.push_back({ContactReason::RADIUS_OUT_OF_RANGE, hand.id, -1, 0});
+        }
+    std::vector<HandCapsule> capsules = handCapsules(hands);
+    capsules.erase(std::remove_if(capsules.begin(),
+                                  capsules.end(),
+                                  [](const HandCapsule& capsule)
+                                  { return !(capsule.shape.radius_m <= kMostRadius_m); }),
+                   capsules.end());
+    return capsules;
+}
+
+int ContactFinder::windingOfMesh(const HapticObject& object, const haptics::TriangleMesh& mesh)
+{
+    const std::uint64_t key = object.topologyId ? object.topologyId : object.meshId;
+    const auto found = _windings.find(key);
+    if (found == _windings.end()) return (_windings[key] = {windingOf(mesh), _updates}).sign;
+    found->second.lastUse = _updates;
+    return found->second.sign;
+}
+
+void ContactFinder::update(const std::vector<HapticObject>& objects, const HandFrame& hands)
+{
+    ++_updates;
+    _notes.clear();
+    _nearby.clear();
+    _parts.clear();
+    _patches.clear();
+    const std::vector<HandCapsule> capsules = usableCapsules(hands);
+    _meshes.beginUpdate();
+    for (const HapticObject& object : objects)
+    {
+        if (capsules.empty()) break;
+        if (!object.mesh) continue;
+        if (!isFinite(object.pose))
+        {
+            _notes.push_back({ContactReason::POSE_NOT_FINITE, 0, -1, object.touchId()});
+            continue;
+        }
+        const std::shared_ptr<const MeshDistance> mesh = _meshes.get(object);
+        if (!mesh)
+        {
+            _notes.push_back({ContactReason::MESH_NOT_READY, 0, -1, object.touchId()});
+            continue;
+        }
+        const Vector3d centre = object.pose * mesh->centre();
+        for (const HandCapsule& capsule : capsules)
+        {
+            const double gap = pointSegmentDistance(centre, capsule.shape.a, capsule.shape.b) -
+                               capsule.shape.radius_m - mesh->radius_m();
+            if (gap <= _options.leave_m) touch(object, mesh, capsule);
+        }
+    }
+    _meshes.endUpdate();
+    for (auto entry = _windings.begin(); entry != _windings.end();)
+        entry = entry->second.lastUse + kWindingsKept < _updates ? _windings.erase(entry)
+                                                                 : std::next(entry);
+    join();
+    std::unordered_map<int, std::shared_ptr<const std::vector<Capsule>>> skins;
+    for (ContactPatch& patch : _patches)
+    {
+        auto& skin = skins[patch.hand];
+        if (!skin)
+        {
+            auto all = std::make_shared<std::vector<Capsule>>();
+            for (const HandCapsule& capsule : capsules)
+                if (capsule.hand == patch.hand) all->push_back(capsule.shape);
+            skin = std::move(all);
+        }
+        patch.skin = skin;
+    }
+}
+
+void ContactFinder::touch(const HapticObject& object,
+                          const std::shared_ptr<const MeshDistance>& mesh,
+                          const HandCapsule& capsule)
+{
+    const Capsule shape = moved(capsule.shape, object.pose.inverse());
+    const NearestSpot spot = mesh->nearest(shape, _options.leave_m);
+    if (spot.triangle < 0) return;
+    if (spot.distance_m >= 0.0)
+    {
+        if (!isClipped(object.clips, object.pose * spot.onSurface))
+            _nearby.push_back({object.touchId(), capsule.hand, capsule.bone, spot.distance_m});
+        return;
+    }
+    Part part;
+    part.patch.object = object.touchId();
+    part.patch.hand = capsule.hand;
+    part.patch.bones = {capsule.bone};
+    part.patch.own = {capsule.shape};
+    part.patch.objectPose = object.pose;
+    part.mesh = mesh;
+    part.piece = &object;
+    part.winding = windingOfMesh(object, mesh->mesh());
+    PatchMoments all;
+    std::vector<PatchMoments> sides; // of each triangle
+    addSurface(part, {&capsule.shape}, all, &sides);
+    if (all.area_m2 > kLeastArea_m2 && all.normal.allFinite() && all.second.allFinite())
+        addParts(std::move(part), all, sides);
+    else
+        _notes.push_back({ContactReason::NO_AREA, capsule.hand, capsule.bone, object.touchId()});
+}
+
+void ContactFinder::addSurface(const Part& part,
+                               const std::vector<const Capsule*>& capsules,
+                               PatchMoments& all,
+                               std::vector<PatchMoments>* ofTriangles) const
+{
+    const haptics::TriangleMesh& mesh = part.mesh->mesh();
+    const Eigen::Isometry3d& pose = part.piece->pose;
+    std::vector<int> triangles;
+    for (const Capsule* capsule : capsules)
+        part.mesh->tree().walk(moved(*capsule, pose.inverse()),
+                               capsule->radius_m,
+                               [&](int t) { triangles.push_back(t); });
+    std::sort(triangles.begin(), triangles.end());
+    triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+    for (const int t : triangles)
+    {
+        if (!bridge::isFinite(mesh, t)) continue;
+        const Eigen::Vector3i corner = mesh.triangles.col(t);
+        const SurfaceTriangle triangle = {pose * mesh.vertices.col(corner[0]),
+                                          pose * mesh.vertices.col(corner[1]),
+                                          pose * mesh.vertices.col(corner[2])};
+        Vector3d n = (triangle.q - triangle.p).cross(triangle.r - triangle.p);
+        const double size = n.norm();
+        if (!(size > 0.0) || !std::isfinite(size)) continue;
+        n *= (part.winding < 0 ? -1.0 : 1.0) / size;
+        if (part.isSplit && n.dot(part.patch.normal) * part.windingSide <= 0.0) continue;
+        PatchMoments one;
+        addInside(triangle, n, capsules, part.piece->clips, _options.resolution_m, one);
+        if (!(one.area_m2 > 0.0)) continue;
+        all.add(one);
+        if (ofTriangles) ofTriangles->push_back(one);
+    }
+}
+
+Vector3d ContactFinder::orient(const Part& part, const Vector3d& normal) const
+{
+    if (part.winding != 0) return normal;
+    const Key key = keyOf(part);
+    for (const auto& [other, before] : _normals)
+        if (other == key) return before.dot(normal) < 0.0 ? Vector3d(-normal) : normal;
+    return heightOfAxis(part.patch, normal) < 0.0 ? Vector3d(-normal) : normal;
+}
+
+ContactFinder::Key ContactFinder::keyOf(const Part& part)
+{
+    const ContactPatch& patch = part.patch;
+    return {part.piece->id,
+            static_cast<std::uint64_t>(static_cast<std::uint32_t>(patch.hand)),
+            static_cast<std::uint64_t>(2 * patch.bones.front() + part.side)};
+}
+
+void ContactFinder::addParts(Part part,
+                             const PatchMoments& all,
+                             const std::vector<PatchMoments>& sides)
+{
+    const auto add = [&](Part one, const PatchMoments& moments)
+    {
+        if (!(moments.area_m2 > kLeastArea_m2)) return;
+        Vector3d normal = moments.normal;
+        // A sheet whose triangles are wound at random has no mean; what they agree on is the axis.
+        if (!(normal.norm() > 1e-9 * moments.area_m2))
+            normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments.normals)
+                         .eigenvectors()
+                         .col(2);
+        normal.normalize();
+        setShape(one.patch, moments, normal);
+        const Vector3d outward = orient(one, normal);
+        one.windingSide = outward.dot(normal) < 0.0 ? -1.0 : 1.0;
+        setShape(one.patch, moments, outward);
+        one.moments = moments;
+        const double depth = depthIn(one.patch.own.front(), one.patch.centre, outward);
+        one.patch.depth_m = depth > 0.0 ? depth : 0.0;
+        _parts.push_back(std::move(one));
+    };
+    if (all.normal.norm() >= kOneSided * all.area_m2) return add(std::move(part), all);
+    const Vector3d axis =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(all.normals).eigenvectors().col(2);
+    std::array<PatchMoments, 2> half;
+    for (const PatchMoments& one : sides)
+        half[one.normal.dot(axis) >= 0.0 ? 0 : 1].add(one);
+    part.isSplit = true;
+    const std::size_t first = _parts.size();
+    add(part, half[0]);
+    part.side = 1;
+    add(part, half[1]);
+    if (_parts.size() != first + 2) return;
+    ContactPatch& a = _parts[first].patch;
+    ContactPatch& b = _parts[first + 1].patch;
+    if (a.normal.dot(b.normal) >= 0.0) return;
+    const double aboveA = heightOfAxis(a, a.normal);
+    const double aboveB = heightOfAxis(b, b.normal);
+    if (std::min(aboveA, aboveB) < 0.0) (aboveA < aboveB ? a : b).isExit = true;
+}
+
+} // namespace midair::bridge

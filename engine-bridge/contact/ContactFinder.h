@@ -1,0 +1,116 @@
+#pragma once
+
+#include "engine-bridge/HapticObject.h"
+#include "engine-bridge/contact/ContactPatch.h"
+#include "engine-bridge/contact/ContactReason.h"
+#include "engine-bridge/hands/Hand.h"
+#include "engine-bridge/hands/TouchMeshes.h"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// How contacts are found; isValid() names the first setting that is out of its range.
+struct ContactFinderOptions
+{
+    /// 0.1e-3 .. 10e-3; length of the straight pieces of a patch's outline
+    double resolution_m = 0.5e-3;
+    /// 0 .. 0.1; patches of one hand on one object whose centres are nearer become one: they feel
+    /// like one (two foci under 15 mm apart do: Howard et al., "Gap detection in a pair of
+    /// ultrasound mid-air vibrotactile stimuli")
+    double join_m = 15e-3;
+    /// >= join_m, up to 0.1; what was joined stays so up to here, so that tremor doesn't switch
+    double part_m = 19e-3;
+    /// 0 .. 0.1; bones that are nearer to an object than this without touching it are told by
+    /// nearby()
+    double leave_m = 4e-3;
+
+    bool isValid(std::string* error = nullptr) const;
+};
+
+/// A bone near an object that it doesn't touch.
+struct NearBone
+{
+    std::uint64_t object = 0; ///< HapticObject::touchId()
+    int hand = 0;             ///< Hand::id
+    int bone = 0;             ///< 0 .. kHandBones - 1
+    double gap_m = 0.0;       ///< skin to surface, 0 .. leave_m
+};
+
+/// Finds the patches where hands touch objects, and what is wrong with the input.
+///
+/// A bone has one patch for each object. Where the triangles' normals contradict each other (the
+/// length of their mean is under 0.5: a thin plate, a sharp edge) it is split by them. Outside of a
+/// closed mesh of one winding is where that says; of any other it is where the bone's axis is, and
+/// of a contact that goes on where it was before.
+class ContactFinder
+{
+public:
+    /// Throws InputError for options that are not valid.
+    explicit ContactFinder(const ContactFinderOptions& options = {});
+
+    /// Only objects with a mesh are felt. \a objects and \a hands are in the array frame.
+    void update(const std::vector<HapticObject>& objects, const HandFrame& hands);
+
+    const std::vector<ContactPatch>& patches() const { return _patches; }
+    const std::vector<NearBone>& nearby() const { return _nearby; }
+    const std::vector<ContactNote>& notes() const { return _notes; }
+    const ContactFinderOptions& options() const { return _options; }
+
+private:
+    /// A patch of one bone with its sums.
+    struct Part
+    {
+        ContactPatch patch;
+        PatchMoments moments;
+        bool isSplit = false;
+        int side = 0;             ///< 0, or 1 of the second part of a split one
+        double windingSide = 1.0; ///< -1: the patch's normal is opposite to its triangles'
+        std::shared_ptr<const MeshDistance> mesh;
+        const HapticObject* piece = nullptr;
+        int winding = 0;
+    };
+    struct Winding
+    {
+        int sign = 0;
+        std::uint64_t lastUse = 0;
+    };
+    /// Which part of which bone at which piece of an object, for memory from update to update.
+    using Key = std::array<std::uint64_t, 3>;
+
+    std::vector<HandCapsule> usableCapsules(const HandFrame& hands);
+    void touch(const HapticObject& object,
+               const std::shared_ptr<const MeshDistance>& mesh,
+               const HandCapsule& capsule);
+    void addParts(Part part, const PatchMoments& all, const std::vector<PatchMoments>& sides);
+    /// Sums over what of the surface is inside \a capsules; of a split part on its own side alone.
+    void addSurface(const Part& part,
+                    const std::vector<const Capsule*>& capsules,
+                    PatchMoments& all,
+                    std::vector<PatchMoments>* ofTriangles) const;
+    static Key keyOf(const Part& part);
+    Eigen::Vector3d orient(const Part& part, const Eigen::Vector3d& normal) const;
+    void join();
+    ContactPatch joined(const std::vector<const Part*>& members) const;
+    int windingOfMesh(const HapticObject& object, const haptics::TriangleMesh& mesh);
+
+    ContactFinderOptions _options;
+    TouchMeshes _meshes;
+    std::unordered_map<std::uint64_t, Winding> _windings; ///< by topologyId, else meshId
+    std::uint64_t _updates = 0;
+    std::vector<Part> _parts;
+    std::vector<std::pair<Key, Eigen::Vector3d>> _normals; ///< of the update before
+    std::vector<std::pair<Key, Key>> _joined;              ///< in the update before
+    std::vector<ContactPatch> _patches;
+    std::vector<NearBone> _nearby;
+    std::vector<ContactNote> _notes;
+};
+
+} // namespace midair::bridge

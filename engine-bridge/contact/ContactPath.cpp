@@ -1,0 +1,223 @@
+#include "engine-bridge/contact/ContactPath.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
+#include "haptics/base/text/Range.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+using Eigen::Vector3d;
+
+/// Share of the largest step that turning may use; the rest is for the hand's own motion (0.2 m/s
+/// at 1000 fields a second: 0.2 mm).
+constexpr double kTurningShare = 0.6;
+/// Beyond the half at which rounding would switch; so that a size on the border doesn't.
+constexpr double kCountSlack = 0.25;
+/// Share of the turning speed at which foci share the circle anew when their number changes.
+constexpr double kSpreading = 0.5;
+
+/// Longer ways are ones over a step of the skin, from finger to finger, or of a hand that is faster
+/// than foci may follow: a focus doesn't go through flesh or air, but fades and comes again there.
+constexpr double kJump_m = 5e-3;
+/// The same while the patch stays as it is, in largest steps: turning alone makes none longer than
+/// one, as the skin that is used is no steeper than 53 degrees (skinUnder()).
+constexpr double kSkinStep = 1.05;
+
+/// Ramanujan's first formula; within 0.5 % up to axes of 1 to 20.
+double circumference(double a, double b)
+{
+    return base::kPi * (3.0 * (a + b) - std::sqrt((3.0 * a + b) * (a + 3.0 * b)));
+}
+
+/// The shorter way from one angle to another, -pi .. pi.
+double turnBetween(double from, double to)
+{
+    return std::remainder(to - from, base::kTwoPi);
+}
+
+} // namespace
+
+bool ContactPathOptions::isValid(std::string* error) const
+{
+    return base::RangeCheck("ContactPathOptions: ")
+        .within("rate_Hz", rate_Hz, 0.0, 100.0)
+        .within("focusSize_m", focusSize_m, 0.0, 0.02)
+        .within("leastRadius_m", leastRadius_m, 1e-4, 0.02)
+        .within("focusEach_m", focusEach_m, 1e-3, 1.0)
+        .within("mostFoci", mostFoci, 1, 10)
+        .within("largestStep_m", largestStep_m, 5e-5, 5e-3)
+        .within("settle_s", settle_s, 0.0, 10.0)
+        .within("fade_s", fade_s, 0.0, 1.0)
+        .passed(error);
+}
+
+ContactPath::ContactPath(const ContactPathOptions& options,
+                         const ContactPatch& patch,
+                         double angle_rad) :
+    _options(options),
+    _patch(patch),
+    _u(patch.normal.unitOrthogonal()),
+    _v(patch.normal.cross(_u)),
+    _angle_rad(angle_rad)
+{
+    std::string error;
+    if (!options.isValid(&error)) throw base::InputError(error);
+    shape();
+    _steadyLength_m = circumference(_semiMajor_m, _semiMinor_m);
+    setCount(wantedFoci());
+    for (std::size_t j = 0; j < _foci.size(); ++j)
+    {
+        _turning[j].offset_rad =
+            base::kTwoPi * static_cast<double>(j) / static_cast<double>(_foci.size());
+        _foci[j].weight = 1.0;
+    }
+    place();
+}
+
+void ContactPath::fit(const ContactPatch& patch)
+{
+    // The shortest turn that takes the old normal to the new one has no twist about either.
+    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(_patch.normal, patch.normal);
+    _patch = patch;
+    _isFitted = true;
+    _u = turn * _u;
+    _u = (_u - _u.dot(patch.normal) * patch.normal).normalized(); // rounding
+    _v = patch.normal.cross(_u);
+    shape();
+}
+
+void ContactPath::shape()
+{
+    Eigen::Matrix<double, 3, 2> plane;
+    plane << _u, _v;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(
+        Eigen::Matrix2d(plane.transpose() * _patch.covariance * plane));
+    const Eigen::Vector2d axes =
+        (2.0 * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().array() - _options.focusSize_m)
+            .max(_options.leastRadius_m)
+            .matrix();
+    _semiMinor_m = axes[0];
+    _semiMajor_m = axes[1];
+    _ellipse = solver.eigenvectors() * axes.asDiagonal() * solver.eigenvectors().transpose();
+}
+
+double ContactPath::leastFieldRate_Hz() const
+{
+    return base::kTwoPi * _semiMajor_m * _options.rate_Hz / _options.largestStep_m;
+}
+
+int ContactPath::wantedFoci() const
+{
+    const double exact = _steadyLength_m / _options.focusEach_m;
+    int now = 0;
+    for (const Turning& turning : _turning)
+        now += turning.isLeaving ? 0 : 1;
+    if (now > 0 && std::abs(exact - now) <= 0.5 + kCountSlack) return now;
+    return static_cast<int>(
+        std::clamp(std::round(exact), 1.0, static_cast<double>(_options.mostFoci)));
+}
+
+void ContactPath::setCount(int count)
+{
+    int now = 0;
+    for (Turning& turning : _turning)
+        if (!turning.isLeaving && ++now > count) turning.isLeaving = true;
+    for (int j = now; j < count; ++j)
+    {
+        _turning.emplace_back();
+        _turning.back().offset_rad = base::kTwoPi * j / count;
+        _foci.push_back({Vector3d::Zero(), 0.0});
+    }
+}
+
+// Lets the foci share the circle evenly, and those that come or go fade.
+void ContactPath::spread(double most_rad, double dt_s)
+{
+    const double fade = _options.fade_s > 0.0 ? std::min(dt_s / _options.fade_s, 1.0) : 1.0;
+    const auto isStaying = [](const Turning& turning) { return !turning.isLeaving; };
+    const auto count = std::count_if(_turning.begin(), _turning.end(), isStaying);
+    double share = 0.0;
+    for (std::size_t j = 0; j < _foci.size();)
+    {
+        Turning& turning = _turning[j];
+        PathFocus& focus = _foci[j];
+        const bool isFading = turning.isLeaving || turning.isJumping;
+        focus.weight = std::clamp(focus.weight + (isFading ? -fade : fade), 0.0, 1.0);
+        if (turning.isLeaving && !(focus.weight > 0.0))
+        {
+            _turning.erase(_turning.begin() + static_cast<std::ptrdiff_t>(j));
+            _foci.erase(_foci.begin() + static_cast<std::ptrdiff_t>(j));
+            continue;
+        }
+        if (!turning.isLeaving)
+        {
+            const double way =
+                turnBetween(turning.offset_rad, base::kTwoPi * share / double(count));
+            turning.offset_rad += std::clamp(way, -most_rad, most_rad);
+            share += 1.0;
+        }
+        ++j;
+    }
+}
+
+bool ContactPath::advance(double dt_s)
+{
+    if (!(dt_s >= 0.0) || !std::isfinite(dt_s)) return false;
+    const double most = kTurningShare * _options.largestStep_m / _semiMajor_m;
+    const double turn = std::min(base::kTwoPi * _options.rate_Hz * dt_s, most);
+    if (dt_s > 0.0) _rate_Hz = turn / (base::kTwoPi * dt_s);
+    _angle_rad = std::fmod(_angle_rad + turn, base::kTwoPi);
+    const double length = circumference(_semiMajor_m, _semiMinor_m);
+    const double follow = _options.settle_s > 0.0 ? -std::expm1(-dt_s / _options.settle_s) : 1.0;
+    _steadyLength_m += follow * (length - _steadyLength_m);
+    setCount(wantedFoci());
+    spread(kSpreading * turn, dt_s);
+    place();
+    return true;
+}
+
+Vector3d ContactPath::placeAt(double angle_rad) const
+{
+    const Eigen::Vector2d x = _ellipse * Eigen::Vector2d(std::cos(angle_rad), std::sin(angle_rad));
+    return skinUnder(_patch, _patch.centre + x[0] * _u + x[1] * _v);
+}
+
+// The step is a straight line; between places on the skin half a millimetre apart that is within
+// 10 um of it.
+void ContactPath::place()
+{
+    _lag_m = 0.0;
+    for (std::size_t j = 0; j < _foci.size(); ++j)
+    {
+        const Vector3d wanted = placeAt(_angle_rad + _turning[j].offset_rad);
+        const Vector3d way = wanted - _foci[j].position;
+        const double length = way.norm();
+        Turning& turning = _turning[j];
+        const bool isStep =
+            !_isFitted && (wanted - turning.wanted).norm() > kSkinStep * _options.largestStep_m;
+        if (turning.isPlaced && (length > kJump_m || isStep)) turning.isJumping = true;
+        turning.wanted = wanted;
+        if (turning.isJumping && _foci[j].weight > 0.0) continue;
+        if (!turning.isPlaced || turning.isJumping || length <= _options.largestStep_m)
+            _foci[j].position = wanted;
+        else
+        {
+            _foci[j].position += _options.largestStep_m / length * way;
+            _lag_m = std::max(_lag_m, length - _options.largestStep_m);
+        }
+        turning.isPlaced = true;
+        turning.isJumping = false;
+    }
+    _isFitted = false;
+}
+
+} // namespace midair::bridge

@@ -1,0 +1,119 @@
+#pragma once
+
+#include "engine-bridge/HapticObject.h"
+#include "engine-bridge/contact/ContactFinder.h"
+#include "engine-bridge/contact/ContactForce.h"
+#include "engine-bridge/contact/ContactPath.h"
+#include "engine-bridge/contact/ContactVibration.h"
+#include "engine-bridge/hands/Hand.h"
+#include "haptics/array/Medium.h"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// How contacts are kept; isValid() names the first setting that is out of its range.
+struct ContactTrackerOptions
+{
+    ContactFinderOptions finder; ///< its leave_m is where a contact ends
+    ContactPathOptions path;
+    /// 1e-3 .. 1; a contact that moves farther than this from one frame of hands to the next
+    /// begins anew where it is then; nothing is played on the way
+    double restart_m = 0.03;
+    double hold_s = 0.1;    ///< 0 .. 1; contacts of a hand that the tracker lost stay this long
+    double follow_s = 0.01; ///< 0 .. 1; depth follows the hand's frames this fast, so as not to hum
+
+    bool isValid(std::string* error = nullptr) const;
+};
+
+/// How an object feels where it is touched.
+struct ContactMaterial
+{
+    ContactForceOptions force;
+    ContactVibrationOptions vibration;
+};
+
+/// One focus of one contact at one moment.
+struct ContactFocus
+{
+    Eigen::Vector3d position = Eigen::Vector3d::Zero(); ///< m, array frame
+    double pressure_Pa = 0.0;                           ///< peak, > 0
+    std::uint64_t contact = 0;                          ///< Contact::id
+    int index = 0;                                      ///< of this contact's
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();   ///< of its patch
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of its patch, out of the object
+};
+
+/// One place where a hand touches, from when it does until it no longer does.
+struct Contact
+{
+    std::uint64_t id = 0; ///< its own; never given twice
+    ContactPath path;
+    ContactForce force;
+    ContactVibration vibration;
+    double depth_m = 0.0;    ///< as played: follows wanted_m
+    double wanted_m = 0.0;   ///< as of the newest frame; 0: near, but not touching
+    double age_s = 0.0;      ///< since it touched last
+    double speed_m_s = 0.0;  ///< of the finger along the object, smoothed
+    double lastSeen_s = 0.0; ///< when the tracker saw its hand last
+    /// of the finger in the object's frame, as of the newest frame: to measure its speed
+    std::optional<Eigen::Vector3d> anchor = std::nullopt;
+    double anchor_s = 0.0;
+};
+
+/// Follows contacts over time: hands and objects come in at their rate (update()), foci go out at
+/// the rate of fields (advance()).
+///
+/// A contact begins where skin and surface overlap and ends leave_m apart, so that tremor makes no
+/// events. Between the two it is silent, but its angle and its vibration go on. Bad input is no
+/// contact: notes() say why.
+class ContactTracker
+{
+public:
+    /// Throws InputError for options or a medium that are not valid.
+    explicit ContactTracker(const ContactTrackerOptions& options = {},
+                            const haptics::Medium& medium = {});
+
+    /// How \a object (HapticObject::touchId()) feels from its next contact on; others feel as \a
+    /// material's defaults. Throws InputError for settings that are not valid.
+    void setMaterial(std::uint64_t object, const ContactMaterial& material);
+
+    /// Takes a frame of hands. \a time_s must not be less than before. Returns false, and ends all
+    /// contacts, for times that aren't finite or run backwards.
+    bool update(const std::vector<HapticObject>& objects, const HandFrame& hands, double time_s);
+
+    /// Goes on by \a dt_s, the time between two fields. Returns false, and ends all contacts, if it
+    /// isn't finite or under 0.
+    bool advance(double dt_s);
+
+    const std::vector<ContactFocus>& foci() const { return _foci; } ///< at the last advance()
+    const std::vector<Contact>& contacts() const { return _contacts; }
+    const std::vector<ContactNote>& notes() const { return _notes; } ///< of the last update()
+
+private:
+    Contact begun(const ContactPatch& patch, double time_s);
+    void touched(Contact& contact, const ContactPatch& patch, double time_s);
+    void measureSpeed(Contact& contact, const ContactPatch& patch, double time_s) const;
+    std::vector<Contact> matched(std::vector<ContactPatch>& patches, double time_s);
+    bool stays(Contact& contact, const HandFrame& hands, double time_s) const;
+    void clear(ContactReason reason);
+
+    ContactTrackerOptions _options;
+    haptics::Medium _medium;
+    ContactFinder _finder;
+    std::unordered_map<std::uint64_t, ContactMaterial> _materials;
+    std::vector<Contact> _contacts;
+    std::vector<ContactFocus> _foci;
+    std::vector<ContactNote> _notes;
+    std::uint64_t _begun = 0;
+    std::optional<double> _time_s; ///< of the last update
+};
+
+} // namespace midair::bridge
