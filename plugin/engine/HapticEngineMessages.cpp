@@ -64,7 +64,10 @@ void HapticEngine::takeMessages(const midair::bridge::HologramResult& result)
     std::uint64_t newest = _takenUpTo;
     for (const Message& message : result.told)
     {
-        if (message.said == 0 || message.said > _takenUpTo) keep(message, false);
+        const bool isNew = message.said == 0 || message.said > _takenUpTo;
+        // The grants have told of a refused array already, with what to do.
+        const bool isTold = _isArrayRefused && message.code == MessageCode::ARRAY_REFUSED;
+        if (isNew && !isTold) keep(message, false);
         newest = std::max(newest, message.said);
     }
     _takenUpTo = newest;
