@@ -1,6 +1,9 @@
 #include "engine-bridge/hands/Hand.h"
 
 #include <cassert>
+#include <cmath>
+
+#include <fmt/format.h>
 
 namespace midair::bridge
 {
@@ -105,6 +108,29 @@ const char* jointName(int joint)
 {
     assert(joint >= 0 && joint < HAND_JOINTS);
     return kJointNames[static_cast<std::size_t>(joint)];
+}
+
+// What is not a number is left out by handCapsules(): a tracker that knows no place may say so.
+std::string leaveOutImpossible(Hand& hand)
+{
+    std::string wrong;
+    for (std::size_t i = 0; i < HAND_JOINTS; ++i)
+    {
+        HandJoint& joint = hand.joints[i];
+        const double away_m = joint.position.norm();
+        const bool isFar = away_m > kFarthestJoint_m;
+        if (!joint.positionValid || !(isFar || joint.radius_m > kThickestJoint_m)) continue;
+        joint.positionValid = false;
+        if (!wrong.empty()) continue;
+        wrong =
+            fmt::format("the {} of hand {} is left out: ", jointName(static_cast<int>(i)), hand.id);
+        wrong += isFar ? fmt::format(
+                             "it is {:g} m away, should be within {:g} m", away_m, kFarthestJoint_m)
+                       : fmt::format("its radius is {:g} m, should be up to {:g} m",
+                                     joint.radius_m,
+                                     kThickestJoint_m);
+    }
+    return wrong;
 }
 
 std::vector<HandCapsule> handCapsules(const HandFrame& frame)

@@ -51,6 +51,11 @@ struct HandJoint
     bool orientationValid = false;
 };
 
+/// \{ Limits of what a source may say: beyond them a joint is none of a hand.
+constexpr double kThickestJoint_m = 0.1;
+constexpr double kFarthestJoint_m = 1000.0; ///< from the origin of the frame that it is in
+/// \}
+
 /// One tracked hand.
 struct Hand
 {
@@ -105,6 +110,11 @@ HandFinger fingerOf(int bone);
 
 /// "index tip" and the like; recordings have an underscore for each blank.
 const char* jointName(int joint);
+
+/// Marks the joints of \a hand that are valid by what they say, and farther than kFarthestJoint_m
+/// or thicker than kThickestJoint_m, as not tracked. Returns what is wrong with the first of them;
+/// empty: nothing.
+std::string leaveOutImpossible(Hand& hand);
 
 /// A capsule for each bone whose two joints have a valid, finite position and a radius over 0; its
 /// radius is the mean of theirs.

@@ -5,6 +5,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/ThrownBy.h"
+#include "haptics/base/text/CodedError.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -81,7 +82,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
     _counters.superseded += superseded;
     try
     {
-        if (!_invalid.empty()) throw base::InputError(_invalid);
+        if (!_invalid.empty()) throw base::CodedError(base::MessageCode::SCENE_CLOSED, _invalid);
         if (_last && !_changed && _output->isPlaying() && _assembler->unmoved(snapshot) &&
             _around.unmoved(snapshot.around))
             ++_counters.skippedUnmoved;
@@ -92,6 +93,11 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
     catch (const base::Stopped& stopped)
     {
         _last = silent(snapshot, haptics::StopReason::STOPPED, stopped.what());
+    }
+    catch (const base::CodedError& error)
+    {
+        _messages.say({error.code, error.what()});
+        _last = silent(snapshot, haptics::StopReason::REFUSED, error.what());
     }
     catch (...)
     {

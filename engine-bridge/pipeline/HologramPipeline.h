@@ -88,6 +88,9 @@ public:
     ArrayFields fields() const { return _output->fields(); }       ///< any thread
     std::string deviceStatus() const { return _output->status(); } ///< any thread
     ArrayReading reading() const { return _output->reading(); }    ///< any thread
+    /// When the solver has begun with the field that it is at work on, s on the steady clock; 0: it
+    /// isn't. Any thread.
+    double solvingSince_s() const { return _composer->busySince_s(); }
     std::vector<std::string> messages() const { return _messages.all(); }
 
 private:

@@ -140,6 +140,16 @@ std::string HologramThread::deviceStatus() const
     return result ? result->deviceStatus : std::string();
 }
 
+double HologramThread::solvesFor_s() const
+{
+    double since_s = 0.0;
+    {
+        const std::lock_guard<std::mutex> lock(_atWorkMutex);
+        if (_atWork) since_s = _atWork->solvingSince_s();
+    }
+    return since_s > 0.0 && _slot.isFull() ? base::steadySeconds() - since_s : 0.0;
+}
+
 void HologramThread::submit(SceneSnapshot& snapshot)
 {
     const bool isSilence = snapshot.objects.empty();

@@ -73,6 +73,10 @@ public:
     /// Status of the device; of the newest result while none is open. Any thread.
     std::string deviceStatus() const;
 
+    /// For how long the solver has been at work on one field, s, while a newer snapshot waits; 0:
+    /// none waits. Any thread.
+    double solvesFor_s() const;
+
     /// Hands \a snapshot over and leaves an old one in its place, whose memory the caller may
     /// refill. Never waits for a solve, allocates nothing. A snapshot without objects silences the
     /// device at once and breaks off the solve under way, which is not played.

@@ -4,6 +4,7 @@
 #include "haptics/points/FittingSize.h"
 
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -130,15 +131,23 @@ void PointAssembler::tellLeftOut(const SceneSnapshot& snapshot,
              fmt::format("more points than the budget of {}; objects of lower priority get fewer",
                          _selector.maxPoints)});
     base::Alike unfelt;
+    std::optional<std::uint64_t> first; // the one that the message names
     for (std::size_t i = 0; i < _posed.size(); ++i)
     {
         const std::uint64_t whole = objectOf(i).touchId();
         if (_posed[i].positions.cols() == 0 || _felt.count(whole) + _large.count(whole) > 0)
             continue;
-        if (_states.note(base::MessageCode::OBJECT_UNFELT, whole)) unfelt.add(objectOf(i).path);
+        if (!_states.note(base::MessageCode::OBJECT_UNFELT, whole)) continue;
+        if (!first) first = whole;
+        unfelt.add(objectOf(i).path);
     }
+    haptics::LeftOutPoints ofFirst;
+    for (std::size_t i = 0; i < _posed.size(); ++i)
+        if (objectOf(i).touchId() == first) ofFirst += report.leftOut[i];
     unfelt.tell(base::MessageCode::OBJECT_UNFELT,
-                "none of its points can be felt where it is (" + report.summary() + ")",
+                fmt::format("none of its points can be felt where it is (0 of {} points: {})",
+                            ofFirst.total(),
+                            ofFirst.summary()),
                 _messages);
 }
 

@@ -24,6 +24,9 @@ public:
     /// most every kLook_s. \a now_s: steady clock.
     bool isChanged(double now_s);
 
+    /// Returns true if the file was another than at the start when isChanged() looked last.
+    bool wasChanged() const { return _last != _read; }
+
 private:
     /// Path, inode, size, and the times of the last changes of content and of state, ns.
     using State = std::tuple<std::string, std::uint64_t, std::int64_t, std::int64_t, std::int64_t>;

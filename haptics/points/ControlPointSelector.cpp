@@ -135,9 +135,11 @@ bool Selector::accept(const Candidate& candidate)
         return true;
     case Workspace::Verdict::TOO_CLOSE:
         ++_report.tooClose;
+        ++leftOutOf(candidate).tooClose;
         break;
     case Workspace::Verdict::BEHIND:
         ++_report.behind;
+        ++leftOutOf(candidate).behind;
         break;
     case Workspace::Verdict::OUT_OF_REACH:
         ++_report.outOfReach;

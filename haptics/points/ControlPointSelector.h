@@ -46,8 +46,15 @@ struct LeftOutPoints
     int notFinite = 0;      ///< position, normal or target is NaN or infinite
     int noTarget = 0;       ///< target times intensity is not positive
     int outOfWorkspace = 0; ///< too close to a transducer, behind the array or out of reach
+    int tooClose = 0;       ///< of those: too close to a transducer
+    int behind = 0;         ///< of those: behind the array
     int crowded = 0;        ///< too near another point, merged ones included
     int overBudget = 0;
+
+    LeftOutPoints& operator+=(const LeftOutPoints& other);
+    int total() const { return notFinite + noTarget + outOfWorkspace + crowded + overBudget; }
+    /// Returns "20 behind the array, 10 over the budget"; "" if none was left out.
+    std::string summary() const;
 };
 
 /// Numbers of points selected and left out, by reason; candidates is their sum.

@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/base/threads/SteadyClock.h"
 #include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/sequence/EvenedCycle.h"
@@ -87,12 +88,34 @@ std::vector<ControlPoints> SequenceComposer::split(const ControlPoints& points,
     return {points};
 }
 
+namespace
+{
+
+/// Says for how long something is at work.
+class AtWork
+{
+public:
+    explicit AtWork(std::atomic<double>& since_s) : _since_s(since_s)
+    {
+        _since_s = base::steadySeconds();
+    }
+    ~AtWork() { _since_s = 0.0; }
+    AtWork(const AtWork&) = delete;
+    AtWork& operator=(const AtWork&) = delete;
+
+private:
+    std::atomic<double>& _since_s;
+};
+
+} // namespace
+
 FieldSequence SequenceComposer::compose(int set,
                                         const ControlPoints& points,
                                         const ModulationPlan& plan,
                                         const TransducerArray& array,
                                         const Medium& medium)
 {
+    const AtWork atWork(_busySince_s);
     FieldSequence sequence;
     sequence.parts = split(points, plan, sequence);
     int all = 0;

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include <atomic>
 #include <functional>
 #include <map>
 #include <memory>
@@ -69,6 +70,9 @@ public:
                           const TransducerArray& array,
                           const Medium& medium);
 
+    /// When the compose() that runs has begun, s on the steady clock; 0: none runs. Any thread.
+    double busySince_s() const { return _busySince_s; }
+
     /// Returns \a sets (>= 1) as one cycle that is played in turn. If each set has one field, the
     /// fields are sorted so that neighbours differ least, evened out over \a places (see
     /// EvenedCycle; none: skipped), and joined with the options' steps. Throws base::InputError if
@@ -119,6 +123,7 @@ private:
     base::MessageLog& _messages;
     std::map<int, Kept> _kept;
     std::unique_ptr<OutlineHologram> _outlines; // made with the first outline
+    std::atomic<double> _busySince_s{0.0};
 };
 
 } // namespace midair::haptics

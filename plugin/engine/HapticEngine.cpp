@@ -51,32 +51,12 @@ HapticEngine::HapticEngine(osg::Node& root, const HapticSettings& settings, Owne
 HapticEngine::~HapticEngine()
 {
     takeResult();
+    tellLines(midair::base::steadySeconds() + midair::base::LineLimit::kPause_s);
     const bool ran = _thread != nullptr;
     const ReportedScene last{statistics(), _settings, field()};
     _thread.reset();
     tellDeviceLines();
     if (ran) writeReport(this, last);
-}
-
-void HapticEngine::say(Message message)
-{
-    keep(std::move(message), true);
-}
-
-// \a isCounted: it is said once more; else it is one that the thread has counted.
-void HapticEngine::keep(Message message, bool isCounted)
-{
-    message.text = printable(message.text); // may contain text from a file
-    message.path = printable(message.path);
-    const osg::NotifySeverity severity =
-        message.severity() == midair::base::Severity::NOTICE ? osg::NOTICE : osg::WARN;
-    const std::string text = message.text;
-    bool fresh = false;
-    {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        fresh = isCounted ? _messages.say(std::move(message)) : _messages.take(message);
-    }
-    if (fresh) osg::notify(severity) << "osgMidair: " << text << std::endl;
 }
 
 // A callback may do anything, so this comes last.
@@ -143,6 +123,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     _rest.boundsSeen = _rest.bounds;
     _rest.changesSeen = propertyChanges();
     tellDeviceLines();
+    tellLines(start_s);
     if (standsBack()) return tellState();
     configure(*_given);
     const bool fresh = collect(roots);
@@ -163,6 +144,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     const bool idle = _submittedAny && !refused && !changedSinceSubmitted(fresh);
     if (!idle) submit();
     if (_thread) _thread->keepAlive();
+    tellSlowSolver(start_s);
     const int beingRead = _settings.enabled ? _collector.beingRead() : 0;
     _rest.possible = _submittedAny && !_hands.active() && beingRead == 0;
 
@@ -289,8 +271,7 @@ void HapticEngine::takeResult()
         // deadline, so they are no latencies.
         if (fresh) _latencies.add(result->latency_ms);
     }
-    for (const Message& message : result->told)
-        keep(message, false);
+    takeMessages(*result);
 }
 
 std::shared_ptr<const midair::bridge::HologramResult> HapticEngine::latestResult() const

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "engine-bridge/pipeline/HologramThread.h"
+#include "haptics/base/text/LineLimit.h"
 #include "haptics/base/text/MessageLog.h"
 #include "plugin/engine/FieldOfResult.h"
 #include "plugin/engine/JoinedScene.h"
@@ -127,7 +128,8 @@ public:
     /// asks for, so that it can play for that. On the update thread of both.
     bool suits(const HapticEngine& other) const;
 
-    /// Adds \a message, or counts it if it is there, and passes it on to osg::notify() once.
+    /// Adds \a message, or counts it if it is there, and passes it on to osg::notify() once; of one
+    /// code and path no more than a LineLimit lets through.
     void say(midair::base::Message message);
 
     /// Returns the touches that have begun and not ended. From any thread.
@@ -183,6 +185,7 @@ private:
     {
         std::mutex mutex;
         std::shared_ptr<const midair::haptics::TransducerArray> array;
+        std::uint64_t rereads = 0; ///< how often its file has changed and was right then
     };
 
     std::string name() const;
@@ -206,6 +209,9 @@ private:
     void takeResult();
     void tellState();
     void keep(midair::base::Message message, bool isCounted);
+    void takeMessages(const midair::bridge::HologramResult& result);
+    void tellSlowSolver(double now_s);
+    void tellLines(double now_s);
 
     osg::observer_ptr<osg::Node> _root;
     const SceneOwner _owner;
@@ -226,6 +232,9 @@ private:
     midair::bridge::HandsAndObstacles _submittedAround;
     bool _submittedAny = false;
     std::uint64_t _resultsSeen = 0;
+    std::uint64_t _takenUpTo = 0;   ///< newest Message::said of those that the thread has told
+    midair::base::LineLimit _lines; ///< of osg::notify()
+    double _slowUntil_s = 0.0;      ///< for how long a slow solver is told already; 0: none is
     ArrayState _stateTold = ArrayState::CLOSED;
     osg::ref_ptr<DeviceCallback> _deviceCallback;
     /// State that rests() reads in every frame, usually from a cold cache: kept in one cache line.

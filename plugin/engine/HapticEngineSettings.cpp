@@ -275,6 +275,8 @@ HapticEngine::pipelineMaker(const midair::bridge::HologramOptions& options) cons
             loaded = _array,
             watch = _watch]() mutable
     {
+        // Also after it could not be read; a setting may ask for a new pipeline, too.
+        const bool isAnother = watch->wasChanged();
         try
         {
             if (name.empty() && !described) throw InputError("there is no array");
@@ -291,8 +293,11 @@ HapticEngine::pipelineMaker(const midair::bridge::HologramOptions& options) cons
         }
         {
             const std::lock_guard<std::mutex> lock(loaded->mutex);
-            if (loaded->array)
+            if (isAnother)
+            {
                 options.notes = {{MessageCode::ARRAY_READ_AGAIN, readAgain(options.array)}};
+                options.notes[0].count = ++loaded->rereads;
+            }
             loaded->array = std::make_shared<midair::haptics::TransducerArray>(options.array);
         }
         return std::make_unique<midair::bridge::HologramPipeline>(options);

@@ -123,6 +123,8 @@ std::vector<Message> HandTracker::takeMessages()
     std::vector<Message> messages;
     if (!_thrown.empty()) messages.push_back(failureOf(std::exchange(_thrown, {})));
     if (!_failed.empty()) messages.push_back({MessageCode::HANDS_OPEN, std::exchange(_failed, {})});
+    if (!_impossible.empty() && !std::exchange(_isImpossibleTold, true))
+        messages.push_back({MessageCode::HANDS_SOURCE, _impossible});
     HandSource* source = active();
     if (!source) return messages;
     const std::string thrown = midair::base::thrownBy(
@@ -172,6 +174,13 @@ void HandTracker::locate(double time_s,
     for (const Hand& hand : _hands)
         _frame.hands.push_back(toBridge(hand));
     _frame = midair::bridge::transformed(_frame, worldToArray);
+    _impossible.clear();
+    for (midair::bridge::Hand& hand : _frame.hands)
+    {
+        const std::string wrong = midair::bridge::leaveOutImpossible(hand);
+        if (_impossible.empty()) _impossible = wrong;
+    }
+    if (_impossible.empty()) _isImpossibleTold = false;
     around.hands = midair::bridge::handCapsules(_frame);
 }
 

@@ -109,8 +109,10 @@ private:
     osg::ref_ptr<HandSource> _namedSource; ///< named by the settings
     std::string _uri;
     Retry _retry;
-    std::string _failed; ///< the last of these tries; empty: none since the last message
-    std::string _thrown; ///< by the source, in words; empty: nothing
+    std::string _failed;     ///< the last of these tries; empty: none since the last message
+    std::string _thrown;     ///< by the source, in words; empty: nothing
+    std::string _impossible; ///< what is wrong with a joint; empty: nothing
+    bool _isImpossibleTold = false;
     double _reach_m = 0.0;
     bool _shadows = false;
     osg::ref_ptr<TouchCallback> _callback;

@@ -118,7 +118,7 @@ void HandBodies::update(double time)
     frame.time_s = time;
     _part->ask(time);
     for (const Hand& hand : _part->hands)
-        frame.hands.push_back(toBridge(hand));
+        midair::bridge::leaveOutImpossible(frame.hands.emplace_back(toBridge(hand)));
     constexpr double kMost = 240.0; // steps of a frame, among which a way is divided
     const double steps = _part->step_s > 0.0 ? (time - _part->time_s) / _part->step_s : 1.0;
     _part->time_s = time;

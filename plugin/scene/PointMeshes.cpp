@@ -40,21 +40,20 @@ struct LeftOut
     }
 };
 
-/// One message for each reason, however many points there are.
+/// Adds one message for each reason, however many points there are.
 void tellLeftOut(const HapticPoints& node,
                  const LeftOut& notFinite,
                  const LeftOut& noPressure,
-                 const PointMeshes::Say& say)
+                 std::vector<std::string>& told)
 {
     const std::size_t points = node.getPoints().size();
     if (notFinite.count > 0)
-        say(MessageCode::POINTS_INVALID,
-            fmt::format("{} of {} points not finite and not felt, the first is point {}",
-                        notFinite.count,
-                        points,
-                        notFinite.first));
+        told.push_back(fmt::format("{} of {} points not finite and not felt, the first is point {}",
+                                   notFinite.count,
+                                   points,
+                                   notFinite.first));
     if (noPressure.count > 0)
-        say(MessageCode::POINTS_INVALID,
+        told.push_back(
             fmt::format("{} of {} points not felt for their pressures; the first, that of point "
                         "{}, is {:g}, should be 0 or {:g} .. {:g}",
                         noPressure.count,
@@ -65,8 +64,9 @@ void tellLeftOut(const HapticPoints& node,
                         kMostPressure));
 }
 
-/// Returns the indices of the points that can be felt, and tells of the others.
-std::vector<std::size_t> usablePoints(const HapticPoints& node, const PointMeshes::Say& say)
+/// Returns the indices of the points that can be felt, and puts into \a told what is told of the
+/// others.
+std::vector<std::size_t> usablePoints(const HapticPoints& node, std::vector<std::string>& told)
 {
     std::vector<std::size_t> usable;
     LeftOut notFinite;
@@ -78,7 +78,7 @@ std::vector<std::size_t> usablePoints(const HapticPoints& node, const PointMeshe
             noPressure.add(i);
         else
             usable.push_back(i);
-    tellLeftOut(node, notFinite, noPressure, say);
+    tellLeftOut(node, notFinite, noPressure, told);
     return usable;
 }
 
@@ -106,14 +106,16 @@ midair::haptics::TriangleMesh meshOf(const HapticPoints& node,
     return mesh;
 }
 
-/// Tells of points that are at the place of one before them: one place is felt once. \a usable:
-/// which points of the node the vertices of \a mesh are.
-void tellCoinciding(const HapticPoints& node,
-                    const std::vector<std::size_t>& usable,
-                    const midair::haptics::TriangleMesh& mesh,
-                    const PointMeshes::Say& say)
+/// Puts points that are at the place of one before them exactly there, and returns what is told of
+/// them: one place is felt once, and of points at one place the first is taken. \a usable: which
+/// points of the node the vertices of \a mesh are.
+std::vector<std::string> joinCoinciding(const HapticPoints& node,
+                                        const std::vector<std::size_t>& usable,
+                                        midair::haptics::TriangleMesh& mesh)
 {
     LeftOut coinciding;
+    std::vector<std::size_t> firsts; // the point of each place
+    std::size_t first = 0;           // the one before the first that coincides
     midair::haptics::PointGrid places(kSamePlace_m);
     places.reserve(usable.size());
     for (Eigen::Index k = 0; k < mesh.vertices.cols(); ++k)
@@ -121,18 +123,26 @@ void tellCoinciding(const HapticPoints& node,
         const Eigen::Vector3d place = mesh.vertices.col(k);
         const bool isFelt = mesh.intensity.size() == 0 || mesh.intensity[k] > 0.0F;
         if (!isFelt || !(place.cwiseAbs().maxCoeff() < kFarthest_m)) continue;
-        if (places.anyNear(place, kSamePlace_m))
-            coinciding.add(usable[static_cast<std::size_t>(k)]);
-        else
+        const int near = places.nearest(place, kSamePlace_m);
+        if (near < 0)
+        {
             places.insert(place);
+            firsts.push_back(usable[static_cast<std::size_t>(k)]);
+            continue;
+        }
+        mesh.vertices.col(k) = places[near];
+        if (coinciding.count == 0) first = firsts[static_cast<std::size_t>(near)];
+        coinciding.add(usable[static_cast<std::size_t>(k)]);
     }
-    if (coinciding.count > 0)
-        say(MessageCode::POINTS_INVALID,
-            fmt::format("{} of {} points at the place of another and not felt by themselves, the "
-                        "first is point {}",
-                        coinciding.count,
-                        node.getPoints().size(),
-                        coinciding.first));
+    if (coinciding.count == 0) return {};
+    return {
+        fmt::format("{} of {} points at the place of another and not felt by themselves, as the "
+                    "first at a place counts; the first of them is point {}, at the place of "
+                    "point {}",
+                    coinciding.count,
+                    node.getPoints().size(),
+                    coinciding.first,
+                    first)};
 }
 
 } // namespace
@@ -162,24 +172,31 @@ PointMeshes::get(const HapticPoints& node, const Eigen::Matrix4d& toArray, const
                             node.getPoints().size()));
             return nullptr;
         }
-        const std::vector<std::size_t> usable = usablePoints(node, say);
+        Entry entry;
+        const std::vector<std::size_t> usable = usablePoints(node, entry.made.leftOut);
         if (usable.empty())
         {
+            for (const std::string& what : entry.made.leftOut)
+                say(MessageCode::POINTS_INVALID, what);
             say(MessageCode::OBJECT_INVALID,
                 node.getPoints().empty() ? "has no points; it can't be felt"
                                          : "none of its points can be used; it can't be felt");
             return nullptr;
         }
-        Entry entry;
         entry.points = node.getModifiedCount();
         entry.stretch = placed.stretch;
         entry.made.mesh.meshId = _nextId++;
-        entry.made.mesh.mesh = std::make_shared<const midair::haptics::TriangleMesh>(
-            meshOf(node, usable, placed.stretch, entry.made.pressure));
-        tellCoinciding(node, usable, *entry.made.mesh.mesh, say);
+        midair::haptics::TriangleMesh mesh =
+            meshOf(node, usable, placed.stretch, entry.made.pressure);
+        for (std::string& what : joinCoinciding(node, usable, mesh))
+            entry.made.leftOut.push_back(std::move(what));
+        entry.made.mesh.mesh =
+            std::make_shared<const midair::haptics::TriangleMesh>(std::move(mesh));
         _entries.push_back(std::move(entry));
         found = std::prev(_entries.end());
     }
+    for (const std::string& what : found->made.leftOut)
+        say(MessageCode::POINTS_INVALID, what);
     found->used = _frame;
     found->made.mesh.pose = placed.pose;
     return &found->made;

@@ -21,6 +21,7 @@ struct PointMesh
     midair::bridge::CachedMesh mesh;
     /// in the property's unit; the mesh's intensities are shares of it. 0: the property's own
     double pressure = 0.0;
+    std::vector<std::string> leftOut; ///< what is told of points that are left out
 };
 
 /// Makes meshes of HapticPoints and keeps them while they stay the same.
@@ -31,8 +32,8 @@ public:
     using Say = std::function<void(midair::base::MessageCode, const std::string&)>;
 
     /// Returns the points of \a node, which \a toArray takes to the array's frame; null, after \a
-    /// say was told why, if none can be felt. The result stays valid until the next call. What is
-    /// left out is told when the mesh is made.
+    /// say was told why, if none can be felt. The result stays valid until the next call. \a say is
+    /// told in each call what is left out (POINTS_INVALID): the caller knows what it has said.
     const PointMesh* get(const HapticPoints& node, const Eigen::Matrix4d& toArray, const Say& say);
 
     void endFrame();

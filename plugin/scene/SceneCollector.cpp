@@ -290,18 +290,20 @@ void SceneCollector::fill(const HapticInstance& instance)
 // pressure: in place of the property's, if over 0.
 bool SceneCollector::findParts(const HapticInstance& instance, Known& known, double& pressure)
 {
+    std::vector<std::string> leftOut;
     const auto say = [&](MessageCode code, const std::string& what)
     {
-        if (code == MessageCode::OBJECT_INVALID)
-            tellCause(known, code, what);
+        if (code == MessageCode::POINTS_INVALID)
+            leftOut.push_back(what);
         else
-            _say(about(code, known.path, what));
+            tellCause(known, code, what);
     };
     const Eigen::Matrix4d matrix = _toArray * midair::bridge::toEigen(instance.world);
     _parts.clear();
     if (instance.points)
     {
         const PointMesh* made = _points.get(*instance.points, matrix, say);
+        tellLeftOut(known, std::move(leftOut));
         if (!made) return false;
         known.cause.clear();
         _parts.push_back(made->mesh);
@@ -334,6 +336,20 @@ void SceneCollector::tellCause(Known& known, MessageCode code, const std::string
     if (known.cause == cause) return;
     known.cause = cause;
     _say(about(code, known.path, cause));
+}
+
+// Points that are left out are told when that begins, however many they become.
+void SceneCollector::tellLeftOut(Known& known, std::vector<std::string> leftOut)
+{
+    for (std::string& what : leftOut)
+    {
+        const std::string kind = midair::base::withoutNumbers(what);
+        const auto& before = known.leftOut;
+        if (std::find(before.begin(), before.end(), kind) == before.end())
+            _say(about(MessageCode::POINTS_INVALID, known.path, what));
+        what = kind;
+    }
+    known.leftOut = std::move(leftOut);
 }
 
 // What the states on the path to an object do to what is seen of it, when it is met first. What is

@@ -100,9 +100,10 @@ private:
         bool isGeometryTold = false; ///< what can't be felt of that shape was told
         osg::Matrixd world;
         std::vector<osg::Vec4d> clips;
-        std::size_t first = 0; ///< index of its first object
-        std::size_t count = 0; ///< number of its objects; 0 if it can't be felt
-        std::string cause;     ///< why it can't be felt, as it was told; empty: it can
+        std::size_t first = 0;            ///< index of its first object
+        std::size_t count = 0;            ///< number of its objects; 0 if it can't be felt
+        std::string cause;                ///< why it can't be felt, as it was told; empty: it can
+        std::vector<std::string> leftOut; ///< what was told of points left out, without numbers
     };
 
     void lookForMarks(const std::vector<SceneRoot>& roots);
@@ -115,6 +116,7 @@ private:
     void tellStates(const HapticInstance& instance, const std::string& path);
     void fillParts(const HapticInstance& instance, Known& known);
     bool findParts(const HapticInstance& instance, Known& known, double& pressure);
+    void tellLeftOut(Known& known, std::vector<std::string> leftOut);
     void tellCause(Known& known, midair::base::MessageCode code, const std::string& cause);
     void tellGeometry(Known& known);
     void fillObstacle(const HapticInstance& instance);

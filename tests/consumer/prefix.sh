@@ -55,6 +55,22 @@ for line in 'REQUIRED COMPONENTS haptics nosuch' 'REQUIRED COMPONENTS haptics OP
     esac
 done
 
+# So is one that another needs, if its file isn't there.
+needed=$(find "$prefix" -name osgMidair-haptics.cmake)
+mv "$needed" "$needed.away"
+for line in 'REQUIRED COMPONENTS playing' 'REQUIRED COMPONENTS device OPTIONAL_COMPONENTS playing'; do
+    printf 'cmake_minimum_required(VERSION 3.16)\nproject(nosuch LANGUAGES CXX)\nfind_package(osgMidair %s)\n' "$line" >"$folder/nosuch/CMakeLists.txt"
+    rm -rf "$folder/nosuch-build"
+    code=0
+    cmake -G Ninja -S "$folder/nosuch" -B "$folder/nosuch-build" -DCMAKE_PREFIX_PATH="$prefix" >"$folder/log" 2>&1 || code=$?
+    case $line in
+    *OPTIONAL*) [ $code -eq 0 ] || fail "an optional component that needs another: $(cat "$folder/log")" ;;
+    *) [ $code -ne 0 ] && tr -s ' \n' ' ' <"$folder/log" | grep -q 'installed without its component "haptics", which "playing" needs' ||
+        fail "the component that is missing isn't named: $(cat "$folder/log")" ;;
+    esac
+done
+mv "$needed.away" "$needed"
+
 # A scene file is read by the kit's serializers, found beside the library that the program has linked.
 cmake -G Ninja -S "$(dirname "$0")" -B "$folder/build" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_BUILD_TYPE=Release >/dev/null
 cmake --build "$folder/build" --target reader >/dev/null

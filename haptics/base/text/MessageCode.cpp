@@ -64,6 +64,7 @@ const std::vector<MessageKind>& messageKinds()
         {C::SETTINGS_SILENCED, "settings.silenced", S::FAULT, false},
         {C::SOLVER_REFUSED, "solver.refused", S::FAULT, false},
         {C::SOLVER_REPORT, "solver.report", S::NOTICE, false},
+        {C::SOLVER_SLOW, "solver.slow", S::WARNING, true},
         {C::VIEWER_SILENT, "viewer.silent", S::FAULT, true},
     };
     return all;

@@ -72,6 +72,7 @@ enum class MessageCode
     SETTINGS_SILENCED,
     SOLVER_REFUSED,
     SOLVER_REPORT,
+    SOLVER_SLOW,
     VIEWER_SILENT
 };
 

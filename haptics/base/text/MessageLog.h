@@ -27,6 +27,8 @@ struct Message
     std::string path;
     std::string text; ///< the newest
     std::uint64_t count = 1;
+    /// Rises with each message that a log of this program is told; 0: no log has it.
+    std::uint64_t said = 0;
 
     Severity severity() const { return kindOf(code).severity; }
 };
@@ -40,19 +42,24 @@ inline Message about(MessageCode code, const std::string& path, const std::strin
 /// \a text with each number outside of quotes replaced by #.
 std::string withoutNumbers(const std::string& text);
 
-/// Messages for the user, each once, in the order of their first occurrence. If there are more than
-/// kMost, the oldest of the least severity goes, so that a new one is always told.
+/// Messages for the user, each once, in the order of their first occurrence. Of one code and path
+/// the kMostAlike newest texts stay. If there are more than kMost messages, one goes: what is no
+/// fault before what is one; of those what has others of its code and path beside it, then what is
+/// least severe, then that of which code there are most; of equal ones what was said longest ago. A
+/// message that is no fault takes the place of none.
 class MessageLog
 {
 public:
     /// limit, so that a scene full of errors doesn't fill the memory
     static constexpr std::size_t kMost = 100;
+    static constexpr std::size_t kMostAlike = 8; ///< texts of one code and path
 
-    /// Adds a message, or counts it if it is there and takes over its text. Returns true if it is
+    /// Adds a message, or counts it if it is there and takes over its text. One that takes the
+    /// place of another of its code and path goes on with that one's count. Returns true if it is
     /// new.
     bool say(Message message);
-    /// Takes over a message of another log, which counts it: the larger count stays. Returns true
-    /// if it is new.
+    /// Takes over a message of another log, which counts it: the larger count stays, and the newer
+    /// text. Returns true if it is new.
     bool take(const Message& message);
 
     const std::vector<Message>& messages() const { return _all; }
@@ -62,7 +69,10 @@ public:
 
 private:
     Message* find(const std::string& key);
-    void add(std::string key, Message message);
+    void add(std::string key, Message message, bool isCounted);
+    bool makeRoom(const Message& message);
+    std::size_t leastOfAll() const;
+    void erase(std::size_t i);
 
     std::vector<Message> _all;
     std::vector<std::string> _keys; ///< of each

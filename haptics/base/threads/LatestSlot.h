@@ -107,6 +107,13 @@ public:
         meanwhile(_full, _closed);
     }
 
+    /// Returns true if a value waits.
+    bool isFull() const
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        return _full;
+    }
+
     std::uint64_t puts() const { return locked(_puts); }
     std::uint64_t drops() const { return locked(_drops); }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <locale>
 #include <set>
 #include <sstream>
@@ -87,6 +88,26 @@ TEST(Hand, IndexTipIsWhereItWasAskedFor)
     const Hand hand = openHandWithIndexTipAt(0, tip, turn);
     EXPECT_LT((hand.joints[INDEX_TIP].position - tip).norm(), 1e-15);
     EXPECT_LT(hand.joints[PALM].orientation.angularDistance(turn), 1e-12);
+}
+
+TEST(Hand, AnImpossibleJointIsLeftOutAndNamed)
+{
+    Hand hand = openHand(1, Eigen::Isometry3d::Identity());
+    EXPECT_EQ(leaveOutImpossible(hand), "");
+    hand.joints[INDEX_TIP].radius_m = 1e30;
+    hand.joints[PALM].position.x() = std::numeric_limits<double>::infinity();
+    hand.joints[WRIST].positionValid = false;
+    hand.joints[WRIST].radius_m = 7.0; // not tracked, so it says nothing
+    hand.joints[LITTLE_TIP].position.x() = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(leaveOutImpossible(hand),
+              "the palm of hand 1 is left out: it is inf m away, should be within 1000 m");
+    EXPECT_FALSE(hand.joints[PALM].positionValid);
+    EXPECT_FALSE(hand.joints[INDEX_TIP].positionValid);
+    EXPECT_TRUE(hand.joints[INDEX_DISTAL].positionValid);
+    EXPECT_EQ(leaveOutImpossible(hand), "") << "left out";
+    hand.joints[INDEX_TIP].positionValid = true;
+    EXPECT_EQ(leaveOutImpossible(hand),
+              "the index tip of hand 1 is left out: its radius is 1e+30 m, should be up to 0.1 m");
 }
 
 TEST(Hand, AJointWithoutAValidPositionMakesNoCapsule)

@@ -244,6 +244,30 @@ TEST_F(Assembler, WhatIsBehindTheBoardIsSkippedAndNamed)
         0u);
 }
 
+// The scene's other objects are no reason, and aren't counted.
+TEST_F(Assembler, WhyAnObjectIsNotFeltCountsItsOwnPoints)
+{
+    SceneSnapshot snapshot = facing();
+    snapshot.objects.push_back(snapshot.objects[0]);
+    snapshot.objects[0].properties.priority = 1;
+    snapshot.objects[1].id = 2;
+    snapshot.objects[1].path = "Scene/Under";
+    snapshot.objects[1].mesh = squareMesh(0.02);
+    snapshot.objects[1].meshId = snapshot.objects[0].meshId + 1;
+    const AssembledPoints out = assembler->assemble(snapshot);
+    ASSERT_EQ(out.objects[0].leftOut.total(), 0);
+    const int own = out.objects[1].leftOut.crowded;
+    ASSERT_GT(own, 0);
+    ASSERT_GT(out.points.size(), 0);
+    ASSERT_EQ(messages.all().size(), 1u);
+    EXPECT_EQ(
+        messages.all()[0],
+        fmt::format("Scene/Under: none of its points can be felt where it is (0 of {} points: "
+                    "{} too near another point)",
+                    own,
+                    own));
+}
+
 TEST_F(AssemblerOfFifty, TheBudgetGoesToThePriorities)
 {
     SceneSnapshot snapshot = facing();

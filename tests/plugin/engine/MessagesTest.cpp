@@ -162,6 +162,23 @@ TEST(Messages, ATouchCallbackThatThrowsIsAMessageAtItsNode)
     viewer.frames(3);
 }
 
+TEST(Messages, AnUnknownSolverHasOneCode)
+{
+    for (const bool isRunning : {false, true})
+    {
+        BoxScene box;
+        HeadlessViewer viewer(box.scene);
+        ASSERT_TRUE(!isRunning || viewer.framesUntil([&] { return box.points() > 0; }));
+        box.scene->setSolver("nonsense");
+        ASSERT_TRUE(viewer.framesUntil([&] { return !box.scene->getStatistics().told.empty(); }));
+        const auto told = box.scene->getStatistics().told;
+        ASSERT_EQ(told.size(), 1u) << told[1].text;
+        EXPECT_EQ(told[0].code, "scene.closed") << isRunning;
+        EXPECT_NE(told[0].text.find("nonsense"), std::string::npos) << told[0].text;
+        EXPECT_FALSE(box.result()->playing);
+    }
+}
+
 TEST(Messages, HandsThatThrowLeaveNoUpdateOfBodies)
 {
     btDefaultCollisionConfiguration configuration;

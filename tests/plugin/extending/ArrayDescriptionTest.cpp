@@ -221,3 +221,42 @@ TEST(ArrayDescription, AFileThatChangesIsReadAgainThoughNothingMoves)
     file.save(array);
     ASSERT_TRUE(viewer.framesUntil([&] { return isPlayed(17, true); }));
 }
+
+TEST(ArrayDescription, AFileThatIsRightAgainIsToldEachTime)
+{
+    const ArrayFile file;
+    file.write("{ \"half\": ");
+    BoxScene box;
+    box.scene->setArray(file.path);
+    HeadlessViewer viewer(box.scene);
+    const auto count = [&](const std::string& code)
+    {
+        for (const HapticMessage& message : box.scene->getStatistics().told)
+            if (message.code == code) return message.count;
+        return std::uint64_t(0);
+    };
+    ASSERT_TRUE(viewer.framesUntil([&] { return count("array.invalid") == 1; }));
+    file.save(ownArray());
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+    ASSERT_TRUE(viewer.framesUntil([&] { return count("array.reread") == 1; }));
+    file.write("{ \"half\": ");
+    ASSERT_TRUE(viewer.framesUntil([&] { return count("array.invalid") == 2; }));
+    file.save(ownArray());
+    EXPECT_TRUE(viewer.framesUntil([&] { return count("array.reread") == 2; }));
+}
+
+TEST(ArrayDescription, AFileThatIsReadForAnotherSettingHasNotChanged)
+{
+    const ArrayFile file;
+    file.save(ownArray());
+    BoxScene box;
+    box.scene->setArray(file.path);
+    box.scene->setSolver("nonsense");
+    HeadlessViewer viewer(box.scene);
+    ASSERT_TRUE(viewer.framesUntil([&] { return !box.scene->getStatistics().told.empty(); }));
+    box.scene->setSolver("");
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+    viewer.frames(3);
+    for (const HapticMessage& message : box.scene->getStatistics().told)
+        EXPECT_EQ(message.code, "scene.closed") << message.text;
+}

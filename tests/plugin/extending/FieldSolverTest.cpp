@@ -4,9 +4,12 @@
 #include <osgMidair/HapticField>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -47,6 +50,23 @@ public:
 
 private:
     const Mistake _mistake;
+};
+
+/// Takes as long as \a isLong is true, but for 5 s at most.
+class SlowFoci : public Foci
+{
+public:
+    explicit SlowFoci(const std::atomic<bool>& isLong) : Foci(NONE), _isLong(isLong) {}
+
+    bool solve(const Problem& problem, std::complex<float>* q, std::string& error) override
+    {
+        for (int ms = 0; _isLong && ms < 5000; ++ms)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return Foci::solve(problem, q, error);
+    }
+
+private:
+    const std::atomic<bool>& _isLong;
 };
 
 FieldSolverFactory maker(Foci::Mistake mistake)
@@ -103,6 +123,57 @@ TEST(FieldSolver, SolvesAScene)
                 1e-3 * statistics.level_Pa);
     EXPECT_GT(statistics.rms, 0.0);
     EXPECT_GT(statistics.loudness, 0.0);
+}
+
+// The thread that solves can't say so meanwhile.
+TEST(FieldSolver, OneThatTakesLongIsToldOnceWhileItDoes)
+{
+    std::atomic<bool> isLong{false};
+    std::string error;
+    ASSERT_TRUE(registerSolver(
+        "foci-slow", [&] { return osg::ref_ptr<FieldSolver>(new SlowFoci(isLong)); }, error))
+        << error;
+    BoxScene box;
+    box.scene->setSolver("foci-slow");
+    HeadlessViewer viewer(box.scene);
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+    const std::uint64_t heard = box.scene->getField()->getFrameNumber();
+    isLong = true;
+    int moves = 0;
+    const auto told = [&]
+    {
+        box.move(1e-4 * ++moves);
+        const auto all = box.scene->getStatistics().told;
+        const auto slow =
+            std::find_if(all.begin(),
+                         all.end(),
+                         [](const HapticMessage& one) { return one.code == "solver.slow"; });
+        return slow == all.end() ? HapticMessage() : *slow;
+    };
+    ASSERT_TRUE(viewer.framesUntil([&] { return !told().code.empty(); }));
+    EXPECT_EQ(told().severity, HapticMessage::WARNING);
+    const std::string text = told().text;
+    const std::string begin = "the solver has taken ";
+    ASSERT_EQ(text.rfind(begin, 0), 0u) << text;
+    EXPECT_GE(std::stod(text.substr(begin.size())), 1.0) << text;
+    EXPECT_NE(text.find(" s for one field and is still at it; what is played is of frame "),
+              std::string::npos)
+        << text;
+    EXPECT_GE(std::stoull(text.substr(text.rfind(' ') + 1)), heard);
+    for (int i = 0; i < 30; ++i)
+    {
+        told();
+        viewer.frame();
+    }
+    EXPECT_EQ(told().count, 1u) << "once while it lasts";
+    isLong = false;
+    ASSERT_TRUE(viewer.framesUntil(
+        [&]
+        {
+            told();
+            return box.scene->getField()->getFrameNumber() > heard + 30;
+        }));
+    EXPECT_EQ(told().count, 1u);
 }
 
 TEST(FieldSolver, WhatIsWrongIsRefusedByName)

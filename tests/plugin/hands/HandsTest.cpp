@@ -172,6 +172,32 @@ TEST(Hands, TheForceFollowsThePressureThatIsPlayed)
     EXPECT_EQ(box.scene->getTouches().at(0).force, 0.0);
 }
 
+TEST(Hands, AnImpossibleJointTouchesNothingAndIsToldOnce)
+{
+    TouchedBox box;
+    Hand huge = pointingDown(0.05);
+    for (HandJoint& joint : huge.joints)
+        joint.radius = 1e30;
+    Hand far = pointingDown(0.05);
+    for (HandJoint& joint : far.joints)
+        joint.position.x() = 2000.0;
+    for (int i = 0; i < 5; ++i)
+    {
+        box.hands->setHands({huge, far});
+        box.viewer.frame();
+    }
+    EXPECT_TRUE(box.diary->touches.empty());
+    const auto told = box.scene->getStatistics().told;
+    ASSERT_EQ(told.size(), 1u);
+    EXPECT_EQ(told[0].code, "hands.source");
+    EXPECT_EQ(
+        told[0].text,
+        "the index distal of hand 1 is left out: its radius is 1e+30 m, should be up to 0.1 m");
+    EXPECT_EQ(told[0].count, 1u);
+    box.frameWith(-0.001);
+    EXPECT_EQ(box.diary->touches.size(), 1u) << "a hand is felt again";
+}
+
 TEST(Hands, PositionsAreInSceneUnits)
 {
     TouchedBox box;

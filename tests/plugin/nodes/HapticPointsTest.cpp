@@ -120,8 +120,59 @@ TEST(HapticPoints, PointsAtOnePlaceAreFeltAsOneWhichIsTold)
     Points scene;
     scene.points->setPoints({kPlaces[0], kPlaces[1], kPlaces[0], kPlaces[2], kPlaces[2]});
     EXPECT_EQ(scene.played(3).size(), 3);
-    EXPECT_TRUE(scene.says("2 of 5 points at the place of another and not felt by themselves, the "
-                           "first is point 2"));
+    EXPECT_TRUE(
+        scene.says("2 of 5 points at the place of another and not felt by themselves, as "
+                   "the first at a place counts; the first of them is point 2, at the place "
+                   "of point 0"));
+}
+
+TEST(HapticPoints, OfPointsAtOnePlaceTheFirstCounts)
+{
+    // The second is nearer to the array's middle; 0 is none that counts.
+    const std::vector<osg::Vec3d> places = {
+        {0.01, 0.0, 0.0}, {0.01 - 4e-7, 0.0, 0.0}, {-0.01, 0.0, 0.0}, {-0.01, 0.0, 0.0}};
+    Points scene;
+    scene.points->setPressureUnit(HapticProperty::PASCAL);
+    scene.points->setPoints(places, {100.0, 300.0, 0.0, 200.0});
+    const midair::haptics::ControlPoints played = scene.played(2);
+    for (int i = 0; i < 2; ++i)
+        EXPECT_NEAR(played.targets[i], played.positions(0, i) > 0.0 ? 100.0 : 200.0, 1e-3);
+    EXPECT_TRUE(
+        scene.says("1 of 4 points at the place of another and not felt by themselves, as "
+                   "the first at a place counts; the first of them is point 1, at the place "
+                   "of point 0"));
+}
+
+// Where none can be used nothing is kept, and it was told in each frame.
+TEST(HapticPoints, WhatIsWrongIsToldWhenItBegins)
+{
+    Points scene({-1.0, -1.0, -1.0});
+    const auto count = [&](const std::string& part)
+    {
+        std::uint64_t all = 0;
+        for (const HapticMessage& message : scene.scene->getStatistics().told)
+            if (message.text.find(part) != std::string::npos) all += message.count;
+        return all;
+    };
+    const auto move = [&](int frames, double pressure)
+    {
+        for (int i = 0; i < frames; ++i)
+        {
+            if (pressure != 0.0) scene.points->setPressures({pressure, pressure, -1.0 - i});
+            scene.transform->setMatrix(osg::Matrixd::translate(1e-3 * i, 0.0, 0.15));
+            scene.viewer.frame();
+        }
+    };
+    move(10, 0.0);
+    EXPECT_EQ(count("3 of 3 points not felt for their pressures"), 1u);
+    EXPECT_EQ(count("none of its points can be used"), 1u);
+    move(10, 1.0); // others each time, and one that is wrong still
+    EXPECT_EQ(count("points not felt for their pressures"), 1u);
+    scene.points->setPressures({1.0, 1.0, 1.0});
+    scene.viewer.frame();
+    scene.points->setPressures({1.0, 1.0, -1.0});
+    scene.viewer.frame();
+    EXPECT_EQ(count("points not felt for their pressures"), 2u) << "it begins again";
 }
 
 TEST(HapticPoints, ComesThroughFilesOfAllKinds)
