@@ -7,8 +7,10 @@
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/points/FittedLevel.h"
+#include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/ReferencePropagation.h"
+#include "haptics/propagation/RingingMean.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/sequence/SequenceComposer.h"
 #include "haptics/solvers/certificate/Certificate.h"
@@ -30,6 +32,7 @@ haptics::ComposerOptions composerOptions(const SolveArguments& arguments)
     haptics::ComposerOptions options;
     base::assignPart<haptics::SequenceSettings>(options, arguments.settings);
     base::assignPart<haptics::SolverSettings>(options.solverOptions, arguments.settings);
+    options.modulation.amplitudeRate_Hz = arguments.modulation_Hz;
     options.solverOptions.updateRate_Hz = arguments.settings.fieldRate;
     const std::string name = arguments.settings.solver.empty() ? haptics::solverNames().front()
                                                                : arguments.settings.solver;
@@ -196,12 +199,39 @@ void measureSurface(const SolveArguments& arguments, Solution& solution)
 {
     haptics::SurfaceStatisticsOptions options;
     options.threads = arguments.settings.threads;
+    options.fieldRate_Hz = solution.sequence.modulation.fieldRate_Hz;
     solution.sequence.report.surface = haptics::surfaceStatistics(
         feltSurface(arguments, solution.points.positions, solution.scene),
         solution.scene.array,
         solution.scene.medium,
         solution.sequence.fields,
         options);
+}
+
+/// Rates what ringing makes of the fields as the drives play them, and of their level at the
+/// points.
+void rateRinging(const SolveArguments& arguments, Solution& solution)
+{
+    haptics::FieldSequence& sequence = solution.sequence;
+    const SolveScene& scene = solution.scene;
+    haptics::rateRinging(sequence, scene.array.ringing_s);
+    const Eigen::Matrix3Xd& places = solution.points.positions;
+    if (sequence.fields.size() < 2 || places.cols() == 0) return;
+    const int threads = arguments.settings.threads;
+    const Eigen::ArrayXd ringing =
+        haptics::ringingMeanSquare(places,
+                                   scene.array,
+                                   scene.medium,
+                                   sequence.fields,
+                                   1.0 / sequence.modulation.fieldRate_Hz,
+                                   threads);
+    const Eigen::ArrayXd steady =
+        haptics::meanSquarePressure(places, scene.array, scene.medium, sequence.fields, threads);
+    const Eigen::ArrayXd left = (steady > 0.0).select((ringing / steady).sqrt(), 1.0);
+    solution.parts.ringing = sequence.report;
+    haptics::rateLevel(solution.points,
+                       (solution.achieved_Pa.array() * left).cast<float>(),
+                       *solution.parts.ringing);
 }
 
 /// Certifies the field, or the first of the fields in turn that has points.
@@ -237,6 +267,12 @@ Solution solveAll(const SolveArguments& arguments)
     solution.parts.fieldRate_Hz = arguments.settings.fieldRate;
     const bool isModel = arguments.pointsFile.empty();
     if (isModel && solution.points.size() > 0) measureSurface(arguments, solution);
+    rateRinging(arguments, solution);
+    if (asksForProbes(arguments))
+        solution.probe = probe(arguments,
+                               probePlaces(arguments, solution.points.positions, solution.scene),
+                               solution.sequence,
+                               solution.scene);
     if (arguments.certify && solution.parts.evened)
         std::fprintf(stderr,
                      "midair-solve: no certificate: no field of a cycle that is evened out is for "
