@@ -2,12 +2,14 @@
 
 #include "device/drive/DriveSignal.h"
 #include "haptics/sequence/FieldSequence.h"
+#include "samples/solve/SolveEars.h"
 #include "samples/solve/SolveFiles.h"
 #include "samples/solve/SolveOptions.h"
 #include "samples/solve/SolvePoints.h"
 
 #include <Eigen/Core>
 
+#include <memory>
 #include <vector>
 
 namespace midair::samples
@@ -24,6 +26,7 @@ struct Solution
     Eigen::VectorXd achieved_Pa;
     Eigen::VectorXd target_Pa; ///< n; relative targets are at the level that was reached
     SummaryParts parts;
+    std::shared_ptr<const SolveEars> ears;
 };
 
 /// Samples the model, selects points, composes the fields, applies the cap and measures the result.
