@@ -1,5 +1,6 @@
 #include "plugin/engine/HapticEngine.h"
 
+#include "engine-bridge/playing/EarWatch.h"
 #include "haptics/base/AssignPart.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
@@ -152,6 +153,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     _snapshot.simulationTime_s = simulationTime_s;
     _snapshot.worldToArray = _toArray;
     attachMouse();
+    listenAtCamera();
     _hands.locate(simulationTime_s, _worldToArray, _snapshot.around);
     for (Message& message : _hands.takeMessages())
         say(std::move(message));
@@ -162,7 +164,8 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     const bool idle = _submittedAny && !refused && !changedSinceSubmitted(fresh);
     if (!idle) submit();
     const int beingRead = _settings.enabled ? _collector.beingRead() : 0;
-    _rest.possible = _submittedAny && !_hands.active() && beingRead == 0;
+    _rest.possible =
+        _submittedAny && !_hands.active() && beingRead == 0 && _snapshot.ears.cols() == 0;
 
     {
         const std::lock_guard<std::mutex> lock(_mutex);
@@ -217,6 +220,11 @@ void HapticEngine::setMuted(bool muted)
 bool HapticEngine::changedSinceSubmitted(bool objectsToo) const
 {
     if (!midair::bridge::equivalent(_snapshot.around, _submittedAround)) return true;
+    const Eigen::Matrix3Xd& ears = _snapshot.ears;
+    if (ears.cols() != _submittedEars.cols() ||
+        (ears.cols() > 0 && !((ears - _submittedEars).colwise().norm().maxCoeff() <=
+                              midair::bridge::EarWatch::kTolerance_m)))
+        return true;
     return objectsToo && !std::equal(_snapshot.objects.begin(),
                                      _snapshot.objects.end(),
                                      _submitted.begin(),
@@ -228,6 +236,7 @@ void HapticEngine::submit()
 {
     _submitted = _snapshot.objects;
     _submittedAround = _snapshot.around;
+    _submittedEars = _snapshot.ears;
     _submittedAny = true;
     _rest.submitTime_s = midair::base::steadySeconds();
     if (!_thread) return;
@@ -340,6 +349,7 @@ HapticStatistics HapticEngine::statistics() const
     all.state = reading.state;
     all.fields = reading.fields;
     all.device = std::move(reading.status);
+    all.exposure = _thread->exposure();
     const auto result = _thread->latestResult();
     if (!result) return all;
     midair::base::assignPart<midair::haptics::FieldFigures>(all, result->report());

@@ -49,6 +49,14 @@ nlohmann::ordered_json fieldJson(const HapticStatistics& s)
     return json;
 }
 
+nlohmann::ordered_json exposureJson(const HapticStatistics& s)
+{
+    nlohmann::ordered_json json = {{"what", midair::haptics::kExposureMeaning}};
+    for (const midair::haptics::ExposureRow& row : midair::haptics::kExposureFigures)
+        std::visit([&](auto member) { json[row.name] = s.exposure.*member; }, row.value);
+    return json;
+}
+
 nlohmann::ordered_json countersJson(const HapticStatistics& s)
 {
     nlohmann::ordered_json json = {{"frames", s.frames},
@@ -129,6 +137,7 @@ toJson(const HapticStatistics& s, const HapticSettings& settings, const HapticFi
             {"hands", {{"known", s.hands}, {"touching", s.touching}}},
             {"field", fieldJson(s)},
             {"surface", surfaceJson(s)},
+            {"exposure", exposureJson(s)},
             {"latency_ms",
              {{"last", s.latency_ms}, {"p50", s.latencyP50_ms}, {"p99", s.latencyP99_ms}}},
             {"collect_ms", s.collect_ms},

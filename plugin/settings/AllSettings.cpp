@@ -92,6 +92,22 @@ std::vector<Setting<S>> hands()
                "hands and obstacles block sound, which the solver takes into account")};
 }
 
+// HapticSettings::repair() judges the text of earPoints.
+std::vector<Setting<S>> ears()
+{
+    return {Row<S>("earPoints",
+                   &S::earPoints,
+                   "listening places besides those around the array: x y z; x y z .. in m, array "
+                   "frame",
+                   6)
+                .safety(),
+            Row<S>("earCamera",
+                   &S::earCamera,
+                   "the viewer's camera stands for a head, whose ears are listening places",
+                   6)
+                .safety()};
+}
+
 /// Parses "2", "50 %", "2 relative", "500 Pa", "1.2kPa". Without a unit it stays the one that was
 /// set.
 bool setPressure(P& property, const std::string& text)
@@ -194,8 +210,8 @@ std::vector<Setting<P>> paintAndTouch()
 
 const SettingTable<HapticSettings>& sceneSettings()
 {
-    static const SettingTable<S> table(
-        joined<S>({place(), inherited<S>(midair::haptics::fieldSettings().rows()), hands()}));
+    static const SettingTable<S> table(joined<S>(
+        {place(), inherited<S>(midair::haptics::fieldSettings().rows()), hands(), ears()}));
     return table;
 }
 

@@ -135,25 +135,25 @@ Eigen::VectorXd measured(const haptics::FieldSequence& sequence, const SolveScen
 }
 
 /// Tells in the report what the cap has made of the fields \a before it, which sound.
-void tellOfCap(const SolveArguments& arguments,
+void tellOfCap(const std::string& cap,
+               const SolveArguments& arguments,
                const haptics::FieldSequence& before,
                Solution& solution)
 {
     haptics::SolveReport& report = solution.sequence.report;
     const double rmsBefore = before.report.rms;
     std::string told;
-    const double cap_Pa = arguments.settings.maxPressure;
     if (report.worstShortfall > before.report.worstShortfall + haptics::kShortBy)
-        told = fmt::format("the cap of {:g} Pa leaves {} of {} points short of their targets, by "
+        told = fmt::format("{} leaves {} of {} points short of their targets, by "
                            "up to {:.1f} %",
-                           cap_Pa,
+                           cap,
                            report.shortPoints,
                            report.points,
                            100.0 * report.worstShortfall);
     else if (report.rms > std::max(arguments.settings.rmsTolerance, 1.5 * rmsBefore))
-        told = fmt::format("the amplitudes that the cap of {:g} Pa leaves are coarse: the rms "
+        told = fmt::format("the amplitudes that {} leaves are coarse: the rms "
                            "error is {:.2f} %, {:.2f} % before",
-                           cap_Pa,
+                           cap,
                            100.0 * report.rms,
                            100.0 * rmsBefore);
     if (told.empty()) return;
@@ -172,8 +172,11 @@ void finish(const SolveArguments& arguments, Solution& solution)
                                            {&array},
                                            solution.scene.medium,
                                            false,
-                                           arguments.settings.threads};
-    if (arguments.settings.maxPressure > 0.0 && solution.points.size() > 0)
+                                           arguments.settings.threads,
+                                           {},
+                                           solution.ears->bound()};
+    const bool isCapped = arguments.settings.maxPressure > 0.0 || where.ears;
+    if (isCapped && solution.points.size() > 0)
         report.capFactor = cap.hold(where, solution.sequence);
     encodeFields(solution);
     solution.achieved_Pa = measured(solution.sequence, solution.scene);
@@ -182,9 +185,17 @@ void finish(const SolveArguments& arguments, Solution& solution)
     haptics::rateLevel(solution.points, solution.achieved_Pa.cast<float>(), report);
     if (bridge::isSilent(solution.sequence.fields))
         cap.tellOfSilence(
-            where, before.fields, {"--max-pressure", "--pressure or --loudness"}, report);
+            where,
+            before.fields,
+            {"--max-pressure", "--pressure or --loudness", "MaxAmplitude", "--ear-limit"},
+            report);
     else if (report.capFactor < 1.0)
-        tellOfCap(arguments, before, solution);
+        tellOfCap(cap.isForEars(where, solution.sequence.fields)
+                      ? fmt::format("the ear limit of {:g} dB", arguments.settings.earLimit)
+                      : fmt::format("the cap of {:g} Pa", arguments.settings.maxPressure),
+                  arguments,
+                  before,
+                  solution);
 }
 
 /// Computes targets in Pa; relative ones at the level that was reached.
@@ -260,7 +271,13 @@ Solution solveAll(const SolveArguments& arguments)
     solution.points = solution.sequence.points();
     if (solution.sequence.isEmpty())
         solution.sequence.fields = {Eigen::VectorXcf::Zero(solution.scene.array.size())};
+    solution.ears = std::make_shared<SolveEars>(
+        solution.scene.array,
+        solution.scene.medium,
+        arguments.earsFile.empty() ? Eigen::Matrix3Xd(3, 0) : readEars(arguments.earsFile),
+        arguments.settings.earLimit);
     finish(arguments, solution);
+    solution.parts.exposure = solution.ears->figures(solution.sequence.fields);
     fitTargets(solution);
     solution.parts.fields = static_cast<int>(solution.sequence.fields.size());
     solution.parts.evened = solution.sequence.evened;

@@ -233,6 +233,12 @@ void writeSummary(const std::string& path,
         json["surface"] = json["report"]["surface"];
         json["report"].erase("surface");
     }
+    json["exposure"]["what"] = haptics::kExposureMeaning;
+    for (const haptics::ExposureRow& row : haptics::kExposureFigures)
+        std::visit([&](auto member) { json["exposure"][row.name] = parts.exposure.*member; },
+                   row.value);
+    // Fields that are played without end have no averaging time.
+    json["exposure"].erase("time_s");
     if (parts.certificate)
         json["certificate"] = {{"bound", parts.certificate->bound},
                                {"best", parts.certificate->best},

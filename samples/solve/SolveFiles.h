@@ -7,6 +7,8 @@
 #include "haptics/solvers/HologramSolver.h"
 #include "haptics/solvers/certificate/Certificate.h"
 
+#include <osgMidair/ExposureFigures>
+
 #include <Eigen/Core>
 
 #include <optional>
@@ -49,6 +51,7 @@ struct SummaryParts
     /// the part of its pressure that ringing leaves of its mean over the fields. Fields in turn
     /// only.
     std::optional<haptics::SolveReport> ringing;
+    haptics::ExposureFigures exposure; ///< of these fields, played without end
 };
 
 /// Writes what is needed to recompute the field, the SolveReport under "report", and \a parts.

@@ -123,6 +123,10 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
                    "CSV instead of a model: x_m,y_m,z_m,nx,ny,nz and target_Pa (absolute) or "
                    "target (relative)")
         ->excludes(model, app.get_option("--cycle"));
+    app.add_option("--ears",
+                   arguments.earsFile,
+                   "CSV of listening places, x_m,y_m,z_m: their levels go into exposure.csv, and "
+                   "the ear limit holds there, too");
     app.add_option("--size",
                    arguments.size_m,
                    "Largest extent of the model in metres, or 8cm (default: as in the file)")
@@ -184,11 +188,10 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
         "--certify",
         arguments.certify,
         "Bound from below what any phases could reach, and tell how far this field is from it");
-    app.add_option(
-           "--out",
-           arguments.out,
-           "Folder for control_points.csv, drive.csv (or drive_01.csv ..), summary.json and "
-           "field.png")
+    app.add_option("--out",
+                   arguments.out,
+                   "Folder for control_points.csv, drive.csv (or drive_01.csv ..), summary.json, "
+                   "field.png and exposure.csv")
         ->capture_default_str();
 }
 

@@ -29,6 +29,7 @@ struct SolveArguments
     haptics::FieldSettings settings; ///< temperature, solver, cap, cycle, ..
     std::string model;
     std::string pointsFile;
+    std::string earsFile; ///< listening places; empty: only those around the array
     std::string array = "octagon";
     std::string directivity;
     std::string out = "out";

@@ -20,7 +20,10 @@ using namespace midair;
 using namespace midair::samples;
 using base::InputError;
 
-void writeAll(const Solution& solution, const std::string& title, const std::string& folder)
+void writeAll(const Solution& solution,
+              const std::string& title,
+              const std::string& folder,
+              bool hasEars)
 {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
@@ -40,6 +43,7 @@ void writeAll(const Solution& solution, const std::string& title, const std::str
                  solution.sequence.report,
                  solution.parts);
     if (solution.probe) writeProbe(folder, *solution.probe, solution.scene.medium);
+    if (hasEars) solution.ears->write(folder + "/exposure.csv", solution.sequence.fields);
     const std::string problem = drawPicture(solution, title, folder + "/field.png");
     if (!problem.empty()) std::fprintf(stderr, "midair-solve: %s\n", problem.c_str());
 }
@@ -126,6 +130,15 @@ void printSummary(const Solution& solution, const std::string& folder)
             "cap         held down to %.4f of the amplitude, %.0f Pa at the loudest point\n",
             solution.sequence.report.capFactor,
             solution.achieved_Pa.maxCoeff());
+    const haptics::ExposureFigures& heard = solution.parts.exposure;
+    std::printf(
+        "at ears     %.1f dB re 20 uPa (rms) at the loudest of %d places, (%.2f, %.2f, %.2f) "
+        "m; free field\n",
+        heard.level_dB,
+        heard.places,
+        heard.x_m,
+        heard.y_m,
+        heard.z_m);
     if (solution.parts.certificate)
         std::printf("certificate misfit and power of the field %.1f %%, of its phases %.2f %%, of "
                     "the best phases "
@@ -169,7 +182,10 @@ int main(int argc, char** argv)
         const Solution solution = solveAll(arguments);
         const std::string& source =
             arguments.model.empty() ? arguments.pointsFile : arguments.model;
-        writeAll(solution, std::filesystem::path(source).filename().string(), arguments.out);
+        writeAll(solution,
+                 std::filesystem::path(source).filename().string(),
+                 arguments.out,
+                 !arguments.earsFile.empty());
         printSummary(solution, arguments.out);
         return isSilent(solution.sequence.report.stop) ? 1 : 0;
     }

@@ -13,6 +13,7 @@ const std::vector<MessageKind>& messageKinds()
         {C::ARRAY_READ_AGAIN, "array.reread", S::NOTICE, true},
         {C::ARRAY_REFUSED, "array.refused", S::FAULT, true},
         {C::CALLBACK_THREW, "callback.threw", S::WARNING, false},
+        {C::CAP_EARS, "cap.ears", S::NOTICE, true},
         {C::CAP_PRESSURE, "cap.pressure", S::NOTICE, true},
         {C::DEVICE_CAP, "device.cap", S::FAULT, true},
         {C::DEVICE_FAULT, "device.fault", S::FAULT, true},

@@ -21,6 +21,7 @@ enum class MessageCode
     ARRAY_READ_AGAIN,
     ARRAY_REFUSED,
     CALLBACK_THREW,
+    CAP_EARS,
     CAP_PRESSURE,
     DEVICE_CAP,
     DEVICE_FAULT,

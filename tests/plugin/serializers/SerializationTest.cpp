@@ -103,6 +103,9 @@ HapticSettings unusualSettings()
     s.denseOutlines = false;
     s.monitorInterval = 0.25;
     s.even = 40;
+    s.earLimit = 117.5;
+    s.earPoints = "0 0 0.5; -0.25 0.125 0.5";
+    s.earCamera = true;
     return s;
 }
 
@@ -176,7 +179,15 @@ void expectUnusual(const HapticSettings& s)
     EXPECT_EQ(s.shadows, wanted.shadows);
 }
 
-/// What versions 2 to 5 of HapticScene brought.
+/// What version 6 of HapticScene brought.
+void withoutEars(HapticSettings& s)
+{
+    s.earLimit = HapticSettings().earLimit;
+    s.earPoints.clear();
+    s.earCamera = false;
+}
+
+/// What versions 2 to 6 of HapticScene brought.
 void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
 {
     expectNear(s.maxPressure, wanted.maxPressure);
@@ -188,6 +199,9 @@ void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
     expectNear(s.monitorInterval, wanted.monitorInterval);
     expectNear(s.maxAmplitude, wanted.maxAmplitude);
     EXPECT_EQ(s.even, wanted.even);
+    expectNear(s.earLimit, wanted.earLimit);
+    EXPECT_EQ(s.earPoints, wanted.earPoints);
+    EXPECT_EQ(s.earCamera, wanted.earCamera);
 }
 
 void expectUnusual(osg::Node* node,
@@ -247,6 +261,7 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion3)
     HapticSettings settings = unusualSettings();
     settings.maxAmplitude = HapticSettings().maxAmplitude;
     settings.even = HapticSettings().even;
+    withoutEars(settings);
     expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
 }
 
@@ -256,14 +271,24 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion4)
     const std::string file = std::string(MIDAIR_TEST_DATA "/format-v4/scene.") + GetParam();
     HapticSettings settings = unusualSettings();
     settings.even = HapticSettings().even;
+    withoutEars(settings);
     expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
 }
 
 TEST_P(Serialization, ReadsTheStoredFilesOfVersion5)
 {
     findPlugins();
+    const std::string file = std::string(MIDAIR_TEST_DATA "/format-v5/scene.") + GetParam();
+    HapticSettings settings = unusualSettings();
+    withoutEars(settings);
+    expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
+}
+
+TEST_P(Serialization, ReadsTheStoredFilesOfVersion6)
+{
+    findPlugins();
     expectUnusual(
-        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v5/scene.") + GetParam())
+        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v6/scene.") + GetParam())
             .get());
 }
 
