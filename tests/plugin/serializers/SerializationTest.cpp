@@ -103,6 +103,8 @@ HapticSettings unusualSettings()
     s.denseOutlines = false;
     s.monitorInterval = 0.25;
     s.even = 40;
+    s.prediction = HapticSettings::KALMAN;
+    s.trackerDelay = 0.03125;
     return s;
 }
 
@@ -176,7 +178,7 @@ void expectUnusual(const HapticSettings& s)
     EXPECT_EQ(s.shadows, wanted.shadows);
 }
 
-/// What versions 2 to 5 of HapticScene brought.
+/// What versions 2 to 6 of HapticScene brought.
 void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
 {
     expectNear(s.maxPressure, wanted.maxPressure);
@@ -188,6 +190,8 @@ void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
     expectNear(s.monitorInterval, wanted.monitorInterval);
     expectNear(s.maxAmplitude, wanted.maxAmplitude);
     EXPECT_EQ(s.even, wanted.even);
+    EXPECT_EQ(s.prediction, wanted.prediction);
+    expectNear(s.trackerDelay, wanted.trackerDelay);
 }
 
 void expectUnusual(osg::Node* node,
@@ -247,6 +251,8 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion3)
     HapticSettings settings = unusualSettings();
     settings.maxAmplitude = HapticSettings().maxAmplitude;
     settings.even = HapticSettings().even;
+    settings.prediction = HapticSettings().prediction;
+    settings.trackerDelay = HapticSettings().trackerDelay;
     expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
 }
 
@@ -256,14 +262,26 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion4)
     const std::string file = std::string(MIDAIR_TEST_DATA "/format-v4/scene.") + GetParam();
     HapticSettings settings = unusualSettings();
     settings.even = HapticSettings().even;
+    settings.prediction = HapticSettings().prediction;
+    settings.trackerDelay = HapticSettings().trackerDelay;
     expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
 }
 
 TEST_P(Serialization, ReadsTheStoredFilesOfVersion5)
 {
     findPlugins();
+    const std::string file = std::string(MIDAIR_TEST_DATA "/format-v5/scene.") + GetParam();
+    HapticSettings settings = unusualSettings();
+    settings.prediction = HapticSettings().prediction;
+    settings.trackerDelay = HapticSettings().trackerDelay;
+    expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
+}
+
+TEST_P(Serialization, ReadsTheStoredFilesOfVersion6)
+{
+    findPlugins();
     expectUnusual(
-        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v5/scene.") + GetParam())
+        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v6/scene.") + GetParam())
             .get());
 }
 

@@ -56,6 +56,7 @@ std::string otherText(const Setting<T>& row)
                                             "2",
                                             "0.5",
                                             "0.25",
+                                            "0.125",
                                             "50001",
                                             "1 0 0 0  0 0 1 0  0 -1 0 0  0.5 0.25 3 1"};
     for (const std::string& text : tried)
@@ -180,7 +181,7 @@ TEST(SettingTable, HasARowForEachMember)
 
 TEST(SettingTable, IsWhole)
 {
-    expectWhole(sceneSettings(), 5);
+    expectWhole(sceneSettings(), 6);
     expectWhole(surfaceProperties(), 2);
 }
 
