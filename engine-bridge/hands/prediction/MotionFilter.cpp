@@ -155,8 +155,7 @@ private:
         const Matrix step = transition(interval_s);
         const Vector drive = driven(interval_s) * _noise.jerk;
         _expected = step * _expected * step.transpose() + drive * drive.transpose();
-        const Vector gain =
-            _expected.col(0) / (_expected(0, 0) + _noise.measured * _noise.measured);
+        Vector gain = _expected.col(0) / (_expected(0, 0) + _noise.measured * _noise.measured);
         _expected -= (gain * _expected.row(0)).eval();
         _expected = (0.5 * (_expected + _expected.transpose())).eval();
         return gain;

@@ -210,5 +210,8 @@ TEST(HandsPrediction, SettingsAreCheckedAsOthersAre)
         EXPECT_EQ(settings.repair().size(), 1u) << wrong;
         EXPECT_EQ(settings.trackerDelay, 0.0);
     }
+    settings.prediction = static_cast<HapticSettings::Prediction>(99); // of a binary file
+    EXPECT_EQ(settings.repair().size(), 1u);
+    EXPECT_EQ(settings.prediction, HapticSettings::OFF);
     EXPECT_FALSE(settings.isSilenced);
 }
