@@ -176,6 +176,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
         _statistics.objects = _settings.enabled ? _collector.instances() : 0;
         _statistics.hands = _hands.hands();
         _statistics.touching = _hands.touching();
+        _statistics.predicted_ms = 1e3 * _hands.predictedBy_s();
         _statistics.collect_ms = (midair::base::steadySeconds() - start_s) * 1e3;
     }
     if (_thread && isReportDue(this)) keepReport(this, {statistics(), _settings, field()});
@@ -296,6 +297,7 @@ void HapticEngine::takeResult()
         // deadline, so they are no latencies.
         if (fresh) _latencies.add(result->latency_ms);
     }
+    if (fresh && _hands.predicts()) _hands.setLatency(1e-3 * _latencies.percentile(0.5));
     for (const Message& message : result->told)
         keep(message, false);
 }

@@ -48,6 +48,8 @@ bool playsAlike(HapticSettings a, const HapticSettings& b)
     a.hands = b.hands;
     a.reach = b.reach;
     a.shadows = b.shadows;
+    a.prediction = b.prediction;
+    a.trackerDelay = b.trackerDelay;
     a.wishes = b.wishes;
     a.isSilenced = b.isSilenced;
     a.whySilenced = b.whySilenced;
@@ -139,6 +141,10 @@ void HapticEngine::openHands()
     const std::string error =
         _hands.setSettings(open ? _settings.hands : "", _settings.reach, _settings.shadows);
     if (!error.empty()) say({MessageCode::HANDS_OPEN, error});
+    static_assert(static_cast<int>(midair::bridge::PredictionMethod::ONE_EURO) ==
+                  HapticSettings::ONE_EURO);
+    _hands.setPrediction(static_cast<midair::bridge::PredictionMethod>(_settings.prediction),
+                         _settings.trackerDelay);
 }
 
 // The hand begins in the middle of the workspace.

@@ -32,6 +32,7 @@ const std::vector<MessageKind>& messageKinds()
         {C::GRANTS_REFUSED, "grants.refused", S::WARNING, false},
         {C::GRANTS_TRUST, "grants.trust", S::NOTICE, false},
         {C::HANDS_OPEN, "hands.open", S::WARNING, false},
+        {C::HANDS_PREDICTION, "hands.prediction", S::WARNING, false},
         {C::HANDS_SOURCE, "hands.source", S::WARNING, false},
         {C::HANDS_THREW, "hands.threw", S::WARNING, false},
         {C::MODULATION_FREQUENCY, "modulation.frequency", S::WARNING, true},

@@ -106,6 +106,8 @@ HapticSettings unusualSettings()
     s.earLimit = 117.5;
     s.earPoints = "0 0 0.5; -0.25 0.125 0.5";
     s.earCamera = true;
+    s.prediction = HapticSettings::KALMAN;
+    s.trackerDelay = 0.03125;
     return s;
 }
 
@@ -180,11 +182,13 @@ void expectUnusual(const HapticSettings& s)
 }
 
 /// What version 6 of HapticScene brought.
-void withoutEars(HapticSettings& s)
+void withoutVersion6(HapticSettings& s)
 {
     s.earLimit = HapticSettings().earLimit;
     s.earPoints.clear();
     s.earCamera = false;
+    s.prediction = HapticSettings().prediction;
+    s.trackerDelay = HapticSettings().trackerDelay;
 }
 
 /// What versions 2 to 6 of HapticScene brought.
@@ -202,6 +206,8 @@ void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
     expectNear(s.earLimit, wanted.earLimit);
     EXPECT_EQ(s.earPoints, wanted.earPoints);
     EXPECT_EQ(s.earCamera, wanted.earCamera);
+    EXPECT_EQ(s.prediction, wanted.prediction);
+    expectNear(s.trackerDelay, wanted.trackerDelay);
 }
 
 void expectUnusual(osg::Node* node,
@@ -261,7 +267,7 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion3)
     HapticSettings settings = unusualSettings();
     settings.maxAmplitude = HapticSettings().maxAmplitude;
     settings.even = HapticSettings().even;
-    withoutEars(settings);
+    withoutVersion6(settings);
     expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
 }
 
@@ -271,7 +277,7 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion4)
     const std::string file = std::string(MIDAIR_TEST_DATA "/format-v4/scene.") + GetParam();
     HapticSettings settings = unusualSettings();
     settings.even = HapticSettings().even;
-    withoutEars(settings);
+    withoutVersion6(settings);
     expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
 }
 
@@ -280,7 +286,7 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion5)
     findPlugins();
     const std::string file = std::string(MIDAIR_TEST_DATA "/format-v5/scene.") + GetParam();
     HapticSettings settings = unusualSettings();
-    withoutEars(settings);
+    withoutVersion6(settings);
     expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
 }
 
