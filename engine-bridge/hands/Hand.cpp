@@ -1,5 +1,6 @@
 #include "engine-bridge/hands/Hand.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 
@@ -147,7 +148,7 @@ std::vector<HandCapsule> handCapsules(const HandFrame& frame)
             const HandJoint& to = hand.joints[static_cast<std::size_t>(which.to)];
             if (!usable(from) || !usable(to)) continue;
             const Capsule shape = {from.position, to.position, 0.5 * (from.radius_m + to.radius_m)};
-            capsules.push_back({shape, hand.id, bone});
+            capsules.push_back({shape, hand.id, bone, std::max(from.sigma_m, to.sigma_m)});
         }
     return capsules;
 }

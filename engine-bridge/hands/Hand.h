@@ -49,6 +49,8 @@ struct HandJoint
     double radius_m = 0.0;                                           ///< distance of the skin
     bool positionValid = false;
     bool orientationValid = false;
+    /// m; expected error of a position that was predicted; 0: it is as it was measured
+    double sigma_m = 0.0;
 };
 
 /// \{ Limits of what a source may say: beyond them a joint is none of a hand.
@@ -61,6 +63,7 @@ struct Hand
 {
     int id = 0; ///< stays the same from frame to frame; 0 left, 1 right
     std::array<HandJoint, HAND_JOINTS> joints;
+    double age_s = 0.0; ///< >= 0; how long before the frame's time the tracker saw it
 };
 
 /// The hands at one time, in one frame of reference.
@@ -83,8 +86,9 @@ struct Capsule
 struct HandCapsule
 {
     Capsule shape;
-    int hand = 0; ///< Hand::id
-    int bone = 0; ///< 0 .. kHandBones - 1
+    int hand = 0;         ///< Hand::id
+    int bone = 0;         ///< 0 .. kHandBones - 1
+    double sigma_m = 0.0; ///< the larger of its joints' sigma_m
 };
 
 constexpr int kHandBones = 24; ///< for each finger: wrist to metacarpal, then along the finger

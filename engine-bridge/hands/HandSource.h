@@ -22,6 +22,10 @@ public:
     /// hands, if none are known. Never blocks. To be called from one thread.
     virtual bool frameAt(double time_s, HandFrame& frame) = 0;
 
+    /// Asks for hands as they will be \a ahead_s (>= 0) after the time of frameAt(), from now on; 0
+    /// ends that. Returns false, and changes nothing, if the source can't tell.
+    virtual bool setHorizon(double /*ahead_s*/) { return false; }
+
     /// One line of text: what the source is, and its state.
     virtual std::string status() const = 0;
 };

@@ -37,6 +37,12 @@ bool HologramOptions::isValid(std::string* error) const
                .atLeast("reopen_s", reopen_s, 0.0)
                .within("maxPressure", maxPressure, 0.0, base::kMostPressure_Pa)
                .within("maxAmplitude", maxAmplitude, 0.0, 1.0)
+               .check(earLimit == 0.0 || (earLimit >= base::kLeastEarLimit_dB &&
+                                          earLimit <= base::kMostEarLimit_dB),
+                      "earLimit",
+                      earLimit,
+                      "0 or within 20 .. 200 dB")
+               .require(earPoints.allFinite(), "earPoints are not all finite")
                .within("cycle", cycle, 1.0, base::kMostCycle, " fields")
                .within("cycleSteps", cycleSteps, 0.0, base::kMostCycleSteps)
                .within("even", even, 0.0, base::kMostEven)

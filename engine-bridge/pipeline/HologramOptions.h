@@ -7,6 +7,8 @@
 #include "haptics/sequence/SequenceComposer.h"
 #include "haptics/solvers/HologramSolver.h"
 
+#include <Eigen/Core>
+
 #include <functional>
 #include <memory>
 #include <string>
@@ -21,6 +23,8 @@ struct HologramOptions : haptics::SequenceSettings, haptics::PlayingSettings
 {
     haptics::TransducerArray array;
     haptics::Medium medium;
+    /// 3 x n, m, array frame: listening places besides those around the array; finite
+    Eigen::Matrix3Xd earPoints = Eigen::Matrix3Xd(3, 0);
     std::string solver; ///< a name from haptics::solverNames(); empty: the first of them
     haptics::SolverOptions solverOptions; ///< its updateRate_Hz is the fieldRate
     std::string deviceUri = "sim:";

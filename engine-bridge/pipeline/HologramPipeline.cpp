@@ -55,6 +55,7 @@ void HologramPipeline::openOutput()
     { return factory(uri, layout); };
     _output =
         std::make_unique<ArrayOutput>(open, _messages, _options.array.dead, _options.reopen_s);
+    setEars();
     useAbility();
 }
 
@@ -83,8 +84,9 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
     try
     {
         if (!_invalid.empty()) throw base::CodedError(base::MessageCode::SCENE_CLOSED, _invalid);
-        if (_last && !_changed && _output->isPlaying() && _assembler->unmoved(snapshot) &&
-            _around.unmoved(snapshot.around))
+        const bool hasMoved = hasMovedEars(snapshot);
+        if (_last && !_changed && !hasMoved && _output->isPlaying() &&
+            _assembler->unmoved(snapshot) && _around.unmoved(snapshot.around))
             ++_counters.skippedUnmoved;
         else
             _last = solveAndPlay(snapshot);
@@ -227,59 +229,6 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
     return result;
 }
 
-// A hand that shadows may be gone before the next field, so the cap must hold without it too.
-PressureCap::Where HologramPipeline::where(const haptics::TransducerArray& array,
-                                           const Eigen::Matrix3Xd& points,
-                                           bool modulated) const
-{
-    std::vector<const haptics::TransducerArray*> arrays{&array};
-    if (&array != &_options.array) arrays.push_back(&_options.array);
-    return {points,
-            std::move(arrays),
-            _options.medium,
-            modulated,
-            _options.solverOptions.threads,
-            _options.solverOptions.stop};
-}
-
-void HologramPipeline::cap(const haptics::TransducerArray& array,
-                           haptics::FieldSequence& sequence,
-                           HologramResult& result)
-{
-    if (!_capped) return;
-    result.maxPressure_Pa = _cap->max_Pa();
-    if (sequence.isEmpty()) return;
-    const haptics::ControlPoints points = sequence.points();
-    const PressureCap::Where place =
-        where(array, points.positions, sequence.modulation.amplitudeRate_Hz > 0.0);
-    const std::vector<Eigen::VectorXcf> wanted = sequence.fields;
-    sequence.report.capFactor = _cap->hold(place, sequence);
-    if (sequence.report.capFactor >= 1.0) return;
-    ++_counters.capped;
-    if (sequence.report.capFactor > 0.0)
-        _messages.say({base::MessageCode::CAP_PRESSURE, _cap->message()});
-    else
-        tellOfSilence(place, wanted, sequence.report);
-}
-
-// The pressures in the message are those of one moment: told once, they are in each report.
-void HologramPipeline::tellOfSilence(const PressureCap::Where& where,
-                                     const std::vector<Eigen::VectorXcf>& wanted,
-                                     haptics::SolveReport& report)
-{
-    if (_isDead) return; // told already
-    // It is 0 as well where a scene or an object isn't understood, which is told by itself.
-    const double most = _output->amplitudeCap();
-    const std::string amplitude =
-        most <= 0.0 ? "MaxAmplitude if it is 0, or mend what another message says is not understood"
-        : most < 1.0 ? fmt::format("MaxAmplitude, which is {:g}", most)
-                     : "max-amplitude of the device";
-    const std::string told =
-        _cap->tellOfSilence(where, wanted, {_capName, "Pressure or Loudness", amplitude}, report);
-    if (!told.empty() && !std::exchange(_silenceTold, true))
-        _messages.say({base::MessageCode::FIELD_SILENCED, told});
-}
-
 void HologramPipeline::play(haptics::FieldSequence sequence, HologramResult& result)
 {
     result.points = sequence.points();
@@ -348,6 +297,10 @@ void HologramPipeline::finish(HologramResult& result)
     result.updatesPerSecond = _updates.perSecond(base::steadySeconds());
     result.deviceStatus = _output->status();
     result.state = stateOf(result);
+    const double now_s = base::steadySeconds();
+    const bool sounds = result.state == ArrayState::PLAYING;
+    _ears.play(sounds ? result.sequence.fields : std::vector<Eigen::VectorXcf>(), now_s);
+    result.exposure = _ears.reading(now_s);
     if (!_last || result.state != _last->state) _output->tell(result.state);
     _output->tellOfDriver();
     result.monitored = _monitor->latest();

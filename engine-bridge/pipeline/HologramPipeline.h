@@ -8,6 +8,7 @@
 #include "engine-bridge/pipeline/RestRefiner.h"
 #include "engine-bridge/pipeline/SceneSnapshot.h"
 #include "engine-bridge/playing/ArrayOutput.h"
+#include "engine-bridge/playing/EarWatch.h"
 #include "engine-bridge/playing/PressureCap.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/sequence/SequenceComposer.h"
@@ -91,6 +92,7 @@ public:
     /// When the solver has begun with the field that it is at work on, s on the steady clock; 0: it
     /// isn't. Any thread.
     double solvingSince_s() const { return _composer->busySince_s(); }
+    haptics::ExposureFigures exposure() const; ///< as of now; any thread
     std::vector<std::string> messages() const { return _messages.all(); }
 
 private:
@@ -104,6 +106,8 @@ private:
     std::shared_ptr<HologramResult> begin(const SceneSnapshot& snapshot) const;
     void keepArray(const haptics::TransducerArray& array, HologramResult& result) const;
     void setCaps();
+    void setEars();
+    bool hasMovedEars(const SceneSnapshot& snapshot);
     PointAssembler::Options assemblerOptions() const;
     haptics::ComposerOptions lineOptions() const;
     void useOptions(HologramOptions options);
@@ -123,9 +127,8 @@ private:
     void cap(const haptics::TransducerArray& array,
              haptics::FieldSequence& sequence,
              HologramResult& result);
-    PressureCap::Where where(const haptics::TransducerArray& array,
-                             const Eigen::Matrix3Xd& points,
-                             bool modulated) const;
+    PressureCap::Where
+    where(const haptics::TransducerArray& array, const Eigen::Matrix3Xd& points, bool modulated);
     void tellOfSilence(const PressureCap::Where& where,
                        const std::vector<Eigen::VectorXcf>& wanted,
                        haptics::SolveReport& report);
@@ -144,6 +147,7 @@ private:
     std::atomic<double> _cap_Pa{0.0};  // its pressure; 0: none
     std::string _capName;              // the setting that it comes from
     bool _silenceTold = false;
+    EarWatch _ears;
     bool _isDead = false; // no transducer of the array sounds
     haptics::LineRate _line;
     std::unique_ptr<PointAssembler> _assembler;

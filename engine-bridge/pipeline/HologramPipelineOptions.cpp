@@ -1,8 +1,6 @@
 // How a HologramPipeline takes other options while its device stays open.
-#include "device/limits/GuardedDevice.h"
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/base/InputError.h"
-#include "haptics/base/Limits.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/ThreadPool.h"
 
@@ -27,32 +25,6 @@ haptics::ComposerOptions HologramPipeline::lineOptions() const
     haptics::ComposerOptions composer = composerOptions(_options);
     composer.line = _line;
     return composer;
-}
-
-// The stricter of the caps of options and device.
-void HologramPipeline::setCaps()
-{
-    _output->setAmplitudeCap(_options.maxAmplitude);
-    const device::DriveAbility ability = _output->ability();
-    const double cap_Pa = device::stricterPressure(_options.maxPressure, ability.maxPressure_Pa);
-    _capped = cap_Pa > 0.0;
-    _cap_Pa = cap_Pa;
-    _capName = cap_Pa == _options.maxPressure ? "MaxPressure" : "max-pressure of the device";
-    _silenceTold = false;
-    const auto wouldPlay = [this](const device::DriveSignal& signal)
-    { return _output->wouldPlay(signal); };
-    _cap = std::make_unique<PressureCap>(
-        _capped ? cap_Pa : base::kMostPressure_Pa, wouldPlay, ability);
-}
-
-// A lower amplitude alone is the device's matter, but with a pressure cap the fields that are being
-// capped are rounded to other levels then.
-bool HologramPipeline::isStricter(const HologramOptions& options) const
-{
-    const double now_Pa = _cap_Pa;
-    if (!(options.maxPressure >= 0.0)) return true;
-    if (options.maxPressure > 0.0 && !(now_Pa > 0.0 && options.maxPressure >= now_Pa)) return true;
-    return now_Pa > 0.0 && !(options.maxAmplitude >= _output->amplitudeCap());
 }
 
 void HologramPipeline::reconfigure(HologramOptions options)
@@ -91,6 +63,7 @@ void HologramPipeline::useOptions(HologramOptions options)
 
     const bool otherSolver = options.solver != _options.solver;
     _options = std::move(options);
+    setEars();
     setCaps();
     useParts(otherSolver);
 }

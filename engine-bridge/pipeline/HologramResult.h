@@ -8,6 +8,7 @@
 #include "haptics/sequence/FieldSequence.h"
 #include "haptics/solvers/HologramSolver.h"
 
+#include <osgMidair/ExposureFigures>
 #include <osgMidair/HologramCounters>
 
 #include <Eigen/Core>
@@ -50,7 +51,8 @@ struct HologramResult
     /// Certificate and surface figures of the newest field that the monitor measured; null: none
     /// yet.
     std::shared_ptr<const haptics::FieldMonitor::Result> monitored;
-    double maxPressure_Pa = 0.0; ///< cap at the control points, peak; 0: none
+    double maxPressure_Pa = 0.0;       ///< cap at the control points, peak; 0: none
+    haptics::ExposureFigures exposure; ///< when this was made
     /// True if the device took the field, if no device is open, or if there is nothing to play.
     bool playing = false;
     bool deviceOpen = false;               ///< false: the device could not be opened

@@ -124,6 +124,16 @@ ArrayReading HologramThread::reading() const
     return now;
 }
 
+haptics::ExposureFigures HologramThread::exposure() const
+{
+    {
+        const std::lock_guard<std::mutex> lock(_atWorkMutex);
+        if (_atWork) return _atWork->exposure();
+    }
+    const auto result = latestResult();
+    return result ? result->exposure : haptics::ExposureFigures();
+}
+
 ArrayFields HologramThread::fields() const
 {
     const std::lock_guard<std::mutex> lock(_atWorkMutex);

@@ -68,6 +68,8 @@ public:
     ArrayState state() const;
     /// The same with what became of the fields, by one report of the device. Any thread.
     ArrayReading reading() const;
+    /// How loud it is at ears, as of now; nothing while there is no pipeline. Any thread.
+    haptics::ExposureFigures exposure() const;
     /// What the device has done with its fields; nothing while none is open. Any thread.
     ArrayFields fields() const;
     /// Status of the device; of the newest result while none is open. Any thread.

@@ -79,6 +79,7 @@ void PlayedFieldMonitor::submit(const haptics::FieldSequence& played,
     field->array = std::make_shared<const haptics::TransducerArray>(array);
     field->medium = _options.medium;
     if (played.fields.size() > 1) field->cycle = played.fields;
+    field->fieldRate_Hz = played.modulation.fieldRate_Hz;
     field->surfaces = feltSurfaces(
         objects, played.points(), _options.medium.wavelength(_options.array.frequency_Hz));
     field->number = ++_number;

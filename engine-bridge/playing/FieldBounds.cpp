@@ -69,24 +69,6 @@ Eigen::VectorXf norms(const Eigen::Matrix3Xd& points, const haptics::TransducerA
     return all;
 }
 
-// The largest |f_0 p_0 + f_1 p_1 + ..| over all f in [0, 1], for each point, p (n x parts). It is
-// convex in f, so largest where each is 0 or 1. For more than kMostParts parts the sum of the
-// magnitudes, an upper bound.
-Eigen::VectorXf mostOfParts(const Eigen::Ref<const Eigen::MatrixXcf>& p)
-{
-    constexpr Eigen::Index kMostParts = 4;
-    if (p.cols() > kMostParts) return p.cwiseAbs().rowwise().sum();
-    Eigen::VectorXf most = Eigen::VectorXf::Zero(p.rows());
-    for (unsigned subset = 1; subset < 1u << p.cols(); ++subset)
-    {
-        Eigen::VectorXcf sum = Eigen::VectorXcf::Zero(p.rows());
-        for (Eigen::Index k = 0; k < p.cols(); ++k)
-            if ((subset >> k & 1u) != 0) sum += p.col(k);
-        most = most.cwiseMax(sum.cwiseAbs());
-    }
-    return most;
-}
-
 // Bounds in Pa (n x K) on fields whose amplitudes may be rounded anew, beyond most_Pa (n x K) of
 // these fields themselves.
 void addRounding(const CappedPlaces& where,
@@ -117,6 +99,23 @@ void addRounding(const CappedPlaces& where,
 }
 
 } // namespace
+
+// It is convex in f, so largest where each is 0 or 1. For more than kMostParts parts the sum of the
+// magnitudes, an upper bound.
+Eigen::VectorXf mostOfParts(const Eigen::Ref<const Eigen::MatrixXcf>& p)
+{
+    constexpr Eigen::Index kMostParts = 4;
+    if (p.cols() > kMostParts) return p.cwiseAbs().rowwise().sum();
+    Eigen::VectorXf most = Eigen::VectorXf::Zero(p.rows());
+    for (unsigned subset = 1; subset < 1u << p.cols(); ++subset)
+    {
+        Eigen::VectorXcf sum = Eigen::VectorXcf::Zero(p.rows());
+        for (Eigen::Index k = 0; k < p.cols(); ++k)
+            if ((subset >> k & 1u) != 0) sum += p.col(k);
+        most = most.cwiseMax(sum.cwiseAbs());
+    }
+    return most;
+}
 
 FieldBounds::FieldBounds(const CappedPlaces& where, const device::DriveAbility& ability) :
     _where(where),

@@ -9,6 +9,10 @@
 namespace midair::bridge
 {
 
+/// Returns the largest |f_0 p_0 + f_1 p_1 + ..| over all f in [0, 1] for each row of \a p (points
+/// times parts of an array), or an upper bound.
+Eigen::VectorXf mostOfParts(const Eigen::Ref<const Eigen::MatrixXcf>& p);
+
 /// Upper bounds on the pressure of fields at the points where a cap must hold, whichever parts of
 /// the array sound. What depends on the places alone is computed once, and each row of the
 /// propagation matrix once for all fields that are asked for together.
@@ -20,6 +24,7 @@ public:
 
     /// True if amplitudes may be lowered after the cap was held.
     bool isLowered() const { return _where.modulated || _ability.fades; }
+    const CappedPlaces& where() const { return _where; }
 
     /// Returns for each of \a fields (K times m, as played) a bound on the pressure at the loudest
     /// point for any of the arrays, Pa, or NaN. \a rounding: for each field the most that an

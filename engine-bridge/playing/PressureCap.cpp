@@ -2,6 +2,7 @@
 
 #include "device/drive/DriveEncoder.h"
 #include "device/limits/GuardedDevice.h"
+#include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/playing/FieldBounds.h"
 #include "haptics/base/DutyLaw.h"
 #include "haptics/base/InputError.h"
@@ -78,9 +79,12 @@ PressureCap::PressureCap(double max_Pa, Play play, device::DriveAbility ability)
             fmt::format("cap of pressure is {:g} Pa, should be over 0 and at most 1e6", max_Pa));
 }
 
+// Without \a ears most_Pa has what is heard there as well: as much over the cap as it is over the
+// ear limit, so that one factor keeps both.
 std::vector<CappedField> PressureCap::playedOf(const FieldBounds& bounds,
                                                const std::vector<device::DriveSignal>& signals,
-                                               std::vector<double>& most_Pa) const
+                                               std::vector<double>& most_Pa,
+                                               std::vector<double>* ears) const
 {
     std::vector<Eigen::VectorXcf> played;
     std::vector<float> rounding;
@@ -96,6 +100,16 @@ std::vector<CappedField> PressureCap::playedOf(const FieldBounds& bounds,
     {
         fields[k].played = std::move(played[k]);
         fields[k].achieved_Pa = achieved_Pa.col(static_cast<Eigen::Index>(k));
+    }
+    if (ears) ears->assign(fields.size(), 0.0);
+    if (!bounds.where().ears) return fields;
+    for (std::size_t k = 0; k < fields.size(); ++k)
+    {
+        const double excess = bounds.where().ears->excess(fields[k].played, rounding[k], _ability);
+        if (ears)
+            (*ears)[k] = excess;
+        else if (!(_max_Pa * excess <= most_Pa[k])) // NaN, too
+            most_Pa[k] = _max_Pa * excess;
     }
     return fields;
 }
@@ -200,6 +214,26 @@ double PressureCap::holdHeld(const Where& where, Eigen::VectorXcf& q) const
     device::decode(signal, lowered);
     q = Eigen::Map<const Eigen::VectorXcf>(lowered.data(), q.size());
     return factor;
+}
+
+bool PressureCap::isForEars(const Where& where, const std::vector<Eigen::VectorXcf>& fields) const
+{
+    if (!where.ears) return false;
+    std::vector<device::DriveSignal> signals(fields.size());
+    for (std::size_t k = 0; k < fields.size(); ++k)
+        if (!device::encode(fields[k].data(), static_cast<int>(fields[k].size()), signals[k]))
+            return false;
+    std::vector<double> most_Pa;
+    std::vector<double> ears;
+    playedOf(FieldBounds(where, _ability), signals, most_Pa, &ears);
+    double atPoints = 0.0;
+    double atEars = 0.0;
+    for (std::size_t k = 0; k < fields.size(); ++k)
+    {
+        atPoints = std::max(atPoints, most_Pa[k] / _max_Pa);
+        atEars = std::max(atEars, ears[k]);
+    }
+    return atEars >= atPoints;
 }
 
 std::string PressureCap::message() const

@@ -15,6 +15,7 @@
 namespace midair::bridge
 {
 
+class EarBound;
 class FieldBounds;
 
 /// Where a cap must hold: at \a points (3 x n), for each of \a arrays, which describe the same
@@ -27,7 +28,8 @@ struct CappedPlaces
     /// amplitudes will be lowered later, even if the device doesn't fade
     bool modulated = false;
     int threads = 1;
-    base::StopToken stop = {}; ///< once requested, base::Stopped is thrown
+    base::StopToken stop = {};      ///< once requested, base::Stopped is thrown
+    const EarBound* ears = nullptr; ///< a limit at listening places that holds as well; null: none
 };
 
 /// The result of PressureCap::hold() for one signal: the factor that was applied, and the field.
@@ -50,6 +52,8 @@ struct LowestLevel
     /// Bound on the peak pressure at the loudest control point, as for a cap: a cap above it lets
     /// this field be played. 0: nothing sounds.
     double pressure_Pa = 0.0;
+    /// The same at the loudest listening place, times the ear limit; 0: there is none.
+    double ears = 0.0;
 };
 
 /// The setting that has to be raised for a silent field to sound, as whoever reads the message
@@ -59,6 +63,7 @@ struct SilenceRemedy
     std::string cap = "MaxPressure";
     std::string target = "Pressure or Loudness";
     std::string amplitude = "MaxAmplitude"; ///< where nothing sounds below its cap
+    std::string ears = "EarLimit";
 };
 
 /// Limits the peak pressure at control points: computes the field as the device plays it, in its
@@ -68,7 +73,8 @@ struct SilenceRemedy
 /// The cap also holds when the device lowers the amplitudes afterwards (ramp, thermal budget,
 /// modulation). If all transducers have one amplitude, as by default, a lower one means less
 /// pressure. If not, each is rounded by itself, and a margin for that rounding is kept. Parts of
-/// the array that may sound alone (DriveAbility::part) keep to the cap alone too.
+/// the array that may sound alone (DriveAbility::part) keep to the cap alone too. An ear limit
+/// (CappedPlaces::ears) is kept by the same factor: the stricter of both counts.
 class PressureCap
 {
 public:
@@ -94,6 +100,8 @@ public:
     /// root mean squares of the amplitudes: levels are coarser than factors. Throws as holdAll()
     /// does.
     double hold(const Where& where, haptics::FieldSequence& sequence) const;
+    /// Returns true if \a fields are nearer to the ear limit of \a where than to this cap.
+    bool isForEars(const Where& where, const std::vector<Eigen::VectorXcf>& fields) const;
     /// The message for the user when all amplitudes were lowered by a factor < 1 that isn't 0.
     std::string message() const;
 
@@ -114,7 +122,8 @@ private:
     int lowestDuty(int transducers) const;
     std::vector<CappedField> playedOf(const FieldBounds& bounds,
                                       const std::vector<device::DriveSignal>& signals,
-                                      std::vector<double>& most_Pa) const;
+                                      std::vector<double>& most_Pa,
+                                      std::vector<double>* ears = nullptr) const;
 
     double _max_Pa;
     Play _play;

@@ -1,5 +1,6 @@
 // The part of PressureCap that tells of fields which no level of the device can play.
 #include "device/drive/DriveEncoder.h"
+#include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/playing/FieldBounds.h"
 #include "engine-bridge/playing/PressureCap.h"
 
@@ -20,6 +21,12 @@ double upwards(double value)
     if (!(value > 0.0) || !std::isfinite(value)) return value;
     const double digit = std::pow(10.0, std::floor(std::log10(value)) - 2.0);
     return std::ceil(value / digit) * digit;
+}
+
+// Rounds up to a tenth, for the same reason.
+double upwards_dB(double level_dB)
+{
+    return std::ceil(10.0 * level_dB) / 10.0;
 }
 
 } // namespace
@@ -63,9 +70,12 @@ LowestLevel PressureCap::lowest(const Where& where,
         signals.push_back(std::move(signal));
     }
     std::vector<double> most_Pa;
-    playedOf(FieldBounds(where, _ability), signals, most_Pa);
+    std::vector<double> ears;
+    playedOf(FieldBounds(where, _ability), signals, most_Pa, &ears);
     for (const double one_Pa : most_Pa)
         result.pressure_Pa = std::max(result.pressure_Pa, one_Pa);
+    for (const double excess : ears)
+        result.ears = std::max(result.ears, excess);
     device::DriveSignal one = device::silentSignal(transducers);
     std::fill(one.duty.begin(), one.duty.end(), static_cast<std::uint8_t>(duty));
     result.amplitude = 1.0;
@@ -102,6 +112,14 @@ std::string PressureCap::tellOfSilence(const Where& where,
         if (least_Pa > 0.0) told += fmt::format(", which gives up to {:.3g} Pa", least_Pa);
         told += ": raise " + remedy.target;
     }
+    else if (where.ears && least.ears >= least.pressure_Pa / _max_Pa)
+        told = fmt::format("silent: the array's levels can't keep to the ear limit of {:g} dB; "
+                           "transducers at their lowest level, {:.3g} of full drive, give up to "
+                           "{:.1f} dB: raise {} above that",
+                           where.ears->limit_dB(),
+                           least.amplitude,
+                           upwards_dB(where.ears->limit_dB() + 20.0 * std::log10(least.ears)),
+                           remedy.ears);
     else
         told = fmt::format("silent: the array's levels can't keep to the cap of {:g} Pa at any "
                            "control point; transducers at their lowest level, {:.3g} of full "

@@ -139,6 +139,7 @@ bool TransducerArray::isValid(std::string* error) const
             .above("frequency_Hz", frequency_Hz, 0.0)
             .within(
                 "sourceAmplitude_Pa_m", sourceAmplitude_Pa_m, kLeastSource_Pa_m, kMostSource_Pa_m)
+            .within("ringing", ringing_s, 0.0, kMostRinging_s, " s")
             .check(drive.phaseLevels == 0 || drive.phaseLevels >= 2,
                    "phaseLevels",
                    drive.phaseLevels,

@@ -19,6 +19,14 @@ constexpr double kNearestDistance_m = 5e-3;
 constexpr double kLeastSource_Pa_m = 1e-30;
 constexpr double kMostSource_Pa_m = 1e30;
 
+/// Time constant of the T4010A1 (Nippon Ceramic), s: the Butterworth-Van Dyke circuit that the
+/// AUTD3 emulator has of it (80 mH, 200 pF, 700 ohm, a source of 150 ohm) rings with 2L/R = 188 us.
+/// No measured envelope is published; circuits of others give 160 to 280 us.
+constexpr double kT4010A1Ringing_s = 190e-6;
+
+/// Longest time constant that an array may have, s: 50 times that of any 40 kHz transducer.
+constexpr double kMostRinging_s = 0.01;
+
 /// Phases and amplitudes that a device can play; the solver rounds to them.
 struct DriveResolution
 {
@@ -38,6 +46,10 @@ struct TransducerArray
     double sourceAmplitude_Pa_m = 10.1;
     /// How it decreases off the axis; the same data sheet's table.
     Directivity directivity = Directivity::T4010A1_TABLE;
+    /// 0 .. kMostRinging_s; time constant tau of the transducers: after its drive goes from q0 to
+    /// q1, the envelope of one is q1 + (q0 - q1) e^{-t/tau}. Fields are solved for as steady ones;
+    /// the figures with ringing and PressureProbe know it. 0: it follows at once.
+    double ringing_s = kT4010A1Ringing_s;
     Eigen::Matrix3Xd positions; ///< 3 x m, metres
     Eigen::Matrix3Xd normals;   ///< 3 x m, unit length, the direction of emission
     /// m or empty: phase that each transducer adds to its drive

@@ -56,6 +56,15 @@ struct Trimming
     }
 };
 
+// Without the key transducers ring as their type does; of point sources nothing is known.
+double readRinging(const Reader& reader, const Json& root, Directivity type)
+{
+    const auto found = root.find("ringing");
+    if (found == root.end()) return type == Directivity::POINT ? 0.0 : kT4010A1Ringing_s;
+    return reader.number(
+        *found, "ringing", 0.0, kMostRinging_s, "a time constant in seconds, within 0 .. 0.01");
+}
+
 void readDrive(const Reader& reader, const Json& root, DriveResolution& drive)
 {
     if (const auto levels = root.find("phaseLevels"); levels != root.end())
@@ -335,6 +344,7 @@ TransducerArray TransducerArray::fromJson(const std::string& json, const std::st
                    "frequency_Hz",
                    "sourceAmplitude_Pa_m",
                    "directivity",
+                   "ringing",
                    "phaseLevels",
                    "amplitudeLevels",
                    "transducers",
@@ -363,6 +373,7 @@ TransducerArray TransducerArray::fromJson(const std::string& json, const std::st
     {
         reader.fail("directivity:", error.what());
     }
+    array.ringing_s = readRinging(reader, root, array.directivity);
     readDrive(reader, root, array.drive);
 
     Trimming trimming;

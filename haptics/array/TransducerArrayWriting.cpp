@@ -24,6 +24,7 @@ std::string TransducerArray::toJson() const
     head["frequency_Hz"] = frequency_Hz;
     head["sourceAmplitude_Pa_m"] = sourceAmplitude_Pa_m;
     head["directivity"] = directivityName(directivity);
+    head["ringing"] = ringing_s;
     head["phaseLevels"] = drive.phaseLevels;
     head["amplitudeLevels"] = drive.amplitudeLevels;
     if (!dead.empty()) head["dead"] = dead;

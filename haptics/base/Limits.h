@@ -44,6 +44,10 @@ constexpr double kMostLoudness = 2.0;
 constexpr int kMostThreads = 256;
 /// Largest pressure cap, peak Pa.
 constexpr double kMostPressure_Pa = 1e6;
+/// dB re 20 uPa, rms: limits of the level at ears. Below the least one a limit is a slip: 0 is
+/// none, and nearly silence are its neighbours.
+constexpr double kLeastEarLimit_dB = 20.0;
+constexpr double kMostEarLimit_dB = 200.0;
 /// Fields of a cycle, and subsets of the points, played in turn.
 constexpr int kMostCycle = 64;
 constexpr int kMostSubsets = 64;

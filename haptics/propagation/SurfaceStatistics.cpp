@@ -4,6 +4,7 @@
 #include "haptics/base/Percentile.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/propagation/PressureField.h"
+#include "haptics/propagation/RingingMean.h"
 
 #include <algorithm>
 #include <cmath>
@@ -54,9 +55,24 @@ bool SurfaceStatisticsOptions::isValid(std::string* error) const
         .above("offRadius_m", offRadius_m, 0.0)
         .atLeast("offDistance_m", offDistance_m, 0.0)
         .atLeast("offPoints", offPoints, 0)
+        .atLeast("fieldRate_Hz", fieldRate_Hz, 0.0)
         .atLeast("threads", threads, 1)
         .passed(error);
 }
+
+namespace
+{
+
+// Takes the figures with ringing from \a ringing, which has them as its own.
+void ringAs(const SurfaceStatistics& ringing, SurfaceStatistics& statistics)
+{
+    statistics.ringingMean_Pa = ringing.mean_Pa;
+    statistics.ringingCoefficientOfVariation = ringing.coefficientOfVariation;
+    statistics.ringingPercentile1 = ringing.percentile1;
+    statistics.ringingContrast = ringing.contrast;
+}
+
+} // namespace
 
 SurfaceStatistics statisticsOf(const Eigen::VectorXd& on_Pa, const Eigen::VectorXd& off_Pa)
 {
@@ -93,6 +109,7 @@ SurfaceStatistics statisticsOf(const Eigen::VectorXd& on_Pa, const Eigen::Vector
             statistics.contrastError =
                 statistics.contrast * std::sqrt(squares / (n - 1.0) / n) / statistics.offMean_Pa;
     }
+    ringAs(statistics, statistics);
     return statistics;
 }
 
@@ -143,11 +160,26 @@ SurfaceStatistics surfaceStatistics(const Eigen::Matrix3Xd& surface,
     const double distance_m =
         options.offDistance_m > 0.0 ? options.offDistance_m : medium.wavelength(array.frequency_Hz);
     const Eigen::Matrix3Xd off = placesOff(surface, distance_m, options);
-    return statisticsOf(
+    SurfaceStatistics statistics = statisticsOf(
         meanRadiationPressure(
             surface, array, medium, cycle, options.alpha, options.threads, options.stop),
         meanRadiationPressure(
             off, array, medium, cycle, options.alpha, options.threads, options.stop));
+    if (cycle.size() < 2 || options.fieldRate_Hz == 0.0 || array.ringing_s == 0.0)
+        return statistics;
+    const double unit = radiationPressure(1.0, medium, options.alpha);
+    const auto ringing_Pa = [&](const Eigen::Matrix3Xd& points) -> Eigen::VectorXd
+    {
+        return unit * ringingMeanSquare(points,
+                                        array,
+                                        medium,
+                                        cycle,
+                                        1.0 / options.fieldRate_Hz,
+                                        options.threads,
+                                        options.stop);
+    };
+    ringAs(statisticsOf(ringing_Pa(surface), ringing_Pa(off)), statistics);
+    return statistics;
 }
 
 } // namespace midair::haptics

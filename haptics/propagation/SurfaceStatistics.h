@@ -26,6 +26,8 @@ struct SurfaceStatisticsOptions
     /// >= 0; number of places off the surface; 0: no contrast. The field there is speckle round
     /// foci, so that contrastError is about 1.4/sqrt(offPoints) of the contrast.
     int offPoints = 4000;
+    /// >= 0; fields per second of a cycle, for the figures with ringing; 0: these are as without
+    double fieldRate_Hz = 0.0;
     std::uint64_t seed = 1; ///< seed of the places off the surface
     int threads = 1;        ///< >= 1
     base::StopToken stop;   ///< Stopped is thrown if it requests a stop

@@ -40,6 +40,7 @@ bool EvenedCycle::begin(const FieldSequence& cycle,
     if (!_equalizer.begin(places, array, medium, std::move(fields))) return false;
     _cycle = cycle;
     _drive = array.drive;
+    _ringing_s = array.ringing_s;
     _handedOut = 0.0;
     _seen = 0;
     return true;
@@ -66,6 +67,7 @@ FieldSequence EvenedCycle::made() const
     cycle.fields = smoothedFields(_equalizer.fields(), _steps, _drive);
     cycle.evened = true;
     rateSteps(cycle);
+    rateRinging(cycle, _ringing_s);
     return cycle;
 }
 

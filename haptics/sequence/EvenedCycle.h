@@ -46,6 +46,7 @@ private:
     int _steps;
     FieldSequence _cycle; // as given
     DriveResolution _drive;
+    double _ringing_s = 0.0;
     double _handedOut = 0.0; // variation of the last cycle that was, at first of the given one
     int _seen = 0;           // passes of the equaliser that were looked at
 };

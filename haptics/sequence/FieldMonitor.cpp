@@ -178,6 +178,7 @@ FieldMonitor::Result FieldMonitor::examine(const PlayedField& field)
             const std::vector<Eigen::VectorXcf> alone{field.q};
             SurfaceStatisticsOptions options;
             options.stop = _stopWork.token();
+            options.fieldRate_Hz = field.fieldRate_Hz;
             result.surface = surfaceStatistics(feltSurface(field),
                                                *field.array,
                                                field.medium,

@@ -39,9 +39,10 @@ struct PlayedField
     Medium medium;
     Eigen::VectorXcf q;                  ///< m activations for points, as the device plays them
     std::vector<Eigen::VectorXcf> cycle; ///< all fields played in turn; empty: only q
-    std::vector<FeltSurface> surfaces;   ///< empty: no surface figures
-    ControlPoints others;                ///< points of the cycle's other fields
-    std::uint64_t number = 0;            ///< any number of the caller, such as that of the frame
+    double fieldRate_Hz = 0.0; ///< >= 0; of the cycle's fields; 0: figures with ringing are without
+    std::vector<FeltSurface> surfaces; ///< empty: no surface figures
+    ControlPoints others;              ///< points of the cycle's other fields
+    std::uint64_t number = 0;          ///< any number of the caller, such as that of the frame
 };
 
 /// Measures, in the background of a live solver, how far its fields are from the optimum and how

@@ -3,10 +3,12 @@
 #include "haptics/points/FittedLevel.h"
 #include "haptics/propagation/AudibleChange.h"
 #include "haptics/propagation/PressureField.h"
+#include "haptics/propagation/RingingMean.h"
 #include "haptics/sequence/FieldOrder.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace midair::haptics
 {
@@ -66,6 +68,67 @@ void rateSteps(FieldSequence& sequence)
     const CycleSteps steps =
         sequence.fields.size() > 1 ? cycleSteps(sequence.fields) : CycleSteps();
     fillIn(steps, sequence.modulation.fieldRate_Hz, sequence.report);
+}
+
+namespace
+{
+
+// What looks at all transducers in each step looks at no more steps.
+constexpr int kMostSteps = 512;
+
+// The pattern of \a fields, or as many whole periods of the modulation as are not too many.
+std::vector<PatternStep> patternFor(const Modulator& modulator, int fields)
+{
+    std::vector<PatternStep> steps = modulator.pattern(fields, kMostSteps);
+    if (!steps.empty()) return steps;
+    const double period =
+        modulator.options().amplitudeRate_Hz > 0.0
+            ? modulator.options().fieldRate_Hz / modulator.options().amplitudeRate_Hz
+            : fields;
+    const double periods = std::max(1.0, std::floor(kMostSteps / period));
+    return modulator.steps(
+        0, static_cast<std::int64_t>(std::max(1.0, std::round(periods * period))), fields);
+}
+
+ModulatorOptions withoutAmplitude(ModulatorOptions options)
+{
+    options.amplitudeRate_Hz = 0.0;
+    return options;
+}
+
+double shareOf(double part, double whole)
+{
+    return whole > 0.0 ? std::clamp(part / whole, 0.0, 1.0) : 1.0;
+}
+
+} // namespace
+
+void rateRinging(FieldSequence& sequence, double ringing_s)
+{
+    SolveReport& report = sequence.report;
+    report.ringingShare = report.ringingModulation = 1.0;
+    if (!sequence.changes() || sequence.isEmpty() || ringing_s == 0.0) return;
+    const Modulator modulator(sequence.modulation);
+    const double step_s = 1.0 / sequence.modulation.fieldRate_Hz;
+    if (sequence.modulation.amplitudeRate_Hz > 0.0)
+    {
+        // All transducers follow it alike, so that one stands for all.
+        const RadiatedPower one = radiatedPower({Eigen::VectorXcf::Ones(1)},
+                                                patternFor(modulator, 1),
+                                                step_s,
+                                                ringing_s,
+                                                sequence.modulation.amplitudeRate_Hz);
+        report.ringingModulation = shareOf(one.ringing_swing, one.steady_swing);
+        report.ringingShare = shareOf(one.ringing_mean, one.steady_mean);
+    }
+    if (sequence.isHeld()) return;
+    // A modulation slower than these steps takes no power by itself.
+    const int fields = static_cast<int>(sequence.fields.size());
+    std::vector<PatternStep> steps = patternFor(modulator, fields);
+    if (steps.size() > kMostSteps)
+        steps = Modulator(withoutAmplitude(sequence.modulation)).steps(0, fields, fields);
+    const RadiatedPower power = radiatedPower(sequence.fields, steps, step_s, ringing_s);
+    report.ringingShare = shareOf(power.ringing_mean, power.steady_mean);
 }
 
 void continueFrom(const Eigen::VectorXcf& last,

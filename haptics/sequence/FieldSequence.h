@@ -59,6 +59,11 @@ void rateLevel(const ControlPoints& points,
 /// are 0 for a single field.
 void rateSteps(FieldSequence& sequence);
 
+/// Updates the report's figures of what the transducers make of \a sequence, as they ring with \a
+/// ringing_s (0 .. kMostRinging_s): ringingShare and ringingModulation. Where fields and modulation
+/// don't repeat together within 512 steps, the share is that of about as many.
+void rateRinging(FieldSequence& sequence, double ringing_s);
+
 /// Turns the field of a held \a sequence by the common phase, which cannot be felt, that brings it
 /// nearest to \a last, and updates its report for this step, at \a rate_Hz. Does nothing if the
 /// sequence is not held or the lengths differ.

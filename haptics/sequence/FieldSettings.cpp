@@ -103,7 +103,15 @@ std::vector<Setting<S>> playing()
                &S::even,
                "passes that even a cycle's fields out together where objects rest; 0: none",
                5)
-            .range(0, kMostEven)};
+            .range(0, kMostEven),
+        Row<S>("earLimit",
+               &S::earLimit,
+               "cap on the rms level at listening places around the array, re 20 uPa; 0: no cap",
+               6)
+            .range(kLeastEarLimit_dB, kMostEarLimit_dB, "dB")
+            .orZero()
+            .variable("EAR_LIMIT")
+            .safety()};
 }
 
 } // namespace

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -56,6 +57,31 @@ Modulator::Step Modulator::at(double time_s, int fields) const
         step.amplitude = std::sqrt(std::max(pressure, 0.0));
     }
     return step;
+}
+
+std::vector<Modulator::Step>
+Modulator::steps(std::int64_t first, std::int64_t count, int fields) const
+{
+    std::vector<Step> all;
+    for (std::int64_t k = first; k < first + count; ++k)
+        all.push_back(at(static_cast<double>(k) / _options.fieldRate_Hz, fields));
+    return all;
+}
+
+std::vector<Modulator::Step> Modulator::pattern(int fields, int most) const
+{
+    // A modulation that is off by this share of a period each period takes days to drift by one.
+    constexpr double kWhole = 1e-9;
+    std::int64_t period = 1;
+    if (_options.amplitudeRate_Hz > 0.0)
+    {
+        const double exact = _options.fieldRate_Hz / _options.amplitudeRate_Hz;
+        const double whole = std::round(exact);
+        if (whole < 1.0 || whole > most || std::abs(exact - whole) > kWhole * whole) return {};
+        period = static_cast<std::int64_t>(whole);
+    }
+    period = std::lcm(period, static_cast<std::int64_t>(fields));
+    return period > most ? std::vector<Step>() : steps(0, period, fields);
 }
 
 std::vector<ControlPoints> subsetsInTurn(const ControlPoints& points, int count)

@@ -1,8 +1,10 @@
 #pragma once
 
 #include "haptics/points/ControlPoints.h"
+#include "haptics/propagation/RingingMean.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -36,11 +38,8 @@ public:
     /// Throws InputError for options that are not valid.
     explicit Modulator(const ModulatorOptions& options = {});
 
-    struct Step
-    {
-        int field = 0;          ///< 0 .. fields - 1
-        double amplitude = 1.0; ///< 0 .. 1; factor on all activations
-    };
+    /// A field, 0 .. fields - 1, and the factor on all its activations.
+    using Step = PatternStep;
 
     /// Returns the step at \a time_s since the start (any finite time; before 0 the cycle runs
     /// backwards), for a cycle of \a fields >= 1. The amplitude makes the *pressure on the skin*
@@ -48,6 +47,13 @@ public:
     ///     1 - depth (1 - cos(2 pi f t)) / 2,
     /// as radiation pressure is proportional to the square of the sound pressure.
     Step at(double time_s, int fields) const;
+
+    /// Returns the steps at times 0, T, 2 T .. with T = 1/fieldRate_Hz, as a device gets them,
+    /// until they repeat, for a cycle of \a fields >= 1; none if that takes more than \a most
+    /// steps.
+    std::vector<Step> pattern(int fields, int most) const;
+    /// Returns the first \a count of these steps, beginning with number \a first (any).
+    std::vector<Step> steps(std::int64_t first, std::int64_t count, int fields) const;
 
     const ModulatorOptions& options() const { return _options; }
     /// Returns true if the output changes with time.

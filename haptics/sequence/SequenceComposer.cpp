@@ -128,9 +128,12 @@ FieldSequence SequenceComposer::compose(int set,
     if (plan.isModulated() && !plan.isAlike()) sequence.parts.resize(1);
     if (sequence.report.stop == StopReason::REFUSED) return sequence;
     sequence.fields = kept.fields;
-    if (sequence.isHeld()) return sequence; // the solver reports its step from the last field
-    alignFields(sequence.fields, array.drive);
-    rateSteps(sequence);
+    if (!sequence.isHeld()) // the solver reports its step from the last field
+    {
+        alignFields(sequence.fields, array.drive);
+        rateSteps(sequence);
+    }
+    rateRinging(sequence, array.ringing_s);
     return sequence;
 }
 
@@ -242,6 +245,7 @@ FieldSequence SequenceComposer::join(std::vector<FieldSequence> sets,
     cycle.fields = smoothedFields(cycle.fields, steps, array.drive);
     placeParts(order, steps, cycle);
     rateSteps(cycle);
+    rateRinging(cycle, array.ringing_s);
     if (oneEach) evenOut(places, array, medium, _options, cycle);
     return cycle;
 }
@@ -338,6 +342,7 @@ FieldSequence SequenceComposer::composeOutlines(const std::vector<Outline>& outl
     report.loudness = loudnessOf(report.level_Pa / points.targets.maxCoeff(),
                                  points.targets.norm(),
                                  _outlines->meanRowSum_Pa());
+    rateRinging(sequence, array.ringing_s);
     return sequence;
 }
 

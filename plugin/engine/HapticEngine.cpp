@@ -1,5 +1,6 @@
 #include "plugin/engine/HapticEngine.h"
 
+#include "engine-bridge/playing/EarWatch.h"
 #include "haptics/base/AssignPart.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
@@ -134,6 +135,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     _snapshot.simulationTime_s = simulationTime_s;
     _snapshot.worldToArray = _toArray;
     attachMouse();
+    listenAtCamera();
     _hands.locate(simulationTime_s, _worldToArray, _snapshot.around);
     for (Message& message : _hands.takeMessages())
         say(std::move(message));
@@ -146,7 +148,8 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     if (_thread) _thread->keepAlive();
     tellSlowSolver(start_s);
     const int beingRead = _settings.enabled ? _collector.beingRead() : 0;
-    _rest.possible = _submittedAny && !_hands.active() && beingRead == 0;
+    _rest.possible =
+        _submittedAny && !_hands.active() && beingRead == 0 && _snapshot.ears.cols() == 0;
 
     {
         const std::lock_guard<std::mutex> lock(_mutex);
@@ -157,6 +160,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
         _statistics.objects = _settings.enabled ? _collector.instances() : 0;
         _statistics.hands = _hands.hands();
         _statistics.touching = _hands.touching();
+        _statistics.predicted_ms = 1e3 * _hands.predictedBy_s();
         _statistics.collect_ms = (midair::base::steadySeconds() - start_s) * 1e3;
     }
     if (_thread && isReportDue(this)) keepReport(this, {statistics(), _settings, field()});
@@ -201,6 +205,11 @@ void HapticEngine::setMuted(bool muted)
 bool HapticEngine::changedSinceSubmitted(bool objectsToo) const
 {
     if (!midair::bridge::equivalent(_snapshot.around, _submittedAround)) return true;
+    const Eigen::Matrix3Xd& ears = _snapshot.ears;
+    if (ears.cols() != _submittedEars.cols() ||
+        (ears.cols() > 0 && !((ears - _submittedEars).colwise().norm().maxCoeff() <=
+                              midair::bridge::EarWatch::kTolerance_m)))
+        return true;
     return objectsToo && !std::equal(_snapshot.objects.begin(),
                                      _snapshot.objects.end(),
                                      _submitted.begin(),
@@ -212,6 +221,7 @@ void HapticEngine::submit()
 {
     _submitted = _snapshot.objects;
     _submittedAround = _snapshot.around;
+    _submittedEars = _snapshot.ears;
     _submittedAny = true;
     _rest.submitTime_s = midair::base::steadySeconds();
     if (!_thread) return;
@@ -271,6 +281,7 @@ void HapticEngine::takeResult()
         // deadline, so they are no latencies.
         if (fresh) _latencies.add(result->latency_ms);
     }
+    if (fresh && _hands.predicts()) _hands.setLatency(1e-3 * _latencies.percentile(0.5));
     takeMessages(*result);
 }
 
@@ -323,6 +334,7 @@ HapticStatistics HapticEngine::statistics() const
     all.state = reading.state;
     all.fields = reading.fields;
     all.device = std::move(reading.status);
+    all.exposure = _thread->exposure();
     const auto result = _thread->latestResult();
     if (!result) return all;
     midair::base::assignPart<midair::haptics::FieldFigures>(all, result->report());

@@ -192,6 +192,7 @@ private:
     bool standsBack();
     void openHands();
     void attachMouse();
+    void listenAtCamera();
     void tellTouches();
     bool collect(const std::vector<SceneRoot>& roots);
     void configure(const HapticSettings& settings);
@@ -230,6 +231,7 @@ private:
     /// objects of the last snapshot handed over
     std::vector<midair::bridge::HapticObject> _submitted;
     midair::bridge::HandsAndObstacles _submittedAround;
+    Eigen::Matrix3Xd _submittedEars = Eigen::Matrix3Xd(3, 0);
     bool _submittedAny = false;
     std::uint64_t _resultsSeen = 0;
     std::uint64_t _takenUpTo = 0;   ///< newest Message::said of those that the thread has told
@@ -265,6 +267,7 @@ private:
     std::string _outer;           ///< name of the owner that plays this scene instead; empty: none
     double _innerPressure_Pa = 0.0; ///< the strictest cap of scenes inside this one; 0: none
     double _innerAmplitude = 1.0;
+    double _innerEarLimit_dB = 0.0; ///< likewise; 0: none
 
     NewestField _newest;
     std::atomic<bool> _muted{false};

@@ -13,6 +13,7 @@
 #include "plugin/extending/ArrayConversion.h"
 #include "plugin/extending/OwnSolver.h"
 #include "plugin/hands/MouseSource.h"
+#include "plugin/settings/Assignments.h"
 #include "plugin/settings/EnvironmentVariables.h"
 #include "plugin/settings/Grants.h"
 #include "plugin/settings/RecordedUri.h"
@@ -47,9 +48,12 @@ bool playsAlike(HapticSettings a, const HapticSettings& b)
     a.hands = b.hands;
     a.reach = b.reach;
     a.shadows = b.shadows;
+    a.prediction = b.prediction;
+    a.trackerDelay = b.trackerDelay;
     a.wishes = b.wishes;
     a.isSilenced = b.isSilenced;
     a.whySilenced = b.whySilenced;
+    a.earCamera = b.earCamera;
     return a == b;
 }
 
@@ -137,6 +141,10 @@ void HapticEngine::openHands()
     const std::string error =
         _hands.setSettings(open ? _settings.hands : "", _settings.reach, _settings.shadows);
     if (!error.empty()) say({MessageCode::HANDS_OPEN, error});
+    static_assert(static_cast<int>(midair::bridge::PredictionMethod::ONE_EURO) ==
+                  HapticSettings::ONE_EURO);
+    _hands.setPrediction(static_cast<midair::bridge::PredictionMethod>(_settings.prediction),
+                         _settings.trackerDelay);
 }
 
 // The hand begins in the middle of the workspace.
@@ -146,6 +154,23 @@ void HapticEngine::attachMouse()
     if (!mouse || !_view.valid()) return;
     const Eigen::Vector3d middle = _toArray.inverse().topRightCorner<3, 1>();
     mouse->attach(*_view, _settings.metresPerUnit, midair::bridge::toOsg(middle));
+}
+
+// The camera's frame is the scene's world in its units, as that of the hands is.
+void HapticEngine::listenAtCamera()
+{
+    constexpr double kEar_m = 0.08;
+    _snapshot.ears.resize(3, 0);
+    const osg::Camera* camera = _view.valid() ? _view->getCamera() : nullptr;
+    if (!_settings.earCamera || !camera) return;
+    const osg::Matrixd toWorld = camera->getInverseViewMatrix();
+    const Eigen::Affine3d toArray(_toArray);
+    const Eigen::Vector3d eye = toArray * midair::bridge::toEigen(toWorld.getTrans());
+    const osg::Vec3d right(toWorld(0, 0), toWorld(0, 1), toWorld(0, 2));
+    const Eigen::Vector3d aside =
+        kEar_m * (toArray.linear() * midair::bridge::toEigen(right)).stableNormalized();
+    _snapshot.ears.resize(3, 2);
+    _snapshot.ears << eye - aside, eye + aside;
 }
 
 void HapticEngine::configure(const HapticSettings& given)
@@ -178,6 +203,7 @@ void HapticEngine::keepInnerLimits()
 {
     double pressure_Pa = 0.0;
     double amplitude = _collector.isSilenced() ? 0.0 : 1.0;
+    double ears_dB = 0.0;
     for (const HapticScene* inner : _collector.innerScenes())
     {
         if (inner->getSettings().isSilenced)
@@ -189,7 +215,8 @@ void HapticEngine::keepInnerLimits()
                 say({MessageCode::SETTINGS_SILENCED, reason});
             amplitude = 0.0;
         }
-        if (!HapticSettings::isLimit(inner->getMaxPressure(), inner->getMaxAmplitude()))
+        if (!HapticSettings::isLimit(
+                inner->getMaxPressure(), inner->getMaxAmplitude(), inner->getEarLimit()))
         {
             say({MessageCode::SCENE_LIMIT,
                  "the HapticScene \"" + inner->getName() +
@@ -199,8 +226,12 @@ void HapticEngine::keepInnerLimits()
         }
         pressure_Pa = midair::device::stricterPressure(pressure_Pa, inner->getMaxPressure());
         amplitude = std::min(amplitude, inner->getMaxAmplitude());
+        ears_dB = midair::device::stricterPressure(ears_dB, inner->getEarLimit());
     }
-    if (pressure_Pa == _innerPressure_Pa && amplitude == _innerAmplitude) return;
+    if (pressure_Pa == _innerPressure_Pa && amplitude == _innerAmplitude &&
+        ears_dB == _innerEarLimit_dB)
+        return;
+    _innerEarLimit_dB = ears_dB;
     _innerPressure_Pa = pressure_Pa;
     _innerAmplitude = amplitude;
     applyToThread();
@@ -215,6 +246,11 @@ midair::bridge::HologramOptions HapticEngine::hologramOptions() const
     midair::base::assignPart<midair::haptics::SolverSettings>(options.solverOptions, _applied);
     midair::base::assignPart<midair::haptics::SequenceSettings>(options, _applied);
     midair::base::assignPart<midair::haptics::PlayingSettings>(options, _applied);
+    std::vector<osg::Vec3d> places;
+    parsePlaces(_applied.earPoints, places); // judged by repair()
+    options.earPoints.resize(3, static_cast<Eigen::Index>(places.size()));
+    for (std::size_t l = 0; l < places.size(); ++l)
+        options.earPoints.col(static_cast<Eigen::Index>(l)) = midair::bridge::toEigen(places[l]);
     options.solverFactory = makeAnySolver;
     options.deviceUri = _applied.device;
     return options;
@@ -228,6 +264,7 @@ void HapticEngine::applyToThread()
     HapticSettings wanted = _settings;
     wanted.maxPressure = midair::device::stricterPressure(_settings.maxPressure, _innerPressure_Pa);
     wanted.maxAmplitude = std::min(_settings.maxAmplitude, _innerAmplitude);
+    wanted.earLimit = midair::device::stricterPressure(_settings.earLimit, _innerEarLimit_dB);
     const bool isOpen = _isOpen && wanted.array == _applied.array &&
                         wanted.device == _applied.device &&
                         wanted.arrayDescription == _applied.arrayDescription;

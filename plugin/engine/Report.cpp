@@ -49,6 +49,14 @@ nlohmann::ordered_json fieldJson(const HapticStatistics& s)
     return json;
 }
 
+nlohmann::ordered_json exposureJson(const HapticStatistics& s)
+{
+    nlohmann::ordered_json json = {{"what", midair::haptics::kExposureMeaning}};
+    for (const midair::haptics::ExposureRow& row : midair::haptics::kExposureFigures)
+        std::visit([&](auto member) { json[row.name] = s.exposure.*member; }, row.value);
+    return json;
+}
+
 nlohmann::ordered_json countersJson(const HapticStatistics& s)
 {
     nlohmann::ordered_json json = {{"frames", s.frames},
@@ -112,28 +120,30 @@ nlohmann::ordered_json objectsJson(const HapticField* field)
 nlohmann::ordered_json
 toJson(const HapticStatistics& s, const HapticSettings& settings, const HapticField* field)
 {
-    return {{"array", settings.array},
-            {"device", settings.device},
-            {"deviceStatus", s.device},
-            {"state", midair::bridge::stateName(s.state)},
-            {"fields",
-             {{"sent", s.fields.sent},
-              {"played", s.fields.played},
-              {"dropped", s.fields.dropped},
-              {"lost", s.fields.lost},
-              {"refused", s.fields.refused},
-              {"waiting", s.fields.waiting},
-              {"faults", s.fields.faults},
-              {"reconnects", s.fields.reconnects}}},
-            {"counters", countersJson(s)},
-            {"hands", {{"known", s.hands}, {"touching", s.touching}}},
-            {"field", fieldJson(s)},
-            {"surface", surfaceJson(s)},
-            {"latency_ms",
-             {{"last", s.latency_ms}, {"p50", s.latencyP50_ms}, {"p99", s.latencyP99_ms}}},
-            {"collect_ms", s.collect_ms},
-            {"objects", objectsJson(field)},
-            {"messages", s.messages}};
+    return {
+        {"array", settings.array},
+        {"device", settings.device},
+        {"deviceStatus", s.device},
+        {"state", midair::bridge::stateName(s.state)},
+        {"fields",
+         {{"sent", s.fields.sent},
+          {"played", s.fields.played},
+          {"dropped", s.fields.dropped},
+          {"lost", s.fields.lost},
+          {"refused", s.fields.refused},
+          {"waiting", s.fields.waiting},
+          {"faults", s.fields.faults},
+          {"reconnects", s.fields.reconnects}}},
+        {"counters", countersJson(s)},
+        {"hands", {{"known", s.hands}, {"touching", s.touching}, {"predicted_ms", s.predicted_ms}}},
+        {"field", fieldJson(s)},
+        {"surface", surfaceJson(s)},
+        {"exposure", exposureJson(s)},
+        {"latency_ms",
+         {{"last", s.latency_ms}, {"p50", s.latencyP50_ms}, {"p99", s.latencyP99_ms}}},
+        {"collect_ms", s.collect_ms},
+        {"objects", objectsJson(field)},
+        {"messages", s.messages}};
 }
 
 nlohmann::ordered_json toJson(const ReportedScene& scene)

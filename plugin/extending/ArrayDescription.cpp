@@ -111,6 +111,7 @@ TransducerArray arrayOf(const ArrayDescription& description)
     array.frequency_Hz = description.frequency_Hz;
     array.sourceAmplitude_Pa_m = description.sourceAmplitude_Pa_m;
     array.directivity = modelOf(description.directivity);
+    array.ringing_s = description.ringing_s;
     array.drive.phaseLevels = description.phaseLevels;
     array.drive.amplitudeLevels = description.amplitudeLevels;
     const auto m = static_cast<Eigen::Index>(description.transducers.size());
@@ -142,6 +143,7 @@ ArrayDescription describe(const TransducerArray& array)
     description.frequency_Hz = array.frequency_Hz;
     description.sourceAmplitude_Pa_m = array.sourceAmplitude_Pa_m;
     description.directivity = directivityOf(array.directivity);
+    description.ringing_s = array.ringing_s;
     description.phaseLevels = array.drive.phaseLevels;
     description.amplitudeLevels = array.drive.amplitudeLevels;
     description.dead.assign(array.dead.begin(), array.dead.end());
@@ -190,6 +192,7 @@ bool ArrayDescription::isValid(std::string& error) const
     if (!midair::base::RangeCheck()
              .within("frequency_Hz", frequency_Hz, 1e-300, 1e7)
              .within("sourceAmplitude_Pa_m", sourceAmplitude_Pa_m, 1e-30, 1e5)
+             .within("ringing_s", ringing_s, 0.0, midair::haptics::kMostRinging_s)
              .passed(&error))
         return false;
     error = wrongLevels(*this);

@@ -14,6 +14,7 @@ inline Hand fromBridge(const midair::bridge::Hand& hand)
 {
     Hand result;
     result.id = hand.id;
+    result.age = hand.age_s;
     for (std::size_t i = 0; i < Hand::kJoints; ++i)
     {
         const midair::bridge::HandJoint& joint = hand.joints[i];
@@ -31,6 +32,7 @@ inline midair::bridge::Hand toBridge(const Hand& hand)
 {
     midair::bridge::Hand result;
     result.id = hand.id;
+    result.age_s = hand.age;
     for (std::size_t i = 0; i < Hand::kJoints; ++i)
     {
         const HandJoint& joint = hand.joints[i];

@@ -3,6 +3,7 @@
 #include "device/DeviceUri.h"
 #include "engine-bridge/hands/openxr/OpenXrHandSource.h"
 #include "haptics/base/ThrownBy.h"
+#include "haptics/base/threads/SteadyClock.h"
 #include "plugin/extending/HandSourceRegistry.h"
 #include "plugin/extending/RegisteredNames.h"
 #include "plugin/hands/HandConversion.h"
@@ -62,6 +63,7 @@ class OpenXrHands : public BridgedHands<midair::bridge::OpenXrHandSource>
 public:
     using BridgedHands::BridgedHands;
 
+    bool setHorizon(double ahead) override { return _source.setHorizon(ahead); }
     std::vector<std::string> takeMessages() override { return _source.takeMessages(); }
 };
 
@@ -122,6 +124,7 @@ void InjectedHands::setHands(const std::vector<Hand>& hands)
 {
     const std::lock_guard<std::mutex> lock(_mutex);
     _hands = hands;
+    _set_s = midair::base::steadySeconds();
     ++_set;
 }
 
@@ -129,6 +132,8 @@ bool InjectedHands::getHands(double /*time*/, std::vector<Hand>& hands)
 {
     const std::lock_guard<std::mutex> lock(_mutex);
     hands = _hands;
+    for (Hand& hand : hands)
+        hand.age += midair::base::steadySeconds() - _set_s;
     return !hands.empty();
 }
 

@@ -28,6 +28,10 @@ namespace
 constexpr double kLeastPause_s = 1.0;
 constexpr double kMostPause_s = 30.0;
 
+// From the drive signal to the skin: 0.24 m of air, and the time in which a transducer's amplitude
+// comes up.
+constexpr double kSound_s = 0.7e-3 + 0.2e-3;
+
 /// Returns the peak pressure that the newest field plays for a relative pressure of 1; 0: not
 /// known.
 double relativePressure_Pa(const HologramResult* newest, const std::vector<HapticObject>& objects)
@@ -125,7 +129,14 @@ std::vector<Message> HandTracker::takeMessages()
     if (!_failed.empty()) messages.push_back({MessageCode::HANDS_OPEN, std::exchange(_failed, {})});
     if (!_impossible.empty() && !std::exchange(_isImpossibleTold, true))
         messages.push_back({MessageCode::HANDS_SOURCE, _impossible});
+    for (std::string& message : _predictor.takeMessages())
+        messages.push_back({MessageCode::HANDS_PREDICTION, std::move(message)});
     HandSource* source = active();
+    if (source && std::exchange(_tellsNoLater, false))
+        messages.push_back(
+            {MessageCode::HANDS_PREDICTION,
+             "prediction is left to the tracker, and the hand source tells no hands "
+             "of a later time: they are felt late. prediction=kalman predicts them"});
     if (!source) return messages;
     const std::string thrown = midair::base::thrownBy(
         [&]
@@ -151,8 +162,46 @@ bool HandTracker::ask(double time_s)
     HandSource* source = active();
     if (!source) return false;
     bool any = false;
-    _thrown = midair::base::thrownBy([&] { any = source->getHands(time_s, _hands); });
+    _thrown = midair::base::thrownBy(
+        [&]
+        {
+            askAhead(*source);
+            any = source->getHands(time_s, _hands);
+        });
     return any;
+}
+
+double HandTracker::horizon_s() const
+{
+    return _latency_s + _trackerDelay_s + kSound_s;
+}
+
+// Asks the source for the hands of a later time if it is to predict them, and for those of now when
+// it isn't any longer.
+void HandTracker::askAhead(HandSource& source)
+{
+    if (_later.source.get() != &source)
+    {
+        osg::ref_ptr<HandSource> before;
+        if (_later.answer == Later::YES && _later.source.lock(before)) before->setHorizon(0.0);
+        _later = {&source, Later::NOT_ASKED};
+    }
+    if (!leavesToTracker())
+    {
+        if (_later.answer == Later::YES) source.setHorizon(0.0);
+        _later.answer = Later::NOT_ASKED;
+        return;
+    }
+    if (_later.answer == Later::NO) return;
+    const bool can = source.setHorizon(horizon_s());
+    _tellsNoLater = !can;
+    _later.answer = can ? Later::YES : Later::NO;
+}
+
+void HandTracker::setPrediction(midair::bridge::PredictionMethod method, double trackerDelay_s)
+{
+    _predictor.setMethod(method);
+    _trackerDelay_s = trackerDelay_s;
 }
 
 void HandTracker::locate(double time_s,
@@ -170,9 +219,11 @@ void HandTracker::locate(double time_s,
     _frame.hands.clear();
     around.hands.clear();
     tryAgain();
-    if (!ask(time_s)) return;
-    for (const Hand& hand : _hands)
-        _frame.hands.push_back(toBridge(hand));
+    if (ask(time_s))
+        for (const Hand& hand : _hands)
+            _frame.hands.push_back(toBridge(hand));
+    // With no hands, too: those that were known are lost.
+    if (!leavesToTracker() || _later.answer == Later::YES) _predictor.predict(_frame, horizon_s());
     _frame = midair::bridge::transformed(_frame, worldToArray);
     _impossible.clear();
     for (midair::bridge::Hand& hand : _frame.hands)

@@ -1,12 +1,15 @@
 #pragma once
 
 #include "engine-bridge/hands/HandProximity.h"
+#include "engine-bridge/hands/prediction/HandPredictor.h"
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "engine-bridge/pipeline/SceneSnapshot.h"
 #include "haptics/base/text/MessageLog.h"
 
 #include <osgMidair/HandSource>
 #include <osgMidair/TouchCallback>
+
+#include <osg/observer_ptr>
 
 #include <Eigen/Geometry>
 
@@ -40,11 +43,21 @@ public:
 
     const std::string& uri() const { return _uri; }
 
+    /// Sets how hands are predicted, and the tracker's own delay (s, >= 0).
+    void setPrediction(midair::bridge::PredictionMethod method, double trackerDelay_s);
+    bool predicts() const { return _predictor.method() != midair::bridge::PredictionMethod::OFF; }
+    /// Sets the time from locate() to the drive signal, s, as it was measured.
+    void setLatency(double latency_s) { _latency_s = latency_s; }
+    /// How far the hands of the last locate() were predicted from when they were seen, s; 0: they
+    /// were not.
+    double predictedBy_s() const { return _predictor.ahead_s(); }
+
     /// Returns the messages of the source since the last call.
     std::vector<midair::base::Message> takeMessages();
 
-    /// Fills \a around with the hands at \a time_s and the obstacles, in the array frame. \a
-    /// worldToArray: transform from the world in metres to the array.
+    /// Fills \a around with the hands at \a time_s, or where they will be when sound that is made
+    /// for them arrives, and the obstacles, in the array frame. \a worldToArray: transform from the
+    /// world in metres to the array.
     void locate(double time_s,
                 const Eigen::Isometry3d& worldToArray,
                 midair::bridge::HandsAndObstacles& around);
@@ -100,17 +113,41 @@ private:
         double pause_s = 0.0; ///< before it; 0: never
     };
 
+    /// What a source said when it was asked for hands of a later time.
+    struct Later
+    {
+        enum Answer
+        {
+            NOT_ASKED,
+            YES,
+            NO
+        };
+        osg::observer_ptr<HandSource> source;
+        Answer answer = NOT_ASKED;
+    };
+
     std::string openNamed();
     void tryAgain();
     bool ask(double time_s);
+    double horizon_s() const;
+    bool leavesToTracker() const
+    {
+        return _predictor.method() == midair::bridge::PredictionMethod::TRACKER;
+    }
+    void askAhead(HandSource& source);
     midair::base::Message failureOf(const std::string& thrown) const;
 
     osg::ref_ptr<HandSource> _source;      ///< set by the application
     osg::ref_ptr<HandSource> _namedSource; ///< named by the settings
     std::string _uri;
     Retry _retry;
-    std::string _failed;     ///< the last of these tries; empty: none since the last message
-    std::string _thrown;     ///< by the source, in words; empty: nothing
+    std::string _failed; ///< the last of these tries; empty: none since the last message
+    std::string _thrown; ///< by the source, in words; empty: nothing
+    midair::bridge::HandPredictor _predictor;
+    Later _later;
+    bool _tellsNoLater = false; ///< a source has just said that it has none
+    double _trackerDelay_s = 0.0;
+    double _latency_s = 0.0; ///< from locate() to the drive signal
     std::string _impossible; ///< what is wrong with a joint; empty: nothing
     bool _isImpossibleTold = false;
     double _reach_m = 0.0;

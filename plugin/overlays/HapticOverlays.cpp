@@ -39,7 +39,10 @@ HapticOverlays::HapticOverlays() :
     _frame(new osg::MatrixTransform)
 {
     for (const auto& [place, kind] : overlayKinds())
+    {
         _parts.push_back({&kind, kind.make()});
+        if (kind.isHidden) _parts.back().overlay->setShown(false);
+    }
     _points = part<ControlPointOverlay>();
     _slice = part<FieldSliceOverlay>();
     _array = part<ArrayGhost>();
@@ -47,6 +50,7 @@ HapticOverlays::HapticOverlays() :
     _hud = part<Hud>();
     _volume = part<FieldVolumeOverlay>();
     _hands = part<HandsOverlay>();
+    _exposure = part<ExposureOverlay>();
     _hud->setFieldSlice(_slice);
     _hud->setFieldVolume(_volume);
     _banner = new HudBanner(_hud);
@@ -133,7 +137,7 @@ std::vector<OverlayDescription> HapticOverlays::describe()
 void HapticOverlays::setShowAll(bool shown)
 {
     for (const Part& each : _parts)
-        each.overlay->setShown(shown);
+        if (!shown || !each.kind->isHidden) each.overlay->setShown(shown);
 }
 
 bool HapticOverlays::hasKey(int key)

@@ -55,6 +55,7 @@ struct OSGMIDAIR_FOR_TESTS OverlayKind
     int layer = 0;
     osg::ref_ptr<Overlay> (*make)() = nullptr;
     std::vector<OverlayNumber> numbers = {};
+    bool isHidden = false; ///< until it is asked for; not for the kinds up to kFirstKinds
 
     static constexpr int kFirstKinds = 5;
     static constexpr int kMostKinds = kFirstKinds + 6; // the last bit says that numbers follow

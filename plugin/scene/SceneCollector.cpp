@@ -99,47 +99,6 @@ void SceneCollector::noteMarks()
         if (!instance.obstacle && (!_unmarked || instance.property != &*_unmarked)) _marks.note();
 }
 
-void SceneCollector::tellMarks(const osg::Node& root)
-{
-    const std::string path = midair::bridge::quoted(root);
-    if (_marks.state() == SceneMarks::State::UNKNOWN)
-        _say(
-            about(MessageCode::SCENE_INCOMPLETE,
-                  path,
-                  fmt::format("{} is not loaded yet and may have what is marked as haptic; nothing "
-                              "is felt until a mark is found or all is loaded",
-                              _marks.missing())));
-    else if (_marks.state() == SceneMarks::State::NONE && _unmarked)
-        _say(about(MessageCode::SCENE_UNMARKED,
-                   path,
-                   "nothing in it is marked as haptic, shown or hidden, so all of it is felt"));
-    else if (_marks.state() == SceneMarks::State::NONE)
-        _say(
-            about(MessageCode::SCENE_EMPTY,
-                  path,
-                  "has no HapticSurface, no HapticPoints and no node with a haptic tag; nothing is "
-                  "felt"));
-    else if (_unmarked && !(*_unmarked == HapticProperty()))
-        _say(about(MessageCode::SETTINGS_INVALID,
-                   path,
-                   "how an object is felt is given for a scene in which nothing is marked; here "
-                   "something is, so its own properties count"));
-}
-
-void SceneCollector::tellHidden(const std::vector<SceneRoot>& roots)
-{
-    const auto& all = _visitor.instances();
-    const bool isHidden =
-        _marks.state() == SceneMarks::State::SOME && !roots.empty() &&
-        std::all_of(all.begin(), all.end(), [](const HapticInstance& one) { return one.obstacle; });
-    if (isHidden && !_isHiddenTold)
-        _say(about(MessageCode::OBJECT_HIDDEN,
-                   midair::bridge::quoted(*roots.front().node),
-                   "what is marked as haptic in it is hidden, disabled, unloaded or removed; "
-                   "nothing is felt until it is shown"));
-    _isHiddenTold = isHidden;
-}
-
 void SceneCollector::forgetUnseen()
 {
     for (auto known = _known.begin(); known != _known.end();)
@@ -160,18 +119,6 @@ osg::Node* SceneCollector::nodeOf(std::uint64_t instance) const
 {
     const auto known = _known.find(instance);
     return known == _known.end() ? nullptr : known->second.node.get();
-}
-
-void SceneCollector::sayWarnings(MessageCode code, const std::string& path)
-{
-    for (const std::string& warning : _warnings)
-        _say(about(code, path, warning));
-}
-
-void SceneCollector::tellGeometry(Known& known)
-{
-    sayWarnings(MessageCode::OBJECT_GEOMETRY, known.path);
-    known.isGeometryTold = known.isGeometryTold || !_warnings.empty();
 }
 
 void SceneCollector::fillObstacle(const HapticInstance& instance)
@@ -329,15 +276,6 @@ bool SceneCollector::findParts(const HapticInstance& instance, Known& known, dou
     return false;
 }
 
-// Objects are filled in again whenever another one has changed; a cause is told once while it
-// lasts.
-void SceneCollector::tellCause(Known& known, MessageCode code, const std::string& cause)
-{
-    if (known.cause == cause) return;
-    known.cause = cause;
-    _say(about(code, known.path, cause));
-}
-
 // Points that are left out are told when that begins, however many they become.
 void SceneCollector::tellLeftOut(Known& known, std::vector<std::string> leftOut)
 {
@@ -350,21 +288,6 @@ void SceneCollector::tellLeftOut(Known& known, std::vector<std::string> leftOut)
         what = kind;
     }
     known.leftOut = std::move(leftOut);
-}
-
-// What the states on the path to an object do to what is seen of it, when it is met first. What is
-// below it is told when it is read, and a drawable is.
-void SceneCollector::tellStates(const HapticInstance& instance, const std::string& path)
-{
-    const auto look = [&](const osg::Node& node)
-    {
-        if (node.asDrawable()) return;
-        const std::string what = midair::bridge::notFeltOf(node);
-        if (what.empty()) return;
-        const std::string text = midair::bridge::quoted(node) + " " + what;
-        _say(about(MessageCode::OBJECT_GEOMETRY, path, text));
-    };
-    _visitor.lookAlong(instance, look);
 }
 
 void SceneCollector::fillParts(const HapticInstance& instance, Known& known)

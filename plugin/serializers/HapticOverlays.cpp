@@ -140,8 +140,9 @@ public:
 constexpr unsigned char kNumbersFollow = 0x80;
 
 /// Serializer of the switches of overlays that share a byte in .osgb. The lowest bit is set if the
-/// first one is shown. Further bits are set if a later one is hidden, so that files from before it
-/// existed show it. In text each has a name and is only written when hidden. The last byte's
+/// first one is shown. Further bits are set if a later one isn't as it is by default, hidden for
+/// most, so that it is that in files from before it existed. In text each has a name and is only
+/// written when it isn't as by default. The last byte's
 /// highest bit says that numbers of overlays follow; in text they follow by their names.
 class Switches : public osgDB::BaseSerializer, public osgMidair::NamedProperties
 {
@@ -174,7 +175,7 @@ public:
             unsigned char bits = 1;
             is >> bits;
             for (const OverlayKind* kind : _kinds)
-                setShown(object, *kind, ((bits & bitOf(*kind)) != 0) == isFirst(*kind));
+                setShown(object, *kind, ((bits & bitOf(*kind)) != 0) == isSet(*kind, true));
             if (_isLast && (bits & kNumbersFollow) != 0) Numbers::readBinary(is, object);
             return true;
         }
@@ -200,9 +201,9 @@ public:
         for (const OverlayKind* kind : _kinds)
         {
             const bool shown = isShown(object, *kind);
-            if (shown == isFirst(*kind)) bits |= bitOf(*kind);
-            if (!os.isBinary() && !shown)
-                os << os.PROPERTY(("Show" + kind->name).c_str()) << false << std::endl;
+            if (isSet(*kind, shown)) bits |= bitOf(*kind);
+            if (!os.isBinary() && shown == kind->isHidden)
+                os << os.PROPERTY(("Show" + kind->name).c_str()) << shown << std::endl;
         }
         const bool numbersFollow = _isLast && !Numbers::changed(object).empty();
         if (numbersFollow) bits |= kNumbersFollow;
@@ -213,7 +214,11 @@ public:
     }
 
 private:
-    bool isFirst(const OverlayKind& kind) const { return &kind == _kinds.front(); }
+    /// Returns the bit of \a kind for \a shown.
+    bool isSet(const OverlayKind& kind, bool shown) const
+    {
+        return &kind == _kinds.front() ? shown : shown == kind.isHidden;
+    }
     unsigned char bitOf(const OverlayKind& kind) const
     {
         return static_cast<unsigned char>(1U << (kind.place - _kinds.front()->place));

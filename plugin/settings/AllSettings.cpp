@@ -92,6 +92,44 @@ std::vector<Setting<S>> hands()
                "hands and obstacles block sound, which the solver takes into account")};
 }
 
+// HapticSettings::repair() judges the text of earPoints.
+std::vector<Setting<S>> ears()
+{
+    return {Row<S>("earPoints",
+                   &S::earPoints,
+                   "listening places besides those around the array: x y z; x y z .. in m, array "
+                   "frame",
+                   6)
+                .safety(),
+            Row<S>("earCamera",
+                   &S::earCamera,
+                   "the viewer's camera stands for a head, whose ears are listening places",
+                   6)
+                .safety()};
+}
+
+std::vector<Setting<S>> prediction()
+{
+    return {
+        Row<S>("prediction",
+               EnumMember<&S::prediction>::choice(),
+               "who predicts hands to when the sound arrives: nobody, the tracker, or the kit by "
+               "one of three filters",
+               6)
+            .words({{"off", "OFF", S::OFF},
+                    {"tracker", "TRACKER", S::TRACKER},
+                    {"alpha-beta", "ALPHA_BETA", S::ALPHA_BETA},
+                    {"kalman", "KALMAN", S::KALMAN},
+                    {"one-euro", "ONE_EURO", S::ONE_EURO}})
+            .variable("PREDICTION"),
+        Row<S>("trackerDelay",
+               &S::trackerDelay,
+               "the tracker's own delay, which prediction makes up for",
+               6)
+            .range(0.0, 0.2, "s")
+            .variable("TRACKER_DELAY")};
+}
+
 /// Parses "2", "50 %", "2 relative", "500 Pa", "1.2kPa". Without a unit it stays the one that was
 /// set.
 bool setPressure(P& property, const std::string& text)
@@ -195,7 +233,11 @@ std::vector<Setting<P>> paintAndTouch()
 const SettingTable<HapticSettings>& sceneSettings()
 {
     static const SettingTable<S> table(
-        joined<S>({place(), inherited<S>(midair::haptics::fieldSettings().rows()), hands()}));
+        joined<S>({place(),
+                   inherited<S>(midair::haptics::fieldSettings().rows()),
+                   hands(),
+                   ears(),
+                   prediction()}));
     return table;
 }
 

@@ -3,9 +3,11 @@
 #include "plugin/settings/ForTests.h"
 
 #include <osg/Matrixd>
+#include <osg/Vec3d>
 
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace osgMidair
 {
@@ -36,5 +38,10 @@ OSGMIDAIR_FOR_TESTS bool parseNumbers(const std::string& text,
 /// Reads "1 0 0 0  0 1 0 0  0 0 1 0  x y z 1": 16 numbers, row by row as OSG writes them. Returns
 /// false for any other text.
 OSGMIDAIR_FOR_TESTS bool parseMatrix(const std::string& text, osg::Matrixd& matrix);
+
+/// Reads places, "0 0 0.6; 30 0 60 cm": three numbers each, in metres or with their unit, separated
+/// by semicolons; none for a blank text. Returns false, with \a places unchanged, for any other
+/// text and for more than 64.
+OSGMIDAIR_FOR_TESTS bool parsePlaces(const std::string& text, std::vector<osg::Vec3d>& places);
 
 } // namespace osgMidair

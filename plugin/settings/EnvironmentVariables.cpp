@@ -38,7 +38,8 @@ const std::vector<Variable>& variables()
 
 bool isCap(const Setting<HapticSettings>& setting)
 {
-    return setting.name == "maxPressure" || setting.name == "maxAmplitude";
+    return setting.name == "maxPressure" || setting.name == "maxAmplitude" ||
+           setting.name == "earLimit";
 }
 
 /// Registers the text that --help-env lists.
@@ -97,10 +98,12 @@ void applyTo(HapticSettings& settings,
                                        variable.setting->values() + "; nothing is played");
         settings.maxAmplitude = before.maxAmplitude; // so that repair() doesn't report it, too
         settings.maxPressure = before.maxPressure;
+        settings.earLimit = before.earLimit;
     }
     settings.maxAmplitude = std::min(settings.maxAmplitude, before.maxAmplitude);
     settings.maxPressure =
         midair::device::stricterPressure(settings.maxPressure, before.maxPressure);
+    settings.earLimit = midair::device::stricterPressure(settings.earLimit, before.earLimit);
 }
 
 /// Applies a variable that was set after the program began. A scene file can do that, so it may

@@ -1,6 +1,7 @@
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Quantity.h"
 #include "plugin/settings/AllSettings.h"
+#include "plugin/settings/Assignments.h"
 #include "plugin/settings/Descriptions.h"
 
 #include <osgMidair/HapticSettings>
@@ -27,9 +28,12 @@ bool HapticSettings::set(const std::string& name, const std::string& value, std:
     return true;
 }
 
-bool HapticSettings::isLimit(double maxPressure_Pa, double maxAmplitude)
+bool HapticSettings::isLimit(double maxPressure_Pa, double maxAmplitude, double earLimit_dB)
 {
-    return maxPressure_Pa >= 0.0 && maxPressure_Pa <= midair::base::kMostPressure_Pa &&
+    using namespace midair::base;
+    const bool isForEars =
+        earLimit_dB == 0.0 || (earLimit_dB >= kLeastEarLimit_dB && earLimit_dB <= kMostEarLimit_dB);
+    return isForEars && maxPressure_Pa >= 0.0 && maxPressure_Pa <= kMostPressure_Pa &&
            maxAmplitude >= 0.0 && maxAmplitude <= 1.0; // also false for NaN
 }
 
@@ -56,6 +60,17 @@ std::vector<std::string> HapticSettings::repair()
                 whySilenced.push_back(what);
         }
         said.push_back(std::move(what));
+    }
+    // No row judges a text.
+    if (std::vector<osg::Vec3d> places; !parsePlaces(earPoints, places))
+    {
+        const std::string what =
+            "earPoints is \"" + earPoints + "\", should be x y z; x y z .. in m; nothing is played";
+        isSilenced = true;
+        if (std::find(whySilenced.begin(), whySilenced.end(), what) == whySilenced.end())
+            whySilenced.push_back(what);
+        said.push_back(what);
+        earPoints.clear();
     }
     return said;
 }

@@ -75,15 +75,20 @@ void judgeUnfelt(CheckedObject& object, const CheckedScene& scene)
 void judgePressure(CheckedObject& object, const CheckedScene& scene)
 {
     const double cap_Pa = scene.statistics.maxPressure_Pa;
+    const double ears_dB = scene.statistics.exposure.limit_dB;
+    const std::string cap =
+        cap_Pa > 0.0 && ears_dB > 0.0
+            ? fmt::format("the cap of {:.4g} Pa or {:.4g} dB at ears", cap_Pa, ears_dB)
+        : ears_dB > 0.0 ? fmt::format("the ear limit of {:.4g} dB", ears_dB)
+                        : fmt::format("the cap of {:.4g} Pa", cap_Pa);
     const bool isPascal = object.property.pressureUnit == osgMidair::HapticProperty::PASCAL;
     if (scene.statistics.stop == "silenced")
         object.faults.push_back("the array is silent: the messages say why");
     else if (isPascal && object.meanShare < kWeakShare)
         object.faults.push_back(
             scene.statistics.capFactor < 1.0
-                ? fmt::format("the cap of {:.4g} Pa holds it at {:.0f} % of its pressure",
-                              cap_Pa,
-                              100.0 * object.meanShare)
+                ? fmt::format(
+                      "{} holds it at {:.0f} % of its pressure", cap, 100.0 * object.meanShare)
                 : fmt::format("the array reaches {:.0f} % of its pressure in the mean",
                               100.0 * object.meanShare));
     else if (!isPascal && !object.hasOwnPressures && object.property.pressure > kLargeRelative)
@@ -92,7 +97,7 @@ void judgePressure(CheckedObject& object, const CheckedScene& scene)
                         "a unit: 500 Pa in a tag or an option, PressureUnit PASCAL in a node",
                         object.property.pressure));
     else if (!isPascal && scene.statistics.capFactor < 1.0)
-        object.notes.push_back(fmt::format("the cap of {:.4g} Pa makes it quieter", cap_Pa));
+        object.notes.push_back(cap + " makes it quieter");
 }
 
 } // namespace

@@ -94,6 +94,10 @@ bool DemoReport::write(const std::string& path, std::string& error) const
             json[pointer] = value;
     }
     if (statistics.certifiedGap >= 0.0) json["certifiedGap"] = statistics.certifiedGap;
+    json["exposure"]["what"] = midair::haptics::kExposureMeaning;
+    for (const midair::haptics::ExposureRow& row : midair::haptics::kExposureFigures)
+        std::visit([&](auto member) { json["exposure"][row.name] = statistics.exposure.*member; },
+                   row.value);
     json["slice_ms"] = slice_ms;
     json["slicesPerSecond"] = slicesPerSecond;
     json["pictures"] = nlohmann::ordered_json::array();
@@ -149,6 +153,15 @@ void DemoReport::print() const
                     statistics.maxPressure_Pa,
                     static_cast<unsigned long long>(statistics.capped),
                     statistics.capFactor);
+    if (statistics.exposure.places > 0)
+        std::printf(
+            "at ears     %.0f dB re 20 uPa (rms) in the mean of %.1f s, at most %.0f dB over "
+            "a second, of %d places%s\n",
+            statistics.exposure.eq_dB,
+            statistics.exposure.time_s,
+            statistics.exposure.max_dB,
+            statistics.exposure.places,
+            statistics.exposure.limit_dB > 0.0 ? ", with a limit" : "");
     if (statistics.outline) std::printf("curves      one stationary field of dense points\n");
     if (statistics.fieldsInTurn > 1)
         std::printf("in turn     %d fields at %.0f/s, audible change %.2f of the drive\n",

@@ -1,10 +1,16 @@
 // Module that draws midair-solve's picture, separate so that the program itself needs no scene
 // graph.
+#include "haptics/probe/PressureProbe.h"
+#include "haptics/probe/Spectrum.h"
 #include "haptics/propagation/PressureField.h"
 #include "samples/solve/Picture.h"
+#include "samples/views/CurvePlot.h"
 #include "samples/views/FieldImage.h"
 
+#include <algorithm>
+#include <cmath>
 #include <exception>
+#include <filesystem>
 
 #include <fmt/format.h>
 
@@ -49,6 +55,59 @@ std::string draw(const Solution& solution, const std::string& title, const std::
     return message;
 }
 
+Curve curveOf(const std::string& name, double step, const Eigen::VectorXd& y)
+{
+    return {Eigen::VectorXd::LinSpaced(y.size(), 0.0, step * static_cast<double>(y.size() - 1)),
+            y,
+            name};
+}
+
+// The pressure over time, and its spectrum as far as skin feels it: of a few points each, of more
+// their mean.
+std::string drawProbes(const Solution& solution, const std::string& title, const std::string& path)
+{
+    constexpr double kFelt_Hz = 1000.0;
+    constexpr std::size_t kMostCurves = 6;
+    const ProbeTraces& traces = *solution.probe;
+    CurvePanel time, frequency;
+    time.xName = "time (ms)";
+    frequency.xName = "frequency (Hz)";
+    time.yName = frequency.yName = "radiation pressure (Pa)";
+    frequency.logarithmic = true;
+    const std::size_t count = traces.pressure_Pa.size();
+    Eigen::VectorXd all_Pa = Eigen::VectorXd::Zero(traces.pressure_Pa.front().size());
+    const auto add = [&](const std::string& name, const Eigen::VectorXd& radiation_Pa)
+    {
+        time.curves.push_back(curveOf(name, 1e3 / traces.rate_Hz, radiation_Pa));
+        if (radiation_Pa.size() < 2) return;
+        const haptics::Spectrum spectrum = haptics::spectrumOf(radiation_Pa, traces.rate_Hz);
+        const auto felt =
+            std::min(spectrum.amplitude.size(),
+                     static_cast<Eigen::Index>(std::ceil(kFelt_Hz / spectrum.step_Hz)) + 1);
+        frequency.curves.push_back(curveOf(name, spectrum.step_Hz, spectrum.amplitude.head(felt)));
+    };
+    for (std::size_t l = 0; l < count; ++l)
+    {
+        const Eigen::VectorXd radiation_Pa =
+            haptics::radiationOf(traces.pressure_Pa[l], solution.scene.medium);
+        all_Pa += radiation_Pa / static_cast<double>(count);
+        if (count <= kMostCurves) add(fmt::format("point {}", l), radiation_Pa);
+    }
+    if (count > kMostCurves) add(fmt::format("mean of {} points", count), all_Pa);
+    CurvePlot plot;
+    plot.title = title + ": pressure over time";
+    plot.caption = fmt::format("transducers ring with {:.0f} us; mean {:.1f} Pa, of the steady "
+                               "fields {:.1f} Pa",
+                               1e6 * traces.ringing_s,
+                               all_Pa.mean(),
+                               traces.steadyMean_Pa.mean());
+    plot.panels.push_back(time);
+    if (!frequency.curves.empty()) plot.panels.push_back(frequency);
+    std::string message;
+    writeCurvePlot(path, plot, &message);
+    return message;
+}
+
 } // namespace
 
 } // namespace midair::samples
@@ -63,6 +122,11 @@ extern "C" void midairDrawPicture(const midair::samples::Solution& solution,
     {
         midair::base::useInstructionSet(set);
         problem = midair::samples::draw(solution, title, path);
+        if (!solution.probe) return;
+        const std::string probes =
+            std::filesystem::path(path).replace_filename("probe.png").string();
+        const std::string second = midair::samples::drawProbes(solution, title, probes);
+        if (!second.empty()) problem += (problem.empty() ? "" : "; ") + second;
     }
     catch (const std::exception& error)
     {

@@ -7,8 +7,10 @@
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/points/FittedLevel.h"
+#include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/ReferencePropagation.h"
+#include "haptics/propagation/RingingMean.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/sequence/SequenceComposer.h"
 #include "haptics/solvers/certificate/Certificate.h"
@@ -30,6 +32,7 @@ haptics::ComposerOptions composerOptions(const SolveArguments& arguments)
     haptics::ComposerOptions options;
     base::assignPart<haptics::SequenceSettings>(options, arguments.settings);
     base::assignPart<haptics::SolverSettings>(options.solverOptions, arguments.settings);
+    options.modulation.amplitudeRate_Hz = arguments.modulation_Hz;
     options.solverOptions.updateRate_Hz = arguments.settings.fieldRate;
     const std::string name = arguments.settings.solver.empty() ? haptics::solverNames().front()
                                                                : arguments.settings.solver;
@@ -132,25 +135,25 @@ Eigen::VectorXd measured(const haptics::FieldSequence& sequence, const SolveScen
 }
 
 /// Tells in the report what the cap has made of the fields \a before it, which sound.
-void tellOfCap(const SolveArguments& arguments,
+void tellOfCap(const std::string& cap,
+               const SolveArguments& arguments,
                const haptics::FieldSequence& before,
                Solution& solution)
 {
     haptics::SolveReport& report = solution.sequence.report;
     const double rmsBefore = before.report.rms;
     std::string told;
-    const double cap_Pa = arguments.settings.maxPressure;
     if (report.worstShortfall > before.report.worstShortfall + haptics::kShortBy)
-        told = fmt::format("the cap of {:g} Pa leaves {} of {} points short of their targets, by "
+        told = fmt::format("{} leaves {} of {} points short of their targets, by "
                            "up to {:.1f} %",
-                           cap_Pa,
+                           cap,
                            report.shortPoints,
                            report.points,
                            100.0 * report.worstShortfall);
     else if (report.rms > std::max(arguments.settings.rmsTolerance, 1.5 * rmsBefore))
-        told = fmt::format("the amplitudes that the cap of {:g} Pa leaves are coarse: the rms "
+        told = fmt::format("the amplitudes that {} leaves are coarse: the rms "
                            "error is {:.2f} %, {:.2f} % before",
-                           cap_Pa,
+                           cap,
                            100.0 * report.rms,
                            100.0 * rmsBefore);
     if (told.empty()) return;
@@ -169,8 +172,11 @@ void finish(const SolveArguments& arguments, Solution& solution)
                                            {&array},
                                            solution.scene.medium,
                                            false,
-                                           arguments.settings.threads};
-    if (arguments.settings.maxPressure > 0.0 && solution.points.size() > 0)
+                                           arguments.settings.threads,
+                                           {},
+                                           solution.ears->bound()};
+    const bool isCapped = arguments.settings.maxPressure > 0.0 || where.ears;
+    if (isCapped && solution.points.size() > 0)
         report.capFactor = cap.hold(where, solution.sequence);
     encodeFields(solution);
     solution.achieved_Pa = measured(solution.sequence, solution.scene);
@@ -179,9 +185,17 @@ void finish(const SolveArguments& arguments, Solution& solution)
     haptics::rateLevel(solution.points, solution.achieved_Pa.cast<float>(), report);
     if (bridge::isSilent(solution.sequence.fields))
         cap.tellOfSilence(
-            where, before.fields, {"--max-pressure", "--pressure or --loudness"}, report);
+            where,
+            before.fields,
+            {"--max-pressure", "--pressure or --loudness", "MaxAmplitude", "--ear-limit"},
+            report);
     else if (report.capFactor < 1.0)
-        tellOfCap(arguments, before, solution);
+        tellOfCap(cap.isForEars(where, solution.sequence.fields)
+                      ? fmt::format("the ear limit of {:g} dB", arguments.settings.earLimit)
+                      : fmt::format("the cap of {:g} Pa", arguments.settings.maxPressure),
+                  arguments,
+                  before,
+                  solution);
 }
 
 /// Computes targets in Pa; relative ones at the level that was reached.
@@ -196,12 +210,39 @@ void measureSurface(const SolveArguments& arguments, Solution& solution)
 {
     haptics::SurfaceStatisticsOptions options;
     options.threads = arguments.settings.threads;
+    options.fieldRate_Hz = solution.sequence.modulation.fieldRate_Hz;
     solution.sequence.report.surface = haptics::surfaceStatistics(
         feltSurface(arguments, solution.points.positions, solution.scene),
         solution.scene.array,
         solution.scene.medium,
         solution.sequence.fields,
         options);
+}
+
+/// Rates what ringing makes of the fields as the drives play them, and of their level at the
+/// points.
+void rateRinging(const SolveArguments& arguments, Solution& solution)
+{
+    haptics::FieldSequence& sequence = solution.sequence;
+    const SolveScene& scene = solution.scene;
+    haptics::rateRinging(sequence, scene.array.ringing_s);
+    const Eigen::Matrix3Xd& places = solution.points.positions;
+    if (sequence.fields.size() < 2 || places.cols() == 0) return;
+    const int threads = arguments.settings.threads;
+    const Eigen::ArrayXd ringing =
+        haptics::ringingMeanSquare(places,
+                                   scene.array,
+                                   scene.medium,
+                                   sequence.fields,
+                                   1.0 / sequence.modulation.fieldRate_Hz,
+                                   threads);
+    const Eigen::ArrayXd steady =
+        haptics::meanSquarePressure(places, scene.array, scene.medium, sequence.fields, threads);
+    const Eigen::ArrayXd left = (steady > 0.0).select((ringing / steady).sqrt(), 1.0);
+    solution.parts.ringing = sequence.report;
+    haptics::rateLevel(solution.points,
+                       (solution.achieved_Pa.array() * left).cast<float>(),
+                       *solution.parts.ringing);
 }
 
 /// Certifies the field, or the first of the fields in turn that has points.
@@ -230,13 +271,25 @@ Solution solveAll(const SolveArguments& arguments)
     solution.points = solution.sequence.points();
     if (solution.sequence.isEmpty())
         solution.sequence.fields = {Eigen::VectorXcf::Zero(solution.scene.array.size())};
+    solution.ears = std::make_shared<SolveEars>(
+        solution.scene.array,
+        solution.scene.medium,
+        arguments.earsFile.empty() ? Eigen::Matrix3Xd(3, 0) : readEars(arguments.earsFile),
+        arguments.settings.earLimit);
     finish(arguments, solution);
+    solution.parts.exposure = solution.ears->figures(solution.sequence.fields);
     fitTargets(solution);
     solution.parts.fields = static_cast<int>(solution.sequence.fields.size());
     solution.parts.evened = solution.sequence.evened;
     solution.parts.fieldRate_Hz = arguments.settings.fieldRate;
     const bool isModel = arguments.pointsFile.empty();
     if (isModel && solution.points.size() > 0) measureSurface(arguments, solution);
+    rateRinging(arguments, solution);
+    if (asksForProbes(arguments))
+        solution.probe = probe(arguments,
+                               probePlaces(arguments, solution.points.positions, solution.scene),
+                               solution.sequence,
+                               solution.scene);
     if (arguments.certify && solution.parts.evened)
         std::fprintf(stderr,
                      "midair-solve: no certificate: no field of a cycle that is evened out is for "

@@ -2,12 +2,16 @@
 
 #include "device/drive/DriveSignal.h"
 #include "haptics/sequence/FieldSequence.h"
+#include "samples/solve/SolveEars.h"
 #include "samples/solve/SolveFiles.h"
 #include "samples/solve/SolveOptions.h"
 #include "samples/solve/SolvePoints.h"
+#include "samples/solve/SolveProbe.h"
 
 #include <Eigen/Core>
 
+#include <memory>
+#include <optional>
 #include <vector>
 
 namespace midair::samples
@@ -24,6 +28,8 @@ struct Solution
     Eigen::VectorXd achieved_Pa;
     Eigen::VectorXd target_Pa; ///< n; relative targets are at the level that was reached
     SummaryParts parts;
+    std::optional<ProbeTraces> probe; ///< if it was asked for
+    std::shared_ptr<const SolveEars> ears;
 };
 
 /// Samples the model, selects points, composes the fields, applies the cap and measures the result.

@@ -211,6 +211,7 @@ void writeSummary(const std::string& path,
     json["attenuation_Np_m"] = medium.attenuation(array.frequency_Hz);
     json["sourceAmplitude_Pa_m"] = array.sourceAmplitude_Pa_m;
     json["directivity"] = haptics::directivityName(array.directivity);
+    json["ringing_s"] = array.ringing_s;
     json["phaseLevels"] = array.drive.phaseLevels;
     if (!hasDuties(array.drive)) json["amplitudeLevels"] = array.drive.amplitudeLevels;
     json["temperature_C"] = medium.temperature_C;
@@ -220,11 +221,24 @@ void writeSummary(const std::string& path,
     json["fields"] = parts.fields;
     if (parts.fields > 1) json["fieldRate_Hz"] = parts.fieldRate_Hz;
     if (parts.evened) json["evened"] = true;
+    if (parts.ringing)
+        json["ringing"] = {{"rms", parts.ringing->rms},
+                           {"max", parts.ringing->max},
+                           {"loudness", parts.ringing->loudness},
+                           {"level_Pa", parts.ringing->level_Pa},
+                           {"shortPoints", parts.ringing->shortPoints},
+                           {"worstShortfall", parts.ringing->worstShortfall}};
     if (report.surface.samples > 0)
     {
         json["surface"] = json["report"]["surface"];
         json["report"].erase("surface");
     }
+    json["exposure"]["what"] = haptics::kExposureMeaning;
+    for (const haptics::ExposureRow& row : haptics::kExposureFigures)
+        std::visit([&](auto member) { json["exposure"][row.name] = parts.exposure.*member; },
+                   row.value);
+    // Fields that are played without end have no averaging time.
+    json["exposure"].erase("time_s");
     if (parts.certificate)
         json["certificate"] = {{"bound", parts.certificate->bound},
                                {"best", parts.certificate->best},

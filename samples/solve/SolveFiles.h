@@ -7,6 +7,8 @@
 #include "haptics/solvers/HologramSolver.h"
 #include "haptics/solvers/certificate/Certificate.h"
 
+#include <osgMidair/ExposureFigures>
+
 #include <Eigen/Core>
 
 #include <optional>
@@ -45,6 +47,11 @@ struct SummaryParts
     double fieldRate_Hz = 0.0;
     bool evened = false; ///< the report's figures are of what is felt of all fields together
     std::optional<haptics::Certificate> certificate;
+    /// Figures of the points in what rings: the level and errors of report, where each point has
+    /// the part of its pressure that ringing leaves of its mean over the fields. Fields in turn
+    /// only.
+    std::optional<haptics::SolveReport> ringing;
+    haptics::ExposureFigures exposure; ///< of these fields, played without end
 };
 
 /// Writes what is needed to recompute the field, the SolveReport under "report", and \a parts.

@@ -1,5 +1,7 @@
 #include "samples/solve/SolveOptions.h"
 
+#include "haptics/array/TransducerArray.h"
+#include "haptics/base/Limits.h"
 #include "haptics/base/text/Quantity.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/solvers/SolverSettings.h"
@@ -58,6 +60,54 @@ void addFieldSettings(CLI::App& app, SolveArguments& arguments)
 
 } // namespace
 
+namespace
+{
+
+void addProbeOptions(CLI::App& app, SolveArguments& arguments)
+{
+    auto* probe =
+        app.add_option("--probe",
+                       arguments.probes,
+                       "Pressure over time at X Y Z (metres, array frame) while the field "
+                       "is played, with ringing and the time that sound takes: probe.csv, "
+                       "spectrum.csv, probe_points.csv and probe.png; again for more")
+            ->transform(inUnit("m", base::parseQuantity))
+            ->type_size(3)
+            ->type_name("X Y Z")
+            ->allow_extra_args(false);
+    app.add_flag("--probe-points", arguments.probePoints, "The same at each control point");
+    app.add_option("--probe-patch",
+                   arguments.probePatch_m,
+                   "The same at the surface's places within this distance of each --probe, metres")
+        ->transform(inUnit("m", base::parseQuantity))
+        ->check(CLI::PositiveNumber)
+        ->needs(probe)
+        ->excludes("--points-file");
+    app.add_option("--duration",
+                   arguments.probeDuration_s,
+                   "How long probes listen, seconds; the first sample is when a cycle begins")
+        ->transform(inUnit("s", base::parseQuantity))
+        ->check(CLI::Range(1e-6, 3600.0))
+        ->capture_default_str();
+    app.add_option("--probe-rate", arguments.probeRate_Hz, "Samples of a probe per second")
+        ->transform(inUnit("Hz", base::parseQuantity))
+        ->check(CLI::Range(1.0, 1e6))
+        ->capture_default_str();
+    app.add_option("--modulation",
+                   arguments.modulation_Hz,
+                   "Frequency, Hz, at which all pressure goes down to 0 and up again as probes and "
+                   "figures with ringing have it; drives are at its top")
+        ->transform(inUnit("Hz", base::parseQuantity))
+        ->check(CLI::Range(0.0, base::kMostModulation_Hz));
+    app.add_option("--ringing",
+                   arguments.ringing_s,
+                   "Time constant of the transducers in place of the array's, seconds; 0: none")
+        ->transform(inUnit("s", base::parseQuantity))
+        ->check(CLI::Range(0.0, haptics::kMostRinging_s));
+}
+
+} // namespace
+
 void addOptions(CLI::App& app, SolveArguments& arguments)
 {
     static const std::map<std::string, haptics::Sampling> kSamplings{
@@ -73,6 +123,10 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
                    "CSV instead of a model: x_m,y_m,z_m,nx,ny,nz and target_Pa (absolute) or "
                    "target (relative)")
         ->excludes(model, app.get_option("--cycle"));
+    app.add_option("--ears",
+                   arguments.earsFile,
+                   "CSV of listening places, x_m,y_m,z_m: their levels go into exposure.csv, and "
+                   "the ear limit holds there, too");
     app.add_option("--size",
                    arguments.size_m,
                    "Largest extent of the model in metres, or 8cm (default: as in the file)")
@@ -129,15 +183,15 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
     for (const char* name :
          {"--size", "--position", "--rotation-deg", "--spacing", "--sampling", "--pressure"})
         app.get_option("--points-file")->excludes(name);
+    addProbeOptions(app, arguments);
     app.add_flag(
         "--certify",
         arguments.certify,
         "Bound from below what any phases could reach, and tell how far this field is from it");
-    app.add_option(
-           "--out",
-           arguments.out,
-           "Folder for control_points.csv, drive.csv (or drive_01.csv ..), summary.json and "
-           "field.png")
+    app.add_option("--out",
+                   arguments.out,
+                   "Folder for control_points.csv, drive.csv (or drive_01.csv ..), summary.json, "
+                   "field.png and exposure.csv")
         ->capture_default_str();
 }
 

@@ -29,6 +29,7 @@ struct SolveArguments
     haptics::FieldSettings settings; ///< temperature, solver, cap, cycle, ..
     std::string model;
     std::string pointsFile;
+    std::string earsFile; ///< listening places; empty: only those around the array
     std::string array = "octagon";
     std::string directivity;
     std::string out = "out";
@@ -38,7 +39,14 @@ struct SolveArguments
     double spacing_m = 0.0;
     double pressure_Pa = 0.0;
     haptics::Crowding crowding = haptics::Crowding::THIN;
-    bool crowdingGiven = false; ///< else points of a file are kept, however near they are
+    bool crowdingGiven = false;   ///< else points of a file are kept, however near they are
+    std::vector<double> probes;   ///< x, y, z of each, metres, array frame
+    bool probePoints = false;     ///< at the control points, too
+    double probePatch_m = 0.0;    ///< radius round each of probes; 0: at these alone
+    double probeDuration_s = 1.0; ///< above 0, at most 3600
+    double probeRate_Hz = 20e3;   ///< 1 .. 1e6; samples per second
+    double ringing_s = -1.0;      ///< 0 .. 0.01; in place of the array's; -1: the array's
+    double modulation_Hz = 0.0;   ///< 0 .. 500; amplitude modulation of all that is played
     bool certify = false;
     bool outline = false;
     haptics::Sampling sampling = haptics::Sampling::SURFACE;

@@ -96,6 +96,7 @@ SolveScene loadScene(const SolveArguments& arguments)
                      "solves for 256\n");
     if (!arguments.directivity.empty())
         scene.array.directivity = haptics::directivityFromName(arguments.directivity);
+    if (arguments.ringing_s >= 0.0) scene.array.ringing_s = arguments.ringing_s;
     scene.medium = haptics::mediumOf(arguments.settings);
     std::string error;
     if (!scene.medium.isValid(&error)) throw base::InputError(error);

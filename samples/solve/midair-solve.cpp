@@ -2,6 +2,7 @@
 // of points, without a scene.
 
 #include "haptics/base/InputError.h"
+#include "haptics/probe/PressureProbe.h"
 #include "samples/solve/Picture.h"
 #include "samples/solve/Solution.h"
 
@@ -19,7 +20,10 @@ using namespace midair;
 using namespace midair::samples;
 using base::InputError;
 
-void writeAll(const Solution& solution, const std::string& title, const std::string& folder)
+void writeAll(const Solution& solution,
+              const std::string& title,
+              const std::string& folder,
+              bool hasEars)
 {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
@@ -38,8 +42,48 @@ void writeAll(const Solution& solution, const std::string& title, const std::str
                  solution.scene.medium,
                  solution.sequence.report,
                  solution.parts);
+    if (solution.probe) writeProbe(folder, *solution.probe, solution.scene.medium);
+    if (hasEars) solution.ears->write(folder + "/exposure.csv", solution.sequence.fields);
     const std::string problem = drawPicture(solution, title, folder + "/field.png");
     if (!problem.empty()) std::fprintf(stderr, "midair-solve: %s\n", problem.c_str());
+}
+
+// What ringing leaves of what changes; a held field is as steady as it was solved for.
+void printRinging(const Solution& solution)
+{
+    const haptics::SolveReport& report = solution.sequence.report;
+    if (!solution.sequence.changes() || solution.scene.array.ringing_s == 0.0) return;
+    std::printf("ringing     %.0f us: %.3f of the power is radiated",
+                1e6 * solution.scene.array.ringing_s,
+                report.ringingShare);
+    if (solution.sequence.modulation.amplitudeRate_Hz > 0.0)
+        std::printf(", %.3f of the modulation", report.ringingModulation);
+    if (solution.parts.ringing)
+        std::printf("; rms %.3f %%, level %.0f Pa peak",
+                    100.0 * solution.parts.ringing->rms,
+                    solution.parts.ringing->level_Pa);
+    if (report.surface.samples > 0 && solution.parts.fields > 1)
+        std::printf("; surface %.1f Pa, cv %.3f, percentile 1 at %.2f, contrast %.2f",
+                    report.surface.ringingMean_Pa,
+                    report.surface.ringingCoefficientOfVariation,
+                    report.surface.ringingPercentile1,
+                    report.surface.ringingContrast);
+    std::printf("\n");
+}
+
+void printProbes(const ProbeTraces& traces, const haptics::Medium& medium)
+{
+    double mean_Pa = 0.0;
+    for (const Eigen::VectorXcd& p_Pa : traces.pressure_Pa)
+        mean_Pa += haptics::radiationOf(p_Pa, medium).mean();
+    const auto count = static_cast<double>(traces.pressure_Pa.size());
+    std::printf(
+        "probes      %zu of %td samples: %.1f Pa mean radiation pressure, %.1f Pa of the steady "
+        "fields\n",
+        traces.pressure_Pa.size(),
+        traces.pressure_Pa.front().size(),
+        mean_Pa / count,
+        traces.steadyMean_Pa.mean());
 }
 
 void printSummary(const Solution& solution, const std::string& folder)
@@ -80,11 +124,21 @@ void printSummary(const Solution& solution, const std::string& folder)
                     report.surface.percentile10,
                     report.surface.contrast,
                     report.surface.contrastError);
+    printRinging(solution);
     if (solution.sequence.report.capFactor < 1.0)
         std::printf(
             "cap         held down to %.4f of the amplitude, %.0f Pa at the loudest point\n",
             solution.sequence.report.capFactor,
             solution.achieved_Pa.maxCoeff());
+    const haptics::ExposureFigures& heard = solution.parts.exposure;
+    std::printf(
+        "at ears     %.1f dB re 20 uPa (rms) at the loudest of %d places, (%.2f, %.2f, %.2f) "
+        "m; free field\n",
+        heard.level_dB,
+        heard.places,
+        heard.x_m,
+        heard.y_m,
+        heard.z_m);
     if (solution.parts.certificate)
         std::printf("certificate misfit and power of the field %.1f %%, of its phases %.2f %%, of "
                     "the best phases "
@@ -93,6 +147,7 @@ void printSummary(const Solution& solution, const std::string& folder)
                     100.0 * solution.parts.certificate->gapOfPhases(),
                     100.0 * solution.parts.certificate->gap(),
                     solution.parts.certificate->total_ms);
+    if (solution.probe) printProbes(*solution.probe, solution.scene.medium);
     if (!report.message.empty()) std::printf("note        %s\n", report.message.c_str());
     std::printf("written to  %s\n", folder.c_str());
 }
@@ -127,7 +182,10 @@ int main(int argc, char** argv)
         const Solution solution = solveAll(arguments);
         const std::string& source =
             arguments.model.empty() ? arguments.pointsFile : arguments.model;
-        writeAll(solution, std::filesystem::path(source).filename().string(), arguments.out);
+        writeAll(solution,
+                 std::filesystem::path(source).filename().string(),
+                 arguments.out,
+                 !arguments.earsFile.empty());
         printSummary(solution, arguments.out);
         return isSilent(solution.sequence.report.stop) ? 1 : 0;
     }

@@ -1,8 +1,10 @@
 // What hands cost a frame: touch against meshes of several sizes, reach, and shadows over the
-// array.
+// array. And how far predicted hands are off, also those of recordings.
 
 #include "engine-bridge/hands/HandProximity.h"
 #include "engine-bridge/hands/Obstacles.h"
+#include "haptics/base/InputError.h"
+#include "tests/benchmarks/hands/Prediction.h"
 #include "tests/engine-bridge/pipeline/SphereMesh.h"
 
 #include <algorithm>
@@ -10,8 +12,10 @@
 #include <cstdio>
 #include <functional>
 #include <random>
+#include <string>
 #include <vector>
 
+#include <CLI/CLI.hpp>
 #include <time.h>
 
 using namespace midair;
@@ -146,9 +150,35 @@ void shadows()
 
 } // namespace
 
-int main()
+int main(int argc, char** argv)
 {
-    touch();
-    reach();
-    shadows();
+    CLI::App app("What hands cost a frame, and how far predicted hands are off.");
+    bool onlyPrediction = false;
+    double ahead_ms = 50.0;
+    double noise_mm = 1.0;
+    std::vector<std::string> recordings;
+    app.add_flag("--prediction", onlyPrediction, "measure predictions alone");
+    app.add_option("--ahead", ahead_ms, "horizon in ms")->check(CLI::Range(0.0, 250.0));
+    app.add_option("--noise", noise_mm, "noise that is added to recordings, mm")
+        ->check(CLI::Range(0.0, 100.0));
+    app.add_option("RECORDING", recordings, "recordings of hands to predict, too");
+    CLI11_PARSE(app, argc, argv);
+    if (!onlyPrediction)
+    {
+        touch();
+        reach();
+        shadows();
+    }
+    bench::printPredictions(ahead_ms);
+    try
+    {
+        for (const std::string& recording : recordings)
+            bench::printRecording(recording, ahead_ms, noise_mm);
+    }
+    catch (const base::InputError& error)
+    {
+        std::fprintf(stderr, "midair-hands-bench: %s\n", error.what());
+        return 1;
+    }
+    return 0;
 }

@@ -252,7 +252,10 @@ XrResult locateHandJoints(XrHandTrackerEXT tracker,
     if (fails(state, "xrLocateHandJointsEXT", result)) return result;
     expect(state, gRunning, "hands were located of a session that doesn't run");
     if (info->baseSpace != handle<XrSpace>(kSpace)) return XR_ERROR_HANDLE_INVALID;
-    if (info->time != gTime) return XR_ERROR_TIME_INVALID;
+    // Nobody asks for the past, or for what no runtime can know.
+    if (info->time < gTime || info->time > gTime + 1000000000) return XR_ERROR_TIME_INVALID;
+    if (info->time > gTime && !state->predicts) return XR_ERROR_TIME_INVALID;
+    state->ahead = info->time - gTime;
     if (locations->jointCount != XR_HAND_JOINT_COUNT_EXT) return XR_ERROR_VALIDATION_FAILURE;
     const std::size_t which = tracker == handle<XrHandTrackerEXT>(kRight) ? 1 : 0;
     const std::optional<FakeHand>& hand = state->hands[which];

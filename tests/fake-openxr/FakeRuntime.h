@@ -28,6 +28,9 @@ struct FakeState
     std::deque<XrSessionState> states;            ///< the next events
     XrStructureType otherEvent = XR_TYPE_UNKNOWN; ///< one event of this type
 
+    bool predicts = true; ///< false: it refuses hands of a later time
+    XrDuration ahead = 0; ///< how much later than it was the last hands were asked for
+
     int instances = 0;                                         ///< made so far
     int located = 0;                                           ///< hands so far
     int begun = 0;                                             ///< sessions so far

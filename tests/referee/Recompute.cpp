@@ -246,6 +246,31 @@ void Recomputer::rateCap(Recomputed& result) const
     set(result, "capFactor", _recorded.cap_Pa > 0.0 ? _q.front().cwiseAbs().mean() : 1.0);
 }
 
+// Fields in turn again and again, until every transducer repeats: the envelope's power by Simpson's
+// rule. No scene is modulated.
+void Recomputer::rateRinging(Recomputed& result) const
+{
+    constexpr int kPanels = 40;
+    const double T = 1.0 / _recorded.fieldRate_Hz, tau = _recorded.array.ringing_s;
+    double steady = 0.0, ringing = 0.0;
+    Eigen::VectorXcd a = _q.back();
+    const int rounds = 2 + static_cast<int>(30.0 * tau / T / static_cast<double>(_q.size()));
+    for (int round = 0; round < rounds && _q.size() > 1; ++round)
+        for (const Eigen::VectorXcd& q : _q)
+        {
+            for (int s = 0; s <= kPanels && round + 1 == rounds; ++s)
+            {
+                const double weight = s == 0 || s == kPanels ? 1.0 : s % 2 == 1 ? 4.0 : 2.0;
+                const double left = tau > 0.0 ? std::exp(-T * s / kPanels / tau) : 0.0;
+                ringing += weight / (3.0 * kPanels) * (q + (a - q) * left).squaredNorm();
+            }
+            if (round + 1 == rounds) steady += q.squaredNorm();
+            a = q + (a - q) * (tau > 0.0 ? std::exp(-T / tau) : 0.0);
+        }
+    set(result, "ringingShare", steady > 0.0 ? ringing / steady : 1.0);
+    set(result, "ringingModulation", 1.0);
+}
+
 // Surface figures are those of the newest field that was measured: of this update, or of one after
 // that of the figures before.
 void Recomputer::rateSurface(const Update& update, Recomputed& result)
@@ -288,6 +313,7 @@ Recomputed Recomputer::next()
     setAll(sums, result);
     rateChange(result);
     rateCap(result);
+    rateRinging(result);
     rateSurface(update, result);
     ++_next;
     if (update.isRepeat) return result;

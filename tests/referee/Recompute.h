@@ -64,6 +64,7 @@ private:
     void setAll(const Sums& sums, Recomputed& result);
     void rateChange(Recomputed& result) const;
     void rateCap(Recomputed& result) const;
+    void rateRinging(Recomputed& result) const;
     void rateSurface(const Update& update, Recomputed& result);
     Eigen::VectorXcd playedIn(const Part& part) const;
 

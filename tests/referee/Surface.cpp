@@ -93,6 +93,68 @@ std::vector<double> radiationPressures(const Eigen::Matrix3Xd& places,
     return all_Pa;
 }
 
+// The same with ringing, and with the time that sound takes: delays in bins of 1 us, and the square
+// of the pressure at the middle of each.
+double ringingSquareAt(const Eigen::Vector3d& place,
+                       const Eigen::RowVectorXcd& G,
+                       const Recorded& recorded,
+                       const std::vector<Eigen::VectorXcd>& fields)
+{
+    constexpr double kBin_s = 1e-6;
+    const auto K = static_cast<Eigen::Index>(fields.size());
+    const Eigen::RowVectorXd delay_s =
+        (recorded.array.positions.colwise() - place).colwise().norm() /
+        recorded.medium.soundSpeed();
+    const double first_s = delay_s.minCoeff();
+    const auto bins = static_cast<Eigen::Index>((delay_s.maxCoeff() - first_s) / kBin_s) + 1;
+    Eigen::MatrixXcd arriving = Eigen::MatrixXcd::Zero(K, bins);
+    for (Eigen::Index i = 0; i < G.size(); ++i)
+        for (Eigen::Index k = 0; k < K; ++k)
+            arriving(k, static_cast<Eigen::Index>((delay_s[i] - first_s) / kBin_s)) +=
+                G[i] * fields[static_cast<std::size_t>(k)][i];
+    const auto step = static_cast<Eigen::Index>(std::lround(1.0 / recorded.fieldRate_Hz / kBin_s));
+    const Eigen::Index period = K * step;
+    const double left = std::exp(-kBin_s / recorded.array.ringing_s);
+    const double half = std::exp(-0.5 * kBin_s / recorded.array.ringing_s);
+    std::complex<double> S = 0.0, E = 0.0;
+    double sum = 0.0;
+    // From silence: after some rounds all is as in the round before.
+    const Eigen::Index rounds =
+        2 +
+        static_cast<Eigen::Index>(30.0 * recorded.array.ringing_s / kBin_s + double(bins)) / period;
+    for (Eigen::Index t = 0; t < rounds * period; ++t)
+    {
+        for (Eigen::Index bin = t % step; bin < bins && bin <= t; bin += step)
+        {
+            const Eigen::Index k = (t - bin) / step;
+            std::complex<double> change = arriving(k % K, bin);
+            if (k > 0) change -= arriving((k - 1) % K, bin);
+            S += change;
+            E -= change;
+        }
+        if (t >= (rounds - 1) * period) sum += std::norm(S + E * half);
+        E *= left;
+    }
+    return sum / static_cast<double>(period);
+}
+
+std::vector<double> ringingPressures(const Eigen::Matrix3Xd& places,
+                                     const Recorded& recorded,
+                                     const std::vector<Eigen::VectorXcd>& fields)
+{
+    const double c = recorded.medium.soundSpeed();
+    std::vector<double> all_Pa;
+    for (Eigen::Index l = 0; l < places.cols(); ++l)
+        all_Pa.push_back(ringingSquareAt(places.col(l),
+                                         haptics::referencePropagationMatrix(
+                                             places.col(l), recorded.array, recorded.medium)
+                                             .row(0),
+                                         recorded,
+                                         fields) /
+                         (recorded.medium.density() * c * c));
+    return all_Pa;
+}
+
 double meanOf(const std::vector<double>& values)
 {
     double sum = 0.0;
@@ -117,6 +179,25 @@ double percentile(const std::vector<double>& ascending, double share)
     const std::size_t above = std::min(below + 1, ascending.size() - 1);
     return ascending[below] +
            (place - static_cast<double>(below)) * (ascending[above] - ascending[below]);
+}
+
+/// Pressures on a surface, ascending, and off it.
+struct OnAndOff
+{
+    const std::vector<double>&on_Pa, &off_Pa;
+};
+
+void setRinging(std::map<std::string, Truth>& figures, const OnAndOff& all)
+{
+    const double mean_Pa = meanOf(all.on_Pa);
+    const auto set = [&figures](const char* name, double value) {
+        figures[std::string("surface.ringing") + name] = {value, value, false};
+    };
+    set("Mean_Pa", mean_Pa);
+    set("CoefficientOfVariation",
+        std::sqrt(squaresAbout(mean_Pa, all.on_Pa) / double(all.on_Pa.size())) / mean_Pa);
+    set("Percentile1", percentile(all.on_Pa, 0.01) / mean_Pa);
+    set("Contrast", mean_Pa / meanOf(all.off_Pa));
 }
 
 } // namespace
@@ -151,6 +232,12 @@ std::map<std::string, Truth> surfaceFigures(const Recorded& recorded,
     set("contrastError",
         mean_Pa / offMean_Pa * std::sqrt(squaresAbout(offMean_Pa, off_Pa) / (off - 1.0) / off) /
             offMean_Pa);
+    setRinging(figures, {on_Pa, off_Pa});
+    if (fields.size() < 2 || recorded.array.ringing_s == 0.0) return figures;
+    std::vector<double> ringing_Pa = ringingPressures(samples, recorded, fields);
+    std::sort(ringing_Pa.begin(), ringing_Pa.end());
+    setRinging(figures,
+               {ringing_Pa, ringingPressures(placesOff(samples, wavelength_m), recorded, fields)});
     return figures;
 }
 

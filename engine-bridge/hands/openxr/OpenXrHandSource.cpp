@@ -25,4 +25,10 @@ bool OpenXrHandSource::frameAt(double time_s, HandFrame& frame)
     return true;
 }
 
+bool OpenXrHandSource::setHorizon(double ahead_s)
+{
+    _tracker->setHorizon(ahead_s);
+    return true;
+}
+
 } // namespace midair::bridge

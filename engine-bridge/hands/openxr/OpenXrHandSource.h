@@ -13,7 +13,7 @@
 namespace midair::bridge
 {
 
-/// The hands that an OpenXR runtime tracks now, whatever time is asked for.
+/// The hands that an OpenXR runtime tracks now, or that it predicts, whatever time is asked for.
 class OpenXrHandSource : public HandSource
 {
 public:
@@ -27,6 +27,9 @@ public:
                               const Eigen::Isometry3d& placement = upright());
 
     bool frameAt(double time_s, HandFrame& frame) override;
+    /// The runtime is asked for the hands of so much later. Sources of one tracker share the newest
+    /// horizon.
+    bool setHorizon(double ahead_s) override;
     std::string status() const override { return _tracker->status(); }
 
     /// Messages for the user since the last call; each one is returned once.

@@ -187,20 +187,31 @@ void OpenXrSession::handleState(XrSessionState state)
     }
 }
 
-void OpenXrSession::locate(HandFrame& frame)
+void OpenXrSession::locate(HandFrame& frame, double ahead_s)
 {
     frame.hands.clear();
     if (!_running) return;
-    const XrTime time = _instance.now();
+    const XrTime now = _instance.now();
+    const auto ahead = static_cast<XrDuration>(std::llround(1e9 * ahead_s));
     for (int id = 0; id < static_cast<int>(_trackers.size()); ++id)
     {
         Hand hand;
         hand.id = id;
-        if (locateHand(id, time, hand)) frame.hands.push_back(hand);
+        if (locateHand(id, now, ahead, hand)) frame.hands.push_back(hand);
     }
 }
 
-bool OpenXrSession::locateHand(int id, XrTime time, Hand& hand)
+XrResult OpenXrSession::askRuntime(int id, XrTime time, XrHandJointLocationsEXT& locations) const
+{
+    XrHandJointsLocateInfoEXT info{};
+    info.type = XR_TYPE_HAND_JOINTS_LOCATE_INFO_EXT;
+    info.baseSpace = _space;
+    info.time = time;
+    return _instance.functions().locateHandJoints(
+        _trackers[static_cast<std::size_t>(id)], &info, &locations);
+}
+
+bool OpenXrSession::locateHand(int id, XrTime now, XrDuration ahead, Hand& hand)
 {
     static_assert(HAND_JOINTS == XR_HAND_JOINT_COUNT_EXT, "one order of joints for both");
     std::array<XrHandJointLocationEXT, HAND_JOINTS> located{};
@@ -208,12 +219,15 @@ bool OpenXrSession::locateHand(int id, XrTime time, Hand& hand)
     locations.type = XR_TYPE_HAND_JOINT_LOCATIONS_EXT;
     locations.jointCount = HAND_JOINTS;
     locations.jointLocations = located.data();
-    XrHandJointsLocateInfoEXT info{};
-    info.type = XR_TYPE_HAND_JOINTS_LOCATE_INFO_EXT;
-    info.baseSpace = _space;
-    info.time = time;
-    const XrResult result = _instance.functions().locateHandJoints(
-        _trackers[static_cast<std::size_t>(id)], &info, &locations);
+    const bool isLater = ahead > 0 && !_refusesLater;
+    XrResult result = askRuntime(id, isLater ? now + ahead : now, locations);
+    if (result == XR_ERROR_TIME_INVALID && isLater)
+    {
+        _refusesLater = true;
+        _say("openxr: " + runtime() + " tells no hands of a later time (" + resultName(result) +
+             "): they are those of now, and are felt late. prediction=kalman predicts them");
+        result = askRuntime(id, now, locations);
+    }
     if (result == XR_ERROR_SESSION_LOST || result == XR_ERROR_INSTANCE_LOST)
         _instance.check(result, "xrLocateHandJointsEXT");
     if (XR_FAILED(result))

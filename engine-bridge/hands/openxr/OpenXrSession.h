@@ -37,10 +37,11 @@ public:
     /// when the session is over.
     void handleEvents();
 
-    /// Puts the hands that are tracked now into \a frame, in the session's space. Joints with an
-    /// invalid flag or an impossible value have no valid position. Throws OpenXrError when the
-    /// session is lost.
-    void locate(HandFrame& frame);
+    /// Puts the hands that are tracked \a ahead_s (>= 0) from now into \a frame, in the session's
+    /// space: the runtime predicts them. One that refuses such a time is asked for those of now,
+    /// from then on, which is told. Joints with an invalid flag or an impossible value have no
+    /// valid position. Throws OpenXrError when the session is lost.
+    void locate(HandFrame& frame, double ahead_s = 0.0);
 
     /// The number of joints so far with a valid flag and an impossible value.
     std::size_t jointsLeftOut() const { return _leftOut; }
@@ -48,7 +49,8 @@ public:
 private:
     void createSpace(OpenXrSpace space);
     void handleState(XrSessionState state);
-    bool locateHand(int id, XrTime time, Hand& hand);
+    bool locateHand(int id, XrTime now, XrDuration ahead, Hand& hand);
+    XrResult askRuntime(int id, XrTime time, XrHandJointLocationsEXT& locations) const;
     void destroy();
 
     Say _say;
@@ -58,6 +60,7 @@ private:
     XrReferenceSpaceType _spaceType = XR_REFERENCE_SPACE_TYPE_LOCAL;
     std::array<XrHandTrackerEXT, 2> _trackers{}; ///< left, right
     bool _running = false;
+    bool _refusesLater = false; ///< the runtime tells no hands of a later time
     std::size_t _leftOut = 0;
 };
 

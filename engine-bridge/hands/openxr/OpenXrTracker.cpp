@@ -23,6 +23,9 @@ constexpr double kIdleInterval_s = 0.1;
 /// a runtime can't be reached.
 constexpr double kLongestRetry_s = 60.0;
 
+/// A runtime isn't asked for what is farther ahead.
+constexpr double kFarthest_s = 1.0;
+
 /// Time to wait for another tracker to end, before the user gets a message that it has the runtime.
 constexpr double kHandOver_s = 2.0;
 
@@ -144,7 +147,7 @@ void OpenXrTracker::follow(OpenXrSession& session)
         const bool asked = isAskedFor();
         lock.unlock();
         session.handleEvents();
-        if (asked) session.locate(frame);
+        if (asked) session.locate(frame, _horizon_s);
         frame.time_s = base::steadySeconds();
         lock.lock();
         _leftOut = session.jointsLeftOut();
@@ -184,7 +187,15 @@ bool OpenXrTracker::latest(HandFrame& frame)
     frame.hands.clear();
     if (_asked_s - _frame.time_s > kStale_s) return false;
     frame.hands = _frame.hands;
+    for (Hand& hand : frame.hands)
+        hand.age_s = _asked_s - _frame.time_s;
     return !frame.hands.empty();
+}
+
+void OpenXrTracker::setHorizon(double ahead_s)
+{
+    // A NaN counts as 0.
+    _horizon_s = ahead_s > 0.0 ? std::min(ahead_s, kFarthest_s) : 0.0;
 }
 
 std::vector<std::string> OpenXrTracker::messages(std::size_t& told) const

@@ -56,9 +56,13 @@ public:
     OpenXrTracker(const OpenXrTracker&) = delete;
     OpenXrTracker& operator=(const OpenXrTracker&) = delete;
 
-    /// Puts the newest hands, in the runtime's space, into \a frame; returns false if none are
-    /// tracked. Never waits for the runtime. Any thread.
+    /// Puts the newest hands, in the runtime's space, into \a frame, with their age; returns false
+    /// if none are tracked. Never waits for the runtime. Any thread.
     bool latest(HandFrame& frame);
+
+    /// From now on the runtime is asked for hands \a ahead_s (0 .. 1, else cut) after the time that
+    /// it is then; 0, the default: for those of that time. Any thread.
+    void setHorizon(double ahead_s);
 
     /// The messages from number \a told on; sets \a told to the number of all messages. Any thread.
     std::vector<std::string> messages(std::size_t& told) const;
@@ -79,6 +83,7 @@ private:
 
     const OpenXrOptions _options;
     std::atomic<bool> _stop{false};
+    std::atomic<double> _horizon_s{0.0};
     mutable std::mutex _mutex; ///< guards the members that follow, except _thread
     std::condition_variable _wake;
     HandFrame _frame;         ///< time_s: steady clock, when it was located

@@ -84,6 +84,17 @@ void addSpared(HudRows& rows, const midair::bridge::HologramCounters& counters)
     if (!meshes.empty()) rows.emplace_back("meshes", meshes);
 }
 
+/// The caps that are set: "800 Pa", "110 dB at ears", or both.
+std::string capsOf(const HapticStatistics& now)
+{
+    std::string caps;
+    if (now.maxPressure_Pa > 0.0) caps = fmt::format("{:g} Pa", now.maxPressure_Pa);
+    if (now.exposure.limit_dB > 0.0)
+        caps +=
+            fmt::format("{}{:g} dB at ears", caps.empty() ? "" : " and ", now.exposure.limit_dB);
+    return caps;
+}
+
 /// The pressure at the points, 0 of it while it isn't played, or that no level of the array is low
 /// enough for any.
 std::string pressureOf(const HologramResult& result, const ArrayNews& news)
@@ -103,6 +114,7 @@ ArrayNews newsOf(const HologramResult& result)
     midair::base::assignPart<midair::haptics::FieldFigures>(news.statistics, result.report());
     news.statistics.points = result.points.size();
     news.statistics.maxPressure_Pa = result.maxPressure_Pa;
+    news.statistics.exposure = result.exposure;
     news.statistics.objects = static_cast<int>(result.origins.size());
     news.statistics.state = result.state;
     news.statistics.device = result.deviceStatus;
@@ -134,9 +146,8 @@ HudAlarm alarmOf(const ArrayNews& news, const HologramResult* result)
     case ArrayState::PLAYING:
         if (now.capFactor >= 1.0) return {};
         return {"CAPPED",
-                fmt::format("held down to {:g} Pa, {:.0f} % of the drive",
-                            now.maxPressure_Pa,
-                            100.0 * now.capFactor),
+                fmt::format(
+                    "held down to {}, {:.0f} % of the drive", capsOf(now), 100.0 * now.capFactor),
                 false};
     default:
         return {};
@@ -165,6 +176,12 @@ HudRows rowsOf(const HologramResult* field, const ArrayNews& news, const Overlay
     rows.emplace_back("updates", fmt::format("{:.0f} / s", result.updatesPerSecond));
     rows.emplace_back("device", result.deviceStatus);
     rows.emplace_back("loudness E", fmt::format("{:.3f}", report.loudness));
+    if (news.statistics.exposure.places > 0)
+        rows.emplace_back("at ears",
+                          fmt::format("{:.0f} dB (mean {:.0f}, most {:.0f})",
+                                      news.statistics.exposure.level_dB,
+                                      news.statistics.exposure.eq_dB,
+                                      news.statistics.exposure.max_dB));
     if (result.monitored && result.monitored->certificate.points > 0)
         rows.emplace_back(
             "off the best",
@@ -203,7 +220,8 @@ std::vector<std::string> messagesOf(const ArrayNews& news, const HudAlarm& alarm
         if (rank(*message) == 3) text.insert(0, "before: ");
         const bool isSaid = text == alarm.reason || message->text == alarm.reason ||
                             message->code == "device.muted" ||
-                            (alarm.word == "CAPPED" && message->code == "cap.pressure");
+                            (alarm.word == "CAPPED" &&
+                             (message->code == "cap.pressure" || message->code == "cap.ears"));
         if (!isSaid) texts.push_back(std::move(text));
     }
     return texts;

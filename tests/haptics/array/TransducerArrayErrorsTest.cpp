@@ -76,6 +76,10 @@ TEST(TransducerArrayErrors, EachMistakeHasItsMessage)
          "within 1e-30 .. 1e5"},
         {R"({"frequency_Hz": 40000, "sourceAmplitude_Pa_m": 1})",
          "lacks 'directivity'; it must be the name of a directivity model"},
+        {"{" + kHead + R"(, "ringing": -1e-6, )" + kOne + "}",
+         "ringing is -1e-06; it must be a time constant in seconds, within 0 .. 0.01"},
+        {"{" + kHead + R"(, "ringing": 190, )" + kOne + "}",
+         "ringing is 190; it must be a time constant in seconds, within 0 .. 0.01"},
         {R"({"frequency_Hz": -40000})",
          "frequency_Hz is -40000; it must be Hz, above 0, at most 1e7"},
         {R"({"frequency_Hz": "40 kHz"})",
@@ -91,7 +95,7 @@ TEST(TransducerArrayErrors, EachMistakeHasItsMessage)
          "directivity is 2; it must be a text in quotes"},
         {R"({"frequency": 40000})",
          "has the unknown key 'frequency'; known are name, comment, frequency_Hz, "
-         "sourceAmplitude_Pa_m, directivity, "
+         "sourceAmplitude_Pa_m, directivity, ringing, "
          "phaseLevels, amplitudeLevels, transducers, boards, dead"},
         {R"({"name": 5})", "name is 5; it must be a text in quotes"},
         {"{" + kHead + "}", "has no transducers; 'transducers' or 'boards' must list at least one"},

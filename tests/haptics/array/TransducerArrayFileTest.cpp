@@ -29,6 +29,7 @@ void expectEqual(const TransducerArray& a, const TransducerArray& b)
     EXPECT_EQ(a.frequency_Hz, b.frequency_Hz);
     EXPECT_EQ(a.sourceAmplitude_Pa_m, b.sourceAmplitude_Pa_m);
     EXPECT_EQ(a.directivity, b.directivity);
+    EXPECT_EQ(a.ringing_s, b.ringing_s);
     EXPECT_TRUE(a.positions == b.positions);
     EXPECT_TRUE(a.normals == b.normals);
     ASSERT_EQ(a.phaseOffset_rad.size(), b.phaseOffset_rad.size());
@@ -63,6 +64,35 @@ private:
 };
 
 } // namespace
+
+TEST(TransducerArrayFile, TransducersRingAsTheirTypeDoesOrAsTheFileSays)
+{
+    const auto ringing_s = [](const std::string& directivity, const std::string& more)
+    {
+        return TransducerArray::fromJson(
+                   R"({"frequency_Hz": 40000, "sourceAmplitude_Pa_m": 1, "directivity": ")" +
+                       directivity + "\"" + more + ", " + kOne + "}",
+                   "a.json")
+            .ringing_s;
+    };
+    EXPECT_EQ(ringing_s("t4010a1-table", ""), 190e-6);
+    EXPECT_EQ(ringing_s("t4010a1-harmonics", ""), 190e-6);
+    EXPECT_EQ(ringing_s("point", ""), 0.0);
+    EXPECT_EQ(ringing_s("point", R"(, "ringing": 276e-6)"), 276e-6);
+    EXPECT_EQ(ringing_s("t4010a1-table", R"(, "ringing": 0)"), 0.0);
+    for (const std::string& name : TransducerArray::names())
+        EXPECT_EQ(TransducerArray::load(name).ringing_s, 190e-6) << name;
+    TransducerArray array = TransducerArray::singleBoard();
+    array.ringing_s = 1.6e-4;
+    expectEqual(TransducerArray::fromJson(array.toJson(), "a.json"), array);
+    for (const double wrong : {-1e-6, 0.011, std::nan("")})
+    {
+        array.ringing_s = wrong;
+        std::string error;
+        EXPECT_FALSE(array.isValid(&error));
+        EXPECT_EQ(error.find("ringing is "), 0u) << error;
+    }
+}
 
 TEST(TransducerArrayFile, FlatListIsReadAsWritten)
 {

@@ -68,6 +68,42 @@ TEST(FieldSequence, AHeldFieldGoesOnFromTheOneBefore)
     EXPECT_EQ(sequence.report.driveChange, before.driveChange) << "another array's";
 }
 
+TEST(FieldSequence, RingingCostsWhatIsSwitchedAndModulated)
+{
+    FieldSequence sequence;
+    sequence.fields = {Eigen::VectorXcf::Ones(4), Eigen::VectorXcf::Ones(4)};
+    sequence.fields[1].tail(2) *= -1.0f; // unrelated
+    rateRinging(sequence, 190e-6);
+    EXPECT_NEAR(sequence.report.ringingShare, 0.81, 0.003);
+    EXPECT_EQ(sequence.report.ringingModulation, 1.0);
+    sequence.modulation.fieldRate_Hz = 500.0;
+    rateRinging(sequence, 190e-6);
+    EXPECT_NEAR(sequence.report.ringingShare, 0.905, 0.003);
+    rateRinging(sequence, 0.0);
+    EXPECT_EQ(sequence.report.ringingShare, 1.0);
+    // A modulation that never repeats with the fields takes as much as one that does.
+    sequence.modulation.amplitudeRate_Hz = 50.0;
+    rateRinging(sequence, 190e-6);
+    const double repeated = sequence.report.ringingShare;
+    EXPECT_LT(repeated, 0.92);
+    sequence.modulation.amplitudeRate_Hz = 50.0 + 1e-3 * M_PI;
+    rateRinging(sequence, 190e-6);
+    EXPECT_NEAR(sequence.report.ringingShare, repeated, 0.003);
+
+    sequence.fields.resize(1);
+    sequence.modulation.amplitudeRate_Hz = 0.0;
+    rateRinging(sequence, 190e-6);
+    EXPECT_EQ(sequence.report.ringingShare, 1.0);
+    sequence.modulation.fieldRate_Hz = 4000.0;
+    sequence.modulation.amplitudeRate_Hz = 200.0;
+    rateRinging(sequence, 190e-6);
+    // |cos| swings at twice this rate in its kinks, too; its power's line loses about a tenth.
+    EXPECT_GT(sequence.report.ringingModulation, 0.85);
+    EXPECT_LT(sequence.report.ringingModulation, 0.99);
+    EXPECT_GT(sequence.report.ringingShare, 0.9);
+    EXPECT_LT(sequence.report.ringingShare, 1.0);
+}
+
 TEST(SolveReport, FiguresAreWrittenByNameOnce)
 {
     SolveReport report;

@@ -81,6 +81,7 @@ TEST(ArrayDescription, FilesKeepIt)
     array.transducers[6].phaseOffset_rad = -1.25;
     array.directivity = ArrayDescription::POINT;
     array.phaseLevels = 32;
+    array.ringing_s = 2.76e-4;
     array.amplitudeLevels = {0.0F, 1.0F};
     file.save(array);
     ArrayDescription again;
@@ -93,6 +94,7 @@ TEST(ArrayDescription, FilesKeepIt)
     EXPECT_EQ(again.transducers[6].phaseOffset_rad, -1.25);
     EXPECT_EQ(again.directivity, ArrayDescription::POINT);
     EXPECT_EQ(again.phaseLevels, 32);
+    EXPECT_EQ(again.ringing_s, 2.76e-4);
     EXPECT_EQ(again.amplitudeLevels, array.amplitudeLevels);
     EXPECT_EQ(again.transducers[159].board, 1);
 
@@ -127,6 +129,8 @@ TEST(ArrayDescription, WhatIsOutOfRangeIsNamed)
          "transducer 0 is on a board other than 0, being the first"},
         {[](ArrayDescription& a) { a.dead = {160}; },
          "transducer 160 is dead, but there are 160, from 0"},
+        {[](ArrayDescription& a) { a.ringing_s = std::nan(""); },
+         "ringing_s is nan; it must be within 0 .. 0.01"},
         {[](ArrayDescription& a) { a.phaseLevels = 1; },
          "phaseLevels is 1; it must be 0 or 2 .. 65536"},
         {[](ArrayDescription& a) {

@@ -48,11 +48,12 @@ TEST_P(OverlaysSerialization, EverySwitchComesBack)
         {&HapticOverlays::setShowWorkspace, &HapticOverlays::getShowWorkspace},
         {&HapticOverlays::setShowFigures, &HapticOverlays::getShowFigures},
         {&HapticOverlays::setShowFieldVolume, &HapticOverlays::getShowFieldVolume},
-        {&HapticOverlays::setShowHands, &HapticOverlays::getShowHands}};
+        {&HapticOverlays::setShowHands, &HapticOverlays::getShowHands},
+        {&HapticOverlays::setShowExposure, &HapticOverlays::getShowExposure}};
     for (const auto& [set, get] : switches)
     {
         osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
-        (overlays.get()->*set)(false);
+        (overlays.get()->*set)(!(overlays.get()->*get)());
         overlays->setName("seen");
         const auto back = read(written(*overlays, GetParam()), GetParam());
         ASSERT_TRUE(back);
@@ -86,4 +87,5 @@ TEST(OverlaysSerializationOfOldFiles, LastByteIsShowFigures)
     EXPECT_FALSE(back->getShowFigures());
     EXPECT_TRUE(back->getShowFieldVolume());
     EXPECT_TRUE(back->getShowHands());
+    EXPECT_FALSE(back->getShowExposure()) << "which is hidden until it is asked for";
 }

@@ -103,6 +103,11 @@ HapticSettings unusualSettings()
     s.denseOutlines = false;
     s.monitorInterval = 0.25;
     s.even = 40;
+    s.earLimit = 117.5;
+    s.earPoints = "0 0 0.5; -0.25 0.125 0.5";
+    s.earCamera = true;
+    s.prediction = HapticSettings::KALMAN;
+    s.trackerDelay = 0.03125;
     return s;
 }
 
@@ -176,7 +181,17 @@ void expectUnusual(const HapticSettings& s)
     EXPECT_EQ(s.shadows, wanted.shadows);
 }
 
-/// What versions 2 to 5 of HapticScene brought.
+/// What version 6 of HapticScene brought.
+void withoutVersion6(HapticSettings& s)
+{
+    s.earLimit = HapticSettings().earLimit;
+    s.earPoints.clear();
+    s.earCamera = false;
+    s.prediction = HapticSettings().prediction;
+    s.trackerDelay = HapticSettings().trackerDelay;
+}
+
+/// What versions 2 to 6 of HapticScene brought.
 void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
 {
     expectNear(s.maxPressure, wanted.maxPressure);
@@ -188,6 +203,11 @@ void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
     expectNear(s.monitorInterval, wanted.monitorInterval);
     expectNear(s.maxAmplitude, wanted.maxAmplitude);
     EXPECT_EQ(s.even, wanted.even);
+    expectNear(s.earLimit, wanted.earLimit);
+    EXPECT_EQ(s.earPoints, wanted.earPoints);
+    EXPECT_EQ(s.earCamera, wanted.earCamera);
+    EXPECT_EQ(s.prediction, wanted.prediction);
+    expectNear(s.trackerDelay, wanted.trackerDelay);
 }
 
 void expectUnusual(osg::Node* node,
@@ -247,6 +267,7 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion3)
     HapticSettings settings = unusualSettings();
     settings.maxAmplitude = HapticSettings().maxAmplitude;
     settings.even = HapticSettings().even;
+    withoutVersion6(settings);
     expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
 }
 
@@ -256,14 +277,24 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion4)
     const std::string file = std::string(MIDAIR_TEST_DATA "/format-v4/scene.") + GetParam();
     HapticSettings settings = unusualSettings();
     settings.even = HapticSettings().even;
+    withoutVersion6(settings);
     expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
 }
 
 TEST_P(Serialization, ReadsTheStoredFilesOfVersion5)
 {
     findPlugins();
+    const std::string file = std::string(MIDAIR_TEST_DATA "/format-v5/scene.") + GetParam();
+    HapticSettings settings = unusualSettings();
+    withoutVersion6(settings);
+    expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
+}
+
+TEST_P(Serialization, ReadsTheStoredFilesOfVersion6)
+{
+    findPlugins();
     expectUnusual(
-        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v5/scene.") + GetParam())
+        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v6/scene.") + GetParam())
             .get());
 }
 

@@ -37,12 +37,15 @@ TEST(UnreadableLimit, Silences)
     BoxScene box;
     box.scene->setMaxPressure(800.0);
     box.scene->setMaxAmplitude(0.5);
+    box.scene->setEarLimit(110.0);
     box.scene->setMetresPerUnit(0.125);
     box.scene->setCalibration(osg::Matrixd::translate(0.25, 0.0, 0.0));
     const std::pair<const char*, const char*> wrong[] = {
         {"MaxPressure 800", "MaxPressure eight"},
         {"MaxPressure 800", "MaxPressure 800mm"},
         {"MaxAmplitude 0.5", "MaxAmplitude 0,5"},
+        {"EarLimit 110", "EarLimit abc"},
+        {"EarLimit 110", "EarLimit 130bananas"},
         {"0.25", "a_quarter"},
         {"MetresPerUnit 0.125", "MetresPerUnit abc"},
     };

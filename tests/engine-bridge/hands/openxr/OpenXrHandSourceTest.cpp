@@ -40,6 +40,40 @@ TEST_F(OpenXrHands, ArePlacedByAMatrixOfOnesOwn)
               1e-6);
 }
 
+TEST_F(OpenXrHands, AreAskedForTheTimeToWhichTheyArePredicted)
+{
+    show(1, handAt(1, kTip));
+    open();
+    ASSERT_TRUE(handsCome(1));
+    EXPECT_EQ(FakeAccess()->ahead, 0);
+    EXPECT_GE(frame.hands[0].age_s, 0.0);
+    EXPECT_LE(frame.hands[0].age_s, OpenXrTracker::kStale_s);
+    EXPECT_TRUE(source->setHorizon(0.047));
+    EXPECT_TRUE(framesUntil([] { return FakeAccess()->ahead == 47000000; }));
+    for (const double none_s : {-1.0, std::numeric_limits<double>::quiet_NaN()})
+    {
+        source->setHorizon(0.047);
+        ASSERT_TRUE(framesUntil([] { return FakeAccess()->ahead == 47000000; }));
+        source->setHorizon(none_s);
+        EXPECT_TRUE(framesUntil([] { return FakeAccess()->ahead == 0; })) << none_s;
+    }
+    EXPECT_EQ(said, std::vector<std::string>());
+}
+
+TEST_F(OpenXrHands, AreThoseOfNowWhereTheRuntimeTellsNoLaterOnes)
+{
+    FakeAccess()->predicts = false;
+    show(1, handAt(1, kTip));
+    open();
+    source->setHorizon(0.05);
+    ASSERT_TRUE(handsCome(1));
+    ASSERT_TRUE(framesUntil([&] { return FakeAccess()->located > 10 && !frame.hands.empty(); }));
+    EXPECT_EQ(said,
+              std::vector<std::string>{
+                  "openxr: Fake XR 1.2.3 tells no hands of a later time (XR_ERROR_TIME_INVALID): "
+                  "they are those of now, and are felt late. prediction=kalman predicts them"});
+}
+
 TEST_F(OpenXrHands, ComeAndGoWithTheTracker)
 {
     open();

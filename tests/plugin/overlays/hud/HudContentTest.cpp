@@ -48,6 +48,11 @@ TEST(HudContent, AnAlarmSaysWhatTheArrayDoesAndWhy)
     EXPECT_EQ(alarm.word, "CAPPED");
     EXPECT_EQ(alarm.reason, "held down to 800 Pa, 40 % of the drive");
     EXPECT_FALSE(alarm.isSilence);
+    capped.statistics.exposure.limit_dB = 110.0;
+    EXPECT_EQ(alarmOf(capped, nullptr).reason,
+              "held down to 800 Pa and 110 dB at ears, 40 % of the drive");
+    capped.statistics.maxPressure_Pa = 0.0;
+    EXPECT_EQ(alarmOf(capped, nullptr).reason, "held down to 110 dB at ears, 40 % of the drive");
 }
 
 TEST(HudContent, SilenceHasAReason)

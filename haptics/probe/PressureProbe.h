@@ -1,0 +1,76 @@
+#pragma once
+
+#include "haptics/array/Medium.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/base/threads/StopToken.h"
+#include "haptics/probe/DriveSchedule.h"
+
+#include <Eigen/Core>
+
+#include <complex>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace midair::haptics
+{
+
+/// When a probe looks, and how.
+struct ProbeOptions
+{
+    double rate_Hz = 20e3;   ///< 1 .. 1e6; samples per second
+    double begin_s = 0.0;    ///< -3600 .. 3600; time of the first sample
+    double duration_s = 1.0; ///< above 0, at most 3600; it takes 1 .. 10^8 samples
+    base::StopToken stop;    ///< Stopped is thrown if it requests a stop
+
+    int samples() const; ///< duration_s rate_Hz, rounded, at least 1
+    /// Returns false if a setting is out of range; \a error then names the first one.
+    bool isValid(std::string* error = nullptr) const;
+};
+
+/// The pressure at any point over time while a schedule is played: transducers ring and sound takes
+/// its time. The envelope of transducer i follows its drive, which goes from q0 to q1 at time 0,
+/// with
+///     a_i(t) = q1 + (q0 - q1) e^{-t/tau}
+/// (a second-order resonance of quality pi f tau, driven at it: within 2 % of the full circuit of a
+/// T4010A1, see TransducerArray::ringing_s), and at a point r
+///     p(r, t) = sum_i G_i(r) a_i(t - R_i/c),
+/// the complex envelope at the array's frequency, peak, with G as ReferencePropagation has it, in
+/// double. Where no change is on its way and nothing rings (tau = 0) that is the steady field bit
+/// for bit: the sum over i in order, times the step's amplitude.
+///
+/// Exact for each single switch of each transducer, whatever the rate of samples. Immutable; any
+/// thread.
+class PressureProbe
+{
+public:
+    /// Throws InputError for an array or a schedule that isn't valid, or not of one size.
+    PressureProbe(const TransducerArray& array, const Medium& medium, DriveSchedule schedule);
+
+    /// Returns p at \a point (m, array frame), one for each sample, at begin_s + k/rate_Hz. Throws
+    /// InputError for options out of range and a point that is not finite.
+    Eigen::VectorXcd at(const Eigen::Vector3d& point, const ProbeOptions& options) const;
+
+    /// Returns the steady field of each drive at \a point.
+    std::vector<std::complex<double>> steadyAt(const Eigen::Vector3d& point) const;
+
+private:
+    struct Arrivals;
+    struct Course;
+    class Passage;
+
+    Arrivals arrivalsAt(const Eigen::Vector3d& point) const;
+    Course courseOf(double from_s, double to_s) const;
+    double timeOf(std::int64_t step) const;
+
+    TransducerArray _array;
+    Medium _medium;
+    DriveSchedule _schedule;
+    std::vector<double> _begin_s; // of each step after the first's, then of all together
+};
+
+/// Returns the radiation pressure in Pa of each of \a pressure_Pa (complex, peak).
+Eigen::VectorXd
+radiationOf(const Eigen::VectorXcd& pressure_Pa, const Medium& medium, double alpha = 2.0);
+
+} // namespace midair::haptics

@@ -1,0 +1,210 @@
+#include "haptics/propagation/Exposure.h"
+
+#include "haptics/base/Units.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr double kRadius_m = 0.5;
+constexpr double kBeyond_m = 0.1; // of a sphere around a larger array
+constexpr int kCandidates = 256;
+constexpr Eigen::Index kSample = 48; // transducers by which candidates are judged
+
+// Corners of a regular tetrahedron of radius 1.
+const double kCorner = 1.0 / std::sqrt(3.0);
+const Eigen::Vector3d kAround[] = {Eigen::Vector3d(kCorner, kCorner, kCorner),
+                                   Eigen::Vector3d(kCorner, -kCorner, -kCorner),
+                                   Eigen::Vector3d(-kCorner, kCorner, -kCorner),
+                                   Eigen::Vector3d(-kCorner, -kCorner, kCorner)};
+
+// Places of a spiral with equal areas (Fibonacci).
+Eigen::Vector3d onSphere(int k, int count)
+{
+    const double y = 1.0 - (2.0 * k + 1.0) / count;
+    const double r = std::sqrt(1.0 - y * y);
+    const double turn = base::kPi * (3.0 - std::sqrt(5.0)) * k;
+    return {r * std::cos(turn), y, r * std::sin(turn)};
+}
+
+// |G| without the absorption of air.
+double strength(const TransducerArray& array, Eigen::Index i, const Eigen::Vector3d& place)
+{
+    const Eigen::Vector3d d = place - array.positions.col(i);
+    const double R = std::max(d.norm(), kNearestDistance_m);
+    const double cosTheta = std::clamp(d.dot(array.normals.col(i)) / R, -1.0, 1.0);
+    const double gain = array.gain.size() > 0 ? array.gain[i] : 1.0;
+    return array.sourceAmplitude_Pa_m * gain * directivity(array.directivity, cosTheta) / R;
+}
+
+} // namespace
+
+double soundLevel_dB(double square_Pa2)
+{
+    if (std::isnan(square_Pa2)) return square_Pa2;
+    const double ratio = square_Pa2 / (kHearing_Pa * kHearing_Pa);
+    return ratio > 1.0 ? 10.0 * std::log10(ratio) : 0.0;
+}
+
+double meanSquareOf_Pa2(double level_dB)
+{
+    return kHearing_Pa * kHearing_Pa * std::pow(10.0, 0.1 * level_dB);
+}
+
+Eigen::Matrix3Xd placesAround(const TransducerArray& array, int count)
+{
+    const Eigen::Index m = array.positions.cols();
+    if (m == 0 || count <= 0) return Eigen::Matrix3Xd(3, 0);
+    const FreeLines lines(array);
+    const double radius_m =
+        std::max(kRadius_m, kBeyond_m + array.positions.colwise().norm().maxCoeff());
+    const Eigen::Index step = std::max<Eigen::Index>(1, m / kSample);
+    std::vector<Eigen::Vector3d> heard;
+    std::size_t next = 0;
+    double loudest = 0.0;
+    for (int k = 0; k < kCandidates; ++k)
+    {
+        const Eigen::Vector3d place = radius_m * onSphere(k, kCandidates);
+        double sum = 0.0;
+        for (Eigen::Index i = 0; i < m; i += step)
+            if (lines.isFree(i, place)) sum += std::pow(strength(array, i, place), 2);
+        if (!(sum > 0.0)) continue;
+        if (sum > loudest) next = heard.size();
+        loudest = std::max(loudest, sum);
+        heard.push_back(place);
+    }
+    // Each next one is the farthest from all before it.
+    Eigen::Matrix3Xd places(3,
+                            std::min<Eigen::Index>(count, static_cast<Eigen::Index>(heard.size())));
+    std::vector<double> apart2(heard.size(), 1e300);
+    for (Eigen::Index l = 0; l < places.cols(); ++l)
+    {
+        places.col(l) = heard[next];
+        for (std::size_t k = 0; k < heard.size(); ++k)
+            apart2[k] = std::min(apart2[k], (heard[k] - heard[next]).squaredNorm());
+        next = static_cast<std::size_t>(std::max_element(apart2.begin(), apart2.end()) -
+                                        apart2.begin());
+    }
+    return places;
+}
+
+Exposure::Exposure(const TransducerArray& array,
+                   const Medium& medium,
+                   const Eigen::Matrix3Xd& places) :
+    _array(array),
+    _medium(medium),
+    _lines(array),
+    _places(places)
+{
+    const Eigen::Index m = array.positions.cols();
+    for (Eigen::MatrixXf* matrix : {&_square, &_real, &_imaginary})
+        matrix->resize(m, places.cols());
+    for (Eigen::Index l = 0; l < places.cols(); ++l)
+        listenTo(l);
+}
+
+void Exposure::listen(const Eigen::Vector3d& place,
+                      Eigen::Index column,
+                      Eigen::MatrixXf& real,
+                      Eigen::MatrixXf& imaginary) const
+{
+    const double k = base::kTwoPi / _medium.wavelength(_array.frequency_Hz);
+    const double beta = _medium.attenuation(_array.frequency_Hz);
+    for (Eigen::Index i = 0; i < real.rows(); ++i)
+    {
+        double amplitude = strength(_array, i, place);
+        if (amplitude != 0.0 && !_lines.isFree(i, place)) amplitude = 0.0;
+        if (amplitude == 0.0)
+        {
+            real(i, column) = imaginary(i, column) = 0.0f;
+            continue;
+        }
+        const double R = std::max((place - _array.positions.col(i)).norm(), kNearestDistance_m);
+        amplitude *= std::exp(-beta * R);
+        const double offset = _array.phaseOffset_rad.size() > 0 ? _array.phaseOffset_rad[i] : 0.0;
+        const double phase = offset - k * R;
+        real(i, column) = static_cast<float>(amplitude * std::cos(phase));
+        imaginary(i, column) = static_cast<float>(amplitude * std::sin(phase));
+    }
+}
+
+void Exposure::listenTo(Eigen::Index l)
+{
+    listen(_places.col(l), l, _real, _imaginary);
+    _square.col(l) = 0.5f * (_real.col(l).cwiseAbs2() + _imaginary.col(l).cwiseAbs2());
+}
+
+void Exposure::listenAround(Eigen::Index l)
+{
+    _spotsReal.col(kSpots * l) = _real.col(l);
+    _spotsImaginary.col(kSpots * l) = _imaginary.col(l);
+    for (Eigen::Index k = 1; k < kSpots; ++k)
+        listen(_places.col(l) + kAround_m * kAround[k - 1],
+               kSpots * l + k,
+               _spotsReal,
+               _spotsImaginary);
+}
+
+void Exposure::move(Eigen::Index l, const Eigen::Vector3d& place)
+{
+    _places.col(l) = place;
+    listenTo(l);
+    if (_spotsReal.size() > 0) listenAround(l);
+}
+
+Eigen::VectorXf Exposure::incoherent_Pa2(const Eigen::VectorXcf& q) const
+{
+    return incoherentOf_Pa2(q.cwiseAbs2());
+}
+
+Eigen::VectorXf Exposure::incoherentOf_Pa2(const Eigen::VectorXf& squares) const
+{
+    return _square.transpose() * squares;
+}
+
+Eigen::VectorXf Exposure::coherent_Pa2(const Eigen::VectorXcf& q) const
+{
+    const Eigen::VectorXf a = q.real();
+    const Eigen::VectorXf b = q.imag();
+    const Eigen::VectorXf re = _real.transpose() * a - _imaginary.transpose() * b;
+    const Eigen::VectorXf im = _real.transpose() * b + _imaginary.transpose() * a;
+    return 0.5f * (re.cwiseAbs2() + im.cwiseAbs2());
+}
+
+Eigen::MatrixXcf Exposure::spots_Pa(const Eigen::VectorXcf& q)
+{
+    if (_spotsReal.size() == 0)
+    {
+        _spotsReal.resize(_real.rows(), kSpots * size());
+        _spotsImaginary.resize(_real.rows(), kSpots * size());
+        for (Eigen::Index l = 0; l < size(); ++l)
+            listenAround(l);
+    }
+    const Eigen::VectorXf a = q.real();
+    const Eigen::VectorXf b = q.imag();
+    Eigen::VectorXcf p(kSpots * size());
+    p.real() = _spotsReal.transpose() * a - _spotsImaginary.transpose() * b;
+    p.imag() = _spotsReal.transpose() * b + _spotsImaginary.transpose() * a;
+    return Eigen::Map<const Eigen::MatrixXcf>(p.data(), kSpots, size());
+}
+
+Eigen::VectorXd Exposure::heard_Pa2(const std::vector<Eigen::VectorXcf>& fields) const
+{
+    Eigen::VectorXd coherent = Eigen::VectorXd::Zero(size());
+    Eigen::VectorXd incoherent = Eigen::VectorXd::Zero(size());
+    for (const Eigen::VectorXcf& q : fields)
+    {
+        if (q.isZero(0.0f)) continue;
+        coherent += coherent_Pa2(q).cast<double>();
+        incoherent += incoherent_Pa2(q).cast<double>();
+    }
+    const auto count = static_cast<double>(std::max<std::size_t>(1, fields.size()));
+    return coherent.cwiseMax(incoherent) / count;
+}
+
+} // namespace midair::haptics

@@ -1,0 +1,88 @@
+#pragma once
+
+#include "haptics/array/Medium.h"
+#include "haptics/array/TransducerArray.h"
+#include "haptics/propagation/FreeLines.h"
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace midair::haptics
+{
+
+/// Reference of sound pressure levels, Pa rms.
+constexpr double kHearing_Pa = 20e-6;
+
+/// Returns the level of a mean square \a square_Pa2 (rms squared), dB re 20 uPa; 0 for silence and
+/// for what is quieter than 0 dB, NaN for NaN.
+double soundLevel_dB(double square_Pa2);
+/// Returns the mean square, Pa^2, of a level.
+double meanSquareOf_Pa2(double level_dB);
+
+/// Places that hear the array: at most \a count of a sphere round the origin with a radius of 0.5
+/// m, or of the array's with 0.1 m more if that is larger. Those behind boards, which hear nothing,
+/// are left out; the others are spread evenly, the first one is the loudest at full drive. 3 x n,
+/// array frame.
+Eigen::Matrix3Xd placesAround(const TransducerArray& array, int count);
+
+/// What listening places hear of a field: rms levels at the array's frequency alone, in a free
+/// field without a head or a room. Transducers count where D > 0 and with a free line (FreeLines).
+class Exposure
+{
+public:
+    /// The sound at a place varies like speckle: its |p|^2 is exponential, and in 99 of 100 places
+    /// at most this much over its mean, ln(100) = 6.63 dB.
+    static constexpr double kSpeckle = 4.6051701859880914;
+    /// A field is looked at in the place itself and at four places this far from it.
+    static constexpr double kAround_m = 0.03;
+    static constexpr int kSpots = 5;
+
+    /// \a places: 3 x n, metres, array frame, finite.
+    Exposure(const TransducerArray& array, const Medium& medium, const Eigen::Matrix3Xd& places);
+
+    Eigen::Index size() const { return _places.cols(); }
+    const Eigen::Matrix3Xd& places() const { return _places; }
+
+    /// Moves place \a l.
+    void move(Eigen::Index l, const Eigen::Vector3d& place);
+
+    /// Returns for each place (n) sum_i (P0 D_i g_i |q_i| / R_i)^2 e^{-2 beta R_i} / 2, Pa^2: the
+    /// mean square that \a q (m, activations) has with any phases, on average.
+    Eigen::VectorXf incoherent_Pa2(const Eigen::VectorXcf& q) const;
+    /// The same for squared amplitudes (m).
+    Eigen::VectorXf incoherentOf_Pa2(const Eigen::VectorXf& squares) const;
+
+    /// Returns for each place (n) the mean square of \a q, with its phases, in the place itself.
+    Eigen::VectorXf coherent_Pa2(const Eigen::VectorXcf& q) const;
+
+    /// Returns the complex peak pressures (kSpots x n) of \a q in and around each place. The first
+    /// call computes what the later ones need.
+    Eigen::MatrixXcf spots_Pa(const Eigen::VectorXcf& q);
+
+    /// Returns for each place (n) the mean square of fields that are played in turn (K >= 1 times
+    /// m): the larger of coherent and incoherent, averaged over the fields. A place that happens to
+    /// be in a minimum counts as its surroundings, one in a beam as it is.
+    Eigen::VectorXd heard_Pa2(const std::vector<Eigen::VectorXcf>& fields) const;
+
+private:
+    /// Puts the entries of G at \a place into column \a column of the matrices.
+    void listen(const Eigen::Vector3d& place,
+                Eigen::Index column,
+                Eigen::MatrixXf& real,
+                Eigen::MatrixXf& imaginary) const;
+    void listenTo(Eigen::Index l);
+    void listenAround(Eigen::Index l);
+
+    TransducerArray _array;
+    Medium _medium;
+    FreeLines _lines;
+    Eigen::Matrix3Xd _places;
+    Eigen::MatrixXf _square;    ///< m x n, |G|^2 / 2
+    Eigen::MatrixXf _real;      ///< m x n, G
+    Eigen::MatrixXf _imaginary; ///< m x n
+    Eigen::MatrixXf _spotsReal; ///< m x (kSpots n), empty: not needed so far
+    Eigen::MatrixXf _spotsImaginary;
+};
+
+} // namespace midair::haptics

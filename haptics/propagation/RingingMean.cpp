@@ -1,0 +1,370 @@
+#include "haptics/propagation/RingingMean.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
+#include "haptics/propagation/PressureField.h"
+#include "haptics/propagation/PropagationMatrix.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <complex>
+#include <cstdint>
+#include <numeric>
+#include <thread>
+
+#include <fmt/format.h>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+using Complex = std::complex<double>;
+
+constexpr Eigen::Index kPointsAtOnce = 8;
+// Longest bin of delays: half of it is the largest error of one, 1 % of the T4010A1's ringing, and
+// the errors of thousands of transducers cancel.
+constexpr double kBin_s = 4e-6;
+// After as many time constants nothing of a step is left in single precision.
+constexpr double kForgotten = 16.0;
+
+void checkStep(double step_s, double ringing_s)
+{
+    if (!(step_s > 0.0) || !std::isfinite(step_s))
+        throw base::InputError(
+            fmt::format("fields in turn: a field lasts {:g} s; it must be above 0", step_s));
+    if (!(ringing_s >= 0.0 && ringing_s <= kMostRinging_s))
+        throw base::InputError(fmt::format(
+            "fields in turn: the ringing is {:g} s; it must be within 0 .. 0.01", ringing_s));
+}
+
+// Integral of e^{-rate t} from 0 to T, for a complex rate with a real part >= 0.
+Complex decayed(Complex rate, double T)
+{
+    return std::abs(rate) * T < 1e-9 ? Complex(T) : (1.0 - std::exp(-rate * T)) / rate;
+}
+
+// Sums the parts of W(t) = A + B e^{-t/tau} + C e^{-2t/tau} of one step after the other.
+class PowerSum
+{
+public:
+    PowerSum(double step_s, double ringing_s, double frequency_Hz) :
+        _step_s(step_s),
+        _omega(base::kTwoPi * frequency_Hz)
+    {
+        const Complex j(0.0, _omega);
+        _swings = frequency_Hz > 0.0;
+        const double rate = ringing_s > 0.0 ? 1.0 / ringing_s : 0.0;
+        for (std::size_t part = 0; part < _means.size(); ++part)
+        {
+            const double decay = static_cast<double>(part) * rate;
+            // Without ringing the second and third part are 0 at once.
+            const bool isThere = part == 0 || ringing_s > 0.0;
+            _means[part] = isThere ? decayed(decay, step_s).real() : 0.0;
+            _waves[part] = isThere ? decayed(decay + j, step_s) : 0.0;
+        }
+    }
+
+    void add(double A, double B, double C)
+    {
+        const Complex turn = std::polar(1.0, -_omega * _step_s * static_cast<double>(_steps++));
+        _steadyMean += A * _means[0];
+        _ringingMean += A * _means[0] + B * _means[1] + C * _means[2];
+        _steadySwing += turn * A * _waves[0];
+        _ringingSwing += turn * (A * _waves[0] + B * _waves[1] + C * _waves[2]);
+    }
+
+    RadiatedPower result() const
+    {
+        const double T = _step_s * static_cast<double>(_steps);
+        RadiatedPower power{_steadyMean / T, _ringingMean / T, 0.0, 0.0};
+        if (!_swings) return power;
+        power.steady_swing = 2.0 * std::abs(_steadySwing) / T;
+        power.ringing_swing = 2.0 * std::abs(_ringingSwing) / T;
+        return power;
+    }
+
+private:
+    double _step_s, _omega;
+    bool _swings = false;
+    std::array<double, 3> _means{};
+    std::array<Complex, 3> _waves{};
+    std::int64_t _steps = 0;
+    double _steadyMean = 0.0, _ringingMean = 0.0;
+    Complex _steadySwing = 0.0, _ringingSwing = 0.0;
+};
+
+} // namespace
+
+RadiatedPower radiatedPower(const std::vector<Eigen::VectorXcf>& fields,
+                            const std::vector<PatternStep>& steps,
+                            double step_s,
+                            double ringing_s,
+                            double frequency_Hz)
+{
+    checkStep(step_s, ringing_s);
+    if (fields.empty() || steps.empty())
+        throw base::InputError("the pattern has no fields; there must be at least one");
+    const double x = ringing_s > 0.0 ? std::exp(-step_s / ringing_s) : 0.0;
+    const auto drive = [&](std::size_t k)
+    {
+        const PatternStep& step = steps[k];
+        return fields[static_cast<std::size_t>(step.field)] * static_cast<float>(step.amplitude);
+    };
+    // Brings the envelopes to what they are when the pattern has been played for long: from the
+    // last steps before it, or where these are all, from silence by the sum of the series.
+    const std::size_t N = steps.size();
+    const double all = std::ceil(kForgotten * ringing_s / step_s);
+    const bool isSeries = all >= static_cast<double>(N);
+    const std::size_t first = isSeries ? 0 : N - static_cast<std::size_t>(all);
+    Eigen::VectorXcf a = drive(N - 1);
+    if (isSeries) a.setZero();
+    for (std::size_t k = first; k < N; ++k)
+    {
+        const Eigen::VectorXcf q = drive(k);
+        a = q + (a - q) * static_cast<float>(x);
+    }
+    if (isSeries) a /= static_cast<float>(1.0 - std::pow(x, static_cast<double>(N)));
+
+    PowerSum sum(step_s, ringing_s, frequency_Hz);
+    for (std::size_t k = 0; k < N; ++k)
+    {
+        const Eigen::VectorXcf q = drive(k);
+        const Eigen::VectorXcf d = a - q;
+        sum.add(q.squaredNorm(), 2.0 * std::real(q.dot(d)), d.squaredNorm());
+        a = q + d * static_cast<float>(x);
+    }
+    return sum.result();
+}
+
+namespace
+{
+
+// Sums at one point by bins of delay, and from them the mean over the steps.
+class BinnedPoint
+{
+public:
+    BinnedPoint(std::size_t fields, double step_s, double ringing_s) :
+        _fields(fields),
+        _step_s(step_s),
+        _tau_s(ringing_s),
+        _perStep(static_cast<std::int64_t>(std::ceil(step_s / kBin_s))),
+        _bin_s(step_s / static_cast<double>(_perStep))
+    {
+    }
+
+    double bin_s() const { return _bin_s; }
+
+    // Makes room for delays up to \a spread_s after the first.
+    void clear(double spread_s)
+    {
+        _bins = static_cast<std::int64_t>(std::lround(spread_s / _bin_s)) + 1;
+        _re.assign(static_cast<std::size_t>(_bins) * _fields, 0.0f);
+        _im.assign(_re.size(), 0.0f);
+    }
+
+    // Adds a transducer of entry \a g, \a delay_s after the first, with its activations in turn.
+    void add(std::complex<float> g, double delay_s, const float* qRe, const float* qIm)
+    {
+        const auto at = static_cast<std::size_t>(delay_s / _bin_s + 0.5) * _fields;
+        float* re = _re.data() + at;
+        float* im = _im.data() + at;
+        for (std::size_t k = 0; k < _fields; ++k)
+        {
+            re[k] += g.real() * qRe[k] - g.imag() * qIm[k];
+            im[k] += g.real() * qIm[k] + g.imag() * qRe[k];
+        }
+    }
+
+    // The mean of |S + E|^2: S is the sum of what has arrived as if it were steady, E what rings.
+    double meanSquare() const
+    {
+        // Between a step's last arrival and the next step nothing changes.
+        const std::int64_t looked = std::min(_perStep, _bins);
+        const double rest_s = static_cast<double>(_perStep - looked + 1) * _bin_s;
+        const Interval one(_bin_s, _tau_s), last(rest_s, _tau_s);
+        Complex E = 0.0;
+        double sum = 0.0;
+        for (const bool isLast : {false, true})
+        {
+            Complex S = settledBefore();
+            for (std::int64_t k = 0; k < static_cast<std::int64_t>(_fields); ++k)
+                for (std::int64_t j = 0; j < looked; ++j)
+                {
+                    const Complex change = arriving(k, j);
+                    const Interval& interval = j + 1 < looked ? one : last;
+                    S += change;
+                    E -= change;
+                    if (isLast) sum += interval.of(S, E);
+                    E *= interval.left;
+                }
+            const double period_s = _step_s * static_cast<double>(_fields);
+            if (!isLast) E /= 1.0 - std::exp(-period_s / _tau_s);
+        }
+        return sum / (_step_s * static_cast<double>(_fields));
+    }
+
+private:
+    struct Interval
+    {
+        Interval(double T, double tau) :
+            length(T),
+            left(std::exp(-T / tau)),
+            once(2.0 * tau * (1.0 - left)),
+            twice(0.5 * tau * (1.0 - left * left))
+        {
+        }
+        double of(Complex S, Complex E) const
+        {
+            return std::norm(S) * length + (std::conj(S) * E).real() * once + std::norm(E) * twice;
+        }
+        double length, left, once, twice;
+    };
+
+    Complex at(std::int64_t bin, std::int64_t step) const
+    {
+        const auto K = static_cast<std::int64_t>(_fields);
+        const auto place = static_cast<std::size_t>(bin * K + ((step % K) + K) % K);
+        return {static_cast<double>(_re[place]), static_cast<double>(_im[place])};
+    }
+
+    // What changes j bins after the beginning of step k: this step's, and of earlier ones what is
+    // still on its way.
+    Complex arriving(std::int64_t k, std::int64_t j) const
+    {
+        Complex change = 0.0;
+        for (std::int64_t bin = j; bin < _bins; bin += _perStep, --k)
+            change += at(bin, k) - at(bin, k - 1);
+        return change;
+    }
+
+    // The steady sum just before the first arrival of step 0.
+    Complex settledBefore() const
+    {
+        Complex sum = 0.0;
+        for (std::int64_t bin = 0; bin < _bins; ++bin)
+            sum += at(bin, -(bin / _perStep) - 1);
+        return sum;
+    }
+
+    std::size_t _fields;
+    double _step_s, _tau_s;
+    std::int64_t _perStep;
+    double _bin_s;
+    std::int64_t _bins = 0;
+    std::vector<float> _re, _im; // bin by bin the fields in turn
+};
+
+// Fills in the mean of |p|^2 of some points, as one thread does.
+class RingingWorker
+{
+public:
+    RingingWorker(const TransducerArray& array,
+                  const Medium& medium,
+                  const std::vector<Eigen::VectorXcf>& fields,
+                  double step_s) :
+        _perMetre_s(1.0 / medium.soundSpeed()),
+        _point(fields.size(), step_s, array.ringing_s)
+    {
+        _G.bind(array, medium);
+        _G.resize(kPointsAtOnce);
+        std::iota(_rows.begin(), _rows.end(), 0);
+        const std::vector<int>& order = _G.order();
+        _places = array.positions(Eigen::all, order);
+        _distances.resize(static_cast<Eigen::Index>(order.size()));
+        for (const int i : order)
+            for (const Eigen::VectorXcf& q : fields)
+            {
+                _qRe.push_back(q[i].real());
+                _qIm.push_back(q[i].imag());
+            }
+        _fields = fields.size();
+    }
+
+    // Points first .. first + count - 1, count <= kPointsAtOnce.
+    void work(const Eigen::Matrix3Xd& points,
+              Eigen::Index first,
+              Eigen::Index count,
+              Eigen::VectorXd& squares)
+    {
+        std::array<double, kPointsAtOnce> sums{};
+        for (Eigen::Index l = 0; l < count; ++l)
+            _G.setPoint(static_cast<int>(l), points.col(first + l));
+        for (int b = 0; b < _G.blocks(); ++b)
+            _G.buildRows(b, _rows.data(), static_cast<int>(count), sums.data());
+        for (Eigen::Index l = 0; l < count; ++l)
+            squares[first + l] = meanSquareOf(static_cast<int>(l), points.col(first + l));
+    }
+
+private:
+    double meanSquareOf(int l, const Eigen::Vector3d& r)
+    {
+        _distances = (_places.colwise() - r).colwise().norm() * _perMetre_s;
+        const double nearest_s = _distances.minCoeff();
+        _point.clear(_distances.maxCoeff() - nearest_s);
+        for (Eigen::Index lane = 0; lane < _distances.size(); ++lane)
+        {
+            const std::size_t q = static_cast<std::size_t>(lane) * _fields;
+            _point.add(_G.at(l, static_cast<int>(lane)),
+                       _distances[lane] - nearest_s,
+                       _qRe.data() + q,
+                       _qIm.data() + q);
+        }
+        return _G.unit_Pa() * _G.unit_Pa() * _point.meanSquare();
+    }
+
+    PropagationMatrix _G;
+    double _perMetre_s;
+    BinnedPoint _point;
+    std::array<int, kPointsAtOnce> _rows{};
+    Eigen::Matrix3Xd _places;
+    Eigen::RowVectorXd _distances; // seconds
+    std::vector<float> _qRe, _qIm; // lane by lane the fields in turn
+    std::size_t _fields = 0;
+};
+
+} // namespace
+
+Eigen::VectorXd ringingMeanSquare(const Eigen::Matrix3Xd& points,
+                                  const TransducerArray& array,
+                                  const Medium& medium,
+                                  const std::vector<Eigen::VectorXcf>& fields,
+                                  double step_s,
+                                  int threads,
+                                  const base::StopToken& stop)
+{
+    checkStep(step_s, array.ringing_s);
+    // One field is steady, and what doesn't ring only comes later.
+    if (fields.size() < 2 || array.ringing_s == 0.0 || points.cols() == 0)
+        return meanSquarePressure(points, array, medium, fields, threads, stop);
+    for (const Eigen::VectorXcf& q : fields)
+        if (q.size() != array.size())
+            throw base::InputError(fmt::format(
+                "activations are {}; there must be one for each of the array's {} transducers",
+                q.size(),
+                array.size()));
+    Eigen::VectorXd squares(points.cols());
+    std::atomic<Eigen::Index> next{0};
+    const auto work = [&]
+    {
+        RingingWorker worker(array, medium, fields, step_s);
+        for (Eigen::Index begin = next.fetch_add(kPointsAtOnce);
+             begin < points.cols() && !stop.requested();
+             begin = next.fetch_add(kPointsAtOnce))
+            worker.work(points, begin, std::min(kPointsAtOnce, points.cols() - begin), squares);
+    };
+    const Eigen::Index chunks = (points.cols() + kPointsAtOnce - 1) / kPointsAtOnce;
+    std::vector<std::thread> helpers;
+    for (Eigen::Index t = 1; t < std::min<Eigen::Index>(threads, chunks); ++t)
+        helpers.emplace_back(work);
+    work();
+    for (std::thread& helper : helpers)
+        helper.join();
+    stop.throwIfRequested();
+    return squares;
+}
+
+} // namespace midair::haptics

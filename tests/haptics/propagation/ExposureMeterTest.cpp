@@ -1,0 +1,71 @@
+#include "haptics/propagation/ExposureMeter.h"
+
+#include "haptics/propagation/Exposure.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+using namespace midair::haptics;
+
+namespace
+{
+
+Eigen::VectorXd levels(double a_dB, double b_dB)
+{
+    return Eigen::Vector2d(meanSquareOf_Pa2(a_dB), meanSquareOf_Pa2(b_dB));
+}
+
+const Eigen::Matrix3Xd kPlaces =
+    (Eigen::Matrix3Xd(3, 2) << 0.1, 0.4, 0.2, 0.5, 0.3, 0.6).finished();
+
+} // namespace
+
+TEST(ExposureMeter, AveragesEnergyOverTime)
+{
+    ExposureMeter meter;
+    EXPECT_EQ(meter.read(5.0).places, 0);
+    EXPECT_EQ(meter.read(5.0).level_dB, 0.0);
+    // 100 s at 110 dB, then 900 s of silence: 10 dB less.
+    meter.play(50.0, kPlaces, levels(110.0, 90.0));
+    EXPECT_NEAR(meter.read(100.0).eq_dB, 110.0, 1e-6);
+    EXPECT_NEAR(meter.read(100.0).level_dB, 110.0, 1e-6);
+    meter.play(150.0, kPlaces, Eigen::Vector2d::Zero());
+    const ExposureFigures end = meter.read(1050.0);
+    EXPECT_EQ(end.places, 2);
+    EXPECT_NEAR(end.time_s, 1000.0, 1e-9);
+    EXPECT_NEAR(end.eq_dB, 100.0, 1e-6);
+    EXPECT_EQ(end.level_dB, 0.0);
+    EXPECT_NEAR(end.max_dB, 110.0, 1e-6);
+    EXPECT_EQ(Eigen::Vector3d(end.x_m, end.y_m, end.z_m), kPlaces.col(0));
+    EXPECT_NEAR(meter.read(1050.0).eq_dB, end.eq_dB, 1e-12) << "reading changes nothing";
+}
+
+TEST(ExposureMeter, TheLoudestSecondIsKeptWithItsPlace)
+{
+    ExposureMeter meter;
+    meter.play(0.0, kPlaces, levels(100.0, 80.0));
+    meter.play(10.0, kPlaces, levels(80.0, 120.0));
+    meter.play(11.0, kPlaces, levels(80.0, 80.0));
+    const ExposureFigures figures = meter.read(100.0);
+    EXPECT_NEAR(figures.max_dB, 120.0, 0.01);
+    EXPECT_EQ(Eigen::Vector3d(figures.x_m, figures.y_m, figures.z_m), kPlaces.col(1));
+    // L_eq is of the place where it is highest: 120 dB for 1 s of 100 against 100 dB for 10 s.
+    EXPECT_NEAR(figures.eq_dB, 120.0 - 20.0 + 10.0 * std::log10(1.0 + 99.0 * 1e-4), 0.01);
+}
+
+TEST(ExposureMeter, AShorterSoundCountsWithTheSilenceOfItsSecond)
+{
+    ExposureMeter meter;
+    meter.play(0.0, kPlaces, levels(60.0, 60.0));
+    meter.play(3.0, kPlaces, levels(120.0, 60.0));
+    meter.play(3.2, kPlaces, levels(60.0, 60.0));
+    EXPECT_NEAR(meter.read(9.0).max_dB, 120.0 + 10.0 * std::log10(0.2), 0.01);
+}
+
+TEST(ExposureMeter, WhatIsNoNumberIsLoud)
+{
+    ExposureMeter meter;
+    meter.play(0.0, kPlaces, Eigen::Vector2d(std::nan(""), 1.0));
+    EXPECT_TRUE(std::isinf(meter.read(2.0).level_dB));
+}

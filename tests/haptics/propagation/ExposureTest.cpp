@@ -1,0 +1,182 @@
+#include "haptics/propagation/Exposure.h"
+
+#include "haptics/base/Units.h"
+#include "haptics/propagation/ReferencePropagation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+using namespace midair;
+using namespace midair::haptics;
+
+namespace
+{
+
+TransducerArray oneTransducer()
+{
+    TransducerArray array;
+    array.positions = Eigen::Vector3d::Zero();
+    array.normals = Eigen::Vector3d::UnitZ();
+    array.board = {0};
+    return array;
+}
+
+Eigen::VectorXcf randomPhases(const Eigen::VectorXf& amplitudes, std::mt19937& random)
+{
+    std::uniform_real_distribution<float> turn(0.0f, static_cast<float>(base::kTwoPi));
+    Eigen::VectorXcf q(amplitudes.size());
+    for (Eigen::Index i = 0; i < q.size(); ++i)
+        q[i] = std::polar(amplitudes[i], turn(random));
+    return q;
+}
+
+} // namespace
+
+TEST(Exposure, OneTransducerIsAsLoudAsItsDataSheetSays)
+{
+    const Eigen::Matrix3Xd place = Eigen::Vector3d(0.0, 0.0, 0.30);
+    const Exposure ears(oneTransducer(), Medium(), place);
+    const Eigen::VectorXcf full = Eigen::VectorXcf::Ones(1);
+    const double absorbed_dB = 20.0 * std::log10(std::exp(1.0)) * Medium().attenuation(40e3) * 0.30;
+    EXPECT_NEAR(absorbed_dB, 0.4, 0.05);
+    EXPECT_NEAR(soundLevel_dB(ears.incoherent_Pa2(full)[0]), 121.5 - absorbed_dB, 0.05);
+    EXPECT_NEAR(soundLevel_dB(ears.coherent_Pa2(full)[0]), 121.5 - absorbed_dB, 0.05);
+    EXPECT_NEAR(soundLevel_dB(ears.heard_Pa2({full})[0]), 121.5 - absorbed_dB, 0.05);
+    // Half the amplitude is 6 dB less, half of the time 3 dB.
+    const Eigen::VectorXcf half = 0.5f * full;
+    EXPECT_NEAR(soundLevel_dB(ears.incoherent_Pa2(half)[0]), 121.5 - absorbed_dB - 6.02, 0.05);
+    const Eigen::VectorXcf silent = Eigen::VectorXcf::Zero(1);
+    EXPECT_NEAR(soundLevel_dB(ears.heard_Pa2({full, silent})[0]), 121.5 - absorbed_dB - 3.01, 0.05);
+    EXPECT_EQ(soundLevel_dB(ears.heard_Pa2({silent})[0]), 0.0);
+}
+
+TEST(Exposure, LevelsAndMeanSquaresAreInverse)
+{
+    EXPECT_NEAR(soundLevel_dB(1.0), 93.98, 0.01);
+    EXPECT_NEAR(soundLevel_dB(meanSquareOf_Pa2(110.0)), 110.0, 1e-9);
+    EXPECT_EQ(soundLevel_dB(0.0), 0.0);
+    EXPECT_TRUE(std::isnan(soundLevel_dB(std::nan(""))));
+}
+
+TEST(Exposure, TheIncoherentSumIsTheMeanOverPhasesAndSpeckleItsSpread)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    // Towards the open end of the prism, at its rim, and inside.
+    Eigen::Matrix3Xd places(3, 3);
+    places.col(0) << 0.0, 0.5, 0.0;
+    places.col(1) << 0.3, 0.4, 0.1;
+    places.col(2) << 0.01, 0.02, 0.0;
+    Exposure ears(array, Medium(), places);
+    std::mt19937 random(7);
+    Eigen::VectorXf amplitudes(array.size());
+    std::uniform_real_distribution<float> amplitude(0.0f, 1.0f);
+    for (float& one : amplitudes)
+        one = amplitude(random);
+    const Eigen::VectorXf expected = ears.incoherent_Pa2(amplitudes.cast<std::complex<float>>());
+    std::vector<std::vector<double>> ratios(3);
+    for (int trial = 0; trial < 1000; ++trial)
+    {
+        const Eigen::MatrixXcf p = ears.spots_Pa(randomPhases(amplitudes, random));
+        for (Eigen::Index l = 0; l < 3; ++l)
+            for (Eigen::Index k = 0; k < Exposure::kSpots; ++k)
+                ratios[static_cast<std::size_t>(l)].push_back(0.5 * std::norm(p(k, l)) /
+                                                              expected[l]);
+    }
+    for (std::vector<double>& one : ratios)
+    {
+        double mean = 0.0;
+        for (const double ratio : one)
+            mean += ratio / static_cast<double>(one.size());
+        EXPECT_NEAR(10.0 * std::log10(mean), 0.0, 0.1);
+        std::sort(one.begin(), one.end());
+        const double percentile = one[one.size() * 99 / 100];
+        EXPECT_NEAR(10.0 * std::log10(percentile), 10.0 * std::log10(Exposure::kSpeckle), 0.5);
+    }
+}
+
+// Against the model's slow form, at places that hear all of a board.
+TEST(Exposure, PhasesAreThoseOfTheModel)
+{
+    TransducerArray array = TransducerArray::singleBoard();
+    array.phaseOffset_rad = Eigen::VectorXd::LinSpaced(array.size(), 0.0, 3.0);
+    array.gain = Eigen::VectorXd::LinSpaced(array.size(), 0.5, 1.0);
+    Eigen::Matrix3Xd places(3, 2);
+    places.col(0) << 0.1, -0.2, 0.4;
+    places.col(1) << 0.0, 0.05, 0.5;
+    Exposure ears(array, Medium(), places);
+    std::mt19937 random(3);
+    const Eigen::VectorXcf q = randomPhases(Eigen::VectorXf::Ones(array.size()), random);
+    const auto expected = [&]
+    {
+        return (referencePropagationMatrix(ears.places(), array, Medium()) *
+                q.cast<std::complex<double>>())
+            .eval();
+    };
+    for (int moved = 0; moved < 2; ++moved)
+    {
+        const Eigen::VectorXcd p = expected();
+        const Eigen::VectorXf square = ears.coherent_Pa2(q);
+        const Eigen::MatrixXcf spots = ears.spots_Pa(q);
+        for (Eigen::Index l = 0; l < 2; ++l)
+        {
+            EXPECT_NEAR(square[l] / (0.5 * std::norm(p[l])), 1.0, 1e-3);
+            EXPECT_NEAR(
+                std::abs(std::complex<double>(spots(0, l)) - p[l]) / std::abs(p[l]), 0.0, 1e-3);
+        }
+        ears.move(1, Eigen::Vector3d(0.2, 0.2, 0.3));
+    }
+}
+
+TEST(Exposure, BoardsHideWhatIsBehindThem)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const FreeLines lines(array);
+    Eigen::Index free = 0;
+    for (Eigen::Index i = 0; i < array.size(); ++i)
+    {
+        EXPECT_TRUE(lines.isFree(i, Eigen::Vector3d::Zero()));
+        EXPECT_FALSE(lines.isFree(i, 0.5 * array.normals.col(i).normalized() * -1.0))
+            << "straight behind board " << array.board[static_cast<std::size_t>(i)];
+        free += lines.isFree(i, Eigen::Vector3d(0.0, 0.5, 0.0)) ? 1 : 0;
+    }
+    EXPECT_EQ(free, array.size()) << "all are heard at the open end";
+    const TransducerArray board = TransducerArray::singleBoard();
+    EXPECT_TRUE(FreeLines(board).isFree(0, Eigen::Vector3d(0.3, 0.0, 0.1)));
+    EXPECT_FALSE(FreeLines(board).isFree(0, Eigen::Vector3d(0.3, 0.0, -0.1)));
+    // One transducer is no board: only its directivity counts.
+    EXPECT_TRUE(FreeLines(oneTransducer()).isFree(0, Eigen::Vector3d(0.0, 0.0, -0.1)));
+    const Eigen::Matrix3Xd behind = Eigen::Vector3d(0.0, 0.0, -0.3);
+    EXPECT_EQ(
+        Exposure(oneTransducer(), Medium(), behind).incoherent_Pa2(Eigen::VectorXcf::Ones(1))[0],
+        0.0f);
+}
+
+TEST(Exposure, PlacesAreAroundTheArrayWhereItIsHeard)
+{
+    for (const char* name : {"octagon", "board", "openmpd", "sonicsurface", "ultraino64"})
+    {
+        const TransducerArray array = TransducerArray::load(name);
+        const Eigen::Matrix3Xd places = placesAround(array, 30);
+        ASSERT_GT(places.cols(), 10) << name;
+        ASSERT_LE(places.cols(), 30) << name;
+        const FreeLines lines(array);
+        const double radius_m = places.col(0).norm();
+        EXPECT_GE(radius_m, 0.5);
+        for (Eigen::Index l = 0; l < places.cols(); ++l)
+        {
+            EXPECT_NEAR(places.col(l).norm(), radius_m, 1e-9) << name;
+            bool isHeard = false;
+            for (Eigen::Index i = 0; i < array.size() && !isHeard; ++i)
+                isHeard = lines.isFree(i, places.col(l));
+            EXPECT_TRUE(isHeard) << name << " " << places.col(l).transpose();
+            for (Eigen::Index k = 0; k < l; ++k)
+                EXPECT_GT((places.col(l) - places.col(k)).norm(), 0.05) << name;
+        }
+    }
+    EXPECT_EQ(placesAround(TransducerArray(), 30).cols(), 0);
+}
