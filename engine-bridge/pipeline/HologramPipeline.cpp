@@ -189,24 +189,6 @@ haptics::FieldSequence HologramPipeline::compose(const SceneSnapshot& snapshot,
     return sequence;
 }
 
-// What is wanted and gives silence is a fault: the array has no level so low, or doesn't get there.
-void HologramPipeline::tellReport(const haptics::ControlPoints& points,
-                                  haptics::FieldSequence& sequence)
-{
-    using base::MessageCode;
-    haptics::SolveReport& report = sequence.report;
-    const bool isRefused = report.stop == haptics::StopReason::REFUSED;
-    const bool isSilence = report.stop == haptics::StopReason::NOTHING_TO_DO &&
-                           points.targets.maxCoeff() > 0.0 && isSilent(sequence.fields);
-    if (isSilence) report.stop = haptics::StopReason::SILENCED;
-    if (isSilence) report.message = "silent: " + report.message;
-    if (report.message.empty()) return;
-    _messages.say({isSilence   ? MessageCode::FIELD_SILENCED
-                   : isRefused ? MessageCode::SOLVER_REFUSED
-                               : MessageCode::SOLVER_REPORT,
-                   report.message});
-}
-
 std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const SceneSnapshot& snapshot)
 {
     auto result = begin(snapshot);
@@ -283,8 +265,8 @@ void HologramPipeline::rateFromLast(HologramResult& result) const
 ArrayState HologramPipeline::stateOf(const HologramResult& result)
 {
     const ArrayState state = _output->state();
-    const bool isNothing = state == ArrayState::PLAYING &&
-                           (_isDead || result.isSilenced() || isSilent(result.sequence.fields));
+    const bool isNothing =
+        state == ArrayState::PLAYING && (_isDead || result.isSilenced() || !_output->sounds());
     _output->judge(isNothing ? ArrayState::SILENT : state);
     return isNothing ? ArrayState::SILENT : state;
 }

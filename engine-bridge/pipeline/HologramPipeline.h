@@ -115,6 +115,7 @@ private:
     std::shared_ptr<const HologramResult>
     silent(const SceneSnapshot& snapshot, haptics::StopReason stop, const std::string& why);
     std::shared_ptr<const HologramResult> lookAfterDevice();
+    bool isMeasured() const;
     std::shared_ptr<const HologramResult> refine();
     std::shared_ptr<const HologramResult> askMonitor();
 

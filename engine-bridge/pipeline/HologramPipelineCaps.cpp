@@ -125,4 +125,22 @@ void HologramPipeline::tellOfSilence(const PressureCap::Where& where,
         _messages.say({base::MessageCode::FIELD_SILENCED, told});
 }
 
+// What is wanted and gives silence is a fault: the array has no level so low, or doesn't get there.
+void HologramPipeline::tellReport(const haptics::ControlPoints& points,
+                                  haptics::FieldSequence& sequence)
+{
+    using base::MessageCode;
+    haptics::SolveReport& report = sequence.report;
+    const bool isRefused = report.stop == haptics::StopReason::REFUSED;
+    const bool isSilence = report.stop == haptics::StopReason::NOTHING_TO_DO &&
+                           points.targets.maxCoeff() > 0.0 && isSilent(sequence.fields);
+    if (isSilence) report.stop = haptics::StopReason::SILENCED;
+    if (isSilence) report.message = "silent: " + report.message;
+    if (report.message.empty()) return;
+    _messages.say({isSilence   ? MessageCode::FIELD_SILENCED
+                   : isRefused ? MessageCode::SOLVER_REFUSED
+                               : MessageCode::SOLVER_REPORT,
+                   report.message});
+}
+
 } // namespace midair::bridge

@@ -74,12 +74,20 @@ std::shared_ptr<const HologramResult> HologramPipeline::askMonitor()
     return result;
 }
 
+// Figures of a field that rests were taken when it was sent: a ramp or a thermal budget goes on.
+bool HologramPipeline::isMeasured() const
+{
+    if (_last->sequence.fields.size() != 1 || !_output->ability().fades) return true;
+    const std::vector<Eigen::VectorXcf> now = _output->played();
+    return now.size() == 1 && now.front() == _last->played();
+}
+
 std::shared_ptr<const HologramResult> HologramPipeline::lookAfterDevice()
 {
     const auto attention = _output->attend(_options.solverOptions.stop);
     const bool isTold = _output->tellOfDriver();
     // After other options the next process() tells more than what has become of the last field.
-    if (attention == ArrayOutput::Attention::NOTHING && !isTold &&
+    if (attention == ArrayOutput::Attention::NOTHING && !isTold && isMeasured() &&
         (_changed || stateOf(*_last) == _last->state))
         return nullptr;
     if (attention == ArrayOutput::Attention::RESENT) ++_counters.resent;

@@ -93,6 +93,7 @@ void ArrayOutput::play(const haptics::FieldSequence& sequence,
                                                  [](std::uint8_t duty) { return duty > 0; });
                           });
     _playing = true;
+    if (!_device) _isCutOff = false;
     usePlayer(sequence.changes());
     if (_player)
         startPlayer(stop);
@@ -108,6 +109,7 @@ bool ArrayOutput::startPlayer(const base::StopToken& stop)
 {
     const std::lock_guard<std::mutex> lock(_sending);
     stop.throwIfRequested();
+    _isCutOff = false;
     _playing = !isBlocked();
     if (_playing) _player->play(_signals, _modulation);
     return _playing;
@@ -128,6 +130,7 @@ bool ArrayOutput::sendHeld(const base::StopToken& stop)
 {
     const std::lock_guard<std::mutex> lock(_sending);
     stop.throwIfRequested();
+    _isCutOff = false;
     _before = _device->report();
     _sent_s = base::steadySeconds();
     _heldTooLong = false;
@@ -209,11 +212,13 @@ void ArrayOutput::silence(Silence why)
     _playing = why == Silence::WANTED;
     _signals.clear();
     silenceNow();
+    _isCutOff = false;
 }
 
 void ArrayOutput::silenceNow()
 {
     const std::lock_guard<std::mutex> lock(_sending);
+    _isCutOff = true;
     if (_player) _player->stop(); // or its next step would end the silence
     if (_device) _device->silence();
 }

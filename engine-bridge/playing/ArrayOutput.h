@@ -91,7 +91,11 @@ public:
 
     /// Returns true if the array plays what it was given last, or is silent as WANTED. After play()
     /// it is also true if there is no device.
-    bool isPlaying() const { return _playing; }
+    /// False once another thread's silenceNow() has cut it off.
+    bool isPlaying() const { return _playing && !_isCutOff; }
+
+    /// Returns true if what play() was given last is no silence. Any thread.
+    bool sounds() const { return _sounds && _cap > 0.0; }
 
     /// To be called as long as what is played is still wanted, with each frame of a scene: a device
     /// with a hold (device::KeptAlive) falls silent without it. Comes it again after that, attend()
@@ -180,6 +184,7 @@ private:
     bool _playing = false;
     bool _holds = false; // the device should hold _signals.front()
     PlayedShare _share;
+    std::atomic<bool> _isCutOff{false};    // silenceNow() came after the last field; under _sending
     std::atomic<bool> _sounds{false};      // something of _signals is no silence
     std::atomic<double> _sent_s{0.0};      // time of _before
     std::atomic<double> _kept_s{0.0};      // time of the last keepAlive()

@@ -83,7 +83,7 @@ ArrayState ArrayOutput::state()
     if (report.state == device::DeviceState::HANGING) return ArrayState::FAULT;
     if (report.state == device::DeviceState::LOST) return ArrayState::LOST;
     if (_muted || report.state == device::DeviceState::MUTED) return ArrayState::MUTED;
-    if (_signals.empty() || isHoldOver()) return ArrayState::SILENT;
+    if (_signals.empty() || _isCutOff || isHoldOver()) return ArrayState::SILENT;
     return _playing && !isFaulty ? ArrayState::PLAYING : ArrayState::FAULT;
 }
 
@@ -136,7 +136,7 @@ ArrayReading ArrayOutput::reading() const
     const bool isMuted = _muted || report.state == device::DeviceState::MUTED;
     // What it has played may be silence.
     const bool hasPlayed =
-        _sounds && _cap > 0.0 && judged.state != ArrayState::FAULT && report.played > judged.played;
+        sounds() && judged.state != ArrayState::FAULT && report.played > judged.played;
     const bool hangs = report.state == device::DeviceState::HANGING; // muted or not: it may sound
     now.state = report.state == device::DeviceState::LOST ? ArrayState::LOST
                 : hangs                                   ? ArrayState::FAULT

@@ -222,8 +222,6 @@ void HandTracker::locate(double time_s,
     if (ask(time_s))
         for (const Hand& hand : _hands)
             _frame.hands.push_back(toBridge(hand));
-    // With no hands, too: those that were known are lost.
-    if (!leavesToTracker() || _later.answer == Later::YES) _predictor.predict(_frame, horizon_s());
     _frame = midair::bridge::transformed(_frame, worldToArray);
     _impossible.clear();
     for (midair::bridge::Hand& hand : _frame.hands)
@@ -232,6 +230,8 @@ void HandTracker::locate(double time_s,
         if (_impossible.empty()) _impossible = wrong;
     }
     if (_impossible.empty()) _isImpossibleTold = false;
+    // With no hands, too: those that were known are lost.
+    if (!leavesToTracker() || _later.answer == Later::YES) _predictor.predict(_frame, horizon_s());
     around.hands = midair::bridge::handCapsules(_frame);
 }
 

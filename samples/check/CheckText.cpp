@@ -103,12 +103,15 @@ void printScene(Out out, const CheckedScene& scene, int frames)
     fmt::format_to(out, "            here: {}\n", orNone(s.device));
     fmt::format_to(out, "  hands     {}\n", wish(scene.asked.hands, scene.granted.hands));
     fmt::format_to(out,
-                   "  field     {}: {} points, {:.0f} Pa, rms {:.3f} %, cap {}\n",
+                   "  field     {}: {} points, {:.0f} Pa, rms {:.3f} %, cap {}{}\n",
                    stateName(s.state),
                    s.points,
                    s.level_Pa,
                    100.0 * s.rms,
-                   s.maxPressure_Pa > 0.0 ? fmt::format("{:.4g} Pa", s.maxPressure_Pa) : "none");
+                   s.maxPressure_Pa > 0.0 ? fmt::format("{:.4g} Pa", s.maxPressure_Pa) : "none",
+                   scene.granted.earLimit > 0.0
+                       ? fmt::format(", at ears {:g} dB", scene.granted.earLimit)
+                       : "");
     if (scene.objects.empty())
         fmt::format_to(out, "  FAULT     nothing is felt: {}\n", whyNothing(scene));
     for (const CheckedObject& object : scene.objects)

@@ -1,9 +1,9 @@
 #include "samples/solve/SolveEars.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/RegularFile.h"
 #include "haptics/base/text/CsvRow.h"
 #include "haptics/base/text/Number.h"
+#include "samples/solve/SolveFiles.h"
 
 #include <algorithm>
 #include <array>
@@ -19,21 +19,8 @@ namespace midair::samples
 namespace
 {
 
-constexpr std::size_t kMostBytes = std::size_t(64) << 20;
 constexpr std::size_t kMostPlaces = 100000;
 constexpr std::array<const char*, 3> kColumns = {"x_m", "y_m", "z_m"};
-
-std::string wholeFile(const std::string& path)
-{
-    try
-    {
-        return base::readRegularFile(path, kMostBytes);
-    }
-    catch (const base::FileError& error)
-    {
-        throw base::InputError(path + ": " + error.what());
-    }
-}
 
 std::array<std::size_t, 3> cellsOf(const std::string& path, const std::string& header)
 {
@@ -56,7 +43,7 @@ std::array<std::size_t, 3> cellsOf(const std::string& path, const std::string& h
 
 Eigen::Matrix3Xd readEars(const std::string& path)
 {
-    std::istringstream file(wholeFile(path));
+    std::istringstream file(textOf(path));
     std::string line;
     std::getline(file, line);
     const std::array<std::size_t, 3> cells = cellsOf(path, line);

@@ -27,18 +27,6 @@ using base::InputError;
 constexpr std::size_t kMostBytes = std::size_t(64) << 20;
 constexpr std::size_t kMostPoints = 100000;
 
-std::string wholeFile(const std::string& path)
-{
-    try
-    {
-        return base::readRegularFile(path, kMostBytes);
-    }
-    catch (const base::FileError& error)
-    {
-        throw base::InputError(path + ": " + error.what());
-    }
-}
-
 std::vector<std::string> splitLine(std::string line)
 {
     if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -113,9 +101,21 @@ void finish(std::ofstream& file, const std::string& path)
 
 } // namespace
 
+std::string textOf(const std::string& path)
+{
+    try
+    {
+        return base::readRegularFile(path, kMostBytes);
+    }
+    catch (const base::FileError& error)
+    {
+        throw base::InputError(path + ": " + error.what());
+    }
+}
+
 haptics::ControlPoints readControlPoints(const std::string& path)
 {
-    std::istringstream file(wholeFile(path));
+    std::istringstream file(textOf(path));
     std::string line;
     std::getline(file, line);
     const Columns columns = readHeader(path, line);

@@ -17,6 +17,9 @@
 namespace midair::samples
 {
 
+/// Returns the text of a regular file of at most 64 MiB. Throws base::InputError that names it.
+std::string textOf(const std::string& path);
+
 /// Reads control points from a CSV file with a header line: x_m,y_m,z_m,nx,ny,nz and either
 /// target_Pa (absolute) or target (relative). Columns may be in any order; others are ignored. The
 /// file must be a regular one of at most 64 MiB and 100,000 points. Throws base::InputError that

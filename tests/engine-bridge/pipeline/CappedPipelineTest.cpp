@@ -284,3 +284,18 @@ TEST(CappedPipeline, WhatIsWeakerThanTheLeastOfTheArrayIsAFaultAndSilent)
         EXPECT_EQ(result->told[0].code, base::MessageCode::FIELD_SILENCED);
     }
 }
+
+TEST(CappedPipeline, AFieldThatIsStillRisingPlaysAndIsMeasuredAgain)
+{
+    HologramPipeline pipeline(cappedOptions(0.0, "sim:?ramp=50ms"));
+    const auto first = pipeline.process(squareSnapshot());
+    EXPECT_EQ(first->state, ArrayState::PLAYING);
+    double last_Pa = first->achieved_Pa.minCoeff();
+    const double end_s = base::steadySeconds() + 10.0;
+    while (last_Pa < 0.9 * first->report().level_Pa && base::steadySeconds() < end_s)
+    {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        if (const auto later = pipeline.attend()) last_Pa = later->achieved_Pa.minCoeff();
+    }
+    EXPECT_GE(last_Pa, 0.9 * first->report().level_Pa);
+}

@@ -139,6 +139,24 @@ TEST(ArrayOutput, WhatIsHeldPlaysAsLongAsItIsWanted)
     EXPECT_TRUE(isSounding(output)) << "the application goes on";
 }
 
+// Or the same field would not be sent again once it is wanted again.
+TEST(ArrayOutput, WhatAnotherThreadHasSilencedDoesNotPlay)
+{
+    using midair::bridge::ArrayState;
+    MessageLog messages;
+    ArrayOutput output([] { return midair::device::openDevice("sim:", fivePlaces()); }, messages);
+    output.play(held(5), 5, StopToken());
+    EXPECT_TRUE(output.isPlaying());
+    output.silenceNow();
+    EXPECT_FALSE(output.isPlaying());
+    EXPECT_EQ(output.state(), ArrayState::SILENT);
+    output.play(held(5), 5, StopToken());
+    EXPECT_TRUE(output.isPlaying());
+    EXPECT_TRUE(isSounding(output));
+    output.silence(ArrayOutput::Silence::WANTED);
+    EXPECT_TRUE(output.isPlaying()) << "silence is what it was given";
+}
+
 TEST(ArrayOutput, AFieldOfSilenceIsNotSaidToPlay)
 {
     using midair::bridge::ArrayState;
