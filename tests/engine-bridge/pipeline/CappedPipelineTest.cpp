@@ -1,7 +1,9 @@
 #include "engine-bridge/pipeline/HologramPipeline.h"
+#include "haptics/base/threads/SteadyClock.h"
 #include "tests/engine-bridge/pipeline/DoubleField.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
+#include <chrono>
 #include <thread>
 
 #include <gtest/gtest.h>
