@@ -269,10 +269,10 @@ public:
         _perMetre_s(1.0 / medium.soundSpeed()),
         _point(fields.size(), step_s, array.ringing_s)
     {
-        _G.bind(array, medium);
-        _G.resize(kPointsAtOnce);
+        _matrix.bind(array, medium);
+        _matrix.resize(kPointsAtOnce);
         std::iota(_rows.begin(), _rows.end(), 0);
-        const std::vector<int>& order = _G.order();
+        const std::vector<int>& order = _matrix.order();
         _places = array.positions(Eigen::all, order);
         _distances.resize(static_cast<Eigen::Index>(order.size()));
         for (const int i : order)
@@ -292,9 +292,9 @@ public:
     {
         std::array<double, kPointsAtOnce> sums{};
         for (Eigen::Index l = 0; l < count; ++l)
-            _G.setPoint(static_cast<int>(l), points.col(first + l));
-        for (int b = 0; b < _G.blocks(); ++b)
-            _G.buildRows(b, _rows.data(), static_cast<int>(count), sums.data());
+            _matrix.setPoint(static_cast<int>(l), points.col(first + l));
+        for (int b = 0; b < _matrix.blocks(); ++b)
+            _matrix.buildRows(b, _rows.data(), static_cast<int>(count), sums.data());
         for (Eigen::Index l = 0; l < count; ++l)
             squares[first + l] = meanSquareOf(static_cast<int>(l), points.col(first + l));
     }
@@ -308,15 +308,15 @@ private:
         for (Eigen::Index lane = 0; lane < _distances.size(); ++lane)
         {
             const std::size_t q = static_cast<std::size_t>(lane) * _fields;
-            _point.add(_G.at(l, static_cast<int>(lane)),
+            _point.add(_matrix.at(l, static_cast<int>(lane)),
                        _distances[lane] - nearest_s,
                        _qRe.data() + q,
                        _qIm.data() + q);
         }
-        return _G.unit_Pa() * _G.unit_Pa() * _point.meanSquare();
+        return _matrix.unit_Pa() * _matrix.unit_Pa() * _point.meanSquare();
     }
 
-    PropagationMatrix _G;
+    PropagationMatrix _matrix;
     double _perMetre_s;
     BinnedPoint _point;
     std::array<int, kPointsAtOnce> _rows{};

@@ -101,7 +101,7 @@ DriverThread::Shared::Shared(Opened&& opened,
     transducers(count),
     playing(midair::device::silentSignal(count)),
     status(std::move(opened.status)),
-    _driver(std::move(opened.driver)),
+    _driver(opened.driver),
     _lookAt_s(midair::base::steadySeconds() + kLook_s)
 {
     if (opened.isReady) return;

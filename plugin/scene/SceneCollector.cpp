@@ -7,7 +7,7 @@
 #include "plugin/scene/WhyUnfelt.h"
 
 #include <algorithm>
-#include <cstring>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -25,7 +25,9 @@ namespace
 // OSG's own comparison takes a matrix with NaN for equal to any other.
 bool isSame(const osg::Matrixd& a, const osg::Matrixd& b)
 {
-    return std::memcmp(a.ptr(), b.ptr(), 16 * sizeof(double)) == 0;
+    const auto isAlike = [](double x, double y)
+    { return x == y || (std::isnan(x) && std::isnan(y)); };
+    return std::equal(a.ptr(), a.ptr() + 16, b.ptr(), isAlike);
 }
 
 } // namespace

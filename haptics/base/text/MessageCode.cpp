@@ -3,6 +3,8 @@
 namespace midair::base
 {
 
+// One line for each code.
+// NOLINTNEXTLINE(readability-function-size)
 const std::vector<MessageKind>& messageKinds()
 {
     using C = MessageCode;
