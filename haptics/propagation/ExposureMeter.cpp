@@ -77,7 +77,15 @@ ExposureFigures ExposureMeter::read(double now_s) const
     advance(state, now_s);
     figures.time_s = state.now_s - state.start_s;
     figures.level_dB = soundLevel_dB(state.square_Pa2.maxCoeff());
-    if (figures.time_s > 0.0) figures.eq_dB = soundLevel_dB(state.sum.maxCoeff() / figures.time_s);
+    Eigen::Index at = 0;
+    const double mean_Pa2 = figures.time_s > 0.0 ? state.sum.maxCoeff(&at) / figures.time_s : 0.0;
+    if (mean_Pa2 > 0.0) figures.eq_dB = soundLevel_dB(mean_Pa2);
+    // Before the first second is over, its mean so far is the highest.
+    if (figures.time_s < kBins * kBin_s && mean_Pa2 > state.most_Pa2)
+    {
+        state.most_Pa2 = mean_Pa2;
+        state.mostAt = state.places.col(at);
+    }
     figures.max_dB = soundLevel_dB(state.most_Pa2);
     figures.x_m = state.mostAt.x();
     figures.y_m = state.mostAt.y();

@@ -54,6 +54,16 @@ TEST(ExposureMeter, TheLoudestSecondIsKeptWithItsPlace)
     EXPECT_NEAR(figures.eq_dB, 120.0 - 20.0 + 10.0 * std::log10(1.0 + 99.0 * 1e-4), 0.01);
 }
 
+TEST(ExposureMeter, BeforeTheFirstSecondIsOverItsMeanIsTheHighest)
+{
+    ExposureMeter meter;
+    meter.play(0.0, kPlaces, levels(60.0, 110.0));
+    const ExposureFigures figures = meter.read(0.35);
+    EXPECT_NEAR(figures.max_dB, 110.0, 1e-6);
+    EXPECT_NEAR(figures.max_dB, figures.eq_dB, 1e-12);
+    EXPECT_EQ(Eigen::Vector3d(figures.x_m, figures.y_m, figures.z_m), kPlaces.col(1));
+}
+
 TEST(ExposureMeter, AShorterSoundCountsWithTheSilenceOfItsSecond)
 {
     ExposureMeter meter;
