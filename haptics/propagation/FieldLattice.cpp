@@ -1,15 +1,13 @@
 #include "haptics/propagation/FieldLattice.h"
 
-#include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
+#include "haptics/propagation/ActivationCheck.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/kernels/LatticeKernels.h"
 
 #include <algorithm>
 #include <cmath>
 #include <string>
-
-#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -106,11 +104,7 @@ void LatticeField::evaluate(const FieldLattice& lattice,
                             Eigen::VectorXcf& pressure,
                             const Wanted& wanted)
 {
-    if (activations.size() != _array.size())
-        throw base::InputError(fmt::format(
-            "activations are {}; there must be one for each of the array's {} transducers",
-            activations.size(),
-            _array.size()));
+    checkActivations(_array, activations);
     pressure.setZero(lattice.size());
     _tiled = _exact = 0;
     if ((activations.array() == std::complex<float>()).all()) return;

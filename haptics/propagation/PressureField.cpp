@@ -1,16 +1,14 @@
 #include "haptics/propagation/PressureField.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/propagation/ActivationCheck.h"
+#include "haptics/propagation/PointChunks.h"
 #include "haptics/propagation/PropagationMatrix.h"
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <numeric>
-#include <thread>
 #include <vector>
-
-#include <fmt/format.h>
 
 namespace midair::haptics
 {
@@ -18,7 +16,7 @@ namespace midair::haptics
 namespace
 {
 
-constexpr Eigen::Index kPointsAtOnce = 8;
+constexpr Eigen::Index kPointsAtOnce = PointChunks::kAtOnce;
 
 } // namespace
 
@@ -71,16 +69,6 @@ ActiveFields activePart(const TransducerArray& array, const std::vector<Eigen::V
     return active;
 }
 
-void checkSizes(const TransducerArray& array, const std::vector<Eigen::VectorXcf>& fields)
-{
-    for (const Eigen::VectorXcf& q : fields)
-        if (q.size() != array.size())
-            throw base::InputError(fmt::format(
-                "activations are {}; there must be one for each of the array's {} transducers",
-                q.size(),
-                array.size()));
-}
-
 // For each field the real parts, then the imaginary ones, padded with zeros.
 base::AlignedBuffer<float> inLanes(const PropagationMatrix& G,
                                    const std::vector<Eigen::VectorXcf>& fields)
@@ -106,14 +94,15 @@ Eigen::MatrixXcf pressuresAt(const Eigen::Matrix3Xd& points,
                              int threads,
                              const base::StopToken& stop)
 {
-    checkSizes(array, fields);
+    for (const Eigen::VectorXcf& q : fields)
+        checkActivations(array, q);
     const Eigen::Index n = points.cols();
     const std::size_t K = fields.size();
     Eigen::MatrixXcf pressure = Eigen::MatrixXcf::Zero(n, static_cast<Eigen::Index>(K));
     const ActiveFields active = activePart(array, fields);
     if (n == 0 || active.array.size() == 0) return pressure;
 
-    std::atomic<Eigen::Index> next{0};
+    PointChunks chunks(n, stop);
     const auto work = [&]
     {
         // Rows of one chunk of points; they are summed while they are still in the cache.
@@ -126,11 +115,8 @@ Eigen::MatrixXcf pressuresAt(const Eigen::Matrix3Xd& points,
         std::iota(rows.begin(), rows.end(), 0);
         using Sums = std::array<float, 2 * kPointsAtOnce>;
         std::vector<Sums> p(K);
-        for (Eigen::Index begin = next.fetch_add(kPointsAtOnce); begin < n;
-             begin = next.fetch_add(kPointsAtOnce))
+        for (Eigen::Index begin = 0, count = 0; chunks.take(begin, count);)
         {
-            if (stop.requested()) return;
-            const Eigen::Index count = std::min(kPointsAtOnce, n - begin);
             G.resize(static_cast<int>(count));
             for (int l = 0; l < static_cast<int>(count); ++l)
                 G.setPoint(l, points.col(begin + l));
@@ -153,14 +139,7 @@ Eigen::MatrixXcf pressuresAt(const Eigen::Matrix3Xd& points,
                         unit_Pa * p[k][static_cast<std::size_t>(l + kPointsAtOnce)]};
         }
     };
-    const auto chunks = (n + kPointsAtOnce - 1) / kPointsAtOnce;
-    std::vector<std::thread> helpers;
-    for (Eigen::Index t = 1; t < std::min<Eigen::Index>(threads, chunks); ++t)
-        helpers.emplace_back(work);
-    work();
-    for (std::thread& helper : helpers)
-        helper.join();
-    stop.throwIfRequested();
+    chunks.run(threads, work);
     return pressure;
 }
 

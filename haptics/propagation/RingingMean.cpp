@@ -2,17 +2,17 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
+#include "haptics/propagation/ActivationCheck.h"
+#include "haptics/propagation/PointChunks.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/PropagationMatrix.h"
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <complex>
 #include <cstdint>
 #include <numeric>
-#include <thread>
 
 #include <fmt/format.h>
 
@@ -24,7 +24,7 @@ namespace
 
 using Complex = std::complex<double>;
 
-constexpr Eigen::Index kPointsAtOnce = 8;
+constexpr Eigen::Index kPointsAtOnce = PointChunks::kAtOnce;
 // Longest bin of delays: half of it is the largest error of one, 1 % of the T4010A1's ringing, and
 // the errors of thousands of transducers cancel.
 constexpr double kBin_s = 4e-6;
@@ -341,29 +341,16 @@ Eigen::VectorXd ringingMeanSquare(const Eigen::Matrix3Xd& points,
     if (fields.size() < 2 || array.ringing_s == 0.0 || points.cols() == 0)
         return meanSquarePressure(points, array, medium, fields, threads, stop);
     for (const Eigen::VectorXcf& q : fields)
-        if (q.size() != array.size())
-            throw base::InputError(fmt::format(
-                "activations are {}; there must be one for each of the array's {} transducers",
-                q.size(),
-                array.size()));
+        checkActivations(array, q);
     Eigen::VectorXd squares(points.cols());
-    std::atomic<Eigen::Index> next{0};
+    PointChunks chunks(points.cols(), stop);
     const auto work = [&]
     {
         RingingWorker worker(array, medium, fields, step_s);
-        for (Eigen::Index begin = next.fetch_add(kPointsAtOnce);
-             begin < points.cols() && !stop.requested();
-             begin = next.fetch_add(kPointsAtOnce))
-            worker.work(points, begin, std::min(kPointsAtOnce, points.cols() - begin), squares);
+        for (Eigen::Index begin = 0, count = 0; chunks.take(begin, count);)
+            worker.work(points, begin, count, squares);
     };
-    const Eigen::Index chunks = (points.cols() + kPointsAtOnce - 1) / kPointsAtOnce;
-    std::vector<std::thread> helpers;
-    for (Eigen::Index t = 1; t < std::min<Eigen::Index>(threads, chunks); ++t)
-        helpers.emplace_back(work);
-    work();
-    for (std::thread& helper : helpers)
-        helper.join();
-    stop.throwIfRequested();
+    chunks.run(threads, work);
     return squares;
 }
 

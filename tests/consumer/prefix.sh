@@ -41,34 +41,29 @@ cmake -G Ninja -S "$(dirname "$0")/without-scene" -B "$folder/libraries" -DCMAKE
     -DMIDAIR_SAMPLES="$shared/samples" >"$folder/log" 2>&1 ||
     fail "the libraries aren't found in the moved prefix: $(cat "$folder/log")"
 
-# A component that isn't there is named; an optional one does no harm.
-mkdir "$folder/nosuch"
-for line in 'REQUIRED COMPONENTS haptics nosuch' 'REQUIRED COMPONENTS haptics OPTIONAL_COMPONENTS nosuch'; do
-    printf 'cmake_minimum_required(VERSION 3.16)\nproject(nosuch LANGUAGES CXX)\nfind_package(osgMidair %s)\n' "$line" >"$folder/nosuch/CMakeLists.txt"
-    rm -rf "$folder/nosuch-build"
-    code=0
-    cmake -G Ninja -S "$folder/nosuch" -B "$folder/nosuch-build" -DCMAKE_PREFIX_PATH="$prefix" >"$folder/log" 2>&1 || code=$?
-    case $line in
-    *OPTIONAL*) [ $code -eq 0 ] || fail "an optional component: $(cat "$folder/log")" ;;
-    *) [ $code -ne 0 ] && tr -s ' \n' ' ' <"$folder/log" | grep -q 'no component "nosuch"; there are kit, haptics, device, playing' ||
-        fail "an unknown component isn't named: $(cat "$folder/log")" ;;
-    esac
-done
+# components REFUSED OPTIONAL SAID: CMake refuses the components REFUSED and says SAID; OPTIONAL ones do no harm.
+components()
+{
+    local line code
+    mkdir -p "$folder/nosuch"
+    for line in "REQUIRED COMPONENTS $1" "REQUIRED COMPONENTS $2"; do
+        printf 'cmake_minimum_required(VERSION 3.16)\nproject(nosuch LANGUAGES CXX)\nfind_package(osgMidair %s)\n' "$line" >"$folder/nosuch/CMakeLists.txt"
+        rm -rf "$folder/nosuch-build"
+        code=0
+        cmake -G Ninja -S "$folder/nosuch" -B "$folder/nosuch-build" -DCMAKE_PREFIX_PATH="$prefix" >"$folder/log" 2>&1 || code=$?
+        case $line in
+        *OPTIONAL*) [ $code -eq 0 ] || fail "an optional component ($2): $(cat "$folder/log")" ;;
+        *) [ $code -ne 0 ] && tr -s ' \n' ' ' <"$folder/log" | grep -q "$3" ||
+            fail "what is wrong with the components $1 isn't named: $(cat "$folder/log")" ;;
+        esac
+    done
+}
 
-# So is one that another needs, if its file isn't there.
+# A component that isn't there is named; an optional one does no harm. So is one that another needs, if its file isn't there.
+components 'haptics nosuch' 'haptics OPTIONAL_COMPONENTS nosuch' 'no component "nosuch"; there are kit, haptics, device, playing'
 needed=$(find "$prefix" -name osgMidair-haptics.cmake)
 mv "$needed" "$needed.away"
-for line in 'REQUIRED COMPONENTS playing' 'REQUIRED COMPONENTS device OPTIONAL_COMPONENTS playing'; do
-    printf 'cmake_minimum_required(VERSION 3.16)\nproject(nosuch LANGUAGES CXX)\nfind_package(osgMidair %s)\n' "$line" >"$folder/nosuch/CMakeLists.txt"
-    rm -rf "$folder/nosuch-build"
-    code=0
-    cmake -G Ninja -S "$folder/nosuch" -B "$folder/nosuch-build" -DCMAKE_PREFIX_PATH="$prefix" >"$folder/log" 2>&1 || code=$?
-    case $line in
-    *OPTIONAL*) [ $code -eq 0 ] || fail "an optional component that needs another: $(cat "$folder/log")" ;;
-    *) [ $code -ne 0 ] && tr -s ' \n' ' ' <"$folder/log" | grep -q 'installed without its component "haptics", which "playing" needs' ||
-        fail "the component that is missing isn't named: $(cat "$folder/log")" ;;
-    esac
-done
+components playing 'device OPTIONAL_COMPONENTS playing' 'installed without its component "haptics", which "playing" needs'
 mv "$needed.away" "$needed"
 
 # A scene file is read by the kit's serializers, found beside the library that the program has linked.

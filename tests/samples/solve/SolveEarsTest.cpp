@@ -1,6 +1,7 @@
 // midair-solve with listening places, its levels recomputed by the model as it is written here.
 #include "tests/samples/Shell.h"
 #include "tests/samples/solve/PublishedDirectivity.h"
+#include "tests/samples/solve/SolveOutput.h"
 
 #include <cmath>
 #include <complex>
@@ -35,27 +36,6 @@ std::string written(const std::string& path, const std::string& text)
     return path;
 }
 
-std::vector<std::vector<double>> readCsv(const std::string& path, std::string& header)
-{
-    std::ifstream file(path);
-    std::getline(file, header);
-    std::vector<std::vector<double>> rows;
-    for (std::string line; std::getline(file, line);)
-    {
-        std::stringstream cells(line);
-        auto& row = rows.emplace_back();
-        for (std::string cell; std::getline(cells, cell, ',');)
-            row.push_back(std::strtod(cell.c_str(), nullptr));
-    }
-    return rows;
-}
-
-nlohmann::json readSummary(const std::string& out)
-{
-    std::ifstream file(out + "/summary.json");
-    return nlohmann::json::parse(file);
-}
-
 /// The levels in dB re 20 uPa at \a place of what drive.csv says, with its phases and without; no
 /// board is in between.
 std::pair<double, double> recomputed(const std::vector<double>& place, const std::string& out)
@@ -67,7 +47,7 @@ std::pair<double, double> recomputed(const std::vector<double>& place, const std
     std::complex<double> p = 0.0;
     double squares = 0.0;
     std::string header;
-    for (const auto& t : readCsv(out + "/drive.csv", header))
+    for (const auto& t : readCsv(out + "/drive.csv", &header))
     {
         const double d[3] = {place[0] - t[0], place[1] - t[1], place[2] - t[2]};
         const double R = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
@@ -93,7 +73,7 @@ TEST(SolveEars, LevelsAgreeWithARecomputation)
     ASSERT_EQ(outcome.code, 0) << outcome.output;
     EXPECT_NE(outcome.output.find("at ears     "), std::string::npos) << outcome.output;
     std::string header;
-    const auto rows = readCsv(out + "/exposure.csv", header);
+    const auto rows = readCsv(out + "/exposure.csv", &header);
     EXPECT_EQ(header, "x_m,y_m,z_m,L_dB,incoherent_dB");
     ASSERT_EQ(rows.size(), 3u);
     EXPECT_EQ(rows[1][0], 0.05);
@@ -124,7 +104,7 @@ TEST(SolveEars, ALimitHoldsInWhatIsWritten)
         shell(kSolve + "--ear-limit \"112 dB\" --ears " + places + " --out " + out);
     ASSERT_EQ(outcome.code, 0) << outcome.output;
     std::string header;
-    for (const auto& row : readCsv(out + "/exposure.csv", header))
+    for (const auto& row : readCsv(out + "/exposure.csv", &header))
     {
         EXPECT_LE(recomputed(row, out).first, 112.0);
         EXPECT_LE(recomputed(row, out).second, 112.0 - 6.6);

@@ -2,6 +2,7 @@
 
 #include "tests/samples/Shell.h"
 #include "tests/samples/solve/PublishedDirectivity.h"
+#include "tests/samples/solve/SolveOutput.h"
 
 #include <cmath>
 #include <complex>
@@ -29,33 +30,18 @@ std::string folder(const std::string& name)
     return path;
 }
 
-std::vector<std::vector<double>> readCsv(const std::string& path, const std::string& header)
+std::vector<std::vector<double>> readTable(const std::string& path, const std::string& header)
 {
-    std::ifstream file(path);
-    EXPECT_TRUE(file) << path;
-    std::string line;
-    std::getline(file, line);
-    EXPECT_EQ(line, header);
-    std::vector<std::vector<double>> rows;
-    while (std::getline(file, line))
-    {
-        std::stringstream cells(line);
-        auto& row = rows.emplace_back();
-        for (std::string cell; std::getline(cells, cell, ',');)
-            row.push_back(std::strtod(cell.c_str(), nullptr));
-    }
+    EXPECT_TRUE(fs::exists(path)) << path;
+    std::string found;
+    auto rows = readCsv(path, &found);
+    EXPECT_EQ(found, header);
     return rows;
 }
 
 std::vector<std::vector<double>> readDrive(const std::string& path)
 {
-    return readCsv(path, "x_m,y_m,z_m,nx,ny,nz,phase_level,duty_level");
-}
-
-nlohmann::json readSummary(const std::string& out)
-{
-    std::ifstream file(out + "/summary.json");
-    return nlohmann::json::parse(file);
+    return readTable(path, "x_m,y_m,z_m,nx,ny,nz,phase_level,duty_level");
 }
 
 // The envelope of each transducer from the drives alone, which are played in turn for ever.
@@ -105,11 +91,11 @@ TEST(SolveProbe, WritesWhatTheDrivesMakeOverTime)
     EXPECT_NE(run.output.find("ringing     250 us: "), std::string::npos) << run.output;
     EXPECT_NE(run.output.find("probes      2 of 400 samples: "), std::string::npos) << run.output;
     const auto places =
-        readCsv(out + "/probe_points.csv", "point,x_m,y_m,z_m,mean_Pa,steadyMean_Pa");
+        readTable(out + "/probe_points.csv", "point,x_m,y_m,z_m,mean_Pa,steadyMean_Pa");
     ASSERT_EQ(places.size(), 2u);
     EXPECT_EQ(std::vector<double>(places[1].begin(), places[1].begin() + 4),
               (std::vector<double>{1.0, 0.03, 0.01, 0.0}));
-    const auto rows = readCsv(out + "/probe.csv", "point,time_s,p_re_Pa,p_im_Pa,radiation_Pa");
+    const auto rows = readTable(out + "/probe.csv", "point,time_s,p_re_Pa,p_im_Pa,radiation_Pa");
     ASSERT_EQ(rows.size(), 800u);
     const nlohmann::json summary = readSummary(out);
     EXPECT_EQ(summary.at("ringing_s"), 250e-6);
@@ -132,7 +118,7 @@ TEST(SolveProbe, WritesWhatTheDrivesMakeOverTime)
         }
     EXPECT_GT(largest_Pa, 100.0);
     EXPECT_LT(off_Pa, 2e-4 * largest_Pa);
-    const auto lines = readCsv(out + "/spectrum.csv", "point,frequency_Hz,radiation_Pa");
+    const auto lines = readTable(out + "/spectrum.csv", "point,frequency_Hz,radiation_Pa");
     ASSERT_EQ(lines.size(), 2u * 201u);
     EXPECT_NEAR(lines[0][2], places[0][4], 1e-6 * places[0][4]) << "the mean";
     EXPECT_EQ(lines[1][1], 50.0);
@@ -146,9 +132,9 @@ TEST(SolveProbe, PatchesAndControlPointsAreProbed)
     ASSERT_EQ(run.code, 0) << run.output;
     EXPECT_NE(run.output.find(" of the modulation"), std::string::npos) << run.output;
     const auto points =
-        readCsv(out + "/control_points.csv", "x_m,y_m,z_m,nx,ny,nz,target_Pa,achieved_Pa");
+        readTable(out + "/control_points.csv", "x_m,y_m,z_m,nx,ny,nz,target_Pa,achieved_Pa");
     const auto places =
-        readCsv(out + "/probe_points.csv", "point,x_m,y_m,z_m,mean_Pa,steadyMean_Pa");
+        readTable(out + "/probe_points.csv", "point,x_m,y_m,z_m,mean_Pa,steadyMean_Pa");
     ASSERT_EQ(places.size(), points.size());
     EXPECT_EQ(places[3][1], points[3][0]);
     const nlohmann::json report = readSummary(out).at("report");
@@ -161,7 +147,7 @@ TEST(SolveProbe, PatchesAndControlPointsAreProbed)
                 out);
     ASSERT_EQ(run.code, 0) << run.output;
     const auto patch =
-        readCsv(out + "/probe_points.csv", "point,x_m,y_m,z_m,mean_Pa,steadyMean_Pa");
+        readTable(out + "/probe_points.csv", "point,x_m,y_m,z_m,mean_Pa,steadyMean_Pa");
     EXPECT_GT(patch.size(), 20u);
     for (const auto& place : patch)
         EXPECT_LE(std::hypot(place[1], place[2], place[3]), 0.015 + 1e-9);

@@ -3,6 +3,7 @@
 
 #include "tests/samples/Shell.h"
 #include "tests/samples/solve/PublishedDirectivity.h"
+#include "tests/samples/solve/SolveOutput.h"
 
 #include <algorithm>
 #include <cmath>
@@ -29,29 +30,6 @@ std::string folder(const std::string& name)
     std::string path = testing::TempDir() + "midair-solve-" + name;
     fs::remove_all(path);
     return path;
-}
-
-std::vector<std::vector<double>> readCsv(const std::string& path, std::string* header = nullptr)
-{
-    std::ifstream file(path);
-    std::string line;
-    std::getline(file, line);
-    if (header) *header = line;
-    std::vector<std::vector<double>> rows;
-    while (std::getline(file, line))
-    {
-        std::stringstream cells(line);
-        auto& row = rows.emplace_back();
-        for (std::string cell; std::getline(cells, cell, ',');)
-            row.push_back(std::strtod(cell.c_str(), nullptr));
-    }
-    return rows;
-}
-
-nlohmann::json readSummary(const std::string& out)
-{
-    std::ifstream file(out + "/summary.json");
-    return nlohmann::json::parse(file);
 }
 
 /// |p| at one row of control_points.csv from all rows of drive.csv and the constants of
