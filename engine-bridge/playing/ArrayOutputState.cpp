@@ -14,6 +14,11 @@ namespace
 
 constexpr double kRest_s = 0.2; // a field that is held for longer is that of a scene at rest
 
+double holdOf(const device::KeptAlive* kept)
+{
+    return kept ? kept->hold_s() : 0.0;
+}
+
 ArrayFields fieldsOf(const device::DeviceReport& report)
 {
     ArrayFields fields;
@@ -90,7 +95,7 @@ ArrayState ArrayOutput::state()
 void ArrayOutput::keepAlive()
 {
     auto* kept = dynamic_cast<device::KeptAlive*>(_opened.load());
-    const double hold_s = kept ? kept->hold_s() : 0.0;
+    const double hold_s = holdOf(kept);
     if (hold_s <= 0.0) return;
     const double now_s = base::steadySeconds();
     const double before_s = std::max(_kept_s.exchange(now_s), _sent_s.load());
@@ -101,8 +106,7 @@ void ArrayOutput::keepAlive()
 
 bool ArrayOutput::isHoldOver() const
 {
-    const auto* kept = dynamic_cast<const device::KeptAlive*>(_opened.load());
-    const double hold_s = kept ? kept->hold_s() : 0.0;
+    const double hold_s = holdOf(dynamic_cast<const device::KeptAlive*>(_opened.load()));
     return hold_s > 0.0 && _holds &&
            base::steadySeconds() - std::max(_kept_s.load(), _sent_s.load()) > hold_s;
 }

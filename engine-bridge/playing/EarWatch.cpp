@@ -1,5 +1,7 @@
 #include "engine-bridge/playing/EarWatch.h"
 
+#include "engine-bridge/playing/PressureCap.h"
+
 namespace midair::bridge
 {
 
@@ -86,16 +88,14 @@ const EarBound* EarWatch::bound()
 
 void EarWatch::play(const std::vector<Eigen::VectorXcf>& fields, double now_s)
 {
-    bool isSilent = true;
-    for (const Eigen::VectorXcf& q : fields)
-        isSilent = isSilent && q.isZero(0.0f);
+    const bool isNothing = isSilent(fields);
     // Silence before all sound needs no places; after it, it counts.
-    if (isSilent && !_exposure && _meter.read(now_s).places == 0) return;
+    if (isNothing && !_exposure && _meter.read(now_s).places == 0) return;
     listen();
     _meter.play(now_s,
                 _exposure->places(),
-                isSilent ? Eigen::VectorXd::Zero(_exposure->size()).eval()
-                         : _exposure->heard_Pa2(fields));
+                isNothing ? Eigen::VectorXd::Zero(_exposure->size()).eval()
+                          : _exposure->heard_Pa2(fields));
 }
 
 haptics::ExposureFigures EarWatch::reading(double now_s) const
