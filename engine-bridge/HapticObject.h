@@ -23,6 +23,15 @@ enum class Side
     BACK
 };
 
+/// How an object is rendered.
+enum class Render
+{
+    INHERIT, ///< as the scene is
+    OBJECT,  ///< its whole surface, whoever touches it: no hands need to be known
+    CONTACT, ///< foci that circle on the skin where a hand touches it, nothing elsewhere
+    AUTO     ///< CONTACT while hands are known well enough, else OBJECT
+};
+
 /// How an object should feel. Ranges are checked where the members are set.
 struct HapticProperties
 {
@@ -36,6 +45,7 @@ struct HapticProperties
     double modulationFrequency_Hz = 0.0; ///< >= 0; 0: a steady pressure
     /// 0 .. 1; the share of the pressure on the skin that the modulation takes away at its lowest
     double modulationDepth = 1.0;
+    Render render = Render::INHERIT;
 };
 
 bool operator==(const HapticProperties& a, const HapticProperties& b);
@@ -60,6 +70,9 @@ struct HapticObject
     /// planes (n, d) in the array frame; what of the object is at n x + d < 0 for any is neither
     /// seen nor felt
     std::vector<Eigen::Vector4d> clips;
+    /// 0 .. 1; factor on the pressure of the object as a whole, while it gives way to contacts; 0:
+    /// it has no control points
+    double share = 1.0;
     /// if true, the distance of hands to this object is measured; the field doesn't depend on it
     bool touchEvents = false;
     /// what the caller wants to find again in the result (HologramResult::origins); not read

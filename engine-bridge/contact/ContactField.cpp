@@ -107,15 +107,14 @@ bool ContactField::solveFor(const std::vector<ContactFocus>& foci,
         points.identity.push_back(focus.contact * kContactFoci +
                                   static_cast<std::uint64_t>(focus.index));
     }
-    const haptics::SolveReport report =
-        _solver->solve(points, _options.mask ? _masked : _array, _medium, q);
-    if (report.stop != haptics::StopReason::REFUSED)
+    _report = _solver->solve(points, _options.mask ? _masked : _array, _medium, q);
+    if (_report.stop != haptics::StopReason::REFUSED)
     {
         for (int i = 0; i < _array.size(); ++i)
             if (!_isOn[static_cast<std::size_t>(i)]) q[i] = 0.0f;
         return true;
     }
-    if (error) *error = report.message;
+    if (error) *error = _report.message;
     return false;
 }
 
@@ -146,6 +145,7 @@ bool ContactField::solve(const std::vector<ContactFocus>& foci,
     std::vector<ContactFocus> played;
     for (const ContactFocus& focus : foci)
         if (focus.pressure_Pa > 0.0) played.push_back(focus);
+    _report = {};
     if (played.empty()) return true;
     mask(played);
     if (!solveFor(played, q, error))

@@ -52,6 +52,8 @@ public:
     /// more than kMostFoci, and if the solver refuses them.
     bool solve(const std::vector<ContactFocus>& foci, Eigen::VectorXcf& q, std::string* error);
 
+    /// Of the last solve() of foci that are played.
+    const haptics::SolveReport& report() const { return _report; }
     int driven() const { return _driven; } ///< transducers that the mask keeps
     const haptics::TransducerArray& array() const { return _array; }
 
@@ -76,6 +78,7 @@ private:
     std::vector<bool> _isOn;          ///< m
     int _driven = 0;
     std::unique_ptr<haptics::HologramSolver> _solver;
+    haptics::SolveReport _report;
     Eigen::VectorXcf _last; ///< the field before; empty: none
 };
 

@@ -30,7 +30,7 @@ bool HologramOptions::isValid(std::string* error) const
             *error = "array \"" + array.name + "\" has no transducers; it must have at least one";
         return false;
     }
-    return medium.isValid(error) &&
+    return medium.isValid(error) && contacts.isValid(error) &&
            base::RangeCheck()
                .atLeast("motionTolerance", motionTolerance, 0.0, " wavelengths")
                .atLeast("maxPoints", maxPoints, 0.0)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
+#include "engine-bridge/rendering/ContactRenderer.h"
 #include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/text/MessageLog.h"
@@ -34,6 +35,7 @@ struct HologramOptions : haptics::SequenceSettings, haptics::PlayingSettings
     /// the name of this user of the device, for the message when another one opens the same device
     std::string owner;
     std::vector<base::Message> notes;     ///< what the user should know of these options; messages
+    ContactRendererOptions contacts;      ///< of objects that are felt where they are touched
     haptics::ModulatorOptions modulation; ///< of everything; its fieldRate_Hz is the fieldRate
 
     /// Replacements for makeSolver and openLimitedDevice, for tests and for applications with their

@@ -1,7 +1,7 @@
 #include "engine-bridge/pipeline/HologramPipeline.h"
 
 #include "device/limits/GuardedDevice.h"
-#include "engine-bridge/pipeline/ObjectModulation.h"
+#include "engine-bridge/rendering/ObjectModulation.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/ThrownBy.h"
@@ -33,17 +33,7 @@ HologramPipeline::HologramPipeline(HologramOptions options) : _options(std::move
     _composer = std::make_unique<haptics::SequenceComposer>(std::move(composer), _messages);
     _refiner = std::make_unique<RestRefiner>(_options, *_assembler, *_composer, _around, _messages);
     _monitor = std::make_unique<PlayedFieldMonitor>(_options);
-}
-
-void HologramPipeline::tellOfDeath()
-{
-    const haptics::TransducerArray& array = _options.array;
-    _isDead = array.gain.size() > 0 && array.gain.isZero(0.0);
-    if (_isDead)
-        _messages.say({base::MessageCode::ARRAY_DEAD,
-                       fmt::format("all {} transducers of the array are dead or have the gain 0; "
-                                   "it is silent",
-                                   array.size())});
+    makeContacts();
 }
 
 // Opens the device. A second try is made in another thread, so it has options of its own.
@@ -85,11 +75,12 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
     {
         if (!_invalid.empty()) throw base::CodedError(base::MessageCode::SCENE_CLOSED, _invalid);
         const bool hasMoved = hasMovedEars(snapshot);
-        if (_last && !_changed && !hasMoved && _output->isPlaying() &&
-            _assembler->unmoved(snapshot) && _around.unmoved(snapshot.around))
+        const SceneSnapshot& scene = shared(snapshot);
+        if (_last && !_changed && !hasMoved && _output->isPlaying() && _assembler->unmoved(scene) &&
+            _around.unmoved(scene.around))
             ++_counters.skippedUnmoved;
         else
-            _last = solveAndPlay(snapshot);
+            _last = solveAndPlay(scene);
         _changed = false;
     }
     catch (const base::Stopped& stopped)
@@ -115,6 +106,8 @@ std::shared_ptr<const HologramResult> HologramPipeline::silent(const SceneSnapsh
                                                                const std::string& why)
 {
     _refiner->end();
+    _contacts->clear();
+    _playsContacts = false;
     silence();
     auto result = begin(snapshot);
     result->handedOver_s = base::steadySeconds();
@@ -198,6 +191,13 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
     const haptics::TransducerArray& array =
         _around.shadowed(points, _options.array, _options.wavelength_m());
     haptics::FieldSequence sequence = compose(snapshot, set, points, array);
+    if (_hasContacts) _whole = sequence;
+    if (rendersContacts())
+    {
+        result->latency_ms = (base::steadySeconds() - snapshot.time_s) * 1e3;
+        return playContacts(std::move(result));
+    }
+    _playsContacts = false;
     cap(array, sequence, *result);
     play(std::move(sequence), *result);
     result->latency_ms = (base::steadySeconds() - snapshot.time_s) * 1e3;

@@ -10,6 +10,7 @@
 #include "engine-bridge/playing/ArrayOutput.h"
 #include "engine-bridge/playing/EarWatch.h"
 #include "engine-bridge/playing/PressureCap.h"
+#include "engine-bridge/rendering/ContactRenderer.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/sequence/SequenceComposer.h"
 
@@ -111,6 +112,13 @@ private:
     PointAssembler::Options assemblerOptions() const;
     haptics::ComposerOptions lineOptions() const;
     void useOptions(HologramOptions options);
+    void makeContacts();
+    const SceneSnapshot& shared(const SceneSnapshot& snapshot);
+    bool rendersContacts() const;
+    double contactPeriod_s() const;
+    std::shared_ptr<const HologramResult> playContacts(std::shared_ptr<HologramResult> result);
+    std::shared_ptr<const HologramResult> attendContacts();
+    std::shared_ptr<const HologramResult> playWhole();
     std::shared_ptr<const HologramResult> solveAndPlay(const SceneSnapshot& snapshot);
     std::shared_ptr<const HologramResult>
     silent(const SceneSnapshot& snapshot, haptics::StopReason stop, const std::string& why);
@@ -155,6 +163,14 @@ private:
     std::unique_ptr<haptics::SequenceComposer> _composer;
     std::unique_ptr<RestRefiner> _refiner;
     std::unique_ptr<PlayedFieldMonitor> _monitor;
+    std::unique_ptr<ContactRenderer> _contacts;
+    SceneSnapshot _shared;         // the newest, with the objects' shares
+    bool _hasContacts = false;     // its objects may be felt by contacts
+    bool _playsContacts = false;   // what is played has contacts
+    haptics::FieldSequence _whole; // of the whole objects, before caps; kept where contacts may be
+    double _contactFrame_s = 0.0;  // steady clock, when its snapshot came
+    double _contactField_s = 0.0;  // steady clock, when the last one was played
+    double _contactShown_s = 0.0;  // when the last one was published
     ReachAndShadow _around;
     HologramCounters _counters;
     std::shared_ptr<const HologramResult> _last;

@@ -13,6 +13,17 @@
 namespace midair::bridge
 {
 
+void HologramPipeline::tellOfDeath()
+{
+    const haptics::TransducerArray& array = _options.array;
+    _isDead = array.gain.size() > 0 && array.gain.isZero(0.0);
+    if (_isDead)
+        _messages.say({base::MessageCode::ARRAY_DEAD,
+                       fmt::format("all {} transducers of the array are dead or have the gain 0; "
+                                   "it is silent",
+                                   array.size())});
+}
+
 // The stricter of the caps of options and device.
 void HologramPipeline::setCaps()
 {

@@ -76,6 +76,7 @@ void HologramPipeline::useParts(bool otherSolver)
     _refiner = std::make_unique<RestRefiner>(_options, *_assembler, *_composer, _around, _messages);
     _refiner->setStop(_options.solverOptions.stop);
     _monitor->optionsChanged();
+    makeContacts();
 }
 
 bool HologramPipeline::isOpenedNow()

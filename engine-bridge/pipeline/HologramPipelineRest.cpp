@@ -2,7 +2,9 @@
 // after the device.
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/base/ThrownBy.h"
+#include "haptics/base/threads/SteadyClock.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace midair::bridge
@@ -10,6 +12,10 @@ namespace midair::bridge
 
 double HologramPipeline::rest_s() const
 {
+    if (rendersContacts())
+        return std::clamp(
+            _contactField_s + contactPeriod_s() - base::steadySeconds(), 0.0, kAttend_s);
+    if (_playsContacts) return 0.0; // they have just ended
     if (!_output->isPlaying()) return kAttend_s;
     if (_refiner->hasWork()) return 0.0;
     return _monitor->isPending() ? kMonitorPoll_s : kAttend_s;
@@ -20,6 +26,11 @@ std::shared_ptr<const HologramResult> HologramPipeline::attend()
     if (!_last) return nullptr;
     try
     {
+        if ((rendersContacts() || _playsContacts) && !_changed)
+        {
+            if (auto result = attendContacts()) return _last = result;
+            return nullptr;
+        }
         if (_output->isPlaying() && _last->points.size() > 0 && !_changed)
         {
             if (auto result = refine()) return _last = result;
@@ -46,6 +57,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::refine()
     auto sequence = _refiner->step(_last->points, _last->sequence.modulation);
     _counters.solves += static_cast<std::uint64_t>(_refiner->takeSolves());
     if (!sequence) return nullptr;
+    if (_hasContacts) _whole = *sequence;
     auto result = std::make_shared<HologramResult>(*_last);
     result->outline = sequence->isHeld();
     continueLast(*sequence);

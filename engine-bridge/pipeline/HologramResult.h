@@ -2,6 +2,7 @@
 
 #include "engine-bridge/pipeline/PointAssembler.h"
 #include "engine-bridge/playing/ArrayOutput.h"
+#include "engine-bridge/rendering/ContactView.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/points/ControlPoints.h"
 #include "haptics/sequence/FieldMonitor.h"
@@ -48,6 +49,8 @@ struct HologramResult
     Eigen::VectorXf achieved_Pa;
     /// True if the field is one stationary field for dense points along outlines.
     bool outline = false;
+    /// What is played where hands touch; null: nothing of the scene is rendered by contacts.
+    std::shared_ptr<const ContactScene> touched;
     /// Certificate and surface figures of the newest field that the monitor measured; null: none
     /// yet.
     std::shared_ptr<const haptics::FieldMonitor::Result> monitored;

@@ -89,6 +89,7 @@ bool PointAssembler::unmoved(const SceneSnapshot& snapshot)
         // Written so that a pose that is not finite counts as moved.
         const bool still = now.id == then.id && now.meshId == then.meshId &&
                            now.properties == then.properties && now.clips == then.clips &&
+                           now.share == then.share &&
                            travel(then.corners, now.pose, then.pose) <= _options.motionTolerance_m;
         if (!still) return false;
     }
@@ -133,7 +134,9 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
         placed.meshId = object.meshId;
         placed.properties = p;
         placed.clips = object.clips;
+        placed.share = object.share;
         placed.pose = object.pose;
+        if (!(object.share > 0.0)) continue; // it is felt where it is touched
         if (!usable(object)) continue;
         tellIfLarge(object, snapshot.metresPerUnit);
         if (!withinReach(object))
@@ -146,7 +149,7 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
         }
         // Where some objects are in Pa, the others are relative to the strongest of those.
         const double unit_Pa = absolute && !p.pressureInPa ? strongest_Pa : 1.0;
-        add(object, static_cast<int>(i), unit_Pa, set, placed);
+        add(object, static_cast<int>(i), object.share * unit_Pa, set, placed);
     }
     _samples.endSnapshot();
     select(snapshot, out);

@@ -91,6 +91,7 @@ private:
         std::uint64_t id = 0;
         std::uint64_t meshId = 0;
         HapticProperties properties;
+        double share = 1.0;
         std::vector<Eigen::Vector4d> clips;
         Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
         Eigen::Matrix<double, 3, 8> corners = Eigen::Matrix<double, 3, 8>::Zero();

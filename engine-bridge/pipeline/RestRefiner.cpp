@@ -1,6 +1,6 @@
 #include "engine-bridge/pipeline/RestRefiner.h"
 
-#include "engine-bridge/pipeline/ObjectModulation.h"
+#include "engine-bridge/rendering/ObjectModulation.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/ThrownBy.h"

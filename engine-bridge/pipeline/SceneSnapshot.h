@@ -21,6 +21,8 @@ struct SceneSnapshot
     Eigen::Matrix4d worldToArray = Eigen::Matrix4d::Identity();
     std::vector<HapticObject> objects;
     HandsAndObstacles around;
+    HandFrame hands;          ///< array frame; for contacts
+    double handsLate_s = 0.0; ///< from the time of these places to the sound; 0: they are predicted
     /// 3 x k, m, array frame: the ears of a head that is known to be there
     Eigen::Matrix3Xd ears = Eigen::Matrix3Xd(3, 0);
     double metresPerUnit = 1.0; ///< of the scene, for messages; the objects are in metres

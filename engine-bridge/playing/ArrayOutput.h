@@ -102,6 +102,9 @@ public:
     /// plays the field again. Never waits. Any thread.
     void keepAlive();
 
+    /// Longest time without keepAlive() after which the device falls silent by itself, s; 0: never.
+    double hold_s() const;
+
     /// What attend() found and did.
     enum class Attention
     {

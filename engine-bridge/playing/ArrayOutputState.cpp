@@ -92,6 +92,11 @@ ArrayState ArrayOutput::state()
     return _playing && !isFaulty ? ArrayState::PLAYING : ArrayState::FAULT;
 }
 
+double ArrayOutput::hold_s() const
+{
+    return holdOf(dynamic_cast<const device::KeptAlive*>(_opened.load()));
+}
+
 void ArrayOutput::keepAlive()
 {
     auto* kept = dynamic_cast<device::KeptAlive*>(_opened.load());
@@ -106,7 +111,7 @@ void ArrayOutput::keepAlive()
 
 bool ArrayOutput::isHoldOver() const
 {
-    const double hold_s = holdOf(dynamic_cast<const device::KeptAlive*>(_opened.load()));
+    const double hold_s = this->hold_s();
     return hold_s > 0.0 && _holds &&
            base::steadySeconds() - std::max(_kept_s.load(), _sent_s.load()) > hold_s;
 }

@@ -137,6 +137,9 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     attachMouse();
     listenAtCamera();
     _hands.locate(simulationTime_s, _worldToArray, _snapshot.around);
+    _snapshot.hands = _hands.frame();
+    _snapshot.handsLate_s = _hands.late_s();
+    if (!_snapshot.hands.hands.empty()) _handsSeen_s = start_s;
     for (Message& message : _hands.takeMessages())
         say(std::move(message));
     if (_settings.enabled) _collector.addObstacles(_snapshot.around.props);
@@ -202,9 +205,27 @@ void HapticEngine::setMuted(bool muted)
     if (_thread) _thread->setMuted(muted);
 }
 
+// Contacts live on frames while there are hands, and for as long as what was touched still fades.
+bool HapticEngine::mayTouch() const
+{
+    constexpr double kFade_s = 0.5;
+    const bool isAnyHand = midair::base::steadySeconds() - _handsSeen_s < kFade_s;
+    return isAnyHand && std::any_of(_snapshot.objects.begin(),
+                                    _snapshot.objects.end(),
+                                    [this](const midair::bridge::HapticObject& object)
+                                    {
+                                        using midair::bridge::Render;
+                                        const Render own = object.properties.render;
+                                        return own == Render::INHERIT
+                                                   ? _settings.render != HapticSettings::OBJECT
+                                                   : own != Render::OBJECT;
+                                    });
+}
+
 bool HapticEngine::changedSinceSubmitted(bool objectsToo) const
 {
     if (!midair::bridge::equivalent(_snapshot.around, _submittedAround)) return true;
+    if (mayTouch()) return true;
     const Eigen::Matrix3Xd& ears = _snapshot.ears;
     if (ears.cols() != _submittedEars.cols() ||
         (ears.cols() > 0 && !((ears - _submittedEars).colwise().norm().maxCoeff() <=

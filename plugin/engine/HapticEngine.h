@@ -203,6 +203,7 @@ private:
     pipelineMaker(const midair::bridge::HologramOptions& options) const;
     void applyToThread();
     void startThread();
+    bool mayTouch() const;
     /// Returns true if the snapshot differs from the last submitted one. \a objectsToo: false
     /// compares only hands and obstacles.
     bool changedSinceSubmitted(bool objectsToo) const;
@@ -232,6 +233,7 @@ private:
     std::vector<midair::bridge::HapticObject> _submitted;
     midair::bridge::HandsAndObstacles _submittedAround;
     Eigen::Matrix3Xd _submittedEars = Eigen::Matrix3Xd(3, 0);
+    double _handsSeen_s = -1e9; ///< steady clock; when there was a hand
     bool _submittedAny = false;
     std::uint64_t _resultsSeen = 0;
     std::uint64_t _takenUpTo = 0;   ///< newest Message::said of those that the thread has told

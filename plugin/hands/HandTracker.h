@@ -52,6 +52,9 @@ public:
     /// were not.
     double predictedBy_s() const { return _predictor.ahead_s(); }
 
+    /// From the time of the hands that locate() gives to the sound, s; 0: they are predicted to it.
+    double late_s() const { return predicts() ? 0.0 : horizon_s(); }
+
     /// Returns the messages of the source since the last call.
     std::vector<midair::base::Message> takeMessages();
 

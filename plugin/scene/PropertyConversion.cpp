@@ -5,6 +5,13 @@ namespace osgMidair
 
 using midair::bridge::PaintOptions;
 
+midair::bridge::Render renderOf(HapticSettings::Render render)
+{
+    return render == HapticSettings::CONTACT ? midair::bridge::Render::CONTACT
+           : render == HapticSettings::AUTO  ? midair::bridge::Render::AUTO
+                                             : midair::bridge::Render::OBJECT;
+}
+
 midair::bridge::HapticProperties forBridge(const HapticProperty& property)
 {
     midair::bridge::HapticProperties p;
@@ -21,6 +28,9 @@ midair::bridge::HapticProperties forBridge(const HapticProperty& property)
     p.priority = property.priority;
     p.modulationFrequency_Hz = property.modulationFrequency;
     p.modulationDepth = property.modulationDepth;
+    p.render = property.render == HapticProperty::INHERIT
+                   ? midair::bridge::Render::INHERIT
+                   : renderOf(static_cast<HapticSettings::Render>(property.render));
     return p;
 }
 

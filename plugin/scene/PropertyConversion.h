@@ -4,9 +4,13 @@
 #include "engine-bridge/scene/PaintReader.h"
 
 #include <osgMidair/HapticProperty>
+#include <osgMidair/HapticSettings>
 
 namespace osgMidair
 {
+
+/// Returns what a scene plays of its objects.
+midair::bridge::Render renderOf(HapticSettings::Render render);
 
 /// Returns the part of \a property that goes to the hologram thread with each object.
 midair::bridge::HapticProperties forBridge(const HapticProperty& property);

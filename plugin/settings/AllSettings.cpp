@@ -130,6 +130,34 @@ std::vector<Setting<S>> prediction()
             .variable("TRACKER_DELAY")};
 }
 
+std::vector<Setting<S>> contacts()
+{
+    return {
+        Row<S>("render",
+               EnumMember<&S::render>::choice(),
+               "what is played of objects: the whole, foci on the skin where hands touch, or auto: "
+               "these while hands are known well enough",
+               7)
+            .words({{"object", "OBJECT", S::OBJECT},
+                    {"contact", "CONTACT", S::CONTACT},
+                    {"auto", "AUTO", S::AUTO}})
+            .variable("RENDER"),
+        Row<S>("contactRate", &S::contactRate, "turns a second of the foci of a contact", 7)
+            .range(0.0, 100.0, "Hz"),
+        Row<S>("contactStep", &S::contactStep, "longest step of a focus from field to field", 7)
+            .range(5e-5, 5e-3, "m"),
+        Row<S>("contactFoci", &S::contactFoci, "most foci of a contact", 7).range(1, 10),
+        Row<S>("contactMask",
+               &S::contactMask,
+               "transducers behind the finger are off, so that its other side isn't pressed",
+               7),
+        Row<S>("trackerError",
+               &S::trackerError,
+               "error of the hands' places, by which auto decides",
+               7)
+            .range(0.0, 0.1, "m")};
+}
+
 /// Parses "2", "50 %", "2 relative", "500 Pa", "1.2kPa". Without a unit it stays the one that was
 /// set.
 bool setPressure(P& property, const std::string& text)
@@ -195,6 +223,19 @@ std::vector<Setting<P>> strength()
             .range(0.0, 1.0)};
 }
 
+std::vector<Setting<P>> contact()
+{
+    return {Row<P>("render",
+                   EnumMember<&P::render>::choice(),
+                   "what is played of the object: as the scene says, the whole, foci on the skin "
+                   "where hands touch it, or auto",
+                   7)
+                .words({{"inherit", "INHERIT", P::INHERIT},
+                        {"object", "OBJECT", P::OBJECT},
+                        {"contact", "CONTACT", P::CONTACT},
+                        {"auto", "AUTO", P::AUTO}})};
+}
+
 std::vector<Setting<P>> paintAndTouch()
 {
     return {Row<P>("intensity",
@@ -237,13 +278,14 @@ const SettingTable<HapticSettings>& sceneSettings()
                    inherited<S>(midair::haptics::fieldSettings().rows()),
                    hands(),
                    ears(),
-                   prediction()}));
+                   prediction(),
+                   contacts()}));
     return table;
 }
 
 const SettingTable<HapticProperty>& surfaceProperties()
 {
-    static const SettingTable<P> table(joined<P>({strength(), paintAndTouch()}));
+    static const SettingTable<P> table(joined<P>({strength(), paintAndTouch(), contact()}));
     return table;
 }
 

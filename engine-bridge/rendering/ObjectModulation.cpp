@@ -1,4 +1,4 @@
-#include "engine-bridge/pipeline/ObjectModulation.h"
+#include "engine-bridge/rendering/ObjectModulation.h"
 
 #include "haptics/base/text/Number.h"
 

@@ -1,0 +1,201 @@
+#include "engine-bridge/rendering/ContactRenderer.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/sequence/Modulator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+constexpr double kLeastDepth_m = 1e-6;  ///< less presses on nothing
+constexpr double kLongestStep_s = 0.02; ///< of time that one field makes up for
+/// An object that fades beside others changes its share in so many steps: each is a solve.
+constexpr double kShareSteps = 4.0;
+
+std::uint64_t objectOf(const std::vector<Contact>& contacts, std::uint64_t id)
+{
+    const auto found = std::find_if(
+        contacts.begin(), contacts.end(), [id](const Contact& one) { return one.id == id; });
+    return found == contacts.end() ? 0 : found->path.patch().object;
+}
+
+} // namespace
+
+bool ContactRendererOptions::isValid(std::string* error) const
+{
+    return tracker.isValid(error) && field.isValid(error) && shares.isValid(error);
+}
+
+ContactRenderer::ContactRenderer(const haptics::TransducerArray& array,
+                                 const haptics::Medium& medium,
+                                 const ContactRendererOptions& options) :
+    _options(options),
+    _tracker(options.tracker, medium),
+    _field(array, medium, options.field),
+    _shares(options.shares)
+{
+}
+
+void ContactRenderer::update(std::vector<HapticObject>& objects,
+                             const HandFrame& hands,
+                             double time_s,
+                             double rest_s)
+{
+    // The clock of a frame may be set back a little, by the age of what is in it.
+    const double now_s = _isUpdated ? std::max(time_s, _updated_s) : time_s;
+    std::vector<HapticObject> touched;
+    _indices.clear();
+    for (std::size_t i = 0; i < objects.size(); ++i)
+    {
+        if (_shares.renderOf(objects[i]) == Render::OBJECT) continue;
+        touched.push_back(objects[i]);
+        _indices.emplace(objects[i].touchId(), static_cast<int>(i));
+    }
+    _tracker.update(touched, hands, now_s);
+    _shares.update(objects, _tracker.contacts(), hands, now_s, std::max(rest_s, 0.0));
+    _updated_s = now_s;
+    _isUpdated = true;
+    if (!_wasActive) _rendered_s = now_s;
+    // The largest share of all is a factor on the field; here is what is left of the others.
+    const double most = _shares.mostWhole();
+    for (HapticObject& object : objects)
+    {
+        const double share = _shares.whole(object.touchId());
+        object.share = most > 0.0 ? std::ceil(kShareSteps * share / most) / kShareSteps : 0.0;
+    }
+}
+
+void ContactRenderer::clear()
+{
+    _tracker.update({}, {}, _updated_s);
+    _shares.clear();
+    _foci.clear();
+    _recent.clear();
+    _wasActive = false;
+    _isUpdated = false;
+}
+
+bool ContactRenderer::isActive(double now_s) const
+{
+    if (!_isUpdated) return false;
+    if (_shares.isFading()) return true;
+    if (now_s - _updated_s > kStale_s) return false;
+    const std::vector<Contact>& contacts = _tracker.contacts();
+    return std::any_of(contacts.begin(),
+                       contacts.end(),
+                       [](const Contact& one)
+                       { return one.wanted_m > 0.0 || one.depth_m > kLeastDepth_m; });
+}
+
+haptics::ControlPoints ContactRenderer::pointsOf(const std::vector<ContactFocus>& foci) const
+{
+    haptics::ControlPoints points;
+    const auto n = static_cast<Eigen::Index>(foci.size());
+    points.positions.resize(3, n);
+    points.normals.resize(3, n);
+    points.targets.resize(n);
+    points.absolute = true;
+    for (Eigen::Index l = 0; l < n; ++l)
+    {
+        const ContactFocus& focus = foci[static_cast<std::size_t>(l)];
+        points.positions.col(l) = focus.position;
+        points.normals.col(l) = focus.normal;
+        points.targets[l] = focus.pressure_Pa;
+        const auto found = _indices.find(objectOf(_tracker.contacts(), focus.contact));
+        points.object.push_back(found == _indices.end() ? 0 : found->second);
+    }
+    return points;
+}
+
+void ContactRenderer::addWhole(double now_s,
+                               const haptics::FieldSequence& whole,
+                               Eigen::VectorXcf& q) const
+{
+    const double factor = _shares.mostWhole();
+    if (whole.isEmpty() || !(factor > 0.0)) return;
+    const haptics::Modulator modulator(whole.modulation);
+    const auto step = modulator.at(now_s, static_cast<int>(whole.fields.size()));
+    const Eigen::VectorXcf& field = whole.fields[static_cast<std::size_t>(step.field)];
+    if (field.size() == q.size()) q += static_cast<float>(factor * step.amplitude) * field;
+    const float most = q.cwiseAbs().maxCoeff();
+    if (most > 1.0f) q /= most;
+}
+
+RenderedField ContactRenderer::render(double now_s, const haptics::FieldSequence& whole)
+{
+    RenderedField rendered;
+    const double dt_s = std::clamp(now_s - _rendered_s, 0.0, kLongestStep_s);
+    _rendered_s = now_s;
+    _wasActive = true;
+    _tracker.advance(dt_s);
+    _shares.advance(dt_s);
+    _foci.clear();
+    if (now_s - _updated_s <= kStale_s)
+        for (ContactFocus focus : _tracker.foci())
+        {
+            focus.pressure_Pa *= _shares.contacts(objectOf(_tracker.contacts(), focus.contact));
+            if (focus.pressure_Pa > 0.0) _foci.push_back(focus);
+        }
+    rendered.isFailed = !_field.solve(_foci, rendered.q, &rendered.error);
+    if (rendered.isFailed) _foci.clear();
+    rendered.report = _field.report();
+    rendered.foci = pointsOf(_foci);
+    addWhole(now_s, whole, rendered.q);
+    _wasActive = isActive(now_s);
+    return rendered;
+}
+
+void ContactRenderer::keep(double now_s, Eigen::VectorXcf played)
+{
+    _recent.push_back(std::make_shared<const TimedField>(TimedField{now_s, std::move(played)}));
+    while (_recent.front()->time_s < now_s - ContactScene::kRecent_s)
+        _recent.pop_front();
+}
+
+ContactScene ContactRenderer::view() const
+{
+    ContactScene scene;
+    scene.whole = _shares.mostWhole();
+    scene.recent.assign(_recent.begin(), _recent.end());
+    for (const Contact& contact : _tracker.contacts())
+    {
+        ContactView& view = scene.contacts.emplace_back();
+        view.id = contact.id;
+        view.patch = contact.path.patch();
+        view.pathMajor_m = contact.path.semiMajor_m();
+        view.pathMinor_m = contact.path.semiMinor_m();
+        view.speed_m_s = contact.speed_m_s;
+        view.share = _shares.contacts(view.patch.object);
+        std::vector<ContactFocus> own;
+        for (const ContactFocus& focus : _foci)
+            if (focus.contact == contact.id) own.push_back(focus);
+        const haptics::ControlPoints points = pointsOf(own);
+        view.foci = points.positions;
+        view.pressure_Pa = points.targets.cast<double>();
+    }
+    return scene;
+}
+
+std::vector<std::string> ContactRenderer::problems() const
+{
+    std::vector<std::string> problems;
+    for (const ContactNote& note : _tracker.notes())
+    {
+        if (note.reason == ContactReason::NONE || note.reason == ContactReason::MESH_NOT_READY)
+            continue;
+        const std::string where = note.bone >= 0 ? " at " + boneName(note.bone) : "";
+        problems.push_back(fmt::format(
+            "contact of hand {}{}: {}", note.hand, where, contactReasonText(note.reason)));
+    }
+    return problems;
+}
+
+} // namespace midair::bridge

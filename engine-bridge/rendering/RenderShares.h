@@ -1,0 +1,92 @@
+#pragma once
+
+#include "engine-bridge/HapticObject.h"
+#include "engine-bridge/contact/ContactTracker.h"
+#include "engine-bridge/hands/Hand.h"
+
+#include <cstdint>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// When objects give way to contacts; isValid() names the first setting that is out of its range.
+struct RenderSharesOptions
+{
+    Render render = Render::OBJECT; ///< of objects that INHERIT; not INHERIT itself
+    /// 0 .. 0.1; rms error of the tracker, besides that of the prediction. Measured: 5 mm (palm,
+    /// Leap 2), 11 mm (fingertip, Quest 2).
+    double trackerError_m = 5e-3;
+    double fade_s = 0.1; ///< 0 .. 10; from contacts to the whole object and back
+    double hold_s = 0.1; ///< 0 .. 10; hands that are lost count as known for so long
+    double hysteresis =
+        1.5;              ///< 1 .. 10; between the error that ends contacts and that which begins
+    double spot_m = 4e-3; ///< 0 .. 0.1; half a focus: a contact may be off by it and its patch
+
+    bool isValid(std::string* error = nullptr) const;
+};
+
+/// How much of each object is played as a whole, and how much where it is touched.
+///
+/// An AUTO object is played as a whole while no hand is known, or while the place of a hand that
+/// touches it is less certain than the patch is large: sqrt(e_track^2 + e_predicted^2 + (v t)^2) >
+/// patch radius + half a focus, with the time t from the hand's place to the sound that nobody
+/// predicts. It changes over fade_s, by hysteresis, so that tremor doesn't switch.
+class RenderShares
+{
+public:
+    /// Throws InputError for options that are not valid.
+    explicit RenderShares(const RenderSharesOptions& options = {});
+
+    /// How \a object is rendered by its own word or the scene's.
+    Render renderOf(const HapticObject& object) const;
+    /// Returns true if any of \a objects is not played as a whole for good.
+    bool concerns(const std::vector<HapticObject>& objects) const;
+
+    /// Decides by the newest frame. \a time_s: any steady clock; \a rest_s (>= 0): from the time
+    /// of the hands' places to the sound.
+    void update(const std::vector<HapticObject>& objects,
+                const std::vector<Contact>& contacts,
+                const HandFrame& hands,
+                double time_s,
+                double rest_s);
+    /// Fades on by \a dt_s (finite, >= 0).
+    void advance(double dt_s);
+    /// Forgets all objects.
+    void clear();
+
+    /// 0 .. 1; factors on the pressure of an object (HapticObject::touchId()) as a whole, and of
+    /// its contacts: sine and cosine, so that their power is constant. An object that was not in
+    /// the last update() is whole.
+    double whole(std::uint64_t object) const;
+    double contacts(std::uint64_t object) const;
+    /// 0 .. 1; the largest whole() of all.
+    double mostWhole() const;
+    /// Returns true while one fades.
+    bool isFading() const;
+
+private:
+    /// What is kept of an object.
+    struct Share
+    {
+        double whole = 1.0;  ///< 0 .. 1, as it fades
+        double wanted = 1.0; ///< 0 or 1
+        bool isUncertain = false;
+        std::uint64_t seen = 0; ///< update
+    };
+
+    bool isUncertain(const Contact& contact,
+                     const std::vector<HandCapsule>& bones,
+                     double rest_s,
+                     bool wasUncertain) const;
+
+    RenderSharesOptions _options;
+    std::unordered_map<std::uint64_t, Share> _shares;
+    double _handsSeen_s = 0.0;
+    bool _wereHandsSeen = false;
+    std::uint64_t _updates = 0;
+};
+
+} // namespace midair::bridge
