@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine-bridge/HapticMaterial.h"
 #include "engine-bridge/SharedMesh.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "haptics/surface/TriangleMesh.h"
@@ -46,6 +47,7 @@ struct HapticProperties
     /// 0 .. 1; the share of the pressure on the skin that the modulation takes away at its lowest
     double modulationDepth = 1.0;
     Render render = Render::INHERIT;
+    HapticMaterial material; ///< where it is touched
 };
 
 bool operator==(const HapticProperties& a, const HapticProperties& b);

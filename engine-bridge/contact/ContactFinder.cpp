@@ -160,6 +160,7 @@ void ContactFinder::touch(const HapticObject& object,
     part.patch.own = {capsule.shape};
     part.patch.objectPose = object.pose;
     part.mesh = mesh;
+    part.patch.surface = mesh;
     part.piece = &object;
     part.winding = windingOfMesh(object, mesh->mesh());
     PatchMoments all;

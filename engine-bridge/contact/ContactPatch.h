@@ -13,6 +13,8 @@
 namespace midair::bridge
 {
 
+class MeshDistance;
+
 /// Where a hand touches an object: the part of the object's surface inside one bone's capsule, or
 /// inside those of several bones that feel like one place. In the array frame.
 ///
@@ -42,6 +44,7 @@ struct ContactPatch
     std::vector<Capsule> own;                         ///< those of bones
     std::shared_ptr<const std::vector<Capsule>> skin; ///< those of the whole hand; null: own
     Eigen::Isometry3d objectPose = Eigen::Isometry3d::Identity(); ///< mesh -> array frame
+    std::shared_ptr<const MeshDistance> surface;                  ///< the mesh; may be null
 };
 
 /// Sets centre, covariance, axes and area of \a patch from \a moments, whose area is above 0, and

@@ -50,6 +50,8 @@ bool ContactPathOptions::isValid(std::string* error) const
 {
     return base::RangeCheck("ContactPathOptions: ")
         .within("rate_Hz", rate_Hz, 0.0, 100.0)
+        .within("mostRate_Hz", mostRate_Hz, 0.0, 100.0)
+        .within("mostRadius_m", mostRadius_m, 1e-3, 0.1)
         .within("focusSize_m", focusSize_m, 0.0, 0.02)
         .within("leastRadius_m", leastRadius_m, 1e-4, 0.02)
         .within("focusEach_m", focusEach_m, 1e-3, 1.0)
@@ -95,8 +97,30 @@ void ContactPath::fit(const ContactPatch& patch)
     shape();
 }
 
+void ContactPath::soften(double radius_m, double more_Hz)
+{
+    const double radius = radius_m > 0.0 && std::isfinite(radius_m)
+                              ? std::clamp(radius_m, _options.leastRadius_m, _options.mostRadius_m)
+                              : 0.0;
+    _more_Hz = more_Hz > 0.0 && std::isfinite(more_Hz) ? more_Hz : 0.0;
+    if (radius == _radius_m) return;
+    _radius_m = radius;
+    shape();
+}
+
+double ContactPath::wantedRate_Hz() const
+{
+    return std::max(_options.rate_Hz, std::min(_options.rate_Hz + _more_Hz, _options.mostRate_Hz));
+}
+
 void ContactPath::shape()
 {
+    if (_radius_m > 0.0)
+    {
+        _semiMajor_m = _semiMinor_m = _radius_m;
+        _ellipse = _radius_m * Eigen::Matrix2d::Identity();
+        return;
+    }
     Eigen::Matrix<double, 3, 2> plane;
     plane << _u, _v;
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(
@@ -112,7 +136,7 @@ void ContactPath::shape()
 
 double ContactPath::leastFieldRate_Hz() const
 {
-    return base::kTwoPi * _semiMajor_m * _options.rate_Hz / _options.largestStep_m;
+    return base::kTwoPi * _semiMajor_m * wantedRate_Hz() / _options.largestStep_m;
 }
 
 int ContactPath::wantedFoci() const
@@ -173,7 +197,7 @@ bool ContactPath::advance(double dt_s)
 {
     if (!(dt_s >= 0.0) || !std::isfinite(dt_s)) return false;
     const double most = kTurningShare * _options.largestStep_m / _semiMajor_m;
-    const double turn = std::min(base::kTwoPi * _options.rate_Hz * dt_s, most);
+    const double turn = std::min(base::kTwoPi * wantedRate_Hz() * dt_s, most);
     if (dt_s > 0.0) _rate_Hz = turn / (base::kTwoPi * dt_s);
     _angle_rad = std::fmod(_angle_rad + turn, base::kTwoPi);
     const double length = circumference(_semiMajor_m, _semiMinor_m);

@@ -18,6 +18,8 @@ namespace midair::bridge
 struct ContactPathOptions
 {
     double rate_Hz = 5.0;        ///< 0 .. 100; turns a second
+    double mostRate_Hz = 10.0;   ///< 0 .. 100; of what softness adds to the rate
+    double mostRadius_m = 0.01;  ///< 1e-3 .. 0.1; of a radius that softness gives
     double focusSize_m = 2.5e-3; ///< 0 .. 0.02; what the focus's own size adds to the ellipse
     double leastRadius_m = 1e-3; ///< 1e-4 .. 0.02; no semi-axis of the path is shorter
     double focusEach_m = 8.5e-3; ///< 1e-3 .. 1; circumference of the path a focus
@@ -51,6 +53,11 @@ public:
     /// numbers, as those of ContactFinder. \a angle_rad: where the first focus starts.
     ContactPath(const ContactPathOptions& options, const ContactPatch& patch, double angle_rad = 0);
 
+    /// Circles from now on on a circle of \a radius_m (0: the patch's ellipse; else clipped to the
+    /// options' range) with \a more_Hz (>= 0) turns a second beside the options' rate. Numbers that
+    /// aren't finite count as 0.
+    void soften(double radius_m, double more_Hz);
+
     /// Takes the newest patch; the foci go to it in the next fields.
     void fit(const ContactPatch& patch);
     /// Goes on by \a dt_s (finite, >= 0), the time between two fields. Returns false, and changes
@@ -79,6 +86,7 @@ private:
         bool isJumping = false; ///< it fades, to come again where it should be
     };
 
+    double wantedRate_Hz() const;
     void shape();
     int wantedFoci() const;
     void setCount(int count);
@@ -93,6 +101,8 @@ private:
     Eigen::Matrix2d _ellipse = Eigen::Matrix2d::Zero(); ///< unit circle -> path, in _u and _v
     double _semiMajor_m = 0.0;
     double _semiMinor_m = 0.0;
+    double _radius_m = 0.0; ///< of soften(); 0: the patch's ellipse
+    double _more_Hz = 0.0;
     double _steadyLength_m = 0.0; ///< circumference, smoothed
     double _angle_rad = 0.0;
     double _rate_Hz = 0.0;

@@ -21,6 +21,9 @@ const char* contactReasonText(ContactReason reason)
         return "the object's mesh is still being prepared";
     case ContactReason::NO_AREA:
         return "what is touched has no area";
+    case ContactReason::MATERIAL_INVALID:
+        return "a number of the object's material is out of range; it is silent where it is "
+               "touched";
     case ContactReason::HAND_JUMPED:
         return "the hand jumped; its contact begins anew";
     }

@@ -15,6 +15,7 @@ enum class ContactReason
     POSE_NOT_FINITE,     ///< an object's pose isn't a number
     MESH_NOT_READY,      ///< its mesh is still being prepared
     NO_AREA,             ///< what is touched has no area: lines, points, triangles without area
+    MATERIAL_INVALID,    ///< a number of its material is out of range
     HAND_JUMPED          ///< the contact moved farther at once than a hand does; it begins anew
 };
 

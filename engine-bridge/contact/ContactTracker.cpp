@@ -61,29 +61,56 @@ ContactTracker::ContactTracker(const ContactTrackerOptions& options,
     if (!options.isValid(&error) || !medium.isValid(&error)) throw base::InputError(error);
 }
 
-void ContactTracker::setMaterial(std::uint64_t object, const ContactMaterial& material)
+// Those of a material that can't be played are left out, with a note.
+std::vector<HapticObject> ContactTracker::takeMaterials(const std::vector<HapticObject>& objects)
 {
-    std::string error;
-    if (!material.force.isValid(&error) || !material.vibration.isValid(&error))
-        throw base::InputError(error);
-    _materials[object] = material;
+    _materials.clear();
+    std::vector<HapticObject> felt;
+    for (const HapticObject& object : objects)
+    {
+        if (object.properties.material.isValid())
+        {
+            _materials[object.touchId()] = object.properties.material;
+            felt.push_back(object);
+        }
+        else
+            _notes.push_back({ContactReason::MATERIAL_INVALID, 0, -1, object.touchId()});
+    }
+    return felt;
+}
+
+// Phases go on.
+void ContactTracker::useMaterial(Contact& contact) const
+{
+    const auto found = _materials.find(contact.path.patch().object);
+    if (found == _materials.end() || found->second == contact.material) return;
+    const HapticMaterial& m = contact.material = found->second;
+    ContactForceOptions force = contact.force.options();
+    force.stiffness_N_m = m.stiffness_N_m;
+    force.mostForce_N = m.mostForce_N;
+    contact.force = ContactForce(force, _medium);
+    contact.vibration.setOptions(
+        {m.lowVibration, m.low_Hz, m.highVibration, m.high_Hz, m.roughness, m.texturePeriod_m});
 }
 
 void ContactTracker::clear(ContactReason reason)
 {
     _contacts.clear();
     _foci.clear();
-    _notes = {{reason, 0, -1, 0}};
+    _notes.clear();
+    if (reason != ContactReason::NONE) _notes.push_back({reason, 0, -1, 0});
 }
 
 Contact ContactTracker::begun(const ContactPatch& patch, double time_s)
 {
-    const auto found = _materials.find(patch.object);
-    const ContactMaterial material = found != _materials.end() ? found->second : ContactMaterial();
     Contact contact = {++_begun,
                        ContactPath(_options.path, patch),
-                       ContactForce(material.force, _medium),
-                       ContactVibration(material.vibration)};
+                       ContactForce({}, _medium),
+                       ContactVibration(),
+                       HapticMaterial(),
+                       ContactPaint()};
+    useMaterial(contact);
+    contact.paint.follow(patch.surface, patch.objectPose.inverse() * patch.centre, time_s);
     contact.wanted_m = patch.depth_m;
     contact.lastSeen_s = time_s;
     measureSpeed(contact, patch, time_s);
@@ -114,6 +141,8 @@ void ContactTracker::measureSpeed(Contact& contact, const ContactPatch& patch, d
 void ContactTracker::touched(Contact& contact, const ContactPatch& patch, double time_s)
 {
     measureSpeed(contact, patch, time_s);
+    useMaterial(contact);
+    contact.paint.follow(patch.surface, patch.objectPose.inverse() * patch.centre, time_s);
     if (contact.wanted_m > 0.0 || contact.depth_m > 1e-6)
         contact.path.fit(patch);
     else
@@ -213,8 +242,9 @@ bool ContactTracker::update(const std::vector<HapticObject>& objects,
         return false;
     }
     _time_s = time_s;
-    _finder.update(objects, hands);
-    _notes = _finder.notes();
+    _notes.clear();
+    _finder.update(takeMaterials(objects), hands);
+    _notes.insert(_notes.end(), _finder.notes().begin(), _finder.notes().end());
     std::vector<ContactPatch> patches;
     for (const ContactPatch& patch : _finder.patches())
         if (!patch.isExit) patches.push_back(patch);
@@ -238,7 +268,13 @@ bool ContactTracker::advance(double dt_s)
     _foci.clear();
     for (Contact& contact : _contacts)
     {
+        const HapticMaterial& material = contact.material;
+        const double radius_m = material.radius_m > 0.0
+                                    ? material.radius_m + material.radiusGrowth * contact.depth_m
+                                    : 0.0;
+        contact.path.soften(radius_m, material.rateGrowth_Hz_m * contact.depth_m);
         contact.path.advance(dt_s);
+        contact.paint.advance(dt_s);
         contact.vibration.advance(dt_s, contact.speed_m_s);
         contact.age_s += dt_s;
         contact.depth_m = followed(contact.depth_m, contact.wanted_m, dt_s, _options.follow_s);
@@ -247,7 +283,7 @@ bool ContactTracker::advance(double dt_s)
         for (const PathFocus& focus : path)
             shares += focus.weight * focus.weight;
         const double pressure_Pa =
-            contact.vibration.factor() *
+            contact.vibration.factor() * contact.paint.intensity() *
             contact.force.pressure_Pa(contact.depth_m, std::max(shares, 1.0), contact.age_s);
         for (std::size_t j = 0; j < path.size(); ++j)
         {

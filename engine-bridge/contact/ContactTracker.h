@@ -3,6 +3,7 @@
 #include "engine-bridge/HapticObject.h"
 #include "engine-bridge/contact/ContactFinder.h"
 #include "engine-bridge/contact/ContactForce.h"
+#include "engine-bridge/contact/ContactPaint.h"
 #include "engine-bridge/contact/ContactPath.h"
 #include "engine-bridge/contact/ContactVibration.h"
 #include "engine-bridge/hands/Hand.h"
@@ -33,13 +34,6 @@ struct ContactTrackerOptions
     bool isValid(std::string* error = nullptr) const;
 };
 
-/// How an object feels where it is touched.
-struct ContactMaterial
-{
-    ContactForceOptions force;
-    ContactVibrationOptions vibration;
-};
-
 /// One focus of one contact at one moment.
 struct ContactFocus
 {
@@ -58,6 +52,8 @@ struct Contact
     ContactPath path;
     ContactForce force;
     ContactVibration vibration;
+    HapticMaterial material; ///< of its object, as of the newest frame
+    ContactPaint paint;
     double depth_m = 0.0;    ///< as played: follows wanted_m
     double wanted_m = 0.0;   ///< as of the newest frame; 0: near, but not touching
     double age_s = 0.0;      ///< since it touched last
@@ -81,11 +77,8 @@ public:
     explicit ContactTracker(const ContactTrackerOptions& options = {},
                             const haptics::Medium& medium = {});
 
-    /// How \a object (HapticObject::touchId()) feels from its next contact on; others feel as \a
-    /// material's defaults. Throws InputError for settings that are not valid.
-    void setMaterial(std::uint64_t object, const ContactMaterial& material);
-
-    /// Takes a frame of hands. \a time_s must not be less than before. Returns false, and ends all
+    /// Takes a frame of hands. Each object feels as its material says; one that isn't valid is a
+    /// note, and is silent. \a time_s must not be less than before. Returns false, and ends all
     /// contacts, for times that aren't finite or run backwards.
     bool update(const std::vector<HapticObject>& objects, const HandFrame& hands, double time_s);
 
@@ -93,11 +86,15 @@ public:
     /// isn't finite or under 0.
     bool advance(double dt_s);
 
+    void end() { clear(ContactReason::NONE); } ///< ends all contacts
+
     const std::vector<ContactFocus>& foci() const { return _foci; } ///< at the last advance()
     const std::vector<Contact>& contacts() const { return _contacts; }
     const std::vector<ContactNote>& notes() const { return _notes; } ///< of the last update()
 
 private:
+    std::vector<HapticObject> takeMaterials(const std::vector<HapticObject>& objects);
+    void useMaterial(Contact& contact) const;
     Contact begun(const ContactPatch& patch, double time_s);
     void touched(Contact& contact, const ContactPatch& patch, double time_s);
     void measureSpeed(Contact& contact, const ContactPatch& patch, double time_s) const;
@@ -108,7 +105,7 @@ private:
     ContactTrackerOptions _options;
     haptics::Medium _medium;
     ContactFinder _finder;
-    std::unordered_map<std::uint64_t, ContactMaterial> _materials;
+    std::unordered_map<std::uint64_t, HapticMaterial> _materials; ///< by HapticObject::touchId()
     std::vector<Contact> _contacts;
     std::vector<ContactFocus> _foci;
     std::vector<ContactNote> _notes;

@@ -38,15 +38,21 @@ bool ContactVibrationOptions::isValid(std::string* error) const
         .within("high_Hz", high_Hz, 1.0, 500.0)
         .within("textureDepth", textureDepth, 0.0, 1.0)
         .within("texturePeriod_m", texturePeriod_m, 1e-5, 1.0)
-        .require(lowDepth + highDepth + textureDepth <= 1.0,
+        .require(lowDepth + highDepth + textureDepth <= 1.0 + 1e-9,
                  "lowDepth, highDepth and textureDepth together must be at most 1")
         .passed(error);
 }
 
-ContactVibration::ContactVibration(const ContactVibrationOptions& options) : _options(options)
+ContactVibration::ContactVibration(const ContactVibrationOptions& options)
+{
+    setOptions(options);
+}
+
+void ContactVibration::setOptions(const ContactVibrationOptions& options)
 {
     std::string error;
     if (!options.isValid(&error)) throw base::InputError(error);
+    _options = options;
 }
 
 bool ContactVibration::advance(double dt_s, double speed_m_s)

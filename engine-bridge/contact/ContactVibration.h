@@ -32,6 +32,9 @@ public:
     /// Throws InputError for options that are not valid.
     explicit ContactVibration(const ContactVibrationOptions& options = {});
 
+    /// Takes other options; phases go on. Throws as the constructor does.
+    void setOptions(const ContactVibrationOptions& options);
+
     /// Goes on by \a dt_s at a tangential speed of \a speed_m_s (its sign doesn't matter). Returns
     /// false, and changes nothing, if one isn't finite or dt_s is under 0.
     bool advance(double dt_s, double speed_m_s);

@@ -75,7 +75,7 @@ void ContactRenderer::update(std::vector<HapticObject>& objects,
 
 void ContactRenderer::clear()
 {
-    _tracker.update({}, {}, _updated_s);
+    _tracker.end();
     _shares.clear();
     _foci.clear();
     _recent.clear();

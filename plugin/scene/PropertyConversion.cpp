@@ -1,9 +1,69 @@
 #include "plugin/scene/PropertyConversion.h"
 
+#include "engine-bridge/materials/MaterialLibrary.h"
+#include "haptics/base/text/NearestWord.h"
+
 namespace osgMidair
 {
 
 using midair::bridge::PaintOptions;
+
+namespace
+{
+
+using midair::bridge::HapticMaterial;
+using midair::bridge::MaterialLibrary;
+
+/// Read once, when the first object names one.
+const MaterialLibrary& materials()
+{
+    static const MaterialLibrary library = MaterialLibrary::ofUser();
+    return library;
+}
+
+/// Returns false for an unknown name.
+bool readMaterial(const HapticProperty& property, HapticMaterial& material)
+{
+    if (!property.material.empty())
+    {
+        const HapticMaterial* named = materials().find(property.material);
+        if (!named) return false;
+        material = *named;
+    }
+    const auto replace = [](double own, double& value)
+    {
+        if (own != 0.0) value = own;
+    };
+    replace(property.stiffness, material.stiffness_N_m);
+    replace(property.contactForce, material.mostForce_N);
+    replace(property.softness, material.radiusGrowth);
+    replace(property.roughness, material.roughness);
+    replace(property.texturePeriod, material.texturePeriod_m);
+    replace(property.lowVibration, material.lowVibration);
+    replace(property.highVibration, material.highVibration);
+    constexpr double kLeastRadius_m = 1e-3; // that grows
+    if (property.softness > 0.0 && !(material.radius_m > 0.0)) material.radius_m = kLeastRadius_m;
+    return true;
+}
+
+constexpr const char* kUntouched = "; it isn't felt where it is touched";
+
+} // namespace
+
+std::string problemOfMaterial(const HapticProperty& property)
+{
+    HapticMaterial material;
+    std::string problem;
+    if (!readMaterial(property, material))
+        problem = "material \"" + property.material + "\" is unknown" +
+                  midair::base::didYouMean(property.material, materials().names()) + kUntouched;
+    else if (!material.isValid(&problem))
+        problem += kUntouched;
+    if (property.material.empty()) return problem;
+    for (const std::string& file : materials().problems())
+        problem += (problem.empty() ? "" : "; ") + file;
+    return problem;
+}
 
 midair::bridge::Render renderOf(HapticSettings::Render render)
 {
@@ -31,6 +91,11 @@ midair::bridge::HapticProperties forBridge(const HapticProperty& property)
     p.render = property.render == HapticProperty::INHERIT
                    ? midair::bridge::Render::INHERIT
                    : renderOf(static_cast<HapticSettings::Render>(property.render));
+    if (!readMaterial(property, p.material) || !p.material.isValid())
+    {
+        p.material = {};
+        p.material.mostForce_N = 0.0;
+    }
     return p;
 }
 

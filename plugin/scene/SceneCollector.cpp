@@ -184,6 +184,8 @@ void SceneCollector::repair(Known& known, std::vector<std::string> wrong)
 {
     for (std::string& what : known.property.repair())
         wrong.push_back(std::move(what));
+    if (std::string what = problemOfMaterial(known.property); !what.empty())
+        wrong.push_back(std::move(what));
     const std::vector<std::string>& why = known.property.whySilenced;
     for (const std::string& what : wrong)
         if (std::find(why.begin(), why.end(), what) == why.end())

@@ -225,15 +225,57 @@ std::vector<Setting<P>> strength()
 
 std::vector<Setting<P>> contact()
 {
-    return {Row<P>("render",
-                   EnumMember<&P::render>::choice(),
-                   "what is played of the object: as the scene says, the whole, foci on the skin "
-                   "where hands touch it, or auto",
-                   7)
-                .words({{"inherit", "INHERIT", P::INHERIT},
-                        {"object", "OBJECT", P::OBJECT},
-                        {"contact", "CONTACT", P::CONTACT},
-                        {"auto", "AUTO", P::AUTO}})};
+    return {
+        Row<P>("render",
+               EnumMember<&P::render>::choice(),
+               "what is played of the object: as the scene says, the whole, foci on the skin "
+               "where hands touch it, or auto",
+               7)
+            .words({{"inherit", "INHERIT", P::INHERIT},
+                    {"object", "OBJECT", P::OBJECT},
+                    {"contact", "CONTACT", P::CONTACT},
+                    {"auto", "AUTO", P::AUTO}}),
+        Row<P>("material",
+               &P::material,
+               "how it feels where it is touched: skin, rubber, glass, sandpaper, cloth, or a "
+               "name from the file that OSG_MIDAIR_MATERIALS names",
+               7),
+        Row<P>("stiffness", &P::stiffness, "applied force over depth; 0: the material's", 7)
+            .range(0.1, 1e4, "N/m")
+            .orZero(),
+        Row<P>(
+            "contactForce", &P::contactForce, "where the force stops growing; 0: the material's", 7)
+            .range(1e-4, 1.0, "N")
+            .orZero()
+            .safety(),
+        Row<P>("softness",
+               &P::softness,
+               "growth of the circle's radius over the depth; 0: the material's",
+               7)
+            .range(0.001, 10.0)
+            .orZero(),
+        Row<P>("roughness",
+               &P::roughness,
+               "share of the pressure that the texture takes away; 0: the material's",
+               7)
+            .range(0.001, 1.0)
+            .orZero(),
+        Row<P>(
+            "texturePeriod", &P::texturePeriod, "wavelength of the texture; 0: the material's", 7)
+            .range(1e-5, 1.0, "m")
+            .orZero(),
+        Row<P>("lowVibration",
+               &P::lowVibration,
+               "share that a vibration of 30 Hz takes away; 0: the material's",
+               7)
+            .range(0.001, 1.0)
+            .orZero(),
+        Row<P>("highVibration",
+               &P::highVibration,
+               "share that a vibration of 150 Hz takes away; 0: the material's",
+               7)
+            .range(0.001, 1.0)
+            .orZero()};
 }
 
 std::vector<Setting<P>> paintAndTouch()

@@ -253,16 +253,16 @@ TEST(ContactTracker, BadInputEndsContactsAndSaysWhy)
 TEST(ContactTracker, EachContactHasItsOwnMaterial)
 {
     ContactTracker tracker;
-    ContactMaterial fine, coarse;
-    fine.vibration.textureDepth = coarse.vibration.textureDepth = 0.5;
-    fine.vibration.texturePeriod_m = 0.5e-3;
-    coarse.vibration.texturePeriod_m = 2e-3;
-    tracker.setMaterial(1, fine);
-    tracker.setMaterial(2, coarse);
+    HapticMaterial fine, coarse;
+    fine.roughness = coarse.roughness = 0.5;
+    fine.texturePeriod_m = 0.5e-3;
+    coarse.texturePeriod_m = 2e-3;
     Eigen::Isometry3d beside = Eigen::Isometry3d::Identity();
     beside.translation().y() = 0.1;
-    const std::vector<HapticObject> objects = {test::object(test::sheet(), 1),
-                                               test::object(test::sheet(), 2, beside)};
+    std::vector<HapticObject> objects = {test::object(test::sheet(), 1),
+                                         test::object(test::sheet(), 2, beside)};
+    objects[0].properties.material = fine;
+    objects[1].properties.material = coarse;
     for (int i = 0; i < 400; ++i)
     {
         const double time = i * kField_s;
@@ -282,9 +282,75 @@ TEST(ContactTracker, EachContactHasItsOwnMaterial)
     EXPECT_EQ(tracker.contacts()[0].path.patch().object, 1u);
     EXPECT_NEAR(tracker.contacts()[0].vibration.texture_Hz(), 100.0, 2.0);
     EXPECT_NEAR(tracker.contacts()[1].vibration.texture_Hz(), 40.0, 0.8);
-    ContactMaterial wrong;
-    wrong.force.alpha = 3.0;
-    EXPECT_THROW(tracker.setMaterial(3, wrong), base::InputError);
+    // One that can't be played is silent alone, and told.
+    objects[0].properties.material.roughness = 2.0;
+    HandFrame hands;
+    hands.hands.resize(1);
+    const Vector3d a(0.0, 0.0, kR - 1e-3), b(0.0, 0.1, kR - 1e-3);
+    test::addBone(hands.hands[0], INDEX_TIP, a, a);
+    test::addBone(hands.hands[0], LITTLE_TIP, b, b);
+    tracker.update(objects, hands, 0.4);
+    for (const Contact& contact : tracker.contacts())
+        EXPECT_EQ(contact.path.patch().object, 2u);
+    ASSERT_FALSE(tracker.notes().empty());
+    EXPECT_EQ(tracker.notes()[0].reason, ContactReason::MATERIAL_INVALID);
+}
+
+// Perception of softness by radius and rate: 1 mm + 0.16 x depth, and 200 Hz a metre of depth.
+TEST(ContactTracker, SoftThingsGrowUnderTheFinger)
+{
+    ContactTracker tracker;
+    std::vector<HapticObject> objects = {test::object(test::sheet(), 1)};
+    HapticMaterial& soft = objects[0].properties.material;
+    soft.radius_m = 1e-3;
+    soft.radiusGrowth = 0.5;
+    soft.rateGrowth_Hz_m = 500.0;
+    for (const double depth_m : {1e-3, 4e-3})
+    {
+        for (int i = 0; i < 300; ++i)
+        {
+            const double time = depth_m * 100.0 + i * kField_s;
+            if (i % 11 == 0) tracker.update(objects, test::ball({0.0, 0.0, kR - depth_m}), time);
+            tracker.advance(kField_s);
+        }
+        ASSERT_EQ(tracker.contacts().size(), 1u);
+        const ContactPath& path = tracker.contacts()[0].path;
+        EXPECT_NEAR(path.semiMajor_m(), 1e-3 + 0.5 * depth_m, 0.05e-3);
+        EXPECT_EQ(path.semiMajor_m(), path.semiMinor_m());
+        EXPECT_NEAR(path.turningRate_Hz(), 5.0 + 500.0 * depth_m, 0.1);
+    }
+}
+
+// A sheet painted in stripes of 10 mm along x, from 0 to 1 and back: a finger at 0.05 m/s feels
+// a wave of 5 Hz.
+TEST(ContactTracker, WhatIsPaintedIsFeltAsTheFingerGoesOverIt)
+{
+    auto mesh = std::make_shared<haptics::TriangleMesh>(*test::sheet(30, 2e-3));
+    mesh->intensity.resize(mesh->vertices.cols());
+    const auto height = [](double x_m) { return 0.5 - 0.5 * std::cos(base::kTwoPi * x_m / 0.01); };
+    for (Eigen::Index v = 0; v < mesh->vertices.cols(); ++v)
+        mesh->intensity[v] = static_cast<float>(height(mesh->vertices(0, v)));
+    ContactTracker tracker;
+    const std::vector<HapticObject> objects = {test::object(mesh, 1)};
+    double largest = 0.0, smallest = 1.0, worst = 0.0, step = 0.0, before = -1.0;
+    for (int i = 0; i < 600; ++i)
+    {
+        const double time = i * kField_s, x = 0.05 * time - 0.015;
+        if (i % 11 == 0) tracker.update(objects, test::ball({x, 0.0, kR - 1e-3}), time);
+        tracker.advance(kField_s);
+        if (i < 50) continue;
+        ASSERT_EQ(tracker.contacts().size(), 1u);
+        const double felt = tracker.contacts()[0].paint.intensity();
+        largest = std::max(largest, felt);
+        smallest = std::min(smallest, felt);
+        if (before >= 0.0) step = std::max(step, std::abs(felt - before));
+        before = felt;
+        worst = std::max(worst, std::abs(felt - height(x - 0.05 * 0.011))); // a frame late
+    }
+    EXPECT_GT(largest, 0.9); // corners are 2 mm apart
+    EXPECT_LT(smallest, 0.1);
+    EXPECT_LT(worst, 0.15);
+    EXPECT_LT(step, 0.03); // a millisecond is 0.05 mm: pi/10 mm of the slope 100 a metre
 }
 
 } // namespace

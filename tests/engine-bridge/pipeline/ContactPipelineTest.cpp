@@ -101,6 +101,8 @@ TEST(ContactPipeline, AnObjectOfContactsIsSilentUntilItIsTouched)
         EXPECT_EQ(result->counters.contactFields, 0u) << depth_m;
         EXPECT_EQ(result->counters.solves, 0u);
         EXPECT_TRUE(result->messages.empty());
+        EXPECT_GT(pipeline.counters().skippedUnmoved, 0u);
+        EXPECT_EQ(pipeline.rest_s(), HologramPipeline::kAttend_s);
     }
     const auto touched = after(pipeline, touching(kDeep), 0.3);
     EXPECT_EQ(touched->state, ArrayState::PLAYING);
