@@ -33,17 +33,17 @@ constexpr double kMiddleUp_m = 0.5 * (0.063088 - 0.051039);
 constexpr double kMiddleDeep_m = 0.5 * kRaised_m;
 
 // Two strokes over the centre: along the upper arms, and from a lower one to the top.
-const Eigen::Vector2d kLeft(-0.040, 0.0135 - kMiddleUp_m);
+const Eigen::Vector2d kLeft(-0.028, 0.0092 - kMiddleUp_m);
 const Eigen::Vector2d kCentre(0.0, -kMiddleUp_m);
-const Eigen::Vector2d kRight(0.040, 0.0135 - kMiddleUp_m);
-const Eigen::Vector2d kLower(-0.026, -0.036 - kMiddleUp_m);
-const Eigen::Vector2d kTop(0.0, 0.042 - kMiddleUp_m);
+const Eigen::Vector2d kRight(0.028, 0.0092 - kMiddleUp_m);
+const Eigen::Vector2d kLower(-0.018, -0.025 - kMiddleUp_m);
+const Eigen::Vector2d kTop(0.0, 0.030 - kMiddleUp_m);
 
 // Ends of the phases, s: approach, stroke, hop, stroke, return.
 constexpr double kTouches_s = 0.8;
-constexpr double kHops_s = 2.2;
-constexpr double kLands_s = 3.2;
-constexpr double kLeaves_s = 4.6;
+constexpr double kHops_s = 1.8;
+constexpr double kLands_s = 2.8;
+constexpr double kLeaves_s = 3.8;
 
 constexpr double kAway_m = 0.03;
 constexpr double kHop_m = 0.012;
@@ -68,7 +68,7 @@ Eigen::Vector2d along(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double
 /// How deep the finger presses at \a t: 1 to 3 mm while it slides, 2 mm when it begins and ends.
 double depth_m(double t, double from)
 {
-    return 2e-3 - 1e-3 * std::sin(base::kTwoPi * (t - from) / 0.7);
+    return 2e-3 - 1e-3 * std::sin(base::kTwoPi * (t - from) / 0.5);
 }
 
 double distanceTo(const Eigen::Matrix3Xd& front, const Eigen::Vector3d& p)

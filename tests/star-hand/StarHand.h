@@ -12,7 +12,7 @@ namespace midair::tests
 /// \{ A recording of a hand that never was: a right index finger feels the front of the demo's
 /// star, which stands still in the middle.
 constexpr double kStarRate_Hz = 90.0;
-constexpr double kStarPeriod_s = 5.6; ///< the last frame is the first again
+constexpr double kStarPeriod_s = 4.8; ///< the last frame is the first again
 /// \}
 
 /// The star of samples/models/star.obj as midair-demo --still places it: 3 x 30, the corners of its
