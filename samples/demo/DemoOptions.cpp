@@ -67,6 +67,21 @@ void addOverlays(CLI::App& app, DemoOptions& options)
         ->delimiter(',');
 }
 
+/// Takes "FILE.csv" for a recording of hands that repeats. An object stands still under a
+/// recording: that was made with it at rest.
+void useRecordings(DemoOptions& options)
+{
+    for (auto& [name, text] : options.scene)
+    {
+        if (name != "hands") continue;
+        const std::string ending = ".csv";
+        const bool isFile = text.size() > ending.size() && text.find(':') == std::string::npos &&
+                            text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
+        if (isFile) text = "recorded:" + text + "?loop";
+        if (text.compare(0, 9, "recorded:") == 0) options.still = true;
+    }
+}
+
 } // namespace
 
 bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
@@ -90,13 +105,16 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
         ->transform(inUnit("Pa", osgMidair::readQuantity))
         ->check(CLI::Range(0.0, mostPressure()));
     addSettings(app, optionsOf<osgMidair::HapticSettings>(), "The scene", {}, options.scene);
-    addSettings(app,
-                optionsOf<osgMidair::HapticProperty>(),
-                "The object",
-                {"enabled", "pressure", "unit"}, // set by the scene's options and --pressure
-                options.object);
+    addSettings(
+        app,
+        optionsOf<osgMidair::HapticProperty>(),
+        "The object",
+        {"enabled", "pressure", "render", "unit"}, // set by the scene's options and --pressure
+        options.object);
     addOverlays(app, options);
-    app.add_flag("--still", options.still, "The object stays where it is");
+    app.add_flag("--still",
+                 options.still,
+                 "The object stays where it is, as it does under a recording of hands");
     app.add_option("--frames",
                    options.frames,
                    "Frames to run [240 without a display, else until the window is closed]")
@@ -123,6 +141,7 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
         status = app.exit(error);
         return false;
     }
+    useRecordings(options);
     return true;
 }
 

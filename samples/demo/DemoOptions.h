@@ -14,7 +14,8 @@ struct DemoOptions
     double size_m = 0.12;
     /// Settings of the scene and of the object's property: names and texts for
     /// HapticSettings::set() and HapticProperty::set(), in the order given. All others are those of
-    /// the scene file or the defaults.
+    /// the scene file or the defaults. Hands that are given as a file's name, FILE.csv, are here
+    /// recorded:FILE.csv?loop.
     std::vector<std::pair<std::string, std::string>> scene;
     std::vector<std::pair<std::string, std::string>> object;
     /// wanted peak pressure of the object; 0: as loud as the field stays accurate
@@ -22,7 +23,7 @@ struct DemoOptions
     /// numbers of overlays, by the names that HapticOverlays::setNumber() takes
     std::vector<std::pair<std::string, double>> numbers;
     std::vector<std::string> overlays; ///< words of the overlays to show; empty: all
-    bool still = false;                ///< true: the object stays in the middle
+    bool still = false;                ///< the object stays in the middle; so under recorded hands
     int frames = 0; ///< 0: 240 without a display; with one, until the window is closed
     std::string out = "build/out";
     bool headless = false;

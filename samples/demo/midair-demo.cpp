@@ -32,6 +32,7 @@ using namespace midair::samples;
 const osg::Vec4 kBackground(0.052F, 0.060F, 0.078F, 1.0F);
 constexpr double kFrameTime_s = 1.0 / 60.0;
 constexpr int kPictures = 6;
+constexpr int kContactFrames = 10;
 
 void aim(osg::Camera& camera)
 {
@@ -137,6 +138,10 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
     osgMidair::FieldSliceOverlay& slice = *scene.overlays().getFieldSlice();
     picture.frame = viewer.getFrameStamp()->getFrameNumber();
     const double start = seconds();
+    // Fields of contacts go on by themselves and are of no frame.
+    const bool isWhole =
+        scene.haptics().getGrantedSettings().render == osgMidair::HapticSettings::OBJECT;
+    const double longest_s = isWhole ? 20.0 : 0.3;
     osg::ref_ptr<const osgMidair::HapticField> field;
     for (;;)
     {
@@ -145,20 +150,26 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
         const bool handled = s.solves + s.skippedUnmoved + s.superseded >= s.snapshots;
         const bool isOff = !scene.haptics().getGrantedSettings().enabled;
         if ((field && field->getFrameNumber() >= picture.frame) || (field && handled) || isOff ||
-            seconds() - start > 20.0)
+            seconds() - start > longest_s)
             break;
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     if (!field) return picture;
     picture.latency_ms = scene.haptics().getStatistics().latency_ms;
     frame(viewer, scene, time_s, draw); // hands the field to the overlays
-    slice.waitFor(field->getFrameNumber(), 20.0);
+    if (slice.isShown()) slice.waitFor(field->getFrameNumber(), 20.0);
     if (scene.overlays().getShowFieldVolume())
         scene.overlays().getFieldVolume()->waitFor(field->getFrameNumber(), 20.0);
     picture.fieldFrame = slice.getShownFrame();
     picture.peak_Pa = slice.getPeakPressure();
     picture.peakToPoint_mm = nearestPoint_mm(*field, slice.getPeak());
     frame(viewer, scene, time_s, draw); // updates the figures of the HUD
+    // Contacts that heard nothing of hands while the slice was drawn are silent, and come up again.
+    for (int i = 0; i < kContactFrames && scene.haptics().getStatistics().contactFields > 0; ++i)
+    {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        frame(viewer, scene, time_s, draw);
+    }
     return picture;
 }
 

@@ -84,6 +84,24 @@ void addSpared(HudRows& rows, const midair::bridge::HologramCounters& counters)
     if (!meshes.empty()) rows.emplace_back("meshes", meshes);
 }
 
+/// What is played where hands touch: "1, 3 foci", and how much of whole objects is besides.
+std::string contactsOf(const midair::bridge::ContactScene& scene)
+{
+    std::size_t contacts = 0;
+    Eigen::Index foci = 0;
+    for (const midair::bridge::ContactView& contact : scene.contacts)
+    {
+        if (contact.foci.cols() == 0) continue;
+        ++contacts;
+        foci += contact.foci.cols();
+    }
+    const std::string whole =
+        scene.whole > 0.0 ? fmt::format(", {:.0f} % whole", 100.0 * scene.whole) : "";
+    return contacts == 0
+               ? "none" + whole
+               : fmt::format("{}, {} {}{}", contacts, foci, foci == 1 ? "focus" : "foci", whole);
+}
+
 /// The caps that are set: "800 Pa", "110 dB at ears", or both.
 std::string capsOf(const HapticStatistics& now)
 {
@@ -169,6 +187,7 @@ HudRows rowsOf(const HologramResult* field, const ArrayNews& news, const Overlay
     rows.emplace_back("latency", fmt::format("{:.1f} ms", result.latency_ms));
     rows.emplace_back("points",
                       fmt::format("{}, {} left out", report.points, result.skipped.cols()));
+    if (result.touched) rows.emplace_back("contacts", contactsOf(*result.touched));
     rows.emplace_back("solve",
                       fmt::format("{:.2f} ms (matrix {:.2f})",
                                   report.matrix_ms + report.solve_ms,

@@ -66,6 +66,15 @@ HapticProperty unusualProperty()
     p.intensityChannel = HapticProperty::BLUE;
     p.intensityLow = 0.125;
     p.intensityHigh = 0.875;
+    p.render = HapticProperty::AUTO;
+    p.material = "cloth";
+    p.stiffness = 37.5;
+    p.contactForce = 0.015625;
+    p.softness = 0.25;
+    p.roughness = 0.375;
+    p.texturePeriod = 0.0078125;
+    p.lowVibration = 0.125;
+    p.highVibration = 0.0625;
     return p;
 }
 
@@ -108,6 +117,12 @@ HapticSettings unusualSettings()
     s.earCamera = true;
     s.prediction = HapticSettings::KALMAN;
     s.trackerDelay = 0.03125;
+    s.render = HapticSettings::CONTACT;
+    s.contactRate = 7.5;
+    s.contactStep = 0.00025;
+    s.contactFoci = 3;
+    s.contactMask = true;
+    s.trackerError = 0.0078125;
     return s;
 }
 
@@ -146,12 +161,33 @@ void expectUnusual(const HapticProperty& p)
     EXPECT_EQ(p.touchEvents, wanted.touchEvents);
 }
 
-/// What version 2 of HapticSurface brought.
+/// What versions 2 and 7 of HapticSurface brought.
 void expectUnusualPaint(const HapticProperty& p, const HapticProperty& wanted)
 {
     EXPECT_EQ(p.intensityChannel, wanted.intensityChannel);
     expectNear(p.intensityLow, wanted.intensityLow);
     expectNear(p.intensityHigh, wanted.intensityHigh);
+    EXPECT_EQ(p.render, wanted.render);
+    EXPECT_EQ(p.material, wanted.material);
+    expectNear(p.stiffness, wanted.stiffness);
+    expectNear(p.contactForce, wanted.contactForce);
+    expectNear(p.softness, wanted.softness);
+    expectNear(p.roughness, wanted.roughness);
+    expectNear(p.texturePeriod, wanted.texturePeriod);
+    expectNear(p.lowVibration, wanted.lowVibration);
+    expectNear(p.highVibration, wanted.highVibration);
+}
+
+/// The properties that files before version 7 have.
+HapticProperty beforeVersion7()
+{
+    HapticProperty p = unusualProperty();
+    const HapticProperty plain;
+    p.render = plain.render;
+    p.material = plain.material;
+    p.stiffness = p.contactForce = p.softness = p.roughness = p.texturePeriod = 0.0;
+    p.lowVibration = p.highVibration = 0.0;
+    return p;
 }
 
 void expectUnusual(const HapticSettings& s)
@@ -181,9 +217,22 @@ void expectUnusual(const HapticSettings& s)
     EXPECT_EQ(s.shadows, wanted.shadows);
 }
 
-/// What version 6 of HapticScene brought.
+/// What version 7 of HapticScene brought.
+void withoutVersion7(HapticSettings& s)
+{
+    const HapticSettings plain;
+    s.render = plain.render;
+    s.contactRate = plain.contactRate;
+    s.contactStep = plain.contactStep;
+    s.contactFoci = plain.contactFoci;
+    s.contactMask = plain.contactMask;
+    s.trackerError = plain.trackerError;
+}
+
+/// What versions 6 and 7 of HapticScene brought.
 void withoutVersion6(HapticSettings& s)
 {
+    withoutVersion7(s);
     s.earLimit = HapticSettings().earLimit;
     s.earPoints.clear();
     s.earCamera = false;
@@ -191,7 +240,7 @@ void withoutVersion6(HapticSettings& s)
     s.trackerDelay = HapticSettings().trackerDelay;
 }
 
-/// What versions 2 to 6 of HapticScene brought.
+/// What versions 2 to 7 of HapticScene brought.
 void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
 {
     expectNear(s.maxPressure, wanted.maxPressure);
@@ -208,6 +257,12 @@ void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
     EXPECT_EQ(s.earCamera, wanted.earCamera);
     EXPECT_EQ(s.prediction, wanted.prediction);
     expectNear(s.trackerDelay, wanted.trackerDelay);
+    EXPECT_EQ(s.render, wanted.render);
+    expectNear(s.contactRate, wanted.contactRate);
+    expectNear(s.contactStep, wanted.contactStep);
+    EXPECT_EQ(s.contactFoci, wanted.contactFoci);
+    EXPECT_EQ(s.contactMask, wanted.contactMask);
+    expectNear(s.trackerError, wanted.trackerError);
 }
 
 void expectUnusual(osg::Node* node,
@@ -256,7 +311,7 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion2)
     // Without what came later.
     HapticSettings settings;
     settings.maxPressure = unusualSettings().maxPressure;
-    expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
+    expectUnusual(osgDB::readRefNodeFile(file).get(), beforeVersion7(), settings);
 }
 
 TEST_P(Serialization, ReadsTheStoredFilesOfVersion3)
@@ -268,7 +323,7 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion3)
     settings.maxAmplitude = HapticSettings().maxAmplitude;
     settings.even = HapticSettings().even;
     withoutVersion6(settings);
-    expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
+    expectUnusual(osgDB::readRefNodeFile(file).get(), beforeVersion7(), settings);
 }
 
 TEST_P(Serialization, ReadsTheStoredFilesOfVersion4)
@@ -278,7 +333,7 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion4)
     HapticSettings settings = unusualSettings();
     settings.even = HapticSettings().even;
     withoutVersion6(settings);
-    expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
+    expectUnusual(osgDB::readRefNodeFile(file).get(), beforeVersion7(), settings);
 }
 
 TEST_P(Serialization, ReadsTheStoredFilesOfVersion5)
@@ -287,14 +342,23 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion5)
     const std::string file = std::string(MIDAIR_TEST_DATA "/format-v5/scene.") + GetParam();
     HapticSettings settings = unusualSettings();
     withoutVersion6(settings);
-    expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
+    expectUnusual(osgDB::readRefNodeFile(file).get(), beforeVersion7(), settings);
 }
 
 TEST_P(Serialization, ReadsTheStoredFilesOfVersion6)
 {
     findPlugins();
+    const std::string file = std::string(MIDAIR_TEST_DATA "/format-v6/scene.") + GetParam();
+    HapticSettings settings = unusualSettings();
+    withoutVersion7(settings);
+    expectUnusual(osgDB::readRefNodeFile(file).get(), beforeVersion7(), settings);
+}
+
+TEST_P(Serialization, ReadsTheStoredFilesOfVersion7)
+{
+    findPlugins();
     expectUnusual(
-        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v6/scene.") + GetParam())
+        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v7/scene.") + GetParam())
             .get());
 }
 

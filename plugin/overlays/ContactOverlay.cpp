@@ -1,0 +1,247 @@
+#include "engine-bridge/contact/ContactPatch.h"
+#include "engine-bridge/rendering/ContactView.h"
+#include "haptics/base/Units.h"
+#include "plugin/overlays/OverlayKinds.h"
+#include "plugin/overlays/OverlayPart.h"
+#include "plugin/overlays/drawing/DiscGeometry.h"
+#include "plugin/settings/ForTests.h"
+
+#include <osgMidair/ContactOverlay>
+
+#include <osg/Geometry>
+#include <osg/LineWidth>
+#include <osgGA/GUIEventAdapter>
+
+#include <algorithm>
+#include <cmath>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+using midair::bridge::ContactScene;
+using midair::bridge::ContactView;
+
+const OverlayRegistration kRegistration({9,
+                                         "Contacts",
+                                         "contacts",
+                                         "what is played where hands touch",
+                                         osgGA::GUIEventAdapter::KEY_F12,
+                                         70,
+                                         makeOverlay<ContactOverlay>});
+
+constexpr int kCorners = 48; ///< of an ellipse
+constexpr float kLineWidth = 3.0F;
+constexpr double kLeastDot_m = 1e-3;
+constexpr double kMostDot_m = 2e-3;
+const osg::Vec3f kPatch(0.95F, 0.97F, 1.00F);
+const osg::Vec3f kPath(1.00F, 0.62F, 0.22F);
+const osg::Vec3f kFocus(1.00F, 0.30F, 0.20F);
+
+// The length of the normal is the radius of the dot, which faces the eye.
+const char* const kDotVertex = R"(#version 120
+varying vec2 corner;
+varying vec4 color;
+void main()
+{
+    corner = gl_MultiTexCoord0.xy;
+    color = gl_Color;
+    float r = length(gl_Normal) * length(gl_ModelViewMatrix[0].xyz);
+    vec4 eye = gl_ModelViewMatrix * gl_Vertex;
+    eye.xyz += r * vec3(corner, 0.0);
+    gl_Position = gl_ProjectionMatrix * eye;
+}
+)";
+
+// With a dark rim, so that it is seen on anything.
+const char* const kDotFragment = R"(#version 120
+varying vec2 corner;
+varying vec4 color;
+void main()
+{
+    float r = length(corner);
+    float edge = min(0.25, 1.5 * fwidth(r)) + 1e-4;
+    float disc = 1.0 - smoothstep(1.0 - edge, 1.0, r);
+    if (disc <= 0.0) discard;
+    float rim = smoothstep(0.78 - edge, 0.78, r);
+    gl_FragColor = vec4(mix(color.rgb, vec3(0.04), rim), color.a * disc);
+}
+)";
+
+osg::Vec3 osgVec(const Eigen::Vector3d& v)
+{
+    return osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z()));
+}
+
+osg::ref_ptr<osg::Geometry> makeLines()
+{
+    osg::ref_ptr<osg::Geometry> lines = new osg::Geometry;
+    lines->setDataVariance(osg::Object::DYNAMIC);
+    lines->setUseDisplayList(false);
+    lines->setUseVertexBufferObjects(true);
+    lines->setCullingActive(false);
+    lines->setVertexArray(new osg::Vec3Array);
+    osg::ref_ptr<osg::Vec4ubArray> colors = new osg::Vec4ubArray;
+    colors->setNormalize(true);
+    lines->setColorArray(colors, osg::Array::BIND_PER_VERTEX);
+    lines->addPrimitiveSet(new osg::DrawArrays(GL_LINES, 0, 0));
+    osg::StateSet* state = lines->getOrCreateStateSet();
+    state->setAttributeAndModes(new osg::LineWidth(kLineWidth));
+    state->setMode(GL_LIGHTING, osg::StateAttribute::OFF | osg::StateAttribute::PROTECTED);
+    return lines;
+}
+
+/// Foci are on the skin inside the object, so that depth would hide them.
+void drawThrough(osg::Geometry& geometry)
+{
+    drawTranslucent(geometry, POINT_BIN);
+    geometry.getOrCreateStateSet()->setMode(
+        GL_DEPTH_TEST, osg::StateAttribute::OFF | osg::StateAttribute::PROTECTED);
+}
+
+Eigen::Vector3d onEllipse(const ContactView& contact, int corner, double major_m, double minor_m)
+{
+    const double turn = midair::base::kTwoPi * corner / kCorners;
+    return contact.patch.centre + major_m * std::cos(turn) * contact.patch.major +
+           minor_m * std::sin(turn) * contact.patch.minor;
+}
+
+} // namespace
+
+class OSGMIDAIR_NO_EXPORT ContactOverlay::Part : public OverlayPart
+{
+public:
+    Part();
+
+    void setResult(const std::shared_ptr<const midair::bridge::HologramResult>& result) override;
+
+    int contacts = 0; ///< drawn
+    int foci = 0;
+    osg::ref_ptr<osg::Geometry> lines;
+    osg::ref_ptr<osg::Geometry> dots;
+
+private:
+    void drawLines(const ContactScene& scene);
+    void drawDots(const ContactScene& scene);
+};
+
+ContactOverlay::Part::Part() : lines(makeLines()), dots(makeDiscs())
+{
+    drawThrough(*lines);
+    dots->setCullingActive(false);
+    dots->getOrCreateStateSet()->setAttributeAndModes(
+        makeProgram("osgMidair foci", kDotVertex, kDotFragment));
+    drawThrough(*dots);
+}
+
+ContactOverlay::ContactOverlay() :
+    Overlay(std::make_unique<Part>()),
+    _part(static_cast<Part&>(OverlayPart::of(*this)))
+{
+    addChild(_part.lines);
+    addChild(_part.dots);
+}
+
+ContactOverlay::~ContactOverlay() = default;
+
+int ContactOverlay::getNumContacts() const
+{
+    return _part.contacts;
+}
+
+int ContactOverlay::getNumFoci() const
+{
+    return _part.foci;
+}
+
+// What is near, but has no foci, is not drawn.
+void ContactOverlay::Part::setResult(
+    const std::shared_ptr<const midair::bridge::HologramResult>& result)
+{
+    ContactScene scene;
+    if (result->touched && result->state == midair::bridge::ArrayState::PLAYING)
+        for (const ContactView& contact : result->touched->contacts)
+            if (contact.foci.cols() > 0) scene.contacts.push_back(contact);
+    contacts = static_cast<int>(scene.contacts.size());
+    drawLines(scene);
+    drawDots(scene);
+}
+
+void ContactOverlay::Part::drawLines(const ContactScene& scene)
+{
+    auto& vertices = static_cast<osg::Vec3Array&>(*lines->getVertexArray());
+    auto& colors = static_cast<osg::Vec4ubArray&>(*lines->getColorArray());
+    if (vertices.empty() && scene.contacts.empty()) return;
+    vertices.clear();
+    colors.clear();
+    const auto line = [&](const osg::Vec3& from, const osg::Vec3& to, const osg::Vec4ub& color)
+    {
+        vertices.push_back(from);
+        vertices.push_back(to);
+        colors.push_back(color);
+        colors.push_back(color);
+    };
+    for (const ContactView& contact : scene.contacts)
+    {
+        const auto opacity = static_cast<float>(std::clamp(contact.share, 0.0, 1.0));
+        const auto patchAt = [&](int k)
+        { return onEllipse(contact, k, contact.patch.semiMajor_m, contact.patch.semiMinor_m); };
+        const auto pathAt = [&](int k)
+        {
+            const Eigen::Vector3d place =
+                onEllipse(contact, k, contact.pathMajor_m, contact.pathMinor_m);
+            return contact.patch.own.empty() ? place
+                                             : midair::bridge::skinUnder(contact.patch, place);
+        };
+        for (int k = 0; k < kCorners; ++k)
+        {
+            line(osgVec(patchAt(k)), osgVec(patchAt(k + 1)), bytes(kPatch, 0.9F * opacity));
+            line(osgVec(pathAt(k)), osgVec(pathAt(k + 1)), bytes(kPath, opacity));
+        }
+    }
+    vertices.dirty();
+    colors.dirty();
+    auto& all = static_cast<osg::DrawArrays&>(*lines->getPrimitiveSet(0));
+    all.setCount(static_cast<GLsizei>(vertices.size()));
+    all.dirty();
+    lines->dirtyBound();
+}
+
+void ContactOverlay::Part::drawDots(const ContactScene& scene)
+{
+    const int before = foci;
+    foci = 0;
+    double most_Pa = 0.0;
+    for (const ContactView& contact : scene.contacts)
+    {
+        foci += static_cast<int>(contact.foci.cols());
+        most_Pa = std::max(most_Pa, contact.pressure_Pa.maxCoeff());
+    }
+    if (before == 0 && foci == 0) return;
+    resizeDiscs(*dots, foci);
+    osg::Vec3Array& vertices = discVertices(*dots);
+    osg::Vec3Array& radii = discNormals(*dots);
+    osg::Vec4ubArray& colors = discColors(*dots);
+    std::size_t next = 0;
+    for (const ContactView& contact : scene.contacts)
+        for (Eigen::Index l = 0; l < contact.foci.cols(); ++l)
+        {
+            const double share = most_Pa > 0.0 ? contact.pressure_Pa[l] / most_Pa : 0.0;
+            const double radius_m = kLeastDot_m + (kMostDot_m - kLeastDot_m) * share;
+            for (int k = 0; k < 3; ++k, ++next)
+            {
+                vertices[next] = osgVec(contact.foci.col(l));
+                radii[next] = osg::Vec3(0.0F, 0.0F, static_cast<float>(radius_m));
+                colors[next] =
+                    bytes(kFocus, static_cast<float>(std::clamp(contact.share, 0.0, 1.0)));
+            }
+        }
+    vertices.dirty();
+    radii.dirty();
+    colors.dirty();
+    dots->dirtyBound();
+}
+
+} // namespace osgMidair
