@@ -144,7 +144,9 @@ TEST(ContactPipeline, AWholeObjectBesideKeepsItsPressure)
         }
     ASSERT_GT(ofOther, 5);
     EXPECT_LT(ofOther, result->points.size());
-    EXPECT_NEAR(sum_Pa / ofOther, 500.0, 75.0); // the foci's side lobes are added
+    // The side lobes of foci of 8 kPa, some 300 Pa, add to it; without it they are all there is.
+    EXPECT_GT(sum_Pa / ofOther, 400.0);
+    EXPECT_LT(sum_Pa / ofOther, 900.0);
     EXPECT_EQ(result->touched->whole, 1.0);
     const auto alone = after(
         pipeline,
