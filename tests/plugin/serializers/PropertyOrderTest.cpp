@@ -17,7 +17,8 @@ template<typename T>
 Written unusual(const Setting<T>& row)
 {
     const T defaults;
-    for (const char* text : {"false", "true", "3", "0.25", "0.1", "110", "60000", "\"board\""})
+    for (const char* text :
+         {"false", "true", "3", "0.25", "0.1", "0.002", "110", "60000", "\"board\""})
     {
         T object;
         std::string what;

@@ -57,6 +57,7 @@ std::string otherText(const Setting<T>& row)
                                             "0.5",
                                             "0.25",
                                             "0.125",
+                                            "0.0025",
                                             "50001",
                                             "110",
                                             "1 0 0 0  0 0 1 0  0 -1 0 0  0.5 0.25 3 1"};
@@ -182,8 +183,8 @@ TEST(SettingTable, HasARowForEachMember)
 
 TEST(SettingTable, IsWhole)
 {
-    expectWhole(sceneSettings(), 6);
-    expectWhole(surfaceProperties(), 2);
+    expectWhole(sceneSettings(), 7);
+    expectWhole(surfaceProperties(), 7);
 }
 
 // The text of earPoints names nothing: it is places.
