@@ -112,12 +112,13 @@ void HudPart::update(const HapticOverlays& overlays, const HapticEngine* engine,
     // Hidden figures and visitors leave what is only told to those who look after the array.
     const bool isSaid = isShown || alarm.word == "MUTED" || (alarm.word == "LOST" && !isPlain);
     drawAlarm(isSaid ? std::move(alarm) : HudAlarm());
-    if (isShown && isKnown) drawFigures(overlays, result.get());
+    if (isShown && isKnown) drawFigures(overlays, result);
 }
 
 void HudPart::drawFigures(const HapticOverlays& overlays,
-                          const midair::bridge::HologramResult* result)
+                          const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
+    _skin.update(result, _lastUpdate_s);
     osg::ref_ptr<FieldSliceOverlay> fieldSlice;
     osg::ref_ptr<FieldVolumeOverlay> fieldVolume;
     slice.lock(fieldSlice);
@@ -128,11 +129,11 @@ void HudPart::drawFigures(const HapticOverlays& overlays,
     rates.frames = frameRate;
     if (hasSlice) rates.slices = fieldSlice->getSlicesPerSecond();
     if (hasVolume) rates.volumes = fieldVolume->getVolumesPerSecond();
-    const HudRows rows = rowsOf(result, _news, rates);
+    const HudRows rows = rowsOf(result.get(), _news, rates);
     const std::vector<std::string> messages = messagesOf(_news, _alarm);
     for (HudSheets& sheets : _layouts)
     {
-        sheets.drawFigures(title, rows, _error, _latency);
+        sheets.drawFigures(title, rows, _error, _latency, _skin.curve());
         sheets.drawMessages(messages);
         sheets.drawScales(hasSlice ? fieldSlice->getRange() : 0.0F,
                           hasVolume ? fieldVolume->getRange() : 0.0F,

@@ -3,6 +3,7 @@
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/hud/HudRoom.h"
 #include "plugin/overlays/hud/HudSheets.h"
+#include "plugin/overlays/hud/SkinTrace.h"
 
 #include <osgMidair/Hud>
 
@@ -48,13 +49,15 @@ public:
 
 private:
     /// \a result: null before the first field.
-    void drawFigures(const HapticOverlays& overlays, const midair::bridge::HologramResult* result);
+    void drawFigures(const HapticOverlays& overlays,
+                     const std::shared_ptr<const midair::bridge::HologramResult>& result);
     void drawAlarm(HudAlarm alarm);
     void drawKeys(const HapticOverlays& overlays, double time_s);
 
     std::vector<HudSheets> _layouts; ///< as kHudLayouts
     pixels::Sparkline _error{"error rms", "%"};
     pixels::Sparkline _latency{"latency", "ms"};
+    SkinTrace _skin;
     std::shared_ptr<const midair::bridge::HologramResult> _result;
     ArrayNews _news;
     HudAlarm _alarm;              ///< that is drawn

@@ -126,6 +126,9 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
                  options.benchmark,
                  "Runs at 800 x 600 off screen with all overlays as fast as it can, and prints "
                  "frames a second");
+    app.add_option("--zoom", options.zoom, "How much nearer the middle is seen, 1 .. 8")
+        ->check(CLI::Range(1.0, 8.0))
+        ->capture_default_str();
     app.add_option("--width", options.width, "Of pictures and window, in pixels")
         ->check(CLI::Range(200, 4000))
         ->capture_default_str();

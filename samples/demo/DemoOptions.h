@@ -28,6 +28,7 @@ struct DemoOptions
     std::string out = "build/out";
     bool headless = false;
     bool benchmark = false;
+    double zoom = 1.0; ///< of pictures and window, towards the middle
     int width = 1200;
     int height = 800;
 };

@@ -34,13 +34,14 @@ constexpr double kFrameTime_s = 1.0 / 60.0;
 constexpr int kPictures = 6;
 constexpr int kContactFrames = 10;
 
-void aim(osg::Camera& camera)
+void aim(osg::Camera& camera, double zoom)
 {
     osg::Vec3d eye;
     osg::Vec3d centre;
     osg::Vec3d up;
     DemoScene::lookAt(eye, centre, up);
     camera.setViewMatrixAsLookAt(eye, centre, up);
+    camera.setProjectionMatrix(camera.getProjectionMatrix() * osg::Matrix::scale(zoom, zoom, 1.0));
     camera.setClearColor(kBackground);
 }
 
@@ -48,7 +49,7 @@ void aim(osg::Camera& camera)
 class PictureTaker
 {
 public:
-    PictureTaker(DemoScene& scene, int width, int height, std::string& problem) :
+    PictureTaker(DemoScene& scene, int width, int height, double zoom, std::string& problem) :
         _scene(scene),
         _grabber(new FrameGrabber(kScale))
     {
@@ -56,7 +57,7 @@ public:
         _ready = setUpOffscreen(
             _viewer, width * kScale, height * kScale, DemoScene::kFovy_deg, &problem);
         if (!_ready) return;
-        aim(*_viewer.getCamera());
+        aim(*_viewer.getCamera(), zoom);
         _viewer.getCamera()->setFinalDrawCallback(_grabber);
         _viewer.setSceneData(scene.root());
     }
@@ -201,9 +202,9 @@ int runHeadless(const DemoOptions& options)
     viewer.setLightingMode(osg::View::NO_LIGHT);
     const bool draw =
         setUpOffscreen(viewer, 800, 600, DemoScene::kFovy_deg, &report.picturesProblem);
-    if (draw) aim(*viewer.getCamera());
+    if (draw) aim(*viewer.getCamera(), options.zoom);
     viewer.setSceneData(scene.root());
-    PictureTaker camera(scene, options.width, options.height, report.picturesProblem);
+    PictureTaker camera(scene, options.width, options.height, options.zoom, report.picturesProblem);
 
     const int frames = options.frames > 0 ? options.frames : 240;
     const int between = std::max(1, frames / kPictures);
@@ -254,7 +255,7 @@ int runBenchmark(const DemoOptions& options)
         std::fprintf(stderr, "midair-demo: %s\n", problem.c_str());
         return 1;
     }
-    aim(*viewer.getCamera());
+    aim(*viewer.getCamera(), options.zoom);
     viewer.setSceneData(scene.root());
     frame(viewer, scene, 0.0, true);
     settle(viewer, scene, 0.0, true);
@@ -297,8 +298,11 @@ int runWindow(const DemoOptions& options)
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
     viewer.setUpViewInWindow(60, 60, options.width, options.height);
-    viewer.getCamera()->setProjectionMatrixAsPerspective(
-        DemoScene::kFovy_deg, static_cast<double>(options.width) / options.height, 0.01, 10.0);
+    viewer.getCamera()->setProjectionMatrixAsPerspective(DemoScene::kFovy_deg / options.zoom,
+                                                         static_cast<double>(options.width) /
+                                                             options.height,
+                                                         0.01,
+                                                         10.0);
     viewer.getCamera()->setClearColor(kBackground);
     osg::ref_ptr<osgGA::OrbitManipulator> manipulator = new osgGA::OrbitManipulator;
     osg::Vec3d eye;

@@ -1,6 +1,7 @@
 #include "plugin/overlays/hud/HudSheets.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace osgMidair
 {
@@ -45,6 +46,47 @@ std::vector<std::string> wrapped(const std::string& text, float size, float widt
     return lines;
 }
 
+/// Draws the pressure on the skin over time, with its axes.
+void drawSkin(TextPanel& sheet, const osg::Vec2& lowerLeft, const SkinCurve& skin)
+{
+    constexpr float kText = 11.0F;
+    const osg::Vec4 axis(0.45F, 0.48F, 0.54F, 0.8F);
+    const osg::Vec2 upperRight = lowerLeft + osg::Vec2(kCourseWidth, kCourseHeight);
+    sheet.strokes().rectangle(lowerLeft, upperRight, kPanel);
+    sheet.text("radiation pressure on the skin, Pa",
+               {lowerLeft.x() + kPad, upperRight.y() - kPad - kText},
+               12.0F,
+               kDim);
+    const osg::Vec2 origin = lowerLeft + osg::Vec2(40.0F, 30.0F);
+    const osg::Vec2 size(kCourseWidth - 40.0F - 2.0F * kPad, kCourseHeight - 64.0F);
+    // From 0 to the round number above the largest.
+    const double most = std::max(1e-9, skin.pressure_Pa.maxCoeff());
+    const std::vector<double> ticks = pixels::ticks(0.0, 1.25 * most, 4);
+    const double top = std::max(most, ticks.empty() ? most : ticks.back());
+    for (const double tick : ticks)
+    {
+        const float y = origin.y() + size.y() * static_cast<float>(tick / top);
+        sheet.strokes().line({origin.x(), y}, {origin.x() + size.x(), y}, 1.0F, axis);
+        sheet.text(
+            pixels::number(tick), {origin.x() - 4.0F, y - 4.0F}, kText, kDim, TextPanel::RIGHT);
+    }
+    const auto at = [&](Eigen::Index i)
+    {
+        return origin + osg::Vec2(size.x() * static_cast<float>(i) /
+                                      static_cast<float>(skin.pressure_Pa.size() - 1),
+                                  size.y() * static_cast<float>(skin.pressure_Pa[i] / top));
+    };
+    for (Eigen::Index i = 1; i < skin.pressure_Pa.size(); ++i)
+        sheet.strokes().line(at(i - 1), at(i), 1.5F, {1.0F, 0.62F, 0.22F, 1.0F});
+    const float below = lowerLeft.y() + kPad;
+    sheet.text("-" + pixels::number(std::round(1e3 * skin.duration_s)) + " ms",
+               {origin.x(), below},
+               kText,
+               kDim);
+    sheet.text("time", {origin.x() + 0.5F * size.x(), below}, kText, kDim, TextPanel::CENTER);
+    sheet.text("now", {origin.x() + size.x(), below}, kText, kDim, TextPanel::RIGHT);
+}
+
 } // namespace
 
 const std::array<HudLayout, 3> kHudLayouts = {
@@ -55,7 +97,8 @@ const std::array<HudLayout, 3> kHudLayouts = {
 void HudSheets::drawFigures(const std::string& title,
                             const HudRows& rows,
                             const pixels::Sparkline& error,
-                            const pixels::Sparkline& latency)
+                            const pixels::Sparkline& latency,
+                            const SkinCurve& skin)
 {
     TextPanel& sheet = *figures.panel;
     sheet.clear();
@@ -99,6 +142,11 @@ void HudSheets::drawFigures(const std::string& title,
         error.draw(sheet, {x + kPad, 64.0F}, {132.0F, 28.0F});
         latency.draw(sheet, {x + kPad, 8.0F}, {132.0F, 28.0F});
         figures.size.x() = x + kCourseWidth;
+        if (skin.pressure_Pa.size() > 1)
+        {
+            drawSkin(sheet, {x, kCourseHeight + kPad}, skin);
+            figures.size.y() = std::max(figures.size.y(), 2.0F * kCourseHeight + kPad);
+        }
     }
     sheet.finish();
 }

@@ -2,6 +2,7 @@
 
 #include "plugin/overlays/drawing/TextPanel.h"
 #include "plugin/overlays/hud/HudContent.h"
+#include "plugin/overlays/hud/SkinTrace.h"
 #include "plugin/settings/ForTests.h"
 
 #include <array>
@@ -62,7 +63,8 @@ public:
     void drawFigures(const std::string& title,
                      const HudRows& rows,
                      const pixels::Sparkline& error,
-                     const pixels::Sparkline& latency);
+                     const pixels::Sparkline& latency,
+                     const SkinCurve& skin = {});
     void drawMessages(const std::vector<std::string>& texts);
     /// Draws the scales of the pressure's and the radiation's ranges, of points and of the array;
     /// ranges of 0 are not shown.
