@@ -1,7 +1,6 @@
 #include "plugin/overlays/hud/SkinTrace.h"
 
 #include "haptics/array/TransducerArray.h"
-#include "haptics/probe/PressureProbe.h"
 
 #include <memory>
 
@@ -20,7 +19,6 @@ bridge::HologramResult touchedResult()
     haptics::TransducerArray array;
     array.positions = Eigen::Matrix3Xd::Zero(3, 1);
     array.normals = Eigen::Vector3d::UnitZ();
-    array.gains = Eigen::VectorXcf::Ones(1);
     auto scene = std::make_shared<bridge::ContactScene>();
     bridge::ContactView contact;
     contact.foci = Eigen::Vector3d(0.0, 0.0, 0.1);
