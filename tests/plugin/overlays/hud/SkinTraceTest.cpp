@@ -19,6 +19,7 @@ bridge::HologramResult touchedResult()
     haptics::TransducerArray array;
     array.positions = Eigen::Matrix3Xd::Zero(3, 1);
     array.normals = Eigen::Vector3d::UnitZ();
+    array.board = {0};
     auto scene = std::make_shared<bridge::ContactScene>();
     bridge::ContactView contact;
     contact.foci = Eigen::Vector3d(0.0, 0.0, 0.1);
