@@ -198,6 +198,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
         return playContacts(std::move(result));
     }
     _playsContacts = false;
+    if (_hasContacts) result->touched = std::make_shared<const ContactScene>(_contacts->view());
     cap(array, sequence, *result);
     play(std::move(sequence), *result);
     result->latency_ms = (base::steadySeconds() - snapshot.time_s) * 1e3;

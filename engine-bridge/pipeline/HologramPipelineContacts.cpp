@@ -106,6 +106,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::attendContacts()
         _playsContacts = false;
         silence();
         auto result = std::make_shared<HologramResult>(*_last);
+        result->touched = std::make_shared<const ContactScene>(_contacts->view());
         finish(*result);
         return result;
     }
@@ -119,6 +120,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::attendContacts()
 std::shared_ptr<const HologramResult> HologramPipeline::playWhole()
 {
     _playsContacts = false;
+    _contacts->pause();
     auto result = std::make_shared<HologramResult>(*_last);
     haptics::FieldSequence sequence = _whole;
     result->touched = std::make_shared<const ContactScene>(_contacts->view());

@@ -83,6 +83,13 @@ void ContactRenderer::clear()
     _isUpdated = false;
 }
 
+void ContactRenderer::pause()
+{
+    _foci.clear();
+    _recent.clear();
+    _wasActive = false;
+}
+
 bool ContactRenderer::isActive(double now_s) const
 {
     if (!_isUpdated) return false;

@@ -67,6 +67,8 @@ public:
                 double rest_s);
     /// Ends all contacts.
     void clear();
+    /// Says that no field is rendered now: view() has no foci until the next render().
+    void pause();
 
     /// Returns true if fields are to be rendered at \a now_s: something is touched, or fades.
     bool isActive(double now_s) const;

@@ -34,8 +34,8 @@ const OverlayRegistration kRegistration({9,
 
 constexpr int kCorners = 48; ///< of an ellipse
 constexpr float kLineWidth = 3.0F;
-constexpr double kLeastDot_m = 1e-3;
-constexpr double kMostDot_m = 2e-3;
+constexpr double kLeastDot_m = 0.6e-3;
+constexpr double kMostDot_m = 1.2e-3;
 const osg::Vec3f kPatch(0.95F, 0.97F, 1.00F);
 const osg::Vec3f kPath(1.00F, 0.62F, 0.22F);
 const osg::Vec3f kFocus(1.00F, 0.30F, 0.20F);

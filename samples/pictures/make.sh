@@ -13,6 +13,9 @@ small() # FROM NAME
 demo="build/bin/midair-demo --headless --frames 60"
 $demo --out "$out/surface" --overlays points,slice,array,workspace,figures >/dev/null
 $demo --out "$out/vertices" --sampling vertices >/dev/null
+build/bin/midair-demo --headless --frames 108 --hands samples/hands/star.csv --render contact --zoom 1.8 --out "$out/contacts" \
+    --overlays points,figures,hands,contacts >/dev/null
+cp "$out/contacts/star_5.png" samples/pictures/contacts.png
 convert "$out/surface/star_3.png" -colors 256 PNG8:samples/pictures/star.png
 convert "$out/vertices/star_5.png" -colors 256 PNG8:samples/pictures/star-vertices.png
 build/bin/midair-paper --out "$out/paper" --starts 0 >/dev/null

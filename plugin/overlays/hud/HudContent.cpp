@@ -59,6 +59,13 @@ std::string whySilent(const ArrayNews& news, const HologramResult* result)
     return warning.empty() ? "there is nothing to play" : warning;
 }
 
+/// Returns true where all is felt by contacts and nobody touches: nothing is wrong then.
+bool isUntouched(const HologramResult* result)
+{
+    return result && result->touched && result->points.size() == 0 &&
+           result->report().message.empty();
+}
+
 /// Adds rows with counts of work that was not needed since the start, without counts of 0.
 void addSpared(HudRows& rows, const midair::bridge::HologramCounters& counters)
 {
@@ -160,6 +167,7 @@ HudAlarm alarmOf(const ArrayNews& news, const HologramResult* result)
         return {"SILENT", news.isEnabled ? fault : whySilent(news, nullptr)};
     }
     case ArrayState::SILENT:
+        if (isUntouched(result) && newest(now, HapticMessage::FAULT).empty()) return {};
         return {"SILENT", whySilent(news, result)};
     case ArrayState::PLAYING:
         if (now.capFactor >= 1.0) return {};

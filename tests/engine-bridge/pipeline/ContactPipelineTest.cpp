@@ -230,6 +230,9 @@ TEST(ContactPipeline, WithoutFramesItFallsSilent)
             return last && drive(*last) == 0.0;
         }));
     EXPECT_EQ(last->state, ArrayState::SILENT);
+    ASSERT_TRUE(last->touched);
+    for (const ContactView& contact : last->touched->contacts)
+        EXPECT_EQ(contact.foci.cols(), 0);
     EXPECT_GT(drive(*after(pipeline, touching(kDeep), 0.2)), 0.0);
 }
 

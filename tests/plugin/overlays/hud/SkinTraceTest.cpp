@@ -1,0 +1,60 @@
+#include "plugin/overlays/hud/SkinTrace.h"
+
+#include "haptics/array/TransducerArray.h"
+
+#include <memory>
+
+#include <gtest/gtest.h>
+
+using namespace osgMidair;
+namespace bridge = midair::bridge;
+namespace haptics = midair::haptics;
+
+namespace
+{
+
+/// A focus 0.1 m above one transducer that has been on for 50 ms, a field a millisecond.
+bridge::HologramResult touchedResult()
+{
+    haptics::TransducerArray array;
+    array.positions = Eigen::Matrix3Xd::Zero(3, 1);
+    array.normals = Eigen::Vector3d::UnitZ();
+    array.board = {0};
+    auto scene = std::make_shared<bridge::ContactScene>();
+    bridge::ContactView contact;
+    contact.foci = Eigen::Vector3d(0.0, 0.0, 0.1);
+    contact.pressure_Pa = Eigen::VectorXd::Constant(1, 100.0);
+    scene->contacts = {contact};
+    for (int i = 0; i < 50; ++i)
+        scene->recent.push_back(std::make_shared<const bridge::TimedField>(
+            bridge::TimedField{1.0 + 1e-3 * i, Eigen::VectorXcf::Ones(1)}));
+    bridge::HologramResult result;
+    result.array = std::make_shared<const haptics::TransducerArray>(array);
+    result.touched = scene;
+    return result;
+}
+
+} // namespace
+
+TEST(SkinTrace, OfAFieldThatStaysIsItsRadiationPressure)
+{
+    const bridge::HologramResult result = touchedResult();
+    const SkinCurve curve = skinCurveOf(result);
+    ASSERT_GT(curve.pressure_Pa.size(), 100);
+    EXPECT_NEAR(curve.duration_s, 0.048, 1e-3);
+    const double steady_Pa = curve.pressure_Pa[curve.pressure_Pa.size() - 1];
+    EXPECT_GT(steady_Pa, 0.0);
+    for (const double each : curve.pressure_Pa)
+        EXPECT_NEAR(each, steady_Pa, 1e-3 * steady_Pa);
+}
+
+TEST(SkinTrace, IsEmptyWhereNothingIsPlayed)
+{
+    EXPECT_EQ(skinCurveOf(bridge::HologramResult()).pressure_Pa.size(), 0);
+    bridge::HologramResult other = touchedResult();
+    auto scene = std::make_shared<bridge::ContactScene>(*other.touched);
+    scene->recent.back() = std::make_shared<const bridge::TimedField>(
+        bridge::TimedField{2.0, Eigen::VectorXcf::Ones(7)});
+    other.touched = scene;
+    EXPECT_EQ(skinCurveOf(other).pressure_Pa.size(), 0) << "of another array";
+}
