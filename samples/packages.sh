@@ -60,6 +60,7 @@ midair_build()
             { cat "$folder/configure.log" >&2; exit 1; }
         echo "$*" >"$folder/options"
     fi
+    # Paths below the checkout are relative for the compiler's cache, so that it serves other checkouts of the same sources, too.
     # shellcheck disable=SC2086 # several targets
-    ninja -C "$folder" --quiet $target
+    CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1 ninja -C "$folder" --quiet $target
 }

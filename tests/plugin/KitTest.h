@@ -12,7 +12,6 @@
 #include <osg/Notify>
 #include <osg/Shape>
 #include <osg/ShapeDrawable>
-#include <osgDB/Registry>
 #include <osgViewer/Viewer>
 
 #include <chrono>
@@ -29,15 +28,7 @@ inline const bool kTrustsItself = (midair::base::trustVariablesOfProgram(),
                                    true);
 
 /// OSG finds the kit's plugins in the build, wherever the tests run.
-inline void findPlugins()
-{
-    static const bool once = []
-    {
-        osgDB::Registry::instance()->getLibraryFilePathList().push_front(MIDAIR_LIBRARY_FOLDER);
-        return true;
-    }();
-    (void)once;
-}
+void findPlugins();
 
 /// A viewer without a window: events and updates as osgViewer runs them, nothing drawn.
 class HeadlessViewer
