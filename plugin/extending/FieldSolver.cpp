@@ -12,7 +12,7 @@ namespace osgMidair
 namespace
 {
 
-NamedFactories<FieldSolverFactory>& registry()
+NamedFactories<FieldSolverFactory>& solverRegistry()
 {
     static NamedFactories<FieldSolverFactory> all("solver");
     return all;
@@ -22,17 +22,17 @@ NamedFactories<FieldSolverFactory>& registry()
 
 FieldSolverFactory SolverRegistry::find(const std::string& name)
 {
-    return registry().find(name);
+    return solverRegistry().find(name);
 }
 
 std::vector<std::string> SolverRegistry::names()
 {
-    return registry().names();
+    return solverRegistry().names();
 }
 
 bool registerSolver(const std::string& name, FieldSolverFactory make, std::string& error)
 {
-    return registry().add(name, std::move(make), midair::haptics::solverNames(), error);
+    return solverRegistry().add(name, std::move(make), midair::haptics::solverNames(), error);
 }
 
 } // namespace osgMidair

@@ -2,6 +2,8 @@
 
 #include <osgDB/Registry>
 
+#include <algorithm>
+
 void findPlugins()
 {
     static const bool once = []
@@ -10,4 +12,13 @@ void findPlugins()
         return true;
     }();
     (void)once;
+}
+
+bool says(const osgMidair::HapticScene& scene, const std::string& words)
+{
+    const auto messages = scene.getStatistics().messages;
+    return std::any_of(messages.begin(),
+                       messages.end(),
+                       [&](const std::string& one)
+                       { return one.find(words) != std::string::npos; });
 }

@@ -12,6 +12,7 @@
 #include <osg/Notify>
 #include <osg/Shape>
 #include <osg/ShapeDrawable>
+#include <osgDB/Registry>
 #include <osgViewer/Viewer>
 
 #include <chrono>
@@ -29,6 +30,9 @@ inline const bool kTrustsItself = (midair::base::trustVariablesOfProgram(),
 
 /// OSG finds the kit's plugins in the build, wherever the tests run.
 void findPlugins();
+
+/// Whether one of the messages of \a scene contains \a words.
+bool says(const osgMidair::HapticScene& scene, const std::string& words);
 
 /// A viewer without a window: events and updates as osgViewer runs them, nothing drawn.
 class HeadlessViewer

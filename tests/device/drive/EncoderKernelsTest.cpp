@@ -22,7 +22,7 @@ double cyclic(double x, double period)
     return std::fabs(std::remainder(x, period));
 }
 
-double amplitudeOf(int duty)
+double amplitudeOfDuty(int duty)
 {
     return std::sin(M_PI * duty / 510.0);
 }
@@ -49,11 +49,12 @@ TEST_P(EncoderKernels, EncodeLevels)
         ASSERT_LE(cyclic(phase[i] - std::arg(exact) * 128.0 / M_PI, 256.0), 0.5 + 1e-4)
             << exact << ' ' << int(phase[i]);
         // No other level's amplitude is nearer, but for a hundredth of the step.
-        const double step = std::max(amplitudeOf(std::min(255, duty[i] + 1)) - amplitudeOf(duty[i]),
-                                     amplitudeOf(duty[i]) - amplitudeOf(std::max(0, duty[i] - 1)));
-        const double error = std::fabs(amplitudeOf(duty[i]) - amplitude);
+        const double step =
+            std::max(amplitudeOfDuty(std::min(255, duty[i] + 1)) - amplitudeOfDuty(duty[i]),
+                     amplitudeOfDuty(duty[i]) - amplitudeOfDuty(std::max(0, duty[i] - 1)));
+        const double error = std::fabs(amplitudeOfDuty(duty[i]) - amplitude);
         for (const int other : {std::max(0, duty[i] - 1), std::min(255, duty[i] + 1)})
-            ASSERT_LE(error, std::fabs(amplitudeOf(other) - amplitude) + 1e-2 * step)
+            ASSERT_LE(error, std::fabs(amplitudeOfDuty(other) - amplitude) + 1e-2 * step)
                 << exact << ' ' << int(duty[i]);
     }
     EXPECT_EQ(duty[0], 0);

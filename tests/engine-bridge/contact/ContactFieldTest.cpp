@@ -3,6 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "haptics/propagation/ReferencePropagation.h"
+#include "tests/engine-bridge/contact/ContactNumbers.h"
 
 #include <cmath>
 #include <limits>
@@ -16,8 +17,6 @@ namespace
 {
 
 using Eigen::Vector3d;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 ContactFocus focusAt(const Vector3d& place, double pressure_Pa, int index = 0)
 {

@@ -4,6 +4,7 @@
 #include "engine-bridge/hands/MeshDistance.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
+#include "tests/engine-bridge/contact/ContactNumbers.h"
 #include "tests/engine-bridge/contact/ContactScenes.h"
 #include "tests/engine-bridge/pipeline/SphereMesh.h"
 
@@ -20,9 +21,8 @@ namespace
 
 using Eigen::Vector3d;
 
-constexpr double kR = 8e-3, kDepth = 1e-3;
+constexpr double kDepth = 1e-3;
 const double kA = std::sqrt(2.0 * kR * kDepth - kDepth * kDepth); // 3.87 mm
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// A pose that shares nothing with the mesh's grid.
 Eigen::Isometry3d oblique()

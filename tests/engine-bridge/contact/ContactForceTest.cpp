@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/propagation/PressureField.h"
+#include "tests/engine-bridge/contact/ContactNumbers.h"
 
 #include <cmath>
 #include <limits>
@@ -13,8 +14,6 @@ namespace midair::bridge
 
 namespace
 {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 TEST(ContactForce, PressureIsThatOfTheForceOnTheFocus)
 {

@@ -3,6 +3,7 @@
 #include "engine-bridge/hands/SegmentDistance.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
+#include "tests/engine-bridge/contact/ContactNumbers.h"
 #include "tests/engine-bridge/contact/ContactScenes.h"
 
 #include <cmath>
@@ -18,9 +19,6 @@ namespace
 {
 
 using Eigen::Vector3d;
-
-constexpr double kR = 8e-3, kField_s = 1e-3;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 ContactPatch patchOf(const HandFrame& hands, const std::vector<HapticObject>& objects)
 {

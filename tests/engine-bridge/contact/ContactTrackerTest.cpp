@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
+#include "tests/engine-bridge/contact/ContactNumbers.h"
 #include "tests/engine-bridge/contact/ContactScenes.h"
 #include "tests/engine-bridge/pipeline/SphereMesh.h"
 
@@ -21,8 +22,7 @@ namespace
 
 using Eigen::Vector3d;
 
-constexpr double kR = 8e-3, kField_s = 1e-3, kFrame_s = 1.0 / 90.0;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kFrame_s = 1.0 / 90.0;
 
 bool isNoted(const ContactTracker& tracker, ContactReason reason)
 {

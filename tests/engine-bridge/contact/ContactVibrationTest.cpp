@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
+#include "tests/engine-bridge/contact/ContactNumbers.h"
 
 #include <cmath>
 #include <complex>
@@ -17,7 +18,6 @@ namespace
 {
 
 constexpr double kRate_Hz = 4000.0;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Size of the line at \a f_Hz of \a samples, under a Hann window.
 double lineAt(const std::vector<double>& samples, double f_Hz)

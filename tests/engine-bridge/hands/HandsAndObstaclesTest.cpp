@@ -62,7 +62,7 @@ HologramOptions watched(const std::shared_ptr<Seen>& seen)
 }
 
 /// A square of 80 mm in z = 0.
-SceneSnapshot square()
+SceneSnapshot squareScene()
 {
     auto mesh = std::make_shared<haptics::TriangleMesh>();
     mesh->vertices.resize(3, 4);
@@ -109,7 +109,7 @@ TEST(HandsAndObstacles, OnlyPointsWithinReachAreSolved)
 {
     const auto seen = std::make_shared<Seen>();
     HologramPipeline pipeline(watched(seen));
-    SceneSnapshot snapshot = square();
+    SceneSnapshot snapshot = squareScene();
     const int all = pipeline.process(snapshot)->points.size();
     ASSERT_GT(all, 50);
 
@@ -137,7 +137,7 @@ TEST(HandsAndObstacles, NoHandWithinReachMeansSilence)
 {
     const auto seen = std::make_shared<Seen>();
     HologramPipeline pipeline(watched(seen));
-    SceneSnapshot snapshot = square();
+    SceneSnapshot snapshot = squareScene();
     snapshot.around.reach_m = 0.02;
     const auto result = pipeline.process(snapshot);
     EXPECT_EQ(seen->solves, 0);
@@ -153,7 +153,7 @@ TEST(HandsAndObstacles, ShadowedTransducersHaveLowerGain)
     HologramOptions options = watched(seen);
     options.array.gain = Eigen::VectorXd::Constant(options.array.size(), 0.9);
     HologramPipeline pipeline(options);
-    SceneSnapshot snapshot = square();
+    SceneSnapshot snapshot = squareScene();
     snapshot.around.hands = {fingerAt(0.0)};
     pipeline.process(snapshot);
     EXPECT_EQ(seen->array.gain, options.array.gain);
@@ -187,7 +187,7 @@ double errorBehind(const std::vector<Capsule>& obstacles,
                                    .cwiseProduct(W.cast<std::complex<double>>());
     const Eigen::VectorXd y = (G * q.cast<std::complex<double>>()).cwiseAbs();
     const double s = y.dot(points.targets) / points.targets.squaredNorm();
-    return std::sqrt((y.array() / (s * points.targets.array()) - 1.0).square().mean());
+    return std::sqrt((y.array() / (s * points.targets.array()) - 1.0).squareScene().mean());
 }
 
 /// Twenty points spread over a ball of 20 mm: a spiral from pole to pole.

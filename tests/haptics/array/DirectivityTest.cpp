@@ -1,5 +1,6 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 
 #include <cmath>
 
@@ -10,11 +11,9 @@ using namespace midair::haptics;
 namespace
 {
 
-const double kPi = std::acos(-1.0);
-
 double level_dB(Directivity model, double angle_deg)
 {
-    return 20.0 * std::log10(directivity(model, std::cos(angle_deg * kPi / 180.0)));
+    return 20.0 * std::log10(directivity(model, std::cos(angle_deg * midair::base::kPi / 180.0)));
 }
 
 } // namespace
@@ -42,7 +41,8 @@ TEST(Directivity, HarmonicsAreOrthonormalZonalOnes)
     {
         double total = 0.0;
         for (unsigned n = 0; n < 4; ++n)
-            total += c[n] * std::sqrt((2 * n + 1) / (4.0 * kPi)) * std::legendre(n, x);
+            total +=
+                c[n] * std::sqrt((2 * n + 1) / (4.0 * midair::base::kPi)) * std::legendre(n, x);
         return total;
     };
     for (int k = -100; k <= 100; ++k)

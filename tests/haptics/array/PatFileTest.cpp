@@ -2,6 +2,7 @@
 
 #include "haptics/array/Medium.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,8 +19,6 @@ using namespace midair::haptics;
 
 namespace
 {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// A file as OpenMPD writes it, of a board that isn't there: column by column from the upper left,
 /// pins and adjustments mixed.
@@ -108,7 +107,7 @@ TEST(PatFile, GivesAFocusWhoseOffsetsAreMadeUpFor)
     std::remove(path.c_str());
     ASSERT_EQ(array.size(), 256);
     ASSERT_EQ(array.phaseOffset_rad.size(), 256);
-    const double k = 2.0 * kPi * array.frequency_Hz / Medium{}.soundSpeed();
+    const double k = 2.0 * midair::base::kPi * array.frequency_Hz / Medium{}.soundSpeed();
     const Eigen::Vector3d focus(0.02, 0.03, 0.12);
     for (int t = 0; t < 256; ++t)
     {
@@ -118,7 +117,8 @@ TEST(PatFile, GivesAFocusWhoseOffsetsAreMadeUpFor)
             k * (focus - array.positions.col(p)).norm() - array.phaseOffset_rad[p];
         // Theirs: a delay in radians, which is our phase with the sign changed.
         const double wanted = -k * (focus - pat.place[static_cast<std::size_t>(t)]).norm();
-        const double sent = wanted - pat.delay_deg[static_cast<std::size_t>(t)] * kPi / 180.0;
+        const double sent =
+            wanted - pat.delay_deg[static_cast<std::size_t>(t)] * midair::base::kPi / 180.0;
         EXPECT_NEAR(std::abs(std::polar(1.0, driven) - std::polar(1.0, -sent)), 0.0, 1e-6) << t;
     }
 }

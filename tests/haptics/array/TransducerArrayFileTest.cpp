@@ -19,9 +19,10 @@ namespace
 {
 
 // The keys that every file needs, and one transducer.
-const std::string kHead =
+const std::string kKeys =
     R"("frequency_Hz": 40000, "sourceAmplitude_Pa_m": 10.1, "directivity": "point")";
-const std::string kOne = R"("transducers": [{"position_m": [0, 0, 0], "normal": [0, 0, 1]}])";
+const std::string kOneTransducer =
+    R"("transducers": [{"position_m": [0, 0, 0], "normal": [0, 0, 1]}])";
 
 void expectEqual(const TransducerArray& a, const TransducerArray& b)
 {
@@ -71,7 +72,7 @@ TEST(TransducerArrayFile, TransducersRingAsTheirTypeDoesOrAsTheFileSays)
     {
         return TransducerArray::fromJson(
                    R"({"frequency_Hz": 40000, "sourceAmplitude_Pa_m": 1, "directivity": ")" +
-                       directivity + "\"" + more + ", " + kOne + "}",
+                       directivity + "\"" + more + ", " + kOneTransducer + "}",
                    "a.json")
             .ringing_s;
     };
@@ -122,7 +123,8 @@ TEST(TransducerArrayFile, FlatListIsReadAsWritten)
 
 TEST(TransducerArrayFile, WithoutTheOptionalKeysThereAreNoOffsetsAndGains)
 {
-    const TransducerArray array = TransducerArray::fromJson("{" + kHead + "," + kOne + "}", "a");
+    const TransducerArray array =
+        TransducerArray::fromJson("{" + kKeys + "," + kOneTransducer + "}", "a");
     EXPECT_EQ(array.phaseOffset_rad.size(), 0);
     EXPECT_EQ(array.gain.size(), 0);
     EXPECT_EQ(array.drive.phaseLevels, 256);
@@ -132,7 +134,7 @@ TEST(TransducerArrayFile, WithoutTheOptionalKeysThereAreNoOffsetsAndGains)
 
 TEST(TransducerArrayFile, BoardsFaceAnyWay)
 {
-    const TransducerArray array = TransducerArray::fromJson("{" + kHead + R"(, "boards": [
+    const TransducerArray array = TransducerArray::fromJson("{" + kKeys + R"(, "boards": [
         {"position_m": [0, 0, 0.2], "normal": [0, 0, -1], "columns": 3, "rows": 2, "pitch_m": 0.01},
         {"position_m": [0, -0.1, 0], "normal": [0, 1, 0], "columns": 2, "rows": 2, "pitch_m": 0.02, "without": [[2, 1]],
          "gain": 0.5},
@@ -253,8 +255,8 @@ TEST(TransducerArrayFile, MissingFilesAndUnknownNamesSayWhatIsKnown)
 TEST(TransducerArrayFile, OwnFoldersComeBeforeTheShippedOnes)
 {
     const TemporaryFolder folder;
-    folder.write("mine.json", "{" + kHead + "," + kOne + "}");
-    folder.write("openmpd.json", "{" + kHead + "," + kOne + "}");
+    folder.write("mine.json", "{" + kKeys + "," + kOneTransducer + "}");
+    folder.write("openmpd.json", "{" + kKeys + "," + kOneTransducer + "}");
     midair::base::trustVariablesOfProgram();
     ::setenv("OSG_MIDAIR_ARRAYS", ("/no/such/folder:" + folder.path()).c_str(), 1);
     const TransducerArray mine = TransducerArray::load("mine");

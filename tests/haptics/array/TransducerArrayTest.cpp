@@ -1,6 +1,7 @@
 #include "haptics/array/TransducerArray.h"
 
 #include "haptics/array/Medium.h"
+#include "haptics/base/Units.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/ReferencePropagation.h"
 
@@ -14,8 +15,6 @@ using namespace midair::haptics;
 
 namespace
 {
-
-const double kPi = std::acos(-1.0);
 
 double focusAtCentre_rms_Pa(const TransducerArray& array, double drive)
 {
@@ -87,7 +86,7 @@ TEST(TransducerArray, PrismReproducesThePapersMeasuredFocus)
     // 5.53 kPa rms (169 dB SPL) at the centre, all 3984 at level 32 of 255. P0 is given to three
     // figures.
     TransducerArray array = TransducerArray::octagonalPrism();
-    const double level32 = std::sin(kPi * 32.0 / 510.0);
+    const double level32 = std::sin(midair::base::kPi * 32.0 / 510.0);
     const double measured_Pa = focusAtCentre_rms_Pa(array, level32);
     EXPECT_NEAR(measured_Pa, 5530.0, 30.0);
     EXPECT_NEAR(20.0 * std::log10(measured_Pa / 20e-6), 169.0, 0.3);

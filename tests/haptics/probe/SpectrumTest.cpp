@@ -14,7 +14,7 @@ namespace midair::haptics
 namespace
 {
 
-Eigen::VectorXcf focus(const TransducerArray& array, const Eigen::Vector3d& at)
+Eigen::VectorXcf focusAt(const TransducerArray& array, const Eigen::Vector3d& at)
 {
     return referencePropagationMatrix(at, array, Medium())
         .row(0)
@@ -77,7 +77,7 @@ TEST(Spectrum, OfLateralModulationHasLinesAtItsHarmonicsOnly)
     {
         const double angle = base::kTwoPi * k / 50;
         schedule.drives.push_back(
-            focus(array, {0.003 * std::cos(angle), 0.003 * std::sin(angle), 0.15}));
+            focusAt(array, {0.003 * std::cos(angle), 0.003 * std::sin(angle), 0.15}));
         schedule.steps.push_back({k, 1.0, 0.2 / 50});
     }
     const PressureProbe probe(array, Medium(), schedule);
@@ -91,7 +91,7 @@ TEST(Spectrum, OfAnAmplitudeModulationHasLinesAtItsHarmonicsOnly)
 {
     const TransducerArray array = TransducerArray::singleBoard();
     FieldSequence sequence;
-    sequence.fields = {focus(array, {0.0, 0.0, 0.15})};
+    sequence.fields = {focusAt(array, {0.0, 0.0, 0.15})};
     sequence.modulation.amplitudeRate_Hz = 200.0;
     sequence.modulation.fieldRate_Hz = 4000.0;
     const PressureProbe probe(array, Medium(), stepsOf(sequence, 1.0));

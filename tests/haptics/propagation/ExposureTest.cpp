@@ -17,7 +17,7 @@ using namespace midair::haptics;
 namespace
 {
 
-TransducerArray oneTransducer()
+TransducerArray pointSource()
 {
     TransducerArray array;
     array.positions = Eigen::Vector3d::Zero();
@@ -40,7 +40,7 @@ Eigen::VectorXcf randomPhases(const Eigen::VectorXf& amplitudes, std::mt19937& r
 TEST(Exposure, OneTransducerIsAsLoudAsItsDataSheetSays)
 {
     const Eigen::Matrix3Xd place = Eigen::Vector3d(0.0, 0.0, 0.30);
-    const Exposure ears(oneTransducer(), Medium(), place);
+    const Exposure ears(pointSource(), Medium(), place);
     const Eigen::VectorXcf full = Eigen::VectorXcf::Ones(1);
     const double absorbed_dB = 20.0 * std::log10(std::exp(1.0)) * Medium().attenuation(40e3) * 0.30;
     EXPECT_NEAR(absorbed_dB, 0.4, 0.05);
@@ -149,10 +149,10 @@ TEST(Exposure, BoardsHideWhatIsBehindThem)
     EXPECT_TRUE(FreeLines(board).isFree(0, Eigen::Vector3d(0.3, 0.0, 0.1)));
     EXPECT_FALSE(FreeLines(board).isFree(0, Eigen::Vector3d(0.3, 0.0, -0.1)));
     // One transducer is no board: only its directivity counts.
-    EXPECT_TRUE(FreeLines(oneTransducer()).isFree(0, Eigen::Vector3d(0.0, 0.0, -0.1)));
+    EXPECT_TRUE(FreeLines(pointSource()).isFree(0, Eigen::Vector3d(0.0, 0.0, -0.1)));
     const Eigen::Matrix3Xd behind = Eigen::Vector3d(0.0, 0.0, -0.3);
     EXPECT_EQ(
-        Exposure(oneTransducer(), Medium(), behind).incoherent_Pa2(Eigen::VectorXcf::Ones(1))[0],
+        Exposure(pointSource(), Medium(), behind).incoherent_Pa2(Eigen::VectorXcf::Ones(1))[0],
         0.0f);
 }
 

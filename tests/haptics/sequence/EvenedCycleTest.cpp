@@ -26,9 +26,9 @@ FieldSequence cycleOf(const EvenedScene& scene, int count, const TransducerArray
     return SequenceComposer({}, messages).composeCycle(scene.sets(count), {}, array, Medium());
 }
 
-SurfaceStatistics felt(const Eigen::Matrix3Xd& surface,
-                       const TransducerArray& array,
-                       const std::vector<Eigen::VectorXcf>& fields)
+SurfaceStatistics feltOn(const Eigen::Matrix3Xd& surface,
+                         const TransducerArray& array,
+                         const std::vector<Eigen::VectorXcf>& fields)
 {
     return statisticsOf(meanRadiationPressure(surface, array, Medium(), fields, 2.0, 2),
                         Eigen::VectorXd());
@@ -47,16 +47,16 @@ void expectEven(const EvenedScene& scene, int passes, double variation, double l
         if (auto better = evened.step()) played.push_back(std::move(*better));
     EXPECT_LE(evened.equalizer().passes(), passes);
     EXPECT_GE(played.size(), 4u);
-    const SurfaceStatistics before = felt(scene.fine, array, cycle.fields);
+    const SurfaceStatistics before = feltOn(scene.fine, array, cycle.fields);
     double last = before.coefficientOfVariation;
     for (std::size_t k = 1; k < played.size(); ++k)
     {
-        const SurfaceStatistics now = felt(scene.fine, array, played[k].fields);
+        const SurfaceStatistics now = feltOn(scene.fine, array, played[k].fields);
         EXPECT_LT(now.coefficientOfVariation, last) << k;
         EXPECT_GT(now.mean_Pa, 0.97 * before.mean_Pa) << k;
         last = now.coefficientOfVariation;
     }
-    const SurfaceStatistics after = felt(scene.fine, array, played.back().fields);
+    const SurfaceStatistics after = feltOn(scene.fine, array, played.back().fields);
     EXPECT_LE(after.coefficientOfVariation, variation);
     EXPECT_GE(after.mean_Pa, least * before.mean_Pa);
 }

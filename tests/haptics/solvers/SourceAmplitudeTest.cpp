@@ -31,18 +31,18 @@ TransducerArray prismOf(double source_Pa_m)
 }
 
 // The field after a cold start and two moves, as a scene has it.
-struct Field
+struct MovedField
 {
     SolveReport report;
     Eigen::VectorXcf q;
 };
 
-Field movedField(const std::string& name,
-                 ControlPoints points,
-                 const TransducerArray& array,
-                 const SolverOptions& options = {})
+MovedField movedField(const std::string& name,
+                      ControlPoints points,
+                      const TransducerArray& array,
+                      const SolverOptions& options = {})
 {
-    Field field;
+    MovedField field;
     const auto solver = makeSolver(name, options);
     for (int step = 0; step < 3; ++step)
     {
@@ -75,11 +75,11 @@ TEST(EverySolver, HasTheSameFiguresForAnySourceAmplitude)
     const ControlPoints points = spherePoints(20, 0.03);
     for (const std::string& name : solverNames())
     {
-        const Field one = movedField(name, points, prismOf(1.0));
+        const MovedField one = movedField(name, points, prismOf(1.0));
         for (const double source_Pa_m : {kLeastSource_Pa_m, 1e-10, 1e10, 1e20, kMostSource_Pa_m})
         {
             SCOPED_TRACE(name + " " + std::to_string(std::log10(source_Pa_m)));
-            const Field field = movedField(name, points, prismOf(source_Pa_m));
+            const MovedField field = movedField(name, points, prismOf(source_Pa_m));
             expectSame(field.report, one.report, source_Pa_m);
             // What it really plays, apart from the units of the solver.
             const double sum = sumOf(points, prismOf(source_Pa_m), field.q) / source_Pa_m;
@@ -95,10 +95,10 @@ TEST(EverySolver, IsTheSameToTheBitForSourceAmplitudesThatDifferByAPowerOfTwo)
     for (const std::string& name : solverNames())
     {
         SCOPED_TRACE(name);
-        const Field one = movedField(name, points, prismOf(1.0));
+        const MovedField one = movedField(name, points, prismOf(1.0));
         for (const double source_Pa_m : {0x1p-99, 0x1p-12, 0x1p66, 0x1p99})
         {
-            const Field field = movedField(name, points, prismOf(source_Pa_m));
+            const MovedField field = movedField(name, points, prismOf(source_Pa_m));
             EXPECT_EQ(field.q, one.q) << source_Pa_m;
             EXPECT_EQ(field.report.rms, one.report.rms);
             EXPECT_EQ(field.report.level_Pa, source_Pa_m * one.report.level_Pa);
@@ -115,12 +115,12 @@ TEST(EverySolver, MeetsTargetsInPaForAnySourceAmplitude)
         for (const double share_Pa : {50.0, 1e6}) // the latter is more than the array can
         {
             points.targets = share_Pa * shares;
-            const Field one = movedField(name, points, prismOf(1.0));
+            const MovedField one = movedField(name, points, prismOf(1.0));
             for (const double source_Pa_m : {1e-30, 1e-10, 1e5})
             {
                 SCOPED_TRACE(name + " " + std::to_string(std::log10(source_Pa_m)));
                 points.targets = share_Pa * source_Pa_m * shares;
-                const Field field = movedField(name, points, prismOf(source_Pa_m));
+                const MovedField field = movedField(name, points, prismOf(source_Pa_m));
                 expectSame(field.report, one.report, source_Pa_m);
                 EXPECT_EQ(field.report.shortPoints, one.report.shortPoints);
                 EXPECT_NEAR(field.report.worstShortfall, one.report.worstShortfall, sameFor(name));

@@ -35,14 +35,14 @@ public:
     void swapBuffersImplementation() override {}
 };
 
-HapticSettings onBoard()
+HapticSettings settingsOfBoard()
 {
     HapticSettings settings;
     settings.array = "board";
     return settings;
 }
 
-osg::ref_ptr<osg::Node> boxOverBoard()
+osg::ref_ptr<osg::Node> boxAboveBoard()
 {
     osg::ref_ptr<osg::MatrixTransform> at =
         new osg::MatrixTransform(osg::Matrixd::translate(0.0, 0.0, 0.15));
@@ -87,8 +87,8 @@ TEST(Follow, ASceneInALoopWithoutEventTraversalPlays)
 
 TEST(Follow, ACallbackAmongUpdateCallbacksPlays)
 {
-    osg::ref_ptr<HapticCallback> callback = new HapticCallback(onBoard());
-    osg::ref_ptr<osg::Node> root = boxOverBoard();
+    osg::ref_ptr<HapticCallback> callback = new HapticCallback(settingsOfBoard());
+    osg::ref_ptr<osg::Node> root = boxAboveBoard();
     osg::ref_ptr<osg::Group> group = new osg::Group;
     osg::ref_ptr<HapticSurface> surface = new HapticSurface(root);
     group->addChild(surface);
@@ -109,8 +109,8 @@ TEST(Follow, ADeviceOfAnOffscreenViewerPlays)
     osg::ref_ptr<Buffer> buffer = new Buffer;
     viewer.getCamera()->setGraphicsContext(buffer);
     viewer.getCamera()->setViewport(0, 0, 64, 64);
-    viewer.setSceneData(boxOverBoard());
-    osg::ref_ptr<HapticDevice> device = new HapticDevice(onBoard());
+    viewer.setSceneData(boxAboveBoard());
+    osg::ref_ptr<HapticDevice> device = new HapticDevice(settingsOfBoard());
     viewer.addDevice(device);
     EXPECT_TRUE(until(
         [&]
@@ -128,8 +128,8 @@ TEST(Follow, ADeviceThatIsNotAskedSaysWhyItPlaysNothing)
     const std::string why =
         "the HapticDevice plays nothing: it is in no view, or the viewer's eventTraversal() is not "
         "called";
-    osg::ref_ptr<HapticDevice> device = new HapticDevice(onBoard());
-    HeadlessViewer loop(boxOverBoard());
+    osg::ref_ptr<HapticDevice> device = new HapticDevice(settingsOfBoard());
+    HeadlessViewer loop(boxAboveBoard());
     loop.viewer.addDevice(device);
     loop.viewer.advance();
     loop.viewer.updateTraversal();
@@ -137,7 +137,7 @@ TEST(Follow, ADeviceThatIsNotAskedSaysWhyItPlaysNothing)
     loop.frame();
     EXPECT_FALSE(says(*device, why));
     const Notices notices;
-    device = new HapticDevice(onBoard());
+    device = new HapticDevice(settingsOfBoard());
     device = nullptr;
     EXPECT_NE(notices.text().find("a HapticDevice has played nothing: it is in no view"),
               std::string::npos);

@@ -72,7 +72,7 @@ osg::ref_ptr<osg::Group> plainScene()
     return root;
 }
 
-HapticSettings onBoard()
+HapticSettings boardSettings()
 {
     HapticSettings settings;
     settings.array = "board";
@@ -97,7 +97,7 @@ TEST(Messages, AWrongUnitOfLengthSilencesAndSaysWhy)
                                            text + ", should be 1e-09 .. 1e+09; nothing is played"});
     }
     BoxScene box;
-    HapticSettings settings = onBoard();
+    HapticSettings settings = boardSettings();
     std::string error;
     EXPECT_FALSE(settings.set("metresPerUnit", "abc", error));
     box.scene->setSettings(settings);
@@ -209,7 +209,7 @@ TEST(Messages, ACallbacksAndADevicesChangesComeToo)
     const osg::ref_ptr<ThrowingDeviceCallback> changes = new ThrowingDeviceCallback;
     {
         const osg::ref_ptr<osg::Group> root = plainScene();
-        const osg::ref_ptr<HapticCallback> callback = new HapticCallback(onBoard());
+        const osg::ref_ptr<HapticCallback> callback = new HapticCallback(boardSettings());
         callback->setDeviceCallback(changes);
         EXPECT_EQ(callback->getDeviceCallback(), changes.get());
         root->addEventCallback(callback);
@@ -217,7 +217,7 @@ TEST(Messages, ACallbacksAndADevicesChangesComeToo)
         EXPECT_TRUE(viewer.framesUntil([&] { return changes->last == ArrayState::PLAYING; }));
     }
     changes->last = ArrayState::CLOSED;
-    const osg::ref_ptr<HapticDevice> device = new HapticDevice(onBoard());
+    const osg::ref_ptr<HapticDevice> device = new HapticDevice(boardSettings());
     EXPECT_EQ(device->getDeviceCallback(), nullptr);
     HeadlessViewer viewer(plainScene());
     viewer.viewer.addDevice(device);
@@ -278,7 +278,7 @@ TEST(Messages, AnArrayWhoseTransducersAreAllDeadIsToldAndDoesNotPlay)
 
 TEST(Messages, ACallbackThatIsNeverCalledSaysSo)
 {
-    const osg::ref_ptr<HapticCallback> callback = new HapticCallback(onBoard());
+    const osg::ref_ptr<HapticCallback> callback = new HapticCallback(boardSettings());
     const osg::ref_ptr<osg::Group> root = plainScene();
     root->addEventCallback(callback);
     osgViewer::Viewer viewer;

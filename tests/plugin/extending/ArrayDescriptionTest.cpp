@@ -25,14 +25,6 @@ ArrayDescription ownArray()
     return array;
 }
 
-bool says(const HapticScene& scene, const std::string& part)
-{
-    const auto messages = scene.getStatistics().messages;
-    return std::any_of(messages.begin(),
-                       messages.end(),
-                       [&](const std::string& one) { return one.find(part) != std::string::npos; });
-}
-
 /// The file of an array, gone at the end.
 class ArrayFile
 {

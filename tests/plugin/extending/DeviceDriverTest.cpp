@@ -95,14 +95,6 @@ protected:
     }
 };
 
-bool says(const HapticScene& scene, const std::string& part)
-{
-    const auto messages = scene.getStatistics().messages;
-    return std::any_of(messages.begin(),
-                       messages.end(),
-                       [&](const std::string& one) { return one.find(part) != std::string::npos; });
-}
-
 } // namespace
 
 TEST_F(DeviceDriverTest, ASchemeHasOneMeaning)

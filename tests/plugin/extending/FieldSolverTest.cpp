@@ -74,14 +74,6 @@ FieldSolverFactory maker(Foci::Mistake mistake)
     return [mistake] { return osg::ref_ptr<FieldSolver>(new Foci(mistake)); };
 }
 
-bool says(const HapticScene& scene, const std::string& part)
-{
-    const auto messages = scene.getStatistics().messages;
-    return std::any_of(messages.begin(),
-                       messages.end(),
-                       [&](const std::string& one) { return one.find(part) != std::string::npos; });
-}
-
 } // namespace
 
 TEST(FieldSolver, ANameHasOneMeaning)

@@ -15,7 +15,7 @@ using namespace osgMidair;
 namespace
 {
 
-class Diary : public TouchCallback
+class TouchDiary : public TouchCallback
 {
 public:
     void enter(const Touch& touch) override { add("enter ", touch); }
@@ -25,7 +25,7 @@ public:
     Touch last;
 
 protected:
-    ~Diary() override = default;
+    ~TouchDiary() override = default;
 
 private:
     void add(const std::string& what, const Touch& touch)
@@ -64,7 +64,7 @@ TEST(OpenXrHands, TouchWhatIsSeenThere)
     useFakeRuntime();
     {
         BoxScene box;
-        const osg::ref_ptr<Diary> diary = new Diary;
+        const osg::ref_ptr<TouchDiary> diary = new TouchDiary;
         box.scene->setHands("openxr:");
         box.surface->setTouchEvents(true);
         box.surface->setTouchCallback(diary);

@@ -14,7 +14,7 @@ using midair::haptics::StopReason;
 namespace
 {
 
-bool says(const HapticScene& scene, const std::string& message)
+bool saysExactly(const HapticScene& scene, const std::string& message)
 {
     const auto messages = scene.getStatistics().messages;
     return std::find(messages.begin(), messages.end(), message) != messages.end();
@@ -220,9 +220,9 @@ TEST(HapticScene, ACalibrationThatScalesIsRefused)
     box.scene->setCalibration(osg::Matrixd::scale(1000.0, 1000.0, 1000.0));
     HeadlessViewer viewer(box.scene);
     viewer.frame();
-    EXPECT_TRUE(
-        says(*box.scene,
-             "calibration is not rigid (a scene unit is set by metresPerUnit); nothing is played"));
+    EXPECT_TRUE(saysExactly(
+        *box.scene,
+        "calibration is not rigid (a scene unit is set by metresPerUnit); nothing is played"));
 }
 
 TEST(HapticScene, ValuesOutOfRangeAreNamedWithTheNodePath)
@@ -233,13 +233,15 @@ TEST(HapticScene, ValuesOutOfRangeAreNamedWithTheNodePath)
     box.scene->setTemperature(1000.0);
     HeadlessViewer viewer(box.scene);
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
-    EXPECT_TRUE(says(*box.scene, "temperature is 1000, should be -40 .. 60; 20 is used"));
-    EXPECT_TRUE(says(*box.scene,
-                     "HapticScene/MatrixTransform/HapticSurface 'box': pressure is -3, should be "
-                     "1e-06 .. 100000; nothing is played"));
-    EXPECT_TRUE(says(*box.scene,
-                     "HapticScene/MatrixTransform/HapticSurface 'box': modulationDepth is 7, "
-                     "should be 0 .. 1; 1 is used"));
+    EXPECT_TRUE(saysExactly(*box.scene, "temperature is 1000, should be -40 .. 60; 20 is used"));
+    EXPECT_TRUE(
+        saysExactly(*box.scene,
+                    "HapticScene/MatrixTransform/HapticSurface 'box': pressure is -3, should be "
+                    "1e-06 .. 100000; nothing is played"));
+    EXPECT_TRUE(
+        saysExactly(*box.scene,
+                    "HapticScene/MatrixTransform/HapticSurface 'box': modulationDepth is 7, "
+                    "should be 0 .. 1; 1 is used"));
 }
 
 TEST(HapticScene, BadTransformsAndMeshesAreNamedAndPlayNothing)
@@ -256,13 +258,13 @@ TEST(HapticScene, BadTransformsAndMeshesAreNamedAndPlayNothing)
         box.transform->setMatrix(bad);
         HeadlessViewer viewer(box.scene);
         ASSERT_TRUE(viewer.framesUntil([&] { return box.points() == 0; }));
-        EXPECT_TRUE(says(*box.scene, matrix));
+        EXPECT_TRUE(saysExactly(*box.scene, matrix));
     }
     BoxScene box;
     box.surface->removeChild(0, 1);
     HeadlessViewer viewer(box.scene);
     ASSERT_TRUE(viewer.framesUntil([&] { return box.points() == 0; }));
-    EXPECT_TRUE(says(*box.scene, path + "has no drawables below it; it can't be felt"));
+    EXPECT_TRUE(saysExactly(*box.scene, path + "has no drawables below it; it can't be felt"));
 }
 
 TEST(HapticScene, AnArrayThatCannotBeReadIsAMessage)

@@ -14,7 +14,7 @@ using namespace midair::samples;
 namespace
 {
 
-std::string temporary(const std::string& name)
+std::string temporaryPlot(const std::string& name)
 {
     return (std::filesystem::temp_directory_path() /
             ("midair_" + std::to_string(::getpid()) + "_" + name))
@@ -53,7 +53,7 @@ int blue(const osg::Image& image, int column)
 
 TEST(CurvePlot, DrawsEachPanelsCurve)
 {
-    const std::string path = temporary("curves.png");
+    const std::string path = temporaryPlot("curves.png");
     std::string message;
     if (!writeCurvePlot(path, sine(), &message) && message.find("isn't drawn") != std::string::npos)
         GTEST_SKIP() << message;
@@ -72,11 +72,11 @@ TEST(CurvePlot, DrawsEachPanelsCurve)
 TEST(CurvePlot, WhatCannotBeDrawnIsNamed)
 {
     std::string message;
-    EXPECT_FALSE(writeCurvePlot(temporary("none.png"), {}, &message));
+    EXPECT_FALSE(writeCurvePlot(temporaryPlot("none.png"), {}, &message));
     EXPECT_EQ(message, "there are no panels to draw");
     CurvePlot plot = sine();
     plot.panels[0].curves[0].y[7] = NAN;
-    EXPECT_FALSE(writeCurvePlot(temporary("nan.png"), plot, &message));
+    EXPECT_FALSE(writeCurvePlot(temporaryPlot("nan.png"), plot, &message));
     EXPECT_EQ(message, "a curve has no points, not as many x as y, or numbers that are not finite");
 }
 

@@ -7,7 +7,7 @@ using namespace midair::base;
 namespace
 {
 
-Message report(const std::string& text)
+Message told(const std::string& text)
 {
     return {MessageCode::SOLVER_REPORT, text};
 }
@@ -19,14 +19,14 @@ TEST(LineLimit, LetsTheFirstThroughAndThenOneASecond)
     LineLimit limit;
     for (int i = 0; i < LineLimit::kFirst; ++i)
     {
-        const auto line = limit.take(report("first " + std::to_string(i)), 5.0);
+        const auto line = limit.take(told("first " + std::to_string(i)), 5.0);
         ASSERT_TRUE(line);
         EXPECT_EQ(line->text, "first " + std::to_string(i));
         EXPECT_EQ(line->severity, Severity::NOTICE);
     }
-    EXPECT_FALSE(limit.take(report("a"), 5.1));
-    EXPECT_FALSE(limit.take(report("b"), 5.2));
-    EXPECT_FALSE(limit.take(report("c"), 5.9));
+    EXPECT_FALSE(limit.take(told("a"), 5.1));
+    EXPECT_FALSE(limit.take(told("b"), 5.2));
+    EXPECT_FALSE(limit.take(told("c"), 5.9));
     EXPECT_TRUE(limit.take({MessageCode::SOLVER_REPORT, "else", "Scene"}, 5.9)) << "another path";
     EXPECT_TRUE(limit.take({MessageCode::DEVICE_LOST, "device"}, 5.9)) << "another code";
     EXPECT_TRUE(limit.due(5.9).empty());
@@ -34,7 +34,7 @@ TEST(LineLimit, LetsTheFirstThroughAndThenOneASecond)
     ASSERT_EQ(due.size(), 1u);
     EXPECT_EQ(due[0].text, "c (2 messages \"solver.report\" before it are left out here)");
     EXPECT_TRUE(limit.due(9.0).empty()) << "told";
-    const auto later = limit.take(report("d"), 9.0);
+    const auto later = limit.take(told("d"), 9.0);
     ASSERT_TRUE(later);
     EXPECT_EQ(later->text, "d");
 }
@@ -43,8 +43,8 @@ TEST(LineLimit, OneThatComesAfterThePauseTellsOfThoseThatWait)
 {
     LineLimit limit;
     for (int i = 0; i < LineLimit::kFirst + 3; ++i)
-        limit.take(report("x"), 1.0);
-    const auto line = limit.take(report("y"), 2.5);
+        limit.take(told("x"), 1.0);
+    const auto line = limit.take(told("y"), 2.5);
     ASSERT_TRUE(line);
     EXPECT_EQ(line->text, "y (3 messages \"solver.report\" before it are left out here)");
     EXPECT_TRUE(limit.due(9.0).empty());

@@ -7,7 +7,7 @@ using namespace midair::haptics;
 namespace
 {
 
-constexpr int kWidth = 4096;
+constexpr int kCount = 4096;
 
 MIDAIR_ON_EVERY_SET(InverseRoots);
 MIDAIR_ON_EVERY_SET(DriveKernels);
@@ -40,21 +40,21 @@ TEST_P(InverseRoots, AreThoseOfDoublePrecision)
 TEST_P(DriveKernels, ProjectToUnit)
 {
     Numbers numbers(1);
-    Split z(kWidth), q(kWidth);
-    auto inverse = floats(kWidth);
-    for (int i = 0; i < kWidth; ++i)
+    Split z(kCount), q(kCount);
+    auto inverse = floats(kCount);
+    for (int i = 0; i < kCount; ++i)
         z.set(i, std::polar(std::pow(10.0, numbers.between(-17.9, 17.9)), numbers.between(-4, 4)));
     z.set(0, 0.0);
     z.set(1, {0.0, 1e-19});
     z.set(2, {0.0, -2.0});
     kernels::projectToUnit(
-        kWidth, z.re.data(), z.im.data(), q.re.data(), q.im.data(), inverse.data());
+        kCount, z.re.data(), z.im.data(), q.re.data(), q.im.data(), inverse.data());
     for (int i = 0; i < 2; ++i)
     {
         EXPECT_EQ(q.at(i), Complex(1.0, 0.0));
         EXPECT_EQ(inverse[i], 0.0F);
     }
-    for (int i = 2; i < kWidth; ++i)
+    for (int i = 2; i < kCount; ++i)
     {
         const double size = std::abs(z.exact[i]);
         ASSERT_NEAR(std::abs(q.at(i) - z.exact[i] / size), 0.0, 3e-7) << z.exact[i];
@@ -65,8 +65,8 @@ TEST_P(DriveKernels, ProjectToUnit)
 TEST_P(DriveKernels, QuantisePhase)
 {
     Numbers numbers(2);
-    Split q(kWidth), out(kWidth);
-    for (int i = 0; i < kWidth; ++i)
+    Split q(kCount), out(kCount);
+    for (int i = 0; i < kCount; ++i)
         q.set(i, std::polar(std::pow(10.0, numbers.between(-29, 9)), numbers.between(-4, 4)));
     q.set(0, 0.0);
     q.set(1, -1.0);
@@ -74,8 +74,8 @@ TEST_P(DriveKernels, QuantisePhase)
     for (const int levels : {0, 2, 16, 256})
     {
         kernels::quantisePhase(
-            kWidth, levels, q.re.data(), q.im.data(), out.re.data(), out.im.data());
-        for (int i = 0; i < kWidth; ++i)
+            kCount, levels, q.re.data(), q.im.data(), out.re.data(), out.im.data());
+        for (int i = 0; i < kCount; ++i)
         {
             double turns = std::arg(q.exact[i]) / (2 * M_PI);
             if (levels > 0)
@@ -94,14 +94,14 @@ TEST_P(DriveKernels, QuantisePhase)
 TEST_P(DriveKernels, CompareDrivesAndInnerProduct)
 {
     Numbers numbers(3);
-    const Split before = numbers.split(kWidth);
+    const Split before = numbers.split(kCount);
     // Drives that have little in common, and drives that have nearly everything.
     for (const double step : {3.0, 1e-2})
     {
-        Split q(kWidth);
+        Split q(kCount);
         double phases = 0.0, change = 0.0, power = 0.0, sizes = 0.0;
         Complex product = 0.0;
-        for (int i = 0; i < kWidth; ++i)
+        for (int i = 0; i < kCount; ++i)
         {
             q.set(i, before.exact[i] * std::polar(1.0, numbers.between(-step, step)));
             phases += std::fabs(std::arg(q.exact[i] * std::conj(before.exact[i])));
@@ -111,12 +111,12 @@ TEST_P(DriveKernels, CompareDrivesAndInnerProduct)
             sizes += std::abs(before.exact[i] * q.exact[i]);
         }
         const auto found = kernels::compareDrives(
-            kWidth, q.re.data(), q.im.data(), before.re.data(), before.im.data());
-        EXPECT_NEAR(found.phaseSteps, phases, 1e-5 * phases + 2e-7 * kWidth);
+            kCount, q.re.data(), q.im.data(), before.re.data(), before.im.data());
+        EXPECT_NEAR(found.phaseSteps, phases, 1e-5 * phases + 2e-7 * kCount);
         EXPECT_NEAR(found.change, change, 1e-5 * change + 1e-7 * std::sqrt(change * power));
         EXPECT_NEAR(found.power, power, 1e-5 * power);
         const auto inner = kernels::innerProduct(
-            kWidth, q.re.data(), q.im.data(), before.re.data(), before.im.data());
+            kCount, q.re.data(), q.im.data(), before.re.data(), before.im.data());
         EXPECT_NEAR(std::abs(Complex(inner.re, inner.im) - product), 0.0, 1e-5 * sizes);
     }
 }
@@ -125,13 +125,13 @@ TEST_P(DriveKernels, ScaleBy)
 {
     Numbers numbers(4);
     const Complex by(-0.3, 0.8);
-    Split all = numbers.split(kWidth), each = numbers.split(kWidth);
-    auto factor = floats(kWidth);
-    for (int i = 0; i < kWidth; ++i)
+    Split all = numbers.split(kCount), each = numbers.split(kCount);
+    auto factor = floats(kCount);
+    for (int i = 0; i < kCount; ++i)
         factor[i] = static_cast<float>(numbers.between(-2.0, 2.0));
-    kernels::scaleBy(kWidth, -0.3F, 0.8F, all.re.data(), all.im.data());
-    kernels::scaleBy(kWidth, factor.data(), each.re.data(), each.im.data());
-    for (int i = 0; i < kWidth; ++i)
+    kernels::scaleBy(kCount, -0.3F, 0.8F, all.re.data(), all.im.data());
+    kernels::scaleBy(kCount, factor.data(), each.re.data(), each.im.data());
+    for (int i = 0; i < kCount; ++i)
     {
         ASSERT_NEAR(std::abs(all.at(i) - all.exact[i] * by), 0.0, 2e-7 * std::abs(all.exact[i]));
         const Complex exact = each.exact[i] * double(factor[i]);
