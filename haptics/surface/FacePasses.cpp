@@ -11,7 +11,7 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kReach = 1.05; ///< in spacings; 1.1 is guaranteed
+constexpr double kFaceReach = 1.05; ///< in spacings; 1.1 is guaranteed
 constexpr double kDartsPerCell = 40.0;
 
 /// Returns a uniform number in 0 .. 1 that is the same with every standard library, unlike that of
@@ -125,7 +125,7 @@ void fillFaces(SampleBuilder& builder)
 {
     const MeshTopology& topology = builder.topology();
     const TriangleMesh& mesh = builder.mesh();
-    const double reach = kReach * builder.spacing();
+    const double reach = kFaceReach * builder.spacing();
     const double reach2 = reach * reach;
     int last = -1; // the last point that covered a piece; neighbours mostly share it
     std::vector<Fragment> pieces;
