@@ -209,7 +209,7 @@ private:
 
 std::string widthText(double width_m)
 {
-    return std::isfinite(width_m) ? fmt::format("{:.1f}", 1e3 * width_m) : std::string("over 12");
+    return std::isfinite(width_m) ? fmt::format("{:.1f}", 1e3 * width_m) : std::string("over 24");
 }
 
 } // namespace

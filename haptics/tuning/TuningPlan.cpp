@@ -24,9 +24,9 @@ constexpr int kReference = 16;
 // Rows of a reference alone.
 constexpr int kAlone = 4;
 // The check: foci up to this far from the microphone along each axis, in steps. The paper's focus
-// is 4 to 9 mm wide.
-constexpr double kFocusReach_m = 12e-3;
-constexpr double kFocusStep_m = 1e-3;
+// is 4 to 9 mm wide, that of a board 10 mm across and some 30 mm deep.
+constexpr double kFocusReach_m = 24e-3;
+constexpr double kFocusStep_m = 1.5e-3;
 constexpr int kFocusSingles = 48;
 
 void silence(TuningPlan& plan, int place, int count)
