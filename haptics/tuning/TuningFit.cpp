@@ -31,9 +31,17 @@ public:
            const TuningFitOptions& options) :
         _array(array),
         _plan(plan),
-        _options(options),
-        _responses(responsesOf(plan, readings, options.clip))
+        _options(options)
     {
+        Medium medium;
+        medium.temperature_C = options.prior.temperature_C;
+        medium.relativeHumidity = options.relativeHumidity;
+        _beta = medium.attenuation(array.frequency_Hz);
+        Eigen::MatrixXd expected(plan.places.cols(), array.size());
+        for (Eigen::Index p = 0; p < expected.rows(); ++p)
+            for (Eigen::Index i = 0; i < expected.cols(); ++i)
+                expected(p, i) = way(plan.places.col(p), i);
+        _responses = responsesOf(plan, readings, expected, options.clip);
         _fit.notes = readings.notes();
         _fit.notes.insert(_fit.notes.end(), _responses.notes.begin(), _responses.notes.end());
         _fit.refusal = _responses.refusal;
@@ -73,10 +81,6 @@ private:
     void combine(const Eigen::Matrix3Xd& places, double k, const Eigen::VectorXd& phase_rad)
     {
         const Eigen::Index m = _array.size(), P = places.cols();
-        Medium medium;
-        medium.temperature_C = _options.prior.temperature_C;
-        medium.relativeHumidity = _options.relativeHumidity;
-        _beta = medium.attenuation(_array.frequency_Hz);
         const bool hasPhases = phase_rad.size() > 0;
         Eigen::VectorXcd sum = Eigen::VectorXcd::Zero(m);
         Eigen::VectorXd weights = Eigen::VectorXd::Zero(m), square = weights;
@@ -226,7 +230,7 @@ private:
     const TransducerArray& _array;
     const TuningPlan& _plan;
     const TuningFitOptions& _options;
-    const TuningResponses _responses;
+    TuningResponses _responses;
     double _beta = 0.0;  ///< Np/m
     Eigen::VectorXcd _h; ///< m, NaN: not measured
     TuningFit _fit;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -18,7 +19,7 @@ namespace
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 // A microphone that clips gives many readings near its limit. Of transducers whose gains differ by
-// 5 % a few per mille are within 2 % of the loudest.
+// 5 % a few per mille are within 2 % of the loudest; of equal ones as many as are equally far away.
 constexpr double kPlateau = 0.98;
 constexpr double kPlateauShare = 0.08;
 // The median of |noise| is 0.83 of its rms: what is below this many times the rms is no signal.
@@ -66,19 +67,30 @@ std::vector<double> amplitudesOf(const Eigen::MatrixXcd& y, int place)
     return amplitudes;
 }
 
-// The share of readings at a place near the loudest of them.
-double plateauShare(const TuningPlan& plan, const TuningReadings& readings, int place)
+double shareNearTop(const std::vector<double>& levels)
 {
-    std::vector<double> loud;
-    for (int k = 0; k < plan.size(); ++k)
-        if (plan.rows[static_cast<std::size_t>(k)].place == place &&
-            plan.rows[static_cast<std::size_t>(k)].dutyLevel > 0 && isKnown(readings.values[k]))
-            loud.push_back(std::abs(readings.values[k]));
-    if (loud.size() < 20) return 0.0;
-    const double edge = kPlateau * *std::max_element(loud.begin(), loud.end());
+    if (levels.size() < 20) return 0.0;
+    const double edge = kPlateau * *std::max_element(levels.begin(), levels.end());
     return double(std::count_if(
-               loud.begin(), loud.end(), [edge](double level) { return level >= edge; })) /
-           double(loud.size());
+               levels.begin(), levels.end(), [edge](double level) { return level >= edge; })) /
+           double(levels.size());
+}
+
+// The share of readings at a place near the loudest of them, and that of equal transducers.
+std::pair<double, double> plateauShares(const TuningPlan& plan,
+                                        const TuningReadings& readings,
+                                        const Eigen::MatrixXd& expected,
+                                        int place)
+{
+    std::vector<double> loud, equal;
+    for (int k = 0; k < plan.size(); ++k)
+    {
+        const TuningRow& row = plan.rows[static_cast<std::size_t>(k)];
+        if (row.place != place || row.dutyLevel == 0 || !isKnown(readings.values[k])) continue;
+        loud.push_back(std::abs(readings.values[k]));
+        if (plan.method == TuningMethod::SINGLE) equal.push_back(expected(place, row.element));
+    }
+    return {shareNearTop(loud), shareNearTop(equal)};
 }
 
 std::string clipRefusal(const TuningPlan& plan, const TuningReadings& readings, double clip)
@@ -98,6 +110,7 @@ std::string clipRefusal(const TuningPlan& plan, const TuningReadings& readings, 
 
 std::string placeRefusal(const TuningPlan& plan,
                          const TuningReadings& readings,
+                         const Eigen::MatrixXd& expected,
                          const TuningResponses& responses,
                          int place)
 {
@@ -111,8 +124,8 @@ std::string placeRefusal(const TuningPlan& plan,
                            median,
                            responses.noise[place]);
     if (plan.method == TuningMethod::LEVELS) return {}; // has its own test
-    const double share = plateauShare(plan, readings, place);
-    if (share > kPlateauShare)
+    const auto [share, equalShare] = plateauShares(plan, readings, expected, place);
+    if (share > kPlateauShare + 2.0 * equalShare)
         return fmt::format("the microphone seems to clip at place {}: {:.0f} % of the readings are "
                            "within 2 % of the loudest; plan with a lower --duty, or move it away",
                            place,
@@ -122,7 +135,10 @@ std::string placeRefusal(const TuningPlan& plan,
 
 } // namespace
 
-TuningResponses responsesOf(const TuningPlan& plan, const TuningReadings& readings, double clip)
+TuningResponses responsesOf(const TuningPlan& plan,
+                            const TuningReadings& readings,
+                            const Eigen::MatrixXd& expected,
+                            double clip)
 {
     TuningResponses responses;
     const auto places = static_cast<int>(plan.places.cols());
@@ -138,7 +154,7 @@ TuningResponses responsesOf(const TuningPlan& plan, const TuningReadings& readin
         else
             decodeSingle(plan, readings, place, responses);
         if (responses.refusal.empty())
-            responses.refusal = placeRefusal(plan, readings, responses, place);
+            responses.refusal = placeRefusal(plan, readings, expected, responses, place);
     }
     return responses;
 }

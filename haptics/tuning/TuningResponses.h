@@ -23,9 +23,12 @@ struct TuningResponses
     std::string refusal;
 };
 
-/// Takes the transducers apart. \a clip: level at which the microphone is known to clip, in the
-/// readings' unit; 0: not known.
-TuningResponses
-responsesOf(const TuningPlan& plan, const TuningReadings& readings, double clip = 0.0);
+/// Takes the transducers apart. \a expected: P x m, the amplitudes that equal transducers would
+/// have, up to a factor. \a clip: level at which the microphone is known to clip, in the readings'
+/// unit; 0: not known.
+TuningResponses responsesOf(const TuningPlan& plan,
+                            const TuningReadings& readings,
+                            const Eigen::MatrixXd& expected,
+                            double clip = 0.0);
 
 } // namespace midair::haptics

@@ -292,6 +292,16 @@ private:
             text(x + 16, _y + 13, name, "start", 13);
             x += 120;
         }
+        for (const auto& [color, name] :
+             {std::pair("#4a90c2", "bars: as most"), std::pair("#e0a040", "reversed")})
+        {
+            add("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"16\" height=\"16\" fill=\"{}\"/>\n",
+                x + 80.0,
+                _y,
+                color);
+            text(x + 102.0, _y + 13, name, "start", 13);
+            x += 130.0;
+        }
         _y += 72.0;
     }
 
@@ -347,7 +357,6 @@ private:
              fmt::format("{} (highest bar: {})", name, most),
              "start",
              14);
-        text(left + width, base - kHistogram - 8, "blue: as most, yellow: reversed", "end", 13);
     }
 
     void drawPhases()
@@ -356,7 +365,7 @@ private:
                       -90,
                       90,
                       60,
-                      "transducers by phase, degrees, polarity aside",
+                      "transducers by phase in degrees, polarity aside",
                       30,
                       [this](int i) { return phase_deg(i); });
     }
@@ -367,7 +376,7 @@ private:
                       0.0,
                       1.5,
                       60,
-                      "by gain, the median is 1",
+                      "by gain; the median is 1",
                       0.25,
                       [this](int i) { return _fit.array.gain[i]; });
     }
