@@ -86,7 +86,7 @@ ReadingSource::~ReadingSource()
 {
     if (_child > 0)
     {
-        ::close(_requests);
+        closeRequests();
         ::close(_in);
         ::kill(-_child, SIGTERM);
         ::kill(_child, SIGTERM);
@@ -98,19 +98,23 @@ ReadingSource::~ReadingSource()
         ::close(_in);
 }
 
-bool ReadingSource::request(const std::string& line)
+void ReadingSource::request(const std::string& line)
 {
-    if (_requests < 0) return true;
     const std::string text = line + "\n";
-    for (std::size_t done = 0; done < text.size();)
+    for (std::size_t done = 0; _requests >= 0 && done < text.size();)
     {
         const ssize_t wrote = ::write(_requests, text.data() + done, text.size() - done);
-        if (wrote < 0 && errno == EINTR) continue;
-        // Who reads stdin's lines need not read the requests.
-        if (wrote < 0) return _child < 0;
-        done += static_cast<std::size_t>(wrote);
+        if (wrote > 0)
+            done += static_cast<std::size_t>(wrote);
+        else if (errno != EINTR) // nobody reads them: what is written may come nevertheless
+            closeRequests();
     }
-    return true;
+}
+
+void ReadingSource::closeRequests()
+{
+    if (_requests > STDERR_FILENO) ::close(_requests);
+    _requests = -1;
 }
 
 bool ReadingSource::take(std::string& line)

@@ -31,8 +31,8 @@ public:
     ReadingSource& operator=(const ReadingSource&) = delete;
 
     /// Tells the instrument which row plays now, where it reads requests: a command on its stdin,
-    /// who stands behind "-" on stdout. Returns false if a command is gone.
-    bool request(const std::string& line);
+    /// who stands behind "-" on stdout. It need not listen.
+    void request(const std::string& line);
 
     /// Waits for a line, at most \a limit_s. \a goesOn is called every few milliseconds; where it
     /// returns false, the wait ends.
@@ -44,6 +44,7 @@ public:
 private:
     void open(const std::string& path);
     void run(const std::string& command);
+    void closeRequests();
     bool take(std::string& line);
     bool fill(int wait_ms); ///< false: the end of what isn't a growing file
 

@@ -235,13 +235,12 @@ private:
         if (!_player.play(row, _options.patience_s, on) || !waits(_options.settle_s)) return false;
         const std::string number = std::to_string(row);
         const Eigen::Vector3d place = _plan.places.col(placeOf(row));
-        if (!_source.request(fmt::format("{},{},{},{},{}",
-                                         row,
-                                         base::exactNumber(place.x()),
-                                         base::exactNumber(place.y()),
-                                         base::exactNumber(place.z()),
-                                         base::exactNumber(_options.integrate_s))))
-            throw InputError("the command of --readings ended at row " + number);
+        _source.request(fmt::format("{},{},{},{},{}",
+                                    row,
+                                    base::exactNumber(place.x()),
+                                    base::exactNumber(place.y()),
+                                    base::exactNumber(place.z()),
+                                    base::exactNumber(_options.integrate_s)));
         if (!waits(_options.integrate_s)) return false;
         if (_options.isFreeRunning) _source.drop();
         std::string line;
