@@ -54,7 +54,16 @@ public:
         const std::vector<bool> live = liveOnes();
         _fit.microphone = fitMicrophone(_array, _plan.places, _responses, live, _options.prior);
         _fit.refusal = _fit.microphone.refusal;
-        if (!_fit.usable()) return std::move(_fit);
+        if (!_fit.usable())
+        {
+            _responses.y = _responses.y.conjugate().eval();
+            if (fitMicrophone(_array, _plan.places, _responses, live, _options.prior)
+                    .refusal.empty())
+                _fit.refusal =
+                    "the phases agree if all of them are turned round: the instrument has "
+                    "e^{-j omega t} where e^{+j omega t} is meant; change the sign of im";
+            return std::move(_fit);
+        }
         const MicrophoneFit& microphone = _fit.microphone;
         combine(microphone.places,
                 base::kTwoPi * _array.frequency_Hz / microphone.soundSpeed_m_s,

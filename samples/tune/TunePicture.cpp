@@ -28,7 +28,7 @@ constexpr double kMargin = 40.0;
 constexpr double kTop = 90.0;
 constexpr double kGap = 26.0;
 constexpr double kHistogram = 230.0;
-constexpr double kMostScale = 4000.0; // pixels a metre
+constexpr double kMostScale = 5500.0; // pixels a metre
 constexpr int kAcross = 4;            // sides beside each other
 
 constexpr double kFullColor_deg = 45.0;
@@ -280,7 +280,7 @@ private:
             x += 44;
         }
         text(x + 8, _y + 14, "degrees", "start", 13);
-        x += 90;
+        x += 80;
         const std::array<std::pair<TransducerState, const char*>, 4> marks = {
             {{TransducerState::FINE, "as most"},
              {TransducerState::REVERSED, "reversed"},
@@ -290,16 +290,16 @@ private:
         {
             drawTransducer(x, _y + 8, 8, state, 0.0);
             text(x + 16, _y + 13, name, "start", 13);
-            x += 120;
+            x += 105;
         }
         for (const auto& [color, name] :
              {std::pair("#4a90c2", "bars: as most"), std::pair("#e0a040", "reversed")})
         {
             add("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"16\" height=\"16\" fill=\"{}\"/>\n",
-                x + 80.0,
+                x + 95.0,
                 _y,
                 color);
-            text(x + 102.0, _y + 13, name, "start", 13);
+            text(x + 117.0, _y + 13, name, "start", 13);
             x += 130.0;
         }
         _y += 72.0;

@@ -241,6 +241,14 @@ TEST(TuningFit, refuses_phases_that_agree_nowhere)
     }
 }
 
+TEST(TuningFit, tells_an_instrument_whose_phases_run_the_other_way)
+{
+    Tuned tuned(board(), TuningMethod::SINGLE, placesBeforeBoard(1));
+    tuned.readings.values = tuned.readings.values.conjugate().eval();
+    EXPECT_NE(tuned.fit().refusal.find("change the sign of im"), std::string::npos)
+        << tuned.fit().text();
+}
+
 TEST(TuningFit, says_what_one_unknown_place_cannot_know)
 {
     const Tuned tuned(board(), TuningMethod::SINGLE, placesBeforeBoard(1));
