@@ -41,6 +41,28 @@ std::string shiftText(const Eigen::Vector3d& error_m)
         1e3 * error_m.z());
 }
 
+std::string placesText(const MicrophoneFit& microphone)
+{
+    std::string text;
+    auto out = std::back_inserter(text);
+    for (Eigen::Index p = 0; p < microphone.places.cols(); ++p)
+        fmt::format_to(out,
+                       "place {:<6}({:.5f}, {:.5f}, {:.5f}) m, +- {:.2f}, {:.2f}, {:.2f} mm\n",
+                       p,
+                       microphone.places(0, p),
+                       microphone.places(1, p),
+                       microphone.places(2, p),
+                       1e3 * microphone.placeErrors(0, p),
+                       1e3 * microphone.placeErrors(1, p),
+                       1e3 * microphone.placeErrors(2, p));
+    fmt::format_to(out,
+                   "sound       {:.2f} +- {:.2f} m/s, as at {:.1f} C\n",
+                   microphone.soundSpeed_m_s,
+                   microphone.soundSpeedError_m_s,
+                   temperatureOf(microphone.soundSpeed_m_s));
+    return text;
+}
+
 } // namespace
 
 std::string TuningFit::text() const
@@ -71,21 +93,7 @@ std::string TuningFit::text() const
                    "spread      phases {:.1f} degrees (polarity aside), gains {:.1f} %\n",
                    base::toDegrees(phaseSpread_rad),
                    100.0 * gainSpread);
-    for (Eigen::Index p = 0; p < microphone.places.cols(); ++p)
-        fmt::format_to(out,
-                       "place {:<6}({:.5f}, {:.5f}, {:.5f}) m, +- {:.2f}, {:.2f}, {:.2f} mm\n",
-                       p,
-                       microphone.places(0, p),
-                       microphone.places(1, p),
-                       microphone.places(2, p),
-                       1e3 * microphone.placeErrors(0, p),
-                       1e3 * microphone.placeErrors(1, p),
-                       1e3 * microphone.placeErrors(2, p));
-    fmt::format_to(out,
-                   "sound       {:.2f} +- {:.2f} m/s, as at {:.1f} C\n",
-                   microphone.soundSpeed_m_s,
-                   microphone.soundSpeedError_m_s,
-                   temperatureOf(microphone.soundSpeed_m_s));
+    text += placesText(microphone);
     if (microphone.places.cols() > 1)
         fmt::format_to(out,
                        "residual    {:.1f} degrees rms between places; expected error of a phase "
