@@ -22,4 +22,10 @@ build/bin/midair-paper --out "$out/paper" --starts 0 >/dev/null
 for name in paper_focus paper_line_gs paper_star_gs paper_star_sdp-bcd; do
     small "$out/paper/$name.png" "$name"
 done
-ls -l samples/pictures/*.png
+tune="build/bin/midair-tune"
+$tune plan --array board --mic 0.004 0.002 0.15 --mic 0.05 -0.01 0.17 --out "$out/plan.csv" >/dev/null
+$tune rehearse --plan "$out/plan.csv" --array board --seed 4 --dead 0.02 >"$out/lines"
+$tune run --plan "$out/plan.csv" --array board --device sim: --settle 0 --integrate 0 --all-places --quiet --readings "$out/lines" \
+    --out "$out/readings.csv"
+$tune fit --plan "$out/plan.csv" --array board --readings "$out/readings.csv" --out "$out/tuning.json" --picture samples/pictures/tuning.svg >/dev/null
+ls -l samples/pictures/*.png samples/pictures/*.svg

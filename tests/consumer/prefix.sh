@@ -32,7 +32,7 @@ sed 's/"name": *"[^"]*"/"name": "moved"/' "$(find "$shared/arrays" -name '*.json
     fail "midair-solve: $(cat "$folder/log")"
 [ -s "$folder/solved/summary.json" ] || fail "midair-solve wrote no summary"
 grep -q 'array.*moved' "$folder/solved/summary.json" || fail "midair-solve took another array: $(head -20 "$folder/solved/summary.json")"
-for tool in midair-calibrate midair-check midair-demo midair-device; do
+for tool in midair-calibrate midair-check midair-demo midair-device midair-tune; do
     "$prefix/bin/$tool" --help >/dev/null || fail "$tool doesn't start from $prefix"
 done
 

@@ -1,0 +1,294 @@
+#include "haptics/tuning/MicrophoneFit.h"
+
+#include "haptics/array/Medium.h"
+#include "haptics/base/Percentile.h"
+#include "haptics/base/Units.h"
+#include "haptics/tuning/PlaceSearch.h"
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr double kMostSpread_rad = base::kPi / 4.0;
+// exp(-kCertainty) is about the probability that chance agrees as well as what is accepted.
+constexpr double kCertainty = 7.0;
+constexpr int kLeastTransducers = 8;
+constexpr double kLeastScatter_rad = 2e-3;
+constexpr int kIterations = 25;
+constexpr double kBiweight = 4.7;
+
+double biweight(double residual, double sigma)
+{
+    const double t = residual / (kBiweight * sigma);
+    return t * t < 1.0 ? (1.0 - t * t) * (1.0 - t * t) : 0.0;
+}
+
+double deviationOf(std::vector<double> sizes)
+{
+    return 1.4826 * base::percentile(std::move(sizes), 0.5);
+}
+
+/// All places and the speed of sound together. Parameters: each place (3 P), each place's phase
+/// (P), ln c. A transducer's residuals at its places have in common its own phase, of variance s^2,
+/// and differ by scatter, of variance sigma^2; so their mean, of variance s^2 + sigma^2/P_i, and
+/// the deviations from it are fitted apart.
+class JointFit
+{
+public:
+    JointFit(const TransducerArray& array,
+             const Eigen::Matrix3Xd& planned,
+             const TuningResponses& responses,
+             const std::vector<bool>& live,
+             const MicrophonePrior& prior) :
+        _array(array),
+        _planned(planned),
+        _responses(responses),
+        _live(live),
+        _prior(prior)
+    {
+        Medium medium;
+        medium.temperature_C = prior.temperature_C;
+        _c0 = medium.soundSpeed();
+        // c ~ sqrt(T): dc/c = dT/(2 T).
+        _speedError =
+            std::max(1e-7, 0.5 * prior.temperatureError_C / base::toKelvin(prior.temperature_C));
+    }
+
+    MicrophoneFit run()
+    {
+        MicrophoneFit fit;
+        fit.places = _planned;
+        fit.phase_rad.setZero(_planned.cols());
+        fit.soundSpeed_m_s = _c0;
+        for (int place = 0; place < _planned.cols() && fit.refusal.empty(); ++place)
+            startAt(place, fit);
+        if (!fit.refusal.empty()) return fit;
+        fit.spread_rad = 0.25;
+        fit.scatter_rad = 0.05;
+        for (int iteration = 0; iteration < kIterations; ++iteration)
+            if (improve(fit) < 1e-7) break;
+        if (_planned.cols() == 1) fit.scatter_rad = 0.0;
+        return fit;
+    }
+
+private:
+    void startAt(int place, MicrophoneFit& fit) const
+    {
+        std::vector<Eigen::Index> which;
+        for (Eigen::Index i = 0; i < _array.size(); ++i)
+            if (_live[static_cast<std::size_t>(i)] && std::isfinite(_responses.y(place, i).real()))
+                which.push_back(i);
+        if (static_cast<int>(which.size()) < kLeastTransducers)
+        {
+            fit.refusal = fmt::format("only {} transducers were heard at place {}; a fit needs {}",
+                                      which.size(),
+                                      place,
+                                      kLeastTransducers);
+            return;
+        }
+        HeardPhases heard;
+        heard.positions.resize(3, static_cast<Eigen::Index>(which.size()));
+        heard.phase_rad.resize(heard.positions.cols());
+        heard.wavenumber = base::kTwoPi * _array.frequency_Hz / _c0;
+        for (std::size_t n = 0; n < which.size(); ++n)
+        {
+            heard.positions.col(static_cast<Eigen::Index>(n)) = _array.positions.col(which[n]);
+            heard.phase_rad[static_cast<Eigen::Index>(n)] = std::arg(_responses.y(place, which[n]));
+        }
+        const FoundPlace found = findPlace(heard, _planned.col(place), _prior.search_m);
+        fit.places.col(place) = found.place;
+        fit.phase_rad[place] = found.phase_rad;
+        fit.refusal = doubtOf(found, place, static_cast<int>(which.size()));
+    }
+
+    // Of phases by chance the largest of K means of n has |mean|^2 n of about ln K (Rayleigh).
+    std::string doubtOf(const FoundPlace& found, int place, int count) const
+    {
+        const double spread_rad = found.agreement > 0.0
+                                      ? std::sqrt(-0.5 * std::log(std::min(1.0, found.agreement)))
+                                      : 9.0;
+        const double chance = std::sqrt((std::log(std::max(1, found.starts)) + kCertainty) / count);
+        if (spread_rad <= kMostSpread_rad && found.agreement > chance) return {};
+        if (spread_rad <= kMostSpread_rad)
+            return fmt::format(
+                "the phases at place {} agree no better than chance might: {:.2f} with "
+                "{} transducers, where {:.2f} is needed",
+                place,
+                found.agreement,
+                count,
+                chance);
+        return fmt::format(
+            "the phases at place {} spread by more than 45 degrees wherever the microphone is "
+            "looked "
+            "for within {:.1f} mm of ({:.4f}, {:.4f}, {:.4f}) m: it is elsewhere (--search), the "
+            "array is another one, or the readings aren't against the drive's clock",
+            place,
+            1e3 * _prior.search_m,
+            _planned(0, place),
+            _planned(1, place),
+            _planned(2, place));
+    }
+
+    /// One transducer's residuals at the places where it was heard.
+    struct Seen
+    {
+        std::vector<int> place;
+        Eigen::VectorXd rho; ///< in one branch, about the first
+        Eigen::MatrixXd J;   ///< places x parameters
+    };
+
+    Seen see(Eigen::Index i, const MicrophoneFit& fit) const
+    {
+        Seen seen;
+        const Eigen::Index P = _planned.cols();
+        for (int p = 0; p < P; ++p)
+            if (std::isfinite(_responses.y(p, i).real())) seen.place.push_back(p);
+        const double k = base::kTwoPi * _array.frequency_Hz / fit.soundSpeed_m_s;
+        const auto count = static_cast<Eigen::Index>(seen.place.size());
+        seen.rho.resize(count);
+        seen.J.setZero(count, 4 * P + 1);
+        for (Eigen::Index row = 0; row < count; ++row)
+        {
+            const int p = seen.place[static_cast<std::size_t>(row)];
+            const Eigen::Vector3d d = fit.places.col(p) - _array.positions.col(i);
+            const double R = d.norm();
+            const double rho = std::arg(_responses.y(p, i)) + k * R - fit.phase_rad[p];
+            const double near = row > 0 ? seen.rho[0] : 0.0;
+            seen.rho[row] = near + wrappedToHalfTurn(rho - near);
+            seen.J.block<1, 3>(row, 3 * p) = k * d.transpose() / R;
+            seen.J(row, 3 * P + p) = -1.0;
+            seen.J(row, 4 * P) = -k * R;
+        }
+        if (count > 1) // the mean may have left the branch about 0
+        {
+            const double mean = seen.rho.mean();
+            seen.rho.array() += wrappedToHalfTurn(mean) - mean;
+        }
+        return seen;
+    }
+
+    std::vector<Seen> seeAll(const MicrophoneFit& fit) const
+    {
+        std::vector<Seen> all;
+        for (Eigen::Index i = 0; i < _array.size(); ++i)
+            if (_live[static_cast<std::size_t>(i)])
+            {
+                all.push_back(see(i, fit));
+                if (all.back().place.empty()) all.pop_back();
+            }
+        return all;
+    }
+
+    static void estimateSpreads(const std::vector<Seen>& all, MicrophoneFit& fit)
+    {
+        std::vector<double> means, deviations;
+        for (const Seen& seen : all)
+        {
+            means.push_back(std::abs(seen.rho.mean()));
+            const auto count = static_cast<double>(seen.rho.size());
+            if (seen.rho.size() > 1)
+                for (const double rho : seen.rho)
+                    deviations.push_back(std::abs(rho - seen.rho.mean()) *
+                                         std::sqrt(count / (count - 1.0)));
+        }
+        fit.spread_rad = std::max(kLeastScatter_rad, deviationOf(means));
+        fit.scatter_rad = deviations.empty() ? kLeastScatter_rad
+                                             : std::max(kLeastScatter_rad, deviationOf(deviations));
+    }
+
+    /// Makes one step; returns its length in metres.
+    double improve(MicrophoneFit& fit) const
+    {
+        const Eigen::Index P = _planned.cols();
+        const Eigen::Index n = 4 * P + 1;
+        const std::vector<Seen> all = seeAll(fit);
+        estimateSpreads(all, fit);
+        Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);
+        Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
+        const auto add = [&](const Eigen::RowVectorXd& J, double rho, double sigma)
+        {
+            const double w = biweight(rho, sigma) / (sigma * sigma);
+            A += w * J.transpose() * J;
+            b -= w * rho * J.transpose();
+        };
+        for (const Seen& seen : all)
+        {
+            const Eigen::RowVectorXd mean = seen.J.colwise().mean();
+            const double middle = seen.rho.mean();
+            add(mean, middle, fit.spread_rad);
+            for (Eigen::Index row = 0; row < seen.rho.size() && seen.rho.size() > 1; ++row)
+                add(seen.J.row(row) - mean, seen.rho[row] - middle, fit.scatter_rad);
+        }
+        addPriors(fit, A, b);
+        const Eigen::LDLT<Eigen::MatrixXd> solver(A);
+        const Eigen::VectorXd step = solver.solve(b);
+        if (!step.allFinite()) return 0.0;
+        for (Eigen::Index p = 0; p < P; ++p)
+            fit.places.col(p) += step.segment<3>(3 * p);
+        fit.phase_rad += step.segment(3 * P, P);
+        fit.soundSpeed_m_s *= std::exp(step[4 * P]);
+        tellErrors(solver.solve(Eigen::MatrixXd::Identity(n, n)), fit);
+        return step.head(3 * P).cwiseAbs().maxCoeff();
+    }
+
+    void addPriors(const MicrophoneFit& fit, Eigen::MatrixXd& A, Eigen::VectorXd& b) const
+    {
+        const Eigen::Index P = _planned.cols();
+        const double place = std::pow(std::max(1e-6, 0.5 * _prior.search_m), -2.0);
+        for (Eigen::Index p = 0; p < P; ++p)
+        {
+            A.diagonal().segment<3>(3 * p).array() += place;
+            b.segment<3>(3 * p) -= place * (fit.places.col(p) - _planned.col(p));
+        }
+        const double speed = std::pow(_speedError, -2.0);
+        A(4 * P, 4 * P) += speed;
+        b[4 * P] -= speed * std::log(fit.soundSpeed_m_s / _c0);
+    }
+
+    static void tellErrors(const Eigen::MatrixXd& covariance, MicrophoneFit& fit)
+    {
+        const Eigen::Index P = fit.places.cols();
+        fit.placeErrors.resize(3, P);
+        Eigen::Vector3d common = Eigen::Vector3d::Zero();
+        for (Eigen::Index p = 0; p < P; ++p)
+        {
+            fit.placeErrors.col(p) =
+                covariance.diagonal().segment<3>(3 * p).cwiseMax(0.0).cwiseSqrt();
+            for (Eigen::Index q = 0; q < P; ++q)
+                common += covariance.block<3, 3>(3 * p, 3 * q).diagonal();
+        }
+        fit.shiftError = (common / double(P * P)).cwiseMax(0.0).cwiseSqrt();
+        fit.soundSpeedError_m_s =
+            fit.soundSpeed_m_s * std::sqrt(std::max(0.0, covariance(4 * P, 4 * P)));
+    }
+
+    const TransducerArray& _array;
+    const Eigen::Matrix3Xd& _planned;
+    const TuningResponses& _responses;
+    const std::vector<bool>& _live;
+    const MicrophonePrior& _prior;
+    double _c0 = 0.0;
+    double _speedError = 0.0; ///< of ln c
+};
+
+} // namespace
+
+MicrophoneFit fitMicrophone(const TransducerArray& array,
+                            const Eigen::Matrix3Xd& planned,
+                            const TuningResponses& responses,
+                            const std::vector<bool>& live,
+                            const MicrophonePrior& prior)
+{
+    return JointFit(array, planned, responses, live, prior).run();
+}
+
+} // namespace midair::haptics

@@ -1,0 +1,40 @@
+#pragma once
+
+#include "haptics/tuning/RehearsedInstrument.h"
+#include "haptics/tuning/TuningFit.h"
+#include "samples/tune/TuneRun.h"
+
+#include <string>
+#include <vector>
+
+namespace midair::samples
+{
+
+/// What the commands of midair-tune are given.
+struct TuneArguments
+{
+    std::string array = "octagon";
+    std::string plan = "plan.csv";
+    std::string out;
+    std::string method = "single";
+    std::vector<double> mic_m; ///< x, y, z of each place
+    std::string placesFile;
+    int dutyLevel = 255;
+    std::string readings = "readings.csv";
+    std::string picture;
+    std::string truth;
+    std::string tuned;
+    bool serves = false;
+    RunOptions run;
+    haptics::TuningFitOptions fit;
+    haptics::RehearsalOptions rehearsal;
+};
+
+// The commands; each returns a TuneExit and throws base::InputError or device::DeviceError.
+int planTuning(const TuneArguments& arguments);
+int runTuning(const TuneArguments& arguments);
+int fitArray(const TuneArguments& arguments);
+int checkArray(const TuneArguments& arguments);
+int rehearse(const TuneArguments& arguments);
+
+} // namespace midair::samples
