@@ -26,7 +26,7 @@ public:
                       : _drives.size() > 1 && _drives[1].first <= since_s - kKept_s)
             _drives.pop_front();
     }
-    void clear() { _drives.clear(); }
+    const Drive* newest() const { return _drives.empty() ? nullptr : &_drives.back().second; }
 
     /// Returns the drives that sounded at \a from_s or later, in order; the first may have begun
     /// before.

@@ -88,7 +88,8 @@ SimulatedArray::~SimulatedArray()
 void SimulatedArray::giveBoard(double now_s)
 {
     _board->receive(_bytes.data(), _bytes.size());
-    _history.note(now_s, _board->playing());
+    std::vector<std::complex<float>> q = _board->playing();
+    if (!_history.newest() || q != *_history.newest()) _history.note(now_s, std::move(q));
 }
 
 double SimulatedArray::advance() const

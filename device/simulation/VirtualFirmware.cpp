@@ -52,9 +52,13 @@ void VirtualFirmware::powerCycle(double now_s)
     _lastPacket_s = now_s;
 }
 
+// What is sent again, and a silence of silence, change nothing.
 void VirtualFirmware::note(double since_s)
 {
-    if (_options.hasHistory) _history.note(since_s, _front);
+    if (!_options.hasHistory) return;
+    const DriveSignal* last = _history.newest();
+    if (last && last->phase == _front.phase && last->duty == _front.duty) return;
+    _history.note(since_s, _front);
 }
 
 void VirtualFirmware::mute(std::uint16_t why, double at_s)

@@ -237,59 +237,6 @@ void CycleEqualizer::backwardBlock(int thread, std::size_t first, std::size_t la
         }
 }
 
-// Sets the sums of |p|^2, and w = p.
-void CycleEqualizer::sumSteady()
-{
-    _intensity.setZero();
-    for (Field& field : _sounding)
-    {
-        for (Eigen::Index l = 0; l < _intensity.size(); ++l)
-            _intensity[l] += std::norm(field.p.at(static_cast<std::size_t>(l)));
-        copy(field.p, field.w, static_cast<std::size_t>(_matrix.points()));
-    }
-}
-
-// Sets the sums of p* M p, and w = M p.
-void CycleEqualizer::sumRinging()
-{
-    const std::size_t K = _fields.size();
-    for (Eigen::Index row = 0; row < _intensity.size(); ++row)
-    {
-        const auto l = static_cast<std::size_t>(row);
-        float sum = 0.0f;
-        for (Field& field : _sounding)
-        {
-            std::complex<float> w = 0.0f;
-            for (const Field& other : _sounding)
-                w += _overlaps[static_cast<Eigen::Index>((field.index + K - other.index) % K)] *
-                     other.p.at(l);
-            field.w.set(l, w);
-            sum += std::real(std::conj(field.p.at(l)) * w);
-        }
-        _intensity[row] = sum;
-    }
-}
-
-// Sets the intensities, their mean and variation from p; returns f.
-double CycleEqualizer::evaluate()
-{
-    if (_overlaps.size() > 0)
-        sumRinging();
-    else
-        sumSteady();
-    _intensity /= static_cast<float>(_fields.size());
-    const Eigen::ArrayXd weight = _targets2.cast<double>();
-    const Eigen::ArrayXd ratio = _intensity.cast<double>().array() / weight;
-    const double all = weight.sum();
-    _mean = (weight * ratio).sum() / all;
-    _variation =
-        _mean > 0.0 ? std::sqrt((weight * (ratio - _mean).square()).sum() / all) / _mean : 0.0;
-    if (!_started) _goal = (_overlaps.size() > 0 ? _options.ringingRaise : _options.raise) * _mean;
-    // About the mean, as the two parts are known apart: ratio/goal - 1 = (ratio - mean)/goal + ..
-    const double spread = _variation * _mean / _goal, off = _mean / _goal - 1.0;
-    return spread * spread + off * off;
-}
-
 // After p = G q: the step is taken, or tried again shorter.
 void CycleEqualizer::judge()
 {

@@ -147,8 +147,8 @@ TEST(CycleEqualizer, WhatRingsIsEvenAndTold)
 
 TEST(CycleEqualizer, WithoutRingingTheTimeOfAFieldDoesNotCount)
 {
-    const TransducerArray array = TransducerArray::singleBoard(); // rings with 0
-    ASSERT_EQ(array.ringing_s, 0.0);
+    TransducerArray array = TransducerArray::singleBoard();
+    array.ringing_s = 0.0;
     std::vector<std::vector<Eigen::VectorXcf>> found;
     for (const double step_s : {0.0, 1e-3})
     {

@@ -27,13 +27,15 @@ FieldSequence cycleOf(const EvenedScene& scene, int count, const TransducerArray
     return SequenceComposer({}, messages).composeCycle(scene.sets(count), {}, array, Medium());
 }
 
-/// At 1000 fields a second, with the ringing of \a array and the way of the sound, if it rings.
+/// At 1000 fields a second, with the ringing of \a array and the way of the sound, if it rings; at
+/// each fifth place of \a surface.
 SurfaceStatistics felt(const Eigen::Matrix3Xd& surface,
                        const TransducerArray& array,
                        const std::vector<Eigen::VectorXcf>& fields)
 {
-    const double perSquare_Pa = radiationPressure(1.0, Medium());
-    return statisticsOf(ringingMeanSquare(surface, array, Medium(), fields, 1e-3, 2) * perSquare_Pa,
+    const Eigen::Matrix3Xd places = surface(Eigen::all, Eigen::seq(0, Eigen::last, 5));
+    return statisticsOf(ringingMeanSquare(places, array, Medium(), fields, 1e-3, 2) *
+                            radiationPressure(1.0, Medium()),
                         Eigen::VectorXd());
 }
 
