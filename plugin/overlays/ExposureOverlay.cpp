@@ -16,6 +16,7 @@
 #include <osg/LineWidth>
 #include <osgGA/GUIEventAdapter>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <future>
@@ -30,7 +31,9 @@ namespace
 
 const OverlayNumber kOpacity =
     overlayNumber<ExposureOverlay, &ExposureOverlay::setOpacity, &ExposureOverlay::getOpacity>(
-        "earsOpacity", "opacity of the map of levels around the array", {0.0, 1.0});
+        "earsOpacity",
+        "opacity of the map of levels around the array, between its lines",
+        {0.0, 1.0});
 const OverlayRegistration kRegistration({8,
                                          "Exposure",
                                          "ears",
@@ -41,9 +44,9 @@ const OverlayRegistration kRegistration({8,
                                          {kOpacity},
                                          true});
 
-constexpr float kStep_dB = 5.0F;      // between lines of equal level
-constexpr float kLabelled_dB = 10.0F; // lines at its multiples have labels
-constexpr double kPause_s = 0.1;      // between two maps
+constexpr float kMostLines = 16.0F; // of equal level
+constexpr float kText_px = 22.0F;   // its digits are half as high
+constexpr double kPause_s = 0.1;    // between two maps
 const osg::Vec4 kInk(0.95F, 0.95F, 0.85F, 1.0F);
 
 osg::ref_ptr<osg::Geometry> makeGeometry(GLenum mode)
@@ -60,15 +63,70 @@ osg::ref_ptr<osg::Geometry> makeGeometry(GLenum mode)
     return made;
 }
 
-osg::ref_ptr<osgText::Text> makeLabel(float size)
+// The sphere's middle is the origin, so that a place is its own normal.
+const char* const kLineVertex = R"(#version 120
+varying vec4 color;
+varying float inner;
+void main()
 {
-    osg::ref_ptr<osgText::Text> label = pixels::text("", {}, size, kInk);
+    vec4 eye = gl_ModelViewMatrix * gl_Vertex;
+    inner = dot(eye.xyz, gl_NormalMatrix * gl_Vertex.xyz);
+    color = gl_Color;
+    gl_Position = gl_ProjectionMatrix * eye;
+}
+)";
+const char* const kLineFragment = R"(#version 120
+varying vec4 color;
+varying float inner;
+void main()
+{
+    if (inner <= 0.0) discard;
+    gl_FragColor = color;
+}
+)";
+
+/// Leaves out labels on the side of the sphere that is seen from outside.
+class InnerSide : public osg::DrawableCullCallback
+{
+public:
+    bool cull(osg::NodeVisitor* visitor, osg::Drawable* drawable, osg::State*) const override
+    {
+        const osg::Vec3 place = static_cast<osgText::Text*>(drawable)->getPosition();
+        return place * (place - visitor->getEyePoint()) <= 0.0F;
+    }
+};
+
+osg::ref_ptr<osgText::Text> makeLabel(bool isLoudest)
+{
+    osg::ref_ptr<osgText::Text> label =
+        pixels::text("",
+                     {},
+                     isLoudest ? 1.3F * kText_px : kText_px,
+                     kInk,
+                     isLoudest ? osgText::TextBase::LEFT_CENTER : osgText::TextBase::CENTER_CENTER);
+    label->setCharacterSizeMode(osgText::TextBase::SCREEN_COORDS);
     label->setDataVariance(osg::Object::DYNAMIC);
     label->setAxisAlignment(osgText::TextBase::SCREEN);
     label->setBackdropType(osgText::Text::OUTLINE);
     label->setBackdropColor({0.05F, 0.06F, 0.08F, 1.0F});
+    if (!isLoudest) label->setCullCallback(new InnerSide);
     drawTranslucent(*label, BOX_BIN);
     return label;
+}
+
+/// Returns the least round step at which there are not too many lines.
+float stepFor(const std::vector<float>& levels_dB)
+{
+    float least_dB = 0.0F, most_dB = 0.0F;
+    for (const float level : levels_dB)
+    {
+        if (!(level > 0.0F)) continue;
+        least_dB = least_dB > 0.0F ? std::min(least_dB, level) : level;
+        most_dB = std::max(most_dB, level);
+    }
+    for (const float step_dB : {1.0F, 2.0F, 5.0F})
+        if (most_dB - least_dB <= kMostLines * step_dB) return step_dB;
+    return 10.0F;
 }
 
 float shareOf(float level_dB)
@@ -94,7 +152,7 @@ public:
     osg::ref_ptr<osg::Geometry> sphere = makeGeometry(GL_TRIANGLES);
     osg::ref_ptr<osg::Geometry> lines = makeGeometry(GL_LINES);
     osg::ref_ptr<osg::Geode> labels = new osg::Geode; ///< the first is of the loudest place
-    float opacity = 0.35F;
+    float opacity = 0.12F;
     double level_dB = 0.0;
     osg::Vec3d place;
 
@@ -117,7 +175,9 @@ private:
 ExposureOverlay::Part::Part()
 {
     sphere->getOrCreateStateSet()->setAttributeAndModes(new osg::CullFace(osg::CullFace::BACK));
-    lines->getOrCreateStateSet()->setAttributeAndModes(new osg::LineWidth(1.5F));
+    osg::StateSet* state = lines->getOrCreateStateSet();
+    state->setAttributeAndModes(new osg::LineWidth(1.5F));
+    state->setAttributeAndModes(makeProgram("osgMidair levels", kLineVertex, kLineFragment));
 }
 
 ExposureOverlay::ExposureOverlay() :
@@ -237,10 +297,10 @@ void ExposureOverlay::Part::draw(const Eigen::VectorXf& levels_dB)
     colors.dirty();
     faces.dirty();
     sphere->dirtyBound();
-    drawLines(LevelSphere::contoursOf(grid, kStep_dB));
+    drawLines(LevelSphere::contoursOf(grid, stepFor(grid.levels_dB)));
     osgText::Text& label = labelAt(0);
     label.setPosition(place);
-    label.setText(level_dB > 0.0 ? fmt::format("+ {:.0f} dB, the loudest", level_dB) : "");
+    label.setText(level_dB > 0.0 ? fmt::format("+ {:.1f} dB, the loudest", level_dB) : "");
 }
 
 void ExposureOverlay::Part::drawLines(const std::vector<LevelSphere::Contour>& contours)
@@ -254,9 +314,8 @@ void ExposureOverlay::Part::drawLines(const std::vector<LevelSphere::Contour>& c
     unsigned int used = 1;
     for (const LevelSphere::Contour& contour : contours)
     {
-        const bool isLabelled = std::fmod(contour.level_dB, kLabelled_dB) < 0.5F;
         const osg::Vec4ub color =
-            bytes(ColorMap::pressure().color(shareOf(contour.level_dB)), isLabelled ? 1.0F : 0.6F);
+            bytes(ColorMap::pressure().color(shareOf(contour.level_dB)), 1.0F);
         for (const auto& [from, to] : contour.pieces)
             for (const osg::Vec3& end : {from, to})
             {
@@ -264,7 +323,6 @@ void ExposureOverlay::Part::drawLines(const std::vector<LevelSphere::Contour>& c
                 vertices.push_back(end);
                 colors.push_back(color);
             }
-        if (!isLabelled) continue;
         for (const osg::Vec3& where : contour.labels)
         {
             osgText::Text& label = labelAt(used++);
@@ -283,7 +341,7 @@ void ExposureOverlay::Part::drawLines(const std::vector<LevelSphere::Contour>& c
 osgText::Text& ExposureOverlay::Part::labelAt(unsigned int index)
 {
     while (labels->getNumDrawables() <= index)
-        labels->addDrawable(makeLabel(labels->getNumDrawables() == 0 ? 0.03F : 0.02F));
+        labels->addDrawable(makeLabel(labels->getNumDrawables() == 0));
     return static_cast<osgText::Text&>(*labels->getDrawable(index));
 }
 

@@ -39,14 +39,15 @@ std::vector<osg::Vec3> crossings(const std::array<osg::Vec3, 3>& places,
 }
 
 /// Chooses for each of four directions around the y axis, above the middle and below it, the place
-/// nearest to it, if one is near.
-void label(LevelSphere::Contour& contour)
+/// nearest to it, if one is near. \a turned: directions between those of the line before.
+void label(LevelSphere::Contour& contour, bool turned)
 {
     constexpr float kNear = 0.92F; // cosine, of 23 degrees
     for (const float up : {1.0F, -1.0F})
-        for (const auto& [x, z] :
-             {std::pair(1.0F, 1.0F), {1.0F, -1.0F}, {-1.0F, 1.0F}, {-1.0F, -1.0F}})
+        for (int quarter = 0; quarter < 4; ++quarter)
         {
+            const float turn = static_cast<float>(midair::base::kTwoPi) *
+                               (static_cast<float>(quarter) + (turned ? 0.5F : 0.0F)) / 4.0F;
             float nearest = kNear;
             const osg::Vec3* found = nullptr;
             for (const auto& piece : contour.pieces)
@@ -54,7 +55,8 @@ void label(LevelSphere::Contour& contour)
                 const osg::Vec3& place = piece.first;
                 const float aside = std::hypot(place.x(), place.z());
                 if (place.y() * up <= 0.0F || aside <= 0.0F) continue;
-                const float cosine = (place.x() * x + place.z() * z) / (aside * std::sqrt(2.0F));
+                const float cosine =
+                    (place.x() * std::cos(turn) + place.z() * std::sin(turn)) / aside;
                 if (cosine <= nearest) continue;
                 nearest = cosine;
                 found = &place;
@@ -98,7 +100,8 @@ LevelSphere::Grid LevelSphere::gridOf(const Eigen::VectorXf& levels_dB, double r
                         : 0.0F);
             const Eigen::Vector3d place = onSphere(
                 radius_m, double(row) / (Grid::rows() - 1), double(column) / (Grid::columns() - 1));
-            grid.places.push_back(osg::Vec3d(place.x(), place.y(), place.z()));
+            const Eigen::Vector3f p = place.cast<float>();
+            grid.places.emplace_back(p.x(), p.y(), p.z());
         }
     const auto columns = static_cast<unsigned int>(Grid::columns());
     for (unsigned int row = 0; row + 1 < static_cast<unsigned int>(Grid::rows()); ++row)
@@ -135,7 +138,7 @@ std::vector<LevelSphere::Contour> LevelSphere::contoursOf(const Grid& grid, floa
             if (ends.size() != 2) continue;
             contour.pieces.emplace_back(ends[0], ends[1]);
         }
-        label(contour);
+        label(contour, contours.size() % 2 == 1);
         if (!contour.pieces.empty()) contours.push_back(std::move(contour));
     }
     return contours;
