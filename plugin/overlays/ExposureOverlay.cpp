@@ -46,6 +46,7 @@ const OverlayRegistration kRegistration({8,
 
 constexpr float kMostLines = 16.0F; // of equal level
 constexpr float kText_px = 22.0F;   // its digits are half as high
+constexpr float kApart = 0.12F;     // between two labels, radii
 constexpr double kPause_s = 0.1;    // between two maps
 const osg::Vec4 kInk(0.95F, 0.95F, 0.85F, 1.0F);
 
@@ -300,7 +301,7 @@ void ExposureOverlay::Part::draw(const Eigen::VectorXf& levels_dB)
     drawLines(LevelSphere::contoursOf(grid, stepFor(grid.levels_dB)));
     osgText::Text& label = labelAt(0);
     label.setPosition(place);
-    label.setText(level_dB > 0.0 ? fmt::format("+ {:.1f} dB, the loudest", level_dB) : "");
+    label.setText(level_dB > 0.0 ? fmt::format("+ {:.1f} dB", level_dB) : "");
 }
 
 void ExposureOverlay::Part::drawLines(const std::vector<LevelSphere::Contour>& contours)
@@ -312,8 +313,10 @@ void ExposureOverlay::Part::drawLines(const std::vector<LevelSphere::Contour>& c
     colors.clear();
     pairs.clear();
     unsigned int used = 1;
-    for (const LevelSphere::Contour& contour : contours)
+    std::vector<osg::Vec3> labelled = {osg::Vec3(place)};
+    for (auto next = contours.rbegin(); next != contours.rend(); ++next) // the loudest first
     {
+        const LevelSphere::Contour& contour = *next;
         const osg::Vec4ub color =
             bytes(ColorMap::pressure().color(shareOf(contour.level_dB)), 1.0F);
         for (const auto& [from, to] : contour.pieces)
@@ -325,6 +328,10 @@ void ExposureOverlay::Part::drawLines(const std::vector<LevelSphere::Contour>& c
             }
         for (const osg::Vec3& where : contour.labels)
         {
+            const auto isNear = [&](const osg::Vec3& other)
+            { return (where - other).length() < kApart * where.length(); };
+            if (std::any_of(labelled.begin(), labelled.end(), isNear)) continue;
+            labelled.push_back(where);
             osgText::Text& label = labelAt(used++);
             label.setPosition(where);
             label.setText(fmt::format("{:.0f} dB", contour.level_dB));
