@@ -50,7 +50,10 @@ public:
     double unit_Pa() const { return _unit_Pa; }
 
     int points() const { return _points; }
+    /// Transducers that have a column: those of a gain other than 0, or all where none has one.
+    /// Dead ones cost nothing.
     int transducers() const { return _transducers; }
+    int arraySize() const { return _array.size(); }   ///< all transducers, dead ones too
     int paddedTransducers() const { return _padded; } ///< length of every vector over transducers
     int blocks() const { return (_padded + kBlockWidth - 1) / kBlockWidth; }
     int offset(int block) const { return block * kBlockWidth; }
@@ -68,7 +71,7 @@ public:
     void build(const Eigen::Matrix3Xd& points);
 
     /// The matrix has its own order of transducers (compactOrder): column (lane) \a lane belongs to
-    /// transducer order()[lane].
+    /// transducer order()[lane]. Has transducers() entries.
     const std::vector<int>& order() const { return _order; }
 
     /// z = G* w for one block; z and q point to the whole vectors of paddedTransducers() floats.
@@ -111,6 +114,7 @@ private:
         double nearest, farthest;
     };
 
+    void bindOrder();
     void bindGeometry();
     kernels::GroupGeometry bindGroup(int first, int count);
     void bindLane(int lane, int source, const Eigen::Vector3d& centre);

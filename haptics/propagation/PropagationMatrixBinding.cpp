@@ -107,7 +107,7 @@ bool PropagationMatrix::bind(const TransducerArray& array, const Medium& medium)
     _wavelength_m = medium.wavelength(array.frequency_Hz);
     _beta = medium.attenuation(array.frequency_Hz);
     _unit_Pa = unitOf(array);
-    _transducers = array.size();
+    bindOrder();
     _padded = (_transducers + kernels::kLanes - 1) / kernels::kLanes * kernels::kLanes;
     _hasOffset = array.phaseOffset_rad.size() > 0;
     if (array.directivity == Directivity::T4010A1_HARMONICS) _cubic = cubicOf(array.directivity);
@@ -119,9 +119,24 @@ bool PropagationMatrix::bind(const TransducerArray& array, const Medium& medium)
     return true;
 }
 
+// Leaves out transducers of gain 0, whose columns would be 0: what reads G then reads less.
+void PropagationMatrix::bindOrder()
+{
+    std::vector<int> live;
+    live.reserve(static_cast<std::size_t>(_array.size()));
+    for (int i = 0; i < _array.size(); ++i)
+        if (_array.gain.size() == 0 || _array.gain[i] != 0.0) live.push_back(i);
+    if (live.empty())
+        for (int i = 0; i < _array.size(); ++i)
+            live.push_back(i);
+    _order = compactOrder(_array.positions(Eigen::all, live), kernels::kGroup);
+    for (int& i : _order)
+        i = live[static_cast<std::size_t>(i)];
+    _transducers = static_cast<int>(_order.size());
+}
+
 void PropagationMatrix::bindGeometry()
 {
-    _order = compactOrder(_array.positions, kernels::kGroup);
     _places.resize(3, _transducers);
     for (int lane = 0; lane < _transducers; ++lane)
         _places.col(lane) =

@@ -265,7 +265,8 @@ void FieldProblem::toLanes(const Eigen::VectorXcf& from, SplitVector& lanes) con
 
 void FieldProblem::fromLanes(const SplitVector& lanes, Eigen::VectorXcf& to) const
 {
-    if (to.size() != m()) to.resize(m());
+    if (to.size() != arraySize()) to.resize(arraySize());
+    if (m() < arraySize()) to.setZero();
     for (int lane = 0; lane < m(); ++lane)
         to[G.order()[static_cast<std::size_t>(lane)]] = lanes.at(static_cast<std::size_t>(lane));
 }

@@ -93,7 +93,9 @@ public:
     void forget() { _fresh.assign(_fresh.size(), 0); }
 
     int n() const { return G.points(); }
+    /// Transducers that are solved for: dead ones are left out.
     int m() const { return G.transducers(); }
+    int arraySize() const { return G.arraySize(); } ///< all transducers, dead ones too
     const DriveResolution& drive() const { return _drive; }
     /// Returns true if more than half of the points have another one nearer than \a spacing
     /// wavelengths.
@@ -125,8 +127,8 @@ public:
 
     Eigen::MatrixXcf dense() const; ///< G (n x m) as one matrix, for methods that need columns
 
-    /// Copies \a q (m, in the array's order) into \a lanes (in the matrix's order, padded), and
-    /// back.
+    /// Copies \a q (arraySize(), in the array's order) into \a lanes (m(), in the matrix's order,
+    /// padded), and back; dead transducers get 0.
     void toLanes(const Eigen::VectorXcf& q, SplitVector& lanes) const;
     void fromLanes(const SplitVector& lanes, Eigen::VectorXcf& q) const;
 

@@ -1,8 +1,11 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/InputError.h"
+#include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/solvers/HologramSolver.h"
 
+#include <algorithm>
+#include <numeric>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -32,6 +35,16 @@ std::string refusal(const std::string& dead)
         return error.what();
     }
     return {};
+}
+
+ControlPoints fourPoints()
+{
+    ControlPoints points;
+    points.positions.resize(3, 4);
+    points.positions << -0.02, 0.02, 0.0, 0.0, 0.0, 0.0, -0.02, 0.02, 0.15, 0.15, 0.15, 0.16;
+    points.normals = Eigen::Matrix3Xd::Zero(3, 4);
+    points.targets = Eigen::VectorXd::Ones(4);
+    return points;
 }
 
 } // namespace
@@ -81,11 +94,7 @@ TEST(DeadTransducers, FieldsAreSolvedForWithoutThem)
     for (int i = 0; i < array.size(); i += 3)
         dead.push_back(i);
     array.setDead(dead);
-    ControlPoints points;
-    points.positions.resize(3, 4);
-    points.positions << -0.02, 0.02, 0.0, 0.0, 0.0, 0.0, -0.02, 0.02, 0.15, 0.15, 0.15, 0.16;
-    points.normals = Eigen::Matrix3Xd::Zero(3, 4);
-    points.targets = Eigen::VectorXd::Ones(4);
+    const ControlPoints points = fourPoints();
     const Medium medium;
     const Eigen::MatrixXcd G = referencePropagationMatrix(points.positions, array, medium);
     for (const std::string& name : solverNames())
@@ -99,4 +108,131 @@ TEST(DeadTransducers, FieldsAreSolvedForWithoutThem)
         EXPECT_NEAR(p.mean() / report.level_Pa, 1.0, 0.02) << name;
         EXPECT_GT(p.minCoeff(), 0.8 * p.maxCoeff()) << name;
     }
+}
+
+// Rows of G that are left out, not multiplied by 0: what is solved for, and its cost, is less.
+TEST(DeadTransducers, HaveNoColumnInTheMatrix)
+{
+    TransducerArray array = TransducerArray::singleBoard();
+    std::vector<int> dead;
+    for (int i = 0; i < array.size(); i += 2)
+        dead.push_back(i);
+    array.setDead(dead);
+    PropagationMatrix G;
+    G.bind(array, Medium());
+    EXPECT_EQ(G.transducers(), 124);
+    EXPECT_EQ(G.arraySize(), 249);
+    EXPECT_EQ(G.paddedTransducers(), 128);
+    Eigen::Matrix3Xd points(3, 2);
+    points << 0.0, 0.02, 0.01, -0.01, 0.15, 0.12;
+    G.build(points);
+    const Eigen::MatrixXcd exact = referencePropagationMatrix(points, array, Medium());
+    std::vector<int> order = G.order();
+    for (int lane = 0; lane < G.transducers(); ++lane)
+        for (int l = 0; l < 2; ++l)
+        {
+            const auto entry = std::complex<double>(G.at(l, lane));
+            const std::complex<double> right = exact(l, order[static_cast<std::size_t>(lane)]);
+            EXPECT_LT(std::abs(entry - right), 1e-4 * std::abs(right));
+        }
+    std::sort(order.begin(), order.end());
+    for (const int i : order)
+        EXPECT_EQ(i % 2, 1);
+}
+
+// Without any that lives the matrix keeps its shape, and is 0.
+TEST(DeadTransducers, AnArrayMayBeDead)
+{
+    TransducerArray array = TransducerArray::singleBoard();
+    std::vector<int> all(249);
+    std::iota(all.begin(), all.end(), 0);
+    array.setDead(all);
+    for (const std::string& name : solverNames())
+    {
+        Eigen::VectorXcf q;
+        const SolveReport report = makeSolver(name)->solve(fourPoints(), array, Medium(), q);
+        EXPECT_EQ(report.stop, StopReason::NOTHING_TO_DO) << name;
+        EXPECT_EQ(q.size(), 249) << name;
+        EXPECT_TRUE(q.isZero(0.0f)) << name;
+    }
+}
+
+// No solver drives one, whatever it does with amplitudes, and a field that others die in goes on.
+TEST(DeadTransducers, AreDrivenWithNothing)
+{
+    for (const bool phaseOnly : {true, false})
+        for (const std::string& name : solverNames())
+        {
+            SolverOptions options;
+            options.phaseOnly = phaseOnly;
+            TransducerArray array = TransducerArray::singleBoard();
+            array.setDead({0, 17, 248});
+            const auto solver = makeSolver(name, options);
+            Eigen::VectorXcf q;
+            for (const int next : {100, 101, 102})
+            {
+                const SolveReport report = solver->solve(fourPoints(), array, Medium(), q);
+                ASSERT_EQ(q.size(), 249) << name;
+                for (const int i : array.dead)
+                    EXPECT_EQ(q[i], std::complex<float>()) << name << ", " << i;
+                EXPECT_GT(report.loudness, 0.5) << name;
+                array.setDead({next});
+            }
+        }
+}
+
+TEST(DeadTransducers, AFileNamesWeakOnesByTheirNumbers)
+{
+    const auto read = [](const std::string& weak)
+    { return TransducerArray::fromJson(fileWith("[1], \"weak\": " + weak), "a.json"); };
+    const TransducerArray array = read("[[4, 0.5], [0, 1.25]]");
+    EXPECT_EQ(array.gain, (Eigen::VectorXd(6) << 1.25, 0.0, 1.0, 1.0, 0.5, 1.0).finished());
+    EXPECT_EQ(TransducerArray::fromJson(array.toJson(), "b.json").gain, array.gain);
+    const auto whyNot = [&](const std::string& weak) -> std::string
+    {
+        try
+        {
+            read(weak);
+        }
+        catch (const midair::base::InputError& error)
+        {
+            return error.what();
+        }
+        return {};
+    };
+    EXPECT_EQ(whyNot("[[1, 0.5]]"),
+              "a.json: weak[0] is [1,0.5]; it must be of a transducer that isn't dead");
+    EXPECT_EQ(whyNot("[[2, 0.5], [2, 0.6]]"), "a.json: weak[1] is [2,0.6]; it must be there once");
+    EXPECT_EQ(whyNot("[[2, 0]]"),
+              "a.json: weak[0] is [2,0]; it must be [number of a transducer, 0 to 5, gain above 0 "
+              "and at most 1000]; what does nothing is dead");
+    EXPECT_EQ(whyNot("[2]"),
+              "a.json: weak[0] is 2; it must be [number of a transducer, 0 to 5, gain above 0 and "
+              "at most 1000]");
+}
+
+TEST(DeadTransducers, UsersNameThemToo)
+{
+    TransducerArray array = TransducerArray::fromJson(fileWith("[1]"), "a.json");
+    array.mark("4-5", "0:0.5, 2-3:0.75");
+    EXPECT_EQ(array.dead, (std::vector<int>{1, 4, 5}));
+    EXPECT_EQ(array.gain, (Eigen::VectorXd(6) << 0.5, 0.0, 0.75, 0.75, 0.0, 0.0).finished());
+    EXPECT_TRUE(array.isValid());
+    const auto whyNot = [](const std::string& dead, const std::string& weak) -> std::string
+    {
+        try
+        {
+            TransducerArray::fromJson(fileWith("[1]"), "a.json").mark(dead, weak);
+        }
+        catch (const midair::base::InputError& error)
+        {
+            return error.what();
+        }
+        return {};
+    };
+    EXPECT_EQ(whyNot("6", ""), "dead has 6; the array has 6 transducers, 0 to 5");
+    EXPECT_EQ(whyNot("", "2-9:0.5"), "weak has 9; the array has 6 transducers, 0 to 5");
+    EXPECT_EQ(whyNot("", "1:0.5"), "weak has 1, which is dead; it can be only one of both");
+    EXPECT_EQ(whyNot("1", ""), "");
+    EXPECT_EQ(whyNot("", ""), "");
 }
