@@ -93,7 +93,7 @@ public:
     void forget() { _fresh.assign(_fresh.size(), 0); }
 
     int n() const { return G.points(); }
-    /// Transducers that are solved for: dead ones are left out.
+    /// Columns that are solved for: dead transducers are left out, see PropagationMatrix.
     int m() const { return G.transducers(); }
     int arraySize() const { return G.arraySize(); } ///< all transducers, dead ones too
     const DriveResolution& drive() const { return _drive; }
@@ -121,6 +121,8 @@ public:
     /// Sets \a to to unit amplitudes with the phases of \a from, rounded to the nearest level.
     void quantisePhases(const SplitVector& from, SplitVector& to);
     void clearPadding(SplitVector& v); ///< v_i = 0 for i >= m
+    /// v_i = 0 for columns of G that are 0: what they are driven with does nothing.
+    void clearSilent(SplitVector& v) const;
     /// Makes q playable by the device: amplitudes times \a scale, clipped to 1 and rounded to the
     /// nearest level, and phases rounded to the nearest level.
     void quantise(float scale);

@@ -114,7 +114,8 @@ void OwnSolver::build(const TransducerArray& array, const Medium& medium)
     const std::vector<int>& order = _lanes.order();
     for (int l = 0; l < _wanted.size(); ++l)
         for (int lane = 0; lane < _lanes.transducers(); ++lane)
-            _matrix(l, order[static_cast<std::size_t>(lane)]) = unit_Pa * _lanes.at(l, lane);
+            if (!_lanes.isFiller(lane))
+                _matrix(l, order[static_cast<std::size_t>(lane)]) = unit_Pa * _lanes.at(l, lane);
 }
 
 // Returns why there is no field; empty: there is one.

@@ -2,6 +2,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/ReferencePropagation.h"
+#include "haptics/propagation/TransducerGroups.h"
 #include "haptics/solvers/HologramSolver.h"
 
 #include <algorithm>
@@ -110,34 +111,98 @@ TEST(DeadTransducers, FieldsAreSolvedForWithoutThem)
     }
 }
 
-// Rows of G that are left out, not multiplied by 0: what is solved for, and its cost, is less.
-TEST(DeadTransducers, HaveNoColumnInTheMatrix)
+/// The octagon with a share of its transducers dead: every \a nth one.
+TransducerArray thinned(int nth)
 {
-    TransducerArray array = TransducerArray::singleBoard();
+    TransducerArray array = TransducerArray::octagonalPrism();
     std::vector<int> dead;
-    for (int i = 0; i < array.size(); i += 2)
+    for (int i = 0; i < array.size(); i += nth)
         dead.push_back(i);
     array.setDead(dead);
-    PropagationMatrix G;
-    G.bind(array, Medium());
-    EXPECT_EQ(G.transducers(), 124);
-    EXPECT_EQ(G.arraySize(), 249);
-    EXPECT_EQ(G.paddedTransducers(), 128);
-    Eigen::Matrix3Xd points(3, 2);
-    points << 0.0, 0.02, 0.01, -0.01, 0.15, 0.12;
-    G.build(points);
-    const Eigen::MatrixXcd exact = referencePropagationMatrix(points, array, Medium());
-    std::vector<int> order = G.order();
-    for (int lane = 0; lane < G.transducers(); ++lane)
-        for (int l = 0; l < 2; ++l)
+    return array;
+}
+
+// Columns of G that are left out, not multiplied by 0: what is solved for, and its cost, is less.
+// Where what is left has gaps a few columns are 0.
+TEST(DeadTransducers, HaveNoColumnInTheMatrix)
+{
+    for (const int nth : {2, 3, 4, 16})
+    {
+        const TransducerArray array = thinned(nth);
+        const auto live = array.size() - static_cast<int>(array.dead.size());
+        PropagationMatrix G;
+        G.bind(array, Medium());
+        EXPECT_EQ(G.arraySize(), 3984);
+        EXPECT_GE(G.transducers(), live);
+        EXPECT_LE(G.transducers(), 1.1 * live) << nth;
+        Eigen::Matrix3Xd points(3, 2);
+        points << 0.0, 0.02, 0.01, -0.01, 0.03, 0.02;
+        G.build(points);
+        const Eigen::MatrixXcd exact = referencePropagationMatrix(points, array, Medium());
+        std::vector<int> seen(static_cast<std::size_t>(array.size()));
+        for (int lane = 0; lane < G.transducers(); ++lane)
         {
-            const auto entry = std::complex<double>(G.at(l, lane));
-            const std::complex<double> right = exact(l, order[static_cast<std::size_t>(lane)]);
-            EXPECT_LT(std::abs(entry - right), 1e-4 * std::abs(right));
+            const int i = G.order()[static_cast<std::size_t>(lane)];
+            if (!G.isFiller(lane)) ++seen[static_cast<std::size_t>(i)];
+            for (int l = 0; l < 2; ++l)
+            {
+                const auto entry = std::complex<double>(G.at(l, lane));
+                const std::complex<double> right = G.isFiller(lane) ? 0.0 : exact(l, i);
+                EXPECT_LE(std::abs(entry - right), 1e-4 * std::abs(exact(l, i)));
+            }
         }
-    std::sort(order.begin(), order.end());
-    for (const int i : order)
-        EXPECT_EQ(i % 2, 1);
+        for (int i = 0; i < array.size(); ++i)
+            EXPECT_EQ(seen[static_cast<std::size_t>(i)], i % nth == 0 ? 0 : 1) << i;
+    }
+}
+
+// No group of what is left spans a gap: such a group's block is computed in double, which takes a
+// hundred times as long.
+TEST(DeadTransducers, GroupsOfWhatIsLeftAreCompact)
+{
+    const TransducerArray array = thinned(4);
+    std::vector<int> live;
+    for (int i = 0; i < array.size(); ++i)
+        if (i % 4 != 0) live.push_back(i);
+    constexpr double kLargest_m = 6.5 * 8.58e-3;
+    std::vector<int> order = compactOrder(array.positions(Eigen::all, live), 16);
+    for (int& i : order)
+        i = live[static_cast<std::size_t>(i)];
+    EXPECT_FALSE(isCompact(array.positions, order, 16, kLargest_m)) << "or this tests nothing";
+    const PackedOrder all = packed(array.positions, order, 16, kLargest_m);
+    EXPECT_TRUE(isCompact(array.positions, all.order, 16, kLargest_m));
+    EXPECT_LT(all.order.size(), 1.1 * static_cast<double>(live.size()));
+    std::vector<int> kept;
+    for (std::size_t k = 0; k < all.order.size(); ++k)
+        if (!all.isFiller[k]) kept.push_back(all.order[k]);
+    EXPECT_EQ(kept, order);
+}
+
+// With columns that stand for nothing, too: nobody gets what is theirs.
+TEST(DeadTransducers, FieldsOfAnArrayWithGapsAreAsReported)
+{
+    const TransducerArray array = thinned(4);
+    ControlPoints points = fourPoints();
+    points.positions.row(2).array() -= 0.15;
+    for (const std::string& name : solverNames())
+    {
+        Eigen::VectorXcf q;
+        const auto solver = makeSolver(name);
+        solver->solve(points, array, Medium(), q);
+        points.positions.row(0).array() += 1e-3;
+        const SolveReport report = solver->solve(points, array, Medium(), q);
+        points.positions.row(0).array() -= 1e-3;
+        for (const int i : array.dead)
+            ASSERT_EQ(q[i], std::complex<float>()) << name << ", " << i;
+        EXPECT_GT(q.cwiseAbs().sum(), 0.9F * 2988.0F) << name;
+        ControlPoints moved = points;
+        moved.positions.row(0).array() += 1e-3;
+        const Eigen::VectorXd p = (referencePropagationMatrix(moved.positions, array, Medium()) *
+                                   q.cast<std::complex<double>>())
+                                      .cwiseAbs();
+        EXPECT_NEAR(p.mean() / report.level_Pa, 1.0, 0.02) << name;
+        EXPECT_LE(report.driveChange, 4.0 + 1e-3) << name;
+    }
 }
 
 // Without any that lives the matrix keeps its shape, and is 0.
