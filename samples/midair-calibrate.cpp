@@ -1,5 +1,10 @@
 // Computes the rigid matrix from a scene's world to the array from points measured in both, and
-// reports its accuracy.
+// reports its accuracy; or finds where an array's boards are.
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/Quantity.h"
+#include "samples/QuantityOption.h"
+#include "samples/calibrate/BoardCalibration.h"
 
 #include <osgMidair/Calibration>
 #include <osgMidair/HapticScene>
@@ -142,14 +147,43 @@ int calibrate(const Settings& settings)
     return CALIBRATED;
 }
 
+void addBoardOptions(CLI::App& app, midair::samples::BoardSettings& boards)
+{
+    using midair::base::parseQuantity;
+    using midair::samples::inUnit;
+    auto* asked = app.add_flag("--boards",
+                               boards.isAsked,
+                               "find where the boards of an array are; without --measurements: "
+                               "print what to measure");
+    const auto add = [&](const char* name, auto& value, const char* what)
+    { return app.add_option(name, value, what)->needs(asked)->capture_default_str(); };
+    add("--array", boards.array, "the array as it was meant: a name or a file");
+    add("--measurements",
+        boards.measurements,
+        "file of distances and times, or - for stdin: lines such as \"0:a 1:b 151.2mm\"");
+    add("--array-out", boards.out, "write the array with its boards where they are to this file");
+    add("--plan", boards.plan, "write what to measure to this file");
+    add("--longest", boards.longest_m, "longest distance that can be measured, metres")
+        ->transform(inUnit("m", parseQuantity));
+    add("--sigma", boards.sigma_m, "standard deviation of a distance, metres")
+        ->transform(inUnit("m", parseQuantity));
+    add("--count", boards.count, "distances to measure; 0: one and a half for each unknown")
+        ->check(CLI::Range(0, 10000));
+    add("--temperature", boards.temperature_C, "of the air, C, for times")
+        ->transform(inUnit("C", parseQuantity));
+}
+
 } // namespace
 
 int main(int argc, char** argv)
 {
     Settings settings;
-    CLI::App app("midair-calibrate: from point pairs to the matrix from world to array.\n"
-                 "A line is one spot measured twice: world x, y, z, array x, y, z. Take 12 or "
-                 "more, not in one plane.");
+    midair::samples::BoardSettings boards;
+    CLI::App app(
+        "midair-calibrate: from point pairs to the matrix from world to array; with --boards from "
+        "distances to where an array's boards are.\n"
+        "A line is one spot measured twice: world x, y, z, array x, y, z. Take 12 or "
+        "more, not in one plane.");
     app.add_option("pairs", settings.pairs, "file of point pairs, or - for stdin")
         ->capture_default_str();
     app.add_option("--unit",
@@ -166,10 +200,16 @@ int main(int argc, char** argv)
         app.add_option("--scene", settings.sceneIn, "set the calibration in this scene file");
     app.add_option("--out", settings.sceneOut, "and write it here instead of over it")
         ->needs(scene);
+    addBoardOptions(app, boards);
     CLI11_PARSE(app, argc, argv);
     try
     {
-        return calibrate(settings);
+        return boards.isAsked ? midair::samples::calibrateBoards(boards) : calibrate(settings);
+    }
+    catch (const midair::base::InputError& error)
+    {
+        std::cerr << "midair-calibrate: " << error.what() << "\n";
+        return WRONG_INPUT;
     }
     catch (const InputError& error)
     {

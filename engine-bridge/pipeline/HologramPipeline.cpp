@@ -289,7 +289,13 @@ void HologramPipeline::finish(HologramResult& result)
     if (!_last || result.state != _last->state) _output->tell(result.state);
     _output->tellOfDriver();
     result.monitored = _monitor->latest();
-    if (result.monitored) result.sequence.report.surface = result.monitored->surface;
+    if (result.monitored)
+    {
+        haptics::SolveReport& report = result.sequence.report;
+        report.surface = result.monitored->surface;
+        report.kelvinRms = result.monitored->kelvin.rms;
+        report.kelvinLevel = result.monitored->kelvin.level;
+    }
     result.messages = _messages.all();
     result.told = _messages.messages();
 }

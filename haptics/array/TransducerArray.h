@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace midair::haptics
@@ -26,6 +27,9 @@ constexpr double kT4010A1Ringing_s = 190e-6;
 
 /// Longest time constant that an array may have, s: 50 times that of any 40 kHz transducer.
 constexpr double kMostRinging_s = 0.01;
+
+/// Largest gain of a transducer.
+constexpr double kMostGain = 1000.0;
 
 /// Phases and amplitudes that a device can play; the solver rounds to them.
 struct DriveResolution
@@ -66,6 +70,16 @@ struct TransducerArray
     /// Makes the transducers \a which, each 0 .. m - 1, in any order, dead: sets their gains to 0.
     /// Those that were dead before stay so.
     void setDead(const std::vector<int>& which);
+
+    /// Sets the gains of the transducers in \a which: index 0 .. m - 1, and a gain above 0. Those
+    /// that are dead must not be among them.
+    void setGains(const std::vector<std::pair<int, double>>& which);
+
+    /// Applies what users say of single transducers: \a dead, "17, 400-410", in addition to those
+    /// that are dead already, and \a weak, their gains: "17:0.5, 400-410:0.8". Throws InputError,
+    /// which names the entry, for texts that aren't understood, for numbers that the array doesn't
+    /// have, and for a transducer that is both.
+    void mark(const std::string& dead, const std::string& weak);
 
     /// The paper's device: 16 boards of 249 transducers as the eight sides of a prism around the y
     /// axis, 3984 in all; P0 = 2.73 Pa m and the paper's harmonics, with which P0 was derived.

@@ -1,5 +1,6 @@
 #include "haptics/array/BoardGrid.h"
 #include "haptics/array/TransducerArray.h"
+#include "haptics/array/TransducerMarks.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/JsonReader.h"
 
@@ -31,7 +32,7 @@ double phaseOffset(const Reader& reader, const Json& value, const std::string& p
 
 double gain(const Reader& reader, const Json& value, const std::string& path)
 {
-    return reader.number(value, path, 0.0, 1000.0, "a number from 0 to 1000");
+    return reader.number(value, path, 0.0, kMostGain, "a number from 0 to 1000");
 }
 
 Eigen::Vector3d position(const Reader& reader, const Json& value, const std::string& path)
@@ -314,23 +315,6 @@ void readBoards(const Reader& reader, const Json& list, TransducerArray& array, 
     }
 }
 
-void readDead(const Reader& reader, const Json& list, TransducerArray& array)
-{
-    const std::string right = fmt::format("the number of a transducer, 0 to {}", array.size() - 1);
-    reader.list(list, "dead", "a list of numbers of transducers, from 0");
-    std::vector<int> dead;
-    std::vector<bool> seen(static_cast<std::size_t>(array.size()));
-    for (const Json& item : list)
-    {
-        const std::string path = Reader::at("dead", dead.size());
-        const int i = reader.integer(item, path, 0, array.size() - 1, right);
-        if (seen[static_cast<std::size_t>(i)]) reader.wrong(path, item, "there once");
-        seen[static_cast<std::size_t>(i)] = true;
-        dead.push_back(i);
-    }
-    array.setDead(dead);
-}
-
 } // namespace
 
 TransducerArray TransducerArray::fromJson(const std::string& json, const std::string& source)
@@ -349,7 +333,8 @@ TransducerArray TransducerArray::fromJson(const std::string& json, const std::st
                    "amplitudeLevels",
                    "transducers",
                    "boards",
-                   "dead"});
+                   "dead",
+                   "weak"});
     TransducerArray array;
     if (const auto name = root.find("name"); name != root.end())
         array.name = reader.string(*name, "name");
@@ -382,7 +367,7 @@ TransducerArray TransducerArray::fromJson(const std::string& json, const std::st
     if (array.size() == 0)
         reader.fail("", "has no transducers; 'transducers' or 'boards' must list at least one");
     trimming.store(array);
-    if (root.contains("dead")) readDead(reader, root["dead"], array);
+    readMarks(reader, root, array);
     return array;
 }
 

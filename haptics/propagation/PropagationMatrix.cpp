@@ -182,7 +182,7 @@ float PropagationMatrix::rowInDouble(int block,
     for (int i = 0; i < width(block); ++i)
     {
         re[i] = im[i] = 0.0f;
-        if (offset(block) + i >= _transducers) continue;
+        if (offset(block) + i >= _transducers || isFiller(offset(block) + i)) continue;
         const int source = _order[static_cast<std::size_t>(offset(block) + i)];
         const Eigen::Vector3d d = r - _array.positions.col(source);
         const double R = std::max(d.norm(), kNearestDistance_m);

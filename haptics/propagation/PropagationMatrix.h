@@ -50,7 +50,10 @@ public:
     double unit_Pa() const { return _unit_Pa; }
 
     int points() const { return _points; }
+    /// Columns: of the transducers of a gain other than 0, or of all where none has one, so that
+    /// dead ones cost nothing; and a few that are 0 where these leave gaps (isFiller()).
     int transducers() const { return _transducers; }
+    int arraySize() const { return _array.size(); }   ///< all transducers, dead ones too
     int paddedTransducers() const { return _padded; } ///< length of every vector over transducers
     int blocks() const { return (_padded + kBlockWidth - 1) / kBlockWidth; }
     int offset(int block) const { return block * kBlockWidth; }
@@ -68,8 +71,22 @@ public:
     void build(const Eigen::Matrix3Xd& points);
 
     /// The matrix has its own order of transducers (compactOrder): column (lane) \a lane belongs to
-    /// transducer order()[lane].
+    /// transducer order()[lane]. Has transducers() entries.
     const std::vector<int>& order() const { return _order; }
+    /// Returns true if column \a lane is 0 and stands for no transducer; order() then repeats a
+    /// neighbour.
+    bool isFiller(int lane) const
+    {
+        return !_isFiller.empty() && _isFiller[static_cast<std::size_t>(lane)];
+    }
+    /// True if some lanes are fillers, or transducers of gain 0.
+    bool hasSilentLanes() const { return _hasSilentLanes; }
+    /// Returns true if column \a lane is 0, whatever it stands for.
+    bool isSilent(int lane) const
+    {
+        return isFiller(lane) || (_array.gain.size() > 0 &&
+                                  _array.gain[_order[static_cast<std::size_t>(lane)]] == 0.0);
+    }
 
     /// z = G* w for one block; z and q point to the whole vectors of paddedTransducers() floats.
     void backward(int block, const float* wRe, const float* wIm, float* zRe, float* zIm) const;
@@ -111,6 +128,7 @@ private:
         double nearest, farthest;
     };
 
+    void bindOrder();
     void bindGeometry();
     kernels::GroupGeometry bindGroup(int first, int count);
     void bindLane(int lane, int source, const Eigen::Vector3d& centre);
@@ -130,6 +148,8 @@ private:
     double _wavelength_m = 0.0, _beta = 0.0, _unit_Pa = 1.0;
     int _points = 0, _transducers = 0, _padded = 0, _capacity = 0;
     std::vector<int> _order;
+    std::vector<char> _isFiller; // for each lane; empty: none is
+    bool _hasSilentLanes = false;
     Eigen::Matrix3Xd _places;   // positions of the lanes, wavelengths
     Shell _bound{};             // of the array
     std::vector<Shell> _bounds; // of each block

@@ -18,6 +18,9 @@ namespace
 
 constexpr double kPlanar = 1e-7;           // largest distance from the plane, wavelengths
 constexpr double kMostDecayInGroup = 0.02; // up to here a parabola for exp has an error of 1e-6
+constexpr double kLeastBeta = 1e-9;        // Np/m
+constexpr double kWithin = 0.999;          // of a bound, since radii are rounded to floats
+constexpr double kMostPacked = 1.25;       // lanes of an order with gaps, over those without
 
 template<typename Matrix>
 bool sameEntries(const Matrix& a, const Matrix& b)
@@ -107,7 +110,7 @@ bool PropagationMatrix::bind(const TransducerArray& array, const Medium& medium)
     _wavelength_m = medium.wavelength(array.frequency_Hz);
     _beta = medium.attenuation(array.frequency_Hz);
     _unit_Pa = unitOf(array);
-    _transducers = array.size();
+    bindOrder();
     _padded = (_transducers + kernels::kLanes - 1) / kernels::kLanes * kernels::kLanes;
     _hasOffset = array.phaseOffset_rad.size() > 0;
     if (array.directivity == Directivity::T4010A1_HARMONICS) _cubic = cubicOf(array.directivity);
@@ -119,9 +122,42 @@ bool PropagationMatrix::bind(const TransducerArray& array, const Medium& medium)
     return true;
 }
 
+// Leaves out transducers of gain 0, whose columns would be 0: what reads G then reads less.
+void PropagationMatrix::bindOrder()
+{
+    std::vector<int> live;
+    live.reserve(static_cast<std::size_t>(_array.size()));
+    for (int i = 0; i < _array.size(); ++i)
+        if (_array.gain.size() == 0 || _array.gain[i] != 0.0) live.push_back(i);
+    if (live.empty())
+        for (int i = 0; i < _array.size(); ++i)
+            live.push_back(i);
+    _order = compactOrder(_array.positions(Eigen::all, live), kernels::kGroup);
+    for (int& i : _order)
+        i = live[static_cast<std::size_t>(i)];
+    _isFiller.clear();
+    // What is left may have gaps in other places than the array has; one group that spans one would
+    // have its block computed in double.
+    const double largest_m = kWithin * std::min(kernels::kLargestRadius * _wavelength_m,
+                                                kMostDecayInGroup / std::max(_beta, kLeastBeta));
+    if (static_cast<int>(live.size()) < _array.size() &&
+        !isCompact(_array.positions, _order, kernels::kGroup, largest_m))
+    {
+        PackedOrder other = packed(_array.positions, _order, kernels::kGroup, largest_m);
+        if (other.order.size() <= kMostPacked * static_cast<double>(_order.size()))
+        {
+            _order = std::move(other.order);
+            _isFiller = std::move(other.isFiller);
+        }
+    }
+    _transducers = static_cast<int>(_order.size());
+    _hasSilentLanes = false;
+    for (int lane = 0; lane < _transducers; ++lane)
+        _hasSilentLanes = _hasSilentLanes || isSilent(lane);
+}
+
 void PropagationMatrix::bindGeometry()
 {
-    _order = compactOrder(_array.positions, kernels::kGroup);
     _places.resize(3, _transducers);
     for (int lane = 0; lane < _transducers; ++lane)
         _places.col(lane) =
@@ -196,7 +232,7 @@ void PropagationMatrix::bindLane(int lane, int source, const Eigen::Vector3d& ce
     g[stride * 3] = static_cast<float>(d.squaredNorm());
     const double gain = _array.gain.size() > 0 ? _array.gain[source] : 1.0;
     g[stride * 7] =
-        lane < _transducers
+        lane < _transducers && !isFiller(lane)
             ? static_cast<float>(_array.sourceAmplitude_Pa_m / _unit_Pa * gain / _wavelength_m)
             : 0.0f;
     const double turns = _hasOffset ? _array.phaseOffset_rad[source] / base::kTwoPi : 0.0;

@@ -57,4 +57,69 @@ std::vector<int> compactOrder(const Eigen::Matrix3Xd& positions, int size)
     return order;
 }
 
+namespace
+{
+
+bool isCompactGroup(const Eigen::Matrix3Xd& positions,
+                    const int* first,
+                    std::size_t count,
+                    double largest_m)
+{
+    Eigen::Array3d low = positions.col(*first), high = low;
+    for (std::size_t k = 1; k < count; ++k)
+    {
+        low = low.min(positions.col(first[k]).array());
+        high = high.max(positions.col(first[k]).array());
+    }
+    const Eigen::Vector3d middle = 0.5 * (low + high);
+    for (std::size_t k = 0; k < count; ++k)
+        if ((positions.col(first[k]) - middle).norm() > largest_m) return false;
+    return true;
+}
+
+} // namespace
+
+bool isCompact(const Eigen::Matrix3Xd& positions,
+               const std::vector<int>& order,
+               int size,
+               double largest_m)
+{
+    const auto step = static_cast<std::size_t>(size);
+    for (std::size_t first = 0; first < order.size(); first += step)
+        if (!isCompactGroup(
+                positions, order.data() + first, std::min(step, order.size() - first), largest_m))
+            return false;
+    return true;
+}
+
+PackedOrder
+packed(const Eigen::Matrix3Xd& positions, const std::vector<int>& order, int size, double largest_m)
+{
+    PackedOrder all;
+    std::size_t first = 0; // of the group that is being filled
+    const auto endGroup = [&]
+    {
+        while (all.order.size() % static_cast<std::size_t>(size) != 0)
+        {
+            all.order.push_back(all.order[first]);
+            all.isFiller.push_back(1);
+        }
+        first = all.order.size();
+    };
+    for (const int transducer : order)
+    {
+        all.order.push_back(transducer);
+        const std::size_t count = all.order.size() - first;
+        if (count > 1 && !isCompactGroup(positions, all.order.data() + first, count, largest_m))
+        {
+            all.order.pop_back();
+            endGroup();
+            all.order.push_back(transducer);
+        }
+        all.isFiller.push_back(0);
+        if (all.order.size() - first == static_cast<std::size_t>(size)) first = all.order.size();
+    }
+    return all;
+}
+
 } // namespace midair::haptics

@@ -106,7 +106,8 @@ void CycleEqualizer::reserve()
             v->reserve(n);
         for (std::size_t lane = 0; lane < m; ++lane)
         {
-            const bool isPadding = lane >= _matrix.order().size();
+            const bool isPadding =
+                lane >= _matrix.order().size() || _matrix.isFiller(static_cast<int>(lane));
             field.q.set(lane,
                         isPadding ? std::complex<float>()
                                   : _fields[field.index][_matrix.order()[lane]]);
@@ -350,6 +351,7 @@ std::vector<Eigen::VectorXcf> CycleEqualizer::fields() const
         Eigen::VectorXcf& to = fields[field.index];
         for (std::size_t lane = 0; lane < _matrix.order().size(); ++lane)
         {
+            if (_matrix.isFiller(static_cast<int>(lane))) continue;
             std::complex<float>& one = to[_matrix.order()[lane]];
             one = std::abs(one) * played.at(lane);
         }

@@ -185,6 +185,8 @@ FieldMonitor::Result FieldMonitor::examine(const PlayedField& field)
                                                field.cycle.empty() ? alone : field.cycle,
                                                options);
         }
+        result.kelvin =
+            kelvinCost(field.points, field.q, *field.array, field.medium, 1, _stopWork.token());
         if (_options.certify && field.points.size() > 0)
             result.certificate =
                 _certifier.certify(field.points, *field.array, field.medium, field.q);

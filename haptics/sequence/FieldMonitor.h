@@ -1,6 +1,7 @@
 #pragma once
 
 #include "haptics/base/threads/StopToken.h"
+#include "haptics/propagation/KelvinCost.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/solvers/certificate/Certificate.h"
 #include "haptics/surface/SurfaceSampler.h"
@@ -62,6 +63,7 @@ public:
     {
         Certificate certificate;   ///< points == 0: none
         SurfaceStatistics surface; ///< samples == 0: none
+        KelvinCost kelvin;         ///< of q at points; level == 0: none
         std::uint64_t number = 0;  ///< PlayedField::number
         std::string error;         ///< why a field could not be certified or measured
     };

@@ -114,14 +114,32 @@ std::vector<Setting<S>> playing()
             .safety()};
 }
 
+std::vector<Setting<S>> transducers()
+{
+    return {Row<S>("dead",
+                   &S::dead,
+                   "transducers that are never driven, besides the array's own: 17, 400-410",
+                   8)
+                .safety(),
+            Row<S>("weak",
+                   &S::weak,
+                   "gains of transducers in place of the array's: 17:0.5, 400-410:0.8",
+                   8)
+                .safety()};
+}
+
 } // namespace
 
 // Files store rows in this order, version by version; .osgb is positional, so a row must keep its
 // place and its version.
 const SettingTable<FieldSettings>& fieldSettings()
 {
-    static const SettingTable<S> table(
-        joined<S>({air(), solver(), inherited<S>(solverSettings().rows()), points(), playing()}));
+    static const SettingTable<S> table(joined<S>({air(),
+                                                  solver(),
+                                                  inherited<S>(solverSettings().rows()),
+                                                  points(),
+                                                  playing(),
+                                                  transducers()}));
     return table;
 }
 

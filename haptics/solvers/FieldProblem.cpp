@@ -261,13 +261,24 @@ void FieldProblem::toLanes(const Eigen::VectorXcf& from, SplitVector& lanes) con
 {
     for (int lane = 0; lane < m(); ++lane)
         lanes.set(static_cast<std::size_t>(lane), from[G.order()[static_cast<std::size_t>(lane)]]);
+    clearSilent(lanes);
 }
 
 void FieldProblem::fromLanes(const SplitVector& lanes, Eigen::VectorXcf& to) const
 {
-    if (to.size() != m()) to.resize(m());
+    if (to.size() != arraySize()) to.resize(arraySize());
+    const bool hasSilent = G.hasSilentLanes();
+    if (hasSilent || m() < arraySize()) to.setZero();
     for (int lane = 0; lane < m(); ++lane)
-        to[G.order()[static_cast<std::size_t>(lane)]] = lanes.at(static_cast<std::size_t>(lane));
+        if (!hasSilent || !G.isSilent(lane))
+            to[G.order()[static_cast<std::size_t>(lane)]] =
+                lanes.at(static_cast<std::size_t>(lane));
+}
+
+void FieldProblem::clearSilent(SplitVector& v) const
+{
+    for (int lane = 0; lane < m() && G.hasSilentLanes(); ++lane)
+        if (G.isSilent(lane)) v.set(static_cast<std::size_t>(lane), 0.0f);
 }
 
 void FieldProblem::clearPadding(SplitVector& v)

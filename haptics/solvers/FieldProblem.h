@@ -93,7 +93,9 @@ public:
     void forget() { _fresh.assign(_fresh.size(), 0); }
 
     int n() const { return G.points(); }
+    /// Columns that are solved for: dead transducers are left out, see PropagationMatrix.
     int m() const { return G.transducers(); }
+    int arraySize() const { return G.arraySize(); } ///< all transducers, dead ones too
     const DriveResolution& drive() const { return _drive; }
     /// Returns true if more than half of the points have another one nearer than \a spacing
     /// wavelengths.
@@ -119,14 +121,16 @@ public:
     /// Sets \a to to unit amplitudes with the phases of \a from, rounded to the nearest level.
     void quantisePhases(const SplitVector& from, SplitVector& to);
     void clearPadding(SplitVector& v); ///< v_i = 0 for i >= m
+    /// v_i = 0 for columns of G that are 0: what they are driven with does nothing.
+    void clearSilent(SplitVector& v) const;
     /// Makes q playable by the device: amplitudes times \a scale, clipped to 1 and rounded to the
     /// nearest level, and phases rounded to the nearest level.
     void quantise(float scale);
 
     Eigen::MatrixXcf dense() const; ///< G (n x m) as one matrix, for methods that need columns
 
-    /// Copies \a q (m, in the array's order) into \a lanes (in the matrix's order, padded), and
-    /// back.
+    /// Copies \a q (arraySize(), in the array's order) into \a lanes (m(), in the matrix's order,
+    /// padded), and back; dead transducers get 0.
     void toLanes(const Eigen::VectorXcf& q, SplitVector& lanes) const;
     void fromLanes(const SplitVector& lanes, Eigen::VectorXcf& q) const;
 

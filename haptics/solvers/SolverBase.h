@@ -77,7 +77,7 @@ protected:
     /// Returns the factor, of modulus 1. \a levels over 0: q is on that many levels of phase, and
     /// stays on them.
     std::complex<float> alignToLast(FieldProblem& field, int levels = 0);
-    bool hasLast(const FieldProblem& field) const { return _last.q.size() == field.m(); }
+    bool hasLast(const FieldProblem& field) const { return _last.q.size() == field.arraySize(); }
     /// Returns true if the targets of this solve are in Pa.
     bool isAbsolute() const { return _absolute; }
     /// Returns the largest target, by which all targets were divided; in FieldProblem::unit_Pa() if

@@ -99,6 +99,7 @@ void SolverBase::makePlayable()
 
 void SolverBase::report(const Outcome& outcome, SolveReport& result)
 {
+    _field.clearSilent(_field.q); // no change of these is one of the drive
     if (!outcome.measured)
     {
         _field.forward(_field.q, _field.p);

@@ -127,6 +127,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     tellLines(start_s);
     if (standsBack()) return tellState();
     configure(*_given);
+    followThermometer();
     const bool fresh = collect(roots);
     keepInnerLimits();
     _snapshot.frame = frame;
@@ -164,6 +165,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
         _statistics.hands = _hands.hands();
         _statistics.touching = _hands.touching();
         _statistics.predicted_ms = 1e3 * _hands.predictedBy_s();
+        _statistics.temperature_C = _air_C;
         _statistics.collect_ms = (midair::base::steadySeconds() - start_s) * 1e3;
     }
     if (_thread && isReportDue(this)) keepReport(this, {statistics(), _settings, field()});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine-bridge/air/AirTemperature.h"
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "haptics/base/text/LineLimit.h"
 #include "haptics/base/text/MessageLog.h"
@@ -195,6 +196,7 @@ private:
     void openHands();
     void attachMouse();
     void listenAtCamera();
+    void followThermometer();
     void tellTouches();
     bool collect(const std::vector<SceneRoot>& roots);
     void configure(const HapticSettings& settings);
@@ -272,6 +274,8 @@ private:
     double _innerPressure_Pa = 0.0; ///< the strictest cap of scenes inside this one; 0: none
     double _innerAmplitude = 1.0;
     double _innerEarLimit_dB = 0.0; ///< likewise; 0: none
+    midair::bridge::AirTemperature _air;
+    double _air_C = 20.0; ///< temperature that fields are solved for
 
     NewestField _newest;
     std::atomic<bool> _muted{false};

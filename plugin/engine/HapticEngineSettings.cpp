@@ -43,6 +43,8 @@ bool playsAlike(HapticSettings a, const HapticSettings& b)
     a.enabled = b.enabled;
     a.array = b.array;
     a.arrayDescription = b.arrayDescription;
+    a.dead = b.dead;
+    a.weak = b.weak;
     a.device = b.device;
     a.calibration = b.calibration;
     a.metresPerUnit = b.metresPerUnit;
@@ -51,6 +53,7 @@ bool playsAlike(HapticSettings a, const HapticSettings& b)
     a.shadows = b.shadows;
     a.prediction = b.prediction;
     a.trackerDelay = b.trackerDelay;
+    a.temperatureSource = b.temperatureSource; // followThermometer() sets the temperature
     a.wishes = b.wishes;
     a.isSilenced = b.isSilenced;
     a.whySilenced = b.whySilenced;
@@ -121,9 +124,10 @@ bool HapticEngine::suits(const HapticEngine& other) const
     if (!alive || !_given->enabled || _isRehearsed != other._isRehearsed) return false;
     const HapticSettings& a = *_given;
     const HapticSettings& b = *other._given;
-    return a.array == b.array && a.device == b.device && a.arrayDescription == b.arrayDescription &&
-           a.calibration == b.calibration && a.metresPerUnit == b.metresPerUnit &&
-           a.wishes.array == b.wishes.array && a.wishes.device == b.wishes.device &&
+    return a.array == b.array && a.device == b.device && a.dead == b.dead && a.weak == b.weak &&
+           a.arrayDescription == b.arrayDescription && a.calibration == b.calibration &&
+           a.metresPerUnit == b.metresPerUnit && a.wishes.array == b.wishes.array &&
+           a.wishes.device == b.wishes.device &&
            (!(a.wishes.array || a.wishes.device) || a.wishes.folder == b.wishes.folder) &&
            _owner.outer().empty();
 }
@@ -208,6 +212,22 @@ void HapticEngine::configure(const HapticSettings& given)
     _toArray = parts.pose.matrix();
     _toArray.topLeftCorner<3, 3>() *= _settings.metresPerUnit;
     _collector.configure(_toArray, _settings.shadows);
+    // A scene that is disabled opens nothing, but keeps a source that is open.
+    _air.setSource(_settings.enabled || _settings.temperatureSource.empty()
+                       ? _settings.temperatureSource
+                       : _air.source());
+    _air_C = _air.at(midair::base::steadySeconds(), _settings.temperature);
+    applyToThread();
+}
+
+// Only the air changes: the device stays open, and the next field starts from the last one.
+void HapticEngine::followThermometer()
+{
+    const double now_C = _air.at(midair::base::steadySeconds(), _settings.temperature);
+    for (Message& message : _air.takeMessages())
+        say(std::move(message));
+    if (now_C == _air_C) return;
+    _air_C = now_C;
     applyToThread();
 }
 
@@ -276,11 +296,13 @@ void HapticEngine::applyToThread()
 {
     if (!_settings.enabled) return;
     HapticSettings wanted = _settings;
+    wanted.temperature = _air_C;
     wanted.maxPressure = midair::device::stricterPressure(_settings.maxPressure, _innerPressure_Pa);
     wanted.maxAmplitude = std::min(_settings.maxAmplitude, _innerAmplitude);
     wanted.earLimit = midair::device::stricterPressure(_settings.earLimit, _innerEarLimit_dB);
     const bool isOpen = _isOpen && wanted.array == _applied.array &&
-                        wanted.device == _applied.device &&
+                        wanted.device == _applied.device && wanted.dead == _applied.dead &&
+                        wanted.weak == _applied.weak &&
                         wanted.arrayDescription == _applied.arrayDescription;
     const bool isSame = isOpen && playsAlike(wanted, _applied);
     _applied = std::move(wanted);
@@ -322,6 +344,8 @@ HapticEngine::pipelineMaker(const midair::bridge::HologramOptions& options) cons
     return [options = midair::bridge::HologramOptions(options),
             name = _applied.array,
             described = _applied.arrayDescription,
+            dead = _applied.dead,
+            weak = _applied.weak,
             isRefused = _isArrayRefused,
             loaded = _array,
             watch = _watch]() mutable
@@ -334,6 +358,7 @@ HapticEngine::pipelineMaker(const midair::bridge::HologramOptions& options) cons
             *watch = midair::haptics::ArrayFileWatch(name);
             options.array =
                 name.empty() ? arrayOf(*described) : midair::haptics::TransducerArray::load(name);
+            options.array.mark(dead, weak);
         }
         catch (const std::exception& error)
         {

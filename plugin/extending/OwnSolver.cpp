@@ -109,12 +109,13 @@ void OwnSolver::build(const TransducerArray& array, const Medium& medium)
 {
     _lanes.bind(array, medium);
     _lanes.build(_wanted.positions);
-    _matrix.resize(_wanted.size(), array.size());
+    _matrix.setZero(_wanted.size(), array.size()); // dead transducers have no lane
     const auto unit_Pa = static_cast<float>(_lanes.unit_Pa());
     const std::vector<int>& order = _lanes.order();
     for (int l = 0; l < _wanted.size(); ++l)
-        for (int lane = 0; lane < array.size(); ++lane)
-            _matrix(l, order[static_cast<std::size_t>(lane)]) = unit_Pa * _lanes.at(l, lane);
+        for (int lane = 0; lane < _lanes.transducers(); ++lane)
+            if (!_lanes.isFiller(lane))
+                _matrix(l, order[static_cast<std::size_t>(lane)]) = unit_Pa * _lanes.at(l, lane);
 }
 
 // Returns why there is no field; empty: there is one.

@@ -158,6 +158,16 @@ std::vector<Setting<S>> contacts()
             .range(0.0, 0.1, "m")};
 }
 
+std::vector<Setting<S>> thermometer()
+{
+    return {Row<S>("temperatureSource",
+                   &S::temperatureSource,
+                   "file or pipe of a thermometer, a reading in C a line, that the temperature "
+                   "follows, or a name from the user's grants",
+                   8)
+                .variable("TEMPERATURE_SOURCE")};
+}
+
 /// Parses "2", "50 %", "2 relative", "500 Pa", "1.2kPa". Without a unit it stays the one that was
 /// set.
 bool setPressure(P& property, const std::string& text)
@@ -321,7 +331,8 @@ const SettingTable<HapticSettings>& sceneSettings()
                    hands(),
                    ears(),
                    prediction(),
-                   contacts()}));
+                   contacts(),
+                   thermometer()}));
     return table;
 }
 
@@ -336,6 +347,7 @@ std::optional<std::string> HapticWishes::*wishOf(const std::string& setting)
     if (setting == "array") return &HapticWishes::array;
     if (setting == "device") return &HapticWishes::device;
     if (setting == "hands") return &HapticWishes::hands;
+    if (setting == "temperatureSource") return &HapticWishes::temperatureSource;
     return nullptr;
 }
 

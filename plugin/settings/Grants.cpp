@@ -259,7 +259,38 @@ HapticSettings Grants::apply(HapticSettings settings,
     applyDevice(settings, told);
     applyArray(settings, told);
     applyHands(settings, told);
+    applyThermometer(settings, told);
     return settings;
+}
+
+// A reading is a number within a range, so a file beside the scene does no harm; other files may
+// tell what is in them by what is said of them.
+void Grants::applyThermometer(HapticSettings& settings, const Told& told) const
+{
+    const std::string asked = settings.temperatureSource;
+    if (asked.empty()) return;
+    if (const std::string* granted = find(asked))
+    {
+        settings.temperatureSource = *granted;
+        return;
+    }
+    if (settings.wishes.temperatureSource != asked) return;
+    try
+    {
+        settings.temperatureSource = besideScene(settings.wishes, asked);
+    }
+    catch (const std::runtime_error& why)
+    {
+        settings.temperatureSource.clear();
+        told.refuse(MessageCode::GRANTS_REFUSED,
+                    "the thermometer",
+                    asked,
+                    std::string(why.what()) +
+                        "; the temperature is the one that is set. To grant it: "
+                        "OSG_MIDAIR_TEMPERATURE_SOURCE, -O temperatureSource=.., or a name for it "
+                        "in " +
+                        grantsFile());
+    }
 }
 
 void Grants::applyDevice(HapticSettings& settings, const Told& told) const

@@ -51,6 +51,7 @@ private:
     void applyDevice(HapticSettings& settings, const Told& told) const;
     void applyArray(HapticSettings& settings, const Told& told) const;
     void applyHands(HapticSettings& settings, const Told& told) const;
+    void applyThermometer(HapticSettings& settings, const Told& told) const;
 
     Names _names;
     bool _trustsScenes;

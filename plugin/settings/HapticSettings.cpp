@@ -1,4 +1,7 @@
+#include "haptics/array/TransducerArray.h"
+#include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
+#include "haptics/base/text/IndexList.h"
 #include "haptics/base/text/Quantity.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Assignments.h"
@@ -10,6 +13,26 @@
 
 namespace osgMidair
 {
+
+namespace
+{
+
+/// Returns what the InputError of \a read says, or an empty text.
+template<typename Read>
+std::string refusalOf(const Read& read)
+{
+    try
+    {
+        read();
+    }
+    catch (const midair::base::InputError& error)
+    {
+        return error.what();
+    }
+    return {};
+}
+
+} // namespace
 
 bool HapticSettings::set(const std::string& name, const std::string& value, std::string& error)
 {
@@ -62,16 +85,24 @@ std::vector<std::string> HapticSettings::repair()
         said.push_back(std::move(what));
     }
     // No row judges a text.
-    if (std::vector<osg::Vec3d> places; !parsePlaces(earPoints, places))
+    const auto refuse = [&](const std::string& why, std::string& text)
     {
-        const std::string what =
-            "earPoints is \"" + earPoints + "\", should be x y z; x y z .. in m; nothing is played";
+        const std::string what = why + "; nothing is played";
         isSilenced = true;
         if (std::find(whySilenced.begin(), whySilenced.end(), what) == whySilenced.end())
             whySilenced.push_back(what);
         said.push_back(what);
-        earPoints.clear();
-    }
+        text.clear();
+    };
+    if (std::vector<osg::Vec3d> places; !parsePlaces(earPoints, places))
+        refuse("earPoints is \"" + earPoints + "\", should be x y z; x y z .. in m", earPoints);
+    using namespace midair::base;
+    if (const std::string why = refusalOf([&] { parseIndices(dead, "dead"); }); !why.empty())
+        refuse(why, dead);
+    if (const std::string why =
+            refusalOf([&] { parseIndexedNumbers(weak, "weak", midair::haptics::kMostGain); });
+        !why.empty())
+        refuse(why, weak);
     return said;
 }
 

@@ -19,6 +19,7 @@ std::string nameBeside(const std::string& folder, const std::string& name)
 void lookBeside(const std::string& folder, HapticSettings& settings)
 {
     settings.array = nameBeside(folder, settings.array);
+    settings.temperatureSource = nameBeside(folder, settings.temperatureSource);
     if (auto recorded = RecordedUri::parse(settings.hands))
     {
         recorded->file = nameBeside(folder, recorded->file);

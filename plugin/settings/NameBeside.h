@@ -13,8 +13,8 @@ namespace osgMidair
 /// itself if it is absolute, or if there is no such file.
 std::string nameBeside(const std::string& folder, const std::string& name);
 
-/// Looks up the array and the recording of hands in \a settings beside the user's own file that
-/// they are from, as nameBeside() does.
+/// Looks up the array, the thermometer and the recording of hands in \a settings beside the user's
+/// own file that they are from, as nameBeside() does.
 OSGMIDAIR_FOR_TESTS void lookBeside(const std::string& folder, HapticSettings& settings);
 
 } // namespace osgMidair

@@ -93,7 +93,8 @@ void makeWishes(HapticSettings& settings, const std::string& folder)
         if (value != none.*member && !isUsers(row, value)) settings.wishes.*wish = value;
     }
     const HapticWishes& wishes = settings.wishes;
-    if (wishes.array || wishes.device || wishes.hands) settings.wishes.folder = folder;
+    if (wishes.array || wishes.device || wishes.hands || wishes.temperatureSource)
+        settings.wishes.folder = folder;
 }
 
 std::string cutListWarning(const std::string& word)

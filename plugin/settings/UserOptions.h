@@ -18,8 +18,8 @@ OSGMIDAIR_FOR_TESTS std::string userOptions();
 /// options for other readers are ignored.
 void applyUserOptions(HapticSettings& settings);
 
-/// Turns the device, array and hands of \a settings into wishes, unless they are the defaults or
-/// the user's options set the same values. \a folder: folder of the file.
+/// Turns the device, array, hands and thermometer of \a settings into wishes, unless they are the
+/// defaults or the user's options set the same values. \a folder: folder of the file.
 OSGMIDAIR_FOR_TESTS void makeWishes(HapticSettings& settings, const std::string& folder);
 
 /// Returns a warning if \a word, which has no "=", looks like the rest of a list of devices that

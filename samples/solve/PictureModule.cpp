@@ -108,6 +108,68 @@ std::string drawProbes(const Solution& solution, const std::string& title, const
     return message;
 }
 
+/// The rows of \a deviation as curves of percent over its values, \a scale of them; with the
+/// nominal array at 0.
+CurvePanel tolerancePanel(const haptics::ToleranceStudy& study,
+                          haptics::Deviation deviation,
+                          const std::string& name,
+                          double scale)
+{
+    std::vector<haptics::ToleranceRow> rows = {study.nominal};
+    for (const haptics::ToleranceRow& row : study.rows)
+        if (row.deviation == deviation) rows.push_back(row);
+    std::sort(
+        rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
+    const auto count = static_cast<Eigen::Index>(rows.size());
+    Eigen::VectorXd x(count), rms(count), quieter(count), focus(count);
+    for (Eigen::Index k = 0; k < count; ++k)
+    {
+        const haptics::ToleranceRow& row = rows[static_cast<std::size_t>(k)];
+        x[k] = scale * row.value;
+        rms[k] = 100.0 * row.rms;
+        quieter[k] = 100.0 * (1.0 - row.loudness / study.nominal.loudness);
+        focus[k] = 100.0 * (1.0 - row.focus);
+    }
+    CurvePanel panel;
+    panel.xName = name;
+    panel.yName = "%";
+    panel.curves = {{x, rms, "rms error"}, {x, quieter, "quieter by"}, {x, focus, "focus lost"}};
+    return panel;
+}
+
+// What is lost, in percent, a panel for each deviation.
+std::string
+drawTolerance(const Solution& solution, const std::string& title, const std::string& path)
+{
+    const haptics::ToleranceStudy& study = *solution.tolerance;
+    CurvePlot plot;
+    plot.title = title + ": what tolerances cost";
+    plot.caption = fmt::format("medians of {} random arrays a value; as meant: rms {:.2f} %, E "
+                               "{:.3f}",
+                               study.draws,
+                               100.0 * study.nominal.rms,
+                               study.nominal.loudness);
+    using haptics::Deviation;
+    struct Axis
+    {
+        Deviation deviation;
+        const char* name;
+        double scale;
+    };
+    for (const Axis& axis : {Axis{Deviation::POSITION, "boards displaced (mm rms)", 1e3},
+                             Axis{Deviation::TILT, "boards turned (degrees rms)", 1.0},
+                             Axis{Deviation::PHASE, "phases off (degrees rms)", 1.0},
+                             Axis{Deviation::TEMPERATURE, "air warmer (K)", 1.0},
+                             Axis{Deviation::DEAD, "transducers dead (%)", 100.0}})
+        if (std::any_of(study.rows.begin(),
+                        study.rows.end(),
+                        [&axis](const auto& row) { return row.deviation == axis.deviation; }))
+            plot.panels.push_back(tolerancePanel(study, axis.deviation, axis.name, axis.scale));
+    std::string message;
+    writeCurvePlot(path, plot, &message);
+    return message;
+}
+
 } // namespace
 
 } // namespace midair::samples
@@ -122,11 +184,15 @@ extern "C" void midairDrawPicture(const midair::samples::Solution& solution,
     {
         midair::base::useInstructionSet(set);
         problem = midair::samples::draw(solution, title, path);
-        if (!solution.probe) return;
-        const std::string probes =
-            std::filesystem::path(path).replace_filename("probe.png").string();
-        const std::string second = midair::samples::drawProbes(solution, title, probes);
-        if (!second.empty()) problem += (problem.empty() ? "" : "; ") + second;
+        const auto beside = [&path](const char* name)
+        { return std::filesystem::path(path).replace_filename(name).string(); };
+        const auto add = [&problem](const std::string& second)
+        {
+            if (!second.empty()) problem += (problem.empty() ? "" : "; ") + second;
+        };
+        if (solution.probe) add(midair::samples::drawProbes(solution, title, beside("probe.png")));
+        if (solution.tolerance)
+            add(midair::samples::drawTolerance(solution, title, beside("tolerance.png")));
     }
     catch (const std::exception& error)
     {

@@ -7,6 +7,7 @@
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/points/FittedLevel.h"
+#include "haptics/propagation/KelvinCost.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/propagation/ReferencePropagation.h"
@@ -245,6 +246,25 @@ void rateRinging(const SolveArguments& arguments, Solution& solution)
                        *solution.parts.ringing);
 }
 
+/// Rates what 1 K costs the field, or the first of the fields in turn that has points.
+void rateKelvin(const SolveArguments& arguments, Solution& solution)
+{
+    const haptics::FieldSequence& sequence = solution.sequence;
+    if (sequence.evened) return;
+    for (std::size_t k = 0; k < std::min(sequence.parts.size(), sequence.fields.size()); ++k)
+    {
+        if (sequence.parts[k].size() == 0) continue;
+        const haptics::KelvinCost cost = haptics::kelvinCost(sequence.parts[k],
+                                                             sequence.fields[k],
+                                                             solution.scene.array,
+                                                             solution.scene.medium,
+                                                             arguments.settings.threads);
+        solution.sequence.report.kelvinRms = cost.rms;
+        solution.sequence.report.kelvinLevel = cost.level;
+        return;
+    }
+}
+
 /// Certifies the field, or the first of the fields in turn that has points.
 void certify(Solution& solution)
 {
@@ -285,11 +305,15 @@ Solution solveAll(const SolveArguments& arguments)
     const bool isModel = arguments.pointsFile.empty();
     if (isModel && solution.points.size() > 0) measureSurface(arguments, solution);
     rateRinging(arguments, solution);
+    rateKelvin(arguments, solution);
     if (asksForProbes(arguments))
         solution.probe = probe(arguments,
                                probePlaces(arguments, solution.points.positions, solution.scene),
                                solution.sequence,
                                solution.scene);
+    if (arguments.hasTolerance)
+        solution.tolerance = haptics::toleranceOf(
+            solution.sequence, solution.scene.array, solution.scene.medium, arguments.tolerance);
     if (arguments.certify && solution.parts.evened)
         std::fprintf(stderr,
                      "midair-solve: no certificate: no field of a cycle that is evened out is for "

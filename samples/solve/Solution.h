@@ -28,7 +28,8 @@ struct Solution
     Eigen::VectorXd achieved_Pa;
     Eigen::VectorXd target_Pa; ///< n; relative targets are at the level that was reached
     SummaryParts parts;
-    std::optional<ProbeTraces> probe; ///< if it was asked for
+    std::optional<ProbeTraces> probe;                 ///< if it was asked for
+    std::optional<haptics::ToleranceStudy> tolerance; ///< likewise
     std::shared_ptr<const SolveEars> ears;
 };
 

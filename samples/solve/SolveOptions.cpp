@@ -7,6 +7,7 @@
 #include "haptics/solvers/SolverSettings.h"
 #include "samples/QuantityOption.h"
 #include "samples/SettingOptions.h"
+#include "samples/solve/SolveTolerance.h"
 
 #include <map>
 #include <memory>
@@ -184,6 +185,7 @@ void addOptions(CLI::App& app, SolveArguments& arguments)
          {"--size", "--position", "--rotation-deg", "--spacing", "--sampling", "--pressure"})
         app.get_option("--points-file")->excludes(name);
     addProbeOptions(app, arguments);
+    addToleranceOptions(app, arguments);
     app.add_flag(
         "--certify",
         arguments.certify,

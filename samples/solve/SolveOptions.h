@@ -2,6 +2,7 @@
 
 #include "haptics/points/ControlPointSelector.h"
 #include "haptics/surface/SurfaceSampler.h"
+#include "haptics/tolerance/ToleranceStudy.h"
 
 #include <osgMidair/FieldSettings>
 
@@ -48,6 +49,8 @@ struct SolveArguments
     double ringing_s = -1.0;      ///< 0 .. 0.01; in place of the array's; -1: the array's
     double modulation_Hz = 0.0;   ///< 0 .. 500; amplitude modulation of all that is played
     bool certify = false;
+    bool hasTolerance = false;           ///< what is left where array and air deviate
+    haptics::ToleranceOptions tolerance; ///< of one thread
     bool outline = false;
     haptics::Sampling sampling = haptics::Sampling::SURFACE;
 };

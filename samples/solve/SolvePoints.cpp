@@ -90,6 +90,7 @@ SolveScene loadScene(const SolveArguments& arguments)
 {
     SolveScene scene;
     scene.array = haptics::TransducerArray::load(arguments.array);
+    scene.array.mark(arguments.settings.dead, arguments.settings.weak);
     if (keepToSignal(scene.array.drive))
         std::fprintf(stderr,
                      "midair-solve: the array has finer phases than the 256 levels of a drive: "

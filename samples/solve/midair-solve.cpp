@@ -5,6 +5,7 @@
 #include "haptics/probe/PressureProbe.h"
 #include "samples/solve/Picture.h"
 #include "samples/solve/Solution.h"
+#include "samples/solve/SolveTolerance.h"
 
 #include <cstdio>
 #include <filesystem>
@@ -42,6 +43,7 @@ void writeAll(const Solution& solution,
                  solution.scene.medium,
                  solution.sequence.report,
                  solution.parts);
+    if (solution.tolerance) writeTolerance(folder + "/tolerance.csv", *solution.tolerance);
     if (solution.probe) writeProbe(folder, *solution.probe, solution.scene.medium);
     if (hasEars) solution.ears->write(folder + "/exposure.csv", solution.sequence.fields);
     const std::string problem = drawPicture(solution, title, folder + "/field.png");
@@ -106,6 +108,10 @@ void printSummary(const Solution& solution, const std::string& folder)
     std::printf(
         "error       rms %.3f %%, largest %.3f %%\n", 100.0 * report.rms, 100.0 * report.max);
     std::printf("level       %.0f Pa peak, loudness E %.3f\n", report.level_Pa, report.loudness);
+    if (report.kelvinLevel > 0.0)
+        std::printf("air         1 K warmer: rms %.3f %%, level %.1f %%\n",
+                    100.0 * report.kelvinRms,
+                    100.0 * report.kelvinLevel);
     if (solution.parts.fields > 1)
         std::printf(
             "in turn     %d fields at %.0f/s: mean phase step %.2f rad, audible change %.2f "
@@ -147,6 +153,7 @@ void printSummary(const Solution& solution, const std::string& folder)
                     100.0 * solution.parts.certificate->gapOfPhases(),
                     100.0 * solution.parts.certificate->gap(),
                     solution.parts.certificate->total_ms);
+    if (solution.tolerance) printTolerance(*solution.tolerance);
     if (solution.probe) printProbes(*solution.probe, solution.scene.medium);
     if (!report.message.empty()) std::printf("note        %s\n", report.message.c_str());
     std::printf("written to  %s\n", folder.c_str());

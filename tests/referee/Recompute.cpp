@@ -61,6 +61,30 @@ struct Errors
     int surelyShort = 0, perhapsShort = 0;
 };
 
+Errors errorsOf(const Eigen::VectorXd& y, const Eigen::VectorXd& a, double s);
+
+/// Adds what 1 K costs the field \a q for \a points to \a figures.
+void rateKelvin(const Recorded& recorded,
+                const haptics::ControlPoints& points,
+                const Eigen::VectorXcd& q,
+                std::map<std::string, Truth>& figures)
+{
+    haptics::Medium warmer = recorded.medium;
+    warmer.temperature_C += 1.0;
+    const auto pressures = [&](const haptics::Medium& air) -> Eigen::VectorXd
+    {
+        return (haptics::referencePropagationMatrix(points.positions, recorded.array, air) * q)
+            .cwiseAbs();
+    };
+    const Eigen::VectorXd& a = points.targets;
+    const Eigen::VectorXd y = pressures(warmer);
+    const double level = y.dot(a) / a.dot(a);
+    const double rms = std::sqrt(errorsOf(y, a, points.absolute ? 1.0 : level).rms);
+    const double share = y.dot(a) / pressures(recorded.medium).dot(a);
+    figures["kelvinRms"] = {rms, rms, false};
+    figures["kelvinLevel"] = {share, share, false};
+}
+
 Errors errorsOf(const Eigen::VectorXd& y, const Eigen::VectorXd& a, double s)
 {
     Errors errors;
@@ -286,7 +310,12 @@ void Recomputer::rateRinging(Recomputed& result) const
 void Recomputer::rateSurface(const Update& update, Recomputed& result)
 {
     const haptics::SurfaceStatistics& told = update.report.surface;
-    if (told.samples == 0 || !_recorded.mesh) return;
+    if (told.samples == 0 || !_recorded.mesh)
+    {
+        set(result, "kelvinRms", 0.0);
+        set(result, "kelvinLevel", 0.0);
+        return;
+    }
     const bool isNew = _surface.empty() || told.mean_Pa != _toldSurface.mean_Pa ||
                        told.offMean_Pa != _toldSurface.offMean_Pa;
     _toldSurface = told;
@@ -298,6 +327,7 @@ void Recomputer::rateSurface(const Update& update, Recomputed& result)
         for (const Part& part : candidate.parts)
             fields.push_back(playedIn(part));
         std::map<std::string, Truth> truth = surfaceFigures(_recorded, candidate, fields);
+        rateKelvin(_recorded, candidate.parts.front().points, fields.front(), truth);
         const double on = told.mean_Pa / truth["surface.mean_Pa"].least;
         const double off = told.offMean_Pa / truth["surface.offMean_Pa"].least;
         const bool isIt = std::max(std::fabs(on - 1.0), std::fabs(off - 1.0)) < kSameSurface;

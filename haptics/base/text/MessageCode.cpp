@@ -10,6 +10,7 @@ const std::vector<MessageKind>& messageKinds()
     using C = MessageCode;
     using S = Severity;
     static const std::vector<MessageKind> all = {
+        {C::AIR_TEMPERATURE, "air.temperature", S::WARNING, false},
         {C::ARRAY_DEAD, "array.dead", S::FAULT, true},
         {C::ARRAY_INVALID, "array.invalid", S::FAULT, false},
         {C::ARRAY_READ_AGAIN, "array.reread", S::NOTICE, true},

@@ -16,6 +16,7 @@ enum class Severity
 /// What a message is about. There is no message without; plugin/MESSAGES.md has a line for each.
 enum class MessageCode
 {
+    AIR_TEMPERATURE,
     ARRAY_DEAD,
     ARRAY_INVALID,
     ARRAY_READ_AGAIN,

@@ -21,7 +21,7 @@ constexpr float kInnerTolerance = 0.05f; // residual over the first one at which
 
 Eigen::VectorXcf currentPhases(const FieldProblem& field)
 {
-    Eigen::VectorXcf q(field.m());
+    Eigen::VectorXcf q;
     field.fromLanes(field.q, q);
     return q;
 }
@@ -39,7 +39,7 @@ Eigen::VectorXcf playedPhases(FieldProblem& field)
                            field.q.im.data(),
                            field.z.re.data(),
                            field.z.im.data());
-    Eigen::VectorXcf q(field.m());
+    Eigen::VectorXcf q;
     field.fromLanes(field.z, q);
     return q;
 }

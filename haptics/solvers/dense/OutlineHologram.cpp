@@ -208,7 +208,8 @@ std::vector<OutlineHologram::Candidate>
 OutlineHologram::begin(const Scene& scene, double floor_Pa, OutlineReport& report)
 {
     std::vector<Candidate> candidates;
-    const bool warm = _options.warmStart && _last.size() == _field.m() && _lastPoints == _field.n();
+    const bool warm =
+        _options.warmStart && _last.size() == _field.arraySize() && _lastPoints == _field.n();
     const int starts = warm ? 1 : _options.starts;
     for (int k = 0; k < starts; ++k)
     {
@@ -310,7 +311,8 @@ OutlineReport OutlineHologram::solve(const std::vector<Outline>& outlines,
 
     OutlineReport report;
     place(scene, _options.spacing * wavelength_m);
-    const bool warm = _options.warmStart && _last.size() == _field.m() && _lastPoints == _field.n();
+    const bool warm =
+        _options.warmStart && _last.size() == _field.arraySize() && _lastPoints == _field.n();
     if (!warm) _lastApart = solveApart(scene, wavelength_m);
     report.apart = _lastApart;
     const double floor_Pa = _options.loudness * report.apart.mean_Pa;

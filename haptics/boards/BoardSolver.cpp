@@ -1,0 +1,219 @@
+#include "haptics/boards/BoardSolver.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+
+#include <algorithm>
+#include <cmath>
+
+namespace midair::haptics
+{
+
+namespace
+{
+
+constexpr int kMostSteps = 200;
+constexpr double kEnough_m = 1e-9; // a step that is shorter ends the fit
+constexpr double kHuber = 1.5;     // sigmas
+
+/// Huber's cost of a residual in sigmas, and the weight that has its slope.
+double huberCost(double r)
+{
+    const double size = std::fabs(r);
+    return size <= kHuber ? 0.5 * r * r : kHuber * (size - 0.5 * kHuber);
+}
+
+double huberWeight(double r)
+{
+    return std::fabs(r) <= kHuber ? 1.0 : kHuber / std::fabs(r);
+}
+
+} // namespace
+
+BoardSolver::BoardSolver(const TransducerArray& array,
+                         const BoardMeasurements& measurements,
+                         double soundSpeed_m_s) :
+    _array(array),
+    _measurements(measurements),
+    _soundSpeed_m_s(soundSpeed_m_s),
+    _boards(boardsOf(array))
+{
+    for (std::size_t b = 0; b < _boards.size(); ++b)
+        _boardOf.insert(
+            _boardOf.end(), static_cast<std::size_t>(_boards[b].count), static_cast<int>(b));
+    _parameters = 6 * boards();
+    for (const MeasuredPlace& place : measurements.places)
+    {
+        _parameterOfPlace.push_back(place.isKnown ? -1 : _parameters);
+        _parameters += place.isKnown ? 0 : 3;
+    }
+    const bool hasTimes = std::any_of(measurements.all.begin(),
+                                      measurements.all.end(),
+                                      [](const BoardMeasurement& one) { return one.isTime; });
+    if (hasTimes) _parameterOfDelay = _parameters++;
+}
+
+BoardState BoardSolver::start() const
+{
+    BoardState state;
+    state.motion.assign(_boards.size(), Eigen::Isometry3d::Identity());
+    for (const MeasuredPlace& place : _measurements.places)
+        state.places.push_back(place.position);
+    return state;
+}
+
+int BoardSolver::boardOf(const MeasuredEnd& end) const
+{
+    return end.transducer < 0 ? -1 : _boardOf[static_cast<std::size_t>(end.transducer)];
+}
+
+Eigen::Vector3d BoardSolver::at(const MeasuredEnd& end, const BoardState& state) const
+{
+    if (end.place >= 0) return state.places[static_cast<std::size_t>(end.place)];
+    const Eigen::Vector3d place = _array.positions.col(end.transducer);
+    return state.motion[static_cast<std::size_t>(boardOf(end))] * place;
+}
+
+Eigen::Vector3d BoardSolver::middleOf(int board, const BoardState& state) const
+{
+    const auto b = static_cast<std::size_t>(board);
+    return state.motion[b] * haptics::middleOf(_array, _boards[b]);
+}
+
+Eigen::VectorXd BoardSolver::residuals_m(const BoardState& state) const
+{
+    Eigen::VectorXd r(static_cast<Eigen::Index>(_measurements.all.size()));
+    for (Eigen::Index k = 0; k < r.size(); ++k)
+    {
+        const BoardMeasurement& one = _measurements.all[static_cast<std::size_t>(k)];
+        const double distance_m = (at(one.from, state) - at(one.to, state)).norm();
+        r[k] = one.isTime ? distance_m + state.delay_m - _soundSpeed_m_s * one.time_s
+                          : distance_m - one.distance_m;
+    }
+    return r;
+}
+
+// d|x - y| = u.(dx - dy) with u = (x - y)/|x - y|; a turn w about the middle c moves x by
+// w x (x - c), so that its part is w.((x - c) x u).
+void BoardSolver::addEnd(const MeasuredEnd& end,
+                         const Eigen::Vector3d& along,
+                         const BoardState& state,
+                         Eigen::Ref<Eigen::RowVectorXd> row) const
+{
+    if (end.place >= 0)
+    {
+        const int first = _parameterOfPlace[static_cast<std::size_t>(end.place)];
+        if (first >= 0) row.segment<3>(first) += along.transpose();
+        return;
+    }
+    const int board = boardOf(end);
+    const Eigen::Vector3d arm = at(end, state) - middleOf(board, state);
+    row.segment<3>(parameterOf(board)) += along.transpose();
+    row.segment<3>(parameterOf(board) + 3) += arm.cross(along).transpose() / kArm_m;
+}
+
+Eigen::MatrixXd BoardSolver::jacobian(const BoardState& state) const
+{
+    Eigen::MatrixXd J =
+        Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(_measurements.all.size()), _parameters);
+    Eigen::RowVectorXd row(_parameters);
+    for (Eigen::Index k = 0; k < J.rows(); ++k)
+    {
+        const BoardMeasurement& one = _measurements.all[static_cast<std::size_t>(k)];
+        const Eigen::Vector3d along = (at(one.from, state) - at(one.to, state)).stableNormalized();
+        row.setZero();
+        addEnd(one.from, along, state, row);
+        addEnd(one.to, -along, state, row);
+        if (one.isTime) row[_parameterOfDelay] += 1.0;
+        J.row(k) = row;
+    }
+    return J;
+}
+
+Eigen::MatrixXd BoardSolver::rigidMotions(const BoardState& state) const
+{
+    Eigen::MatrixXd moves = Eigen::MatrixXd::Zero(_parameters, 6);
+    const auto setPlace = [&](int first, const Eigen::Vector3d& place)
+    {
+        moves.block<3, 3>(first, 0).setIdentity();
+        for (int axis = 0; axis < 3; ++axis)
+            moves.block<3, 1>(first, 3 + axis) = Eigen::Vector3d::Unit(axis).cross(place);
+    };
+    for (int b = 0; b < boards(); ++b)
+    {
+        setPlace(parameterOf(b), middleOf(b, state));
+        moves.block<3, 3>(parameterOf(b) + 3, 3) = kArm_m * Eigen::Matrix3d::Identity();
+    }
+    for (std::size_t p = 0; p < _parameterOfPlace.size(); ++p)
+        if (_parameterOfPlace[p] >= 0) setPlace(_parameterOfPlace[p], state.places[p]);
+    return Eigen::HouseholderQR<Eigen::MatrixXd>(moves).householderQ() *
+           Eigen::MatrixXd::Identity(_parameters, 6);
+}
+
+void BoardSolver::step(const Eigen::VectorXd& by, BoardState& state) const
+{
+    for (int b = 0; b < boards(); ++b)
+    {
+        const Eigen::Vector3d middle = middleOf(b, state);
+        const Eigen::Vector3d shift = by.segment<3>(parameterOf(b));
+        const Eigen::Vector3d turn = by.segment<3>(parameterOf(b) + 3) / kArm_m;
+        Eigen::Isometry3d& motion = state.motion[static_cast<std::size_t>(b)];
+        motion = Eigen::Translation3d(middle + shift) *
+                 Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()) *
+                 Eigen::Translation3d(-middle) * motion;
+        // Rounding adds up over many products.
+        motion.linear() = Eigen::Quaterniond(motion.linear()).normalized().toRotationMatrix();
+    }
+    for (std::size_t p = 0; p < state.places.size(); ++p)
+        if (_parameterOfPlace[p] >= 0) state.places[p] += by.segment<3>(_parameterOfPlace[p]);
+    if (_parameterOfDelay >= 0) state.delay_m += by[_parameterOfDelay];
+}
+
+double BoardSolver::fit(const std::vector<char>& used,
+                        double sigma_m,
+                        int freeBoard,
+                        BoardState& state) const
+{
+    const auto costOf = [&](const BoardState& of)
+    {
+        const Eigen::VectorXd r = residuals_m(of) / sigma_m;
+        double sum = 0.0;
+        for (Eigen::Index k = 0; k < r.size(); ++k)
+            if (used[static_cast<std::size_t>(k)]) sum += huberCost(r[k]);
+        return sum;
+    };
+    double cost = costOf(state), damping = 1e-3;
+    for (int k = 0; k < kMostSteps && damping < 1e12; ++k)
+    {
+        const Eigen::VectorXd r = residuals_m(state) / sigma_m;
+        Eigen::MatrixXd J = jacobian(state) / sigma_m;
+        if (freeBoard >= 0)
+        {
+            J.leftCols(parameterOf(freeBoard)).setZero();
+            J.rightCols(_parameters - parameterOf(freeBoard) - 6).setZero();
+        }
+        Eigen::VectorXd w(r.size());
+        for (Eigen::Index l = 0; l < r.size(); ++l)
+            w[l] = used[static_cast<std::size_t>(l)] ? huberWeight(r[l]) : 0.0;
+        const Eigen::VectorXd slope = J.transpose() * w.cwiseProduct(r);
+        Eigen::MatrixXd H = J.transpose() * w.asDiagonal() * J;
+        // Damped in metres, the same for all, so that what nothing determines stays where it is.
+        H.diagonal().array() += damping / (sigma_m * sigma_m);
+        const Eigen::VectorXd by = -H.ldlt().solve(slope);
+        BoardState next = state;
+        step(by, next);
+        const double nextCost = costOf(next);
+        if (!(nextCost <= cost))
+        {
+            damping *= 10.0;
+            continue;
+        }
+        state = next;
+        cost = nextCost;
+        damping = std::max(damping / 10.0, 1e-9);
+        if (by.cwiseAbs().maxCoeff() < kEnough_m) break;
+    }
+    return cost;
+}
+
+} // namespace midair::haptics

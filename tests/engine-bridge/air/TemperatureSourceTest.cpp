@@ -1,0 +1,123 @@
+// Files and pipes of a thermometer, in the thread that reads them.
+#include "engine-bridge/air/TemperatureSource.h"
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <thread>
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+using namespace midair::bridge;
+
+namespace
+{
+
+std::string fileOf(const std::string& name)
+{
+    const std::string path =
+        testing::TempDir() + "midair-temperature-" + std::to_string(::getpid()) + "-" + name;
+    std::filesystem::remove(path);
+    return path;
+}
+
+/// Takes news until \a isIt holds for one, at most 5 s long.
+TemperatureSource::News until(TemperatureSource& source,
+                              const std::function<bool(const TemperatureSource::News&)>& isIt)
+{
+    for (int k = 0; k < 500; ++k)
+    {
+        TemperatureSource::News news = source.take();
+        if (isIt(news)) return news;
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    ADD_FAILURE() << "no such news within 5 s";
+    return {};
+}
+
+TemperatureSource::News untilReading(TemperatureSource& source)
+{
+    return until(source, [](const auto& news) { return news.temperature_C.has_value(); });
+}
+
+} // namespace
+
+TEST(TemperatureSource, TheLastLineOfAFileCountsAlsoOnceItIsWrittenAnew)
+{
+    const std::string path = fileOf("file");
+    std::ofstream(path) << "# C\n18.5\n21.25\n\n";
+    TemperatureSource source(path);
+    EXPECT_EQ(untilReading(source).temperature_C, 21.25);
+    std::ofstream(path, std::ios::app) << "21.5\n";
+    EXPECT_EQ(untilReading(source).temperature_C, 21.5);
+    std::ofstream(path) << "22.5\n"; // as long as the line before
+    EXPECT_EQ(untilReading(source).temperature_C, 22.5);
+    // Without an end of line it may be half a number, and counts once it has stayed.
+    std::ofstream(path) << "23.75";
+    EXPECT_EQ(untilReading(source).temperature_C, 23.75);
+    std::filesystem::remove(path);
+    EXPECT_NE(until(source, [](const auto& news) { return news.isClosed; })
+                  .problem.find("can't be opened: "),
+              std::string::npos);
+    std::ofstream(path) << "24\n";
+    EXPECT_EQ(untilReading(source).temperature_C, 24.0);
+    EXPECT_FALSE(source.take().isClosed);
+    std::filesystem::remove(path);
+}
+
+TEST(TemperatureSource, APipeIsReadAsItIsWritten)
+{
+    const std::string path = fileOf("pipe");
+    ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+    TemperatureSource source(path);
+    for (const char* line : {"19.5\n", "20.", "5\n"}) // of three writers, one after the other
+    {
+        // Opens once somebody reads.
+        std::ofstream pipe(path);
+        pipe << line << std::flush;
+        if (std::string(line) == "20.")
+        {
+            std::this_thread::sleep_for(std::chrono::milliseconds(600));
+            EXPECT_FALSE(source.take().temperature_C);
+            continue;
+        }
+        pipe.close();
+        EXPECT_EQ(untilReading(source).temperature_C, line[0] == '1' ? 19.5 : 20.5);
+    }
+    const std::string noise(1000, '9');
+    std::ofstream(path) << noise << "\nwarm\n" << std::flush;
+    EXPECT_EQ(until(source, [](const auto& news) { return news.bad == 2; }).problem,
+              "\"warm\" is no reading, should be a number from -40 to 60 C");
+    std::filesystem::remove(path);
+}
+
+// Never a device, and nothing that is endless.
+TEST(TemperatureSource, DevicesAndFoldersAreRefused)
+{
+    for (const char* path : {"/dev/zero", "/tmp"})
+    {
+        TemperatureSource source(path);
+        EXPECT_EQ(until(source, [](const auto& news) { return news.isClosed; }).problem,
+                  "is a device or a folder, should be a file or a named pipe")
+            << path;
+    }
+}
+
+// It ends at once, also while nobody writes into its pipe.
+TEST(TemperatureSource, EndsAtOnce)
+{
+    const std::string path = fileOf("idle");
+    ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+    const auto begin = std::chrono::steady_clock::now();
+    {
+        TemperatureSource source(path);
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
+    std::filesystem::remove(path);
+}
