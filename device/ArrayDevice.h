@@ -69,6 +69,9 @@ struct DriveAbility
     /// The largest number of signals in a DriveSequence, which the device stores and times by
     /// itself; 0: it takes no sequences, and bridge::FieldPlayer sends each field at its time.
     int sequenceFields = 0;
+    /// A sequence's rate has to be this one over a whole number, Hz; 0: any. Others are sent field
+    /// by field.
+    double sequenceClock_Hz = 0;
 };
 
 /// Whether a device plays what it is sent; the worst of several devices counts.

@@ -2,6 +2,7 @@
 #include "device/DeviceUri.h"
 #include "device/FieldCounters.h"
 #include "device/HeldField.h"
+#include "device/autd3/Autd3Device.h"
 #include "device/boards/BoardKind.h"
 #include "device/limits/DeviceClaim.h"
 #include "device/limits/GuardedDevice.h"
@@ -159,6 +160,10 @@ std::vector<Scheme> allSchemes()
          Owned::HARDWARE,
          openUsb,
          "usb: or usb:SERIAL      the array over USB; ?wait=yes begins without it"},
+        {"autd3",
+         Owned::HARDWARE,
+         openAutd3,
+         "autd3:                  AUTD3 units over UDP; ?units=16&interface=eth0&.."},
     };
     for (const BoardKind& kind : boardKinds())
         all.push_back({kind.scheme, kind.owned, kind.open, kind.help});
