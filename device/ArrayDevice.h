@@ -28,6 +28,9 @@ struct DeviceLayout
 {
     int transducers = 0;
     std::vector<int> board; ///< the board of each transducer, ascending from 0; empty: one board
+    /// Numbers of transducers that are never driven, for hardware that can mask them; whoever sends
+    /// fields drives them with 0 anyway.
+    std::vector<int> dead = {};
 };
 
 /// Limits on everything that a device plays. Each can also be set by the URI parameter named with

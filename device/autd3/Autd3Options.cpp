@@ -152,6 +152,13 @@ Autd3Options takeAutd3Options(DeviceUri& uri, const DeviceLayout& layout)
     options.whenLost =
         takeEither(uri, "lost", "all", "one") ? WhenLost::ALL_FALL_SILENT : WhenLost::ONE_IS_MISSED;
     options.silent.resize(static_cast<std::size_t>(options.units));
+    for (const int i : layout.dead)
+    {
+        const auto unit =
+            std::find(options.order.begin(), options.order.end(), i / kTransducersPerUnit);
+        options.silent[static_cast<std::size_t>(unit - options.order.begin())].push_back(
+            i % kTransducersPerUnit);
+    }
     return options;
 }
 

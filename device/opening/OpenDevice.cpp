@@ -58,6 +58,11 @@ void checkLayout(const DeviceLayout& layout)
     if (layout.transducers < 1)
         throw DeviceError(fmt::format("device layout: {} transducers; there must be at least 1",
                                       layout.transducers));
+    for (const int i : layout.dead)
+        if (i < 0 || i >= layout.transducers)
+            throw DeviceError(fmt::format("device layout: dead transducer {}; they must be 0 .. {}",
+                                          i,
+                                          layout.transducers - 1));
     if (layout.board.empty()) return;
     if (layout.board.size() != static_cast<std::size_t>(layout.transducers))
         throw DeviceError(fmt::format(
@@ -254,6 +259,8 @@ DeviceLayout cut(const DeviceLayout& layout, const MultiDevice::Part& part)
     if (!layout.board.empty())
         for (int i = 0; i < part.count; ++i)
             piece.board.push_back(layout.board[part.first + i] - layout.board[part.first]);
+    for (const int i : layout.dead)
+        if (i >= part.first && i < part.first + part.count) piece.dead.push_back(i - part.first);
     return piece;
 }
 

@@ -82,6 +82,13 @@ TEST(Autd3Options, the_margin_of_a_short_lead_is_shorter)
     EXPECT_EQ(take("autd3:?lead=1500us").cpu().switchMargin_ns, 500'000u);
 }
 
+TEST(Autd3Options, dead_transducers_are_masked_at_the_unit_that_has_them)
+{
+    DeviceUri uri("autd3:?order=1,0");
+    const Autd3Options options = takeAutd3Options(uri, {2 * 249, {}, {3, 249, 300}});
+    EXPECT_EQ(options.silent, (std::vector<std::vector<int>>{{0, 51}, {3}}));
+}
+
 TEST(Autd3Options, wrong_ones_are_told_by_name)
 {
     expectRefused("units=0", "1 to 64");
