@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <sched.h>
 #include <spdlog/spdlog.h>
 
 // What the thread of an Autd3Device does.
@@ -32,6 +33,15 @@ double threadCpu_s()
     timespec used{};
     ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
     return static_cast<double>(used.tv_sec) + static_cast<double>(used.tv_nsec) * 1e-9;
+}
+
+// A thread that is woken late by some ms tells units too late: it goes before others, where the
+// system allows that, and sleeps most of the time. Guards and other children don't.
+void askForPriority()
+{
+    sched_param priority{};
+    priority.sched_priority = 1;
+    ::sched_setscheduler(0, SCHED_RR | SCHED_RESET_ON_FORK, &priority); // this thread
 }
 
 } // namespace
@@ -103,6 +113,7 @@ void Autd3Device::disconnect(const std::string& why)
 
 void Autd3Device::run()
 {
+    askForPriority();
     std::string refusal;
     for (;;)
     {

@@ -71,8 +71,8 @@ std::unique_ptr<DatagramLink> named(const Autd3Options& options)
 
 std::string deviceName(const Autd3Options& options)
 {
-    if (!options.group.empty()) return "autd3: at " + options.group;
-    return options.interface.empty() ? "autd3:" : "autd3: on " + options.interface;
+    if (!options.group.empty()) return "autd3 at " + options.group;
+    return options.interface.empty() ? "autd3" : "autd3 on " + options.interface;
 }
 
 std::unique_ptr<DatagramLink>

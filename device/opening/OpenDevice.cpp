@@ -3,6 +3,7 @@
 #include "device/FieldCounters.h"
 #include "device/HeldField.h"
 #include "device/autd3/Autd3Device.h"
+#include "device/autd3/emulator/RehearsedAutd3.h"
 #include "device/boards/BoardKind.h"
 #include "device/limits/DeviceClaim.h"
 #include "device/limits/GuardedDevice.h"
@@ -88,6 +89,7 @@ using Opener = std::unique_ptr<ArrayDevice> (*)(DeviceUri&, const DeviceLayout&)
 std::unique_ptr<ArrayDevice> openSimulation(DeviceUri& uri, const DeviceLayout& layout)
 {
     uri.rejectPath();
+    if (uri.takeText("board", "") == "autd3") return openRehearsedAutd3(uri, layout);
     const SimulatedArray::Options options = SimulatedArray::takeOptions(uri);
     uri.rejectUnknown();
     return std::make_unique<SimulatedArray>(layout, options);

@@ -43,7 +43,7 @@ EmulatedUnit::EmulatedUnit(int place, const Options& options, FieldWatch& watch,
 {
     _clock = {now_ns, options.started_ns, options.rate_ppm};
     _cpu.startClock(_clock);
-    _bootedAt_ns = now_ns + options.boot_ns;
+    _bootedAt_ns = now_ns;
     _unlockedAt_ns = now_ns;
 }
 

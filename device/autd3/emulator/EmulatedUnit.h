@@ -35,7 +35,7 @@ public:
         UnitVersion fpga;
         Time_ns perFrame_ns = 0;   ///< >= 0; the CPU's time for a command ..
         Time_ns perWord_ns = 0;    ///< >= 0; .. and for each 16-bit word of it
-        Time_ns boot_ns = 0;       ///< >= 0; silent for so long after power-up
+        Time_ns boot_ns = 0;       ///< >= 0; silent for so long after a reboot; is up at first
         std::int64_t rate_ppm = 0; ///< how fast its clock runs by itself
         Time_ns started_ns = 0;    ///< what that reads at power-up
         bool hasNext = false;      ///< another unit hangs behind it

@@ -136,7 +136,10 @@ void FieldWatch::lookBySwitches(Time_ns at_ns, bool again)
     if (!_changing || any(false)) return;
     end(at_ns);
     for (Seen& unit : _units)
+    {
+        unit.missed = unit.closed && !unit.switched;
         unit.switched = false;
+    }
 }
 
 void FieldWatch::switched(int unit, Time_ns at_ns, std::uint64_t content, bool replays)
@@ -169,13 +172,13 @@ void FieldWatch::changed(int unit, Time_ns at_ns, std::uint64_t content)
 
 void FieldWatch::cleared(int unit, Time_ns at_ns, std::uint64_t content)
 {
-    _units[unit] = {content, Light::CLEARED, false, false};
+    _units[unit] = {content, Light::CLEARED, false, false, false};
     look(at_ns);
 }
 
 void FieldWatch::rebooted(int unit, Time_ns at_ns, std::uint64_t content)
 {
-    _units[unit] = {content, Light::OFF, false, false};
+    _units[unit] = {content, Light::OFF, false, false, false};
     look(at_ns);
 }
 
@@ -183,6 +186,10 @@ void FieldWatch::closed(int unit, Time_ns at_ns, bool isClosed)
 {
     if (_units[unit].closed == isClosed) return;
     _units[unit].closed = isClosed;
+    if (!isClosed && _units[unit].missed) // the others play another field by now
+        for (Seen& other : _units)
+            other.switched = &other != &_units[unit];
+    _units[unit].missed = false;
     look(at_ns);
 }
 

@@ -63,6 +63,7 @@ private:
         Light light = Light::CLEARED;
         bool closed = false;
         bool switched = false; ///< in the change that goes on
+        bool missed = false;   ///< a change, while it was closed
 
         bool counts() const { return light == Light::LIT && !closed; }
     };
