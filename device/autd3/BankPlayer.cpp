@@ -1,6 +1,6 @@
 #include "device/autd3/BankPlayer.h"
 
-#include "device/autd3/Levels.h"
+#include "device/autd3/protocol/Levels.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,5 +1,5 @@
-#include "device/autd3/Levels.h"
 #include "device/autd3/Opening.h"
+#include "device/autd3/protocol/Levels.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>

@@ -1,9 +1,9 @@
 #pragma once
 
 #include "device/autd3/DatagramLink.h"
-#include "device/autd3/FrameQueue.h"
 #include "device/autd3/Refusals.h"
-#include "device/autd3/UnitClock.h"
+#include "device/autd3/protocol/FrameQueue.h"
+#include "device/autd3/protocol/UnitClock.h"
 
 #include <functional>
 #include <string>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "device/autd3/Autd3Device.h"
-#include "device/autd3/Levels.h"
+#include "device/autd3/protocol/Levels.h"
 #include "device/autd3/emulator/EmulatedLink.h"
 #include "haptics/base/threads/SteadyClock.h"
 
