@@ -92,7 +92,10 @@ private:
     void watch(const UnitGroup::Outcome& outcome);
     void watchClocks(double now_s);
     void askStates(double now_s);
+    /// Why all have to be opened again; empty: go on.
     std::string losses(double now_s);
+    std::string returns(double now_s); ///< the same, since one that was lost is there again
+    void takeInfo(const Endpoint& from, const Answer& answer);
     void drop(const std::shared_ptr<const Job>& job);
     void noteFault(const std::string& what);
     void sayFarewell();
@@ -126,6 +129,10 @@ private:
     double _asked_s = 0;              ///< when the units' states were asked for
     double _heardPromptly_s = 0;
     double _published_s = 0;
+    double _opened_s = 0;
+    double _looked_s = 0; ///< for units that are lost
+    std::uint16_t _lookNumber = 0;
+    std::string _back; ///< that one is there again; empty: none is
     std::vector<bool> _isHot;
     std::vector<bool> _isOutOfStep; ///< told
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
-#include "device/autd3/Commands.h"
+#include "device/autd3/protocol/Commands.h"
 
 #include <optional>
 #include <string>

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <sched.h>
 #include <spdlog/spdlog.h>
 
 // What the thread of an Autd3Device does.
@@ -24,7 +25,6 @@ constexpr double kLastMask_s = 0.05; // for the others, when a unit is lost
 constexpr double kStates_s = 1;      // how often units are asked for their states
 constexpr double kPrompt_s = 0.1;    // how often heartbeats' answers are waited for, for the clock
 constexpr double kPublish_s = 0.05;
-constexpr double kOutOfStep_s = 2;
 constexpr int kMostTries = 5; // of a field that units were told too late of
 
 double threadCpu_s()
@@ -32,6 +32,15 @@ double threadCpu_s()
     timespec used{};
     ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
     return static_cast<double>(used.tv_sec) + static_cast<double>(used.tv_nsec) * 1e-9;
+}
+
+// A thread that is woken late by some ms tells units too late: it goes before others, where the
+// system allows that, and sleeps most of the time. Guards and other children don't.
+void askForPriority()
+{
+    sched_param priority{};
+    priority.sched_priority = 1;
+    ::sched_setscheduler(0, SCHED_RR | SCHED_RESET_ON_FORK, &priority); // this thread
 }
 
 } // namespace
@@ -67,11 +76,13 @@ void Autd3Device::connect(bool isBack)
     }
     Opening opening(*link, _refusals, _options, _name, isLeft);
     _group = opening.open();
+    _group->onOther([this](const Endpoint& from, const Answer& answer) { takeInfo(from, answer); });
+    _back.clear();
     _player = std::make_unique<BankPlayer>(*_group, _options);
     const auto units = static_cast<std::size_t>(_options.units);
     _isHot.assign(units, false);
     _isOutOfStep.assign(units, false);
-    _looped_s = _asked_s = base::steadySeconds();
+    _looped_s = _asked_s = _opened_s = base::steadySeconds();
     const std::lock_guard<std::mutex> lock(_mutex);
     _firmware = opening.firmware();
     _report.state = DeviceState::READY;
@@ -103,6 +114,7 @@ void Autd3Device::disconnect(const std::string& why)
 
 void Autd3Device::run()
 {
+    askForPriority();
     std::string refusal;
     for (;;)
     {
@@ -198,33 +210,6 @@ void Autd3Device::settleEndings()
     }
 }
 
-void Autd3Device::askStates(double now_s)
-{
-    _asked_s = now_s;
-    for (int k = 0; k < _group->size(); ++k)
-        _group->push(k, Command::readFpgaState());
-}
-
-void Autd3Device::watch(const UnitGroup::Outcome& outcome)
-{
-    if (outcome.done.data.size() != 1) return;
-    const std::uint8_t state = outcome.done.data.front();
-    const int k = outcome.unit;
-    const bool isHot = (state & IS_HOT) != 0;
-    if (isHot && !_isHot[static_cast<std::size_t>(k)])
-        deviceLog().warn("{}: unit {} is hot; its fan should run", _name, k);
-    _isHot[static_cast<std::size_t>(k)] = isHot;
-    if ((state & FAILSAFE) == 0) return;
-    const std::string what =
-        fmt::format("unit {} was silenced by its fail-safe; silent until the next field", k);
-    noteFault(what);
-    deviceLog().warn("{}: {}", _name, what);
-    drop(_player->release(k));
-    const std::lock_guard<std::mutex> lock(_mutex);
-    ++_report.silences;
-    _playing.job = nullptr;
-}
-
 void Autd3Device::takeOutcomes(double now_s)
 {
     for (const UnitGroup::Outcome& outcome : _group->takeOutcomes())
@@ -257,55 +242,6 @@ void Autd3Device::receive(double now_s)
                            [&] { return _isOrdered || _closing.load(); });
     }
     _group->receive(0, false);
-}
-
-void Autd3Device::watchClocks(double now_s)
-{
-    for (int k = 0; k < _group->size(); ++k)
-    {
-        const Unit& unit = _group->unit(k);
-        const bool isOut = unit.isThere() && unit.outOfStep_s > 0;
-        if (isOut && !_isOutOfStep[static_cast<std::size_t>(k)])
-            deviceLog().warn("{}: unit {} doesn't follow the units' clock", _name, k);
-        _isOutOfStep[static_cast<std::size_t>(k)] = isOut;
-        if (isOut && now_s - unit.outOfStep_s > kOutOfStep_s)
-            _group->lose(k, fmt::format("didn't follow the clock for {:g} s", kOutOfStep_s));
-    }
-}
-
-// Returns why all have to be opened again; empty: go on.
-std::string Autd3Device::losses(double now_s)
-{
-    if (!_group->findLost(now_s)) return {};
-    std::string why;
-    const std::lock_guard<std::mutex> lock(_mutex);
-    for (int k = 0; k < _group->size(); ++k)
-    {
-        const bool isLost = !_group->isThere(k);
-        if (isLost && !_playing.isLost[static_cast<std::size_t>(k)])
-            why += fmt::format("{}unit {} {}", why.empty() ? "" : ", ", k, _group->unit(k).lost);
-        _playing.isLost[static_cast<std::size_t>(k)] = isLost;
-    }
-    if (_options.whenLost == WhenLost::ALL_FALL_SILENT || _group->count() == 0) return why;
-    ++_report.faults;
-    _report.message = why;
-    deviceLog().error("{}: {}; the others play on", _name, why);
-    return {};
-}
-
-std::string Autd3Device::complaint() const
-{
-    std::string text;
-    const auto add = [&](int k, const std::string& what)
-    { text += fmt::format("{}unit {} {}", text.empty() ? "" : ", ", k, what); };
-    for (int k = 0; k < _group->size(); ++k)
-        if (!_group->isThere(k))
-            add(k, _group->unit(k).lost);
-        else if (_isOutOfStep[static_cast<std::size_t>(k)])
-            add(k, "doesn't follow the clock");
-        else if (_isHot[static_cast<std::size_t>(k)])
-            add(k, "is hot");
-    return text;
 }
 
 void Autd3Device::publish(double now_s)
@@ -364,7 +300,8 @@ std::string Autd3Device::play()
         takeOutcomes(now_s);
         startNext();
         _group->pump(now_s);
-        const std::string why = losses(now_s);
+        std::string why = losses(now_s);
+        if (why.empty()) why = returns(now_s);
         if (!why.empty())
         {
             sayFarewell();

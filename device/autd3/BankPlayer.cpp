@@ -1,6 +1,6 @@
 #include "device/autd3/BankPlayer.h"
 
-#include "device/autd3/Levels.h"
+#include "device/autd3/protocol/Levels.h"
 
 #include <algorithm>
 #include <limits>
@@ -15,6 +15,7 @@ namespace
 {
 
 constexpr double kNever_s = std::numeric_limits<double>::max();
+constexpr double kCalmer = 0.999;       // of the lead, with each field that was in time
 constexpr double kBehindTime_s = 25e-6; // a period: a switch is done
 
 std::shared_ptr<const Job> silentJob(int units)
@@ -148,7 +149,7 @@ void BankPlayer::end(Fate fate, double now_s)
     if (fate == Fate::PLAYED)
     {
         _playing = _bank;
-        _lead_s = std::max(_options.lead_s, _lead_s * 0.99);
+        _lead_s = std::max(_options.lead_s, _lead_s * kCalmer);
     }
     const std::shared_ptr<const Job> job = std::exchange(_job, nullptr);
     if (job == nullptr) return;

@@ -1,7 +1,7 @@
 #include "device/autd3/LinkChoice.h"
 
-#include "device/autd3/Messages.h"
 #include "device/autd3/UdpLink.h"
+#include "device/autd3/protocol/Messages.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -71,8 +71,8 @@ std::unique_ptr<DatagramLink> named(const Autd3Options& options)
 
 std::string deviceName(const Autd3Options& options)
 {
-    if (!options.group.empty()) return "autd3: at " + options.group;
-    return options.interface.empty() ? "autd3:" : "autd3: on " + options.interface;
+    if (!options.group.empty()) return "autd3 at " + options.group;
+    return options.interface.empty() ? "autd3" : "autd3 on " + options.interface;
 }
 
 std::unique_ptr<DatagramLink>

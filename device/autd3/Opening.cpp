@@ -169,43 +169,52 @@ Endpoint Opening::discover(int k)
     }
 }
 
+/// Returns true if the unit at \a at says that it has the id \a k.
+bool Opening::hasId(const Endpoint& at, int k)
+{
+    for (int i = 0; i < kTries; ++i)
+        for (const auto& [from, answer] :
+             ask(&at, message(Kind::READ_UNIT_INFO, nextNumber()), kAnswer_s, 1))
+            if (answer.status == 0 && answer.info.id == k) return true;
+    return false;
+}
+
+// Its answer may be lost, or another's taken for it: it has moved to its new address then, and says
+// so when all are asked.
 Unit Opening::assign(int k, const Endpoint& at)
 {
+    std::string why = "it doesn't answer";
     Unit unit;
     unit.id = static_cast<std::uint8_t>(k);
     for (int i = 0; i < kTries; ++i)
-    {
-        const Answers answers = ask(&at, assignId(nextNumber(), unit.id, k == 0), kAnswer_s, 1);
-        if (answers.empty()) continue;
-        const auto& [from, answer] = answers.front();
-        if (answer.status != 0)
-            throw error(fmt::format("unit {} takes no id: {}", k, statusText(answer.status)));
-        unit.at = from;
-        return unit;
-    }
-    // Its answer may be lost: it has moved to its new address then.
-    for (const auto& [from, answer] :
-         ask(nullptr, message(Kind::READ_UNIT_INFO, nextNumber()), kGroup_s, kMostUnits + 1))
-        if (answer.status == 0 && answer.info.id == unit.id)
+        for (const auto& [from, answer] :
+             ask(&at, assignId(nextNumber(), unit.id, k == 0), kAnswer_s, 1))
         {
             unit.at = from;
-            return unit;
+            if (answer.status == 0 && hasId(from, k)) return unit;
+            if (answer.status != 0) why = statusText(answer.status);
         }
-    throw error(fmt::format("unit {} takes no id: it doesn't answer", k));
+    for (const auto& [from, answer] :
+         ask(nullptr, message(Kind::READ_UNIT_INFO, nextNumber()), kGroup_s, kMostUnits + 1))
+    {
+        unit.at = from;
+        if (answer.status == 0 && answer.info.id == unit.id && hasId(from, k)) return unit;
+    }
+    throw error(fmt::format("unit {} takes no id: {}", k, why));
 }
 
 bool Opening::unblock(const Unit& unit)
 {
+    std::string why = "it doesn't answer";
     for (int i = 0; i < kTries; ++i)
     {
         const Answers answers =
             ask(&unit.at, message(Kind::UNBLOCK_DOWNSTREAM, nextNumber()), kAnswer_s, 1);
         if (answers.empty()) continue;
         if (answers.front().second.status == 0) return answers.front().second.hasDownstream;
-        throw error(fmt::format(
-            "unit {} opens no way on: {}", unit.id, statusText(answers.front().second.status)));
+        why = statusText(answers.front().second.status);
     }
-    throw error(fmt::format("unit {} opens no way on: it doesn't answer", unit.id));
+    throw error(fmt::format("unit {} opens no way on: {}", unit.id, why));
 }
 
 void Opening::number()
@@ -239,10 +248,14 @@ void Opening::checkAll()
             if (answer.status != 0) continue;
             const std::size_t id = answer.info.id;
             if (id >= _units.size() || _units[id].at != from)
-                throw error(fmt::format("the unit at {} says that its id is {}; nobody gave it "
-                                        "that: does another program open them?",
-                                        endpointText(from),
-                                        id));
+            {
+                _refusals.add(Refusal::FOREIGN,
+                              fmt::format("{} says that its id is {}, which nobody gave it",
+                                          endpointText(from),
+                                          id),
+                              base::steadySeconds());
+                continue;
+            }
             seen[id] = true;
             if (!isKnownFirmware(answer.info.firmware))
                 throw error(unknownFirmware(fmt::format("unit {}", id), answer.info.firmware));

@@ -60,6 +60,7 @@ private:
     void number();
     Endpoint discover(int k);
     Unit assign(int k, const Endpoint& at);
+    bool hasId(const Endpoint& at, int k);
     bool unblock(const Unit& unit);
     void checkAll();
     void startClock();
@@ -68,7 +69,8 @@ private:
     void settle(UnitGroup& group, std::vector<UnitGroup::Outcome>& outcomes);
     /// Has \a push push commands to a unit, to all until all have answered to all.
     void settleAll(UnitGroup& group, const std::function<void(int)>& push);
-    void checkFirmware(const UnitGroup::Outcome& outcome);
+    /// Why the firmware that a unit answered will not do; empty: it will.
+    std::string whyNot(const UnitGroup::Outcome& outcome);
     void resetLeftover();
 
     DatagramLink& _link;

@@ -12,7 +12,7 @@ namespace
 {
 
 constexpr const char* kNames[] = {
-    "malformed", "foreign", "stray", "with a wrong id", "of another protocol"};
+    "malformed", "foreign", "stray", "of a unit that isn't as it was", "of another protocol"};
 
 } // namespace
 

@@ -13,7 +13,7 @@ enum class Refusal : std::uint8_t
     MALFORMED,      ///< no answer of the protocol
     FOREIGN,        ///< from an address that no unit of ours has
     STRAY,          ///< answers nothing that was asked, or a second time
-    WRONG_ID,       ///< from a unit's address with another id
+    WRONG_ID,       ///< from a unit's address, with another id or no result
     OTHER_PROTOCOL, ///< of another version
     COUNT
 };

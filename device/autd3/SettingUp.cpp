@@ -1,5 +1,5 @@
-#include "device/autd3/Levels.h"
 #include "device/autd3/Opening.h"
+#include "device/autd3/protocol/Levels.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -84,26 +84,29 @@ void Opening::settle(UnitGroup& group, std::vector<UnitGroup::Outcome>& outcomes
     }
 }
 
-void Opening::checkFirmware(const UnitGroup::Outcome& outcome)
+std::string Opening::whyNot(const UnitGroup::Outcome& outcome)
 {
     FirmwareInfo info;
     if (!readFirmwareInfo(outcome.done.data, info))
-        throw error(fmt::format("unit {} doesn't say what firmware it has", outcome.unit));
+        return fmt::format("unit {} doesn't say what firmware it has", outcome.unit);
     for (const FirmwareVersion& version : {info.cpu, info.fpga})
         if (!isKnownFirmware(version))
-            throw error(fmt::format("unit {} has firmware {} (CPU) and {} (FPGA); this program "
-                                    "speaks to {}.{}",
-                                    outcome.unit,
-                                    info.cpu.text(),
-                                    info.fpga.text(),
-                                    kFirmwareMajor,
-                                    kFirmwareMinor));
+            return fmt::format(
+                "unit {} has firmware {} (CPU) and {} (FPGA); this program speaks to "
+                "{}.{}",
+                outcome.unit,
+                info.cpu.text(),
+                info.fpga.text(),
+                kFirmwareMajor,
+                kFirmwareMinor);
     _firmware = info.cpu.text();
+    return {};
 }
 
-// A unit that took a command and whose answer was lost is sent them all again.
+// A unit that took a command and whose answer was lost, or is wrong, is sent them all again.
 void Opening::settleAll(UnitGroup& group, const std::function<void(int)>& push)
 {
+    std::string why = "the network loses so many answers that nobody knows how the units are set";
     std::vector<bool> isOpen(static_cast<std::size_t>(group.size()), true);
     for (int i = 0; i <= kTries; ++i)
     {
@@ -113,18 +116,22 @@ void Opening::settleAll(UnitGroup& group, const std::function<void(int)>& push)
         settle(group, outcomes);
         std::fill(isOpen.begin(), isOpen.end(), false);
         for (const UnitGroup::Outcome& outcome : outcomes)
-            if (!outcome.done.result)
-                isOpen[static_cast<std::size_t>(outcome.unit)] = true;
-            else if (*outcome.done.result != DONE)
-                throw error(fmt::format("unit {} refuses command {:02X}: {}",
-                                        outcome.unit,
-                                        outcome.done.code,
-                                        resultText(*outcome.done.result)));
-            else if (outcome.done.code == kReadFirmwareCode)
-                checkFirmware(outcome);
+        {
+            std::string wrong;
+            const bool isKnown = outcome.done.result.has_value();
+            if (isKnown && *outcome.done.result != DONE)
+                wrong = fmt::format("unit {} refuses command {:02X}: {}",
+                                    outcome.unit,
+                                    outcome.done.code,
+                                    resultText(*outcome.done.result));
+            else if (isKnown && outcome.done.code == kReadFirmwareCode)
+                wrong = whyNot(outcome);
+            if (!wrong.empty()) why = wrong;
+            if (!isKnown || !wrong.empty()) isOpen[static_cast<std::size_t>(outcome.unit)] = true;
+        }
         if (std::find(isOpen.begin(), isOpen.end(), true) == isOpen.end()) return;
     }
-    throw error("the network loses so many answers that nobody knows how the units are set");
+    throw error(why);
 }
 
 // Firmware is looked at before anything is set.

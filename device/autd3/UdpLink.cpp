@@ -1,7 +1,7 @@
 #include "device/autd3/UdpLink.h"
 
 #include "device/ArrayDevice.h"
-#include "device/autd3/Messages.h"
+#include "device/autd3/protocol/Messages.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/threads/SteadyClock.h"
 

@@ -146,18 +146,18 @@ void UnitGroup::takeReply(int k, const Answer& answer, double now_s)
     const bool isOpen = isBeat ? unit.isBeatOpen && answer.number == unit.beat
                                : unit.queue.isInFlight(answer.number);
     if (!isOpen) return _refusals.add(Refusal::STRAY, "an answer that is late or a copy", now_s);
-    if (answer.status != 0) return lose(k, "refuses messages: " + statusText(answer.status));
-    const bool hasId = (answer.reply.flags & HAS_ID) != 0;
-    if (!hasId || answer.reply.id != unit.id)
+    // If that is so, it stays so, and the unit is lost for not answering.
+    const bool hasId = answer.status == 0 && (answer.reply.flags & HAS_ID) != 0;
+    if (answer.status != 0 || !hasId || answer.reply.id != unit.id)
     {
-        _refusals.add(Refusal::WRONG_ID,
-                      fmt::format("{} says that its id is {}, not {}",
-                                  endpointText(unit.at),
-                                  answer.reply.id,
-                                  unit.id),
-                      now_s);
-        return lose(k, "has another id: it started anew");
+        unit.suspicion = answer.status != 0 ? "refuses messages: " + statusText(answer.status)
+                                            : "has another id, so it started anew";
+        return _refusals.add(
+            Refusal::WRONG_ID,
+            fmt::format("unit {} at {} {}", k, endpointText(unit.at), unit.suspicion),
+            now_s);
     }
+    unit.suspicion.clear();
     if (isBeat) unit.isBeatOpen = false;
     _done.clear();
     if (!isBeat) unit.queue.take(answer.reply, answer.number, _done);
@@ -190,7 +190,7 @@ bool UnitGroup::findLost(double now_s)
         if (one.isThere())
         {
             if (one.asked >= kLeastAsked && now_s - one.asked_s > kLost_s)
-                lose(k, "doesn't answer");
+                lose(k, one.suspicion.empty() ? "doesn't answer" : one.suspicion);
             else if (now_s - one.queue.oldest_s(now_s) > kLost_s)
                 lose(k, "answers, but does nothing of what it is sent: another program may use it");
         }

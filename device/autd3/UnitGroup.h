@@ -1,9 +1,9 @@
 #pragma once
 
 #include "device/autd3/DatagramLink.h"
-#include "device/autd3/FrameQueue.h"
 #include "device/autd3/Refusals.h"
-#include "device/autd3/UnitClock.h"
+#include "device/autd3/protocol/FrameQueue.h"
+#include "device/autd3/protocol/UnitClock.h"
 
 #include <functional>
 #include <string>
@@ -22,6 +22,7 @@ struct Unit
     std::string lost; ///< why nothing is sent to it any more; empty: it is there
 
     bool isLossTold = false;
+    std::string suspicion;   ///< what is wrong with its last answer; empty: nothing
     double heard_s = 0;      ///< when it answered last
     double sent_s = 0;       ///< when it was last sent a frame or a heartbeat
     double asked_s = 0;      ///< when it was asked first since it answered last

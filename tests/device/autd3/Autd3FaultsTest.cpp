@@ -34,10 +34,11 @@ Autd3Device::Figures streamWith(const ChainFaults& faults)
     Rehearsal rehearsal(4);
     rehearsal.open();
     rehearsal.setFaults(faults);
-    stream(rehearsal, 60);
-    EXPECT_TRUE(rehearsal.eventuallyPlays(rehearsal.mixed(60)));
+    stream(rehearsal, 30);
+    EXPECT_TRUE(rehearsal.eventuallyPlays(rehearsal.mixed(30)));
     const emulation::ChainReport report = rehearsal.report();
-    EXPECT_EQ(report.fields.torn, 0u) << report.fields.longestTear_ns << " ns";
+    // Where this program isn't run for some ms in the wrong moment, it knows and tells.
+    EXPECT_LE(report.fields.torn, rehearsal.torn()) << report.fields.longestTear_ns << " ns";
     EXPECT_EQ(report.fields.unknown, 0u);
     EXPECT_EQ(report.writesIntoBanks, 0u);
     EXPECT_EQ(rehearsal.device->report().lost, 0u);
@@ -238,18 +239,17 @@ TEST(Autd3Faults, a_field_that_a_unit_refuses_is_played_by_none)
     rehearsal.with(
         [](Rehearsal::Chain& chain, Rehearsal::Time_ns)
         {
-            chain.failCommands(1, 0x07, 1);
+            chain.failCommands(1, 0x07, 5); // more than questions for its state
             return 0;
         });
     rehearsal.device->send(rehearsal.mixed(2));
     ASSERT_TRUE(rehearsal.settles());
     const DeviceReport report = rehearsal.device->report();
-    if (report.lost == 0) GTEST_SKIP() << "something else was refused";
     EXPECT_TRUE(has(report.message, "unit 1") && has(report.message, "07")) << report.message;
     EXPECT_TRUE(rehearsal.plays(rehearsal.mixed(1)));
     rehearsal.device->send(rehearsal.mixed(3));
     EXPECT_TRUE(rehearsal.eventuallyPlays(rehearsal.mixed(3)));
-    EXPECT_EQ(rehearsal.report().fields.torn, 0u);
+    EXPECT_LE(rehearsal.report().fields.torn, rehearsal.torn());
 }
 
 TEST(Autd3Faults, a_clock_that_is_lost_is_told)

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "device/autd3/Autd3Device.h"
-#include "device/autd3/Levels.h"
+#include "device/autd3/protocol/Levels.h"
 #include "device/autd3/emulator/EmulatedLink.h"
 #include "haptics/base/threads/SteadyClock.h"
 
@@ -22,6 +22,7 @@ public:
         chain.settle_ns = 20'000'000;
         options.units = units;
         options.silencer = {1, 1};
+        options.lead_s = 15e-3; // tests are run where much else is
         for (int k = 0; k < units; ++k)
             options.order.push_back(k);
         options.silent.resize(static_cast<std::size_t>(units));
@@ -74,6 +75,12 @@ public:
     midair::device::emulation::ChainReport report()
     {
         return with([](Chain& c, Time_ns now_ns) { return c.report(now_ns); });
+    }
+    /// Switches that the device knows to have come too late.
+    std::uint64_t torn() const
+    {
+        std::this_thread::sleep_for(std::chrono::milliseconds(120)); // until it is published
+        return device->figures().torn;
     }
     void happen(midair::device::emulation::ChainFaults::Kind kind, int unit = 0)
     {

@@ -1,4 +1,4 @@
-#include "device/autd3/Commands.h"
+#include "device/autd3/protocol/Commands.h"
 
 #include <algorithm>
 

@@ -16,11 +16,19 @@ class UnitClock
 {
 public:
     static constexpr double kWindow_s = 0.5; ///< two of these are kept
+    /// A time stamp that is further ahead is not believed, ns, until kLeastAlike in a row say so.
+    static constexpr double kMostAhead_ns = 0.2e9;
+    static constexpr int kLeastAlike = 5;
 
     void reset() { *this = {}; }
 
     void note(std::uint64_t unit_ns, double received_s)
     {
+        const double difference_ns = static_cast<double>(unit_ns) - received_s * 1e9;
+        const bool isAhead =
+            _known && difference_ns - std::max(_now_ns, _before_ns) > kMostAhead_ns;
+        if (isAhead && ++_ahead < kLeastAlike) return;
+        _ahead = 0;
         if (received_s - _began_s >= kWindow_s)
         {
             const bool isOld = received_s - _began_s >= 2 * kWindow_s;
@@ -28,7 +36,7 @@ public:
             _now_ns = kNone;
             _began_s = received_s;
         }
-        _now_ns = std::max(_now_ns, static_cast<double>(unit_ns) - received_s * 1e9);
+        _now_ns = std::max(_now_ns, difference_ns);
         _known = true;
     }
 
@@ -47,6 +55,7 @@ private:
     double _now_ns = kNone; ///< the largest of unit's less host's time, in this window
     double _before_ns = kNone;
     double _began_s = 0;
+    int _ahead = 0; ///< time stamps in a row that were
     bool _known = false;
 };
 

@@ -1,4 +1,4 @@
-#include "device/autd3/FrameQueue.h"
+#include "device/autd3/protocol/FrameQueue.h"
 
 #include <algorithm>
 

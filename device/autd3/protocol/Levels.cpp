@@ -1,4 +1,4 @@
-#include "device/autd3/Levels.h"
+#include "device/autd3/protocol/Levels.h"
 
 namespace midair::device::autd3
 {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "device/autd3/Commands.h"
+#include "device/autd3/protocol/Commands.h"
 #include "device/drive/DriveSignal.h"
 
 #include <array>

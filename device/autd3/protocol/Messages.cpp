@@ -1,4 +1,4 @@
-#include "device/autd3/Messages.h"
+#include "device/autd3/protocol/Messages.h"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
-#include "device/autd3/Messages.h"
+#include "device/autd3/protocol/Messages.h"
 
-#include "tests/device/autd3/HexText.h"
+#include "tests/device/autd3/protocol/HexText.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "device/autd3/Messages.h"
+#include "device/autd3/protocol/Messages.h"
 
 #include <deque>
 #include <functional>

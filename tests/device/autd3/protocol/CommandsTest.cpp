@@ -1,8 +1,8 @@
-#include "device/autd3/Commands.h"
+#include "device/autd3/protocol/Commands.h"
 
-#include "device/autd3/Levels.h"
-#include "device/autd3/Messages.h"
-#include "tests/device/autd3/HexText.h"
+#include "device/autd3/protocol/Levels.h"
+#include "device/autd3/protocol/Messages.h"
+#include "tests/device/autd3/protocol/HexText.h"
 
 #include <numeric>
 
