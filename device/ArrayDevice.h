@@ -28,6 +28,9 @@ struct DeviceLayout
 {
     int transducers = 0;
     std::vector<int> board; ///< the board of each transducer, ascending from 0; empty: one board
+    /// Numbers of transducers that are never driven, for hardware that can mask them; whoever sends
+    /// fields drives them with 0 anyway.
+    std::vector<int> dead = {};
 };
 
 /// Limits on everything that a device plays. Each can also be set by the URI parameter named with
@@ -72,6 +75,9 @@ struct DriveAbility
     /// >= 0, s: what is simulated rings with this time constant, whatever the array's file says;
     /// below 0: with the file's.
     double ringing_s = -1;
+    /// A sequence's rate has to be this one over a whole number, Hz; 0: any. Others are sent field
+    /// by field.
+    double sequenceClock_Hz = 0;
 };
 
 /// Whether a device plays what it is sent; the worst of several devices counts.

@@ -68,6 +68,12 @@ std::string DeviceUri::take(const std::string& key)
     return found == _parameters.end() ? std::string() : found->second;
 }
 
+std::string DeviceUri::value(const std::string& key) const
+{
+    const auto found = _parameters.find(key);
+    return found == _parameters.end() ? std::string() : found->second;
+}
+
 std::string DeviceUri::takeText(const std::string& key, const std::string& fallback)
 {
     const std::string value = take(key);

@@ -30,6 +30,8 @@ public:
     } ///< between the colon and the question mark; may be empty
 
     bool has(const std::string& key) const { return _parameters.count(key) != 0; }
+    /// The value of parameter \a key, which stays to be taken; empty if it is not there.
+    std::string value(const std::string& key) const;
     /// The value of parameter \a key, or \a fallback if it is not there.
     std::string takeText(const std::string& key, const std::string& fallback);
     /// A number in [low, high]; throws DeviceError that names the range.

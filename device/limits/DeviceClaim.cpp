@@ -42,7 +42,8 @@ OpeningIsLeft& openingOfThread()
 std::string keyOf(const DeviceUri& uri, Owned owned)
 {
     if (owned == Owned::NOTHING) return {};
-    if (owned == Owned::HARDWARE) return uri.scheme() + ":" + uri.path();
+    if (owned == Owned::HARDWARE) // where the path says nothing, the way to it does
+        return uri.scheme() + ":" + uri.path() + uri.value("interface") + uri.value("group");
     // Links to a file give one key, and so does one port under two schemes.
     std::error_code error;
     const std::filesystem::path file = std::filesystem::weakly_canonical(uri.path(), error);

@@ -321,7 +321,7 @@ DeviceReport GuardedDevice::report() const
     std::lock_guard<std::mutex> lock(_mutex);
     report.sent += _refused;
     report.refused += _refused;
-    report.silences = _silences;
+    report.silences += _silences;
     if (_muted && report.state == DeviceState::READY) report.state = DeviceState::MUTED;
     return report;
 }

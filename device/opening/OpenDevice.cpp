@@ -2,6 +2,8 @@
 #include "device/DeviceUri.h"
 #include "device/FieldCounters.h"
 #include "device/HeldField.h"
+#include "device/autd3/Autd3Device.h"
+#include "device/autd3/emulator/RehearsedAutd3.h"
 #include "device/boards/BoardKind.h"
 #include "device/limits/DeviceClaim.h"
 #include "device/limits/GuardedDevice.h"
@@ -56,6 +58,11 @@ void checkLayout(const DeviceLayout& layout)
     if (layout.transducers < 1)
         throw DeviceError(fmt::format("device layout: {} transducers; there must be at least 1",
                                       layout.transducers));
+    for (const int i : layout.dead)
+        if (i < 0 || i >= layout.transducers)
+            throw DeviceError(fmt::format("device layout: dead transducer {}; they must be 0 .. {}",
+                                          i,
+                                          layout.transducers - 1));
     if (layout.board.empty()) return;
     if (layout.board.size() != static_cast<std::size_t>(layout.transducers))
         throw DeviceError(fmt::format(
@@ -82,6 +89,7 @@ using Opener = std::unique_ptr<ArrayDevice> (*)(DeviceUri&, const DeviceLayout&)
 std::unique_ptr<ArrayDevice> openSimulation(DeviceUri& uri, const DeviceLayout& layout)
 {
     uri.rejectPath();
+    if (uri.takeText("board", "") == "autd3") return openRehearsedAutd3(uri, layout);
     const SimulatedArray::Options options = SimulatedArray::takeOptions(uri);
     uri.rejectUnknown();
     return std::make_unique<SimulatedArray>(layout, options);
@@ -159,6 +167,10 @@ std::vector<Scheme> allSchemes()
          Owned::HARDWARE,
          openUsb,
          "usb: or usb:SERIAL      the array over USB; ?wait=yes begins without it"},
+        {"autd3",
+         Owned::HARDWARE,
+         openAutd3,
+         "autd3:                  AUTD3 units over UDP; ?units=16&interface=eth0&.."},
     };
     for (const BoardKind& kind : boardKinds())
         all.push_back({kind.scheme, kind.owned, kind.open, kind.help});
@@ -247,6 +259,8 @@ DeviceLayout cut(const DeviceLayout& layout, const MultiDevice::Part& part)
     if (!layout.board.empty())
         for (int i = 0; i < part.count; ++i)
             piece.board.push_back(layout.board[part.first + i] - layout.board[part.first]);
+    for (const int i : layout.dead)
+        if (i >= part.first && i < part.first + part.count) piece.dead.push_back(i - part.first);
     return piece;
 }
 

@@ -22,7 +22,7 @@ checked(const DeviceLayout& layout, const BoardCodec* codec, const std::string& 
 {
     if (codec == nullptr && !name.empty())
         throw DeviceError("device \"sim:\": board=" + name +
-                          " should be sonicsurface, ultraino or openmpd");
+                          " should be autd3, sonicsurface, ultraino or openmpd");
     if (codec != nullptr && !codec->takes(layout.transducers))
         throw DeviceError(fmt::format("device \"sim:\": board {} has {}, but the array has {}",
                                       name,

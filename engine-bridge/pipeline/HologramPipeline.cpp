@@ -41,8 +41,10 @@ void HologramPipeline::openOutput()
 {
     const auto open = [factory = _options.deviceFactory,
                        uri = _options.deviceUri,
-                       layout = device::DeviceLayout{_options.array.size(), _options.array.board}]
-    { return factory(uri, layout); };
+                       layout = device::DeviceLayout{
+                           _options.array.size(), _options.array.board, _options.array.dead}] {
+        return factory(uri, layout);
+    };
     _output =
         std::make_unique<ArrayOutput>(open, _messages, _options.array.dead, _options.reopen_s);
     setEars();

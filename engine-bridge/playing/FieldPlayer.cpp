@@ -19,6 +19,17 @@ namespace
 constexpr std::chrono::milliseconds kWatch(50); // interval of watchSequence()'s checks
 constexpr double kRetry_s = 0.02;               // pause before a refused sequence is sent again
 
+// The most fields of a sequence at the modulator's rate that the device times by itself.
+int sequenceFields(const device::ArrayDevice& device, const haptics::Modulator& modulator)
+{
+    constexpr double kWhole = 1e-9; // relative: off by a field in hours or days
+    const device::DriveAbility ability = device.ability();
+    if (ability.sequenceFields == 0 || ability.sequenceClock_Hz <= 0) return ability.sequenceFields;
+    const double exact = ability.sequenceClock_Hz / modulator.options().fieldRate_Hz;
+    const double whole = std::round(exact);
+    return whole >= 1 && std::abs(exact - whole) <= kWhole * whole ? ability.sequenceFields : 0;
+}
+
 std::chrono::steady_clock::time_point instant(double time_s)
 {
     using namespace std::chrono;
@@ -58,7 +69,7 @@ void FieldPlayer::play(std::vector<device::DriveSignal> signals,
     std::shared_ptr<Whole> whole;
     if (modulator.changes(signals.size()))
         whole = std::make_shared<Whole>(
-            Whole{sequenceOfSteps(signals, modulator, _device.ability().sequenceFields)});
+            Whole{sequenceOfSteps(signals, modulator, sequenceFields(_device, modulator))});
     if (whole && whole->sequence.signals.empty()) whole.reset();
     {
         const std::lock_guard<std::mutex> lock(_mutex);

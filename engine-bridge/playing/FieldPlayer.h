@@ -16,8 +16,8 @@ namespace midair::bridge
 /// Plays fields in turn, with or without amplitude modulation, on a device at a steady rate.
 ///
 /// A device that stores sequences and times them by itself (DriveAbility::sequenceFields) gets the
-/// whole sequence if its steps repeat within that number (sequenceOfSteps()). For any other device
-/// a thread sends each step, at multiples of 1/fieldRate_Hz since play(); steps that are late are
+/// whole sequence if its steps repeat within that number (sequenceOfSteps()) and its clock has the
+/// rate (DriveAbility::sequenceClock_Hz). For any other device, and any other sequence, a thread sends each step, at multiples of 1/fieldRate_Hz since play(); steps that are late are
 /// skipped, so that the cycle keeps its time. A single field without modulation is sent once. All
 /// members may be called from any thread.
 class FieldPlayer

@@ -68,7 +68,7 @@ std::unique_ptr<device::ArrayDevice> open(const DeviceOptions& options,
                                           const haptics::TransducerArray& array)
 {
     refuseToDriveDead(options, array);
-    auto device = device::openDevice(options.device, {array.size(), array.board});
+    auto device = device::openDevice(options.device, {array.size(), array.board, array.dead});
     waitForArray(options, *device);
     return device;
 }
@@ -141,7 +141,7 @@ int showStatus(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
     refuseToDriveDead(options, array);
-    const auto device = device::openDevice(options.device, {array.size(), array.board});
+    const auto device = device::openDevice(options.device, {array.size(), array.board, array.dead});
     pause(base::steadySeconds() + 0.4); // time for the device to answer
     const device::DeviceReport report = device->report();
     std::cout << device->status() << "\n";

@@ -32,6 +32,10 @@ struct DeviceOptions
     double turnsPerSecond = 2;
     std::string file;
     std::string out;
+    bool hasSeconds = false; ///< --seconds was given
+    int units = 16;          ///< to be emulated
+    int port = 44336;        ///< of ::1, which stands for the units' group
+    std::string faults;      ///< of emulated units, as in a URI
 };
 
 /// Set by Ctrl-C; all commands then end.
@@ -65,6 +69,8 @@ int identifyBoards(const DeviceOptions& options);
 int muteArray(const DeviceOptions& options);
 int playRecording(const DeviceOptions& options);
 int importPat(const DeviceOptions& options);
+// EmulatedUnits.cpp
+int emulateUnits(const DeviceOptions& options);
 // DevicePatterns.cpp
 int playBoards(const DeviceOptions& options);
 int playTransducers(const DeviceOptions& options);

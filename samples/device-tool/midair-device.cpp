@@ -28,9 +28,8 @@ int main(int argc, char** argv)
            "--array", options.array, "octagon, board, a shipped array's name or a JSON file")
         ->capture_default_str();
     app.add_option("--device", options.device, "which device")->capture_default_str();
-    app.add_option("--seconds", options.seconds, "how long")
-        ->capture_default_str()
-        ->check(CLI::Range(0.0, 1e6));
+    CLI::Option* seconds = app.add_option("--seconds", options.seconds, "how long");
+    seconds->capture_default_str()->check(CLI::Range(0.0, 1e6));
     app.add_option("--rate", options.rate_Hz, "fields a second")
         ->capture_default_str()
         ->check(CLI::Range(0.1, 1e5));
@@ -64,7 +63,20 @@ int main(int argc, char** argv)
         command("import-pat", "makes an array file of an OpenMPD board's .pat file", importPat);
     importing->add_option("FILE", options.file, "the .pat file")->required();
     importing->add_option("--out", options.out, "the array file")->required();
+    CLI::App* emulating =
+        command("emulate", "answers as AUTD3 units would, until --seconds or Ctrl-C", emulateUnits);
+    std::string kind;
+    emulating->add_option("KIND", kind, "autd3")->required()->check(CLI::IsMember({"autd3"}));
+    emulating->add_option("--units", options.units, "how many")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 64));
+    emulating
+        ->add_option("--port", options.port, "of ::1, for the group; 0: any; ids get their own")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 65535));
+    emulating->add_option("--faults", options.faults, "such as \"drop=0.01&reboot_at=5s\"");
     CLI11_PARSE(app, argc, argv);
+    options.hasSeconds = seconds->count() > 0;
     for (const double number : {options.seconds,
                                 options.rate_Hz,
                                 options.amplitude,

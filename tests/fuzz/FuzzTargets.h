@@ -11,6 +11,15 @@
 /// are found again after garbage, a field never plays half, the device's answers are packets.
 void fuzzProtocol(const std::uint8_t* data, std::size_t size);
 
+/// Datagrams from AUTD3 units and from others: what is no answer to an open question changes
+/// nothing and is counted, and a command is settled once.
+void fuzzAutd3(const std::uint8_t* data, std::size_t size);
+
+/// Datagrams to emulated AUTD3 units. The first byte says how they are (number, speed), then each
+/// has its address, a time before it in 1/4 ms, its length (2) and its bytes. No read outside of
+/// them, answers are as long as answers are, and a host that comes afterwards is understood.
+void fuzzUnits(const std::uint8_t* data, std::size_t size);
+
 /// A recording's bytes: no read outside of them, every entry is whole, times ascend, reading ends.
 void fuzzRecording(const std::uint8_t* data, std::size_t size);
 

@@ -82,6 +82,16 @@ TEST(Fuzz, protocol_keeps_its_promises_on_the_corpus_and_near_it)
     replay("protocol", fuzzProtocol);
 }
 
+TEST(Fuzz, autd3_keeps_its_promises_on_the_corpus_and_near_it)
+{
+    replay("autd3", fuzzAutd3);
+}
+
+TEST(Fuzz, units_keeps_its_promises_on_the_corpus_and_near_it)
+{
+    replay("units", fuzzUnits);
+}
+
 TEST(Fuzz, recording_keeps_its_promises_on_the_corpus_and_near_it)
 {
     replay("recording", fuzzRecording);

@@ -149,7 +149,7 @@ TEST(SimulatedArray, names_what_is_wrong_with_its_parameters)
     EXPECT_EQ(error("sim:?latency=5"),
               "device \"sim:?latency=5\": latency=5 should be a time such as 2s, 100ms or 20us");
     EXPECT_EQ(error("sim:?board=pat"),
-              "device \"sim:\": board=pat should be sonicsurface, ultraino or openmpd");
+              "device \"sim:\": board=pat should be autd3, sonicsurface, ultraino or openmpd");
     EXPECT_EQ(error("sim:?board=openmpd"),
               "device \"sim:\": board openmpd has 256 transducers, but the array has 4");
     EXPECT_EQ(error("sim:?unplug=1s"),

@@ -90,6 +90,21 @@ TEST(FieldPlayer, WhatADeviceCanNotKeepIsSentStepByStep)
     EXPECT_EQ(device.kept().size(), 1u);
 }
 
+TEST(FieldPlayer, ASequenceAtARateThatADevicesClockHasNotIsSentStepByStep)
+{
+    Keeper device;
+    device.clock_Hz = 40e3;
+    FieldPlayer player(device);
+    midair::haptics::ModulatorOptions options;
+    options.fieldRate_Hz = 300.0;
+    player.play(numberedFields(4), options);
+    ASSERT_TRUE(device.waitFor(10));
+    EXPECT_TRUE(device.kept().empty());
+    options.fieldRate_Hz = 40e3 / 3;
+    player.play(numberedFields(4), options);
+    ASSERT_TRUE(device.waitForSequences(1));
+}
+
 TEST(FieldPlayer, ASequenceThatIsRefusedIsSentAgain)
 {
     Keeper device;

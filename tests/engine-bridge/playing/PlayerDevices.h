@@ -66,8 +66,10 @@ public:
     {
         midair::device::DriveAbility ability;
         ability.sequenceFields = 4;
+        ability.sequenceClock_Hz = clock_Hz;
         return ability;
     }
+    double clock_Hz = 0; ///< to be set before it is used
     std::vector<Kept> kept() const
     {
         const std::lock_guard<std::mutex> lock(_keeping);

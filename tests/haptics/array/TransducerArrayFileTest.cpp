@@ -226,7 +226,7 @@ TEST(TransducerArrayFile, MissingFilesAndUnknownNamesSayWhatIsKnown)
             EXPECT_EQ(std::string(error.what()),
                       "array '" + std::string(name) +
                           "': there is no such file, and no array of that name; known are octagon, "
-                          "board, openmpd, "
+                          "board, autd3, octagon-autd3, openmpd, "
                           "sonicsurface, ultraino64, or the path of a JSON file");
         }
     const TemporaryFolder folder;
@@ -268,7 +268,14 @@ TEST(TransducerArrayFile, OwnFoldersComeBeforeTheShippedOnes)
     EXPECT_EQ(mine.name, "mine"); // the file names none
     EXPECT_EQ(replaced.size(), 1);
     EXPECT_EQ(TransducerArray::load("openmpd").size(), 256);
-    for (const char* name : {"octagon", "board", "mine", "openmpd", "sonicsurface", "ultraino64"})
+    for (const char* name : {"octagon",
+                             "board",
+                             "autd3",
+                             "mine",
+                             "octagon-autd3",
+                             "openmpd",
+                             "sonicsurface",
+                             "ultraino64"})
         EXPECT_EQ(std::count(names.begin(), names.end(), name), 1) << name;
 }
 

@@ -1,0 +1,127 @@
+#include "device/autd3/BankPlayer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+namespace midair::device::autd3
+{
+
+namespace
+{
+
+constexpr double kNever_s = std::numeric_limits<double>::max();
+constexpr double kRepeatAtOnce_s = 0.3e-3;
+constexpr double kLeastRepeat_s = 0.15e-3;
+constexpr double kLeastSlack_s = 0.1e-3;
+constexpr double kLeastAllowance_s = 0.2e-3;
+constexpr double kBackAfter_s = 1.5e-3; // beyond the margin: time to reach all units
+constexpr int kMostBacks = 100;
+constexpr double kMostLead_s = 0.1;
+
+// Half a period off the grid of slots, so that no unit is on the other side of its edge.
+double besideEdge(double wanted_ns)
+{
+    return std::ceil(wanted_ns / kSlotPeriod_ns) * kSlotPeriod_ns + kSlotPeriod_ns / 2.0;
+}
+
+} // namespace
+
+// The lead is for the acknowledgements, with repeats; then for taking the switch back where one is
+// missing; then the units' own margin.
+void BankPlayer::switchAtTime(double now_s)
+{
+    const double allowance_s = std::max(kLeastAllowance_s, _lead_s / 6);
+    const double slack_s = std::max(kLeastSlack_s, _lead_s - _margin_s - allowance_s);
+    _time_ns = besideEdge(_group.clock().at_ns(now_s + _lead_s));
+    _deadline_s = now_s + slack_s;
+    _sent_s = now_s;
+    _stage = Stage::SWITCHING;
+    const Command command =
+        Command::activateBank(_bank, SwitchMode::AT_TIME, static_cast<std::uint64_t>(_time_ns));
+    for (int k = 0; k < _group.size(); ++k)
+        push(_open, k, command, std::max(kLeastRepeat_s, slack_s / 4));
+}
+
+void BankPlayer::switchAtOnce(double now_s)
+{
+    _deadline_s = kNever_s;
+    _sent_s = now_s;
+    _isUnknown = false;
+    _stage = Stage::SWITCHING;
+    const Command command = Command::activateBank(_bank, SwitchMode::AT_ONCE);
+    for (int k = 0; k < _group.size(); ++k)
+        push(_open, k, command, kRepeatAtOnce_s);
+}
+
+void BankPlayer::endSwitching(double now_s)
+{
+    const bool isTimed = _deadline_s < kNever_s;
+    const bool isMissed = isTimed && (_isLate || _isUnknown || now_s > _deadline_s);
+    if (!_open.none() && !isMissed) return;
+    if (!_refusal.empty() || (isMissed && !(_open.none() && !_isLate && !_isUnknown)))
+        takeBack(now_s);
+    else if (isTimed)
+        _stage = Stage::WAITING;
+    else if (_isUnknown)
+        switchAtOnce(now_s); // twice is as once
+    else
+        end(Fate::PLAYED, now_s);
+}
+
+// The bank that plays is activated: that ends the wait for the other one.
+void BankPlayer::takeBack(double now_s)
+{
+    ++_takenBack;
+    _lead_s = std::min(std::max(_options.lead_s, kMostLead_s), _lead_s * 1.5);
+    _takenBack_ns = _deadline_s < kNever_s ? _time_ns : 0;
+    _time_ns = 0;
+    _backs = 0;
+    _stage = Stage::TAKING_BACK;
+    for (int k = 0; k < _group.size(); ++k)
+        pushTakeBack(k, now_s);
+}
+
+void BankPlayer::pushTakeBack(int unit, double now_s)
+{
+    const std::optional<BankConfig>& config = _configs[static_cast<std::size_t>(_playing)];
+    const bool isTimed = config && !config->forEver;
+    double time_ns = 0;
+    if (isTimed)
+        time_ns = besideEdge(
+            std::max(_takenBack_ns, _group.clock().at_ns(now_s + _margin_s + kBackAfter_s)));
+    _time_ns = std::max(_time_ns, time_ns);
+    push(_open,
+         unit,
+         Command::activateBank(_playing,
+                               isTimed ? SwitchMode::AT_TIME : SwitchMode::AT_ONCE,
+                               static_cast<std::uint64_t>(time_ns)),
+         kLeastRepeat_s);
+    ++_backs;
+}
+
+/// The switch itself may be settled in this stage, too: the last one of a unit is the one back.
+void BankPlayer::takeSwitchBack(const UnitGroup::Outcome& outcome)
+{
+    const int k = outcome.unit;
+    if (_open.of(k) > 0) return;
+    const std::optional<std::uint8_t>& result = outcome.done.result;
+    if (result && *result == DONE)
+    {
+        if (_takenBack_ns > 0 && static_cast<double>(outcome.time_ns) > _takenBack_ns)
+        {
+            ++_torn;
+            _fault = fmt::format("unit {} was told too late that a switch is put off: it may have "
+                                 "played its part of a field alone",
+                                 k);
+        }
+    }
+    else if (_backs >= kMostBacks * _group.size())
+        _group.lose(k, "doesn't take a switch back: " + resultText(result.value_or(DONE)));
+    else
+        pushTakeBack(k, _group.clock().host_s(static_cast<double>(outcome.time_ns)));
+}
+
+} // namespace midair::device::autd3

@@ -1,0 +1,310 @@
+#include "device/autd3/Opening.h"
+
+#include "device/autd3/UdpLink.h"
+#include "haptics/base/threads/SteadyClock.h"
+
+#include <algorithm>
+#include <random>
+
+#include <fmt/format.h>
+
+namespace midair::device::autd3
+{
+
+namespace
+{
+
+constexpr int kTries = 3;
+constexpr double kAnswer_s = 0.05; // to one question
+constexpr double kGroup_s = 0.2;   // to a question to all
+constexpr double kForget_s = 0.1;  // for units to forget their ids and close
+constexpr double kMore_s = 0.02;   // a second answer to Discover would be there
+constexpr double kNobody_s = 3;    // nobody at all
+constexpr double kBooting_s = 30;  // the next one, if the one before has something behind it
+constexpr double kLocking_s = 30;  // until all follow the clock
+constexpr double kLook_s = 0.05;   // between two looks at that
+constexpr std::uint8_t kInStep = HAS_SYNC_PULSE | FOLLOWS_CLOCK;
+
+// So that answers to a session before are not taken for this one's.
+std::uint16_t anyNumber()
+{
+    return static_cast<std::uint16_t>(std::random_device{}());
+}
+
+} // namespace
+
+Opening::Opening(DatagramLink& link,
+                 Refusals& refusals,
+                 const Autd3Options& options,
+                 std::string device,
+                 IsLeft isLeft) :
+    _link(link),
+    _refusals(refusals),
+    _options(options),
+    _device(std::move(device)),
+    _isLeft(std::move(isLeft)),
+    _number(anyNumber())
+{
+}
+
+DeviceError Opening::error(const std::string& what) const
+{
+    return DeviceError(_device + ": " + what);
+}
+
+void Opening::take(const Endpoint& from,
+                   const std::vector<std::uint8_t>& bytes,
+                   const Question& question,
+                   Answers& answers)
+{
+    const double now_s = base::steadySeconds();
+    Answer answer;
+    std::string why;
+    if (!readAnswer(bytes, answer, why))
+        return _refusals.add(Refusal::MALFORMED, endpointText(from) + ": " + why, now_s);
+    if (answer.number != question.number || answer.kind != question.kind)
+        return _refusals.add(Refusal::STRAY, "an answer that is late or a copy", now_s);
+    // A unit's address changes with its id.
+    if (question.to != nullptr && *question.to != from && question.kind != Kind::ASSIGN_ID)
+        return _refusals.add(Refusal::FOREIGN, endpointText(from) + " wasn't asked", now_s);
+    if (answer.version != kProtocolVersion)
+        throw error(fmt::format("{} speaks protocol version {}; this program speaks {}",
+                                endpointText(from),
+                                answer.version,
+                                kProtocolVersion));
+    const bool isCopy = std::any_of(
+        answers.begin(), answers.end(), [&](const auto& other) { return other.first == from; });
+    if (isCopy) return _refusals.add(Refusal::STRAY, "a copy", now_s);
+    answers.emplace_back(from, std::move(answer));
+}
+
+Opening::Answers Opening::ask(const Endpoint* to,
+                              const std::vector<std::uint8_t>& bytes,
+                              double wait_s,
+                              std::size_t enough)
+{
+    const Question question = {
+        to, static_cast<Kind>(bytes[1]), static_cast<std::uint16_t>(bytes[2] | (bytes[3] << 8))};
+    const double until_s = base::steadySeconds() + wait_s;
+    bool isSent = false;
+    Answers answers;
+    Endpoint from;
+    std::vector<std::uint8_t> received;
+    do
+    {
+        if (_isLeft()) throw error("closed while it was opened");
+        if (!isSent) isSent = to != nullptr ? _link.send(*to, bytes) : _link.sendToGroup(bytes);
+        const double now_s = base::steadySeconds();
+        if (_link.receive(std::min(until_s, now_s + kAnswer_s), from, received))
+            take(from, received, question, answers);
+    } while (base::steadySeconds() < until_s && answers.size() < enough);
+    return answers;
+}
+
+void Opening::pause(double wait_s)
+{
+    const double until_s = base::steadySeconds() + wait_s;
+    Endpoint from;
+    std::vector<std::uint8_t> bytes;
+    while (base::steadySeconds() < until_s && !_isLeft())
+        if (_link.receive(until_s, from, bytes))
+            _refusals.add(Refusal::STRAY, "nobody asked", base::steadySeconds());
+}
+
+void Opening::forgetIds()
+{
+    ask(nullptr, message(Kind::RESET_ID, nextNumber()), kGroup_s, kMostUnits + 1);
+    pause(kForget_s);
+}
+
+// A unit that missed ResetId keeps its id and doesn't answer Discover.
+void Opening::resetLeftover()
+{
+    const Answers answers =
+        ask(nullptr, message(Kind::READ_UNIT_INFO, nextNumber()), kAnswer_s, kMostUnits + 1);
+    for (const auto& [from, answer] : answers)
+    {
+        if (answer.status != 0) continue;
+        if (!isKnownFirmware(answer.info.firmware))
+            throw error(unknownFirmware("the unit at " + endpointText(from), answer.info.firmware));
+        const bool isOurs = std::any_of(_units.begin(),
+                                        _units.end(),
+                                        [&, at = from](const Unit& unit) { return unit.at == at; });
+        if (answer.info.id != kNoId && !isOurs)
+            ask(&from, message(Kind::RESET_ID, nextNumber()), kForget_s, 1);
+    }
+}
+
+Endpoint Opening::discover(int k)
+{
+    const double begin_s = base::steadySeconds();
+    const double most_s = k == 0 ? kNobody_s : kBooting_s;
+    int crowds = 0;
+    for (;;)
+    {
+        const auto question = message(Kind::DISCOVER, nextNumber());
+        Answers answers = ask(nullptr, question, kForget_s, 1);
+        if (answers.size() == 1)
+        {
+            const Answers more = ask(nullptr, message(Kind::DISCOVER, nextNumber()), kMore_s, 2);
+            const bool isOne = std::all_of(more.begin(),
+                                           more.end(),
+                                           [&](const auto& other)
+                                           { return other.first == answers.front().first; });
+            if (isOne) return answers.front().first;
+            if (++crowds == kTries)
+                throw error("several units without id answer at once: a switch on the cable, or "
+                            "several cables?");
+        }
+        const double waited_s = base::steadySeconds() - begin_s;
+        if (waited_s > most_s && k == 0)
+            throw error(fmt::format(
+                "nobody answers on {}: units need some seconds after power-on, and a firewall must "
+                "let UDP from port {} in",
+                _link.name(),
+                kPort));
+        if (waited_s > most_s)
+            throw error(fmt::format("unit {} has something behind it that doesn't answer", k - 1));
+        resetLeftover();
+    }
+}
+
+/// Returns true if the unit at \a at says that it has the id \a k.
+bool Opening::hasId(const Endpoint& at, int k)
+{
+    for (int i = 0; i < kTries; ++i)
+        for (const auto& [from, answer] :
+             ask(&at, message(Kind::READ_UNIT_INFO, nextNumber()), kAnswer_s, 1))
+            if (answer.status == 0 && answer.info.id == k) return true;
+    return false;
+}
+
+// Its answer may be lost, or another's taken for it: it has moved to its new address then, and says
+// so when all are asked.
+Unit Opening::assign(int k, const Endpoint& at)
+{
+    std::string why = "it doesn't answer";
+    Unit unit;
+    unit.id = static_cast<std::uint8_t>(k);
+    for (int i = 0; i < kTries; ++i)
+        for (const auto& [from, answer] :
+             ask(&at, assignId(nextNumber(), unit.id, k == 0), kAnswer_s, 1))
+        {
+            unit.at = from;
+            if (answer.status == 0 && hasId(from, k)) return unit;
+            if (answer.status != 0) why = statusText(answer.status);
+        }
+    for (const auto& [from, answer] :
+         ask(nullptr, message(Kind::READ_UNIT_INFO, nextNumber()), kGroup_s, kMostUnits + 1))
+    {
+        unit.at = from;
+        if (answer.status == 0 && answer.info.id == unit.id && hasId(from, k)) return unit;
+    }
+    throw error(fmt::format("unit {} takes no id: {}", k, why));
+}
+
+bool Opening::unblock(const Unit& unit)
+{
+    std::string why = "it doesn't answer";
+    for (int i = 0; i < kTries; ++i)
+    {
+        const Answers answers =
+            ask(&unit.at, message(Kind::UNBLOCK_DOWNSTREAM, nextNumber()), kAnswer_s, 1);
+        if (answers.empty()) continue;
+        if (answers.front().second.status == 0) return answers.front().second.hasDownstream;
+        why = statusText(answers.front().second.status);
+    }
+    throw error(fmt::format("unit {} opens no way on: {}", unit.id, why));
+}
+
+void Opening::number()
+{
+    _units.clear();
+    bool hasMore = true;
+    for (int k = 0; k < _options.units; ++k)
+    {
+        if (!hasMore)
+            throw error(fmt::format("there are {} units; units={} are wanted", k, _options.units));
+        _units.push_back(assign(k, discover(k)));
+        hasMore = unblock(_units.back());
+    }
+    if (hasMore)
+        throw error(fmt::format("there are more than {} units: units={} is too few, unit {} has "
+                                "something behind it",
+                                _options.units,
+                                _options.units,
+                                _options.units - 1));
+}
+
+void Opening::checkAll()
+{
+    std::vector<bool> seen(_units.size());
+    for (int i = 0; i < kTries; ++i)
+    {
+        const Answers answers =
+            ask(nullptr, message(Kind::READ_UNIT_INFO, nextNumber()), kGroup_s, kMostUnits + 1);
+        for (const auto& [from, answer] : answers)
+        {
+            if (answer.status != 0) continue;
+            const std::size_t id = answer.info.id;
+            if (id >= _units.size() || _units[id].at != from)
+            {
+                _refusals.add(Refusal::FOREIGN,
+                              fmt::format("{} says that its id is {}, which nobody gave it",
+                                          endpointText(from),
+                                          id),
+                              base::steadySeconds());
+                continue;
+            }
+            seen[id] = true;
+            if (!isKnownFirmware(answer.info.firmware))
+                throw error(unknownFirmware(fmt::format("unit {}", id), answer.info.firmware));
+        }
+        if (std::find(seen.begin(), seen.end(), false) == seen.end()) return;
+    }
+    const auto missing = std::find(seen.begin(), seen.end(), false) - seen.begin();
+    throw error(fmt::format("unit {} got its id and doesn't answer any more", missing));
+}
+
+void Opening::startClock()
+{
+    Answers answers;
+    for (int i = 0; i < kTries && answers.empty(); ++i)
+        answers = ask(&_units.front().at, setTime(nextNumber(), 0), kAnswer_s, 1);
+    if (answers.empty()) throw error("unit 0 takes no time: it doesn't answer");
+    if (answers.front().second.status != 0)
+        throw error("unit 0 takes no time: " + statusText(answers.front().second.status));
+    const double until_s = base::steadySeconds() + kLocking_s;
+    std::vector<bool> follows(_units.size());
+    while (base::steadySeconds() < until_s)
+    {
+        for (std::size_t k = 0; k < _units.size(); ++k)
+        {
+            if (follows[k]) continue;
+            const Answers infos =
+                ask(&_units[k].at, message(Kind::READ_UNIT_INFO, nextNumber()), kAnswer_s, 1);
+            follows[k] = !infos.empty() && infos.front().second.status == 0 &&
+                         (infos.front().second.info.flags & kInStep) == kInStep;
+        }
+        if (std::find(follows.begin(), follows.end(), false) == follows.end()) return;
+        pause(kLook_s);
+    }
+    const auto one = std::find(follows.begin(), follows.end(), false) - follows.begin();
+    throw error(fmt::format("unit {} doesn't follow the clock within {:g} s", one, kLocking_s));
+}
+
+std::unique_ptr<UnitGroup> Opening::open()
+{
+    forgetIds();
+    number();
+    checkAll();
+    startClock();
+    for (Unit& unit : _units)
+        unit.queue = FrameQueue(anyNumber());
+    auto group =
+        std::make_unique<UnitGroup>(_link, _refusals, std::move(_units), _options.heartbeat_s);
+    setUp(*group);
+    return group;
+}
+
+} // namespace midair::device::autd3

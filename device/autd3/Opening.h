@@ -1,0 +1,94 @@
+#pragma once
+
+#include "device/autd3/Autd3Options.h"
+#include "device/autd3/UnitGroup.h"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace midair::device::autd3
+{
+
+/// Opens the units on a cable: gives them their ids from the nearest on, starts their clock, and
+/// sets each up, silent. Waits for them; throws DeviceError that says what is wrong, and also as
+/// soon as \a isLeft returns true.
+class Opening
+{
+public:
+    using IsLeft = std::function<bool()>;
+
+    Opening(DatagramLink& link,
+            Refusals& refusals,
+            const Autd3Options& options,
+            std::string device,
+            IsLeft isLeft);
+
+    std::unique_ptr<UnitGroup> open();
+
+    /// The firmware that the units said to have, "0.10.0".
+    const std::string& firmware() const { return _firmware; }
+
+private:
+    using Answers = std::vector<std::pair<Endpoint, Answer>>;
+
+    /// What an answer has to answer.
+    struct Question
+    {
+        const Endpoint* to; ///< null: the group
+        Kind kind;
+        std::uint16_t number;
+    };
+
+    DeviceError error(const std::string& what) const;
+    std::uint16_t nextNumber() { return ++_number; }
+    /// Sends to \a to, or to the group if that is null, and returns the answers to this number that
+    /// come within \a wait_s; not waiting for more than \a enough.
+    Answers ask(const Endpoint* to,
+                const std::vector<std::uint8_t>& bytes,
+                double wait_s,
+                std::size_t enough);
+    void pause(double wait_s);
+    void take(const Endpoint& from,
+              const std::vector<std::uint8_t>& bytes,
+              const Question& question,
+              Answers& answers);
+
+    void forgetIds();
+    void number();
+    Endpoint discover(int k);
+    Unit assign(int k, const Endpoint& at);
+    bool hasId(const Endpoint& at, int k);
+    bool unblock(const Unit& unit);
+    void checkAll();
+    void startClock();
+    void setUp(UnitGroup& group);
+    void reset(const Unit& unit);
+    void settle(UnitGroup& group, std::vector<UnitGroup::Outcome>& outcomes);
+    /// Has \a push push commands to a unit, to all until all have answered to all.
+    void settleAll(UnitGroup& group, const std::function<void(int)>& push);
+    /// Why the firmware that a unit answered will not do; empty: it will.
+    std::string whyNot(const UnitGroup::Outcome& outcome);
+    void resetLeftover();
+
+    DatagramLink& _link;
+    Refusals& _refusals;
+    const Autd3Options& _options;
+    const std::string _device;
+    const IsLeft _isLeft;
+    std::uint16_t _number; ///< of the last message
+    std::vector<Unit> _units;
+    std::string _firmware;
+};
+
+/// Returns true for firmware whose commands this program knows.
+bool isKnownFirmware(const FirmwareVersion& version);
+/// "WHO has firmware 12.1.0; this program speaks to 0.10".
+std::string unknownFirmware(const std::string& who, const FirmwareVersion& version);
+
+/// Sets a unit that was reset up, silent: pushes the commands that follow Reset.
+void pushSetUp(UnitGroup& group, int k, const Autd3Options& options);
+
+} // namespace midair::device::autd3

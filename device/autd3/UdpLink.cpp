@@ -1,0 +1,216 @@
+#include "device/autd3/UdpLink.h"
+
+#include "device/ArrayDevice.h"
+#include "device/autd3/protocol/Messages.h"
+#include "haptics/base/text/Number.h"
+#include "haptics/base/threads/SteadyClock.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <ifaddrs.h>
+#include <net/if.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+namespace midair::device::autd3
+{
+
+namespace
+{
+
+// More than some 5 ms of the line waits in no queue of the system; some of them drop what does.
+constexpr int kSendBuffer = 8192;
+constexpr int kReceiveBuffer = 1 << 20; // answers of 64 units while this thread doesn't run
+constexpr std::size_t kMostReceived = 2048;
+
+std::string reason()
+{
+    return std::generic_category().message(errno);
+}
+
+sockaddr_in6 socketAddress(const Endpoint& endpoint)
+{
+    sockaddr_in6 address{};
+    address.sin6_family = AF_INET6;
+    address.sin6_port = htons(endpoint.port);
+    address.sin6_scope_id = endpoint.scope;
+    std::memcpy(&address.sin6_addr, endpoint.address.data(), endpoint.address.size());
+    return address;
+}
+
+Endpoint allNodes(std::uint32_t index)
+{
+    Endpoint group;
+    group.address = {0xFF, 0x02};
+    group.address.back() = 1;
+    group.port = kPort;
+    group.scope = index;
+    return group;
+}
+
+} // namespace
+
+std::vector<NetworkInterface> linkLocalInterfaces()
+{
+    std::vector<NetworkInterface> found;
+    ifaddrs* all = nullptr;
+    if (::getifaddrs(&all) != 0) return found;
+    for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next)
+    {
+        if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET6) continue;
+        if ((one->ifa_flags & IFF_UP) == 0 || (one->ifa_flags & IFF_LOOPBACK) != 0) continue;
+        sockaddr_in6 address{};
+        std::memcpy(&address, one->ifa_addr, sizeof address);
+        if (!IN6_IS_ADDR_LINKLOCAL(&address.sin6_addr)) continue;
+        const bool isKnown =
+            std::any_of(found.begin(),
+                        found.end(),
+                        [&](const NetworkInterface& other) { return other.name == one->ifa_name; });
+        if (!isKnown) found.push_back({one->ifa_name, ::if_nametoindex(one->ifa_name)});
+    }
+    ::freeifaddrs(all);
+    return found;
+}
+
+bool parseEndpoint(const std::string& text, Endpoint& endpoint)
+{
+    const std::size_t end = text.rfind("]:");
+    if (text.empty() || text.front() != '[' || end == std::string::npos) return false;
+    std::string address = text.substr(1, end - 1);
+    Endpoint read;
+    const std::size_t percent = address.find('%');
+    if (percent != std::string::npos)
+    {
+        read.scope = ::if_nametoindex(address.substr(percent + 1).c_str());
+        if (read.scope == 0) return false;
+        address.resize(percent);
+    }
+    int port = 0;
+    if (!base::parseWhole(text.substr(end + 2), port) || port < 1 || port > 65535) return false;
+    read.port = static_cast<std::uint16_t>(port);
+    if (::inet_pton(AF_INET6, address.c_str(), read.address.data()) != 1) return false;
+    endpoint = read;
+    return true;
+}
+
+std::string endpointText(const Endpoint& endpoint)
+{
+    char text[INET6_ADDRSTRLEN] = "";
+    char name[IF_NAMESIZE] = "";
+    ::inet_ntop(AF_INET6, endpoint.address.data(), text, sizeof text);
+    const bool isScoped = endpoint.scope != 0 && ::if_indextoname(endpoint.scope, name) != nullptr;
+    return fmt::format("[{}{}{}]:{}", text, isScoped ? "%" : "", name, endpoint.port);
+}
+
+UdpLink::UdpLink(const NetworkInterface& interface) :
+    _name(interface.name),
+    _group(allNodes(interface.index))
+{
+    open();
+}
+
+UdpLink::UdpLink(const Endpoint& group) : _name(endpointText(group)), _group(group)
+{
+    open();
+}
+
+UdpLink::~UdpLink()
+{
+    close();
+}
+
+void UdpLink::open()
+{
+    _wake = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    _socket = ::socket(AF_INET6, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    const int index = static_cast<int>(_group.scope);
+    const int hops = 1;
+    bool isOpen = _wake >= 0 && _socket >= 0;
+    isOpen = isOpen && ::setsockopt(_socket, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof(int)) == 0;
+    isOpen =
+        isOpen && ::setsockopt(_socket, SOL_SOCKET, SO_RCVBUF, &kReceiveBuffer, sizeof(int)) == 0;
+    isOpen =
+        isOpen && ::setsockopt(_socket, IPPROTO_IPV6, IPV6_MULTICAST_HOPS, &hops, sizeof hops) == 0;
+    if (index != 0)
+        isOpen = isOpen &&
+                 ::setsockopt(_socket, IPPROTO_IPV6, IPV6_MULTICAST_IF, &index, sizeof index) == 0;
+    if (isOpen) return;
+    const std::string why = reason();
+    close();
+    throw DeviceError(fmt::format("autd3: no socket for {}: {}", _name, why));
+}
+
+void UdpLink::close()
+{
+    if (_socket >= 0) ::close(_socket);
+    if (_wake >= 0) ::close(_wake);
+    _socket = _wake = -1;
+}
+
+bool UdpLink::send(const Endpoint& to, const std::vector<std::uint8_t>& bytes)
+{
+    const sockaddr_in6 address = socketAddress(to);
+    ssize_t sent = 0;
+    do
+        sent = ::sendto(_socket,
+                        bytes.data(),
+                        bytes.size(),
+                        0,
+                        reinterpret_cast<const sockaddr*>(&address),
+                        sizeof address);
+    while (sent < 0 && errno == EINTR);
+    // A closed port of an emulator is told by the system at the next send, which it refuses.
+    _isFull = sent < 0 && (errno == EAGAIN || errno == ENOBUFS);
+    return sent == static_cast<ssize_t>(bytes.size());
+}
+
+bool UdpLink::take(Endpoint& from, std::vector<std::uint8_t>& bytes)
+{
+    bytes.resize(kMostReceived);
+    sockaddr_in6 address{};
+    socklen_t size = sizeof address;
+    const ssize_t received = ::recvfrom(
+        _socket, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&address), &size);
+    if (received < 0) return false; // nothing there, or told that a port was closed
+    bytes.resize(static_cast<std::size_t>(received));
+    std::memcpy(from.address.data(), &address.sin6_addr, from.address.size());
+    from.port = ntohs(address.sin6_port);
+    from.scope = address.sin6_scope_id;
+    return true;
+}
+
+bool UdpLink::receive(double until_s, Endpoint& from, std::vector<std::uint8_t>& bytes)
+{
+    if (take(from, bytes)) return true;
+    const double rest_s = std::max(0.0, until_s - base::steadySeconds());
+    timespec rest{};
+    rest.tv_sec = static_cast<time_t>(rest_s);
+    rest.tv_nsec = static_cast<long>((rest_s - static_cast<double>(rest.tv_sec)) * 1e9);
+    const auto wanted = static_cast<short>(_isFull ? POLLIN | POLLOUT : POLLIN);
+    pollfd waits[] = {{_socket, wanted, 0}, {_wake, POLLIN, 0}};
+    const int ready = ::ppoll(waits, 2, &rest, nullptr);
+    if (ready <= 0) return false;
+    if (waits[1].revents != 0)
+    {
+        std::uint64_t count = 0;
+        (void)!::read(_wake, &count, sizeof count);
+    }
+    _isFull = false;
+    return (waits[0].revents & POLLIN) != 0 && take(from, bytes);
+}
+
+void UdpLink::wake()
+{
+    const std::uint64_t one = 1;
+    (void)!::write(_wake, &one, sizeof one);
+}
+
+} // namespace midair::device::autd3

@@ -1,0 +1,224 @@
+#include "device/autd3/UnitGroup.h"
+
+#include "device/autd3/UdpLink.h"
+#include "haptics/base/threads/SteadyClock.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace midair::device::autd3
+{
+
+namespace
+{
+
+constexpr double kNever_s = std::numeric_limits<double>::max();
+constexpr double kRetry_s = 0.1e-3; ///< until a send is tried again for which there was no room
+constexpr std::uint8_t kInStep = HAS_SYNC_PULSE | FOLLOWS_CLOCK;
+constexpr int kMostAtOnce = 256; ///< datagrams, before other things get their turn
+
+} // namespace
+
+UnitGroup::UnitGroup(DatagramLink& link,
+                     Refusals& refusals,
+                     std::vector<Unit> units,
+                     double heartbeat_s) :
+    _link(link),
+    _refusals(refusals),
+    _units(std::move(units)),
+    _heartbeat_s(heartbeat_s)
+{
+    forgive(base::steadySeconds());
+}
+
+int UnitGroup::count() const
+{
+    return static_cast<int>(
+        std::count_if(_units.begin(), _units.end(), [](const Unit& u) { return u.isThere(); }));
+}
+
+void UnitGroup::push(int k, const Command& command, double repeat_s)
+{
+    if (isThere(k)) unit(k).queue.push(command, repeat_s);
+}
+
+void UnitGroup::pushToAll(const Command& command, double repeat_s)
+{
+    for (int k = 0; k < size(); ++k)
+        push(k, command, repeat_s);
+}
+
+void UnitGroup::pumpOne(Unit& unit, double now_s)
+{
+    const auto note = [&]
+    {
+        unit.sent_s = now_s;
+        if (unit.asked++ == 0) unit.asked_s = now_s;
+    };
+    const FrameQueue::Send send = [&](const std::vector<std::uint8_t>& bytes)
+    { return _link.send(unit.at, bytes); };
+    if (unit.queue.pump(now_s, send)) note();
+    if (now_s - unit.sent_s < _heartbeat_s) return;
+    const std::uint16_t number = unit.queue.nextMessage();
+    if (!_link.send(unit.at, message(Kind::HEARTBEAT, number))) return;
+    unit.beat = number;
+    unit.isBeatOpen = true;
+    note();
+}
+
+// The farthest first: it hears last.
+void UnitGroup::pump(double now_s)
+{
+    for (auto unit = _units.rbegin(); unit != _units.rend(); ++unit)
+        if (unit->isThere()) pumpOne(*unit, now_s);
+}
+
+double UnitGroup::due_s() const
+{
+    double due_s = kNever_s;
+    for (const Unit& unit : _units)
+    {
+        if (!unit.isThere()) continue;
+        due_s = std::min({due_s, unit.sent_s + _heartbeat_s, unit.queue.due_s(kNever_s)});
+        if (unit.queue.unsent() > 0 && unit.queue.inFlight() < FrameQueue::kWindow)
+            due_s = std::min(due_s, base::steadySeconds() + kRetry_s);
+    }
+    return due_s;
+}
+
+bool UnitGroup::isIdle() const
+{
+    return std::all_of(_units.begin(),
+                       _units.end(),
+                       [](const Unit& unit) { return !unit.isThere() || unit.queue.isIdle(); });
+}
+
+void UnitGroup::receive(double until_s, bool isPrompt)
+{
+    _isPrompt = isPrompt;
+    Endpoint from;
+    for (int i = 0; i < kMostAtOnce && _link.receive(until_s, from, _bytes); ++i)
+    {
+        take(from, _bytes, base::steadySeconds());
+        until_s = 0; // only what is there
+    }
+}
+
+int UnitGroup::find(const Endpoint& from) const
+{
+    const auto at = std::find_if(
+        _units.begin(), _units.end(), [&](const Unit& unit) { return unit.at == from; });
+    return at == _units.end() ? -1 : static_cast<int>(at - _units.begin());
+}
+
+void UnitGroup::take(const Endpoint& from, const std::vector<std::uint8_t>& bytes, double now_s)
+{
+    Answer answer;
+    std::string error;
+    const int k = find(from);
+    if (!readAnswer(bytes, answer, error))
+        _refusals.add(Refusal::MALFORMED, endpointText(from) + ": " + error, now_s);
+    else if (answer.kind != Kind::FRAME && answer.kind != Kind::HEARTBEAT && _other)
+        _other(from, answer);
+    else if (k < 0)
+        _refusals.add(Refusal::FOREIGN, endpointText(from) + " is no unit of this array", now_s);
+    else if (answer.version != kProtocolVersion)
+        _refusals.add(Refusal::OTHER_PROTOCOL,
+                      fmt::format("{} speaks version {}, this program {}",
+                                  endpointText(from),
+                                  answer.version,
+                                  kProtocolVersion),
+                      now_s);
+    else if (answer.kind != Kind::FRAME && answer.kind != Kind::HEARTBEAT)
+        _refusals.add(Refusal::STRAY, "nobody asked", now_s);
+    else
+        takeReply(k, answer, now_s);
+}
+
+void UnitGroup::takeReply(int k, const Answer& answer, double now_s)
+{
+    Unit& unit = this->unit(k);
+    if (!unit.isThere()) return;
+    const bool isBeat = answer.kind == Kind::HEARTBEAT;
+    const bool isOpen = isBeat ? unit.isBeatOpen && answer.number == unit.beat
+                               : unit.queue.isInFlight(answer.number);
+    if (!isOpen) return _refusals.add(Refusal::STRAY, "an answer that is late or a copy", now_s);
+    // If that is so, it stays so, and the unit is lost for not answering.
+    const bool hasId = answer.status == 0 && (answer.reply.flags & HAS_ID) != 0;
+    if (answer.status != 0 || !hasId || answer.reply.id != unit.id)
+    {
+        unit.suspicion = answer.status != 0 ? "refuses messages: " + statusText(answer.status)
+                                            : "has another id, so it started anew";
+        return _refusals.add(
+            Refusal::WRONG_ID,
+            fmt::format("unit {} at {} {}", k, endpointText(unit.at), unit.suspicion),
+            now_s);
+    }
+    unit.suspicion.clear();
+    if (isBeat) unit.isBeatOpen = false;
+    _done.clear();
+    if (!isBeat) unit.queue.take(answer.reply, answer.number, _done);
+    for (FrameQueue::Done& done : _done)
+        _outcomes.push_back({k, std::move(done), answer.reply.time_ns});
+    unit.heard_s = now_s;
+    unit.asked = 0;
+    unit.flags = answer.reply.flags;
+    if ((unit.flags & kInStep) == kInStep)
+        unit.outOfStep_s = 0;
+    else if (unit.outOfStep_s == 0)
+        unit.outOfStep_s = now_s;
+    if (_isPrompt) _clock.note(answer.reply.time_ns, now_s);
+}
+
+void UnitGroup::lose(int k, const std::string& why)
+{
+    Unit& unit = this->unit(k);
+    if (!unit.isThere()) return;
+    unit.lost = why;
+    unit.queue.dropUnsent();
+}
+
+bool UnitGroup::findLost(double now_s)
+{
+    bool isNew = false;
+    for (int k = 0; k < size(); ++k)
+    {
+        Unit& one = unit(k);
+        if (one.isThere())
+        {
+            if (one.asked >= kLeastAsked && now_s - one.asked_s > kLost_s)
+                lose(k, one.suspicion.empty() ? "doesn't answer" : one.suspicion);
+            else if (now_s - one.queue.oldest_s(now_s) > kLost_s)
+                lose(k, "answers, but does nothing of what it is sent: another program may use it");
+        }
+        if (!one.isThere() && !one.isLossTold) one.isLossTold = isNew = true;
+    }
+    return isNew;
+}
+
+void UnitGroup::forgive(double now_s)
+{
+    for (Unit& unit : _units)
+    {
+        unit.asked = 0;
+        unit.queue.touch(now_s);
+    }
+}
+
+std::vector<UnitGroup::Outcome> UnitGroup::takeOutcomes()
+{
+    return std::exchange(_outcomes, {});
+}
+
+std::uint64_t UnitGroup::repeats() const
+{
+    std::uint64_t sum = 0;
+    for (const Unit& unit : _units)
+        sum += unit.queue.repeats();
+    return sum;
+}
+
+} // namespace midair::device::autd3

@@ -1,0 +1,111 @@
+#pragma once
+
+#include "device/autd3/DatagramLink.h"
+#include "device/autd3/Refusals.h"
+#include "device/autd3/protocol/FrameQueue.h"
+#include "device/autd3/protocol/UnitClock.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace midair::device::autd3
+{
+
+/// A unit that was given its id, and what is known about it.
+struct Unit
+{
+    Endpoint at;
+    std::uint8_t id = kNoId; ///< its place along the cable, from 0
+    std::uint8_t flags = 0;
+    FrameQueue queue;
+    std::string lost; ///< why nothing is sent to it any more; empty: it is there
+
+    bool isLossTold = false;
+    std::string suspicion;   ///< what is wrong with its last answer; empty: nothing
+    double heard_s = 0;      ///< when it answered last
+    double sent_s = 0;       ///< when it was last sent a frame or a heartbeat
+    double asked_s = 0;      ///< when it was asked first since it answered last
+    int asked = 0;           ///< times that it was asked since then
+    std::uint16_t beat = 0;  ///< message number of the last heartbeat
+    bool isBeatOpen = false; ///< it has not been answered
+    double outOfStep_s = 0;  ///< since when it doesn't follow the clock; 0: it does
+
+    bool isThere() const { return lost.empty(); }
+};
+
+/// The traffic with units that are open: frames, heartbeats, answers, and which unit is lost.
+///
+/// Used by one thread at a time.
+class UnitGroup
+{
+public:
+    static constexpr double kLost_s = 0.1; ///< without an answer
+    static constexpr int kLeastAsked = 3;  ///< times, before a unit is lost
+
+    /// What became of a command to unit \a unit.
+    struct Outcome
+    {
+        int unit = 0;
+        FrameQueue::Done done;
+        std::uint64_t time_ns = 0; ///< of the unit, when it answered
+    };
+    /// Gets answers of kinds other than frames and heartbeats.
+    using Other = std::function<void(const Endpoint&, const Answer&)>;
+
+    UnitGroup(DatagramLink& link, Refusals& refusals, std::vector<Unit> units, double heartbeat_s);
+
+    int size() const { return static_cast<int>(_units.size()); }
+    Unit& unit(int k) { return _units[static_cast<std::size_t>(k)]; }
+    const Unit& unit(int k) const { return _units[static_cast<std::size_t>(k)]; }
+    bool isThere(int k) const { return unit(k).isThere(); }
+    int count() const; ///< of units that are there
+
+    void push(int k, const Command& command, double repeat_s = FrameQueue::kRepeat_s);
+    /// To all that are there, the farthest first.
+    void pushToAll(const Command& command, double repeat_s = FrameQueue::kRepeat_s);
+
+    /// Sends what is due: frames, repeats, and heartbeats to those that nothing else is sent to.
+    void pump(double now_s);
+    /// When pump() has something to do without an answer.
+    double due_s() const;
+    /// Waits for an answer, as DatagramLink::receive() does, and takes all that are there. Not
+    /// \a isPrompt: they may have waited, so that the clock learns nothing from them.
+    void receive(double until_s, bool isPrompt = true);
+    /// Returns true if no frame waits for anything.
+    bool isIdle() const;
+    /// Marks units as lost that are silent, don't go on, or have rebooted; returns true if there is
+    /// a new one. To be called after receive().
+    bool findLost(double now_s);
+    void lose(int k, const std::string& why);
+    /// Gives all units a new chance to answer: this program didn't run for a while.
+    void forgive(double now_s);
+
+    /// Moves out what was settled since the last call, in turn for each unit.
+    std::vector<Outcome> takeOutcomes();
+    void onOther(Other other) { _other = std::move(other); }
+
+    const UnitClock& clock() const { return _clock; }
+    UnitClock& clock() { return _clock; }
+    DatagramLink& link() { return _link; }
+    std::uint64_t repeats() const;
+
+private:
+    void take(const Endpoint& from, const std::vector<std::uint8_t>& bytes, double now_s);
+    void takeReply(int k, const Answer& answer, double now_s);
+    int find(const Endpoint& from) const;
+    void pumpOne(Unit& unit, double now_s);
+
+    DatagramLink& _link;
+    Refusals& _refusals;
+    std::vector<Unit> _units;
+    const double _heartbeat_s;
+    UnitClock _clock;
+    bool _isPrompt = true;
+    std::vector<Outcome> _outcomes;
+    std::vector<FrameQueue::Done> _done;
+    std::vector<std::uint8_t> _bytes;
+    Other _other;
+};
+
+} // namespace midair::device::autd3

@@ -1,0 +1,125 @@
+#pragma once
+
+#include "device/autd3/emulator/ChainFaults.h"
+#include "device/autd3/emulator/EmulatedUnit.h"
+
+#include <complex>
+#include <deque>
+#include <map>
+#include <memory>
+#include <random>
+#include <vector>
+
+namespace midair::device::emulation
+{
+
+constexpr int kGroup = 256; ///< the address that all units listen to; else it is an id, or kNoId
+
+/// What happened on the cable.
+struct ChainReport
+{
+    std::uint64_t fromHost = 0; ///< datagrams that were sent to units
+    std::uint64_t toHost = 0;   ///< answers that came out of the cable
+    std::uint64_t dropped = 0;  ///< by faults, either way
+    std::uint64_t tooMany = 0;  ///< thrown away, since 65,536 were under way
+    std::uint64_t unheard = 0;  ///< to an id that no unit within reach has
+    std::uint64_t updateCommands = 0;
+    std::uint64_t writesIntoBanks = 0; ///< UnitFpga::Intrusions of all units
+    std::uint64_t writesIntoSlots = 0;
+    UnitTelemetry telemetry; ///< sums over the units, since their power-up
+    FieldWatchReport fields;
+};
+
+/// AUTD3 units on one cable, in virtual time: datagrams in, answers out. Knows which units are
+/// within reach, whose clock the others follow, and what goes wrong.
+class EmulatedChain
+{
+public:
+    /// An answer that has come out at the host's end.
+    struct Answer
+    {
+        int from = kNoId; ///< its unit's id, or -1: from somebody foreign
+        std::uint64_t peer = 0;
+        std::vector<std::uint8_t> bytes;
+    };
+
+    explicit EmulatedChain(const ChainOptions& options, Time_ns now_ns = 0);
+    ~EmulatedChain();
+    EmulatedChain(const EmulatedChain&) = delete;
+    EmulatedChain& operator=(const EmulatedChain&) = delete;
+
+    /// A datagram of the host \a peer to an id, kNoId or kGroup.
+    void
+    send(int to, const std::uint8_t* bytes, std::size_t size, std::uint64_t peer, Time_ns now_ns);
+    /// The next answer that has come by \a now_ns; false: none.
+    bool receive(Answer& answer, Time_ns now_ns);
+    void advance(Time_ns now_ns); ///< times never decrease
+    Time_ns nextEvent_ns() const;
+    /// How long what was sent already keeps the first cable busy.
+    Time_ns backlog_ns(Time_ns now_ns) const { return std::max<Time_ns>(0, _wireFree_ns - now_ns); }
+
+    /// Faults, by calls.
+    void happen(ChainFaults::Kind kind, int unit, Time_ns now_ns);
+    void failCommands(int unit, std::uint8_t result, int count);
+    void setFaults(const ChainFaults& faults) { _options.faults = faults; }
+    /// A datagram comes to the host from somebody who is no unit, or from unit \a from.
+    void
+    inject(int from, std::uint64_t peer, const std::vector<std::uint8_t>& bytes, Time_ns now_ns);
+
+    int units() const { return static_cast<int>(_units.size()); }
+    const EmulatedUnit& unit(int place) const { return *_units[place]; }
+    FieldWatch& watch() { return _watch; }
+    /// What all transducers put out, one unit after the other, relative to full drive.
+    std::vector<std::complex<float>> output(Time_ns now_ns);
+    /// What plays, in our levels, without silencer and modulation; silence where gates are closed.
+    DriveSignal field(Time_ns now_ns);
+    ChainReport report(Time_ns now_ns) const;
+
+private:
+    /// A datagram under way.
+    struct Flight
+    {
+        bool toHost = false;
+        int address = kGroup; ///< or who answered
+        int place = 0;        ///< the unit that it comes to
+        std::uint64_t peer = 0;
+        std::vector<std::uint8_t> bytes;
+    };
+
+    bool within(int place, Time_ns now_ns) const; ///< all before it pass on
+    int grandmaster() const;
+    bool hears(int place, int master, Time_ns now_ns) const;
+    void updateClocks(Time_ns now_ns);
+    Time_ns clockEvent_ns() const;
+    Time_ns lockAt_ns(int place, int master) const;
+    void step(Time_ns now_ns);
+    void deliver(Flight& flight, Time_ns now_ns);
+    void collect(Time_ns now_ns);
+    void launch(Time_ns at_ns, Flight flight);
+    void launchAnswer(int place, UnitAnswer& answer);
+    void addGarbage(const Flight& answer, Time_ns at_ns);
+    Time_ns late(Time_ns at_ns); ///< with latency, jitter and reordering
+    bool chance(double probability);
+
+    ChainOptions _options;
+    const Time_ns _began_ns;
+    std::minstd_rand _random;
+    FieldWatch _watch;
+    std::vector<std::unique_ptr<EmulatedUnit>> _units;
+    std::vector<Time_ns> _clockErrors_ns;
+    std::vector<bool> _syncLost;
+    std::vector<Time_ns> _heardMaster_ns; ///< when each unit last heard the grandmaster
+    std::vector<Time_ns> _syncBackAt_ns;
+    Time_ns _masterSetAt_ns = -1;
+    std::multimap<Time_ns, Flight> _flights;
+    std::deque<Answer> _arrived;
+    std::vector<UnitAnswer> _answers;
+    Time_ns _wireFree_ns = 0;
+    Time_ns _now_ns = 0;
+    std::size_t _eventsDone = 0;
+    bool _unplugged = false;
+    bool _hangs = false;
+    ChainReport _counts;
+};
+
+} // namespace midair::device::emulation

@@ -1,0 +1,218 @@
+// What happens on a cable as time passes: who hears whom, whose clock is followed, planned faults.
+
+#include "device/autd3/emulator/EmulatedChain.h"
+
+#include <algorithm>
+
+namespace midair::device::emulation
+{
+
+namespace
+{
+
+constexpr Time_ns kHoldover_ns = 1000 * kMillisecond_ns;
+
+} // namespace
+
+int EmulatedChain::grandmaster() const
+{
+    for (int place = 0; place < units(); ++place)
+        if (_units[place]->isOn(_now_ns) && _units[place]->isGrandmaster() &&
+            _units[place]->timeSetAt_ns() >= 0)
+            return place;
+    return -1;
+}
+
+bool EmulatedChain::hears(int place, int master, Time_ns now_ns) const
+{
+    const EmulatedUnit& unit = *_units[place];
+    return master >= 0 && !_syncLost[place] && unit.isOn(now_ns) && unit.id() != kNoId &&
+           within(std::max(place, master), now_ns);
+}
+
+Time_ns EmulatedChain::lockAt_ns(int place, int master) const
+{
+    return std::max({_units[master]->timeSetAt_ns(),
+                     _units[place]->assignedAt_ns(),
+                     _syncBackAt_ns[place]}) +
+           _options.settle_ns;
+}
+
+void EmulatedChain::updateClocks(Time_ns now_ns)
+{
+    const int master = grandmaster();
+    const Time_ns setAt_ns = master < 0 ? -1 : _units[master]->timeSetAt_ns();
+    const bool setAnew = setAt_ns != _masterSetAt_ns && setAt_ns >= 0;
+    _masterSetAt_ns = setAt_ns;
+    for (int place = 0; place < units(); ++place)
+    {
+        EmulatedUnit& unit = *_units[place];
+        if (setAnew || _syncLost[place]) unit.unlock(now_ns);
+        if (hears(place, master, now_ns))
+        {
+            _heardMaster_ns[place] = now_ns;
+            if (unit.isLocked() || now_ns < lockAt_ns(place, master)) continue;
+            EmulatedClock clock = _units[master]->clock();
+            if (place != master) clock.reading_ns += _clockErrors_ns[place];
+            unit.lock(clock, now_ns);
+        }
+        else if (now_ns >= _heardMaster_ns[place] + kHoldover_ns)
+            unit.unlock(now_ns);
+    }
+}
+
+Time_ns EmulatedChain::clockEvent_ns() const
+{
+    Time_ns next_ns = kNever_ns;
+    const int master = grandmaster();
+    for (int place = 0; place < units(); ++place)
+    {
+        const bool locked = _units[place]->isLocked();
+        const bool heard = hears(place, master, _now_ns);
+        if (heard && !locked) next_ns = std::min(next_ns, lockAt_ns(place, master));
+        if (!heard && locked) next_ns = std::min(next_ns, _heardMaster_ns[place] + kHoldover_ns);
+    }
+    return next_ns;
+}
+
+Time_ns EmulatedChain::nextEvent_ns() const
+{
+    Time_ns next_ns = clockEvent_ns();
+    if (!_flights.empty()) next_ns = std::min(next_ns, _flights.begin()->first);
+    if (_eventsDone < _options.faults.events.size())
+        next_ns = std::min(next_ns, _began_ns + _options.faults.events[_eventsDone].at_ns);
+    for (const auto& unit : _units)
+        next_ns = std::min(next_ns, unit->nextEvent_ns());
+    return next_ns;
+}
+
+void EmulatedChain::advance(Time_ns now_ns)
+{
+    for (Time_ns next_ns = nextEvent_ns(); next_ns <= now_ns; next_ns = nextEvent_ns())
+        step(std::max(next_ns, _now_ns));
+    _now_ns = std::max(_now_ns, now_ns);
+}
+
+void EmulatedChain::step(Time_ns now_ns)
+{
+    _now_ns = now_ns;
+    const std::vector<ChainFaults::Event>& events = _options.faults.events;
+    while (_eventsDone < events.size() && _began_ns + events[_eventsDone].at_ns <= now_ns)
+    {
+        const ChainFaults::Event event = events[_eventsDone++];
+        happen(event.kind, event.unit, now_ns);
+    }
+    for (const auto& unit : _units)
+        unit->advance(now_ns);
+    if (!_flights.empty() && _flights.begin()->first <= now_ns)
+    {
+        Flight flight = std::move(_flights.begin()->second);
+        _flights.erase(_flights.begin());
+        deliver(flight, now_ns);
+    }
+    collect(now_ns);
+    updateClocks(now_ns);
+}
+
+void EmulatedChain::collect(Time_ns now_ns)
+{
+    for (int place = 0; place < units(); ++place)
+    {
+        _answers.clear();
+        _units[place]->takeAnswers(_answers);
+        for (UnitAnswer& answer : _answers)
+            if (_units[place]->isOn(now_ns)) launchAnswer(place, answer);
+    }
+}
+
+void EmulatedChain::happen(ChainFaults::Kind kind, int unit, Time_ns now_ns)
+{
+    if (unit < 0 || unit >= units()) return;
+    switch (kind)
+    {
+    case ChainFaults::Kind::REBOOT:
+        _units[unit]->reboot(now_ns);
+        break;
+    case ChainFaults::Kind::SYNC_LOST:
+        _syncLost[unit] = true;
+        _units[unit]->unlock(now_ns);
+        break;
+    case ChainFaults::Kind::SYNC_BACK:
+        _syncLost[unit] = false;
+        _syncBackAt_ns[unit] = now_ns;
+        break;
+    case ChainFaults::Kind::FAILSAFE:
+        _units[unit]->tripFailsafe(now_ns);
+        break;
+    case ChainFaults::Kind::HOT:
+        _units[unit]->setHot(true);
+        break;
+    case ChainFaults::Kind::UNPLUG:
+        _unplugged = true;
+        break;
+    case ChainFaults::Kind::REPLUG:
+        _unplugged = false;
+        break;
+    case ChainFaults::Kind::HANG:
+        _hangs = true;
+        break;
+    }
+}
+
+void EmulatedChain::failCommands(int unit, std::uint8_t result, int count)
+{
+    _units[unit]->failCommands(result, count);
+}
+
+std::vector<std::complex<float>> EmulatedChain::output(Time_ns now_ns)
+{
+    advance(now_ns);
+    std::vector<std::complex<float>> q;
+    q.reserve(_units.size() * kUnitTransducers);
+    for (const auto& unit : _units)
+    {
+        const std::vector<std::complex<float>> part = unit->output(now_ns);
+        q.insert(q.end(), part.begin(), part.end());
+    }
+    return q;
+}
+
+DriveSignal EmulatedChain::field(Time_ns now_ns)
+{
+    advance(now_ns);
+    DriveSignal all;
+    for (const auto& unit : _units)
+    {
+        const bool sounds = unit->isOn(now_ns) && !unit->fpga().gated();
+        const DriveSignal part =
+            sounds ? unit->fpga().field(unit->fpgaTime(now_ns)) : silentSignal(kUnitTransducers);
+        all.phase.insert(all.phase.end(), part.phase.begin(), part.phase.end());
+        all.duty.insert(all.duty.end(), part.duty.begin(), part.duty.end());
+    }
+    return all;
+}
+
+ChainReport EmulatedChain::report(Time_ns now_ns) const
+{
+    ChainReport report = _counts;
+    report.fields = _watch.report(now_ns);
+    for (const auto& unit : _units)
+    {
+        const UnitTelemetry& one = unit->cpu().telemetry;
+        UnitTelemetry& all = report.telemetry;
+        all.queueFull += one.queueFull;
+        all.repeats += one.repeats;
+        all.outOfTurn += one.outOfTurn;
+        all.errors += one.errors;
+        all.done += one.done;
+        all.failsafe += one.failsafe;
+        all.resync += one.resync;
+        all.lockFailsafe += one.lockFailsafe;
+        report.updateCommands += unit->updateCommands();
+        report.writesIntoBanks += unit->fpga().intrusions().banks;
+        report.writesIntoSlots += unit->fpga().intrusions().slots;
+    }
+    return report;
+}
+
+} // namespace midair::device::emulation

@@ -1,0 +1,117 @@
+#include "device/autd3/emulator/EmulatedLink.h"
+
+#include "haptics/base/threads/SteadyClock.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace midair::device::emulation
+{
+
+namespace
+{
+
+constexpr std::uint16_t kPort = 44336;
+constexpr std::uint32_t kScope = 1;
+constexpr int kNobody = -1;
+
+// What a send buffer of 8 kB holds on a cable of 100 Mbit/s.
+constexpr Time_ns kMostBacklog_ns = 700'000;
+
+// An address of a unit but for its last byte, which is the id.
+constexpr std::array<std::uint8_t, 16> kPrefix = {
+    0xFE, 0x80, 0, 0, 0, 0, 0, 0, 0x00, 0x41, 0x55, 0xFF, 0xFE, 0x54, 0x44, 0xFF};
+
+int idOf(const autd3::Endpoint& address)
+{
+    const bool isUnit = address.port == kPort &&
+                        std::equal(kPrefix.begin(), kPrefix.end() - 1, address.address.begin());
+    return isUnit ? address.address.back() : kNobody;
+}
+
+} // namespace
+
+Time_ns EmulatedUnits::steady_ns()
+{
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(
+               std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+autd3::Endpoint EmulatedLink::addressOf(int id)
+{
+    autd3::Endpoint endpoint;
+    endpoint.address = kPrefix;
+    if (id < 0)
+        endpoint.address[8] = 0x77;
+    else
+        endpoint.address.back() = static_cast<std::uint8_t>(id);
+    endpoint.port = kPort;
+    endpoint.scope = kScope;
+    return endpoint;
+}
+
+bool EmulatedLink::send(int to, const std::vector<std::uint8_t>& bytes)
+{
+    return _units->with(
+        [&](EmulatedChain& chain, Time_ns now_ns)
+        {
+            if (chain.backlog_ns(now_ns) > kMostBacklog_ns)
+            {
+                _refused = true;
+                return false;
+            }
+            chain.send(to, bytes.data(), bytes.size(), 0, now_ns);
+            return true;
+        });
+}
+
+bool EmulatedLink::send(const autd3::Endpoint& to, const std::vector<std::uint8_t>& bytes)
+{
+    const int id = idOf(to);
+    return id == kNobody || send(id, bytes); // whoever that is doesn't answer
+}
+
+bool EmulatedLink::sendToGroup(const std::vector<std::uint8_t>& bytes)
+{
+    return send(kGroup, bytes);
+}
+
+bool EmulatedLink::receive(double until_s, autd3::Endpoint& from, std::vector<std::uint8_t>& bytes)
+{
+    const auto until_ns = static_cast<Time_ns>(std::clamp(until_s, 0.0, 9e9) * 1e9);
+    std::unique_lock<std::mutex> lock(_units->_mutex);
+    EmulatedChain& chain = _units->_chain;
+    for (;;)
+    {
+        const Time_ns now_ns = EmulatedUnits::steady_ns();
+        EmulatedChain::Answer answer;
+        if (chain.receive(answer, now_ns))
+        {
+            from = addressOf(answer.from);
+            bytes = std::move(answer.bytes);
+            return true;
+        }
+        const bool room = _refused && chain.backlog_ns(now_ns) <= kMostBacklog_ns / 2;
+        if (_woken || room || now_ns >= until_ns)
+        {
+            _woken = false;
+            if (room) _refused = false;
+            return false;
+        }
+        Time_ns next_ns = std::min(until_ns, chain.nextEvent_ns());
+        if (_refused)
+            next_ns = std::min(next_ns, now_ns + chain.backlog_ns(now_ns) - kMostBacklog_ns / 2);
+        _units->_changed.wait_until(
+            lock, std::chrono::steady_clock::time_point(std::chrono::nanoseconds(next_ns)));
+    }
+}
+
+void EmulatedLink::wake()
+{
+    const std::lock_guard<std::mutex> lock(_units->_mutex);
+    _woken = true;
+    _units->_changed.notify_all();
+}
+
+} // namespace midair::device::emulation

@@ -1,0 +1,113 @@
+#include "device/autd3/emulator/RehearsedAutd3.h"
+
+#include "device/DeviceUri.h"
+#include "device/autd3/Autd3Device.h"
+#include "device/autd3/emulator/EmulatedLink.h"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace midair::device
+{
+
+namespace
+{
+
+// Opening should not take longer than that of other simulations; real clocks settle in a second.
+constexpr emulation::Time_ns kSettle_ns = 50 * emulation::kMillisecond_ns;
+
+using emulation::EmulatedChain;
+using emulation::EmulatedUnits;
+using emulation::Time_ns;
+
+/// The driver and the units that it speaks to.
+class RehearsedAutd3 : public ArrayDevice
+{
+public:
+    RehearsedAutd3(const DeviceLayout& layout,
+                   const autd3::Autd3Options& options,
+                   bool wait,
+                   const emulation::ChainOptions& chain) :
+        _layout(layout),
+        _options(options),
+        _units(std::make_shared<EmulatedUnits>(chain)),
+        _driver(std::make_unique<autd3::Autd3Device>(
+            layout,
+            options,
+            wait,
+            [units = _units](const std::function<bool()>&)
+            { return std::make_unique<emulation::EmulatedLink>(units); }))
+    {
+    }
+
+    bool send(const DriveSignal& signal) override { return _driver->send(signal); }
+    bool sendSequence(const DriveSequence& sequence) override
+    {
+        return _driver->sendSequence(sequence);
+    }
+    void silence() override { _driver->silence(); }
+    DeviceReport report() const override { return _driver->report(); }
+    DriveAbility ability() const override { return _driver->ability(); }
+    std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override
+    {
+        return _driver->wouldPlay(signal);
+    }
+
+    std::string status() const override
+    {
+        const emulation::ChainReport seen =
+            _units->with([](EmulatedChain& chain, Time_ns now_ns) { return chain.report(now_ns); });
+        return fmt::format("sim: {}; the units saw {} changes together, {} torn, {} writes into a "
+                           "bank that plays, {} tripped failsafes",
+                           _driver->status(),
+                           seen.fields.whole,
+                           seen.fields.torn,
+                           seen.writesIntoBanks,
+                           seen.telemetry.failsafe);
+    }
+
+    std::vector<std::complex<float>> played() const override
+    {
+        const std::vector<std::complex<float>> byUnit =
+            _units->with([](EmulatedChain& chain, Time_ns now_ns) { return chain.output(now_ns); });
+        std::vector<std::complex<float>> q(static_cast<std::size_t>(_layout.transducers));
+        for (int unit = 0; unit < _options.units; ++unit)
+        {
+            const int board = _options.order.empty() ? unit : _options.order[unit];
+            std::copy_n(byUnit.begin() + unit * emulation::kUnitTransducers,
+                        emulation::kUnitTransducers,
+                        q.begin() + board * emulation::kUnitTransducers);
+        }
+        return q;
+    }
+
+private:
+    const DeviceLayout _layout;
+    const autd3::Autd3Options _options;
+    const std::shared_ptr<EmulatedUnits> _units;
+    const std::unique_ptr<autd3::Autd3Device> _driver;
+};
+
+} // namespace
+
+std::unique_ptr<ArrayDevice> openRehearsedAutd3(DeviceUri& uri, const DeviceLayout& layout)
+{
+    for (const char* way : {"interface", "group"})
+        if (uri.has(way))
+            throw uri.error(fmt::format("\"{}\" is for units over UDP: \"autd3:?{}=..\"; those of "
+                                        "sim: are in this program",
+                                        way,
+                                        way));
+    const autd3::Autd3Options options = autd3::takeAutd3Options(uri, layout);
+    const bool wait = uri.takeFlag("wait", false);
+    emulation::ChainOptions defaults = emulation::ChainOptions::realistic(options.units);
+    defaults.settle_ns = kSettle_ns;
+    if (!options.timed) defaults.tolerance_ns = emulation::kMillisecond_ns;
+    const emulation::ChainOptions chain = emulation::takeChainOptions(uri, defaults);
+    uri.takeText("board", "");
+    uri.rejectUnknown();
+    return std::make_unique<RehearsedAutd3>(layout, options, wait, chain);
+}
+
+} // namespace midair::device

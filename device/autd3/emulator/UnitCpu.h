@@ -1,0 +1,136 @@
+#pragma once
+
+#include "device/autd3/emulator/UnitFpga.h"
+#include "haptics/base/Bytes.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace midair::device::emulation
+{
+
+/// A version, as units tell it.
+struct UnitVersion
+{
+    std::uint8_t major = 0;
+    std::uint8_t minor = 10;
+    std::uint8_t patch = 0;
+};
+
+/// What a unit counts, in the order of its answer.
+struct UnitTelemetry
+{
+    std::uint32_t queueFull = 0;
+    std::uint32_t repeats = 0;
+    std::uint32_t outOfTurn = 0;
+    std::uint32_t errors = 0;
+    std::uint32_t done = 0;
+    std::uint32_t failsafe = 0;
+    std::uint32_t resync = 0;
+    std::uint32_t lockFailsafe = 0;
+    std::uint32_t sendsFailed = 0;
+    std::uint32_t bootFaults = 0;
+};
+
+/// What a command finds when it is done: three clocks, and whether the cause of a failsafe lasts.
+struct UnitMoment
+{
+    Time_ns cable_ns = 0;
+    Time_ns unit_ns = 0;
+    bool syncRuns = false;
+    bool causeLasts = false;
+};
+
+/// The commands of a unit, with their lengths and results. Not emulated, and refused as bad
+/// payload: foci, switches by GPIO, banks that take turns; as unknown: firmware update, GPIO,
+/// reboot.
+class UnitCpu
+{
+public:
+    /// The part of SetCpuConfig that changes what is emulated.
+    struct Config
+    {
+        Time_ns margin_ns = 10 * kMillisecond_ns;
+        Time_ns failsafe_ns = 500 * kMillisecond_ns; ///< 0: never
+        Time_ns lockFailsafe_ns = 0;                 ///< 0: never
+    };
+
+    UnitCpu(const UnitVersion& cpu, const UnitVersion& fpga) : _cpuVersion(cpu), _fpgaVersion(fpga)
+    {
+    }
+
+    /// Does a command of which \a payload are the bytes behind its number; appends what a read
+    /// answers to \a data.
+    Result run(std::uint8_t command,
+               const std::uint8_t* payload,
+               std::size_t size,
+               const UnitMoment& moment,
+               std::vector<std::uint8_t>& data);
+
+    /// Closes the gate until ReleaseFailsafe or Clear.
+    void tripFailsafe(Time_ns cable_ns);
+    bool failsafeTripped() const { return _fpga.gated(); }
+
+    Time_ns fpgaTime(Time_ns cable_ns) const;
+    Time_ns fpgaWhen(Time_ns reading_ns) const; ///< the cable's time of a reading
+    /// The unit's clock was set or changed its rate at \a cable_ns.
+    void followClock(const EmulatedClock& clock, Time_ns cable_ns);
+    /// At power-up: the FPGA's clock is the unit's, but runs by itself from then on.
+    void startClock(const EmulatedClock& clock) { _unitClock = _fpgaClock = clock; }
+    void restart(); ///< power off and on; keeps what it is
+    void restoreConfig() { _config = Config(); }
+
+    UnitFpga& fpga() { return _fpga; }
+    const UnitFpga& fpga() const { return _fpga; }
+    const Config& config() const { return _config; }
+    bool fan() const { return _fan; }
+    UnitTelemetry telemetry;
+    bool hot = false;
+
+private:
+    using Handler = Result (UnitCpu::*)(base::ByteReader&,
+                                        const UnitMoment&,
+                                        std::vector<std::uint8_t>&);
+    /// A command: its number, its payload's length (-1: by its fields; -2: any), and what does it.
+    struct Command
+    {
+        std::uint8_t number;
+        int bytes;
+        Handler handler;
+    };
+    static const Command* find(std::uint8_t number);
+
+    Result nothing(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result synchronize(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result clear(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result setConfig(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result releaseFailsafe(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result configPattern(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result activatePattern(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result writePhases(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result writeRaw(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result writeModulation(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result configModulation(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result activateModulation(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result setSilencer(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result setCorrection(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result setMask(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result setWidths(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result forceFan(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result readState(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result readTelemetry(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result readFirmware(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+
+    const UnitVersion _cpuVersion;
+    const UnitVersion _fpgaVersion;
+    Config _config;
+    UnitFpga _fpga;
+    EmulatedClock _unitClock;
+    /// Until Synchronize the FPGA's clock is its own.
+    EmulatedClock _fpgaClock;
+    bool _synchronized = false;
+    bool _fan = false;
+};
+
+} // namespace midair::device::emulation

@@ -1,0 +1,143 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace midair::device::autd3
+{
+
+constexpr int kTransducersPerUnit = 249;
+constexpr int kBanks = 2;            ///< of patterns; one plays
+constexpr int kMostSlots = 1024;     ///< patterns in a bank
+constexpr int kMostRawSlots = 2;     ///< in one frame
+constexpr int kMostPhaseSlots = 5;   ///< in one frame, 8 bits a phase
+constexpr int kMostNibbleSlots = 11; ///< in one frame, 4 bits a phase
+constexpr int kSlotPeriod_ns = 25'000;
+constexpr int kMostDivider = 65535;
+
+/// What one unit plays, in its own levels: a phase is a delay of 1/256 periods, an intensity the
+/// place in the table of pulse widths.
+struct UnitPattern
+{
+    std::array<std::uint8_t, kTransducersPerUnit> phase{};
+    std::array<std::uint8_t, kTransducersPerUnit> intensity{};
+
+    /// Returns true if all intensities are one, so that the shorter frame of phases will do.
+    bool isEven() const;
+    bool operator==(const UnitPattern& other) const
+    {
+        return phase == other.phase && intensity == other.intensity;
+    }
+};
+
+/// Settings of a unit's processor, by default the firmware's own.
+struct CpuConfig
+{
+    std::uint32_t switchMargin_ns = 10'000'000; ///< how near a timed switch may be
+    std::uint16_t failsafe_ms = 500; ///< without a frame or heartbeat: intensity 0; 0: never
+};
+
+/// How long patterns and pulses glide from one to the next.
+struct Silencer
+{
+    int phaseSteps = 40;     ///< periods, 1 .. 65535; 1: none
+    int intensitySteps = 10; ///< periods, 1 .. 65535; 1: none
+
+    bool operator==(const Silencer& other) const
+    {
+        return phaseSteps == other.phaseSteps && intensitySteps == other.intensitySteps;
+    }
+};
+
+/// How a bank of patterns is played.
+struct BankConfig
+{
+    int divider = 1;     ///< 1 .. kMostDivider; a slot lasts divider x 25 us
+    int slots = 1;       ///< 1 .. kMostSlots
+    bool forEver = true; ///< in step with the units' time; false: once, then the last slot stands
+
+    bool operator==(const BankConfig& other) const
+    {
+        return divider == other.divider && slots == other.slots && forEver == other.forEver;
+    }
+    bool operator!=(const BankConfig& other) const { return !(*this == other); }
+};
+
+/// When an activation takes place.
+enum class SwitchMode : std::uint8_t
+{
+    AT_TIME = 0x01, ///< of the units; for what is played once
+    AT_ONCE = 0xFF  ///< for what is played for ever
+};
+
+constexpr std::uint8_t kResetCode = 0x00;
+constexpr std::uint8_t kReleaseCode = 0x06;
+constexpr std::uint8_t kConfigureBankCode = 0x11;
+constexpr std::uint8_t kActivateCode = 0x12;
+constexpr std::uint8_t kWritePhasesCode = 0x13;
+constexpr std::uint8_t kWriteRawCode = 0x15;
+constexpr std::uint8_t kMaskCode = 0x41;
+constexpr std::uint8_t kReadFpgaStateCode = 0xE7;
+constexpr std::uint8_t kReadFirmwareCode = 0xEB;
+
+/// A command to a unit, as in the body of a frame behind the sequence number. There are only those
+/// of the functions below: none that touches the firmware can be made.
+class Command
+{
+public:
+    static Command reset() { return Command(kResetCode); }
+    static Command synchronize() { return Command(0x01); }
+    static Command clear() { return Command(0x03); }
+    static Command nop() { return Command(0x04); }
+    static Command configureCpu(const CpuConfig& config);
+    static Command releaseFailsafe() { return Command(kReleaseCode); }
+
+    // A bank is 0 or 1. Slots first .. first + patterns.size() - 1 are written.
+    static Command configureBank(int bank, const BankConfig& config);
+    static Command activateBank(int bank, SwitchMode mode, std::uint64_t time_ns = 0);
+    /// Writes phases, 1 .. kMostPhaseSlots of them, that all have one intensity.
+    static Command writePhases(int bank,
+                               int first,
+                               std::uint8_t intensity,
+                               const std::vector<const UnitPattern*>& patterns);
+    /// The same in 16 levels, 1 .. kMostNibbleSlots of them: rounded, level 17 h.
+    static Command writeNibbles(int bank,
+                                int first,
+                                std::uint8_t intensity,
+                                const std::vector<const UnitPattern*>& patterns);
+    /// Writes phases and intensities, 1 .. kMostRawSlots of them.
+    static Command writeRaw(int bank, int first, const std::vector<const UnitPattern*>& patterns);
+
+    // The modulation, which the driver leaves as it is after clear().
+    static Command writeModulation(int bank, int offset, const std::vector<std::uint8_t>& samples);
+    static Command configureModulation(int bank, int divider, int samples);
+    static Command activateModulation(int bank); ///< at once
+
+    static Command setSilencer(const Silencer& silencer);
+    static Command setPhaseCorrection(const std::array<std::uint8_t, kTransducersPerUnit>& levels);
+    /// \a silent: the transducers that are silent whatever is played, 0 .. 248.
+    static Command setOutputMask(const std::vector<int>& silent);
+    static Command silenceAll(); ///< an output mask that leaves nothing
+    static Command setPulseWidths(const std::array<std::uint16_t, 256>& widths); ///< 0 .. 511
+    static Command forceFan(bool on);
+    static Command readFpgaState() { return Command(kReadFpgaStateCode); }
+    static Command readTelemetry() { return Command(0xE8); }
+    static Command readFirmware() { return Command(kReadFirmwareCode); }
+
+    std::uint8_t code() const { return _bytes.front(); }
+    bool writesPatterns() const; ///< or configures their bank
+    const std::vector<std::uint8_t>& bytes() const { return _bytes; }
+
+private:
+    explicit Command(std::uint8_t code) : _bytes{code} {}
+    static Command activate(std::uint8_t code, int bank, SwitchMode mode, std::uint64_t time_ns);
+
+    Command& add(std::uint64_t value, int bytes); ///< the lowest byte first
+    Command& add(const std::uint8_t* bytes, std::size_t count);
+
+    std::vector<std::uint8_t> _bytes;
+};
+
+} // namespace midair::device::autd3

@@ -1,0 +1,114 @@
+#include "device/autd3/protocol/FrameQueue.h"
+
+#include <algorithm>
+
+namespace midair::device::autd3
+{
+
+namespace
+{
+
+// Answers to what was sent behind a lost frame come in a row: one repeat answers them all.
+constexpr double kLeastRepeat_s = 0.3e-3;
+
+} // namespace
+
+void FrameQueue::push(Command command, double repeat_s)
+{
+    _waiting.push_back({std::move(command), repeat_s});
+}
+
+int FrameQueue::dropUnsentWrites()
+{
+    const std::size_t before = _waiting.size();
+    _waiting.erase(std::remove_if(_waiting.begin(),
+                                  _waiting.end(),
+                                  [](const Waiting& one) { return one.command.writesPatterns(); }),
+                   _waiting.end());
+    return static_cast<int>(before - _waiting.size());
+}
+
+// A unit does nothing out of turn, so the whole window follows its oldest frame.
+bool FrameQueue::repeat(double now_s, const Send& send)
+{
+    for (Flying& frame : _flying)
+    {
+        if (!send(frame.bytes)) return false;
+        frame.sent_s = now_s;
+        ++_repeats;
+    }
+    _isBehind = false;
+    return true;
+}
+
+bool FrameQueue::pump(double now_s, const Send& send)
+{
+    bool sent = false;
+    if (now_s >= due_s(now_s + 1) && !_flying.empty())
+    {
+        if (!repeat(now_s, send)) return sent;
+        sent = true;
+    }
+    while (!_waiting.empty() && _flying.size() < kWindow)
+    {
+        const Waiting& next = _waiting.front();
+        std::vector<std::uint8_t> bytes = frame(_message, _sequence, next.command);
+        if (!send(bytes)) return sent;
+        _flying.push_back({next.command.code(),
+                           _sequence++,
+                           _message++,
+                           std::move(bytes),
+                           next.repeat_s,
+                           now_s,
+                           now_s});
+        _waiting.pop_front();
+        sent = true;
+    }
+    return sent;
+}
+
+double FrameQueue::due_s(double otherwise) const
+{
+    if (_flying.empty()) return otherwise;
+    const Flying& oldest = _flying.front();
+    return oldest.sent_s +
+           (_isBehind ? std::min(kLeastRepeat_s, oldest.repeat_s) : oldest.repeat_s);
+}
+
+bool FrameQueue::isInFlight(std::uint16_t number) const
+{
+    return std::any_of(_flying.begin(),
+                       _flying.end(),
+                       [&](const Flying& frame) { return frame.number == number; });
+}
+
+void FrameQueue::touch(double now_s)
+{
+    for (Flying& frame : _flying)
+        frame.first_s = now_s;
+}
+
+bool FrameQueue::take(const FrameReply& reply, std::uint16_t number, std::vector<Done>& done)
+{
+    const auto asked = std::find_if(
+        _flying.begin(), _flying.end(), [&](const Flying& f) { return f.number == number; });
+    if (asked == _flying.end()) return false;
+    const std::uint8_t askedFor = asked->sequence;
+    // How many of those in flight are done: an answer may be older than others that came before.
+    const auto count = static_cast<std::uint8_t>(reply.acknowledged - _flying.front().sequence + 1);
+    if (count > 0 && count <= _flying.size())
+        for (int i = 0; i < count; ++i)
+        {
+            Done one;
+            one.code = _flying.front().code;
+            if (i + 1 == count) one.result = reply.result;
+            if (_flying.front().sequence == askedFor) one.data = reply.data;
+            done.push_back(std::move(one));
+            _flying.pop_front();
+        }
+    if (askedFor != reply.acknowledged) _isBehind = true;
+    if (_flying.empty()) _isBehind = false;
+    return true;
+}
+
+} // namespace midair::device::autd3

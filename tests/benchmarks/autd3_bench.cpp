@@ -1,0 +1,230 @@
+// Fields on emulated AUTD3 units: how many a second, how late, and whether any of them is torn.
+
+#include "device/autd3/Autd3Device.h"
+#include "device/autd3/emulator/EmulatedLink.h"
+#include "device/drive/DriveSequence.h"
+#include "haptics/base/threads/SteadyClock.h"
+#include "tests/benchmarks/Timing.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+using namespace midair;
+using namespace midair::device;
+using namespace midair::device::autd3;
+using emulation::EmulatedChain;
+using emulation::EmulatedLink;
+using emulation::EmulatedUnits;
+using emulation::Time_ns;
+
+namespace
+{
+
+/// What is common to all parts.
+struct Settings
+{
+    int units = 16;
+    double duration_s = 3;
+    double loss = 0.01;
+};
+
+/// One part of the benchmark.
+struct Case
+{
+    const char* name;
+    bool timed = true;
+    bool isEven = false; ///< fields of one intensity
+    double lead_s = 3e-3;
+    double loss = 0;
+    bool isRealistic = false; ///< a cable of 100 Mbit/s, and units' processors that take time
+    double fields_Hz = 0;     ///< 0: as fast as they are taken
+};
+
+/// Units in this program, and the device that plays on them.
+struct Stage
+{
+    Stage(const Settings& settings, const Case& what)
+    {
+        options.units = settings.units;
+        for (int k = 0; k < settings.units; ++k)
+            options.order.push_back(k);
+        options.silent.resize(static_cast<std::size_t>(settings.units));
+        options.silencer = {1, 1};
+        options.timed = what.timed;
+        options.lead_s = what.lead_s;
+        emulation::ChainOptions chain = emulation::ChainOptions::realistic(settings.units);
+        chain.boot_ns = 0;
+        if (!what.isRealistic) chain.wirePerByte_ns = chain.perFrame_ns = chain.perWord_ns = 0;
+        units = std::make_shared<EmulatedUnits>(chain);
+        open();
+        chain.faults.drop = what.loss;
+        units->with(
+            [&](EmulatedChain& c, Time_ns)
+            {
+                c.setFaults(chain.faults);
+                return 0;
+            });
+    }
+
+    void open()
+    {
+        device = std::make_unique<Autd3Device>(
+            DeviceLayout{options.units * kTransducersPerUnit, {}},
+            options,
+            false,
+            [this](const std::function<bool()>&) { return std::make_unique<EmulatedLink>(units); });
+    }
+
+    Autd3Options options;
+    std::shared_ptr<EmulatedUnits> units;
+    std::unique_ptr<Autd3Device> device;
+};
+
+DriveSignal fieldOf(int transducers, unsigned number, bool isEven)
+{
+    DriveSignal signal = silentSignal(transducers);
+    for (std::size_t i = 0; i < signal.phase.size(); ++i)
+    {
+        signal.phase[i] = static_cast<std::uint8_t>(7 * i + 11 * number + number / 256);
+        signal.duty[i] =
+            isEven ? std::uint8_t{255} : static_cast<std::uint8_t>(1 + (i + number) % 255);
+    }
+    return signal;
+}
+
+double percentile(std::vector<double> values, double share)
+{
+    if (values.empty()) return 0;
+    std::sort(values.begin(), values.end());
+    return values[std::min(values.size() - 1,
+                           static_cast<std::size_t>(share * static_cast<double>(values.size())))];
+}
+
+void pause(double time_s)
+{
+    std::this_thread::sleep_for(std::chrono::duration<double>(time_s));
+}
+
+void playFields(const Settings& settings, const Case& what)
+{
+    Stage stage(settings, what);
+    std::vector<double> latencies_ms;
+    const double begin_s = base::steadySeconds();
+    double lastHandedOver_s = 0;
+    for (unsigned n = 1; base::steadySeconds() - begin_s < settings.duration_s; ++n)
+    {
+        const DriveSignal signal = fieldOf(settings.units * kTransducersPerUnit, n, what.isEven);
+        stage.units->with(
+            [&](EmulatedChain& chain, Time_ns)
+            {
+                chain.watch().expect(n, signal);
+                return 0;
+            });
+        stage.device->send(signal);
+        if (what.fields_Hz > 0) pause(begin_s + n / what.fields_Hz - base::steadySeconds());
+        // One waits, so that the thread never does.
+        while (what.fields_Hz == 0 && stage.device->report().pending > 1)
+            pause(50e-6);
+        const DeviceReport report = stage.device->report();
+        if (report.lastHandedOver_s > lastHandedOver_s)
+            latencies_ms.push_back(report.latency_s * 1e3);
+        lastHandedOver_s = report.lastHandedOver_s;
+    }
+    const double took_s = base::steadySeconds() - begin_s;
+    const DeviceReport report = stage.device->report();
+    pause(0.1);
+    const emulation::ChainReport chain =
+        stage.units->with([](EmulatedChain& c, Time_ns now_ns) { return c.report(now_ns); });
+    const Autd3Device::Figures figures = stage.device->figures();
+    std::printf("%-34s %7.0f %6llu %6llu %6llu %8.0f %7.2f %7.2f %7.1f %7llu\n",
+                what.name,
+                static_cast<double>(report.played) / took_s,
+                static_cast<unsigned long long>(chain.fields.torn),
+                static_cast<unsigned long long>(report.lost),
+                static_cast<unsigned long long>(chain.writesIntoBanks + chain.fields.unknown),
+                static_cast<double>(chain.fields.worstSkew_ns) * 1e-3,
+                percentile(latencies_ms, 0.5),
+                percentile(latencies_ms, 0.99),
+                figures.lead_s * 1e3,
+                static_cast<unsigned long long>(figures.takenBack));
+    std::fflush(stdout);
+}
+
+void playSequence(const Settings& settings, double heartbeat_s, double failsafe_s)
+{
+    Stage stage(settings, {"sequence"});
+    stage.device.reset();
+    stage.options.heartbeat_s = heartbeat_s;
+    stage.options.failsafe_s = failsafe_s;
+    stage.open();
+    DriveSequence sequence;
+    sequence.rate_Hz = 1000;
+    for (unsigned n = 0; n < 100; ++n)
+        sequence.signals.push_back(fieldOf(settings.units * kTransducersPerUnit, n, false));
+    stage.device->sendSequence(sequence);
+    while (stage.device->report().pending > 0)
+        pause(1e-3);
+    pause(0.5);
+    const double before_s = stage.device->figures().cpu_s;
+    const double begin_s = base::steadySeconds();
+    pause(settings.duration_s);
+    const double used_s = stage.device->figures().cpu_s - before_s;
+    std::printf("  heartbeat %3.0f ms, fail-safe %4.0f ms: %.3f %% of a core\n",
+                heartbeat_s * 1e3,
+                failsafe_s * 1e3,
+                100 * used_s / (base::steadySeconds() - begin_s));
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    Settings settings;
+    CLI::App app("Fields on AUTD3 units that are emulated in this program");
+    app.add_option("--units", settings.units, "how many")->check(CLI::Range(1, kMostUnits));
+    app.add_option("--duration", settings.duration_s, "of each part, s")
+        ->check(CLI::Range(0.5, 86400.0));
+    app.add_option("--loss", settings.loss, "share of datagrams lost, where some are")
+        ->check(CLI::Range(0.0, 0.2));
+    CLI11_PARSE(app, argc, argv);
+    std::printf("%d units, %d transducers, %g s each; bad: writes into the bank that plays, and "
+                "what nobody sent\n",
+                settings.units,
+                settings.units * kTransducersPerUnit,
+                settings.duration_s);
+    std::printf("%-34s %7s %6s %6s %6s %8s %7s %7s %7s %7s\n",
+                "",
+                "/s",
+                "torn",
+                "lost",
+                "bad",
+                "skew/us",
+                "p50/ms",
+                "p99/ms",
+                "lead/ms",
+                "put off");
+    const Case cases[] = {
+        {"timed, lead 1 ms", true, false, 1e-3},
+        {"timed, lead 1 ms, phases only", true, true, 1e-3},
+        {"timed, lead 3 ms", true, false, 3e-3},
+        {"timed, lead 3 ms, with loss", true, false, 3e-3, settings.loss},
+        {"timed, lead 1 ms, with loss", true, false, 1e-3, settings.loss},
+        {"timed, 100 fields/s", true, false, 3e-3, 0, false, 100},
+        {"timed, 100 Mbit/s, lead 3 ms", true, false, 3e-3, 0, true},
+        {"at once", false, false, 3e-3},
+        {"at once, with loss", false, false, 3e-3, settings.loss},
+        {"at once, 100 Mbit/s", false, false, 3e-3, 0, true},
+    };
+    for (const Case& one : cases)
+        playFields(settings, one);
+    std::printf("a sequence on board, 100 fields at 1 kHz; the emulation is not left out\n");
+    playSequence(settings, 10e-3, 0.1);
+    playSequence(settings, 100e-3, 0.5);
+    return 0;
+}
