@@ -166,7 +166,7 @@ TEST_F(MidairTune, checks_foci_afterwards)
 TEST_F(MidairTune, goes_on_where_it_was_killed)
 {
     const Outcome killed = shell(
-        "cd " + folder + " && timeout -s KILL 0.4 " + kTune +
+        "cd " + folder + " && timeout -s KILL 0.6 " + kTune +
         " run --array board --settle 1ms --integrate 2ms --quiet --device sim:" + instrument());
     EXPECT_EQ(killed.code, 137) << killed.output;
     const std::size_t before = rows().size();
