@@ -20,7 +20,6 @@ constexpr double kPlanar = 1e-7;           // largest distance from the plane, w
 constexpr double kMostDecayInGroup = 0.02; // up to here a parabola for exp has an error of 1e-6
 constexpr double kLeastBeta = 1e-9;        // Np/m
 constexpr double kWithin = 0.999;          // of a bound, since radii are rounded to floats
-constexpr double kMostPacked = 1.25;       // lanes of an order with gaps, over those without
 
 template<typename Matrix>
 bool sameEntries(const Matrix& a, const Matrix& b)
@@ -144,11 +143,15 @@ void PropagationMatrix::bindOrder()
         !isCompact(_array.positions, _order, kernels::kGroup, largest_m))
     {
         PackedOrder other = packed(_array.positions, _order, kernels::kGroup, largest_m);
-        if (other.order.size() <= kMostPacked * static_cast<double>(_order.size()))
+        // Never more than with all transducers, whose groups are compact if the array is usual.
+        if (other.order.size() <= static_cast<std::size_t>(_array.size()))
         {
             _order = std::move(other.order);
             _isFiller = std::move(other.isFiller);
         }
+        else if (std::vector<int> all = compactOrder(_array.positions, kernels::kGroup);
+                 isCompact(_array.positions, all, kernels::kGroup, largest_m))
+            _order = std::move(all);
     }
     _transducers = static_cast<int>(_order.size());
     _hasSilentLanes = false;

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "haptics/base/threads/StopToken.h"
-#include "haptics/propagation/KelvinCost.h"
 #include "haptics/propagation/SurfaceStatistics.h"
+#include "haptics/sequence/KelvinCost.h"
 #include "haptics/solvers/certificate/Certificate.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "haptics/surface/TriangleMesh.h"

@@ -220,6 +220,32 @@ TEST_P(Hostile, RecordingsOfHandsAreReadFromBesideTheSceneAlone)
         << messages(*scene);
 }
 
+// What it says of a file that is none of the scene's would tell what is in it.
+TEST_P(Hostile, ThermometersAreReadFromBesideTheSceneAlone)
+{
+    Workplace::write(_place.outside("room.txt"), kPrecious);
+    Workplace::write(_place.beside("room.txt"), "20.1\n");
+    std::filesystem::create_symlink(_place.outside("room.txt"), _place.beside("link.txt"));
+    ASSERT_EQ(mkfifo(_place.beside("pipe").c_str(), 0600), 0);
+    for (const char* trust : {"", "scene"})
+        for (const std::string& file : {_place.outside("room.txt"),
+                                        std::string("../room.txt"),
+                                        std::string("link.txt"),
+                                        std::string("pipe"),
+                                        std::string("/dev/zero")})
+        {
+            const Variable trusted("OSG_MIDAIR_TRUST", trust);
+            const auto scene = fromFile([&](HapticScene& s) { s.setTemperatureSource(file); });
+            view(*scene);
+            EXPECT_TRUE(says(*scene, "asks for the thermometer \"" + file)) << messages(*scene);
+            EXPECT_FALSE(says(*scene, "thesis")) << messages(*scene);
+        }
+    const auto scene = fromFile([&](HapticScene& s) { s.setTemperatureSource("room.txt"); });
+    HeadlessViewer viewer(scene);
+    EXPECT_TRUE(viewer.framesUntil([&] { return scene->getStatistics().temperature_C > 20.05; }))
+        << messages(*scene);
+}
+
 TEST_P(Hostile, AnEndlessFileOfTheUsersHoldsNoFrameUp)
 {
     for (const char* variable : {"OSG_MIDAIR_ARRAY", "OSG_MIDAIR_HANDS"})

@@ -134,7 +134,7 @@ TEST(DeadTransducers, HaveNoColumnInTheMatrix)
         G.bind(array, Medium());
         EXPECT_EQ(G.arraySize(), 3984);
         EXPECT_GE(G.transducers(), live);
-        EXPECT_LE(G.transducers(), 1.1 * live) << nth;
+        EXPECT_LE(G.transducers(), nth == 2 ? 3984 : 1.1 * live) << nth;
         Eigen::Matrix3Xd points(3, 2);
         points << 0.0, 0.02, 0.01, -0.01, 0.03, 0.02;
         G.build(points);
@@ -143,11 +143,12 @@ TEST(DeadTransducers, HaveNoColumnInTheMatrix)
         for (int lane = 0; lane < G.transducers(); ++lane)
         {
             const int i = G.order()[static_cast<std::size_t>(lane)];
-            if (!G.isFiller(lane)) ++seen[static_cast<std::size_t>(i)];
+            EXPECT_EQ(G.isSilent(lane), G.isFiller(lane) || i % nth == 0);
+            if (!G.isSilent(lane)) ++seen[static_cast<std::size_t>(i)];
             for (int l = 0; l < 2; ++l)
             {
                 const auto entry = std::complex<double>(G.at(l, lane));
-                const std::complex<double> right = G.isFiller(lane) ? 0.0 : exact(l, i);
+                const std::complex<double> right = G.isSilent(lane) ? 0.0 : exact(l, i);
                 EXPECT_LE(std::abs(entry - right), 1e-4 * std::abs(exact(l, i)));
             }
         }
@@ -165,12 +166,13 @@ TEST(DeadTransducers, GroupsOfWhatIsLeftAreCompact)
     for (int i = 0; i < array.size(); ++i)
         if (i % 4 != 0) live.push_back(i);
     constexpr double kLargest_m = 6.5 * 8.58e-3;
-    std::vector<int> order = compactOrder(array.positions(Eigen::all, live), 16);
+    std::vector<int> order = compactOrder(array.positions(Eigen::all, live), kernels::kGroup);
     for (int& i : order)
         i = live[static_cast<std::size_t>(i)];
-    EXPECT_FALSE(isCompact(array.positions, order, 16, kLargest_m)) << "or this tests nothing";
-    const PackedOrder all = packed(array.positions, order, 16, kLargest_m);
-    EXPECT_TRUE(isCompact(array.positions, all.order, 16, kLargest_m));
+    EXPECT_FALSE(isCompact(array.positions, order, kernels::kGroup, kLargest_m))
+        << "or this tests nothing";
+    const PackedOrder all = packed(array.positions, order, kernels::kGroup, kLargest_m);
+    EXPECT_TRUE(isCompact(array.positions, all.order, kernels::kGroup, kLargest_m));
     EXPECT_LT(all.order.size(), 1.1 * static_cast<double>(live.size()));
     std::vector<int> kept;
     for (std::size_t k = 0; k < all.order.size(); ++k)

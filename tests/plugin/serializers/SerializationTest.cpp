@@ -121,8 +121,17 @@ TEST_P(Serialization, ReadsTheStoredFilesOfVersion6)
 TEST_P(Serialization, ReadsTheStoredFilesOfVersion7)
 {
     findPlugins();
+    const std::string file = std::string(MIDAIR_TEST_DATA "/format-v7/scene.") + GetParam();
+    HapticSettings settings = unusualSettings();
+    withoutVersion8(settings);
+    expectUnusual(osgDB::readRefNodeFile(file).get(), unusualProperty(), settings);
+}
+
+TEST_P(Serialization, ReadsTheStoredFilesOfVersion8)
+{
+    findPlugins();
     expectUnusual(
-        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v7/scene.") + GetParam())
+        osgDB::readRefNodeFile(std::string(MIDAIR_TEST_DATA "/format-v8/scene.") + GetParam())
             .get());
 }
 

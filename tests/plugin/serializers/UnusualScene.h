@@ -87,6 +87,9 @@ inline HapticSettings unusualSettings()
     s.contactFoci = 3;
     s.contactMask = true;
     s.trackerError = 0.0078125;
+    s.dead = "17, 400-410";
+    s.weak = "3:0.5";
+    s.temperatureSource = "room/thermometer.txt";
     return s;
 }
 
@@ -181,9 +184,18 @@ inline void expectUnusual(const HapticSettings& s)
     EXPECT_EQ(s.shadows, wanted.shadows);
 }
 
-/// What version 7 of HapticScene brought.
+/// What version 8 of HapticScene brought.
+inline void withoutVersion8(HapticSettings& s)
+{
+    s.dead.clear();
+    s.weak.clear();
+    s.temperatureSource.clear();
+}
+
+/// What versions 7 and 8 of HapticScene brought.
 inline void withoutVersion7(HapticSettings& s)
 {
+    withoutVersion8(s);
     const HapticSettings plain;
     s.render = plain.render;
     s.contactRate = plain.contactRate;
@@ -193,7 +205,7 @@ inline void withoutVersion7(HapticSettings& s)
     s.trackerError = plain.trackerError;
 }
 
-/// What versions 6 and 7 of HapticScene brought.
+/// What versions 6 to 8 of HapticScene brought.
 inline void withoutVersion6(HapticSettings& s)
 {
     withoutVersion7(s);
@@ -204,7 +216,7 @@ inline void withoutVersion6(HapticSettings& s)
     s.trackerDelay = HapticSettings().trackerDelay;
 }
 
-/// What versions 2 to 7 of HapticScene brought.
+/// What versions 2 to 8 of HapticScene brought.
 inline void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
 {
     expectNear(s.maxPressure, wanted.maxPressure);
@@ -227,6 +239,9 @@ inline void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wa
     EXPECT_EQ(s.contactFoci, wanted.contactFoci);
     EXPECT_EQ(s.contactMask, wanted.contactMask);
     expectNear(s.trackerError, wanted.trackerError);
+    EXPECT_EQ(s.dead, wanted.dead);
+    EXPECT_EQ(s.weak, wanted.weak);
+    EXPECT_EQ(s.temperatureSource, wanted.temperatureSource);
 }
 
 inline void expectUnusual(osg::Node* node,

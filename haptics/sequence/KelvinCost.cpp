@@ -1,4 +1,4 @@
-#include "haptics/propagation/KelvinCost.h"
+#include "haptics/sequence/KelvinCost.h"
 
 #include "haptics/base/Limits.h"
 #include "haptics/points/FittedLevel.h"

@@ -1,4 +1,4 @@
-#include "haptics/propagation/KelvinCost.h"
+#include "haptics/sequence/KelvinCost.h"
 
 #include "haptics/solvers/HologramSolver.h"
 #include "tests/haptics/propagation/ChangedPhysics.h"
