@@ -1,7 +1,7 @@
 #pragma once
 
 #include "device/autd3/emulator/ChainFaults.h"
-#include "device/autd3/emulator/EmulatedUnit.h"
+#include "device/autd3/emulator/unit/EmulatedUnit.h"
 
 #include <complex>
 #include <deque>
