@@ -133,7 +133,7 @@ void Autd3Device::run()
         }
         catch (const DeviceError& error)
         {
-            if (refusal != error.what()) // each reason once
+            if (refusal != error.what() && !isClosing()) // each reason once
                 deviceLog().warn("{}", error.what());
             refusal = error.what();
         }

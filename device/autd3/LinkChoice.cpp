@@ -19,12 +19,15 @@ constexpr double kAnswer_s = 0.1;
 constexpr int kTries = 3;
 constexpr std::uint16_t kNumber = 0x4D44;
 
-// Any answer of the protocol will do, also one that refuses.
-bool hasUnits(DatagramLink& link, Refusals& refusals, const std::function<bool()>& isLeft)
+// Any answer of the protocol will do, also one that refuses: those of the first question that gets
+// one.
+std::vector<Answer>
+askAll(DatagramLink& link, Refusals& refusals, const std::function<bool()>& isLeft)
 {
     Endpoint from;
     std::vector<std::uint8_t> bytes;
-    for (int i = 0; i < kTries && !isLeft(); ++i)
+    std::vector<Answer> answers;
+    for (int i = 0; i < kTries && answers.empty() && !isLeft(); ++i)
     {
         if (!link.sendToGroup(message(Kind::READ_UNIT_INFO, kNumber))) continue;
         const double until_s = base::steadySeconds() + kAnswer_s;
@@ -35,12 +38,14 @@ bool hasUnits(DatagramLink& link, Refusals& refusals, const std::function<bool()
             if (!link.receive(until_s, from, bytes)) continue;
             if (readAnswer(bytes, answer, error) && answer.kind == Kind::READ_UNIT_INFO &&
                 answer.number == kNumber)
-                return true;
-            refusals.add(
-                Refusal::MALFORMED, endpointText(from) + ": " + error, base::steadySeconds());
+                answers.push_back(std::move(answer));
+            else
+                refusals.add(error.empty() ? Refusal::STRAY : Refusal::MALFORMED,
+                             endpointText(from) + ": " + error,
+                             base::steadySeconds());
         }
     }
-    return false;
+    return answers;
 }
 
 std::string namesOf(const std::vector<NetworkInterface>& interfaces)
@@ -93,7 +98,7 @@ chooseLink(const Autd3Options& options, Refusals& refusals, const std::function<
     for (const NetworkInterface& one : all)
     {
         auto link = std::make_unique<UdpLink>(one);
-        if (!hasUnits(*link, refusals, isLeft)) continue;
+        if (askAll(*link, refusals, isLeft).empty()) continue;
         found.push_back(one);
         chosen = std::move(link);
     }
@@ -109,6 +114,28 @@ chooseLink(const Autd3Options& options, Refusals& refusals, const std::function<
             namesOf(all),
             kPort));
     return chosen;
+}
+
+std::vector<UnitsListing> listUnits()
+{
+    std::vector<UnitsListing> found;
+    Refusals refusals("autd3");
+    for (const NetworkInterface& one : linkLocalInterfaces())
+        try
+        {
+            UdpLink link(one);
+            const std::vector<Answer> answers = askAll(link, refusals, [] { return false; });
+            if (answers.empty()) continue;
+            const Answer& first = answers.front();
+            const bool isSpoken = first.version == kProtocolVersion && first.status == 0;
+            found.push_back({one.name,
+                             static_cast<int>(answers.size()),
+                             isSpoken ? first.info.firmware.text() : std::string()});
+        }
+        catch (const DeviceError&) // it has gone since
+        {
+        }
+    return found;
 }
 
 } // namespace midair::device::autd3

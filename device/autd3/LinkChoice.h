@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace midair::device::autd3
 {
@@ -19,5 +20,16 @@ std::string deviceName(const Autd3Options& options);
 /// tried or that have answers, also as soon as \a isLeft returns true.
 std::unique_ptr<DatagramLink>
 chooseLink(const Autd3Options& options, Refusals& refusals, const std::function<bool()>& isLeft);
+
+/// Units that answer on an interface.
+struct UnitsListing
+{
+    std::string interface;
+    int units = 0;        ///< at least 1; those behind a way that is closed don't answer
+    std::string firmware; ///< of one of them; empty: it speaks another protocol
+};
+
+/// Asks on all interfaces, 0.1 s each and up to three times; changes nothing at the units.
+std::vector<UnitsListing> listUnits();
 
 } // namespace midair::device::autd3

@@ -1,6 +1,7 @@
 #include "samples/device-tool/DeviceTool.h"
 
 #include "device/DeviceUri.h"
+#include "device/autd3/LinkChoice.h"
 #include "device/recording/PlayingDevice.h"
 #include "device/usb/UsbTransferPool.h"
 #include "haptics/array/PatFile.h"
@@ -123,6 +124,14 @@ int listDevices(const DeviceOptions&)
                       << one.address << "\t" << one.condition << "\n";
             ++found;
         }
+    for (const device::autd3::UnitsListing& one : device::autd3::listUnits())
+    {
+        std::cout << "autd3:?interface=" << one.interface << "\t" << one.units
+                  << (one.units == 1 ? " unit answers" : " units answer") << ", "
+                  << (one.firmware.empty() ? "of another protocol" : "firmware " + one.firmware)
+                  << "; more may be behind\n";
+        ++found;
+    }
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator("/dev", error))
     {

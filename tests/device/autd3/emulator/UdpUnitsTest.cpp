@@ -1,7 +1,8 @@
 // The driver of autd3: and the emulator, each written by itself, meet over UDP on this machine.
 
-#include "device/ArrayDevice.h"
 #include "device/autd3/emulator/UdpUnits.h"
+
+#include "device/ArrayDevice.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <atomic>
@@ -52,10 +53,7 @@ protected:
         const std::lock_guard<std::mutex> lock(_mutex);
         return _units->chain().report(UdpUnits::now_ns());
     }
-    std::string uri() const
-    {
-        return fmt::format("autd3:?units=2&group=[::1]:{}", _units->port());
-    }
+    std::string uri() const { return fmt::format("autd3:?units=2&group=[::1]:{}", _units->port()); }
     template<typename Is>
     static bool eventually(const Is& is)
     {
@@ -105,8 +103,8 @@ TEST_F(EmulatedUnitsOverUdp, play_what_the_driver_is_sent_and_fall_silent_when_i
         }))
         << device->status();
     device.reset();
-    EXPECT_TRUE(
-        eventually([&] { return field().duty == std::vector<std::uint8_t>(2 * kUnitTransducers); }));
+    EXPECT_TRUE(eventually(
+        [&] { return field().duty == std::vector<std::uint8_t>(2 * kUnitTransducers); }));
     EXPECT_EQ(report().writesIntoBanks, 0U);
     EXPECT_EQ(report().fields.torn, 0U);
     EXPECT_EQ(report().updateCommands, 0U);
