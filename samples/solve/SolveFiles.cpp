@@ -1,10 +1,10 @@
 #include "samples/solve/SolveFiles.h"
 
+#include "engine-bridge/playing/ArrayLevels.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/text/Trimmed.h"
-#include "samples/solve/ArrayLevels.h"
 
 #include <array>
 #include <cmath>

@@ -1,5 +1,6 @@
 #include "samples/solve/SolvePoints.h"
 
+#include "engine-bridge/playing/ArrayLevels.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "haptics/points/ControlPointSelector.h"
@@ -9,7 +10,6 @@
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
-#include "samples/solve/ArrayLevels.h"
 #include "samples/solve/SolveFiles.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "samples/solve/ArrayLevels.h"
+#include "engine-bridge/playing/ArrayLevels.h"
 
 #include "device/drive/DriveEncoder.h"
 #include "haptics/base/Units.h"
@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-namespace midair::samples
+namespace midair::bridge
 {
 
 namespace
@@ -93,4 +93,4 @@ std::string levelColumns(const haptics::DriveResolution& drive)
                              : fmt::format("amplitude_level_of_{}", drive.amplitudeLevels.size()));
 }
 
-} // namespace midair::samples
+} // namespace midair::bridge

@@ -1,15 +1,14 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
-#include "plugin/extending/DriverLevels.h"
-
-#include <osgMidair/DeviceDriver>
+#include "engine-bridge/extending/ArrayDriver.h"
+#include "engine-bridge/extending/DriverLevels.h"
 
 #include <memory>
 #include <string>
 #include <thread>
 
-namespace osgMidair
+namespace midair::bridge
 {
 
 /// Calls an application's driver on a thread of its own, so that nobody waits for its code: while a
@@ -27,7 +26,7 @@ public:
     /// How a driver is when it has been opened.
     struct Opened
     {
-        osg::ref_ptr<DeviceDriver> driver;
+        std::shared_ptr<ArrayDriver> driver;
         bool isReady = true;
         std::string status;
     };
@@ -42,13 +41,13 @@ public:
 
     /// Has \a signal played as soon as the driver has returned, in place of one that still waits.
     /// Returns false if it is for another number of transducers or the driver isn't ready.
-    bool send(const midair::device::DriveSignal& signal);
+    bool send(const device::DriveSignal& signal);
     void silence();
 
-    midair::device::DeviceReport report() const;
+    device::DeviceReport report() const;
     std::string status() const; ///< as the driver said last
     /// The newest field that the driver has taken; off after a silence.
-    midair::device::DriveSignal playing() const;
+    device::DriveSignal playing() const;
 
     /// Returns true while a driver of the device \a name, which has been closed, still hangs.
     static bool isLeftBehind(const std::string& name);
@@ -60,4 +59,4 @@ private:
     std::thread _thread;
 };
 
-} // namespace osgMidair
+} // namespace midair::bridge

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace midair::samples
+namespace midair::bridge
 {
 
 /// One field in the array's own levels, m each, as a drive.csv holds it and as the array plays it:
@@ -39,4 +39,4 @@ bool hasDuties(const haptics::DriveResolution& drive);
 /// meaning are not read as these.
 std::string levelColumns(const haptics::DriveResolution& drive);
 
-} // namespace midair::samples
+} // namespace midair::bridge

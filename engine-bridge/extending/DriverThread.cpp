@@ -1,12 +1,12 @@
-#include "plugin/extending/DriverThread.h"
+#include "engine-bridge/extending/DriverThread.h"
 
 #include "device/DeviceLog.h"
 #include "device/FieldQueue.h"
 #include "device/SequenceNumber.h"
 #include "device/drive/DriveEncoder.h"
+#include "engine-bridge/extending/DueSilence.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
-#include "plugin/extending/DueSilence.h"
 
 #include <algorithm>
 #include <chrono>
@@ -17,12 +17,12 @@
 
 #include <fmt/format.h>
 
-namespace osgMidair
+namespace midair::bridge
 {
 
-using midair::device::DeviceReport;
-using midair::device::DeviceState;
-using midair::device::DriveSignal;
+using device::DeviceReport;
+using device::DeviceState;
+using device::DriveSignal;
 
 namespace
 {
@@ -62,7 +62,7 @@ struct DriverThread::Shared
     const int transducers;
     std::mutex mutex; ///< guards what follows; never held while the driver is called
     std::condition_variable wake;
-    midair::device::FieldQueue fields;
+    device::FieldQueue fields;
     DriveSignal playing;
     DeviceReport own; ///< all but the counters of fields
     std::string status;
@@ -86,7 +86,7 @@ private:
     const char* _call = nullptr; ///< what the driver is called for now
     double _callSince_s = 0.0;
     // The thread's alone.
-    osg::ref_ptr<DeviceDriver> _driver;
+    std::shared_ptr<ArrayDriver> _driver;
     std::vector<unsigned char> _phases;
     std::vector<unsigned char> _amplitudes;
     double _lookAt_s = 0.0;
@@ -99,10 +99,10 @@ DriverThread::Shared::Shared(Opened&& opened,
     name(std::move(itsName)),
     levels(std::move(itsLevels)),
     transducers(count),
-    playing(midair::device::silentSignal(count)),
+    playing(device::silentSignal(count)),
     status(std::move(opened.status)),
     _driver(opened.driver),
-    _lookAt_s(midair::base::steadySeconds() + kLook_s)
+    _lookAt_s(base::steadySeconds() + kLook_s)
 {
     if (opened.isReady) return;
     own.state = DeviceState::LOST;
@@ -116,9 +116,9 @@ std::string
 DriverThread::Shared::ask(std::unique_lock<std::mutex>& lock, const char* what, const Call& call)
 {
     _call = what;
-    _callSince_s = midair::base::steadySeconds();
+    _callSince_s = base::steadySeconds();
     lock.unlock();
-    const std::string thrown = midair::base::thrownBy(call);
+    const std::string thrown = base::thrownBy(call);
     lock.lock();
     _call = nullptr;
     return thrown.empty() ? thrown : fmt::format("the driver's {} has thrown {}", what, thrown);
@@ -133,11 +133,11 @@ void DriverThread::Shared::callSilence(std::unique_lock<std::mutex>& lock)
     const bool isSeldom = own.state == DeviceState::LOST && !closing;
     if (fault.empty())
     {
-        _silence.succeed(midair::base::steadySeconds(), isSeldom);
+        _silence.succeed(base::steadySeconds(), isSeldom);
         own.unsilenced.clear();
         return;
     }
-    _silence.fail(midair::base::steadySeconds(), isSeldom);
+    _silence.fail(base::steadySeconds(), isSeldom);
     if (own.unsilenced.empty()) ++own.faults;
     own.unsilenced =
         fmt::format("the driver couldn't silence the array ({}); it may play on", fault);
@@ -163,7 +163,7 @@ void DriverThread::Shared::askIfReady(std::unique_lock<std::mutex>& lock)
     own.message = fault.empty() ? kNotReady : fault;
     status.clear();
     if (!fields.waits()) return;
-    fields.takeOff(_sequence = midair::device::nextAfter(_sequence));
+    fields.takeOff(_sequence = device::nextAfter(_sequence));
     fields.loseOldest();
 }
 
@@ -182,14 +182,14 @@ void DriverThread::Shared::look(std::unique_lock<std::mutex>& lock)
         }
         own.complaint = fault;
     }
-    _lookAt_s = midair::base::steadySeconds() + kLook_s;
+    _lookAt_s = base::steadySeconds() + kLook_s;
 }
 
 void DriverThread::Shared::playNext(std::unique_lock<std::mutex>& lock)
 {
     askIfReady(lock);
     if (_silence.isWanted() || !fields.waits()) return; // one came meanwhile, or the device is lost
-    const auto& field = fields.takeOff(_sequence = midair::device::nextAfter(_sequence));
+    const auto& field = fields.takeOff(_sequence = device::nextAfter(_sequence));
     levels.round(field.signal, _phases, _amplitudes);
     const double sentAt_s = field.sentAt_s;
     const std::uint64_t epoch = _epoch;
@@ -205,14 +205,14 @@ void DriverThread::Shared::playNext(std::unique_lock<std::mutex>& lock)
     }
     auto played = fields.settleUntil(_sequence, _sequence);
     if (played && epoch == _epoch) playing = std::move(*played);
-    own.lastHandedOver_s = midair::base::steadySeconds();
+    own.lastHandedOver_s = base::steadySeconds();
     own.latency_s = own.lastHandedOver_s - sentAt_s;
 }
 
 void DriverThread::Shared::silenceLocked()
 {
     fields.dropWaiting();
-    playing = midair::device::silentSignal(transducers);
+    playing = device::silentSignal(transducers);
     ++_epoch;
     _silence.want();
     wake.notify_all();
@@ -234,7 +234,7 @@ DeviceReport DriverThread::Shared::reportLocked() const
         report.state = DeviceState::HANGING;
         report.message = report.unsilenced;
     }
-    const double since_s = _call ? midair::base::steadySeconds() - _callSince_s : 0.0;
+    const double since_s = _call ? base::steadySeconds() - _callSince_s : 0.0;
     if (since_s <= kHangs_s) return report;
     report.state = std::max(report.state, DeviceState::HANGING);
     report.message = fmt::format("the driver's {} hasn't returned for {:.0f} s", _call, since_s);
@@ -246,7 +246,7 @@ void DriverThread::Shared::run()
     std::unique_lock<std::mutex> lock(mutex);
     while (!closing || (_silence.isWanted() && !_silence.isGivenUp()))
     {
-        const double now_s = midair::base::steadySeconds();
+        const double now_s = base::steadySeconds();
         const double rest_s =
             std::min(_silence.rest_s(now_s), closing ? DueSilence::kSoon_s : _lookAt_s - now_s);
         if (_silence.isDue(now_s))
@@ -266,13 +266,13 @@ void DriverThread::Shared::end(std::unique_lock<std::mutex>& lock)
     if (!own.unsilenced.empty())
         lastWords = fmt::format("{}: {}; it is closed all the same", name, own.unsilenced);
     lock.unlock();
-    midair::base::thrownBy([this] { _driver = nullptr; });
+    base::thrownBy([this] { _driver = nullptr; });
     lock.lock();
     ended = true;
     wake.notify_all();
     if (!isLeft) return;
     lock.unlock();
-    if (!lastWords.empty()) midair::device::logDeviceError(lastWords);
+    if (!lastWords.empty()) device::logDeviceError(lastWords);
     LeftBehind& left = LeftBehind::all();
     const std::lock_guard<std::mutex> all(left.mutex);
     left.names.erase(std::find(left.names.begin(), left.names.end(), name));
@@ -306,11 +306,11 @@ DriverThread::~DriverThread()
     if (!shared.isLeft)
     {
         _thread.join();
-        if (!shared.lastWords.empty()) midair::device::logDeviceError(shared.lastWords);
+        if (!shared.lastWords.empty()) device::logDeviceError(shared.lastWords);
         return;
     }
     _thread.detach();
-    midair::device::logDeviceError(
+    device::logDeviceError(
         fmt::format("{}: its driver hasn't returned for {:g} s, so it is closed without; the array "
                     "may still play what it had until the driver returns",
                     shared.name,
@@ -327,7 +327,7 @@ bool DriverThread::send(const DriveSignal& signal)
         _shared->fields.refuse();
         return false;
     }
-    _shared->fields.put(signal, midair::base::steadySeconds(), nullptr);
+    _shared->fields.put(signal, base::steadySeconds(), nullptr);
     _shared->wake.notify_all();
     return true;
 }
@@ -363,4 +363,4 @@ bool DriverThread::isLeftBehind(const std::string& name)
     return std::find(left.names.begin(), left.names.end(), name) != left.names.end();
 }
 
-} // namespace osgMidair
+} // namespace midair::bridge

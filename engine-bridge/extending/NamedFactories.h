@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace osgMidair
+namespace midair::bridge
 {
 
 /// What an application registered by name, of one kind. From any thread.
@@ -68,4 +68,4 @@ private:
     std::map<std::string, Factory> _makers;
 };
 
-} // namespace osgMidair
+} // namespace midair::bridge

@@ -1,5 +1,6 @@
-#include "plugin/extending/OwnSolver.h"
+#include "engine-bridge/extending/OwnSolver.h"
 
+#include "engine-bridge/extending/NamedFactories.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/ThrownBy.h"
@@ -8,7 +9,6 @@
 #include "haptics/propagation/PropagationMatrix.h"
 #include "haptics/sequence/FieldSequence.h"
 #include "haptics/solvers/FieldProblem.h"
-#include "plugin/extending/SolverRegistry.h"
 
 #include <algorithm>
 #include <chrono>
@@ -18,7 +18,7 @@
 
 #include <fmt/format.h>
 
-namespace osgMidair
+namespace midair::bridge
 {
 
 namespace
@@ -26,6 +26,12 @@ namespace
 
 using namespace midair::haptics;
 using midair::base::InputError;
+
+NamedFactories<FieldMethodFactory>& registry()
+{
+    static NamedFactories<FieldMethodFactory> all("solver");
+    return all;
+}
 
 /// Amplitudes above 1 by no more than this are rounding, and count as 1.
 constexpr float kRounding = 1e-5F;
@@ -39,12 +45,12 @@ double milliseconds()
         .count();
 }
 
-/// Makes a HologramSolver of an application's FieldSolver.
+/// Makes a HologramSolver of an application's FieldMethod.
 class OwnSolver : public HologramSolver
 {
 public:
     OwnSolver(std::string name,
-              const osg::ref_ptr<FieldSolver>& solver,
+              const std::shared_ptr<FieldMethod>& solver,
               const SolverOptions& options) :
         _name(std::move(name)),
         _solver(solver),
@@ -69,7 +75,7 @@ private:
     void rate(const Eigen::VectorXcf& q, SolveReport& report);
 
     const std::string _name;
-    const osg::ref_ptr<FieldSolver> _solver;
+    const std::shared_ptr<FieldMethod> _solver;
     const SolverOptions _options;
     ControlPoints _wanted; ///< those with a target
     PropagationMatrix _lanes;
@@ -85,7 +91,7 @@ std::string OwnSolver::refusal(const ControlPoints& points,
     if (!medium.isValid(&why) || !array.isValid(&why)) return why;
     const auto entries =
         static_cast<std::size_t>(points.size()) * static_cast<std::size_t>(array.size());
-    if (points.size() > midair::base::kMostControlPoints || entries > midair::base::kMostEntries)
+    if (points.size() > base::kMostControlPoints || entries > base::kMostEntries)
         return fmt::format("{} control points and {} transducers are more than can be solved for",
                            points.size(),
                            array.size());
@@ -120,7 +126,7 @@ void OwnSolver::build(const TransducerArray& array, const Medium& medium)
 // Returns why there is no field; empty: there is one.
 std::string OwnSolver::ask(const TransducerArray& array, Eigen::VectorXcf& q)
 {
-    FieldSolver::Problem problem;
+    FieldMethod::Problem problem;
     problem.points = static_cast<unsigned int>(_wanted.size());
     problem.transducers = static_cast<unsigned int>(array.size());
     problem.positions = _wanted.positions.data();
@@ -134,8 +140,8 @@ std::string OwnSolver::ask(const TransducerArray& array, Eigen::VectorXcf& q)
     problem.isStopped = [this] { return _options.stop.requested(); };
     std::string why;
     bool isSolved = false;
-    const std::string thrown = midair::base::thrownBy(
-        [&] { isSolved = _solver && _solver->solve(problem, q.data(), why); });
+    const std::string thrown =
+        base::thrownBy([&] { isSolved = _solver && _solver->solve(problem, q.data(), why); });
     if (!thrown.empty()) return "it has thrown " + thrown;
     if (!isSolved) return why.empty() ? "it has no field" : why;
     return check(q);
@@ -159,8 +165,8 @@ std::string OwnSolver::check(Eigen::VectorXcf& q) const
 
 void OwnSolver::round(const DriveResolution& drive, Eigen::VectorXcf& q)
 {
-    const auto step = static_cast<float>(midair::base::kTwoPi) /
-                      static_cast<float>(std::max(1, drive.phaseLevels));
+    const auto step =
+        static_cast<float>(base::kTwoPi) / static_cast<float>(std::max(1, drive.phaseLevels));
     for (Eigen::Index i = 0; i < q.size(); ++i)
     {
         const float phase = std::arg(q[i]);
@@ -222,15 +228,25 @@ SolveReport OwnSolver::solve(const ControlPoints& points,
 
 } // namespace
 
+bool registerMethod(const std::string& name, FieldMethodFactory make, std::string& error)
+{
+    return registry().add(name, std::move(make), solverNames(), error);
+}
+
+std::vector<std::string> ownSolverNames()
+{
+    return registry().names();
+}
+
 std::unique_ptr<HologramSolver> makeAnySolver(const std::string& name, const SolverOptions& options)
 {
-    const FieldSolverFactory make = SolverRegistry::find(name);
+    const FieldMethodFactory make = registry().find(name);
     if (make)
     {
         std::string why;
         if (!options.isValid(&why)) throw InputError(why);
-        osg::ref_ptr<FieldSolver> solver;
-        why = midair::base::thrownBy([&] { solver = make(); });
+        std::shared_ptr<FieldMethod> solver;
+        why = base::thrownBy([&] { solver = make(); });
         if (!why.empty())
             throw InputError("solver \"" + name + "\": what makes it has thrown " + why);
         return std::make_unique<OwnSolver>(name, std::move(solver), options);
@@ -238,7 +254,7 @@ std::unique_ptr<HologramSolver> makeAnySolver(const std::string& name, const Sol
     std::vector<std::string> known = solverNames();
     if (std::find(known.begin(), known.end(), name) == known.end())
     {
-        for (const std::string& own : SolverRegistry::names())
+        for (const std::string& own : ownSolverNames())
             known.push_back(own);
         throw InputError(
             fmt::format("unknown solver '{}'; known are {}", name, fmt::join(known, ", ")));
@@ -246,4 +262,4 @@ std::unique_ptr<HologramSolver> makeAnySolver(const std::string& name, const Sol
     return makeSolver(name, options);
 }
 
-} // namespace osgMidair
+} // namespace midair::bridge

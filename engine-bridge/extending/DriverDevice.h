@@ -1,19 +1,17 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
-#include "plugin/extending/DriverThread.h"
-
-#include <osgMidair/DeviceDriver>
+#include "engine-bridge/extending/DriverThread.h"
 
 #include <string>
 #include <vector>
 
-namespace osgMidair
+namespace midair::bridge
 {
 
-/// Makes an ArrayDevice of an application's DeviceDriver, which is called on a thread of its own.
+/// Makes an ArrayDevice of an application's driver, which is called on a thread of its own.
 /// GuardedDevice, which stands before it, keeps the limits.
-class DriverDevice : public midair::device::ArrayDevice
+class DriverDevice : public device::ArrayDevice
 {
 public:
     /// What a driver says when it has been opened.
@@ -25,7 +23,7 @@ public:
         double fieldsPerSecond = 0.0;
     };
     /// Asks \a driver, and throws what it throws.
-    static Opened ask(const osg::ref_ptr<DeviceDriver>& driver);
+    static Opened ask(const std::shared_ptr<ArrayDriver>& driver);
 
     /// Throws DeviceError, which names the device \a name, if the levels are out of their ranges.
     DriverDevice(Opened opened, const std::string& name, int transducers);
@@ -33,14 +31,13 @@ public:
     DriverDevice(const DriverDevice&) = delete;
     DriverDevice& operator=(const DriverDevice&) = delete;
 
-    bool send(const midair::device::DriveSignal& signal) override { return _thread.send(signal); }
+    bool send(const device::DriveSignal& signal) override { return _thread.send(signal); }
     void silence() override { _thread.silence(); }
     std::string status() const override;
-    midair::device::DeviceReport report() const override { return _thread.report(); }
-    midair::device::DriveAbility ability() const override;
+    device::DeviceReport report() const override { return _thread.report(); }
+    device::DriveAbility ability() const override;
     std::vector<std::complex<float>> played() const override;
-    std::vector<std::complex<float>>
-    wouldPlay(const midair::device::DriveSignal& signal) const override;
+    std::vector<std::complex<float>> wouldPlay(const device::DriveSignal& signal) const override;
 
 private:
     const std::string _name;
@@ -49,4 +46,4 @@ private:
     DriverThread _thread;
 };
 
-} // namespace osgMidair
+} // namespace midair::bridge

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace osgMidair
+namespace midair::bridge
 {
 
 /// The phases and amplitudes that an application's driver can play, and fields in them.
@@ -22,12 +22,12 @@ public:
     const std::vector<float>& amplitudes() const { return _amplitudes; }
 
     /// Rounds \a signal to the driver's levels: amplitudes down, so that no cap is exceeded.
-    void round(const midair::device::DriveSignal& signal,
+    void round(const device::DriveSignal& signal,
                std::vector<unsigned char>& phases,
                std::vector<unsigned char>& amplitudes) const;
 
     /// The same as activations.
-    std::vector<std::complex<float>> activations(const midair::device::DriveSignal& signal) const;
+    std::vector<std::complex<float>> activations(const device::DriveSignal& signal) const;
 
 private:
     unsigned char phaseOf(std::uint8_t level) const;
@@ -38,4 +38,4 @@ private:
     std::vector<int> _duties; ///< the duty level of each
 };
 
-} // namespace osgMidair
+} // namespace midair::bridge

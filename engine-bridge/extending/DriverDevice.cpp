@@ -1,19 +1,19 @@
-#include "plugin/extending/DriverDevice.h"
+#include "engine-bridge/extending/DriverDevice.h"
 
 #include "device/FieldCounters.h"
 
 #include <algorithm>
 #include <utility>
 
-namespace osgMidair
+namespace midair::bridge
 {
 
-DriverDevice::Opened DriverDevice::ask(const osg::ref_ptr<DeviceDriver>& driver)
+DriverDevice::Opened DriverDevice::ask(const std::shared_ptr<ArrayDriver>& driver)
 {
     return {{driver, driver->isReady(), driver->getStatus()},
-            driver->getPhaseLevels(),
-            driver->getAmplitudes(),
-            driver->getFieldsPerSecond()};
+            driver->phaseLevels(),
+            driver->amplitudes(),
+            driver->fieldsPerSecond()};
 }
 
 DriverDevice::DriverDevice(Opened opened, const std::string& name, int transducers) :
@@ -27,21 +27,21 @@ DriverDevice::DriverDevice(Opened opened, const std::string& name, int transduce
 // What the driver said of itself before a loss is no longer true.
 std::string DriverDevice::status() const
 {
-    using midair::device::DeviceState;
-    const midair::device::DeviceReport report = _thread.report();
+    using device::DeviceState;
+    const device::DeviceReport report = _thread.report();
     const bool isLost = report.state == DeviceState::LOST;
     const std::string own = isLost                                ? "lost"
                             : report.state < DeviceState::HANGING ? _thread.status()
                             : report.unsilenced.empty()           ? "hangs"
                                                                   : "not silenced";
     return _name + (_name.back() == ':' ? " " : ": ") + (own.empty() ? "" : own + ": ") +
-           midair::device::countersText(report) +
+           device::countersText(report) +
            (isLost && !report.unsilenced.empty() ? "; " + report.unsilenced : "");
 }
 
-midair::device::DriveAbility DriverDevice::ability() const
+device::DriveAbility DriverDevice::ability() const
 {
-    midair::device::DriveAbility ability;
+    device::DriveAbility ability;
     ability.phaseLevels = static_cast<int>(_levels.phaseLevels());
     ability.amplitudes = _levels.amplitudes();
     ability.fieldsPerSecond = _fieldsPerSecond;
@@ -53,10 +53,9 @@ std::vector<std::complex<float>> DriverDevice::played() const
     return _levels.activations(_thread.playing());
 }
 
-std::vector<std::complex<float>>
-DriverDevice::wouldPlay(const midair::device::DriveSignal& signal) const
+std::vector<std::complex<float>> DriverDevice::wouldPlay(const device::DriveSignal& signal) const
 {
     return _levels.activations(signal);
 }
 
-} // namespace osgMidair
+} // namespace midair::bridge

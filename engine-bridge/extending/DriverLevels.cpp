@@ -1,4 +1,4 @@
-#include "plugin/extending/DriverLevels.h"
+#include "engine-bridge/extending/DriverLevels.h"
 
 #include "device/ArrayDevice.h"
 #include "device/drive/DriveEncoder.h"
@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-namespace osgMidair
+namespace midair::bridge
 {
 
 namespace
@@ -20,7 +20,7 @@ namespace
 void checkLevels(const std::string& name, unsigned int phases, const std::vector<float>& amplitudes)
 {
     const auto refuse = [&](const std::string& what)
-    { throw midair::device::DeviceError("device \"" + name + "\": " + what); };
+    { throw device::DeviceError("device \"" + name + "\": " + what); };
     if (phases < 2 || phases > 256)
         refuse(fmt::format("its driver has {} phase levels; there must be 2 .. 256", phases));
     if (amplitudes.empty()) return;
@@ -44,7 +44,7 @@ DriverLevels::DriverLevels(const std::string& name,
     checkLevels(name, _phaseLevels, _amplitudes);
     for (const float amplitude : _amplitudes)
         _duties.push_back(
-            static_cast<int>(std::lround(midair::base::dutyLevel(static_cast<double>(amplitude)))));
+            static_cast<int>(std::lround(base::dutyLevel(static_cast<double>(amplitude)))));
 }
 
 unsigned char DriverLevels::phaseOf(std::uint8_t level) const
@@ -60,7 +60,7 @@ unsigned char DriverLevels::amplitudeOf(std::uint8_t duty) const
     return static_cast<unsigned char>(above - _duties.begin() - 1);
 }
 
-void DriverLevels::round(const midair::device::DriveSignal& signal,
+void DriverLevels::round(const device::DriveSignal& signal,
                          std::vector<unsigned char>& phases,
                          std::vector<unsigned char>& amplitudes) const
 {
@@ -73,20 +73,18 @@ void DriverLevels::round(const midair::device::DriveSignal& signal,
     }
 }
 
-std::vector<std::complex<float>>
-DriverLevels::activations(const midair::device::DriveSignal& signal) const
+std::vector<std::complex<float>> DriverLevels::activations(const device::DriveSignal& signal) const
 {
     std::vector<std::complex<float>> q(signal.phase.size());
     for (std::size_t i = 0; i < q.size(); ++i)
     {
         const unsigned char level = amplitudeOf(signal.duty[i]);
         const float amplitude =
-            _amplitudes.empty() ? midair::device::amplitudeLevels()[level] : _amplitudes[level];
+            _amplitudes.empty() ? device::amplitudeLevels()[level] : _amplitudes[level];
         q[i] = std::polar(
-            amplitude,
-            static_cast<float>(midair::base::kTwoPi * phaseOf(signal.phase[i]) / _phaseLevels));
+            amplitude, static_cast<float>(base::kTwoPi * phaseOf(signal.phase[i]) / _phaseLevels));
     }
     return q;
 }
 
-} // namespace osgMidair
+} // namespace midair::bridge

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace osgMidair
+namespace midair::bridge
 {
 
 /// When a driver's silence() is to be called: as soon as it is wanted, again and again while it
@@ -57,4 +57,4 @@ private:
     int _failures = 0;    ///< in a row, while the driver isn't lost
 };
 
-} // namespace osgMidair
+} // namespace midair::bridge
