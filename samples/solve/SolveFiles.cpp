@@ -183,8 +183,8 @@ void writeDrive(const std::string& path,
                 const device::DriveSignal& signal)
 {
     std::ofstream file = openForWriting(path);
-    const LevelDrive levels = levelsOf(array.drive, signal);
-    file << "x_m,y_m,z_m,nx,ny,nz," << levelColumns(array.drive) << '\n';
+    const bridge::LevelDrive levels = bridge::levelsOf(array.drive, signal);
+    file << "x_m,y_m,z_m,nx,ny,nz," << bridge::levelColumns(array.drive) << '\n';
     for (int i = 0; i < array.size(); ++i)
     {
         for (int axis = 0; axis < 3; ++axis)
@@ -213,7 +213,7 @@ void writeSummary(const std::string& path,
     json["directivity"] = haptics::directivityName(array.directivity);
     json["ringing_s"] = array.ringing_s;
     json["phaseLevels"] = array.drive.phaseLevels;
-    if (!hasDuties(array.drive)) json["amplitudeLevels"] = array.drive.amplitudeLevels;
+    if (!bridge::hasDuties(array.drive)) json["amplitudeLevels"] = array.drive.amplitudeLevels;
     json["temperature_C"] = medium.temperature_C;
     json["relativeHumidity"] = medium.relativeHumidity;
     json["pressure_Pa"] = medium.pressure_Pa;

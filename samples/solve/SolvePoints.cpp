@@ -90,7 +90,7 @@ SolveScene loadScene(const SolveArguments& arguments)
 {
     SolveScene scene;
     scene.array = haptics::TransducerArray::load(arguments.array);
-    if (keepToSignal(scene.array.drive))
+    if (bridge::keepToSignal(scene.array.drive))
         std::fprintf(stderr,
                      "midair-solve: the array has finer phases than the 256 levels of a drive: "
                      "solves for 256\n");
