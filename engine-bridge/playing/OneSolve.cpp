@@ -81,6 +81,7 @@ PressureCap pressureCap(const SolveTask& task, const haptics::DriveResolution& d
 /// Scales fields down together until no amplitude exceeds the cap of the settings.
 void keepAmplitudes(double most, haptics::FieldSequence& sequence)
 {
+    if (most >= 1.0) return;
     float largest = 0.0F;
     for (const Eigen::VectorXcf& q : sequence.fields)
         if (q.size() > 0) largest = std::max(largest, q.cwiseAbs().maxCoeff());

@@ -1,4 +1,4 @@
-#include "engine-bridge/c/SceneSettings.h"
+#include "engine-bridge/c/inside/SceneSettings.h"
 
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/extending/OwnSolver.h"
@@ -17,9 +17,8 @@ namespace midair::base
 {
 
 template struct Setting<capi::SceneSettings>;
-template bool isSame(const Member<capi::SceneSettings>&,
-                     const capi::SceneSettings&,
-                     const capi::SceneSettings&);
+template bool
+isSame(const Member<capi::SceneSettings>&, const capi::SceneSettings&, const capi::SceneSettings&);
 
 } // namespace midair::base
 
@@ -116,7 +115,8 @@ bool keepUsersCap(const char* name, SceneSettings& settings, std::string& error)
     S users;
     if (!row.assign(users, *text) || !row.holds(users))
     {
-        error = variable + " is \"" + *text + "\", should be " + row.expected() + "; nothing is played";
+        error =
+            variable + " is \"" + *text + "\", should be " + row.expected() + "; nothing is played";
         return false;
     }
     settings.maxPressure = device::stricterPressure(settings.maxPressure, users.maxPressure);
@@ -141,12 +141,12 @@ bridge::ContactRendererOptions contactsOf(const SceneSettings& settings)
 
 const SettingTable<SceneSettings>& sceneTable()
 {
-    static const SettingTable<S> table(joined<S>(
-        {{Row<S>("enabled", &S::enabled, "false: the array is silent").safety()},
-         inherited<S>(haptics::fieldSettings().rows()),
-         hands(),
-         ears(),
-         contacts()}));
+    static const SettingTable<S> table(
+        joined<S>({{Row<S>("enabled", &S::enabled, "false: the array is silent").safety()},
+                   inherited<S>(haptics::fieldSettings().rows()),
+                   hands(),
+                   ears(),
+                   contacts()}));
     return table;
 }
 

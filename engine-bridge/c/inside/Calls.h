@@ -62,7 +62,10 @@ T& given(T* pointer, const char* name)
 std::string textGiven(const char* text, const char* name, std::size_t most = 1 << 16);
 
 /// Fails unless all of \a count numbers are finite; \a each: numbers of one thing, for the message.
-void requireFinite(const double* numbers, std::size_t count, const char* name, std::size_t each = 1);
+void requireFinite(const double* numbers,
+                   std::size_t count,
+                   const char* name,
+                   std::size_t each = 1);
 
 /// Writes \a text with its end into \a room of \a size bytes, and what it takes into \a needed,
 /// which may be null. Fails with MIDAIR_TOO_SMALL; a size of 0 only asks.

@@ -1,8 +1,7 @@
-#include "engine-bridge/c/Calls.h"
+#include "engine-bridge/c/inside/Calls.h"
 
 #include "device/ArrayDevice.h"
 #include "haptics/base/InputError.h"
-#include "haptics/base/text/CodedError.h"
 #include "haptics/base/threads/StopToken.h"
 
 #include <cstring>
@@ -76,10 +75,6 @@ midair_status caught() noexcept
     {
         return keep(MIDAIR_REFUSED, error.what());
     }
-    catch (const base::CodedError& error)
-    {
-        return keep(MIDAIR_REFUSED, error.what());
-    }
     catch (const std::bad_alloc&)
     {
         return keep(MIDAIR_NO_MEMORY, "there is no memory left");
@@ -109,7 +104,8 @@ std::string textGiven(const char* text, const char* name, std::size_t most)
     given(text, name);
     const std::size_t length = strnlen(text, most + 1);
     if (length > most)
-        fail(MIDAIR_INVALID, fmt::format("{} is longer than {} bytes, which is the most", name, most));
+        fail(MIDAIR_INVALID,
+             fmt::format("{} is longer than {} bytes, which is the most", name, most));
     return {text, length};
 }
 
@@ -131,7 +127,8 @@ midair_status writeText(const std::string& text, char* room, std::size_t size, s
     if (size == 0 && needed) return MIDAIR_OK;
     given(room, "text");
     if (size <= text.size())
-        fail(MIDAIR_TOO_SMALL, fmt::format("the text takes {} bytes, there are {}", text.size() + 1, size));
+        fail(MIDAIR_TOO_SMALL,
+             fmt::format("the text takes {} bytes, there are {}", text.size() + 1, size));
     std::memcpy(room, text.c_str(), text.size() + 1);
     return MIDAIR_OK;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine-bridge/c/Calls.h"
+#include "engine-bridge/c/inside/Calls.h"
 
 #include <atomic>
 #include <cstdint>
