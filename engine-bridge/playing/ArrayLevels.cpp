@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <complex>
+#include <locale>
+#include <ostream>
 
 #include <fmt/format.h>
 
@@ -91,6 +93,25 @@ std::string levelColumns(const haptics::DriveResolution& drive)
     return phase + "," +
            (hasDuties(drive) ? "duty_level"
                              : fmt::format("amplitude_level_of_{}", drive.amplitudeLevels.size()));
+}
+
+void writeDrive(std::ostream& out,
+                const haptics::TransducerArray& array,
+                const device::DriveSignal& signal)
+{
+    out.imbue(std::locale::classic());
+    out.precision(9);
+    const LevelDrive levels = levelsOf(array.drive, signal);
+    out << "x_m,y_m,z_m,nx,ny,nz," << levelColumns(array.drive) << '\n';
+    for (int i = 0; i < array.size(); ++i)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+            out << array.positions(axis, i) << ',';
+        for (int axis = 0; axis < 3; ++axis)
+            out << array.normals(axis, i) << ',';
+        const auto index = static_cast<std::size_t>(i);
+        out << levels.phase[index] << ',' << levels.amplitude[index] << '\n';
+    }
 }
 
 } // namespace midair::bridge

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include <iosfwd>
 #include <string>
 #include <vector>
 
@@ -38,5 +39,11 @@ bool hasDuties(const haptics::DriveResolution& drive);
 /// phase_level_of_N and amplitude_level_of_N for any other number N, so that levels of another
 /// meaning are not read as these.
 std::string levelColumns(const haptics::DriveResolution& drive);
+
+/// Writes what a drive.csv holds: x_m,y_m,z_m,nx,ny,nz and the columns of levelColumns(), a row for
+/// each transducer; numbers have 9 digits and a decimal point.
+void writeDrive(std::ostream& out,
+                const haptics::TransducerArray& array,
+                const device::DriveSignal& signal);
 
 } // namespace midair::bridge

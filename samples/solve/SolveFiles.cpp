@@ -183,17 +183,7 @@ void writeDrive(const std::string& path,
                 const device::DriveSignal& signal)
 {
     std::ofstream file = openForWriting(path);
-    const bridge::LevelDrive levels = bridge::levelsOf(array.drive, signal);
-    file << "x_m,y_m,z_m,nx,ny,nz," << bridge::levelColumns(array.drive) << '\n';
-    for (int i = 0; i < array.size(); ++i)
-    {
-        for (int axis = 0; axis < 3; ++axis)
-            file << array.positions(axis, i) << ',';
-        for (int axis = 0; axis < 3; ++axis)
-            file << array.normals(axis, i) << ',';
-        const auto index = static_cast<std::size_t>(i);
-        file << levels.phase[index] << ',' << levels.amplitude[index] << '\n';
-    }
+    bridge::writeDrive(file, array, signal);
     finish(file, path);
 }
 

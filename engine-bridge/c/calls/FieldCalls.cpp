@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include <fmt/format.h>
 
@@ -98,6 +99,37 @@ midair_status midair_field_activations(const midair_field* field,
             given(activations, "activations");
             requireTransducers(*of, transducers);
             std::copy_n(q.data(), q.size(), reinterpret_cast<std::complex<float>*>(activations));
+            return MIDAIR_OK;
+        });
+}
+
+midair_status midair_field_view(const midair_field* field, size_t index, const float** activations)
+{
+    return called(
+        [&]
+        {
+            const auto of = fields().find(field);
+            const Eigen::VectorXcf& q = fieldAt(*of, index);
+            given(activations, "activations") = reinterpret_cast<const float*>(q.data());
+            return MIDAIR_OK;
+        });
+}
+
+midair_status midair_field_write_drive(const midair_field* field, size_t index, const char* file)
+{
+    return called(
+        [&]
+        {
+            const auto of = fields().find(field);
+            fieldAt(*of, index);
+            const std::string path = textGiven(file, "file", 4096);
+            std::ofstream out(path);
+            if (!out) fail(MIDAIR_REFUSED, "cannot write " + path);
+            haptics::TransducerArray array = *of->array;
+            array.drive = of->drive;
+            bridge::writeDrive(out, array, of->signals[index]);
+            out.close();
+            if (!out) fail(MIDAIR_REFUSED, "could not write " + path + " to its end");
             return MIDAIR_OK;
         });
 }

@@ -64,9 +64,9 @@ void locateHands(Scene& scene, double time_s, bridge::SceneSnapshot& snapshot)
     std::vector<bridge::HapticObject> touchable;
     for (const bridge::HapticObject& object : snapshot.objects)
         if (object.touchEvents) touchable.push_back(object);
-    if (touchable.empty() && scene.proximity.touches() == 0)
+    if (touchable.empty() && scene.proximity->touches() == 0)
     {
-        scene.proximity.clear();
+        scene.proximity->clear();
         return;
     }
     const auto newest = scene.thread ? scene.thread->latestResult() : nullptr;
@@ -77,8 +77,8 @@ void locateHands(Scene& scene, double time_s, bridge::SceneSnapshot& snapshot)
         played->positions = newest->points.positions;
         played->pressure_Pa = newest->achieved_Pa;
     }
-    scene.proximity.setPlayed(std::move(played));
-    scene.proximity.update(touchable, snapshot.hands, time_s);
+    scene.proximity->setPlayed(std::move(played));
+    scene.proximity->update(touchable, snapshot.hands, time_s);
 }
 
 bridge::Hand handOf(const midair_hand& given, std::size_t index)
@@ -270,6 +270,6 @@ midair_touches(midair_scene* scene, midair_touch* touches, size_t capacity, size
         {
             const auto of = sceneOf(scene);
             const std::lock_guard<std::mutex> lock(of->mutex);
-            return copyAll(of->proximity.contacts(), touches, capacity, count, touchOf);
+            return copyAll(of->proximity->contacts(), touches, capacity, count, touchOf);
         });
 }

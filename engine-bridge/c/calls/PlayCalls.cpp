@@ -110,6 +110,8 @@ midair_status midair_play(midair_scene* scene, const char* device)
             if (of->thread) fail(MIDAIR_INVALID, "another thread plays the scene at the same time");
             of->device = uri;
             of->applied = of->settings;
+            of->isTimed = false;
+            of->proximity = std::make_unique<bridge::HandProximity>();
             of->thread = std::make_unique<bridge::HologramThread>(makerOf(*of));
             of->thread->setMuted(of->isMuted);
             // So that the device is opened before the first update.
@@ -127,13 +129,14 @@ midair_status midair_update(midair_scene* scene, double time_s)
             requireFinite(&time_s, 1, "time_s");
             const std::lock_guard<std::mutex> lock(of->mutex);
             bridge::HologramThread& thread = threadOf(*of);
-            if (time_s < of->time_s && of->frame > 0)
+            if (of->isTimed && time_s < of->time_s)
                 fail(MIDAIR_INVALID,
                      fmt::format("time_s is {:g}, that of the update before was {:g}; it must not "
                                  "decrease",
                                  time_s,
                                  of->time_s));
             of->time_s = time_s;
+            of->isTimed = true;
             ++of->frame;
             thread.keepAlive();
             const std::string why = of->whySilenced();

@@ -85,11 +85,12 @@ struct Scene
     SceneSettings applied; ///< what the thread has
     bool isMuted = false;
     std::uint64_t frame = 0;
-    double time_s = 0.0; ///< of the last update
+    double time_s = 0.0;  ///< of the last update
+    bool isTimed = false; ///< there was one since midair_play()
 
     bridge::InjectedHandSource injected;
     std::unique_ptr<bridge::HandSource> source; ///< null: the injected hands
-    bridge::HandProximity proximity;
+    std::unique_ptr<bridge::HandProximity> proximity = std::make_unique<bridge::HandProximity>();
 
     /// Why nothing is played, or an empty text.
     std::string whySilenced() const;
