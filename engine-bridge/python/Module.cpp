@@ -72,6 +72,7 @@ PYBIND11_MODULE(midair, module)
     addArrays(module);
     addFields(module);
     addScenes(module);
+    addSolvers(module);
     addExtending(module);
     module.def(
         "settings", [] { return settings(false); }, "Name and summary of each setting of a scene.");

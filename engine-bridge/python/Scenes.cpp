@@ -1,7 +1,6 @@
-// midair.Scene, midair.Object and midair.Solver.
+// midair.Scene and midair.Object.
 #include "engine-bridge/python/Bindings.h"
 
-#include <complex>
 #include <optional>
 #include <set>
 #include <vector>
@@ -205,42 +204,6 @@ py::array makeHand(int id, const Doubles& tip, const Doubles& orientation)
     return std::move(hand);
 }
 
-/// midair.Solver
-struct PySolver
-{
-    std::shared_ptr<OwnedSolver> owned;
-    std::size_t transducers = 0;
-};
-
-PySolver openSolver(const OwnedScene& scene, const OwnedArray& array)
-{
-    PySolver solver;
-    midair_solver* handle = nullptr;
-    checked([&] { return midair_solver_open(scene.get(), &handle); });
-    solver.owned = std::make_shared<OwnedSolver>(handle);
-    checked([&] { return midair_array_size(array.get(), &solver.transducers); });
-    return solver;
-}
-
-py::array_t<std::complex<float>>
-solvePoints(const PySolver& solver, const Doubles& positions, const Doubles& targets, bool inPascal)
-{
-    const std::size_t count = rowsOf(positions, "positions");
-    if (static_cast<std::size_t>(targets.size()) != count)
-        throw py::value_error("targets has to have one number for each point");
-    py::array_t<std::complex<float>> q(static_cast<py::ssize_t>(solver.transducers));
-    auto* const to = reinterpret_cast<float*>(q.mutable_data());
-    const double* const from = positions.data();
-    const double* const wanted = targets.data();
-    checked(
-        [&]
-        {
-            return midair_solver_solve(
-                solver.owned->get(), from, wanted, count, inPascal ? 1 : 0, to, solver.transducers);
-        });
-    return q;
-}
-
 void addObject(py::module_& module)
 {
     py::class_<PyObjectOfScene>(module, "Object", "An object of a scene.")
@@ -274,28 +237,6 @@ void addObject(py::module_& module)
              { checked([&] { return midair_remove(object.scene->get(), object.number); }); })
         .def_readonly(
             "number", &PyObjectOfScene::number, "As points, contacts and touches name it.");
-}
-
-void addSolver(py::module_& module)
-{
-    py::class_<PySolver>(module, "Solver", "Solves points after points, without caps.")
-        .def(py::init(&openSolver), py::arg("scene"), py::arg("array"))
-        .def("solve",
-             &solvePoints,
-             py::arg("positions"),
-             py::arg("targets"),
-             py::arg("pascal") = false,
-             "Activations, complex64, for points (n, 3) and their targets (n).")
-        .def("figure",
-             [](const PySolver& solver, const std::string& name)
-             {
-                 double value = 0.0;
-                 checked(
-                     [&]
-                     { return midair_solver_figure(solver.owned->get(), name.c_str(), &value); });
-                 return value;
-             })
-        .def("close", [](PySolver& solver) { solver.owned->close(); });
 }
 
 } // namespace
@@ -405,7 +346,6 @@ void addScenes(py::module_& module)
         .def("__exit__",
              [](OwnedScene& s, const py::object&, const py::object&, const py::object&)
              { s.close(); });
-    addSolver(module);
 }
 
 } // namespace midair::python

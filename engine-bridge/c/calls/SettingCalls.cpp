@@ -14,6 +14,22 @@ namespace
 
 constexpr std::size_t kMostText = 65536;
 
+/// What is wrong with a value that no row judges; empty: nothing.
+std::string problemOf(const SceneSettings& settings)
+{
+    Eigen::Matrix3Xd places;
+    return readPlaces(settings.earPoints, places)
+               ? ""
+               : "earPoints is \"" + settings.earPoints +
+                     "\", should be x y z; x y z .. in m, at most 64 places";
+}
+
+std::string problemOf(const ObjectProperties& properties)
+{
+    (void)properties;
+    return {};
+}
+
 /// Sets \a name in \a object from \a value. Returns what is wrong, with \a object unchanged; empty:
 /// nothing.
 template<typename T>
@@ -27,6 +43,7 @@ std::string assigned(const base::SettingTable<T>& table,
     if (!table.set(changed, name, value, error)) return error;
     const base::Setting<T>& row = *table.find(name);
     if (!row.holds(changed)) return name + " is \"" + value + "\", should be " + row.expected();
+    if (std::string problem = problemOf(changed); !problem.empty()) return problem;
     object = std::move(changed);
     return {};
 }

@@ -44,21 +44,14 @@ std::vector<Setting<S>> hands()
                    "hands and obstacles block sound, which the solver takes into account")};
 }
 
+// midair_set() judges the text.
 std::vector<Setting<S>> ears()
 {
-    const auto parse = [](S& settings, const std::string& text)
-    {
-        Eigen::Matrix3Xd places;
-        if (!readPlaces(text, places)) return false;
-        settings.earPoints = text;
-        return true;
-    };
     return {Row<S>("earPoints",
                    &S::earPoints,
                    "listening places besides those around the array: x y z; x y z .. in m, array "
                    "frame",
                    6)
-                .parsedBy(parse)
                 .safety()};
 }
 

@@ -258,7 +258,7 @@ TEST(CArguments, ASafetyValueThatIsNotUnderstoodSilencesUntilItIs)
     ASSERT_EQ(midair_add_points(of.scene, place, nullptr, 1, 0, &points), MIDAIR_OK);
     EXPECT_STATUS(midair_set(of.scene, "maxPresure", "300"), MIDAIR_UNKNOWN);
     EXPECT_STREQ(midair_last_error(),
-                 "unknown option \"maxPresure\"; did you mean \"maxPressure\"?; nothing is played");
+                 "unknown option \"maxPresure\" (did you mean maxPressure?); nothing is played");
     EXPECT_EQ(Solved(of.scene).status, MIDAIR_SILENCED);
     EXPECT_EQ(midair_set(of.scene, "maxPressure", "3 kPa"), MIDAIR_OK);
     EXPECT_EQ(Solved(of.scene).status, MIDAIR_OK);
