@@ -10,7 +10,7 @@ set_tests_properties(CInterface.headers_are_c99_and_cpp PROPERTIES LABELS engine
 # midair_python_test(NAME FILE): one of unittest's files, with the module of this build.
 function(midair_python_test name file)
     add_test(NAME Python.${name} COMMAND ${MIDAIR_PYTHON} ${CMAKE_CURRENT_SOURCE_DIR}/engine-bridge/python/${file})
-    set(ENVIRONMENT PYTHONPATH=${CMAKE_LIBRARY_OUTPUT_DIRECTORY}/python MPLBACKEND=Agg
+    set(ENVIRONMENT PYTHONPATH=${CMAKE_LIBRARY_OUTPUT_DIRECTORY}/python MPLBACKEND=Agg PYTHONDONTWRITEBYTECODE=1
         MIDAIR_ROOT=${PROJECT_SOURCE_DIR} MIDAIR_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY})
     if(MIDAIR_SANITIZER_RUNTIME)
         # Python itself leaves memory behind when it ends.
