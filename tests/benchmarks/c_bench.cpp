@@ -1,5 +1,5 @@
-// midair-c-bench: what the C interface adds to a solve, against the same solve in C++, turn by turn, so that
-// both have the same machine, by the processor time of this thread.
+// midair-c-bench: what the C interface adds to a solve, against the same solve in C++, turn by
+// turn, so that both have the same machine, by the processor time of this thread.
 #include "engine-bridge/pipeline/PointAssembler.h"
 #include "engine-bridge/playing/ArrayLevels.h"
 #include "engine-bridge/playing/OneSolve.h"
@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -122,7 +123,7 @@ void benchSolver(midair_array* array, midair_scene* scene, int n, int repeats)
 }
 
 /// The parts of midair_solve() in C++.
-Eigen::VectorXcf solveStar(const haptics::TransducerArray& octagon,
+Eigen::VectorXcf solveOnce(const haptics::TransducerArray& array,
                            const bridge::SceneSnapshot& snapshot)
 {
     base::MessageLog messages;
@@ -130,35 +131,38 @@ Eigen::VectorXcf solveStar(const haptics::TransducerArray& octagon,
     haptics::FieldSettings settings;
     settings.maxPoints = 2000;
     bridge::PointAssembler::Options options;
-    options.wavelength_m = air.wavelength(octagon.frequency_Hz);
+    options.wavelength_m = air.wavelength(array.frequency_Hz);
     options.maxPoints = settings.maxPoints;
-    bridge::PointAssembler assembler(octagon, options, messages);
-    bridge::SolveTask task{octagon, air, settings};
+    bridge::PointAssembler assembler(array, options, messages);
+    bridge::SolveTask task{array, air, settings};
     task.sets = {assembler.assemble(snapshot).points};
     task.sets.front().identity.clear();
     bridge::SolvedFields solved = bridge::solveOnce(task);
-    haptics::rateRinging(solved.sequence, octagon.ringing_s);
+    haptics::rateRinging(solved.sequence, array.ringing_s);
     return solved.sequence.fields.front();
 }
 
-/// midair_solve() of the star against the same in C++: each one cold.
-void benchScene(midair_scene* scene, int repeats)
+/// midair_solve() of what is in \a scene against the same of \a mesh in C++: each one cold.
+void benchScene(const char* what,
+                const char* name,
+                midair_scene* scene,
+                haptics::TriangleMesh mesh,
+                haptics::Sampling sampling,
+                int repeats)
 {
-    midair_object star = 0;
-    check(midair_add_file(scene, kStar.c_str(), 0.08, &star));
-    haptics::TransducerArray octagon = haptics::TransducerArray::load("octagon");
-    bridge::keepToSignal(octagon.drive);
+    haptics::TransducerArray array = haptics::TransducerArray::load(name);
+    bridge::keepToSignal(array.drive);
     bridge::SceneSnapshot snapshot;
     bridge::HapticObject& object = snapshot.objects.emplace_back();
     object.id = 1;
     object.meshId = 1;
-    object.mesh =
-        std::make_shared<const haptics::TriangleMesh>(haptics::readObj(kStar).scaledTo(0.08));
+    object.mesh = std::make_shared<const haptics::TriangleMesh>(std::move(mesh));
+    object.properties.sampling = sampling;
     Eigen::VectorXcf ofCpp;
-    std::vector<float> ofC(2 * static_cast<std::size_t>(octagon.size()));
+    std::vector<float> ofC(2 * static_cast<std::size_t>(array.size()));
     Pairs pairs;
     for (int k = 0; k < repeats; ++k)
-        pairs.add([&] { ofCpp = solveStar(octagon, snapshot); },
+        pairs.add([&] { ofCpp = solveOnce(array, snapshot); },
                   [&]
                   {
                       midair_field* field = nullptr;
@@ -173,7 +177,31 @@ void benchScene(midair_scene* scene, int repeats)
         std::fprintf(stderr, "midair-c-bench: C and C++ find other fields\n");
         std::exit(1);
     }
-    pairs.print("scene, the star, cold");
+    pairs.print(what);
+}
+
+void benchScenes(midair_scene* octagon, int repeats)
+{
+    midair_array* array = nullptr;
+    midair_scene* board = nullptr;
+    midair_object object = 0;
+    check(midair_array_load("board", &array));
+    check(midair_scene_make(array, &board));
+    haptics::TriangleMesh point;
+    point.vertices = Eigen::Vector3d(0.0, 0.0, 0.15);
+    point.triangles = Eigen::Vector3i::Zero();
+    check(midair_add_points(board, point.vertices.data(), nullptr, 1, 0, &object));
+    benchScene(
+        "scene, a point over 249, cold", "board", board, point, haptics::Sampling::POINTS, repeats);
+    check(midair_scene_close(board));
+    check(midair_array_close(array));
+    check(midair_add_file(octagon, kStar.c_str(), 0.08, &object));
+    benchScene("scene, the star, cold",
+               "octagon",
+               octagon,
+               haptics::readObj(kStar).scaledTo(0.08),
+               haptics::Sampling::SURFACE,
+               std::max(4, repeats / 4));
 }
 
 /// What a call costs that does nothing but look a handle up.
@@ -215,7 +243,7 @@ int main(int argc, char** argv)
         repeats);
     for (const int n : {1, 11, 40})
         benchSolver(array, scene, n, repeats);
-    benchScene(scene, std::max(4, repeats / 4));
+    benchScenes(scene, repeats);
     benchCalls(scene);
     check(midair_scene_close(scene));
     check(midair_array_close(array));

@@ -24,15 +24,6 @@ public:
     Opened(const Opened&) = delete;
     Opened& operator=(const Opened&) = delete;
 
-    midair_object addStar()
-    {
-        midair_object star = 0;
-        const std::string file = std::string(MIDAIR_ROOT) + "/samples/models/star.obj";
-        EXPECT_EQ(midair_add_file(scene, file.c_str(), 0.08, &star), MIDAIR_OK)
-            << midair_last_error();
-        return star;
-    }
-
     std::string messages() const
     {
         std::vector<char> text(65536);

@@ -1,5 +1,5 @@
 // The drives of midair_solve() are those of midair-solve, byte by byte.
-#include "tests/engine-bridge/c/Opened.h"
+#include "tests/engine-bridge/c/Star.h"
 #include "tests/samples/Shell.h"
 
 #include <filesystem>
@@ -71,7 +71,7 @@ TEST_P(DriveBytes, AreThoseOfMidairSolve)
               input.array + " " + input.options + " --out " + folder);
     ASSERT_EQ(program.code, 0) << program.output;
     Opened of(input.array.c_str());
-    const midair_object object = of.addStar();
+    const midair_object object = addStar(of.scene);
     for (const auto& [name, value] : input.settings)
         ASSERT_EQ(midair_set(of.scene, name.c_str(), value.c_str()), MIDAIR_OK)
             << midair_last_error();

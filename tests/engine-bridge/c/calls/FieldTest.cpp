@@ -1,6 +1,6 @@
 // What a field of the C interface tells: levels, pressures, figures, and that it outlives its
 // scene.
-#include "tests/engine-bridge/c/Opened.h"
+#include "tests/engine-bridge/c/Star.h"
 
 #include <atomic>
 #include <cmath>
@@ -48,7 +48,7 @@ TEST(CField, PressureIsTheSumOverTransducers)
 TEST(CField, LevelsAndViewAreTheActivations)
 {
     Opened of;
-    of.addStar();
+    addStar(of.scene);
     const Solved solved(of.scene);
     ASSERT_EQ(solved.status, MIDAIR_OK);
     const std::vector<float> q = solved.activations();
@@ -77,7 +77,7 @@ TEST(CField, OutlivesSceneAndArray)
     midair_field* field = nullptr;
     {
         Opened of;
-        of.addStar();
+        addStar(of.scene);
         ASSERT_EQ(midair_solve(of.scene, &field), MIDAIR_OK);
     }
     double level_Pa = 0.0;
@@ -101,7 +101,7 @@ TEST(CField, OutlivesSceneAndArray)
 TEST(CField, CapsHold)
 {
     Opened of;
-    of.addStar();
+    addStar(of.scene);
     ASSERT_EQ(midair_set(of.scene, "maxAmplitude", "0.3"), MIDAIR_OK);
     const Solved quiet(of.scene);
     ASSERT_EQ(quiet.status, MIDAIR_OK) << quiet.why;
