@@ -23,6 +23,9 @@ midair_test_packages=(
     clang                                 # the second compiler; libFuzzer
     clang-tidy-14
     valgrind                              # memory that was not set
+    abigail-tools                         # the ABI of libmidair
+    pybind11-dev python3-dev python3-numpy # import midair
+    python3-matplotlib                    # the plots of samples/python
 )
 
 # Installs those of its arguments that are missing; says so first. Without root or sudo: prints the line to type and stops.

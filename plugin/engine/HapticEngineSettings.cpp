@@ -2,6 +2,7 @@
 // describe.
 
 #include "device/limits/GuardedDevice.h"
+#include "engine-bridge/extending/OwnSolver.h"
 #include "engine-bridge/scene/Convert.h"
 #include "haptics/array/ArrayFileWatch.h"
 #include "haptics/base/AssignPart.h"
@@ -11,7 +12,6 @@
 #include "haptics/sequence/FieldSettings.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/extending/ArrayConversion.h"
-#include "plugin/extending/OwnSolver.h"
 #include "plugin/hands/MouseSource.h"
 #include "plugin/scene/PropertyConversion.h"
 #include "plugin/settings/Assignments.h"
@@ -285,7 +285,7 @@ midair::bridge::HologramOptions HapticEngine::hologramOptions() const
     options.earPoints.resize(3, static_cast<Eigen::Index>(places.size()));
     for (std::size_t l = 0; l < places.size(); ++l)
         options.earPoints.col(static_cast<Eigen::Index>(l)) = midair::bridge::toEigen(places[l]);
-    options.solverFactory = makeAnySolver;
+    options.solverFactory = midair::bridge::makeAnySolver;
     options.deviceUri = _applied.device;
     return options;
 }

@@ -1,12 +1,8 @@
-#include "device/DeviceUri.h"
-#include "device/opening/DeviceRegistry.h"
-#include "haptics/base/ThrownBy.h"
-#include "plugin/extending/DriverDevice.h"
+#include "engine-bridge/extending/ArrayDriver.h"
 
 #include <osgMidair/DeviceDriver>
 
 #include <memory>
-#include <optional>
 #include <utility>
 
 namespace osgMidair
@@ -15,81 +11,48 @@ namespace osgMidair
 namespace
 {
 
-/// What a driver is to open.
-struct Asked
+/// An application's driver as the libraries call it.
+class DriverOfApplication : public midair::bridge::ArrayDriver
 {
-    std::string path;
-    std::map<std::string, std::string> options;
-    DeviceDriver::Layout layout;
+public:
+    explicit DriverOfApplication(osg::ref_ptr<DeviceDriver> driver) : _driver(std::move(driver)) {}
+
+    bool open(const std::string& path,
+              const std::map<std::string, std::string>& options,
+              const midair::device::DeviceLayout& layout,
+              std::string& error) override
+    {
+        const DeviceDriver::Layout asked{static_cast<unsigned int>(layout.transducers),
+                                         layout.board};
+        return _driver->open(path, options, asked, error);
+    }
+    bool play(const unsigned char* phases, const unsigned char* amplitudes) override
+    {
+        return _driver->play(phases, amplitudes);
+    }
+    void silence() override { _driver->silence(); }
+    bool isReady() const override { return _driver->isReady(); }
+    std::string getStatus() const override { return _driver->getStatus(); }
+    unsigned int phaseLevels() const override { return _driver->getPhaseLevels(); }
+    std::vector<float> amplitudes() const override { return _driver->getAmplitudes(); }
+    double fieldsPerSecond() const override { return _driver->getFieldsPerSecond(); }
+
+private:
+    const osg::ref_ptr<DeviceDriver> _driver;
 };
-
-/// Silences a driver that is let go before it has played. Returns with what a reason goes on if
-/// that failed.
-std::string silenced(DeviceDriver& driver)
-{
-    const std::string thrown = midair::base::thrownBy([&] { driver.silence(); });
-    if (thrown.empty()) return {};
-    return "; its silence() has thrown " + thrown + ", too, so the array may play";
-}
-
-/// Returns what the open driver says; null, with the reason in \a why, if it can't be made or
-/// opened. It is an application's code: what it throws is a reason.
-std::optional<DriverDevice::Opened>
-openDriver(const DeviceDriverFactory& make, const Asked& asked, std::string& why)
-{
-    osg::ref_ptr<DeviceDriver> driver;
-    bool isOpen = false;
-    DriverDevice::Opened opened;
-    const std::string thrown = midair::base::thrownBy(
-        [&]
-        {
-            driver = make();
-            isOpen = driver && driver->open(asked.path, asked.options, asked.layout, why);
-            if (isOpen) opened = DriverDevice::ask(driver);
-        });
-    if (thrown.empty() && isOpen) return opened;
-    const std::string unsilenced = isOpen ? silenced(*driver) : std::string();
-    if (!thrown.empty())
-        why = "its driver has thrown " + thrown + unsilenced;
-    else if (!driver)
-        why = "its driver could not be made";
-    else if (why.empty())
-        why = "its driver could not open it";
-    return std::nullopt;
-}
 
 } // namespace
 
 bool registerDevice(const std::string& scheme, DeviceDriverFactory make, std::string& error)
 {
-    if (!make)
-    {
-        error = "the scheme \"" + scheme + "\" has nothing that makes its driver";
-        return false;
-    }
-    const auto open = [make = std::move(make)](midair::device::DeviceUri& uri,
-                                               const midair::device::DeviceLayout& layout)
-        -> std::unique_ptr<midair::device::ArrayDevice>
-    {
-        const DeviceDriver::Layout asked{static_cast<unsigned int>(layout.transducers),
-                                         layout.board};
-        const std::string name = uri.scheme() + ":" + uri.path();
-        if (DriverThread::isLeftBehind(name))
-            throw uri.error("the driver that had it was closed and hasn't returned yet");
-        std::string why;
-        auto opened = openDriver(make, {uri.path(), uri.takeRest(), asked}, why);
-        if (!opened) throw uri.error(why);
-        const osg::ref_ptr<DeviceDriver> driver = opened->driver.driver;
-        try
+    midair::bridge::ArrayDriverFactory adapted;
+    if (make)
+        adapted = [make = std::move(make)]() -> std::shared_ptr<midair::bridge::ArrayDriver>
         {
-            return std::make_unique<DriverDevice>(std::move(*opened), name, layout.transducers);
-        }
-        catch (const midair::device::DeviceError& error)
-        {
-            throw midair::device::DeviceError(error.what() + silenced(*driver));
-        }
-    };
-    return midair::device::registerScheme({scheme, open}, error);
+            osg::ref_ptr<DeviceDriver> driver = make();
+            return driver ? std::make_shared<DriverOfApplication>(std::move(driver)) : nullptr;
+        };
+    return midair::bridge::registerDriver(scheme, std::move(adapted), error);
 }
 
 } // namespace osgMidair

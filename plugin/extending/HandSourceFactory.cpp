@@ -1,5 +1,5 @@
+#include "engine-bridge/extending/NamedFactories.h"
 #include "plugin/extending/HandSourceRegistry.h"
-#include "plugin/extending/NamedFactories.h"
 
 #include <utility>
 
@@ -9,9 +9,9 @@ namespace osgMidair
 namespace
 {
 
-NamedFactories<HandSourceFactory>& registry()
+midair::bridge::NamedFactories<HandSourceFactory>& registry()
 {
-    static NamedFactories<HandSourceFactory> all("hand source");
+    static midair::bridge::NamedFactories<HandSourceFactory> all("hand source");
     return all;
 }
 

@@ -1,8 +1,8 @@
 #include "plugin/extending/RegisteredNames.h"
 
 #include "device/opening/DeviceRegistry.h"
+#include "engine-bridge/extending/OwnSolver.h"
 #include "plugin/extending/HandSourceRegistry.h"
-#include "plugin/extending/SolverRegistry.h"
 
 #include <vector>
 
@@ -14,7 +14,7 @@ namespace osgMidair
 std::string registeredNames(const std::string& setting)
 {
     std::vector<std::string> names;
-    if (setting == "solver") names = SolverRegistry::names();
+    if (setting == "solver") names = midair::bridge::ownSolverNames();
     if (setting == "hands")
         for (const std::string& name : HandSourceRegistry::names())
             names.push_back(name + ":");

@@ -1,14 +1,11 @@
 #pragma once
 
-#include "device/drive/DriveSignal.h"
-#include "haptics/sequence/FieldSequence.h"
+#include "engine-bridge/playing/OneSolve.h"
 #include "samples/solve/SolveEars.h"
 #include "samples/solve/SolveFiles.h"
 #include "samples/solve/SolveOptions.h"
 #include "samples/solve/SolvePoints.h"
 #include "samples/solve/SolveProbe.h"
-
-#include <Eigen/Core>
 
 #include <memory>
 #include <optional>
@@ -18,15 +15,9 @@ namespace midair::samples
 {
 
 /// All results that are written to files.
-struct Solution
+struct Solution : bridge::SolvedFields
 {
     SolveScene scene;
-    haptics::FieldSequence sequence;          ///< as the written drives play it
-    std::vector<device::DriveSignal> signals; ///< one per field
-    haptics::ControlPoints points;            ///< points of the sequence
-    /// n, computed in double from the encoded drive; each point in the field made for it
-    Eigen::VectorXd achieved_Pa;
-    Eigen::VectorXd target_Pa; ///< n; relative targets are at the level that was reached
     SummaryParts parts;
     std::optional<ProbeTraces> probe;                 ///< if it was asked for
     std::optional<haptics::ToleranceStudy> tolerance; ///< likewise

@@ -1,5 +1,6 @@
 #include "samples/solve/SolveEars.h"
 
+#include "engine-bridge/playing/OneSolve.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/CsvRow.h"
 #include "haptics/base/text/Number.h"
@@ -91,17 +92,7 @@ SolveEars::SolveEars(const haptics::TransducerArray& array,
 
 haptics::ExposureFigures SolveEars::figures(const std::vector<Eigen::VectorXcf>& fields) const
 {
-    haptics::ExposureFigures figures;
-    figures.places = static_cast<int>(_exposure->size());
-    figures.limit_dB = _limit_dB;
-    if (figures.places == 0) return figures;
-    Eigen::Index at = 0;
-    const double most_Pa2 = _exposure->heard_Pa2(fields).maxCoeff(&at);
-    figures.level_dB = figures.eq_dB = figures.max_dB = haptics::soundLevel_dB(most_Pa2);
-    figures.x_m = _exposure->places()(0, at);
-    figures.y_m = _exposure->places()(1, at);
-    figures.z_m = _exposure->places()(2, at);
-    return figures;
+    return bridge::steadyExposure(*_exposure, fields, _limit_dB);
 }
 
 void SolveEars::write(const std::string& path, const std::vector<Eigen::VectorXcf>& fields) const

@@ -1,10 +1,10 @@
 #include "samples/solve/SolveFiles.h"
 
+#include "engine-bridge/playing/ArrayLevels.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/text/Trimmed.h"
-#include "samples/solve/ArrayLevels.h"
 
 #include <array>
 #include <cmath>
@@ -183,17 +183,7 @@ void writeDrive(const std::string& path,
                 const device::DriveSignal& signal)
 {
     std::ofstream file = openForWriting(path);
-    const LevelDrive levels = levelsOf(array.drive, signal);
-    file << "x_m,y_m,z_m,nx,ny,nz," << levelColumns(array.drive) << '\n';
-    for (int i = 0; i < array.size(); ++i)
-    {
-        for (int axis = 0; axis < 3; ++axis)
-            file << array.positions(axis, i) << ',';
-        for (int axis = 0; axis < 3; ++axis)
-            file << array.normals(axis, i) << ',';
-        const auto index = static_cast<std::size_t>(i);
-        file << levels.phase[index] << ',' << levels.amplitude[index] << '\n';
-    }
+    bridge::writeDrive(file, array, signal);
     finish(file, path);
 }
 
@@ -213,7 +203,7 @@ void writeSummary(const std::string& path,
     json["directivity"] = haptics::directivityName(array.directivity);
     json["ringing_s"] = array.ringing_s;
     json["phaseLevels"] = array.drive.phaseLevels;
-    if (!hasDuties(array.drive)) json["amplitudeLevels"] = array.drive.amplitudeLevels;
+    if (!bridge::hasDuties(array.drive)) json["amplitudeLevels"] = array.drive.amplitudeLevels;
     json["temperature_C"] = medium.temperature_C;
     json["relativeHumidity"] = medium.relativeHumidity;
     json["pressure_Pa"] = medium.pressure_Pa;

@@ -1,5 +1,6 @@
 #include "samples/solve/SolvePoints.h"
 
+#include "engine-bridge/playing/ArrayLevels.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "haptics/points/ControlPointSelector.h"
@@ -9,7 +10,6 @@
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
-#include "samples/solve/ArrayLevels.h"
 #include "samples/solve/SolveFiles.h"
 
 #include <algorithm>
@@ -91,7 +91,7 @@ SolveScene loadScene(const SolveArguments& arguments)
     SolveScene scene;
     scene.array = haptics::TransducerArray::load(arguments.array);
     scene.array.mark(arguments.settings.dead, arguments.settings.weak);
-    if (keepToSignal(scene.array.drive))
+    if (bridge::keepToSignal(scene.array.drive))
         std::fprintf(stderr,
                      "midair-solve: the array has finer phases than the 256 levels of a drive: "
                      "solves for 256\n");

@@ -99,7 +99,11 @@ std::vector<std::string> includesOf(const fs::path& file)
     {
         if ((*match)[1].matched)
         {
-            includes.push_back((*match)[1]);
+            // Headers of the C interface stand beside each other in the tree and where they are
+            // installed.
+            const std::string quoted = (*match)[1];
+            const bool isBeside = quoted.find('/') == std::string::npos;
+            includes.push_back(isBeside ? (file.parent_path() / quoted).generic_string() : quoted);
             continue;
         }
         for (const std::string folder :

@@ -1,0 +1,275 @@
+// midair_set_hands() and its like: hands in, contacts and touches out.
+#include "device/DeviceUri.h"
+#include "engine-bridge/c/inside/OwnHands.h"
+#include "engine-bridge/c/inside/Scene.h"
+#include "engine-bridge/hands/openxr/OpenXrHandSource.h"
+#include "haptics/base/ThrownBy.h"
+#include "haptics/base/threads/SteadyClock.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+using namespace midair;
+using namespace midair::capi;
+
+namespace midair::capi
+{
+
+namespace
+{
+
+bool isInjected(const Scene& scene)
+{
+    return !scene.source;
+}
+
+bridge::HandFrame framesOf(Scene& scene, double time_s)
+{
+    bridge::HandFrame frame;
+    frame.time_s = time_s;
+    if (isInjected(scene))
+    {
+        scene.injected.frameAt(base::steadySeconds(), frame);
+        frame.time_s = time_s;
+        return frame;
+    }
+    const std::string thrown = base::thrownBy([&] { scene.source->frameAt(time_s, frame); });
+    if (!thrown.empty())
+    {
+        scene.messages.say({base::MessageCode::HANDS_THREW,
+                            "the hand source has thrown " + thrown +
+                                ": there are no hands while "
+                                "it does"});
+        frame.hands.clear();
+    }
+    if (auto* openXr = dynamic_cast<bridge::OpenXrHandSource*>(scene.source.get()))
+        for (std::string& message : openXr->takeMessages())
+            scene.messages.say({base::MessageCode::HANDS_SOURCE, std::move(message)});
+    return frame;
+}
+
+} // namespace
+
+void locateHands(Scene& scene, double time_s, bridge::SceneSnapshot& snapshot)
+{
+    snapshot.hands = framesOf(scene, time_s);
+    for (bridge::Hand& hand : snapshot.hands.hands)
+    {
+        const std::string wrong = bridge::leaveOutImpossible(hand);
+        if (!wrong.empty()) scene.messages.say({base::MessageCode::HANDS_SOURCE, wrong});
+    }
+    snapshot.around.hands = bridge::handCapsules(snapshot.hands);
+    std::vector<bridge::HapticObject> touchable;
+    for (const bridge::HapticObject& object : snapshot.objects)
+        if (object.touchEvents) touchable.push_back(object);
+    if (touchable.empty() && scene.proximity->touches() == 0)
+    {
+        scene.proximity->clear();
+        return;
+    }
+    const auto newest = scene.thread ? scene.thread->latestResult() : nullptr;
+    std::shared_ptr<bridge::PlayedPressure> played;
+    if (newest && newest->points.size() == newest->achieved_Pa.size())
+    {
+        played = std::make_shared<bridge::PlayedPressure>();
+        played->positions = newest->points.positions;
+        played->pressure_Pa = newest->achieved_Pa;
+    }
+    scene.proximity->setPlayed(std::move(played));
+    scene.proximity->update(touchable, snapshot.hands, time_s);
+}
+
+bridge::Hand handOf(const midair_hand& given, std::size_t index)
+{
+    const auto refuse = [&](const std::string& what)
+    { fail(MIDAIR_INVALID, fmt::format("hand {}: {}", index, what)); };
+    bridge::Hand hand;
+    hand.id = given.id;
+    hand.age_s = given.age_s;
+    if (!(given.age_s >= 0.0 && given.age_s <= 1e6))
+        refuse(fmt::format("age_s is {:g}; it must be 0 .. 1e6", given.age_s));
+    for (std::size_t j = 0; j < MIDAIR_JOINTS; ++j)
+    {
+        const midair_joint& from = given.joints[j];
+        bridge::HandJoint& to = hand.joints[j];
+        const auto finite = [](const double* numbers, int count) {
+            return std::all_of(numbers, numbers + count, [](double x) { return std::isfinite(x); });
+        };
+        to.positionValid = from.position_valid != 0;
+        to.orientationValid = from.orientation_valid != 0;
+        if (to.positionValid && (!finite(from.position, 3) || !(from.radius_m > 0.0) ||
+                                 !(from.radius_m <= bridge::kThickestJoint_m)))
+            refuse(
+                fmt::format("joint {} is valid, at ({:g}, {:g}, {:g}) m with a radius of {:g} m; "
+                            "it must be finite, the radius above 0 and at most 0.1",
+                            j,
+                            from.position[0],
+                            from.position[1],
+                            from.position[2],
+                            from.radius_m));
+        const double length = Eigen::Vector4d::Map(from.orientation).norm();
+        if (to.orientationValid && !(std::abs(length - 1.0) < 1e-3))
+            refuse(fmt::format(
+                "joint {} has a valid orientation of length {:g}; it must be 1", j, length));
+        if (to.positionValid)
+        {
+            to.position = Eigen::Vector3d::Map(from.position);
+            to.radius_m = from.radius_m;
+        }
+        if (to.orientationValid)
+            to.orientation =
+                Eigen::Quaterniond(Eigen::Vector4d(Eigen::Vector4d::Map(from.orientation)));
+    }
+    return hand;
+}
+
+} // namespace midair::capi
+
+midair_status midair_set_hands(midair_scene* scene, const midair_hand* hands, size_t count)
+{
+    return called(
+        [&]
+        {
+            constexpr std::size_t kMostHands = 64;
+            const auto of = sceneOf(scene);
+            of->injected.clear(); // so that an error leaves none that are old
+            if (count > kMostHands)
+                fail(MIDAIR_INVALID,
+                     fmt::format("count is {}; it must be 0 .. {}", count, kMostHands));
+            if (count > 0) given(hands, "hands");
+            bridge::HandFrame frame;
+            frame.time_s = base::steadySeconds();
+            for (std::size_t i = 0; i < count; ++i)
+                frame.hands.push_back(handOf(hands[i], i));
+            of->injected.set(frame);
+            return MIDAIR_OK;
+        });
+}
+
+midair_status midair_open_hands(midair_scene* scene, const char* source)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            std::unique_ptr<bridge::HandSource> opened =
+                openHands(textGiven(source, "source", 4096));
+            const std::lock_guard<std::mutex> lock(of->mutex);
+            if (of->isClosed) fail(MIDAIR_CLOSED, "the midair_scene is closed, or none");
+            std::swap(of->source, opened);
+            return MIDAIR_OK;
+        });
+}
+
+midair_status
+midair_make_hand(int32_t id, const double tip[3], const double orientation[4], midair_hand* hand)
+{
+    return called(
+        [&]
+        {
+            requireFinite(&given(tip, "tip"), 3, "tip");
+            requireFinite(&given(orientation, "orientation"), 4, "orientation");
+            const Eigen::Quaterniond turn(Eigen::Vector4d(Eigen::Vector4d::Map(orientation)));
+            if (!(std::abs(turn.norm() - 1.0) < 1e-3))
+                fail(MIDAIR_INVALID,
+                     fmt::format("orientation has the length {:g}; it must be 1", turn.norm()));
+            given(hand, "hand") = {};
+            const bridge::Hand open =
+                bridge::openHandWithIndexTipAt(id, Eigen::Vector3d::Map(tip), turn);
+            hand->id = id;
+            for (std::size_t j = 0; j < MIDAIR_JOINTS; ++j)
+            {
+                const bridge::HandJoint& from = open.joints[j];
+                midair_joint& to = hand->joints[j];
+                Eigen::Vector3d::Map(to.position) = from.position;
+                Eigen::Vector4d::Map(to.orientation) = from.orientation.coeffs();
+                to.radius_m = from.radius_m;
+                to.position_valid = from.positionValid ? 1 : 0;
+                to.orientation_valid = from.orientationValid ? 1 : 0;
+            }
+            return MIDAIR_OK;
+        });
+}
+
+namespace
+{
+
+midair_contact contactOf(const bridge::ContactView& view)
+{
+    midair_contact contact{};
+    contact.id = view.id;
+    contact.object = view.patch.object;
+    contact.hand = view.patch.hand;
+    contact.foci = static_cast<uint32_t>(view.foci.cols());
+    Eigen::Vector3d::Map(contact.centre) = view.patch.centre;
+    Eigen::Vector3d::Map(contact.normal) = view.patch.normal;
+    contact.depth_m = view.patch.depth_m;
+    contact.area_m2 = view.patch.area_m2;
+    contact.semi_major_m = view.patch.semiMajor_m;
+    contact.semi_minor_m = view.patch.semiMinor_m;
+    contact.speed_m_s = view.speed_m_s;
+    contact.pressure_Pa = view.pressure_Pa.size() > 0 ? view.pressure_Pa[0] : 0.0;
+    contact.share = view.share;
+    return contact;
+}
+
+midair_touch touchOf(const bridge::HandContact& near)
+{
+    midair_touch touch{};
+    touch.object = near.object;
+    touch.hand = near.hand;
+    touch.finger = near.finger;
+    touch.touching = near.touching ? 1 : 0;
+    Eigen::Vector3d::Map(touch.position) = near.position;
+    touch.distance_m = near.distance_m;
+    touch.force_N = near.force_N;
+    return touch;
+}
+
+/// Copies what \a make makes of \a all into the caller's memory.
+template<typename From, typename To, typename Make>
+midair_status copyAll(const std::vector<From>& all,
+                      To* to,
+                      std::size_t capacity,
+                      std::size_t* count,
+                      const Make& make)
+{
+    given(count, "count") = all.size();
+    if (all.size() > capacity)
+        fail(MIDAIR_TOO_SMALL, fmt::format("capacity is {}; there are {}", capacity, all.size()));
+    if (!all.empty()) given(to, "the memory to copy to");
+    std::transform(all.begin(), all.end(), to, make);
+    return MIDAIR_OK;
+}
+
+} // namespace
+
+midair_status
+midair_contacts(midair_scene* scene, midair_contact* contacts, size_t capacity, size_t* count)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            const std::lock_guard<std::mutex> lock(of->mutex);
+            const auto newest = of->thread ? of->thread->latestResult() : nullptr;
+            const std::vector<bridge::ContactView> all = newest && newest->touched
+                                                             ? newest->touched->contacts
+                                                             : std::vector<bridge::ContactView>();
+            return copyAll(all, contacts, capacity, count, contactOf);
+        });
+}
+
+midair_status
+midair_touches(midair_scene* scene, midair_touch* touches, size_t capacity, size_t* count)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            const std::lock_guard<std::mutex> lock(of->mutex);
+            return copyAll(of->proximity->contacts(), touches, capacity, count, touchOf);
+        });
+}

@@ -1,0 +1,239 @@
+// midair_set() and its like: settings and properties by their names.
+#include "engine-bridge/c/inside/Scene.h"
+#include "haptics/base/text/NearestWord.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+using namespace midair;
+using namespace midair::capi;
+
+namespace
+{
+
+constexpr std::size_t kMostText = 65536;
+
+/// What is wrong with a value that no row judges; empty: nothing.
+std::string problemOf(const SceneSettings& settings)
+{
+    Eigen::Matrix3Xd places;
+    return readPlaces(settings.earPoints, places)
+               ? ""
+               : "earPoints is \"" + settings.earPoints +
+                     "\", should be x y z; x y z .. in m, at most 64 places";
+}
+
+std::string problemOf(const ObjectProperties& properties)
+{
+    (void)properties;
+    return {};
+}
+
+/// Sets \a name in \a object from \a value. Returns what is wrong, with \a object unchanged; empty:
+/// nothing.
+template<typename T>
+std::string assigned(const base::SettingTable<T>& table,
+                     T& object,
+                     const std::string& name,
+                     const std::string& value)
+{
+    T changed = object;
+    std::string error;
+    if (!table.set(changed, name, value, error)) return error;
+    const base::Setting<T>& row = *table.find(name);
+    if (!row.holds(changed)) return name + " is \"" + value + "\", should be " + row.expected();
+    if (std::string problem = problemOf(changed); !problem.empty()) return problem;
+    object = std::move(changed);
+    return {};
+}
+
+/// The settings of safety that \a name may have been meant for.
+template<typename T>
+std::vector<std::string> meantBy(const base::SettingTable<T>& table, const std::string& name)
+{
+    std::vector<std::string> meant =
+        table.find(name) ? std::vector<std::string>{name} : base::nearestWords(name, table.names());
+    meant.erase(std::remove_if(meant.begin(),
+                               meant.end(),
+                               [&](const std::string& one) { return !table.find(one)->isSafety; }),
+                meant.end());
+    return meant;
+}
+
+/// Notes an error that concerns safety, and fails.
+template<typename T>
+[[noreturn]] void refuse(const base::SettingTable<T>& table,
+                         const std::string& name,
+                         std::string error,
+                         Scene& scene,
+                         Misunderstood& misunderstood)
+{
+    const midair_status status = table.find(name) ? MIDAIR_INVALID : MIDAIR_UNKNOWN;
+    if (std::vector<std::string> meant = meantBy(table, name); !meant.empty())
+    {
+        error += "; nothing is played";
+        misunderstood.note(std::move(meant), error);
+        scene.silence();
+    }
+    fail(status, error);
+}
+
+template<typename T>
+midair_status get(const base::SettingTable<T>& table,
+                  const T& object,
+                  const std::string& name,
+                  char* text,
+                  size_t size,
+                  size_t* needed)
+{
+    const base::Setting<T>* row = table.find(name);
+    if (!row)
+    {
+        T scratch;
+        std::string error;
+        table.set(scratch, name, "", error);
+        fail(MIDAIR_UNKNOWN, error);
+    }
+    return writeText(row->defaultText(object), text, size, needed);
+}
+
+/// Names and summaries that stay where they are.
+template<typename T>
+const std::vector<std::pair<std::string, std::string>>&
+described(const base::SettingTable<T>& table)
+{
+    static const auto* const all =
+        new std::vector<std::pair<std::string, std::string>>(table.describe());
+    return *all;
+}
+
+/// The numbers of a pose that are no more than this off a rotation are rounding.
+constexpr double kRigid = 1e-6;
+
+Eigen::Isometry3d poseOf(const double* matrix)
+{
+    given(matrix, "matrix");
+    requireFinite(matrix, 16, "matrix", 4);
+    const Eigen::Matrix4d m =
+        Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(matrix);
+    const Eigen::Matrix3d turn = m.topLeftCorner<3, 3>();
+    if (!(m.row(3) - Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)).isZero(kRigid))
+        fail(MIDAIR_INVALID, "the matrix' last row must be 0 0 0 1: it is read row by row");
+    if (!(turn.transpose() * turn).isIdentity(kRigid) || turn.determinant() < 0.0)
+        fail(MIDAIR_INVALID,
+             "the matrix is no rotation with a translation; a scale belongs into the vertices");
+    Eigen::Isometry3d pose;
+    pose.matrix() = m;
+    return pose;
+}
+
+} // namespace
+
+midair_status midair_set(midair_scene* scene, const char* name, const char* value)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            const std::string setting = textGiven(name, "name", 256);
+            const std::string text = textGiven(value, "value", kMostText);
+            const std::lock_guard<std::mutex> lock(of->mutex);
+            const std::string error = assigned(sceneTable(), of->settings, setting, text);
+            if (!error.empty()) refuse(sceneTable(), setting, error, *of, of->misunderstood);
+            of->misunderstood.settle(setting);
+            return MIDAIR_OK;
+        });
+}
+
+midair_status
+midair_get(midair_scene* scene, const char* name, char* text, size_t size, size_t* needed)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            const std::lock_guard<std::mutex> lock(of->mutex);
+            return get(
+                sceneTable(), of->settings, textGiven(name, "name", 256), text, size, needed);
+        });
+}
+
+midair_status
+midair_object_set(midair_scene* scene, midair_object object, const char* name, const char* value)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            const std::string property = textGiven(name, "name", 256);
+            const std::string text = textGiven(value, "value", kMostText);
+            const std::lock_guard<std::mutex> lock(of->mutex);
+            SceneObject& one = objectOf(*of, object);
+            const bool isGiven =
+                property == "pressure" || property == "unit" || property == "sampling";
+            if (one.isPoints && isGiven)
+                fail(MIDAIR_INVALID,
+                     property + " of points can't be set: they are solved for as they were given");
+            ObjectProperties changed = one.properties;
+            const std::string error = assigned(objectTable(), changed, property, text);
+            if (!error.empty()) refuse(objectTable(), property, error, *of, one.misunderstood);
+            bridge::HapticProperties felt = forPipeline(changed);
+            if (one.isPoints)
+            {
+                felt.pressure = one.felt.pressure;
+                felt.pressureInPa = one.felt.pressureInPa;
+                felt.sampling = one.felt.sampling;
+            }
+            one.felt = felt;
+            one.properties = std::move(changed);
+            one.misunderstood.settle(property);
+            return MIDAIR_OK;
+        });
+}
+
+midair_status midair_object_get(midair_scene* scene,
+                                midair_object object,
+                                const char* name,
+                                char* text,
+                                size_t size,
+                                size_t* needed)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            const std::lock_guard<std::mutex> lock(of->mutex);
+            const SceneObject& one = objectOf(*of, object);
+            return get(
+                objectTable(), one.properties, textGiven(name, "name", 256), text, size, needed);
+        });
+}
+
+midair_status
+midair_setting(int32_t of_objects, size_t index, const char** name, const char** summary)
+{
+    return called(
+        [&]
+        {
+            const auto& all = of_objects ? described(objectTable()) : described(sceneTable());
+            if (index >= all.size())
+                fail(MIDAIR_UNKNOWN, fmt::format("index is {}; there are {}", index, all.size()));
+            if (name) *name = all[index].first.c_str();
+            if (summary) *summary = all[index].second.c_str();
+            return MIDAIR_OK;
+        });
+}
+
+midair_status midair_set_pose(midair_scene* scene, midair_object object, const double matrix[16])
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            const Eigen::Isometry3d pose = poseOf(matrix);
+            const std::lock_guard<std::mutex> lock(of->mutex);
+            objectOf(*of, object).pose = pose;
+            return MIDAIR_OK;
+        });
+}

@@ -1,0 +1,174 @@
+// midair_solver_..(): one set of points after the other, without caps.
+#include "engine-bridge/c/inside/Scene.h"
+#include "engine-bridge/extending/OwnSolver.h"
+#include "haptics/base/AssignPart.h"
+#include "haptics/base/Limits.h"
+#include "haptics/sequence/FieldSettings.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+using namespace midair;
+using namespace midair::capi;
+
+namespace midair::capi
+{
+
+namespace
+{
+
+/// What a midair_solver stands for.
+struct OpenSolver
+{
+    std::mutex mutex;
+    std::shared_ptr<const ArrayPair> array;
+    haptics::Medium medium;
+    std::unique_ptr<haptics::HologramSolver> solver;
+    haptics::ControlPoints points; ///< of the last solve; kept for its memory
+    Eigen::VectorXcf q;
+    haptics::SolveReport report;
+    bool isSolved = false;
+};
+
+Handles<midair_solver, OpenSolver>& solvers()
+{
+    static auto* const all = new Handles<midair_solver, OpenSolver>("midair_solver");
+    return *all;
+}
+
+std::shared_ptr<OpenSolver> solverOf(midair_solver* handle)
+{
+    if (CallbackScope::isInside())
+        fail(MIDAIR_INVALID, "a callback may not call a function with a scene or a solver");
+    return solvers().find(handle);
+}
+
+void refuseCaps(const SceneSettings& settings)
+{
+    if (settings.maxPressure > 0.0 || settings.maxAmplitude < 1.0 || settings.earLimit > 0.0)
+        fail(MIDAIR_REFUSED,
+             fmt::format("a midair_solver keeps no caps, and the scene has one (maxPressure {:g} "
+                         "Pa, maxAmplitude {:g}, earLimit {:g} dB): use midair_solve()",
+                         settings.maxPressure,
+                         settings.maxAmplitude,
+                         settings.earLimit));
+}
+
+void setPoints(const double* positions,
+               const double* targets,
+               std::size_t count,
+               bool inPascal,
+               haptics::ControlPoints& points)
+{
+    if (count < 1 || count > static_cast<std::size_t>(base::kMostControlPoints))
+        fail(MIDAIR_INVALID,
+             fmt::format("count is {}; it must be 1 .. {}", count, base::kMostControlPoints));
+    requireFinite(&given(positions, "positions"), 3 * count, "positions", 3);
+    given(targets, "targets");
+    for (std::size_t i = 0; i < count; ++i)
+        if (!(targets[i] >= 0.0 && targets[i] <= base::kMostPressure_Pa))
+            fail(MIDAIR_INVALID,
+                 fmt::format("target {} is {:g}; it must be 0 .. {:g}",
+                             i,
+                             targets[i],
+                             base::kMostPressure_Pa));
+    const auto n = static_cast<Eigen::Index>(count);
+    points.positions = Eigen::Map<const Eigen::Matrix3Xd>(positions, 3, n);
+    points.normals.setZero(3, n);
+    points.targets = Eigen::Map<const Eigen::VectorXd>(targets, n);
+    points.absolute = inPascal;
+}
+
+} // namespace
+
+} // namespace midair::capi
+
+midair_status midair_solver_open(midair_scene* scene, midair_solver** solver)
+{
+    return called(
+        [&]
+        {
+            const auto of = sceneOf(scene);
+            given(solver, "solver");
+            SceneSettings settings;
+            auto made = std::make_shared<OpenSolver>();
+            {
+                const std::lock_guard<std::mutex> lock(of->mutex);
+                const std::string why = of->whySilenced();
+                if (!why.empty()) fail(MIDAIR_SILENCED, why);
+                settings = of->settings;
+                made->array = of->array;
+            }
+            refuseCaps(settings);
+            made->medium = haptics::mediumOf(settings);
+            haptics::SolverOptions options;
+            base::assignPart<haptics::SolverSettings>(options, settings);
+            options.updateRate_Hz = settings.fieldRate;
+            made->solver = bridge::makeAnySolver(
+                settings.solver.empty() ? haptics::solverNames().front() : settings.solver,
+                options);
+            *solver = solvers().add(std::move(made));
+            return MIDAIR_OK;
+        });
+}
+
+midair_status midair_solver_solve(midair_solver* solver,
+                                  const double* positions,
+                                  const double* targets,
+                                  size_t count,
+                                  int32_t in_pascal,
+                                  float* activations,
+                                  size_t transducers)
+{
+    return called(
+        [&]
+        {
+            const auto of = solverOf(solver);
+            given(activations, "activations");
+            const haptics::TransducerArray& array = of->array->solvable;
+            if (transducers != static_cast<std::size_t>(array.size()))
+                fail(transducers < static_cast<std::size_t>(array.size()) ? MIDAIR_TOO_SMALL
+                                                                          : MIDAIR_INVALID,
+                     fmt::format("transducers is {}; the array has {}", transducers, array.size()));
+            const std::lock_guard<std::mutex> lock(of->mutex);
+            setPoints(positions, targets, count, in_pascal != 0, of->points);
+            of->report = of->solver->solve(of->points, array, of->medium, of->q);
+            of->isSolved = true;
+            std::copy_n(
+                of->q.data(), of->q.size(), reinterpret_cast<std::complex<float>*>(activations));
+            if (of->q.isZero(0.0F)) return silentFor(of->report.message);
+            return static_cast<midair_status>(MIDAIR_OK);
+        });
+}
+
+midair_status midair_solver_figure(midair_solver* solver, const char* name, double* value)
+{
+    return called(
+        [&]
+        {
+            const auto of = solverOf(solver);
+            const std::string wanted = textGiven(name, "name", 256);
+            given(value, "value");
+            const std::lock_guard<std::mutex> lock(of->mutex);
+            if (!of->isSolved) fail(MIDAIR_NOT_YET, "the solver has solved nothing so far");
+            for (const auto& [known, number] : haptics::figuresOf(of->report))
+                if (known == wanted)
+                {
+                    *value = number;
+                    return MIDAIR_OK;
+                }
+            fail(MIDAIR_UNKNOWN, "there is no figure \"" + wanted + "\"");
+        });
+}
+
+midair_status midair_solver_close(midair_solver* solver)
+{
+    return called(
+        [&]
+        {
+            solverOf(solver);
+            solvers().take(solver);
+            return MIDAIR_OK;
+        });
+}

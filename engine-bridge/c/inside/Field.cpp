@@ -1,0 +1,97 @@
+#include "engine-bridge/c/inside/Field.h"
+
+#include "device/drive/DriveEncoder.h"
+#include "engine-bridge/playing/ArrayLevels.h"
+#include "engine-bridge/playing/OneSolve.h"
+#include "haptics/propagation/Exposure.h"
+#include "haptics/solvers/SolveReport.h"
+
+#include <algorithm>
+
+namespace midair::capi
+{
+
+namespace
+{
+
+constexpr int kEarsAround = 32; // as midair-solve has them
+
+void addExposure(const haptics::ExposureFigures& exposure,
+                 std::vector<std::pair<std::string, double>>& figures)
+{
+    for (const haptics::ExposureRow& row : haptics::kExposureFigures)
+        std::visit(
+            [&](auto member)
+            {
+                figures.emplace_back(std::string("exposure.") + row.name,
+                                     static_cast<double>(exposure.*member));
+            },
+            row.value);
+}
+
+} // namespace
+
+const std::vector<std::pair<std::string, double>>& Field::figures() const
+{
+    std::call_once(_measured,
+                   [this]
+                   {
+                       auto all = haptics::figuresOf(sequence.report);
+                       const Eigen::Matrix3Xd around = haptics::placesAround(*array, kEarsAround);
+                       Eigen::Matrix3Xd places(3, around.cols() + ears.cols());
+                       places << around, ears;
+                       haptics::Exposure exposure(*array, medium, places);
+                       addExposure(bridge::steadyExposure(exposure, sequence.fields, earLimit_dB),
+                                   all);
+                       _figures = std::move(all);
+                   });
+    return _figures;
+}
+
+void Field::complete()
+{
+    info.transducers = static_cast<std::uint32_t>(array->size());
+    info.fields = static_cast<std::uint32_t>(sequence.fields.size());
+    info.points = static_cast<std::uint32_t>(points.size());
+    info.rate_Hz = sequence.fields.size() > 1 ? sequence.modulation.fieldRate_Hz : 0.0;
+}
+
+Handles<midair_field, const Field>& fields()
+{
+    static auto* const all = new Handles<midair_field, const Field>("midair_field");
+    return *all;
+}
+
+std::shared_ptr<Field> fieldOf(const bridge::HologramResult& result,
+                               const std::vector<midair_object>& objects)
+{
+    if (!result.array || result.sequence.fields.empty()) return nullptr;
+    auto field = std::make_shared<Field>();
+    field->array = result.array;
+    field->drive = result.array->drive;
+    bridge::keepToSignal(field->drive);
+    field->medium = result.medium;
+    field->sequence = result.sequence;
+    field->points = result.points;
+    field->achieved_Pa = result.achieved_Pa.cast<double>();
+    field->achieved_Pa.conservativeResizeLike(Eigen::VectorXd::Zero(field->points.size()));
+    const double largest = field->points.size() > 0 ? field->points.targets.maxCoeff() : 0.0;
+    const double unit_Pa = field->points.absolute ? 1.0
+                           : largest > 0.0        ? result.report().level_Pa / largest
+                                                  : 0.0;
+    field->wanted_Pa = unit_Pa * field->points.targets;
+    field->objects = objects;
+    bool sounds = false;
+    for (const Eigen::VectorXcf& q : field->sequence.fields)
+    {
+        device::encode(q.data(), static_cast<int>(q.size()), field->signals.emplace_back());
+        sounds = sounds || !q.isZero(0.0F);
+    }
+    field->complete();
+    field->info.frame = result.frame;
+    field->info.latency_ms = result.latency_ms;
+    field->info.playing = result.playing && result.deviceOpen && sounds ? 1 : 0;
+    return field;
+}
+
+} // namespace midair::capi

@@ -1,0 +1,162 @@
+#ifndef MIDAIR_PLAY_H
+#define MIDAIR_PLAY_H 1
+
+// Playing a scene, hands in, contacts out. Included by midair.h.
+
+#include "midair.h"
+
+#ifdef __cplusplus
+extern "C"
+{
+#endif
+
+    /// Plays the scene from now on, on the device of this URI: "sim:", "usb:", "record:FILE", a
+    /// registered scheme, several with commas in between (device/README.md). Returns at once: array
+    /// and device are opened on a thread of the scene's, midair_state() says how that goes, and
+    /// midair_messages() why it failed. Another device replaces the one before.
+    MIDAIR_API midair_status midair_play(midair_scene* scene, const char* device);
+    /// Takes the scene as it is now, with its hands, to the device: to be called with each frame,
+    /// moved or not, by one thread. Never waits for a solve or a device; a frame that comes before
+    /// the last one is solved takes its place. \a time_s: of the frame, on the clock of the hand
+    /// source; finite and not decreasing. MIDAIR_NOT_YET without midair_play().
+    MIDAIR_API midair_status midair_update(midair_scene* scene, double time_s);
+    /// Ends playing: silences and closes the device, which takes some milliseconds; waits for an
+    /// own solver that doesn't look at is_stopped.
+    MIDAIR_API midair_status midair_stop(midair_scene* scene);
+    /// 1: silences the array at once and keeps it silent; 0: plays again, what is newest.
+    MIDAIR_API midair_status midair_mute(midair_scene* scene, int32_t muted);
+
+    /// What an array does.
+    enum
+    {
+        MIDAIR_STATE_CLOSED = 0,  ///< no device is open: none is wanted, or it can't be opened
+        MIDAIR_STATE_OPENING = 1, ///< array and device are being opened
+        MIDAIR_STATE_QUIET = 2, ///< ready, and there is nothing to play, or what there is can't be
+        MIDAIR_STATE_PLAYING = 3, ///< plays what it is sent
+        MIDAIR_STATE_MUTED = 4,   ///< by midair_mute()
+        MIDAIR_STATE_LOST = 5,    ///< unplugged or failing; plays again by itself when it is back
+        MIDAIR_STATE_FAULT = 6 ///< connected, but it refuses, hangs or doesn't play what it is sent
+    };
+
+    /// sent = played + dropped + lost + refused + waiting, since the device was opened.
+    typedef struct midair_device_state
+    {
+        int32_t state; ///< MIDAIR_STATE_..
+        int32_t reserved;
+        uint64_t sent;
+        uint64_t played;
+        uint64_t dropped;
+        uint64_t lost;
+        uint64_t refused;
+        uint64_t waiting;
+        uint64_t faults;
+        uint64_t reconnects;
+    } midair_device_state;
+
+    MIDAIR_API midair_status midair_state(midair_scene* scene, midair_device_state* state);
+    /// One line about the device. As midair_get().
+    MIDAIR_API midair_status midair_device_status(midair_scene* scene,
+                                                  char* text,
+                                                  size_t size,
+                                                  size_t* needed);
+    /// What the user should know of all that was played, solved and opened so far, each once, in
+    /// lines. As midair_get().
+    MIDAIR_API midair_status midair_messages(midair_scene* scene,
+                                             char* text,
+                                             size_t size,
+                                             size_t* needed);
+    /// The newest field that was played; MIDAIR_NOT_YET: none so far. Each call gives a handle of
+    /// its own.
+    MIDAIR_API midair_status midair_newest_field(midair_scene* scene, midair_field** field);
+
+    // --- Hands -----------------------------------------------------------------------------------
+
+#define MIDAIR_JOINTS 26
+
+    /// One joint; in a hand they are in the order of OpenXR's XR_EXT_hand_tracking: palm, wrist,
+    /// thumb metacarpal to tip, then metacarpal to tip of the index, middle, ring and little
+    /// finger.
+    typedef struct midair_joint
+    {
+        double position[3];        ///< m, array frame, at most 1000 from its origin
+        double orientation[4];     ///< x, y, z, w; of length 1
+        double radius_m;           ///< above 0, at most 0.1; from the joint to the skin
+        int32_t position_valid;    ///< 1: the tracker knows the position
+        int32_t orientation_valid; ///< 1: the tracker knows the orientation
+    } midair_joint;
+
+    typedef struct midair_hand
+    {
+        int32_t id; ///< stable from frame to frame; 0 left, 1 right
+        int32_t reserved;
+        double age_s; ///< >= 0; how long before this call the tracker saw it
+        midair_joint joints[MIDAIR_JOINTS];
+    } midair_hand;
+
+    /// Sets the hands for the updates that follow; they are gone 0.2 s after the last call. At
+    /// most 64. A joint that is valid and not finite, or out of its ranges, is an error, and the
+    /// hands before are gone.
+    MIDAIR_API midair_status midair_set_hands(midair_scene* scene,
+                                              const midair_hand* hands,
+                                              size_t count);
+    /// Takes the hands from a source instead: "recorded:FILE", "recorded:FILE?loop", "openxr:",
+    /// "NAME:options" of midair_register_hands(); "" or "none": from midair_set_hands() again. A
+    /// source of OpenXR tells its failures by midair_messages().
+    MIDAIR_API midair_status midair_open_hands(midair_scene* scene, const char* source);
+    /// The flat open hand of an adult with the tip of its index finger at \a tip. In the frame
+    /// turned by \a orientation (x, y, z, w) the fingers point along -z and the back of the hand
+    /// along +y.
+    MIDAIR_API midair_status midair_make_hand(int32_t id,
+                                              const double tip[3],
+                                              const double orientation[4],
+                                              midair_hand* hand);
+
+    /// Where a hand touches an object whose property "render", or the scene's, is contact or auto.
+    typedef struct midair_contact
+    {
+        uint64_t id; ///< of the contact; never given twice
+        midair_object object;
+        int32_t hand;        ///< midair_hand.id
+        uint32_t foci;       ///< number of foci that are played now
+        double centre[3];    ///< m; of the patch of the object inside the hand
+        double normal[3];    ///< of length 1, out of the object
+        double depth_m;      ///< how deep the finger is in the object
+        double area_m2;      ///< of the patch
+        double semi_major_m; ///< of its ellipse
+        double semi_minor_m;
+        double speed_m_s;   ///< of the finger along the object
+        double pressure_Pa; ///< peak; wanted at the first focus; 0: there is none
+        double share;       ///< 0 .. 1; factor on the pressure while it fades
+    } midair_contact;
+
+    /// A finger near an object whose property "touchEvents" is true, as of the last
+    /// midair_update().
+    typedef struct midair_touch
+    {
+        midair_object object;
+        int32_t hand;     ///< midair_hand.id
+        int32_t finger;   ///< 0 thumb .. 4 little finger, 5 palm
+        int32_t touching; ///< 1: it touches; 0: it is within 50 mm
+        int32_t reserved;
+        double position[3]; ///< m; the nearest place of the object
+        double distance_m;  ///< from the skin to the surface; below 0: it is in the object
+        double force_N;     ///< an upper estimate
+    } midair_touch;
+
+    /// Copies the contacts of the newest field; \a count: how many there are, also where \a
+    /// capacity is too small.
+    MIDAIR_API midair_status midair_contacts(midair_scene* scene,
+                                             midair_contact* contacts,
+                                             size_t capacity,
+                                             size_t* count);
+    /// The same of touches.
+    MIDAIR_API midair_status midair_touches(midair_scene* scene,
+                                            midair_touch* touches,
+                                            size_t capacity,
+                                            size_t* count);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,62 @@
+#pragma once
+
+#include "device/ArrayDevice.h"
+#include "engine-bridge/extending/ArrayDriver.h"
+#include "engine-bridge/extending/DriverLevels.h"
+
+#include <memory>
+#include <string>
+#include <thread>
+
+namespace midair::bridge
+{
+
+/// Calls an application's driver on a thread of its own, so that nobody waits for its code: while a
+/// call runs, the newest field waits, and a silence is due before it.
+///
+/// All members may be called from any thread. None waits for the driver but the destructor.
+class DriverThread
+{
+public:
+    /// A call that has not returned after this time hangs, which the report says.
+    static constexpr double kHangs_s = 1.0;
+    /// The longest time that the destructor waits for the driver.
+    static constexpr double kFarewell_s = 3.0;
+
+    /// How a driver is when it has been opened.
+    struct Opened
+    {
+        std::shared_ptr<ArrayDriver> driver;
+        bool isReady = true;
+        std::string status;
+    };
+
+    DriverThread(Opened opened, const std::string& name, DriverLevels levels, int transducers);
+    /// Has the driver silenced and let go. A driver that hangs is left to the thread, which does
+    /// both once the call has returned; the log says so.
+    ~DriverThread();
+
+    DriverThread(const DriverThread&) = delete;
+    DriverThread& operator=(const DriverThread&) = delete;
+
+    /// Has \a signal played as soon as the driver has returned, in place of one that still waits.
+    /// Returns false if it is for another number of transducers or the driver isn't ready.
+    bool send(const device::DriveSignal& signal);
+    void silence();
+
+    device::DeviceReport report() const;
+    std::string status() const; ///< as the driver said last
+    /// The newest field that the driver has taken; off after a silence.
+    device::DriveSignal playing() const;
+
+    /// Returns true while a driver of the device \a name, which has been closed, still hangs.
+    static bool isLeftBehind(const std::string& name);
+
+private:
+    struct Shared;
+
+    std::shared_ptr<Shared> _shared; ///< outlives this object in a thread that is left behind
+    std::thread _thread;
+};
+
+} // namespace midair::bridge

@@ -1,0 +1,240 @@
+#include "engine-bridge/playing/OneSolve.h"
+
+#include "device/drive/DriveEncoder.h"
+#include "engine-bridge/playing/ArrayLevels.h"
+#include "engine-bridge/playing/EarBound.h"
+#include "haptics/base/AssignPart.h"
+#include "haptics/base/DutyLaw.h"
+#include "haptics/base/InputError.h"
+#include "haptics/base/Limits.h"
+#include "haptics/base/text/MessageLog.h"
+#include "haptics/points/FittedLevel.h"
+#include "haptics/propagation/PropagationMatrix.h"
+#include "haptics/propagation/ReferencePropagation.h"
+#include "haptics/sequence/SequenceComposer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+haptics::ComposerOptions composerOptions(const SolveTask& task)
+{
+    haptics::ComposerOptions options;
+    base::assignPart<haptics::SequenceSettings>(options, task.settings);
+    base::assignPart<haptics::SolverSettings>(options.solverOptions, task.settings);
+    options.modulation.amplitudeRate_Hz = task.modulation_Hz;
+    options.solverOptions.updateRate_Hz = task.settings.fieldRate;
+    options.solverOptions.stop = task.stop;
+    const std::string name =
+        task.settings.solver.empty() ? haptics::solverNames().front() : task.settings.solver;
+    options.makeSolver = [name, solver = options.solverOptions, make = task.makeSolver]
+    { return make ? make(name, solver) : haptics::makeSolver(name, solver); };
+    return options;
+}
+
+/// Returns one silent field, like that of a solver without points.
+haptics::FieldSequence silentSequence(const haptics::TransducerArray& array)
+{
+    haptics::FieldSequence sequence;
+    sequence.report.solver = "outline";
+    sequence.report.transducers = array.size();
+    sequence.report.message = "there are no control points";
+    return sequence;
+}
+
+haptics::FieldSequence compose(const SolveTask& task)
+{
+    base::MessageLog messages;
+    haptics::SequenceComposer composer(composerOptions(task), messages);
+    if (task.outlines)
+    {
+        if (task.outlinesOutOfReach) return silentSequence(task.array);
+        return composer.composeOutlines(
+            *task.outlines, task.absolute, composer.options().modulation, task.array, task.medium);
+    }
+    if (task.sets.size() == 1)
+        return composer.compose(0, task.sets.front(), task.plan, task.array, task.medium);
+    return composer.composeCycle(task.sets, task.places, task.array, task.medium);
+}
+
+/// Returns what holds fields to the cap of the arguments; without one, to the most that can be.
+PressureCap pressureCap(const SolveTask& task, const haptics::DriveResolution& drive)
+{
+    device::DriveAbility ability;
+    ability.phaseLevels = drive.phaseLevels;
+    ability.amplitudes = drive.amplitudeLevels;
+    const double max_Pa = task.settings.maxPressure;
+    return {max_Pa > 0.0 ? max_Pa : base::kMostPressure_Pa,
+            [&drive](const device::DriveSignal& signal) { return playedBy(drive, signal); },
+            std::move(ability)};
+}
+
+/// Scales fields down together until no amplitude exceeds the cap of the settings.
+void keepAmplitudes(double most, haptics::FieldSequence& sequence)
+{
+    if (most >= 1.0) return;
+    float largest = 0.0F;
+    for (const Eigen::VectorXcf& q : sequence.fields)
+        if (q.size() > 0) largest = std::max(largest, q.cwiseAbs().maxCoeff());
+    if (!(largest > most)) return;
+    for (Eigen::VectorXcf& q : sequence.fields)
+        q *= static_cast<float>(most / static_cast<double>(largest));
+}
+
+/// Encodes the drives and replaces the fields by those that the drives play.
+void encodeFields(const SolveTask& task, SolvedFields& solved)
+{
+    // Rounding to levels may not exceed the cap of the amplitude either.
+    const double most = std::floor(base::dutyLevel(task.settings.maxAmplitude) + 1e-9);
+    const auto mostDuty = static_cast<std::uint8_t>(std::clamp(most, 0.0, 255.0));
+    for (Eigen::VectorXcf& q : solved.sequence.fields)
+    {
+        device::DriveSignal& signal = solved.signals.emplace_back();
+        device::encode(q.data(), static_cast<int>(q.size()), signal);
+        for (std::uint8_t& duty : signal.duty)
+            duty = std::min(duty, mostDuty);
+        for (const int i : task.array.dead)
+            signal.duty[static_cast<std::size_t>(i)] = 0;
+        q = playedBy(task.array.drive, signal);
+    }
+}
+
+/// Returns |p| at the points of \a sequence (n), computed in double, each in the field made for it;
+/// of an evened one what is felt.
+Eigen::VectorXd measured(const haptics::FieldSequence& sequence, const SolveTask& task)
+{
+    if (sequence.evened)
+    {
+        const Eigen::MatrixXcd G = haptics::referencePropagationMatrix(
+            sequence.points().positions, task.array, task.medium);
+        Eigen::VectorXd square = Eigen::VectorXd::Zero(G.rows());
+        for (const Eigen::VectorXcf& q : sequence.fields)
+            square += (G * q.cast<std::complex<double>>()).cwiseAbs2();
+        return (square / static_cast<double>(sequence.fields.size())).cwiseSqrt();
+    }
+    Eigen::VectorXd achieved_Pa = Eigen::VectorXd::Zero(sequence.points().size());
+    Eigen::Index done = 0;
+    for (std::size_t k = 0; k < std::min(sequence.parts.size(), sequence.fields.size()); ++k)
+    {
+        const Eigen::Matrix3Xd& positions = sequence.parts[k].positions;
+        if (positions.cols() == 0) continue;
+        const Eigen::MatrixXcd G =
+            haptics::referencePropagationMatrix(positions, task.array, task.medium);
+        achieved_Pa.segment(done, positions.cols()) =
+            (G * sequence.fields[k].cast<std::complex<double>>()).cwiseAbs();
+        done += positions.cols();
+    }
+    return achieved_Pa;
+}
+
+/// Tells in the report what the cap has made of the fields \a before it, which sound.
+void tellOfCap(const std::string& cap,
+               const SolveTask& task,
+               const haptics::FieldSequence& before,
+               SolvedFields& solved)
+{
+    haptics::SolveReport& report = solved.sequence.report;
+    const double rmsBefore = before.report.rms;
+    std::string told;
+    if (report.worstShortfall > before.report.worstShortfall + haptics::kShortBy)
+        told = fmt::format("{} leaves {} of {} points short of their targets, by "
+                           "up to {:.1f} %",
+                           cap,
+                           report.shortPoints,
+                           report.points,
+                           100.0 * report.worstShortfall);
+    else if (report.rms > std::max(task.settings.rmsTolerance, 1.5 * rmsBefore))
+        told = fmt::format("the amplitudes that {} leaves are coarse: the rms "
+                           "error is {:.2f} %, {:.2f} % before",
+                           cap,
+                           100.0 * report.rms,
+                           100.0 * rmsBefore);
+    if (told.empty()) return;
+    if (report.stop == haptics::StopReason::CONVERGED) report.stop = haptics::StopReason::STALLED;
+    report.message += (report.message.empty() ? "" : "; ") + told;
+}
+
+/// Applies the cap, encodes, measures and rates: all figures are then of the written drives.
+void finish(const SolveTask& task, SolvedFields& solved)
+{
+    haptics::SolveReport& report = solved.sequence.report;
+    const haptics::FieldSequence before = solved.sequence;
+    const PressureCap cap = pressureCap(task, task.array.drive);
+    const PressureCap::Where where{solved.points.positions,
+                                   {&task.array},
+                                   task.medium,
+                                   false,
+                                   task.settings.threads,
+                                   {},
+                                   task.ears};
+    keepAmplitudes(task.settings.maxAmplitude, solved.sequence);
+    const bool isCapped = task.settings.maxPressure > 0.0 || where.ears;
+    if (isCapped && solved.points.size() > 0) report.capFactor = cap.hold(where, solved.sequence);
+    encodeFields(task, solved);
+    solved.achieved_Pa = measured(solved.sequence, task);
+    // A solver rates its own field in float and in the levels that it planned with, and silence as
+    // without errors.
+    haptics::rateLevel(solved.points, solved.achieved_Pa.cast<float>(), report);
+    if (isSilent(solved.sequence.fields))
+        cap.tellOfSilence(where, before.fields, task.remedy, report);
+    else if (report.capFactor < 1.0)
+        tellOfCap(cap.isForEars(where, solved.sequence.fields)
+                      ? fmt::format("the ear limit of {:g} dB", task.settings.earLimit)
+                      : fmt::format("the cap of {:g} Pa", task.settings.maxPressure),
+                  task,
+                  before,
+                  solved);
+}
+
+/// Computes targets in Pa; relative ones at the level that was reached.
+void fitTargets(SolvedFields& solved)
+{
+    const Eigen::VectorXd& a = solved.points.targets;
+    const bool relative = !solved.points.absolute && a.squaredNorm() > 0.0;
+    solved.target_Pa = relative ? a * haptics::fittedLevel(solved.achieved_Pa, a) : a;
+}
+
+} // namespace
+
+SolvedFields solveOnce(const SolveTask& task)
+{
+    SolvedFields solved;
+    solved.sequence = compose(task);
+    const haptics::SolveReport& report = solved.sequence.report;
+    const bool refused = report.stop == haptics::StopReason::REFUSED;
+    if (refused && solved.sequence.parts.size() > 1) throw base::InputError(report.message);
+    solved.points = solved.sequence.points();
+    if (solved.sequence.isEmpty())
+        solved.sequence.fields = {Eigen::VectorXcf::Zero(task.array.size())};
+    finish(task, solved);
+    fitTargets(solved);
+    return solved;
+}
+
+haptics::ExposureFigures steadyExposure(haptics::Exposure& exposure,
+                                        const std::vector<Eigen::VectorXcf>& fields,
+                                        double limit_dB)
+{
+    haptics::ExposureFigures figures;
+    figures.places = static_cast<int>(exposure.size());
+    figures.limit_dB = limit_dB;
+    if (figures.places == 0) return figures;
+    Eigen::Index at = 0;
+    const double most_Pa2 = exposure.heard_Pa2(fields).maxCoeff(&at);
+    figures.level_dB = figures.eq_dB = figures.max_dB = haptics::soundLevel_dB(most_Pa2);
+    figures.x_m = exposure.places()(0, at);
+    figures.y_m = exposure.places()(1, at);
+    figures.z_m = exposure.places()(2, at);
+    return figures;
+}
+
+} // namespace midair::bridge

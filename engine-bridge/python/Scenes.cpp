@@ -1,0 +1,351 @@
+// midair.Scene and midair.Object.
+#include "engine-bridge/python/Bindings.h"
+
+#include <optional>
+#include <set>
+#include <vector>
+
+#include <pybind11/stl.h>
+
+namespace midair::python
+{
+
+namespace
+{
+
+using Indices = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
+using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
+
+/// The scenes that are open; guarded by Python's lock.
+std::set<OwnedScene*>& openScenes()
+{
+    static auto* const all = new std::set<OwnedScene*>;
+    return *all;
+}
+
+/// midair.Object: keeps its scene.
+struct PyObjectOfScene
+{
+    std::shared_ptr<OwnedScene> scene;
+    midair_object number = 0;
+};
+
+std::shared_ptr<OwnedScene> makeScene(const OwnedArray& array)
+{
+    midair_scene* scene = nullptr;
+    checked([&] { return midair_scene_make(array.get(), &scene); });
+    const std::shared_ptr<OwnedScene> owned(new OwnedScene(scene),
+                                            [](OwnedScene* one)
+                                            {
+                                                openScenes().erase(one);
+                                                delete one;
+                                            });
+    openScenes().insert(owned.get());
+    return owned;
+}
+
+std::shared_ptr<OwnedScene> sceneOn(const std::string& name)
+{
+    midair_array* array = nullptr;
+    checked([&] { return midair_array_load(name.c_str(), &array); });
+    return makeScene(OwnedArray(array));
+}
+
+/// What a setting is set to: True and False are words of the settings.
+std::string valueText(const py::object& value)
+{
+    if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
+    return py::str(value);
+}
+
+void set(const OwnedScene& scene, const std::string& name, const py::object& value)
+{
+    const std::string text = valueText(value);
+    checked([&] { return midair_set(scene.get(), name.c_str(), text.c_str()); });
+}
+
+std::string get(const OwnedScene& scene, const std::string& name)
+{
+    return textFrom([&](char* room, std::size_t size, std::size_t* needed)
+                    { return midair_get(scene.get(), name.c_str(), room, size, needed); });
+}
+
+PyField solve(const OwnedScene& scene)
+{
+    midair_field* field = nullptr;
+    PyField solved;
+    solved.isSilent = checked([&] { return midair_solve(scene.get(), &field); }) == MIDAIR_SILENT;
+    if (solved.isSilent) solved.why = midair_last_error();
+    solved.owned = std::make_shared<OwnedField>(field);
+    return solved;
+}
+
+PyField newest(const OwnedScene& scene)
+{
+    midair_field* field = nullptr;
+    checked([&] { return midair_newest_field(scene.get(), &field); });
+    return {std::make_shared<OwnedField>(field), false, {}};
+}
+
+PyObjectOfScene addMesh(const std::shared_ptr<OwnedScene>& scene,
+                        const Doubles& vertices,
+                        const Indices& triangles,
+                        const std::optional<Floats>& intensity)
+{
+    PyObjectOfScene object{scene, 0};
+    const std::size_t v = rowsOf(vertices, "vertices");
+    if (triangles.ndim() != 2 || triangles.shape(1) != 3)
+        throw py::value_error("triangles has to have the shape (n, 3)");
+    if (intensity && static_cast<std::size_t>(intensity->size()) != v)
+        throw py::value_error("intensity has to have one number for each vertex");
+    const auto t = static_cast<std::size_t>(triangles.shape(0));
+    const float* const factors = intensity ? intensity->data() : nullptr;
+    const double* const from = vertices.data();
+    const std::uint32_t* const corners = triangles.data();
+    checked(
+        [&]
+        { return midair_add_mesh(scene->get(), from, v, corners, t, factors, &object.number); });
+    return object;
+}
+
+PyObjectOfScene
+addFile(const std::shared_ptr<OwnedScene>& scene, const std::string& file, double size)
+{
+    PyObjectOfScene object{scene, 0};
+    checked([&] { return midair_add_file(scene->get(), file.c_str(), size, &object.number); });
+    return object;
+}
+
+PyObjectOfScene addPoints(const std::shared_ptr<OwnedScene>& scene,
+                          const Doubles& positions,
+                          const std::optional<Doubles>& pressures,
+                          bool inPascal)
+{
+    PyObjectOfScene object{scene, 0};
+    const std::size_t count = rowsOf(positions, "positions");
+    if (pressures && static_cast<std::size_t>(pressures->size()) != count)
+        throw py::value_error("pressures has to have one number for each point");
+    const double* const wanted = pressures ? pressures->data() : nullptr;
+    const double* const from = positions.data();
+    const std::int32_t unit = inPascal ? 1 : 0;
+    checked([&]
+            { return midair_add_points(scene->get(), from, wanted, count, unit, &object.number); });
+    return object;
+}
+
+void setPose(const PyObjectOfScene& object, const Doubles& matrix)
+{
+    if (matrix.ndim() != 2 || matrix.shape(0) != 4 || matrix.shape(1) != 4)
+        throw py::value_error("matrix has to have the shape (4, 4)");
+    const double* const from = matrix.data();
+    checked([&] { return midair_set_pose(object.scene->get(), object.number, from); });
+}
+
+void moveVertices(const PyObjectOfScene& object, const Doubles& vertices)
+{
+    const std::size_t count = rowsOf(vertices, "vertices");
+    const double* const from = vertices.data();
+    checked([&] { return midair_move_vertices(object.scene->get(), object.number, from, count); });
+}
+
+py::dict stateOf(const OwnedScene& scene)
+{
+    midair_device_state now{};
+    checked([&] { return midair_state(scene.get(), &now); });
+    constexpr const char* kNames[] = {
+        "closed", "opening", "silent", "playing", "muted", "lost", "fault"};
+    py::dict state;
+    state["state"] = kNames[now.state];
+    state["sent"] = now.sent;
+    state["played"] = now.played;
+    state["dropped"] = now.dropped;
+    state["lost"] = now.lost;
+    state["refused"] = now.refused;
+    state["waiting"] = now.waiting;
+    state["faults"] = now.faults;
+    state["reconnects"] = now.reconnects;
+    return state;
+}
+
+void setHands(const OwnedScene& scene, const py::array_t<midair_hand, py::array::c_style>& hands)
+{
+    const midair_hand* const from = hands.data();
+    const auto count = static_cast<std::size_t>(hands.size());
+    checked([&] { return midair_set_hands(scene.get(), from, count); });
+}
+
+/// Contacts or touches, of which there may be more at each look.
+template<typename T>
+py::array all(const OwnedScene& scene, midair_status (*copy)(midair_scene*, T*, size_t, size_t*))
+{
+    std::vector<T> found(16);
+    for (;;)
+    {
+        std::size_t count = 0;
+        midair_status status = MIDAIR_OK;
+        {
+            const py::gil_scoped_release released;
+            status = copy(scene.get(), found.data(), found.size(), &count);
+        }
+        if (status < 0 && status != MIDAIR_TOO_SMALL) raise(status);
+        found.resize(count);
+        if (status == MIDAIR_OK)
+            return py::array_t<T>(static_cast<py::ssize_t>(count), found.data());
+    }
+}
+
+py::array makeHand(int id, const Doubles& tip, const Doubles& orientation)
+{
+    if (tip.size() != 3 || orientation.size() != 4)
+        throw py::value_error("tip has three numbers, orientation four: x, y, z, w");
+    py::array_t<midair_hand> hand(1);
+    midair_hand* const to = hand.mutable_data();
+    checked([&] { return midair_make_hand(id, tip.data(), orientation.data(), to); });
+    return std::move(hand);
+}
+
+void addObject(py::module_& module)
+{
+    py::class_<PyObjectOfScene>(module, "Object", "An object of a scene.")
+        .def("__setitem__",
+             [](const PyObjectOfScene& object, const std::string& name, const py::object& value)
+             {
+                 const std::string text = valueText(value);
+                 checked(
+                     [&] {
+                         return midair_object_set(
+                             object.scene->get(), object.number, name.c_str(), text.c_str());
+                     });
+             })
+        .def("__getitem__",
+             [](const PyObjectOfScene& object, const std::string& name)
+             {
+                 return textFrom(
+                     [&](char* room, std::size_t size, std::size_t* needed)
+                     {
+                         return midair_object_get(
+                             object.scene->get(), object.number, name.c_str(), room, size, needed);
+                     });
+             })
+        .def("set_pose", &setPose, py::arg("matrix"), "A rotation and a translation, (4, 4).")
+        .def("move_vertices",
+             &moveVertices,
+             py::arg("vertices"),
+             "Replaces the vertices, or the places of points: as many, (n, 3).")
+        .def("remove",
+             [](const PyObjectOfScene& object)
+             { checked([&] { return midair_remove(object.scene->get(), object.number); }); })
+        .def_readonly(
+            "number", &PyObjectOfScene::number, "As points, contacts and touches name it.");
+}
+
+} // namespace
+
+void closeScenes()
+{
+    const std::set<OwnedScene*> open = openScenes();
+    for (OwnedScene* scene : open)
+        scene->close();
+}
+
+void addScenes(py::module_& module)
+{
+    PYBIND11_NUMPY_DTYPE(
+        midair_joint, position, orientation, radius_m, position_valid, orientation_valid);
+    PYBIND11_NUMPY_DTYPE(midair_hand, id, reserved, age_s, joints);
+    PYBIND11_NUMPY_DTYPE(midair_contact,
+                         id,
+                         object,
+                         hand,
+                         foci,
+                         centre,
+                         normal,
+                         depth_m,
+                         area_m2,
+                         semi_major_m,
+                         semi_minor_m,
+                         speed_m_s,
+                         pressure_Pa,
+                         share);
+    PYBIND11_NUMPY_DTYPE(
+        midair_touch, object, hand, finger, touching, reserved, position, distance_m, force_N);
+    module.attr("hand_dtype") = py::dtype::of<midair_hand>();
+    module.def(
+        "hand",
+        &makeHand,
+        py::arg("id"),
+        py::arg("tip"),
+        py::arg("orientation") = std::vector<double>{0.0, 0.0, 0.0, 1.0},
+        "The open hand of an adult with its index finger's tip at tip; hand_dtype, shape (1,).");
+    addObject(module);
+    py::class_<OwnedScene, std::shared_ptr<OwnedScene>>(
+        module, "Scene", "Objects, settings, hands, and the device that plays them.")
+        .def(py::init(&makeScene), py::arg("array"))
+        .def(py::init(&sceneOn), py::arg("array"), "The name or file of an array does, too.")
+        .def("__setitem__", &set, "scene[\"maxPressure\"] = \"800 Pa\": names as in scene files.")
+        .def("__getitem__", &get)
+        .def("add_mesh",
+             &addMesh,
+             py::arg("vertices"),
+             py::arg("triangles"),
+             py::arg("intensity") = py::none())
+        .def("add_file", &addFile, py::arg("file"), py::arg("size") = 0.0, "A Wavefront OBJ file.")
+        .def("add_points",
+             &addPoints,
+             py::arg("positions"),
+             py::arg("pressures") = py::none(),
+             py::arg("pascal") = false)
+        .def("solve", &solve, "Solves the scene once, as midair-solve does.")
+        .def("cancel", [](const OwnedScene& s) { checked([&] { return midair_cancel(s.get()); }); })
+        .def(
+            "play",
+            [](const OwnedScene& s, const std::string& device)
+            { checked([&] { return midair_play(s.get(), device.c_str()); }); },
+            py::arg("device") = "sim:",
+            "Plays the scene on that device, from the next update() on.")
+        .def(
+            "update",
+            [](const OwnedScene& s, double time)
+            { checked([&] { return midair_update(s.get(), time); }); },
+            py::arg("time"),
+            "Takes the scene as it is to the device; to be called with each frame.")
+        .def("stop", [](const OwnedScene& s) { checked([&] { return midair_stop(s.get()); }); })
+        .def(
+            "mute",
+            [](const OwnedScene& s, bool muted)
+            { checked([&] { return midair_mute(s.get(), muted ? 1 : 0); }); },
+            py::arg("muted"))
+        .def("newest_field", &newest, "The newest field that was played.")
+        .def("set_hands", &setHands, py::arg("hands"), "An array of hand_dtype; for 0.2 s.")
+        .def(
+            "open_hands",
+            [](const OwnedScene& s, const std::string& source)
+            { checked([&] { return midair_open_hands(s.get(), source.c_str()); }); },
+            py::arg("source"))
+        .def_property_readonly("state", &stateOf)
+        .def_property_readonly("status",
+                               [](const OwnedScene& s)
+                               {
+                                   return textFrom(
+                                       [&](char* t, std::size_t n, std::size_t* needed)
+                                       { return midair_device_status(s.get(), t, n, needed); });
+                               })
+        .def_property_readonly("messages",
+                               [](const OwnedScene& s)
+                               {
+                                   return textFrom(
+                                       [&](char* t, std::size_t n, std::size_t* needed)
+                                       { return midair_messages(s.get(), t, n, needed); });
+                               })
+        .def_property_readonly("contacts",
+                               [](const OwnedScene& s) { return all(s, midair_contacts); })
+        .def_property_readonly("touches",
+                               [](const OwnedScene& s) { return all(s, midair_touches); })
+        .def("close", &OwnedScene::close)
+        .def("__enter__", [](const std::shared_ptr<OwnedScene>& s) { return s; })
+        .def("__exit__",
+             [](OwnedScene& s, const py::object&, const py::object&, const py::object&)
+             { s.close(); });
+}
+
+} // namespace midair::python

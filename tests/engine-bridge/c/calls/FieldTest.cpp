@@ -1,0 +1,218 @@
+// What a field of the C interface tells: levels, pressures, figures, and that it outlives its
+// scene.
+#include "tests/engine-bridge/c/Star.h"
+
+#include <atomic>
+#include <cmath>
+#include <complex>
+#include <thread>
+
+TEST(CField, PressureIsTheSumOverTransducers)
+{
+    // On the axis of one transducer: P0/R e^{-beta R} e^{-jkR}. At 40 kHz, 20 C and 50 % humidity
+    // ISO 9613-1 has beta = 0.152 Np/m (1.32 dB/m).
+    midair_transducer one{};
+    one.normal[2] = 2.0; // of any length
+    one.gain = 1.0;
+    midair_array* array = nullptr;
+    ASSERT_EQ(midair_array_make("one", &one, 1, 40e3, 10.0, &array), MIDAIR_OK)
+        << midair_last_error();
+    midair_scene* scene = nullptr;
+    ASSERT_EQ(midair_scene_make(array, &scene), MIDAIR_OK);
+    const double place[] = {0.0, 0.0, 0.2};
+    midair_object points = 0;
+    ASSERT_EQ(midair_add_points(scene, place, nullptr, 1, 0, &points), MIDAIR_OK);
+    {
+        const Solved solved(scene);
+        ASSERT_EQ(solved.status, MIDAIR_OK) << solved.why;
+        const std::vector<float> q = solved.activations();
+        const std::complex<double> drive(static_cast<double>(q[0]), static_cast<double>(q[1]));
+        EXPECT_NEAR(std::abs(drive), 1.0, 1e-3);
+        float p[2];
+        ASSERT_EQ(midair_field_pressures(solved.field, 0, place, 1, p), MIDAIR_OK);
+        const std::complex<double> heard(static_cast<double>(p[0]), static_cast<double>(p[1]));
+        EXPECT_NEAR(std::abs(heard), 10.0 / 0.2 * std::exp(-0.152 * 0.2), 0.1);
+        const double wavelength_m = 343.2 / 40e3; // 20 C
+        const std::complex<double> turned = heard / drive;
+        const double phase =
+            std::remainder(std::arg(turned) + 2 * M_PI * 0.2 / wavelength_m, 2 * M_PI);
+        EXPECT_NEAR(phase, 0.0, 0.1);
+        float felt = 0.0F;
+        ASSERT_EQ(midair_field_felt(solved.field, place, 1, &felt), MIDAIR_OK);
+        EXPECT_NEAR(static_cast<double>(felt), std::abs(heard), 1e-3);
+    }
+    midair_scene_close(scene);
+    midair_array_close(array);
+}
+
+TEST(CField, LevelsAndViewAreTheActivations)
+{
+    Opened of;
+    addStar(of.scene);
+    const Solved solved(of.scene);
+    ASSERT_EQ(solved.status, MIDAIR_OK);
+    const std::vector<float> q = solved.activations();
+    std::vector<int32_t> phases(solved.info.transducers);
+    std::vector<int32_t> amplitudes(solved.info.transducers);
+    ASSERT_EQ(midair_field_levels(
+                  solved.field, 0, phases.data(), amplitudes.data(), solved.info.transducers),
+              MIDAIR_OK);
+    const float* view = nullptr;
+    ASSERT_EQ(midair_field_view(solved.field, 0, &view), MIDAIR_OK);
+    double worst = 0.0;
+    for (std::size_t i = 0; i < phases.size(); ++i)
+    {
+        const std::complex<double> played(static_cast<double>(q[2 * i]),
+                                          static_cast<double>(q[2 * i + 1]));
+        worst = std::max(worst,
+                         std::abs(played - std::polar(std::sin(M_PI * amplitudes[i] / 510.0),
+                                                      2 * M_PI * phases[i] / 256.0)));
+        ASSERT_EQ(view[2 * i], q[2 * i]);
+    }
+    EXPECT_LT(worst, 1e-6);
+}
+
+TEST(CField, OutlivesSceneAndArray)
+{
+    midair_field* field = nullptr;
+    {
+        Opened of;
+        addStar(of.scene);
+        ASSERT_EQ(midair_solve(of.scene, &field), MIDAIR_OK);
+    }
+    double level_Pa = 0.0;
+    EXPECT_EQ(midair_field_figure(field, "level_Pa", &level_Pa), MIDAIR_OK);
+    EXPECT_GT(level_Pa, 100.0);
+    double ears_dB = 0.0;
+    EXPECT_EQ(midair_field_figure(field, "exposure.level_dB", &ears_dB), MIDAIR_OK);
+    EXPECT_GT(ears_dB, 100.0);
+    EXPECT_EQ(midair_field_figure(field, "levelPa", &level_Pa), MIDAIR_UNKNOWN);
+    EXPECT_NE(std::string(midair_last_error()).find("level_Pa"), std::string::npos);
+    std::size_t figures = 0;
+    const char* name = nullptr;
+    double value = 0.0;
+    while (midair_field_figure_at(field, figures, &name, &value) == MIDAIR_OK)
+        ++figures;
+    EXPECT_GT(figures, 25U);
+    EXPECT_EQ(midair_field_close(field), MIDAIR_OK);
+    EXPECT_EQ(midair_field_close(field), MIDAIR_CLOSED);
+}
+
+TEST(CField, CapsHold)
+{
+    Opened of;
+    addStar(of.scene);
+    ASSERT_EQ(midair_set(of.scene, "maxAmplitude", "0.3"), MIDAIR_OK);
+    const Solved quiet(of.scene);
+    ASSERT_EQ(quiet.status, MIDAIR_OK) << quiet.why;
+    const std::vector<float> q = quiet.activations();
+    for (std::size_t i = 0; i < q.size(); i += 2)
+        ASSERT_LE(std::hypot(q[i], q[i + 1]), 0.3F + 1e-6F);
+    ASSERT_EQ(midair_set(of.scene, "maxAmplitude", "1"), MIDAIR_OK);
+    ASSERT_EQ(midair_set(of.scene, "maxPressure", "0.1 Pa"), MIDAIR_OK);
+    const Solved silent(of.scene);
+    EXPECT_EQ(silent.status, MIDAIR_SILENT);
+    EXPECT_NE(silent.why.find("maxPressure"), std::string::npos) << silent.why;
+    for (const float part : silent.activations())
+        ASSERT_EQ(part, 0.0F);
+    midair_solver* solver = nullptr;
+    EXPECT_EQ(midair_solver_open(of.scene, &solver), MIDAIR_REFUSED) << "it keeps no caps";
+    EXPECT_EQ(solver, nullptr);
+}
+
+TEST(CSolver, FindsAFocusAndGoesOnFromIt)
+{
+    Opened of;
+    midair_solver* solver = nullptr;
+    ASSERT_EQ(midair_solver_open(of.scene, &solver), MIDAIR_OK) << midair_last_error();
+    std::size_t m = 0;
+    ASSERT_EQ(midair_array_size(of.array, &m), MIDAIR_OK);
+    EXPECT_EQ(m, 3984U);
+    std::vector<float> q(2 * m);
+    double positions[] = {0.0, 0.0, 0.0, 0.02, 0.0, 0.0};
+    const double targets[] = {1.0, 0.5};
+    double rms = 1.0;
+    EXPECT_EQ(midair_solver_figure(solver, "rms", &rms), MIDAIR_NOT_YET);
+    for (int k = 0; k < 3; ++k)
+    {
+        positions[0] = 1e-4 * k;
+        ASSERT_EQ(midair_solver_solve(solver, positions, targets, 2, 0, q.data(), m), MIDAIR_OK);
+        ASSERT_EQ(midair_solver_figure(solver, "rms", &rms), MIDAIR_OK);
+        EXPECT_LT(rms, 0.02);
+    }
+    EXPECT_EQ(midair_solver_solve(solver, positions, targets, 2, 0, q.data(), m - 1),
+              MIDAIR_TOO_SMALL);
+    EXPECT_EQ(midair_solver_solve(solver, positions, targets, 0, 0, q.data(), m), MIDAIR_INVALID);
+    positions[4] = NAN;
+    EXPECT_EQ(midair_solver_solve(solver, positions, targets, 2, 0, q.data(), m), MIDAIR_INVALID);
+    EXPECT_NE(std::string(midair_last_error()).find("number 2 of the 2. is nan"), std::string::npos)
+        << midair_last_error();
+    EXPECT_EQ(midair_solver_close(solver), MIDAIR_OK);
+    EXPECT_EQ(midair_solver_solve(solver, positions, targets, 2, 0, q.data(), m), MIDAIR_CLOSED);
+}
+
+TEST(CThreads, SolveOneSceneTogetherAndOneCancels)
+{
+    Opened of("board");
+    double positions[] = {0.0, 0.0, 0.15, 0.02, 0.0, 0.15};
+    midair_object points = 0;
+    ASSERT_EQ(midair_add_points(of.scene, positions, nullptr, 2, 0, &points), MIDAIR_OK);
+    std::atomic<int> wrong{0};
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 3; ++t)
+        threads.emplace_back(
+            [&, t]
+            {
+                for (int k = 0; k < 6; ++k)
+                {
+                    const std::string celsius = std::to_string(15 + (t + k) % 10);
+                    if (midair_set(of.scene, "temperature", celsius.c_str()) != MIDAIR_OK) ++wrong;
+                    midair_field* field = nullptr;
+                    const midair_status status = midair_solve(of.scene, &field);
+                    if (status != MIDAIR_OK && status != MIDAIR_STOPPED) ++wrong;
+                    if (field && midair_field_close(field) != MIDAIR_OK) ++wrong;
+                    if (t == 0 && midair_cancel(of.scene) != MIDAIR_OK) ++wrong;
+                }
+            });
+    for (std::thread& thread : threads)
+        thread.join();
+    EXPECT_EQ(wrong, 0);
+}
+
+// The scene is closed while others use it: each call ends with a status.
+TEST(CThreads, ACloseWhileOthersCallIsAnErrorForThem)
+{
+    for (int round = 0; round < 4; ++round)
+    {
+        midair_array* array = nullptr;
+        midair_scene* scene = nullptr;
+        ASSERT_EQ(midair_array_load("board", &array), MIDAIR_OK);
+        ASSERT_EQ(midair_scene_make(array, &scene), MIDAIR_OK);
+        const double place[] = {0.0, 0.0, 0.15};
+        midair_object points = 0;
+        ASSERT_EQ(midair_add_points(scene, place, nullptr, 1, 0, &points), MIDAIR_OK);
+        ASSERT_EQ(midair_play(scene, "sim:"), MIDAIR_OK);
+        std::atomic<int> closed{0};
+        std::vector<std::thread> threads;
+        for (int t = 0; t < 2; ++t)
+            threads.emplace_back(
+                [&]
+                {
+                    for (int k = 0; k < 200000; ++k)
+                    {
+                        const midair_status status = midair_set_pose(scene, points, kIdentity);
+                        midair_state(scene, nullptr);
+                        if (status == MIDAIR_CLOSED)
+                        {
+                            ++closed;
+                            return;
+                        }
+                    }
+                });
+        EXPECT_EQ(midair_scene_close(scene), MIDAIR_OK);
+        for (std::thread& thread : threads)
+            thread.join();
+        EXPECT_EQ(closed, 2);
+        midair_array_close(array);
+    }
+}

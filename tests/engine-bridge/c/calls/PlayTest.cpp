@@ -1,0 +1,132 @@
+// A scene of the C interface on devices, with hands.
+#include "tests/engine-bridge/c/Played.h"
+
+#include <cmath>
+
+TEST(CPlay, PlaysMutesAndStops)
+{
+    Focus of;
+    midair_field* field = nullptr;
+    EXPECT_EQ(midair_newest_field(of.scene, &field), MIDAIR_NOT_YET);
+    EXPECT_EQ(stateOf(of.scene), MIDAIR_STATE_CLOSED);
+    ASSERT_EQ(midair_play(of.scene, "sim:"), MIDAIR_OK) << midair_last_error();
+    ASSERT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING)) << of.messages();
+    ASSERT_TRUE(updatesUntil(of.scene,
+                             [&]
+                             {
+                                 midair_field_info info{};
+                                 return midair_newest_field(of.scene, &field) == MIDAIR_OK &&
+                                        midair_field_about(field, &info) == MIDAIR_OK &&
+                                        info.playing == 1;
+                             }));
+    midair_point point{};
+    ASSERT_EQ(midair_field_points(field, &point, 1), MIDAIR_OK) << midair_last_error();
+    EXPECT_EQ(point.object, of.points);
+    EXPECT_GT(point.achieved_Pa, 500.0);
+    EXPECT_NEAR(point.wanted_Pa, point.achieved_Pa, 0.02 * point.wanted_Pa);
+    EXPECT_EQ(midair_field_close(field), MIDAIR_OK);
+    std::size_t needed = 0;
+    EXPECT_EQ(midair_device_status(of.scene, nullptr, 0, &needed), MIDAIR_OK);
+    EXPECT_GT(needed, 5U);
+    ASSERT_EQ(midair_mute(of.scene, 1), MIDAIR_OK);
+    EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_MUTED));
+    ASSERT_EQ(midair_mute(of.scene, 0), MIDAIR_OK);
+    EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING));
+    // What is out of reach is silence, and said.
+    double far[16];
+    std::copy_n(kIdentity, 16, far);
+    far[11] = 5.0;
+    ASSERT_EQ(midair_set_pose(of.scene, of.points, far), MIDAIR_OK);
+    EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_QUIET));
+    EXPECT_FALSE(of.messages().empty());
+    EXPECT_EQ(midair_stop(of.scene), MIDAIR_OK);
+    EXPECT_EQ(stateOf(of.scene), MIDAIR_STATE_CLOSED);
+    EXPECT_EQ(midair_update(of.scene, 1e6), MIDAIR_NOT_YET);
+    EXPECT_EQ(midair_stop(of.scene), MIDAIR_OK) << "again";
+}
+
+TEST(CPlay, AMisunderstoodCapSilencesWhatPlays)
+{
+    Focus of;
+    ASSERT_EQ(midair_play(of.scene, "sim:"), MIDAIR_OK);
+    ASSERT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING));
+    EXPECT_EQ(midair_set(of.scene, "maxPressure", "loud"), MIDAIR_INVALID);
+    EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_QUIET));
+    EXPECT_EQ(midair_update(of.scene, 1e5), MIDAIR_SILENCED);
+    EXPECT_EQ(midair_set(of.scene, "maxPressure", "100 Pa"), MIDAIR_OK);
+    EXPECT_EQ(midair_update(of.scene, 1e5), MIDAIR_OK);
+    EXPECT_EQ(midair_update(of.scene, 1.0), MIDAIR_INVALID) << "time goes on";
+    EXPECT_EQ(midair_stop(of.scene), MIDAIR_OK);
+    ASSERT_EQ(midair_play(of.scene, "sim:"), MIDAIR_OK);
+    ASSERT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING));
+    midair_field* field = nullptr;
+    ASSERT_TRUE(
+        updatesUntil(of.scene, [&] { return midair_newest_field(of.scene, &field) == MIDAIR_OK; }));
+    midair_point point{};
+    ASSERT_EQ(midair_field_points(field, &point, 1), MIDAIR_OK);
+    EXPECT_LE(point.achieved_Pa, 100.0 + 1e-3);
+    midair_field_close(field);
+}
+
+TEST(CPlay, ADeviceThatCannotBeOpenedIsTold)
+{
+    Focus of;
+    ASSERT_EQ(midair_play(of.scene, "record:/nosuch/folder/file.hfr"), MIDAIR_OK);
+    EXPECT_TRUE(updatesUntil(
+        of.scene, [&] { return of.messages().find("/nosuch/folder") != std::string::npos; }))
+        << of.messages();
+    EXPECT_NE(stateOf(of.scene), MIDAIR_STATE_PLAYING);
+}
+
+TEST(CHands, ContactsOfAFingerOnThePlate)
+{
+    Opened of("octagon");
+    const double vertices[] = {
+        -0.03, 0.0, -0.03, 0.03, 0.0, -0.03, 0.03, 0.0, 0.03, -0.03, 0.0, 0.03};
+    const uint32_t triangles[] = {0, 2, 1, 0, 3, 2};
+    midair_object plate = 0;
+    ASSERT_EQ(midair_add_mesh(of.scene, vertices, 4, triangles, 2, nullptr, &plate), MIDAIR_OK);
+    ASSERT_EQ(midair_object_set(of.scene, plate, "touchEvents", "true"), MIDAIR_OK);
+    ASSERT_EQ(midair_set(of.scene, "render", "contact"), MIDAIR_OK);
+    ASSERT_EQ(midair_play(of.scene, "sim:"), MIDAIR_OK);
+    midair_hand hand{};
+    const double tip[] = {0.0, 0.006, 0.0};
+    const double turn[] = {-0.70710678, 0.0, 0.0, 0.70710678}; // fingers down
+    ASSERT_EQ(midair_make_hand(1, tip, turn, &hand), MIDAIR_OK) << midair_last_error();
+    std::vector<midair_contact> contacts(8);
+    std::vector<midair_touch> touches(64);
+    std::size_t count = 0;
+    ASSERT_TRUE(updatesUntil(of.scene,
+                             [&]
+                             {
+                                 midair_set_hands(of.scene, &hand, 1);
+                                 return midair_contacts(of.scene, contacts.data(), 8, &count) ==
+                                            MIDAIR_OK &&
+                                        count > 0 && contacts[0].foci > 0;
+                             }))
+        << of.messages();
+    EXPECT_EQ(contacts[0].object, plate);
+    EXPECT_EQ(contacts[0].hand, 1);
+    EXPECT_NEAR(contacts[0].centre[1], 0.0, 1e-6);
+    EXPECT_GT(contacts[0].area_m2, 0.0);
+    ASSERT_EQ(midair_touches(of.scene, touches.data(), 64, &count), MIDAIR_OK);
+    ASSERT_GE(count, 1U);
+    EXPECT_EQ(touches[0].object, plate);
+    if (count > 0)
+    {
+        EXPECT_EQ(midair_touches(of.scene, touches.data(), 0, &count), MIDAIR_TOO_SMALL);
+    }
+    hand.joints[0].position[0] = NAN;
+    EXPECT_EQ(midair_set_hands(of.scene, &hand, 1), MIDAIR_INVALID);
+    hand.joints[0].position[0] = 0.0;
+    hand.joints[0].radius_m = 1.0;
+    EXPECT_EQ(midair_set_hands(of.scene, &hand, 1), MIDAIR_INVALID);
+    EXPECT_EQ(midair_set_hands(of.scene, nullptr, 0), MIDAIR_OK);
+    EXPECT_EQ(midair_set_hands(of.scene, &hand, 65), MIDAIR_INVALID);
+    EXPECT_TRUE(updatesUntil(of.scene,
+                             [&] {
+                                 return midair_contacts(of.scene, contacts.data(), 8, &count) ==
+                                            MIDAIR_OK &&
+                                        count == 0;
+                             }));
+}

@@ -1,0 +1,289 @@
+"""The Python module: the bytes of midair-solve, errors for wrong arguments, memory that stays, threads."""
+
+import gc
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy as np
+
+import midair
+
+ROOT = pathlib.Path(os.environ["MIDAIR_ROOT"])
+STAR = str(ROOT / "samples" / "models" / "star.obj")
+SOLVE = str(pathlib.Path(os.environ["MIDAIR_BIN"]) / "midair-solve")
+
+
+def focus(array="board"):
+    scene = midair.Scene(array)
+    return scene, scene.add_points([0.0, 0.0, 0.15])
+
+
+def updates_until(scene, reached):
+    begin = time.monotonic()
+    while (now := time.monotonic() - begin) < 20:
+        scene.update(now)
+        if reached():
+            return True
+        time.sleep(0.005)
+    return False
+
+
+class Bytes(unittest.TestCase):
+    def compare(self, options, settings=(), properties=()):
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([SOLVE, STAR, "--size", "0.08", "--out", folder, *options.split()], check=True, capture_output=True)
+            scene = midair.Scene("octagon")
+            star = scene.add_file(STAR, size=0.08)
+            for name, value in settings:
+                scene[name] = value
+            for name, value in properties:
+                star[name] = value
+            field = scene.solve()
+            own = pathlib.Path(folder) / "own.csv"
+            for k in range(field.fields):
+                theirs = "drive.csv" if field.fields == 1 else f"drive_{k + 1:02}.csv"
+                field.write_drive(str(own), k)
+                self.assertEqual(own.read_bytes(), (pathlib.Path(folder) / theirs).read_bytes())
+            return field
+
+    def test_one_field(self):
+        field = self.compare("")
+        self.assertGreater(field.figures["level_Pa"], 1000)
+
+    def test_settings_and_properties(self):
+        self.compare("--sampling vertices --max-pressure 300", [("maxPressure", "300 Pa")], [("sampling", "vertices")])
+
+    def test_a_cycle(self):
+        self.assertEqual(self.compare("--cycle 3", [("cycle", 3)]).fields, 3)
+
+
+class Arguments(unittest.TestCase):
+    def fails(self, status, call, *arguments):
+        with self.assertRaises(midair.Error) as caught:
+            call(*arguments)
+        self.assertEqual(caught.exception.status, status, str(caught.exception))
+        self.assertGreater(len(str(caught.exception)), 5)
+
+    def test_wrong_values(self):
+        scene, points = focus()
+        self.fails("refused", midair.Array, "nosuch")
+        self.fails("unknown", scene.__setitem__, "cycel", 2)
+        self.fails("invalid", scene.__setitem__, "cycle", 1000)
+        self.fails("invalid", scene.add_points, [[0.0, np.nan, 0.1]])
+        self.fails("invalid", scene.add_points, [[0.0, 0.0, 0.1]], [-5.0], True)
+        self.fails("invalid", points.set_pose, 2.0 * np.eye(4))
+        self.fails("invalid", scene.add_mesh, np.zeros((3, 3)), [[0, 1, 3]])
+        self.fails("refused", scene.add_file, "/nosuch.obj")
+        self.fails("not yet", scene.update, 0.0)
+        self.fails("not yet", scene.newest_field)
+        self.fails("refused", scene.play, "no uri")
+        self.fails("invalid", scene.solve().pressures, [[np.inf, 0.0, 0.0]])
+        self.fails("unknown", scene.solve().activations, 7)
+
+    def test_wrong_shapes_and_types(self):
+        scene, points = focus()
+        for call, arguments in (
+            (scene.add_points, ([[0.0, 0.0]],)),
+            (scene.add_points, (np.zeros((2, 3)), [1.0])),
+            (scene.add_mesh, (np.zeros((3, 3)), [0, 1, 2])),
+            (scene.add_mesh, (np.zeros((3, 3)), [[0, 1, 2]], [1.0])),
+            (points.set_pose, (np.eye(3),)),
+            (scene.solve().felt, (np.zeros((2, 2)),)),
+            (midair.hand, (0, [0.0, 0.0])),
+        ):
+            with self.assertRaises(ValueError, msg=str(call)):
+                call(*arguments)
+        with self.assertRaises((TypeError, ValueError)):
+            scene.add_points("points")
+        with self.assertRaises(TypeError):
+            scene.set_hands(None)
+        with self.assertRaises(TypeError):
+            midair.Scene(None)
+
+    def test_closed_ones(self):
+        scene, points = focus()
+        field = scene.solve()
+        solver = midair.Solver(scene, midair.Array("board"))
+        field.close()
+        solver.close()
+        scene.close()
+        scene.close()
+        for call in (scene.solve, scene.cancel, scene.stop, lambda: scene["cycle"], lambda: points["side"], points.remove,
+                     field.activations, lambda: field.figures, lambda: field.points, lambda: scene.state,
+                     lambda: solver.solve([0.0, 0.0, 0.1], [1.0])):
+            self.fails("closed", call)
+
+    def test_silence_is_no_error(self):
+        scene, points = focus()
+        scene["maxPressure"] = "0.01 Pa"
+        field = scene.solve()
+        self.assertTrue(field.silent)
+        self.assertIn("maxPressure", field.why)
+        self.assertFalse(field.activations().any())
+
+    def test_settings_are_listed(self):
+        names = [name for name, _ in midair.settings()]
+        self.assertIn("maxPressure", names)
+        self.assertIn("material", [name for name, _ in midair.properties()])
+        scene, points = focus()
+        for name in names:
+            scene[name]  # each can be read
+
+
+class Memory(unittest.TestCase):
+    def test_a_view_outlives_its_field(self):
+        scene, _ = focus()
+        field = scene.solve()
+        view = field.activations()
+        self.assertFalse(view.flags.owndata)
+        self.assertFalse(view.flags.writeable)
+        kept = view.copy()
+        field.close()
+        del field
+        scene.close()
+        gc.collect()
+        focus()[0].solve()
+        np.testing.assert_array_equal(view, kept)
+        self.assertTrue(np.isfinite(view).all())
+
+    def test_arguments_are_copied(self):
+        scene = midair.Scene("board")
+        places = np.array([[0.0, 0.0, 0.15], [0.02, 0.0, 0.15]])
+        scene.add_points(places)
+        first = scene.solve().activations().copy()
+        places[:] = np.nan
+        np.testing.assert_array_equal(scene.solve().activations(), first)
+
+    def test_strided_and_other_numbers_are_converted(self):
+        wide = np.zeros((2, 6), np.float32)
+        wide[:, 4] = 0.15  # every second column: 0, 0, 0.15
+        scene = midair.Scene("board")
+        scene.add_points(wide[:1, ::2])
+        self.assertAlmostEqual(scene.solve().points["position"][0][2], 0.15, 6)
+
+    def test_pressures_are_the_model(self):
+        scene, _ = focus()
+        field = scene.solve()
+        p = field.pressures([[0.0, 0.0, 0.15]])
+        self.assertEqual(p.dtype, np.complex64)
+        self.assertAlmostEqual(abs(p[0]) / field.points["achieved_Pa"][0], 1.0, 3)
+        self.assertAlmostEqual(float(field.felt([0.0, 0.0, 0.15])[0]) / abs(p[0]), 1.0, 5)
+
+
+class Extending(unittest.TestCase):
+    def test_solver(self):
+        problems = []
+
+        def conjugate(problem):
+            problems.append(problem)
+            return np.exp(-1j * np.angle(problem.matrix[0]))
+
+        midair.register_solver("conjugate", conjugate)
+        scene, _ = focus()
+        scene["solver"] = "conjugate"
+        field = scene.solve()
+        self.assertAlmostEqual(field.figures["loudness"], 1.0, 2)
+        self.assertEqual(problems[0].matrix.shape, (1, 249))
+        self.assertTrue(problems[0].stopped)  # and is no dangling pointer
+        np.testing.assert_allclose(problems[0].positions, [[0.0, 0.0, 0.15]])
+        with self.assertRaises(midair.Error):
+            midair.register_solver("conjugate", conjugate)
+        with self.assertRaises(TypeError):
+            midair.register_solver("nothing", 5)
+
+    def test_solver_that_raises(self):
+        midair.register_solver("raising", lambda problem: 1 / 0)
+        midair.register_solver("short", lambda problem: [1.0, 2.0])
+        scene, _ = focus()
+        for name, why in (("raising", "division by zero"), ("short", "2 activations")):
+            scene["solver"] = name
+            field = scene.solve()
+            self.assertTrue(field.silent)
+            self.assertIn(why, field.why)
+
+    def test_device_and_hands(self):
+        played = []
+
+        class Device:
+            def play(self, phases, amplitudes):
+                played.append((phases, amplitudes))
+
+            def silence(self):
+                played.append(None)
+
+        class Still:
+            def hands(self, now):
+                return midair.hand(0, [0.0, 0.0, 0.151])
+
+        midair.register_device("pyboard", lambda path, options, boards: Device(), phase_levels=32)
+        midair.register_hands("still", lambda options: Still() if options == "here" else None)
+        with midair.Scene("board") as scene:
+            scene.add_points([0.0, 0.0, 0.15])
+            scene["reach"] = "2 cm"
+            with self.assertRaises(midair.Error):
+                scene.open_hands("still:there")
+            scene.open_hands("still:here")
+            scene.play("pyboard:one")
+            self.assertTrue(updates_until(scene, lambda: any(played)), scene.messages)
+        fields = [one for one in played if one]
+        self.assertLess(fields[0][0].max(), 32)
+        self.assertIsNone(played[-1])  # silent at the end
+
+
+class Threads(unittest.TestCase):
+    def test_python_runs_while_a_field_is_solved(self):
+        scene = midair.Scene("octagon")
+        scene.add_file(STAR, size=0.08)
+        scene["solver"] = "slow"
+        midair.register_solver("slow", lambda problem: time.sleep(0.2) or np.ones(problem.matrix.shape[1]))
+        thread = threading.Thread(target=scene.solve)
+        thread.start()
+        turns = 0
+        while thread.is_alive():
+            turns += 1
+            time.sleep(0.001)
+        self.assertGreater(turns, 5)
+
+    def test_scenes_from_many_threads(self):
+        scene, points = focus()
+        failures = []
+
+        def work(number):
+            try:
+                for k in range(5):
+                    scene["temperature"] = 15 + (number + k) % 10
+                    scene.solve().activations().sum()
+                    scene.state
+            except Exception as failure:  # what fails here would be lost
+                failures.append(failure)
+
+        threads = [threading.Thread(target=work, args=(number,)) for number in range(3)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(failures, [])
+
+    def test_python_ends_while_a_scene_plays(self):
+        program = (
+            "import midair, time, numpy as np\n"
+            "midair.register_solver('own', lambda p: np.ones(p.matrix.shape[1]))\n"
+            "s = midair.Scene('board'); s.add_points([0.0, 0.0, 0.15]); s['solver'] = 'own'; s.play('sim:')\n"
+            "for k in range(200):\n"
+            "    s.update(0.01 * k); time.sleep(0.01)\n"
+            "    if s.state['state'] == 'playing': break\n"
+            "print(s.state['state'])\n"
+        )
+        ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        self.assertEqual(ended.stdout.strip(), "playing")
+
+
+if __name__ == "__main__":
+    unittest.main()
