@@ -56,8 +56,9 @@ void stopAtExit()
 
 bridge::HologramThread::PipelineFactory makerOf(const Scene& scene)
 {
-    return
-        [options = optionsOf(scene.settings), array = scene.array, device = scene.device]() mutable
+    return [options = optionsOf(scene.settings),
+            array = scene.markedArray(),
+            device = scene.device]() mutable
     {
         options.array = array->given;
         options.deviceUri = device;
@@ -70,7 +71,7 @@ void applySettings(Scene& scene)
     if (sceneTable().areSame(scene.settings, scene.applied)) return;
     scene.applied = scene.settings;
     bridge::HologramOptions options = optionsOf(scene.settings);
-    options.array = scene.array->given;
+    options.array = scene.markedArray()->given;
     options.deviceUri = scene.device;
     scene.thread->setOptions(std::move(options), makerOf(scene));
 }

@@ -40,7 +40,7 @@ SolveInput inputOf(Scene& scene)
         const std::lock_guard<std::mutex> lock(scene.mutex);
         const std::string why = scene.whySilenced();
         if (!why.empty()) fail(MIDAIR_SILENCED, why);
-        input.array = scene.array;
+        input.array = scene.markedArray();
         input.settings = scene.settings;
         input.snapshot = scene.snapshot();
         if (scene.settings.reach > 0.0 || scene.settings.shadows)

@@ -1,5 +1,6 @@
 #include "engine-bridge/c/inside/Scene.h"
 
+#include "haptics/base/InputError.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -36,7 +37,30 @@ std::string Scene::whySilenced() const
     for (const auto& [number, object] : objects)
         if (!object.misunderstood.why().empty())
             return fmt::format("object {}: {}", number, object.misunderstood.why());
+    try
+    {
+        markedArray();
+    }
+    catch (const base::InputError& error)
+    {
+        return error.what();
+    }
     return settings.enabled ? "" : "the scene is not enabled";
+}
+
+std::shared_ptr<const ArrayPair> Scene::markedArray() const
+{
+    if (settings.dead.empty() && settings.weak.empty()) return array;
+    const std::string marks = settings.dead + "\n" + settings.weak;
+    if (!_marked || marks != _marks)
+    {
+        auto pair = std::make_shared<ArrayPair>(*array);
+        pair->given.mark(settings.dead, settings.weak);
+        pair->solvable.mark(settings.dead, settings.weak);
+        _marked = std::move(pair);
+        _marks = marks;
+    }
+    return _marked;
 }
 
 void Scene::silence()

@@ -96,10 +96,16 @@ struct Scene
     std::string whySilenced() const;
     /// Silences what is played until the next update.
     void silence();
+    /// The array with the transducers that the settings name dead or weak. Throws InputError.
+    std::shared_ptr<const ArrayPair> markedArray() const;
     /// The scene as it is, without hands.
     bridge::SceneSnapshot snapshot() const;
     /// Ends playing; returns the thread, to be destroyed without the mutex.
     std::unique_ptr<bridge::HologramThread> endPlaying();
+
+private:
+    mutable std::shared_ptr<const ArrayPair> _marked; ///< as _marks say
+    mutable std::string _marks;
 };
 
 Handles<midair_array, const ArrayPair>& arrays();

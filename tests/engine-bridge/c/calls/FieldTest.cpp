@@ -216,3 +216,28 @@ TEST(CThreads, ACloseWhileOthersCallIsAnErrorForThem)
         midair_array_close(array);
     }
 }
+
+TEST(CField, TransducersThatASettingNamesAreNotDriven)
+{
+    Opened of;
+    addStar(of.scene);
+    ASSERT_EQ(midair_set(of.scene, "dead", "17, 400-410"), MIDAIR_OK) << midair_last_error();
+    {
+        const Solved solved(of.scene);
+        ASSERT_EQ(solved.status, MIDAIR_OK) << solved.why;
+        const std::vector<float> q = solved.activations();
+        int driven = 0;
+        for (std::size_t i = 0; i < solved.info.transducers; ++i)
+        {
+            const bool isDead = i == 17 || (i >= 400 && i <= 410);
+            const bool isDriven = q[2 * i] != 0.0F || q[2 * i + 1] != 0.0F;
+            EXPECT_FALSE(isDead && isDriven) << i;
+            driven += isDriven ? 1 : 0;
+        }
+        EXPECT_GT(driven, 3900);
+    }
+    ASSERT_EQ(midair_set(of.scene, "dead", "9999"), MIDAIR_OK) << midair_last_error();
+    const Solved refused(of.scene);
+    EXPECT_EQ(refused.status, MIDAIR_SILENCED);
+    EXPECT_NE(refused.why.find("9999"), std::string::npos) << refused.why;
+}
