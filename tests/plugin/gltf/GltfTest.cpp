@@ -356,10 +356,10 @@ TEST(Gltf, WhatIsWrongIsToldByNumber)
               part + "buffer view 0 has no buffer");
     EXPECT_EQ(left([](auto& j) { j["accessors"][0]["bufferView"] = 70; }),
               part + "there is no buffer view 70");
-    EXPECT_EQ(left([](auto& j) { j["meshes"][0]["primitives"][0]["indices"] = 99; }),
-              part + "there is no accessor 99");
     const auto broken = [&](const std::function<void(GltfModel::Json&)>& change)
     { return errorOf(changed(change).gltf()); };
+    EXPECT_EQ(broken([](auto& j) { j["meshes"][0]["primitives"][0]["indices"] = 99; }),
+              "primitive indices accessor out of bounds");
     EXPECT_EQ(broken([](auto& j) { j["nodes"][0]["children"] = {0}; }),
               "node 0 is more than 200 deep, or below itself");
     EXPECT_EQ(broken([](auto& j) { j["nodes"][0]["children"] = {5}; }),
