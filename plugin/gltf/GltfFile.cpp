@@ -1,7 +1,7 @@
 #include "plugin/gltf/GltfFile.h"
 
 #include "haptics/base/RegularFile.h"
-#include "plugin/gltf/GltfError.h"
+#include "plugin/gltf/GltfMessages.h"
 #include "plugin/gltf/GltfScreening.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "plugin/gltf/GltfImages.h"
 
-#include "plugin/gltf/GltfError.h"
+#include "plugin/gltf/GltfMessages.h"
 
 #include <osgDB/Registry>
 

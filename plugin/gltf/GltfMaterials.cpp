@@ -73,7 +73,7 @@ osg::ref_ptr<osg::StateSet> GltfMaterials::make(const tinygltf::Material& materi
     if (material.normalTexture.index >= 0 || material.emissiveTexture.index >= 0 ||
         material.occlusionTexture.index >= 0 ||
         material.pbrMetallicRoughness.metallicRoughnessTexture.index >= 0)
-        _messages.say("of its materials the base colour is drawn, and no other texture");
+        _messages.sayOfPicture("of its materials the base colour is drawn, and no other texture");
     return state;
 }
 
@@ -81,7 +81,7 @@ void GltfMaterials::addTexture(const tinygltf::TextureInfo& info, osg::StateSet&
 {
     if (info.index < 0 || static_cast<std::size_t>(info.index) >= _model.textures.size()) return;
     if (info.extensions.count("KHR_texture_transform") > 0)
-        _messages.say("its textures are not moved as KHR_texture_transform says");
+        _messages.sayOfPicture("its textures are not moved as KHR_texture_transform says");
     const tinygltf::Texture& texture = _model.textures[static_cast<std::size_t>(info.index)];
     const osg::ref_ptr<osg::Image> image = _images.get(texture.source);
     if (!image) return;

@@ -1,6 +1,6 @@
 #include "plugin/gltf/GltfMeshes.h"
 
-#include "plugin/gltf/GltfError.h"
+#include "plugin/gltf/GltfMessages.h"
 
 #include <osg/Material>
 #include <osgUtil/SmoothingVisitor>

@@ -1,6 +1,6 @@
 #include "plugin/gltf/GltfMotion.h"
 
-#include "plugin/gltf/GltfError.h"
+#include "plugin/gltf/GltfMessages.h"
 
 #include <osgAnimation/BasicAnimationManager>
 #include <osgAnimation/Channel>

@@ -1,6 +1,6 @@
 #include "plugin/gltf/GltfNodes.h"
 
-#include "plugin/gltf/GltfError.h"
+#include "plugin/gltf/GltfMessages.h"
 #include "plugin/gltf/GltfMotion.h"
 #include "plugin/gltf/GltfTags.h"
 

@@ -1,6 +1,6 @@
 #include "plugin/gltf/GltfNumbers.h"
 
-#include "plugin/gltf/GltfError.h"
+#include "plugin/gltf/GltfMessages.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "plugin/gltf/GltfScene.h"
 
-#include "plugin/gltf/GltfError.h"
 #include "plugin/gltf/GltfFile.h"
+#include "plugin/gltf/GltfMessages.h"
 #include "plugin/gltf/GltfMotion.h"
 #include "plugin/gltf/GltfNodes.h"
 #include "plugin/settings/Grants.h"
@@ -56,7 +56,7 @@ osg::ref_ptr<osg::Node> sceneFrom(const tinygltf::Model& model, GltfMessages& me
     nodes.addTo(*root, sceneOf(model, messages));
     addGltfAnimations(model, numbers, *root, messages);
     if (!model.cameras.empty() || !model.lights.empty())
-        messages.say("its cameras and lights are left out");
+        messages.sayOfPicture("its cameras and lights are left out");
     return root;
 }
 
@@ -72,7 +72,7 @@ osg::ref_ptr<osg::Node> readGltfBytes(const std::string& bytes, GltfMessages& me
     return sceneFrom(readGltfModel(bytes, "", messages), messages);
 }
 
-osg::ref_ptr<osg::Node> readGltfOrWarn(const std::string& path)
+osg::ref_ptr<osg::Node> readGltfAndTell(const std::string& path, std::string& error)
 {
     GltfMessages messages;
     osg::ref_ptr<osg::Node> node;
@@ -80,12 +80,14 @@ osg::ref_ptr<osg::Node> readGltfOrWarn(const std::string& path)
     {
         node = readGltf(path, messages);
     }
-    catch (const GltfError& error)
+    catch (const GltfError& wrong)
     {
-        messages.say(std::string("can't be read: ") + error.what());
+        error = printable(path + ": can't be read: " + wrong.what());
     }
     for (const std::string& message : messages.all())
         OSG_WARN << "osgMidair: " << printable(path + ": " + message) << std::endl;
+    for (const std::string& message : messages.ofPicture())
+        OSG_NOTICE << "osgMidair: " << printable(path + ": " + message) << std::endl;
     return node;
 }
 

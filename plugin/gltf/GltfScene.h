@@ -21,7 +21,8 @@ OSGMIDAIR_FOR_TESTS osg::ref_ptr<osg::Node> readGltf(const std::string& path,
 OSGMIDAIR_FOR_TESTS osg::ref_ptr<osg::Node> readGltfBytes(const std::string& bytes,
                                                           GltfMessages& messages);
 
-/// The same with the messages as OSG's warnings; null, with the reason as one, if it isn't read.
-osg::ref_ptr<osg::Node> readGltfOrWarn(const std::string& path);
+/// The same with the messages as OSG's warnings and notices; null, with the reason in \a error, if
+/// it isn't read.
+osg::ref_ptr<osg::Node> readGltfAndTell(const std::string& path, std::string& error);
 
 } // namespace osgMidair

@@ -1,6 +1,6 @@
 #include "plugin/gltf/GltfScreening.h"
 
-#include "plugin/gltf/GltfError.h"
+#include "plugin/gltf/GltfMessages.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include "plugin/gltf/GltfSkins.h"
 
-#include "plugin/gltf/GltfError.h"
+#include "plugin/gltf/GltfMessages.h"
 
 #include <osgAnimation/RigGeometry>
 #include <osgAnimation/RigTransformSoftware>

@@ -22,7 +22,7 @@ ModelFile readModelFile(const std::string& name, const osgDB::Options* options)
     }
     const std::string file = osgDB::findDataFile(name, options);
     if (file.empty()) return model;
-    model.node = readGltfOrWarn(file);
+    model.node = readGltfAndTell(file, model.error);
     if (!model.node) return model;
     markTags(*model.node);
     SceneMarks marks;

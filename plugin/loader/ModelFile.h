@@ -12,7 +12,8 @@ namespace osgMidair
 /// A model for MODEL.EXT.haptic, as it is in its file.
 struct ModelFile
 {
-    osg::ref_ptr<osg::Node> node; ///< null: it can't be read, which was told
+    osg::ref_ptr<osg::Node> node; ///< null: it can't be read
+    std::string error;            ///< why; empty: OSG has told it, or there is no such file
     /// true: its tags say what of it is felt; false: all of it is
     bool isTagged = false;
 };

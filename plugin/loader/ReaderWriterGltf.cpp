@@ -32,8 +32,9 @@ public:
             return ReadResult::FILE_NOT_HANDLED;
         const std::string file = osgDB::findDataFile(fileName, options);
         if (file.empty()) return ReadResult::FILE_NOT_FOUND;
-        const osg::ref_ptr<osg::Node> node = readGltfOrWarn(file);
-        return node ? ReadResult(node.get()) : ReadResult(ReadResult::ERROR_IN_READING_FILE);
+        std::string error;
+        const osg::ref_ptr<osg::Node> node = readGltfAndTell(file, error);
+        return node ? ReadResult(node.get()) : ReadResult(error);
     }
 };
 

@@ -338,6 +338,7 @@ public:
         const std::string& modelName = name.model;
         if (osgDB::getFileExtension(modelName).empty()) return ReadResult::FILE_NOT_FOUND;
         const ModelFile model = readModelFile(modelName, options);
+        if (!model.error.empty()) return ReadResult(model.error);
         if (!model.node) return ReadResult::FILE_NOT_HANDLED;
 
         LoaderOptions loader;

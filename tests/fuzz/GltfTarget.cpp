@@ -1,4 +1,4 @@
-#include "plugin/gltf/GltfError.h"
+#include "plugin/gltf/GltfMessages.h"
 #include "plugin/gltf/GltfScene.h"
 #include "tests/fuzz/FuzzTargets.h"
 #include "tests/fuzz/Require.h"

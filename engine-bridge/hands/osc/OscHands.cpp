@@ -1,8 +1,8 @@
-// Reading and writing is done by oscpack: it reads in place, allocates nothing, checks each length
-// against the end of the datagram before it follows it, and throws at what is malformed or of
-// another type. liblo, which is the larger of Debian's two, copies each message to the heap,
-// listens on all addresses of the machine by itself, and calls handlers by patterns that the sender
-// may choose.
+// Reading and writing is done by oscpack: it reads in place, allocates nothing, throws at what is
+// malformed, and leaves sockets to others. liblo, the larger of Debian's two, copies each message
+// to the heap, listens on all addresses of the machine by itself, and calls handlers by patterns
+// that the sender may choose. Of blobs oscpack 1.1 checks no length, and reads beyond the datagram:
+// it sees none, since messages with other arguments than hands have are refused before.
 #include "engine-bridge/hands/osc/OscHands.h"
 
 #include "haptics/base/InputError.h"
@@ -164,24 +164,59 @@ void takeHand(Arguments arguments, OscContent& content)
     content.hands.push_back(timed);
 }
 
-void takeMessage(const osc::ReceivedMessage& message, OscContent& content)
+/// The text that begins at \a at, and where the next one does: texts end with zeros up to a
+/// multiple of four. Throws if its end is missing.
+std::string takeText(const char* data, std::size_t size, std::size_t& at)
 {
+    const void* end = at < size ? std::memchr(data + at, 0, size - at) : nullptr;
+    if (!end) throw base::InputError("no OSC: a text has no end");
+    const auto length = static_cast<std::size_t>(static_cast<const char*>(end) - (data + at));
+    std::string text(data + at, length);
+    at += (length / 4 + 1) * 4;
+    return text;
+}
+
+/// False for a message that isn't about hands; throws for one with arguments that hands don't have.
+bool isOfHands(const char* data, std::size_t size, OscContent& content)
+{
+    std::size_t at = 0;
+    const std::string address = takeText(data, size, at);
+    if (address.compare(0, 1, "/") != 0) throw base::InputError("no OSC: it has no address");
+    if (address != kOscHand && address != kOscText && address != kOscHorizon)
+    {
+        const std::string name = shown(address.c_str());
+        if (content.unknownCount++ == 0)
+            content.unknown = "\"" + name + "\"" + base::didYouMean(name, {kOscHand, kOscText});
+        return false;
+    }
+    const std::string types = takeText(data, size, at);
+    if (types.compare(0, 1, ",") != 0)
+        throw base::InputError(address + " has no types of arguments");
+    const std::size_t other = types.find_first_not_of("fdis", 1);
+    if (other != std::string::npos)
+        throw base::InputError(fmt::format("{}: an argument of type {}, should be of f, d, i or s",
+                                           address,
+                                           shown(types.substr(other, 1).c_str())));
+    return true;
+}
+
+void takeMessage(const char* data, std::size_t size, OscContent& content)
+{
+    if (!isOfHands(data, size, content)) return;
+    const osc::ReceivedMessage message{osc::ReceivedPacket(data, size)};
     const char* address = message.AddressPattern();
     Arguments arguments(message);
     if (std::strcmp(address, kOscHand) == 0)
         takeHand(arguments, content);
     else if (std::strcmp(address, kOscText) == 0)
         content.texts.push_back(shown(arguments.text("text"), kMostText));
-    else if (std::strcmp(address, kOscHorizon) == 0)
+    else
     {
         const double ahead_s = arguments.number("horizon");
         if (!(ahead_s >= 0.0 && ahead_s <= kFarthestAhead_s))
             throw arguments.error("horizon", fmt::format("is {:g} s, should be 0 .. 1", ahead_s));
         content.horizon_s = ahead_s;
     }
-    else if (content.unknownCount++ == 0)
-        content.unknown =
-            "\"" + shown(address) + "\"" + base::didYouMean(shown(address), {kOscHand, kOscText});
 }
 
 void takeBundle(const osc::ReceivedBundle& bundle,
@@ -198,7 +233,7 @@ void takeBundle(const osc::ReceivedBundle& bundle,
         if (element->IsBundle())
             takeBundle(osc::ReceivedBundle(*element), depth + 1, left, content);
         else
-            takeMessage(osc::ReceivedMessage(*element), content);
+            takeMessage(element->Contents(), static_cast<std::size_t>(element->Size()), content);
     }
 }
 
@@ -216,7 +251,7 @@ OscContent decodeOsc(const char* data, std::size_t size)
         if (packet.IsBundle())
             takeBundle(osc::ReceivedBundle(packet), 1, left, content);
         else
-            takeMessage(osc::ReceivedMessage(packet), content);
+            takeMessage(data, size, content);
     }
     catch (const osc::Exception& error)
     {

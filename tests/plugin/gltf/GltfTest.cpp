@@ -1,7 +1,7 @@
 // What of a glTF model is read, and where it is.
-#include "plugin/gltf/GltfScene.h"
 #include "tests/plugin/KitTest.h"
 #include "tests/plugin/gltf/GltfModel.h"
+#include "tests/plugin/gltf/GltfRead.h"
 
 #include <osg/ComputeBoundsVisitor>
 #include <osg/Geode>
@@ -9,7 +9,6 @@
 #include <osg/Material>
 #include <osg/Texture2D>
 #include <osg/ValueObject>
-#include <osgAnimation/RigGeometry>
 
 #include <cmath>
 
@@ -20,60 +19,12 @@ using namespace osgMidair;
 namespace
 {
 
-/// The geometries of a graph and where they are.
-class Geometries : public osg::NodeVisitor
-{
-public:
-    explicit Geometries(osg::Node& root) : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN)
-    {
-        root.accept(*this);
-    }
-    void apply(osg::Geometry& geometry) override
-    {
-        all.push_back(&geometry);
-        places.push_back(osg::computeLocalToWorld(getNodePath()));
-    }
-    /// Vertex \a i of geometry \a k in the world.
-    osg::Vec3 vertex(std::size_t k, unsigned int i) const
-    {
-        return (*dynamic_cast<const osg::Vec3Array*>(all[k]->getVertexArray()))[i] * places[k];
-    }
-
-    std::vector<osg::Geometry*> all;
-    std::vector<osg::Matrixd> places;
-};
-
-struct Read
-{
-    explicit Read(const std::string& bytes) : node(readGltfBytes(bytes, messages)) {}
-    GltfMessages messages;
-    osg::ref_ptr<osg::Node> node;
-};
-
-std::string errorOf(const std::string& bytes)
-{
-    try
-    {
-        const Read read(bytes);
-    }
-    catch (const std::runtime_error& error)
-    {
-        return error.what();
-    }
-    return "nothing";
-}
-
 std::string tagOf(const GltfModel& model, GltfMessages& messages)
 {
     const osg::ref_ptr<osg::Node> root = readGltfBytes(model.gltf(), messages);
     std::string tag = "none";
     root->asGroup()->getChild(0)->getUserValue("haptic", tag);
     return tag;
-}
-
-void expectNear(const osg::Vec3& a, const osg::Vec3& b, float within = 1e-5F)
-{
-    EXPECT_LT((a - b).length(), within) << a.x() << " " << a.y() << " " << a.z();
 }
 
 } // namespace
@@ -236,96 +187,6 @@ TEST(Gltf, SparseAndInterleavedNumbersAreRead)
     strided.json["bufferViews"][static_cast<std::size_t>(view)]["byteStride"] = 20;
     strided.json["accessors"][0]["bufferView"] = view;
     expectNear(Geometries(*Read(strided.gltf()).node).vertex(0, 2), osg::Vec3(0, 0, 2));
-}
-
-namespace
-{
-
-/// The triangle follows a bone, at (0 0 5) above another, that turns by a quarter about z in 2 s.
-GltfModel turningBone(const char* interpolation)
-{
-    GltfModel model = GltfModel::triangle();
-    model.primitive()["attributes"]["JOINTS_0"] =
-        model.bytes({0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, "VEC4");
-    model.primitive()["attributes"]["WEIGHTS_0"] =
-        model.floats({1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4");
-    model.json["nodes"][0]["skin"] = 0;
-    model.json["nodes"][0]["translation"] = {100, 0, 0}; // which doesn't count
-    model.json["nodes"].push_back({{"name", "arm"}, {"children", {2}}, {"translation", {0, 0, 1}}});
-    model.json["nodes"].push_back({{"name", "arm"}, {"translation", {0, 0, 4}}});
-    model.json["scenes"][0]["nodes"] = {0, 1};
-    const int inverse = model.floats({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, -5, 1}, "MAT4");
-    model.json["skins"] = {{{"joints", {2}}, {"inverseBindMatrices", inverse}}};
-    const int times = model.floats({0, 2}, "SCALAR");
-    const float h = std::sqrt(0.5F);
-    const bool isSpline = std::string(interpolation) == "CUBICSPLINE";
-    const int turns =
-        isSpline
-            ? model.floats({0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, h, h, 0, 0, 0, 0},
-                           "VEC4")
-            : model.floats({0, 0, 0, 1, 0, 0, h, h}, "VEC4");
-    model.json["animations"] = {
-        {{"samplers", {{{"input", times}, {"output", turns}, {"interpolation", interpolation}}}},
-         {"channels", {{{"sampler", 0}, {"target", {{"node", 2}, {"path", "rotation"}}}}}}}};
-    return model;
-}
-
-osg::Vec3 secondVertexAt(osg::Node& node, double time_s)
-{
-    osgViewer::Viewer viewer;
-    viewer.setUpViewerAsEmbeddedInWindow(0, 0, 64, 64);
-    viewer.setSceneData(&node);
-    for (const double t : {0.0, 0.0, time_s, time_s})
-    {
-        viewer.advance(t);
-        viewer.updateTraversal();
-    }
-    return Geometries(node).vertex(0, 1);
-}
-
-} // namespace
-
-TEST(Gltf, SkinsFollowAnimatedBones)
-{
-    for (const char* interpolation : {"LINEAR", "CUBICSPLINE"})
-    {
-        const Read read(turningBone(interpolation).gltf());
-        EXPECT_EQ(read.messages.all(), std::vector<std::string>());
-        ASSERT_EQ(Geometries(*read.node).all.size(), 1U);
-        EXPECT_TRUE(dynamic_cast<osgAnimation::RigGeometry*>(Geometries(*read.node).all[0]));
-        // After 1 s by 45 degrees, (1 0 0) to (h h 0): halfway on a slerp, and on a spline with
-        // flat ends, too. Its eight pieces hit the middle.
-        const float h = std::sqrt(0.5F);
-        expectNear(secondVertexAt(*read.node, 1.0), osg::Vec3(h, 0, h), 1e-4F);
-    }
-    const Read step(turningBone("STEP").gltf());
-    expectNear(secondVertexAt(*step.node, 1.0), osg::Vec3(1, 0, 0), 1e-4F);
-}
-
-TEST(Gltf, SkinnedMeshesAreFeltAsTheirNodesAre)
-{
-    GltfModel model = turningBone("LINEAR");
-    model.json["nodes"][0]["extras"] = {{"haptic", true}, {"pressure", "300 Pa"}};
-    const Read read(model.gltf());
-    std::string tag;
-    int tagged = 0;
-    const osg::Group* root = read.node->asGroup();
-    for (unsigned int i = 0; i < root->getNumChildren(); ++i)
-        if (root->getChild(i)->getUserValue("haptic", tag)) ++tagged;
-    EXPECT_EQ(tagged, 1);
-    EXPECT_EQ(tag, "true; pressure=\"300 Pa\"");
-}
-
-TEST(Gltf, AnimationsMoveNodes)
-{
-    GltfModel model = GltfModel::triangle();
-    const int times = model.floats({0, 2}, "SCALAR");
-    const int way = model.floats({0, 0, 0, 0, 6, 0}, "VEC3");
-    model.json["animations"] = {
-        {{"samplers", {{{"input", times}, {"output", way}}}},
-         {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}}}};
-    const Read read(model.gltf());
-    expectNear(secondVertexAt(*read.node, 1.0), osg::Vec3(1, 0, 3), 1e-4F);
 }
 
 TEST(Gltf, WhatIsWrongIsToldByNumber)

@@ -127,6 +127,9 @@ TEST(OscHands, SayWhatIsWrong)
     message.time_s = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(errorOf(message.bytes()), "/midair/hand: the time is nan, should be seconds");
     EXPECT_EQ(errorOf(std::string(kMostOscBytes + 4, 'x')), "8196 bytes, should be up to 8192");
+    // Of a blob's length oscpack doesn't ask whether it is within the datagram.
+    const std::string blob = std::string("/midair/hand\0\0\0\0,b\0\0", 20) + "\x7F\xFF\xFF\xFF";
+    EXPECT_EQ(errorOf(blob), "/midair/hand: an argument of type b, should be of f, d, i or s");
     EXPECT_EQ(errorOf("").substr(0, 7), "no OSC:");
     EXPECT_EQ(errorOf("/midair/hand").substr(0, 7), "no OSC:");
 }
