@@ -7,6 +7,8 @@ midair_packages=(
     libbullet-dev                         # hands, rigid bodies
     libtinyobjloader-dev                  # OBJ files
     libopenxr-dev                         # hands of OpenXR runtimes; its headers
+    liboscpack-dev                        # hands by OSC
+    libtinygltf-dev                       # glTF models
     libusb-1.0-0-dev libftdi1-dev         # arrays over USB and FTDI chips
     nlohmann-json3-dev libcli11-dev libfmt-dev libspdlog-dev
     libegl-dev libgl1-mesa-dri            # off-screen pictures

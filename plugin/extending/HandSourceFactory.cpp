@@ -29,7 +29,8 @@ std::vector<std::string> HandSourceRegistry::names()
 
 bool registerHandSource(const std::string& name, HandSourceFactory make, std::string& error)
 {
-    return registry().add(name, std::move(make), {"none", "mouse", "openxr", "recorded"}, error);
+    return registry().add(
+        name, std::move(make), {"none", "mouse", "openxr", "osc", "recorded"}, error);
 }
 
 } // namespace osgMidair

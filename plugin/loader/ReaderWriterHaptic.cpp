@@ -3,6 +3,7 @@
 #include "haptics/base/text/NearestWord.h"
 #include "haptics/base/text/Quantity.h"
 #include "plugin/extending/RegisteredNames.h"
+#include "plugin/loader/ModelFile.h"
 #include "plugin/settings/AllSettings.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/Grants.h"
@@ -59,6 +60,9 @@ struct LoaderOptions
     void parse(const std::string& text, const std::string& where, bool isOwnFile = false);
 
     void silenceWithProperty();
+
+    /// Tags say what is felt, and how: warns where the property says something, too.
+    void leaveToTags(const std::string& where);
 
 private:
     /// Takes one assignment in, and says in \a error what is wrong with it. Returns false if that
@@ -181,6 +185,17 @@ void LoaderOptions::silenceWithProperty()
     settings.isSilenced = true;
     for (const std::string& reason : property.whySilenced)
         settings.whySilenced.push_back(reason);
+}
+
+void LoaderOptions::leaveToTags(const std::string& where)
+{
+    silenceWithProperty();
+    if (property != HapticProperty())
+        OSG_WARN << "osgMidair: "
+                 << printable(where +
+                              ": options of how it is felt are not used, since nodes of the "
+                              "model have tags, which say that")
+                 << std::endl;
 }
 
 // Options may be another plugin's; a file of settings is the kit's alone.
@@ -322,21 +337,30 @@ public:
         const ObjectName name(fileName);
         const std::string& modelName = name.model;
         if (osgDB::getFileExtension(modelName).empty()) return ReadResult::FILE_NOT_FOUND;
-        osg::ref_ptr<osg::Node> model = osgDB::readRefNodeFile(modelName, options);
-        if (!model) return ReadResult::FILE_NOT_HANDLED;
+        const ModelFile model = readModelFile(modelName, options);
+        if (!model.error.empty()) return ReadResult(model.error);
+        if (!model.node) return ReadResult::FILE_NOT_HANDLED;
 
         LoaderOptions loader;
         if (options) loader.parse(options->getOptionString(), fileName);
         loader.parse(name.options, fileName, true);
         makeWishes(loader.settings, osgDB::getFilePath(osgDB::findDataFile(modelName, options)));
-        osg::ref_ptr<HapticSurface> surface = new HapticSurface;
-        surface->setName(osgDB::getSimpleFileName(modelName));
-        surface->setProperty(loader.property);
-        surface->addChild(placed(model, loader));
+        osg::ref_ptr<osg::Group> object;
+        if (model.isTagged)
+            loader.leaveToTags(fileName);
+        else
+        {
+            const osg::ref_ptr<HapticSurface> surface = new HapticSurface;
+            surface->setProperty(loader.property);
+            object = surface;
+        }
+        if (!object) object = new osg::Group;
+        object->setName(osgDB::getSimpleFileName(modelName));
+        object->addChild(placed(model.node, loader));
         osg::ref_ptr<HapticScene> scene = new HapticScene;
         scene->setSettings(loader.settings);
         scene->setJoined(true); // osgviewer shows several files beside each other
-        scene->addChild(surface);
+        scene->addChild(object);
         if (loader.overlays) scene->addChild(new HapticOverlays);
         return scene.get();
     }

@@ -117,6 +117,14 @@ bool touchesFiles(const std::vector<std::string>& list)
                        });
 }
 
+/// Returns true if hands come from a program or a network that not even a trusted scene may name: a
+/// loader and a helper are code, and what listens at an address is open to others.
+bool reachesFurther(const std::string& hands)
+{
+    const auto has = [&hands](const char* key) { return hands.find(key) != std::string::npos; };
+    return has("loader=") || has("helper=") || has("address=");
+}
+
 /// Returns \a value of a grant with the name of an array or of a recording of hands looked up
 /// beside the file of grants.
 std::string beside(const std::string& folder, const std::string& value)
@@ -370,7 +378,7 @@ void Grants::applyHands(HapticSettings& settings, const Told& told) const
         {
             why = wrong.what();
         }
-    else if (_trustsScenes && asked.find("loader=") == std::string::npos)
+    else if (_trustsScenes && !reachesFurther(asked))
         return;
     settings.hands.clear();
     told.refuse(MessageCode::GRANTS_REFUSED,

@@ -47,6 +47,14 @@ void fuzzHands(const std::uint8_t* data, std::size_t size);
 /// or it is rigid and finite.
 void fuzzPairs(const std::uint8_t* data, std::size_t size);
 
+/// A datagram of hands: it is ignored with a reason, or every joint is finite, and near and thin
+/// where it is valid; no read outside of it, and the hands are lost in time.
+void fuzzOsc(const std::uint8_t* data, std::size_t size);
+
+/// A glTF model, .gltf or .glb: it is refused by a GltfError, or nodes have a place, vertices are
+/// finite, triangles refer to them, and a frame's update ends.
+void fuzzGltf(const std::uint8_t* data, std::size_t size);
+
 /// The text of a .haptic file, of -O options or of a tag: what is understood is in range after
 /// repair().
 void fuzzOptions(const std::uint8_t* data, std::size_t size);

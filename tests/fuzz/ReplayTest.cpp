@@ -141,3 +141,13 @@ TEST(Fuzz, scene_keeps_its_promises_on_the_corpus_and_near_it)
 {
     replay("scene", fuzzScene);
 }
+
+TEST(Fuzz, osc_keeps_its_promises_on_the_corpus_and_near_it)
+{
+    replay("osc", fuzzOsc);
+}
+
+TEST(Fuzz, gltf_keeps_its_promises_on_the_corpus_and_near_it)
+{
+    replay("gltf", fuzzGltf);
+}

@@ -1,5 +1,6 @@
 // Debian's loader and a runtime of the tests' own that lacks something, fails, or hangs.
 #include "tests/engine-bridge/hands/openxr/OpenXrHands.h"
+#include "tests/fake-openxr/FakeHands.h"
 
 #include <cstdlib>
 #include <cstring>

@@ -1,5 +1,6 @@
 // Debian's loader and a runtime of the tests' own that works.
 #include "tests/engine-bridge/hands/openxr/OpenXrHands.h"
+#include "tests/fake-openxr/FakeHands.h"
 
 #include <limits>
 

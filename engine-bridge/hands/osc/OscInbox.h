@@ -1,0 +1,93 @@
+#pragma once
+
+#include "engine-bridge/hands/osc/OscHands.h"
+#include "haptics/base/text/MessageLog.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// What came of the datagrams so far.
+struct OscCounts
+{
+    std::uint64_t datagrams = 0;
+    std::uint64_t hands = 0;         ///< that were taken
+    std::uint64_t malformed = 0;     ///< datagrams that are not understood
+    std::uint64_t late = 0;          ///< hands older than, or as old as, one that is known
+    std::uint64_t ofOthers = 0;      ///< hands of a sender that another one was before
+    std::uint64_t unknown = 0;       ///< messages with another address
+    std::uint64_t jointsLeftOut = 0; ///< that are called valid and can't be
+};
+
+/// The newest hands of a stream of datagrams, whoever receives these. What is hostile or wrong is
+/// counted and ignored, and told once of each kind. All members may be called from any thread.
+class OscInbox
+{
+public:
+    /// A hand of which nothing has come for so long is lost.
+    static constexpr double kLost_s = 0.1;
+
+    /// \a name begins each message: "osc: port 9000".
+    explicit OscInbox(std::string name) : _name(std::move(name)) {}
+
+    /// Takes a datagram that came at \a now_s (steady clock) from \a sender, any bytes that tell
+    /// senders apart. As long as a side's hand isn't lost, it is that of the sender that had it
+    /// first, and each must be newer than the one before.
+    void take(const char* data, std::size_t size, const std::string& sender, double now_s);
+
+    /// True if \a sender may give a hand at \a now_s: if not, its datagrams need not be read.
+    bool mayBeOf(const std::string& sender, double now_s) const;
+    /// Counts a datagram that was not read, as it is of another sender.
+    void passOver();
+
+    /// Puts the hands that are not lost at \a now_s into \a frame, with their age; returns false
+    /// if there are none.
+    bool latest(double now_s, HandFrame& frame) const;
+
+    /// Adds a message.
+    void say(const std::string& message);
+    /// The messages from number \a told on; sets \a told to the number of all messages.
+    std::vector<std::string> messages(std::size_t& told) const;
+
+    OscCounts counts() const;
+    /// "1200 hands; ignored: 3 datagrams that are no hands, .."
+    std::string status() const;
+
+private:
+    /// The newest hand of one side.
+    struct Side
+    {
+        Hand hand;
+        double time_s = 0.0;     ///< the sender's clock
+        double arrived_s = -1e9; ///< steady clock
+        std::string sender;
+    };
+    /// What is told once.
+    enum Told
+    {
+        MALFORMED,
+        LATE,
+        OF_OTHERS,
+        UNKNOWN,
+        LEFT_OUT,
+        TOLD
+    };
+
+    void takeHand(const OscContent::Timed& timed, const std::string& sender, double now_s);
+    void tellOnce(Told what, const std::string& message);
+
+    const std::string _name;
+    mutable std::mutex _mutex; ///< guards all below
+    std::array<Side, 2> _sides;
+    OscCounts _counts;
+    std::array<bool, TOLD> _isTold{};
+    base::MessageLog _messages;
+};
+
+} // namespace midair::bridge

@@ -1,0 +1,60 @@
+#pragma once
+
+#include "plugin/gltf/GltfMaterials.h"
+#include "plugin/gltf/GltfMessages.h"
+#include "plugin/gltf/GltfNumbers.h"
+
+#include <osg/Geometry>
+#include <osg/ref_ptr>
+
+#include <cstdint>
+#include <vector>
+
+namespace osgMidair
+{
+
+/// One primitive of a mesh as it is drawn, and what moves its vertices.
+struct GltfPart
+{
+    osg::ref_ptr<osg::Geometry> geometry;
+    /// four joints of the skin, and their weights, of each vertex; empty: it has none
+    std::vector<std::uint32_t> joints;
+    std::vector<float> weights;
+};
+
+/// Makes geometries of a model's meshes. A primitive that is wrong is left out, and told.
+class GltfMeshes
+{
+public:
+    GltfMeshes(const tinygltf::Model& model,
+               GltfNumbers& numbers,
+               GltfMaterials& materials,
+               GltfMessages& messages) :
+        _model(model),
+        _numbers(numbers),
+        _materials(materials),
+        _messages(messages)
+    {
+    }
+
+    /// The parts of mesh \a number, read anew; throws GltfError if there is no such mesh.
+    std::vector<GltfPart> read(int number);
+
+private:
+    GltfPart readPart(const tinygltf::Mesh& mesh, const tinygltf::Primitive& primitive);
+    void addMorphs(const tinygltf::Mesh& mesh,
+                   const tinygltf::Primitive& primitive,
+                   osg::Vec3Array& vertices);
+    void
+    addColors(const tinygltf::Primitive& primitive, std::size_t count, osg::Geometry& geometry);
+    void
+    addIndices(const tinygltf::Primitive& primitive, std::size_t count, osg::Geometry& geometry);
+    void addSkin(const tinygltf::Primitive& primitive, std::size_t count, GltfPart& part);
+
+    const tinygltf::Model& _model;
+    GltfNumbers& _numbers;
+    GltfMaterials& _materials;
+    GltfMessages& _messages;
+};
+
+} // namespace osgMidair

@@ -1,0 +1,262 @@
+#include "plugin/gltf/GltfNodes.h"
+
+#include "plugin/gltf/GltfMessages.h"
+#include "plugin/gltf/GltfMotion.h"
+#include "plugin/gltf/GltfTags.h"
+
+#include <osg/Geode>
+#include <osgAnimation/Bone>
+#include <osgAnimation/StackedMatrixElement>
+#include <osgAnimation/StackedQuaternionElement>
+#include <osgAnimation/StackedScaleElement>
+#include <osgAnimation/StackedTranslateElement>
+#include <osgAnimation/UpdateBone>
+#include <osgAnimation/UpdateMatrixTransform>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+using osgAnimation::UpdateMatrixTransform;
+
+/// The \a count numbers of a node's property; those of \a otherwise if it has none.
+std::vector<double> numbersOf(const std::vector<double>& given,
+                              std::vector<double> otherwise,
+                              const char* what,
+                              int node)
+{
+    if (given.empty()) return otherwise;
+    const bool isFinite =
+        std::all_of(given.begin(), given.end(), [](double x) { return std::abs(x) < 1e9; });
+    if (given.size() != otherwise.size() || !isFinite)
+        throw GltfError(fmt::format(
+            "the {} of node {} should be {} numbers, within 1e9", what, node, otherwise.size()));
+    return given;
+}
+
+/// A node's place as glTF has it: a matrix, or what an animation may move.
+struct Place
+{
+    osg::Matrixd matrix;
+    osg::Vec3 translation;
+    osg::Quat rotation;
+    osg::Vec3 scale = osg::Vec3(1, 1, 1);
+    bool isMatrix = false;
+
+    Place(const tinygltf::Node& node, int number)
+    {
+        isMatrix = !node.matrix.empty();
+        if (isMatrix)
+        {
+            matrix.set(numbersOf(node.matrix, std::vector<double>(16), "matrix", number).data());
+            return;
+        }
+        const auto t = numbersOf(node.translation, {0, 0, 0}, "translation", number);
+        const auto r = numbersOf(node.rotation, {0, 0, 0, 1}, "rotation", number);
+        const auto s = numbersOf(node.scale, {1, 1, 1}, "scale", number);
+        translation = osg::Vec3d(t[0], t[1], t[2]);
+        rotation = osg::Quat(r[0], r[1], r[2], r[3]);
+        if (!(rotation.length() > 1e-3))
+            throw GltfError(fmt::format("the rotation of node {} should be a quaternion", number));
+        rotation /= rotation.length();
+        scale = osg::Vec3d(s[0], s[1], s[2]);
+        matrix = osg::Matrixd::scale(scale) * osg::Matrixd::rotate(rotation) *
+                 osg::Matrixd::translate(translation);
+    }
+
+    void addTo(UpdateMatrixTransform& update) const
+    {
+        osgAnimation::StackedTransform& stack = update.getStackedTransforms();
+        if (isMatrix)
+        {
+            stack.push_back(new osgAnimation::StackedMatrixElement("matrix", matrix));
+            return;
+        }
+        stack.push_back(new osgAnimation::StackedTranslateElement(kGltfTranslation, translation));
+        stack.push_back(new osgAnimation::StackedQuaternionElement(kGltfRotation, rotation));
+        stack.push_back(new osgAnimation::StackedScaleElement(kGltfScale, scale));
+    }
+};
+
+} // namespace
+
+GltfNodes::GltfNodes(const tinygltf::Model& model,
+                     GltfSkins& skins,
+                     GltfMeshes& meshes,
+                     GltfMessages& messages) :
+    _model(model),
+    _skins(skins),
+    _meshes(meshes),
+    _messages(messages),
+    _parents(model.nodes.size(), -1),
+    _isMoved(movedByGltf(model))
+{
+    if (model.nodes.size() > kMostNodes)
+        throw GltfError(
+            fmt::format("{} nodes, should be up to {}", model.nodes.size(), kMostNodes));
+    findParents();
+    checkDepth();
+    skins.addParents(_parents);
+    nameNodes();
+}
+
+void GltfNodes::findParents()
+{
+    for (std::size_t i = 0; i < _model.nodes.size(); ++i)
+        for (const int child : _model.nodes[i].children)
+        {
+            if (child < 0 || static_cast<std::size_t>(child) >= _parents.size())
+                throw GltfError(fmt::format("node {} has the child {}, which is none", i, child));
+            int& parent = _parents[static_cast<std::size_t>(child)];
+            if (parent >= 0)
+                throw GltfError(fmt::format("node {} is below node {} and below node {}; nodes "
+                                            "should be trees",
+                                            child,
+                                            parent,
+                                            i));
+            parent = static_cast<int>(i);
+        }
+}
+
+// With one parent each, what isn't below a root is on a circle.
+void GltfNodes::checkDepth() const
+{
+    for (std::size_t i = 0; i < _parents.size(); ++i)
+    {
+        int depth = 0;
+        for (int above = _parents[i]; above >= 0; above = _parents[static_cast<std::size_t>(above)])
+            if (++depth > kDeepest)
+                throw GltfError(
+                    fmt::format("node {} is more than {} deep, or below itself", i, kDeepest));
+    }
+}
+
+// Skins find their bones by their names.
+void GltfNodes::nameNodes()
+{
+    std::set<std::string> taken;
+    for (std::size_t i = 0; i < _model.nodes.size(); ++i)
+    {
+        std::string name = _model.nodes[i].name;
+        const bool isBone = _skins.isBone(static_cast<int>(i));
+        if (isBone && (name.empty() || !taken.insert(name).second))
+            name += fmt::format(name.empty() ? "node {}" : " (node {})", i);
+        _names.push_back(name);
+    }
+}
+
+void GltfNodes::addTo(osg::Group& root, int scene)
+{
+    std::vector<int> tops;
+    if (scene >= 0)
+        tops = _model.scenes[static_cast<std::size_t>(scene)].nodes;
+    else
+        for (std::size_t i = 0; i < _parents.size(); ++i)
+            if (_parents[i] < 0) tops.push_back(static_cast<int>(i));
+    std::set<int> seen;
+    for (const int top : tops)
+    {
+        if (top < 0 || static_cast<std::size_t>(top) >= _parents.size())
+            throw GltfError(fmt::format("the scene has a node {}, which is none", top));
+        if (_parents[static_cast<std::size_t>(top)] >= 0 || !seen.insert(top).second)
+            throw GltfError(
+                fmt::format("node {} of the scene is below another, or there twice", top));
+        root.addChild(make(top, root));
+    }
+}
+
+osg::ref_ptr<osg::MatrixTransform> GltfNodes::transformOf(int number)
+{
+    const Place place(_model.nodes[static_cast<std::size_t>(number)], number);
+    const bool isMoved = _isMoved[static_cast<std::size_t>(number)];
+    osg::ref_ptr<osg::MatrixTransform> transform;
+    osg::ref_ptr<UpdateMatrixTransform> update;
+    if (_skins.isBone(number))
+    {
+        const osg::ref_ptr<osgAnimation::Bone> bone = new osgAnimation::Bone;
+        bone->setInvBindMatrixInSkeletonSpace(_skins.inverseBind(number));
+        transform = bone;
+        update = new osgAnimation::UpdateBone(gltfTargetName(number));
+    }
+    else
+    {
+        transform = new osg::MatrixTransform;
+        if (isMoved) update = new UpdateMatrixTransform(gltfTargetName(number));
+    }
+    transform->setMatrix(place.matrix);
+    if (!update) return transform;
+    if (isMoved && place.isMatrix)
+        _messages.say(fmt::format("node {} has a matrix, so no animation moves it", number));
+    place.addTo(*update);
+    transform->setUpdateCallback(update);
+    transform->setDataVariance(osg::Object::DYNAMIC);
+    return transform;
+}
+
+osg::ref_ptr<osg::Node> GltfNodes::make(int number, osg::Group& root)
+{
+    const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
+    const osg::ref_ptr<osg::MatrixTransform> node = transformOf(number);
+    node->setName(_names[static_cast<std::size_t>(number)]);
+    const bool isSkinned = from.mesh >= 0 && from.skin >= 0;
+    // A skinned mesh is not below its node, and its tag goes with it.
+    if (!isSkinned) addGltfTags(from, *node, _messages);
+    if (from.mesh >= 0) addMesh(number, *node, root);
+    for (const int child : from.children)
+        node->addChild(make(child, root));
+    return node;
+}
+
+void GltfNodes::addMesh(int number, osg::Group& node, osg::Group& root)
+{
+    const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
+    if (from.skin >= 0)
+    {
+        addSkinned(number, root);
+        return;
+    }
+    osg::ref_ptr<osg::Node>& shared = _shared[from.mesh];
+    if (!shared)
+    {
+        const osg::ref_ptr<osg::Geode> geode = new osg::Geode;
+        for (const GltfPart& part : _meshes.read(from.mesh))
+            geode->addDrawable(part.geometry);
+        geode->setName(_model.meshes[static_cast<std::size_t>(from.mesh)].name);
+        shared = geode;
+    }
+    node.addChild(shared);
+}
+
+// Its bones alone say where a skinned mesh is (glTF 2.0, 3.7.3.3), so it is below the skeleton; it
+// is felt as its node and those above it are.
+void GltfNodes::addSkinned(int number, osg::Group& root)
+{
+    const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
+    if (static_cast<std::size_t>(from.skin) >= _model.skins.size())
+        throw GltfError(fmt::format("node {} has the skin {}, which is none", number, from.skin));
+    const osg::ref_ptr<osg::Geode> geode = new osg::Geode;
+    for (const GltfPart& part : _meshes.read(from.mesh))
+    {
+        if (++_skinned > kMostSkinnedParts)
+            throw GltfError(fmt::format("more than {} skinned meshes", kMostSkinnedParts));
+        geode->addDrawable(part.joints.empty() ? part.geometry
+                                               : _skins.follow(part, from.skin, _names));
+    }
+    const osg::ref_ptr<osg::Group> group = new osg::Group;
+    group->setName(_names[static_cast<std::size_t>(number)]);
+    group->addChild(geode);
+    for (int above = number; above >= 0; above = _parents[static_cast<std::size_t>(above)])
+        if (!group->getUserDataContainer())
+            addGltfTags(_model.nodes[static_cast<std::size_t>(above)], *group, _messages);
+    root.addChild(group);
+}
+
+} // namespace osgMidair

@@ -1,0 +1,56 @@
+#pragma once
+
+#include "plugin/gltf/GltfMeshes.h"
+#include "plugin/gltf/GltfMessages.h"
+#include "plugin/gltf/GltfSkins.h"
+
+#include <osg/Group>
+#include <osg/MatrixTransform>
+#include <osg/ref_ptr>
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace osgMidair
+{
+
+/// Makes the nodes of a model below one that is theirs.
+class GltfNodes
+{
+public:
+    static constexpr int kDeepest = 200; ///< OSG's visitors go as deep
+    static constexpr std::size_t kMostNodes = 200000;
+    static constexpr std::size_t kMostSkinnedParts = 10000;
+
+    /// Throws GltfError if the nodes are no trees, are too many or have no place.
+    GltfNodes(const tinygltf::Model& model,
+              GltfSkins& skins,
+              GltfMeshes& meshes,
+              GltfMessages& messages);
+
+    /// Adds the nodes of scene \a scene (-1: all that have no parent) below \a root, which is the
+    /// skeleton if there are skins.
+    void addTo(osg::Group& root, int scene);
+
+private:
+    void findParents();
+    void checkDepth() const;
+    void nameNodes();
+    osg::ref_ptr<osg::Node> make(int number, osg::Group& root);
+    osg::ref_ptr<osg::MatrixTransform> transformOf(int number);
+    void addMesh(int number, osg::Group& node, osg::Group& root);
+    void addSkinned(int number, osg::Group& root);
+
+    const tinygltf::Model& _model;
+    GltfSkins& _skins;
+    GltfMeshes& _meshes;
+    GltfMessages& _messages;
+    std::vector<int> _parents; ///< -1: none
+    std::vector<std::string> _names;
+    std::vector<bool> _isMoved;
+    std::map<int, osg::ref_ptr<osg::Node>> _shared; ///< meshes without skins
+    std::size_t _skinned = 0;
+};
+
+} // namespace osgMidair

@@ -1,0 +1,176 @@
+#include "plugin/gltf/GltfScreening.h"
+
+#include "plugin/gltf/GltfMessages.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+using Json = nlohmann::json;
+
+/// Extensions that change only how a model is drawn: it is felt the same without them.
+constexpr std::array<const char*, 2> kKnown = {"KHR_materials_unlit", "KHR_texture_transform"};
+
+constexpr std::size_t kHeader = 12;
+constexpr std::size_t kChunkHeader = 8;
+
+std::uint32_t littleEndian(const std::string& bytes, std::size_t at)
+{
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+        value |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at + i])) << (8 * i);
+    return value;
+}
+
+std::string_view jsonOf(const std::string& file)
+{
+    if (!isGlb(file)) return file;
+    if (file.size() < kHeader + kChunkHeader) throw GltfError("its header is cut off");
+    const std::size_t length = littleEndian(file, kHeader);
+    if (length > file.size() - kHeader - kChunkHeader)
+        throw GltfError(fmt::format("its JSON should have {} bytes, and is cut off", length));
+    return std::string_view(file).substr(kHeader + kChunkHeader, length);
+}
+
+// Readers of JSON go as deep as it does, and take a hundred bytes a value.
+void countValues(std::string_view json)
+{
+    std::size_t values = 0;
+    int depth = 0;
+    bool isText = false;
+    for (std::size_t i = 0; i < json.size(); ++i)
+    {
+        const char c = json[i];
+        if (isText && c == '\\')
+            ++i;
+        else if (c == '"')
+            isText = !isText;
+        if (isText) continue;
+        if (c == '{' || c == '[') ++depth;
+        if (c == '}' || c == ']') --depth;
+        if (c == '{' || c == '[' || c == ',') ++values;
+        if (depth > kDeepestGltfJson)
+            throw GltfError(fmt::format("its JSON is more than {} deep", kDeepestGltfJson));
+        if (values > kMostGltfValues)
+            throw GltfError(fmt::format("its JSON has more than {} values", kMostGltfValues));
+    }
+}
+
+const Json& arrayOf(const Json& gltf, const char* key)
+{
+    static const Json none = Json::array();
+    const auto found = gltf.find(key);
+    if (found == gltf.end()) return none;
+    if (!found->is_array()) throw GltfError(fmt::format("\"{}\" should be an array", key));
+    return *found;
+}
+
+std::uint64_t unsignedOf(const Json& object, const char* key)
+{
+    if (!object.is_object()) throw GltfError(fmt::format("what has a \"{}\" is no object", key));
+    const auto found = object.find(key);
+    if (found == object.end()) return 0;
+    if (!found->is_number_unsigned())
+        throw GltfError(fmt::format("\"{}\" should be a whole number, 0 or more", key));
+    return found->get<std::uint64_t>();
+}
+
+// Each buffer without a name is a copy of what the .glb holds.
+void screenBuffers(const Json& gltf)
+{
+    const Json& buffers = arrayOf(gltf, "buffers");
+    if (buffers.size() > kMostGltfBuffers)
+        throw GltfError(
+            fmt::format("{} buffers, should be up to {}", buffers.size(), kMostGltfBuffers));
+    for (std::size_t i = 0; i < buffers.size(); ++i)
+    {
+        if (unsignedOf(buffers[i], "byteLength") > kMostGltfBytes)
+            throw GltfError(fmt::format("buffer {} has more than {} bytes", i, kMostGltfBytes));
+        const auto uri = buffers[i].find("uri");
+        if (i > 0 && (uri == buffers[i].end() || uri->empty()))
+            throw GltfError(fmt::format("buffer {} has no uri; only the first may have none", i));
+    }
+}
+
+// tinygltf takes an image's place in its buffer as it stands there.
+void screenImages(const Json& gltf)
+{
+    const Json& buffers = arrayOf(gltf, "buffers");
+    const Json& views = arrayOf(gltf, "bufferViews");
+    const Json& images = arrayOf(gltf, "images");
+    for (std::size_t i = 0; i < images.size(); ++i)
+    {
+        if (!images[i].is_object()) throw GltfError(fmt::format("image {} is no object", i));
+        if (!images[i].contains("bufferView")) continue;
+        const std::uint64_t view = unsignedOf(images[i], "bufferView");
+        if (view >= views.size()) throw GltfError(fmt::format("image {} is in no buffer view", i));
+        const std::uint64_t buffer = unsignedOf(views[view], "buffer");
+        const std::uint64_t begin = unsignedOf(views[view], "byteOffset");
+        const std::uint64_t length = unsignedOf(views[view], "byteLength");
+        const std::uint64_t room =
+            buffer < buffers.size() ? unsignedOf(buffers[buffer], "byteLength") : 0;
+        if (length == 0 || begin >= room || length > room - begin)
+            throw GltfError(fmt::format("image {} is not within its buffer", i));
+    }
+}
+
+// tinygltf has 32 bits for whole numbers, and would cut others.
+void screenExtras(const Json& gltf)
+{
+    constexpr double kLargest = 2147483647.0;
+    const Json& nodes = arrayOf(gltf, "nodes");
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+        if (nodes[i].is_object() && nodes[i].contains("extras"))
+            for (const auto& [name, value] : nodes[i]["extras"].items())
+                if (value.is_number_integer() && std::abs(value.get<double>()) > kLargest)
+                    throw GltfError(
+                        fmt::format("the extra \"{}\" of node {} is {}, should be within {:.0f}",
+                                    name,
+                                    i,
+                                    value.dump(),
+                                    kLargest));
+}
+
+void screenExtensions(const Json& gltf)
+{
+    for (const Json& one : arrayOf(gltf, "extensionsRequired"))
+    {
+        const std::string name = one.is_string() ? one.get<std::string>() : one.dump();
+        if (std::find(kKnown.begin(), kKnown.end(), name) == kKnown.end())
+            throw GltfError("it needs the extension \"" + name +
+                            "\", which isn't known: export it without compression and extensions");
+    }
+}
+
+} // namespace
+
+bool isGlb(const std::string& file)
+{
+    return file.compare(0, 4, "glTF") == 0;
+}
+
+void screenGltf(const std::string& file)
+{
+    const std::string_view text = jsonOf(file);
+    countValues(text);
+    const Json gltf = Json::parse(text, nullptr, false);
+    if (gltf.is_discarded()) throw GltfError("its JSON is not understood");
+    if (!gltf.is_object()) throw GltfError("its JSON should be an object");
+    screenBuffers(gltf);
+    screenImages(gltf);
+    screenExtras(gltf);
+    screenExtensions(gltf);
+}
+
+} // namespace osgMidair

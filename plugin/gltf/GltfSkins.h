@@ -1,0 +1,50 @@
+#pragma once
+
+#include "plugin/gltf/GltfMeshes.h"
+#include "plugin/gltf/GltfMessages.h"
+#include "plugin/gltf/GltfNumbers.h"
+
+#include <osg/Geometry>
+#include <osg/Matrixd>
+#include <osg/ref_ptr>
+
+#include <string>
+#include <vector>
+
+namespace osgMidair
+{
+
+/// The skins of a model: which nodes are bones, and geometries that follow them, by software, so
+/// that what is felt follows, too.
+class GltfSkins
+{
+public:
+    /// Throws GltfError if a skin refers to what isn't there.
+    GltfSkins(const tinygltf::Model& model, GltfNumbers& numbers, GltfMessages& messages);
+
+    /// True for joints, and for the nodes \a parents says are above them: a bone's place is known
+    /// through bones alone.
+    bool isBone(int node) const { return _isBone[static_cast<std::size_t>(node)]; }
+    void addParents(const std::vector<int>& parents);
+
+    /// From a joint's vertices at rest to its own frame.
+    const osg::Matrixd& inverseBind(int node) const
+    {
+        return _inverse[static_cast<std::size_t>(node)];
+    }
+
+    /// \a part as skin \a skin moves it, as bones of \a names do.
+    osg::ref_ptr<osg::Geometry>
+    follow(const GltfPart& part, int skin, const std::vector<std::string>& names);
+
+private:
+    void readSkin(const tinygltf::Skin& skin, GltfNumbers& numbers);
+
+    const tinygltf::Model& _model;
+    GltfMessages& _messages;
+    std::vector<bool> _isBone;
+    std::vector<bool> _isJoint;
+    std::vector<osg::Matrixd> _inverse;
+};
+
+} // namespace osgMidair
