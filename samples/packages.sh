@@ -24,6 +24,11 @@ midair_test_packages=(
     clang-tidy-14
     valgrind                              # memory that was not set
 )
+# For tests/run.sh --cluster alone.
+midair_cluster_packages=(
+    slurm-wlm munge                       # a real job queue
+    parallel                              # GNU parallel
+)
 
 # Installs those of its arguments that are missing; says so first. Without root or sudo: prints the line to type and stops.
 midair_install()
