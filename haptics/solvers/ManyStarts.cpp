@@ -27,12 +27,36 @@ bool ManyStarts::isBetter(const SolveReport& a, const SolveReport& b, double tol
     return aError != bError ? aError < bError : a.loudness > b.loudness;
 }
 
+// Where points crowd, a solve may end at the limit of its iterations, and the next one goes on.
+SolveReport ManyStarts::settle(HologramSolver& solver,
+                               const ControlPoints& points,
+                               const TransducerArray& array,
+                               const Medium& medium,
+                               Eigen::VectorXcf& q) const
+{
+    SolveReport best = solver.solve(points, array, medium, q);
+    for (int again = 0; again < kMostAgain && best.stop == StopReason::MAX_ITERATIONS; ++again)
+    {
+        Eigen::VectorXcf field;
+        SolveReport report = solver.solve(points, array, medium, field);
+        report.matrix_ms += best.matrix_ms;
+        report.solve_ms += best.solve_ms;
+        const bool isField = report.stop != StopReason::STOPPED &&
+                             report.stop != StopReason::SKIPPED &&
+                             report.stop != StopReason::REFUSED;
+        if (!isField || !isBetter(report, best, _options.rmsTolerance)) break;
+        best = std::move(report);
+        q = std::move(field);
+    }
+    return best;
+}
+
 SolveReport ManyStarts::solve(const ControlPoints& points,
                               const TransducerArray& array,
                               const Medium& medium,
                               Eigen::VectorXcf& q)
 {
-    if (_chosen) return _chosen->solve(points, array, medium, q);
+    if (_chosen) return settle(*_chosen, points, array, medium, q);
     SolveReport best;
     double matrix_ms = 0.0;
     double solve_ms = 0.0;
@@ -40,7 +64,7 @@ SolveReport ManyStarts::solve(const ControlPoints& points,
     {
         std::unique_ptr<HologramSolver> solver = make(start);
         Eigen::VectorXcf field;
-        SolveReport report = solver->solve(points, array, medium, field);
+        SolveReport report = settle(*solver, points, array, medium, field);
         matrix_ms += report.matrix_ms;
         solve_ms += report.solve_ms;
         // No start is better than another where there is nothing to solve for.

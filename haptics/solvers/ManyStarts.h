@@ -12,6 +12,7 @@ namespace midair::haptics
 
 /// Solves its first field with several solvers of one method, whose random phases have different
 /// seeds, and goes on with the one whose field is best; the following fields start from its last.
+/// A field that could become better is solved for again, until it doesn't.
 /// For sequences of fields that nobody waits for. The same input gives the same fields.
 class ManyStarts final : public HologramSolver
 {
@@ -34,8 +35,16 @@ public:
     /// rms error is less, where one exceeds \a tolerance, else it is louder.
     static bool isBetter(const SolveReport& a, const SolveReport& b, double tolerance);
 
+    /// Most times that a field is solved for again.
+    static constexpr int kMostAgain = 8;
+
 private:
     std::unique_ptr<HologramSolver> make(int start) const;
+    SolveReport settle(HologramSolver& solver,
+                       const ControlPoints& points,
+                       const TransducerArray& array,
+                       const Medium& medium,
+                       Eigen::VectorXcf& q) const;
 
     const Make _make;
     const SolverOptions _options;

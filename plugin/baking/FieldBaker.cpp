@@ -1,6 +1,3 @@
-#include "plugin/baking/BakingDevice.h"
-#include "plugin/baking/Unbakeable.h"
-
 #include "device/drive/DriveEncoder.h"
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/playing/SequenceOfSteps.h"
@@ -9,6 +6,8 @@
 #include "haptics/base/simd/InstructionSet.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/solvers/ManyStarts.h"
+#include "plugin/baking/BakingDevice.h"
+#include "plugin/baking/Unbakeable.h"
 #include "plugin/engine/PublicMessage.h"
 #include "plugin/engine/SceneAccess.h"
 #include "plugin/extending/OwnSolver.h"
@@ -68,9 +67,9 @@ std::string valueText(const Setting<HapticSettings>& row, const HapticSettings& 
 
 std::string crcText(const std::string& text)
 {
-    return fmt::format("{:08x}",
-                       midair::base::crc32c(reinterpret_cast<const std::uint8_t*>(text.data()),
-                                            text.size()));
+    return fmt::format(
+        "{:08x}",
+        midair::base::crc32c(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
 }
 
 /// Gives \a signals to \a frame, in step with the clock of the recording.
@@ -90,8 +89,8 @@ void addSteps(const std::vector<DriveSignal>& signals,
         midair::bridge::signalOfStep(signals, modulator, step, signal);
         frame.fields.push_back({time_ns, std::move(signal.phase), std::move(signal.duty)});
         do
-            time_ns = static_cast<std::uint64_t>(
-                std::llround(static_cast<double>(++step) * step_ns));
+            time_ns =
+                static_cast<std::uint64_t>(std::llround(static_cast<double>(++step) * step_ns));
         while (time_ns <= frame.fields.back().time_ns);
     }
 }
@@ -130,9 +129,8 @@ void FieldBaker::Part::collect(const osg::FrameStamp& stamp, const osg::Matrixd&
         fail("the HapticScene \"" + scene->getName() + "\" is inside another one, which plays it");
     const HapticSettings granted = engine.grantedSettings();
     if (granted.isSilenced)
-        fail("the scene isn't played: " + (granted.whySilenced.empty()
-                                               ? "isSilenced is set"
-                                               : granted.whySilenced.front()));
+        fail("the scene isn't played: " +
+             (granted.whySilenced.empty() ? "isSilenced is set" : granted.whySilenced.front()));
     limits = limitsOfDevice(granted.device);
     if (pipeline && opened != collected.settings) pipeline.reset();
 }
@@ -142,8 +140,8 @@ HologramOptions FieldBaker::Part::options()
 {
     HologramOptions options = SceneAccess::engine(*scene).optionsForBaking();
     options.deviceUri = "baked:";
-    options.deviceFactory = [most = limits.limits](const std::string&,
-                                                   const midair::device::DeviceLayout& layout)
+    options.deviceFactory =
+        [most = limits.limits](const std::string&, const midair::device::DeviceLayout& layout)
     {
         return std::make_unique<midair::device::GuardedDevice>(
             std::make_unique<BakingDevice>(layout.transducers), most, layout.transducers);
@@ -178,7 +176,8 @@ void FieldBaker::Part::keepArray()
 {
     const auto array = SceneAccess::engine(*scene).array();
     std::string text = array ? array->toJson() : "";
-    if (!arrayText.empty() && text != arrayText) fail("the array has changed while it is baked for");
+    if (!arrayText.empty() && text != arrayText)
+        fail("the array has changed while it is baked for");
     arrayText = std::move(text);
     transducers = array ? static_cast<unsigned int>(array->size()) : 0;
 }
@@ -263,15 +262,13 @@ std::vector<std::pair<std::string, std::string>> FieldBaker::getIdentity() const
     const HapticSettings settings = _part->scene->getGrantedSettings();
     std::vector<std::pair<std::string, std::string>> all = {
         {"kit", MIDAIR_VERSION},
-        {"instructions",
-         midair::base::instructionSetName(midair::base::instructionSet())},
+        {"instructions", midair::base::instructionSetName(midair::base::instructionSet())},
         {"array", crcText(_part->arrayText)},
         {"transducers", std::to_string(_part->transducers)},
         {"deviceMaxAmplitude", exactNumber(_part->limits.limits.maxAmplitude)},
         {"deviceMaxPressure", exactNumber(_part->limits.limits.maxPressure_Pa)}};
     for (const Setting<HapticSettings>& row : sceneSettings().rows())
-        if (kNoIdentity.count(row.name) == 0)
-            all.emplace_back(row.name, valueText(row, settings));
+        if (kNoIdentity.count(row.name) == 0) all.emplace_back(row.name, valueText(row, settings));
     return all;
 }
 

@@ -29,8 +29,7 @@ public:
         const auto add = [&](const std::string& what)
         {
             const std::string name = node.getName().empty() ? "" : " '" + node.getName() + "'";
-            std::string told =
-                fmt::format("{}{}: {}", node.className(), printable(name), what);
+            std::string told = fmt::format("{}{}: {}", node.className(), printable(name), what);
             if (std::find(found.begin(), found.end(), told) == found.end())
                 found.push_back(std::move(told));
         };

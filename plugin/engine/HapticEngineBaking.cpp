@@ -23,9 +23,8 @@ void HapticEngine::noteForBaking(bool isSame)
     _medium = hologramOptions().medium;
 }
 
-HapticEngine::Baked HapticEngine::collectForBaking(const SceneRoot& root,
-                                                   unsigned int frame,
-                                                   double simulationTime_s)
+HapticEngine::Baked
+HapticEngine::collectForBaking(const SceneRoot& root, unsigned int frame, double simulationTime_s)
 {
     if (!_isBaked) _configured = false; // without what was open
     _isBaked = true;

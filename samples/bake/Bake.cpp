@@ -35,10 +35,8 @@ void append(std::string& bytes, const std::vector<std::uint8_t>& more)
 }
 
 /// Solves a chunk from nothing. A payload is a recording by itself.
-std::string bakeChunk(BakeScene& scene,
-                      const BakeArguments& arguments,
-                      std::uint64_t chunk,
-                      Baked& baked)
+std::string
+bakeChunk(BakeScene& scene, const BakeArguments& arguments, std::uint64_t chunk, Baked& baked)
 {
     scene.restart();
     recording::Writer writer(static_cast<int>(scene.transducers()));

@@ -15,9 +15,7 @@ namespace midair::samples
 int bake(const BakeArguments& arguments);
 
 /// Joins \a parts to a recording. Throws base::InputError.
-void mergeBaked(const std::vector<std::string>& parts,
-                const std::string& out,
-                bool overwrite);
+void mergeBaked(const std::vector<std::string>& parts, const std::string& out, bool overwrite);
 
 /// Solves some frames and prints what many cost: time of a processor core, bytes, and time on
 /// several cores. Writes nothing.

@@ -29,7 +29,7 @@ namespace
 
 namespace recording = device::recording;
 
-constexpr double kMany = 1e6;         // fields
+constexpr double kMany = 1e6;              // fields
 constexpr double kPlayable = 2147483648.0; // bytes of a recording that play: takes
 
 /// Processor time of this process, s.
@@ -69,10 +69,8 @@ pid_t start(const BakeArguments& arguments,
                                       "--out",
                                       out,
                                       "--quiet"};
-    if (!arguments.settings.empty())
-        words.insert(words.end(), {"--device", arguments.settings});
-    if (!arguments.options.empty())
-        words.insert(words.end(), {"--options", arguments.options});
+    if (!arguments.settings.empty()) words.insert(words.end(), {"--device", arguments.settings});
+    if (!arguments.options.empty()) words.insert(words.end(), {"--options", arguments.options});
     if (arguments.withoutLive) words.emplace_back("--without-live");
     std::vector<char*> argv;
     for (std::string& word : words)
@@ -115,8 +113,8 @@ std::vector<Run> runAll(const BakeArguments& arguments,
         failed = failed || !WIFEXITED(status) || WEXITSTATUS(status) > 1;
         const auto seconds = [](const timeval& time)
         { return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec); };
-        runs.push_back({base::steadySeconds() - begin_s,
-                        seconds(usage.ru_utime) + seconds(usage.ru_stime)});
+        runs.push_back(
+            {base::steadySeconds() - begin_s, seconds(usage.ru_utime) + seconds(usage.ru_stime)});
     }
     if (failed) throw base::InputError("a process that baked has failed");
     return runs;
@@ -185,9 +183,8 @@ void estimate(const BakeArguments& arguments)
                 cost_h(1.0),
                 cost_h(64.0),
                 1e-9 * kMany * bytes / fields,
-                kMany * bytes / fields > kPlayable
-                    ? "; play: takes 2 GiB, so bake ranges of frames"
-                    : "");
+                kMany * bytes / fields > kPlayable ? "; play: takes 2 GiB, so bake ranges of frames"
+                                                   : "");
 }
 
 void measureScaling(const BakeArguments& arguments,
@@ -208,8 +205,7 @@ void measureScaling(const BakeArguments& arguments,
         for (int repeat = 0; repeat < repeats; ++repeat)
         {
             const Run alone = runAll(arguments, program, 1, processes, folder).front();
-            const std::vector<Run> all =
-                runAll(arguments, program, processes, processes, folder);
+            const std::vector<Run> all = runAll(arguments, program, processes, processes, folder);
             double total_s = 0.0;
             double wall_s = 0.0;
             for (const Run& run : all)

@@ -1,6 +1,7 @@
 #include "device/recording/Recording.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
+#include "haptics/base/text/Number.h"
 #include "samples/bake/Bake.h"
 #include "samples/bake/Shards.h"
 
@@ -115,18 +116,23 @@ void mergeBaked(const std::vector<std::string>& parts, const std::string& out, b
     const JoinedParts joined(parts, framesOf);
     const nlohmann::json& work = joined.work();
     if (work.value("what", "") != "midair-bake 1")
-        throw base::InputError(
-            fmt::format("\"{}\" is no part of midair-bake, but of {}",
-                        parts.front(),
-                        work.value("what", "something else")));
+        throw base::InputError(fmt::format("\"{}\" is no part of midair-bake, but of {}",
+                                           parts.front(),
+                                           work.value("what", "something else")));
     BakeArguments arguments;
     arguments.first = work.value("firstFrame", std::int64_t(0));
     arguments.end = work.value("endFrame", std::int64_t(0));
     arguments.fps = work.value("fps", 60.0);
     const std::string transducers =
         work.contains("settings") ? work["settings"].value("transducers", "0") : "0";
+    int count = 0;
+    if (!base::parseWhole(transducers, count) || count < 1 || count > recording::kMostTransducers)
+        throw base::InputError(fmt::format("\"{}\" is for \"{}\" transducers, should be 1 .. {}",
+                                           parts.front(),
+                                           transducers,
+                                           recording::kMostTransducers));
     WholeFile file(out, recording::kMagic, overwrite);
-    Joiner joiner(std::stoi(transducers), file);
+    Joiner joiner(count, file);
     for (std::uint64_t piece = 0; piece < joined.pieces(); ++piece)
         joiner.add(joined.read(piece), framesOf(work, piece));
     joiner.end(arguments.time_ns(arguments.frames()));

@@ -208,10 +208,9 @@ osgMidair::BakedFrame BakeScene::bake(std::uint64_t number)
                       _arguments.time_ns(number + 1),
                       frame,
                       error))
-        throw InputError(fmt::format(
-            "frame {} can't be solved: {}",
-            _arguments.first + static_cast<std::int64_t>(number),
-            error));
+        throw InputError(fmt::format("frame {} can't be solved: {}",
+                                     _arguments.first + static_cast<std::int64_t>(number),
+                                     error));
     return frame;
 }
 
@@ -222,8 +221,7 @@ nlohmann::json BakeScene::work() const
         settings[name] = value;
     return {{"what", "midair-bake 1"},
             {"scene", osgDB::getSimpleFileName(_arguments.scene)},
-            {"files",
-             _files->describe(osgDB::getFilePath(osgDB::findDataFile(_arguments.scene)))},
+            {"files", _files->describe(osgDB::getFilePath(osgDB::findDataFile(_arguments.scene)))},
             {"options", _arguments.options},
             {"firstFrame", _arguments.first},
             {"endFrame", _arguments.end},

@@ -21,13 +21,13 @@ namespace midair::samples
 /// What midair-bake was asked for.
 struct BakeArguments
 {
-    std::string scene;       ///< as osgviewer reads it (MODEL.haptic too)
-    std::string settings;    ///< file of settings, as for osgviewer's --device; empty: none
-    std::string options;     ///< option string, as for osgviewer's -O
-    std::int64_t first = 0;  ///< frames first .. end - 1
+    std::string scene;      ///< as osgviewer reads it (MODEL.haptic too)
+    std::string settings;   ///< file of settings, as for osgviewer's --device; empty: none
+    std::string options;    ///< option string, as for osgviewer's -O
+    std::int64_t first = 0; ///< frames first .. end - 1
     std::int64_t end = 0;
-    double fps = 60.0;       ///< 0.01 .. 40000
-    int chunk = 64;          ///< frames between two starts from nothing
+    double fps = 60.0; ///< 0.01 .. 40000
+    int chunk = 64;    ///< frames between two starts from nothing
     int threads = 1;
     std::string shard = "1/1";
     std::string out;

@@ -4,6 +4,7 @@
 #include "haptics/base/Crc32c.h"
 #include "haptics/base/InputError.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <system_error>
@@ -30,6 +31,7 @@ constexpr std::uint32_t kPiece = 0x43454950; // "PIEC"
 constexpr std::size_t kFrontBytes = 24;
 constexpr std::size_t kCrcBytes = 4;
 constexpr std::uint64_t kHeaderNumber = ~std::uint64_t(0);
+constexpr std::uint64_t kMostPieces = 100000000; // of the longest animation, a frame each
 constexpr std::uint64_t kMostPieceBytes = std::uint64_t(1) << 31;
 
 [[noreturn]] void fail(const std::string& path, const std::string& why)
@@ -94,9 +96,7 @@ std::string differenceOf(const nlohmann::json& a, const nlohmann::json& b)
     return "they differ";
 }
 
-PartFile::PartFile(std::string path, OpenFile file) :
-    _path(std::move(path)),
-    _file(std::move(file))
+PartFile::PartFile(std::string path, OpenFile file) : _path(std::move(path)), _file(std::move(file))
 {
 }
 
@@ -180,13 +180,14 @@ bool PartFile::scanPiece(std::uint64_t& offset, std::uint64_t size, int& damaged
         _places[number] = place;
     else
     {
-        const nlohmann::json json =
-            nlohmann::json::parse(payload.substr(0, bytes), nullptr, false);
+        const nlohmann::json json = nlohmann::json::parse(payload.substr(0, bytes), nullptr, false);
         if (json.is_discarded() || !json.is_object()) fail(_path, "its header isn't JSON");
         _header.work = json.value("work", nlohmann::json());
         _header.shard = json.value("shard", 1);
         _header.shards = json.value("shards", 1);
         _header.pieces = json.value("pieces", std::uint64_t(0));
+        if (_header.pieces > kMostPieces || _header.shard < 1 || _header.shards < _header.shard)
+            fail(_path, "its header names a share that there can't be");
         _hasHeader = true;
     }
     return true;
@@ -207,9 +208,8 @@ void PartFile::scan()
     if (damaged > 0)
         _damage = fmt::format("{} of its pieces {} damaged", damaged, damaged == 1 ? "is" : "are");
     if (size > offset)
-        _damage += fmt::format("{}{} bytes at its end are no whole piece",
-                               _damage.empty() ? "" : "; ",
-                               size - offset);
+        _damage += fmt::format(
+            "{}{} bytes at its end are no whole piece", _damage.empty() ? "" : "; ", size - offset);
 }
 
 const std::vector<std::uint64_t> PartFile::numbers() const

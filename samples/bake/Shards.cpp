@@ -23,8 +23,8 @@ namespace
 using base::InputError;
 
 constexpr int kMostShards = 100000;
-constexpr int kBar = 30;             // characters
-constexpr double kTerminal_s = 0.2;  // between two looks of the bar
+constexpr int kBar = 30;              // characters
+constexpr double kTerminal_s = 0.2;   // between two looks of the bar
 constexpr double kElsewhere_s = 30.0; // between two lines in a log
 
 } // namespace
@@ -38,10 +38,10 @@ Shard parseShard(const std::string& text)
                         base::parseWhole(text.substr(slash + 1), shard.count);
     if (!isRead || shard.number < 1 || shard.count < 1 || shard.count > kMostShards ||
         shard.number > shard.count)
-        throw InputError(fmt::format(
-            "--shard is \"{}\", should be i/K with 1 <= i <= K <= {}, such as 2/4",
-            text,
-            kMostShards));
+        throw InputError(
+            fmt::format("--shard is \"{}\", should be i/K with 1 <= i <= K <= {}, such as 2/4",
+                        text,
+                        kMostShards));
     return shard;
 }
 
@@ -84,13 +84,13 @@ JoinedParts::JoinedParts(
     const auto gap = std::find(_partOf.begin(), _partOf.end(), kNone);
     if (gap == _partOf.end()) return;
     const auto missing = std::count(_partOf.begin(), _partOf.end(), kNone);
-    std::string why = fmt::format("{} of {} pieces are missing, the first of them {}",
-                                  missing,
-                                  count,
-                                  describe(work(), static_cast<std::uint64_t>(gap - _partOf.begin())));
+    std::string why =
+        fmt::format("{} of {} pieces are missing, the first of them {}",
+                    missing,
+                    count,
+                    describe(work(), static_cast<std::uint64_t>(gap - _partOf.begin())));
     for (const PartFile& part : _parts)
-        if (!part.damage().empty())
-            why += fmt::format("; \"{}\": {}", part.path(), part.damage());
+        if (!part.damage().empty()) why += fmt::format("; \"{}\": {}", part.path(), part.damage());
     throw InputError(why + "; run their shards again, which keeps what is done");
 }
 
@@ -120,8 +120,7 @@ void Progress::add(std::uint64_t units)
 void Progress::show(bool isLast)
 {
     const double now_s = base::steadySeconds();
-    if (_isQuiet ||
-        (!isLast && now_s - _shown_s < (_isTerminal ? kTerminal_s : kElsewhere_s)))
+    if (_isQuiet || (!isLast && now_s - _shown_s < (_isTerminal ? kTerminal_s : kElsewhere_s)))
         return;
     _shown_s = now_s;
     const double share = _all > 0 ? static_cast<double>(_done) / static_cast<double>(_all) : 1.0;

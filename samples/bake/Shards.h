@@ -33,10 +33,7 @@ public:
 
     const nlohmann::json& work() const { return _parts.front().header().work; }
     std::uint64_t pieces() const { return _partOf.size(); }
-    std::string read(std::uint64_t piece) const
-    {
-        return _parts[_partOf[piece]].read(piece);
-    }
+    std::string read(std::uint64_t piece) const { return _parts[_partOf[piece]].read(piece); }
 
 private:
     std::vector<PartFile> _parts;

@@ -22,8 +22,8 @@ constexpr std::size_t kBuffer = std::size_t(1) << 20;
 
 [[noreturn]] void failToWrite(const std::string& file)
 {
-    throw base::InputError(fmt::format(
-        "\"{}\" can't be written: {}", file, std::generic_category().message(errno)));
+    throw base::InputError(
+        fmt::format("\"{}\" can't be written: {}", file, std::generic_category().message(errno)));
 }
 
 } // namespace
@@ -35,8 +35,8 @@ WholeFile::WholeFile(std::string file, const std::string& magic, bool overwrite)
     struct stat about = {};
     const bool isThere = ::lstat(_file.c_str(), &about) == 0;
     if (isThere && !S_ISREG(about.st_mode))
-        throw base::InputError(fmt::format(
-            "\"{}\" is there and is no regular file; choose another name", _file));
+        throw base::InputError(
+            fmt::format("\"{}\" is there and is no regular file; choose another name", _file));
     if (isThere && !magic.empty() && !overwrite && about.st_size > 0)
     {
         std::string begin(magic.size(), '\0');

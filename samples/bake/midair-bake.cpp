@@ -43,8 +43,8 @@ void addOptions(CLI::App& app, BakeArguments& arguments, Mode& mode)
                    arguments.shard,
                    "i/K: solve every K-th chunk from the i-th on; the same bytes for any K")
         ->capture_default_str();
-    auto* merge = app.add_option(
-        "--merge", mode.parts, "Parts of all shards, which become the recording");
+    auto* merge =
+        app.add_option("--merge", mode.parts, "Parts of all shards, which become the recording");
     app.add_option("--chunk",
                    arguments.chunk,
                    "Frames between two starts from nothing; part of what the bytes depend on")

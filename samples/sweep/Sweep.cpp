@@ -3,6 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/simd/InstructionSet.h"
+#include "haptics/sequence/FieldSettings.h"
 #include "samples/bake/Shards.h"
 #include "samples/solve/Solution.h"
 #include "samples/sweep/SweepTable.h"
@@ -40,12 +41,21 @@ bool isTime(const std::string& figure)
     return figure.size() > 3 && figure.compare(figure.size() - 3, 3, "_ms") == 0;
 }
 
+/// The column of a figure: its name, but for one that a setting has, too (loudness).
+std::string figureColumn(const std::string& figure)
+{
+    const auto& settings = haptics::fieldSettings().rows();
+    const bool isSetting = std::any_of(
+        settings.begin(), settings.end(), [&](const auto& row) { return row.name == figure; });
+    return (isSetting ? "reached_" : "") + figure;
+}
+
 /// Names of the results, which each row has.
 std::vector<std::string> resultColumns(bool times)
 {
     std::vector<std::string> names = {"solvedBy", "stop", "message", "error", "fields"};
     for (const auto& row : haptics::kFigures)
-        if (times || !isTime(row.name)) names.emplace_back(row.name);
+        if (times || !isTime(row.name)) names.push_back(figureColumn(row.name));
     for (const auto& row : haptics::kSurfaceFigures)
         names.push_back(std::string("surface_") + row.name);
     for (const char* name : {"certifiedGap", "ears_dB"})
@@ -82,9 +92,8 @@ std::vector<std::string> solvedCells(const SolveArguments& asked, bool times)
             add(row, report.surface);
         else
             cells.emplace_back();
-    cells.push_back(solution.parts.certificate
-                        ? numberCell(solution.parts.certificate->gapOfPhases())
-                        : "");
+    cells.push_back(
+        solution.parts.certificate ? numberCell(solution.parts.certificate->gapOfPhases()) : "");
     const bool sounds = report.level_Pa > 0.0;
     cells.push_back(sounds ? numberCell(solution.parts.exposure.level_dB) : "");
     return cells;
@@ -120,8 +129,7 @@ std::string lineOf(const SweepTable& table, std::uint64_t row, bool times, int& 
 std::string rowsOf(const nlohmann::json& work, std::uint64_t piece)
 {
     const std::uint64_t rows = work.contains("table") ? work["table"].value("rows", kRows) : kRows;
-    return fmt::format(
-        "rows {} to {}", piece * kRows, std::min((piece + 1) * kRows, rows) - 1);
+    return fmt::format("rows {} to {}", piece * kRows, std::min((piece + 1) * kRows, rows) - 1);
 }
 
 std::string header(const nlohmann::json& work)
@@ -136,11 +144,10 @@ std::string header(const nlohmann::json& work)
 
 nlohmann::json workOf(const SweepTable& table, const SweepArguments& arguments)
 {
-    nlohmann::json work = {
-        {"what", kWhat},
-        {"table", table.describe()},
-        {"results", resultColumns(arguments.times)},
-        {"instructions", base::instructionSetName(base::instructionSet())}};
+    nlohmann::json work = {{"what", kWhat},
+                           {"table", table.describe()},
+                           {"results", resultColumns(arguments.times)},
+                           {"instructions", base::instructionSetName(base::instructionSet())}};
     const std::vector<std::string> results = resultColumns(arguments.times);
     for (const std::string& column : table.columns())
         if (column == kFirstColumn ||
@@ -158,10 +165,8 @@ int sweep(const SweepArguments& arguments)
     const Shard shard = parseShard(arguments.shard);
     const bool isWhole = shard.count == 1;
     const SweepTable table(arguments.table);
-    const PartHeader part{workOf(table, arguments),
-                          shard.number,
-                          shard.count,
-                          (table.size() + kRows - 1) / kRows};
+    const PartHeader part{
+        workOf(table, arguments), shard.number, shard.count, (table.size() + kRows - 1) / kRows};
     if (isWhole) WholeFile(arguments.out, kFirstColumn, arguments.overwrite); // told now
     const std::string file = isWhole ? arguments.out + ".part" : arguments.out;
     int failed = 0;

@@ -28,13 +28,8 @@ using Json = nlohmann::ordered_json;
 constexpr std::uint64_t kMostRows = 10000000;
 
 // Options of midair-solve that write files of their own, or make no figure.
-const std::set<std::string> kNoParameter = {"--out",
-                                            "--help",
-                                            "--probe",
-                                            "--probe-points",
-                                            "--probe-patch",
-                                            "--duration",
-                                            "--probe-rate"};
+const std::set<std::string> kNoParameter = {
+    "--out", "--help", "--probe", "--probe-points", "--probe-patch", "--duration", "--probe-rate"};
 
 /// Lines of a CSV file with cells in quotes where they need them (RFC 4180).
 std::vector<std::vector<std::string>> cellsOf(const std::string& text)
@@ -102,13 +97,10 @@ std::string beside(const std::string& table, const std::string& name)
 }
 
 /// The words that a command line would have for a value: a flag, or a name and its values.
-void addWords(const CLI::Option& option,
-              const std::string& text,
-              std::vector<std::string>& words)
+void addWords(const CLI::Option& option, const std::string& text, std::vector<std::string>& words)
 {
     const std::string name = "--" + option.get_lnames().front();
-    if (option.get_expected_max() == 0)
-        return words.push_back(name + "=" + text);
+    if (option.get_expected_max() == 0) return words.push_back(name + "=" + text);
     words.push_back(name);
     if (option.get_items_expected_max() <= 1) return words.push_back(text);
     std::istringstream parts(text);
@@ -182,7 +174,8 @@ void SweepTable::readJson(const std::string& text)
     if (table.is_array()) table = Json{{"rows", table}};
     for (const auto& [name, value] : table.items())
         if (name != "rows" && name != "common" && name != "cross")
-            throw InputError(_file + ": \"" + name + "\" is unknown, should be rows, common or cross" +
+            throw InputError(_file + ": \"" + name +
+                             "\" is unknown, should be rows, common or cross" +
                              base::didYouMean(name, {"rows", "common", "cross"}));
     const Json common = table.value("common", Json::object());
     const Json cross = table.value("cross", Json::object());
@@ -242,8 +235,9 @@ SolveArguments SweepTable::arguments(std::uint64_t row) const
         const std::string option = optionName(name).substr(0, optionName(name).find(','));
         const CLI::Option* found = app.get_option_no_throw(option);
         if (!found || kNoParameter.count(option) > 0)
-            fail(row, "there is no parameter \"" + name + "\"" +
-                          base::didYouMean(option.substr(2), parametersOf(app)));
+            fail(row,
+                 "there is no parameter \"" + name + "\"" +
+                     base::didYouMean(option.substr(2), parametersOf(app)));
         addWords(*found, text, words);
     }
     try
@@ -267,10 +261,7 @@ SolveArguments SweepTable::arguments(std::uint64_t row) const
 nlohmann::json SweepTable::describe() const
 {
     const auto crcOf = [](const std::string& text, std::uint32_t crc = 0)
-    {
-        return base::crc32c(
-            reinterpret_cast<const std::uint8_t*>(text.data()), text.size(), crc);
-    };
+    { return base::crc32c(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(), crc); };
     std::uint32_t rows = 0;
     std::map<std::string, std::uint32_t> files;
     std::map<std::string, std::uint32_t> arrays;

@@ -33,8 +33,9 @@ TEST_F(Baking, PartsOfOtherWorkOrWithGapsAreRefusedByName)
     EXPECT_EQ(refusal("a.part cap.part"),
               "midair-bake: \"a.part\" and \"cap.part\" are of different work: "
               "settings.maxPressure is \"0\" and \"200\"\n");
-    EXPECT_EQ(refusal("scene.osgt").find("midair-bake: part \"scene.osgt\": is there and isn't a "
-                                         "part"),
+    EXPECT_EQ(refusal("scene.osgt")
+                  .find("midair-bake: part \"scene.osgt\": is there and isn't a "
+                        "part"),
               0u);
 }
 
@@ -51,8 +52,7 @@ TEST_F(Baking, APartOfOtherWorkIsNotGoneOnWith)
     EXPECT_NE(scene.output.find("isn't a part"), std::string::npos) << scene.output;
     const Outcome file = bake(frames("--out scene.osgt"));
     EXPECT_EQ(file.code, 2);
-    EXPECT_NE(file.output.find("is something else, so it stays"), std::string::npos)
-        << file.output;
+    EXPECT_NE(file.output.find("is something else, so it stays"), std::string::npos) << file.output;
     EXPECT_TRUE(read("a.part") == before);
     EXPECT_EQ(read("scene.osgt"), Baking::scene());
 }

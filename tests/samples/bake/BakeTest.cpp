@@ -59,7 +59,8 @@ TEST_F(Baking, APlaceIsPressedInItsFrame)
         EXPECT_NEAR(there_Pa(0) / there_Pa(1), 1.0, 0.01) << k;
         EXPECT_GT(there_Pa(0), 500.0) << k;
         // A frame later it isn't there any more.
-        if (k > 0 && k < 19) EXPECT_NE(entry.signal.phase, all[static_cast<std::size_t>(k) + 1].signal.phase);
+        if (k == 19) break;
+        EXPECT_NE(entry.signal.phase, all[static_cast<std::size_t>(k) + 1].signal.phase) << k;
     }
     EXPECT_FALSE(std::filesystem::exists(at("a.midair.part")));
     EXPECT_FALSE(std::filesystem::exists(at("a.midair.unfinished")));
@@ -115,11 +116,8 @@ TEST_F(Baking, WhatIsHalfWrittenIsDoneAgain)
     const std::string part = read("whole.part");
     ASSERT_EQ(bake(frames("--shard 2/2 --out other.part")).code, 0);
     // In the magic, in the header, at a border, in the last piece, in the last CRC.
-    for (const std::size_t size : {std::size_t(3),
-                                   std::size_t(40),
-                                   part.size() / 2,
-                                   part.size() - 300,
-                                   part.size() - 1})
+    for (const std::size_t size :
+         {std::size_t(3), std::size_t(40), part.size() / 2, part.size() - 300, part.size() - 1})
     {
         write("cut.part", part.substr(0, size));
         const Outcome again = bake(frames("--shard 1/2 --out cut.part"));
@@ -135,7 +133,7 @@ TEST_F(Baking, WhatIsHalfWrittenIsDoneAgain)
 
 TEST_F(Baking, AKilledProcessLosesNothingThatWasDone)
 {
-    const std::string many = "scene.osgt --frames 0:400 --fps 100 --chunk 4 ";
+    const std::string many = "scene.osgt --frames 0:160 --fps 100 --chunk 4 ";
     ASSERT_EQ(bake(many + "--out one.midair").code, 0);
     const Outcome killed =
         shell("cd " + folder + " && { " MIDAIR_BIN "/midair-bake " + many +
