@@ -2,7 +2,7 @@
 
 #include "device/recording/Recording.h"
 #include "haptics/base/InputError.h"
-#include "samples/bake/Shards.h"
+#include "samples/shards/Shards.h"
 
 #include <algorithm>
 #include <cstdio>

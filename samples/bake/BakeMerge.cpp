@@ -3,7 +3,7 @@
 #include "haptics/base/Units.h"
 #include "haptics/base/text/Number.h"
 #include "samples/bake/Bake.h"
-#include "samples/bake/Shards.h"
+#include "samples/shards/Shards.h"
 
 #include <algorithm>
 #include <array>

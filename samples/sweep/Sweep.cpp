@@ -4,7 +4,7 @@
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/simd/InstructionSet.h"
 #include "haptics/sequence/FieldSettings.h"
-#include "samples/bake/Shards.h"
+#include "samples/shards/Shards.h"
 #include "samples/solve/Solution.h"
 #include "samples/sweep/SweepTable.h"
 

@@ -1,4 +1,4 @@
-#include "samples/bake/PartFile.h"
+#include "samples/shards/PartFile.h"
 
 #include "haptics/base/Bytes.h"
 #include "haptics/base/Crc32c.h"

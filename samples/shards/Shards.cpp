@@ -1,4 +1,4 @@
-#include "samples/bake/Shards.h"
+#include "samples/shards/Shards.h"
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/Number.h"

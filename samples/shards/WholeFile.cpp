@@ -1,5 +1,5 @@
 #include "haptics/base/InputError.h"
-#include "samples/bake/Shards.h"
+#include "samples/shards/Shards.h"
 
 #include <cerrno>
 #include <cstdio>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "samples/bake/PartFile.h"
+#include "samples/shards/PartFile.h"
 
 #include <cstdint>
 #include <functional>
