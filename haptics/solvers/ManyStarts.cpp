@@ -9,7 +9,8 @@ namespace midair::haptics
 ManyStarts::ManyStarts(Make make, const SolverOptions& options, int starts) :
     _make(std::move(make)),
     _options(options),
-    _starts(std::max(1, starts))
+    _starts(std::max(1, starts)),
+    _first(this->make(0)) // so that a method that there isn't throws here
 {
 }
 
@@ -62,7 +63,8 @@ SolveReport ManyStarts::solve(const ControlPoints& points,
     double solve_ms = 0.0;
     for (int start = 0; start < _starts; ++start)
     {
-        std::unique_ptr<HologramSolver> solver = make(start);
+        std::unique_ptr<HologramSolver> solver =
+            start == 0 && _first ? std::move(_first) : make(start);
         Eigen::VectorXcf field;
         SolveReport report = settle(*solver, points, array, medium, field);
         matrix_ms += report.matrix_ms;

@@ -49,6 +49,7 @@ private:
     const Make _make;
     const SolverOptions _options;
     const int _starts;
+    std::unique_ptr<HologramSolver> _first;  ///< of the first start; null: it was used
     std::unique_ptr<HologramSolver> _chosen; ///< null: no field was solved for yet
 };
 

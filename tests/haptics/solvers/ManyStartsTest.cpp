@@ -80,6 +80,12 @@ TEST(ManyStarts, AFieldThatGetsBetterIsSolvedForAgain)
     EXPECT_EQ(calls[1], 5); // the fourth is as good as it gets
 }
 
+TEST(ManyStarts, AMethodThatThereIsNotIsToldAtOnce)
+{
+    EXPECT_ANY_THROW(
+        ManyStarts([](const SolverOptions& each) { return makeSolver("none", each); }, {}, 2));
+}
+
 TEST(ManyStarts, ARefusalEndsThem)
 {
     for (const StopReason stop :
