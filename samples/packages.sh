@@ -29,6 +29,11 @@ midair_test_packages=(
     pybind11-dev python3-dev python3-numpy # import midair
     python3-matplotlib                    # the plots of samples/python
 )
+# For tests/run.sh --cluster alone.
+midair_cluster_packages=(
+    slurm-wlm munge                       # a real job queue
+    parallel                              # GNU parallel
+)
 
 # Installs those of its arguments that are missing; says so first. Without root or sudo: prints the line to type and stops.
 midair_install()

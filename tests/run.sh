@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# tests/run.sh [STAGE].. [--long] [--vm] [--avx512] [--filter REGEX]: installs what is missing, then runs these checks, one after
-# the other; each says how long it took and fails when it takes longer than its limit. Without a STAGE: --tests.
+# tests/run.sh [STAGE].. [--long] [--vm] [--avx512] [--cluster] [--filter REGEX]: installs what is missing, then runs these checks, one
+# after the other; each says how long it took and fails when it takes longer than its limit. Without a STAGE: --tests.
 #   --tests           builds with g++ into build/ and runs all tests
 #   --format          clang-format
 #   --clang           builds libraries and programs with clang++ and runs the tests of what computes and of devices
@@ -12,13 +12,14 @@
 #   --long            the tests with those that take many minutes (stress, soak), and a minute of fuzzing for each target
 #   --vm              also the USB path on the kernel's own stack, in a virtual machine
 #   --avx512          also the kernels on emulated processors with AVX2 and AVX-512
+#   --cluster         also bakes and sweeps on a Slurm of this machine and by GNU parallel, with tasks that are killed; needs root
 #   --filter REGEX    only tests whose name matches
 # MIDAIR_WERROR=ON makes compiler warnings errors in --tests too. MIDAIR_TIME_FACTOR=3 triples all limits, which are for two
 # cores and an empty compiler cache. MIDAIR_END (seconds since 1970): nothing runs for longer than until then.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 . samples/packages.sh
-stages=() long=0 vm=0 avx512=0
+stages=() long=0 vm=0 avx512=0 cluster=0
 while [ $# -gt 0 ]; do
     case $1 in
         --tests | --format | --clang | --tidy | --quick-sanitize) stages+=("${1#--}") ;;
@@ -26,14 +27,16 @@ while [ $# -gt 0 ]; do
         --long) long=1 ;;
         --vm) vm=1 ;;
         --avx512) avx512=1 ;;
+        --cluster) cluster=1 ;;
         --filter) export MIDAIR_FILTER=${2:?--filter needs a regular expression}; shift ;;
-        -h | --help) sed -n '2,18s/^# \{0,1\}//p' "$0"; exit 0 ;;
+        -h | --help) sed -n '2,19s/^# \{0,1\}//p' "$0"; exit 0 ;;
         *) echo "tests/run.sh: unknown option '$1'; --help lists them" >&2; exit 2 ;;
     esac
     shift
 done
 [ ${#stages[@]} -gt 0 ] || stages=(tests)
 midair_install git "${midair_packages[@]}" "${midair_test_packages[@]}"
+[ $cluster = 0 ] || midair_install "${midair_cluster_packages[@]}"
 export MIDAIR_LONG_TESTS=$long
 
 # minutes STAGE: its limit.
@@ -49,6 +52,7 @@ minutes()
         sanitize-threads) echo 25 ;;
         sanitize-memory) echo 10 ;;
         tidy-all) echo 35 ;;
+        cluster) echo 15 ;;
         *) echo 240 ;;
     esac
 }
@@ -100,6 +104,7 @@ done
 [ $long = 0 ] || timed fuzz tests/fuzz/run.sh 60 || failed+=(fuzz)
 [ $vm = 0 ] || timed vm tests/vm/run.sh || failed+=(vm)
 [ $avx512 = 0 ] || timed avx512 tests/vm/avx512.sh || failed+=(avx512)
+[ $cluster = 0 ] || timed cluster tests/cluster/run.sh build/bin || failed+=(cluster)
 [ ${#failed[@]} -eq 0 ] || {
     for stage in "${failed[@]}"; do [ ! -f "$logs/$stage" ] || repeated "$stage"; done
     echo "tests/run.sh: failed: ${failed[*]}"

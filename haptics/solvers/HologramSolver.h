@@ -32,6 +32,9 @@ struct SolverOptions : SolverSettings
     std::shared_ptr<base::ThreadPool> pool;
     std::uint64_t seed = 1; ///< seed of random phases; the same seed gives the same fields
     bool warmStart = true;  ///< start from the last field
+    /// true: gauss-newton rounds every field as thoroughly as one that starts from nothing, which
+    /// takes some more time; for fields that nobody waits for
+    bool thorough = false;
     /// >= 0, in wavelengths. Points that moved by no more than this, since their rows of G were
     /// built, keep these. If no point moved farther, nothing else changed and the last field was
     /// finished, it stays and the solve is SKIPPED. Reports leave out what that costs, see

@@ -129,6 +129,26 @@ public:
     /// asks for, so that it can play for that. On the update thread of both.
     bool suits(const HapticEngine& other) const;
 
+    /// What a FieldBaker solves by itself, see collectForBaking().
+    struct Baked
+    {
+        const midair::bridge::SceneSnapshot* snapshot = nullptr; ///< null: another engine plays it
+        /// Counts changes of the settings that fields are played with.
+        std::uint64_t settings = 0;
+    };
+    /// Collects one frame as update() does, for a caller that solves by itself: no device, no hand
+    /// source and no thread are opened, from the first call on. Objects are read to their end. The
+    /// snapshot is valid until the next call.
+    Baked collectForBaking(const SceneRoot& root, unsigned int frame, double simulationTime_s);
+    /// The options, and what makes a pipeline of these with the scene's array, as the last
+    /// collectForBaking() found them. The function throws what is wrong with the array.
+    midair::bridge::HologramOptions optionsForBaking() const { return hologramOptions(); }
+    std::unique_ptr<midair::bridge::HologramPipeline>
+    makePipeline(const midair::bridge::HologramOptions& options) const
+    {
+        return pipelineMaker(options)();
+    }
+
     /// Adds \a message, or counts it if it is there, and passes it on to osg::notify() once; of one
     /// code and path no more than a LineLimit lets through.
     void say(midair::base::Message message);
@@ -206,6 +226,7 @@ private:
     std::function<std::unique_ptr<midair::bridge::HologramPipeline>()>
     pipelineMaker(const midair::bridge::HologramOptions& options) const;
     void applyToThread();
+    void noteForBaking(bool isSame);
     void startThread();
     bool mayTouch() const;
     /// Returns true if the snapshot differs from the last submitted one. \a objectsToo: false
@@ -264,6 +285,8 @@ private:
     HapticSettings _raw;                                    ///< as given
     HapticSettings _granted; ///< as _settings, but for what a rehearsal replaces
     bool _isRehearsed = false;
+    bool _isBaked = false;           ///< by a FieldBaker: nothing is opened
+    std::uint64_t _bakedChanges = 0; ///< how often _applied has changed since
     bool _configured = false;
     bool _isOpen = false; ///< the thread has what _applied says
     /// Those of the settings that the thread has: array, device and what its fields are played

@@ -154,7 +154,7 @@ void HapticEngine::openHands()
 {
     // A disabled scene opens no new hand source, but keeps an open one, as it may be enabled again
     // soon.
-    const bool open = _settings.enabled || _settings.hands == _hands.uri();
+    const bool open = !_isBaked && (_settings.enabled || _settings.hands == _hands.uri());
     const std::string error =
         _hands.setSettings(open ? _settings.hands : "", _settings.reach, _settings.shadows);
     if (!error.empty()) say({MessageCode::HANDS_OPEN, error});
@@ -306,6 +306,7 @@ void HapticEngine::applyToThread()
                         wanted.arrayDescription == _applied.arrayDescription;
     const bool isSame = isOpen && playsAlike(wanted, _applied);
     _applied = std::move(wanted);
+    if (_isBaked) return noteForBaking(isSame);
     if (!isOpen) return startThread();
     if (isSame) return;
     midair::bridge::HologramOptions options = hologramOptions();

@@ -170,10 +170,11 @@ private:
     }
 
     // Plays the phases, after turning them by \a step if that is not null: thoroughly after a start
-    // from nothing, quickly in updates, and in a hurry with plain rounding.
+    // from nothing and where it is asked for, quickly in updates, in a hurry with plain rounding.
     void finish(FieldProblem& field, const GaussNewtonStep* step, Outcome& outcome)
     {
-        const bool thorough = (_search.wasCold() || !step) && _pace.allows(Pace::THOROUGH);
+        const bool isWorthIt = options().thorough || _search.wasCold() || !step;
+        const bool thorough = isWorthIt && _pace.allows(Pace::THOROUGH);
         const bool shaped = thorough || _pace.allows(Pace::FINISH);
         const ShapedRounding::Effort plain{0.0f, 1, 1.0f};
         const float floor = rounding(field);

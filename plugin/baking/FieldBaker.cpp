@@ -1,0 +1,338 @@
+#include "device/drive/DriveEncoder.h"
+#include "device/limits/GuardedDevice.h"
+#include "engine-bridge/playing/SequenceOfSteps.h"
+#include "haptics/base/Crc32c.h"
+#include "haptics/base/ThrownBy.h"
+#include "haptics/base/simd/InstructionSet.h"
+#include "haptics/base/text/Number.h"
+#include "haptics/solvers/ManyStarts.h"
+#include "plugin/baking/BakingDevice.h"
+#include "plugin/baking/Unbakeable.h"
+#include "plugin/engine/PublicMessage.h"
+#include "plugin/engine/SceneAccess.h"
+#include "plugin/extending/OwnSolver.h"
+#include "plugin/settings/AllSettings.h"
+
+#include <osgMidair/FieldBaker>
+#include <osgMidair/HapticScene>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+using midair::bridge::HologramOptions;
+using midair::bridge::HologramPipeline;
+using midair::bridge::HologramResult;
+using midair::device::DriveSignal;
+using midair::haptics::StopReason;
+
+constexpr int kMostRest = 100000; // steps of what a frame at rest gets; the constants end it before
+constexpr double kSecond_ns = 1e9;
+
+// Of these what is played doesn't depend, or a FieldBaker has its own, or the array's content says
+// it better than its name.
+const std::set<std::string> kNoIdentity = {"array",
+                                           "device",
+                                           "hands",
+                                           "prediction",
+                                           "trackerDelay",
+                                           "threads",
+                                           "deadline",
+                                           "deadline_ms",
+                                           "maxIterations",
+                                           "monitorInterval",
+                                           "earCamera"};
+
+/// Throws std::runtime_error.
+[[noreturn]] void fail(const std::string& why)
+{
+    throw std::runtime_error(why);
+}
+
+std::string valueText(const Setting<HapticSettings>& row, const HapticSettings& settings)
+{
+    const bool isNumber = std::holds_alternative<int HapticSettings::*>(row.member) ||
+                          std::holds_alternative<double HapticSettings::*>(row.member);
+    return isNumber ? midair::base::exactNumber(row.number(settings)) : row.defaultText(settings);
+}
+
+std::string crcText(const std::string& text)
+{
+    return fmt::format(
+        "{:08x}",
+        midair::base::crc32c(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
+/// Gives \a signals to \a frame, in step with the clock of the recording.
+void addSteps(const std::vector<DriveSignal>& signals,
+              const midair::haptics::ModulatorOptions& modulation,
+              std::uint64_t begin_ns,
+              std::uint64_t end_ns,
+              BakedFrame& frame)
+{
+    const midair::haptics::Modulator modulator(modulation);
+    const double step_ns = kSecond_ns / modulation.fieldRate_Hz;
+    auto step = static_cast<std::int64_t>(std::floor(static_cast<double>(begin_ns) / step_ns));
+    std::uint64_t time_ns = begin_ns;
+    while (time_ns < end_ns)
+    {
+        DriveSignal signal;
+        midair::bridge::signalOfStep(signals, modulator, step, signal);
+        frame.fields.push_back({time_ns, std::move(signal.phase), std::move(signal.duty)});
+        do
+            time_ns =
+                static_cast<std::uint64_t>(std::llround(static_cast<double>(++step) * step_ns));
+        while (time_ns <= frame.fields.back().time_ns);
+    }
+}
+
+} // namespace
+
+/// What a FieldBaker works with.
+struct OSGMIDAIR_NO_EXPORT FieldBaker::Part
+{
+    Part(HapticScene& baked, int wantedThreads) : scene(&baked), threads(wantedThreads) {}
+
+    void collect(const osg::FrameStamp& stamp, const osg::Matrixd& world);
+    void open();
+    HologramOptions options();
+    void keepArray();
+    std::shared_ptr<const HologramResult> solve();
+    std::vector<DriveSignal> encoded(const HologramResult& result) const;
+
+    const osg::ref_ptr<HapticScene> scene;
+    const int threads;
+    HapticEngine::Baked collected;
+    std::uint64_t opened = 0; ///< Baked::settings of the pipeline
+    BakedLimits limits;
+    std::string arrayText; ///< JSON of the array; empty: not read yet
+    unsigned int transducers = 0;
+    std::unique_ptr<HologramPipeline> pipeline;
+    std::vector<midair::base::Message> told; ///< of pipelines
+};
+
+void FieldBaker::Part::collect(const osg::FrameStamp& stamp, const osg::Matrixd& world)
+{
+    HapticEngine& engine = SceneAccess::engine(*scene);
+    collected = engine.collectForBaking(
+        {scene.get(), world}, stamp.getFrameNumber(), stamp.getSimulationTime());
+    if (!collected.snapshot)
+        fail("the HapticScene \"" + scene->getName() + "\" is inside another one, which plays it");
+    const HapticSettings granted = engine.grantedSettings();
+    if (granted.isSilenced)
+        fail("the scene isn't played: " +
+             (granted.whySilenced.empty() ? "isSilenced is set" : granted.whySilenced.front()));
+    limits = limitsOfDevice(granted.device);
+    if (pipeline && opened != collected.settings) pipeline.reset();
+}
+
+// The best that there is, and no device.
+HologramOptions FieldBaker::Part::options()
+{
+    HologramOptions options = SceneAccess::engine(*scene).optionsForBaking();
+    options.deviceUri = "baked:";
+    options.deviceFactory =
+        [most = limits.limits](const std::string&, const midair::device::DeviceLayout& layout)
+    {
+        return std::make_unique<midair::device::GuardedDevice>(
+            std::make_unique<BakingDevice>(layout.transducers), most, layout.transducers);
+    };
+    options.solverFactory =
+        [](const std::string& name, const midair::haptics::SolverOptions& wanted)
+    {
+        const auto make = [name](const midair::haptics::SolverOptions& each)
+        { return makeAnySolver(name, each); };
+        return std::make_unique<midair::haptics::ManyStarts>(make, wanted, kStarts);
+    };
+    midair::haptics::SolverOptions& solver = options.solverOptions;
+    solver.threads = threads;
+    solver.deadline_ms = 0.0;
+    solver.maxIterations = 0;
+    solver.rmsTolerance = std::min(solver.rmsTolerance, kTolerance);
+    solver.thorough = true;
+    options.monitorInterval = 0.0;
+    options.reopen_s = 0.0;
+    return options;
+}
+
+void FieldBaker::Part::open()
+{
+    if (pipeline) return;
+    pipeline = SceneAccess::engine(*scene).makePipeline(options());
+    opened = collected.settings;
+    keepArray();
+}
+
+void FieldBaker::Part::keepArray()
+{
+    const auto array = SceneAccess::engine(*scene).array();
+    std::string text = array ? array->toJson() : "";
+    if (!arrayText.empty() && text != arrayText)
+        fail("the array has changed while it is baked for");
+    arrayText = std::move(text);
+    transducers = array ? static_cast<unsigned int>(array->size()) : 0;
+}
+
+// Nobody waits: what a scene at rest would get bit by bit is made to its end.
+std::shared_ptr<const HologramResult> FieldBaker::Part::solve()
+{
+    auto result = pipeline->process(*collected.snapshot);
+    for (int more = 0; more < kMostRest && pipeline->rest_s() <= 0.0; ++more)
+        if (auto better = pipeline->attend()) result = better;
+    for (const midair::base::Message& message : result->told)
+        if (std::none_of(told.begin(),
+                         told.end(),
+                         [&](const midair::base::Message& one)
+                         { return one.code == message.code && one.path == message.path; }))
+            told.push_back(message);
+    const StopReason stop = result->report().stop;
+    if (stop == StopReason::REFUSED || stop == StopReason::STOPPED || !result->deviceOpen)
+        fail(result->report().message.empty() ? midair::haptics::stopReasonName(stop)
+                                              : result->report().message);
+    return result;
+}
+
+// Returns the fields' levels; none if nothing sounds.
+std::vector<DriveSignal> FieldBaker::Part::encoded(const HologramResult& result) const
+{
+    std::vector<DriveSignal> signals;
+    bool sounds = false;
+    for (const Eigen::VectorXcf& q : result.sequence.fields)
+    {
+        DriveSignal& signal = signals.emplace_back();
+        if (!midair::device::encode(q.data(), static_cast<int>(q.size()), signal) ||
+            signal.size() != static_cast<int>(transducers))
+            fail("the field isn't one finite number for each transducer");
+        sounds = sounds || std::any_of(signal.duty.begin(),
+                                       signal.duty.end(),
+                                       [](std::uint8_t level) { return level > 0; });
+    }
+    if (!sounds) signals.clear();
+    return signals;
+}
+
+FieldBaker::FieldBaker(HapticScene& scene, int threads) :
+    _part(std::make_unique<Part>(scene, threads))
+{
+}
+
+FieldBaker::~FieldBaker() = default;
+
+bool FieldBaker::look(const osg::FrameStamp& stamp, const osg::Matrixd& world, std::string& error)
+{
+    try
+    {
+        _part->collect(stamp, world);
+        if (SceneAccess::engine(*_part->scene).grantedSettings().enabled) _part->open();
+        return true;
+    }
+    catch (...)
+    {
+        error = midair::base::whatWasThrown();
+        return false;
+    }
+}
+
+std::vector<std::string> FieldBaker::getUnbakeable() const
+{
+    HapticScene& scene = *_part->scene;
+    return unbakeable(scene,
+                      scene.getGrantedSettings(),
+                      scene.getFoundObjects(),
+                      scene.getHandSource() != nullptr);
+}
+
+std::vector<std::string> FieldBaker::getUnkept() const
+{
+    return _part->limits.unkept;
+}
+
+std::vector<std::pair<std::string, std::string>> FieldBaker::getIdentity() const
+{
+    using midair::base::exactNumber;
+    const HapticSettings settings = _part->scene->getGrantedSettings();
+    std::vector<std::pair<std::string, std::string>> all = {
+        {"kit", MIDAIR_VERSION},
+        {"instructions", midair::base::instructionSetName(midair::base::instructionSet())},
+        {"array", crcText(_part->arrayText)},
+        {"transducers", std::to_string(_part->transducers)},
+        {"deviceMaxAmplitude", exactNumber(_part->limits.limits.maxAmplitude)},
+        {"deviceMaxPressure", exactNumber(_part->limits.limits.maxPressure_Pa)}};
+    for (const Setting<HapticSettings>& row : sceneSettings().rows())
+        if (kNoIdentity.count(row.name) == 0) all.emplace_back(row.name, valueText(row, settings));
+    return all;
+}
+
+unsigned int FieldBaker::getNumTransducers() const
+{
+    return _part->transducers;
+}
+
+void FieldBaker::restart()
+{
+    _part->pipeline.reset();
+}
+
+bool FieldBaker::bake(const osg::FrameStamp& stamp,
+                      const osg::Matrixd& world,
+                      std::uint64_t begin_ns,
+                      std::uint64_t end_ns,
+                      BakedFrame& frame,
+                      std::string& error)
+{
+    frame = {};
+    try
+    {
+        if (end_ns <= begin_ns) fail("the frame ends before it has begun");
+        _part->collect(stamp, world);
+        if (!SceneAccess::engine(*_part->scene).grantedSettings().enabled)
+        {
+            frame.fields.push_back({begin_ns, {}, {}});
+            return true;
+        }
+        _part->open();
+        const auto result = _part->solve();
+        frame.points = static_cast<unsigned int>(result->points.size());
+        frame.isSilenced = result->isSilenced();
+        std::vector<DriveSignal> signals = _part->encoded(*result);
+        if (signals.empty())
+        {
+            frame.fields.push_back({begin_ns, {}, {}});
+            return true;
+        }
+        frame.rms = result->report().rms;
+        frame.loudness = result->report().loudness;
+        frame.level_Pa = result->report().level_Pa;
+        if (result->sequence.changes())
+            addSteps(signals, result->sequence.modulation, begin_ns, end_ns, frame);
+        else
+            frame.fields.push_back(
+                {begin_ns, std::move(signals.front().phase), std::move(signals.front().duty)});
+        return true;
+    }
+    catch (...)
+    {
+        error = midair::base::whatWasThrown();
+        _part->pipeline.reset();
+        return false;
+    }
+}
+
+std::vector<HapticMessage> FieldBaker::getMessages() const
+{
+    std::vector<HapticMessage> all = _part->scene->getStatistics().told;
+    for (const midair::base::Message& message : _part->told)
+        all.push_back(toPublic(message));
+    return all;
+}
+
+} // namespace osgMidair

@@ -1,0 +1,150 @@
+#include "samples/shards/Shards.h"
+
+#include "haptics/base/InputError.h"
+#include "haptics/base/text/Number.h"
+#include "haptics/base/threads/SteadyClock.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace midair::samples
+{
+
+namespace
+{
+
+using base::InputError;
+
+constexpr int kMostShards = 100000;
+constexpr int kBar = 30;              // characters
+constexpr double kTerminal_s = 0.2;   // between two looks of the bar
+constexpr double kElsewhere_s = 30.0; // between two lines in a log
+
+} // namespace
+
+Shard parseShard(const std::string& text)
+{
+    Shard shard;
+    const std::size_t slash = text.find('/');
+    const bool isRead = slash != std::string::npos &&
+                        base::parseWhole(text.substr(0, slash), shard.number) &&
+                        base::parseWhole(text.substr(slash + 1), shard.count);
+    if (!isRead || shard.number < 1 || shard.count < 1 || shard.count > kMostShards ||
+        shard.number > shard.count)
+        throw InputError(
+            fmt::format("--shard is \"{}\", should be i/K with 1 <= i <= K <= {}, such as 2/4",
+                        text,
+                        kMostShards));
+    return shard;
+}
+
+JoinedParts::JoinedParts(
+    const std::vector<std::string>& files,
+    const std::function<std::string(const nlohmann::json&, std::uint64_t)>& describe)
+{
+    if (files.empty()) throw InputError("there are no parts to merge");
+    for (const std::string& file : files)
+    {
+        PartFile part = PartFile::openToRead(file);
+        if (!_parts.empty())
+        {
+            const PartFile& first = _parts.front();
+            const std::string other = differenceOf(first.header().work, part.header().work);
+            if (!other.empty() || first.header().pieces != part.header().pieces)
+                throw InputError(fmt::format("\"{}\" and \"{}\" are of different work: {}",
+                                             first.path(),
+                                             file,
+                                             other.empty() ? "their lengths differ" : other));
+        }
+        _parts.push_back(std::move(part));
+    }
+    constexpr std::size_t kNone = ~std::size_t(0);
+    const std::uint64_t count = _parts.front().header().pieces;
+    _partOf.assign(count, kNone);
+    for (std::size_t i = 0; i < _parts.size(); ++i)
+        for (const std::uint64_t piece : _parts[i].numbers())
+        {
+            if (piece >= count)
+                throw InputError(
+                    fmt::format("\"{}\" has a piece {} of {}", files[i], piece, count));
+            if (_partOf[piece] != kNone)
+                throw InputError(fmt::format("{} are in \"{}\" and in \"{}\"",
+                                             describe(work(), piece),
+                                             files[_partOf[piece]],
+                                             files[i]));
+            _partOf[piece] = i;
+        }
+    const auto gap = std::find(_partOf.begin(), _partOf.end(), kNone);
+    if (gap == _partOf.end()) return;
+    const auto missing = std::count(_partOf.begin(), _partOf.end(), kNone);
+    std::string why =
+        fmt::format("{} of {} pieces are missing, the first of them {}",
+                    missing,
+                    count,
+                    describe(work(), static_cast<std::uint64_t>(gap - _partOf.begin())));
+    for (const PartFile& part : _parts)
+        if (!part.damage().empty()) why += fmt::format("; \"{}\": {}", part.path(), part.damage());
+    throw InputError(why + "; run their shards again, which keeps what is done");
+}
+
+Progress::Progress(std::string name, std::uint64_t done, std::uint64_t all, bool isQuiet) :
+    _name(std::move(name)),
+    _before(done),
+    _all(all),
+    _isQuiet(isQuiet),
+    _isTerminal(::isatty(STDERR_FILENO) == 1),
+    _start_s(base::steadySeconds()),
+    _done(done)
+{
+    show(false);
+}
+
+Progress::~Progress()
+{
+    show(true);
+}
+
+void Progress::add(std::uint64_t units)
+{
+    _done += units;
+    show(false);
+}
+
+void Progress::show(bool isLast)
+{
+    const double now_s = base::steadySeconds();
+    if (_isQuiet || (!isLast && now_s - _shown_s < (_isTerminal ? kTerminal_s : kElsewhere_s)))
+        return;
+    _shown_s = now_s;
+    const double share = _all > 0 ? static_cast<double>(_done) / static_cast<double>(_all) : 1.0;
+    const double rate = static_cast<double>(_done - _before) / std::max(1e-9, now_s - _start_s);
+    std::string left;
+    if (rate > 0.0 && _done > _before)
+        left = fmt::format(", {:.3g} {}/s, {:.0f} s left",
+                           rate,
+                           _name,
+                           std::ceil(static_cast<double>(_all - _done) / rate));
+    const std::string line =
+        fmt::format("{:3.0f} % of {} {}{}", std::floor(100.0 * share), _all, _name, left);
+    if (!_isTerminal)
+    {
+        std::fprintf(stderr, "%s\n", line.c_str());
+        return;
+    }
+    const int full = static_cast<int>(share * kBar);
+    std::fprintf(stderr,
+                 "\r[%s%s] %s\033[K%s",
+                 std::string(static_cast<std::size_t>(full), '#').c_str(),
+                 std::string(static_cast<std::size_t>(kBar - full), '.').c_str(),
+                 line.c_str(),
+                 isLast ? "\n" : "");
+}
+
+} // namespace midair::samples
