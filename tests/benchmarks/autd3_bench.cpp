@@ -1,26 +1,31 @@
 // Fields on emulated AUTD3 units: how many a second, how late, and whether any of them is torn.
 
 #include "device/autd3/Autd3Device.h"
-#include "device/autd3/emulator/EmulatedLink.h"
+#include "device/autd3/emulator/UdpUnits.h"
 #include "device/drive/DriveSequence.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "tests/benchmarks/Timing.h"
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <limits>
 #include <memory>
+#include <string>
 #include <thread>
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 using namespace midair;
 using namespace midair::device;
 using namespace midair::device::autd3;
-using emulation::EmulatedChain;
-using emulation::EmulatedLink;
-using emulation::EmulatedUnits;
 using emulation::Time_ns;
 
 namespace
@@ -46,11 +51,106 @@ struct Case
     double fields_Hz = 0;     ///< 0: as fast as they are taken
 };
 
-/// Units in this program, and the device that plays on them.
+/// What units in another process saw.
+struct Seen
+{
+    std::uint64_t torn = 0;
+    std::uint64_t whole = 0;
+    std::uint64_t badWrites = 0;
+    double longestTear_ms = 0;
+    double skew_us = 0;
+};
+
+void write(int to, const void* bytes, std::size_t size)
+{
+    if (::write(to, bytes, size) != static_cast<ssize_t>(size)) std::_Exit(1);
+}
+
+/// Units behind UDP ports, in a process of their own, so that their time isn't the device's.
+class Units
+{
+public:
+    explicit Units(const emulation::ChainOptions& options)
+    {
+        int ends[2];
+        if (::pipe(ends) != 0) std::_Exit(1);
+        _process = ::fork();
+        if (_process == 0) emulate(options, ends[1]);
+        ::close(ends[1]);
+        _pipe = ends[0];
+        if (::read(_pipe, &_port, sizeof _port) != sizeof _port) std::_Exit(1);
+    }
+    ~Units() { end(); }
+    Units(const Units&) = delete;
+    Units& operator=(const Units&) = delete;
+
+    int port() const { return _port; }
+    Seen end()
+    {
+        Seen seen;
+        if (_process <= 0) return seen;
+        pollfd heard = {_pipe, POLLIN, 0};
+        do // a signal between two of its waits ends neither
+            ::kill(_process, SIGTERM);
+        while (::poll(&heard, 1, 50) == 0);
+        if (::read(_pipe, &seen, sizeof seen) != sizeof seen) std::_Exit(1);
+        ::waitpid(_process, nullptr, 0);
+        ::close(_pipe);
+        _process = -1;
+        return seen;
+    }
+
+private:
+    static void stop(int) {}
+
+    [[noreturn]] static void emulate(const emulation::ChainOptions& options, int to)
+    {
+        ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+        struct sigaction action = {};
+        action.sa_handler = stop; // ends the wait
+        ::sigaction(SIGTERM, &action, nullptr);
+        emulation::UdpUnits units(options, 0);
+        const int port = units.port();
+        write(to, &port, sizeof port);
+        units.run(std::numeric_limits<Time_ns>::max());
+        const emulation::ChainReport report = units.chain().report(emulation::UdpUnits::now_ns());
+        Seen seen;
+        seen.torn = report.fields.torn;
+        seen.whole = report.fields.whole;
+        seen.badWrites = report.writesIntoBanks + report.writesIntoSlots;
+        seen.longestTear_ms = static_cast<double>(report.fields.longestTear_ns) * 1e-6;
+        seen.skew_us = static_cast<double>(report.fields.worstSkew_ns) * 1e-3;
+        write(to, &seen, sizeof seen);
+        std::_Exit(0);
+    }
+
+    pid_t _process = -1;
+    int _pipe = -1;
+    int _port = 0;
+};
+
+emulation::ChainOptions chainOf(const Settings& settings, const Case& what)
+{
+    emulation::ChainOptions chain = emulation::ChainOptions::realistic(settings.units);
+    chain.boot_ns = 0;
+    chain.settle_ns = 50 * emulation::kMillisecond_ns;
+    chain.faults.drop = what.loss;
+    // At once, units are apart by what the host and the network are.
+    if (!what.timed) chain.tolerance_ns = emulation::kMillisecond_ns;
+    if (!what.isRealistic) chain.wirePerByte_ns = chain.perFrame_ns = chain.perWord_ns = 0;
+    return chain;
+}
+
+/// Units and the device that plays on them.
 struct Stage
 {
-    Stage(const Settings& settings, const Case& what)
+    Stage(const Settings& settings,
+          const Case& what,
+          double heartbeat_s = 10e-3,
+          double failsafe_s = 0.1) :
+        units(chainOf(settings, what))
     {
+        Autd3Options options;
         options.units = settings.units;
         for (int k = 0; k < settings.units; ++k)
             options.order.push_back(k);
@@ -58,31 +158,14 @@ struct Stage
         options.silencer = {1, 1};
         options.timed = what.timed;
         options.lead_s = what.lead_s;
-        emulation::ChainOptions chain = emulation::ChainOptions::realistic(settings.units);
-        chain.boot_ns = 0;
-        if (!what.isRealistic) chain.wirePerByte_ns = chain.perFrame_ns = chain.perWord_ns = 0;
-        units = std::make_shared<EmulatedUnits>(chain);
-        open();
-        chain.faults.drop = what.loss;
-        units->with(
-            [&](EmulatedChain& c, Time_ns)
-            {
-                c.setFaults(chain.faults);
-                return 0;
-            });
-    }
-
-    void open()
-    {
+        options.heartbeat_s = heartbeat_s;
+        options.failsafe_s = failsafe_s;
+        options.group = "[::1]:" + std::to_string(units.port());
         device = std::make_unique<Autd3Device>(
-            DeviceLayout{options.units * kTransducersPerUnit, {}},
-            options,
-            false,
-            [this](const std::function<bool()>&) { return std::make_unique<EmulatedLink>(units); });
+            DeviceLayout{settings.units * kTransducersPerUnit, {}}, options);
     }
 
-    Autd3Options options;
-    std::shared_ptr<EmulatedUnits> units;
+    Units units;
     std::unique_ptr<Autd3Device> device;
 };
 
@@ -120,12 +203,6 @@ void playFields(const Settings& settings, const Case& what)
     for (unsigned n = 1; base::steadySeconds() - begin_s < settings.duration_s; ++n)
     {
         const DriveSignal signal = fieldOf(settings.units * kTransducersPerUnit, n, what.isEven);
-        stage.units->with(
-            [&](EmulatedChain& chain, Time_ns)
-            {
-                chain.watch().expect(n, signal);
-                return 0;
-            });
         stage.device->send(signal);
         if (what.fields_Hz > 0) pause(begin_s + n / what.fields_Hz - base::steadySeconds());
         // One waits, so that the thread never does.
@@ -139,16 +216,17 @@ void playFields(const Settings& settings, const Case& what)
     const double took_s = base::steadySeconds() - begin_s;
     const DeviceReport report = stage.device->report();
     pause(0.1);
-    const emulation::ChainReport chain =
-        stage.units->with([](EmulatedChain& c, Time_ns now_ns) { return c.report(now_ns); });
     const Autd3Device::Figures figures = stage.device->figures();
-    std::printf("%-34s %7.0f %6llu %6llu %6llu %8.0f %7.2f %7.2f %7.1f %7llu\n",
+    stage.device.reset();
+    const Seen seen = stage.units.end();
+    std::printf("%-32s %5.0f %5llu %7.1f %4llu %4llu %7.1f %7.2f %7.2f %7.1f %7llu\n",
                 what.name,
                 static_cast<double>(report.played) / took_s,
-                static_cast<unsigned long long>(chain.fields.torn),
+                static_cast<unsigned long long>(seen.torn),
+                seen.longestTear_ms,
                 static_cast<unsigned long long>(report.lost),
-                static_cast<unsigned long long>(chain.writesIntoBanks + chain.fields.unknown),
-                static_cast<double>(chain.fields.worstSkew_ns) * 1e-3,
+                static_cast<unsigned long long>(seen.badWrites),
+                seen.skew_us,
                 percentile(latencies_ms, 0.5),
                 percentile(latencies_ms, 0.99),
                 figures.lead_s * 1e3,
@@ -158,11 +236,7 @@ void playFields(const Settings& settings, const Case& what)
 
 void playSequence(const Settings& settings, double heartbeat_s, double failsafe_s)
 {
-    Stage stage(settings, {"sequence"});
-    stage.device.reset();
-    stage.options.heartbeat_s = heartbeat_s;
-    stage.options.failsafe_s = failsafe_s;
-    stage.open();
+    Stage stage(settings, {"sequence"}, heartbeat_s, failsafe_s);
     DriveSequence sequence;
     sequence.rate_Hz = 1000;
     for (unsigned n = 0; n < 100; ++n)
@@ -186,27 +260,31 @@ void playSequence(const Settings& settings, double heartbeat_s, double failsafe_
 int main(int argc, char** argv)
 {
     Settings settings;
-    CLI::App app("Fields on AUTD3 units that are emulated in this program");
+    CLI::App app("Fields on AUTD3 units that another process emulates, over UDP");
     app.add_option("--units", settings.units, "how many")->check(CLI::Range(1, kMostUnits));
     app.add_option("--duration", settings.duration_s, "of each part, s")
         ->check(CLI::Range(0.5, 86400.0));
     app.add_option("--loss", settings.loss, "share of datagrams lost, where some are")
         ->check(CLI::Range(0.0, 0.2));
     CLI11_PARSE(app, argc, argv);
-    std::printf("%d units, %d transducers, %g s each; bad: writes into the bank that plays, and "
-                "what nobody sent\n",
+    std::printf("%d units, %d transducers, %g s each\n",
                 settings.units,
                 settings.units * kTransducersPerUnit,
                 settings.duration_s);
-    std::printf("%-34s %7s %6s %6s %6s %8s %7s %7s %7s %7s\n",
+    std::printf("fields/s played; torn: units play different fields for over 50 us, at once 1 ms, "
+                "the longest; lost;\nbad: writes into a bank that plays or waits to; skew of what "
+                "is whole; from send() until the switch is\nsent, ms; the lead at the end; "
+                "switches that were put off\n");
+    std::printf("%-32s %5s %5s %7s %4s %4s %7s %7s %7s %7s %7s\n",
                 "",
                 "/s",
                 "torn",
+                "ms",
                 "lost",
                 "bad",
                 "skew/us",
-                "p50/ms",
-                "p99/ms",
+                "p50",
+                "p99",
                 "lead/ms",
                 "put off");
     const Case cases[] = {
@@ -223,7 +301,7 @@ int main(int argc, char** argv)
     };
     for (const Case& one : cases)
         playFields(settings, one);
-    std::printf("a sequence on board, 100 fields at 1 kHz; the emulation is not left out\n");
+    std::printf("a sequence on board, 100 fields at 1 kHz: the thread of the device\n");
     playSequence(settings, 10e-3, 0.1);
     playSequence(settings, 100e-3, 0.5);
     return 0;

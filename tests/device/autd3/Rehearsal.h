@@ -1,8 +1,8 @@
 #pragma once
 
 #include "device/autd3/Autd3Device.h"
-#include "device/autd3/protocol/Levels.h"
 #include "device/autd3/emulator/EmulatedLink.h"
+#include "device/autd3/protocol/Levels.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <chrono>
@@ -111,11 +111,11 @@ public:
         return now.duty == std::vector<std::uint8_t>(now.duty.size(), 0);
     }
 
-    /// Waits until \a is is true, 10 s at most.
+    /// Waits until \a is is true, \a atMost_s at most.
     template<typename Condition>
-    static bool eventually(const Condition& is)
+    static bool eventually(const Condition& is, double atMost_s = 10)
     {
-        const double until_s = midair::base::steadySeconds() + 10;
+        const double until_s = midair::base::steadySeconds() + atMost_s;
         while (!is())
         {
             if (midair::base::steadySeconds() > until_s) return false;
