@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine-bridge/playing/OneSolve.h"
+#include "engine-bridge/solving/OneSolve.h"
 #include "samples/solve/SolveEars.h"
 #include "samples/solve/SolveFiles.h"
 #include "samples/solve/SolveOptions.h"

@@ -1,6 +1,6 @@
 #include "samples/solve/SolveEars.h"
 
-#include "engine-bridge/playing/OneSolve.h"
+#include "engine-bridge/solving/OneSolve.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/CsvRow.h"
 #include "haptics/base/text/Number.h"

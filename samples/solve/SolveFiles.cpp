@@ -1,6 +1,6 @@
 #include "samples/solve/SolveFiles.h"
 
-#include "engine-bridge/playing/ArrayLevels.h"
+#include "engine-bridge/solving/ArrayLevels.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Number.h"

@@ -1,6 +1,6 @@
 #include "samples/solve/SolvePoints.h"
 
-#include "engine-bridge/playing/ArrayLevels.h"
+#include "engine-bridge/solving/ArrayLevels.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
 #include "haptics/points/ControlPointSelector.h"

@@ -1,8 +1,8 @@
-// midair-c-bench: what the C interface adds to a solve, against the same solve in C++, turn by turn, so
-// that both have the same machine, by the processor time of this thread.
+// midair-c-bench: what the C interface adds to a solve, against the same solve in C++, turn by
+// turn, so that both have the same machine, by the processor time of this thread.
 #include "engine-bridge/pipeline/PointAssembler.h"
-#include "engine-bridge/playing/ArrayLevels.h"
-#include "engine-bridge/playing/OneSolve.h"
+#include "engine-bridge/solving/ArrayLevels.h"
+#include "engine-bridge/solving/OneSolve.h"
 #include "haptics/sequence/FieldSequence.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "haptics/surface/ObjReader.h"

@@ -1,6 +1,6 @@
 // midair_array_..(): arrays of the C interface.
 #include "engine-bridge/c/inside/Scene.h"
-#include "engine-bridge/playing/ArrayLevels.h"
+#include "engine-bridge/solving/ArrayLevels.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/text/Range.h"
 

@@ -1,6 +1,6 @@
 // midair_field_..(): what was solved or is played.
 #include "engine-bridge/c/inside/Field.h"
-#include "engine-bridge/playing/ArrayLevels.h"
+#include "engine-bridge/solving/ArrayLevels.h"
 #include "haptics/base/text/NearestWord.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/solvers/SolveReport.h"

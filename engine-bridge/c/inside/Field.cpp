@@ -1,8 +1,8 @@
 #include "engine-bridge/c/inside/Field.h"
 
 #include "device/drive/DriveEncoder.h"
-#include "engine-bridge/playing/ArrayLevels.h"
-#include "engine-bridge/playing/OneSolve.h"
+#include "engine-bridge/solving/ArrayLevels.h"
+#include "engine-bridge/solving/OneSolve.h"
 #include "haptics/propagation/Exposure.h"
 #include "haptics/solvers/SolveReport.h"
 

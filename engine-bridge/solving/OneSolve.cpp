@@ -1,8 +1,8 @@
-#include "engine-bridge/playing/OneSolve.h"
+#include "engine-bridge/solving/OneSolve.h"
 
 #include "device/drive/DriveEncoder.h"
-#include "engine-bridge/playing/ArrayLevels.h"
 #include "engine-bridge/playing/EarBound.h"
+#include "engine-bridge/solving/ArrayLevels.h"
 #include "haptics/base/AssignPart.h"
 #include "haptics/base/DutyLaw.h"
 #include "haptics/base/InputError.h"

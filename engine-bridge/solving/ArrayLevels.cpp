@@ -1,4 +1,4 @@
-#include "engine-bridge/playing/ArrayLevels.h"
+#include "engine-bridge/solving/ArrayLevels.h"
 
 #include "device/drive/DriveEncoder.h"
 #include "haptics/base/Units.h"
