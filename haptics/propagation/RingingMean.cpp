@@ -140,6 +140,31 @@ RadiatedPower radiatedPower(const std::vector<Eigen::VectorXcf>& fields,
     return sum.result();
 }
 
+// In step k the envelope is q_k + d_k e^{-t/tau}, where d is a circulant B times q, so that M is
+//     1 + (tau/T)(1 - x)(B + B*) + (tau/2T)(1 - x^2) B* B,   x = e^{-T/tau}.
+Eigen::VectorXd ringingOverlaps(int fields, double step_s, double ringing_s)
+{
+    checkStep(step_s, ringing_s);
+    if (fields < 1)
+        throw base::InputError(
+            fmt::format("fields in turn: there are {}; there must be at least 1", fields));
+    Eigen::VectorXd overlaps = Eigen::VectorXd::Unit(fields, 0);
+    if (ringing_s == 0.0) return overlaps;
+    const double x = std::exp(-step_s / ringing_s);
+    Eigen::VectorXd B = -Eigen::VectorXd::Unit(fields, 0); // of the field j before
+    for (int j = 1; j <= fields; ++j)
+        B[j % fields] += (1.0 - x) * std::pow(x, j - 1) / (1.0 - std::pow(x, fields));
+    const double once = ringing_s / step_s * (1.0 - x);
+    const double twice = 0.5 * once * (1.0 + x);
+    for (int d = 0; d < fields; ++d)
+    {
+        overlaps[d] += once * (B[d] + B[(fields - d) % fields]);
+        for (int j = 0; j < fields; ++j)
+            overlaps[d] += twice * B[j] * B[(j + d) % fields];
+    }
+    return overlaps;
+}
+
 namespace
 {
 

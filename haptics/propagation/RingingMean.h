@@ -39,6 +39,13 @@ RadiatedPower radiatedPower(const std::vector<Eigen::VectorXcf>& fields,
                             double ringing_s,
                             double frequency_Hz = 0.0);
 
+/// Returns what \a fields (K >= 1) that are played in turn, each for \a step_s (> 0), again and
+/// again, have of each other in the mean of |sum_i G_i a_i(t)|^2 if all sound came at once:
+///     mean = 1/K sum_k sum_l M_{(k - l) mod K} conj(p_k) p_l,   p_k = sum_i G_i q_i^k.
+/// K numbers, of M_d = M_{K-d}, which sum to 1; (1, 0, ..) without ringing. Throws InputError for
+/// what is out of range.
+Eigen::VectorXd ringingOverlaps(int fields, double step_s, double ringing_s);
+
 /// Returns |p|^2 in Pa^2 at \a points (3 x n), averaged over the time in which \a fields (K >= 1
 /// times m activations) are played once, each for \a step_s (> 0), again and again, where each
 /// transducer follows its drive with the array's ringing and is heard R/c later:

@@ -3,6 +3,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/text/Range.h"
+#include "haptics/propagation/RingingMean.h"
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +28,11 @@ constexpr std::size_t kFieldsAtOnce = 8; // of a slice
 
 bool CycleEqualizerOptions::isValid(std::string* error) const
 {
-    return base::RangeCheck().atLeast("passes", passes, 0).above("raise", raise, 0.0).passed(error);
+    return base::RangeCheck()
+        .atLeast("passes", passes, 0)
+        .above("raise", raise, 0.0)
+        .above("ringingRaise", ringingRaise, 0.0)
+        .passed(error);
 }
 
 CycleEqualizer::CycleEqualizer(const CycleEqualizerOptions& options, const SolverOptions& solver) :
@@ -43,7 +48,8 @@ CycleEqualizer::CycleEqualizer(const CycleEqualizerOptions& options, const Solve
 bool CycleEqualizer::begin(const ControlPoints& places,
                            const TransducerArray& array,
                            const Medium& medium,
-                           std::vector<Eigen::VectorXcf> fields)
+                           std::vector<Eigen::VectorXcf> fields,
+                           double step_s)
 {
     end();
     _fields = std::move(fields);
@@ -74,6 +80,10 @@ bool CycleEqualizer::begin(const ControlPoints& places,
     _sounding.resize(sounding.size());
     for (std::size_t k = 0; k < sounding.size(); ++k)
         _sounding[k].index = sounding[k];
+    _overlaps.resize(0);
+    if (step_s > 0.0 && array.ringing_s > 0.0)
+        _overlaps = ringingOverlaps(static_cast<int>(_fields.size()), step_s, array.ringing_s)
+                        .cast<float>();
     reserve();
     _descent.forget();
     _passes = 0;
@@ -193,7 +203,7 @@ void CycleEqualizer::beginBackward()
         {
             const auto row = static_cast<std::size_t>(l);
             const float r = _intensity[l] / (goal * _targets2[l]) - 1.0f;
-            field.w.set(row, r * field.p.at(row));
+            field.w.set(row, r * field.w.at(row));
         }
 }
 
@@ -225,26 +235,6 @@ void CycleEqualizer::backwardBlock(int thread, std::size_t first, std::size_t la
                 im[t] += sum.im.data()[t];
             }
         }
-}
-
-// Sets the intensities, their mean and variation from p; returns f.
-double CycleEqualizer::evaluate()
-{
-    _intensity.setZero();
-    for (const Field& field : _sounding)
-        for (Eigen::Index l = 0; l < _intensity.size(); ++l)
-            _intensity[l] += std::norm(field.p.at(static_cast<std::size_t>(l)));
-    _intensity /= static_cast<float>(_fields.size());
-    const Eigen::ArrayXd weight = _targets2.cast<double>();
-    const Eigen::ArrayXd ratio = _intensity.cast<double>().array() / weight;
-    const double all = weight.sum();
-    _mean = (weight * ratio).sum() / all;
-    _variation =
-        _mean > 0.0 ? std::sqrt((weight * (ratio - _mean).square()).sum() / all) / _mean : 0.0;
-    if (!_started) _goal = _options.raise * _mean;
-    // About the mean, as the two parts are known apart: ratio/goal - 1 = (ratio - mean)/goal + ..
-    const double spread = _variation * _mean / _goal, off = _mean / _goal - 1.0;
-    return spread * spread + off * off;
 }
 
 // After p = G q: the step is taken, or tried again shorter.

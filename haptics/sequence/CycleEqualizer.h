@@ -26,6 +26,8 @@ struct CycleEqualizerOptions
     /// > 0; wanted mean of |p|^2 at the places, over that of the given fields. Above 1, since an
     /// even cycle wastes less: SOLVER.md, "Fields in turn"
     double raise = 1.2;
+    /// > 0; the same where ringing counts: fields that overlap more waste less as well
+    double ringingRaise = 1.25;
 
     /// Returns false if a setting is out of range; \a error then names the first one.
     bool isValid(std::string* error = nullptr) const;
@@ -35,8 +37,9 @@ struct CycleEqualizerOptions
 /// minimises, over the phases of all fields together,
 ///     f = sum_l a_l^2 r_l^2 / sum_l a_l^2,   r_l = I_l / (g a_l^2) - 1,   I_l = mean_k |p_l^k|^2
 /// over places l with targets a_l, by limited-memory BFGS steps (Liu, Nocedal 1989). Amplitudes
-/// stay as they are. It works in slices of a millisecond or so, so that it can give way between two
-/// of them.
+/// stay as they are. Where the array rings and the fields last for a known time, I_l is the mean of
+/// what rings, by ringingOverlaps(): sound counts as if all of it came at once. It works in slices
+/// of a millisecond or so, so that it can give way between two of them.
 class CycleEqualizer
 {
 public:
@@ -45,13 +48,15 @@ public:
     CycleEqualizer(const CycleEqualizerOptions& options, const SolverOptions& solver);
 
     /// Starts with \a fields (K of m activations; silent ones stay silent), which even out over
-    /// \a places (positions and targets; ideally 0.22 wavelengths apart). Returns false, with
+    /// \a places (positions and targets; ideally 0.22 wavelengths apart). Each is played for
+    /// \a step_s; 0: so long that nothing rings for a part of it. Returns false, with
     /// nothing to do, if there are no places with a target, too many for base::kMostEntries, fewer
     /// than two fields, or all fields are silent there.
     bool begin(const ControlPoints& places,
                const TransducerArray& array,
                const Medium& medium,
-               std::vector<Eigen::VectorXcf> fields);
+               std::vector<Eigen::VectorXcf> fields,
+               double step_s = 0.0);
     /// Does the next slice; returns hasWork(). Throws base::Stopped, to be called again, if the
     /// solver options' token requests it.
     bool step();
@@ -87,6 +92,8 @@ private:
     void backwardBlock(int thread, std::size_t first, std::size_t last);
     void beginForward();
     void beginBackward();
+    void sumSteady();
+    void sumRinging();
     double evaluate();
     void judge();
     void direct();
@@ -103,6 +110,7 @@ private:
     std::vector<SplitVector> _sum; // one per thread, of a block
     Eigen::VectorXf _targets2;     // n, a_l^2
     Eigen::VectorXf _intensity;    // n, I_l, Pa^2
+    Eigen::VectorXf _overlaps;     // K, ringingOverlaps(); empty: fields are steady
     std::vector<int> _rows;
     std::vector<double> _rowSums;
     QuasiNewton _descent;

@@ -37,7 +37,9 @@ bool EvenedCycle::begin(const FieldSequence& cycle,
     std::vector<Eigen::VectorXcf> fields;
     for (std::size_t k = 0; k < cycle.fields.size(); k += stride)
         fields.push_back(cycle.fields[k]);
-    if (!_equalizer.begin(places, array, medium, std::move(fields))) return false;
+    // Steps between them leave next to nothing that rings.
+    const double step_s = _steps == 0 ? 1.0 / cycle.modulation.fieldRate_Hz : 0.0;
+    if (!_equalizer.begin(places, array, medium, std::move(fields), step_s)) return false;
     _cycle = cycle;
     _drive = array.drive;
     _ringing_s = array.ringing_s;

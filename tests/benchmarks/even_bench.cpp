@@ -3,6 +3,8 @@
 
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/points/FeltPlaces.h"
+#include "haptics/propagation/PressureField.h"
+#include "haptics/propagation/RingingMean.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/sequence/EvenedCycle.h"
 #include "haptics/sequence/SequenceComposer.h"
@@ -43,15 +45,25 @@ void print(double passed_ms,
     std::fflush(stdout);
 }
 
+constexpr double kStep_s = 1e-3; // of a field
+
+// What is felt while the transducers ring from field to field.
+SurfaceStatistics rungStatistics(const EvenedScene& scene,
+                                 const TransducerArray& array,
+                                 const Medium& medium,
+                                 const std::vector<Eigen::VectorXcf>& fields)
+{
+    return statisticsOf(ringingMeanSquare(scene.fine, array, medium, fields, kStep_s) *
+                            radiationPressure(1.0, medium),
+                        Eigen::VectorXd());
+}
+
 void run(const EvenedScene& scene, int K, int passes, double loudness)
 {
     const TransducerArray array = TransducerArray::octagonalPrism();
     const Medium medium;
     const auto felt = [&](const std::vector<Eigen::VectorXcf>& fields)
-    {
-        return statisticsOf(meanRadiationPressure(scene.fine, array, medium, fields),
-                            Eigen::VectorXd());
-    };
+    { return rungStatistics(scene, array, medium, fields); };
     ComposerOptions options;
     options.solverOptions.loudness = loudness;
     midair::base::MessageLog messages;
@@ -105,10 +117,7 @@ void runConstants(const EvenedScene& scene, int K, int passes)
     const FieldSequence cycle =
         SequenceComposer({}, messages).composeCycle(scene.sets(K), {}, array, medium);
     const auto felt = [&](const std::vector<Eigen::VectorXcf>& fields)
-    {
-        return statisticsOf(meanRadiationPressure(scene.fine, array, medium, fields),
-                            Eigen::VectorXd());
-    };
+    { return rungStatistics(scene, array, medium, fields); };
     const SurfaceStatistics before = felt(cycle.fields);
     std::printf("%s, %d fields: cv %.4f before\n%8s %7s %8s %8s %8s %8s %8s\n",
                 scene.name.c_str(),
@@ -124,18 +133,18 @@ void runConstants(const EvenedScene& scene, int K, int passes)
     const CycleEqualizerOptions usual;
     std::vector<std::pair<double, double>> cases;
     for (const double spacing : {0.18, 0.22, 0.25, 0.27, 0.33})
-        cases.emplace_back(spacing, usual.raise);
-    for (const double raise : {1.0, 1.1, 1.3, 1.4, 1.5})
+        cases.emplace_back(spacing, usual.ringingRaise);
+    for (const double raise : {1.0, 1.1, 1.2, 1.3, 1.4, 1.5})
         cases.emplace_back(kPlaceSpacings.front(), raise);
     for (const auto& [spacing, raise] : cases)
     {
         CycleEqualizerOptions options;
         options.passes = passes;
-        options.raise = raise;
+        options.ringingRaise = raise;
         const ControlPoints places = scene.places(cycle.points(), spacing);
         CycleEqualizer equalizer(options, {});
         const double start_ms = cpu_ms();
-        equalizer.begin(places, array, medium, cycle.fields);
+        equalizer.begin(places, array, medium, cycle.fields, kStep_s);
         while (equalizer.step())
             continue;
         const double passed_ms = cpu_ms() - start_ms;

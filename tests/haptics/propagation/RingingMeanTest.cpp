@@ -201,5 +201,32 @@ TEST(RingingMean, OfOneFieldAndWithoutRingingIsTheSteadyOne)
                  base::InputError);
 }
 
+TEST(RingingMean, OverlapsAreTheQuadraticFormOfThePower)
+{
+    for (const int K : {1, 2, 3, 8})
+        for (const double step_s : {0.2e-3, 1e-3, 5e-3})
+        {
+            const std::vector<Eigen::VectorXcf> fields = randomFields(K, 50, 3);
+            const Eigen::VectorXd M = ringingOverlaps(K, step_s, kTau_s);
+            std::complex<double> mean = 0.0;
+            for (std::size_t k = 0; k < fields.size(); ++k)
+                for (std::size_t l = 0; l < fields.size(); ++l)
+                    mean += M[static_cast<Eigen::Index>((k + fields.size() - l) % fields.size())] *
+                            std::complex<double>(fields[k].dot(fields[l])) / double(K);
+            const double power =
+                radiatedPower(fields, once(fields.size()), step_s, kTau_s).ringing_mean;
+            EXPECT_NEAR(mean.real(), power, 1e-5 * power) << K << " " << step_s;
+            EXPECT_NEAR(mean.imag(), 0.0, 1e-5 * power);
+            EXPECT_NEAR(M.sum(), 1.0, 1e-12);
+        }
+}
+
+TEST(RingingMean, WithoutRingingNothingOverlaps)
+{
+    EXPECT_EQ(ringingOverlaps(4, 1e-3, 0.0), Eigen::VectorXd(Eigen::VectorXd::Unit(4, 0)));
+    EXPECT_THROW(ringingOverlaps(0, 1e-3, 0.0), base::InputError);
+    EXPECT_THROW(ringingOverlaps(2, 0.0, kTau_s), base::InputError);
+}
+
 } // namespace
 } // namespace midair::haptics

@@ -54,6 +54,37 @@ std::pair<double, double> measured(const ControlPoints& places,
     return {mean, std::sqrt((weight * (ratio - mean).square()).sum() / weight.sum()) / mean};
 }
 
+/// The same of fields that ring, each for \a step_s: by small steps in time, sound at once.
+std::pair<double, double> measuredRinging(const ControlPoints& places,
+                                          const TransducerArray& array,
+                                          const std::vector<Eigen::VectorXcf>& fields,
+                                          double step_s)
+{
+    constexpr int kMoments = 400; // in a step
+    const Eigen::MatrixXcd G = referencePropagationMatrix(places.positions, array, Medium());
+    const double left = std::exp(-step_s / kMoments / array.ringing_s);
+    Eigen::VectorXcd p = Eigen::VectorXcd::Zero(G.rows());
+    Eigen::VectorXd square = Eigen::VectorXd::Zero(G.rows());
+    for (int round = 0; round < 6; ++round)
+    {
+        square.setZero();
+        for (const Eigen::VectorXcf& q : fields)
+        {
+            const Eigen::VectorXcd steady = G * q.cast<std::complex<double>>();
+            for (int moment = 0; moment < kMoments; ++moment)
+            {
+                const Eigen::VectorXcd next = steady + (p - steady) * left;
+                square += 0.5 * (p.cwiseAbs2() + next.cwiseAbs2()) / kMoments;
+                p = next;
+            }
+        }
+    }
+    const Eigen::ArrayXd weight = places.targets.array().square();
+    const Eigen::ArrayXd ratio = square.array() / weight;
+    const double mean = (weight * ratio).sum() / weight.sum();
+    return {mean, std::sqrt((weight * (ratio - mean).square()).sum() / weight.sum()) / mean};
+}
+
 int toTheEnd(CycleEqualizer& equalizer)
 {
     int slices = 0;
@@ -85,6 +116,51 @@ TEST(CycleEqualizer, ReachesTheTargetsRatiosAndTellsHowWell)
         last = variation;
     }
     EXPECT_LT(last, 0.3 * before);
+}
+
+TEST(CycleEqualizer, WhatRingsIsEvenAndTold)
+{
+    TransducerArray array = TransducerArray::singleBoard();
+    array.drive.phaseLevels = 0;
+    array.ringing_s = 190e-6;
+    const ControlPoints places = halves();
+    const std::vector<Eigen::VectorXcf> given = randomFields(4, array.size(), 1);
+    constexpr double kStep_s = 1e-3;
+    const auto [meanBefore, before] = measuredRinging(places, array, given, kStep_s);
+    CycleEqualizerOptions options;
+    options.passes = 40;
+    double variations[2];
+    for (const bool knows : {false, true})
+    {
+        CycleEqualizer equalizer(options, {});
+        ASSERT_TRUE(equalizer.begin(places, array, Medium(), given, knows ? kStep_s : 0.0));
+        toTheEnd(equalizer);
+        const auto [mean, variation] = measuredRinging(places, array, equalizer.fields(), kStep_s);
+        variations[knows] = variation;
+        if (!knows) continue;
+        EXPECT_NEAR(equalizer.variation(), variation, 2e-3 + 2e-3 * variation);
+        EXPECT_NEAR(equalizer.gain(), mean / meanBefore, 2e-3 * equalizer.gain());
+        EXPECT_LT(variation, 0.3 * before);
+    }
+    EXPECT_LT(variations[true], 0.7 * variations[false]);
+}
+
+TEST(CycleEqualizer, WithoutRingingTheTimeOfAFieldDoesNotCount)
+{
+    TransducerArray array = TransducerArray::singleBoard();
+    array.ringing_s = 0.0;
+    std::vector<std::vector<Eigen::VectorXcf>> found;
+    for (const double step_s : {0.0, 1e-3})
+    {
+        CycleEqualizerOptions options;
+        options.passes = 6;
+        CycleEqualizer equalizer(options, {});
+        ASSERT_TRUE(
+            equalizer.begin(halves(), array, Medium(), randomFields(4, array.size(), 1), step_s));
+        toTheEnd(equalizer);
+        found.push_back(equalizer.fields());
+    }
+    EXPECT_EQ(found[0], found[1]);
 }
 
 TEST(CycleEqualizer, DoesNotDependOnTheThreads)
@@ -187,6 +263,10 @@ TEST(CycleEqualizer, OptionsOutOfRangeAreNamed)
     options.raise = 0.0;
     EXPECT_FALSE(options.isValid(&error));
     EXPECT_EQ(error, "raise is 0; it must be above 0");
+    options.raise = 1.2;
+    options.ringingRaise = -1.0;
+    EXPECT_FALSE(options.isValid(&error));
+    EXPECT_EQ(error, "ringingRaise is -1; it must be above 0");
 }
 
 } // namespace
