@@ -49,7 +49,7 @@ void HologramPipeline::openOutput()
     useAbility();
 }
 
-// Sets the solver's levels, the line's rate and the cap to what the device can do.
+// Sets the levels, the ringing, the line's rate and the cap to what the device can do.
 void HologramPipeline::useAbility()
 {
     const device::DriveAbility ability = _output->ability();
@@ -258,9 +258,11 @@ void HologramPipeline::rateFromLast(HologramResult& result) const
     const bool isJump = report.level_Pa > 0.0 && before_Pa > 0.0;
     report.levelJump =
         isJump ? std::max(report.level_Pa / before_Pa, before_Pa / report.level_Pa) : 0.0;
+    const double rate_Hz = _options.solverOptions.updateRate_Hz;
+    haptics::rateSwitch(_last->played(), rate_Hz, _options.array.ringing_s, result.sequence);
     const bool isCapped = report.capFactor < 1.0 || _last->report().capFactor < 1.0;
     if (isCapped && result.sequence.isHeld() && _last->sequence.isHeld())
-        haptics::rateStep(_last->played(), _options.solverOptions.updateRate_Hz, result.sequence);
+        haptics::rateStep(_last->played(), rate_Hz, result.sequence);
 }
 
 ArrayState HologramPipeline::stateOf(const HologramResult& result)

@@ -81,6 +81,7 @@ HologramPipeline::playContacts(std::shared_ptr<HologramResult> result)
     _contactField_s = now_s;
     _playsContacts = true;
     const std::vector<Eigen::VectorXcf> planned = _output->planned();
+    const std::shared_ptr<const TimedField> last = _contacts->newest();
     _contacts->keep(now_s, planned.empty() ? Eigen::VectorXcf() : planned.front());
     ++_counters.contactFields;
     if (!result) return nullptr;
@@ -90,6 +91,9 @@ HologramPipeline::playContacts(std::shared_ptr<HologramResult> result)
     measure(_options.array, *result);
     if (result->points.size() > 0)
         haptics::rateLevel(result->points, result->achieved_Pa, result->sequence.report);
+    if (last)
+        haptics::rateSwitch(
+            last->q, 1.0 / contactPeriod_s(), _options.array.ringing_s, result->sequence);
     finish(*result);
     return result;
 }

@@ -79,6 +79,11 @@ public:
     void keep(double now_s, Eigen::VectorXcf played);
 
     ContactScene view() const;
+    /// Returns the field of the last keep(); null: none is kept.
+    std::shared_ptr<const TimedField> newest() const
+    {
+        return _recent.empty() ? nullptr : _recent.back();
+    }
     /// What is wrong with hands and objects, a sentence each, as of the last update().
     std::vector<std::string> problems() const;
     const ContactRendererOptions& options() const { return _options; }

@@ -131,6 +131,25 @@ void rateRinging(FieldSequence& sequence, double ringing_s)
     report.ringingShare = shareOf(power.ringing_mean, power.steady_mean);
 }
 
+// With a(t) = q + d e^{-t/tau}, d = last - q, the mean of |a|^2 over T is
+//     |q|^2 + 2 Re<q, d> (tau/T)(1 - x) + |d|^2 (tau/2T)(1 - x^2),   x = e^{-T/tau}.
+void rateSwitch(const Eigen::VectorXcf& last,
+                double rate_Hz,
+                double ringing_s,
+                FieldSequence& sequence)
+{
+    if (!sequence.isHeld() || sequence.fields.front().size() != last.size()) return;
+    const Eigen::VectorXcf& q = sequence.fields.front();
+    const double power = q.squaredNorm();
+    if (!(power > 0.0) || !(last.squaredNorm() > 0.0f) || !(ringing_s > 0.0)) return;
+    const Eigen::VectorXcf d = last - q;
+    const double x = std::exp(-1.0 / (rate_Hz * ringing_s));
+    const double once = ringing_s * rate_Hz * (1.0 - x);
+    const double ringing = power + 2.0 * once * static_cast<double>(std::real(q.dot(d))) +
+                           0.5 * once * (1.0 + x) * static_cast<double>(d.squaredNorm());
+    sequence.report.ringingShare *= shareOf(ringing, power);
+}
+
 void continueFrom(const Eigen::VectorXcf& last,
                   double rate_Hz,
                   const DriveResolution& drive,

@@ -64,6 +64,14 @@ void rateSteps(FieldSequence& sequence);
 /// don't repeat together within 512 steps, the share is that of about as many.
 void rateRinging(FieldSequence& sequence, double ringing_s);
 
+/// Updates ringingShare in the report of a held \a sequence whose field has replaced \a last, which
+/// had long settled: the power of the first 1/\a rate_Hz. Does nothing if it is not held, if the
+/// lengths differ, and if \a last or the field is silent.
+void rateSwitch(const Eigen::VectorXcf& last,
+                double rate_Hz,
+                double ringing_s,
+                FieldSequence& sequence);
+
 /// Turns the field of a held \a sequence by the common phase, which cannot be felt, that brings it
 /// nearest to \a last, and updates its report for this step, at \a rate_Hz. Does nothing if the
 /// sequence is not held or the lengths differ.

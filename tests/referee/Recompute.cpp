@@ -246,8 +246,8 @@ void Recomputer::rateCap(Recomputed& result) const
     set(result, "capFactor", _recorded.cap_Pa > 0.0 ? _q.front().cwiseAbs().mean() : 1.0);
 }
 
-// Fields in turn again and again, until every transducer repeats: the envelope's power by Simpson's
-// rule. No scene is modulated.
+// Of fields in turn: again and again, until every transducer repeats: the envelope's power by
+// Simpson's rule. No scene is modulated.
 void Recomputer::rateRinging(Recomputed& result) const
 {
     constexpr int kPanels = 40;
@@ -267,7 +267,17 @@ void Recomputer::rateRinging(Recomputed& result) const
             if (round + 1 == rounds) steady += q.squaredNorm();
             a = q + (a - q) * (tau > 0.0 ? std::exp(-T / tau) : 0.0);
         }
-    set(result, "ringingShare", steady > 0.0 ? ringing / steady : 1.0);
+    // A field that is held: the first moments after the one before.
+    const bool hasLast = _lastQ.size() == _q.front().size() && _lastQ.squaredNorm() > 0.0;
+    for (int s = 0; s <= kPanels && _q.size() == 1 && hasLast; ++s)
+    {
+        const Eigen::VectorXcd& q = _q.front();
+        const double weight = s == 0 || s == kPanels ? 1.0 : s % 2 == 1 ? 4.0 : 2.0;
+        const double left = tau > 0.0 ? std::exp(-T * s / kPanels / tau) : 0.0;
+        ringing += weight / (3.0 * kPanels) * (q + (_lastQ - q) * left).squaredNorm();
+        if (s == 0) steady = q.squaredNorm();
+    }
+    set(result, "ringingShare", steady > 0.0 ? std::min(ringing / steady, 1.0) : 1.0);
     set(result, "ringingModulation", 1.0);
 }
 

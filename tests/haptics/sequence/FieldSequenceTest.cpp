@@ -68,6 +68,32 @@ TEST(FieldSequence, AHeldFieldGoesOnFromTheOneBefore)
     EXPECT_EQ(sequence.report.driveChange, before.driveChange) << "another array's";
 }
 
+TEST(FieldSequence, AHeldFieldIsASwitchFromTheOneBefore)
+{
+    FieldSequence sequence;
+    const Eigen::VectorXcf last = Eigen::VectorXcf::Ones(4);
+    const auto share = [&](const Eigen::VectorXcf& q, double rate_Hz)
+    {
+        sequence.fields = {q};
+        sequence.report.ringingShare = 1.0;
+        rateSwitch(last, rate_Hz, 190e-6, sequence);
+        return sequence.report.ringingShare;
+    };
+    EXPECT_EQ(share(last, 1000.0), 1.0);
+    // Fields with the overlap rho lose (1 - rho)(tau/T)(1 - e^{-T/tau})^2.
+    Eigen::VectorXcf other = last;
+    other.tail(2) *= -1.0f;
+    EXPECT_NEAR(share(other, 1000.0), 1.0 - 0.19 * std::pow(1.0 - std::exp(-1.0 / 0.19), 2), 1e-6);
+    EXPECT_NEAR(share(-last, 200.0), 1.0 - 2.0 * 0.038, 1e-6);
+    EXPECT_EQ(share(0.5f * last, 1000.0), 1.0) << "what rings on is no more than asked for";
+    EXPECT_EQ(share(Eigen::VectorXcf::Zero(4), 1000.0), 1.0);
+    EXPECT_EQ(share(Eigen::VectorXcf::Ones(3), 1000.0), 1.0) << "another array's";
+    sequence.fields.resize(2, other);
+    sequence.report.ringingShare = 0.5;
+    rateSwitch(last, 1000.0, 190e-6, sequence);
+    EXPECT_EQ(sequence.report.ringingShare, 0.5) << "fields in turn know it themselves";
+}
+
 TEST(FieldSequence, RingingCostsWhatIsSwitchedAndModulated)
 {
     FieldSequence sequence;
