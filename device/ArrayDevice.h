@@ -69,6 +69,9 @@ struct DriveAbility
     /// The largest number of signals in a DriveSequence, which the device stores and times by
     /// itself; 0: it takes no sequences, and bridge::FieldPlayer sends each field at its time.
     int sequenceFields = 0;
+    /// >= 0, s: what is simulated rings with this time constant, whatever the array's file says;
+    /// below 0: with the file's.
+    double ringing_s = -1;
 };
 
 /// Whether a device plays what it is sent; the worst of several devices counts.
@@ -117,6 +120,13 @@ struct DeviceReport
     /// What is wrong with a driver that plays nevertheless, as a sentence; empty: nothing.
     std::string complaint;
     std::string shortfall; ///< "3 of 1000 fields were played"; empty if half or more were
+};
+
+/// What an array has played from a time on, until the next of these.
+struct PlayedField
+{
+    double since_s = 0;                 ///< std::chrono::steady_clock
+    std::vector<std::complex<float>> q; ///< activations (m), as played() has them
 };
 
 /// A phased array, which plays one field, or a sequence of fields, until the next one replaces it.
@@ -174,6 +184,11 @@ public:
     /// What the array plays now, as activations (m): quantised, limited, zero when silent. `sim:`
     /// measures it; other devices return what was sent.
     virtual std::vector<std::complex<float>> played() const = 0;
+
+    /// What sounded at \a from_s (steady clock) or later, in order; the first may have begun
+    /// before. It goes back a tenth of a second at most. Empty for all but simulations: nobody
+    /// knows it.
+    virtual std::vector<PlayedField> playedSince(double /*from_s*/) const { return {}; }
 
     /// What the array would play of \a signal, as activations (m): rounded to the hardware's levels
     /// and scaled down to the amplitude cap, without ramp and thermal budget.

@@ -51,6 +51,10 @@ public:
     DriveAbility ability() const override; ///< no sequences with a ramp, a thermal budget or a hold
     bool identify(int board, bool light) override { return _device->identify(board, light); }
     std::vector<std::complex<float>> played() const override { return _device->played(); }
+    std::vector<PlayedField> playedSince(double from_s) const override
+    {
+        return _device->playedSince(from_s);
+    }
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:

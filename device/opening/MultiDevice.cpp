@@ -202,6 +202,7 @@ DriveAbility MultiDevice::ability() const
             (coarsest.amplitudes.empty() || one.amplitudes.size() < coarsest.amplitudes.size()))
             coarsest.amplitudes = one.amplitudes;
         coarsest.fades = coarsest.fades || one.fades;
+        coarsest.ringing_s = std::max(coarsest.ringing_s, one.ringing_s);
         if (one.fieldsPerSecond > 0)
             coarsest.fieldsPerSecond = coarsest.fieldsPerSecond > 0
                                            ? std::min(coarsest.fieldsPerSecond, one.fieldsPerSecond)
@@ -241,6 +242,42 @@ std::vector<std::complex<float>> MultiDevice::join(Play&& play) const
 std::vector<std::complex<float>> MultiDevice::played() const
 {
     return join([](const Part& part) { return part.device->played(); });
+}
+
+// All that changes in one of them is a field of all.
+std::vector<PlayedField> MultiDevice::playedSince(double from_s) const
+{
+    if (_parts.front().count == _transducers) return _parts.front().device->playedSince(from_s);
+    std::vector<std::vector<PlayedField>> pieces;
+    std::vector<double> times_s;
+    double begin_s = 0; // of the last to begin
+    for (const Part& part : _parts)
+    {
+        pieces.push_back(part.device->playedSince(from_s));
+        if (pieces.back().empty()) return {};
+        begin_s = std::max(begin_s, pieces.back().front().since_s);
+        for (const PlayedField& piece : pieces.back())
+            times_s.push_back(piece.since_s);
+    }
+    std::sort(times_s.begin(), times_s.end());
+    times_s.erase(std::unique(times_s.begin(), times_s.end()), times_s.end());
+    std::vector<PlayedField> fields;
+    for (const double time_s : times_s)
+    {
+        if (time_s < begin_s) continue;
+        const auto sounding = [&](const Part& part)
+        {
+            const auto& all = pieces[static_cast<std::size_t>(&part - _parts.data())];
+            const auto next =
+                std::upper_bound(all.begin(),
+                                 all.end(),
+                                 time_s,
+                                 [](double t, const PlayedField& one) { return t < one.since_s; });
+            return (next - 1)->q;
+        };
+        fields.push_back({time_s, join(sounding)});
+    }
+    return fields;
 }
 
 std::vector<std::complex<float>> MultiDevice::wouldPlay(const DriveSignal& signal) const

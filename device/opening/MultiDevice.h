@@ -41,6 +41,8 @@ public:
     bool identify(int board, bool light) override;
     /// for each transducer, of the first device that has it
     std::vector<std::complex<float>> played() const override;
+    /// the same; empty where one of these devices isn't simulated
+    std::vector<PlayedField> playedSince(double from_s) const override;
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:

@@ -44,6 +44,10 @@ public:
     DriveAbility ability() const override; ///< the other device's, but with no sequences
     bool identify(int board, bool light) override { return _device->identify(board, light); }
     std::vector<std::complex<float>> played() const override { return _device->played(); }
+    std::vector<PlayedField> playedSince(double from_s) const override
+    {
+        return _device->playedSince(from_s);
+    }
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override
     {
         return _device->wouldPlay(signal);

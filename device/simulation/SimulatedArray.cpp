@@ -46,6 +46,14 @@ SimulatedArray::Options SimulatedArray::takeOptions(DeviceUri& uri)
     options.replugAt_s = uri.takeSeconds("replug_at", kNever_s);
     options.hangAt_s = uri.takeSeconds("hang_at", kNever_s);
     options.board = uri.takeText("board", "");
+    options.firmware.hasHistory = true;
+    options.ringing_s = uri.takeSeconds("ringing", -1);
+    if (options.ringing_s > kMostSimulatedRinging_s)
+        throw uri.error(
+            fmt::format("ringing is {:g} s; it should be 0s to {:g}ms, the time constant "
+                        "of the transducers",
+                        options.ringing_s,
+                        1000 * kMostSimulatedRinging_s));
     return options;
 }
 
@@ -62,7 +70,7 @@ SimulatedArray::SimulatedArray(const DeviceLayout& layout, const Options& option
     if (_codec != nullptr)
     {
         _codec->appendReset(_bytes, layout.transducers);
-        _board->receive(_bytes.data(), _bytes.size());
+        giveBoard(0);
         return;
     }
     protocol::Packet hello;
@@ -75,6 +83,13 @@ SimulatedArray::SimulatedArray(const DeviceLayout& layout, const Options& option
 SimulatedArray::~SimulatedArray()
 {
     SimulatedArray::silence();
+}
+
+void SimulatedArray::giveBoard(double now_s)
+{
+    _board->receive(_bytes.data(), _bytes.size());
+    std::vector<std::complex<float>> q = _board->playing();
+    if (!_history.newest() || q != *_history.newest()) _history.note(now_s, std::move(q));
 }
 
 double SimulatedArray::advance() const
@@ -161,7 +176,7 @@ bool SimulatedArray::send(const DriveSignal& signal)
     {
         _bytes.clear();
         _codec->appendField(_bytes, signal);
-        _board->receive(_bytes.data(), _bytes.size());
+        giveBoard(now_s);
         _counters.countPlayed(sentAt_s);
         return true;
     }
@@ -184,7 +199,7 @@ void SimulatedArray::silenceLocked(double now_s)
     if (_codec != nullptr)
     {
         _codec->appendSilence(_bytes, _layout.transducers);
-        _board->receive(_bytes.data(), _bytes.size());
+        giveBoard(now_s);
         return;
     }
     if (unplugged(now_s) || now_s >= _options.hangAt_s) return;
@@ -220,6 +235,7 @@ DriveAbility SimulatedArray::ability() const
 {
     DriveAbility ability;
     ability.fieldsPerSecond = _options.firmware.fieldsPerSecond;
+    ability.ringing_s = _options.ringing_s;
     if (_codec == nullptr) return ability;
     ability.phaseLevels = _codec->phaseLevels();
     ability.amplitudes = _codec->amplitudes();
@@ -269,6 +285,23 @@ std::vector<std::complex<float>> SimulatedArray::played() const
     std::vector<std::complex<float>> q;
     decode(_firmware.playing(now_s), q);
     return q;
+}
+
+std::vector<PlayedField> SimulatedArray::playedSince(double from_s) const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    const double now_s = advance();
+    std::vector<PlayedField> fields;
+    if (_codec != nullptr)
+        for (auto& [since_s, q] : _history.since(from_s - _start_s))
+            fields.push_back({_start_s + since_s, std::move(q)});
+    else
+        for (const auto& [since_s, signal] : _firmware.playedSince(from_s - _start_s, now_s))
+        {
+            fields.push_back({_start_s + since_s, {}});
+            decode(signal, fields.back().q);
+        }
+    return fields;
 }
 
 std::vector<std::complex<float>> SimulatedArray::wouldPlay(const DriveSignal& signal) const

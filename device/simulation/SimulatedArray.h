@@ -16,6 +16,9 @@ namespace midair::device
 
 class DeviceUri;
 
+/// s; longest time constant that a simulation is asked to ring with, as that of arrays' files.
+constexpr double kMostSimulatedRinging_s = 0.01;
+
 /// `sim:`: a simulated array. Sends the bytes that hardware would get to a VirtualFirmware or
 /// VirtualBoard; played() returns what that plays of them.
 ///
@@ -23,6 +26,8 @@ class DeviceUri;
 /// `seed`, `latency` (from commit to sound), `fps` (the most fields per second), `unplug_at`,
 /// `replug_at`, `hang_at` (the host sends nothing more, so the watchdog mutes), the last three as
 /// times since opening. `board` chooses the protocol of an open board instead of osgMidair's own.
+/// It keeps what it has played in the last moments; `ringing` (0 .. 10 ms) is for whoever makes
+/// pressures over time of that: see DriveAbility::ringing_s.
 class SimulatedArray : public ArrayDevice
 {
 public:
@@ -35,7 +40,8 @@ public:
         double unplugAt_s = std::numeric_limits<double>::infinity();
         double replugAt_s = std::numeric_limits<double>::infinity();
         double hangAt_s = std::numeric_limits<double>::infinity();
-        std::string board; ///< a scheme of boardKinds(); empty: osgMidair's own protocol
+        double ringing_s = -1; ///< below 0: not said
+        std::string board;     ///< a scheme of boardKinds(); empty: osgMidair's own protocol
         VirtualFirmware::Options firmware;
     };
     static Options takeOptions(DeviceUri& uri);
@@ -54,6 +60,7 @@ public:
     DriveAbility ability() const override;
     bool identify(int board, bool light) override;
     std::vector<std::complex<float>> played() const override;
+    std::vector<PlayedField> playedSince(double from_s) const override;
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
@@ -63,6 +70,7 @@ private:
     bool sendPackets(const DriveSignal& signal, double now_s);
     void deliver(double now_s); ///< sends _bytes to the firmware, with dropped and damaged packets
     void silenceLocked(double now_s);
+    void giveBoard(double now_s); ///< _bytes, to _board
     bool unplugged(double now_s) const
     {
         return now_s >= _options.unplugAt_s && now_s < _options.replugAt_s;
@@ -76,6 +84,7 @@ private:
     mutable std::mutex _mutex;
     mutable VirtualFirmware _firmware;
     const std::unique_ptr<VirtualBoard> _board;
+    PlayedHistory<std::vector<std::complex<float>>> _history; ///< of _board
     std::vector<std::uint8_t> _bytes;
     mutable FieldCounters _counters;
     mutable bool _lost = false;

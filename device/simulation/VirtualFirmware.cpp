@@ -28,10 +28,10 @@ VirtualFirmware::VirtualFirmware(const DeviceLayout& layout, const Options& opti
             _boardBegin.push_back(i);
     _light.assign(_boardBegin.size(), false);
     _boardBegin.push_back(_transducers);
-    reset();
+    reset(0);
 }
 
-void VirtualFirmware::reset()
+void VirtualFirmware::reset(double now_s)
 {
     _parser = protocol::StreamParser();
     _back.phase.assign(_transducers, 0);
@@ -42,20 +42,30 @@ void VirtualFirmware::reset()
     _answers.clear();
     _status = protocol::Status();
     _newest = 0;
-    mute(protocol::MUTED);
+    mute(protocol::MUTED, now_s);
 }
 
 void VirtualFirmware::powerCycle(double now_s)
 {
     std::lock_guard<std::mutex> lock(_mutex);
-    reset();
+    reset(now_s);
     _lastPacket_s = now_s;
 }
 
-void VirtualFirmware::mute(std::uint16_t why)
+// What is sent again, and a silence of silence, change nothing.
+void VirtualFirmware::note(double since_s)
+{
+    if (!_options.hasHistory) return;
+    const DriveSignal* last = _history.newest();
+    if (last && last->phase == _front.phase && last->duty == _front.duty) return;
+    _history.note(since_s, _front);
+}
+
+void VirtualFirmware::mute(std::uint16_t why, double at_s)
 {
     _queue.clear();
     std::fill(_front.duty.begin(), _front.duty.end(), std::uint8_t(0));
+    note(at_s);
     _status.flags =
         static_cast<std::uint16_t>((_status.flags & ~unsigned(protocol::PLAYING)) | why);
 }
@@ -67,12 +77,13 @@ void VirtualFirmware::advance(double now_s)
     while (!_queue.empty() && _queue.front().due_s <= std::min(now_s, watchdogAt_s))
     {
         _front = std::move(_queue.front().signal);
+        note(_queue.front().due_s);
         _queue.pop_front();
     }
     const bool sounds = (_status.flags & protocol::PLAYING) != 0;
     if (sounds && now_s > watchdogAt_s)
     {
-        mute(protocol::WATCHDOG_FIRED);
+        mute(protocol::WATCHDOG_FIRED, watchdogAt_s);
         ++_status.watchdogs;
         answerStatus(0);
     }
@@ -116,7 +127,7 @@ void VirtualFirmware::handle(const Packet& packet, double now_s)
         _newest = 0;
         _status.lastPlayed = 0;
         std::fill(_stamp.begin(), _stamp.end(), 0U);
-        mute(protocol::MUTED);
+        mute(protocol::MUTED, now_s);
         _watchdog_s =
             std::min<double>(std::max<int>(packet.watchdog_ms, 1), 1000 * protocol::kWatchdog_s) /
             1000;
@@ -148,7 +159,7 @@ void VirtualFirmware::handle(const Packet& packet, double now_s)
         if (packet.sequence == 0 || protocol::newer(packet.sequence, _newest))
         {
             _newest = packet.sequence == 0 ? _newest : packet.sequence;
-            mute(protocol::MUTED);
+            mute(protocol::MUTED, now_s);
         }
         answerStatus(packet.sequence);
         break;
@@ -253,6 +264,14 @@ DriveSignal VirtualFirmware::playing(double now_s)
     return _front;
 }
 
+std::vector<std::pair<double, DriveSignal>> VirtualFirmware::playedSince(double from_s,
+                                                                         double now_s)
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    advance(now_s);
+    return _history.since(from_s);
+}
+
 protocol::Status VirtualFirmware::status(double now_s)
 {
     std::lock_guard<std::mutex> lock(_mutex);
@@ -276,7 +295,7 @@ void VirtualFirmware::setTemperature(double celsius, double now_s)
     const bool hot = (_status.flags & protocol::OVER_TEMPERATURE) != 0;
     if (!hot && celsius > _options.temperatureLimit_C)
     {
-        mute(protocol::OVER_TEMPERATURE);
+        mute(protocol::OVER_TEMPERATURE, now_s);
         answerStatus(0);
     }
     else if (hot && celsius < _options.temperatureLimit_C - kCoolingBand_C)

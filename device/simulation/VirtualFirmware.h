@@ -1,11 +1,13 @@
 #pragma once
 
 #include "device/ArrayDevice.h"
+#include "device/PlayedHistory.h"
 #include "device/usb/Protocol.h"
 
 #include <cstdint>
 #include <deque>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 namespace midair::device
@@ -28,6 +30,7 @@ public:
         double temperatureLimit_C = 80; ///< above it mutes, until it is 5 degrees below
         std::uint8_t protocolVersion = protocol::kVersion;
         std::uint8_t firmwareMinor = 0; ///< firmware 1.minor.0
+        bool hasHistory = false;        ///< playedSince() knows something
     };
 
     VirtualFirmware(const DeviceLayout& layout, const Options& options);
@@ -43,6 +46,8 @@ public:
     void keptAlive(double now_s);
 
     DriveSignal playing(double now_s); ///< the field that is played; duties 0 when muted
+    /// What has sounded since \a from_s, up to \a now_s; PlayedHistory says how much is kept.
+    std::vector<std::pair<double, DriveSignal>> playedSince(double from_s, double now_s);
     protocol::Status status(double now_s);
     bool light(int board) const; ///< true if IDENTIFY has turned the board's light on
 
@@ -61,9 +66,10 @@ private:
     void handle(const protocol::Packet& packet, double now_s);
     void store(const protocol::Packet& packet);
     void commit(const protocol::Packet& packet, double now_s);
-    void mute(std::uint16_t why);
+    void mute(std::uint16_t why, double at_s);
+    void note(double since_s);
     void answerStatus(std::uint32_t sequence);
-    void reset();
+    void reset(double now_s);
 
     const Options _options;
     const int _transducers;
@@ -74,6 +80,7 @@ private:
     /// For each transducer the sequence number of its data in the back buffer; 0: none.
     std::vector<std::uint32_t> _stamp;
     DriveSignal _front;
+    PlayedHistory<DriveSignal> _history;
     std::deque<Committed> _queue;
     std::deque<std::vector<std::uint8_t>> _answers;
     protocol::Status _status;

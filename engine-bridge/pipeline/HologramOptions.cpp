@@ -1,6 +1,7 @@
 #include "engine-bridge/pipeline/HologramOptions.h"
 
 #include "device/drive/DriveEncoder.h"
+#include "engine-bridge/playing/PlayedDrives.h"
 #include "haptics/base/AssignPart.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
@@ -137,6 +138,7 @@ void keepToLevels(HologramOptions& options, const device::DriveAbility& ability)
     drive.phaseLevels = ability.phaseLevels;
     drive.amplitudeLevels =
         ability.amplitudes.empty() ? device::amplitudeLevels() : ability.amplitudes;
+    options.array.ringing_s = simulatedRinging_s(options.array, ability);
 }
 
 haptics::ComposerOptions composerOptions(const HologramOptions& options)

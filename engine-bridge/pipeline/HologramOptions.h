@@ -64,8 +64,8 @@ void keepToLimits(HologramOptions& options, base::MessageLog& messages);
 /// themselves. Sets solverOptions.skipTolerance to motionTolerance.
 void fillIn(HologramOptions& options);
 
-/// Sets the phase and amplitude levels of the array in \a options to those of a device of
-/// \a ability.
+/// Sets the phase and amplitude levels of the array in \a options, and the ringing of a simulated
+/// one, to those of a device of \a ability.
 void keepToLevels(HologramOptions& options, const device::DriveAbility& ability);
 
 /// The composer's options for \a options, which must be filled in and outlive the returned object:

@@ -93,6 +93,8 @@ public:
     /// When the solver has begun with the field that it is at work on, s on the steady clock; 0: it
     /// isn't. Any thread.
     double solvingSince_s() const { return _composer->busySince_s(); }
+    /// What a simulated device has played in the last \a duration_s (0 .. 0.1). Any thread.
+    PlayedDrives playedOfLate(double duration_s) const { return _output->playedOfLate(duration_s); }
     haptics::ExposureFigures exposure() const; ///< as of now; any thread
     std::vector<std::string> messages() const { return _messages.all(); }
 

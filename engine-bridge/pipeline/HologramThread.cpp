@@ -124,6 +124,12 @@ ArrayReading HologramThread::reading() const
     return now;
 }
 
+PlayedDrives HologramThread::playedOfLate(double duration_s) const
+{
+    const std::lock_guard<std::mutex> lock(_atWorkMutex);
+    return _atWork ? _atWork->playedOfLate(duration_s) : PlayedDrives();
+}
+
 haptics::ExposureFigures HologramThread::exposure() const
 {
     {

@@ -70,6 +70,9 @@ public:
     ArrayReading reading() const;
     /// How loud it is at ears, as of now; nothing while there is no pipeline. Any thread.
     haptics::ExposureFigures exposure() const;
+    /// What a simulated device has played in the last \a duration_s (0 .. 0.1); nothing while none
+    /// is open. Any thread.
+    PlayedDrives playedOfLate(double duration_s) const;
     /// What the device has done with its fields; nothing while none is open. Any thread.
     ArrayFields fields() const;
     /// Status of the device; of the newest result while none is open. Any thread.

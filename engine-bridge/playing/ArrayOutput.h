@@ -4,6 +4,7 @@
 #include "engine-bridge/playing/ArrayReading.h"
 #include "engine-bridge/playing/DeviceOpener.h"
 #include "engine-bridge/playing/FieldPlayer.h"
+#include "engine-bridge/playing/PlayedDrives.h"
 #include "engine-bridge/playing/PlayedShare.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/base/threads/StopToken.h"
@@ -136,6 +137,8 @@ public:
     /// is lost at once, and plays once it has played more than when it was judged to be silent. Any
     /// thread.
     ArrayReading reading() const;
+    /// What a simulated device has played in the last \a duration_s (0 .. 0.1). Any thread.
+    PlayedDrives playedOfLate(double duration_s) const;
     /// Says what is wrong if the array has just come into \a state.
     void tell(ArrayState state);
     /// Says, once until it ends, that the device couldn't be silenced, and what its driver has

@@ -155,6 +155,12 @@ ArrayReading ArrayOutput::reading() const
     return now;
 }
 
+PlayedDrives ArrayOutput::playedOfLate(double duration_s) const
+{
+    const device::ArrayDevice* device = _opened;
+    return device ? playedOf(*device, duration_s) : PlayedDrives();
+}
+
 std::string ArrayOutput::openError() const
 {
     const std::lock_guard<std::mutex> lock(_telling);

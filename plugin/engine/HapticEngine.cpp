@@ -312,6 +312,12 @@ std::shared_ptr<const midair::bridge::HologramResult> HapticEngine::latestResult
     return _thread ? _thread->latestResult() : nullptr;
 }
 
+midair::bridge::PlayedDrives HapticEngine::playedOfLate(double duration_s) const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return _thread ? _thread->playedOfLate(duration_s) : midair::bridge::PlayedDrives();
+}
+
 std::shared_ptr<const midair::haptics::TransducerArray> HapticEngine::array() const
 {
     std::shared_ptr<LoadedArray> loaded;

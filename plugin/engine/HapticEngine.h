@@ -172,6 +172,8 @@ public:
     /// The public form of the newest result; null before the first field.
     osg::ref_ptr<const HapticField> field() const { return _newest.get(latestResult()); }
     HapticStatistics statistics() const;
+    /// What a simulated device has played in the last \a duration_s (0 .. 0.1). Any thread.
+    midair::bridge::PlayedDrives playedOfLate(double duration_s) const;
     std::shared_ptr<const midair::haptics::TransducerArray> array() const;
     midair::haptics::Medium medium() const;
 

@@ -112,13 +112,14 @@ void HudPart::update(const HapticOverlays& overlays, const HapticEngine* engine,
     // Hidden figures and visitors leave what is only told to those who look after the array.
     const bool isSaid = isShown || alarm.word == "MUTED" || (alarm.word == "LOST" && !isPlain);
     drawAlarm(isSaid ? std::move(alarm) : HudAlarm());
-    if (isShown && isKnown) drawFigures(overlays, result);
+    if (!isShown || !isKnown) return;
+    _skin.update(result, engine, _lastUpdate_s);
+    drawFigures(overlays, result);
 }
 
 void HudPart::drawFigures(const HapticOverlays& overlays,
                           const std::shared_ptr<const midair::bridge::HologramResult>& result)
 {
-    _skin.update(result, _lastUpdate_s);
     osg::ref_ptr<FieldSliceOverlay> fieldSlice;
     osg::ref_ptr<FieldVolumeOverlay> fieldVolume;
     slice.lock(fieldSlice);
@@ -138,7 +139,8 @@ void HudPart::drawFigures(const HapticOverlays& overlays,
         sheets.drawScales(hasSlice ? fieldSlice->getRange() : 0.0F,
                           hasVolume ? fieldVolume->getRange() : 0.0F,
                           overlays.getShowControlPoints(),
-                          overlays.getShowArray());
+                          overlays.getShowArray(),
+                          overlays.getShowExposure());
     }
 }
 

@@ -3,6 +3,7 @@
 #include "engine-bridge/rendering/ContactView.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/probe/PressureProbe.h"
+#include "plugin/engine/HapticEngine.h"
 
 #include <chrono>
 #include <optional>
@@ -57,17 +58,23 @@ midair::haptics::DriveSchedule scheduleOf(const ContactScene& scene, int transdu
 
 } // namespace
 
-SkinCurve skinCurveOf(const HologramResult& result)
+SkinCurve skinCurveOf(const HologramResult& result, const midair::bridge::PlayedDrives& played)
 {
     SkinCurve curve;
     if (!result.touched || !result.array) return curve;
     const auto place = strongest(*result.touched);
     if (!place) return curve;
-    midair::haptics::DriveSchedule schedule = scheduleOf(*result.touched, result.array->size());
-    midair::haptics::ProbeOptions when;
-    when.rate_Hz = kRate_Hz;
-    when.begin_s = kSettled_s;
-    when.duration_s = schedule.duration_s() - kSettled_s;
+    const bool isKnown = !played.fields.empty();
+    midair::haptics::ProbeOptions when =
+        midair::bridge::lastMoments(ContactScene::kRecent_s, kRate_Hz);
+    midair::haptics::DriveSchedule schedule =
+        isKnown ? midair::bridge::scheduleOf(played)
+                : scheduleOf(*result.touched, result.array->size());
+    if (!isKnown)
+    {
+        when.begin_s = kSettled_s;
+        when.duration_s = schedule.duration_s() - kSettled_s;
+    }
     if (schedule.steps.empty() || when.duration_s * kRate_Hz < 2.0) return curve;
     // What can't be probed has no curve.
     const std::string thrown = midair::base::thrownBy(
@@ -81,7 +88,9 @@ SkinCurve skinCurveOf(const HologramResult& result)
     return thrown.empty() && curve.pressure_Pa.allFinite() ? curve : SkinCurve();
 }
 
-void SkinTrace::update(const std::shared_ptr<const HologramResult>& result, double now_s)
+void SkinTrace::update(const std::shared_ptr<const HologramResult>& result,
+                       const HapticEngine* engine,
+                       double now_s)
 {
     if (_coming.valid())
     {
@@ -93,7 +102,11 @@ void SkinTrace::update(const std::shared_ptr<const HologramResult>& result, doub
     if (!isTouched) _curve = {};
     if (!isTouched || (_begun_s >= 0.0 && now_s - _begun_s < kPause_s)) return;
     _begun_s = now_s;
-    _coming = std::async(std::launch::async, [result] { return skinCurveOf(*result); });
+    midair::bridge::PlayedDrives played;
+    if (engine) played = engine->playedOfLate(ContactScene::kRecent_s);
+    _coming =
+        std::async(std::launch::async,
+                   [result, played = std::move(played)] { return skinCurveOf(*result, played); });
 }
 
 } // namespace osgMidair

@@ -156,6 +156,6 @@ TEST(SimulatedArray, names_what_is_wrong_with_its_parameters)
               "device \"sim:?unplug=1s\": unknown parameter \"unplug\"; known are board, boards, "
               "corrupt, drop, fps, hang_at, "
               "hold, latency, max-amplitude, max-pressure, mean-drive, mean-drive-time, ramp, "
-              "replug_at, seed, "
+              "replug_at, ringing, seed, "
               "unplug_at");
 }

@@ -48,6 +48,23 @@ TEST(SkinTrace, OfAFieldThatStaysIsItsRadiationPressure)
         EXPECT_NEAR(each, steady_Pa, 1e-3 * steady_Pa);
 }
 
+TEST(SkinTrace, IsOfWhatTheDeviceHasPlayedWhereItKnows)
+{
+    // Sent for 50 ms, of which the device has played the last 20.
+    const bridge::HologramResult result = touchedResult();
+    bridge::PlayedDrives played;
+    played.until_s = 2.0;
+    played.fields = {{1.9, {0.0F}}, {1.98, {1.0F}}};
+    const SkinCurve curve = skinCurveOf(result, played);
+    ASSERT_EQ(curve.pressure_Pa.size(), 200);
+    EXPECT_EQ(curve.pressure_Pa[100], 0.0) << "25 ms ago";
+    const SkinCurve sent = skinCurveOf(result);
+    const double steady_Pa = sent.pressure_Pa[sent.pressure_Pa.size() - 1];
+    EXPECT_NEAR(curve.pressure_Pa[199], steady_Pa, 1e-3 * steady_Pa);
+    played.fields.back().q = {1.0F, 1.0F};
+    EXPECT_EQ(skinCurveOf(result, played).pressure_Pa.size(), 0) << "of another array";
+}
+
 TEST(SkinTrace, IsEmptyWhereNothingIsPlayed)
 {
     EXPECT_EQ(skinCurveOf(bridge::HologramResult()).pressure_Pa.size(), 0);
