@@ -1,17 +1,22 @@
-#include "haptics/base/Units.h"
+#include "haptics/base/threads/SteadyClock.h"
 #include "haptics/propagation/Exposure.h"
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
+#include "plugin/overlays/drawing/LevelSphere.h"
 #include "plugin/overlays/drawing/PixelDrawing.h"
 #include "plugin/settings/ForTests.h"
 
 #include <osgMidair/ColorMap>
 #include <osgMidair/ExposureOverlay>
 
+#include <osg/CullFace>
+#include <osg/Geode>
 #include <osg/Geometry>
+#include <osg/LineWidth>
 #include <osgGA/GUIEventAdapter>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <future>
@@ -26,7 +31,9 @@ namespace
 
 const OverlayNumber kOpacity =
     overlayNumber<ExposureOverlay, &ExposureOverlay::setOpacity, &ExposureOverlay::getOpacity>(
-        "earsOpacity", "opacity of the map of levels around the array", {0.0, 1.0});
+        "earsOpacity",
+        "opacity of the map of levels around the array, between its lines",
+        {0.0, 1.0});
 const OverlayRegistration kRegistration({8,
                                          "Exposure",
                                          "ears",
@@ -37,41 +44,96 @@ const OverlayRegistration kRegistration({8,
                                          {kOpacity},
                                          true});
 
-constexpr double kLow_dB = 80.0; // ends of the colours
-constexpr double kHigh_dB = 140.0;
-constexpr int kRings = 13; // of the sphere, poles included, around the y axis
-constexpr int kAround = 24;
+constexpr float kMostLines = 16.0F; // of equal level
+constexpr float kText_px = 22.0F;   // its digits are half as high
+constexpr float kApart = 0.12F;     // between two labels, radii
+constexpr double kPause_s = 0.1;    // between two maps
 const osg::Vec4 kInk(0.95F, 0.95F, 0.85F, 1.0F);
 
-/// The sphere's corners, ring by ring; the last of each ring is its first again.
-Eigen::Matrix3Xd corners(double radius_m)
+osg::ref_ptr<osg::Geometry> makeGeometry(GLenum mode)
 {
-    Eigen::Matrix3Xd places(3, kRings * (kAround + 1));
-    for (int ring = 0; ring < kRings; ++ring)
-        for (int k = 0; k <= kAround; ++k)
-        {
-            const double polar = midair::base::kPi * ring / (kRings - 1);
-            const double turn = midair::base::kTwoPi * k / kAround;
-            places.col(ring * (kAround + 1) + k) =
-                radius_m * Eigen::Vector3d(std::sin(polar) * std::cos(turn),
-                                           std::cos(polar),
-                                           std::sin(polar) * std::sin(turn));
-        }
-    return places;
+    osg::ref_ptr<osg::Geometry> made = new osg::Geometry;
+    made->setDataVariance(osg::Object::DYNAMIC);
+    made->setUseDisplayList(false);
+    made->setUseVertexBufferObjects(true);
+    made->setVertexArray(new osg::Vec3Array);
+    made->setColorArray(new osg::Vec4ubArray, osg::Array::BIND_PER_VERTEX);
+    made->getColorArray()->setNormalize(true);
+    made->addPrimitiveSet(new osg::DrawElementsUInt(mode));
+    drawTranslucent(*made, BOX_BIN);
+    return made;
 }
 
-osg::ref_ptr<osg::DrawElementsUInt> faces()
+// The sphere's middle is the origin, so that a place is its own normal.
+const char* const kLineVertex = R"(#version 120
+varying vec4 color;
+varying float inner;
+void main()
 {
-    osg::ref_ptr<osg::DrawElementsUInt> made = new osg::DrawElementsUInt(GL_TRIANGLES);
-    for (unsigned int ring = 0; ring + 1 < kRings; ++ring)
-        for (unsigned int k = 0; k < kAround; ++k)
-        {
-            const unsigned int a = ring * (kAround + 1) + k;
-            const unsigned int b = a + kAround + 1;
-            for (const unsigned int corner : {a, b, a + 1, a + 1, b, b + 1})
-                made->push_back(corner);
-        }
-    return made;
+    vec4 eye = gl_ModelViewMatrix * gl_Vertex;
+    inner = dot(eye.xyz, gl_NormalMatrix * gl_Vertex.xyz);
+    color = gl_Color;
+    gl_Position = gl_ProjectionMatrix * eye;
+}
+)";
+const char* const kLineFragment = R"(#version 120
+varying vec4 color;
+varying float inner;
+void main()
+{
+    if (inner <= 0.0) discard;
+    gl_FragColor = color;
+}
+)";
+
+/// Leaves out labels on the side of the sphere that is seen from outside.
+class InnerSide : public osg::DrawableCullCallback
+{
+public:
+    bool cull(osg::NodeVisitor* visitor, osg::Drawable* drawable, osg::State*) const override
+    {
+        const osg::Vec3 place = static_cast<osgText::Text*>(drawable)->getPosition();
+        return place * (place - visitor->getEyePoint()) <= 0.0F;
+    }
+};
+
+osg::ref_ptr<osgText::Text> makeLabel(bool isLoudest)
+{
+    osg::ref_ptr<osgText::Text> label =
+        pixels::text("",
+                     {},
+                     isLoudest ? 1.3F * kText_px : kText_px,
+                     kInk,
+                     isLoudest ? osgText::TextBase::LEFT_CENTER : osgText::TextBase::CENTER_CENTER);
+    label->setCharacterSizeMode(osgText::TextBase::SCREEN_COORDS);
+    label->setDataVariance(osg::Object::DYNAMIC);
+    label->setAxisAlignment(osgText::TextBase::SCREEN);
+    label->setBackdropType(osgText::Text::OUTLINE);
+    label->setBackdropColor({0.05F, 0.06F, 0.08F, 1.0F});
+    if (!isLoudest) label->setCullCallback(new InnerSide);
+    drawTranslucent(*label, BOX_BIN);
+    return label;
+}
+
+/// Returns the least round step at which there are not too many lines.
+float stepFor(const std::vector<float>& levels_dB)
+{
+    float least_dB = 0.0F, most_dB = 0.0F;
+    for (const float level : levels_dB)
+    {
+        if (!(level > 0.0F)) continue;
+        least_dB = least_dB > 0.0F ? std::min(least_dB, level) : level;
+        most_dB = std::max(most_dB, level);
+    }
+    for (const float step_dB : {1.0F, 2.0F, 5.0F})
+        if (most_dB - least_dB <= kMostLines * step_dB) return step_dB;
+    return 10.0F;
+}
+
+float shareOf(float level_dB)
+{
+    return (level_dB - ExposureOverlay::kLow_dB) /
+           (ExposureOverlay::kHigh_dB - ExposureOverlay::kLow_dB);
 }
 
 } // namespace
@@ -88,36 +150,35 @@ public:
     /// false if that isn't possible yet.
     bool show(double timeout_s);
 
-    osg::ref_ptr<osg::Geometry> sphere = new osg::Geometry;
-    osg::ref_ptr<osgText::Text> label;
-    float opacity = 0.35F;
+    osg::ref_ptr<osg::Geometry> sphere = makeGeometry(GL_TRIANGLES);
+    osg::ref_ptr<osg::Geometry> lines = makeGeometry(GL_LINES);
+    osg::ref_ptr<osg::Geode> labels = new osg::Geode; ///< the first is of the loudest place
+    float opacity = 0.12F;
     double level_dB = 0.0;
     osg::Vec3d place;
 
 private:
+    void draw(const Eigen::VectorXf& levels_dB);
+    void drawLines(const std::vector<LevelSphere::Contour>& contours);
+    osgText::Text& labelAt(unsigned int index);
+
     std::shared_ptr<const midair::haptics::TransducerArray> _array;
     midair::haptics::Medium _medium;
     std::shared_ptr<const midair::bridge::HologramResult> _result;
     bool _isShown = false; ///< the result
+    double _shown_s = 0.0; ///< steady clock
     std::future<std::unique_ptr<midair::haptics::Exposure>> _coming;
     std::unique_ptr<midair::haptics::Exposure> _exposure;
 };
 
-ExposureOverlay::Part::Part() : label(pixels::text("", {}, 0.035F, kInk))
+// The inner sides alone are drawn, so that it is behind whatever is in it, seen from inside and
+// from outside.
+ExposureOverlay::Part::Part()
 {
-    sphere->setDataVariance(osg::Object::DYNAMIC);
-    sphere->setUseVertexBufferObjects(true);
-    sphere->setVertexArray(new osg::Vec3Array(kRings * (kAround + 1)));
-    sphere->setColorArray(new osg::Vec4ubArray(kRings * (kAround + 1)),
-                          osg::Array::BIND_PER_VERTEX);
-    sphere->getColorArray()->setNormalize(true);
-    sphere->addPrimitiveSet(faces());
-    drawTranslucent(*sphere, BOX_BIN);
-    label->setDataVariance(osg::Object::DYNAMIC);
-    label->setAxisAlignment(osgText::TextBase::SCREEN);
-    label->setBackdropType(osgText::Text::OUTLINE);
-    label->setBackdropColor({0.05F, 0.06F, 0.08F, 1.0F});
-    drawTranslucent(*label, BOX_BIN);
+    sphere->getOrCreateStateSet()->setAttributeAndModes(new osg::CullFace(osg::CullFace::BACK));
+    osg::StateSet* state = lines->getOrCreateStateSet();
+    state->setAttributeAndModes(new osg::LineWidth(1.5F));
+    state->setAttributeAndModes(makeProgram("osgMidair levels", kLineVertex, kLineFragment));
 }
 
 ExposureOverlay::ExposureOverlay() :
@@ -125,7 +186,8 @@ ExposureOverlay::ExposureOverlay() :
     _part(static_cast<Part&>(OverlayPart::of(*this)))
 {
     addChild(_part.sphere);
-    addChild(_part.label);
+    addChild(_part.lines);
+    addChild(_part.labels);
     setNumChildrenRequiringUpdateTraversal(1);
 }
 
@@ -181,14 +243,15 @@ void ExposureOverlay::Part::setResult(
     _isShown = false;
     if (_exposure || _coming.valid()) return;
     // Some 300 places take longer than a frame, so another thread computes them.
-    _coming = std::async(std::launch::async,
-                         [array = _array, medium = _medium]
-                         {
-                             const double radius_m =
-                                 midair::haptics::placesAround(*array, 1).colwise().norm().sum();
-                             return std::make_unique<midair::haptics::Exposure>(
-                                 *array, medium, corners(radius_m > 0.0 ? radius_m : 0.5));
-                         });
+    _coming =
+        std::async(std::launch::async,
+                   [array = _array, medium = _medium]
+                   {
+                       const double radius_m =
+                           midair::haptics::placesAround(*array, 1).colwise().norm().sum();
+                       return std::make_unique<midair::haptics::Exposure>(
+                           *array, medium, LevelSphere::corners(radius_m > 0.0 ? radius_m : 0.5));
+                   });
     show(0.0);
 }
 
@@ -198,34 +261,95 @@ bool ExposureOverlay::Part::show(double timeout_s)
         _coming.wait_for(std::chrono::duration<double>(timeout_s)) == std::future_status::ready)
         _exposure = _coming.get();
     if (!_exposure || !_result) return false;
-    if (_isShown) return true;
+    const double now_s = midair::base::steadySeconds();
+    if (_isShown || (timeout_s == 0.0 && now_s - _shown_s < kPause_s)) return true;
     _isShown = true;
+    _shown_s = now_s;
     Eigen::VectorXf squares = Eigen::VectorXf::Zero(_array->size());
     if (_result->state == midair::bridge::ArrayState::PLAYING)
         for (const Eigen::VectorXcf& q : _result->sequence.fields)
             squares += q.cwiseAbs2() / static_cast<float>(_result->sequence.fields.size());
     const Eigen::VectorXf heard_Pa2 = _exposure->incoherentOf_Pa2(squares);
-    auto& vertices = static_cast<osg::Vec3Array&>(*sphere->getVertexArray());
-    auto& colors = static_cast<osg::Vec4ubArray&>(*sphere->getColorArray());
+    Eigen::VectorXf levels_dB(heard_Pa2.size());
     for (Eigen::Index l = 0; l < heard_Pa2.size(); ++l)
-    {
-        const double here_dB = midair::haptics::soundLevel_dB(static_cast<double>(heard_Pa2[l]));
-        const Eigen::Vector3d at = _exposure->places().col(l);
-        const auto share = static_cast<float>((here_dB - kLow_dB) / (kHigh_dB - kLow_dB));
-        vertices[static_cast<std::size_t>(l)] = osg::Vec3d(at.x(), at.y(), at.z());
-        colors[static_cast<std::size_t>(l)] =
-            bytes(ColorMap::pressure().color(share), here_dB > 0.0 ? opacity : 0.0F);
-    }
-    vertices.dirty();
-    colors.dirty();
-    sphere->dirtyBound();
+        levels_dB[l] =
+            static_cast<float>(midair::haptics::soundLevel_dB(static_cast<double>(heard_Pa2[l])));
     Eigen::Index loudest = 0;
     level_dB = midair::haptics::soundLevel_dB(static_cast<double>(heard_Pa2.maxCoeff(&loudest)));
     const Eigen::Vector3d at = _exposure->places().col(loudest);
     place.set(at.x(), at.y(), at.z());
-    label->setPosition(place);
-    label->setText(level_dB > 0.0 ? fmt::format("{:.0f} dB", level_dB) : "");
+    draw(levels_dB);
     return true;
+}
+
+void ExposureOverlay::Part::draw(const Eigen::VectorXf& levels_dB)
+{
+    const LevelSphere::Grid grid =
+        LevelSphere::gridOf(levels_dB, _exposure->places().col(0).norm());
+    auto& vertices = static_cast<osg::Vec3Array&>(*sphere->getVertexArray());
+    auto& colors = static_cast<osg::Vec4ubArray&>(*sphere->getColorArray());
+    vertices.assign(grid.places.begin(), grid.places.end());
+    colors.clear();
+    for (const float level : grid.levels_dB)
+        colors.push_back(bytes(ColorMap::pressure().color(shareOf(level)), opacity));
+    auto& faces = static_cast<osg::DrawElementsUInt&>(*sphere->getPrimitiveSet(0));
+    faces.assign(grid.faces.begin(), grid.faces.end());
+    vertices.dirty();
+    colors.dirty();
+    faces.dirty();
+    sphere->dirtyBound();
+    drawLines(LevelSphere::contoursOf(grid, stepFor(grid.levels_dB)));
+    osgText::Text& label = labelAt(0);
+    label.setPosition(place);
+    label.setText(level_dB > 0.0 ? fmt::format("+ {:.1f} dB", level_dB) : "");
+}
+
+void ExposureOverlay::Part::drawLines(const std::vector<LevelSphere::Contour>& contours)
+{
+    auto& vertices = static_cast<osg::Vec3Array&>(*lines->getVertexArray());
+    auto& colors = static_cast<osg::Vec4ubArray&>(*lines->getColorArray());
+    auto& pairs = static_cast<osg::DrawElementsUInt&>(*lines->getPrimitiveSet(0));
+    vertices.clear();
+    colors.clear();
+    pairs.clear();
+    unsigned int used = 1;
+    std::vector<osg::Vec3> labelled = {osg::Vec3(place)};
+    for (auto next = contours.rbegin(); next != contours.rend(); ++next) // the loudest first
+    {
+        const LevelSphere::Contour& contour = *next;
+        const osg::Vec4ub color =
+            bytes(ColorMap::pressure().color(shareOf(contour.level_dB)), 1.0F);
+        for (const auto& [from, to] : contour.pieces)
+            for (const osg::Vec3& end : {from, to})
+            {
+                pairs.push_back(static_cast<unsigned int>(vertices.size()));
+                vertices.push_back(end);
+                colors.push_back(color);
+            }
+        for (const osg::Vec3& where : contour.labels)
+        {
+            const auto isNear = [&](const osg::Vec3& other)
+            { return (where - other).length() < kApart * where.length(); };
+            if (std::any_of(labelled.begin(), labelled.end(), isNear)) continue;
+            labelled.push_back(where);
+            osgText::Text& label = labelAt(used++);
+            label.setPosition(where);
+            label.setText(fmt::format("{:.0f} dB", contour.level_dB));
+        }
+    }
+    while (used < labels->getNumDrawables())
+        labelAt(used++).setText("");
+    vertices.dirty();
+    colors.dirty();
+    pairs.dirty();
+    lines->dirtyBound();
+}
+
+osgText::Text& ExposureOverlay::Part::labelAt(unsigned int index)
+{
+    while (labels->getNumDrawables() <= index)
+        labels->addDrawable(makeLabel(labels->getNumDrawables() == 0));
+    return static_cast<osgText::Text&>(*labels->getDrawable(index));
 }
 
 } // namespace osgMidair

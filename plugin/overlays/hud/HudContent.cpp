@@ -205,7 +205,7 @@ HudRows rowsOf(const HologramResult* field, const ArrayNews& news, const Overlay
     rows.emplace_back("loudness E", fmt::format("{:.3f}", report.loudness));
     if (news.statistics.exposure.places > 0)
         rows.emplace_back("at ears",
-                          fmt::format("{:.0f} dB (mean {:.0f}, most {:.0f})",
+                          fmt::format("{:.0f} dB (eq {:.0f}, max {:.0f})",
                                       news.statistics.exposure.level_dB,
                                       news.statistics.exposure.eq_dB,
                                       news.statistics.exposure.max_dB));

@@ -1,5 +1,7 @@
 #include "plugin/overlays/hud/HudSheets.h"
 
+#include <osgMidair/ExposureOverlay>
+
 #include <algorithm>
 #include <cmath>
 
@@ -85,6 +87,15 @@ void drawSkin(TextPanel& sheet, const osg::Vec2& lowerLeft, const SkinCurve& ski
                kDim);
     sheet.text("time", {origin.x() + 0.5F * size.x(), below}, kText, kDim, TextPanel::CENTER);
     sheet.text("now", {origin.x() + size.x(), below}, kText, kDim, TextPanel::RIGHT);
+}
+
+/// The ends of a scale and its middle.
+std::vector<std::pair<double, std::string>> levelLabels(double low, double high)
+{
+    std::vector<std::pair<double, std::string>> labels;
+    for (const double share : {0.0, 0.5, 1.0})
+        labels.emplace_back(share, pixels::number(low + share * (high - low)));
+    return labels;
 }
 
 } // namespace
@@ -190,7 +201,7 @@ void HudSheets::drawMessages(const std::vector<std::string>& texts)
     sheet.finish();
 }
 
-void HudSheets::drawScales(float field_Pa, float volume_Pa, bool points, bool array)
+void HudSheets::drawScales(float field_Pa, float volume_Pa, bool points, bool array, bool around)
 {
     TextPanel& sheet = *scales.panel;
     sheet.clear();
@@ -205,6 +216,9 @@ void HudSheets::drawScales(float field_Pa, float volume_Pa, bool points, bool ar
         return all.back();
     };
     const int ticks = layout.scaleHeight < 70.0F ? 3 : 5;
+    if (around)
+        add(ColorMap::pressure(), "around, dB").labels =
+            levelLabels(ExposureOverlay::kLow_dB, ExposureOverlay::kHigh_dB);
     if (field_Pa > 0.0F) add(ColorMap::pressure(), "|p| (peak), Pa").label(field_Pa, ticks);
     if (volume_Pa > 0.0F) add(ColorMap::radiation(), "radiation, Pa").label(volume_Pa, ticks);
     if (points)

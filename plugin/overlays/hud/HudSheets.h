@@ -66,9 +66,9 @@ public:
                      const pixels::Sparkline& latency,
                      const SkinCurve& skin = {});
     void drawMessages(const std::vector<std::string>& texts);
-    /// Draws the scales of the pressure's and the radiation's ranges, of points and of the array;
-    /// ranges of 0 are not shown.
-    void drawScales(float field_Pa, float volume_Pa, bool points, bool array);
+    /// Draws the scales of the pressure's and the radiation's ranges, of points, of the array and
+    /// of the levels \a around it; ranges of 0 are not shown.
+    void drawScales(float field_Pa, float volume_Pa, bool points, bool array, bool around = false);
     void drawAlarm(const HudAlarm& alarm);
     void drawKeys(const std::vector<HudKey>& all);
 };

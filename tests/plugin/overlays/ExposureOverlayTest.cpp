@@ -5,7 +5,9 @@
 #include <osgMidair/ExposureOverlay>
 #include <osgMidair/HapticOverlays>
 
+#include <osg/Geode>
 #include <osg/Geometry>
+#include <osgText/Text>
 
 #include <gtest/gtest.h>
 
@@ -25,14 +27,22 @@ std::shared_ptr<bridge::HologramResult> playing(const haptics::TransducerArray& 
     return result;
 }
 
-unsigned int visibleCorners(ExposureOverlay& overlay)
+/// Triangles of the map, lines, and labels with a text.
+struct Drawn
 {
-    const auto& colors =
-        static_cast<const osg::Vec4ubArray&>(*overlay.getChild(0)->asGeometry()->getColorArray());
-    unsigned int count = 0;
-    for (const osg::Vec4ub& color : colors)
-        count += color.a() > 0 ? 1 : 0;
-    return count;
+    unsigned int faces = 0, lines = 0, labels = 0;
+};
+
+Drawn drawn(ExposureOverlay& overlay)
+{
+    Drawn drawn;
+    drawn.faces = overlay.getChild(0)->asGeometry()->getPrimitiveSet(0)->getNumIndices() / 3;
+    drawn.lines = overlay.getChild(1)->asGeometry()->getPrimitiveSet(0)->getNumIndices() / 2;
+    const osg::Geode& labels = *overlay.getChild(2)->asGeode();
+    for (unsigned int k = 0; k < labels.getNumDrawables(); ++k)
+        drawn.labels +=
+            static_cast<const osgText::Text&>(*labels.getDrawable(k)).getText().empty() ? 0 : 1;
+    return drawn;
 }
 
 } // namespace
@@ -55,16 +65,20 @@ TEST(ExposureOverlay, MapsTheLevelAroundTheArray)
     const double sum_dB = haptics::soundLevel_dB(
         static_cast<double>(ears.incoherent_Pa2(Eigen::VectorXcf::Ones(array->size()))[0]));
     EXPECT_NEAR(overlay->getLevel(), sum_dB - 3.01, 0.01);
-    const unsigned int all = 13 * 25;
-    EXPECT_LT(visibleCorners(*overlay), all) << "nothing behind the board";
-    EXPECT_GT(visibleCorners(*overlay), all / 4);
+    const unsigned int all = 2 * 48 * 96;
+    EXPECT_LT(drawn(*overlay).faces, all) << "nothing behind the board";
+    EXPECT_GT(drawn(*overlay).faces, all / 4);
+    EXPECT_GT(drawn(*overlay).lines, 50u);
+    EXPECT_GT(drawn(*overlay).labels, 2u);
     OverlayPart::of(*overlay).setResult(playing(*array, 0.1f));
-    ASSERT_TRUE(overlay->waitFor(0.0));
+    ASSERT_TRUE(overlay->waitFor(1.0));
     EXPECT_NEAR(overlay->getLevel(), sum_dB - 23.01, 0.01);
     OverlayPart::of(*overlay).setResult(playing(*array, 0.0f));
-    ASSERT_TRUE(overlay->waitFor(0.0));
+    ASSERT_TRUE(overlay->waitFor(1.0));
     EXPECT_EQ(overlay->getLevel(), 0.0);
-    EXPECT_EQ(visibleCorners(*overlay), 0u);
+    EXPECT_EQ(drawn(*overlay).faces, 0u);
+    EXPECT_EQ(drawn(*overlay).lines, 0u);
+    EXPECT_EQ(drawn(*overlay).labels, 0u);
 }
 
 TEST(ExposureOverlay, IsHiddenUntilItIsAskedFor)
