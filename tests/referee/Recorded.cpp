@@ -3,6 +3,7 @@
 #include "device/ArrayDevice.h"
 #include "device/drive/DriveEncoder.h"
 #include "device/recording/Recording.h"
+#include "haptics/sequence/FieldSequence.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "tests/referee/PipelineRun.h"
 
@@ -23,7 +24,8 @@ std::uint64_t taken(const device::ArrayDevice& device)
     return report.sent - report.refused;
 }
 
-// The solver by itself: encode and send are all that the product does with its field.
+// The solver by itself: to encode, send and rate the switch is all that the product does with its
+// field.
 void solveAndSend(const Scene& scene, int updates, const std::string& uri, Recorded& recorded)
 {
     haptics::SolverOptions options;
@@ -35,7 +37,7 @@ void solveAndSend(const Scene& scene, int updates, const std::string& uri, Recor
     recorded.fieldRate_Hz = options.updateRate_Hz;
     const auto solver = haptics::makeSolver(haptics::solverNames().front(), options);
     const auto device = device::openDevice(uri, {scene.array.size(), scene.array.board});
-    Eigen::VectorXcf q;
+    Eigen::VectorXcf q, last;
     device::DriveSignal signal;
     Motion motion;
     for (int k = 0; k < updates; ++k, motion.next())
@@ -46,7 +48,12 @@ void solveAndSend(const Scene& scene, int updates, const std::string& uri, Recor
             throw std::runtime_error(scene.name + ": " + device->status());
         Update update;
         update.parts = {{points, static_cast<std::size_t>(taken(*device)) - 1, 0}};
-        update.report = report;
+        haptics::FieldSequence held;
+        held.fields = {q};
+        held.report = report;
+        haptics::rateSwitch(last, options.updateRate_Hz, scene.array.ringing_s, held);
+        last = q;
+        update.report = held.report;
         recorded.updates.push_back(std::move(update));
     }
 }
