@@ -4,6 +4,7 @@
 #include <osgMidair/HandSourceFactory>
 
 #include <osgDB/ReaderWriter>
+#include <osgDB/Registry>
 
 #include <cstdlib>
 #include <filesystem>
@@ -96,7 +97,7 @@ TEST_F(HandSourceFactoryTest, WhatItRefusesOrThrowsIsAMessage)
     EXPECT_EQ(
         error,
         "hand source \"mitten:\" is not known; recorded:FILE, recorded:FILE?loop, mouse:, openxr:, "
-        "glove: are");
+        "osc:, glove: are");
 }
 
 TEST_F(HandSourceFactoryTest, OneThatCouldNotBeMadeIsTriedAgain)

@@ -137,8 +137,8 @@ TEST(OpenXrHands, NamesThatAreWrongAreToldWithWhatIsRight)
               "hand source \"openxr:?matrix=" + mirrored + "\": matrix=" + mirrored +
                   " should be 16 numbers of a rigid matrix, row by row, translation last");
     EXPECT_EQ(errorOf("openxr:?speed=2"),
-              "hand source \"openxr:?speed=2\": unknown parameter \"speed\"; known are loader, "
-              "matrix, space");
+              "hand source \"openxr:?speed=2\": unknown parameter \"speed\"; known are helper, "
+              "loader, matrix, process, space");
     EXPECT_EQ(errorOf("openxr:monado"),
               "hand source \"openxr:monado\": nothing may stand between \"openxr:\" and the "
               "parameters, but \"monado\" does");
