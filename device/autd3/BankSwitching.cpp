@@ -12,14 +12,14 @@ namespace midair::device::autd3
 namespace
 {
 
-constexpr double kNever_s = std::numeric_limits<double>::max();
+constexpr double kNoSwitch_s = std::numeric_limits<double>::max();
 constexpr double kRepeatAtOnce_s = 0.3e-3;
 constexpr double kLeastRepeat_s = 0.15e-3;
 constexpr double kLeastSlack_s = 0.1e-3;
 constexpr double kLeastAllowance_s = 0.2e-3;
 constexpr double kBackAfter_s = 1.5e-3; // beyond the margin: time to reach all units
 constexpr int kMostBacks = 100;
-constexpr double kMostLead_s = 0.1;
+constexpr double kLongestLead_s = 0.1;
 
 // Half a period off the grid of slots, so that no unit is on the other side of its edge.
 double besideEdge(double wanted_ns)
@@ -47,7 +47,7 @@ void BankPlayer::switchAtTime(double now_s)
 
 void BankPlayer::switchAtOnce(double now_s)
 {
-    _deadline_s = kNever_s;
+    _deadline_s = kNoSwitch_s;
     _sent_s = now_s;
     _isUnknown = false;
     _stage = Stage::SWITCHING;
@@ -58,7 +58,7 @@ void BankPlayer::switchAtOnce(double now_s)
 
 void BankPlayer::endSwitching(double now_s)
 {
-    const bool isTimed = _deadline_s < kNever_s;
+    const bool isTimed = _deadline_s < kNoSwitch_s;
     const bool isMissed = isTimed && (_isLate || _isUnknown || now_s > _deadline_s);
     if (!_open.none() && !isMissed) return;
     if (!_refusal.empty() || (isMissed && !(_open.none() && !_isLate && !_isUnknown)))
@@ -75,8 +75,8 @@ void BankPlayer::endSwitching(double now_s)
 void BankPlayer::takeBack(double now_s)
 {
     ++_takenBack;
-    _lead_s = std::min(std::max(_options.lead_s, kMostLead_s), _lead_s * 1.5);
-    _takenBack_ns = _deadline_s < kNever_s ? _time_ns : 0;
+    _lead_s = std::min(std::max(_options.lead_s, kLongestLead_s), _lead_s * 1.5);
+    _takenBack_ns = _deadline_s < kNoSwitch_s ? _time_ns : 0;
     _time_ns = 0;
     _backs = 0;
     _stage = Stage::TAKING_BACK;

@@ -12,8 +12,8 @@ namespace midair::device::autd3
 namespace
 {
 
-constexpr int kTries = 3;
-constexpr double kAnswer_s = 0.05;
+constexpr int kSetUpTries = 3;
+constexpr double kSetUpAnswer_s = 0.05;
 constexpr double kSettingUp_s = 3; // all units' settings
 constexpr int kFirmwareMajor = 0;
 constexpr int kFirmwareMinor = 10;
@@ -39,9 +39,9 @@ void Opening::reset(const Unit& unit)
 {
     constexpr std::uint8_t kAfterReset = 0xFF;
     const auto bytes = frame(nextNumber(), 0, Command::reset());
-    for (int i = 0; i < kTries; ++i) // the same bytes: done once
+    for (int i = 0; i < kSetUpTries; ++i) // the same bytes: done once
     {
-        const Answers answers = ask(&unit.at, bytes, kAnswer_s, 1);
+        const Answers answers = ask(&unit.at, bytes, kSetUpAnswer_s, 1);
         if (answers.empty()) continue;
         const Answer& answer = answers.front().second;
         if (answer.status == 0 && answer.reply.acknowledged == kAfterReset &&
@@ -73,7 +73,7 @@ void Opening::settle(UnitGroup& group, std::vector<UnitGroup::Outcome>& outcomes
         const double now_s = base::steadySeconds();
         if (_isLeft()) throw error("closed while it was opened");
         group.pump(now_s);
-        group.receive(std::min(group.due_s(), now_s + kAnswer_s));
+        group.receive(std::min(group.due_s(), now_s + kSetUpAnswer_s));
         for (UnitGroup::Outcome& outcome : group.takeOutcomes())
             outcomes.push_back(std::move(outcome));
         for (int k = 0; k < group.size(); ++k)
@@ -108,7 +108,7 @@ void Opening::settleAll(UnitGroup& group, const std::function<void(int)>& push)
 {
     std::string why = "the network loses so many answers that nobody knows how the units are set";
     std::vector<bool> isOpen(static_cast<std::size_t>(group.size()), true);
-    for (int i = 0; i <= kTries; ++i)
+    for (int i = 0; i <= kSetUpTries; ++i)
     {
         for (int k = 0; k < group.size(); ++k)
             if (isOpen[static_cast<std::size_t>(k)]) push(k);

@@ -17,7 +17,7 @@ namespace
 
 constexpr double kNever_s = std::numeric_limits<double>::max();
 constexpr double kRetry_s = 0.1e-3; ///< until a send is tried again for which there was no room
-constexpr std::uint8_t kInStep = HAS_SYNC_PULSE | FOLLOWS_CLOCK;
+constexpr std::uint8_t kFollowsClock = HAS_SYNC_PULSE | FOLLOWS_CLOCK;
 constexpr int kMostAtOnce = 256; ///< datagrams, before other things get their turn
 
 } // namespace
@@ -166,7 +166,7 @@ void UnitGroup::takeReply(int k, const Answer& answer, double now_s)
     unit.heard_s = now_s;
     unit.asked = 0;
     unit.flags = answer.reply.flags;
-    if ((unit.flags & kInStep) == kInStep)
+    if ((unit.flags & kFollowsClock) == kFollowsClock)
         unit.outOfStep_s = 0;
     else if (unit.outOfStep_s == 0)
         unit.outOfStep_s = now_s;

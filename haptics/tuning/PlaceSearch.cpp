@@ -20,7 +20,7 @@ namespace
 constexpr double kStepPerWavelength = 0.14;
 constexpr int kRefined = 12;          // of the starts, the best
 constexpr Eigen::Index kCoarse = 600; // transducers that the starts are judged by
-constexpr int kIterations = 15;
+constexpr int kSearchIterations = 15;
 constexpr double kLeastScale_rad = 0.01;
 
 std::complex<double>
@@ -49,7 +49,7 @@ refined(const HeardPhases& heard, FoundPlace at, const Eigen::Vector3d& planned,
     const Eigen::Index n = heard.phase_rad.size();
     Eigen::VectorXd rho(n);
     Eigen::MatrixX4d J(n, 4);
-    for (int iteration = 0; iteration < kIterations; ++iteration)
+    for (int iteration = 0; iteration < kSearchIterations; ++iteration)
     {
         std::vector<double> sizes;
         for (Eigen::Index i = 0; i < n; ++i)

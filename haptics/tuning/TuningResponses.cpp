@@ -17,7 +17,7 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoResponse = std::numeric_limits<double>::quiet_NaN();
 // A microphone that clips gives many readings near its limit. Of transducers whose gains differ by
 // 5 % a few per mille are within 2 % of the loudest; of equal ones as many as are equally far away.
 constexpr double kPlateau = 0.98;
@@ -142,7 +142,7 @@ TuningResponses responsesOf(const TuningPlan& plan,
 {
     TuningResponses responses;
     const auto places = static_cast<int>(plan.places.cols());
-    responses.y.setConstant(places, plan.transducers, {kNone, kNone});
+    responses.y.setConstant(places, plan.transducers, {kNoResponse, kNoResponse});
     responses.noise.setZero(places);
     responses.refusal = clipRefusal(plan, readings, clip);
     for (int place = 0; place < places && responses.refusal.empty(); ++place)

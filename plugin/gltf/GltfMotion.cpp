@@ -29,7 +29,7 @@ struct Keys
     std::size_t size() const { return times_s.size(); }
 };
 
-void require(bool isRight, const char* what)
+void requireInMotion(bool isRight, const char* what)
 {
     if (!isRight) throw GltfError(what);
 }
@@ -72,12 +72,13 @@ Keys readKeys(const tinygltf::AnimationSampler& sampler, std::size_t width, Gltf
     keys.times_s = numbers.floats(sampler.input, 1);
     keys.values = numbers.floats(sampler.output, static_cast<int>(width));
     const bool isSpline = sampler.interpolation == "CUBICSPLINE";
-    require(!keys.times_s.empty(), "it has no keys");
-    require(keys.values.size() == (isSpline ? 3 : 1) * width * keys.size(),
-            "it has not as many values as times");
+    requireInMotion(!keys.times_s.empty(), "it has no keys");
+    requireInMotion(keys.values.size() == (isSpline ? 3 : 1) * width * keys.size(),
+                    "it has not as many values as times");
     for (std::size_t i = 0; i < keys.size(); ++i)
-        require(keys.times_s[i] >= 0.0F && (i == 0 || keys.times_s[i] > keys.times_s[i - 1]),
-                "its times don't rise");
+        requireInMotion(keys.times_s[i] >= 0.0F &&
+                            (i == 0 || keys.times_s[i] > keys.times_s[i - 1]),
+                        "its times don't rise");
     return isSpline ? straightened(keys) : keys;
 }
 
@@ -91,7 +92,7 @@ osg::Quat valueOf(const Keys& keys, std::size_t i, osg::Quat* /*kind*/)
 {
     const float* v = &keys.values[4 * i];
     const osg::Quat turn(v[0], v[1], v[2], v[3]);
-    require(turn.length() > 1e-3, "a rotation of it is none");
+    requireInMotion(turn.length() > 1e-3, "a rotation of it is none");
     return turn / turn.length();
 }
 
@@ -110,8 +111,9 @@ osg::ref_ptr<osgAnimation::Channel> readChannel(const tinygltf::Animation& anima
                                                 const tinygltf::AnimationChannel& one,
                                                 GltfNumbers& numbers)
 {
-    require(one.sampler >= 0 && static_cast<std::size_t>(one.sampler) < animation.samplers.size(),
-            "it has no sampler");
+    requireInMotion(one.sampler >= 0 &&
+                        static_cast<std::size_t>(one.sampler) < animation.samplers.size(),
+                    "it has no sampler");
     const tinygltf::AnimationSampler& sampler =
         animation.samplers[static_cast<std::size_t>(one.sampler)];
     const bool isTurn = one.target_path == kGltfRotation;

@@ -16,12 +16,12 @@ using namespace midair::device;
 namespace
 {
 
-const DeviceLayout kLayout = {4, {}};
+const DeviceLayout kFour = {4, {}};
 
 void play(VirtualFirmware& firmware, std::uint32_t sequence, std::uint8_t phase, double now_s)
 {
     std::vector<std::uint8_t> bytes;
-    protocol::appendField(bytes, evenField(4, phase, 200), protocol::ranges(kLayout), sequence);
+    protocol::appendField(bytes, evenField(4, phase, 200), protocol::ranges(kFour), sequence);
     firmware.receive(bytes.data(), bytes.size(), now_s);
 }
 
@@ -36,7 +36,7 @@ std::string openError(const std::string& uri)
 {
     try
     {
-        openDevice(uri, kLayout);
+        openDevice(uri, kFour);
     }
     catch (const DeviceError& error)
     {
@@ -75,7 +75,7 @@ TEST(PlayedSince, HasEachFieldFromWhenItSoundsAndTheWatchdogsSilence)
 {
     VirtualFirmware::Options options = withHistory();
     options.latency_s = 5e-3;
-    VirtualFirmware firmware(kLayout, options);
+    VirtualFirmware firmware(kFour, options);
     play(firmware, 1, 10, 1.0);
     play(firmware, 2, 20, 1.02);
     const auto played = firmware.playedSince(0.95, 1.2);
@@ -90,7 +90,7 @@ TEST(PlayedSince, HasEachFieldFromWhenItSoundsAndTheWatchdogsSilence)
 
 TEST(PlayedSince, IsNotKeptWhereNobodyAsks)
 {
-    VirtualFirmware firmware(kLayout);
+    VirtualFirmware firmware(kFour);
     play(firmware, 1, 10, 1.0);
     EXPECT_TRUE(firmware.playedSince(0.0, 1.01).empty());
 }
@@ -100,7 +100,7 @@ TEST(PlayedSince, OfADeviceIsWhatItPlayedInTimeOfTheSteadyClock)
     for (const std::string uri : {"sim:", "sim:?max-amplitude=0.5", "sim:,null:"})
     {
         SCOPED_TRACE(uri);
-        const auto device = openDevice(uri, kLayout);
+        const auto device = openDevice(uri, kFour);
         const double begin_s = midair::base::steadySeconds();
         ASSERT_TRUE(device->send(evenField(4, 64, 255)));
         const double sent_s = midair::base::steadySeconds();
@@ -158,17 +158,17 @@ TEST(PlayedSince, OfSeveralPartsChangesWithEachOfThem)
 
 TEST(PlayedSince, OthersDoNotKnow)
 {
-    const auto device = openDevice("null:", kLayout);
+    const auto device = openDevice("null:", kFour);
     device->send(evenField(4, 0, 255));
     EXPECT_TRUE(device->playedSince(0.0).empty());
 }
 
 TEST(PlayedSince, RingingIsToldOn)
 {
-    EXPECT_EQ(openDevice("sim:?ringing=190us", kLayout)->ability().ringing_s, 190e-6);
-    EXPECT_EQ(openDevice("sim:?ringing=0us", kLayout)->ability().ringing_s, 0.0);
-    EXPECT_LT(openDevice("sim:", kLayout)->ability().ringing_s, 0.0);
-    EXPECT_EQ(openDevice("null:,sim:?ringing=1ms", kLayout)->ability().ringing_s, 1e-3);
+    EXPECT_EQ(openDevice("sim:?ringing=190us", kFour)->ability().ringing_s, 190e-6);
+    EXPECT_EQ(openDevice("sim:?ringing=0us", kFour)->ability().ringing_s, 0.0);
+    EXPECT_LT(openDevice("sim:", kFour)->ability().ringing_s, 0.0);
+    EXPECT_EQ(openDevice("null:,sim:?ringing=1ms", kFour)->ability().ringing_s, 1e-3);
     EXPECT_NE(openError("sim:?ringing=11ms")
                   .find("ringing is 0.011 s; it should be 0s to 10ms, the time constant of the "
                         "transducers"),

@@ -22,7 +22,7 @@ TuningPlan twenty(TuningMethod method = TuningMethod::SINGLE)
     return plan;
 }
 
-std::string errorOf(const std::string& text, TuningMethod method = TuningMethod::SINGLE)
+std::string refusalOf(const std::string& text, TuningMethod method = TuningMethod::SINGLE)
 {
     try
     {
@@ -59,16 +59,16 @@ TEST(TuningReadings, are_told_by_index_where_they_are_not_as_they_should_be)
 
 TEST(TuningReadings, of_another_kind_are_refused)
 {
-    EXPECT_EQ(errorOf("0,1,2\n1,3\n"),
+    EXPECT_EQ(refusalOf("0,1,2\n1,3\n"),
               "r.csv:2: is a level, those before it are re,im; all should be of one kind");
-    EXPECT_EQ(errorOf("0,1,2\n1,3;4;5\n"),
+    EXPECT_EQ(refusalOf("0,1,2\n1,3;4;5\n"),
               "r.csv:2: \"1,3;4;5\" is no reading; it should be index,re,im or index,level");
-    EXPECT_EQ(errorOf("0,one\n"),
+    EXPECT_EQ(refusalOf("0,one\n"),
               "r.csv:1: \"0,one\" is no reading; it should be index,re,im or index,level");
-    EXPECT_EQ(errorOf("0,1\n1,3\n"),
+    EXPECT_EQ(refusalOf("0,1\n1,3\n"),
               "r.csv has levels; a plan of the method single needs re,im, against the clock of the "
               "drive (the method levels does without)");
-    EXPECT_EQ(errorOf("0,1\n1,3\n", TuningMethod::LEVELS), "none");
+    EXPECT_EQ(refusalOf("0,1\n1,3\n", TuningMethod::LEVELS), "none");
 }
 
 TEST(TuningReadings, name_many_rows_by_ranges)
