@@ -1,5 +1,6 @@
 #include "device/drive/DriveEncoder.h"
 #include "device/limits/GuardedDevice.h"
+#include "engine-bridge/extending/OwnSolver.h"
 #include "engine-bridge/playing/SequenceOfSteps.h"
 #include "haptics/base/Crc32c.h"
 #include "haptics/base/ThrownBy.h"
@@ -10,7 +11,6 @@
 #include "plugin/baking/Unbakeable.h"
 #include "plugin/engine/PublicMessage.h"
 #include "plugin/engine/SceneAccess.h"
-#include "plugin/extending/OwnSolver.h"
 #include "plugin/settings/AllSettings.h"
 
 #include <osgMidair/FieldBaker>
@@ -150,7 +150,7 @@ HologramOptions FieldBaker::Part::options()
         [](const std::string& name, const midair::haptics::SolverOptions& wanted)
     {
         const auto make = [name](const midair::haptics::SolverOptions& each)
-        { return makeAnySolver(name, each); };
+        { return midair::bridge::makeAnySolver(name, each); };
         return std::make_unique<midair::haptics::ManyStarts>(make, wanted, kStarts);
     };
     midair::haptics::SolverOptions& solver = options.solverOptions;

@@ -29,7 +29,7 @@ namespace recording = midair::device::recording;
 namespace
 {
 
-constexpr std::size_t kMostBytes = std::size_t(2) << 30; // as for devices that play
+constexpr std::size_t kMostRecorded_bytes = std::size_t(2) << 30; // as for devices that play
 
 bool encode(const std::vector<std::complex<float>>& activations, DriveSignal& signal)
 {
@@ -139,7 +139,7 @@ osg::ref_ptr<RecordingReader> RecordingReader::open(const std::string& file, std
     try
     {
         return new RecordingReader(
-            std::make_unique<Part>(midair::base::readRegularFile(file, kMostBytes), file));
+            std::make_unique<Part>(midair::base::readRegularFile(file, kMostRecorded_bytes), file));
     }
     catch (const midair::base::FileError& wrong)
     {
