@@ -39,12 +39,12 @@ struct Scene
 
 /// Prints rms and largest error and the level of \a fields: of several, the median and the largest
 /// rms.
-void print(const char* what, const Scene& scene, const std::vector<PlayedField>& fields)
+void print(const char* what, const Scene& scene, const std::vector<ChangedField>& fields)
 {
     std::vector<double> rms;
     std::vector<double> max;
     std::vector<double> level;
-    for (const PlayedField& field : fields)
+    for (const ChangedField& field : fields)
     {
         rms.push_back(100.0 * field.rms);
         max.push_back(100.0 * field.max);
@@ -88,7 +88,8 @@ void printAir(const Scene& scene)
           Change{"air warmer by 5 degrees", changed(5.0, humidity)},
           Change{"relative humidity 20 % in place of 50 %", changed(0.0, 0.2)},
           Change{"relative humidity 80 % in place of 50 %", changed(0.0, 0.8)}})
-        print(change.what, scene, {playedField(scene.points, scene.array, change.medium, scene.q)});
+        print(
+            change.what, scene, {changedField(scene.points, scene.array, change.medium, scene.q)});
 }
 
 void printArray(const Scene& scene, int draws)
@@ -97,7 +98,7 @@ void printArray(const Scene& scene, int draws)
     measured.directivity = Directivity::T4010A1_TABLE; // what shipped boards are solved with
     print("measured directivity in place of harmonics",
           scene,
-          {playedField(scene.points, measured, scene.medium, scene.q)});
+          {changedField(scene.points, measured, scene.medium, scene.q)});
     struct Change
     {
         const char* what;
@@ -109,9 +110,9 @@ void printArray(const Scene& scene, int draws)
           Change{"both", {0.1, 10.0, 0.0}},
           Change{"places off by 0.3 mm rms in x, y and z", {0.0, 0.0, 0.3e-3}}})
     {
-        std::vector<PlayedField> fields;
+        std::vector<ChangedField> fields;
         for (int draw = 1; draw <= draws; ++draw)
-            fields.push_back(playedField(
+            fields.push_back(changedField(
                 scene.points,
                 spreadArray(scene.array, change.spread, static_cast<std::uint64_t>(draw)),
                 scene.medium,
@@ -146,7 +147,7 @@ int main(int argc, char** argv)
         const SolveReport report = makeSolver(solverNames().front())
                                        ->solve(scene.points, scene.array, scene.medium, scene.q);
         if (report.level_Pa <= 0.0) throw base::InputError(report.message);
-        const PlayedField same = playedField(scene.points, scene.array, scene.medium, scene.q);
+        const ChangedField same = changedField(scene.points, scene.array, scene.medium, scene.q);
         scene.level_Pa = same.level_Pa;
         std::printf("Sphere of %.0f mm, %d points, solved with the model: level %.0f Pa, E %.3f\n"
                     "of %d random arrays the medians (and the largest rms)\n"

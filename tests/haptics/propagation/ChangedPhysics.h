@@ -45,7 +45,7 @@ spreadArray(TransducerArray array, const ArraySpread& spread, std::uint64_t seed
 }
 
 /// What a drive makes of the control points.
-struct PlayedField
+struct ChangedField
 {
     double rms = 0.0;      ///< relative, of the pressures about their fitted level
     double max = 0.0;      ///< likewise, the largest
@@ -54,15 +54,15 @@ struct PlayedField
 
 /// Plays \a q (m) on \a array in \a medium, in double precision, and compares the pressures at
 /// \a points with their relative targets.
-inline PlayedField playedField(const ControlPoints& points,
-                               const TransducerArray& array,
-                               const Medium& medium,
-                               const Eigen::VectorXcf& q)
+inline ChangedField changedField(const ControlPoints& points,
+                                 const TransducerArray& array,
+                                 const Medium& medium,
+                                 const Eigen::VectorXcf& q)
 {
     const Eigen::VectorXd y = (referencePropagationMatrix(points.positions, array, medium) *
                                q.cast<std::complex<double>>())
                                   .cwiseAbs();
-    PlayedField field;
+    ChangedField field;
     field.level_Pa = fittedLevel(y, points.targets);
     const RelativeErrors errors = relativeErrors(y, points.targets, field.level_Pa);
     field.rms = errors.rms;

@@ -23,9 +23,9 @@ struct Solved
     Eigen::VectorXcf q;
     SolveReport report = makeSolver(solverNames().front())->solve(points, array, Medium(), q);
 
-    PlayedField with(const ArraySpread& spread, std::uint64_t seed = 1) const
+    ChangedField with(const ArraySpread& spread, std::uint64_t seed = 1) const
     {
-        return playedField(points, spreadArray(array, spread, seed), Medium(), q);
+        return changedField(points, spreadArray(array, spread, seed), Medium(), q);
     }
     /// Returns sqrt(mean_l(sum_i |G_li q_i|^2 / y_l^2)): relative rms that independent deviations
     /// of rms 1 along a pressure would leave.
@@ -44,7 +44,7 @@ struct Solved
 TEST(ChangedPhysics, TheModelItselfGivesTheReportsFigures)
 {
     const Solved solved;
-    const PlayedField same = solved.with({});
+    const ChangedField same = solved.with({});
     // The report's are of float pressures, 1e-5 of all transducers in phase; of 50 points one gets
     // a seventh of that.
     EXPECT_NEAR(same.rms, solved.report.rms, 7e-5);
@@ -57,8 +57,8 @@ TEST(ChangedPhysics, AFactorOnAllTransducersChangesTheLevelOnly)
     TransducerArray louder = solved.array;
     louder.gain = Eigen::VectorXd::Constant(louder.size(), 1.25);
     louder.phaseOffset_rad = Eigen::VectorXd::Constant(louder.size(), 0.7);
-    const PlayedField same = solved.with({});
-    const PlayedField field = playedField(solved.points, louder, Medium(), solved.q);
+    const ChangedField same = solved.with({});
+    const ChangedField field = changedField(solved.points, louder, Medium(), solved.q);
     EXPECT_NEAR(field.level_Pa / same.level_Pa, 1.25, 1e-12);
     EXPECT_NEAR(field.rms, same.rms, 1e-12);
 }
@@ -77,7 +77,7 @@ TEST(ChangedPhysics, IndependentSpreadLeavesWhatAddingUpPredicts)
     for (int draw = 1; draw <= kDraws; ++draw)
     {
         gain += solved.with({0.1, 0.0, 0.0}, static_cast<std::uint64_t>(draw)).rms / kDraws;
-        const PlayedField field = solved.with({0.0, 20.0, 0.0}, static_cast<std::uint64_t>(draw));
+        const ChangedField field = solved.with({0.0, 20.0, 0.0}, static_cast<std::uint64_t>(draw));
         phase += field.rms / kDraws;
         level += field.level_Pa / solved.with({}).level_Pa / kDraws;
     }
@@ -99,7 +99,7 @@ TEST(ChangedPhysics, ShiftingTheWholeArrayIsNoSpread)
     shifted.positions.colwise() += step;
     ControlPoints points = solved.points;
     points.positions.colwise() += step;
-    EXPECT_NEAR(playedField(points, shifted, Medium(), solved.q).rms, solved.with({}).rms, 1e-9);
+    EXPECT_NEAR(changedField(points, shifted, Medium(), solved.q).rms, solved.with({}).rms, 1e-9);
     // Independent steps of that size do harm: 2 pi 0.2 mm / 8.6 mm = 0.15 rad along the way.
     EXPECT_GT(solved.with({0.0, 0.0, 0.2e-3}).rms, 5.0 * solved.with({}).rms);
 }

@@ -19,10 +19,10 @@ TEST(KelvinCost, IsWhatWarmerAirLeaves)
     const KelvinCost cost = kelvinCost(points, q, array, medium, 1);
     Medium warmer = medium;
     warmer.temperature_C += 1.0;
-    const PlayedField there = playedField(points, array, warmer, q);
+    const ChangedField there = changedField(points, array, warmer, q);
     EXPECT_NEAR(cost.rms, there.rms, 1e-5);
     EXPECT_GT(cost.rms, 1e-3);
-    EXPECT_NEAR(cost.level, there.level_Pa / playedField(points, array, medium, q).level_Pa, 1e-5);
+    EXPECT_NEAR(cost.level, there.level_Pa / changedField(points, array, medium, q).level_Pa, 1e-5);
     // Targets in Pa know no other level: what is quieter is an error.
     points.absolute = true;
     points.targets *= 2.0 * there.level_Pa;

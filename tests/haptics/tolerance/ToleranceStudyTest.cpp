@@ -166,8 +166,8 @@ TEST(Tolerance, AgreesWithTheReference)
         EXPECT_EQ(row.draws, 1);
         Medium warmer = of.medium;
         warmer.temperature_C += row.value;
-        const PlayedField reference =
-            playedField(of.sequence.parts.front(), of.array, warmer, of.sequence.fields.front());
+        const ChangedField reference =
+            changedField(of.sequence.parts.front(), of.array, warmer, of.sequence.fields.front());
         EXPECT_NEAR(row.rms, reference.rms, 1e-5);
         EXPECT_NEAR(row.loudness / of.sequence.report.loudness,
                     reference.level_Pa / of.sequence.report.level_Pa,
