@@ -13,7 +13,7 @@ using emulation::ChainFaults;
 namespace
 {
 
-void stream(Rehearsal& rehearsal, int count)
+void streamFields(Rehearsal& rehearsal, int count)
 {
     for (int n = 1; n <= count; ++n)
     {
@@ -35,7 +35,7 @@ Autd3Device::Figures streamWith(const ChainFaults& faults)
     Rehearsal rehearsal(4);
     rehearsal.open();
     rehearsal.setFaults(faults);
-    stream(rehearsal, 30);
+    streamFields(rehearsal, 30);
     EXPECT_TRUE(rehearsal.eventuallyPlays(rehearsal.mixed(30)));
     const emulation::ChainReport report = rehearsal.report();
     // Where this program isn't run for some ms in the wrong moment, it knows and tells.
