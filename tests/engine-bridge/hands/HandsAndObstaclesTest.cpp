@@ -187,7 +187,7 @@ double errorBehind(const std::vector<Capsule>& obstacles,
                                    .cwiseProduct(W.cast<std::complex<double>>());
     const Eigen::VectorXd y = (G * q.cast<std::complex<double>>()).cwiseAbs();
     const double s = y.dot(points.targets) / points.targets.squaredNorm();
-    return std::sqrt((y.array() / (s * points.targets.array()) - 1.0).squareScene().mean());
+    return std::sqrt((y.array() / (s * points.targets.array()) - 1.0).square().mean());
 }
 
 /// Twenty points spread over a ball of 20 mm: a spiral from pole to pole.

@@ -15,7 +15,7 @@ namespace
 {
 
 /// The real solver on a simulated array.
-HologramOptions simulated(const std::string& uri = "sim:")
+HologramOptions simulatedOn(const std::string& uri = "sim:")
 {
     HologramOptions options;
     options.array = haptics::TransducerArray::octagonalPrism();
@@ -32,10 +32,10 @@ double loudest(const HologramResult& result)
 
 TEST(HologramPipeline, ReconfiguredKeepsDeviceCountersAndTheLastFieldAsItsStart)
 {
-    HologramPipeline pipeline(simulated());
+    HologramPipeline pipeline(simulatedOn());
     const auto before = pipeline.process(squareSnapshot());
     ASSERT_GT(before->points.size(), 0);
-    HologramOptions options = simulated();
+    HologramOptions options = simulatedOn();
     options.solverOptions.loudness = 0.5;
     pipeline.reconfigure(options);
     const auto after = pipeline.process(squareSnapshot());
@@ -54,9 +54,9 @@ TEST(HologramPipeline, ReconfiguredKeepsDeviceCountersAndTheLastFieldAsItsStart)
 
 TEST(HologramPipeline, ReconfiguredSolvesAnewInOtherAirAndWithAnotherSolver)
 {
-    HologramPipeline pipeline(simulated());
+    HologramPipeline pipeline(simulatedOn());
     pipeline.process(squareSnapshot());
-    HologramOptions options = simulated();
+    HologramOptions options = simulatedOn();
     options.medium.temperature_C = 35.0;
     pipeline.reconfigure(options);
     const auto warmer = pipeline.process(squareSnapshot());
@@ -69,10 +69,10 @@ TEST(HologramPipeline, ReconfiguredSolvesAnewInOtherAirAndWithAnotherSolver)
 
 TEST(CappedPipeline, ReconfiguredIsSilentUntilAStricterCapIsKept)
 {
-    HologramPipeline pipeline(simulated());
+    HologramPipeline pipeline(simulatedOn());
     const auto before = pipeline.process(squareSnapshot());
     const float before_Pa = before->achieved_Pa.maxCoeff();
-    HologramOptions options = simulated();
+    HologramOptions options = simulatedOn();
     options.maxPressure = 0.25 * before_Pa;
     const std::uint64_t sent = pipeline.fields().sent;
     pipeline.reconfigure(options);
@@ -83,16 +83,16 @@ TEST(CappedPipeline, ReconfiguredIsSilentUntilAStricterCapIsKept)
     EXPECT_LE(after->achieved_Pa.maxCoeff(), options.maxPressure);
     EXPECT_GT(after->achieved_Pa.maxCoeff(), 0.5 * options.maxPressure);
     // and back
-    pipeline.reconfigure(simulated());
+    pipeline.reconfigure(simulatedOn());
     EXPECT_NEAR(
         pipeline.process(squareSnapshot())->achieved_Pa.maxCoeff(), before_Pa, 0.05 * before_Pa);
 }
 
 TEST(CappedPipeline, ALowerAmplitudeHoldsForWhatPlaysAlready)
 {
-    HologramPipeline pipeline(simulated("sim:?max-amplitude=0.6"));
+    HologramPipeline pipeline(simulatedOn("sim:?max-amplitude=0.6"));
     EXPECT_NEAR(loudest(*pipeline.process(squareSnapshot())), 0.6, 0.01);
-    HologramOptions options = simulated();
+    HologramOptions options = simulatedOn();
     options.maxAmplitude = 0.3;
     pipeline.lowerAmplitudeCap(options.maxAmplitude);
     EXPECT_EQ(pipeline.fields().sent, 2u) << "the same field, lowered";
@@ -125,9 +125,9 @@ TEST(HologramPipeline, OptionsThatAreNotValidPlayNothingUntilThereAreOthers)
 {
     for (const bool isSolver : {false, true})
     {
-        HologramPipeline pipeline(simulated());
+        HologramPipeline pipeline(simulatedOn());
         ASSERT_TRUE(pipeline.process(squareSnapshot())->playing);
-        HologramOptions wrong = simulated();
+        HologramOptions wrong = simulatedOn();
         if (isSolver)
             wrong.solver = "nonsense";
         else
@@ -138,7 +138,7 @@ TEST(HologramPipeline, OptionsThatAreNotValidPlayNothingUntilThereAreOthers)
         EXPECT_EQ(loudest(*refused), 0.0);
         EXPECT_EQ(refused->report().stop, haptics::StopReason::REFUSED);
         EXPECT_FALSE(refused->report().message.empty());
-        pipeline.reconfigure(simulated());
+        pipeline.reconfigure(simulatedOn());
         EXPECT_TRUE(pipeline.process(squareSnapshot())->playing);
     }
 }
@@ -200,7 +200,7 @@ TEST(HologramThread, OptionsMakeAPipelineWhereThereIsNone)
 
 TEST(HologramThread, AMuteIsSilentAtOnceAndEndsByItself)
 {
-    HologramThread thread(simulated());
+    HologramThread thread(simulatedOn());
     SceneSnapshot snapshot = squareSnapshot();
     thread.submit(snapshot);
     ASSERT_TRUE(eventually([&] { return thread.state() == ArrayState::PLAYING; }));
@@ -227,7 +227,7 @@ TEST(HologramThread, APipelineThatIsMadeAgainHasTheNewestOptions)
     {
         return [maxAmplitude]
         {
-            HologramOptions options = simulated();
+            HologramOptions options = simulatedOn();
             options.maxAmplitude = maxAmplitude;
             return std::make_unique<HologramPipeline>(options);
         };
@@ -238,7 +238,7 @@ TEST(HologramThread, APipelineThatIsMadeAgainHasTheNewestOptions)
     thread.submit(snapshot);
     ASSERT_TRUE(eventually([&] { return thread.results() > 0; }));
     ASSERT_GT(loudest(*thread.latestResult()), 0.9);
-    HologramOptions capped = simulated();
+    HologramOptions capped = simulatedOn();
     capped.maxAmplitude = 0.2;
     thread.setOptions(capped, making(0.2));
     snapshot = squareSnapshot();
@@ -254,7 +254,7 @@ TEST(HologramThread, APipelineThatIsMadeAgainHasTheNewestOptions)
 
 TEST(HologramThread, AMuteEndsForFieldsInTurnToo)
 {
-    HologramOptions options = simulated();
+    HologramOptions options = simulatedOn();
     options.subsets = 2;
     HologramThread thread(options);
     thread.setMuted(true); // before there is a device
@@ -275,7 +275,7 @@ TEST(HologramThread, ADeviceThatPlaysNothingIsAFaultAndIsToldOnce)
 {
     for (const char* uri : {"sim:?drop=1", "sim:?corrupt=1"})
     {
-        HologramThread thread(simulated(uri));
+        HologramThread thread(simulatedOn(uri));
         int frame = 0;
         ASSERT_TRUE(eventually(
             [&]
@@ -298,7 +298,7 @@ TEST(HologramThread, ADeviceThatPlaysNothingIsAFaultAndIsToldOnce)
 
 TEST(HologramThread, ADeviceThatHangsIsAFaultAtRest)
 {
-    HologramThread thread(simulated("sim:?hang_at=300ms"));
+    HologramThread thread(simulatedOn("sim:?hang_at=300ms"));
     SceneSnapshot snapshot = squareSnapshot();
     thread.submit(snapshot);
     ASSERT_TRUE(eventually([&] { return thread.state() == ArrayState::PLAYING; }));
@@ -309,7 +309,7 @@ TEST(HologramThread, ADeviceThatHangsIsAFaultAtRest)
 
 TEST(HologramThread, ADeviceThatIsUnpluggedIsLostAndThenPlaysAgain)
 {
-    HologramThread thread(simulated("sim:?unplug_at=200ms&replug_at=1200ms"));
+    HologramThread thread(simulatedOn("sim:?unplug_at=200ms&replug_at=1200ms"));
     SceneSnapshot snapshot = squareSnapshot();
     thread.submit(snapshot);
     ASSERT_TRUE(eventually([&] { return thread.state() == ArrayState::LOST; }));
