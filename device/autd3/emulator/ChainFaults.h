@@ -1,6 +1,6 @@
 #pragma once
 
-#include "device/autd3/emulator/EmulatedClock.h"
+#include "device/autd3/emulator/unit/EmulatedClock.h"
 
 #include <cstdint>
 #include <vector>

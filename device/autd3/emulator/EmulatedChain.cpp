@@ -54,6 +54,7 @@ EmulatedChain::EmulatedChain(const ChainOptions& options, Time_ns now_ns) :
         unit.started_ns = place * 1'737'113;
         unit.hasNext = place + 1 < options.units;
         _units.push_back(std::make_unique<EmulatedUnit>(place, unit, _watch, now_ns));
+        _unitNext_ns.push_back(_units.back()->nextEvent_ns());
         const Time_ns error_ns = options.clockError_ns;
         _clockErrors_ns.push_back(
             error_ns == 0 ? 0 : static_cast<Time_ns>(_random() % (2 * error_ns + 1)) - error_ns);
@@ -89,8 +90,7 @@ void EmulatedChain::send(
 {
     advance(now_ns);
     ++_counts.fromHost;
-    const Time_ns wire_ns = (Time_ns(size) + kFramingBytes) * _options.wirePerByte_ns;
-    _wireFree_ns = std::max(_wireFree_ns, now_ns) + wire_ns;
+    _wireFree_ns = std::max(_wireFree_ns, now_ns) + wire_ns(size);
     const bool lost = _unplugged || _hangs || chance(_options.faults.drop);
     if (lost) ++_counts.dropped;
     if (lost || size > kUnitDatagramBytes) return;
@@ -104,53 +104,70 @@ void EmulatedChain::send(
     advance(now_ns);
 }
 
-bool EmulatedChain::within(int place, Time_ns now_ns) const
+Time_ns EmulatedChain::wire_ns(std::size_t size) const
 {
-    for (int before = 0; before < place; ++before)
-        if (!_units[before]->passesOn(now_ns)) return false;
-    return true;
+    return (static_cast<Time_ns>(size) + kFramingBytes) * _options.wirePerByte_ns;
 }
 
+int EmulatedChain::reach(Time_ns now_ns) const
+{
+    int reached = 1;
+    while (reached < units() && _units[reached - 1]->passesOn(now_ns))
+        ++reached;
+    return reached;
+}
+
+void EmulatedChain::arrive(int place, Flight& flight, Time_ns now_ns)
+{
+    EmulatedUnit& unit = *_units[place];
+    const bool toGroup = flight.address == kGroup;
+    if (!toGroup && flight.bytes.size() > 4 && flight.bytes[1] == 0 &&
+        chance(_options.faults.error))
+        unit.failCommands(_options.faults.errorResult, 1);
+    unit.receive(flight.bytes.data(), flight.bytes.size(), toGroup, flight.peer, now_ns);
+    touched(place);
+}
+
+// Each unit passes a datagram on whole. What is for one unit is not looked at by those before it,
+// so it makes the way in one go.
 void EmulatedChain::deliver(Flight& flight, Time_ns now_ns)
 {
     if (flight.toHost)
     {
-        if (flight.place > 0 && !_units[flight.place - 1]->passesOn(now_ns)) return;
-        if (flight.place > 0)
-        {
-            --flight.place;
-            const Time_ns hop_ns =
-                (Time_ns(flight.bytes.size()) + kFramingBytes) * _options.wirePerByte_ns;
-            launch(now_ns + hop_ns, std::move(flight));
-            return;
-        }
         if (_unplugged || _arrived.size() >= kMostArrived) return;
         ++_counts.toHost;
         _arrived.push_back({flight.address, flight.peer, std::move(flight.bytes)});
         return;
     }
-    EmulatedUnit& unit = *_units[flight.place];
-    if (!unit.isOn(now_ns)) return;
-    const bool toGroup = flight.address == kGroup;
-    const bool passes = unit.passesOn(now_ns);
-    const bool isIts = toGroup || unit.id() == flight.address;
-    if (isIts)
+    if (flight.address == kGroup)
     {
-        if (!toGroup && flight.bytes.size() > 4 && flight.bytes[1] == 0 &&
-            chance(_options.faults.error))
-            unit.failCommands(_options.faults.errorResult, 1);
-        unit.receive(flight.bytes.data(), flight.bytes.size(), toGroup, flight.peer, now_ns);
-    }
-    const bool isLast = flight.place + 1 == units();
-    if (passes && !isLast && (toGroup || !isIts))
-    {
+        if (!_units[flight.place]->isOn(now_ns)) return;
+        const bool passes = _units[flight.place]->passesOn(now_ns);
+        arrive(flight.place, flight, now_ns);
+        if (!passes || flight.place + 1 == units()) return;
         ++flight.place;
-        const Time_ns hop_ns =
-            (Time_ns(flight.bytes.size()) + kFramingBytes) * _options.wirePerByte_ns;
-        launch(now_ns + hop_ns, std::move(flight));
+        launch(now_ns + wire_ns(flight.bytes.size()), std::move(flight));
+        return;
     }
-    else if (!isIts)
+    if (flight.place > 0) // it has come there
+    {
+        if (within(flight.place, now_ns) && _units[flight.place]->id() == flight.address)
+            arrive(flight.place, flight, now_ns);
+        return;
+    }
+    const int reached = reach(now_ns);
+    int place = 0;
+    while (place < reached && _units[place]->id() != flight.address)
+        ++place;
+    if (place == reached)
         ++_counts.unheard;
+    else if (place == 0)
+        arrive(0, flight, now_ns);
+    else
+    {
+        flight.place = place;
+        launch(now_ns + place * wire_ns(flight.bytes.size()), std::move(flight));
+    }
 }
 
 void EmulatedChain::launchAnswer(int place, UnitAnswer& answer)
@@ -162,16 +179,16 @@ void EmulatedChain::launchAnswer(int place, UnitAnswer& answer)
         ++_counts.dropped;
         return;
     }
-    const Time_ns wire_ns =
-        (Time_ns(flight.bytes.size()) + kFramingBytes) * _options.wirePerByte_ns;
-    if (chance(_options.faults.garbage)) addGarbage(flight, answer.at_ns + wire_ns);
+    if (!within(place, answer.at_ns)) return;
+    const Time_ns there_ns = answer.at_ns + (place + 1) * wire_ns(flight.bytes.size());
+    if (chance(_options.faults.garbage)) addGarbage(flight, there_ns);
     if (chance(_options.faults.drop))
     {
         ++_counts.dropped;
         return;
     }
-    if (chance(_options.faults.duplicate)) launch(late(answer.at_ns + wire_ns), flight);
-    launch(late(answer.at_ns + wire_ns), std::move(flight));
+    if (chance(_options.faults.duplicate)) launch(late(there_ns), flight);
+    launch(late(there_ns), std::move(flight));
 }
 
 // Another answer than the one that is due: cut, lengthened, changed in a byte, or from a stranger.

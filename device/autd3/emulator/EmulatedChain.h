@@ -1,7 +1,7 @@
 #pragma once
 
 #include "device/autd3/emulator/ChainFaults.h"
-#include "device/autd3/emulator/EmulatedUnit.h"
+#include "device/autd3/emulator/unit/EmulatedUnit.h"
 
 #include <complex>
 #include <deque>
@@ -81,14 +81,19 @@ private:
     {
         bool toHost = false;
         int address = kGroup; ///< or who answered
-        int place = 0;        ///< the unit that it comes to
+        int place = 0;        ///< the unit that it comes to, if it is for the group
         std::uint64_t peer = 0;
         std::vector<std::uint8_t> bytes;
     };
 
-    bool within(int place, Time_ns now_ns) const; ///< all before it pass on
+    int reach(Time_ns now_ns) const; ///< how many units are within reach: all before them pass on
+    bool within(int place, Time_ns now_ns) const { return place < reach(now_ns); }
+    void arrive(int place, Flight& flight, Time_ns now_ns);
+    Time_ns wire_ns(std::size_t size) const; ///< how long a payload keeps a cable busy
+    void touched(int place) { _unitNext_ns[place] = _units[place]->nextEvent_ns(); }
     int grandmaster() const;
-    bool hears(int place, int master, Time_ns now_ns) const;
+    /// Of the first \a reached units; \a master < 0: there is none.
+    bool hears(int place, int master, int reached, Time_ns now_ns) const;
     void updateClocks(Time_ns now_ns);
     Time_ns clockEvent_ns() const;
     Time_ns lockAt_ns(int place, int master) const;
@@ -106,6 +111,7 @@ private:
     std::minstd_rand _random;
     FieldWatch _watch;
     std::vector<std::unique_ptr<EmulatedUnit>> _units;
+    std::vector<Time_ns> _unitNext_ns; ///< each unit's next event
     std::vector<Time_ns> _clockErrors_ns;
     std::vector<bool> _syncLost;
     std::vector<Time_ns> _heardMaster_ns; ///< when each unit last heard the grandmaster

@@ -23,11 +23,11 @@ int EmulatedChain::grandmaster() const
     return -1;
 }
 
-bool EmulatedChain::hears(int place, int master, Time_ns now_ns) const
+bool EmulatedChain::hears(int place, int master, int reached, Time_ns now_ns) const
 {
     const EmulatedUnit& unit = *_units[place];
     return master >= 0 && !_syncLost[place] && unit.isOn(now_ns) && unit.id() != kNoId &&
-           within(std::max(place, master), now_ns);
+           std::max(place, master) < reached;
 }
 
 Time_ns EmulatedChain::lockAt_ns(int place, int master) const
@@ -44,20 +44,25 @@ void EmulatedChain::updateClocks(Time_ns now_ns)
     const Time_ns setAt_ns = master < 0 ? -1 : _units[master]->timeSetAt_ns();
     const bool setAnew = setAt_ns != _masterSetAt_ns && setAt_ns >= 0;
     _masterSetAt_ns = setAt_ns;
+    const int reached = reach(now_ns);
     for (int place = 0; place < units(); ++place)
     {
         EmulatedUnit& unit = *_units[place];
+        const bool wasLocked = unit.isLocked();
         if (setAnew || _syncLost[place]) unit.unlock(now_ns);
-        if (hears(place, master, now_ns))
+        if (hears(place, master, reached, now_ns))
         {
             _heardMaster_ns[place] = now_ns;
-            if (unit.isLocked() || now_ns < lockAt_ns(place, master)) continue;
-            EmulatedClock clock = _units[master]->clock();
-            if (place != master) clock.reading_ns += _clockErrors_ns[place];
-            unit.lock(clock, now_ns);
+            if (!unit.isLocked() && now_ns >= lockAt_ns(place, master))
+            {
+                EmulatedClock clock = _units[master]->clock();
+                if (place != master) clock.reading_ns += _clockErrors_ns[place];
+                unit.lock(clock, now_ns);
+            }
         }
         else if (now_ns >= _heardMaster_ns[place] + kHoldover_ns)
             unit.unlock(now_ns);
+        if (setAnew || unit.isLocked() != wasLocked) touched(place);
     }
 }
 
@@ -65,10 +70,11 @@ Time_ns EmulatedChain::clockEvent_ns() const
 {
     Time_ns next_ns = kNever_ns;
     const int master = grandmaster();
+    const int reached = reach(_now_ns);
     for (int place = 0; place < units(); ++place)
     {
         const bool locked = _units[place]->isLocked();
-        const bool heard = hears(place, master, _now_ns);
+        const bool heard = hears(place, master, reached, _now_ns);
         if (heard && !locked) next_ns = std::min(next_ns, lockAt_ns(place, master));
         if (!heard && locked) next_ns = std::min(next_ns, _heardMaster_ns[place] + kHoldover_ns);
     }
@@ -81,8 +87,8 @@ Time_ns EmulatedChain::nextEvent_ns() const
     if (!_flights.empty()) next_ns = std::min(next_ns, _flights.begin()->first);
     if (_eventsDone < _options.faults.events.size())
         next_ns = std::min(next_ns, _began_ns + _options.faults.events[_eventsDone].at_ns);
-    for (const auto& unit : _units)
-        next_ns = std::min(next_ns, unit->nextEvent_ns());
+    for (const Time_ns unit_ns : _unitNext_ns)
+        next_ns = std::min(next_ns, unit_ns);
     return next_ns;
 }
 
@@ -102,8 +108,12 @@ void EmulatedChain::step(Time_ns now_ns)
         const ChainFaults::Event event = events[_eventsDone++];
         happen(event.kind, event.unit, now_ns);
     }
-    for (const auto& unit : _units)
-        unit->advance(now_ns);
+    for (int place = 0; place < units(); ++place)
+        if (_unitNext_ns[place] <= now_ns)
+        {
+            _units[place]->advance(now_ns);
+            touched(place);
+        }
     if (!_flights.empty() && _flights.begin()->first <= now_ns)
     {
         Flight flight = std::move(_flights.begin()->second);
@@ -157,6 +167,7 @@ void EmulatedChain::happen(ChainFaults::Kind kind, int unit, Time_ns now_ns)
         _hangs = true;
         break;
     }
+    touched(unit);
 }
 
 void EmulatedChain::failCommands(int unit, std::uint8_t result, int count)

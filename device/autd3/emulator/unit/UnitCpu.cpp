@@ -1,4 +1,4 @@
-#include "device/autd3/emulator/UnitCpu.h"
+#include "device/autd3/emulator/unit/UnitCpu.h"
 
 #include <algorithm>
 

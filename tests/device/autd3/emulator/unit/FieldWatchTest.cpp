@@ -1,4 +1,4 @@
-#include "device/autd3/emulator/FieldWatch.h"
+#include "device/autd3/emulator/unit/FieldWatch.h"
 
 #include "tests/device/autd3/emulator/UnitBench.h"
 

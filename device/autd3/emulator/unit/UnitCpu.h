@@ -1,6 +1,6 @@
 #pragma once
 
-#include "device/autd3/emulator/UnitFpga.h"
+#include "device/autd3/emulator/unit/UnitFpga.h"
 #include "haptics/base/Bytes.h"
 
 #include <array>

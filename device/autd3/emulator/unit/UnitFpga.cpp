@@ -1,4 +1,4 @@
-#include "device/autd3/emulator/UnitFpga.h"
+#include "device/autd3/emulator/unit/UnitFpga.h"
 
 #include "haptics/base/DutyLaw.h"
 

@@ -1,4 +1,4 @@
-#include "device/autd3/emulator/BankTimeline.h"
+#include "device/autd3/emulator/unit/BankTimeline.h"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "device/autd3/emulator/BankTimeline.h"
-#include "device/autd3/emulator/UnitSilencer.h"
+#include "device/autd3/emulator/unit/BankTimeline.h"
+#include "device/autd3/emulator/unit/UnitSilencer.h"
 #include "device/drive/DriveSignal.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // The commands that write what a unit plays, and how.
 
-#include "device/autd3/emulator/UnitCpu.h"
+#include "device/autd3/emulator/unit/UnitCpu.h"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "device/autd3/emulator/FieldWatch.h"
-#include "device/autd3/emulator/UnitCpu.h"
+#include "device/autd3/emulator/unit/FieldWatch.h"
+#include "device/autd3/emulator/unit/UnitCpu.h"
 
 #include <deque>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "device/autd3/emulator/EmulatedUnit.h"
+#include "device/autd3/emulator/unit/EmulatedUnit.h"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 // What a unit's FPGA puts out of its banks.
 
-#include "device/autd3/emulator/UnitFpga.h"
+#include "device/autd3/emulator/unit/UnitFpga.h"
 #include "haptics/base/DutyLaw.h"
 #include "haptics/base/Units.h"
 

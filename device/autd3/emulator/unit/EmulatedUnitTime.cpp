@@ -1,6 +1,6 @@
 // What happens to a unit as time passes: its queue, its switches, its failsafe, its clock.
 
-#include "device/autd3/emulator/EmulatedUnit.h"
+#include "device/autd3/emulator/unit/EmulatedUnit.h"
 
 #include <algorithm>
 #include <iterator>

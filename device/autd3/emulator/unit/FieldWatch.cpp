@@ -1,6 +1,6 @@
-#include "device/autd3/emulator/FieldWatch.h"
+#include "device/autd3/emulator/unit/FieldWatch.h"
 
-#include "device/autd3/emulator/UnitFpga.h"
+#include "device/autd3/emulator/unit/UnitFpga.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "device/autd3/emulator/UnitSilencer.h"
+#include "device/autd3/emulator/unit/UnitSilencer.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,130 @@
+// The driver of autd3: and the emulator, each written by itself, meet over UDP on this machine.
+
+#include "device/autd3/emulator/UdpUnits.h"
+
+#include "device/ArrayDevice.h"
+#include "haptics/base/threads/SteadyClock.h"
+
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <thread>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+namespace midair::device::emulation
+{
+namespace
+{
+
+/// Units behind ports, served by a thread; skips where this machine has no ::1.
+class EmulatedUnitsOverUdp : public ::testing::Test
+{
+protected:
+    void SetUp() override
+    {
+        ChainOptions options;
+        options.units = 2;
+        options.tolerance_ns = kMillisecond_ns;
+        try
+        {
+            _units = std::make_unique<UdpUnits>(options, 0);
+        }
+        catch (const DeviceError& error)
+        {
+            GTEST_SKIP() << error.what();
+        }
+        _server = std::thread([this] { serve(); });
+    }
+    void TearDown() override
+    {
+        _ends = true;
+        if (_server.joinable()) _server.join();
+    }
+
+    DriveSignal field()
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        return _units->chain().field(UdpUnits::now_ns());
+    }
+    ChainReport report()
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        return _units->chain().report(UdpUnits::now_ns());
+    }
+    std::string uri() const { return fmt::format("autd3:?units=2&group=[::1]:{}", _units->port()); }
+    template<typename Is>
+    static bool eventually(const Is& is)
+    {
+        const double until_s = base::steadySeconds() + 20;
+        while (base::steadySeconds() < until_s)
+        {
+            if (is()) return true;
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        }
+        return false;
+    }
+
+private:
+    void serve()
+    {
+        while (!_ends)
+        {
+            {
+                const std::lock_guard<std::mutex> lock(_mutex);
+                _units->run(UdpUnits::now_ns() + kMillisecond_ns);
+            }
+            std::this_thread::yield();
+        }
+    }
+
+    std::unique_ptr<UdpUnits> _units;
+    std::mutex _mutex;
+    std::atomic<bool> _ends{false};
+    std::thread _server;
+};
+
+TEST_F(EmulatedUnitsOverUdp, play_what_the_driver_is_sent_and_fall_silent_when_it_is_closed)
+{
+    DriveSignal signal = silentSignal(2 * kUnitTransducers);
+    for (int i = 0; i < signal.size(); ++i)
+    {
+        signal.phase[i] = static_cast<std::uint8_t>(i);
+        signal.duty[i] = static_cast<std::uint8_t>(1 + i % 255);
+    }
+    auto device = openDevice(uri(), {signal.size(), {}});
+    ASSERT_TRUE(device->send(signal));
+    EXPECT_TRUE(eventually(
+        [&]
+        {
+            const DriveSignal played = field();
+            return played.phase == signal.phase && played.duty == signal.duty;
+        }))
+        << device->status();
+    device.reset();
+    EXPECT_TRUE(eventually(
+        [&] { return field().duty == std::vector<std::uint8_t>(2 * kUnitTransducers); }));
+    EXPECT_EQ(report().writesIntoBanks, 0U);
+    EXPECT_EQ(report().fields.torn, 0U);
+    EXPECT_EQ(report().updateCommands, 0U);
+}
+
+TEST_F(EmulatedUnitsOverUdp, an_array_of_another_number_is_refused_by_both_numbers)
+{
+    const std::string three = uri().replace(uri().find("units=2"), 7, "units=3");
+    try
+    {
+        openDevice(three, {3 * kUnitTransducers, {}});
+        FAIL() << "opened";
+    }
+    catch (const DeviceError& error)
+    {
+        const std::string text = error.what();
+        EXPECT_NE(text.find('2'), std::string::npos) << text;
+        EXPECT_NE(text.find("units=3"), std::string::npos) << text;
+    }
+}
+
+} // namespace
+} // namespace midair::device::emulation
