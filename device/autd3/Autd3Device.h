@@ -91,7 +91,7 @@ private:
     void takeOutcomes(double now_s);
     void watch(const UnitGroup::Outcome& outcome);
     void watchClocks(double now_s);
-    void askStates(double now_s);
+    void askStates(double now_s, bool all);
     /// Why all have to be opened again; empty: go on.
     std::string losses(double now_s);
     std::string returns(double now_s); ///< the same, since one that was lost is there again
@@ -126,9 +126,11 @@ private:
     std::shared_ptr<const Job> _next; ///< to be started
     int _tries = 0;                   ///< of the job that was disturbed
     double _looped_s = 0;             ///< when the loop ran last
-    double _asked_s = 0;              ///< when the units' states were asked for
+    double _asked_s = 0;              ///< when a unit's state was asked for
+    int _askNext = 0;
     double _heardPromptly_s = 0;
     double _published_s = 0;
+    double _faultLogged_s = 0;
     double _opened_s = 0;
     double _looked_s = 0; ///< for units that are lost
     std::uint16_t _lookNumber = 0;

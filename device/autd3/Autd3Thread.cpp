@@ -22,10 +22,10 @@ namespace
 constexpr double kReopen_s = 0.25;
 constexpr double kFarewell_s = 0.2;
 constexpr double kLastMask_s = 0.05; // for the others, when a unit is lost
-constexpr double kStates_s = 1;      // how often units are asked for their states
 constexpr double kPrompt_s = 0.1;    // how often heartbeats' answers are waited for, for the clock
 constexpr double kPublish_s = 0.05;
-constexpr int kMostTries = 5; // of a field that units were told too late of
+constexpr double kFaultLog_s = 1; // at most so often; all are counted
+constexpr int kMostTries = 5;     // of a field that units were told too late of
 
 double threadCpu_s()
 {
@@ -206,6 +206,9 @@ void Autd3Device::settleEndings()
     if (!fault.empty())
     {
         noteFault(fault);
+        const double now_s = base::steadySeconds();
+        if (now_s - _faultLogged_s < kFaultLog_s) return;
+        _faultLogged_s = now_s;
         deviceLog().warn("{}: {}", _name, fault);
     }
 }
@@ -225,7 +228,7 @@ void Autd3Device::takeOutcomes(double now_s)
 // wakes once for all of them.
 void Autd3Device::receive(double now_s)
 {
-    const double until_s = std::min({_group->due_s(), _player->due_s(), _asked_s + kStates_s});
+    const double until_s = std::min(_group->due_s(), _player->due_s());
     const bool isQuiet = _player->isReady() && _next == nullptr && _group->isIdle();
     if (!isQuiet || now_s - _heardPromptly_s > kPrompt_s)
     {
@@ -289,7 +292,7 @@ std::string Autd3Device::play()
         // Stopped for so long, units may have fallen silent, and nobody else tells.
         const bool wasStopped = now_s - _looped_s > _options.failsafe_s / 2;
         if (wasStopped) _group->forgive(now_s);
-        if (wasStopped || now_s - _asked_s >= kStates_s) askStates(now_s);
+        askStates(now_s, wasStopped);
         _looped_s = now_s;
         obey();
         startNext();

@@ -3,6 +3,8 @@
 #include "device/autd3/UdpLink.h"
 #include "haptics/base/threads/SteadyClock.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -13,17 +15,26 @@ namespace midair::device::autd3
 namespace
 {
 
+constexpr double kStates_s = 1; // how often each unit is asked for its state
 constexpr double kOutOfStep_s = 2;
 constexpr double kLookForLost_s = 0.5; // how often
 constexpr double kLeastReopen_s = 10;  // from one opening of all for a lost unit to the next
 
 } // namespace
 
-void Autd3Device::askStates(double now_s)
+// One unit after the other, so that fields don't wait for sixteen answers at once.
+void Autd3Device::askStates(double now_s, bool all)
 {
-    _asked_s = now_s;
-    for (int k = 0; k < _group->size(); ++k)
-        _group->push(k, Command::readFpgaState());
+    if (all)
+        for (int k = 0; k < _group->size(); ++k)
+            _group->push(k, Command::readFpgaState());
+    const double step_s = kStates_s / _group->size();
+    while (now_s - _asked_s >= step_s)
+    {
+        _asked_s = std::max(_asked_s + step_s, now_s - kStates_s);
+        _askNext = (_askNext + 1) % _group->size();
+        if (!all) _group->push(_askNext, Command::readFpgaState());
+    }
 }
 
 void Autd3Device::watch(const UnitGroup::Outcome& outcome)

@@ -1,6 +1,7 @@
 // Fields on emulated AUTD3 units: how many a second, how late, and whether any of them is torn.
 
 #include "device/autd3/Autd3Device.h"
+#include "device/autd3/emulator/EmulatedLink.h"
 #include "device/autd3/emulator/UdpUnits.h"
 #include "device/drive/DriveSequence.h"
 #include "haptics/base/threads/SteadyClock.h"
@@ -18,7 +19,6 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
-#include <poll.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -26,6 +26,9 @@
 using namespace midair;
 using namespace midair::device;
 using namespace midair::device::autd3;
+using emulation::EmulatedChain;
+using emulation::EmulatedLink;
+using emulation::EmulatedUnits;
 using emulation::Time_ns;
 
 namespace
@@ -51,16 +54,6 @@ struct Case
     double fields_Hz = 0;     ///< 0: as fast as they are taken
 };
 
-/// What units in another process saw.
-struct Seen
-{
-    std::uint64_t torn = 0;
-    std::uint64_t whole = 0;
-    std::uint64_t badWrites = 0;
-    double longestTear_ms = 0;
-    double skew_us = 0;
-};
-
 void write(int to, const void* bytes, std::size_t size)
 {
     if (::write(to, bytes, size) != static_cast<ssize_t>(size)) std::_Exit(1);
@@ -80,47 +73,25 @@ public:
         _pipe = ends[0];
         if (::read(_pipe, &_port, sizeof _port) != sizeof _port) std::_Exit(1);
     }
-    ~Units() { end(); }
+    ~Units()
+    {
+        ::kill(_process, SIGKILL);
+        ::waitpid(_process, nullptr, 0);
+        ::close(_pipe);
+    }
     Units(const Units&) = delete;
     Units& operator=(const Units&) = delete;
 
     int port() const { return _port; }
-    Seen end()
-    {
-        Seen seen;
-        if (_process <= 0) return seen;
-        pollfd heard = {_pipe, POLLIN, 0};
-        do // a signal between two of its waits ends neither
-            ::kill(_process, SIGTERM);
-        while (::poll(&heard, 1, 50) == 0);
-        if (::read(_pipe, &seen, sizeof seen) != sizeof seen) std::_Exit(1);
-        ::waitpid(_process, nullptr, 0);
-        ::close(_pipe);
-        _process = -1;
-        return seen;
-    }
 
 private:
-    static void stop(int) {}
-
     [[noreturn]] static void emulate(const emulation::ChainOptions& options, int to)
     {
         ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-        struct sigaction action = {};
-        action.sa_handler = stop; // ends the wait
-        ::sigaction(SIGTERM, &action, nullptr);
         emulation::UdpUnits units(options, 0);
         const int port = units.port();
         write(to, &port, sizeof port);
         units.run(std::numeric_limits<Time_ns>::max());
-        const emulation::ChainReport report = units.chain().report(emulation::UdpUnits::now_ns());
-        Seen seen;
-        seen.torn = report.fields.torn;
-        seen.whole = report.fields.whole;
-        seen.badWrites = report.writesIntoBanks + report.writesIntoSlots;
-        seen.longestTear_ms = static_cast<double>(report.fields.longestTear_ns) * 1e-6;
-        seen.skew_us = static_cast<double>(report.fields.worstSkew_ns) * 1e-3;
-        write(to, &seen, sizeof seen);
         std::_Exit(0);
     }
 
@@ -141,31 +112,42 @@ emulation::ChainOptions chainOf(const Settings& settings, const Case& what)
     return chain;
 }
 
-/// Units and the device that plays on them.
+Autd3Options optionsOf(const Settings& settings, const Case& what)
+{
+    Autd3Options options;
+    options.units = settings.units;
+    for (int k = 0; k < settings.units; ++k)
+        options.order.push_back(k);
+    options.silent.resize(static_cast<std::size_t>(settings.units));
+    options.silencer = {1, 1};
+    options.timed = what.timed;
+    options.lead_s = what.lead_s;
+    return options;
+}
+
+/// Units in this program, which know the fields that they are to play, and the device on them.
 struct Stage
 {
-    Stage(const Settings& settings,
-          const Case& what,
-          double heartbeat_s = 10e-3,
-          double failsafe_s = 0.1) :
-        units(chainOf(settings, what))
+    Stage(const Settings& settings, const Case& what)
     {
-        Autd3Options options;
-        options.units = settings.units;
-        for (int k = 0; k < settings.units; ++k)
-            options.order.push_back(k);
-        options.silent.resize(static_cast<std::size_t>(settings.units));
-        options.silencer = {1, 1};
-        options.timed = what.timed;
-        options.lead_s = what.lead_s;
-        options.heartbeat_s = heartbeat_s;
-        options.failsafe_s = failsafe_s;
-        options.group = "[::1]:" + std::to_string(units.port());
+        emulation::ChainOptions chain = chainOf(settings, what);
+        chain.faults = {};
+        units = std::make_shared<EmulatedUnits>(chain);
         device = std::make_unique<Autd3Device>(
-            DeviceLayout{settings.units * kTransducersPerUnit, {}}, options);
+            DeviceLayout{settings.units * kTransducersPerUnit, {}},
+            optionsOf(settings, what),
+            false,
+            [this](const std::function<bool()>&) { return std::make_unique<EmulatedLink>(units); });
+        chain.faults.drop = what.loss;
+        units->with(
+            [&](EmulatedChain& c, Time_ns)
+            {
+                c.setFaults(chain.faults);
+                return 0;
+            });
     }
 
-    Units units;
+    std::shared_ptr<EmulatedUnits> units;
     std::unique_ptr<Autd3Device> device;
 };
 
@@ -203,6 +185,12 @@ void playFields(const Settings& settings, const Case& what)
     for (unsigned n = 1; base::steadySeconds() - begin_s < settings.duration_s; ++n)
     {
         const DriveSignal signal = fieldOf(settings.units * kTransducersPerUnit, n, what.isEven);
+        stage.units->with(
+            [&](EmulatedChain& chain, Time_ns)
+            {
+                chain.watch().expect(n, signal);
+                return 0;
+            });
         stage.device->send(signal);
         if (what.fields_Hz > 0) pause(begin_s + n / what.fields_Hz - base::steadySeconds());
         // One waits, so that the thread never does.
@@ -217,16 +205,17 @@ void playFields(const Settings& settings, const Case& what)
     const DeviceReport report = stage.device->report();
     pause(0.1);
     const Autd3Device::Figures figures = stage.device->figures();
-    stage.device.reset();
-    const Seen seen = stage.units.end();
+    const emulation::ChainReport seen = stage.units->with([](EmulatedChain& chain, Time_ns now_ns)
+                                                          { return chain.report(now_ns); });
     std::printf("%-32s %5.0f %5llu %7.1f %4llu %4llu %7.1f %7.2f %7.2f %7.1f %7llu\n",
                 what.name,
                 static_cast<double>(report.played) / took_s,
-                static_cast<unsigned long long>(seen.torn),
-                seen.longestTear_ms,
+                static_cast<unsigned long long>(seen.fields.torn),
+                static_cast<double>(seen.fields.longestTear_ns) * 1e-6,
                 static_cast<unsigned long long>(report.lost),
-                static_cast<unsigned long long>(seen.badWrites),
-                seen.skew_us,
+                static_cast<unsigned long long>(seen.writesIntoBanks + seen.writesIntoSlots +
+                                                seen.fields.unknown),
+                static_cast<double>(seen.fields.worstSkew_ns) * 1e-3,
                 percentile(latencies_ms, 0.5),
                 percentile(latencies_ms, 0.99),
                 figures.lead_s * 1e3,
@@ -236,19 +225,25 @@ void playFields(const Settings& settings, const Case& what)
 
 void playSequence(const Settings& settings, double heartbeat_s, double failsafe_s)
 {
-    Stage stage(settings, {"sequence"}, heartbeat_s, failsafe_s);
+    const Case what = {"sequence"};
+    const Units units(chainOf(settings, what));
+    Autd3Options options = optionsOf(settings, what);
+    options.heartbeat_s = heartbeat_s;
+    options.failsafe_s = failsafe_s;
+    options.group = "[::1]:" + std::to_string(units.port());
+    Autd3Device device({settings.units * kTransducersPerUnit, {}}, options);
     DriveSequence sequence;
     sequence.rate_Hz = 1000;
     for (unsigned n = 0; n < 100; ++n)
         sequence.signals.push_back(fieldOf(settings.units * kTransducersPerUnit, n, false));
-    stage.device->sendSequence(sequence);
-    while (stage.device->report().pending > 0)
+    device.sendSequence(sequence);
+    while (device.report().pending > 0)
         pause(1e-3);
     pause(0.5);
-    const double before_s = stage.device->figures().cpu_s;
+    const double before_s = device.figures().cpu_s;
     const double begin_s = base::steadySeconds();
     pause(settings.duration_s);
-    const double used_s = stage.device->figures().cpu_s - before_s;
+    const double used_s = device.figures().cpu_s - before_s;
     std::printf("  heartbeat %3.0f ms, fail-safe %4.0f ms: %.3f %% of a core\n",
                 heartbeat_s * 1e3,
                 failsafe_s * 1e3,
@@ -260,7 +255,8 @@ void playSequence(const Settings& settings, double heartbeat_s, double failsafe_
 int main(int argc, char** argv)
 {
     Settings settings;
-    CLI::App app("Fields on AUTD3 units that another process emulates, over UDP");
+    CLI::App app(
+        "Fields on AUTD3 units that are emulated in this program; a sequence on such over UDP");
     app.add_option("--units", settings.units, "how many")->check(CLI::Range(1, kMostUnits));
     app.add_option("--duration", settings.duration_s, "of each part, s")
         ->check(CLI::Range(0.5, 86400.0));
@@ -272,7 +268,8 @@ int main(int argc, char** argv)
                 settings.units * kTransducersPerUnit,
                 settings.duration_s);
     std::printf("fields/s played; torn: units play different fields for over 50 us, at once 1 ms, "
-                "the longest; lost;\nbad: writes into a bank that plays or waits to; skew of what "
+                "the longest; lost;\nbad: writes into a bank that plays or waits to, and what "
+                "nobody sent; skew of what "
                 "is whole; from send() until the switch is\nsent, ms; the lead at the end; "
                 "switches that were put off\n");
     std::printf("%-32s %5s %5s %7s %4s %4s %7s %7s %7s %7s %7s\n",
@@ -301,8 +298,10 @@ int main(int argc, char** argv)
     };
     for (const Case& one : cases)
         playFields(settings, one);
-    std::printf("a sequence on board, 100 fields at 1 kHz: the thread of the device\n");
+    std::printf("a sequence on board, 100 fields at 1 kHz, of units that another process emulates, "
+                "over UDP: what\nthe device's thread uses of the processor\n");
     playSequence(settings, 10e-3, 0.1);
     playSequence(settings, 100e-3, 0.5);
+    playSequence(settings, 1, 5);
     return 0;
 }
