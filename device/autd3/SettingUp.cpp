@@ -13,6 +13,7 @@ namespace
 {
 
 constexpr int kSetUpTries = 3;
+constexpr int kSettlings = 10; ///< of all commands, as a network that loses one in thirty needs
 constexpr double kSetUpAnswer_s = 0.05;
 constexpr double kSettingUp_s = 3; // all units' settings
 constexpr int kFirmwareMajor = 0;
@@ -108,7 +109,7 @@ void Opening::settleAll(UnitGroup& group, const std::function<void(int)>& push)
 {
     std::string why = "the network loses so many answers that nobody knows how the units are set";
     std::vector<bool> isOpen(static_cast<std::size_t>(group.size()), true);
-    for (int i = 0; i <= kSetUpTries; ++i)
+    for (int i = 0; i < kSettlings; ++i)
     {
         for (int k = 0; k < group.size(); ++k)
             if (isOpen[static_cast<std::size_t>(k)]) push(k);

@@ -50,6 +50,7 @@ TEST(CInterfaceSettings, AreThoseOfScenes)
                                      "hands",
                                      "metresPerUnit",
                                      "prediction",
+                                     "temperatureSource",
                                      "trackerDelay"}));
     EXPECT_EQ(
         lacking(1, HapticProperty::describe()),

@@ -183,17 +183,18 @@ TEST(SettingTable, HasARowForEachMember)
 
 TEST(SettingTable, IsWhole)
 {
-    expectWhole(sceneSettings(), 7);
+    expectWhole(sceneSettings(), 8);
     expectWhole(surfaceProperties(), 7);
 }
 
-// The text of earPoints names nothing: it is places.
+// The texts of earPoints, dead and weak name nothing: they are places and numbers.
 TEST(SettingTable, WhatAFileNamesIsAWishButForTheSolver)
 {
     for (const Setting<HapticSettings>& row : sceneSettings().rows())
         EXPECT_EQ(wishOf(row.name) != nullptr,
                   std::holds_alternative<std::string HapticSettings::*>(row.member) &&
-                      row.name != "solver" && row.name != "earPoints")
+                      row.name != "solver" && row.name != "earPoints" && row.name != "dead" &&
+                      row.name != "weak")
             << row.name;
 }
 
