@@ -118,6 +118,7 @@ int bake(const BakeArguments& arguments)
             part.add(chunk, bakeChunk(scene, arguments, chunk, baked));
             progress.add(baked.frames - before);
         }
+        part.sync();
     }
     tellResult(baked, scene);
     if (isWhole)

@@ -120,24 +120,30 @@ std::vector<Run> runAll(const BakeArguments& arguments,
     return runs;
 }
 
-} // namespace
-
-void estimate(const BakeArguments& arguments)
+/// What a frame takes, by medians, and makes, by means.
+struct FrameCost
 {
-    const double begin_s = cpu_s();
-    BakeScene scene(arguments);
-    const double load_s = cpu_s() - begin_s;
-    const auto size = static_cast<std::uint64_t>(arguments.chunk);
-    const std::uint64_t frames = std::min(arguments.frames(), size);
+    std::uint64_t frames = 0; ///< that were measured
+    double start_s = 0.0;     ///< of a core; from nothing
+    double update_s = 0.0;    ///< from the last frame
+    double fields = 0.0;      ///< of a frame
+    double fieldBytes = 0.0;
+};
+
+FrameCost costOfFrames(BakeScene& scene, const BakeArguments& arguments)
+{
+    FrameCost cost;
+    cost.frames = std::min(arguments.frames(), static_cast<std::uint64_t>(arguments.chunk));
+    // Some more starts from nothing than a chunk has, so that their time is known.
+    const std::uint64_t between = std::max<std::uint64_t>(1, cost.frames / 4);
     std::vector<double> starts_s;
     std::vector<double> updates_s;
     recording::Writer writer(static_cast<int>(scene.transducers()));
     double bytes = 0.0;
     double fields = 0.0;
-    for (std::uint64_t number = 0; number < frames; ++number)
+    for (std::uint64_t number = 0; number < cost.frames; ++number)
     {
-        // Some more starts from nothing than a chunk has, so that their time is known.
-        const bool isStart = number % std::max<std::uint64_t>(1, frames / 4) == 0;
+        const bool isStart = number % between == 0;
         if (isStart) scene.restart();
         const double before_s = cpu_s();
         const osgMidair::BakedFrame frame = scene.bake(number);
@@ -149,42 +155,53 @@ void estimate(const BakeArguments& arguments)
                     .size());
         fields += static_cast<double>(frame.fields.size());
     }
-    const double start_s = base::percentile(starts_s, 0.5);
-    const double update_s = updates_s.empty() ? start_s : base::percentile(updates_s, 0.5);
-    const double perFrame = fields / static_cast<double>(frames);
-    const double chunk = static_cast<double>(arguments.chunk);
-    const double frame_s = update_s + (start_s - update_s) / chunk;
+    cost.start_s = base::percentile(starts_s, 0.5);
+    cost.update_s = updates_s.empty() ? cost.start_s : base::percentile(updates_s, 0.5);
+    cost.fields = fields / static_cast<double>(cost.frames);
+    cost.fieldBytes = bytes / fields;
+    return cost;
+}
+
+} // namespace
+
+void estimate(const BakeArguments& arguments)
+{
+    const double begin_s = cpu_s();
+    BakeScene scene(arguments);
+    const double load_s = cpu_s() - begin_s;
+    const FrameCost cost = costOfFrames(scene, arguments);
     std::printf("measured on %llu frames, medians, one process with %d %s\n"
                 "  load the scene                  %8.0f ms of a core, once a process\n"
                 "  a frame that starts a chunk     %8.2f ms of a core\n"
                 "  each other frame                %8.2f ms of a core\n"
                 "  fields in a frame               %8.2f\n"
                 "  bytes of a field                %8.0f\n",
-                static_cast<unsigned long long>(frames),
+                static_cast<unsigned long long>(cost.frames),
                 arguments.threads,
                 arguments.threads == 1 ? "thread" : "threads",
                 1e3 * load_s,
-                1e3 * start_s,
-                1e3 * update_s,
-                perFrame,
-                bytes / fields);
+                1e3 * cost.start_s,
+                1e3 * cost.update_s,
+                cost.fields,
+                cost.fieldBytes);
+    const double frame_s = cost.update_s + (cost.start_s - cost.update_s) / arguments.chunk;
     const auto cost_h = [&](double cores)
-    { return (load_s + kMany / perFrame * frame_s / cores) / 3600.0; };
+    { return (load_s + kMany / cost.fields * frame_s / cores) / 3600.0; };
+    const bool isTooLong = kMany * cost.fieldBytes > kPlayable;
     std::printf("model: time of a core for N frames = N (%.2f ms + %.2f ms / %d), and %.0f ms a "
                 "process\n"
                 "10^6 fields\n"
                 "  on one core                     %8.2f h\n"
                 "  on 64 cores                     %8.2f h\n"
                 "  in a file of                    %8.2f GB%s\n",
-                1e3 * update_s,
-                1e3 * (start_s - update_s),
+                1e3 * cost.update_s,
+                1e3 * (cost.start_s - cost.update_s),
                 arguments.chunk,
                 1e3 * load_s,
                 cost_h(1.0),
                 cost_h(64.0),
-                1e-9 * kMany * bytes / fields,
-                kMany * bytes / fields > kPlayable ? "; play: takes 2 GiB, so bake ranges of frames"
-                                                   : "");
+                1e-9 * kMany * cost.fieldBytes,
+                isTooLong ? "; play: takes 2 GiB, so bake ranges of frames" : "");
 }
 
 void measureScaling(const BakeArguments& arguments,

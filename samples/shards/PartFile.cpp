@@ -242,9 +242,13 @@ void PartFile::write(std::uint64_t number, const std::string& payload)
         if (put <= 0) failSystem(_path, "can't be written");
         done += static_cast<std::size_t>(put);
     }
-    if (::fdatasync(_file.descriptor()) != 0) failSystem(_path, "can't be written to the disk");
     if (number != kHeaderNumber) _places[number] = {_end + kFrontBytes, payload.size()};
     _end += bytes.size();
+}
+
+void PartFile::sync()
+{
+    if (::fdatasync(_file.descriptor()) != 0) failSystem(_path, "can't be written to the disk");
 }
 
 void PartFile::add(std::uint64_t piece, const std::string& payload)

@@ -56,8 +56,11 @@ public:
     /// A sentence on what was cut off or damaged when it was opened; empty: nothing.
     const std::string& damage() const { return _damage; }
 
-    /// Appends a piece; when it returns the piece is on the disk. Throws base::InputError.
+    /// Appends a piece, which outlives this process from then on. What the machine itself loses, as
+    /// without power, is no whole piece and so done again. Throws base::InputError.
     void add(std::uint64_t piece, const std::string& payload);
+    /// Waits until all pieces are on the disk. Throws base::InputError.
+    void sync();
     /// Returns the payload of a piece that is there. Throws base::InputError.
     std::string read(std::uint64_t piece) const;
 

@@ -193,6 +193,7 @@ int sweep(const SweepArguments& arguments)
             }
             done.add(piece, lines);
         }
+        done.sync();
     }
     if (isWhole)
     {

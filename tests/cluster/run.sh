@@ -12,10 +12,18 @@ export OSG_MIDAIR_SIMD=plain # as every processor has it
 munge=""
 finish()
 {
-    for pid in slurmd slurmctld; do [ ! -s "$work/$pid.pid" ] || kill "$(cat "$work/$pid.pid")" 2>/dev/null || true; done
-    [ -z "$munge" ] || kill "$munge" 2>/dev/null || true
+    local daemons=("$munge") pid
+    for name in slurmd slurmctld; do [ ! -s "$work/$name.pid" ] || daemons+=("$(cat "$work/$name.pid")"); done
+    for pid in "${daemons[@]}"; do [ -z "$pid" ] || kill "$pid" 2>/dev/null || true; done
+    # They write into the folder until they have ended, which is soon.
+    for ((i = 0; i < 50; ++i)); do
+        for pid in "${daemons[@]}"; do
+            [ -z "$pid" ] || [ ! -r "/proc/$pid/status" ] || grep -q "^State:.Z" "/proc/$pid/status" || { sleep 0.2; continue 2; }
+        done
+        break
+    done
     [ "${1:-1}" = 0 ] || tail -n 30 "$work"/*.log "$work"/*/*.log 2>/dev/null || true
-    rm -rf "$work"
+    rm -rf "$work" || true
 }
 trap 'finish $?' EXIT
 
@@ -59,7 +67,7 @@ done
 sinfo -h -o "%D node, %c cores, %T"
 
 # The same, small: a shard takes some seconds, so that there is something to kill.
-frames=0:240
+frames=0:400
 bake=("$bin/midair-bake" "$root/samples/scenes/animation.osgt" --frames "$frames" --fps 60 --chunk 5)
 echo "== one process"
 "${bake[@]}" --out "$work/one.midair" --quiet
@@ -69,9 +77,9 @@ until_true()
 {
     local limit=$1 what=$2
     shift 2
-    for ((i = 0; i < limit * 5; ++i)); do
+    for ((i = 0; i < limit * 20; ++i)); do
         if "$@" >/dev/null 2>&1; then return 0; fi
-        sleep 0.2
+        sleep 0.05
     done
     echo "tests/cluster/run.sh: not within $limit s: $what" >&2
     exit 1
