@@ -87,7 +87,7 @@ std::uint64_t unsignedOf(const Json& object, const char* key)
 }
 
 // Each buffer without a name is a copy of what the .glb holds.
-void screenBuffers(const Json& gltf)
+void screenBuffers(const Json& gltf, bool isBinary)
 {
     const Json& buffers = arrayOf(gltf, "buffers");
     if (buffers.size() > kMostGltfBuffers)
@@ -98,8 +98,10 @@ void screenBuffers(const Json& gltf)
         if (unsignedOf(buffers[i], "byteLength") > kMostGltfBytes)
             throw GltfError(fmt::format("buffer {} has more than {} bytes", i, kMostGltfBytes));
         const auto uri = buffers[i].find("uri");
-        if (i > 0 && (uri == buffers[i].end() || uri->empty()))
-            throw GltfError(fmt::format("buffer {} has no uri; only the first may have none", i));
+        const bool isNamed = uri != buffers[i].end() && uri->is_string() && *uri != "";
+        if (!isNamed && !(isBinary && i == 0))
+            throw GltfError(
+                fmt::format("buffer {} has no uri; only the first one of a .glb may have none", i));
     }
 }
 
@@ -167,7 +169,7 @@ void screenGltf(const std::string& file)
     const Json gltf = Json::parse(text, nullptr, false);
     if (gltf.is_discarded()) throw GltfError("its JSON is not understood");
     if (!gltf.is_object()) throw GltfError("its JSON should be an object");
-    screenBuffers(gltf);
+    screenBuffers(gltf, isGlb(file));
     screenImages(gltf);
     screenExtras(gltf);
     screenExtensions(gltf);

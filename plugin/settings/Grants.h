@@ -17,7 +17,8 @@ namespace osgMidair
 /// A value from a file is a wish. Without a grant only harmless ones are used: `sim:` and `null:`,
 /// arrays by name or beside the scene, recordings of hands beside the scene, the mouse. A grant is
 /// a name in a file that belongs to the user, or OSG_MIDAIR_TRUST=scene. Never granted to a wish:
-/// `record:`, `play:`, an OpenXR loader or helper, an address to listen at, an absolute path, a file above the scene's folder.
+/// `record:`, `play:`, an OpenXR loader or helper, an address to listen at, an absolute path, a
+/// file above the scene's folder.
 class Grants
 {
 public:
