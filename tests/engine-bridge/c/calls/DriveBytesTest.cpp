@@ -30,6 +30,12 @@ struct Input
     std::string array = "octagon";
 };
 
+/// Its name alone, as messages have it: the bytes between its members are not set.
+void PrintTo(const Input& input, std::ostream* out)
+{
+    *out << input.name;
+}
+
 class DriveBytes : public testing::TestWithParam<Input>
 {
 protected:
