@@ -249,11 +249,12 @@ extern "C"
                                                       size_t index,
                                                       float* activations,
                                                       size_t transducers);
-    /// The same without a copy: \a activations is valid, and stays as it is, until the field is closed.
-MIDAIR_API midair_status midair_field_view(const midair_field* field,
-                                           size_t index,
-                                           const float** activations);
-/// The same as levels of the array: \a phases L of P means e^{+j 2 pi L/P}; \a amplitudes are
+    /// The same without a copy: \a activations is valid, and stays as it is, until the field is
+    /// closed.
+    MIDAIR_API midair_status midair_field_view(const midair_field* field,
+                                               size_t index,
+                                               const float** activations);
+    /// The same as levels of the array: \a phases L of P means e^{+j 2 pi L/P}; \a amplitudes are
     /// indices into the array's amplitudes, for 256 of them sin(pi L/510), and -1 for off where
     /// these have no 0. They are the last two columns of midair-solve's drive.csv.
     MIDAIR_API midair_status midair_field_levels(const midair_field* field,
@@ -261,12 +262,13 @@ MIDAIR_API midair_status midair_field_view(const midair_field* field,
                                                  int32_t* phases,
                                                  int32_t* amplitudes,
                                                  size_t transducers);
-    /// Writes field \a index as midair-solve's drive.csv: a line for each transducer with its place, its
-/// normal and these two levels. A file that is there is replaced.
-MIDAIR_API midair_status midair_field_write_drive(const midair_field* field,
-                                                  size_t index,
-                                                  const char* file);
-MIDAIR_API midair_status midair_field_points(const midair_field* field,
+    /// Writes field \a index as midair-solve's drive.csv: a line for each transducer with its
+    /// place, its
+    /// normal and these two levels. A file that is there is replaced.
+    MIDAIR_API midair_status midair_field_write_drive(const midair_field* field,
+                                                      size_t index,
+                                                      const char* file);
+    MIDAIR_API midair_status midair_field_points(const midair_field* field,
                                                  midair_point* points,
                                                  size_t capacity);
     /// A figure by its name in midair-solve's summary.json: "rms", "level_Pa", "loudness",

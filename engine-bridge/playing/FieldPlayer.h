@@ -17,9 +17,10 @@ namespace midair::bridge
 ///
 /// A device that stores sequences and times them by itself (DriveAbility::sequenceFields) gets the
 /// whole sequence if its steps repeat within that number (sequenceOfSteps()) and its clock has the
-/// rate (DriveAbility::sequenceClock_Hz). For any other device, and any other sequence, a thread sends each step, at multiples of 1/fieldRate_Hz since play(); steps that are late are
-/// skipped, so that the cycle keeps its time. A single field without modulation is sent once. All
-/// members may be called from any thread.
+/// rate (DriveAbility::sequenceClock_Hz). For any other device, and any other sequence, a thread
+/// sends each step, at multiples of 1/fieldRate_Hz since play(); steps that are late are skipped,
+/// so that the cycle keeps its time. A single field without modulation is sent once. All members
+/// may be called from any thread.
 class FieldPlayer
 {
 public:

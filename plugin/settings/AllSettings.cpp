@@ -77,11 +77,10 @@ std::vector<Setting<S>> place()
 std::vector<Setting<S>> hands()
 {
     return {
-        Row<S>(
-            "hands",
-            &S::hands,
-            "source of tracked hands: none, recorded:FILE, recorded:FILE?loop, mouse:, openxr:, "
-            "osc:, or a name from the user's grants")
+        Row<S>("hands",
+               &S::hands,
+               "source of tracked hands: none, recorded:FILE, recorded:FILE?loop, mouse:, openxr:, "
+               "osc:, or a name from the user's grants")
             .variable("HANDS"),
         Row<S>("reach", &S::reach, "solve only points this near to a hand; 0: all")
             .range(0.0, 10.0, "m")
