@@ -92,7 +92,8 @@ void fuzzUnits(const std::uint8_t* data, std::size_t size)
     {
         const int to = in.u8();
         now_ns += Time_ns(in.u8()) * kMillisecond_ns / 4;
-        const std::size_t length = std::min<std::size_t>(in.u16() % 1500, in.left());
+        const std::size_t wanted = in.u16() % 1500; // before left(), which it changes
+        const std::size_t length = std::min(wanted, in.left());
         const std::uint8_t* bytes = in.bytes(length);
         chain.send(to < 250 ? to % 4 : (to == 255 ? kGroup : kNoId), bytes, length, 0, now_ns);
         while (chain.receive(answer, now_ns))

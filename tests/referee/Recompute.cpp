@@ -79,7 +79,7 @@ void rateKelvin(const Recorded& recorded,
     const Eigen::VectorXd& a = points.targets;
     const Eigen::VectorXd y = pressures(warmer);
     const double level = y.dot(a) / a.dot(a);
-    const double rms = std::sqrt(errorsOf(y, a, points.absolute ? 1.0 : level).rms);
+    const double rms = errorsOf(y, a, points.absolute ? 1.0 : level).rms;
     const double share = y.dot(a) / pressures(recorded.medium).dot(a);
     figures["kelvinRms"] = {rms, rms, false};
     figures["kelvinLevel"] = {share, share, false};
