@@ -118,12 +118,15 @@ TEST(RefereeItself, CatchesEveryFigureThatIsFalse)
     // Errors far above single precision, and points that fall short.
     std::vector<Recorded> all = {recordOf(sceneNamed("coarse array, 9"), 5),
                                  recordOf(sceneNamed("25, some out of reach"), 3)};
+    // What 1 K costs is measured where the surface is.
+    std::vector<Recorded> withSurface = {recordOf(sceneNamed("board, surface"), 10)};
     for (const auto& figure : haptics::kFigures)
     {
         if (kNotRecomputed.count(figure.name) > 0) continue;
         SCOPED_TRACE(figure.name);
         bool isCaught = false;
-        for (Recorded& recorded : all)
+        const bool isOfSurface = std::string(figure.name).rfind("kelvin", 0) == 0;
+        for (Recorded& recorded : isOfSurface ? withSurface : all)
         {
             haptics::SolveReport& report = recorded.updates.back().report;
             const haptics::SolveReport kept = report;
