@@ -40,7 +40,7 @@ BankPlayer::BankPlayer(UnitGroup& group, const Autd3Options& options) :
     _options(options),
     _margin_s(options.cpu().switchMargin_ns * 1e-9),
     _silentJob(silentJob(options.units)),
-    _next(static_cast<std::size_t>(options.units)),
+    _written(static_cast<std::size_t>(options.units)),
     _configs{BankConfig{}, std::nullopt},
     _patterns(kMostPhaseSlots),
     _lead_s(options.lead_s),
@@ -68,8 +68,8 @@ void BankPlayer::begin(std::shared_ptr<const Job> job)
         config = {1, 2, false};
     _slots = config.slots;
     _stage = Stage::WRITING;
+    _written.assign(_written.size(), {});
     configure(config);
-    std::fill(_next.begin(), _next.end(), 0);
     feed();
 }
 
@@ -77,8 +77,8 @@ void BankPlayer::configure(const BankConfig& config)
 {
     std::optional<BankConfig>& known = _configs[static_cast<std::size_t>(_bank)];
     if (known == config) return;
-    for (int k = 0; k < _group.size(); ++k)
-        push(_open, k, Command::configureBank(_bank, config), FrameQueue::kRepeat_s);
+    for (Written& one : _written)
+        one.again.push_back(kConfigPiece);
     known = config;
 }
 
@@ -87,17 +87,50 @@ void BankPlayer::feed()
 {
     for (int k = 0; k < _group.size(); ++k)
     {
-        if (!_group.isThere(k)) continue;
-        int& next = _next[static_cast<std::size_t>(k)];
         const FrameQueue& queue = _group.unit(k).queue;
-        while (next < _slots && queue.unsent() + queue.inFlight() < FrameQueue::kWindow)
+        while (_group.isThere(k) && queue.unsent() + queue.inFlight() < FrameQueue::kWindow &&
+               feed(k))
         {
-            int count = 0;
-            const Command command = piece(k, next, count);
-            push(_open, k, command, FrameQueue::kRepeat_s);
-            next += count;
         }
     }
+}
+
+bool BankPlayer::feed(int unit)
+{
+    Written& written = _written[static_cast<std::size_t>(unit)];
+    int first = written.next;
+    if (!written.again.empty())
+    {
+        first = written.again.back();
+        written.again.pop_back();
+    }
+    else if (first == _slots)
+        return false;
+    if (first == kConfigPiece)
+        push(_open,
+             unit,
+             Command::configureBank(_bank, *_configs[static_cast<std::size_t>(_bank)]),
+             FrameQueue::kRepeat_s);
+    else
+    {
+        int count = 0;
+        const Command command = piece(unit, first, count);
+        push(_open, unit, command, FrameQueue::kRepeat_s);
+        written.next = std::max(written.next, first + count);
+    }
+    written.sent.push_back(first);
+    return true;
+}
+
+bool BankPlayer::isWritten() const
+{
+    if (!_open.none()) return false;
+    for (int k = 0; k < _group.size(); ++k)
+    {
+        const Written& written = _written[static_cast<std::size_t>(k)];
+        if (_group.isThere(k) && (written.next < _slots || !written.again.empty())) return false;
+    }
+    return true;
 }
 
 /// As many slots as one frame takes, from \a first on; a field that stands fills them all.
@@ -198,9 +231,18 @@ void BankPlayer::takeStaged(const UnitGroup::Outcome& outcome)
     if (_open.of(outcome.unit) == 0) return;
     _open.settle(outcome.unit, 1);
     if (_stage == Stage::TAKING_BACK) return takeSwitchBack(outcome);
-    if (!outcome.done.result)
+    // What isn't known to be there is written once more.
+    if (outcome.done.code != kActivateCode)
+    {
+        Written& written = _written[static_cast<std::size_t>(outcome.unit)];
+        if (written.sent.empty()) return;
+        if (!outcome.done.result) written.again.push_back(written.sent.front());
+        written.sent.pop_front();
+    }
+    else if (!outcome.done.result)
         _isUnknown = true;
-    else if (outcome.done.code == kActivateCode && *outcome.done.result == TOO_NEAR)
+    if (!outcome.done.result) return;
+    if (outcome.done.code == kActivateCode && *outcome.done.result == TOO_NEAR)
         _isLate = true;
     else if (*outcome.done.result != DONE)
         _refusal = fmt::format("unit {} refuses command {:02X}: {}",
@@ -224,7 +266,7 @@ void BankPlayer::stepStage(double now_s)
         break;
     case Stage::WRITING:
         if (!_isCut) feed();
-        if (_open.none()) endWriting(now_s);
+        if (_isCut ? _open.none() : isWritten()) endWriting(now_s);
         break;
     case Stage::SWITCHING:
         endSwitching(now_s);
@@ -245,7 +287,7 @@ void BankPlayer::stepStage(double now_s)
 
 void BankPlayer::endWriting(double now_s)
 {
-    if (!_isCut && _refusal.empty() && !_isUnknown)
+    if (!_isCut && _refusal.empty())
     {
         _job->isSequence() || !_options.timed ? switchAtOnce(now_s) : switchAtTime(now_s);
         return;

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -127,6 +128,8 @@ private:
 
     void configure(const BankConfig& config);
     void feed();
+    bool feed(int unit);
+    bool isWritten() const;
     Command piece(int unit, int first, int& count);
     void endWriting(double now_s);
 
@@ -148,9 +151,17 @@ private:
     OpenCounts _open; ///< of the stage
     std::shared_ptr<const Job> _job;
     const std::shared_ptr<const Job> _silentJob;
-    std::vector<int> _next; ///< of each unit: the slot that is written next
-    int _slots = 0;         ///< that are written
-    int _bank = 0;          ///< that is written, or switched to
+    /// What one unit has of the job.
+    struct Written
+    {
+        int next = 0;           ///< the slot that is written next
+        std::deque<int> sent;   ///< first slots of the frames that are not settled; kConfigPiece
+        std::vector<int> again; ///< of those whose result was lost
+    };
+    static constexpr int kConfigPiece = -1; ///< the settings of the bank, in place of slots
+    std::vector<Written> _written;
+    int _slots = 0; ///< that are written
+    int _bank = 0;  ///< that is written, or switched to
     int _playing = 0;
     /// As all units have them; nullopt: not known.
     std::array<std::optional<BankConfig>, kBanks> _configs;

@@ -67,8 +67,8 @@ private:
     void setUp(UnitGroup& group);
     void reset(const Unit& unit);
     void settle(UnitGroup& group, std::vector<UnitGroup::Outcome>& outcomes);
-    /// Has \a push push commands to a unit, to all until all have answered to all.
-    void settleAll(UnitGroup& group, const std::function<void(int)>& push);
+    /// Sends a command to each unit, until all have done it.
+    void setAll(UnitGroup& group, const std::function<Command(int)>& command);
     /// Why the firmware that a unit answered will not do; empty: it will.
     std::string whyNot(const UnitGroup::Outcome& outcome);
     void resetLeftover();
@@ -87,8 +87,5 @@ private:
 bool isKnownFirmware(const FirmwareVersion& version);
 /// "WHO has firmware 12.1.0; this program speaks to 0.10".
 std::string unknownFirmware(const std::string& who, const FirmwareVersion& version);
-
-/// Sets a unit that was reset up, silent: pushes the commands that follow Reset.
-void pushSetUp(UnitGroup& group, int k, const Autd3Options& options);
 
 } // namespace midair::device::autd3

@@ -13,7 +13,6 @@ namespace
 {
 
 constexpr int kSetUpTries = 3;
-constexpr int kSettlings = 10; ///< of all commands, as a network that loses one in thirty needs
 constexpr double kSetUpAnswer_s = 0.05;
 constexpr double kSettingUp_s = 3; // all units' settings
 constexpr int kFirmwareMajor = 0;
@@ -56,16 +55,6 @@ void Opening::reset(const Unit& unit)
     throw error(fmt::format("unit {} can't be reset: it doesn't answer", unit.id));
 }
 
-void pushSetUp(UnitGroup& group, int k, const Autd3Options& options)
-{
-    group.push(k, Command::clear());
-    group.push(k, Command::synchronize());
-    group.push(k, Command::configureCpu(options.cpu()));
-    group.push(k, Command::setSilencer(options.silencer));
-    group.push(k, Command::setPulseWidths(dutyWidths()));
-    group.push(k, Command::setOutputMask(options.silent[static_cast<std::size_t>(k)]));
-}
-
 void Opening::settle(UnitGroup& group, std::vector<UnitGroup::Outcome>& outcomes)
 {
     const double until_s = base::steadySeconds() + kSettingUp_s;
@@ -104,31 +93,35 @@ std::string Opening::whyNot(const UnitGroup::Outcome& outcome)
     return {};
 }
 
-// A unit that took a command and whose answer was lost, or is wrong, is sent them all again.
-void Opening::settleAll(UnitGroup& group, const std::function<void(int)>& push)
+// One command at a time: so a unit answers to a repeat, whatever is lost, and its result is known.
+// A unit whose answer is wrong is asked again.
+void Opening::setAll(UnitGroup& group, const std::function<Command(int)>& command)
 {
-    std::string why = "the network loses so many answers that nobody knows how the units are set";
+    std::string why;
     std::vector<bool> isOpen(static_cast<std::size_t>(group.size()), true);
-    for (int i = 0; i < kSettlings; ++i)
+    for (int i = 0; i < kSetUpTries; ++i)
     {
         for (int k = 0; k < group.size(); ++k)
-            if (isOpen[static_cast<std::size_t>(k)]) push(k);
+            if (isOpen[static_cast<std::size_t>(k)]) group.push(k, command(k));
         std::vector<UnitGroup::Outcome> outcomes;
         settle(group, outcomes);
         std::fill(isOpen.begin(), isOpen.end(), false);
         for (const UnitGroup::Outcome& outcome : outcomes)
         {
+            const std::uint8_t result = outcome.done.result.value_or(DONE);
             std::string wrong;
-            const bool isKnown = outcome.done.result.has_value();
-            if (isKnown && *outcome.done.result != DONE)
+            if (!outcome.done.result)
+                wrong = fmt::format("unit {} doesn't say what became of a command", outcome.unit);
+            else if (result != DONE)
                 wrong = fmt::format("unit {} refuses command {:02X}: {}",
                                     outcome.unit,
                                     outcome.done.code,
-                                    resultText(*outcome.done.result));
-            else if (isKnown && outcome.done.code == kReadFirmwareCode)
+                                    resultText(result));
+            else if (outcome.done.code == kReadFirmwareCode)
                 wrong = whyNot(outcome);
-            if (!wrong.empty()) why = wrong;
-            if (!isKnown || !wrong.empty()) isOpen[static_cast<std::size_t>(outcome.unit)] = true;
+            if (wrong.empty()) continue;
+            why = wrong;
+            isOpen[static_cast<std::size_t>(outcome.unit)] = true;
         }
         if (std::find(isOpen.begin(), isOpen.end(), true) == isOpen.end()) return;
     }
@@ -140,8 +133,16 @@ void Opening::setUp(UnitGroup& group)
 {
     for (int k = 0; k < group.size(); ++k)
         reset(group.unit(k));
-    settleAll(group, [&](int k) { group.push(k, Command::readFirmware()); });
-    settleAll(group, [&](int k) { pushSetUp(group, k, _options); });
+    for (const Command& command : {Command::readFirmware(),
+                                   Command::clear(),
+                                   Command::synchronize(),
+                                   Command::configureCpu(_options.cpu()),
+                                   Command::setSilencer(_options.silencer),
+                                   Command::setPulseWidths(dutyWidths())})
+        setAll(group, [&](int) { return command; });
+    setAll(group,
+           [&](int k)
+           { return Command::setOutputMask(_options.silent[static_cast<std::size_t>(k)]); });
 }
 
 } // namespace midair::device::autd3

@@ -262,6 +262,8 @@ int main(int argc, char** argv)
         ->check(CLI::Range(0.5, 86400.0));
     app.add_option("--loss", settings.loss, "share of datagrams lost, where some are")
         ->check(CLI::Range(0.0, 0.2));
+    std::string only;
+    app.add_option("--only", only, "the one part of this name, of those with fields");
     CLI11_PARSE(app, argc, argv);
     std::printf("%d units, %d transducers, %g s each\n",
                 settings.units,
@@ -297,7 +299,8 @@ int main(int argc, char** argv)
         {"at once, 100 Mbit/s", false, false, 3e-3, 0, true},
     };
     for (const Case& one : cases)
-        playFields(settings, one);
+        if (only.empty() || only == one.name) playFields(settings, one);
+    if (!only.empty()) return 0;
     std::printf("a sequence on board, 100 fields at 1 kHz, of units that another process emulates, "
                 "over UDP: what\nthe device's thread uses of the processor\n");
     playSequence(settings, 10e-3, 0.1);

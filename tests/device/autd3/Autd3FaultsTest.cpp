@@ -1,3 +1,4 @@
+#include "device/drive/DriveSequence.h"
 #include "tests/LongTests.h"
 #include "tests/device/autd3/Rehearsal.h"
 
@@ -118,6 +119,38 @@ TEST(Autd3Faults, opens_on_a_bad_network)
     rehearsal.open();
     rehearsal.device->send(rehearsal.mixed(1));
     EXPECT_TRUE(rehearsal.eventuallyPlays(rehearsal.mixed(1)));
+}
+
+TEST(Autd3Faults, a_sequence_is_written_whole_over_a_bad_network)
+{
+    Rehearsal rehearsal(2);
+    rehearsal.open();
+    ChainFaults faults;
+    faults.drop = 0.03;
+    faults.duplicate = 0.05;
+    faults.reorder = 0.02;
+    rehearsal.setFaults(faults);
+    DriveSequence sequence;
+    sequence.rate_Hz = 40e3 / 1000; // slow enough to see each
+    for (int n = 0; n < 100; ++n)
+        sequence.signals.push_back(rehearsal.mixed(n));
+    ASSERT_TRUE(rehearsal.device->sendSequence(sequence));
+    ASSERT_TRUE(rehearsal.settles());
+    EXPECT_EQ(rehearsal.device->report().played, 1u);
+    // Each slot that is seen is one of the sequence's, on all units.
+    int seen = 0;
+    for (int i = 0; i < 100; ++i)
+    {
+        const DriveSignal now = rehearsal.field();
+        for (const DriveSignal& signal : sequence.signals)
+            if (now.phase == signal.phase && now.duty == signal.duty)
+            {
+                ++seen;
+                break;
+            }
+        std::this_thread::sleep_for(std::chrono::milliseconds(7));
+    }
+    EXPECT_GE(seen, 95); // one unit may be seen a period before the other
 }
 
 TEST(Autd3Faults, another_number_of_units_is_told)

@@ -23,6 +23,7 @@ public:
         options.units = units;
         options.silencer = {1, 1};
         options.lead_s = 15e-3; // tests are run where much else is
+        options.failsafe_s = 3;
         for (int k = 0; k < units; ++k)
             options.order.push_back(k);
         options.silent.resize(static_cast<std::size_t>(units));
