@@ -1,6 +1,8 @@
 #ifndef MIDAIR_H
 #define MIDAIR_H 1
 
+// NOLINTBEGIN(modernize-deprecated-headers,readability-identifier-naming): this is C.
+
 // libmidair: mid-air haptics without a scene graph, in C99 and C++. Arrays, meshes or points in;
 // activations, pressures and figures out; played on any device. C.md has a program and the rules.
 //
@@ -307,4 +309,5 @@ extern "C"
 #include "midair_extend.h"
 #include "midair_play.h"
 
+// NOLINTEND(modernize-deprecated-headers,readability-identifier-naming)
 #endif

@@ -1,6 +1,8 @@
 #ifndef MIDAIR_EXTEND_H
 #define MIDAIR_EXTEND_H 1
 
+// NOLINTBEGIN(modernize-deprecated-headers,readability-identifier-naming): this is C.
+
 // A program's own devices, solvers and hand sources. Included by midair.h.
 //
 // What is registered stays so for the rest of the program: functions and user data have to outlive
@@ -123,4 +125,5 @@ extern "C"
 }
 #endif
 
+// NOLINTEND(modernize-deprecated-headers,readability-identifier-naming)
 #endif

@@ -1,6 +1,8 @@
 #ifndef MIDAIR_PLAY_H
 #define MIDAIR_PLAY_H 1
 
+// NOLINTBEGIN(modernize-deprecated-headers,readability-identifier-naming): this is C.
+
 // Playing a scene, hands in, contacts out. Included by midair.h.
 
 #include "midair.h"
@@ -159,4 +161,5 @@ extern "C"
 }
 #endif
 
+// NOLINTEND(modernize-deprecated-headers,readability-identifier-naming)
 #endif

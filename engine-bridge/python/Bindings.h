@@ -66,7 +66,7 @@ class Owned
 {
 public:
     explicit Owned(Handle* handle) : _handle(handle) {}
-    ~Owned() { close(); }
+    ~Owned() { close(); } // NOLINT(bugprone-exception-escape): the C interface throws nothing
     Owned(const Owned&) = delete;
     Owned& operator=(const Owned&) = delete;
 

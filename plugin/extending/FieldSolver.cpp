@@ -15,7 +15,7 @@ namespace
 class SolverOfApplication : public midair::bridge::FieldMethod
 {
 public:
-    explicit SolverOfApplication(osg::ref_ptr<FieldSolver> solver) : _solver(std::move(solver)) {}
+    explicit SolverOfApplication(const osg::ref_ptr<FieldSolver>& solver) : _solver(solver) {}
 
     bool solve(const Problem& given, std::complex<float>* activations, std::string& error) override
     {
@@ -47,7 +47,7 @@ bool registerSolver(const std::string& name, FieldSolverFactory make, std::strin
         adapted = [make = std::move(make)]() -> std::shared_ptr<midair::bridge::FieldMethod>
         {
             osg::ref_ptr<FieldSolver> solver = make();
-            return solver ? std::make_shared<SolverOfApplication>(std::move(solver)) : nullptr;
+            return solver ? std::make_shared<SolverOfApplication>(solver) : nullptr;
         };
     return midair::bridge::registerMethod(name, std::move(adapted), error);
 }
