@@ -49,10 +49,11 @@ void Autd3Device::watch(const UnitGroup::Outcome& outcome)
     if ((state & FAILSAFE) == 0) return;
     const std::string what =
         fmt::format("unit {} was silenced by its fail-safe; silent until the next field", k);
-    noteFault(what);
     deviceLog().warn("{}: {}", _name, what);
     drop(_player->release(k));
     const std::lock_guard<std::mutex> lock(_mutex);
+    ++_report.faults;
+    _report.message = what;
     ++_report.silences;
     _playing.job = nullptr;
 }

@@ -3,6 +3,7 @@
 
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/extending/OwnSolver.h"
+#include "engine-bridge/rendering/ContactSettings.h"
 #include "engine-bridge/scene/Convert.h"
 #include "haptics/array/ArrayFileWatch.h"
 #include "haptics/base/AssignPart.h"
@@ -59,18 +60,6 @@ bool playsAlike(HapticSettings a, const HapticSettings& b)
     a.whySilenced = b.whySilenced;
     a.earCamera = b.earCamera;
     return a == b;
-}
-
-midair::bridge::ContactRendererOptions contactsOf(const HapticSettings& settings)
-{
-    midair::bridge::ContactRendererOptions contacts;
-    contacts.shares.render = renderOf(settings.render);
-    contacts.shares.trackerError_m = settings.trackerError;
-    contacts.tracker.path.rate_Hz = settings.contactRate;
-    contacts.tracker.path.largestStep_m = settings.contactStep;
-    contacts.tracker.path.mostFoci = settings.contactFoci;
-    contacts.field.mask = settings.contactMask;
-    return contacts;
 }
 
 /// Replaces what is real: devices by the simulated one, tracked hands by none.
@@ -281,7 +270,7 @@ midair::bridge::HologramOptions HapticEngine::hologramOptions() const
     midair::base::assignPart<midair::haptics::PlayingSettings>(options, _applied);
     std::vector<osg::Vec3d> places;
     parsePlaces(_applied.earPoints, places); // judged by repair()
-    options.contacts = contactsOf(_applied);
+    options.contacts = midair::bridge::contactsOf(_applied, renderOf(_applied.render));
     options.earPoints.resize(3, static_cast<Eigen::Index>(places.size()));
     for (std::size_t l = 0; l < places.size(); ++l)
         options.earPoints.col(static_cast<Eigen::Index>(l)) = midair::bridge::toEigen(places[l]);

@@ -1,6 +1,7 @@
 #include "plugin/scene/PropertyConversion.h"
 
 #include "engine-bridge/materials/MaterialLibrary.h"
+#include "engine-bridge/materials/OwnNumbers.h"
 #include "haptics/base/text/NearestWord.h"
 
 namespace osgMidair
@@ -30,19 +31,7 @@ bool readMaterial(const HapticProperty& property, HapticMaterial& material)
         if (!named) return false;
         material = *named;
     }
-    const auto replace = [](double own, double& value)
-    {
-        if (own != 0.0) value = own;
-    };
-    replace(property.stiffness, material.stiffness_N_m);
-    replace(property.contactForce, material.mostForce_N);
-    replace(property.softness, material.radiusGrowth);
-    replace(property.roughness, material.roughness);
-    replace(property.texturePeriod, material.texturePeriod_m);
-    replace(property.lowVibration, material.lowVibration);
-    replace(property.highVibration, material.highVibration);
-    constexpr double kLeastRadius_m = 1e-3; // that grows
-    if (property.softness > 0.0 && !(material.radius_m > 0.0)) material.radius_m = kLeastRadius_m;
+    midair::bridge::replaceNumbers(material, property);
     return true;
 }
 

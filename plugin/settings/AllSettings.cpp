@@ -1,12 +1,12 @@
 // The tables of settings. To add one, add its member to HapticSettings or HapticProperty and its
-// row here, or its member and its row where FieldSettings are. Rows are stored in this order,
-// version by version; .osgb is positional, so a stored row must keep its place and its version.
+// row here, where the C interface has it too in engine-bridge/settings, or where FieldSettings are.
+// Rows are stored in this order, version by version; .osgb is positional, so a stored row must keep
+// its place and its version.
 #include "plugin/settings/AllSettings.h"
 
-#include "haptics/base/Limits.h"
+#include "engine-bridge/settings/SharedRows.h"
 #include "haptics/base/settings/Row.h"
 #include "haptics/base/settings/SettingText.h"
-#include "haptics/base/text/Quantity.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "plugin/settings/Assignments.h"
 
@@ -47,6 +47,7 @@ namespace
 {
 
 using namespace midair::base;
+namespace bridge = midair::bridge;
 
 using S = HapticSettings;
 using P = HapticProperty;
@@ -76,30 +77,17 @@ std::vector<Setting<S>> place()
 
 std::vector<Setting<S>> hands()
 {
-    return {
-        Row<S>("hands",
-               &S::hands,
-               "source of tracked hands: none, recorded:FILE, recorded:FILE?loop, mouse:, openxr:, "
-               "osc:, or a name from the user's grants")
-            .variable("HANDS"),
-        Row<S>("reach", &S::reach, "solve only points this near to a hand; 0: all")
-            .range(0.0, 10.0, "m")
-            .variable("REACH")
-            .safety(),
-        Row<S>("shadows",
-               &S::shadows,
-               "hands and obstacles block sound, which the solver takes into account")};
+    return {Row<S>("hands",
+                   &S::hands,
+                   "source of tracked hands: none, recorded:FILE, recorded:FILE?loop, mouse:, "
+                   "openxr:, osc:, or a name from the user's grants")
+                .variable("HANDS")};
 }
 
 // HapticSettings::repair() judges the text of earPoints.
 std::vector<Setting<S>> ears()
 {
-    return {Row<S>("earPoints",
-                   &S::earPoints,
-                   "listening places besides those around the array: x y z; x y z .. in m, array "
-                   "frame",
-                   6)
-                .safety(),
+    return {bridge::earPointsRow<S>(),
             Row<S>("earCamera",
                    &S::earCamera,
                    "the viewer's camera stands for a head, whose ears are listening places",
@@ -129,34 +117,6 @@ std::vector<Setting<S>> prediction()
             .variable("TRACKER_DELAY")};
 }
 
-std::vector<Setting<S>> contacts()
-{
-    return {
-        Row<S>("render",
-               EnumMember<&S::render>::choice(),
-               "what is played of objects: the whole, foci on the skin where hands touch, or auto: "
-               "these while hands are known well enough",
-               7)
-            .words({{"object", "OBJECT", S::OBJECT},
-                    {"contact", "CONTACT", S::CONTACT},
-                    {"auto", "AUTO", S::AUTO}})
-            .variable("RENDER"),
-        Row<S>("contactRate", &S::contactRate, "turns a second of the foci of a contact", 7)
-            .range(0.0, 100.0, "Hz"),
-        Row<S>("contactStep", &S::contactStep, "longest step of a focus from field to field", 7)
-            .range(5e-5, 5e-3, "m"),
-        Row<S>("contactFoci", &S::contactFoci, "most foci of a contact", 7).range(1, 10),
-        Row<S>("contactMask",
-               &S::contactMask,
-               "transducers behind the finger are off, so that its other side isn't pressed",
-               7),
-        Row<S>("trackerError",
-               &S::trackerError,
-               "error of the hands' places, by which auto decides",
-               7)
-            .range(0.0, 0.1, "m")};
-}
-
 std::vector<Setting<S>> thermometer()
 {
     return {Row<S>("temperatureSource",
@@ -165,126 +125,6 @@ std::vector<Setting<S>> thermometer()
                    "follows, or a name from the user's grants",
                    8)
                 .variable("TEMPERATURE_SOURCE")};
-}
-
-/// Parses "2", "50 %", "2 relative", "500 Pa", "1.2kPa". Without a unit it stays the one that was
-/// set.
-bool setPressure(P& property, const std::string& text)
-{
-    double value = 0.0;
-    std::string unit;
-    if (!splitQuantity(text, value, unit)) return false;
-    const bool isPascal = isUnitFor(unit, "Pa");
-    if (isPascal)
-        parseQuantity(text, "Pa", value);
-    else if (unit == "%")
-        parseQuantity(text, "", value);
-    else if (!unit.empty() && unit != "relative")
-        return false;
-    property.pressure = value;
-    if (!unit.empty()) property.pressureUnit = isPascal ? P::PASCAL : P::RELATIVE;
-    return true;
-}
-
-std::vector<Setting<P>> strength()
-{
-    return {
-        Row<P>("enabled", &P::enabled, "false: the object is not felt").safety(),
-        Row<P>("pressure",
-               &P::pressure,
-               "relative to the scene's other objects (the array plays as loud as the field stays "
-               "accurate), or peak pressure with its unit: 500 Pa")
-            .range(1e-6, 1e5)
-            .parsedBy(setPressure)
-            .safety(),
-        Row<P>("unit", EnumMember<&P::pressureUnit>::choice(), "unit of the pressure")
-            .words({{"relative", "RELATIVE", P::RELATIVE}, {"Pa", "PASCAL", P::PASCAL}})
-            .stored("PressureUnit")
-            .safety(),
-        Row<P>("spacing", &P::spacing, "distance between control points; 0: one wavelength")
-            .range(0.001, 1.0, "m")
-            .orZero(),
-        Row<P>(
-            "sampling",
-            EnumMember<&P::sampling>::choice(),
-            "where control points are placed: on the faces, along edges, or at the mesh's vertices")
-            .words({{"surface", "SURFACE", P::SURFACE},
-                    {"edges", "EDGES", P::EDGES},
-                    {"vertices", "VERTICES", P::VERTICES}}),
-        Row<P>("side",
-               EnumMember<&P::side>::choice(),
-               "side of the faces that is felt; front: towards where most of the array's sound "
-               "comes from")
-            .words({{"both", "BOTH", P::BOTH},
-                    {"front", "FRONT", P::FRONT},
-                    {"back", "BACK", P::BACK}}),
-        Row<P>("priority",
-               &P::priority,
-               "objects with a larger one keep their points where points are too near or too many")
-            .range(-1000000, 1000000),
-        Row<P>("modulationFrequency",
-               &P::modulationFrequency,
-               "modulation of the pressure on the skin; 0: steady; all objects of a scene share "
-               "the frequency of the highest priority")
-            .range(0.0, kMostModulation_Hz, "Hz"),
-        Row<P>(
-            "modulationDepth", &P::modulationDepth, "share of the pressure that modulation removes")
-            .range(0.0, 1.0)};
-}
-
-std::vector<Setting<P>> contact()
-{
-    return {
-        Row<P>("render",
-               EnumMember<&P::render>::choice(),
-               "what is played of the object: as the scene says, the whole, foci on the skin "
-               "where hands touch it, or auto",
-               7)
-            .words({{"inherit", "INHERIT", P::INHERIT},
-                    {"object", "OBJECT", P::OBJECT},
-                    {"contact", "CONTACT", P::CONTACT},
-                    {"auto", "AUTO", P::AUTO}}),
-        Row<P>("material",
-               &P::material,
-               "how it feels where it is touched: skin, rubber, glass, sandpaper, cloth, or a "
-               "name from the file that OSG_MIDAIR_MATERIALS names",
-               7),
-        Row<P>("stiffness", &P::stiffness, "applied force over depth; 0: the material's", 7)
-            .range(0.1, 1e4, "N/m")
-            .orZero(),
-        Row<P>(
-            "contactForce", &P::contactForce, "where the force stops growing; 0: the material's", 7)
-            .range(1e-4, 1.0, "N")
-            .orZero()
-            .safety(),
-        Row<P>("softness",
-               &P::softness,
-               "growth of the circle's radius over the depth; 0: the material's",
-               7)
-            .range(0.001, 10.0)
-            .orZero(),
-        Row<P>("roughness",
-               &P::roughness,
-               "share of the pressure that the texture takes away; 0: the material's",
-               7)
-            .range(0.001, 1.0)
-            .orZero(),
-        Row<P>(
-            "texturePeriod", &P::texturePeriod, "wavelength of the texture; 0: the material's", 7)
-            .range(1e-5, 1.0, "m")
-            .orZero(),
-        Row<P>("lowVibration",
-               &P::lowVibration,
-               "share that a vibration of 30 Hz takes away; 0: the material's",
-               7)
-            .range(0.001, 1.0)
-            .orZero(),
-        Row<P>("highVibration",
-               &P::highVibration,
-               "share that a vibration of 150 Hz takes away; 0: the material's",
-               7)
-            .range(0.001, 1.0)
-            .orZero()};
 }
 
 std::vector<Setting<P>> paintAndTouch()
@@ -328,16 +168,20 @@ const SettingTable<HapticSettings>& sceneSettings()
         joined<S>({place(),
                    inherited<S>(midair::haptics::fieldSettings().rows()),
                    hands(),
+                   bridge::reachRows<S>(),
                    ears(),
                    prediction(),
-                   contacts(),
+                   bridge::contactRows<S>({S::OBJECT, S::CONTACT, S::AUTO}),
                    thermometer()}));
     return table;
 }
 
 const SettingTable<HapticProperty>& surfaceProperties()
 {
-    static const SettingTable<P> table(joined<P>({strength(), paintAndTouch(), contact()}));
+    static const SettingTable<P> table(joined<P>(
+        {bridge::strengthRows<P>({P::SURFACE, P::EDGES, P::VERTICES}, {P::BOTH, P::FRONT, P::BACK}),
+         paintAndTouch(),
+         bridge::touchRows<P>({P::INHERIT, P::OBJECT, P::CONTACT, P::AUTO})}));
     return table;
 }
 

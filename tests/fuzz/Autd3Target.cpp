@@ -1,3 +1,4 @@
+#include "device/DeviceLog.h"
 #include "device/autd3/UnitGroup.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "tests/fuzz/FuzzTargets.h"
@@ -8,9 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include <spdlog/spdlog.h>
-
 using namespace midair::device::autd3;
+using midair::device::sendDeviceLogTo;
 
 namespace
 {
@@ -68,7 +68,7 @@ void readAgain(const std::vector<std::uint8_t>& bytes)
 // from a unit get, where the first byte says so, the header of the answer that is waited for.
 void fuzzAutd3(const std::uint8_t* data, std::size_t size)
 {
-    static const bool kQuiet = (spdlog::set_level(spdlog::level::off), true);
+    static const bool kQuiet = (sendDeviceLogTo([](bool, const std::string&) {}), true);
     (void)kQuiet;
     constexpr int kUnits = 2;
     constexpr int kCommands = 20;

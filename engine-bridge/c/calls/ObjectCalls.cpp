@@ -86,7 +86,8 @@ void setPressures(const double* pressures,
                   SceneObject& object,
                   haptics::TriangleMesh& mesh)
 {
-    object.properties.unit = inPascal ? ObjectProperties::PASCAL : ObjectProperties::RELATIVE;
+    object.properties.pressureUnit =
+        inPascal ? ObjectProperties::PASCAL : ObjectProperties::RELATIVE;
     if (!pressures) return;
     double largest = 0.0;
     for (std::size_t i = 0; i < count; ++i)

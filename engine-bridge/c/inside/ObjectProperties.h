@@ -14,7 +14,7 @@ namespace midair::capi
 struct ObjectProperties
 {
     /// What a pressure is in.
-    enum Unit : int
+    enum PressureUnit : int
     {
         RELATIVE,
         PASCAL
@@ -22,7 +22,7 @@ struct ObjectProperties
 
     bool enabled = true;
     double pressure = 1.0; ///< 1e-6 .. 1e5, in the unit
-    Unit unit = RELATIVE;
+    PressureUnit pressureUnit = RELATIVE;
     double spacing = 0.0; ///< m, 0.001 .. 1; 0: one wavelength
     haptics::Sampling sampling = haptics::Sampling::SURFACE;
     bridge::Side side = bridge::Side::BOTH;

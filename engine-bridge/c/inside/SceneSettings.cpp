@@ -2,6 +2,8 @@
 
 #include "device/limits/GuardedDevice.h"
 #include "engine-bridge/extending/OwnSolver.h"
+#include "engine-bridge/rendering/ContactSettings.h"
+#include "engine-bridge/settings/SharedRows.h"
 #include "haptics/base/AssignPart.h"
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/settings/Row.h"
@@ -33,54 +35,6 @@ using namespace base;
 using S = SceneSettings;
 
 constexpr std::size_t kMostPlaces = 64;
-
-std::vector<Setting<S>> hands()
-{
-    return {Row<S>("reach", &S::reach, "solve only points this near to a hand; 0: all")
-                .range(0.0, 10.0, "m")
-                .safety(),
-            Row<S>("shadows",
-                   &S::shadows,
-                   "hands and obstacles block sound, which the solver takes into account")};
-}
-
-// midair_set() judges the text.
-std::vector<Setting<S>> ears()
-{
-    return {Row<S>("earPoints",
-                   &S::earPoints,
-                   "listening places besides those around the array: x y z; x y z .. in m, array "
-                   "frame",
-                   6)
-                .safety()};
-}
-
-std::vector<Setting<S>> contacts()
-{
-    return {
-        Row<S>("render",
-               EnumMember<&S::render>::choice(),
-               "what is played of objects: the whole, foci on the skin where hands touch, or auto: "
-               "these while hands are known well enough",
-               7)
-            .words({{"object", "OBJECT", static_cast<int>(bridge::Render::OBJECT)},
-                    {"contact", "CONTACT", static_cast<int>(bridge::Render::CONTACT)},
-                    {"auto", "AUTO", static_cast<int>(bridge::Render::AUTO)}}),
-        Row<S>("contactRate", &S::contactRate, "turns a second of the foci of a contact", 7)
-            .range(0.0, 100.0, "Hz"),
-        Row<S>("contactStep", &S::contactStep, "longest step of a focus from field to field", 7)
-            .range(5e-5, 5e-3, "m"),
-        Row<S>("contactFoci", &S::contactFoci, "most foci of a contact", 7).range(1, 10),
-        Row<S>("contactMask",
-               &S::contactMask,
-               "transducers behind the finger are off, so that its other side isn't pressed",
-               7),
-        Row<S>("trackerError",
-               &S::trackerError,
-               "error of the hands' places, by which auto decides",
-               7)
-            .range(0.0, 0.1, "m")};
-}
 
 /// Reads "30 0 60 cm", a unit behind it counting for all three.
 bool readPlace(const std::string& text, Eigen::Vector3d& place)
@@ -118,18 +72,6 @@ bool keepUsersCap(const char* name, SceneSettings& settings, std::string& error)
     return true;
 }
 
-bridge::ContactRendererOptions contactsOf(const SceneSettings& settings)
-{
-    bridge::ContactRendererOptions contacts;
-    contacts.shares.render = settings.render;
-    contacts.shares.trackerError_m = settings.trackerError;
-    contacts.tracker.path.rate_Hz = settings.contactRate;
-    contacts.tracker.path.largestStep_m = settings.contactStep;
-    contacts.tracker.path.mostFoci = settings.contactFoci;
-    contacts.field.mask = settings.contactMask;
-    return contacts;
-}
-
 } // namespace
 
 const SettingTable<SceneSettings>& sceneTable()
@@ -137,9 +79,11 @@ const SettingTable<SceneSettings>& sceneTable()
     static const SettingTable<S> table(
         joined<S>({{Row<S>("enabled", &S::enabled, "false: the array is silent").safety()},
                    inherited<S>(haptics::fieldSettings().rows()),
-                   hands(),
-                   ears(),
-                   contacts()}));
+                   bridge::reachRows<S>(),
+                   {bridge::earPointsRow<S>()}, // midair_set() judges the text
+                   bridge::contactRows<S>({static_cast<int>(bridge::Render::OBJECT),
+                                           static_cast<int>(bridge::Render::CONTACT),
+                                           static_cast<int>(bridge::Render::AUTO)})}));
     return table;
 }
 
@@ -175,7 +119,7 @@ bridge::HologramOptions optionsOf(const SceneSettings& given)
     assignPart<haptics::SequenceSettings>(options, settings);
     assignPart<haptics::PlayingSettings>(options, settings);
     readPlaces(settings.earPoints, options.earPoints);
-    options.contacts = contactsOf(settings);
+    options.contacts = bridge::contactsOf(settings, settings.render);
     options.solverFactory = bridge::makeAnySolver;
     options.owner = "a scene of libmidair";
     return options;

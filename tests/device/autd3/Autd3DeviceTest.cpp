@@ -24,14 +24,7 @@ void stream(Rehearsal& rehearsal, int count, double pause_s = 0)
 {
     for (int n = 1; n <= count; ++n)
     {
-        const DriveSignal signal = rehearsal.mixed(n);
-        rehearsal.with(
-            [&](Rehearsal::Chain& chain, Rehearsal::Time_ns)
-            {
-                chain.watch().expect(static_cast<std::uint64_t>(n), signal);
-                return 0;
-            });
-        ASSERT_TRUE(rehearsal.device->send(signal));
+        ASSERT_TRUE(rehearsal.sendWatched(n));
         if (pause_s > 0)
             std::this_thread::sleep_for(std::chrono::duration<double>(pause_s));
         else
@@ -147,6 +140,22 @@ TEST(Autd3Device, switches_at_once_where_that_is_asked_for)
     stream(rehearsal, 30);
     EXPECT_EQ(rehearsal.device->report().played, 30u);
     expectSafe(rehearsal);
+}
+
+// As device/AUTD3.md says.
+TEST(Autd3Device, says_how_many_fields_its_cable_carries)
+{
+    Rehearsal timed(16);
+    timed.options.lead_s = 3e-3;
+    timed.open();
+    EXPECT_NEAR(timed.device->ability().fieldsPerSecond, 221, 1);
+    EXPECT_TRUE(timed.device->ability().part.empty());
+    Rehearsal atOnce(16);
+    atOnce.options.timed = false;
+    atOnce.options.whenLost = WhenLost::ONE_IS_MISSED;
+    atOnce.open();
+    EXPECT_NEAR(atOnce.device->ability().fieldsPerSecond, 840, 2);
+    EXPECT_EQ(atOnce.device->ability().part[3 * 249], 3); // each may be lost by itself
 }
 
 TEST(Autd3Device, masks_transducers)

@@ -18,14 +18,7 @@ void streamFields(Rehearsal& rehearsal, int count)
 {
     for (int n = 1; n <= count; ++n)
     {
-        const DriveSignal signal = rehearsal.mixed(n);
-        rehearsal.with(
-            [&](Rehearsal::Chain& chain, Rehearsal::Time_ns)
-            {
-                chain.watch().expect(static_cast<std::uint64_t>(n), signal);
-                return 0;
-            });
-        rehearsal.device->send(signal);
+        rehearsal.sendWatched(n);
         ASSERT_TRUE(rehearsal.settles());
     }
 }

@@ -128,6 +128,18 @@ public:
     {
         return eventually([&] { return plays(signal); });
     }
+    /// Tells the watch of the field mixed(\a n) and sends it; returns what the device does.
+    bool sendWatched(int n)
+    {
+        const midair::device::DriveSignal signal = mixed(n);
+        with(
+            [&](Chain& watched, Time_ns)
+            {
+                watched.watch().expect(static_cast<std::uint64_t>(n), signal);
+                return 0;
+            });
+        return device->send(signal);
+    }
     bool settles()
     {
         return eventually([&] { return device->report().pending == 0; });

@@ -5,12 +5,12 @@
 #include "engine-bridge/hands/helper/HelperProcess.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "tests/engine-bridge/hands/Soon.h"
 #include "tests/engine-bridge/hands/osc/OscDatagrams.h"
 
 #include <array>
 #include <chrono>
 #include <csignal>
-#include <thread>
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -28,17 +28,6 @@ HelperOptions shell(const std::string& script)
     options.name = "helper test";
     options.retry_s = 0.05;
     return options;
-}
-
-template<typename Condition>
-bool soon(Condition condition)
-{
-    for (int i = 0; i < 2000; ++i)
-    {
-        if (condition()) return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    return false;
 }
 
 std::string firstMessage(HelperHandSource& source)

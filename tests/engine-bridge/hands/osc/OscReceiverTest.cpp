@@ -5,11 +5,10 @@
 #include "engine-bridge/hands/osc/SocketAddress.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "tests/engine-bridge/hands/Soon.h"
 #include "tests/engine-bridge/hands/osc/OscDatagrams.h"
 
 #include <atomic>
-#include <chrono>
-#include <thread>
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -20,17 +19,6 @@ namespace midair::bridge
 
 namespace
 {
-
-template<typename Condition>
-bool soon(Condition condition)
-{
-    for (int i = 0; i < 2000; ++i)
-    {
-        if (condition()) return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    return false;
-}
 
 OscOptions portOf(const OscReceiver& receiver)
 {

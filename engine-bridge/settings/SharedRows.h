@@ -1,0 +1,209 @@
+#pragma once
+
+#include "haptics/base/Limits.h"
+#include "haptics/base/settings/Row.h"
+#include "haptics/base/settings/SettingText.h"
+#include "haptics/base/text/Quantity.h"
+
+#include <array>
+#include <string>
+#include <vector>
+
+// Settings and properties that scenes of files and those of the C interface both have, with the
+// same names, ranges, words and help. The structs differ, and so may the numbers of their
+// enumerators, which are given.
+namespace midair::bridge
+{
+
+/// What hands leave of a field.
+template<typename S>
+std::vector<base::Setting<S>> reachRows()
+{
+    return {base::Row<S>("reach", &S::reach, "solve only points this near to a hand; 0: all")
+                .range(0.0, 10.0, "m")
+                .variable("REACH")
+                .safety(),
+            base::Row<S>("shadows",
+                         &S::shadows,
+                         "hands and obstacles block sound, which the solver takes into account")};
+}
+
+/// Whoever reads the text of earPoints judges it.
+template<typename S>
+base::Setting<S> earPointsRow()
+{
+    return base::Row<S>(
+               "earPoints",
+               &S::earPoints,
+               "listening places besides those around the array: x y z; x y z .. in m, array "
+               "frame",
+               6)
+        .safety();
+}
+
+/// How contacts are played. \a render: the numbers of object, contact and auto.
+template<typename S>
+std::vector<base::Setting<S>> contactRows(const std::array<int, 3>& render)
+{
+    return {
+        base::Row<S>(
+            "render",
+            base::EnumMember<&S::render>::choice(),
+            "what is played of objects: the whole, foci on the skin where hands touch, or auto: "
+            "these while hands are known well enough",
+            7)
+            .words({{"object", "OBJECT", render[0]},
+                    {"contact", "CONTACT", render[1]},
+                    {"auto", "AUTO", render[2]}})
+            .variable("RENDER"),
+        base::Row<S>("contactRate", &S::contactRate, "turns a second of the foci of a contact", 7)
+            .range(0.0, 100.0, "Hz"),
+        base::Row<S>(
+            "contactStep", &S::contactStep, "longest step of a focus from field to field", 7)
+            .range(5e-5, 5e-3, "m"),
+        base::Row<S>("contactFoci", &S::contactFoci, "most foci of a contact", 7).range(1, 10),
+        base::Row<S>("contactMask",
+                     &S::contactMask,
+                     "transducers behind the finger are off, so that its other side isn't pressed",
+                     7),
+        base::Row<S>("trackerError",
+                     &S::trackerError,
+                     "error of the hands' places, by which auto decides",
+                     7)
+            .range(0.0, 0.1, "m")};
+}
+
+/// Parses "2", "50 %", "2 relative", "500 Pa", "1.2kPa". Without a unit it stays the one that was
+/// set.
+template<typename P>
+bool setPressure(P& property, const std::string& text)
+{
+    double value = 0.0;
+    std::string unit;
+    if (!base::splitQuantity(text, value, unit)) return false;
+    const bool isPascal = base::isUnitFor(unit, "Pa");
+    if (isPascal)
+        base::parseQuantity(text, "Pa", value);
+    else if (unit == "%")
+        base::parseQuantity(text, "", value);
+    else if (!unit.empty() && unit != "relative")
+        return false;
+    property.pressure = value;
+    if (!unit.empty()) property.pressureUnit = isPascal ? P::PASCAL : P::RELATIVE;
+    return true;
+}
+
+/// How strongly an object is felt. \a sampling: the numbers of surface, edges and vertices;
+/// \a side: of both, front and back.
+template<typename P>
+std::vector<base::Setting<P>> strengthRows(const std::array<int, 3>& sampling,
+                                           const std::array<int, 3>& side)
+{
+    return {
+        base::Row<P>("enabled", &P::enabled, "false: the object is not felt").safety(),
+        base::Row<P>(
+            "pressure",
+            &P::pressure,
+            "relative to the scene's other objects (the array plays as loud as the field stays "
+            "accurate), or peak pressure with its unit: 500 Pa")
+            .range(1e-6, 1e5)
+            .parsedBy(setPressure<P>)
+            .safety(),
+        base::Row<P>("unit", base::EnumMember<&P::pressureUnit>::choice(), "unit of the pressure")
+            .words({{"relative", "RELATIVE", P::RELATIVE}, {"Pa", "PASCAL", P::PASCAL}})
+            .stored("PressureUnit")
+            .safety(),
+        base::Row<P>("spacing", &P::spacing, "distance between control points; 0: one wavelength")
+            .range(0.001, 1.0, "m")
+            .orZero(),
+        base::Row<P>(
+            "sampling",
+            base::EnumMember<&P::sampling>::choice(),
+            "where control points are placed: on the faces, along edges, or at the mesh's vertices")
+            .words({{"surface", "SURFACE", sampling[0]},
+                    {"edges", "EDGES", sampling[1]},
+                    {"vertices", "VERTICES", sampling[2]}}),
+        base::Row<P>(
+            "side",
+            base::EnumMember<&P::side>::choice(),
+            "side of the faces that is felt; front: towards where most of the array's sound "
+            "comes from")
+            .words({{"both", "BOTH", side[0]},
+                    {"front", "FRONT", side[1]},
+                    {"back", "BACK", side[2]}}),
+        base::Row<P>(
+            "priority",
+            &P::priority,
+            "objects with a larger one keep their points where points are too near or too many")
+            .range(-1000000, 1000000),
+        base::Row<P>(
+            "modulationFrequency",
+            &P::modulationFrequency,
+            "modulation of the pressure on the skin; 0: steady; all objects of a scene share "
+            "the frequency of the highest priority")
+            .range(0.0, base::kMostModulation_Hz, "Hz"),
+        base::Row<P>(
+            "modulationDepth", &P::modulationDepth, "share of the pressure that modulation removes")
+            .range(0.0, 1.0)};
+}
+
+/// How an object is felt where it is touched. \a render: the numbers of inherit, object, contact
+/// and auto.
+template<typename P>
+std::vector<base::Setting<P>> touchRows(const std::array<int, 4>& render)
+{
+    return {
+        base::Row<P>("render",
+                     base::EnumMember<&P::render>::choice(),
+                     "what is played of the object: as the scene says, the whole, foci on the skin "
+                     "where hands touch it, or auto",
+                     7)
+            .words({{"inherit", "INHERIT", render[0]},
+                    {"object", "OBJECT", render[1]},
+                    {"contact", "CONTACT", render[2]},
+                    {"auto", "AUTO", render[3]}}),
+        base::Row<P>(
+            "material",
+            &P::material,
+            "how it feels where it is touched: skin, rubber, glass, sandpaper, cloth, or a "
+            "name from the file that OSG_MIDAIR_MATERIALS names",
+            7),
+        base::Row<P>("stiffness", &P::stiffness, "applied force over depth; 0: the material's", 7)
+            .range(0.1, 1e4, "N/m")
+            .orZero(),
+        base::Row<P>(
+            "contactForce", &P::contactForce, "where the force stops growing; 0: the material's", 7)
+            .range(1e-4, 1.0, "N")
+            .orZero()
+            .safety(),
+        base::Row<P>("softness",
+                     &P::softness,
+                     "growth of the circle's radius over the depth; 0: the material's",
+                     7)
+            .range(0.001, 10.0)
+            .orZero(),
+        base::Row<P>("roughness",
+                     &P::roughness,
+                     "share of the pressure that the texture takes away; 0: the material's",
+                     7)
+            .range(0.001, 1.0)
+            .orZero(),
+        base::Row<P>(
+            "texturePeriod", &P::texturePeriod, "wavelength of the texture; 0: the material's", 7)
+            .range(1e-5, 1.0, "m")
+            .orZero(),
+        base::Row<P>("lowVibration",
+                     &P::lowVibration,
+                     "share that a vibration of 30 Hz takes away; 0: the material's",
+                     7)
+            .range(0.001, 1.0)
+            .orZero(),
+        base::Row<P>("highVibration",
+                     &P::highVibration,
+                     "share that a vibration of 150 Hz takes away; 0: the material's",
+                     7)
+            .range(0.001, 1.0)
+            .orZero()};
+}
+
+} // namespace midair::bridge
