@@ -128,6 +128,12 @@ protected:
     {
         return viewer->framesUntil([&] { return now().state == state; });
     }
+    /// The driver has its field: the scene plays as soon as it is on its way there.
+    bool comesToSound()
+    {
+        return comesTo(ArrayState::PLAYING) &&
+               viewer->framesUntil([&] { return board.sounds.load(); });
+    }
     /// How often a message with \a code and \a part in it was said.
     std::uint64_t told(const std::string& code, const std::string& part) const
     {
@@ -151,7 +157,7 @@ constexpr const char* kMayPlayOn =
 
 TEST_F(DeviceDriverSilence, AMuteThatFailsIsAFaultUntilItIsWritten)
 {
-    ASSERT_TRUE(comesTo(ArrayState::PLAYING));
+    ASSERT_TRUE(comesToSound());
     board.failures = kForever;
     box->scene->setMuted(true);
     EXPECT_TRUE(comesTo(ArrayState::FAULT));
@@ -173,7 +179,7 @@ TEST_F(DeviceDriverSilence, AMuteThatFailsIsAFaultUntilItIsWritten)
 
 TEST_F(DeviceDriverSilence, ADisabledSceneThatStillSoundsIsAFault)
 {
-    ASSERT_TRUE(comesTo(ArrayState::PLAYING));
+    ASSERT_TRUE(comesToSound());
     board.failures = kForever;
     box->scene->setEnabled(false);
     EXPECT_TRUE(comesTo(ArrayState::FAULT));
@@ -185,7 +191,7 @@ TEST_F(DeviceDriverSilence, ADisabledSceneThatStillSoundsIsAFault)
 
 TEST_F(DeviceDriverSilence, NoFieldIsPlayedBeforeItIsWritten)
 {
-    ASSERT_TRUE(comesTo(ArrayState::PLAYING));
+    ASSERT_TRUE(comesToSound());
     board.failures = kForever;
     box->scene->setMuted(true);
     ASSERT_TRUE(comesTo(ArrayState::FAULT));
@@ -206,7 +212,7 @@ TEST_F(DeviceDriverSilence, NoFieldIsPlayedBeforeItIsWritten)
 
 TEST_F(DeviceDriverSilence, OneThatFailsAtTheEndIsTold)
 {
-    ASSERT_TRUE(comesTo(ArrayState::PLAYING));
+    ASSERT_TRUE(comesToSound());
     board.failures = kForever;
     const int silences = board.silences;
     Notices notices;
@@ -221,7 +227,7 @@ TEST_F(DeviceDriverSilence, OneThatFailsAtTheEndIsTold)
 
 TEST_F(DeviceDriverSilence, OneThatFailsAtTheEndIsTriedAgain)
 {
-    ASSERT_TRUE(comesTo(ArrayState::PLAYING));
+    ASSERT_TRUE(comesToSound());
     board.failures = 3;
     Notices notices;
     end();
@@ -232,7 +238,7 @@ TEST_F(DeviceDriverSilence, OneThatFailsAtTheEndIsTriedAgain)
 
 TEST_F(DeviceDriverSilence, WhatGetStatusThrowsIsToldOnceAndThePlayGoesOn)
 {
-    ASSERT_TRUE(comesTo(ArrayState::PLAYING));
+    ASSERT_TRUE(comesToSound());
     const int plays = board.plays;
     board.statusThrows = true;
     EXPECT_TRUE(viewer->framesUntil(
@@ -251,7 +257,7 @@ TEST_F(DeviceDriverSilence, WhatGetStatusThrowsIsToldOnceAndThePlayGoesOn)
 
 TEST_F(DeviceDriverSilence, WhatIsReadyThrowsIsToldAlsoOfASilentArray)
 {
-    ASSERT_TRUE(comesTo(ArrayState::PLAYING));
+    ASSERT_TRUE(comesToSound());
     box->scene->setEnabled(false);
     ASSERT_TRUE(comesTo(ArrayState::SILENT));
     board.readyThrows = true;
@@ -270,7 +276,7 @@ TEST_F(DeviceDriverSilence, WhatIsReadyThrowsIsToldAlsoOfASilentArray)
 
 TEST_F(DeviceDriverSilence, OfALostDriverIsAskedForSeldomAndBeforeTheFirstField)
 {
-    ASSERT_TRUE(comesTo(ArrayState::PLAYING));
+    ASSERT_TRUE(comesToSound());
     const int before = board.silences;
     const double lost_s = midair::base::steadySeconds();
     board.lost = true;
@@ -293,7 +299,7 @@ TEST_F(DeviceDriverSilence, OfALostDriverIsAskedForSeldomAndBeforeTheFirstField)
 
 TEST_F(DeviceDriverSilence, OfALostDriverThatFailsIsTold)
 {
-    ASSERT_TRUE(comesTo(ArrayState::PLAYING));
+    ASSERT_TRUE(comesToSound());
     board.failures = kForever;
     board.lost = true;
     EXPECT_TRUE(comesTo(ArrayState::LOST));
@@ -308,7 +314,7 @@ TEST_F(DeviceDriverSilence, OfALostDriverThatFailsIsTold)
 
 TEST_F(DeviceDriverSilence, TheStatusOfALossIsTheLoss)
 {
-    ASSERT_TRUE(comesTo(ArrayState::PLAYING));
+    ASSERT_TRUE(comesToSound());
     EXPECT_TRUE(
         viewer->framesUntil([&] { return now().device.find("board fine") != std::string::npos; }));
     board.lost = true;
