@@ -89,22 +89,22 @@ Autd3Device::~Autd3Device()
     _thread.join();
 }
 
-bool Autd3Device::put(std::shared_ptr<const Job> job)
+bool Autd3Device::put(std::shared_ptr<Job> job)
 {
     {
         const std::lock_guard<std::mutex> lock(_mutex);
         ++_report.sent;
-        if (job == nullptr || _report.state == DeviceState::LOST)
+        if (job == nullptr || _report.state == DeviceState::LOST || _link == nullptr)
         {
             ++_report.refused;
             return false;
         }
         if (_orders.job != nullptr) ++_report.dropped;
+        job->sentAt_s = _link->now_s();
         _orders.job = std::move(job);
         _isOrdered = true;
-        if (_link != nullptr) _link->wake();
+        _link->wake();
     }
-    _wake.notify_all();
     return true;
 }
 
@@ -113,7 +113,6 @@ bool Autd3Device::send(const DriveSignal& signal)
     if (!signal.fits(_layout.transducers)) return put(nullptr);
     auto job = std::make_shared<Job>();
     job->signals.push_back(signal);
-    job->sentAt_s = base::steadySeconds();
     return put(std::move(job));
 }
 
@@ -124,7 +123,6 @@ bool Autd3Device::sendSequence(const DriveSequence& sequence)
     auto job = std::make_shared<Job>();
     job->signals = sequence.signals;
     job->divider = divider;
-    job->sentAt_s = base::steadySeconds();
     return put(std::move(job));
 }
 
@@ -138,7 +136,6 @@ void Autd3Device::silence()
         _playing.job = nullptr;
         if (_link != nullptr) _link->wake();
     }
-    _wake.notify_all();
 }
 
 DeviceReport Autd3Device::report() const

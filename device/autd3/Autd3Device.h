@@ -75,7 +75,7 @@ private:
         std::vector<bool> isLost;       ///< of each unit
     };
 
-    bool put(std::shared_ptr<const Job> job);
+    bool put(std::shared_ptr<Job> job);
     bool isClosing() const { return _closing.load(); }
     bool isClosedWithin(double atMost_s);
     void run();
@@ -107,8 +107,8 @@ private:
     const LinkOpener _opener;
     const std::string _name;
 
-    mutable std::mutex _mutex; ///< guards what follows, down to _link
-    std::condition_variable _wake;
+    mutable std::mutex _mutex;     ///< guards what follows, down to _link
+    std::condition_variable _wake; ///< when it closes
     Orders _orders;
     bool _isOrdered = false; ///< the thread has not seen them yet
     DeviceReport _report;    ///< but for pending

@@ -130,6 +130,14 @@ CpuConfig Autd3Options::cpu() const
     return config;
 }
 
+// A unit that is lost is to be missed soon, also where the fail-safe is long.
+double Autd3Options::restBeat_s() const
+{
+    constexpr double kSlowestBeat_s = 0.1;
+    if (isHeartbeatNamed) return heartbeat_s;
+    return std::max(heartbeat_s, std::min(failsafe_s / kBeatsPerFailsafe, kSlowestBeat_s));
+}
+
 Autd3Options takeAutd3Options(DeviceUri& uri, const DeviceLayout& layout)
 {
     uri.rejectPath();
@@ -146,6 +154,7 @@ Autd3Options takeAutd3Options(DeviceUri& uri, const DeviceLayout& layout)
     options.failsafe_s =
         takeTime(uri, "failsafe", options.failsafe_s, kLeastFailsafe_s, kMostFailsafe_s);
     const double slowest_s = options.failsafe_s / kBeatsPerFailsafe;
+    options.isHeartbeatNamed = !uri.takeText("heartbeat", "").empty();
     options.heartbeat_s = takeTime(
         uri, "heartbeat", std::min(options.heartbeat_s, slowest_s), kLeastHeartbeat_s, slowest_s);
     options.silencer = takeSilencer(uri);

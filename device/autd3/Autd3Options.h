@@ -35,11 +35,14 @@ struct Autd3Options
     double lead_s = 3e-3;    ///< `lead`, 0.5 .. 100 ms: how far ahead a timed switch is
     double failsafe_s = 0.1; ///< `failsafe`, 20 ms .. 10 s: without a sign of us units fall silent
     double heartbeat_s = 10e-3;                    ///< `heartbeat`, 1 ms .. failsafe / 3
+    bool isHeartbeatNamed = false;                 ///< then it is the same at rest
     Silencer silencer;                             ///< `silencer`
     WhenLost whenLost = WhenLost::ALL_FALL_SILENT; ///< `lost`
     std::vector<std::vector<int>> silent;          ///< of each unit: transducers to be masked
 
     CpuConfig cpu() const; ///< the settings that follow
+    /// From one heartbeat to the next while fields, or sequences, stand.
+    double restBeat_s() const;
 };
 
 /// Takes the parameters from \a uri. Throws DeviceError, which names the parameter, its value and

@@ -1,7 +1,6 @@
 #include "device/DeviceLog.h"
 #include "device/autd3/Autd3Device.h"
 #include "device/autd3/Opening.h"
-#include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 #include <chrono>
@@ -82,7 +81,7 @@ void Autd3Device::connect(bool isBack)
     const auto units = static_cast<std::size_t>(_options.units);
     _isHot.assign(units, false);
     _isOutOfStep.assign(units, false);
-    _looped_s = _asked_s = _opened_s = base::steadySeconds();
+    _looped_s = _asked_s = _opened_s = link->now_s();
     const std::lock_guard<std::mutex> lock(_mutex);
     _firmware = opening.firmware();
     _report.state = DeviceState::READY;
@@ -206,7 +205,7 @@ void Autd3Device::settleEndings()
     if (!fault.empty())
     {
         noteFault(fault);
-        const double now_s = base::steadySeconds();
+        const double now_s = _group->link().now_s();
         if (now_s - _faultLogged_s < kFaultLog_s) return;
         _faultLogged_s = now_s;
         deviceLog().warn("{}: {}", _name, fault);
@@ -233,17 +232,10 @@ void Autd3Device::receive(double now_s)
     if (!isQuiet || now_s - _heardPromptly_s > kPrompt_s)
     {
         _group->receive(until_s);
-        if (isQuiet && base::steadySeconds() >= until_s) _heardPromptly_s = now_s;
+        if (isQuiet && _group->link().now_s() >= until_s) _heardPromptly_s = now_s;
         return;
     }
-    {
-        std::unique_lock<std::mutex> lock(_mutex);
-        const double wait_s = until_s - base::steadySeconds();
-        if (wait_s > 0)
-            _wake.wait_for(lock,
-                           std::chrono::duration<double>(wait_s),
-                           [&] { return _isOrdered || _closing.load(); });
-    }
+    _group->link().rest(until_s);
     _group->receive(0, false);
 }
 
@@ -268,10 +260,10 @@ void Autd3Device::sayFarewell()
 {
     drop(_player->silence());
     const double atMost_s = isClosing() ? kFarewell_s : kLastMask_s;
-    const double until_s = base::steadySeconds() + atMost_s;
+    const double until_s = _group->link().now_s() + atMost_s;
     for (double now_s = 0; now_s < until_s && !_player->isSilent();)
     {
-        now_s = base::steadySeconds();
+        now_s = _group->link().now_s();
         _group->pump(now_s);
         _group->receive(std::min(until_s, _group->due_s()));
         takeOutcomes(now_s);
@@ -283,7 +275,7 @@ std::string Autd3Device::play()
 {
     for (;;)
     {
-        double now_s = base::steadySeconds();
+        double now_s = _group->link().now_s();
         if (isClosing())
         {
             sayFarewell();
@@ -299,7 +291,7 @@ std::string Autd3Device::play()
         _player->step(now_s);
         _group->pump(now_s);
         receive(now_s);
-        now_s = base::steadySeconds();
+        now_s = _group->link().now_s();
         takeOutcomes(now_s);
         startNext();
         _group->pump(now_s);

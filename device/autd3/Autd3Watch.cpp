@@ -1,7 +1,6 @@
 #include "device/DeviceLog.h"
 #include "device/autd3/Autd3Device.h"
 #include "device/autd3/UdpLink.h"
-#include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 
@@ -22,9 +21,16 @@ constexpr double kLeastReopen_s = 10;  // from one opening of all for a lost uni
 
 } // namespace
 
-// One unit after the other, so that fields don't wait for sixteen answers at once.
+// One unit after the other, so that fields don't wait for sixteen answers at once; at rest all at
+// once, so that the thread wakes once.
 void Autd3Device::askStates(double now_s, bool all)
 {
+    if (!all && _group->isResting())
+    {
+        if (now_s - _asked_s < kStates_s) return;
+        _asked_s = now_s;
+        all = true;
+    }
     if (all)
         for (int k = 0; k < _group->size(); ++k)
             _group->push(k, Command::readFpgaState());
@@ -124,7 +130,7 @@ void Autd3Device::takeInfo(const Endpoint& from, const Answer& answer)
                          answer.version == kProtocolVersion && answer.status == 0;
     if (!isAsked)
         return _refusals.add(
-            Refusal::STRAY, endpointText(from) + " wasn't asked", base::steadySeconds());
+            Refusal::STRAY, endpointText(from) + " wasn't asked", _group->link().now_s());
     const int id = answer.info.id;
     if (id == kNoId)
         _back = "a unit that has no id is there";

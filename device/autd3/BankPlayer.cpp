@@ -48,10 +48,11 @@ BankPlayer::BankPlayer(UnitGroup& group, const Autd3Options& options) :
 {
 }
 
-void BankPlayer::push(OpenCounts& counts, int unit, const Command& command, double repeat_s)
+void BankPlayer::push(
+    OpenCounts& counts, int unit, const Command& command, double repeat_s, int copies)
 {
     if (!_group.isThere(unit)) return;
-    _group.push(unit, command, repeat_s);
+    _group.push(unit, command, repeat_s, copies);
     counts.add(unit);
 }
 
@@ -59,7 +60,7 @@ void BankPlayer::begin(std::shared_ptr<const Job> job)
 {
     _job = std::move(job);
     _bank = 1 - _playing;
-    _isCut = _isUnknown = _isLate = false;
+    _isCut = _isUnknown = _isLate = _isTorn = false;
     _refusal.clear();
     BankConfig config;
     if (_job->isSequence())
@@ -244,6 +245,8 @@ void BankPlayer::takeStaged(const UnitGroup::Outcome& outcome)
     if (!outcome.done.result) return;
     if (outcome.done.code == kActivateCode && *outcome.done.result == TOO_NEAR)
         _isLate = true;
+    else if (outcome.done.code == kActivateCode && *outcome.done.result == DONE)
+        noteSwitch(outcome.time_ns);
     else if (*outcome.done.result != DONE)
         _refusal = fmt::format("unit {} refuses command {:02X}: {}",
                                outcome.unit,

@@ -119,7 +119,11 @@ private:
         int of(int unit) const { return count[static_cast<std::size_t>(unit)]; }
     };
 
-    void push(OpenCounts& counts, int unit, const Command& command, double repeat_s);
+    void
+    push(OpenCounts& counts, int unit, const Command& command, double repeat_s, int copies = 1);
+    int switchCopies(double now_s);
+    void noteSwitch(std::uint64_t time_ns);
+    void tellTorn(const std::string& what);
     void begin(std::shared_ptr<const Job> job);
     void end(Fate fate, double now_s);
     void forgetLost();
@@ -168,10 +172,16 @@ private:
     std::vector<UnitPattern> _patterns;
     bool _isCut = false;     ///< the job was silenced or given up
     bool _isUnknown = false; ///< an answer of this stage was lost
+    bool _isTorn = false;    ///< it is told that units differed
     bool _isLate = false;    ///< a switch of this stage was refused as too near
     std::string _refusal;    ///< the last other one of this stage
 
     double _lead_s;
+    std::uint64_t _repeats = 0; ///< of the group, as last seen
+    double _lossy_s = -1;       ///< when they became more
+    /// Between when units have switched at once, of those that say so.
+    std::uint64_t _first_ns = 0;
+    std::uint64_t _last_ns = 0;
     double _deadline_s = 0;   ///< for all to have acknowledged a timed switch
     double _sent_s = 0;       ///< when the switch was sent
     double _time_ns = 0;      ///< of the switch, or of the latest one back

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -20,6 +21,8 @@ constexpr double kLeastAllowance_s = 0.2e-3;
 constexpr double kBackAfter_s = 1.5e-3; // beyond the margin: time to reach all units
 constexpr int kMostBacks = 100;
 constexpr double kLongestLead_s = 0.1;
+constexpr double kLossy_s = 2;          // after a datagram was lost
+constexpr double kMostApart_s = 1.5e-3; // of units that switch at once
 
 // Half a period off the grid of slots, so that no unit is on the other side of its edge.
 double besideEdge(double wanted_ns)
@@ -28,6 +31,26 @@ double besideEdge(double wanted_ns)
 }
 
 } // namespace
+
+// Where datagrams are lost, a switch is sent twice: until a lost one is repeated, units differ.
+int BankPlayer::switchCopies(double now_s)
+{
+    if (_repeats != _group.repeats()) _lossy_s = now_s;
+    _repeats = _group.repeats();
+    return _lossy_s >= 0 && now_s - _lossy_s < kLossy_s ? 2 : 1;
+}
+
+void BankPlayer::noteSwitch(std::uint64_t time_ns)
+{
+    _first_ns = std::min(_first_ns, time_ns);
+    _last_ns = std::max(_last_ns, time_ns);
+}
+
+void BankPlayer::tellTorn(const std::string& what)
+{
+    if (!std::exchange(_isTorn, true)) ++_torn;
+    _fault = what;
+}
 
 // The lead is for the acknowledgements, with repeats; then for taking the switch back where one is
 // missing; then the units' own margin.
@@ -41,19 +64,25 @@ void BankPlayer::switchAtTime(double now_s)
     _stage = Stage::SWITCHING;
     const Command command =
         Command::activateBank(_bank, SwitchMode::AT_TIME, static_cast<std::uint64_t>(_time_ns));
+    const int copies = switchCopies(now_s);
     for (int k = 0; k < _group.size(); ++k)
-        push(_open, k, command, std::max(kLeastRepeat_s, slack_s / 4));
+        push(_open, k, command, std::max(kLeastRepeat_s, slack_s / 4), copies);
 }
 
 void BankPlayer::switchAtOnce(double now_s)
 {
     _deadline_s = kNoSwitch_s;
     _sent_s = now_s;
-    _isUnknown = false;
+    if (!std::exchange(_isUnknown, false))
+    {
+        _first_ns = std::numeric_limits<std::uint64_t>::max();
+        _last_ns = 0;
+    }
     _stage = Stage::SWITCHING;
     const Command command = Command::activateBank(_bank, SwitchMode::AT_ONCE);
+    const int copies = switchCopies(now_s);
     for (int k = 0; k < _group.size(); ++k)
-        push(_open, k, command, kRepeatAtOnce_s);
+        push(_open, k, command, kRepeatAtOnce_s, copies);
 }
 
 void BankPlayer::endSwitching(double now_s)
@@ -68,15 +97,25 @@ void BankPlayer::endSwitching(double now_s)
     else if (_isUnknown)
         switchAtOnce(now_s); // twice is as once
     else
+    {
+        const double apart_s = static_cast<double>(_last_ns - _first_ns) * 1e-9;
+        if (_last_ns > _first_ns && apart_s > kMostApart_s)
+            tellTorn(fmt::format("units have switched {:.1f} ms apart: a switch at once was lost, "
+                                 "or came late",
+                                 apart_s * 1e3));
         end(Fate::PLAYED, now_s);
+    }
 }
 
 // The bank that plays is activated: that ends the wait for the other one.
 void BankPlayer::takeBack(double now_s)
 {
     ++_takenBack;
-    _lead_s = std::min(std::max(_options.lead_s, kLongestLead_s), _lead_s * 1.5);
-    _takenBack_ns = _deadline_s < kNoSwitch_s ? _time_ns : 0;
+    const bool isTimed = _deadline_s < kNoSwitch_s;
+    if (isTimed && _refusal.empty())
+        _lead_s = std::min(std::max(_options.lead_s, kLongestLead_s), _lead_s * 1.5);
+    if (!isTimed && _last_ns > 0) tellTorn("a switch at once was refused by some units");
+    _takenBack_ns = isTimed ? _time_ns : 0;
     _time_ns = 0;
     _backs = 0;
     _stage = Stage::TAKING_BACK;
@@ -98,7 +137,8 @@ void BankPlayer::pushTakeBack(int unit, double now_s)
          Command::activateBank(_playing,
                                isTimed ? SwitchMode::AT_TIME : SwitchMode::AT_ONCE,
                                static_cast<std::uint64_t>(time_ns)),
-         kLeastRepeat_s);
+         kLeastRepeat_s,
+         2);
     ++_backs;
 }
 
@@ -111,12 +151,9 @@ void BankPlayer::takeSwitchBack(const UnitGroup::Outcome& outcome)
     if (result && *result == DONE)
     {
         if (_takenBack_ns > 0 && static_cast<double>(outcome.time_ns) > _takenBack_ns)
-        {
-            ++_torn;
-            _fault = fmt::format("unit {} was told too late that a switch is put off: it may have "
+            tellTorn(fmt::format("unit {} was told too late that a switch is put off: it may have "
                                  "played its part of a field alone",
-                                 k);
-        }
+                                 k));
     }
     else if (_backs >= kMostBacks * _group.size())
         _group.lose(k, "doesn't take a switch back: " + resultText(result.value_or(DONE)));

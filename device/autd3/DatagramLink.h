@@ -1,5 +1,7 @@
 #pragma once
 
+#include "haptics/base/threads/SteadyClock.h"
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -34,6 +36,8 @@ public:
     virtual ~DatagramLink() = default;
 
     virtual std::string name() const = 0; ///< for messages: "eth0", "[::1]:44336"
+    /// The time that all else here is told in, s. Of emulated units it may pass faster. Any thread.
+    virtual double now_s() const { return base::steadySeconds(); }
 
     /// Sends \a bytes (1 .. kMostDatagramBytes) to \a to. Returns false if it was not sent, since
     /// there is no room now or no way: the caller may try again. Never waits.
@@ -42,11 +46,14 @@ public:
     virtual bool sendToGroup(const std::vector<std::uint8_t>& bytes) = 0;
 
     /// Waits until a datagram comes, and returns true with its sender and bytes (of any length, 0
-    /// included); or until \a until_s of base::steadySeconds(), wake(), or room after a send() that
-    /// failed, and returns false. A time that is past doesn't wait, and takes what is there.
+    /// included); or until \a until_s, wake(), or room after a send() that failed, and returns
+    /// false. A time that is past doesn't wait, and takes what is there.
     virtual bool receive(double until_s, Endpoint& from, std::vector<std::uint8_t>& bytes) = 0;
 
-    /// Ends the receive() that waits, or the next one. Any thread.
+    /// Waits until \a until_s or wake(); leaves datagrams for the next receive().
+    virtual void rest(double until_s) = 0;
+
+    /// Ends the receive() or rest() that waits, or the next one. Any thread.
     virtual void wake() = 0;
 };
 

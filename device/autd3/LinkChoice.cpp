@@ -2,7 +2,6 @@
 
 #include "device/autd3/UdpLink.h"
 #include "device/autd3/protocol/Messages.h"
-#include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 #include <vector>
@@ -30,8 +29,8 @@ askAll(DatagramLink& link, Refusals& refusals, const std::function<bool()>& isLe
     for (int i = 0; i < kTries && answers.empty() && !isLeft(); ++i)
     {
         if (!link.sendToGroup(message(Kind::READ_UNIT_INFO, kNumber))) continue;
-        const double until_s = base::steadySeconds() + kAnswer_s;
-        while (base::steadySeconds() < until_s)
+        const double until_s = link.now_s() + kAnswer_s;
+        while (link.now_s() < until_s)
         {
             Answer answer;
             std::string error;
@@ -42,7 +41,7 @@ askAll(DatagramLink& link, Refusals& refusals, const std::function<bool()>& isLe
             else
                 refusals.add(error.empty() ? Refusal::STRAY : Refusal::MALFORMED,
                              endpointText(from) + ": " + error,
-                             base::steadySeconds());
+                             link.now_s());
         }
     }
     return answers;

@@ -1,7 +1,6 @@
 #include "device/autd3/Opening.h"
 
 #include "device/autd3/UdpLink.h"
-#include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 #include <random>
@@ -57,7 +56,7 @@ void Opening::take(const Endpoint& from,
                    const Question& question,
                    Answers& answers)
 {
-    const double now_s = base::steadySeconds();
+    const double now_s = _link.now_s();
     Answer answer;
     std::string why;
     if (!readAnswer(bytes, answer, why))
@@ -85,7 +84,7 @@ Opening::Answers Opening::ask(const Endpoint* to,
 {
     const Question question = {
         to, static_cast<Kind>(bytes[1]), static_cast<std::uint16_t>(bytes[2] | (bytes[3] << 8))};
-    const double until_s = base::steadySeconds() + wait_s;
+    const double until_s = _link.now_s() + wait_s;
     bool isSent = false;
     Answers answers;
     Endpoint from;
@@ -94,21 +93,21 @@ Opening::Answers Opening::ask(const Endpoint* to,
     {
         if (_isLeft()) throw error("closed while it was opened");
         if (!isSent) isSent = to != nullptr ? _link.send(*to, bytes) : _link.sendToGroup(bytes);
-        const double now_s = base::steadySeconds();
+        const double now_s = _link.now_s();
         if (_link.receive(std::min(until_s, now_s + kAnswer_s), from, received))
             take(from, received, question, answers);
-    } while (base::steadySeconds() < until_s && answers.size() < enough);
+    } while (_link.now_s() < until_s && answers.size() < enough);
     return answers;
 }
 
 void Opening::pause(double wait_s)
 {
-    const double until_s = base::steadySeconds() + wait_s;
+    const double until_s = _link.now_s() + wait_s;
     Endpoint from;
     std::vector<std::uint8_t> bytes;
-    while (base::steadySeconds() < until_s && !_isLeft())
+    while (_link.now_s() < until_s && !_isLeft())
         if (_link.receive(until_s, from, bytes))
-            _refusals.add(Refusal::STRAY, "nobody asked", base::steadySeconds());
+            _refusals.add(Refusal::STRAY, "nobody asked", _link.now_s());
 }
 
 void Opening::forgetIds()
@@ -137,7 +136,7 @@ void Opening::resetLeftover()
 
 Endpoint Opening::discover(int k)
 {
-    const double begin_s = base::steadySeconds();
+    const double begin_s = _link.now_s();
     const double most_s = k == 0 ? kNobody_s : kBooting_s;
     int crowds = 0;
     for (;;)
@@ -156,7 +155,7 @@ Endpoint Opening::discover(int k)
                 throw error("several units without id answer at once: a switch on the cable, or "
                             "several cables?");
         }
-        const double waited_s = base::steadySeconds() - begin_s;
+        const double waited_s = _link.now_s() - begin_s;
         if (waited_s > most_s && k == 0)
             throw error(fmt::format(
                 "nobody answers on {}: units need some seconds after power-on, and a firewall must "
@@ -253,7 +252,7 @@ void Opening::checkAll()
                               fmt::format("{} says that its id is {}, which nobody gave it",
                                           endpointText(from),
                                           id),
-                              base::steadySeconds());
+                              _link.now_s());
                 continue;
             }
             seen[id] = true;
@@ -274,9 +273,9 @@ void Opening::startClock()
     if (answers.empty()) throw error("unit 0 takes no time: it doesn't answer");
     if (answers.front().second.status != 0)
         throw error("unit 0 takes no time: " + statusText(answers.front().second.status));
-    const double until_s = base::steadySeconds() + kLocking_s;
+    const double until_s = _link.now_s() + kLocking_s;
     std::vector<bool> follows(_units.size());
-    while (base::steadySeconds() < until_s)
+    while (_link.now_s() < until_s)
     {
         for (std::size_t k = 0; k < _units.size(); ++k)
         {
@@ -302,7 +301,10 @@ std::unique_ptr<UnitGroup> Opening::open()
     for (Unit& unit : _units)
         unit.queue = FrameQueue(anyNumber());
     auto group =
-        std::make_unique<UnitGroup>(_link, _refusals, std::move(_units), _options.heartbeat_s);
+        std::make_unique<UnitGroup>(_link,
+                                    _refusals,
+                                    std::move(_units),
+                                    UnitGroup::Beats{_options.heartbeat_s, _options.restBeat_s()});
     setUp(*group);
     return group;
 }

@@ -1,6 +1,5 @@
 #include "device/autd3/Opening.h"
 #include "device/autd3/protocol/Levels.h"
-#include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 
@@ -57,10 +56,10 @@ void Opening::reset(const Unit& unit)
 
 void Opening::settle(UnitGroup& group, std::vector<UnitGroup::Outcome>& outcomes)
 {
-    const double until_s = base::steadySeconds() + kSettingUp_s;
+    const double until_s = _link.now_s() + kSettingUp_s;
     while (!group.isIdle())
     {
-        const double now_s = base::steadySeconds();
+        const double now_s = _link.now_s();
         if (_isLeft()) throw error("closed while it was opened");
         group.pump(now_s);
         group.receive(std::min(group.due_s(), now_s + kSetUpAnswer_s));

@@ -190,21 +190,33 @@ bool UdpLink::take(Endpoint& from, std::vector<std::uint8_t>& bytes)
 bool UdpLink::receive(double until_s, Endpoint& from, std::vector<std::uint8_t>& bytes)
 {
     if (take(from, bytes)) return true;
-    const double rest_s = std::max(0.0, until_s - base::steadySeconds());
-    timespec rest{};
-    rest.tv_sec = static_cast<time_t>(rest_s);
-    rest.tv_nsec = static_cast<long>((rest_s - static_cast<double>(rest.tv_sec)) * 1e9);
     const auto wanted = static_cast<short>(_isFull ? POLLIN | POLLOUT : POLLIN);
-    pollfd waits[] = {{_socket, wanted, 0}, {_wake, POLLIN, 0}};
-    const int ready = ::ppoll(waits, 2, &rest, nullptr);
-    if (ready <= 0) return false;
+    const short events = wait(wanted, until_s);
+    if (events != 0) _isFull = false;
+    return (events & POLLIN) != 0 && take(from, bytes);
+}
+
+void UdpLink::rest(double until_s)
+{
+    wait(0, until_s);
+}
+
+// Returns what there is of the events that are wanted of the socket.
+short UdpLink::wait(short wanted, double until_s)
+{
+    const double wait_s = std::max(0.0, until_s - base::steadySeconds());
+    timespec time{};
+    time.tv_sec = static_cast<time_t>(wait_s);
+    time.tv_nsec = static_cast<long>((wait_s - static_cast<double>(time.tv_sec)) * 1e9);
+    // A negative file is left out: errors of the socket, too, would end the wait.
+    pollfd waits[] = {{wanted != 0 ? _socket : -1, wanted, 0}, {_wake, POLLIN, 0}};
+    if (::ppoll(waits, 2, &time, nullptr) <= 0) return 0;
     if (waits[1].revents != 0)
     {
         std::uint64_t count = 0;
         (void)!::read(_wake, &count, sizeof count);
     }
-    _isFull = false;
-    return (waits[0].revents & POLLIN) != 0 && take(from, bytes);
+    return waits[0].revents;
 }
 
 void UdpLink::wake()

@@ -44,12 +44,14 @@ public:
         return send(_group, bytes);
     }
     bool receive(double until_s, Endpoint& from, std::vector<std::uint8_t>& bytes) override;
+    void rest(double until_s) override;
     void wake() override;
 
 private:
     void open();
     void close();
     bool take(Endpoint& from, std::vector<std::uint8_t>& bytes);
+    short wait(short wanted, double until_s);
 
     const std::string _name;
     const Endpoint _group;

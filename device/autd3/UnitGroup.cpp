@@ -1,7 +1,6 @@
 #include "device/autd3/UnitGroup.h"
 
 #include "device/autd3/UdpLink.h"
-#include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 #include <limits>
@@ -16,22 +15,21 @@ namespace
 {
 
 constexpr double kNever_s = std::numeric_limits<double>::max();
+constexpr std::uint16_t kMostBeatsOpen = 1024; ///< message numbers; frames have some of them
+constexpr double kBeatAgain_s = 5e-3;          ///< after a heartbeat that is not answered
 constexpr double kRetry_s = 0.1e-3; ///< until a send is tried again for which there was no room
 constexpr std::uint8_t kFollowsClock = HAS_SYNC_PULSE | FOLLOWS_CLOCK;
 constexpr int kMostAtOnce = 256; ///< datagrams, before other things get their turn
 
 } // namespace
 
-UnitGroup::UnitGroup(DatagramLink& link,
-                     Refusals& refusals,
-                     std::vector<Unit> units,
-                     double heartbeat_s) :
+UnitGroup::UnitGroup(DatagramLink& link, Refusals& refusals, std::vector<Unit> units, Beats beats) :
     _link(link),
     _refusals(refusals),
     _units(std::move(units)),
-    _heartbeat_s(heartbeat_s)
+    _beats(beats)
 {
-    forgive(base::steadySeconds());
+    forgive(_link.now_s());
 }
 
 int UnitGroup::count() const
@@ -40,9 +38,12 @@ int UnitGroup::count() const
         std::count_if(_units.begin(), _units.end(), [](const Unit& u) { return u.isThere(); }));
 }
 
-void UnitGroup::push(int k, const Command& command, double repeat_s)
+// To read a state is no sign of fields.
+void UnitGroup::push(int k, const Command& command, double repeat_s, int copies)
 {
-    if (isThere(k)) unit(k).queue.push(command, repeat_s);
+    if (!isThere(k)) return;
+    if (command.code() != kReadFpgaStateCode) unit(k).pushed_s = _link.now_s();
+    unit(k).queue.push(command, repeat_s, copies);
 }
 
 void UnitGroup::pushToAll(const Command& command, double repeat_s)
@@ -51,29 +52,54 @@ void UnitGroup::pushToAll(const Command& command, double repeat_s)
         push(k, command, repeat_s);
 }
 
-void UnitGroup::pumpOne(Unit& unit, double now_s)
+void UnitGroup::note(Unit& unit, double now_s)
 {
-    const auto note = [&]
-    {
-        unit.sent_s = now_s;
-        if (unit.asked++ == 0) unit.asked_s = now_s;
-    };
-    const FrameQueue::Send send = [&](const std::vector<std::uint8_t>& bytes)
-    { return _link.send(unit.at, bytes); };
-    if (unit.queue.pump(now_s, send)) note();
-    if (now_s - unit.sent_s < _heartbeat_s) return;
-    const std::uint16_t number = unit.queue.nextMessage();
-    if (!_link.send(unit.at, message(Kind::HEARTBEAT, number))) return;
-    unit.beat = number;
-    unit.isBeatOpen = true;
-    note();
+    unit.sent_s = now_s;
+    if (unit.asked++ == 0) unit.asked_s = now_s;
 }
 
-// The farthest first: it hears last.
+void UnitGroup::sendBeat(Unit& unit, double now_s)
+{
+    const std::uint16_t number = unit.queue.nextMessage();
+    if (!_link.send(unit.at, message(Kind::HEARTBEAT, number))) return;
+    if (!unit.isBeatOpen) unit.unanswered = number;
+    unit.beat = number;
+    unit.isBeatOpen = true;
+    note(unit, now_s);
+}
+
+bool UnitGroup::isResting(const Unit& unit)
+{
+    return unit.sent_s - unit.pushed_s > kResting_s;
+}
+
+// A heartbeat that isn't answered is followed by others soon: the fail-safe doesn't wait.
+double UnitGroup::beatDue_s(const Unit& unit) const
+{
+    const double beat_s = isResting(unit) ? _beats.resting_s : _beats.playing_s;
+    return unit.sent_s + (unit.isBeatOpen ? std::min(beat_s, kBeatAgain_s) : beat_s);
+}
+
+// The farthest first: it hears last. Units at rest get their heartbeats together, so that the
+// thread wakes once for all of them.
 void UnitGroup::pump(double now_s)
 {
+    bool isDue = false;
     for (auto unit = _units.rbegin(); unit != _units.rend(); ++unit)
-        if (unit->isThere()) pumpOne(*unit, now_s);
+    {
+        if (!unit->isThere()) continue;
+        const FrameQueue::Send send = [&](const std::vector<std::uint8_t>& bytes)
+        { return _link.send(unit->at, bytes); };
+        if (unit->queue.pump(now_s, send)) note(*unit, now_s);
+        isDue = isDue || now_s >= beatDue_s(*unit);
+    }
+    if (!isDue) return;
+    for (auto unit = _units.rbegin(); unit != _units.rend(); ++unit)
+    {
+        const bool isEarly = isResting(*unit) && !unit->isBeatOpen;
+        const double due_s = beatDue_s(*unit) - (isEarly ? _beats.resting_s / 2 : 0);
+        if (unit->isThere() && now_s >= due_s) sendBeat(*unit, now_s);
+    }
 }
 
 double UnitGroup::due_s() const
@@ -82,9 +108,9 @@ double UnitGroup::due_s() const
     for (const Unit& unit : _units)
     {
         if (!unit.isThere()) continue;
-        due_s = std::min({due_s, unit.sent_s + _heartbeat_s, unit.queue.due_s(kNever_s)});
+        due_s = std::min({due_s, beatDue_s(unit), unit.queue.due_s(kNever_s)});
         if (unit.queue.unsent() > 0 && unit.queue.inFlight() < FrameQueue::kWindow)
-            due_s = std::min(due_s, base::steadySeconds() + kRetry_s);
+            due_s = std::min(due_s, _link.now_s() + kRetry_s);
     }
     return due_s;
 }
@@ -96,13 +122,20 @@ bool UnitGroup::isIdle() const
                        [](const Unit& unit) { return !unit.isThere() || unit.queue.isIdle(); });
 }
 
+bool UnitGroup::isResting() const
+{
+    return std::all_of(_units.begin(),
+                       _units.end(),
+                       [](const Unit& unit) { return !unit.isThere() || isResting(unit); });
+}
+
 void UnitGroup::receive(double until_s, bool isPrompt)
 {
     _isPrompt = isPrompt;
     Endpoint from;
     for (int i = 0; i < kMostAtOnce && _link.receive(until_s, from, _bytes); ++i)
     {
-        take(from, _bytes, base::steadySeconds());
+        take(from, _bytes, _link.now_s());
         until_s = 0; // only what is there
     }
 }
@@ -138,13 +171,21 @@ void UnitGroup::take(const Endpoint& from, const std::vector<std::uint8_t>& byte
         takeReply(k, answer, now_s);
 }
 
+// Of heartbeats in a row, where the way is long, answers to the first ones count, too.
+bool UnitGroup::isAnswered(const Unit& unit, std::uint16_t number)
+{
+    const auto open = static_cast<std::uint16_t>(unit.beat - unit.unanswered);
+    const bool isAny = open < kMostBeatsOpen;
+    return isAny && static_cast<std::uint16_t>(number - unit.unanswered) <= open;
+}
+
 void UnitGroup::takeReply(int k, const Answer& answer, double now_s)
 {
     Unit& unit = this->unit(k);
     if (!unit.isThere()) return;
     const bool isBeat = answer.kind == Kind::HEARTBEAT;
-    const bool isOpen = isBeat ? unit.isBeatOpen && answer.number == unit.beat
-                               : unit.queue.isInFlight(answer.number);
+    const bool isOpen =
+        isBeat ? isAnswered(unit, answer.number) : unit.queue.isInFlight(answer.number);
     if (!isOpen) return _refusals.add(Refusal::STRAY, "an answer that is late or a copy", now_s);
     // If that is so, it stays so, and the unit is lost for not answering.
     const bool hasId = answer.status == 0 && (answer.reply.flags & HAS_ID) != 0;
@@ -158,9 +199,13 @@ void UnitGroup::takeReply(int k, const Answer& answer, double now_s)
             now_s);
     }
     unit.suspicion.clear();
-    if (isBeat) unit.isBeatOpen = false;
+    if (isBeat)
+    {
+        unit.isBeatOpen = false;
+        unit.unanswered = static_cast<std::uint16_t>(answer.number + 1);
+    }
     _done.clear();
-    if (!isBeat) unit.queue.take(answer.reply, answer.number, _done);
+    if (!isBeat) unit.queue.take(answer.reply, answer.number, now_s, _done);
     for (FrameQueue::Done& done : _done)
         _outcomes.push_back({k, std::move(done), answer.reply.time_ns});
     unit.heard_s = now_s;

@@ -22,14 +22,16 @@ struct Unit
     std::string lost; ///< why nothing is sent to it any more; empty: it is there
 
     bool isLossTold = false;
-    std::string suspicion;   ///< what is wrong with its last answer; empty: nothing
-    double heard_s = 0;      ///< when it answered last
-    double sent_s = 0;       ///< when it was last sent a frame or a heartbeat
-    double asked_s = 0;      ///< when it was asked first since it answered last
-    int asked = 0;           ///< times that it was asked since then
-    std::uint16_t beat = 0;  ///< message number of the last heartbeat
-    bool isBeatOpen = false; ///< it has not been answered
-    double outOfStep_s = 0;  ///< since when it doesn't follow the clock; 0: it does
+    std::string suspicion;        ///< what is wrong with its last answer; empty: nothing
+    double heard_s = 0;           ///< when it answered last
+    double sent_s = 0;            ///< when it was last sent a frame or a heartbeat
+    double pushed_s = 0;          ///< when it last got a command
+    double asked_s = 0;           ///< when it was asked first since it answered last
+    int asked = 0;                ///< times that it was asked since then
+    std::uint16_t beat = 0;       ///< message number of the last heartbeat
+    std::uint16_t unanswered = 0; ///< of the first one whose answer may still come, or the next
+    bool isBeatOpen = false;      ///< none was answered since the last was sent
+    double outOfStep_s = 0;       ///< since when it doesn't follow the clock; 0: it does
 
     bool isThere() const { return lost.empty(); }
 };
@@ -42,6 +44,7 @@ class UnitGroup
 public:
     static constexpr double kLost_s = 0.1; ///< without an answer
     static constexpr int kLeastAsked = 3;  ///< times, before a unit is lost
+    static constexpr double kResting_s = 0.1;
 
     /// What became of a command to unit \a unit.
     struct Outcome
@@ -53,7 +56,14 @@ public:
     /// Gets answers of kinds other than frames and heartbeats.
     using Other = std::function<void(const Endpoint&, const Answer&)>;
 
-    UnitGroup(DatagramLink& link, Refusals& refusals, std::vector<Unit> units, double heartbeat_s);
+    /// How often units hear from us while nothing else is sent, s.
+    struct Beats
+    {
+        double playing_s = 10e-3; ///< soon after a command
+        double resting_s = 10e-3; ///< later than kResting_s after it
+    };
+
+    UnitGroup(DatagramLink& link, Refusals& refusals, std::vector<Unit> units, Beats beats);
 
     int size() const { return static_cast<int>(_units.size()); }
     Unit& unit(int k) { return _units[static_cast<std::size_t>(k)]; }
@@ -61,7 +71,8 @@ public:
     bool isThere(int k) const { return unit(k).isThere(); }
     int count() const; ///< of units that are there
 
-    void push(int k, const Command& command, double repeat_s = FrameQueue::kRepeat_s);
+    void
+    push(int k, const Command& command, double repeat_s = FrameQueue::kRepeat_s, int copies = 1);
     /// To all that are there, the farthest first.
     void pushToAll(const Command& command, double repeat_s = FrameQueue::kRepeat_s);
 
@@ -74,6 +85,8 @@ public:
     void receive(double until_s, bool isPrompt = true);
     /// Returns true if no frame waits for anything.
     bool isIdle() const;
+    /// Returns true if no unit has got a command for kResting_s, but to tell its state.
+    bool isResting() const;
     /// Marks units as lost that are silent, don't go on, or have rebooted; returns true if there is
     /// a new one. To be called after receive().
     bool findLost(double now_s);
@@ -94,12 +107,16 @@ private:
     void take(const Endpoint& from, const std::vector<std::uint8_t>& bytes, double now_s);
     void takeReply(int k, const Answer& answer, double now_s);
     int find(const Endpoint& from) const;
-    void pumpOne(Unit& unit, double now_s);
+    void note(Unit& unit, double now_s); ///< that it is sent something
+    void sendBeat(Unit& unit, double now_s);
+    static bool isAnswered(const Unit& unit, std::uint16_t number);
+    static bool isResting(const Unit& unit);
+    double beatDue_s(const Unit& unit) const;
 
     DatagramLink& _link;
     Refusals& _refusals;
     std::vector<Unit> _units;
-    const double _heartbeat_s;
+    const Beats _beats;
     UnitClock _clock;
     bool _isPrompt = true;
     std::vector<Outcome> _outcomes;

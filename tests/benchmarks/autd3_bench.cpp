@@ -6,6 +6,7 @@
 #include "device/drive/DriveSequence.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "tests/benchmarks/Timing.h"
+#include "tests/benchmarks/autd3/VirtualFields.h"
 
 #include <algorithm>
 #include <chrono>
@@ -33,6 +34,8 @@ using emulation::Time_ns;
 
 namespace
 {
+
+constexpr const char* kSequence = "sequence";
 
 /// What is common to all parts.
 struct Settings
@@ -223,13 +226,14 @@ void playFields(const Settings& settings, const Case& what)
     std::fflush(stdout);
 }
 
-void playSequence(const Settings& settings, double heartbeat_s, double failsafe_s)
+void playSequence(const Settings& settings, double heartbeat_s, double failsafe_s, bool isNamed)
 {
-    const Case what = {"sequence"};
+    const Case what = {kSequence};
     const Units units(chainOf(settings, what));
     Autd3Options options = optionsOf(settings, what);
     options.heartbeat_s = heartbeat_s;
     options.failsafe_s = failsafe_s;
+    options.isHeartbeatNamed = isNamed;
     options.group = "[::1]:" + std::to_string(units.port());
     Autd3Device device({settings.units * kTransducersPerUnit, {}}, options);
     DriveSequence sequence;
@@ -245,7 +249,7 @@ void playSequence(const Settings& settings, double heartbeat_s, double failsafe_
     pause(settings.duration_s);
     const double used_s = device.figures().cpu_s - before_s;
     std::printf("  heartbeat %3.0f ms, fail-safe %4.0f ms: %.3f %% of a core\n",
-                heartbeat_s * 1e3,
+                options.restBeat_s() * 1e3,
                 failsafe_s * 1e3,
                 100 * used_s / (base::steadySeconds() - begin_s));
 }
@@ -263,12 +267,21 @@ int main(int argc, char** argv)
     app.add_option("--loss", settings.loss, "share of datagrams lost, where some are")
         ->check(CLI::Range(0.0, 0.2));
     std::string only;
-    app.add_option("--only", only, "the one part of this name, of those with fields");
+    app.add_option("--only", only, "the one part of this name");
+    bool isVirtual = false;
+    app.add_flag("--virtual",
+                 isVirtual,
+                 "in virtual time: as fast as the processor plays it, without its pauses");
     CLI11_PARSE(app, argc, argv);
     std::printf("%d units, %d transducers, %g s each\n",
                 settings.units,
                 settings.units * kTransducersPerUnit,
                 settings.duration_s);
+    if (isVirtual)
+    {
+        playVirtualFields(settings.units, settings.duration_s, settings.loss);
+        return 0;
+    }
     std::printf("fields/s played; torn: units play different fields for over 50 us, at once 1 ms, "
                 "the longest; lost;\nbad: writes into a bank that plays or waits to, and what "
                 "nobody sent; skew of what "
@@ -300,11 +313,12 @@ int main(int argc, char** argv)
     };
     for (const Case& one : cases)
         if (only.empty() || only == one.name) playFields(settings, one);
-    if (!only.empty()) return 0;
+    if (!only.empty() && only != kSequence) return 0;
     std::printf("a sequence on board, 100 fields at 1 kHz, of units that another process emulates, "
                 "over UDP: what\nthe device's thread uses of the processor\n");
-    playSequence(settings, 10e-3, 0.1);
-    playSequence(settings, 100e-3, 0.5);
-    playSequence(settings, 1, 5);
+    playSequence(settings, 10e-3, 0.1, true);
+    playSequence(settings, 10e-3, 0.1, false);
+    playSequence(settings, 10e-3, 0.3, false);
+    playSequence(settings, 1, 5, true);
     return 0;
 }

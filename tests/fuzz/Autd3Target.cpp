@@ -44,6 +44,7 @@ public:
         given.pop_front();
         return true;
     }
+    void rest(double) override {}
     void wake() override {}
 
     std::deque<std::pair<Endpoint, std::vector<std::uint8_t>>> given;

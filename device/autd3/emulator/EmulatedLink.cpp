@@ -1,9 +1,6 @@
 #include "device/autd3/emulator/EmulatedLink.h"
 
-#include "haptics/base/threads/SteadyClock.h"
-
 #include <algorithm>
-#include <chrono>
 
 namespace midair::device::emulation
 {
@@ -30,13 +27,6 @@ int idOf(const autd3::Endpoint& address)
 }
 
 } // namespace
-
-Time_ns EmulatedUnits::steady_ns()
-{
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(
-               std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 autd3::Endpoint EmulatedLink::addressOf(int id)
 {
@@ -84,7 +74,7 @@ bool EmulatedLink::receive(double until_s, autd3::Endpoint& from, std::vector<st
     EmulatedChain& chain = _units->_chain;
     for (;;)
     {
-        const Time_ns now_ns = EmulatedUnits::steady_ns();
+        const Time_ns now_ns = _units->_time->now_ns();
         EmulatedChain::Answer answer;
         if (chain.receive(answer, now_ns))
         {
@@ -102,9 +92,17 @@ bool EmulatedLink::receive(double until_s, autd3::Endpoint& from, std::vector<st
         Time_ns next_ns = std::min(until_ns, chain.nextEvent_ns());
         if (_refused)
             next_ns = std::min(next_ns, now_ns + chain.backlog_ns(now_ns) - kMostBacklog_ns / 2);
-        _units->_changed.wait_until(
-            lock, std::chrono::steady_clock::time_point(std::chrono::nanoseconds(next_ns)));
+        _units->_time->wait(lock, _units->_changed, next_ns);
     }
+}
+
+void EmulatedLink::rest(double until_s)
+{
+    const auto until_ns = static_cast<Time_ns>(std::clamp(until_s, 0.0, 9e9) * 1e9);
+    std::unique_lock<std::mutex> lock(_units->_mutex);
+    while (!_woken && _units->_time->now_ns() < until_ns)
+        _units->_time->wait(lock, _units->_changed, until_ns);
+    _woken = false;
 }
 
 void EmulatedLink::wake()

@@ -1,6 +1,7 @@
 #include "device/autd3/protocol/FrameQueue.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace midair::device::autd3
 {
@@ -10,12 +11,15 @@ namespace
 
 // Answers to what was sent behind a lost frame come in a row: one repeat answers them all.
 constexpr double kLeastRepeat_s = 0.3e-3;
+constexpr double kPatience = 1.5;
+constexpr double kForget = 0.05; // of the longest answer, with each one
+constexpr int kMostDoublings = 4;
 
 } // namespace
 
-void FrameQueue::push(Command command, double repeat_s)
+void FrameQueue::push(Command command, double repeat_s, int copies)
 {
-    _waiting.push_back({std::move(command), repeat_s});
+    _waiting.push_back({std::move(command), repeat_s, copies});
 }
 
 int FrameQueue::dropUnsentWrites()
@@ -35,9 +39,11 @@ bool FrameQueue::repeat(double now_s, const Send& send)
     {
         if (!send(frame.bytes)) return false;
         frame.sent_s = now_s;
+        frame.isCopied = true;
         ++_repeats;
     }
     _isBehind = false;
+    ++_inVain;
     return true;
 }
 
@@ -54,13 +60,16 @@ bool FrameQueue::pump(double now_s, const Send& send)
         const Waiting& next = _waiting.front();
         std::vector<std::uint8_t> bytes = frame(_message, _sequence, next.command);
         if (!send(bytes)) return sent;
+        for (int i = 1; i < next.copies; ++i)
+            send(bytes);
         _flying.push_back({next.command.code(),
                            _sequence++,
                            _message++,
                            std::move(bytes),
                            next.repeat_s,
                            now_s,
-                           now_s});
+                           now_s,
+                           next.copies > 1});
         _waiting.pop_front();
         sent = true;
     }
@@ -71,8 +80,21 @@ double FrameQueue::due_s(double otherwise) const
 {
     if (_flying.empty()) return otherwise;
     const Flying& oldest = _flying.front();
-    return oldest.sent_s +
-           (_isBehind ? std::min(kLeastRepeat_s, oldest.repeat_s) : oldest.repeat_s);
+    if (_isBehind) return oldest.sent_s + std::min(kLeastRepeat_s, oldest.repeat_s);
+    if (oldest.repeat_s < kRepeat_s) return oldest.sent_s + oldest.repeat_s;
+    // What is only slow would be slower still with every frame sent twice: so, as TCP does (RFC
+    // 6298), the pause is longer than answers take, and doubles as long as nothing comes.
+    const double pause_s = std::ldexp(std::max(oldest.repeat_s, kPatience * _answer_s),
+                                      std::min(_inVain, kMostDoublings));
+    return oldest.sent_s + std::min(pause_s, kLongestRepeat_s);
+}
+
+// Whether a frame that was sent twice is answered the first or the second time, nobody knows.
+void FrameQueue::noteAnswer(const Flying& frame, double now_s)
+{
+    if (frame.isCopied) return;
+    const double took_s = now_s - frame.sent_s;
+    _answer_s = std::max(took_s, _answer_s + kForget * (took_s - _answer_s));
 }
 
 bool FrameQueue::isInFlight(std::uint16_t number) const
@@ -88,15 +110,19 @@ void FrameQueue::touch(double now_s)
         frame.first_s = now_s;
 }
 
-bool FrameQueue::take(const FrameReply& reply, std::uint16_t number, std::vector<Done>& done)
+bool FrameQueue::take(const FrameReply& reply,
+                      std::uint16_t number,
+                      double now_s,
+                      std::vector<Done>& done)
 {
     const auto asked = std::find_if(
         _flying.begin(), _flying.end(), [&](const Flying& f) { return f.number == number; });
     if (asked == _flying.end()) return false;
     const std::uint8_t askedFor = asked->sequence;
+    const std::size_t before = _flying.size();
     // How many of those in flight are done: an answer may be older than others that came before.
     const auto count = static_cast<std::uint8_t>(reply.acknowledged - _flying.front().sequence + 1);
-    if (count > 0 && count <= _flying.size())
+    if (count > 0 && count <= before)
         for (int i = 0; i < count; ++i)
         {
             Done one;
@@ -104,9 +130,12 @@ bool FrameQueue::take(const FrameReply& reply, std::uint16_t number, std::vector
             if (i + 1 == count) one.result = reply.result;
             if (_flying.front().sequence == askedFor) one.data = reply.data;
             done.push_back(std::move(one));
+            noteAnswer(_flying.front(), now_s);
             _flying.pop_front();
         }
-    if (askedFor != reply.acknowledged) _isBehind = true;
+    if (count > 0 && static_cast<std::size_t>(count) <= before) _inVain = 0;
+    // Not an answer to a copy of what is done.
+    if (static_cast<std::int8_t>(askedFor - reply.acknowledged) > 0) _isBehind = true;
     if (_flying.empty()) _isBehind = false;
     return true;
 }

@@ -18,6 +18,8 @@ class FrameQueue
 public:
     static constexpr std::size_t kWindow = 7; ///< frames that a unit keeps
     static constexpr double kRepeat_s = 2e-3;
+    /// Frames whose pause is kRepeat_s or longer wait longer where answers take long, up to this.
+    static constexpr double kLongestRepeat_s = 30e-3;
 
     /// A command that was done, or refused.
     struct Done
@@ -30,8 +32,8 @@ public:
     /// Sends a datagram; returns false if that isn't possible now.
     using Send = std::function<bool(const std::vector<std::uint8_t>&)>;
 
-    /// Appends a command, which is repeated every \a repeat_s.
-    void push(Command command, double repeat_s = kRepeat_s);
+    /// Appends a command, which is sent \a copies times at once and repeated every \a repeat_s.
+    void push(Command command, double repeat_s = kRepeat_s, int copies = 1);
     /// Drops commands that were not sent yet.
     void dropUnsent() { _waiting.clear(); }
     /// Drops those of them that write patterns; returns their number.
@@ -58,9 +60,9 @@ public:
     /// When pump() has something to do again without an answer; \a otherwise if never.
     double due_s(double otherwise) const;
 
-    /// Takes an answer to message \a number. Returns false, and changes nothing, if no frame in
-    /// flight has that number. Appends what it settles to \a done, in turn.
-    bool take(const FrameReply& reply, std::uint16_t number, std::vector<Done>& done);
+    /// Takes an answer to message \a number at \a now_s. Returns false, and changes nothing, if no
+    /// frame in flight has that number. Appends what it settles to \a done, in turn.
+    bool take(const FrameReply& reply, std::uint16_t number, double now_s, std::vector<Done>& done);
 
     /// The number of a message other than a frame, from the same count.
     std::uint16_t nextMessage() { return _message++; }
@@ -72,6 +74,7 @@ private:
     {
         Command command;
         double repeat_s;
+        int copies;
     };
     /// A frame that was sent and is not acknowledged.
     struct Flying
@@ -83,15 +86,19 @@ private:
         double repeat_s;
         double first_s; ///< when it was sent first
         double sent_s;  ///< when it was sent last
+        bool isCopied;  ///< it was sent more than once, so it may be answered so
     };
 
     bool repeat(double now_s, const Send& send);
+    void noteAnswer(const Flying& frame, double now_s);
 
     std::deque<Waiting> _waiting;
     std::deque<Flying> _flying; ///< their sequence numbers follow each other
     std::uint8_t _sequence = 0;
     std::uint16_t _message;
     bool _isBehind = false; ///< the unit missed a frame: the window is sent again
+    double _answer_s = 0;   ///< how long answers take: the longest of late, slowly forgotten
+    int _inVain = 0;        ///< repeats in a row that settled nothing
     std::uint64_t _repeats = 0;
 };
 

@@ -74,6 +74,10 @@ TEST(Autd3Options, are_taken)
 
 TEST(Autd3Options, a_heartbeat_that_is_not_named_fits_the_failsafe)
 {
+    EXPECT_NEAR(take("autd3:?failsafe=100ms").restBeat_s(), 100e-3 / 3, 1e-9);
+    EXPECT_DOUBLE_EQ(take("autd3:?failsafe=5s").restBeat_s(), 0.1);
+    EXPECT_DOUBLE_EQ(take("autd3:?failsafe=5s&heartbeat=1s").restBeat_s(), 1);
+    EXPECT_DOUBLE_EQ(take("autd3:?heartbeat=10ms").restBeat_s(), 10e-3);
     EXPECT_NEAR(take("autd3:?failsafe=20ms").heartbeat_s, 20e-3 / 3, 1e-9);
 }
 

@@ -66,7 +66,7 @@ TEST(Autd3FrameQueue, keeps_at_most_seven_in_flight)
     EXPECT_EQ(queue.unsent(), 13u);
     InTurn unit;
     std::vector<FrameQueue::Done> done;
-    ASSERT_TRUE(queue.take(unit.take(wire.frames[0]), numberOf(wire.frames[0]), done));
+    ASSERT_TRUE(queue.take(unit.take(wire.frames[0]), numberOf(wire.frames[0]), 0, done));
     EXPECT_EQ(done.size(), 1u);
     queue.pump(0, wire.send);
     EXPECT_EQ(wire.frames.size(), 8u);
@@ -98,9 +98,9 @@ TEST(Autd3FrameQueue, goes_on_from_what_the_unit_did_last)
     for (const Command& command : {Command::clear(), Command::synchronize(), Command::nop()})
         queue.push(command);
     queue.pump(0, wire.send);
-    queue.take(unit.take(wire.frames[0]), numberOf(wire.frames[0]), done);
+    queue.take(unit.take(wire.frames[0]), numberOf(wire.frames[0]), 0, done);
     // The second is lost; the third is out of turn.
-    EXPECT_TRUE(queue.take(unit.take(wire.frames[2]), numberOf(wire.frames[2]), done));
+    EXPECT_TRUE(queue.take(unit.take(wire.frames[2]), numberOf(wire.frames[2]), 0, done));
     EXPECT_EQ(done.size(), 1u);
     queue.pump(1e-3, wire.send); // sooner than a repeat
     ASSERT_EQ(wire.frames.size(), 5u);
@@ -120,7 +120,7 @@ TEST(Autd3FrameQueue, tells_that_a_result_is_not_known)
     unit.take(wire.frames[0]); // its answer is lost
     FrameReply reply = unit.take(wire.frames[1]);
     reply.result = 0x07;
-    queue.take(reply, numberOf(wire.frames[1]), done);
+    queue.take(reply, numberOf(wire.frames[1]), 0, done);
     ASSERT_EQ(done.size(), 2u);
     EXPECT_FALSE(done[0].result.has_value());
     EXPECT_EQ(done[1].result, 0x07);
@@ -136,9 +136,9 @@ TEST(Autd3FrameQueue, takes_no_answer_to_what_is_not_in_flight)
     queue.push(Command::nop());
     queue.pump(0, wire.send);
     const FrameReply reply = unit.take(wire.frames[0]);
-    EXPECT_FALSE(queue.take(reply, 99, done));
-    EXPECT_TRUE(queue.take(reply, 100, done));
-    EXPECT_FALSE(queue.take(reply, 100, done)); // a copy
+    EXPECT_FALSE(queue.take(reply, 99, 0, done));
+    EXPECT_TRUE(queue.take(reply, 100, 0, done));
+    EXPECT_FALSE(queue.take(reply, 100, 0, done)); // a copy
     EXPECT_EQ(done.size(), 1u);
 }
 
@@ -154,7 +154,7 @@ TEST(Autd3FrameQueue, an_old_or_a_mad_acknowledgement_settles_nothing)
     for (const int acknowledged : {3, 100, 255, 250})
     {
         reply.acknowledged = static_cast<std::uint8_t>(acknowledged);
-        EXPECT_TRUE(queue.take(reply, numberOf(wire.frames[1]), done));
+        EXPECT_TRUE(queue.take(reply, numberOf(wire.frames[1]), 0, done));
         EXPECT_TRUE(done.empty()) << acknowledged;
     }
     EXPECT_EQ(queue.inFlight(), 3u);
@@ -216,11 +216,76 @@ TEST(Autd3FrameQueue, does_all_once_and_in_turn_on_a_bad_network)
         for (const auto& frame : arrived)
         {
             const FrameReply reply = unit.take(frame);
-            if (!chance(0.1)) queue.take(reply, numberOf(frame), done);
+            if (!chance(0.1)) queue.take(reply, numberOf(frame), 0, done);
         }
     }
     EXPECT_TRUE(queue.isIdle());
     EXPECT_EQ(unit.done, wanted);
     EXPECT_EQ(done.size(), wanted.size());
     EXPECT_GT(queue.repeats(), 0u);
+}
+
+TEST(Autd3FrameQueue, sends_copies_of_what_must_arrive)
+{
+    FrameQueue queue;
+    Wire wire;
+    queue.push(Command::activateBank(0, SwitchMode::AT_ONCE), 1e-3, 2);
+    queue.push(Command::readFpgaState());
+    queue.pump(0, wire.send);
+    ASSERT_EQ(wire.frames.size(), 3u);
+    EXPECT_EQ(wire.frames[0], wire.frames[1]);
+    EXPECT_EQ(queue.inFlight(), 2u);
+    EXPECT_EQ(queue.repeats(), 0u);
+    InTurn unit;
+    std::vector<FrameQueue::Done> done;
+    EXPECT_TRUE(queue.take(unit.take(wire.frames[0]), numberOf(wire.frames[0]), 0, done));
+    EXPECT_FALSE(queue.take(unit.take(wire.frames[1]), numberOf(wire.frames[1]), 0, done));
+    EXPECT_TRUE(queue.take(unit.take(wire.frames[2]), numberOf(wire.frames[2]), 0, done));
+    EXPECT_EQ(done.size(), 2u);
+    EXPECT_EQ(unit.done.size(), 2u);
+}
+
+TEST(Autd3FrameQueue, waits_longer_where_answers_take_long)
+{
+    FrameQueue queue;
+    Wire wire;
+    InTurn unit;
+    std::vector<FrameQueue::Done> done;
+    queue.push(Command::readFpgaState());
+    queue.pump(0, wire.send);
+    EXPECT_NEAR(queue.due_s(99), 2e-3, 1e-9);
+    EXPECT_TRUE(queue.take(unit.take(wire.frames[0]), numberOf(wire.frames[0]), 8e-3, done));
+    queue.push(Command::readFpgaState());
+    queue.pump(1, wire.send);
+    EXPECT_NEAR(queue.due_s(99), 1 + 1.5 * 8e-3, 1e-9);
+    // What is repeated in vain is repeated less often.
+    double now_s = 1;
+    std::vector<double> pauses_s;
+    for (int i = 0; i < 4; ++i)
+    {
+        const double due_s = queue.due_s(99);
+        pauses_s.push_back(due_s - now_s);
+        queue.pump(now_s = due_s, wire.send);
+    }
+    EXPECT_NEAR(pauses_s[1], 24e-3, 1e-9);
+    EXPECT_NEAR(pauses_s[3], 30e-3, 1e-9);
+    EXPECT_EQ(queue.repeats(), 4u);
+}
+
+TEST(Autd3FrameQueue, a_switch_is_repeated_as_soon_as_it_is_asked_for)
+{
+    FrameQueue queue;
+    Wire wire;
+    InTurn unit;
+    std::vector<FrameQueue::Done> done;
+    queue.push(Command::readFpgaState());
+    queue.pump(0, wire.send);
+    EXPECT_TRUE(queue.take(unit.take(wire.frames[0]), numberOf(wire.frames[0]), 8e-3, done));
+    queue.push(Command::activateBank(0, SwitchMode::AT_ONCE), 0.3e-3);
+    queue.pump(1, wire.send);
+    for (int i = 1; i < 5; ++i)
+    {
+        EXPECT_NEAR(queue.due_s(99), 1 + i * 0.3e-3, 1e-9);
+        queue.pump(queue.due_s(99), wire.send);
+    }
 }
