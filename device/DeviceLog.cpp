@@ -50,6 +50,11 @@ void logDeviceError(const std::string& line)
     deviceLog().error("{}", line);
 }
 
+void logDeviceNote(const std::string& line)
+{
+    deviceLog().info("{}", line);
+}
+
 void sendDeviceLogTo(std::function<void(bool isWarning, const std::string& line)> receiver)
 {
     ownLogger() = std::make_shared<spdlog::logger>(

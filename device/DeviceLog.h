@@ -16,6 +16,7 @@ namespace midair::device
 spdlog::logger& deviceLog();
 /// Logs \a line as an error, for those who don't link the logger themselves. Any thread.
 void logDeviceError(const std::string& line);
+void logDeviceNote(const std::string& line); ///< the same, as information
 
 /// From now on \a receiver gets each line of deviceLog() in place of spdlog's default logger, on
 /// the thread that it comes from; true: it is more than information. To be called once, before

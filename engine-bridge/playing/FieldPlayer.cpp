@@ -1,5 +1,6 @@
 #include "engine-bridge/playing/FieldPlayer.h"
 
+#include "device/DeviceLog.h"
 #include "engine-bridge/playing/SequenceOfSteps.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/threads/SteadyClock.h"
@@ -7,6 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -19,15 +21,23 @@ namespace
 constexpr std::chrono::milliseconds kWatch(50); // interval of watchSequence()'s checks
 constexpr double kRetry_s = 0.02;               // pause before a refused sequence is sent again
 
-// The most fields of a sequence at the modulator's rate that the device times by itself.
-int sequenceFields(const device::ArrayDevice& device, const haptics::Modulator& modulator)
+// Whether the device's clock has the modulator's rate.
+bool keepsTime(const device::DriveAbility& ability, const haptics::Modulator& modulator)
 {
     constexpr double kWhole = 1e-9; // relative: off by a field in hours or days
-    const device::DriveAbility ability = device.ability();
-    if (ability.sequenceFields == 0 || ability.sequenceClock_Hz <= 0) return ability.sequenceFields;
+    if (ability.sequenceClock_Hz <= 0) return true;
     const double exact = ability.sequenceClock_Hz / modulator.options().fieldRate_Hz;
     const double whole = std::round(exact);
-    return whole >= 1 && std::abs(exact - whole) <= kWhole * whole ? ability.sequenceFields : 0;
+    return whole >= 1 && std::abs(exact - whole) <= kWhole * whole;
+}
+
+std::string whyStreamed(const device::DriveAbility& ability, const haptics::Modulator& modulator)
+{
+    if (!keepsTime(ability, modulator))
+        return fmt::format("{:g} fields/s aren't {:g} Hz over a whole number",
+                           modulator.options().fieldRate_Hz,
+                           ability.sequenceClock_Hz);
+    return fmt::format("it doesn't repeat within {} steps", ability.sequenceFields);
 }
 
 std::chrono::steady_clock::time_point instant(double time_s)
@@ -67,10 +77,15 @@ void FieldPlayer::play(std::vector<device::DriveSignal> signals,
                             signals[k].size(),
                             signals[0].size()));
     std::shared_ptr<Whole> whole;
-    if (modulator.changes(signals.size()))
-        whole = std::make_shared<Whole>(
-            Whole{sequenceOfSteps(signals, modulator, sequenceFields(_device, modulator))});
-    if (whole && whole->sequence.signals.empty()) whole.reset();
+    const device::DriveAbility ability = _device.ability();
+    if (modulator.changes(signals.size()) && ability.sequenceFields > 0)
+    {
+        const int most = keepsTime(ability, modulator) ? ability.sequenceFields : 0;
+        whole = std::make_shared<Whole>(Whole{sequenceOfSteps(signals, modulator, most)});
+        const bool isStreamed = whole->sequence.signals.empty();
+        if (isStreamed) whole.reset();
+        tellStreamed(isStreamed ? whyStreamed(ability, modulator) : "");
+    }
     {
         const std::lock_guard<std::mutex> lock(_mutex);
         const bool goesOn = !_cycle.empty() && _modulator.changes(_cycle.size()) &&
@@ -90,6 +105,17 @@ void FieldPlayer::play(std::vector<device::DriveSignal> signals,
         }
     }
     _wake.notify_all();
+}
+
+void FieldPlayer::tellStreamed(std::string why)
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    if (why == _counters.streamed) return;
+    if (!why.empty())
+        device::logDeviceNote("fields in turn are sent one by one, since the device can't play "
+                              "these by itself: " +
+                              why);
+    _counters.streamed = std::move(why);
 }
 
 void FieldPlayer::stop()

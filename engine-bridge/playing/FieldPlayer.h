@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -51,6 +52,9 @@ public:
         std::uint64_t refused = 0;    ///< steps or sequences that the device refused
         std::uint64_t leftOut = 0;    ///< steps skipped since they were late
         double worstLateness_s = 0.0; ///< of a step, or of the first step of a sequence, when sent
+        /// Why a device that times sequences by itself was last sent one step by step; logged
+        /// when it changes.
+        std::string streamed;
     };
     Counters counters() const;
 
@@ -63,6 +67,7 @@ private:
     };
 
     void run();
+    void tellStreamed(std::string why);
     /// Waits until the next step is due and sends it; returns false once the player ends.
     bool sendStep(std::unique_lock<std::mutex>& lock);
     /// Waits while the device plays its sequence; returns when something else is to be played or

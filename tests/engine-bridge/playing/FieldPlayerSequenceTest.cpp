@@ -211,4 +211,23 @@ TEST(FieldPlayer, ARecordingHasTheSameFieldsHoweverItIsPlayed)
         EXPECT_EQ(kept[k].time_ns - kept[0].time_ns, 5'000'000 * k);
 }
 
+TEST(FieldPlayer, TellsWhyADeviceThatTimesSequencesGetsFieldsOneByOne)
+{
+    Keeper device;
+    device.clock_Hz = 40000;
+    FieldPlayer player(device);
+    midair::haptics::ModulatorOptions options;
+    options.fieldRate_Hz = 500.0;
+    player.play(numberedFields(4), options);
+    EXPECT_EQ(player.counters().streamed, "");
+    options.fieldRate_Hz = 300.0;
+    player.play(numberedFields(4), options);
+    EXPECT_EQ(player.counters().streamed, "300 fields/s aren't 40000 Hz over a whole number");
+    options.fieldRate_Hz = 500.0;
+    player.play(numberedFields(5), options);
+    EXPECT_EQ(player.counters().streamed, "it doesn't repeat within 4 steps");
+    player.play(numberedFields(4), options);
+    EXPECT_EQ(player.counters().streamed, "");
+}
+
 } // namespace
