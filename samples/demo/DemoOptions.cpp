@@ -1,9 +1,10 @@
 #include "samples/demo/DemoOptions.h"
 
+#include "samples/HandsOption.h"
+#include "samples/OverlayOptions.h"
 #include "samples/QuantityOption.h"
 #include "samples/SettingOptions.h"
 
-#include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticProperty>
 #include <osgMidair/HapticSettings>
 #include <osgMidair/SettingDescription>
@@ -43,30 +44,6 @@ double mostPressure()
         ->high;
 }
 
-/// Adds which overlays are shown, and the numbers that say how they look.
-void addOverlays(CLI::App& app, DemoOptions& options)
-{
-    std::vector<std::string> words;
-    for (const osgMidair::OverlayDescription& overlay : osgMidair::HapticOverlays::describe())
-    {
-        words.push_back(overlay.word);
-        for (const osgMidair::SettingDescription& number : overlay.numbers)
-            app.add_option_function<double>(
-                   optionName(number.name),
-                   [&options, name = number.name](double value)
-                   { options.numbers.emplace_back(name, value); },
-                   number.help + " (" + number.values + ")")
-                ->type_name(typeOf(number.unit, false))
-                ->transform(inUnit(number.unit, osgMidair::readQuantity))
-                ->check(CLI::Range(number.low, number.high))
-                ->group("The overlays");
-    }
-    words.emplace_back("none");
-    app.add_option("--overlays", options.overlays, "What is drawn over the scene [everything]")
-        ->check(CLI::IsMember(words))
-        ->delimiter(',');
-}
-
 /// Takes "FILE.csv" for a recording of hands that repeats. An object stands still under a
 /// recording: that was made with it at rest.
 void useRecordings(DemoOptions& options)
@@ -74,10 +51,7 @@ void useRecordings(DemoOptions& options)
     for (auto& [name, text] : options.scene)
     {
         if (name != "hands") continue;
-        const std::string ending = ".csv";
-        const bool isFile = text.size() > ending.size() && text.find(':') == std::string::npos &&
-                            text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
-        if (isFile) text = "recorded:" + text + "?loop";
+        text = handsOf(text);
         if (text.compare(0, 9, "recorded:") == 0) options.still = true;
     }
 }
@@ -111,7 +85,7 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
         "The object",
         {"enabled", "pressure", "render", "unit"}, // set by the scene's options and --pressure
         options.object);
-    addOverlays(app, options);
+    addOverlays(app, options.overlays, options.numbers);
     app.add_flag("--still",
                  options.still,
                  "The object stays where it is, as it does under a recording of hands");

@@ -1,20 +1,19 @@
 #include "samples/demo/DemoScene.h"
 
-#include "samples/demo/DemoObject.h"
+#include "samples/views/SampleFiles.h"
+#include "samples/views/ShownObject.h"
+#include "samples/views/ShownOverlays.h"
 
 #include <osgMidair/HapticSurface>
 
 #include <osg/Material>
 #include <osgDB/FileNameUtils>
-#include <osgDB/FileUtils>
 #include <osgDB/ReadFile>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <stdexcept>
-#include <system_error>
 
 namespace midair::samples
 {
@@ -37,15 +36,7 @@ public:
 
 std::string starFile()
 {
-    std::error_code ignored;
-    const std::filesystem::path program =
-        std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
-    const std::filesystem::path installed =
-        program / MIDAIR_SAMPLES_FROM_PROGRAM / "models" / "star.obj";
-    if (std::filesystem::exists(installed, ignored)) return installed.lexically_normal().string();
-    const std::string shipped = std::string(MIDAIR_SAMPLES_FOLDER) + "/models/star.obj";
-    const std::string found = osgDB::findDataFile(shipped);
-    return found.empty() ? shipped : found;
+    return sampleFile("models/star.obj");
 }
 
 } // namespace
@@ -92,17 +83,13 @@ DemoScene::DemoScene(const DemoOptions& options) :
     _haptics->addChild(_overlays);
     for (const auto& [name, value] : options.numbers)
         _overlays->setNumber(name, value);
-    if (options.overlays.empty()) return;
-    for (const osgMidair::OverlayDescription& overlay : osgMidair::HapticOverlays::describe())
-        _overlays->getOverlay(overlay.name)
-            ->setShown(std::count(options.overlays.begin(), options.overlays.end(), overlay.word) >
-                       0);
+    showOverlays(*_overlays, options.overlays);
 }
 
 void DemoScene::wrap(const DemoOptions& options)
 {
-    const DemoObject object =
-        loadDemoObject(options.model.empty() ? starFile() : options.model, options.size_m);
+    const ShownObject object =
+        loadShownObject(options.model.empty() ? starFile() : options.model, options.size_m);
     osg::ref_ptr<osgMidair::HapticSurface> surface = new osgMidair::HapticSurface(object.model);
     surface->setName(object.name);
     osgMidair::HapticProperty property = surface->getProperty();

@@ -4,8 +4,10 @@
 #include "samples/demo/DemoOptions.h"
 #include "samples/demo/DemoReport.h"
 #include "samples/demo/DemoScene.h"
-#include "samples/demo/StopSignal.h"
 #include "samples/views/Offscreen.h"
+#include "samples/views/PictureTaker.h"
+#include "samples/views/ShownObject.h"
+#include "samples/views/StopSignal.h"
 
 #include <osg/Timer>
 #include <osgDB/WriteFile>
@@ -29,7 +31,6 @@ namespace
 
 using namespace midair::samples;
 
-const osg::Vec4 kBackground(0.052F, 0.060F, 0.078F, 1.0F);
 constexpr double kFrameTime_s = 1.0 / 60.0;
 constexpr int kPictures = 6;
 constexpr int kContactFrames = 10;
@@ -42,50 +43,8 @@ void aim(osg::Camera& camera, double zoom)
     DemoScene::lookAt(eye, centre, up);
     camera.setViewMatrixAsLookAt(eye, centre, up);
     camera.setProjectionMatrix(camera.getProjectionMatrix() * osg::Matrix::scale(zoom, zoom, 1.0));
-    camera.setClearColor(kBackground);
+    camera.setClearColor(kShownBackground);
 }
-
-/// Takes still pictures of a scene that another viewer runs, at twice the size and averaged down.
-class PictureTaker
-{
-public:
-    PictureTaker(DemoScene& scene, int width, int height, double zoom, std::string& problem) :
-        _scene(scene),
-        _grabber(new FrameGrabber(kScale))
-    {
-        _viewer.setLightingMode(osg::View::NO_LIGHT);
-        _ready = setUpOffscreen(
-            _viewer, width * kScale, height * kScale, DemoScene::kFovy_deg, &problem);
-        if (!_ready) return;
-        aim(*_viewer.getCamera(), zoom);
-        _viewer.getCamera()->setFinalDrawCallback(_grabber);
-        _viewer.setSceneData(scene.root());
-    }
-
-    osg::ref_ptr<osg::Image> take()
-    {
-        if (!_ready) return nullptr;
-        osgMidair::Hud& figures = *_scene.overlays().getHud();
-        const float scale = figures.getScale();
-        const osg::Viewport& viewport = *_viewer.getCamera()->getViewport();
-        const float own =
-            osgMidair::Hud::scaleFor(viewport.width() / kScale, viewport.height() / kScale);
-        figures.setScale(kScale * (scale > 0.0F ? scale : own));
-        _viewer.renderingTraversals(); // compiles new GL objects
-        _grabber->request();
-        _viewer.renderingTraversals();
-        figures.setScale(scale);
-        return _grabber->image();
-    }
-
-private:
-    static constexpr int kScale = 2;
-
-    DemoScene& _scene;
-    osgViewer::Viewer _viewer;
-    osg::ref_ptr<FrameGrabber> _grabber;
-    bool _ready = false;
-};
 
 /// Processor time used by this process so far.
 struct CpuTimes
@@ -204,7 +163,14 @@ int runHeadless(const DemoOptions& options)
         setUpOffscreen(viewer, 800, 600, DemoScene::kFovy_deg, &report.picturesProblem);
     if (draw) aim(*viewer.getCamera(), options.zoom);
     viewer.setSceneData(scene.root());
-    PictureTaker camera(scene, options.width, options.height, options.zoom, report.picturesProblem);
+    PictureTaker camera(
+        *scene.root(),
+        scene.overlays(),
+        options.width,
+        options.height,
+        DemoScene::kFovy_deg,
+        [&](osg::Camera& view) { aim(view, options.zoom); },
+        report.picturesProblem);
 
     const int frames = options.frames > 0 ? options.frames : 240;
     const int between = std::max(1, frames / kPictures);
@@ -303,7 +269,7 @@ int runWindow(const DemoOptions& options)
                                                              options.height,
                                                          0.01,
                                                          10.0);
-    viewer.getCamera()->setClearColor(kBackground);
+    viewer.getCamera()->setClearColor(kShownBackground);
     osg::ref_ptr<osgGA::OrbitManipulator> manipulator = new osgGA::OrbitManipulator;
     osg::Vec3d eye;
     osg::Vec3d centre;

@@ -1,11 +1,11 @@
 #include "samples/views/CurvePlot.h"
 
+#include "samples/views/LabelFont.h"
 #include "samples/views/Offscreen.h"
 
 #include <osg/Geode>
 #include <osg/Geometry>
 #include <osg/LineWidth>
-#include <osgDB/FileUtils>
 #include <osgDB/WriteFile>
 #include <osgText/Font>
 #include <osgText/Text>
@@ -46,14 +46,6 @@ const std::array<osg::Vec4, 6> kColors = {osg::Vec4(0.00F, 0.45F, 0.70F, 1.0F),
                                           osg::Vec4(0.80F, 0.47F, 0.65F, 1.0F),
                                           osg::Vec4(0.34F, 0.71F, 0.91F, 1.0F),
                                           osg::Vec4(0.55F, 0.45F, 0.05F, 1.0F)};
-
-osg::ref_ptr<osgText::Font> font()
-{
-    const std::string file = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
-    osg::ref_ptr<osgText::Font> found;
-    if (osgDB::fileExists(file)) found = osgText::readRefFontFile(file);
-    return found ? found : osgText::Font::getDefaultFont();
-}
 
 /// What is drawn, in pixels from the lower left.
 class Sheet
@@ -102,7 +94,7 @@ public:
 
 private:
     osg::ref_ptr<osg::Group> _root = new osg::Group;
-    osg::ref_ptr<osgText::Font> _font = font();
+    osg::ref_ptr<osgText::Font> _font = labelFont();
 };
 
 struct Range

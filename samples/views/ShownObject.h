@@ -1,14 +1,18 @@
 #pragma once
 
 #include <osg/MatrixTransform>
+#include <osg/Vec4>
 
 #include <string>
 
 namespace midair::samples
 {
 
+/// Behind all that is shown.
+inline const osg::Vec4 kShownBackground(0.052F, 0.060F, 0.078F, 1.0F);
+
 /// Model read by any OSG plugin, scaled to a size and centred, with materials that show its shape.
-struct DemoObject
+struct ShownObject
 {
     std::string name;              ///< file name without folders
     osg::ref_ptr<osg::Node> model; ///< metres; the centre of its bounding box is at the origin
@@ -19,7 +23,7 @@ struct DemoObject
 
 /// Reads \a path and scales it to a largest extent of \a size_m (0: unchanged). Throws
 /// std::runtime_error that names the file.
-DemoObject loadDemoObject(const std::string& path, double size_m);
+ShownObject loadShownObject(const std::string& path, double size_m);
 
 /// Returns a group with two lights (key and fill) and \a scene below it.
 osg::ref_ptr<osg::Group> lit(osg::Node* scene);

@@ -1,4 +1,4 @@
-#include "samples/demo/StopSignal.h"
+#include "samples/views/StopSignal.h"
 
 #include <csignal>
 #include <initializer_list>

@@ -1,4 +1,4 @@
-#include "samples/demo/DemoObject.h"
+#include "samples/views/ShownObject.h"
 
 #include <osgMidair/Overlay>
 
@@ -173,9 +173,9 @@ osg::ref_ptr<osg::Light> light(int number, const osg::Vec4& direction, float bri
 
 } // namespace
 
-DemoObject loadDemoObject(const std::string& path, double size_m)
+ShownObject loadShownObject(const std::string& path, double size_m)
 {
-    DemoObject object;
+    ShownObject object;
     object.name = osgDB::getSimpleFileName(path);
     const osg::ref_ptr<osg::Node> read = osgDB::readRefNodeFile(path);
     if (!read)

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+namespace midair::samples
+{
+
+/// Returns the source of hands that \a text names on a command line: a recording's file, FILE.csv,
+/// is one that repeats, "recorded:FILE.csv?loop"; all else stays as it is.
+inline std::string handsOf(const std::string& text)
+{
+    const std::string ending = ".csv";
+    const bool isFile = text.size() > ending.size() && text.find(':') == std::string::npos &&
+                        text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
+    return isFile ? "recorded:" + text + "?loop" : text;
+}
+
+} // namespace midair::samples
