@@ -1,0 +1,161 @@
+#include "samples/installations/shell/InstallationRecord.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+#include <unistd.h>
+
+namespace midair::samples
+{
+
+namespace
+{
+
+constexpr double kSettled_s = 10.0; ///< until caches and pools have grown
+constexpr double kLook_s = 1.0;
+
+} // namespace
+
+double residentMemory_MB()
+{
+    std::ifstream file("/proc/self/statm");
+    long size = 0;
+    long resident = 0;
+    if (!(file >> size >> resident)) return 0.0;
+    return 1e-6 * static_cast<double>(resident) * static_cast<double>(::sysconf(_SC_PAGESIZE));
+}
+
+void InstallationRecord::Silence::add(bool isAsked, bool isPlaying, double now_s)
+{
+    if (!isAsked)
+    {
+        since_s = -1.0;
+        return;
+    }
+    if (since_s < 0.0) since_s = now_s;
+    ++frames;
+    if (isPlaying && now_s - since_s > kGrace_s) ++played;
+}
+
+void InstallationRecord::addFrame(const Frame& frame, const osgMidair::HapticStatistics& now)
+{
+    if (_begin_s < 0.0) _begin_s = frame.now_s;
+    _end_s = frame.now_s;
+    ++_frames;
+    if (now.hands > 0) ++_withHands;
+    const bool isPlaying = now.state == osgMidair::ArrayState::PLAYING;
+    if (isPlaying) ++_playing;
+    _muted.add(frame.isMuted, isPlaying, frame.now_s);
+    _alone.add(frame.mustRest, isPlaying, frame.now_s);
+    if (frame.now_s - _looked_s < kLook_s) return;
+    look(frame.now_s, now);
+    _looked_s = frame.now_s;
+}
+
+// Once a second: a message that was said twice or more since the last look is noise.
+void InstallationRecord::look(double now_s, const osgMidair::HapticStatistics& now)
+{
+    std::map<std::string, std::uint64_t> told;
+    for (const osgMidair::HapticMessage& message : now.told)
+        told[message.code + (message.path.empty() ? "" : " at " + message.path)] += message.count;
+    for (const auto& [what, count] : told)
+    {
+        const std::uint64_t before = _told.count(what) ? _told[what] : 0;
+        if (count >= before + 2) _tooOften[what] = std::max(_tooOften[what], count - before);
+    }
+    _told = std::move(told);
+    _lastMemory_MB = residentMemory_MB();
+    _mostMemory_MB = std::max(_mostMemory_MB, _lastMemory_MB);
+    if (now_s - _begin_s < kSettled_s || _firstMemory_MB == 0.0) _firstMemory_MB = _lastMemory_MB;
+}
+
+void InstallationRecord::addTouch(const osgMidair::Touch& touch)
+{
+    ++_touches;
+    addStroke(touch);
+}
+
+void InstallationRecord::addStroke(const osgMidair::Touch& touch)
+{
+    _force_N = std::max(_force_N, touch.force);
+}
+
+nlohmann::ordered_json InstallationRecord::figures(const osgMidair::HapticStatistics& end) const
+{
+    nlohmann::ordered_json json;
+    const double seconds = std::max(0.0, _end_s - _begin_s);
+    json["frames"] = _frames;
+    json["seconds"] = seconds;
+    json["framesWithHands"] = _withHands;
+    json["framesPlaying"] = _playing;
+    json["touches"] = _touches;
+    json["largestForce_mN"] = 1e3 * _force_N;
+    json["transducers"] = end.transducers;
+    json["device"] = end.device;
+    json["state"] = midair::bridge::stateName(end.state);
+    json["solves"] = end.solves;
+    json["contactFields"] = end.contactFields;
+    json["fields"] = {{"sent", end.fields.sent},
+                      {"played", end.fields.played},
+                      {"dropped", end.fields.dropped},
+                      {"lost", end.fields.lost},
+                      {"refused", end.fields.refused},
+                      {"faults", end.fields.faults},
+                      {"reconnects", end.fields.reconnects}};
+    json["silence"] = {{"framesMuted", _muted.frames},
+                       {"playedMuted", _muted.played},
+                       {"framesAlone", _alone.frames},
+                       {"playedAlone", _alone.played}};
+    json["memory_MB"] = {
+        {"settled", _firstMemory_MB}, {"end", _lastMemory_MB}, {"most", _mostMemory_MB}};
+    json["messages"] = nlohmann::ordered_json::array();
+    for (const osgMidair::HapticMessage& message : end.told)
+        json["messages"].push_back({{"code", message.code},
+                                    {"severity", static_cast<int>(message.severity)},
+                                    {"count", message.count},
+                                    {"text", message.text}});
+    json["tooOften"] = _tooOften;
+    json["pictures"] = _pictures;
+    return json;
+}
+
+void InstallationRecord::print(const std::string& program,
+                               const osgMidair::HapticStatistics& end) const
+{
+    const auto count = [](std::uint64_t number) { return static_cast<unsigned long long>(number); };
+    std::printf("program     %s: %llu frames in %.1f s, %llu of them with hands\n",
+                program.c_str(),
+                count(_frames),
+                std::max(0.0, _end_s - _begin_s),
+                count(_withHands));
+    std::printf("array       %d transducers; %s; %llu frames with sound\n",
+                end.transducers,
+                end.device.c_str(),
+                count(_playing));
+    std::printf("touches     %llu, up to %.1f mN\n", count(_touches), 1e3 * _force_N);
+    std::printf("fields      %llu sent, %llu played, %llu dropped, %llu lost, %llu refused; %llu "
+                "faults\n",
+                count(end.fields.sent),
+                count(end.fields.played),
+                count(end.fields.dropped),
+                count(end.fields.lost),
+                count(end.fields.refused),
+                count(end.fields.faults));
+    std::printf("silence     %llu frames muted (%llu sounded), %llu with nobody there (%llu "
+                "sounded)\n",
+                count(_muted.frames),
+                count(_muted.played),
+                count(_alone.frames),
+                count(_alone.played));
+    std::printf("memory      %.1f MB settled, %.1f MB at the end, %.1f MB at most\n",
+                _firstMemory_MB,
+                _lastMemory_MB,
+                _mostMemory_MB);
+    for (const auto& [what, times] : _tooOften)
+        std::printf("too often   %s: %llu times in a second\n", what.c_str(), count(times));
+    for (const std::string& message : end.messages)
+        std::printf("note        %s\n", message.c_str());
+}
+
+} // namespace midair::samples

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <osgMidair/HapticStatistics>
+#include <osgMidair/TouchCallback>
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace midair::samples
+{
+
+/// Counts what an installation did, frame by frame, for report.json, and looks for what an
+/// exhibition must not have: memory that grows, messages over and over, sound where it must be
+/// silent. Its own memory doesn't grow with time.
+class InstallationRecord
+{
+public:
+    /// What the shell knows of a frame.
+    struct Frame
+    {
+        double now_s = 0.0; ///< steady clock
+        bool isMuted = false;
+        bool mustRest = false; ///< nobody is there
+    };
+
+    void addFrame(const Frame& frame, const osgMidair::HapticStatistics& now);
+    void addTouch(const osgMidair::Touch& touch);
+    void addStroke(const osgMidair::Touch& touch);
+    void addPicture(const std::string& file) { _pictures.push_back(file); }
+
+    /// Returns the figures, without those of the installation.
+    nlohmann::ordered_json figures(const osgMidair::HapticStatistics& end) const;
+    /// Prints some of them, and the messages.
+    void print(const std::string& program, const osgMidair::HapticStatistics& end) const;
+
+private:
+    /// How long a device may take to fall silent before that is counted.
+    static constexpr double kGrace_s = 0.5;
+
+    /// Frames that had to be silent, and those of them that played all the same.
+    struct Silence
+    {
+        double since_s = -1.0;
+        std::uint64_t frames = 0;
+        std::uint64_t played = 0;
+
+        void add(bool isAsked, bool isPlaying, double now_s);
+    };
+
+    void look(double now_s, const osgMidair::HapticStatistics& now);
+
+    std::uint64_t _frames = 0;
+    std::uint64_t _withHands = 0;
+    std::uint64_t _playing = 0;
+    std::uint64_t _touches = 0;
+    double _force_N = 0.0; ///< the largest
+    double _begin_s = -1.0;
+    double _end_s = 0.0;
+    double _looked_s = -1e9;
+    Silence _muted;
+    Silence _alone;
+    std::map<std::string, std::uint64_t> _told;     ///< times, by code and node
+    std::map<std::string, std::uint64_t> _tooOften; ///< most times in a second
+    double _firstMemory_MB = 0.0;                   ///< after ten seconds, or at the start
+    double _lastMemory_MB = 0.0;
+    double _mostMemory_MB = 0.0;
+    std::vector<std::string> _pictures;
+};
+
+/// Returns the memory that this process has in RAM, MB; 0 if it isn't known.
+double residentMemory_MB();
+
+} // namespace midair::samples

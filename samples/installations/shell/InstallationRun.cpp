@@ -1,0 +1,170 @@
+#include "samples/installations/shell/InstallationShell.h"
+#include "samples/installations/shell/MuteSignal.h"
+#include "samples/views/PictureTaker.h"
+#include "samples/views/StopSignal.h"
+
+#include <osg/Timer>
+#include <osgDB/WriteFile>
+#include <osgViewer/Viewer>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <thread>
+
+#include <fmt/format.h>
+
+namespace midair::samples
+{
+
+namespace
+{
+
+constexpr double kFrameTime_s = 1.0 / 60.0;
+/// Without a display all that is drawn for is pictures; a frame in so many is drawn all the same,
+/// so that what grows by drawing is seen.
+constexpr int kDrawn = 60;
+
+double steady_s()
+{
+    return osg::Timer::instance()->time_s();
+}
+
+void sleepUntil(double time_s)
+{
+    const double left_s = time_s - steady_s();
+    if (left_s > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(left_s));
+}
+
+/// Waits until the field of the last frame is solved, at most for as long as a slow machine needs,
+/// so that each frame without a display has its own, and runs repeat.
+void awaitField(const osgMidair::HapticScene& scene)
+{
+    const double end_s = steady_s() + 2.0;
+    while (steady_s() < end_s)
+    {
+        const osgMidair::HapticStatistics s = scene.getStatistics();
+        if (s.solves + s.skippedUnmoved + s.superseded >= s.snapshots) return;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+}
+
+int headlessFrames(const InstallationOptions& options)
+{
+    if (options.minutes > 0.0) return static_cast<int>(options.minutes * 60.0 / kFrameTime_s);
+    return options.frames > 0 ? options.frames : 240;
+}
+
+bool runHeadless(Installation& installation, InstallationOptions options)
+{
+    if (options.hands.empty()) options.hands = "demo";
+    const int width = options.size.first > 0 ? options.size.first : 1200;
+    const int height = options.size.second > 0 ? options.size.second : 800;
+    std::filesystem::create_directories(options.out);
+    InstallationShell shell(installation, options);
+    osgViewer::Viewer viewer;
+    viewer.setLightingMode(osg::View::NO_LIGHT);
+    std::string problem;
+    const auto aim = [&](osg::Camera& camera)
+    { shell.aim(camera, static_cast<double>(width) / height); };
+    const double fovy_deg = installation.viewpoint().fovy_deg;
+    const bool draw = setUpOffscreen(viewer, width, height, fovy_deg, &problem);
+    if (draw) aim(*viewer.getCamera());
+    viewer.setSceneData(shell.root());
+    shell.listen(viewer);
+    const std::unique_ptr<PictureTaker> camera =
+        draw && options.pictures > 0
+            ? std::make_unique<PictureTaker>(
+                  *shell.root(), shell.overlays(), width, height, fovy_deg, aim, problem)
+            : nullptr;
+    const int frames = headlessFrames(options);
+    const int between = std::max(1, frames / std::max(1, options.pictures));
+    int taken = 0;
+    for (int i = 0; i < frames && !isStopAsked() && !installation.isOver(); ++i)
+    {
+        const double begin_s = steady_s();
+        shell.frame(viewer, i * kFrameTime_s, draw && i % kDrawn == kDrawn - 1);
+        awaitField(shell.haptics());
+        if (camera && i % between == between - 1)
+        {
+            const std::string file =
+                fmt::format("{}/{}_{}.png", options.out, installation.title().name, ++taken);
+            const osg::ref_ptr<osg::Image> image = camera->take();
+            if (image && osgDB::writeImageFile(*image, file))
+                shell.addPicture(file);
+            else
+                problem = "can't write " + file;
+        }
+        sleepUntil(begin_s + kFrameTime_s);
+    }
+    if (!problem.empty()) std::fprintf(stderr, "pictures: %s\n", problem.c_str());
+    return shell.finish(options.out + "/report.json");
+}
+
+void openWindow(osgViewer::Viewer& viewer, const InstallationOptions& options)
+{
+    if (options.size.first > 0)
+        viewer.setUpViewInWindow(60, 60, options.size.first, options.size.second);
+    else
+        viewer.setUpViewOnSingleScreen(static_cast<unsigned int>(options.screen));
+    viewer.setThreadingModel(osgViewer::ViewerBase::SingleThreaded);
+    viewer.realize();
+    osgViewer::ViewerBase::Windows windows;
+    viewer.getWindows(windows);
+    if (windows.empty()) throw std::runtime_error("can't open a window on the display");
+    for (osgViewer::GraphicsWindow* window : windows)
+        if (options.size.first == 0 && options.hands != "mouse:") window->useCursor(false);
+}
+
+bool runWindow(Installation& installation, const InstallationOptions& options)
+{
+    InstallationShell shell(installation, options);
+    osgViewer::Viewer viewer;
+    viewer.setLightingMode(osg::View::NO_LIGHT);
+    openWindow(viewer, options);
+    viewer.setSceneData(shell.root());
+    shell.listen(viewer);
+    const double start_s = steady_s();
+    const double end_s = options.minutes > 0.0 ? start_s + 60.0 * options.minutes : 1e300;
+    for (int i = 0; !viewer.done() && !isStopAsked() && !installation.isOver() &&
+                    (options.frames == 0 || i < options.frames) && steady_s() < end_s;
+         ++i)
+    {
+        const double begin_s = steady_s();
+        const osg::Viewport& viewport = *viewer.getCamera()->getViewport();
+        shell.aim(*viewer.getCamera(), viewport.width() / std::max(1.0, viewport.height()));
+        shell.frame(viewer, begin_s - start_s, true);
+        // A display without vertical synchronisation would be drawn as often as the processor can.
+        sleepUntil(begin_s + 0.5 * kFrameTime_s);
+    }
+    return shell.finish({});
+}
+
+} // namespace
+
+int runInstallation(Installation& installation, int argc, char** argv)
+{
+    InstallationOptions options;
+    int status = 0;
+    if (!parseInstallationOptions(installation, argc, argv, options, status)) return status;
+    catchStopSignals();
+    catchMuteSignals();
+    try
+    {
+        const bool isHeadless = options.headless || !haveDisplay();
+        return (isHeadless ? runHeadless(installation, options) : runWindow(installation, options))
+                   ? 0
+                   : 1;
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "midair-%s: %s\n", installation.title().name.c_str(), error.what());
+        return 1;
+    }
+}
+
+} // namespace midair::samples

@@ -1,0 +1,252 @@
+#include "samples/installations/shell/InstallationShell.h"
+
+#include "samples/installations/shell/MuteSignal.h"
+#include "samples/views/ShownObject.h"
+#include "samples/views/ShownOverlays.h"
+
+#include <osg/Timer>
+#include <osgGA/GUIEventHandler>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <stdexcept>
+
+namespace midair::samples
+{
+
+namespace
+{
+
+/// The visitor that the program brings along.
+class DemonstratedHands : public osgMidair::HandSource
+{
+public:
+    explicit DemonstratedHands(Installation& installation) : _installation(installation) {}
+    bool getHands(double time_s, std::vector<osgMidair::Hand>& hands) override
+    {
+        hands.clear();
+        return _installation.demonstrate(time_s, hands);
+    }
+    std::string getStatus() const override { return "demo: the installation's own visitor"; }
+
+private:
+    Installation& _installation;
+};
+
+} // namespace
+
+class InstallationShell::Touches : public osgMidair::TouchCallback
+{
+public:
+    explicit Touches(InstallationShell& shell) : _shell(shell) {}
+    void enter(const osgMidair::Touch& touch) override
+    {
+        _shell._record.addTouch(touch);
+        _shell._installation.touched(touch);
+    }
+    void stay(const osgMidair::Touch& touch) override
+    {
+        _shell._record.addStroke(touch);
+        _shell._installation.stroked(touch);
+    }
+    void leave(const osgMidair::Touch& touch) override { _shell._installation.left(touch); }
+
+private:
+    InstallationShell& _shell;
+};
+
+class InstallationShell::Keys : public osgGA::GUIEventHandler
+{
+public:
+    explicit Keys(Installation& installation) : _installation(installation) {}
+    using osgGA::GUIEventHandler::handle;
+    bool handle(const osgGA::GUIEventAdapter& event, osgGA::GUIActionAdapter& /*action*/) override
+    {
+        if (event.getEventType() == osgGA::GUIEventAdapter::KEYDOWN)
+            _installation.pressed(event.getKey());
+        return false;
+    }
+
+private:
+    Installation& _installation;
+};
+
+InstallationShell::InstallationShell(Installation& installation,
+                                     const InstallationOptions& options) :
+    _installation(installation),
+    _options(options),
+    _title(installation.title()),
+    _program("midair-" + _title.name),
+    _root(new osg::Group),
+    _haptics(new osgMidair::HapticScene),
+    _overlays(new osgMidair::HapticOverlays),
+    _memory(options.state, static_cast<double>(std::time(nullptr)))
+{
+    _haptics->setName(_title.name);
+    applySettings();
+    chooseHands();
+    _haptics->setTouchCallback(new Touches(*this));
+    _haptics->addChild(_overlays);
+    showOverlays(*_overlays,
+                 options.overlays.empty() ? std::vector<std::string>{"hands"} : options.overlays);
+    for (const auto& [name, value] : options.numbers)
+        _overlays->setNumber(name, value);
+    if (options.plain) _overlays->getHud()->setPlain(true);
+    const osg::ref_ptr<osg::Group> bright = lit(_haptics);
+    _root->addChild(bright);
+    _root->addChild(_sign.node());
+    _sign.setInvitation(_title.invites);
+    Stage stage{*_haptics, *bright, options.seed, _areHandsKnown};
+    installation.build(stage);
+
+    if (!_memory.reason().empty()) say(_memory.reason());
+    _isMuted = options.muted || _memory.startsMuted();
+    if (_memory.startsMuted()) _whyMuted = _memory.reason();
+    _haptics->setMuted(_isMuted);
+    if (!_areHandsKnown && installation.restsAlone())
+        say("no hands are tracked, so the array plays whether somebody is there or not; --hands "
+            "names a tracker");
+}
+
+// The command line comes after the installation, and both after the defaults.
+void InstallationShell::applySettings()
+{
+    osgMidair::HapticSettings settings = _haptics->getSettings();
+    settings.array = _installation.arrayOf(_options.device);
+    settings.device = "sim:";
+    _installation.arrange(settings);
+    std::string error;
+    for (const auto& [name, text] : _options.settings)
+        if (!settings.set(name, text, error)) throw std::runtime_error(error);
+    if (!_options.array.empty() && !settings.set("array", _options.array, error))
+        throw std::runtime_error(error);
+    if (!_options.device.empty() && !settings.set("device", _options.device, error))
+        throw std::runtime_error(error);
+    settings.device = withHold(settings.device);
+    _haptics->setSettings(settings);
+}
+
+void InstallationShell::chooseHands()
+{
+    const char* environment = std::getenv("OSG_MIDAIR_HANDS");
+    const std::string asked = _options.hands;
+    if (asked == "demo")
+    {
+        _haptics->setHandSource(new DemonstratedHands(_installation));
+        _areHandsKnown = true;
+        return;
+    }
+    if (!asked.empty()) _haptics->setHands(asked);
+    const std::string used = asked.empty() && environment ? environment : asked;
+    _areHandsKnown = !used.empty() && used != "none";
+}
+
+void InstallationShell::aim(osg::Camera& camera, double aspect) const
+{
+    const Viewpoint from = _installation.viewpoint();
+    camera.setViewMatrixAsLookAt(from.eye, from.centre, from.up);
+    camera.setProjectionMatrixAsPerspective(from.fovy_deg, aspect, 0.01, 10.0);
+    camera.setClearColor(kShownBackground);
+}
+
+void InstallationShell::listen(osgViewer::Viewer& viewer)
+{
+    viewer.addEventHandler(new Keys(_installation));
+}
+
+void InstallationShell::frame(osgViewer::Viewer& viewer, double time_s, bool draw)
+{
+    const MuteSignal asked = takeMuteSignal();
+    if (asked != MuteSignal::NONE) _haptics->setMuted(asked == MuteSignal::MUTE);
+    const osgMidair::HapticStatistics before = _haptics->getStatistics();
+    followVisitors(before, time_s);
+    const Moment now{time_s, time_s - _lastTime_s, _isSomebodyThere, before};
+    _installation.update(now);
+    _lastTime_s = time_s;
+    _sign.setCaption(_installation.caption());
+    _sign.setState(_isMuted, trouble(before));
+    if (const osg::Viewport* viewport = viewer.getCamera()->getViewport())
+        _sign.update(viewport->width(), viewport->height());
+    viewer.advance(time_s);
+    viewer.eventTraversal();
+    viewer.updateTraversal();
+    if (draw) viewer.renderingTraversals();
+    followMute();
+    const double now_s = osg::Timer::instance()->time_s();
+    const osgMidair::HapticStatistics after = _haptics->getStatistics();
+    _record.addFrame({now_s, _isMuted, !_isSomebodyThere}, after);
+    _service.beat(now_s,
+                  std::string(midair::bridge::stateName(after.state)) +
+                      (_isSomebodyThere ? "" : ", nobody is there"));
+}
+
+// F8, the operator's page and whoever else calls setMuted() are all seen here.
+void InstallationShell::followMute()
+{
+    const bool isMuted = _haptics->getMuted();
+    if (isMuted == _isMuted) return;
+    _isMuted = isMuted;
+    _whyMuted.clear();
+    if (!_memory.keep(isMuted))
+        say("\"" + _options.state + "\" can't be written: this isn't kept over a restart");
+}
+
+// A scene that isn't enabled is silent, and still follows hands.
+void InstallationShell::followVisitors(const osgMidair::HapticStatistics& now, double time_s)
+{
+    if (!_areHandsKnown) return;
+    if (now.hands > 0) _handsSeen_s = time_s;
+    _isSomebodyThere = time_s - _handsSeen_s <= _options.linger_s;
+    const bool shallPlay = _isSomebodyThere || !_installation.restsAlone();
+    if (_haptics->getEnabled() != shallPlay) _haptics->setEnabled(shallPlay);
+}
+
+std::string InstallationShell::trouble(const osgMidair::HapticStatistics& now) const
+{
+    if (_isMuted) return _whyMuted;
+    switch (now.state)
+    {
+    case osgMidair::ArrayState::LOST:
+        return "the array is lost";
+    case osgMidair::ArrayState::FAULT:
+        return "the array fails";
+    case osgMidair::ArrayState::CLOSED:
+        return now.frames > 0 ? "no array is open" : "";
+    default:
+        return {};
+    }
+}
+
+void InstallationShell::say(const std::string& text) const
+{
+    std::fprintf(stderr, "%s: %s\n", _program.c_str(), text.c_str());
+}
+
+bool InstallationShell::finish(const std::string& report)
+{
+    const osgMidair::HapticStatistics end = _haptics->getStatistics();
+    _haptics->silence();
+    _service.stop();
+    if (!_memory.end()) say("\"" + _options.state + "\" can't be written");
+    _record.print(_program, end);
+    if (report.empty()) return true;
+    nlohmann::ordered_json json;
+    json["installation"] = _title.name;
+    json["seed"] = _options.seed;
+    json["array"] = _haptics->getArray();
+    json.update(_record.figures(end));
+    nlohmann::ordered_json own;
+    _installation.report(own);
+    json["scene"] = own;
+    std::ofstream file(report);
+    file << json.dump(2) << '\n';
+    file.close();
+    if (file) return true;
+    say("can't write " + report);
+    return false;
+}
+
+} // namespace midair::samples

@@ -1,0 +1,77 @@
+#pragma once
+
+#include "samples/installations/shell/Installation.h"
+#include "samples/installations/shell/InstallationOptions.h"
+#include "samples/installations/shell/InstallationRecord.h"
+#include "samples/installations/shell/MuteMemory.h"
+#include "samples/installations/shell/ServiceNotifier.h"
+#include "samples/installations/shell/VisitorSign.h"
+
+#include <osgMidair/HapticOverlays>
+#include <osgMidair/HapticScene>
+
+#include <osgViewer/Viewer>
+
+#include <string>
+
+namespace midair::samples
+{
+
+/// The scene of an installation with all that goes on around it: the sign on the screen, the mute
+/// and its memory, the array's rest while nobody is there, and the record of the run.
+class InstallationShell
+{
+public:
+    /// Throws what the installation's build() does, and std::runtime_error for settings that are
+    /// not understood.
+    InstallationShell(Installation& installation, const InstallationOptions& options);
+
+    osg::Group* root() { return _root; }
+    osgMidair::HapticScene& haptics() { return *_haptics; }
+    osgMidair::HapticOverlays& overlays() { return *_overlays; }
+
+    /// Sets view, projection and background; \a aspect: width over height.
+    void aim(osg::Camera& camera, double aspect) const;
+    /// Sends keys of \a viewer to the installation.
+    void listen(osgViewer::Viewer& viewer);
+
+    /// Runs one frame at \a time_s of the scene's time; draws it if \a draw.
+    void frame(osgViewer::Viewer& viewer, double time_s, bool draw);
+    void addPicture(const std::string& file) { _record.addPicture(file); }
+
+    /// Ends the run: the array falls silent, and the state's file knows that nothing crashed.
+    /// Prints figures and, if \a report names a file, writes them. Returns false, having said why,
+    /// if that fails.
+    bool finish(const std::string& report);
+
+private:
+    class Touches;
+    class Keys;
+
+    void applySettings();
+    void chooseHands();
+    void followMute();
+    void followVisitors(const osgMidair::HapticStatistics& now, double time_s);
+    std::string trouble(const osgMidair::HapticStatistics& now) const;
+    void say(const std::string& text) const;
+
+    Installation& _installation;
+    const InstallationOptions& _options;
+    const InstallationTitle _title;
+    const std::string _program;
+    osg::ref_ptr<osg::Group> _root;
+    osg::ref_ptr<osgMidair::HapticScene> _haptics;
+    osg::ref_ptr<osgMidair::HapticOverlays> _overlays;
+    VisitorSign _sign;
+    MuteMemory _memory;
+    ServiceNotifier _service;
+    InstallationRecord _record;
+    std::string _whyMuted;
+    bool _isMuted = false;
+    bool _areHandsKnown = false; ///< there is a source of hands
+    bool _isSomebodyThere = true;
+    double _handsSeen_s = 0.0;
+    double _lastTime_s = 0.0;
+};
+
+} // namespace midair::samples

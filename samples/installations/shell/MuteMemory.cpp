@@ -1,0 +1,83 @@
+#include "samples/installations/shell/MuteMemory.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+namespace midair::samples
+{
+
+MuteMemory::MuteMemory(std::string file, double now_s) : _file(std::move(file))
+{
+    if (_file.empty()) return;
+    std::error_code ignored;
+    if (std::filesystem::exists(_file, ignored) || ignored) read(now_s);
+    if (!write() && _reason.empty())
+        _reason = fmt::format("\"{}\" can't be written: a mute isn't kept over a restart", _file);
+}
+
+void MuteMemory::read(double now_s)
+{
+    try
+    {
+        std::ifstream in(_file);
+        const nlohmann::json kept = nlohmann::json::parse(in);
+        const bool wasMuted = kept.at("muted").get<bool>();
+        for (const double crash_s : kept.at("crashes").get<std::vector<double>>())
+            if (std::abs(now_s - crash_s) < kCrashTime_s) _crashes_s.push_back(crash_s);
+        if (kept.at("running").get<bool>()) _crashes_s.push_back(now_s);
+        _isMuted = wasMuted;
+        if (_isMuted) _reason = "it was muted when it ended";
+        if (crashes() < kCrashes) return;
+        _isMuted = true;
+        _reason =
+            fmt::format("it crashed {} times in {:.0f} minutes", crashes(), kCrashTime_s / 60.0);
+    }
+    catch (const std::exception&)
+    {
+        _isMuted = true;
+        _reason = fmt::format("\"{}\" isn't understood", _file);
+    }
+}
+
+bool MuteMemory::keep(bool isMuted)
+{
+    _isMuted = isMuted;
+    if (!isMuted) _crashes_s.clear();
+    return write();
+}
+
+bool MuteMemory::end()
+{
+    _isRunning = false;
+    return write();
+}
+
+// The old file stays until the new one is whole on the disk.
+bool MuteMemory::write() const
+{
+    if (_file.empty()) return true;
+    const nlohmann::ordered_json kept = {
+        {"muted", _isMuted}, {"running", _isRunning}, {"crashes", _crashes_s}};
+    const std::string text = kept.dump() + "\n";
+    const std::string fresh = _file + ".new";
+    const int descriptor =
+        ::open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0644);
+    if (descriptor < 0) return false;
+    const bool isWritten =
+        ::write(descriptor, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
+        ::fsync(descriptor) == 0;
+    ::close(descriptor);
+    return isWritten && std::rename(fresh.c_str(), _file.c_str()) == 0;
+}
+
+} // namespace midair::samples
