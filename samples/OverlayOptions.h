@@ -6,6 +6,7 @@
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/SettingDescription>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,17 +15,21 @@ namespace midair::samples
 {
 
 /// Adds which overlays are shown, and the numbers that say how they look, by the names that
-/// HapticOverlays::setNumber() takes. \a words and \a numbers must outlive the parsing.
+/// HapticOverlays::setNumber() takes, but for those of \a without. \a words and \a numbers must
+/// outlive the parsing. \a byDefault: what is shown where none is named.
 inline void addOverlays(CLI::App& app,
                         std::vector<std::string>& words,
                         std::vector<std::pair<std::string, double>>& numbers,
-                        const std::string& byDefault = "everything")
+                        const std::string& byDefault = "everything",
+                        const std::vector<std::string>& without = {})
 {
     std::vector<std::string> known;
     for (const osgMidair::OverlayDescription& overlay : osgMidair::HapticOverlays::describe())
     {
         known.push_back(overlay.word);
         for (const osgMidair::SettingDescription& number : overlay.numbers)
+        {
+            if (std::count(without.begin(), without.end(), number.name) > 0) continue;
             app.add_option_function<double>(
                    optionName(number.name),
                    [&numbers, name = number.name](double value)
@@ -34,6 +39,7 @@ inline void addOverlays(CLI::App& app,
                 ->transform(inUnit(number.unit, osgMidair::readQuantity))
                 ->check(CLI::Range(number.low, number.high))
                 ->group("The overlays");
+        }
     }
     known.emplace_back("none");
     app.add_option("--overlays", words, "What is drawn over the scene [" + byDefault + "]")

@@ -20,6 +20,17 @@ build/bin/midair-demo --headless --frames 40 --still --overlays ears,figures --o
 cp "$out/ears/star_6.png" samples/pictures/ears.png
 convert "$out/surface/star_3.png" -colors 256 PNG8:samples/pictures/star.png
 convert "$out/vertices/star_5.png" -colors 256 PNG8:samples/pictures/star-vertices.png
+# installation NAME FRAMES [option]..: the last frame of a run, with the program's own visitor.
+installation()
+{
+    "build/bin/midair-$1" --headless --frames "$2" --pictures 1 --out "$out/$1" "${@:3}" >/dev/null
+    convert "$out/$1/$1_1.png" -colors 256 "PNG8:samples/pictures/$1.png"
+}
+installation toybox 90
+installation piano 90
+installation gallery 150 --seconds 1.5
+installation water 60
+installation desk 60
 build/bin/midair-paper --out "$out/paper" --starts 0 >/dev/null
 for name in paper_focus paper_line_gs paper_star_gs paper_star_sdp-bcd; do
     small "$out/paper/$name.png" "$name"

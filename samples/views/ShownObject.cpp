@@ -173,7 +173,7 @@ osg::ref_ptr<osg::Light> light(int number, const osg::Vec4& direction, float bri
 
 } // namespace
 
-ShownObject loadShownObject(const std::string& path, double size_m)
+ShownObject loadShownObject(const std::string& path, double size_m, bool isOpaque)
 {
     ShownObject object;
     object.name = osgDB::getSimpleFileName(path);
@@ -192,7 +192,7 @@ ShownObject loadShownObject(const std::string& path, double size_m)
     object.extent_m = extent * scale;
     std::array<double, 3> sorted = {extent.x(), extent.y(), extent.z()};
     std::sort(sorted.begin(), sorted.end());
-    object.flat = sorted[0] < kFlat * sorted[1];
+    object.flat = !isOpaque && sorted[0] < kFlat * sorted[1];
 
     osg::ref_ptr<osg::MatrixTransform> placed = new osg::MatrixTransform(
         osg::Matrix::translate(-box.center()) * osg::Matrix::scale(scale, scale, scale));

@@ -21,9 +21,9 @@ struct ShownObject
     bool flat = false; ///< drawn transparent, because the field's slice is in its plane
 };
 
-/// Reads \a path and scales it to a largest extent of \a size_m (0: unchanged). Throws
-/// std::runtime_error that names the file.
-ShownObject loadShownObject(const std::string& path, double size_m);
+/// Reads \a path and scales it to a largest extent of \a size_m (0: unchanged). \a isOpaque: what
+/// is flat is drawn as all else. Throws std::runtime_error that names the file.
+ShownObject loadShownObject(const std::string& path, double size_m, bool isOpaque = false);
 
 /// Returns a group with two lights (key and fill) and \a scene below it.
 osg::ref_ptr<osg::Group> lit(osg::Node* scene);

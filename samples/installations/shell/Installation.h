@@ -94,6 +94,8 @@ public:
     virtual bool isOver() const { return false; }
     /// True: hands that are away silence the array, where hands are tracked at all.
     virtual bool restsAlone() const { return true; }
+    /// Words of the overlays that visitors see.
+    virtual std::vector<std::string> overlays() const { return {"hands"}; }
     /// What is said on the screen beside the invitation; empty: nothing.
     virtual std::string caption() const { return {}; }
     /// Adds figures of its own to the report.

@@ -109,7 +109,7 @@ bool parseInstallationOptions(
     installation.addOptions(app);
     addPlaying(app, options);
     addShowing(app, options);
-    addOverlays(app, options.overlays, options.numbers, "hands");
+    addOverlays(app, options.overlays, options.numbers, "hands", {"plain"}); // --plain is a flag
     try
     {
         app.parse(argc, argv);

@@ -17,6 +17,11 @@ constexpr double kLook_s = 1.0;
 
 } // namespace
 
+InstallationRecord::InstallationRecord() : _said(new SaidLines)
+{
+    osg::setNotifyHandler(_said);
+}
+
 double residentMemory_MB()
 {
     std::ifstream file("/proc/self/statm");
@@ -49,25 +54,23 @@ void InstallationRecord::addFrame(const Frame& frame, const osgMidair::HapticSta
     _muted.add(frame.isMuted, isPlaying, frame.now_s);
     _alone.add(frame.mustRest, isPlaying, frame.now_s);
     if (frame.now_s - _looked_s < kLook_s) return;
-    look(frame.now_s, now);
+    look(frame.now_s);
     _looked_s = frame.now_s;
 }
 
-// Once a second: a message that was said twice or more since the last look is noise.
-void InstallationRecord::look(double now_s, const osgMidair::HapticStatistics& now)
+void InstallationRecord::look(double now_s)
 {
-    std::map<std::string, std::uint64_t> told;
-    for (const osgMidair::HapticMessage& message : now.told)
-        told[message.code + (message.path.empty() ? "" : " at " + message.path)] += message.count;
-    for (const auto& [what, count] : told)
-    {
-        const std::uint64_t before = _told.count(what) ? _told[what] : 0;
-        if (count >= before + 2) _tooOften[what] = std::max(_tooOften[what], count - before);
-    }
-    _told = std::move(told);
     _lastMemory_MB = residentMemory_MB();
     _mostMemory_MB = std::max(_mostMemory_MB, _lastMemory_MB);
     if (now_s - _begin_s < kSettled_s || _firstMemory_MB == 0.0) _firstMemory_MB = _lastMemory_MB;
+}
+
+void InstallationRecord::addField(const osgMidair::HapticField* field)
+{
+    if (!field || field == _newest || !field->isPlaying()) return;
+    _newest = field;
+    for (const osgMidair::HapticField::ControlPoint& point : field->getPoints())
+        _pressure_Pa = std::max(_pressure_Pa, point.achieved_Pa);
 }
 
 void InstallationRecord::addTouch(const osgMidair::Touch& touch)
@@ -91,6 +94,7 @@ nlohmann::ordered_json InstallationRecord::figures(const osgMidair::HapticStatis
     json["framesPlaying"] = _playing;
     json["touches"] = _touches;
     json["largestForce_mN"] = 1e3 * _force_N;
+    json["largestPressure_Pa"] = _pressure_Pa;
     json["transducers"] = end.transducers;
     json["device"] = end.device;
     json["state"] = midair::bridge::stateName(end.state);
@@ -115,7 +119,8 @@ nlohmann::ordered_json InstallationRecord::figures(const osgMidair::HapticStatis
                                     {"severity", static_cast<int>(message.severity)},
                                     {"count", message.count},
                                     {"text", message.text}});
-    json["tooOften"] = _tooOften;
+    json["linesSaid"] = _said->count();
+    json["tooOften"] = _said->tooOften();
     json["pictures"] = _pictures;
     return json;
 }
@@ -133,7 +138,10 @@ void InstallationRecord::print(const std::string& program,
                 end.transducers,
                 end.device.c_str(),
                 count(_playing));
-    std::printf("touches     %llu, up to %.1f mN\n", count(_touches), 1e3 * _force_N);
+    std::printf("touches     %llu, up to %.1f mN; up to %.0f Pa (peak) at control points\n",
+                count(_touches),
+                1e3 * _force_N,
+                _pressure_Pa);
     std::printf("fields      %llu sent, %llu played, %llu dropped, %llu lost, %llu refused; %llu "
                 "faults\n",
                 count(end.fields.sent),
@@ -152,7 +160,7 @@ void InstallationRecord::print(const std::string& program,
                 _firstMemory_MB,
                 _lastMemory_MB,
                 _mostMemory_MB);
-    for (const auto& [what, times] : _tooOften)
+    for (const auto& [what, times] : _said->tooOften())
         std::printf("too often   %s: %llu times in a second\n", what.c_str(), count(times));
     for (const std::string& message : end.messages)
         std::printf("note        %s\n", message.c_str());

@@ -1,10 +1,12 @@
 #pragma once
 
+#include "samples/installations/shell/SaidLines.h"
+
+#include <osgMidair/HapticField>
 #include <osgMidair/HapticStatistics>
 #include <osgMidair/TouchCallback>
 
 #include <cstdint>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -19,6 +21,8 @@ namespace midair::samples
 class InstallationRecord
 {
 public:
+    InstallationRecord();
+
     /// What the shell knows of a frame.
     struct Frame
     {
@@ -28,6 +32,8 @@ public:
     };
 
     void addFrame(const Frame& frame, const osgMidair::HapticStatistics& now);
+    /// Looks at the newest field; null: there is none.
+    void addField(const osgMidair::HapticField* field);
     void addTouch(const osgMidair::Touch& touch);
     void addStroke(const osgMidair::Touch& touch);
     void addPicture(const std::string& file) { _pictures.push_back(file); }
@@ -51,21 +57,22 @@ private:
         void add(bool isAsked, bool isPlaying, double now_s);
     };
 
-    void look(double now_s, const osgMidair::HapticStatistics& now);
+    void look(double now_s);
 
     std::uint64_t _frames = 0;
     std::uint64_t _withHands = 0;
     std::uint64_t _playing = 0;
     std::uint64_t _touches = 0;
-    double _force_N = 0.0; ///< the largest
+    double _force_N = 0.0;     ///< the largest
+    double _pressure_Pa = 0.0; ///< the largest at a control point, in the model
+    osg::ref_ptr<const osgMidair::HapticField> _newest;
     double _begin_s = -1.0;
     double _end_s = 0.0;
     double _looked_s = -1e9;
     Silence _muted;
     Silence _alone;
-    std::map<std::string, std::uint64_t> _told;     ///< times, by code and node
-    std::map<std::string, std::uint64_t> _tooOften; ///< most times in a second
-    double _firstMemory_MB = 0.0;                   ///< after ten seconds, or at the start
+    osg::ref_ptr<SaidLines> _said; ///< from now on, of the whole program
+    double _firstMemory_MB = 0.0;  ///< after ten seconds, or at the start
     double _lastMemory_MB = 0.0;
     double _mostMemory_MB = 0.0;
     std::vector<std::string> _pictures;

@@ -40,19 +40,6 @@ void sleepUntil(double time_s)
     if (left_s > 0.0) std::this_thread::sleep_for(std::chrono::duration<double>(left_s));
 }
 
-/// Waits until the field of the last frame is solved, at most for as long as a slow machine needs,
-/// so that each frame without a display has its own, and runs repeat.
-void awaitField(const osgMidair::HapticScene& scene)
-{
-    const double end_s = steady_s() + 2.0;
-    while (steady_s() < end_s)
-    {
-        const osgMidair::HapticStatistics s = scene.getStatistics();
-        if (s.solves + s.skippedUnmoved + s.superseded >= s.snapshots) return;
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-}
-
 int headlessFrames(const InstallationOptions& options)
 {
     if (options.minutes > 0.0) return static_cast<int>(options.minutes * 60.0 / kFrameTime_s);
@@ -88,7 +75,6 @@ bool runHeadless(Installation& installation, InstallationOptions options)
     {
         const double begin_s = steady_s();
         shell.frame(viewer, i * kFrameTime_s, draw && i % kDrawn == kDrawn - 1);
-        awaitField(shell.haptics());
         if (camera && i % between == between - 1)
         {
             const std::string file =

@@ -20,6 +20,10 @@ namespace midair::samples
 namespace
 {
 
+/// Cap at control points where the command line sets none: hands of people who know nothing of
+/// arrays are no place for the most that one can do.
+constexpr double kMaxPressure_Pa = 3000.0;
+
 /// The visitor that the program brings along.
 class DemonstratedHands : public osgMidair::HandSource
 {
@@ -90,8 +94,9 @@ InstallationShell::InstallationShell(Installation& installation,
     chooseHands();
     _haptics->setTouchCallback(new Touches(*this));
     _haptics->addChild(_overlays);
-    showOverlays(*_overlays,
-                 options.overlays.empty() ? std::vector<std::string>{"hands"} : options.overlays);
+    showOverlays(*_overlays, options.overlays.empty() ? installation.overlays() : options.overlays);
+    // Visitors need no list of keys; whoever names overlays gets it.
+    if (options.overlays.empty()) _overlays->getHud()->setKeyTime(0.0);
     for (const auto& [name, value] : options.numbers)
         _overlays->setNumber(name, value);
     if (options.plain) _overlays->getHud()->setPlain(true);
@@ -117,6 +122,7 @@ void InstallationShell::applySettings()
     osgMidair::HapticSettings settings = _haptics->getSettings();
     settings.array = _installation.arrayOf(_options.device);
     settings.device = "sim:";
+    settings.maxPressure = kMaxPressure_Pa;
     _installation.arrange(settings);
     std::string error;
     for (const auto& [name, text] : _options.settings)
@@ -177,7 +183,8 @@ void InstallationShell::frame(osgViewer::Viewer& viewer, double time_s, bool dra
     followMute();
     const double now_s = osg::Timer::instance()->time_s();
     const osgMidair::HapticStatistics after = _haptics->getStatistics();
-    _record.addFrame({now_s, _isMuted, !_isSomebodyThere}, after);
+    _record.addField(_haptics->getField().get());
+    _record.addFrame({now_s, _isMuted, _mustRest}, after);
     _service.beat(now_s,
                   std::string(midair::bridge::stateName(after.state)) +
                       (_isSomebodyThere ? "" : ", nobody is there"));
@@ -200,8 +207,8 @@ void InstallationShell::followVisitors(const osgMidair::HapticStatistics& now, d
     if (!_areHandsKnown) return;
     if (now.hands > 0) _handsSeen_s = time_s;
     _isSomebodyThere = time_s - _handsSeen_s <= _options.linger_s;
-    const bool shallPlay = _isSomebodyThere || !_installation.restsAlone();
-    if (_haptics->getEnabled() != shallPlay) _haptics->setEnabled(shallPlay);
+    _mustRest = !_isSomebodyThere && _installation.restsAlone();
+    if (_haptics->getEnabled() == _mustRest) _haptics->setEnabled(!_mustRest);
 }
 
 std::string InstallationShell::trouble(const osgMidair::HapticStatistics& now) const

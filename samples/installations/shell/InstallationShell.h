@@ -70,6 +70,7 @@ private:
     bool _isMuted = false;
     bool _areHandsKnown = false; ///< there is a source of hands
     bool _isSomebodyThere = true;
+    bool _mustRest = false; ///< nobody is there, so the array is silent
     double _handsSeen_s = 0.0;
     double _lastTime_s = 0.0;
 };

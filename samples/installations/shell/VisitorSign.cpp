@@ -15,6 +15,7 @@ constexpr double kHeight = 1000.0;
 constexpr float kMargin = 30.0F;
 constexpr float kSize = 34.0F;
 constexpr float kSmall = 26.0F;
+constexpr float kBelowKeys = 45.0F; ///< where a viewer's keys are listed nothing is said
 
 const osg::Vec4 kSaid(0.90F, 0.92F, 0.96F, 1.0F);
 const osg::Vec4 kQuiet(0.62F, 0.66F, 0.72F, 1.0F);
@@ -64,8 +65,8 @@ void VisitorSign::update(double width, double height)
     _camera->setProjectionMatrixAsOrtho2D(0.0, across, 0.0, kHeight);
     const auto top = static_cast<float>(kHeight) - kMargin;
     const auto right = static_cast<float>(across) - kMargin;
-    _invitation->setPosition({kMargin, top, 0.0F});
-    _caption->setPosition({kMargin, top - 1.5F * kSize, 0.0F});
+    _invitation->setPosition({kMargin, top - kBelowKeys, 0.0F});
+    _caption->setPosition({kMargin, top - kBelowKeys - 1.5F * kSize, 0.0F});
     _mute->setPosition({right, top, 0.0F});
     _trouble->setPosition({right, top - 1.5F * kSmall, 0.0F});
 }

@@ -1,0 +1,246 @@
+/// A folder of models on a turntable in the array, one after the other.
+
+#include "samples/installations/gallery/ModelFolder.h"
+#include "samples/installations/shell/Installation.h"
+#include "samples/installations/shell/Looks.h"
+#include "samples/installations/shell/VisitorHand.h"
+#include "samples/views/SampleFiles.h"
+#include "samples/views/ShownObject.h"
+
+#include <osgMidair/FileFormats>
+#include <osgMidair/HapticSurface>
+
+#include <osg/MatrixTransform>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <future>
+#include <map>
+#include <memory>
+#include <string>
+
+namespace
+{
+
+using namespace midair::samples;
+
+class Gallery : public Installation
+{
+public:
+    InstallationTitle title() const override
+    {
+        return {"gallery",
+                "Models on a turntable that are felt, one after the other.",
+                "Feel what you see: put your hand into the array"};
+    }
+
+    void addOptions(CLI::App& app) override
+    {
+        app.add_option("folder", _folder, "Folder with models [those of the samples]");
+        app.add_option("--size", _size_m, "Largest extent of each model, m")
+            ->check(CLI::Range(0.005, 0.3))
+            ->capture_default_str();
+        app.add_option("--seconds", _seconds, "How long each is shown to visitors")
+            ->check(CLI::Range(0.1, 36000.0))
+            ->capture_default_str();
+        app.add_option("--attract", _attract_s, "The same while nobody is there")
+            ->check(CLI::Range(0.1, 36000.0))
+            ->capture_default_str();
+    }
+
+    void arrange(osgMidair::HapticSettings& settings) override
+    {
+        settings.render = osgMidair::HapticSettings::AUTO;
+        settings.motionTolerance = 0.02;
+    }
+
+    void build(Stage& stage) override
+    {
+        osgMidair::registerSerializers();
+        osgMidair::registerGltf();
+        _haptics = &stage.haptics;
+        _models = std::make_unique<ModelFolder>(_folder.empty() ? sampleFile("models") : _folder);
+        for (const std::string& name : _models->others())
+            say(name + " is no model and is passed over");
+        _table->setDataVariance(osg::Object::DYNAMIC);
+        stage.haptics.addChild(_table);
+        const auto radius = static_cast<float>(0.7 * _size_m);
+        osg::ref_ptr<osg::MatrixTransform> stand =
+            new osg::MatrixTransform(osg::Matrix::translate(0.0, 0.0, -0.5 * _size_m - 0.006));
+        stand->addChild(
+            solid(new osg::Cylinder({}, radius, 0.003F), {0.22F, 0.25F, 0.31F, 1.0F}, 2.0F));
+        stage.lit.addChild(stand);
+        while (!_surface) // a scene begins with a model
+        {
+            _loading = std::async(std::launch::async, load, _models->next(), _size_m);
+            _loading.wait();
+            takeLoaded(0.0);
+        }
+    }
+
+    Viewpoint viewpoint() const override
+    {
+        const osg::Vec3d from = osg::Vec3d(3.4, -5.6, 3.0) * _size_m;
+        return {from, osg::Vec3d(0.0, -0.1, -0.1) * _size_m, osg::Z_AXIS, 15.0};
+    }
+
+    // Comes, strokes the model's front for some seconds and leaves.
+    bool demonstrate(double time_s, std::vector<osgMidair::Hand>& hands) override
+    {
+        constexpr double kPeriod_s = 16.0;
+        constexpr double kInside_s = 8.0;
+        const double t = std::fmod(time_s, kPeriod_s);
+        if (t > kInside_s) return false;
+        const double in = std::min(eased(t, 0.3, 1.2), 1.0 - eased(t, kInside_s - 0.8, kInside_s));
+        hands.push_back(pointingHand({0.25 * _size_m * std::sin(1.7 * t),
+                                      -0.8 * _size_m + in * (0.72 * _size_m),
+                                      0.12 * _size_m * std::sin(1.1 * t)}));
+        return true;
+    }
+
+    void update(const Moment& now) override
+    {
+        takeLoaded(now.time_s);
+        if (!_loading.valid())
+            _loading = std::async(std::launch::async, load, _models->next(), _size_m);
+        if (!_surface) return;
+        judge(now);
+        const double slow = now.isSomebodyThere ? kVisitedTurn_deg_s : kAttractTurn_deg_s;
+        _angle += osg::DegreesToRadians(slow) * now.step_s;
+        _table->setMatrix(osg::Matrix::rotate(_angle, osg::Z_AXIS));
+        const double shown_s = now.isSomebodyThere ? _seconds : _attract_s;
+        const bool isHeld = _fingers > 0 && now.time_s - _since_s < kPatience * shown_s;
+        _isDue = now.time_s - _since_s >= shown_s && !isHeld;
+    }
+
+    void touched(const osgMidair::Touch& /*touch*/) override
+    {
+        ++_fingers;
+        ++_touches[_name];
+    }
+    void left(const osgMidair::Touch& /*touch*/) override { --_fingers; }
+
+    std::string caption() const override { return _name; }
+
+    void report(nlohmann::ordered_json& figures) const override
+    {
+        figures["rounds"] = _models->rounds();
+        figures["shown"] = _shown;
+        figures["felt"] = _felt;
+        figures["touches"] = _touches;
+        figures["skipped"] = _models->skipped();
+        figures["passedOver"] = _models->others();
+    }
+
+private:
+    static constexpr double kVisitedTurn_deg_s = 8.0;
+    static constexpr double kAttractTurn_deg_s = 45.0;
+    static constexpr double kPatience = 3.0; ///< times as long as others is shown what is touched
+    static constexpr double kJudged_s = 0.5; ///< with visitors, until it must be known what is felt
+
+    struct Loaded
+    {
+        std::string path;
+        ShownObject object;
+        std::string problem;
+    };
+
+    // On a thread of its own, as a large file takes its time; nothing else sees these nodes yet.
+    static Loaded load(std::string path, double size_m)
+    {
+        Loaded loaded;
+        try
+        {
+            loaded.object = loadShownObject(path, size_m, true);
+        }
+        catch (const std::exception& error)
+        {
+            loaded.problem = error.what();
+        }
+        loaded.path = std::move(path);
+        return loaded;
+    }
+
+    static void say(const std::string& text)
+    {
+        std::fprintf(stderr, "midair-gallery: %s\n", text.c_str());
+    }
+
+    void skip(const std::string& path, const std::string& reason)
+    {
+        say(reason);
+        _models->skip(path, reason);
+        _isDue = true;
+    }
+
+    // Puts the next model on the table, once it is read and the one before had its time.
+    void takeLoaded(double time_s)
+    {
+        if (!_isDue || !_loading.valid() ||
+            _loading.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+            return;
+        Loaded loaded = _loading.get();
+        if (!loaded.problem.empty()) return skip(loaded.path, loaded.problem + "; it is skipped");
+        _path = loaded.path;
+        _name = loaded.object.name;
+        _surface = new osgMidair::HapticSurface(loaded.object.model);
+        _surface->setName(_name);
+        _surface->setTouchEvents(true);
+        _table->removeChildren(0, _table->getNumChildren());
+        _table->addChild(_surface);
+        _table->addChild(loaded.object.edges);
+        _haptics->dirtyTags();
+        _since_s = time_s;
+        _enabled_s = 0.0;
+        _isJudged = _isDue = false;
+        ++_shown[_name];
+    }
+
+    // A model that has no points where visitors could feel it goes.
+    void judge(const Moment& now)
+    {
+        if (_isJudged || !_haptics->getEnabled() || now.statistics.objectsBeingRead > 0) return;
+        _enabled_s += now.step_s;
+        for (const osgMidair::FoundObject& found : _haptics->getFoundObjects())
+            if (found.node == _surface.get() && found.hasShape)
+            {
+                _isJudged = true;
+                ++_felt[_name];
+                return;
+            }
+        if (_enabled_s < kJudged_s) return;
+        _isJudged = true;
+        skip(_path, "the model " + _path + " has nothing that can be felt; it is skipped");
+    }
+
+    std::string _folder;
+    double _size_m = 0.09;
+    double _seconds = 30.0;
+    double _attract_s = 12.0;
+    osgMidair::HapticScene* _haptics = nullptr;
+    std::unique_ptr<ModelFolder> _models;
+    std::future<Loaded> _loading;
+    osg::ref_ptr<osg::MatrixTransform> _table = new osg::MatrixTransform;
+    osg::ref_ptr<osgMidair::HapticSurface> _surface; ///< of the model on the table
+    std::string _path;
+    std::string _name;
+    double _angle = 0.4;
+    double _since_s = 0.0;
+    double _enabled_s = 0.0; ///< how long it could be felt so far
+    int _fingers = 0;
+    bool _isDue = true; ///< the next one
+    bool _isJudged = false;
+    std::map<std::string, int> _shown; ///< times, by name
+    std::map<std::string, int> _felt;
+    std::map<std::string, int> _touches;
+};
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    Gallery gallery;
+    return runInstallation(gallery, argc, argv);
+}

@@ -1,0 +1,127 @@
+#include "samples/installations/shell/MuteMemory.h"
+#include "samples/installations/shell/ServiceNotifier.h"
+#include "tests/samples/installations/Run.h"
+
+#include <osgDB/ReadFile>
+
+#include <array>
+#include <cstdlib>
+#include <cstring>
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+using namespace midair::samples;
+
+TEST(MuteMemory, WhatWasMutedStaysMuted)
+{
+    const OwnFolder folder("mute");
+    const std::string file = folder.path + "/desk.json";
+    {
+        MuteMemory first(file, 1000.0);
+        EXPECT_FALSE(first.startsMuted());
+        EXPECT_TRUE(first.keep(true));
+        EXPECT_TRUE(first.end());
+    }
+    MuteMemory second(file, 2000.0);
+    EXPECT_TRUE(second.startsMuted());
+    EXPECT_EQ(second.reason(), "it was muted when it ended");
+    EXPECT_EQ(second.crashes(), 0);
+    EXPECT_TRUE(second.keep(false));
+    const MuteMemory third(file, 2001.0); // the second was killed
+    EXPECT_FALSE(third.startsMuted());
+    EXPECT_EQ(third.crashes(), 1);
+}
+
+TEST(MuteMemory, ThreeCrashesInTenMinutesMute)
+{
+    const OwnFolder folder("crashes");
+    const std::string file = folder.path + "/desk.json";
+    for (const double start_s : {0.0, 10.0, 20.0})
+        EXPECT_FALSE(MuteMemory(file, 1e9 + start_s).startsMuted());
+    {
+        MuteMemory fourth(file, 1e9 + 30.0);
+        EXPECT_TRUE(fourth.startsMuted());
+        EXPECT_EQ(fourth.reason(), "it crashed 3 times in 10 minutes");
+        fourth.keep(false); // whoever lets it play has looked
+        EXPECT_EQ(fourth.crashes(), 0);
+    }
+    EXPECT_FALSE(MuteMemory(file, 1e9 + 40.0).startsMuted());
+    EXPECT_FALSE(MuteMemory(file, 1e9 + 2000.0).startsMuted()); // the others are long ago
+}
+
+TEST(MuteMemory, WhatIsNotUnderstoodMutes)
+{
+    const OwnFolder folder("broken");
+    const std::string file = folder.path + "/desk.json";
+    for (const char* text : {"", "{", "{\"muted\": 1}", "{\"muted\":false,\"running\":false}"})
+    {
+        std::ofstream(file) << text;
+        const MuteMemory memory(file, 1000.0);
+        EXPECT_TRUE(memory.startsMuted()) << text;
+        EXPECT_EQ(memory.reason(), "\"" + file + "\" isn't understood") << text;
+    }
+    const MuteMemory none(folder.path + "/none/desk.json", 1000.0);
+    EXPECT_FALSE(none.startsMuted());
+    EXPECT_NE(none.reason().find("can't be written"), std::string::npos);
+}
+
+TEST(ServiceNotifier, TellsSystemdThatFramesGoOn)
+{
+    const OwnFolder folder("notify");
+    sockaddr_un address = {};
+    address.sun_family = AF_UNIX;
+    const std::string path = folder.path + "/socket";
+    std::memcpy(address.sun_path, path.c_str(), path.size());
+    const int listener = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0);
+    ASSERT_EQ(::bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+    ::setenv("NOTIFY_SOCKET", path.c_str(), 1);
+    ::setenv("WATCHDOG_USEC", "3000000", 1);
+    const auto received = [&]
+    {
+        std::array<char, 256> text{};
+        const ssize_t size = ::recv(listener, text.data(), text.size(), 0);
+        return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "";
+    };
+    ServiceNotifier service;
+    ::unsetenv("NOTIFY_SOCKET");
+    ::unsetenv("WATCHDOG_USEC");
+    service.beat(10.0, "playing");
+    EXPECT_EQ(received(), "READY=1\nWATCHDOG=1\nSTATUS=playing");
+    service.beat(10.5, "playing");
+    EXPECT_EQ(received(), ""); // not in every frame
+    service.beat(11.0, "muted");
+    EXPECT_EQ(received(), "WATCHDOG=1\nSTATUS=muted");
+    service.stop();
+    EXPECT_EQ(received(), "STOPPING=1");
+    ::close(listener);
+}
+
+// What visitors see says how to mute, and that it is muted, in the upper right corner.
+TEST(VisitorSign, ShowsTheMuteInPlainViews)
+{
+    const OwnFolder out("sign");
+    const auto redPixels = [&](const std::string& more)
+    {
+        const Outcome run = shell(std::string("'") + MIDAIR_BIN +
+                                  "/midair-desk' --headless --plain --frames 4 --pictures 1 "
+                                  "--window 600x400 --out '" +
+                                  out.path + "' " + more);
+        EXPECT_EQ(run.code, 0) << run.output;
+        const osg::ref_ptr<osg::Image> image = osgDB::readRefImageFile(out.path + "/desk_1.png");
+        if (!image) return -1;
+        int red = 0;
+        for (int y = image->t() - 40; y < image->t(); ++y)
+            for (int x = image->s() / 2; x < image->s(); ++x)
+            {
+                const osg::Vec4 color = image->getColor(x, y);
+                if (color.r() > 0.6F && color.g() < 0.55F && color.b() < 0.45F) ++red;
+            }
+        return red;
+    };
+    const int muted = redPixels("--muted");
+    if (muted < 0) GTEST_SKIP() << "no OpenGL without a display";
+    EXPECT_GT(muted, 100);
+    EXPECT_EQ(redPixels(""), 0);
+}
