@@ -81,7 +81,7 @@ void fuzzAutd3(const std::uint8_t* data, std::size_t size)
         units[static_cast<std::size_t>(k)].at = unitAt(k);
         units[static_cast<std::size_t>(k)].id = static_cast<std::uint8_t>(k);
     }
-    UnitGroup group(link, refusals, std::move(units), 10);
+    UnitGroup group(link, refusals, std::move(units), {10, 10});
     for (int i = 0; i < kCommands; ++i)
         group.pushToAll(Command::nop());
     std::vector<int> settled(kUnits);
