@@ -27,7 +27,8 @@ struct SettingOption
     std::function<std::string(const std::string&)> problemOf;
 };
 
-/// Returns the option of a setting: "maxPressure" is --max-pressure. Two have older, shorter names.
+/// Returns the option of a setting: "maxPressure" is --max-pressure. One has an
+/// older, shorter name.
 inline std::string optionName(const std::string& setting)
 {
     std::string name = "--";
@@ -36,7 +37,6 @@ inline std::string optionName(const std::string& setting)
         if (std::isupper(static_cast<unsigned char>(c))) name += '-';
         name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     }
-    if (setting == "monitorInterval") name += ",--monitor";
     if (setting == "modulationFrequency") name += ",--modulation";
     return name;
 }

@@ -10,6 +10,7 @@ midair_packages=(
     liboscpack-dev                        # hands by OSC
     libtinygltf-dev                       # glTF models
     libusb-1.0-0-dev libftdi1-dev         # arrays over USB and FTDI chips
+    libcpp-httplib-dev                    # the operator's page
     nlohmann-json3-dev libcli11-dev libfmt-dev libspdlog-dev
     libegl-dev libgl1-mesa-dri            # off-screen pictures
     fonts-dejavu-core                     # their text
@@ -33,6 +34,10 @@ midair_test_packages=(
 midair_cluster_packages=(
     slurm-wlm munge                       # a real job queue
     parallel                              # GNU parallel
+)
+# For tests/run.sh --browser alone.
+midair_browser_packages=(
+    chromium chromium-driver python3-selenium # the operator's page
 )
 
 # Installs those of its arguments that are missing; says so first. Without root or sudo: prints the line to type and stops.

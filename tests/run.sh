@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# tests/run.sh [STAGE].. [--long] [--vm] [--avx512] [--cluster] [--filter REGEX]: installs what is missing, then runs these checks, one
+# tests/run.sh [STAGE].. [--long] [--vm] [--avx512] [--cluster] [--browser] [--filter REGEX]: installs what is missing, then runs these checks, one
 # after the other; each says how long it took and fails when it takes longer than its limit. Without a STAGE: --tests.
 #   --tests           builds with g++ into build/ and runs all tests
 #   --format          clang-format
@@ -13,13 +13,14 @@
 #   --vm              also the USB path on the kernel's own stack, in a virtual machine
 #   --avx512          also the kernels on emulated processors with AVX2 and AVX-512
 #   --cluster         also bakes and sweeps on a Slurm of this machine and by GNU parallel, with tasks that are killed; needs root
+#   --browser         also the operator's page in a real browser, on a telephone's size too
 #   --filter REGEX    only tests whose name matches
 # MIDAIR_WERROR=ON makes compiler warnings errors in --tests too. MIDAIR_TIME_FACTOR=3 triples all limits, which are for two
 # cores and an empty compiler cache. MIDAIR_END (seconds since 1970): nothing runs for longer than until then.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 . samples/packages.sh
-stages=() long=0 vm=0 avx512=0 cluster=0
+stages=() long=0 vm=0 avx512=0 cluster=0 browser=0
 while [ $# -gt 0 ]; do
     case $1 in
         --tests | --format | --clang | --tidy | --quick-sanitize) stages+=("${1#--}") ;;
@@ -28,8 +29,9 @@ while [ $# -gt 0 ]; do
         --vm) vm=1 ;;
         --avx512) avx512=1 ;;
         --cluster) cluster=1 ;;
+        --browser) browser=1 ;;
         --filter) export MIDAIR_FILTER=${2:?--filter needs a regular expression}; shift ;;
-        -h | --help) sed -n '2,19s/^# \{0,1\}//p' "$0"; exit 0 ;;
+        -h | --help) sed -n '2,20s/^# \{0,1\}//p' "$0"; exit 0 ;;
         *) echo "tests/run.sh: unknown option '$1'; --help lists them" >&2; exit 2 ;;
     esac
     shift
@@ -37,6 +39,7 @@ done
 [ ${#stages[@]} -gt 0 ] || stages=(tests)
 midair_install git "${midair_packages[@]}" "${midair_test_packages[@]}"
 [ $cluster = 0 ] || midair_install "${midair_cluster_packages[@]}"
+[ $browser = 0 ] || midair_install "${midair_browser_packages[@]}"
 export MIDAIR_LONG_TESTS=$long
 
 # minutes STAGE: its limit.
@@ -52,7 +55,7 @@ minutes()
         sanitize-threads) echo 25 ;;
         sanitize-memory) echo 10 ;;
         tidy-all) echo 35 ;;
-        cluster) echo 15 ;;
+        cluster | browser) echo 15 ;;
         *) echo 240 ;;
     esac
 }
@@ -105,6 +108,7 @@ done
 [ $vm = 0 ] || timed vm tests/vm/run.sh || failed+=(vm)
 [ $avx512 = 0 ] || timed avx512 tests/vm/avx512.sh || failed+=(avx512)
 [ $cluster = 0 ] || timed cluster tests/cluster/run.sh build/bin || failed+=(cluster)
+[ $browser = 0 ] || timed browser tests/samples/monitor/browser.py build/bin || failed+=(browser)
 [ ${#failed[@]} -eq 0 ] || {
     for stage in "${failed[@]}"; do [ ! -f "$logs/$stage" ] || repeated "$stage"; done
     echo "tests/run.sh: failed: ${failed[*]}"

@@ -109,6 +109,7 @@ bool parseDemoOptions(int argc, char** argv, DemoOptions& options, int& status)
     app.add_option("--height", options.height, "Of pictures and window, in pixels")
         ->check(CLI::Range(150, 4000))
         ->capture_default_str();
+    addMonitorOptions(app, options.monitor);
     try
     {
         app.parse(argc, argv);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "samples/monitor/MonitorOptions.h"
+
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,6 +33,7 @@ struct DemoOptions
     double zoom = 1.0; ///< of pictures and window, towards the middle
     int width = 1200;
     int height = 800;
+    MonitorOptions monitor;
 };
 
 /// Parses the command line. Returns false if the program should end, as help was requested or an

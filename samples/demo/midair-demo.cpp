@@ -4,6 +4,7 @@
 #include "samples/demo/DemoOptions.h"
 #include "samples/demo/DemoReport.h"
 #include "samples/demo/DemoScene.h"
+#include "samples/monitor/SceneMonitor.h"
 #include "samples/views/Offscreen.h"
 #include "samples/views/PictureTaker.h"
 #include "samples/views/ShownObject.h"
@@ -143,9 +144,16 @@ void finish(DemoScene& scene, DemoReport& report)
     report.transducers = report.statistics.transducers;
 }
 
+/// Name of what is shown, for the operator.
+std::string nameOf(const DemoScene& scene)
+{
+    return "midair-demo: " + scene.name();
+}
+
 int runHeadless(const DemoOptions& options)
 {
     DemoScene scene(options);
+    SceneMonitor monitor(options.monitor, scene.haptics(), nameOf(scene));
     DemoReport report;
     report.options = options;
     report.model = scene.name();
@@ -161,7 +169,13 @@ int runHeadless(const DemoOptions& options)
     viewer.setLightingMode(osg::View::NO_LIGHT);
     const bool draw =
         setUpOffscreen(viewer, 800, 600, DemoScene::kFovy_deg, &report.picturesProblem);
-    if (draw) aim(*viewer.getCamera(), options.zoom);
+    if (draw)
+    {
+        aim(*viewer.getCamera(), options.zoom);
+        monitor.show(*viewer.getCamera());
+    }
+    else
+        monitor.showNothing(report.picturesProblem);
     viewer.setSceneData(scene.root());
     PictureTaker camera(
         *scene.root(),
@@ -210,6 +224,7 @@ int runHeadless(const DemoOptions& options)
 int runBenchmark(const DemoOptions& options)
 {
     DemoScene scene(options);
+    SceneMonitor monitor(options.monitor, scene.haptics(), nameOf(scene));
     DemoReport report;
     report.options = options;
     report.model = scene.name();
@@ -222,6 +237,7 @@ int runBenchmark(const DemoOptions& options)
         return 1;
     }
     aim(*viewer.getCamera(), options.zoom);
+    monitor.show(*viewer.getCamera());
     viewer.setSceneData(scene.root());
     frame(viewer, scene, 0.0, true);
     settle(viewer, scene, 0.0, true);
@@ -261,6 +277,7 @@ int runBenchmark(const DemoOptions& options)
 int runWindow(const DemoOptions& options)
 {
     DemoScene scene(options);
+    SceneMonitor monitor(options.monitor, scene.haptics(), nameOf(scene));
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
     viewer.setUpViewInWindow(60, 60, options.width, options.height);
@@ -282,6 +299,7 @@ int runWindow(const DemoOptions& options)
     viewer.addEventHandler(new osgViewer::StatsHandler);
     viewer.addEventHandler(new osgViewer::WindowSizeHandler);
     viewer.addEventHandler(new osgViewer::HelpHandler(usage));
+    monitor.show(*viewer.getCamera());
     viewer.setSceneData(scene.root());
     viewer.realize();
     DemoReport report;

@@ -41,4 +41,7 @@ $tune rehearse --plan "$out/plan.csv" --array board --seed 4 --dead 0.02 >"$out/
 $tune run --plan "$out/plan.csv" --array board --device sim: --settle 0 --integrate 0 --all-places --quiet --readings "$out/lines" \
     --out "$out/readings.csv"
 $tune fit --plan "$out/plan.csv" --array board --readings "$out/readings.csv" --out "$out/tuning.json" --picture samples/pictures/tuning.svg >/dev/null
+# Needs a browser: the packages of tests/run.sh --browser.
+tests/samples/monitor/browser.py build/bin --pictures "$out"
+convert "$out/monitor.png" -colors 256 PNG8:samples/pictures/monitor.png
 ls -l samples/pictures/*.png samples/pictures/*.svg

@@ -51,6 +51,11 @@ void fuzzPairs(const std::uint8_t* data, std::size_t size);
 /// where it is valid; no read outside of it, and the hands are lost in time.
 void fuzzOsc(const std::uint8_t* data, std::size_t size);
 
+/// A request for the operator's page, and the texts that it shows: it is answered, nothing is done
+/// without the token, and texts stay texts in JSON and in metrics. An address comes back as it is
+/// written, and a trusted host is a number or a known name.
+void fuzzMonitor(const std::uint8_t* data, std::size_t size);
+
 /// A glTF model, .gltf or .glb: it is refused by a GltfError, or nodes have a place, vertices are
 /// finite, triangles refer to them, and a frame's update ends.
 void fuzzGltf(const std::uint8_t* data, std::size_t size);

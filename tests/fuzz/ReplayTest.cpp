@@ -151,3 +151,8 @@ TEST(Fuzz, gltf_keeps_its_promises_on_the_corpus_and_near_it)
 {
     replay("gltf", fuzzGltf);
 }
+
+TEST(Fuzz, monitor_keeps_its_promises_on_the_corpus_and_near_it)
+{
+    replay("monitor", fuzzMonitor);
+}

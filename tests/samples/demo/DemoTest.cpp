@@ -193,7 +193,7 @@ TEST(Demo, OptionsReachTheSceneAndTheObject)
     const std::vector<const char*> arguments = {"midair-demo",
                                                 "--device=null:",
                                                 "--no-phase-only",
-                                                "--monitor",
+                                                "--monitor-interval",
                                                 "2",
                                                 "--max-points=17",
                                                 "--side",

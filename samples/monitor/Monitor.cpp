@@ -1,0 +1,64 @@
+#include "samples/monitor/Monitor.h"
+
+#include "samples/monitor/page/MonitorToken.h"
+#include "samples/monitor/page/MonitorWatch.h"
+#include "samples/monitor/page/PageServer.h"
+
+#include <cstdio>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace midair::samples
+{
+
+Monitor::Monitor(const MonitorOptions& options,
+                 const std::string& name,
+                 std::shared_ptr<MonitorSource> source,
+                 std::shared_ptr<PictureSource> picture,
+                 const ConnectionLimits& limits)
+{
+    try
+    {
+        _address = MonitorAddress::parse(options.address);
+    }
+    catch (const std::exception& error)
+    {
+        throw std::runtime_error(std::string("--monitor: ") + error.what());
+    }
+    _token = options.tokenFile.empty() ? newToken() : tokenOfFile(options.tokenFile);
+    PageAccess access{_token, ownHostNames()};
+    access.hosts.insert(access.hosts.end(), options.hosts.begin(), options.hosts.end());
+    _watch = std::make_shared<MonitorWatch>(std::move(source));
+    _page = std::make_shared<PageServer>(name, std::move(access), _watch, std::move(picture));
+    _loop = std::make_unique<ConnectionLoop>(
+        _address,
+        limits,
+        [page = _page](const std::string& head, const std::string& peer)
+        { return page->answer(head, peer); });
+    _address.port = _loop->port();
+    const std::string secret =
+        options.tokenFile.empty()
+            ? fmt::format("{}#token={}", url(), _token)
+            : fmt::format("{} (its token is in {})", url(), options.tokenFile);
+    std::fprintf(stderr, "the operator's page is %s\n", secret.c_str());
+    if (!_address.isLoopback())
+        std::fprintf(stderr,
+                     "the operator's page can be seen by all who reach %s, and is not encrypted\n",
+                     _address.text().c_str());
+}
+
+Monitor::~Monitor() = default;
+
+int Monitor::port() const
+{
+    return _address.port;
+}
+
+std::string Monitor::url() const
+{
+    return fmt::format("http://{}/", _address.text());
+}
+
+} // namespace midair::samples
