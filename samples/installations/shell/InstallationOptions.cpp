@@ -109,6 +109,7 @@ bool parseInstallationOptions(
     installation.addOptions(app);
     addPlaying(app, options);
     addShowing(app, options);
+    addMonitorOptions(app, options.monitor);
     addOverlays(app, options.overlays, options.numbers, "hands", {"plain"}); // --plain is a flag
     try
     {

@@ -2,6 +2,7 @@
 
 #include "samples/SettingOptions.h"
 #include "samples/installations/shell/Installation.h"
+#include "samples/monitor/MonitorOptions.h"
 
 #include <cstdint>
 #include <string>
@@ -32,6 +33,7 @@ struct InstallationOptions
     double minutes = 0.0; ///< in place of frames, in real time
     int pictures = 6;
     std::string out = "build/out";
+    MonitorOptions monitor;
 };
 
 /// Parses the command line. Returns false if the program should end, as help was requested or an

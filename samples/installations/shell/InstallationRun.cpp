@@ -1,5 +1,6 @@
 #include "samples/installations/shell/InstallationShell.h"
 #include "samples/installations/shell/MuteSignal.h"
+#include "samples/monitor/SceneMonitor.h"
 #include "samples/views/PictureTaker.h"
 #include "samples/views/StopSignal.h"
 
@@ -46,6 +47,12 @@ int headlessFrames(const InstallationOptions& options)
     return options.frames > 0 ? options.frames : 240;
 }
 
+/// Name of what is shown, for the operator.
+std::string nameFor(const Installation& installation)
+{
+    return "midair-" + installation.title().name;
+}
+
 bool runHeadless(Installation& installation, InstallationOptions options)
 {
     if (options.hands.empty()) options.hands = "demo";
@@ -53,6 +60,7 @@ bool runHeadless(Installation& installation, InstallationOptions options)
     const int height = options.size.second > 0 ? options.size.second : 800;
     std::filesystem::create_directories(options.out);
     InstallationShell shell(installation, options);
+    SceneMonitor monitor(options.monitor, shell.haptics(), nameFor(installation));
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
     std::string problem;
@@ -60,7 +68,13 @@ bool runHeadless(Installation& installation, InstallationOptions options)
     { shell.aim(camera, static_cast<double>(width) / height); };
     const double fovy_deg = installation.viewpoint().fovy_deg;
     const bool draw = setUpOffscreen(viewer, width, height, fovy_deg, &problem);
-    if (draw) aim(*viewer.getCamera());
+    if (draw)
+    {
+        aim(*viewer.getCamera());
+        monitor.show(*viewer.getCamera());
+    }
+    else
+        monitor.showNothing(problem);
     viewer.setSceneData(shell.root());
     shell.listen(viewer);
     const std::unique_ptr<PictureTaker> camera =
@@ -109,9 +123,11 @@ void openWindow(osgViewer::Viewer& viewer, const InstallationOptions& options)
 bool runWindow(Installation& installation, const InstallationOptions& options)
 {
     InstallationShell shell(installation, options);
+    SceneMonitor monitor(options.monitor, shell.haptics(), nameFor(installation));
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
     openWindow(viewer, options);
+    monitor.show(*viewer.getCamera());
     viewer.setSceneData(shell.root());
     shell.listen(viewer);
     const double start_s = steady_s();
