@@ -63,6 +63,8 @@ public:
     {
         settings.render = osgMidair::HapticSettings::OBJECT;
         settings.motionTolerance = 0.02;
+        // Its emitters are on or off: a cap could only silence it.
+        if (settings.array == "sonicsurface") settings.maxPressure = 0.0;
     }
 
     void build(Stage& stage) override
@@ -80,7 +82,7 @@ public:
     Viewpoint viewpoint() const override
     {
         return {
-            {0.55, -0.45, _height_m + 0.25}, {-0.03, -0.04, 0.62 * _height_m}, osg::Z_AXIS, 19.5};
+            {0.55, -0.45, _height_m + 0.25}, {-0.03, -0.04, 0.66 * _height_m}, osg::Z_AXIS, 18.0};
     }
 
     std::vector<std::string> overlays() const override { return {"hands", "array"}; }
@@ -140,7 +142,8 @@ public:
 
 private:
     static constexpr double kAside_m = 0.05; ///< of the buttons
-    static constexpr double kTremble_Hz = 100.0;
+    /// What a SonicSurface's line carries: two fields a period, 89 a second.
+    static constexpr double kTremble_Hz = 40.0;
 
     void addRing(Stage& stage)
     {

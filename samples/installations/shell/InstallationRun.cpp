@@ -83,9 +83,13 @@ bool runHeadless(Installation& installation, InstallationOptions options)
                   *shell.root(), shell.overlays(), width, height, fovy_deg, aim, problem)
             : nullptr;
     const int frames = headlessFrames(options);
+    // A machine that can't keep up draws fewer frames in these minutes.
+    const double end_s = options.minutes > 0.0 ? steady_s() + 60.0 * options.minutes : 1e300;
     const int between = std::max(1, frames / std::max(1, options.pictures));
     int taken = 0;
-    for (int i = 0; i < frames && !isStopAsked() && !installation.isOver(); ++i)
+    for (int i = 0;
+         i < frames && steady_s() < end_s && !isStopAsked() && !installation.isOver();
+         ++i)
     {
         const double begin_s = steady_s();
         shell.frame(viewer, i * kFrameTime_s, draw && i % kDrawn == kDrawn - 1);

@@ -31,6 +31,7 @@ void SaidLines::notify(osg::NotifySeverity severity, const char* message)
         _second.clear();
     }
     const std::string what = withoutNumbers(message);
+    if (what.empty()) return; // an end of a line
     const std::uint64_t times = ++_second[what];
     if (times > 1) _tooOften[what] = std::max(_tooOften[what], times);
 }

@@ -16,7 +16,7 @@ folder=$(mktemp -d)
 programs=()
 trap 'kill "${programs[@]}" 2>/dev/null || true; rm -rf "$folder"' EXIT
 for name in "${names[@]}"; do
-    "$bin/midair-$name" --headless --minutes "$minutes" --pictures 1 --linger 1 --out "$folder/$name" >"$folder/$name.log" 2>&1 &
+    "$bin/midair-$name" --headless --minutes "$minutes" --pictures 0 --linger 1 --out "$folder/$name" >"$folder/$name.log" 2>&1 &
     programs+=($!)
 done
 # A mute of four seconds in every forty.
