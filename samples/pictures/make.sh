@@ -27,7 +27,7 @@ installation()
     convert "$out/$1/$1_1.png" -colors 256 "PNG8:samples/pictures/$1.png"
 }
 installation toybox 90
-installation piano 90
+installation piano 150
 installation gallery 150 --seconds 1.5
 installation water 60
 installation desk 60

@@ -154,6 +154,7 @@ TEST(House, NoIncludeGoesUp)
 TEST(House, SamplesStandSideBySide)
 {
     const std::set<std::string> shared = {"samples",
+                                          "samples/installations/shell",
                                           "samples/monitor",
                                           "samples/monitor/page",
                                           "samples/monitor/server",

@@ -94,10 +94,11 @@ public:
     bool demonstrate(double time_s, std::vector<osgMidair::Hand>& hands) override
     {
         constexpr double kNote_s = 0.6;
-        constexpr double kRest_s = 6.0;
+        constexpr double kComes_s = 1.0;
+        constexpr double kRest_s = 5.0;
         constexpr double kAbove_m = 0.028;
-        const double t = std::fmod(time_s, kKeys * kNote_s + kRest_s);
-        if (t > kKeys * kNote_s) return false;
+        const double t = std::fmod(time_s, kComes_s + kKeys * kNote_s + kRest_s) - kComes_s;
+        if (t < 0.0 || t > kKeys * kNote_s) return false;
         const int key = std::min(kKeys - 1, static_cast<int>(t / kNote_s));
         const double in = t - key * kNote_s;
         const double next = std::min(kKeys - 1, key + 1);

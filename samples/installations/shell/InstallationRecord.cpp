@@ -12,7 +12,7 @@ namespace midair::samples
 namespace
 {
 
-constexpr double kSettled_s = 30.0; ///< until caches and pools have grown
+constexpr double kSettled_s = 120.0; ///< until caches and pools have grown
 constexpr double kLook_s = 1.0;
 
 } // namespace

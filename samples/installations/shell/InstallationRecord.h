@@ -72,7 +72,7 @@ private:
     Silence _muted;
     Silence _alone;
     osg::ref_ptr<SaidLines> _said; ///< from now on, of the whole program
-    double _firstMemory_MB = 0.0;  ///< after half a minute, or at the end
+    double _firstMemory_MB = 0.0;  ///< after two minutes, or at the end
     double _lastMemory_MB = 0.0;
     double _mostMemory_MB = 0.0;
     std::vector<std::string> _pictures;

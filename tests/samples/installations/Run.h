@@ -6,6 +6,7 @@
 #include <fstream>
 #include <string>
 
+#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
@@ -44,4 +45,18 @@ inline Visit visit(const std::string& name, const std::string& arguments, const 
     std::ifstream file(out.path + "/report.json");
     if (file) made.report = nlohmann::json::parse(file, nullptr, false);
     return made;
+}
+
+/// What no installation may do: sound where it must be silent, say a thing over and over, lose or
+/// be refused fields.
+inline void expectQuiet(const nlohmann::json& report)
+{
+    EXPECT_EQ(report.at("silence").at("playedMuted"), 0);
+    EXPECT_EQ(report.at("silence").at("playedAlone"), 0);
+    EXPECT_TRUE(report.at("tooOften").empty()) << report.at("tooOften");
+    EXPECT_EQ(report.at("fields").at("lost"), 0);
+    EXPECT_EQ(report.at("fields").at("refused"), 0);
+    EXPECT_EQ(report.at("fields").at("faults"), 0);
+    for (const auto& message : report.at("messages"))
+        EXPECT_LT(message.at("severity"), 2) << message;
 }

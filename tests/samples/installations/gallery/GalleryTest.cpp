@@ -1,0 +1,60 @@
+#include "tests/samples/installations/Run.h"
+
+#include <gtest/gtest.h>
+
+TEST(Gallery, PlaysARecordedHand)
+{
+    const OwnFolder out("recorded");
+    const Visit run = visit("gallery",
+                            "--frames 240 --size 0.12 --hands '" MIDAIR_ROOT
+                            "/samples/hands/star.csv' --seconds 60",
+                            out);
+    ASSERT_EQ(run.outcome.code, 0) << run.outcome.output;
+    expectQuiet(run.report);
+    EXPECT_GT(run.report.at("framesWithHands"), 100); // from when the file is read
+    EXPECT_GT(run.report.at("touches"), 0);
+}
+
+// The star and the panel are felt; what can't be read and what has nothing to feel are told, by
+// name, once, and passed over.
+TEST(Gallery, TheGalleryShowsAllModelsAndTellsTheBadOnes)
+{
+    const OwnFolder out("gallery");
+    const std::string models = out.path + "/models";
+    std::filesystem::create_directories(models);
+    for (const char* name : {"star.obj", "star.mtl", "panel.gltf"})
+        std::filesystem::copy_file(std::string(MIDAIR_ROOT "/samples/models/") + name,
+                                   models + "/" + name);
+    std::ofstream(models + "/broken.obj") << "this is no model\n";
+    std::ofstream(models + "/sign.osgt")
+        << "#Ascii Scene\n#Version 161\n#Generator OpenSceneGraph 3.6.5\n"
+           "osg::Group { UniqueID 1 Children 1 {\n osgText::Text { UniqueID 2\n"
+           "  Font \"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf\"\n  CharacterSize 1 1\n"
+           "  Text TRUE \"Hi\"\n  AutoRotateToScreen TRUE\n } } }\n";
+    const Visit run = visit(
+        "gallery", "'" + models + "' --frames 600 --seconds 1.5 --attract 1 --linger 20", out);
+    ASSERT_EQ(run.outcome.code, 0) << run.outcome.output;
+    expectQuiet(run.report);
+    const nlohmann::json& scene = run.report.at("scene");
+    EXPECT_GE(scene.at("rounds"), 2);
+    for (const char* name : {"star.obj", "panel.gltf"})
+    {
+        EXPECT_TRUE(scene.at("shown").contains(name)) << scene;
+        EXPECT_TRUE(scene.at("felt").contains(name)) << scene;
+    }
+    for (const char* name : {"broken.obj", "sign.osgt"})
+    {
+        EXPECT_TRUE(scene.at("skipped").contains(name)) << scene;
+        const std::string& text = run.outcome.output;
+        const std::size_t told = text.find(std::string(name) + " ");
+        EXPECT_NE(text.find(name), std::string::npos) << text;
+        EXPECT_EQ(text.find("midair-gallery: the model " + models + "/" + name, told + 1),
+                  std::string::npos)
+            << "told twice: " << text;
+    }
+    EXPECT_NE(run.outcome.output.find("star.mtl is no model"), std::string::npos);
+    const Visit none = visit("gallery", "'" + out.path + "'", out);
+    EXPECT_EQ(none.outcome.code, 1);
+    EXPECT_NE(none.outcome.output.find("there is no model in the folder"), std::string::npos)
+        << none.outcome.output;
+}
