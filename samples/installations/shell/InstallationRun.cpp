@@ -87,8 +87,7 @@ bool runHeadless(Installation& installation, InstallationOptions options)
     const double end_s = options.minutes > 0.0 ? steady_s() + 60.0 * options.minutes : 1e300;
     const int between = std::max(1, frames / std::max(1, options.pictures));
     int taken = 0;
-    for (int i = 0;
-         i < frames && steady_s() < end_s && !isStopAsked() && !installation.isOver();
+    for (int i = 0; i < frames && steady_s() < end_s && !isStopAsked() && !installation.isOver();
          ++i)
     {
         const double begin_s = steady_s();
