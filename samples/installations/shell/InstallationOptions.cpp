@@ -121,6 +121,7 @@ bool parseInstallationOptions(
         return false;
     }
     options.hands = handsOf(options.hands);
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
     const char* folder = std::getenv("STATE_DIRECTORY");
     if (options.state.empty() && folder && *folder)
         options.state = std::string(folder) + "/" + title.name + ".json";

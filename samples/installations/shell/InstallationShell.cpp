@@ -137,6 +137,7 @@ void InstallationShell::applySettings()
 
 void InstallationShell::chooseHands()
 {
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
     const char* environment = std::getenv("OSG_MIDAIR_HANDS");
     const std::string asked = _options.hands;
     if (asked == "demo")

@@ -14,12 +14,14 @@ namespace midair::samples
 
 ServiceNotifier::ServiceNotifier()
 {
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
     const char* address = std::getenv("NOTIFY_SOCKET");
     if (!address || (*address != '/' && *address != '@') ||
         std::strlen(address) >= sizeof(sockaddr_un::sun_path))
         return;
     _address = address;
     _socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
     if (const char* limit = std::getenv("WATCHDOG_USEC"))
         _interval_s = std::clamp(std::atof(limit) * 1e-6 / 3.0, 0.01, 1.0);
 }
