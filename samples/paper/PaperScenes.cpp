@@ -2,7 +2,7 @@
 
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/TriangleMesh.h"
-#include "samples/installations/jnd/LineExperiment.h"
+#include "samples/paper/LineExperiment.h"
 #include "samples/paper/StarStarts.h"
 
 #include <fmt/format.h>

@@ -25,6 +25,8 @@ namespace
 constexpr double kFarewell_s = 10.0;
 /// A line that is played with less than this share of its pressure at a point isn't that line.
 constexpr double kLeastShare = 0.9;
+/// The cap over the lines' pressure; levels of the drive make it vary by some 0.01 %.
+constexpr double kMostShare = 1.01;
 
 // Places that are the same but for rounding.
 constexpr double kSame_m = 1e-5;
@@ -136,6 +138,12 @@ SessionHead JndInstallation::head() const
     return head;
 }
 
+// A line that is louder than it should be is none, so the cap is just above.
+void JndInstallation::arrange(osgMidair::HapticSettings& settings)
+{
+    settings.maxPressure = kMostShare * _options.pressure_Pa;
+}
+
 void JndInstallation::build(Stage& stage)
 {
     const LineExperiment& experiment = lineExperiment(_options.experiment);
@@ -161,6 +169,7 @@ void JndInstallation::build(Stage& stage)
                         _log->results().trials.size()));
     _runner = std::make_unique<TrialRunner>(_options.trial);
     buildLine(stage);
+    play(std::nullopt);
     if (_log->results().staircase.isFinished())
     {
         _runner->finish();
@@ -199,12 +208,12 @@ PlayedNow JndInstallation::playedNow(const osgMidair::HapticStatistics& now)
 {
     using osgMidair::ArrayState;
     PlayedNow played;
-    played.isReady = now.state == ArrayState::SILENT || now.state == ArrayState::PLAYING;
-    if (!played.isReady)
-    {
-        played.problem = fmt::format("the array is {}", midair::bridge::stateName(now.state));
+    played.isReady = now.state != ArrayState::MUTED && now.state != ArrayState::LOST &&
+                     now.state != ArrayState::FAULT;
+    played.problem = fmt::format("the array is {}", midair::bridge::stateName(now.state));
+    // A scene that is off opens no device, so one that is closed may be about to be opened.
+    if (!played.isReady || now.state == ArrayState::CLOSED || now.state == ArrayState::OPENING)
         return played;
-    }
     const osg::ref_ptr<const osgMidair::HapticField> field = _haptics->getField();
     const bool isLine =
         field && _playing && isLineOf(*field, _log->results().head.experiment.points(*_playing));
@@ -215,6 +224,7 @@ PlayedNow JndInstallation::playedNow(const osgMidair::HapticStatistics& now)
     }
     const double share = weakestShare(*field);
     played.isPlayed = share >= kLeastShare;
+    played.problem.clear();
     if (!played.isPlayed)
         played.problem = fmt::format("it reaches only {:.0f} % of its {:g} Pa at a point",
                                      100.0 * share,
@@ -251,43 +261,53 @@ void JndInstallation::take(const TrialRunner::Step& step)
     _done_s = _now_s;
 }
 
-void JndInstallation::beginWhenReady(double now_s, bool isReady)
+void JndInstallation::beginWhenReady(const PlayedNow& played)
 {
-    if (_runner->phase() == TrialRunner::Phase::WAITING && _isBegun && isReady)
-        _runner->begin(now_s);
+    if (_runner->phase() != TrialRunner::Phase::WAITING || !_isBegun) return;
+    if (played.isReady)
+    {
+        _trouble.clear();
+        _runner->begin(_now_s);
+    }
+    else if (_trouble != played.problem)
+    {
+        _trouble = played.problem;
+        say("no trial begins: " + _trouble);
+    }
 }
 
 void JndInstallation::update(const Moment& now)
 {
     _now_s = base::steadySeconds();
     const PlayedNow played = playedNow(now.statistics);
-    beginWhenReady(_now_s, played.isReady);
+    beginWhenReady(played);
     take(_runner->step(_now_s, played));
     if (_options.isSimulated && _runner->phase() == TrialRunner::Phase::ANSWER)
         _runner->answer(_simulated.feels(_log->results().staircase.trials() + 1, _runner->value()));
     play(_runner->wanted());
 }
 
+// Between lines the whole scene is off: nothing is missing from it, so nothing is told.
 void JndInstallation::play(std::optional<double> value)
 {
-    if (value == _playing) return;
+    if (_haptics->getEnabled() != value.has_value()) _haptics->setEnabled(value.has_value());
+    if (_shown) _shown->setNodeMask(value ? ~0U : 0U);
+    if (!value || value == _playing) return;
     _playing = value;
+    const Eigen::Matrix3Xd points = _log->results().head.experiment.points(*value);
     std::vector<osg::Vec3d> places;
-    if (value)
-    {
-        const Eigen::Matrix3Xd points = _log->results().head.experiment.points(*value);
-        for (Eigen::Index k = 0; k < points.cols(); ++k)
-            places.emplace_back(points(0, k), points(1, k), points(2, k));
-    }
+    for (Eigen::Index k = 0; k < points.cols(); ++k)
+        places.emplace_back(points(0, k), points(1, k), points(2, k));
     _line->setPoints(places);
-    if (!_shown) return;
-    _shown->setNodeMask(value ? ~0U : 0U);
-    if (!value) return;
-    auto& place = static_cast<osg::MatrixTransform&>(*_shown);
+    if (_shown) place(*value);
+}
+
+void JndInstallation::place(double value)
+{
+    auto& transform = static_cast<osg::MatrixTransform&>(*_shown);
     const bool isOblique = _log->results().head.experiment.kind == LineKind::OBLIQUE;
-    place.setMatrix(isOblique
-                        ? osg::Matrixd::rotate(base::toRadians(*value), osg::Vec3d(0.0, 1.0, 0.0))
-                        : osg::Matrixd::translate(0.0, 0.0, 1e-3 * *value));
+    transform.setMatrix(isOblique ? osg::Matrixd::rotate(base::toRadians(value), osg::Y_AXIS)
+                                  : osg::Matrixd::translate(0.0, 0.0, 1e-3 * value));
 }
 
 void JndInstallation::pressed(int key)
@@ -313,7 +333,8 @@ std::string JndInstallation::caption() const
     switch (_runner->phase())
     {
     case TrialRunner::Phase::WAITING:
-        return "Ready? Press the space bar";
+        if (!_trouble.empty()) return "One moment: " + _trouble;
+        return _isBegun ? "One moment" : "Ready? Press the space bar";
     case TrialRunner::Phase::REFERENCE:
         return begin + "first line";
     case TrialRunner::Phase::BETWEEN:

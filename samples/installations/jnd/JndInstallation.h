@@ -22,7 +22,7 @@ struct JndOptions
     double step = 0.0;       ///< 0: the experiment's own
     int times = 3;
     TrialTimes trial;
-    double pressure_Pa = 1500.0;
+    double pressure_Pa = 10000.0;
     bool isSimulated = false;
     double threshold = -1.0; ///< of the simulated participant; below 0: the paper's mean
     double spread = 0.0;     ///< 0: two steps
@@ -36,6 +36,7 @@ class JndInstallation : public Installation
 public:
     InstallationTitle title() const override;
     void addOptions(CLI::App& app) override;
+    void arrange(osgMidair::HapticSettings& settings) override;
     void build(Stage& stage) override;
     void update(const Moment& now) override;
     void pressed(int key) override;
@@ -54,7 +55,8 @@ private:
     PlayedNow playedNow(const osgMidair::HapticStatistics& now);
     void take(const TrialRunner::Step& step);
     void play(std::optional<double> value);
-    void beginWhenReady(double now_s, bool isReady);
+    void place(double value);
+    void beginWhenReady(const PlayedNow& played);
     void say(const std::string& text) const;
     bool isLive() const { return !_options.isSimulated; }
 
@@ -65,7 +67,7 @@ private:
     osgMidair::HapticScene* _haptics = nullptr;
     osg::ref_ptr<osgMidair::HapticPoints> _line;
     osg::ref_ptr<osg::Node> _shown; ///< null where lines aren't shown
-    std::optional<double> _playing; ///< value of the line that is set
+    std::optional<double> _playing; ///< value of the line that was set last; none yet
     Trial _figures;                 ///< of the line that was played last
     std::string _trouble;           ///< why nothing is played; empty: nothing of the kind
     bool _isBegun = false;          ///< somebody said that it may begin

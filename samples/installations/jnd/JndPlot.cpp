@@ -19,6 +19,7 @@ namespace
 // Places in the plots' colours.
 constexpr int kOurs = 0;
 constexpr int kPapers = 1;
+constexpr int kFits = 2;
 
 Curve marksOf(const std::vector<double>& x,
               const std::vector<double>& y,
@@ -49,16 +50,22 @@ CurveBand paperBand(const LineExperiment& experiment)
     return band;
 }
 
-CurveBand fittedBand(const PsychometricFit& fit, const LineExperiment& experiment)
+// A bar across the curve, where half of the answers are yes.
+std::vector<Curve> fittedBar(const PsychometricFit& fit, const LineExperiment& experiment)
 {
-    CurveBand band;
-    band.low = fit.threshold - fit.thresholdError;
-    band.high = fit.threshold + fit.thresholdError;
-    band.middle = fit.threshold;
-    band.name =
-        fmt::format("fit: {:.1f} ± {:.1f} {}", fit.threshold, fit.thresholdError, experiment.unit);
-    band.color = kOurs;
-    return band;
+    const double low = std::max(0.0, fit.threshold - fit.thresholdError);
+    const double high = std::min(experiment.maximum, fit.threshold + fit.thresholdError);
+    std::vector<Curve> bar = {marksOf({low, high}, {0.5, 0.5}, "", CurveMark::NONE),
+                              marksOf({fit.threshold},
+                                      {0.5},
+                                      fmt::format("threshold by the fit: {:.1f} ± {:.1f} {}",
+                                                  fit.threshold,
+                                                  fit.thresholdError,
+                                                  experiment.unit),
+                                      CurveMark::DISC)};
+    for (Curve& curve : bar)
+        curve.color = kFits;
+    return bar;
 }
 
 CurvePanel staircasePanel(const TrialFile& session)
@@ -66,7 +73,7 @@ CurvePanel staircasePanel(const TrialFile& session)
     const LineExperiment& experiment = session.head.experiment;
     CurvePanel panel;
     panel.xName = "trial";
-    panel.yName = fmt::format("{} ({})", experiment.name, experiment.unit);
+    panel.yName = fmt::format("{} ({})", experiment.quantity, experiment.unit);
     panel.xLow = 0.0;
     panel.xHigh = static_cast<double>(session.trials.size()) + 1.0;
     panel.yHigh = session.head.staircase.maximum * 1.05;
@@ -106,14 +113,13 @@ CurvePanel sharePanel(const TrialFile& session, const PsychometricFit& fit)
         ++counts[trial.value].second;
     }
     CurvePanel panel;
-    panel.xName = fmt::format("{} ({})", experiment.name, experiment.unit);
+    panel.xName = fmt::format("{} ({})", experiment.quantity, experiment.unit);
     panel.yName = "share felt";
     panel.xLow = 0.0;
     panel.xHigh = session.head.staircase.maximum;
     panel.yHigh = 1.08;
-    panel.bands = {paperBand(experiment), fittedBand(fit, experiment)};
-    for (CurveBand& band : panel.bands)
-        band.isOfX = true;
+    panel.bands = {paperBand(experiment)};
+    panel.bands.front().isOfX = true;
     SimulatedParticipant person;
     person.threshold = fit.threshold;
     person.spread = fit.spread;
@@ -127,7 +133,10 @@ CurvePanel sharePanel(const TrialFile& session, const PsychometricFit& fit)
     Curve curve = marksOf({}, {}, "", CurveMark::NONE);
     curve.x = Eigen::VectorXd::LinSpaced(200, 0.0, panel.xHigh);
     curve.y = curve.x.unaryExpr([&](double value) { return person.chance(value); });
-    panel.curves = {marksOf(x, y, "answers", CurveMark::DISC), curve};
+    curve.color = kFits;
+    panel.curves = {marksOf(x, y, "answers", CurveMark::RING), curve};
+    for (const Curve& part : fittedBar(fit, experiment))
+        panel.curves.push_back(part);
     return panel;
 }
 

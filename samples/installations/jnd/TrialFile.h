@@ -1,6 +1,6 @@
 #pragma once
 
-#include "samples/installations/jnd/LineExperiment.h"
+#include "samples/paper/LineExperiment.h"
 #include "samples/installations/jnd/Staircase.h"
 
 #include <string>

@@ -23,6 +23,7 @@ struct LineExperiment
     std::string name;            ///< "oblique", "shifted"; in files and on the command line
     std::string title;           ///< of plots
     std::string question;        ///< that is answered by yes or no
+    std::string quantity;        ///< what values are: "angle", "shift"
     std::string unit;            ///< of values: "deg", "mm"
     double maximum = 0.0;        ///< where staircases begin
     double step = 0.0;           ///< by which they go, unless told otherwise; a part of maximum

@@ -1,4 +1,4 @@
-#include "samples/installations/jnd/LineExperiment.h"
+#include "samples/paper/LineExperiment.h"
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Units.h"
@@ -14,7 +14,9 @@ Eigen::Matrix3Xd LineExperiment::points(double value) const
     Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Zero(3, kLinePoints);
     points.row(0).setLinSpaced(-0.5 * kLine_m, 0.5 * kLine_m);
     if (kind == LineKind::OBLIQUE)
-        return Eigen::AngleAxisd(base::toRadians(value), Eigen::Vector3d::UnitY()) * points;
+        return Eigen::AngleAxisd(base::toRadians(value), Eigen::Vector3d::UnitY())
+                   .toRotationMatrix() *
+               points;
     points.row(2).setConstant(1e-3 * value);
     return points;
 }
@@ -25,6 +27,7 @@ const std::vector<LineExperiment>& lineExperiments()
                                                       "oblique",
                                                       "Oblique line",
                                                       "Is the second line oblique?",
+                                                      "angle",
                                                       "deg",
                                                       45.0,
                                                       2.5,
@@ -34,6 +37,7 @@ const std::vector<LineExperiment>& lineExperiments()
                                                       "shifted",
                                                       "Shifted line",
                                                       "Is the second line shifted?",
+                                                      "shift",
                                                       "mm",
                                                       27.0,
                                                       1.5,
