@@ -66,7 +66,7 @@ void drawStar(const PaperArray& paper,
                 typical.least,
                 typical.most);
     paper.draw(field,
-               fmt::format("Figure {}: star, {}, weakest point {:.2f} of the strongest",
+               fmt::format("Figure {}: star, {}: weakest point {:.2f} of strongest",
                            figure,
                            name,
                            field.evenness()),
@@ -151,7 +151,7 @@ void drawLine(const PaperArray& paper, const std::string& folder)
     band.high = 0.5 * kPaperLine_mm;
     band.name = "paper: about 10 mm wide";
     band.isOfX = true;
-    band.color = 2;
+    band.color = 3;
     panel.bands = {band};
     std::printf(
         "Figure 7: line of 34 mm, 5 points, SDP relaxation\n"
