@@ -209,8 +209,8 @@ private:
         if (_panel.xTicks.empty())
             sheet.line({at(share, 0.0), at(share, 1.0)}, kGrid, 1.0F, kBehind);
         sheet.text(name,
-                   at(share, 0.0) + osg::Vec2(0.0F, -8.0F),
-                   osgText::TextBase::CENTER_TOP,
+                   at(share, 0.0) + osg::Vec2(0.0F, -21.0F),
+                   osgText::TextBase::CENTER_BASE_LINE,
                    kTextSize,
                    kInk);
     }

@@ -208,15 +208,18 @@ PlayedNow JndInstallation::playedNow(const osgMidair::HapticStatistics& now)
 {
     using osgMidair::ArrayState;
     PlayedNow played;
-    played.isReady = now.state != ArrayState::MUTED && now.state != ArrayState::LOST &&
-                     now.state != ArrayState::FAULT;
-    played.problem = fmt::format("the array is {}", midair::bridge::stateName(now.state));
+    // A mute counts at once, and while no device is open, too.
+    const ArrayState state = _haptics->getMuted() ? ArrayState::MUTED : now.state;
+    played.isReady =
+        state != ArrayState::MUTED && state != ArrayState::LOST && state != ArrayState::FAULT;
+    played.problem = fmt::format("the array is {}", midair::bridge::stateName(state));
     // A scene that is off opens no device, so one that is closed may be about to be opened.
     if (!played.isReady || now.state == ArrayState::CLOSED || now.state == ArrayState::OPENING)
         return played;
     const osg::ref_ptr<const osgMidair::HapticField> field = _haptics->getField();
-    const bool isLine =
-        field && _playing && isLineOf(*field, _log->results().head.experiment.points(*_playing));
+    // The same line of an earlier trial is another field.
+    const bool isLine = field && _playing && field->getHandedOverTime() >= _wantedSince_s &&
+                        isLineOf(*field, _log->results().head.experiment.points(*_playing));
     if (!isLine || now.state != ArrayState::PLAYING || !field->isPlaying())
     {
         played.problem = isLine ? "the device doesn't play it" : "there is no such field";
@@ -290,7 +293,9 @@ void JndInstallation::update(const Moment& now)
 // Between lines the whole scene is off: nothing is missing from it, so nothing is told.
 void JndInstallation::play(std::optional<double> value)
 {
-    if (_haptics->getEnabled() != value.has_value()) _haptics->setEnabled(value.has_value());
+    if (value && (!_isOn || value != _playing)) _wantedSince_s = _now_s;
+    _isOn = value.has_value();
+    if (_haptics->getEnabled() != _isOn) _haptics->setEnabled(_isOn);
     if (_shown) _shown->setNodeMask(value ? ~0U : 0U);
     if (!value || value == _playing) return;
     _playing = value;

@@ -68,6 +68,8 @@ private:
     osg::ref_ptr<osgMidair::HapticPoints> _line;
     osg::ref_ptr<osg::Node> _shown; ///< null where lines aren't shown
     std::optional<double> _playing; ///< value of the line that was set last; none yet
+    bool _isOn = false;             ///< a line is wanted now
+    double _wantedSince_s = 0.0;    ///< since when, of the steady clock
     Trial _figures;                 ///< of the line that was played last
     std::string _trouble;           ///< why nothing is played; empty: nothing of the kind
     bool _isBegun = false;          ///< somebody said that it may begin

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "samples/paper/LineExperiment.h"
 #include "samples/installations/jnd/Staircase.h"
+#include "samples/paper/LineExperiment.h"
 
 #include <string>
 #include <vector>
