@@ -31,7 +31,7 @@ installation piano 90
 installation gallery 150 --seconds 1.5
 installation water 60
 installation desk 60
-installation paper-scenes 60 --scene 3
+installation paper-scenes 60 --scene 3 --hands none
 build/bin/midair-paper --out "$out/paper" >/dev/null
 for name in paper_focus paper_line_gs paper_star_gs paper_star_sdp-bcd paper_figure3 paper_figure4 paper_figure6 paper_figure7; do
     small "$out/paper/$name.png" "$name"

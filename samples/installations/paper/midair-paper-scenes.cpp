@@ -41,6 +41,9 @@ public:
             ->check(CLI::Range(0.1, 3600.0))
             ->capture_default_str()
             ->type_name("S");
+        app.add_option("--pressure", _pressure_Pa, "At every point, peak, Pa")
+            ->check(CLI::Range(1.0, 1e5))
+            ->capture_default_str();
         app.add_option("--scene", _held, "Number of the one that stays; 0: all in turn")
             ->check(CLI::Range(0, 6))
             ->capture_default_str();
@@ -51,14 +54,26 @@ public:
         _scenes = paperScenes(sampleFile("models/star.obj"));
         _points = new osgMidair::HapticPoints;
         _points->setName("points");
+        _points->setPressureUnit(osgMidair::HapticProperty::PASCAL);
+        _points->setPressure(_pressure_Pa);
         stage.haptics.addChild(_points);
         _seen = new osg::Switch;
         for (const PaperScene& scene : _scenes)
             _seen->addChild(seen(scene), false);
         stage.lit.addChild(_seen);
-        stage.lit.addChild(glassBox(osg::Vec3d(), osg::Vec3d(0.16, 0.05, 0.16)));
+        stage.lit.addChild(glassBox(osg::Vec3d(), osg::Vec3d(0.13, 0.05, 0.13)));
         show(_held > 0 ? static_cast<std::size_t>(_held - 1) : 0);
     }
+
+    Viewpoint viewpoint() const override
+    {
+        Viewpoint from;
+        from.eye = osg::Vec3d(0.05, -0.50, 0.06);
+        from.centre = osg::Vec3d(0.0, 0.0, 0.004);
+        return from;
+    }
+
+    std::vector<std::string> overlays() const override { return {"points", "slice", "hands"}; }
 
     void update(const Moment& now) override
     {
@@ -82,11 +97,11 @@ public:
         show(static_cast<std::size_t>(_held - 1));
     }
 
-    /// A fingertip that goes over the object, to and fro.
+    /// A fingertip that goes to and fro along the lower edge of the object.
     bool demonstrate(double time_s, std::vector<osgMidair::Hand>& hands) override
     {
         const double x = 0.02 * std::sin(1.5 * time_s);
-        hands.push_back(pointingHand(osg::Vec3d(x, 0.004, 0.0)));
+        hands.push_back(pointingHand(osg::Vec3d(x, 0.004, -0.018), 0.35));
         return true;
     }
 
@@ -123,7 +138,7 @@ private:
             const osg::Vec3 at(static_cast<float>(scene.points(0, k)),
                                static_cast<float>(scene.points(1, k)),
                                static_cast<float>(scene.points(2, k)));
-            balls->addChild(solid(new osg::Sphere(at, 0.002F), kShownColors[1]));
+            balls->addChild(solid(new osg::Sphere(at, 0.0015F), kShownColors[1]));
         }
         return balls;
     }
@@ -147,6 +162,7 @@ private:
     std::size_t _shown = 0;
     int _held = 0; ///< number of the scene that somebody chose; 0: none
     double _each_s = 12.0;
+    double _pressure_Pa = 2900.0; ///< below the cap that the shell sets for visitors
     double _since_s = 0.0;
     double _time_s = 0.0;
 };
