@@ -142,7 +142,7 @@ TEST_F(MidairJnd, CountsNothingThatWasNotPlayed)
 TEST_F(MidairJnd, PlaysATrialAgainThatWasMutedInTheMiddle)
 {
     const Outcome run =
-        shell("cd " + folder + "; " + kProgram +
+        shell("( cd " + folder + "; " + kProgram +
               quick("--line 2 --lapse 0 --results muted.csv", 3.0, "15") +
               " & p=$!; for i in $(seq 300); do grep -q '^1,1' muted.csv 2>/dev/null && break; "
               "sleep 0.1; done; sleep 0.4; kill -USR1 $p; sleep 3; kill -USR2 $p; wait $p )");
