@@ -6,6 +6,7 @@
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/TriangleMesh.h"
 #include "samples/paper/PaperArray.h"
+#include "samples/paper/PaperFigures.h"
 #include "samples/paper/StarStarts.h"
 
 #include <cmath>
@@ -102,7 +103,8 @@ int main(int argc, char** argv)
     int starts = 200;
     app.add_option("--starts",
                    starts,
-                   "Random starts of each solver for the flat stars; 0: leaves them out")
+                   "Random starts of each solver for the flat stars; 0: leaves them and the "
+                   "figures out")
         ->check(CLI::Range(0, 100000))
         ->capture_default_str();
     CLI11_PARSE(app, argc, argv);
@@ -113,7 +115,9 @@ int main(int argc, char** argv)
         focus(paper, out);
         line(paper, out);
         star(paper, model, out);
-        if (starts > 0) samples::printStarStarts(paper, starts);
+        if (starts == 0) return 0;
+        samples::drawPaperFigures(paper, starts, out);
+        samples::printStarStarts(paper, starts);
     }
     catch (const std::exception& error)
     {

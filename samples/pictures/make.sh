@@ -31,10 +31,24 @@ installation piano 150
 installation gallery 150 --seconds 1.5
 installation water 60
 installation desk 60
-build/bin/midair-paper --out "$out/paper" --starts 0 >/dev/null
+installation paper-scenes 60 --scene 3 --hands none
+build/bin/midair-paper --out "$out/paper" >/dev/null
 for name in paper_focus paper_line_gs paper_star_gs paper_star_sdp-bcd; do
     small "$out/paper/$name.png" "$name"
 done
+for figure in 3 4 6 7; do
+    small "$out/paper/paper_figure$figure.png" "paper/figure$figure"
+done
+# Sessions of simulated participants, each with a threshold of its own.
+participant=1
+for threshold in 17.9 11 14 16 18 20 23 27; do
+    build/bin/midair-jnd --headless --minutes 5 --pictures 0 --participant P0$participant --simulate --threshold $threshold --spread 5 \
+        --seed $participant --reference 0 --between 0 --line 0.05 --rest 0 --results "$out/P0$participant.csv" --out "$out/jnd" >/dev/null
+    participant=$((participant + 1))
+done
+small "$out/P01.png" paper/jnd_session
+build/bin/midair-jnd plot "$out"/P0?.csv --out "$out/group.png" >/dev/null
+small "$out/group.png" paper/jnd_group
 tune="build/bin/midair-tune"
 $tune plan --array board --mic 0.004 0.002 0.15 --mic 0.05 -0.01 0.17 --out "$out/plan.csv" >/dev/null
 $tune rehearse --plan "$out/plan.csv" --array board --seed 4 --dead 0.02 >"$out/lines"

@@ -1,19 +1,14 @@
 #include "samples/tune/ReadingJournal.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/base/threads/SteadyClock.h"
 
-#include <cerrno>
 #include <cmath>
 #include <filesystem>
 #include <system_error>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 namespace midair::samples
 {
@@ -21,14 +16,7 @@ namespace midair::samples
 namespace
 {
 
-constexpr std::size_t kMostBytes = std::size_t(1) << 30;
 constexpr double kSync_s = 0.5;
-
-[[noreturn]] void fail(const std::string& path, const char* what)
-{
-    throw base::InputError(fmt::format(
-        "readings \"{}\" can't be {}: {}", path, what, std::generic_category().message(errno)));
-}
 
 std::string lineOf(int row, std::complex<double> value, bool isLevel)
 {
@@ -45,35 +33,12 @@ ReadingJournal::ReadingJournal(const std::string& path,
                                const std::string& planSum) :
     _path(path),
     _plan(plan),
-    _sum(planSum)
+    _sum(planSum),
+    _file(path, "readings"),
+    _found(haptics::readingsFromCsv(_file.text(), _path, _plan))
 {
-    _file = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-    if (_file < 0) fail(path, "opened");
-    try
-    {
-        if (::flock(_file, LOCK_EX | LOCK_NB) != 0)
-            throw base::InputError("readings \"" + path + "\" are being written by another run");
-        begin(base::readRegularFile(path, kMostBytes));
-    }
-    catch (const base::FileError& error)
-    {
-        ::close(_file);
-        throw base::InputError("readings \"" + path + "\": " + error.what());
-    }
-    catch (...)
-    {
-        ::close(_file);
-        throw;
-    }
-}
-
-void ReadingJournal::begin(const std::string& text)
-{
-    _found = haptics::readingsFromCsv(text, _path, _plan);
-    const std::size_t end = text.rfind('\n');
-    const off_t whole = end == std::string::npos ? 0 : static_cast<off_t>(end) + 1;
-    if (_found.isTorn && ::ftruncate(_file, whole) != 0) fail(_path, "shortened");
-    if (whole == 0)
+    if (_found.isTorn) _file.cutTornLine();
+    if (_file.text().find('\n') == std::string::npos)
         write(fmt::format("# plan {}\n", _sum));
     else if (_found.planSum != _sum)
         throw base::InputError(fmt::format(
@@ -83,12 +48,6 @@ void ReadingJournal::begin(const std::string& text)
             _sum));
 }
 
-ReadingJournal::~ReadingJournal()
-{
-    ::fdatasync(_file);
-    ::close(_file);
-}
-
 bool ReadingJournal::isRead(int row) const
 {
     return std::isfinite(_found.values[row].real());
@@ -96,16 +55,10 @@ bool ReadingJournal::isRead(int row) const
 
 void ReadingJournal::write(const std::string& text)
 {
-    for (std::size_t done = 0; done < text.size();)
-    {
-        const ssize_t wrote = ::write(_file, text.data() + done, text.size() - done);
-        if (wrote < 0 && errno == EINTR) continue;
-        if (wrote < 0) fail(_path, "written");
-        done += static_cast<std::size_t>(wrote);
-    }
+    _file.append(text);
     const double now_s = base::steadySeconds();
     if (now_s - _synced_s < kSync_s) return;
-    if (::fdatasync(_file) != 0) fail(_path, "written");
+    _file.sync();
     _synced_s = now_s;
 }
 
@@ -132,16 +85,7 @@ void ReadingJournal::forget(int place)
         else if (isRead(row))
             text += lineOf(row, _found.values[row], _found.areLevels);
     }
-    // Into a file beside it, which takes its place when it is whole.
-    const std::string whole = _path + ".new";
-    const int file = ::open(whole.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644);
-    if (file < 0) fail(whole, "opened");
-    ::close(_file);
-    _file = file;
-    if (::flock(_file, LOCK_EX | LOCK_NB) != 0) fail(whole, "locked");
-    write(text);
-    if (::fdatasync(_file) != 0 || ::rename(whole.c_str(), _path.c_str()) != 0)
-        fail(whole, "written");
+    _file.replace(text);
 }
 
 } // namespace midair::samples

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "haptics/tuning/TuningReadings.h"
+#include "samples/shards/LineJournal.h"
 
 #include <complex>
 #include <string>
@@ -19,9 +20,6 @@ public:
     ReadingJournal(const std::string& path,
                    const haptics::TuningPlan& plan,
                    const std::string& planSum);
-    ~ReadingJournal();
-    ReadingJournal(const ReadingJournal&) = delete;
-    ReadingJournal& operator=(const ReadingJournal&) = delete;
 
     /// What there is of each row; rows without a number are to be read.
     const haptics::TuningReadings& found() const { return _found; }
@@ -36,14 +34,13 @@ public:
     void forget(int place);
 
 private:
-    void begin(const std::string& text);
     void write(const std::string& text);
 
     const std::string _path;
     const haptics::TuningPlan& _plan;
     const std::string _sum;
+    LineJournal _file;
     haptics::TuningReadings _found;
-    int _file = -1;
     double _synced_s = 0.0;
 };
 

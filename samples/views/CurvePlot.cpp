@@ -1,14 +1,9 @@
 #include "samples/views/CurvePlot.h"
 
-#include "samples/views/LabelFont.h"
 #include "samples/views/Offscreen.h"
+#include "samples/views/PlotSheet.h"
 
-#include <osg/Geode>
-#include <osg/Geometry>
-#include <osg/LineWidth>
 #include <osgDB/WriteFile>
-#include <osgText/Font>
-#include <osgText/Text>
 
 #include <algorithm>
 #include <array>
@@ -30,10 +25,15 @@ constexpr float kTop = 70.0F;
 constexpr float kBetween = 100.0F;
 constexpr float kBottom = 95.0F;
 constexpr float kTextSize = 17.0F;
+constexpr float kMark = 5.0F;
 
 // What hides what: nearer is larger.
+constexpr float kTint = -0.8F;
 constexpr float kBehind = -0.5F;
+constexpr float kMiddles = -0.2F;
 constexpr float kCurves = 0.0F;
+constexpr float kMarks = 0.2F;
+constexpr float kHoles = 0.3F;
 constexpr float kFrame = 0.5F;
 
 const osg::Vec4 kPaper(1.0F, 1.0F, 1.0F, 1.0F);
@@ -46,56 +46,6 @@ const std::array<osg::Vec4, 6> kColors = {osg::Vec4(0.00F, 0.45F, 0.70F, 1.0F),
                                           osg::Vec4(0.80F, 0.47F, 0.65F, 1.0F),
                                           osg::Vec4(0.34F, 0.71F, 0.91F, 1.0F),
                                           osg::Vec4(0.55F, 0.45F, 0.05F, 1.0F)};
-
-/// What is drawn, in pixels from the lower left.
-class Sheet
-{
-public:
-    void text(const std::string& content,
-              const osg::Vec2& at,
-              osgText::TextBase::AlignmentType alignment,
-              float size = kTextSize,
-              const osg::Vec4& color = kInk,
-              bool upright = false)
-    {
-        const osg::ref_ptr<osgText::Text> made = new osgText::Text;
-        made->setFont(_font);
-        made->setFontResolution(40, 40);
-        made->setCharacterSize(size);
-        made->setPosition(osg::Vec3(at, 0.0F));
-        made->setColor(color);
-        made->setAlignment(alignment);
-        made->setText(content, osgText::String::ENCODING_UTF8);
-        if (upright)
-        {
-            made->setAxisAlignment(osgText::TextBase::USER_DEFINED_ROTATION);
-            made->setRotation(osg::Quat(osg::PI_2, osg::Z_AXIS));
-        }
-        _root->addChild(made);
-    }
-
-    void line(const std::vector<osg::Vec2>& places, const osg::Vec4& color, float width, float z)
-    {
-        const osg::ref_ptr<osg::Vec3Array> vertices = new osg::Vec3Array;
-        for (const osg::Vec2& place : places)
-            vertices->push_back(osg::Vec3(place, z));
-        const osg::ref_ptr<osg::Vec4Array> colors = new osg::Vec4Array(1, &color);
-        const osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
-        geometry->setVertexArray(vertices);
-        geometry->setColorArray(colors, osg::Array::BIND_OVERALL);
-        geometry->addPrimitiveSet(
-            new osg::DrawArrays(GL_LINE_STRIP, 0, static_cast<GLsizei>(vertices->size())));
-        // The sheet is drawn twice as large and averaged down.
-        geometry->getOrCreateStateSet()->setAttributeAndModes(new osg::LineWidth(2.0F * width));
-        _root->addChild(geometry);
-    }
-
-    osg::Group& root() { return *_root; }
-
-private:
-    osg::ref_ptr<osg::Group> _root = new osg::Group;
-    osg::ref_ptr<osgText::Font> _font = labelFont();
-};
 
 struct Range
 {
@@ -124,6 +74,9 @@ public:
             first = std::min(first, curve.x[0]);
             last = std::max(last, curve.x[curve.x.size() - 1]);
         }
+        if (std::isfinite(panel.xLow)) first = panel.xLow;
+        if (std::isfinite(panel.xHigh)) last = panel.xHigh;
+        if (std::isfinite(panel.yHigh)) top = panel.yHigh / 1.05;
         if (!(last > first)) last = first + 1.0;
         if (!(top > bottom)) top = bottom + 1.0;
         _x = {first, last};
@@ -133,29 +86,22 @@ public:
         _y = {decade - std::max(panel.decades, 1), decade};
     }
 
-    void draw(Sheet& sheet) const
+    void draw(PlotSheet& sheet) const
     {
+        drawBands(sheet);
         drawGrid(sheet);
         for (std::size_t k = 0; k < _panel.curves.size(); ++k)
-        {
-            const osg::Vec4& color = kColors[k % kColors.size()];
-            sheet.line(thinned(_panel.curves[k]), color, 1.3F, kCurves);
-            const osg::Vec2 legend =
-                _corner + osg::Vec2(10.0F + 145.0F * static_cast<float>(k % kColors.size()),
-                                    kPanelHeight + 8.0F);
-            if (k < kColors.size())
-                sheet.text(_panel.curves[k].name,
-                           legend,
-                           osgText::TextBase::LEFT_BOTTOM_BASE_LINE,
-                           kTextSize,
-                           color);
-        }
+            drawCurve(sheet, _panel.curves[k], colorOf(_panel.curves[k], k));
+        drawLegend(sheet);
         sheet.line({at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0), at(0.0, 0.0)},
                    kInk,
                    1.0F,
                    kFrame);
-        sheet.text(
-            _panel.xName, at(0.5, 0.0) + osg::Vec2(0.0F, -34.0F), osgText::TextBase::CENTER_TOP);
+        sheet.text(_panel.xName,
+                   at(0.5, 0.0) + osg::Vec2(0.0F, -34.0F),
+                   osgText::TextBase::CENTER_TOP,
+                   kTextSize,
+                   kInk);
         sheet.text(_panel.yName,
                    at(0.0, 0.5) + osg::Vec2(-75.0F, 0.0F),
                    osgText::TextBase::CENTER_BASE_LINE,
@@ -171,25 +117,113 @@ private:
                                    static_cast<float>(up) * kPanelHeight);
     }
 
+    static const osg::Vec4& colorOf(const Curve& curve, std::size_t place)
+    {
+        const std::size_t color = curve.color < 0 ? place : static_cast<std::size_t>(curve.color);
+        return kColors[color % kColors.size()];
+    }
+
+    static osg::Vec4 tinted(const CurveBand& band)
+    {
+        const osg::Vec4& color = kColors[static_cast<std::size_t>(band.color) % kColors.size()];
+        osg::Vec4 light = kPaper * 0.82F + color * 0.18F;
+        light.a() = 1.0F;
+        return light;
+    }
+
+    void drawBands(PlotSheet& sheet) const
+    {
+        for (const CurveBand& band : _panel.bands)
+        {
+            const auto share = [&](double value)
+            { return band.isOfX ? std::clamp(_x.share(value), 0.0, 1.0) : heightOf(value); };
+            const auto place = [&](double along, double across)
+            { return band.isOfX ? at(along, across) : at(across, along); };
+            sheet.rectangle(
+                place(share(band.low), 0.0), place(share(band.high), 1.0), tinted(band), kTint);
+            if (!std::isfinite(band.middle)) continue;
+            const double middle = share(band.middle);
+            sheet.line({place(middle, 0.0), place(middle, 1.0)},
+                       kColors[static_cast<std::size_t>(band.color) % kColors.size()],
+                       1.3F,
+                       kMiddles);
+        }
+    }
+
+    void drawCurve(PlotSheet& sheet, const Curve& curve, const osg::Vec4& color) const
+    {
+        if (curve.isJoined) sheet.line(thinned(curve), color, 1.3F, kCurves);
+        if (curve.mark == CurveMark::NONE) return;
+        for (Eigen::Index k = 0; k < curve.x.size(); ++k)
+            drawMark(sheet, at(_x.share(curve.x[k]), heightOf(curve.y[k])), curve.mark, color);
+    }
+
+    static void
+    drawMark(PlotSheet& sheet, const osg::Vec2& at, CurveMark mark, const osg::Vec4& color)
+    {
+        sheet.disc(at, kMark, color, kMarks);
+        if (mark == CurveMark::RING) sheet.disc(at, 0.62F * kMark, kPaper, kHoles);
+    }
+
+    // Names in the colour of what they name, beside each other.
+    void drawLegend(PlotSheet& sheet) const
+    {
+        float x = 10.0F;
+        const auto name = [&](const std::string& text, const osg::Vec4& color)
+        {
+            sheet.text(text,
+                       _corner + osg::Vec2(x, kPanelHeight + 8.0F),
+                       osgText::TextBase::LEFT_BOTTOM_BASE_LINE,
+                       kTextSize,
+                       color);
+            x += sheet.widthOf(text, kTextSize) + 24.0F;
+        };
+        for (std::size_t k = 0; k < std::min(_panel.curves.size(), kColors.size()); ++k)
+        {
+            const Curve& curve = _panel.curves[k];
+            if (curve.name.empty()) continue;
+            if (curve.mark != CurveMark::NONE)
+            {
+                drawMark(sheet,
+                         _corner + osg::Vec2(x + kMark, kPanelHeight + 14.0F),
+                         curve.mark,
+                         colorOf(curve, k));
+                x += 2.0F * kMark + 6.0F;
+            }
+            name(curve.name, colorOf(curve, k));
+        }
+        for (const CurveBand& band : _panel.bands)
+            if (!band.name.empty())
+                name(band.name, kColors[static_cast<std::size_t>(band.color) % kColors.size()]);
+    }
+
     double heightOf(double value) const
     {
         if (_panel.logarithmic) value = value > 0.0 ? std::log10(value) : _y.low;
         return std::clamp(_y.share(value), 0.0, 1.0);
     }
 
-    void drawGrid(Sheet& sheet) const
+    void drawTick(PlotSheet& sheet, double tick, const std::string& name) const
     {
+        const double share = _x.share(tick);
+        if (_panel.xTicks.empty())
+            sheet.line({at(share, 0.0), at(share, 1.0)}, kGrid, 1.0F, kBehind);
+        sheet.text(name,
+                   at(share, 0.0) + osg::Vec2(0.0F, -21.0F),
+                   osgText::TextBase::CENTER_BASE_LINE,
+                   kTextSize,
+                   kInk);
+    }
+
+    void drawGrid(PlotSheet& sheet) const
+    {
+        for (const auto& [place, name] : _panel.xTicks)
+            drawTick(sheet, place, name);
         const double across = tickStep(_x.high - _x.low, 10);
         for (double tick = across * std::ceil(_x.low / across - 1e-9);
-             tick <= _x.high + 1e-9 * across;
+             _panel.xTicks.empty() && tick <= _x.high + 1e-9 * across;
              tick += across)
-        {
-            const double share = _x.share(tick);
-            sheet.line({at(share, 0.0), at(share, 1.0)}, kGrid, 1.0F, kBehind);
-            sheet.text(numberText(tick),
-                       at(share, 0.0) + osg::Vec2(0.0F, -8.0F),
-                       osgText::TextBase::CENTER_TOP);
-        }
+            drawTick(sheet, tick, numberText(tick));
         const double up = _panel.logarithmic ? 1.0 : tickStep(_y.high - _y.low, 6);
         for (double tick = up * std::ceil(_y.low / up - 1e-9); tick <= _y.high + 1e-9 * up;
              tick += up)
@@ -198,7 +232,9 @@ private:
             sheet.line({at(0.0, share), at(1.0, share)}, kGrid, 1.0F, kBehind);
             sheet.text(numberText(_panel.logarithmic ? std::pow(10.0, std::round(tick)) : tick),
                        at(0.0, share) + osg::Vec2(-8.0F, 0.0F),
-                       osgText::TextBase::RIGHT_CENTER);
+                       osgText::TextBase::RIGHT_CENTER,
+                       kTextSize,
+                       kInk);
         }
     }
 
@@ -239,6 +275,9 @@ std::string problemOf(const CurvePlot& plot)
             if (curve.x.size() == 0 || curve.x.size() != curve.y.size() || !curve.x.allFinite() ||
                 !curve.y.allFinite())
                 return "a curve has no points, not as many x as y, or numbers that are not finite";
+        for (const CurveBand& band : panel.bands)
+            if (!(band.low <= band.high) || !std::isfinite(band.low) || !std::isfinite(band.high))
+                return "a band has no range";
     }
     return {};
 }
@@ -262,7 +301,7 @@ bool writeCurvePlot(const std::string& path, const CurvePlot& plot, std::string*
     const auto panels = static_cast<float>(plot.panels.size());
     const float width = kLeft + kPanelWidth + kRight;
     const float height = kBottom + panels * kPanelHeight + (panels - 1.0F) * kBetween + kTop;
-    Sheet sheet;
+    PlotSheet sheet;
     float top = height - kTop;
     for (const CurvePanel& panel : plot.panels)
     {
@@ -272,8 +311,10 @@ bool writeCurvePlot(const std::string& path, const CurvePlot& plot, std::string*
     sheet.text(plot.title,
                osg::Vec2(kLeft, height - 24.0F),
                osgText::TextBase::LEFT_CENTER,
-               1.2F * kTextSize);
-    sheet.text(plot.caption, osg::Vec2(kLeft, 16.0F), osgText::TextBase::LEFT_CENTER);
+               1.2F * kTextSize,
+               kInk);
+    sheet.text(
+        plot.caption, osg::Vec2(kLeft, 16.0F), osgText::TextBase::LEFT_CENTER, kTextSize, kInk);
     const osg::ref_ptr<osg::Image> drawn = renderFlat(
         sheet.root(), static_cast<int>(width), static_cast<int>(height), kPaper, &problem);
     if (!drawn)

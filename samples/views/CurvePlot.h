@@ -2,18 +2,41 @@
 
 #include <Eigen/Core>
 
+#include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace midair::samples
 {
 
-/// A line through points, x ascending.
+/// What stands at each point of a curve.
+enum class CurveMark
+{
+    NONE,
+    DISC,
+    RING
+};
+
+/// A line through points, x ascending, or marks at them.
 struct Curve
 {
     Eigen::VectorXd x;
     Eigen::VectorXd y; ///< as many
     std::string name;  ///< in the legend; may be empty
+    CurveMark mark = CurveMark::NONE;
+    bool isJoined = true; ///< by a line; otherwise marks alone
+    int color = -1;       ///< one of six; -1: the next one
+};
+
+/// A range of an axis that is tinted over the whole panel, with a line at a value in it.
+struct CurveBand
+{
+    double low = 0.0, high = 0.0;
+    double middle = std::numeric_limits<double>::quiet_NaN(); ///< NaN: no line
+    std::string name;                                         ///< in the legend; may be empty
+    bool isOfX = false; ///< a range of x, upright; otherwise of y
+    int color = 0;      ///< one of six
 };
 
 /// A pair of axes with curves, at most six of which differ in colour.
@@ -22,6 +45,13 @@ struct CurvePanel
     std::string xName; ///< of the axes, with units
     std::string yName;
     std::vector<Curve> curves;
+    std::vector<CurveBand> bands = {}; ///< behind the curves
+    /// Ends of the axes; NaN: those of the curves, and 0 for y
+    double xLow = std::numeric_limits<double>::quiet_NaN();
+    double xHigh = std::numeric_limits<double>::quiet_NaN();
+    double yHigh = std::numeric_limits<double>::quiet_NaN();
+    /// Names at places of the x axis, in place of numbers; may be empty
+    std::vector<std::pair<double, std::string>> xTicks = {};
     /// True: y has a logarithmic axis of \a decades below its largest value
     bool logarithmic = false;
     int decades = 5; ///< >= 1

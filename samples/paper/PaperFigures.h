@@ -1,0 +1,16 @@
+#pragma once
+
+#include "samples/paper/PaperArray.h"
+
+#include <string>
+
+namespace midair::samples
+{
+
+/// Draws the paper's figures 3, 4, 6 and 7 anew into \a folder, as paper_figure3.png and so on, and
+/// prints the numbers in them beside the paper's: the flat star of 34 mm by GS and by SDP
+/// relaxation, the focus and the line. The stars are those of the random start, of \a starts >= 1,
+/// whose evenness is the median one. Throws base::InputError if one can't be written.
+void drawPaperFigures(const PaperArray& paper, int starts, const std::string& folder);
+
+} // namespace midair::samples
