@@ -30,6 +30,10 @@ midair_test_packages=(
     pybind11-dev python3-dev python3-numpy # import midair
     python3-matplotlib                    # the plots of samples/python
 )
+# For tests/run.sh --docs and `ninja doc` alone.
+midair_docs_packages=(
+    doxygen                               # the reference of all headers
+)
 # For tests/run.sh --cluster alone.
 midair_cluster_packages=(
     slurm-wlm munge                       # a real job queue

@@ -6,6 +6,7 @@
 #   --clang           builds libraries and programs with clang++ and runs the tests of what computes and of devices
 #   --tidy            clang-tidy on what differs from the last release's tag; without one, on the newest commit's files and on a
 #                     tenth of all, another tenth with each commit
+#   --docs            the reference of all installed headers by Doxygen, without a warning
 #   --quick-sanitize  the suites of what computes and of the devices under the address and undefined-behaviour sanitizers
 #   --sanitize        all tests under these two, what has threads under the thread sanitizer, the solvers by themselves under the
 #                     memory sanitizer, clang-tidy on everything: hours
@@ -23,7 +24,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 stages=() long=0 vm=0 avx512=0 cluster=0 browser=0
 while [ $# -gt 0 ]; do
     case $1 in
-        --tests | --format | --clang | --tidy | --quick-sanitize) stages+=("${1#--}") ;;
+        --tests | --format | --clang | --tidy | --docs | --quick-sanitize) stages+=("${1#--}") ;;
         --sanitize) stages+=(sanitize-address sanitize-threads sanitize-memory tidy-all) ;;
         --long) long=1 ;;
         --vm) vm=1 ;;
@@ -38,6 +39,7 @@ while [ $# -gt 0 ]; do
 done
 [ ${#stages[@]} -gt 0 ] || stages=(tests)
 midair_install git "${midair_packages[@]}" "${midair_test_packages[@]}"
+[[ " ${stages[*]} " != *" docs "* ]] || midair_install "${midair_docs_packages[@]}"
 [ $cluster = 0 ] || midair_install "${midair_cluster_packages[@]}"
 [ $browser = 0 ] || midair_install "${midair_browser_packages[@]}"
 export MIDAIR_LONG_TESTS=$long
@@ -46,7 +48,7 @@ export MIDAIR_LONG_TESTS=$long
 minutes()
 {
     case $1 in
-        format) echo 3 ;;
+        format | docs) echo 3 ;;
         tests) echo $((long ? 240 : 45)) ;;
         clang) echo 25 ;;
         tidy) echo 15 ;;

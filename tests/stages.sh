@@ -35,6 +35,12 @@ stage_clang()
     run build-clang -L '^(haptics|device|device-usb)(.threads)?$'
 }
 
+# The reference of all installed headers; Doxygen fails on any warning, and on what of the kit has no comment.
+stage_docs()
+{
+    midair_build build-docs doc -DMIDAIR_TESTS=OFF
+}
+
 # tidy FILE..: clang-tidy with the project's configuration; every finding is an error.
 tidy()
 {

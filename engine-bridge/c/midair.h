@@ -3,32 +3,33 @@
 
 // NOLINTBEGIN(modernize-deprecated-headers,readability-identifier-naming): this is C.
 
-// libmidair: mid-air haptics without a scene graph, in C99 and C++. Arrays, meshes or points in;
-// activations, pressures and figures out; played on any device. C.md has a program and the rules.
-//
-// Units: metres, seconds, pascals (peak) and hertz unless a name says otherwise. Places are in the
-// array's frame: right-handed, the origin at the centre of the workspace.
-//
-// Handles are opaque. A call with one that was closed, or is NULL, returns MIDAIR_CLOSED; a handle
-// is never given twice. Each closes with its own function, in any order: a scene keeps the array
-// that it was made with, a field all that it needs.
-//
-// Every function may be called from any thread, at any time, unless it says otherwise here. Calls
-// with one scene or solver wait for each other for as long as it takes to copy what they are given;
-// no call waits for a solve of another thread, but for those of one midair_solver. Fields and
-// arrays never change. Callbacks (midair_extend.h) say on which threads they run.
-//
-// Every function that can fail returns a midair_status; midair_last_error() then has a sentence. No
-// C++ exception leaves a function, and what a function returns with an error it leaves untouched,
-// but for a count that says how much room there must be.
+/// \file
+/// libmidair: mid-air haptics without a scene graph, in C99 and C++. Arrays, meshes or points in;
+/// activations, pressures and figures out; played on any device. C.md has a program and the rules.
+///
+/// Units: metres, seconds, pascals (peak) and hertz unless a name says otherwise. Places are in the
+/// array's frame: right-handed, the origin at the centre of the workspace.
+///
+/// Handles are opaque. A call with one that was closed, or is NULL, returns MIDAIR_CLOSED; a handle
+/// is never given twice. Each closes with its own function, in any order: a scene keeps the array
+/// that it was made with, a field all that it needs.
+///
+/// Every function may be called from any thread, at any time, unless it says otherwise here. Calls
+/// with one scene or solver wait for each other for as long as it takes to copy what they are
+/// given; no call waits for a solve of another thread, but for those of one midair_solver. Fields
+/// and arrays never change. Callbacks (midair_extend.h) say on which threads they run.
+///
+/// Every function that can fail returns a midair_status; midair_last_error() then has a sentence.
+/// No C++ exception leaves a function, and what a function returns with an error it leaves
+/// untouched, but for a count that says how much room there must be.
 
 #include <stddef.h>
 #include <stdint.h>
 
 #if defined(__GNUC__)
-#define MIDAIR_API __attribute__((visibility("default")))
+#define MIDAIR_API __attribute__((visibility("default"))) ///< what the library exports
 #else
-#define MIDAIR_API
+#define MIDAIR_API ///< what the library exports
 #endif
 
 #ifdef __cplusplus
@@ -38,9 +39,10 @@ extern "C"
 
 // \{ Versions. A program that was built with one runs with all later ones of the same major and
 // minor number, which are in the library's soname.
-#define MIDAIR_VERSION_MAJOR 0
-#define MIDAIR_VERSION_MINOR 1
-#define MIDAIR_VERSION_PATCH 0
+#define MIDAIR_VERSION_MAJOR 0 ///< with the minor number the interface's
+#define MIDAIR_VERSION_MINOR 1 ///< in the soname
+#define MIDAIR_VERSION_PATCH 0 ///< of the library
+/// The three as one number.
 #define MIDAIR_VERSION                                                                             \
     (MIDAIR_VERSION_MAJOR * 10000 + MIDAIR_VERSION_MINOR * 100 + MIDAIR_VERSION_PATCH)
     /// Returns the library's own MIDAIR_VERSION.
@@ -80,6 +82,7 @@ extern "C"
 
     // --- Arrays ----------------------------------------------------------------------------------
 
+    /// One transducer of an array.
     typedef struct midair_transducer
     {
         double position[3];      ///< m, -10 .. 10
@@ -103,15 +106,18 @@ extern "C"
                                                double frequency_Hz,
                                                double source_Pa_m,
                                                midair_array** array);
+    /// Number of transducers.
     MIDAIR_API midair_status midair_array_size(const midair_array* array, size_t* transducers);
     /// Copies all transducers; \a capacity: how many there is room for.
     MIDAIR_API midair_status midair_array_transducers(const midair_array* array,
                                                       midair_transducer* transducers,
                                                       size_t capacity);
+    /// Closes the handle; scenes keep what they were made with.
     MIDAIR_API midair_status midair_array_close(midair_array* array);
 
     // --- Scenes and their objects ----------------------------------------------------------------
 
+    /// Makes a scene without objects, with the default settings.
     MIDAIR_API midair_status midair_scene_make(midair_array* array, midair_scene** scene);
     /// Stops playing, which silences the device, breaks off solves, and forgets the scene.
     MIDAIR_API midair_status midair_scene_close(midair_scene* scene);
@@ -144,10 +150,9 @@ extern "C"
                                              const char* obj_file,
                                              double size_m,
                                              midair_object* object);
-    /// Adds points that are solved for as they are: \a positions x, y, z of each; \a pressures 0 or
-    /// 1e-6
-    /// .. 1e5 of each, in Pa if \a in_pascal, else relative to each other; NULL: 1, relative. Their
-    /// property "pressure" can't be set.
+    /// Adds points that are solved for as they are: \a positions x, y, z of each; \a pressures of
+    /// each, 0 or 1e-6 .. 1e5, in Pa if \a in_pascal, else relative to each other; NULL: 1,
+    /// relative. Their property "pressure" can't be set.
     MIDAIR_API midair_status midair_add_points(midair_scene* scene,
                                                const double* positions,
                                                const double* pressures,
@@ -177,6 +182,7 @@ extern "C"
                                                char* text,
                                                size_t size,
                                                size_t* needed);
+    /// Removes an object; its number is never given again.
     MIDAIR_API midair_status midair_remove(midair_scene* scene, midair_object object);
 
     /// Names what midair_set() knows, or midair_object_set() if \a of_objects, by their number from
@@ -217,10 +223,12 @@ extern "C"
     MIDAIR_API midair_status midair_solver_figure(midair_solver* solver,
                                                   const char* name,
                                                   double* value);
+    /// Closes the handle, after a solve that runs.
     MIDAIR_API midair_status midair_solver_close(midair_solver* solver);
 
     // --- Fields ----------------------------------------------------------------------------------
 
+    /// What a field is.
     typedef struct midair_field_info
     {
         uint64_t frame; ///< number of the midair_update() that it is for; 0: of midair_solve()
@@ -232,6 +240,7 @@ extern "C"
         double latency_ms;    ///< from midair_update() to the device; of midair_solve() 0
     } midair_field_info;
 
+    /// A control point of a field.
     typedef struct midair_point
     {
         double position[3]; ///< array frame
@@ -241,9 +250,10 @@ extern "C"
             achieved_Pa; ///< in the field that is for it, as it is played; evened cycles: as felt
         midair_object object; ///< 0: it was removed
         uint32_t field;       ///< which of the fields in turn is for it
-        uint32_t reserved;
+        uint32_t reserved;    ///< 0
     } midair_point;
 
+    /// What the field is, in numbers.
     MIDAIR_API midair_status midair_field_about(const midair_field* field, midair_field_info* info);
     /// Copies activations of field \a index in turn, as they are played: real and imaginary part
     /// for each of \a transducers, the field's number.
@@ -270,11 +280,12 @@ extern "C"
     MIDAIR_API midair_status midair_field_write_drive(const midair_field* field,
                                                       size_t index,
                                                       const char* file);
+    /// Copies its control points; \a capacity: how many there is room for.
     MIDAIR_API midair_status midair_field_points(const midair_field* field,
                                                  midair_point* points,
                                                  size_t capacity);
     /// A figure by its name in midair-solve's summary.json: "rms", "level_Pa", "loudness",
-    /// "exposure.level_dB", ..
+    /// "exposure.level_dB" and so on
     MIDAIR_API midair_status midair_field_figure(const midair_field* field,
                                                  const char* name,
                                                  double* value);
@@ -300,6 +311,7 @@ extern "C"
                                                const double* places,
                                                size_t count,
                                                float* pressures);
+    /// Closes the handle, and forgets the field.
     MIDAIR_API midair_status midair_field_close(midair_field* field);
 
 #ifdef __cplusplus

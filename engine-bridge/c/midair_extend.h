@@ -3,16 +3,17 @@
 
 // NOLINTBEGIN(modernize-deprecated-headers,readability-identifier-naming): this is C.
 
-// A program's own devices, solvers and hand sources. Included by midair.h.
-//
-// What is registered stays so for the rest of the program: functions and user data have to outlive
-// it. All of a struct is copied by midair_register_..(); set its struct_size to its sizeof, and
-// what you leave out to 0. A name has 1 .. 32 small letters (solvers and hands: digits and dashes,
-// too); one that is taken is MIDAIR_REFUSED.
-//
-// Callbacks may not call functions with the scene that calls them, and may not let exceptions out
-// that they can't stand: what a callback of a C++ program throws counts as its failure. \a error is
-// room for a sentence with its end.
+/// \file
+/// A program's own devices, solvers and hand sources. Included by midair.h.
+///
+/// What is registered stays so for the rest of the program: functions and user data have to outlive
+/// it. All of a struct is copied by midair_register_..(); set its struct_size to its sizeof, and
+/// what you leave out to 0. A name has 1 .. 32 small letters (solvers and hands: digits and dashes,
+/// too); one that is taken is MIDAIR_REFUSED.
+///
+/// Callbacks may not call functions with the scene that calls them, and may not let exceptions out
+/// that they can't stand: what a callback of a C++ program throws counts as its failure. \a error
+/// is room for a sentence with its end.
 
 #include "midair.h"
 
@@ -27,8 +28,8 @@ extern "C"
     /// returns.
     typedef struct midair_driver
     {
-        size_t struct_size;
-        void* user; ///< given to open()
+        size_t struct_size; ///< sizeof(midair_driver)
+        void* user;         ///< given to open()
         /// Opens "SCHEME:path?options"; \a options are lines KEY=VALUE. \a boards: of each
         /// transducer, counting up from 0. Returns an instance, or NULL with the reason in \a
         /// error.
@@ -51,8 +52,8 @@ extern "C"
         void (*status)(void* instance, char* text, size_t size);
         /// Called once, last, after silence(). NULL: nothing is to be closed.
         void (*close)(void* instance);
-        uint32_t phase_levels; ///< 2 .. 256; 0: 256
-        uint32_t amplitude_count;
+        uint32_t phase_levels;    ///< 2 .. 256; 0: 256
+        uint32_t amplitude_count; ///< number of amplitudes
         const float*
             amplitudes; ///< 2 .. 256 that rise from 0 to 1; NULL: 256, of which L is sin(pi L/510)
         double fields_per_second; ///< the most that it takes; 0: any number
@@ -66,7 +67,7 @@ extern "C"
     /// What a solver is asked for; valid during the call only.
     typedef struct midair_problem
     {
-        size_t struct_size;
+        size_t struct_size;      ///< sizeof(midair_problem)
         uint32_t points;         ///< n, at least 1
         uint32_t transducers;    ///< m
         const double* positions; ///< 3 n: x, y, z of each point, array frame
@@ -74,14 +75,14 @@ extern "C"
         const float* matrix;     ///< n x m, row by row, real and imaginary part: Pa at full drive
         double loudness;         ///< as the scene asks for it
         double deadline_ms;      ///< 0: none
-        int32_t in_pascal;
-        int32_t phase_only;     ///< 1: all amplitudes are to be equal
-        int32_t max_iterations; ///< 0: the solver's own limit
-        int32_t reserved;
+        int32_t in_pascal;       ///< 1: targets are in Pa; 0: only their ratios count
+        int32_t phase_only;      ///< 1: all amplitudes are to be equal
+        int32_t max_iterations;  ///< 0: the solver's own limit
+        int32_t reserved;        ///< 0
         /// Returns 1 when nobody waits for the field any more: return then, soon. Call it with the
         /// problem.
         int32_t (*is_stopped)(const struct midair_problem* problem);
-        const void* internal;
+        const void* internal; ///< of the library
     } midair_problem;
 
     /// Finds \a activations, real and imaginary part of each of m, zeros when it is called; |q|
@@ -106,8 +107,8 @@ extern "C"
     /// midair_scene_close(), on their threads; it must not block.
     typedef struct midair_hand_source
     {
-        size_t struct_size;
-        void* user; ///< given to open()
+        size_t struct_size; ///< sizeof(midair_hand_source)
+        void* user;         ///< given to open()
         /// \a options: what stands behind "NAME:". Returns an instance, or NULL with the reason in
         /// \a error.
         void* (*open)(void* user, const char* options, char* error, size_t error_size);
@@ -118,6 +119,7 @@ extern "C"
         void (*close)(void* instance);
     } midair_hand_source;
 
+    /// Registers a hand source: midair_open_hands() then takes "NAME:options".
     MIDAIR_API midair_status midair_register_hands(const char* name,
                                                    const midair_hand_source* source);
 

@@ -3,7 +3,8 @@
 
 // NOLINTBEGIN(modernize-deprecated-headers,readability-identifier-naming): this is C.
 
-// Playing a scene, hands in, contacts out. Included by midair.h.
+/// \file
+/// Playing a scene, hands in, contacts out. Included by midair.h.
 
 #include "midair.h"
 
@@ -43,18 +44,19 @@ extern "C"
     /// sent = played + dropped + lost + refused + waiting, since the device was opened.
     typedef struct midair_device_state
     {
-        int32_t state; ///< MIDAIR_STATE_..
-        int32_t reserved;
-        uint64_t sent;
-        uint64_t played;
-        uint64_t dropped;
-        uint64_t lost;
-        uint64_t refused;
-        uint64_t waiting;
-        uint64_t faults;
-        uint64_t reconnects;
+        int32_t state;       ///< MIDAIR_STATE_..
+        int32_t reserved;    ///< 0
+        uint64_t sent;       ///< fields handed to the device
+        uint64_t played;     ///< as the device says; one that never answers: handed over whole
+        uint64_t dropped;    ///< a newer field or a silence came first
+        uint64_t lost;       ///< on the way, or in the device
+        uint64_t refused;    ///< not taken by the device
+        uint64_t waiting;    ///< on the way, or not confirmed yet
+        uint64_t faults;     ///< stalls, unplugs, watchdogs and the like
+        uint64_t reconnects; ///< times that the device came back
     } midair_device_state;
 
+    /// What the array does, and what became of the fields that it was sent.
     MIDAIR_API midair_status midair_state(midair_scene* scene, midair_device_state* state);
     /// One line about the device. As midair_get().
     MIDAIR_API midair_status midair_device_status(midair_scene* scene,
@@ -73,7 +75,7 @@ extern "C"
 
     // --- Hands -----------------------------------------------------------------------------------
 
-#define MIDAIR_JOINTS 26
+#define MIDAIR_JOINTS 26 ///< of a hand
 
     /// One joint; in a hand they are in the order of OpenXR's XR_EXT_hand_tracking: palm, wrist,
     /// thumb metacarpal to tip, then metacarpal to tip of the index, middle, ring and little
@@ -87,12 +89,13 @@ extern "C"
         int32_t orientation_valid; ///< 1: the tracker knows the orientation
     } midair_joint;
 
+    /// One hand.
     typedef struct midair_hand
     {
-        int32_t id; ///< stable from frame to frame; 0 left, 1 right
-        int32_t reserved;
-        double age_s; ///< >= 0; how long before this call the tracker saw it
-        midair_joint joints[MIDAIR_JOINTS];
+        int32_t id;                         ///< stable from frame to frame; 0 left, 1 right
+        int32_t reserved;                   ///< 0
+        double age_s;                       ///< >= 0; how long before this call the tracker saw it
+        midair_joint joints[MIDAIR_JOINTS]; ///< in the order that midair_joint says
     } midair_hand;
 
     /// Sets the hands for the updates that follow; they are gone 0.2 s after the last call. At
@@ -116,33 +119,33 @@ extern "C"
     /// Where a hand touches an object whose property "render", or the scene's, is contact or auto.
     typedef struct midair_contact
     {
-        uint64_t id; ///< of the contact; never given twice
-        midair_object object;
-        int32_t hand;        ///< midair_hand.id
-        uint32_t foci;       ///< number of foci that are played now
-        double centre[3];    ///< m; of the patch of the object inside the hand
-        double normal[3];    ///< of length 1, out of the object
-        double depth_m;      ///< how deep the finger is in the object
-        double area_m2;      ///< of the patch
-        double semi_major_m; ///< of its ellipse
-        double semi_minor_m;
-        double speed_m_s;   ///< of the finger along the object
-        double pressure_Pa; ///< peak; wanted at the first focus; 0: there is none
-        double share;       ///< 0 .. 1; factor on the pressure while it fades
+        uint64_t id;          ///< of the contact; never given twice
+        midair_object object; ///< the one that is touched
+        int32_t hand;         ///< midair_hand.id
+        uint32_t foci;        ///< number of foci that are played now
+        double centre[3];     ///< m; of the patch of the object inside the hand
+        double normal[3];     ///< of length 1, out of the object
+        double depth_m;       ///< how deep the finger is in the object
+        double area_m2;       ///< of the patch
+        double semi_major_m;  ///< of its ellipse
+        double semi_minor_m;  ///< the shorter half axis
+        double speed_m_s;     ///< of the finger along the object
+        double pressure_Pa;   ///< peak; wanted at the first focus; 0: there is none
+        double share;         ///< 0 .. 1; factor on the pressure while it fades
     } midair_contact;
 
     /// A finger near an object whose property "touchEvents" is true, as of the last
     /// midair_update().
     typedef struct midair_touch
     {
-        midair_object object;
-        int32_t hand;     ///< midair_hand.id
-        int32_t finger;   ///< 0 thumb .. 4 little finger, 5 palm
-        int32_t touching; ///< 1: it touches; 0: it is within 50 mm
-        int32_t reserved;
-        double position[3]; ///< m; the nearest place of the object
-        double distance_m;  ///< from the skin to the surface; below 0: it is in the object
-        double force_N;     ///< an upper estimate
+        midair_object object; ///< the one that is near
+        int32_t hand;         ///< midair_hand.id
+        int32_t finger;       ///< 0 thumb .. 4 little finger, 5 palm
+        int32_t touching;     ///< 1: it touches; 0: it is within 50 mm
+        int32_t reserved;     ///< 0
+        double position[3];   ///< m; the nearest place of the object
+        double distance_m;    ///< from the skin to the surface; below 0: it is in the object
+        double force_N;       ///< an upper estimate
     } midair_touch;
 
     /// Copies the contacts of the newest field; \a count: how many there are, also where \a

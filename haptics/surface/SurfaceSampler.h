@@ -50,9 +50,9 @@ struct SurfaceSamples
     Eigen::Matrix3Xd barycentric; ///< 3 x n, each column sums to 1
     Eigen::VectorXf intensity;    ///< n; 1 if the mesh has none
 
-    /// Normal i is the weighted sum of the normals of the triangles normalTriangle[normalStart[i]
-    /// .. normalStart[i + 1]): one inside a face, two on an edge, all around a vertex weighted by
-    /// their angles.
+    /// Normal i is the weighted sum of the normals of the triangles from
+    /// normalTriangle[normalStart[i]] to before normalTriangle[normalStart[i + 1]]: one inside a
+    /// face, two on an edge, all around a vertex weighted by their angles.
     std::vector<int> normalStart; ///< n + 1
     std::vector<int> normalTriangle;
     /// of the same length; negative where windings contradict each other

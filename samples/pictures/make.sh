@@ -12,14 +12,12 @@ small() # FROM NAME
 }
 demo="build/bin/midair-demo --headless --frames 60"
 $demo --out "$out/surface" --overlays points,slice,array,workspace,figures >/dev/null
-$demo --out "$out/vertices" --sampling vertices >/dev/null
 build/bin/midair-demo --headless --frames 108 --hands samples/hands/star.csv --render contact --zoom 1.8 --out "$out/contacts" \
     --overlays points,figures,hands,contacts >/dev/null
 cp "$out/contacts/star_5.png" samples/pictures/contacts.png
 build/bin/midair-demo --headless --frames 40 --still --overlays ears,figures --out "$out/ears" >/dev/null
 cp "$out/ears/star_6.png" samples/pictures/ears.png
 convert "$out/surface/star_3.png" -colors 256 PNG8:samples/pictures/star.png
-convert "$out/vertices/star_5.png" -colors 256 PNG8:samples/pictures/star-vertices.png
 # installation NAME FRAMES [option]..: the last frame of a run, with the program's own visitor.
 installation()
 {

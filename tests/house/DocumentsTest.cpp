@@ -66,6 +66,29 @@ int checkLinks(const fs::path& file)
 
 } // namespace
 
+// Programs set by a setter what files and options set by a name.
+TEST(Documents, EachSettingHasItsSetter)
+{
+    const fs::path root = MIDAIR_ROOT;
+    const std::string headers = textOf(root / "plugin/include/osgMidair/HapticSettings") +
+                                textOf(root / "plugin/include/osgMidair/HapticProperty") +
+                                textOf(root / "haptics/include/osgMidair/FieldSettings");
+    const std::string text = textOf(root / "plugin/SCENES.md");
+    const std::string tables =
+        text.substr(text.find("## Objects"), text.find("## Names") - text.find("## Objects"));
+    static const std::regex row(R"(\n\| `(\w+)` \|)");
+    int count = 0;
+    for (std::sregex_iterator match(tables.begin(), tables.end(), row), end; match != end; ++match)
+    {
+        std::string name = (*match)[1];
+        if (name == "unit") name = "pressureUnit";
+        name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
+        EXPECT_NE(headers.find("void set" + name + "("), std::string::npos) << name;
+        ++count;
+    }
+    EXPECT_GT(count, 60);
+}
+
 TEST(Documents, LinkToWhatIsThere)
 {
     const fs::path root = MIDAIR_ROOT;

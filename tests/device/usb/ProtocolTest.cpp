@@ -24,11 +24,18 @@ std::map<std::string, std::vector<std::uint8_t>> documented()
     std::ifstream file(std::string(MIDAIR_ROOT) + "/device/PROTOCOL.md");
     std::string line;
     std::string name;
+    bool isBlock = false;
     while (std::getline(file, line))
     {
-        if (line.rfind("    # ", 0) == 0)
-            name = line.substr(6);
-        else if (line.rfind("    ", 0) == 0 && !name.empty())
+        if (line.rfind("```", 0) == 0)
+        {
+            isBlock = !isBlock;
+            continue;
+        }
+        if (!isBlock) continue;
+        if (line.rfind("# ", 0) == 0)
+            name = line.substr(2);
+        else if (!name.empty())
         {
             std::istringstream text(line);
             unsigned byte = 0;

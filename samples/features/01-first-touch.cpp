@@ -4,6 +4,8 @@
 #include <osgDB/ReadFile>
 #include <osgViewer/Viewer>
 
+#include <iostream>
+
 int main(int argc, char** argv)
 {
     osg::ref_ptr<osgMidair::HapticSurface> touchable = new osgMidair::HapticSurface;
@@ -14,5 +16,6 @@ int main(int argc, char** argv)
 
     osgViewer::Viewer viewer;
     viewer.setSceneData(scene);
-    return viewer.run(); // felt where it is seen, from now on
+    viewer.run(); // felt where it is seen, from now on
+    std::cout << scene->getStatistics().points << " points were felt\n";
 }

@@ -1,0 +1,49 @@
+// What a scene does, what it can't do, and how it is silenced: figures, messages by their codes,
+// and the mute, which is to be called from any thread.
+
+#include "Frames.h"
+
+#include <osgMidair/HapticSurface>
+
+#include <osg/MatrixTransform>
+#include <osg/Shape>
+#include <osg/ShapeDrawable>
+
+int main()
+{
+    const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
+    const osg::ref_ptr<osgMidair::HapticSurface> ball =
+        new osgMidair::HapticSurface(new osg::ShapeDrawable(new osg::Sphere(osg::Vec3(), 0.02F)));
+    ball->setName("ball");
+    scene->addChild(ball);
+    // This one is where the array doesn't reach, which is told.
+    const osg::ref_ptr<osg::MatrixTransform> far =
+        new osg::MatrixTransform(osg::Matrix::translate(5.0, 0.0, 0.0));
+    far->addChild(ball);
+    scene->addChild(far);
+
+    Frames frames(*scene);
+    if (!frames.untilPlayed()) return 1;
+    frames.run(0.3);
+
+    const osgMidair::HapticStatistics now = scene->getStatistics();
+    std::printf("%s: %d points, %.0f Pa, error %.3f %%, %.1f ms from frame to drive\n",
+                stateName(now.state),
+                now.points,
+                now.level_Pa,
+                100.0 * now.rms,
+                now.latencyP50_ms);
+    for (const osgMidair::HapticMessage& message : now.told)
+        std::printf("%s (%llu x): %s\n",
+                    message.code.c_str(),
+                    static_cast<unsigned long long>(message.count),
+                    message.text.c_str());
+
+    scene->setMuted(true); // silent at once, whatever is being solved
+    frames.run(0.3);
+    std::printf("muted: %s\n", stateName(scene->getStatistics().state));
+    scene->setMuted(false);
+    frames.run(0.3);
+    std::printf("and again: %s\n", stateName(scene->getStatistics().state));
+    return 0;
+}

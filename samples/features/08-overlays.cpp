@@ -1,0 +1,38 @@
+// To look at the field: one node anywhere under the scene draws points, slice, array and figures,
+// and brings the keys F2 to F12 along.
+
+#include <osgMidair/HapticOverlays>
+#include <osgMidair/HapticScene>
+#include <osgMidair/HapticSurface>
+
+#include <osg/Shape>
+#include <osg/ShapeDrawable>
+#include <osgViewer/Viewer>
+
+#include <cstdio>
+
+int main()
+{
+    const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
+    scene->addChild(
+        new osgMidair::HapticSurface(new osg::ShapeDrawable(new osg::Sphere(osg::Vec3(), 0.02F))));
+
+    const osg::ref_ptr<osgMidair::HapticOverlays> overlays = new osgMidair::HapticOverlays;
+    overlays->setShowFieldVolume(false);
+    overlays->setShowWorkspace(false);
+    overlays->getHud()->setTitle("a ball of 40 mm");
+    overlays->getFieldSlice()->setPlane(osg::Vec3d(), osg::Y_AXIS); // else through the points
+    if (!overlays->setNumber("sliceRadius", 0.06)) return 1;        // m
+    scene->addChild(overlays);
+    for (const osgMidair::OverlayDescription& each : osgMidair::HapticOverlays::describe())
+        std::printf("%-3s %s%s\n",
+                    each.key.c_str(),
+                    each.help.c_str(),
+                    overlays->getOverlay(each.name)->isShown() ? "" : " (hidden)");
+
+    osgViewer::Viewer viewer;
+    viewer.setSceneData(scene);
+    const int ended = viewer.run();
+    std::printf("%d points were shown\n", scene->getStatistics().points);
+    return ended;
+}

@@ -1,0 +1,40 @@
+// Exposure: how loud the ultrasound is where ears may be, and a limit that every field keeps to.
+// No safety certificate: haptics/EARS.md says what the numbers mean.
+
+#include "Frames.h"
+
+#include <osgMidair/HapticSurface>
+
+#include <osg/Shape>
+#include <osg/ShapeDrawable>
+
+int main()
+{
+    const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
+    scene->addChild(
+        new osgMidair::HapticSurface(new osg::ShapeDrawable(new osg::Sphere(osg::Vec3(), 0.02F))));
+    // A visitor's ears, m in the array's frame, besides places all around the array.
+    scene->setEarPoints("-0.08 0.5 0.3; 0.08 0.5 0.3");
+
+    Frames frames(*scene);
+    if (!frames.untilPlayed()) return 1;
+    frames.run(0.5);
+    const osgMidair::HapticStatistics loud = scene->getStatistics();
+    std::printf("%d places: %.0f dB at the loudest, %.0f Pa on the ball\n",
+                loud.exposure.places,
+                loud.exposure.level_dB,
+                loud.level_Pa);
+
+    const double limit_dB = loud.exposure.level_dB - 10.0;
+    scene->setEarLimit(limit_dB); // rms, re 20 uPa; OSG_MIDAIR_EAR_LIMIT is the user's
+    frames.run(1.0);
+    const osgMidair::HapticStatistics held = scene->getStatistics();
+    std::printf("held to %.0f dB: %.0f dB, %.0f Pa\n",
+                held.exposure.limit_dB,
+                held.exposure.level_dB,
+                held.level_Pa);
+    for (const osgMidair::HapticMessage& message : held.told)
+        if (message.code.rfind("ears", 0) == 0 || message.code.rfind("cap", 0) == 0)
+            std::printf("%s: %s\n", message.code.c_str(), message.text.c_str());
+    return held.exposure.level_dB < limit_dB + 0.01 ? 0 : 1;
+}

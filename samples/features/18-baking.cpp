@@ -1,0 +1,55 @@
+// Baking: the frames of an animation are solved one by one, as accurately as the kit can, before
+// anybody sees or feels them. midair-bake does so for files, on many machines.
+
+#include <osgMidair/FieldBaker>
+#include <osgMidair/HapticScene>
+#include <osgMidair/HapticSurface>
+
+#include <osg/MatrixTransform>
+#include <osg/Shape>
+#include <osg/ShapeDrawable>
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+
+int main()
+{
+    constexpr unsigned int kFrames = 6;
+    constexpr double kRate_Hz = 60.0;
+    const osg::ref_ptr<osg::MatrixTransform> carried = new osg::MatrixTransform;
+    carried->addChild(
+        new osgMidair::HapticSurface(new osg::ShapeDrawable(new osg::Sphere(osg::Vec3(), 0.015F))));
+    const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
+    scene->addChild(carried);
+
+    const osg::ref_ptr<osgMidair::FieldBaker> baker = new osgMidair::FieldBaker(*scene);
+    std::size_t bytes = 0;
+    double worst = 0.0;
+    for (unsigned int i = 0; i < kFrames; ++i)
+    {
+        const osg::ref_ptr<osg::FrameStamp> stamp = new osg::FrameStamp;
+        stamp->setFrameNumber(i);
+        stamp->setSimulationTime(i / kRate_Hz);
+        carried->setMatrix(osg::Matrix::translate(0.001 * i, 0.0, 0.0)); // the update traversal
+        std::string error;
+        osgMidair::BakedFrame frame;
+        const auto at_ns = [](unsigned int k)
+        { return static_cast<std::uint64_t>(1e9 * k / kRate_Hz); };
+        if (!baker->bake(*stamp, osg::Matrixd(), at_ns(i), at_ns(i + 1), frame, error))
+        {
+            std::fprintf(stderr, "%s\n", error.c_str());
+            return 1;
+        }
+        for (const osgMidair::BakedField& field : frame.fields)
+            bytes += field.phase.size() + field.duty.size();
+        worst = std::max(worst, frame.rms);
+        if (i == 0) std::printf("%u points, %.0f Pa\n", frame.points, frame.level_Pa);
+    }
+    std::printf("%u frames of %u transducers, %zu bytes, error at most %.3f %%\n",
+                kFrames,
+                baker->getNumTransducers(),
+                bytes,
+                100.0 * worst);
+    return 0;
+}
