@@ -29,11 +29,20 @@ midair_test_packages=(
     abigail-tools                         # the ABI of libmidair
     pybind11-dev python3-dev python3-numpy # import midair
     python3-matplotlib                    # the plots of samples/python
+    help2man dpkg-dev                     # Debian packages
 )
 # For tests/run.sh --docs and `ninja doc` alone.
 midair_docs_packages=(
     doxygen                               # the reference of all headers
 )
+# For samples/debian/build.sh alone.
+midair_packaging_packages=(
+    pybind11-dev python3-dev              # import midair
+    help2man dpkg-dev                     # man pages; what binaries depend on
+    lintian                               # Debian's policy
+)
+# For tests/run.sh --packages: roots of a Debian of their own.
+midair_root_packages=(mmdebstrap)
 # For tests/run.sh --cluster alone.
 midair_cluster_packages=(
     slurm-wlm munge                       # a real job queue

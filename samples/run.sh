@@ -7,7 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 root=$PWD
 . samples/packages.sh
 midair_install "${midair_packages[@]}"
-midair_build build midair_samples
+midair_build build midair_run
 cd "$caller"
 out=()
 case " $* " in

@@ -16,7 +16,7 @@ std::string drawPicture(const Solution& solution, const std::string& title, cons
     void* module = nullptr;
     for (const char* place : {"midair-picture.so",
                               "../lib/midair-picture.so",
-                              MIDAIR_LIBRARY_FROM_PROGRAM "/midair-picture.so"})
+                              MIDAIR_LIBRARY_FROM_PROGRAM "/osgMidair/midair-picture.so"})
         if (!module && std::filesystem::exists(folder / place, error))
             module = dlopen((folder / place).c_str(), RTLD_NOW | RTLD_LOCAL);
     void* symbol = module ? dlsym(module, "midairDrawPicture") : nullptr;

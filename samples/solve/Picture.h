@@ -10,7 +10,7 @@ namespace midair::samples
 
 /// Draws the field of \a solution into a PNG file at \a path, and what its probes have heard, if
 /// any, into probe.png beside it, with the module midair-picture.so, which is searched next to the
-/// program and in ../lib. Returns what went wrong, or an empty text.
+/// program, in ../lib and where it is installed. Returns what went wrong, or an empty text.
 std::string
 drawPicture(const Solution& solution, const std::string& title, const std::string& path);
 
