@@ -43,6 +43,13 @@ midair_packaging_packages=(
 )
 # For tests/run.sh --packages: roots of a Debian of their own.
 midair_root_packages=(mmdebstrap)
+# For tests/run.sh --arm64, in such a root.
+midair_arm64_packages=(
+    g++-aarch64-linux-gnu qemu-user-static # the cross compiler; runs what it made
+    cmake ninja-build ccache pkg-config
+    libeigen3-dev nlohmann-json3-dev libcli11-dev
+    {libopenscenegraph,libbullet,libtinyobjloader,libopenxr,liboscpack,libtinygltf,libusb-1.0-0,libftdi1,libfmt,libspdlog,libegl,libgtest}-dev:arm64
+)
 # For tests/run.sh --cluster alone.
 midair_cluster_packages=(
     slurm-wlm munge                       # a real job queue

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# tests/run.sh [STAGE].. [--long] [--vm] [--avx512] [--cluster] [--browser] [--packages] [--filter REGEX]: installs what is missing, then
-# runs these checks, one after the other; each says how long it took and fails when it takes longer than its limit. Without a STAGE: --tests.
+# tests/run.sh [STAGE].. [--long] [--vm] [--avx512] [--cluster] [--browser] [--packages] [--arm64] [--filter REGEX]: installs what is
+# missing, then runs these checks, one after the other; each says how long it took and fails when it takes longer than its limit.
+# Without a STAGE: --tests.
 #   --tests           builds with g++ into build/ and runs all tests
 #   --format          clang-format
 #   --clang           builds libraries and programs with clang++ and runs the tests of what computes and of devices
@@ -16,13 +17,14 @@
 #   --cluster         also bakes and sweeps on a Slurm of this machine and by GNU parallel, with tasks that are killed; needs root
 #   --browser         also the operator's page in a real browser, on a telephone's size too
 #   --packages        also makes the Debian packages and uses them, and a clone of the newest commit, in a clean Debian; needs root
+#   --arm64           also builds for arm64 in such a Debian and runs tests under qemu; needs root
 #   --filter REGEX    only tests whose name matches
 # MIDAIR_WERROR=ON makes compiler warnings errors in --tests too. MIDAIR_TIME_FACTOR=3 triples all limits, which are for two
 # cores and an empty compiler cache. MIDAIR_END (seconds since 1970): nothing runs for longer than until then.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 . samples/packages.sh
-stages=() long=0 vm=0 avx512=0 cluster=0 browser=0 packages=0
+stages=() long=0 vm=0 avx512=0 cluster=0 browser=0 packages=0 arm64=0
 while [ $# -gt 0 ]; do
     case $1 in
         --tests | --format | --clang | --tidy | --docs | --quick-sanitize) stages+=("${1#--}") ;;
@@ -33,8 +35,9 @@ while [ $# -gt 0 ]; do
         --cluster) cluster=1 ;;
         --browser) browser=1 ;;
         --packages) packages=1 ;;
+        --arm64) arm64=1 ;;
         --filter) export MIDAIR_FILTER=${2:?--filter needs a regular expression}; shift ;;
-        -h | --help) sed -n '2,20s/^# \{0,1\}//p' "$0"; exit 0 ;;
+        -h | --help) sed -n '2,21s/^# \{0,1\}//p' "$0"; exit 0 ;;
         *) echo "tests/run.sh: unknown option '$1'; --help lists them" >&2; exit 2 ;;
     esac
     shift
@@ -117,6 +120,7 @@ done
 [ $browser = 0 ] || timed browser tests/samples/monitor/browser.py build/bin || failed+=(browser)
 [ $packages = 0 ] || timed packages tests/packages/run.sh || failed+=(packages)
 [ $packages = 0 ] || timed clone tests/packages/clone.sh || failed+=(clone)
+[ $arm64 = 0 ] || timed arm64 tests/arm64/run.sh || failed+=(arm64)
 [ ${#failed[@]} -eq 0 ] || {
     for stage in "${failed[@]}"; do [ ! -f "$logs/$stage" ] || repeated "$stage"; done
     echo "tests/run.sh: failed: ${failed[*]}"
