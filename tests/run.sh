@@ -37,7 +37,7 @@ while [ $# -gt 0 ]; do
         --packages) packages=1 ;;
         --arm64) arm64=1 ;;
         --filter) export MIDAIR_FILTER=${2:?--filter needs a regular expression}; shift ;;
-        -h | --help) sed -n '2,21s/^# \{0,1\}//p' "$0"; exit 0 ;;
+        -h | --help) sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "$0"; exit 0 ;;
         *) echo "tests/run.sh: unknown option '$1'; --help lists them" >&2; exit 2 ;;
     esac
     shift
