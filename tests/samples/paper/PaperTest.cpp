@@ -77,8 +77,8 @@ TEST(Paper, ScatteredStartsLosePointsUnderGsAndNotUnderSdp)
     EXPECT_GT(rows.at("120 mm, clipped amplitudes/gs/0.1").least, 0.8);
     EXPECT_TRUE(std::filesystem::exists(folder + "/paper_star_gs.png"));
     for (const int figure : {3, 4, 6, 7})
-        EXPECT_TRUE(std::filesystem::exists(folder + "/paper_figure" + std::to_string(figure) +
-                                            ".png"))
+        EXPECT_TRUE(
+            std::filesystem::exists(folder + "/paper_figure" + std::to_string(figure) + ".png"))
             << figure;
     EXPECT_NE(outcome.output.find("5.56 kPa rms (paper: 5.53)"), std::string::npos);
     EXPECT_NE(outcome.output.find("along it (y) (paper: about 10)"), std::string::npos);
