@@ -29,6 +29,8 @@ root_run()
         mount -t tmpfs tmpfs "$folder/dev"
         mkdir "$folder/dev/shm" "$folder/dev/pts"
         chmod 1777 "$folder/dev/shm"
+        mount -t devpts -o newinstance,ptmxmode=0666 devpts "$folder/dev/pts" # serial boards are rehearsed on pseudo terminals
+        ln -s pts/ptmx "$folder/dev/ptmx"
         for device in null zero full random urandom tty; do
             touch "$folder/dev/$device"
             mount --bind /dev/$device "$folder/dev/$device"
