@@ -34,8 +34,8 @@ build/bin/midair-paper --out "$out/paper" >/dev/null
 for name in paper_focus paper_line_gs paper_star_gs paper_star_sdp-bcd; do
     small "$out/paper/$name.png" "$name"
 done
-for figure in 3 4 6 7; do
-    small "$out/paper/paper_figure$figure.png" "paper/figure$figure"
+for name in figure3 figure4 figure6 figure7; do
+    small "$out/paper/paper_$name.png" "paper/$name"
 done
 # Sessions of simulated participants, each with a threshold of its own.
 participant=1
