@@ -85,9 +85,9 @@ osg::ref_ptr<osg::Node> readGltfAndTell(const std::string& path, std::string& er
         error = printable(path + ": can't be read: " + wrong.what());
     }
     for (const std::string& message : messages.all())
-        OSG_WARN << "osgMidair: " << printable(path + ": " + message) << std::endl;
+        OSG_WARN << "osgMidair: " << printable(fmt::format("{}: {}", path, message)) << std::endl;
     for (const std::string& message : messages.ofPicture())
-        OSG_NOTICE << "osgMidair: " << printable(path + ": " + message) << std::endl;
+        OSG_NOTICE << "osgMidair: " << printable(fmt::format("{}: {}", path, message)) << std::endl;
     return node;
 }
 
