@@ -119,10 +119,11 @@ bool FrameQueue::take(const FrameReply& reply,
         _flying.begin(), _flying.end(), [&](const Flying& f) { return f.number == number; });
     if (asked == _flying.end()) return false;
     const std::uint8_t askedFor = asked->sequence;
-    const std::size_t before = _flying.size();
     // How many of those in flight are done: an answer may be older than others that came before.
     const auto count = static_cast<std::uint8_t>(reply.acknowledged - _flying.front().sequence + 1);
-    if (count > 0 && count <= before)
+    if (count > 0 && count <= _flying.size())
+    {
+        _inVain = 0;
         for (int i = 0; i < count; ++i)
         {
             Done one;
@@ -133,7 +134,7 @@ bool FrameQueue::take(const FrameReply& reply,
             noteAnswer(_flying.front(), now_s);
             _flying.pop_front();
         }
-    if (count > 0 && static_cast<std::size_t>(count) <= before) _inVain = 0;
+    }
     // Not an answer to a copy of what is done.
     if (static_cast<std::int8_t>(askedFor - reply.acknowledged) > 0) _isBehind = true;
     if (_flying.empty()) _isBehind = false;

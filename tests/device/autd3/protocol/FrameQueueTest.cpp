@@ -52,6 +52,17 @@ struct Wire
     };
 };
 
+/// Sends a first command, which isn't answered until 8 ms later.
+void answerAfter8ms(FrameQueue& queue, Wire& wire)
+{
+    InTurn unit;
+    std::vector<FrameQueue::Done> done;
+    queue.push(Command::readFpgaState());
+    queue.pump(0, wire.send);
+    EXPECT_NEAR(queue.due_s(99), 2e-3, 1e-9);
+    EXPECT_TRUE(queue.take(unit.take(wire.frames[0]), numberOf(wire.frames[0]), 8e-3, done));
+}
+
 } // namespace
 
 TEST(Autd3FrameQueue, keeps_at_most_seven_in_flight)
@@ -249,12 +260,7 @@ TEST(Autd3FrameQueue, waits_longer_where_answers_take_long)
 {
     FrameQueue queue;
     Wire wire;
-    InTurn unit;
-    std::vector<FrameQueue::Done> done;
-    queue.push(Command::readFpgaState());
-    queue.pump(0, wire.send);
-    EXPECT_NEAR(queue.due_s(99), 2e-3, 1e-9);
-    EXPECT_TRUE(queue.take(unit.take(wire.frames[0]), numberOf(wire.frames[0]), 8e-3, done));
+    answerAfter8ms(queue, wire);
     queue.push(Command::readFpgaState());
     queue.pump(1, wire.send);
     EXPECT_NEAR(queue.due_s(99), 1 + 1.5 * 8e-3, 1e-9);
@@ -276,11 +282,7 @@ TEST(Autd3FrameQueue, a_switch_is_repeated_as_soon_as_it_is_asked_for)
 {
     FrameQueue queue;
     Wire wire;
-    InTurn unit;
-    std::vector<FrameQueue::Done> done;
-    queue.push(Command::readFpgaState());
-    queue.pump(0, wire.send);
-    EXPECT_TRUE(queue.take(unit.take(wire.frames[0]), numberOf(wire.frames[0]), 8e-3, done));
+    answerAfter8ms(queue, wire);
     queue.push(Command::activateBank(0, SwitchMode::AT_ONCE), 0.3e-3);
     queue.pump(1, wire.send);
     for (int i = 1; i < 5; ++i)
