@@ -83,12 +83,6 @@ private:
             false,
             [this](const std::function<bool()>&)
             { return std::make_unique<emulation::EmulatedLink>(_units); });
-        _units->with(
-            [&](Chain& chain, Time_ns)
-            {
-                chain.setFaults(_plan.faults);
-                return 0;
-            });
         _isOpen.set_value();
         _isDone.get_future().wait();
         _device.reset();
@@ -97,12 +91,14 @@ private:
     }
 
     // The device's thread waits, so this is called by it; by the other one while it is opened.
+    // The other one looks at the time no more: it would pass by when the two threads get to run.
     void call(Time_ns now_ns)
     {
         if (std::this_thread::get_id() == _opener || _end_ns < 0) return;
         if (_end_ns == 0)
         {
             _isOpen.get_future().wait();
+            setFaults();
             _end_ns = now_ns + static_cast<Time_ns>(_plan.duration_s * 1e9);
         }
         const midair::device::DeviceReport report = _device->report();
@@ -117,6 +113,16 @@ private:
         _outcome.units =
             _units->with([](Chain& chain, Time_ns time_ns) { return chain.report(time_ns); });
         _isDone.set_value();
+    }
+
+    void setFaults()
+    {
+        _units->with(
+            [&](Chain& chain, Time_ns)
+            {
+                chain.setFaults(_plan.faults);
+                return 0;
+            });
     }
 
     void send()
