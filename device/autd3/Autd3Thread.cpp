@@ -21,7 +21,10 @@ namespace
 constexpr double kReopen_s = 0.25;
 constexpr double kFarewell_s = 0.2;
 constexpr double kLastMask_s = 0.05; // for the others, when a unit is lost
-constexpr double kPrompt_s = 0.1;    // how often heartbeats' answers are waited for, for the clock
+// How often heartbeats' answers are waited for, for the clock (UnitClock::kWindow_s): each wakes
+// the thread.
+constexpr double kPrompt_s = 0.1;
+constexpr double kPromptAtRest_s = 0.3;
 constexpr double kPublish_s = 0.05;
 constexpr double kFaultLog_s = 1; // at most so often; all are counted
 constexpr int kMostTries = 5;     // of a field that units were told too late of
@@ -229,7 +232,8 @@ void Autd3Device::receive(double now_s)
 {
     const double until_s = std::min(_group->due_s(), _player->due_s());
     const bool isQuiet = _player->isReady() && _next == nullptr && _group->isIdle();
-    if (!isQuiet || now_s - _heardPromptly_s > kPrompt_s)
+    const double prompt_s = _group->isResting() ? kPromptAtRest_s : kPrompt_s;
+    if (!isQuiet || now_s - _heardPromptly_s > prompt_s)
     {
         _group->receive(until_s);
         if (isQuiet && _group->link().now_s() >= until_s) _heardPromptly_s = now_s;

@@ -3,7 +3,6 @@
 #include "device/autd3/protocol/Levels.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -14,7 +13,6 @@ namespace midair::device::autd3
 namespace
 {
 
-constexpr double kNever_s = std::numeric_limits<double>::max();
 constexpr double kCalmer = 0.999;       // of the lead, with each field that was in time
 constexpr double kBehindTime_s = 25e-6; // a period: a switch is done
 
@@ -315,7 +313,7 @@ double BankPlayer::due_s() const
     default:
         break;
     }
-    return kNever_s;
+    return UnitGroup::kNever_s;
 }
 
 std::vector<BankPlayer::Ending> BankPlayer::takeEndings()

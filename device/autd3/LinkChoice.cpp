@@ -14,8 +14,8 @@ namespace midair::device::autd3
 namespace
 {
 
-constexpr double kAnswer_s = 0.1;
-constexpr int kTries = 3;
+constexpr double kLinkAnswer_s = 0.1;
+constexpr int kLinkTries = 3;
 constexpr std::uint16_t kNumber = 0x4D44;
 
 // Any answer of the protocol will do, also one that refuses: those of the first question that gets
@@ -26,10 +26,10 @@ askAll(DatagramLink& link, Refusals& refusals, const std::function<bool()>& isLe
     Endpoint from;
     std::vector<std::uint8_t> bytes;
     std::vector<Answer> answers;
-    for (int i = 0; i < kTries && answers.empty() && !isLeft(); ++i)
+    for (int i = 0; i < kLinkTries && answers.empty() && !isLeft(); ++i)
     {
         if (!link.sendToGroup(message(Kind::READ_UNIT_INFO, kNumber))) continue;
-        const double until_s = link.now_s() + kAnswer_s;
+        const double until_s = link.now_s() + kLinkAnswer_s;
         while (link.now_s() < until_s)
         {
             Answer answer;

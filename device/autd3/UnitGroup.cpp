@@ -3,7 +3,6 @@
 #include "device/autd3/UdpLink.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -14,7 +13,6 @@ namespace midair::device::autd3
 namespace
 {
 
-constexpr double kNever_s = std::numeric_limits<double>::max();
 constexpr std::uint16_t kMostBeatsOpen = 1024; ///< message numbers; frames have some of them
 constexpr double kBeatAgain_s = 5e-3;          ///< after a heartbeat that is not answered
 constexpr double kRetry_s = 0.1e-3; ///< until a send is tried again for which there was no room

@@ -6,6 +6,7 @@
 #include "device/autd3/protocol/UnitClock.h"
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,7 @@ public:
     static constexpr double kLost_s = 0.1; ///< without an answer
     static constexpr int kLeastAsked = 3;  ///< times, before a unit is lost
     static constexpr double kResting_s = 0.1;
+    static constexpr double kNever_s = std::numeric_limits<double>::max();
 
     /// What became of a command to unit \a unit.
     struct Outcome

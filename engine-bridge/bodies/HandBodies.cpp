@@ -1,5 +1,7 @@
 #include "engine-bridge/bodies/HandBodies.h"
 
+#include "haptics/base/SmallMatrices.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -59,9 +61,9 @@ btTransform poseOf(const Capsule& capsule)
 {
     const Eigen::Vector3d middle = 0.5 * (capsule.a + capsule.b);
     const Eigen::Vector3d along = capsule.b - capsule.a;
-    const Eigen::Quaterniond turn =
-        along.norm() > 0.0 ? Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitY(), along)
-                           : Eigen::Quaterniond::Identity();
+    const Eigen::Quaterniond turn = along.norm() > 0.0
+                                        ? base::turnBetween(Eigen::Vector3d::UnitY(), along)
+                                        : Eigen::Quaterniond::Identity();
     return btTransform(btQuaternion(static_cast<btScalar>(turn.x()),
                                     static_cast<btScalar>(turn.y()),
                                     static_cast<btScalar>(turn.z()),

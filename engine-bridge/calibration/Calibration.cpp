@@ -2,10 +2,9 @@
 
 #include "engine-bridge/calibration/RobustFit.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/SmallMatrices.h"
 #include "haptics/base/Units.h"
 #include "haptics/base/text/Range.h"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -46,9 +45,10 @@ PointPairs chosen(const PointPairs& pairs, const std::vector<bool>& which)
 Eigen::Vector3d spread(const Eigen::Matrix3Xd& points)
 {
     const Eigen::Matrix3Xd centred = points.colwise() - points.rowwise().mean();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(centred * centred.transpose());
+    const base::SymmetricAxes<3> axes =
+        base::symmetricAxes(Eigen::Matrix3d(centred * centred.transpose()));
     const double count = static_cast<double>(points.cols());
-    return (axes.eigenvalues().cwiseMax(0.0) / count).cwiseSqrt().reverse();
+    return (axes.values.cwiseMax(0.0) / count).cwiseSqrt().reverse();
 }
 
 Eigen::Matrix3d cross(const Eigen::Vector3d& v)
@@ -111,8 +111,8 @@ void errorQuantiles(CalibrationReport& report,
                     int freedom,
                     std::uint64_t seed)
 {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(C);
-    const Eigen::Vector3d sigmas = report.noise_m * axes.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+    const base::SymmetricAxes<3> axes = base::symmetricAxes(C);
+    const Eigen::Vector3d sigmas = report.noise_m * axes.values.cwiseMax(0.0).cwiseSqrt();
     std::mt19937_64 random(seed);
     std::normal_distribution<double> normal;
     std::chi_squared_distribution<double> chi2(freedom);

@@ -1,5 +1,7 @@
 #include "engine-bridge/calibration/RobustFit.h"
 
+#include "haptics/base/SmallMatrices.h"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -28,7 +30,7 @@ void fit(RobustFit& result, const PointPairs& pairs, const std::vector<int>& cho
         world.col(k) = pairs.world.col(chosen[static_cast<std::size_t>(k)]);
         array.col(k) = pairs.array.col(chosen[static_cast<std::size_t>(k)]);
     }
-    const Eigen::Matrix4d motion = Eigen::umeyama(world, array, scaling);
+    const Eigen::Matrix4d motion = base::nearestMotion(world, array, scaling);
     result.linear = motion.topLeftCorner<3, 3>();
     result.offset = motion.topRightCorner<3, 1>();
     result.scale = scaling ? std::cbrt(result.linear.determinant()) : 1.0;

@@ -3,9 +3,8 @@
 #include "engine-bridge/contact/MeshWinding.h"
 #include "engine-bridge/hands/SegmentDistance.h"
 #include "haptics/base/InputError.h"
+#include "haptics/base/SmallMatrices.h"
 #include "haptics/base/text/Range.h"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -233,9 +232,7 @@ void ContactFinder::addParts(Part part,
         Vector3d normal = moments.normal;
         // A sheet whose triangles are wound at random has no mean; what they agree on is the axis.
         if (!(normal.norm() > 1e-9 * moments.area_m2))
-            normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments.normals)
-                         .eigenvectors()
-                         .col(2);
+            normal = base::symmetricAxes(moments.normals).vectors.col(2);
         normal.normalize();
         setShape(one.patch, moments, normal);
         const Vector3d outward = orient(one, normal);
@@ -247,8 +244,7 @@ void ContactFinder::addParts(Part part,
         _parts.push_back(std::move(one));
     };
     if (all.normal.norm() >= kOneSided * all.area_m2) return add(std::move(part), all);
-    const Vector3d axis =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(all.normals).eigenvectors().col(2);
+    const Vector3d axis = base::symmetricAxes(all.normals).vectors.col(2);
     std::array<PatchMoments, 2> half;
     for (const PatchMoments& one : sides)
         half[one.normal.dot(axis) >= 0.0 ? 0 : 1].add(one);

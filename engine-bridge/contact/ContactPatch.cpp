@@ -1,8 +1,7 @@
 #include "engine-bridge/contact/ContactPatch.h"
 
 #include "engine-bridge/hands/SegmentDistance.h"
-
-#include <Eigen/Eigenvalues>
+#include "haptics/base/SmallMatrices.h"
 
 #include <algorithm>
 #include <cmath>
@@ -80,12 +79,12 @@ void setShape(ContactPatch& patch, const PatchMoments& moments, const Vector3d& 
     const Vector3d v = normal.cross(u);
     Eigen::Matrix<double, 3, 2> plane;
     plane << u, v;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(
-        Eigen::Matrix2d(plane.transpose() * patch.covariance * plane));
-    const Eigen::Vector2d values = solver.eigenvalues().cwiseMax(0.0); // ascending
+    const base::SymmetricAxes<2> axes =
+        base::symmetricAxes(Eigen::Matrix2d(plane.transpose() * patch.covariance * plane));
+    const Eigen::Vector2d values = axes.values.cwiseMax(0.0); // ascending
     patch.semiMinor_m = 2.0 * std::sqrt(values[0]);
     patch.semiMajor_m = 2.0 * std::sqrt(values[1]);
-    patch.major = (plane * solver.eigenvectors().col(1)).normalized();
+    patch.major = (plane * axes.vectors.col(1)).normalized();
     patch.minor = normal.cross(patch.major);
 }
 

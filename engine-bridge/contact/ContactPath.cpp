@@ -1,10 +1,9 @@
 #include "engine-bridge/contact/ContactPath.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/SmallMatrices.h"
 #include "haptics/base/Units.h"
 #include "haptics/base/text/Range.h"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -88,7 +87,7 @@ ContactPath::ContactPath(const ContactPathOptions& options,
 void ContactPath::fit(const ContactPatch& patch)
 {
     // The shortest turn that takes the old normal to the new one has no twist about either.
-    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(_patch.normal, patch.normal);
+    const Eigen::Quaterniond turn = base::turnBetween(_patch.normal, patch.normal);
     _patch = patch;
     _isFitted = true;
     _u = turn * _u;
@@ -123,15 +122,15 @@ void ContactPath::shape()
     }
     Eigen::Matrix<double, 3, 2> plane;
     plane << _u, _v;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(
-        Eigen::Matrix2d(plane.transpose() * _patch.covariance * plane));
+    const base::SymmetricAxes<2> across =
+        base::symmetricAxes(Eigen::Matrix2d(plane.transpose() * _patch.covariance * plane));
     const Eigen::Vector2d axes =
-        (2.0 * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().array() - _options.focusSize_m)
+        (2.0 * across.values.cwiseMax(0.0).cwiseSqrt().array() - _options.focusSize_m)
             .max(_options.leastRadius_m)
             .matrix();
     _semiMinor_m = axes[0];
     _semiMajor_m = axes[1];
-    _ellipse = solver.eigenvectors() * axes.asDiagonal() * solver.eigenvectors().transpose();
+    _ellipse = across.vectors * axes.asDiagonal() * across.vectors.transpose();
 }
 
 double ContactPath::leastFieldRate_Hz() const

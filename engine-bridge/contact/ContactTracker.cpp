@@ -15,7 +15,7 @@ namespace
 
 using Eigen::Vector3d;
 
-constexpr double kSameWay = 0.5;        ///< cosine; a contact that turns farther at once is another
+constexpr double kSameContactWay = 0.5; ///< cosine; a contact that turns farther at once is another
 constexpr double kSpeedFollow_s = 0.03; ///< differences of a tracker's places jitter
 
 double followed(double from, double to, double dt_s, double time_s)
@@ -165,7 +165,8 @@ std::vector<Contact> ContactTracker::matched(std::vector<ContactPatch>& patches,
             const ContactPatch& before = _contacts[i].path.patch();
             const double distance = (before.centre - patches[j].centre).norm();
             if (before.hand == patches[j].hand && before.object == patches[j].object &&
-                before.normal.dot(patches[j].normal) >= kSameWay && distance <= _options.restart_m)
+                before.normal.dot(patches[j].normal) >= kSameContactWay &&
+                distance <= _options.restart_m)
                 matches.push_back({distance, i, j});
         }
     std::stable_sort(matches.begin(),

@@ -17,21 +17,6 @@ namespace
 using Eigen::Vector3d;
 using Near = std::vector<const Capsule*>;
 
-/// Distance of \a x from the skin of the union; under 0: inside.
-double outside(const Near& capsules, const Vector3d& x)
-{
-    double least = INFINITY;
-    for (const Capsule* capsule : capsules)
-        least =
-            std::min(least, pointSegmentDistance(x, capsule->a, capsule->b) - capsule->radius_m);
-    return least;
-}
-
-bool contains(const Capsule& capsule, const Vector3d& x)
-{
-    return pointSegmentDistance(x, capsule.a, capsule.b) <= capsule.radius_m;
-}
-
 /// False only if all of the triangle is outside: the distance from the axis is convex, so it is at
 /// least its tangent plane at the middle (AxisDistance).
 bool mayReach(const Capsule& capsule, const SurfaceTriangle& t)
@@ -52,7 +37,7 @@ Vector3d crossing(const Near& capsules, Vector3d in, double fIn, const Vector3d&
     for (int step = 0; step < 3; ++step)
     {
         place = in + fIn / (fIn - fOut) * (out - in);
-        const double f = outside(capsules, place);
+        const double f = skinDistance(capsules, place);
         if (!(f < 0.0)) break;
         in = place;
         fIn = f;
@@ -64,7 +49,7 @@ void addCut(const SurfaceTriangle& t, const Vector3d& n, const Near& capsules, P
 {
     const std::array<Vector3d, 3> corner = {t.p, t.q, t.r};
     const std::array<double, 3> f = {
-        outside(capsules, t.p), outside(capsules, t.q), outside(capsules, t.r)};
+        skinDistance(capsules, t.p), skinDistance(capsules, t.q), skinDistance(capsules, t.r)};
     const auto in = std::count_if(f.begin(), f.end(), [](double value) { return value < 0.0; });
     if (in == 0) return;
     if (in == 3) return sum.add(t, n);

@@ -21,11 +21,6 @@ struct Triangle
     Eigen::Vector3d p, q, r;
 };
 
-bool contains(const Capsule& capsule, const Eigen::Vector3d& x)
-{
-    return pointSegmentDistance(x, capsule.a, capsule.b) <= capsule.radius_m;
-}
-
 /// True only if the triangle p, q, r is farther than \a limit from the capsule's axis: tells that
 /// of most that are, for less than the distance costs.
 bool isFarther(const Capsule& capsule,
@@ -41,16 +36,6 @@ bool isFarther(const Capsule& capsule,
     return away.distance + nearest > limit + kSlack_m;
 }
 
-/// Distance of \a x from the union of \a capsules; under 0: inside.
-double outside(const std::vector<const Capsule*>& capsules, const Eigen::Vector3d& x)
-{
-    double least = INFINITY;
-    for (const Capsule* capsule : capsules)
-        least =
-            std::min(least, pointSegmentDistance(x, capsule->a, capsule->b) - capsule->radius_m);
-    return least;
-}
-
 /// The area of a small triangle inside the union, as if the skin were straight across it: the level
 /// f = 0 of the linear interpolant cuts the share f_i^2 / ((f_i - f_j)(f_i - f_k)) off at the
 /// corner i whose sign differs from the others.
@@ -58,7 +43,7 @@ double clippedArea(const Triangle& t, const std::vector<const Capsule*>& capsule
 {
     const double area = 0.5 * (t.q - t.p).cross(t.r - t.p).norm();
     const std::array<double, 3> f = {
-        outside(capsules, t.p), outside(capsules, t.q), outside(capsules, t.r)};
+        skinDistance(capsules, t.p), skinDistance(capsules, t.q), skinDistance(capsules, t.r)};
     const auto in = std::count_if(f.begin(), f.end(), [](double value) { return value < 0.0; });
     if (in == 0) return 0.0;
     if (in == 3) return area;

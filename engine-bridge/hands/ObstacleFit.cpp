@@ -1,6 +1,6 @@
 #include "engine-bridge/hands/ObstacleFit.h"
 
-#include <Eigen/Eigenvalues>
+#include "haptics/base/SmallMatrices.h"
 
 #include <algorithm>
 #include <cmath>
@@ -44,8 +44,7 @@ Matrix3d principalAxes(const haptics::TriangleMesh& mesh, Vector3d& middle)
     if (!(area > 0.0)) return Matrix3d::Identity();
     middle = first / area;
     const Matrix3d spread = moments / area - middle * middle.transpose();
-    const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(spread);
-    return solver.eigenvectors().rowwise().reverse();
+    return base::symmetricAxes(spread).vectors.rowwise().reverse();
 }
 
 /// An interval, empty at first.

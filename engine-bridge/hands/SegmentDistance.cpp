@@ -1,8 +1,11 @@
 #include "engine-bridge/hands/SegmentDistance.h"
 
+#include "engine-bridge/hands/Hand.h"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <cmath>
 
 namespace midair::bridge
 {
@@ -120,6 +123,20 @@ double pointSegmentDistance(const Eigen::Vector3d& point,
     const double uu = u.squaredNorm();
     const double t = uu > 0.0 ? clamp01(u.dot(point - a) / uu) : 0.0;
     return (point - a - t * u).norm();
+}
+
+bool contains(const Capsule& capsule, const Eigen::Vector3d& point)
+{
+    return pointSegmentDistance(point, capsule.a, capsule.b) <= capsule.radius_m;
+}
+
+double skinDistance(const std::vector<const Capsule*>& capsules, const Eigen::Vector3d& point)
+{
+    double least = INFINITY;
+    for (const Capsule* capsule : capsules)
+        least = std::min(least,
+                         pointSegmentDistance(point, capsule->a, capsule->b) - capsule->radius_m);
+    return least;
 }
 
 } // namespace midair::bridge

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <vector>
+
 #include <Eigen/Core>
 
 namespace midair::bridge
 {
+
+struct Capsule;
 
 /// The nearest points of two shapes and their distance.
 struct ClosestPair
@@ -42,5 +46,10 @@ struct AxisDistance
 double pointSegmentDistance(const Eigen::Vector3d& point,
                             const Eigen::Vector3d& a,
                             const Eigen::Vector3d& b);
+
+bool contains(const Capsule& capsule, const Eigen::Vector3d& point);
+
+/// Distance of \a point from the skin of the union; under 0: inside.
+double skinDistance(const std::vector<const Capsule*>& capsules, const Eigen::Vector3d& point);
 
 } // namespace midair::bridge

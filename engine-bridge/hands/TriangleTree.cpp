@@ -13,7 +13,7 @@ namespace
 
 constexpr int kLeaf = 4; ///< triangles of a leaf, at most
 /// Above the rounding of a bound, so that no triangle at exactly the limit is missed.
-constexpr double kSlack_m = 1e-12;
+constexpr double kTreeSlack_m = 1e-12;
 /// An order whose boxes have become larger than this many times is found anew.
 constexpr double kWorn = 2.0;
 
@@ -167,7 +167,7 @@ double TriangleTree::lowerBound(const Capsule& capsule, int node) const
     const Box& box = _boxes[static_cast<std::size_t>(node)];
     if (!(box.low.x() <= box.high.x())) return INFINITY;
     const AxisDistance middle(capsule.a, capsule.b, 0.5 * (box.low + box.high));
-    return middle.distance - 0.5 * middle.slope.cwiseAbs().dot(box.high - box.low) - kSlack_m;
+    return middle.distance - 0.5 * middle.slope.cwiseAbs().dot(box.high - box.low) - kTreeSlack_m;
 }
 
 // Never true of a box that is not inside.

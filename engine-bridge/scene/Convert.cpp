@@ -1,6 +1,6 @@
 #include "engine-bridge/scene/Convert.h"
 
-#include <Eigen/SVD>
+#include "haptics/base/SmallMatrices.h"
 
 namespace midair::bridge
 {
@@ -23,14 +23,12 @@ bool decompose(const Eigen::Matrix4d& matrix, PoseAndStretch& parts)
 
     // A = U S V^T = (U V^T) (V S V^T): Higham, "Computing the polar decomposition", 1986.
     const Eigen::Matrix3d linear = matrix.topLeftCorner<3, 3>();
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(linear, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    // A copy, since g++ takes a reference for uninitialized.
-    // NOLINTNEXTLINE(performance-unnecessary-copy-initialization)
-    const Eigen::Vector3d s = svd.singularValues();
+    const base::SingularParts svd = base::singularParts(linear);
+    const Eigen::Vector3d& s = svd.values;
     if (s[2] < 1e-12 || s[2] < 1e-6 * s[0]) return false;
 
-    Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
-    Eigen::Matrix3d stretch = svd.matrixV() * s.asDiagonal() * svd.matrixV().transpose();
+    Eigen::Matrix3d rotation = svd.U * svd.V.transpose();
+    Eigen::Matrix3d stretch = svd.V * s.asDiagonal() * svd.V.transpose();
     if (rotation.determinant() < 0.0)
     {
         // A mirror image flips all three axes, so that the pose stays continuous while the object

@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/Percentile.h"
+#include "haptics/base/SmallMatrices.h"
 #include "haptics/base/Units.h"
 #include "haptics/base/text/Range.h"
 #include "haptics/boards/BoardMirrors.h"
@@ -142,7 +143,8 @@ private:
     // Moves everything so that the transducers are where the array has them, on average.
     void align()
     {
-        const Eigen::Isometry3d back(Eigen::umeyama(moved().positions, _array.positions, false));
+        const Eigen::Isometry3d back(
+            base::nearestMotion(moved().positions, _array.positions, false));
         for (Eigen::Isometry3d& motion : _state.motion)
             motion = back * motion;
         for (Eigen::Vector3d& place : _state.places)
@@ -202,8 +204,7 @@ private:
         const auto worst = [&](int first)
         {
             const Eigen::Matrix3d part = C.block<3, 3>(first, first);
-            const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(part);
-            return std::sqrt(std::max(0.0, eigen.eigenvalues()[2]));
+            return std::sqrt(std::max(0.0, base::symmetricAxes(part).values[2]));
         };
         BoardPose pose;
         pose.board = board;

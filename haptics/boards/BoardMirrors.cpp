@@ -1,5 +1,6 @@
 #include "haptics/boards/BoardMirrors.h"
 
+#include "haptics/base/SmallMatrices.h"
 #include "haptics/base/Units.h"
 
 #include <Eigen/Geometry>
@@ -54,7 +55,7 @@ bool reflect(int board,
     const Eigen::Vector3d middle = others.rowwise().mean();
     Eigen::Matrix3Xd image = own;
     image -= 2.0 * normal * (normal.transpose() * (own.colwise() - middle));
-    const Eigen::Isometry3d motion(Eigen::umeyama(own, image, false));
+    const Eigen::Isometry3d motion(base::nearestMotion(own, image, false));
     Eigen::Isometry3d& moved = state.motion[static_cast<std::size_t>(board)];
     moved = motion * moved;
     return true;

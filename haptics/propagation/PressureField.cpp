@@ -16,8 +16,6 @@ namespace midair::haptics
 namespace
 {
 
-constexpr Eigen::Index kPointsAtOnce = PointChunks::kAtOnce;
-
 } // namespace
 
 Eigen::Matrix3Xd FieldGrid::points() const
@@ -110,10 +108,10 @@ Eigen::MatrixXcf pressuresAt(const Eigen::Matrix3Xd& points,
         G.bind(active.array, medium);
         const auto padded = static_cast<std::size_t>(G.paddedTransducers());
         const base::AlignedBuffer<float> q = inLanes(G, active.fields);
-        std::array<int, kPointsAtOnce> rows{};
-        std::array<double, kPointsAtOnce> sums{};
+        std::array<int, PointChunks::kAtOnce> rows{};
+        std::array<double, PointChunks::kAtOnce> sums{};
         std::iota(rows.begin(), rows.end(), 0);
-        using Sums = std::array<float, 2 * kPointsAtOnce>;
+        using Sums = std::array<float, 2 * PointChunks::kAtOnce>;
         std::vector<Sums> p(K);
         for (Eigen::Index begin = 0, count = 0; chunks.take(begin, count);)
         {
@@ -129,14 +127,14 @@ Eigen::MatrixXcf pressuresAt(const Eigen::Matrix3Xd& points,
                               q.data() + 2 * k * padded,
                               q.data() + (2 * k + 1) * padded,
                               p[k].data(),
-                              p[k].data() + kPointsAtOnce);
+                              p[k].data() + PointChunks::kAtOnce);
             }
             const auto unit_Pa = static_cast<float>(G.unit_Pa());
             for (std::size_t k = 0; k < K; ++k)
                 for (Eigen::Index l = 0; l < count; ++l)
                     pressure(begin + l, static_cast<Eigen::Index>(k)) = {
                         unit_Pa * p[k][static_cast<std::size_t>(l)],
-                        unit_Pa * p[k][static_cast<std::size_t>(l + kPointsAtOnce)]};
+                        unit_Pa * p[k][static_cast<std::size_t>(l + PointChunks::kAtOnce)]};
         }
     };
     chunks.run(threads, work);

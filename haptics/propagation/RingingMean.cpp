@@ -24,7 +24,6 @@ namespace
 
 using Complex = std::complex<double>;
 
-constexpr Eigen::Index kPointsAtOnce = PointChunks::kAtOnce;
 // Longest bin of delays: half of it is the largest error of one, 1 % of the T4010A1's ringing, and
 // the errors of thousands of transducers cancel.
 constexpr double kBin_s = 4e-6;
@@ -295,7 +294,7 @@ public:
         _point(fields.size(), step_s, array.ringing_s)
     {
         _matrix.bind(array, medium);
-        _matrix.resize(kPointsAtOnce);
+        _matrix.resize(PointChunks::kAtOnce);
         std::iota(_rows.begin(), _rows.end(), 0);
         const std::vector<int>& order = _matrix.order();
         _places = array.positions(Eigen::all, order);
@@ -309,13 +308,13 @@ public:
         _fields = fields.size();
     }
 
-    // Points first .. first + count - 1, count <= kPointsAtOnce.
+    // Points first .. first + count - 1, count <= PointChunks::kAtOnce.
     void work(const Eigen::Matrix3Xd& points,
               Eigen::Index first,
               Eigen::Index count,
               Eigen::VectorXd& squares)
     {
-        std::array<double, kPointsAtOnce> sums{};
+        std::array<double, PointChunks::kAtOnce> sums{};
         for (Eigen::Index l = 0; l < count; ++l)
             _matrix.setPoint(static_cast<int>(l), points.col(first + l));
         for (int b = 0; b < _matrix.blocks(); ++b)
@@ -344,7 +343,7 @@ private:
     PropagationMatrix _matrix;
     double _perMetre_s;
     BinnedPoint _point;
-    std::array<int, kPointsAtOnce> _rows{};
+    std::array<int, PointChunks::kAtOnce> _rows{};
     Eigen::Matrix3Xd _places;
     Eigen::RowVectorXd _distances; // seconds
     std::vector<float> _qRe, _qIm; // lane by lane the fields in turn

@@ -117,14 +117,25 @@ Eigen::VectorXcd BlockCholesky::solve(const Eigen::VectorXcd& b) const
     return x;
 }
 
+HermitianAxes hermitianAxes(const Eigen::MatrixXcd& A)
+{
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd> solver(A);
+    return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+Eigen::VectorXd hermitianValues(const Eigen::MatrixXcd& A)
+{
+    return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd>(A, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
 LeadingPair leadingPair(const Eigen::MatrixXcd& A, double tolerance, const base::StopToken& stop)
 {
     LeadingPair pair;
     if (A.cols() <= kSmall)
     {
-        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd> eigen(A);
-        pair.value = eigen.eigenvalues()[A.cols() - 1];
-        pair.vector = eigen.eigenvectors().col(A.cols() - 1);
+        const HermitianAxes axes = hermitianAxes(A);
+        pair.value = axes.values[A.cols() - 1];
+        pair.vector = axes.vectors.col(A.cols() - 1);
         return pair;
     }
     pair.vector = startingVector(A.cols());

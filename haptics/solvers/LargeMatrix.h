@@ -34,6 +34,19 @@ private:
     bool _positive = false;
 };
 
+/// All of a Hermitian matrix: eigenvalues, ascending, and the eigenvectors to them as columns.
+struct HermitianAxes
+{
+    Eigen::VectorXd values;
+    Eigen::MatrixXcd vectors;
+};
+
+/// Of \a A, of which the lower half is read. It takes time with the cube of its size, and isn't to
+/// be stopped.
+HermitianAxes hermitianAxes(const Eigen::MatrixXcd& A);
+/// The values alone, for a third of the time.
+Eigen::VectorXd hermitianValues(const Eigen::MatrixXcd& A);
+
 /// The largest eigenvalue of a Hermitian matrix, and its eigenvector.
 struct LeadingPair
 {

@@ -18,7 +18,7 @@ namespace midair::haptics
 namespace
 {
 
-constexpr double kLargestLambdaRel = 1e9;
+constexpr double kLargestObjectiveLambdaRel = 1e9;
 
 void mirrorLowerTriangle(Eigen::MatrixXcd& A)
 {
@@ -42,7 +42,8 @@ void checkInput(const Eigen::MatrixXcd& K, const Eigen::VectorXd& targets, doubl
     if (!targets.allFinite() || targets.minCoeff() < 0.0 || !(targets.maxCoeff() > 0.0))
         throw base::InputError(
             "phase objective: targets must be finite and at least 0, one of them more");
-    if (!(lambdaRel >= PhaseObjective::kSmallestLambdaRel && lambdaRel <= kLargestLambdaRel))
+    if (!(lambdaRel >= PhaseObjective::kSmallestLambdaRel &&
+          lambdaRel <= kLargestObjectiveLambdaRel))
         throw base::InputError(fmt::format(
             "phase objective: lambdaRel is {:g}; it must be from 1e-5 to 1e9", lambdaRel));
     if (!K.allFinite() || !(K.trace().real() > 0.0))
@@ -73,7 +74,7 @@ errorOfInverse(const Eigen::MatrixXcd& X, const Eigen::MatrixXcd& A, const base:
 
 // Over-relaxation: each phase moves beyond its minimum by two thirds of the step, which takes a
 // third of the rounds (measured, n = 50 to 200).
-constexpr double kOver = 0.65;
+constexpr double kSearchOver = 0.65;
 
 template<typename T>
 double descendPhases(const kernels::HermitianView<T>& M,
@@ -92,7 +93,7 @@ double descendPhases(const kernels::HermitianView<T>& M,
     {
         stop.throwIfRequested();
         const double fell = kernels::descendOnce(
-            M, 1, T(kOver), smallest, xRe.data(), xIm.data(), sRe.data(), sIm.data());
+            M, 1, T(kSearchOver), smallest, xRe.data(), xIm.data(), sRe.data(), sIm.data());
         if (!(fell > fall)) break;
     }
     for (Eigen::Index l = 0; l < u.size(); ++l)

@@ -1,6 +1,7 @@
 #include "haptics/surface/Outline.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/SmallMatrices.h"
 #include "haptics/base/Units.h"
 
 #include <Eigen/Geometry>
@@ -87,8 +88,7 @@ Outline Outline::circle(const Eigen::Vector3d& centre,
                         const Eigen::Vector3d& axis,
                         int corners)
 {
-    const Eigen::Quaterniond turn =
-        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitY(), axis);
+    const Eigen::Quaterniond turn = base::turnBetween(Eigen::Vector3d::UnitY(), axis);
     Outline result;
     result.closed = true;
     result.vertices.resize(3, corners);

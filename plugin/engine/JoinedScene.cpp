@@ -14,7 +14,7 @@ namespace
 {
 
 /// A joined engine and the viewer that shows its scene.
-struct Entry
+struct JoinedEngine
 {
     const HapticEngine* engine; ///< only compared
     osg::observer_ptr<HapticEngine> alive;
@@ -22,22 +22,23 @@ struct Entry
 };
 
 /// All joined engines, the oldest first.
-struct Registry
+struct JoinedEngines
 {
     std::mutex mutex;
-    std::vector<Entry> entries;
+    std::vector<JoinedEngine> entries;
 
-    std::vector<Entry>::iterator find(const HapticEngine& engine)
+    std::vector<JoinedEngine>::iterator find(const HapticEngine& engine)
     {
         return std::find_if(entries.begin(),
                             entries.end(),
-                            [&engine](const Entry& entry) { return entry.engine == &engine; });
+                            [&engine](const JoinedEngine& entry)
+                            { return entry.engine == &engine; });
     }
 };
 
-Registry& registry()
+JoinedEngines& joinedEngines()
 {
-    static Registry all;
+    static JoinedEngines all;
     return all;
 }
 
@@ -52,34 +53,34 @@ JoinedScene::~JoinedScene()
 
 void JoinedScene::setJoined(bool joined)
 {
-    const std::lock_guard<std::mutex> lock(registry().mutex);
-    const auto own = registry().find(_engine);
-    const bool isThere = own != registry().entries.end();
-    if (joined && !isThere) registry().entries.push_back({&_engine, &_engine});
-    if (!joined && isThere) registry().entries.erase(own);
+    const std::lock_guard<std::mutex> lock(joinedEngines().mutex);
+    const auto own = joinedEngines().find(_engine);
+    const bool isThere = own != joinedEngines().entries.end();
+    if (joined && !isThere) joinedEngines().entries.push_back({&_engine, &_engine});
+    if (!joined && isThere) joinedEngines().entries.erase(own);
 }
 
 bool JoinedScene::isJoined() const
 {
-    const std::lock_guard<std::mutex> lock(registry().mutex);
-    return registry().find(_engine) != registry().entries.end();
+    const std::lock_guard<std::mutex> lock(joinedEngines().mutex);
+    return joinedEngines().find(_engine) != joinedEngines().entries.end();
 }
 
 void JoinedScene::follow(const osgViewer::ViewerBase& viewer)
 {
-    const std::lock_guard<std::mutex> lock(registry().mutex);
-    const auto own = registry().find(_engine);
-    if (own != registry().entries.end()) own->viewer = &viewer;
+    const std::lock_guard<std::mutex> lock(joinedEngines().mutex);
+    const auto own = joinedEngines().find(_engine);
+    if (own != joinedEngines().entries.end()) own->viewer = &viewer;
 }
 
 osg::ref_ptr<HapticEngine> JoinedScene::host() const
 {
     std::vector<osg::ref_ptr<HapticEngine>> older; // die outside the lock
     {
-        const std::lock_guard<std::mutex> lock(registry().mutex);
-        const auto own = registry().find(_engine);
-        if (own == registry().entries.end() || !own->viewer) return nullptr;
-        for (auto entry = registry().entries.begin(); entry != own; ++entry)
+        const std::lock_guard<std::mutex> lock(joinedEngines().mutex);
+        const auto own = joinedEngines().find(_engine);
+        if (own == joinedEngines().entries.end() || !own->viewer) return nullptr;
+        for (auto entry = joinedEngines().entries.begin(); entry != own; ++entry)
         {
             osg::ref_ptr<HapticEngine> engine;
             if (entry->viewer == own->viewer && entry->alive.lock(engine)) older.push_back(engine);
@@ -94,10 +95,10 @@ void JoinedScene::findGuests(std::vector<osg::ref_ptr<HapticEngine>>& guests) co
 {
     guests.clear();
     {
-        const std::lock_guard<std::mutex> lock(registry().mutex);
-        const auto own = registry().find(_engine);
-        if (own == registry().entries.end() || !own->viewer) return;
-        for (auto entry = std::next(own); entry != registry().entries.end(); ++entry)
+        const std::lock_guard<std::mutex> lock(joinedEngines().mutex);
+        const auto own = joinedEngines().find(_engine);
+        if (own == joinedEngines().entries.end() || !own->viewer) return;
+        for (auto entry = std::next(own); entry != joinedEngines().entries.end(); ++entry)
         {
             osg::ref_ptr<HapticEngine> engine;
             if (entry->viewer == own->viewer && entry->alive.lock(engine)) guests.push_back(engine);

@@ -16,23 +16,23 @@ namespace osgMidair
 namespace
 {
 
-struct Entry
+struct Owner
 {
     const osg::Node* root; ///< only compared
     OwnerKind kind;
     osg::observer_ptr<HapticEngine> engine;
 };
 
-struct Registry
+struct Owners
 {
     std::mutex mutex;
-    std::vector<Entry> entries; ///< without scenes, which are found among the parents
+    std::vector<Owner> entries; ///< without scenes, which are found among the parents
     std::vector<const osg::Node*> seen;
 };
 
-Registry& registry()
+Owners& owners()
 {
-    static Registry all;
+    static Owners all;
     return all;
 }
 
@@ -48,13 +48,13 @@ std::string nameOf(const HapticScene& scene)
 }
 
 /// Returns the name of an owner above \a node, or at it if that owner takes precedence over \a
-/// kind; empty: none. registry().seen keeps nodes with several paths from being visited twice.
+/// kind; empty: none. owners().seen keeps nodes with several paths from being visited twice.
 std::string ownerFrom(const osg::Node& node, bool isRoot, OwnerKind kind)
 {
-    std::vector<const osg::Node*>& seen = registry().seen;
+    std::vector<const osg::Node*>& seen = owners().seen;
     if (std::find(seen.begin(), seen.end(), &node) != seen.end()) return {};
     seen.push_back(&node);
-    for (const Entry& entry : registry().entries)
+    for (const Owner& entry : owners().entries)
         if (entry.root == &node && (!isRoot || entry.kind > kind)) return nameOf(entry.kind);
     const auto* scene = isRoot ? nullptr : dynamic_cast<const HapticScene*>(&node);
     if (scene) return nameOf(*scene);
@@ -73,17 +73,17 @@ SceneOwner::SceneOwner(const osg::Node& root, OwnerKind kind, HapticEngine& engi
     _kind(kind)
 {
     if (kind == OwnerKind::SCENE) return;
-    const std::lock_guard<std::mutex> lock(registry().mutex);
-    registry().entries.push_back({&root, kind, &engine});
+    const std::lock_guard<std::mutex> lock(owners().mutex);
+    owners().entries.push_back({&root, kind, &engine});
 }
 
 SceneOwner::~SceneOwner()
 {
-    const std::lock_guard<std::mutex> lock(registry().mutex);
-    auto& entries = registry().entries;
+    const std::lock_guard<std::mutex> lock(owners().mutex);
+    auto& entries = owners().entries;
     const auto own = std::find_if(entries.begin(),
                                   entries.end(),
-                                  [this](const Entry& entry)
+                                  [this](const Owner& entry)
                                   { return entry.root == &_root && entry.kind == _kind; });
     if (own != entries.end()) entries.erase(own);
 }
@@ -91,9 +91,9 @@ SceneOwner::~SceneOwner()
 osg::ref_ptr<HapticEngine> engineOwning(const osg::Node& node)
 {
     osg::ref_ptr<HapticEngine> found; // dies outside the lock
-    const std::lock_guard<std::mutex> lock(registry().mutex);
-    const Entry* best = nullptr;
-    for (const Entry& entry : registry().entries)
+    const std::lock_guard<std::mutex> lock(owners().mutex);
+    const Owner* best = nullptr;
+    for (const Owner& entry : owners().entries)
         if (entry.root == &node && (!best || entry.kind > best->kind)) best = &entry;
     if (best) best->engine.lock(found);
     return found;
@@ -101,8 +101,8 @@ osg::ref_ptr<HapticEngine> engineOwning(const osg::Node& node)
 
 std::string SceneOwner::outer() const
 {
-    const std::lock_guard<std::mutex> lock(registry().mutex);
-    registry().seen.clear();
+    const std::lock_guard<std::mutex> lock(owners().mutex);
+    owners().seen.clear();
     return ownerFrom(_root, true, _kind);
 }
 

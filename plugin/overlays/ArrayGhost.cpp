@@ -2,6 +2,7 @@
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
+#include "plugin/overlays/drawing/Vectors.h"
 #include "plugin/settings/ForTests.h"
 
 #include <osgMidair/ArrayGhost>
@@ -22,21 +23,21 @@ namespace osgMidair
 namespace
 {
 
-const OverlayNumber kOpacity =
+const OverlayNumber kArrayGhostOpacity =
     overlayNumber<ArrayGhost, &ArrayGhost::setOpacity, &ArrayGhost::getOpacity>(
         "arrayOpacity", "opacity of transducers that face the eye", {0.0, 1.0});
-const OverlayRegistration kRegistration({3,
-                                         "Array",
-                                         "array",
-                                         "the array",
-                                         osgGA::GUIEventAdapter::KEY_F4,
-                                         10,
-                                         makeOverlay<ArrayGhost>,
-                                         {kOpacity}});
+const OverlayRegistration kArrayGhostRegistration({3,
+                                                   "Array",
+                                                   "array",
+                                                   "the array",
+                                                   osgGA::GUIEventAdapter::KEY_F4,
+                                                   10,
+                                                   makeOverlay<ArrayGhost>,
+                                                   {kArrayGhostOpacity}});
 
 using midair::haptics::TransducerArray;
 
-const char* const kVertexSource = R"(#version 120
+const char* const kArrayGhostVertexSource = R"(#version 120
 varying vec2 corner;
 varying vec4 color;
 varying float facing; // cosine between the normal and the way to the eye
@@ -51,7 +52,7 @@ void main()
 }
 )";
 
-const char* const kFragmentSource = R"(#version 120
+const char* const kArrayGhostFragmentSource = R"(#version 120
 uniform float opacity;
 varying vec2 corner;
 varying vec4 color;
@@ -80,11 +81,6 @@ double discRadius(const TransducerArray& array)
                 .squaredNorm()
                 .minCoeff());
     return 0.44 * nearest;
-}
-
-osg::Vec3 osgVec(const Eigen::Vector3d& v)
-{
-    return osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z()));
 }
 
 /// Adds the outline of transducers \a first to \a last - 1 as four lines, if they lie in one plane.
@@ -140,7 +136,8 @@ ArrayGhost::Part::Part() :
     opacity(new osg::Uniform("opacity", 0.6F))
 {
     osg::StateSet* state = discs->getOrCreateStateSet();
-    state->setAttributeAndModes(makeProgram("osgMidair array", kVertexSource, kFragmentSource));
+    state->setAttributeAndModes(
+        makeProgram("osgMidair array", kArrayGhostVertexSource, kArrayGhostFragmentSource));
     state->addUniform(opacity);
     drawTranslucent(*discs, GHOST_BIN);
     const osg::Vec4 lineColor(0.55F, 0.60F, 0.68F, 0.45F);

@@ -4,6 +4,7 @@
 #include "plugin/overlays/OverlayKinds.h"
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
+#include "plugin/overlays/drawing/Vectors.h"
 #include "plugin/settings/ForTests.h"
 
 #include <osgMidair/ContactOverlay>
@@ -24,13 +25,13 @@ namespace
 using midair::bridge::ContactScene;
 using midair::bridge::ContactView;
 
-const OverlayRegistration kRegistration({9,
-                                         "Contacts",
-                                         "contacts",
-                                         "what is played where hands touch",
-                                         osgGA::GUIEventAdapter::KEY_F12,
-                                         70,
-                                         makeOverlay<ContactOverlay>});
+const OverlayRegistration kContactRegistration({9,
+                                                "Contacts",
+                                                "contacts",
+                                                "what is played where hands touch",
+                                                osgGA::GUIEventAdapter::KEY_F12,
+                                                70,
+                                                makeOverlay<ContactOverlay>});
 
 constexpr int kCorners = 48; ///< of an ellipse
 constexpr float kLineWidth = 3.0F;
@@ -69,11 +70,6 @@ void main()
     gl_FragColor = vec4(mix(color.rgb, vec3(0.04), rim), color.a * disc);
 }
 )";
-
-osg::Vec3 osgVec(const Eigen::Vector3d& v)
-{
-    return osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z()));
-}
 
 osg::ref_ptr<osg::Geometry> makeLines()
 {

@@ -15,22 +15,22 @@ namespace osgMidair
 namespace
 {
 
-const OverlayNumber kRadius = overlayNumber<ControlPointOverlay,
-                                            &ControlPointOverlay::setRadius,
-                                            &ControlPointOverlay::getRadius>(
+const OverlayNumber kControlPointRadius = overlayNumber<ControlPointOverlay,
+                                                        &ControlPointOverlay::setRadius,
+                                                        &ControlPointOverlay::getRadius>(
     "pointRadius", "outer radius of the control points' rings", {1e-5, 1.0}, "m");
-const OverlayRegistration kRegistration({1,
-                                         "ControlPoints",
-                                         "points",
-                                         "the control points",
-                                         osgGA::GUIEventAdapter::KEY_F2,
-                                         60,
-                                         makeOverlay<ControlPointOverlay>,
-                                         {kRadius}});
+const OverlayRegistration kControlPointRegistration({1,
+                                                     "ControlPoints",
+                                                     "points",
+                                                     "the control points",
+                                                     osgGA::GUIEventAdapter::KEY_F2,
+                                                     60,
+                                                     makeOverlay<ControlPointOverlay>,
+                                                     {kControlPointRadius}});
 
 // Each disc faces the eye and is moved towards it by its radius, so that a surface through the
 // point doesn't cut the ring.
-const char* const kVertexSource = R"(#version 120
+const char* const kControlPointVertexSource = R"(#version 120
 uniform float radius_m;
 varying vec2 corner;
 varying vec4 color;
@@ -47,7 +47,7 @@ void main()
 
 // A ring, so that the field in its middle stays visible, with dark rims, so that it is visible on
 // bright and on dark ground.
-const char* const kFragmentSource = R"(#version 120
+const char* const kControlPointFragmentSource = R"(#version 120
 varying vec2 corner;
 varying vec4 color;
 void main()
@@ -83,8 +83,8 @@ ControlPointOverlay::Part::Part() :
 {
     rings->setCullingActive(false);
     osg::StateSet* state = rings->getOrCreateStateSet();
-    state->setAttributeAndModes(
-        makeProgram("osgMidair control points", kVertexSource, kFragmentSource));
+    state->setAttributeAndModes(makeProgram(
+        "osgMidair control points", kControlPointVertexSource, kControlPointFragmentSource));
     state->addUniform(radius);
     drawTranslucent(*rings, POINT_BIN);
 }

@@ -29,26 +29,26 @@ namespace osgMidair
 namespace
 {
 
-const OverlayNumber kOpacity =
+const OverlayNumber kExposureOpacity =
     overlayNumber<ExposureOverlay, &ExposureOverlay::setOpacity, &ExposureOverlay::getOpacity>(
         "earsOpacity",
         "opacity of the map of levels around the array, between its lines",
         {0.0, 1.0});
-const OverlayRegistration kRegistration({8,
-                                         "Exposure",
-                                         "ears",
-                                         "the level around the array",
-                                         osgGA::GUIEventAdapter::KEY_F11,
-                                         15,
-                                         makeOverlay<ExposureOverlay>,
-                                         {kOpacity},
-                                         true});
+const OverlayRegistration kExposureRegistration({8,
+                                                 "Exposure",
+                                                 "ears",
+                                                 "the level around the array",
+                                                 osgGA::GUIEventAdapter::KEY_F11,
+                                                 15,
+                                                 makeOverlay<ExposureOverlay>,
+                                                 {kExposureOpacity},
+                                                 true});
 
 constexpr float kMostLines = 16.0F; // of equal level
 constexpr float kText_px = 22.0F;   // its digits are half as high
 constexpr float kApart = 0.12F;     // between two labels, radii
 constexpr double kPause_s = 0.1;    // between two maps
-const osg::Vec4 kInk(0.95F, 0.95F, 0.85F, 1.0F);
+const osg::Vec4 kExposureInk(0.95F, 0.95F, 0.85F, 1.0F);
 
 osg::ref_ptr<osg::Geometry> makeGeometry(GLenum mode)
 {
@@ -103,7 +103,7 @@ osg::ref_ptr<osgText::Text> makeLabel(bool isLoudest)
         pixels::text("",
                      {},
                      isLoudest ? 1.3F * kText_px : kText_px,
-                     kInk,
+                     kExposureInk,
                      isLoudest ? osgText::TextBase::LEFT_CENTER : osgText::TextBase::CENTER_CENTER);
     label->setCharacterSizeMode(osgText::TextBase::SCREEN_COORDS);
     label->setDataVariance(osg::Object::DYNAMIC);

@@ -20,7 +20,7 @@ constexpr float kBottom = 92.0F;
 constexpr float kTop = 78.0F;
 constexpr float kLongSide = 620.0F;
 constexpr float kTextSize = 17.0F;
-const osg::Vec4 kInk(0.10F, 0.10F, 0.12F, 1.0F);
+const osg::Vec4 kPictureInk(0.10F, 0.10F, 0.12F, 1.0F);
 
 bool isFinite(const osg::Vec3d& v)
 {
@@ -120,7 +120,7 @@ axes(const FieldPicture& picture, const osg::Vec2& lowerLeft, const osg::Vec2& s
 {
     osg::ref_ptr<osg::Group> group = new osg::Group;
     pixels::Strokes strokes;
-    strokes.frame(lowerLeft, lowerLeft + size, 1.2F, kInk);
+    strokes.frame(lowerLeft, lowerLeft + size, 1.2F, kPictureInk);
     const Axis across = axisOf(picture.corner, picture.across, "u");
     const Axis up = axisOf(picture.corner, picture.up, "v");
     // Both axes alike: the ticks of one lie along \a along and point \a outwards.
@@ -134,9 +134,9 @@ axes(const FieldPicture& picture, const osg::Vec2& lowerLeft, const osg::Vec2& s
         {
             const osg::Vec2 at =
                 lowerLeft + along * (static_cast<float>(tick * 1e-3 - start_m) * scale);
-            strokes.line(at, at + outwards * 6.0F, 1.2F, kInk);
+            strokes.line(at, at + outwards * 6.0F, 1.2F, kPictureInk);
             group->addChild(pixels::text(
-                pixels::number(tick), at + outwards * 11.0F, kTextSize, kInk, alignment));
+                pixels::number(tick), at + outwards * 11.0F, kTextSize, kPictureInk, alignment));
         }
     };
     drawTicks(across.start,
@@ -153,13 +153,13 @@ axes(const FieldPicture& picture, const osg::Vec2& lowerLeft, const osg::Vec2& s
     group->addChild(pixels::text(across.name,
                                  lowerLeft + osg::Vec2(size.x() / 2.0F, -38.0F),
                                  kTextSize,
-                                 kInk,
+                                 kPictureInk,
                                  osgText::TextBase::CENTER_TOP));
     const osg::ref_ptr<osgText::Text> upright =
         pixels::text(up.name,
                      lowerLeft + osg::Vec2(-60.0F, size.y() / 2.0F),
                      kTextSize,
-                     kInk,
+                     kPictureInk,
                      osgText::TextBase::CENTER_BASE_LINE);
     upright->setAxisAlignment(osgText::TextBase::USER_DEFINED_ROTATION);
     upright->setRotation(osg::Quat(osg::PI_2, osg::Z_AXIS));
@@ -192,7 +192,7 @@ osg::ref_ptr<osg::Node> drawing(const FieldPicture& picture, int& width, int& he
     for (const FieldPicture::Point& point : picture.points)
     {
         if (map.distance(point.position) > near) continue;
-        marks.disc(map(point.position), 5.0F, kInk);
+        marks.disc(map(point.position), 5.0F, kPictureInk);
         marks.disc(map(point.position), 3.6F, pointColor(point));
     }
     group->addChild(marks.geometry());
@@ -202,7 +202,7 @@ osg::ref_ptr<osg::Node> drawing(const FieldPicture& picture, int& width, int& he
     bar.lowerLeft = lowerLeft + osg::Vec2(size.x() + 26.0F, 0.0F);
     bar.size = {22.0F, size.y()};
     bar.textSize = kTextSize;
-    bar.textColor = kInk;
+    bar.textColor = kPictureInk;
     const osg::ref_ptr<pixels::ColorBar> colorBar =
         new pixels::ColorBar(ColorMap::pressure(), "|p| (Pa, peak)", bar);
     colorBar->setRange(0.0, largest);
@@ -210,9 +210,9 @@ osg::ref_ptr<osg::Node> drawing(const FieldPicture& picture, int& width, int& he
     group->addChild(pixels::text(picture.title,
                                  osg::Vec2(kLeft, static_cast<float>(height) - 34.0F),
                                  1.25F * kTextSize,
-                                 kInk));
+                                 kPictureInk));
     group->addChild(
-        pixels::text(picture.caption, osg::Vec2(kLeft, 14.0F), 0.85F * kTextSize, kInk));
+        pixels::text(picture.caption, osg::Vec2(kLeft, 14.0F), 0.85F * kTextSize, kPictureInk));
     return group;
 }
 
@@ -239,7 +239,7 @@ osg::ref_ptr<osg::Image> withoutText(const FieldPicture& picture)
                 const int y = static_cast<int>(at.y()) + dy;
                 if (x < 0 || y < 0 || x >= large->s() || y >= large->t()) continue;
                 const bool rim = std::max(std::abs(dx), std::abs(dy)) == 3;
-                large->setColor(rim ? kInk : pointColor(point), x, y);
+                large->setColor(rim ? kPictureInk : pointColor(point), x, y);
             }
     }
     return large;

@@ -1,4 +1,5 @@
 #include "haptics/base/Limits.h"
+#include "haptics/base/SmallMatrices.h"
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/overlays/OverlayKinds.h"
@@ -7,6 +8,7 @@
 #include "plugin/overlays/drawing/FieldSlice.h"
 #include "plugin/overlays/drawing/GpuSlice.h"
 #include "plugin/overlays/drawing/SliceDisc.h"
+#include "plugin/overlays/drawing/Vectors.h"
 #include "plugin/settings/ForTests.h"
 
 #include <osgMidair/FieldSliceOverlay>
@@ -17,8 +19,6 @@
 #include <osg/PolygonOffset>
 #include <osg/Texture2D>
 #include <osgGA/GUIEventAdapter>
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <atomic>
@@ -33,7 +33,7 @@ namespace osgMidair
 namespace
 {
 
-const OverlayNumber kRadius =
+const OverlayNumber kFieldSliceRadius =
     overlayNumber<FieldSliceOverlay, &FieldSliceOverlay::setRadius, &FieldSliceOverlay::getRadius>(
         "sliceRadius",
         "radius of the slice; 0: 16 mm beyond the farthest control point",
@@ -47,19 +47,14 @@ const OverlayNumber kRange = overlayNumber<FieldSliceOverlay,
     {0.0, midair::base::kMostPressure_Pa},
     "Pa");
 
-const OverlayRegistration kRegistration({2,
-                                         "FieldSlice",
-                                         "slice",
-                                         "the slice of the field",
-                                         osgGA::GUIEventAdapter::KEY_F3,
-                                         30,
-                                         makeOverlay<FieldSliceOverlay>,
-                                         {kRadius, kRange}});
-
-osg::Vec3 osgVec(const Eigen::Vector3d& v)
-{
-    return osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z()));
-}
+const OverlayRegistration kFieldSliceRegistration({2,
+                                                   "FieldSlice",
+                                                   "slice",
+                                                   "the slice of the field",
+                                                   osgGA::GUIEventAdapter::KEY_F3,
+                                                   30,
+                                                   makeOverlay<FieldSliceOverlay>,
+                                                   {kFieldSliceRadius, kRange}});
 
 /// Ratio of the smallest to the second largest spread below which points count as flat, and above
 /// which they no longer do. The two differ so that a moving object doesn't flicker between the
@@ -305,10 +300,11 @@ void FieldSliceOverlay::Part::setResult(
     {
         request.centre = points.rowwise().mean();
         const Eigen::Matrix3Xd d = points.colwise() - request.centre;
-        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(d * d.transpose());
-        const Eigen::Vector3d& sizes = spread.eigenvalues();
+        const midair::base::SymmetricAxes<3> spread =
+            midair::base::symmetricAxes(Eigen::Matrix3d(d * d.transpose()));
+        const Eigen::Vector3d& sizes = spread.values;
         _flat = points.cols() > 2 && sizes[0] < (_flat ? kNotFlat : kFlat) * sizes[1];
-        if (_flat) normal = spread.eigenvectors().col(0);
+        if (_flat) normal = spread.vectors.col(0);
         // The median puts the slice where most points are: a raised middle doesn't move it off the
         // outline.
         request.centre += normal * median(normal.transpose() * d);

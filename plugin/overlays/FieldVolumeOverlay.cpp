@@ -20,9 +20,9 @@ namespace osgMidair
 namespace
 {
 
-const OverlayNumber kMargin = overlayNumber<FieldVolumeOverlay,
-                                            &FieldVolumeOverlay::setMargin,
-                                            &FieldVolumeOverlay::getMargin>(
+const OverlayNumber kFieldVolumeMargin = overlayNumber<FieldVolumeOverlay,
+                                                       &FieldVolumeOverlay::setMargin,
+                                                       &FieldVolumeOverlay::getMargin>(
     "volumeMargin", "how far the volume goes beyond the control points", {0.0, 0.2}, "m");
 const OverlayNumber kThreshold = overlayNumber<FieldVolumeOverlay,
                                                &FieldVolumeOverlay::setThreshold,
@@ -31,17 +31,17 @@ const OverlayNumber kThreshold = overlayNumber<FieldVolumeOverlay,
     "share of the strongest point's radiation pressure below which nothing is drawn",
     {0.0, 1.0});
 
-const OverlayRegistration kRegistration({6,
-                                         "FieldVolume",
-                                         "volume",
-                                         "the field in space",
-                                         osgGA::GUIEventAdapter::KEY_F9,
-                                         40,
-                                         makeOverlay<FieldVolumeOverlay>,
-                                         {kMargin, kThreshold}});
+const OverlayRegistration kFieldVolumeRegistration({6,
+                                                    "FieldVolume",
+                                                    "volume",
+                                                    "the field in space",
+                                                    osgGA::GUIEventAdapter::KEY_F9,
+                                                    40,
+                                                    makeOverlay<FieldVolumeOverlay>,
+                                                    {kFieldVolumeMargin, kThreshold}});
 
 // Each puff is a soft disc in a triangle that always faces the eye.
-const char* const kVertexSource = R"(#version 120
+const char* const kFieldVolumeVertexSource = R"(#version 120
 uniform float radius_m;
 varying vec2 corner;
 varying vec4 color;
@@ -56,7 +56,7 @@ void main()
 }
 )";
 
-const char* const kFragmentSource = R"(#version 120
+const char* const kFieldVolumeFragmentSource = R"(#version 120
 varying vec2 corner;
 varying vec4 color;
 void main()
@@ -99,7 +99,8 @@ FieldVolumeOverlay::FieldVolumeOverlay() :
     _part(static_cast<Part&>(OverlayPart::of(*this)))
 {
     osg::StateSet* state = getOrCreateStateSet();
-    state->setAttributeAndModes(makeProgram("osgMidair volume", kVertexSource, kFragmentSource));
+    state->setAttributeAndModes(
+        makeProgram("osgMidair volume", kFieldVolumeVertexSource, kFieldVolumeFragmentSource));
     state->addUniform(_part.radius);
     drawTranslucent(*this, VOLUME_BIN);
     setCullingActive(false); // it has no children to take bounds from

@@ -3,6 +3,7 @@
 #include "plugin/overlays/OverlayPart.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
 #include "plugin/overlays/drawing/PixelDrawing.h"
+#include "plugin/overlays/drawing/Vectors.h"
 #include "plugin/overlays/hud/HudRoom.h"
 #include "plugin/settings/ForTests.h"
 
@@ -25,13 +26,13 @@ namespace osgMidair
 namespace
 {
 
-const OverlayRegistration kRegistration({7,
-                                         "Hands",
-                                         "hands",
-                                         "hands and touches",
-                                         osgGA::GUIEventAdapter::KEY_F10,
-                                         50,
-                                         makeOverlay<HandsOverlay>});
+const OverlayRegistration kHandsRegistration({7,
+                                              "Hands",
+                                              "hands",
+                                              "hands and touches",
+                                              osgGA::GUIEventAdapter::KEY_F10,
+                                              50,
+                                              makeOverlay<HandsOverlay>});
 
 constexpr double kFade_s = 0.5; ///< time in which a ring fades after its touch has ended
 /// Height of a label in units of hudScale(), however near the hand is: ten fingers have one each.
@@ -109,11 +110,6 @@ void main()
     gl_FragColor = vec4(color.rgb, color.a * ring);
 }
 )";
-
-osg::Vec3 osgVec(const Eigen::Vector3d& v)
-{
-    return osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z()));
-}
 
 osg::ref_ptr<osg::Geometry> makeCapsules()
 {

@@ -18,7 +18,7 @@ namespace osgMidair
 namespace
 {
 
-constexpr float kMargin = 10.0F;
+constexpr float kHudPartMargin = 10.0F;
 constexpr float kGap = 4.0F;
 
 /// Draws sheets in pixels of a viewport. The scene graph is not changed, as views may cull at the
@@ -194,16 +194,17 @@ void HudPart::cullFigures(osgUtil::CullVisitor& visitor, float scale)
     if (layout < 0) return;
     const HudSheets& sheets = _layouts[static_cast<std::size_t>(layout)];
     SheetCull cull(visitor, room);
-    const osg::Vec2 corner = room.lowerLeft + osg::Vec2(kMargin, kMargin);
+    const osg::Vec2 corner = room.lowerLeft + osg::Vec2(kHudPartMargin, kHudPartMargin);
     cull.draw(sheets.figures, corner, room.scale);
     const float above = sheets.figures.size.y() + kGap;
-    const float used = above + heightOf(sheets.keys) + heightOf(sheets.alarm) + 2.0F * kMargin;
+    const float used =
+        above + heightOf(sheets.keys) + heightOf(sheets.alarm) + 2.0F * kHudPartMargin;
     if (used + sheets.messages.size.y() <= room.height())
         cull.draw(sheets.messages, corner + osg::Vec2(0.0F, above), room.scale);
-    const float beside = sheets.figures.size.x() + sheets.scales.size.x() + 3.0F * kMargin;
+    const float beside = sheets.figures.size.x() + sheets.scales.size.x() + 3.0F * kHudPartMargin;
     if (beside <= room.width())
         cull.draw(sheets.scales,
-                  {room.upperRight.x() - kMargin - sheets.scales.size.x(), corner.y()},
+                  {room.upperRight.x() - kHudPartMargin - sheets.scales.size.x(), corner.y()},
                   room.scale);
 }
 
@@ -213,11 +214,13 @@ void HudPart::cullBanner(osgUtil::CullVisitor& visitor, float scale)
     const HudSheets& sheets = _layouts[static_cast<std::size_t>(std::max(0, layoutFor(room)))];
     SheetCull cull(visitor, room);
     // It is seen even where there is no room for it.
-    float top = std::max(room.upperRight.y() - kMargin, heightOf(sheets.alarm) + kMargin);
-    if (room.height() >= heightOf(sheets.keys) + heightOf(sheets.alarm) + 2.0F * kMargin)
+    float top =
+        std::max(room.upperRight.y() - kHudPartMargin, heightOf(sheets.alarm) + kHudPartMargin);
+    if (room.height() >= heightOf(sheets.keys) + heightOf(sheets.alarm) + 2.0F * kHudPartMargin)
     {
-        cull.draw(
-            sheets.keys, {room.lowerLeft.x() + kMargin, top - sheets.keys.size.y()}, room.scale);
+        cull.draw(sheets.keys,
+                  {room.lowerLeft.x() + kHudPartMargin, top - sheets.keys.size.y()},
+                  room.scale);
         top -= heightOf(sheets.keys);
     }
     const float middle = 0.5F * (room.lowerLeft.x() + room.upperRight.x());

@@ -17,21 +17,21 @@ namespace osgMidair
 namespace
 {
 
-const OverlayRegistration kRegistration({4,
-                                         "Workspace",
-                                         "workspace",
-                                         "the workspace",
-                                         osgGA::GUIEventAdapter::KEY_F5,
-                                         20,
-                                         makeOverlay<WorkspaceBox>});
+const OverlayRegistration kWorkspaceBoxRegistration({4,
+                                                     "Workspace",
+                                                     "workspace",
+                                                     "the workspace",
+                                                     osgGA::GUIEventAdapter::KEY_F5,
+                                                     20,
+                                                     makeOverlay<WorkspaceBox>});
 
 const osg::Vec4 kLine(0.62F, 0.68F, 0.76F, 0.55F);
-const osg::Vec4 kInk(0.78F, 0.82F, 0.88F, 0.9F);
+const osg::Vec4 kWorkspaceInk(0.78F, 0.82F, 0.88F, 0.9F);
 
 osg::ref_ptr<osgText::Text> label(const std::string& content, const osg::Vec3& position, float size)
 {
     osg::ref_ptr<osgText::Text> made =
-        pixels::text(content, {}, size, kInk, osgText::TextBase::CENTER_CENTER);
+        pixels::text(content, {}, size, kWorkspaceInk, osgText::TextBase::CENTER_CENTER);
     made->setPosition(position);
     made->setAxisAlignment(osgText::TextBase::SCREEN);
     // To be read on white as well.

@@ -1,12 +1,11 @@
 #include "samples/views/FieldImage.h"
 
+#include "haptics/base/SmallMatrices.h"
 #include "samples/views/Offscreen.h"
 
 #include <osgMidair/FieldPicture>
 
 #include <osgDB/WriteFile>
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -65,11 +64,12 @@ haptics::FieldGrid bestSlice(const haptics::ControlPoints& points, double margin
     {
         centre = points.positions.rowwise().mean();
         const Eigen::Matrix3Xd d = points.positions.colwise() - centre;
-        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(d * d.transpose());
+        const base::SymmetricAxes<3> spread =
+            base::symmetricAxes(Eigen::Matrix3d(d * d.transpose()));
         // For flat or nearly flat points the normal is their thinnest direction, otherwise an axis
         // of the array frame.
-        Eigen::Vector3d normal = spread.eigenvectors().col(0);
-        if (spread.eigenvalues()[0] > 0.25 * spread.eigenvalues()[1])
+        Eigen::Vector3d normal = spread.vectors.col(0);
+        if (spread.values[0] > 0.25 * spread.values[1])
         {
             int thinnest = 0;
             d.cwiseAbs().rowwise().maxCoeff().minCoeff(&thinnest);

@@ -1,6 +1,6 @@
 #include "engine-bridge/hands/prediction/HandMotion.h"
 
-#include <Eigen/SVD>
+#include "haptics/base/SmallMatrices.h"
 
 #include <algorithm>
 #include <cmath>
@@ -123,11 +123,10 @@ Eigen::Quaterniond HandMotion::fittedTurn(const Hand& hand) const
     for (std::size_t i = 0; i < HAND_JOINTS; ++i)
         if (_rigid[i])
             products += (hand.joints[i].position - centre) * _shape.col(column++).transpose();
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(products,
-                                                Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const base::SingularParts svd = base::singularParts(products);
     Eigen::Vector3d signs = Eigen::Vector3d::Ones();
-    signs.z() = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
-    const Eigen::Matrix3d turn = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+    signs.z() = (svd.U * svd.V.transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+    const Eigen::Matrix3d turn = svd.U * signs.asDiagonal() * svd.V.transpose();
     return Eigen::Quaterniond(turn);
 }
 
@@ -143,7 +142,7 @@ void HandMotion::begin(double time_s, const Hand& hand)
     // The second singular value says how far the shape is from a line.
     const bool isWide =
         _rigid.count() >= 3 &&
-        Eigen::JacobiSVD<Eigen::MatrixXd>(_shape).singularValues()[1] > kLeastWidth_m;
+        base::singularParts(_shape * _shape.transpose()).values[1] > kLeastWidth_m * kLeastWidth_m;
     _turned.setIdentity();
     _turn = isWide ? std::make_unique<MotionTrack>(_method, kTurnNoise, kPalmLever_m) : nullptr;
     if (_turn) _turn->restart(time_s, Eigen::Vector3d::Zero());
@@ -209,8 +208,8 @@ void HandMotion::followFinger(int which, double time_s)
     const Eigen::Vector3d direction = _turned.conjugate() * (way / length);
     if (finger.turn && finger.tracked == tracked)
         finger.turn->update(time_s,
-                            finger.turn->place() + vectorOf(Eigen::Quaterniond::FromTwoVectors(
-                                                       finger.direction, direction)));
+                            finger.turn->place() +
+                                vectorOf(base::turnBetween(finger.direction, direction)));
     else
     {
         finger.turn = std::make_unique<MotionTrack>(_method, kFingerNoise, kFingerLever_m);

@@ -8,8 +8,6 @@
 #include "haptics/solvers/LargeMatrix.h"
 #include "haptics/solvers/certificate/PhaseRelaxation.h"
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -62,9 +60,7 @@ double provenMargin(const Eigen::MatrixXcd& M,
 double smallestEigenvalue(const Eigen::MatrixXcd& S, const base::StopToken& stop)
 {
     constexpr Eigen::Index kAtOnce = 128;
-    if (S.cols() <= kAtOnce)
-        return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd>(S, Eigen::EigenvaluesOnly)
-            .eigenvalues()[0];
+    if (S.cols() <= kAtOnce) return hermitianValues(S)[0];
     constexpr double kTolerance = 1e-8;
     const LeadingPair pair = leadingPair(-S, kTolerance, stop);
     return -pair.value - pair.residual;

@@ -1,8 +1,7 @@
 #include "haptics/solvers/certificate/PhaseRelaxation.h"
 
 #include "haptics/base/Units.h"
-
-#include <Eigen/Eigenvalues>
+#include "haptics/solvers/LargeMatrix.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,13 +15,13 @@ namespace midair::haptics
 namespace
 {
 
-constexpr int kFirstRounds = 4;        // rounds that show which roundings are promising
-constexpr int kMaxRounds = 2000;       // largest number of rounds in a descent
-constexpr double kSettled = 1e-8;      // fall of a round over trace(M) at which a descent ends
-constexpr double kSettledFast = 1e-6;  // the same of a descent in float
-constexpr float kSmallestStep = 1e-5f; // shorter changes of a unit vector are skipped
-constexpr float kOver = 0.7f;          // see kernels::descendOnce; measured, n = 50 to 200
-constexpr int kRefreshInterval = 64;   // rounds between recomputations of the products M x
+constexpr int kFirstRounds = 4;         // rounds that show which roundings are promising
+constexpr int kMaxRounds = 2000;        // largest number of rounds in a descent
+constexpr double kSettled = 1e-8;       // fall of a round over trace(M) at which a descent ends
+constexpr double kSettledFast = 1e-6;   // the same of a descent in float
+constexpr float kSmallestStep = 1e-5f;  // shorter changes of a unit vector are skipped
+constexpr float kRelaxationOver = 0.7f; // see kernels::descendOnce; measured, n = 50 to 200
+constexpr int kRefreshInterval = 64;    // rounds between recomputations of the products M x
 
 double normal(std::mt19937_64& random)
 {
@@ -100,8 +99,14 @@ void PhaseRelaxation::descend(int maxRounds, double fall)
     while (_rounds < maxRounds)
     {
         _stop.throwIfRequested();
-        const double fell = kernels::descendOnce(
-            M, rank(), kOver, kSmallestStep, _xRe.data(), _xIm.data(), _sRe.data(), _sIm.data());
+        const double fell = kernels::descendOnce(M,
+                                                 rank(),
+                                                 kRelaxationOver,
+                                                 kSmallestStep,
+                                                 _xRe.data(),
+                                                 _xIm.data(),
+                                                 _sRe.data(),
+                                                 _sIm.data());
         ++_rounds;
         if (_rounds % kRefreshInterval == 0) refreshProducts();
         if (!(fell > fall * _objective.size())) break;
@@ -127,12 +132,12 @@ Eigen::VectorXd PhaseRelaxation::y() const
 void PhaseRelaxation::reduceRank()
 {
     const Eigen::MatrixXcd X = vectors();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd> gram(X.adjoint() * X);
+    const HermitianAxes gram = hermitianAxes(X.adjoint() * X);
     const Eigen::Index all = X.cols();
     Eigen::Index kept = 1;
-    while (kept < all && gram.eigenvalues()[all - 1 - kept] > 1e-3 * _objective.size())
+    while (kept < all && gram.values[all - 1 - kept] > 1e-3 * _objective.size())
         ++kept;
-    assign(X * gram.eigenvectors().rightCols(kept).rowwise().reverse());
+    assign(X * gram.vectors.rightCols(kept).rowwise().reverse());
 }
 
 Eigen::VectorXcd PhaseRelaxation::round(std::mt19937_64& random) const

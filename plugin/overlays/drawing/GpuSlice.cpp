@@ -3,6 +3,7 @@
 #include "engine-bridge/pipeline/HologramResult.h"
 #include "haptics/base/text/Number.h"
 #include "plugin/overlays/drawing/DiscGeometry.h"
+#include "plugin/overlays/drawing/Vectors.h"
 
 #include <osgMidair/ColorMap>
 
@@ -105,11 +106,6 @@ void put(osg::Image& image, int texel, const Eigen::Vector3d& value)
     auto* to = reinterpret_cast<float*>(image.data()) + 4 * static_cast<std::size_t>(texel);
     for (int axis = 0; axis < 3; ++axis)
         to[axis] = static_cast<float>(value[axis]);
-}
-
-osg::Vec3 osgVec(const Eigen::Vector3d& v)
-{
-    return osg::Vec3(osg::Vec3d(v.x(), v.y(), v.z()));
 }
 
 class Probe : public osg::Drawable::DrawCallback
