@@ -7,7 +7,7 @@ root_clean()
     local file=$1 sources=bookworm each
     [ ! -s "$file" ] || return 0
     for each in /etc/apt/sources.list /etc/apt/sources.list.d/debian.sources; do [ ! -s $each ] || sources=$each; done
-    mmdebstrap --quiet --variant=minbase bookworm "$file.part" "$sources"
+    mmdebstrap --quiet --format=tar --variant=minbase bookworm "$file.part" "$sources"
     mv "$file.part" "$file"
 }
 
