@@ -48,7 +48,7 @@ midair_arm64_packages=(
     g++-aarch64-linux-gnu qemu-user-static # the cross compiler; runs what it made
     cmake ninja-build ccache pkg-config
     libeigen3-dev nlohmann-json3-dev libcli11-dev
-    {libopenscenegraph,libbullet,libtinyobjloader,libopenxr,liboscpack,libtinygltf,libusb-1.0-0,libftdi1,libfmt,libspdlog,libegl,libgtest}-dev:arm64
+    {libopenscenegraph,libbullet,libtinyobjloader,libopenxr,liboscpack,libtinygltf,libcpp-httplib,libusb-1.0-0,libftdi1,libfmt,libspdlog,libegl,libgtest}-dev:arm64
 )
 # For tests/run.sh --cluster alone.
 midair_cluster_packages=(
