@@ -44,7 +44,7 @@ struct HermitianAxes
 /// Of \a A, of which the lower half is read. It takes time with the cube of its size, and isn't to
 /// be stopped.
 HermitianAxes hermitianAxes(const Eigen::MatrixXcd& A);
-/// The values alone, for a third of the time.
+/// The values alone, which takes less.
 Eigen::VectorXd hermitianValues(const Eigen::MatrixXcd& A);
 
 /// The largest eigenvalue of a Hermitian matrix, and its eigenvector.
