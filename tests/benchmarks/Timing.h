@@ -16,6 +16,11 @@ inline double cpu_ms()
     return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
+inline double cpu_us()
+{
+    return 1e3 * cpu_ms();
+}
+
 /// Returns the upper median; 0 for no values.
 inline double median(std::vector<double> values)
 {

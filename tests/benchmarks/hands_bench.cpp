@@ -4,6 +4,7 @@
 #include "engine-bridge/hands/HandProximity.h"
 #include "engine-bridge/hands/Obstacles.h"
 #include "haptics/base/InputError.h"
+#include "tests/benchmarks/Timing.h"
 #include "tests/benchmarks/hands/Prediction.h"
 #include "tests/engine-bridge/pipeline/SphereMesh.h"
 
@@ -16,7 +17,6 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
-#include <time.h>
 
 using namespace midair;
 using Eigen::Vector3d;
@@ -24,22 +24,14 @@ using Eigen::Vector3d;
 namespace
 {
 
-/// Time of this thread alone, so that a busy machine does not count.
-double threadTime_us()
-{
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
-
 double median_us(int runs, const std::function<void()>& work)
 {
     std::vector<double> times;
     for (int run = 0; run < runs; ++run)
     {
-        const double start = threadTime_us();
+        const double start = midair::bench::cpu_us();
         work();
-        times.push_back(threadTime_us() - start);
+        times.push_back(midair::bench::cpu_us() - start);
     }
     std::nth_element(times.begin(), times.begin() + runs / 2, times.end());
     return times[static_cast<std::size_t>(runs) / 2];

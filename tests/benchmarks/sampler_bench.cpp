@@ -3,12 +3,12 @@
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/PointGrid.h"
 #include "haptics/surface/SurfaceSampler.h"
+#include "tests/benchmarks/Timing.h"
 #include "tests/haptics/surface/SampleMeshes.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -49,13 +49,6 @@ double largestGap(const TriangleMesh& mesh, const SurfaceSamples& samples, doubl
     return std::sqrt(largest);
 }
 
-double threadTime_ms()
-{
-    timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
-}
-
 double wallTime_ms()
 {
     return std::chrono::duration<double, std::milli>(
@@ -76,10 +69,10 @@ Times median(int repeats, const TriangleMesh& mesh, const SamplerOptions& option
     for (int i = 0; i < repeats; ++i)
     {
         const double wallStart = wallTime_ms();
-        const double threadStart = threadTime_ms();
+        const double threadStart = midair::bench::cpu_ms();
         const SurfaceSamples samples = sampleSurface(mesh, options);
         wall.push_back(wallTime_ms() - wallStart);
-        thread.push_back(threadTime_ms() - threadStart);
+        thread.push_back(midair::bench::cpu_ms() - threadStart);
     }
     std::sort(wall.begin(), wall.end());
     std::sort(thread.begin(), thread.end());

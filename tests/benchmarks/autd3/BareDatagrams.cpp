@@ -1,12 +1,12 @@
 #include "tests/benchmarks/autd3/BareDatagrams.h"
 
 #include "haptics/base/threads/SteadyClock.h"
+#include "tests/benchmarks/Timing.h"
 
 #include <array>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
-#include <ctime>
 #include <thread>
 
 #include <netinet/in.h>
@@ -59,13 +59,6 @@ private:
     std::array<char, 64> _bytes{};
 };
 
-double threadCpu_s()
-{
-    timespec used{};
-    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-    return static_cast<double>(used.tv_sec) + static_cast<double>(used.tv_nsec) * 1e-9;
-}
-
 } // namespace
 
 double bareDatagrams(int units, double beat_s, double duration_s)
@@ -81,7 +74,7 @@ double bareDatagrams(int units, double beat_s, double duration_s)
             if (unit.receive(from, 0) > 0) unit.send(from, kAnswerBytes);
     }
     Socket host;
-    const double before_s = threadCpu_s();
+    const double before_s = 1e-3 * midair::bench::cpu_ms();
     const double begin_s = midair::base::steadySeconds();
     double now_s = begin_s;
     for (int n = 1; now_s - begin_s < duration_s; ++n)
@@ -95,7 +88,7 @@ double bareDatagrams(int units, double beat_s, double duration_s)
             ;
         now_s = midair::base::steadySeconds();
     }
-    const double used_s = threadCpu_s() - before_s;
+    const double used_s = 1e-3 * midair::bench::cpu_ms() - before_s;
     ::kill(process, SIGKILL);
     ::waitpid(process, nullptr, 0);
     return used_s / (now_s - begin_s);

@@ -1,5 +1,7 @@
 #include "tests/benchmarks/kit/Reading.h"
 
+#include "tests/benchmarks/Timing.h"
+
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
 
@@ -14,21 +16,11 @@
 #include <thread>
 #include <vector>
 
-#include <time.h>
-
 namespace midair::bench
 {
 
 namespace
 {
-
-/// Time of this thread alone, so that a busy machine does not count.
-double threadTime_us()
-{
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
 
 /// A plate of side x side vertices, 100 mm wide.
 struct Plate
@@ -76,9 +68,9 @@ public:
     void run()
     {
         stamp->setFrameNumber(stamp->getFrameNumber() + 1);
-        const double start_us = threadTime_us();
+        const double start_us = midair::bench::cpu_us();
         scene->update(stamp);
-        times_us.push_back(threadTime_us() - start_us);
+        times_us.push_back(midair::bench::cpu_us() - start_us);
         std::this_thread::sleep_for(std::chrono::milliseconds(2)); // the hologram thread's turn
     }
 

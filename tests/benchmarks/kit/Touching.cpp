@@ -1,6 +1,7 @@
 #include "tests/benchmarks/kit/Touching.h"
 
 #include "engine-bridge/hands/HandProximity.h"
+#include "tests/benchmarks/Timing.h"
 
 #include <algorithm>
 #include <chrono>
@@ -9,8 +10,6 @@
 #include <thread>
 #include <utility>
 #include <vector>
-
-#include <time.h>
 
 namespace midair::bench
 {
@@ -25,14 +24,6 @@ using Eigen::Vector3d;
 constexpr int kSide = 256; // vertices
 constexpr double kEdge_m = 0.2;
 constexpr int kFrames = 120;
-
-/// Time of this thread alone, so that a busy machine does not count.
-double threadTime_us()
-{
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
 
 /// A cloth of 200 mm with waves of 2 mm, which run on with \a phase.
 haptics::TriangleMesh cloth(double phase)
@@ -87,9 +78,9 @@ void touch(const char* what, double height_m, bool deforms)
             ++object.meshId;
             object.mesh = SharedMesh::later([frame] { return cloth(0.1 * frame); }, kBytes);
         }
-        const double start_us = threadTime_us();
+        const double start_us = midair::bench::cpu_us();
         proximity.update({object}, hands, 0.017 * frame);
-        if (frame >= 30) times.push_back(threadTime_us() - start_us);
+        if (frame >= 30) times.push_back(midair::bench::cpu_us() - start_us);
         contacts = std::max(contacts, proximity.contacts().size());
         next += std::chrono::microseconds(16667);
         std::this_thread::sleep_until(next);
