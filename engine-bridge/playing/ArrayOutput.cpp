@@ -111,6 +111,7 @@ bool ArrayOutput::startPlayer(const base::StopToken& stop)
     stop.throwIfRequested();
     _isCutOff = false;
     _playing = !isBlocked();
+    _isMutedAway = _muted.load();
     if (_playing) _player->play(_signals, _modulation);
     return _playing;
 }
@@ -136,6 +137,7 @@ bool ArrayOutput::sendHeld(const base::StopToken& stop)
     _heldTooLong = false;
     _playing = false;
     _holds = true; // until it is unmuted, or capped
+    _isMutedAway = _muted.load();
     if (isBlocked()) return false;
     _playing = _device->send(_signals.front());
     // A device that is READY and refuses the field would refuse it again: attend() doesn't retry.
@@ -249,6 +251,7 @@ void ArrayOutput::setMuted(bool muted)
 {
     const std::lock_guard<std::mutex> lock(_sending);
     _muted = muted;
+    if (muted) _isMutedAway = true;
     if (_player && muted) _player->stop(); // it would count refused steps
     if (_device) _device->setMuted(muted);
 }
@@ -256,11 +259,8 @@ void ArrayOutput::setMuted(bool muted)
 ArrayOutput::Attention ArrayOutput::attend(const base::StopToken& stop)
 {
     if (!_device || _signals.empty()) return Attention::NOTHING;
-    if (isBlocked())
-    {
-        _playing = false;
-        return Attention::NOTHING;
-    }
+    if (isBlocked() || _isMutedAway) _playing = false;
+    if (isBlocked()) return Attention::NOTHING;
     // The player sends its steps again by itself, unless it was stopped for a mute.
     if (_player) return !_playing && startPlayer(stop) ? Attention::RESENT : Attention::NOTHING;
     if (!_holds) return Attention::NOTHING;

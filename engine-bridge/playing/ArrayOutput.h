@@ -188,7 +188,8 @@ private:
     std::vector<device::DriveSignal> _signals; // of the last play(); empty: silent
     haptics::ModulatorOptions _modulation;     // of the last play()
     bool _playing = false;
-    bool _holds = false; // the device should hold _signals.front()
+    bool _holds = false;                   // the device should hold _signals.front()
+    std::atomic<bool> _isMutedAway{false}; // a mute came after the last field; under _sending
     PlayedShare _share;
     std::atomic<bool> _isCutOff{false};    // silenceNow() came after the last field; under _sending
     std::atomic<bool> _sounds{false};      // something of _signals is no silence

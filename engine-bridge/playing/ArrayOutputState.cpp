@@ -89,6 +89,8 @@ ArrayState ArrayOutput::state()
     if (report.state == device::DeviceState::LOST) return ArrayState::LOST;
     if (_muted || report.state == device::DeviceState::MUTED) return ArrayState::MUTED;
     if (_signals.empty() || _isCutOff || isHoldOver()) return ArrayState::SILENT;
+    const bool isPlayedAgain = !_uncapped && (_holds || _player); // by attend()
+    if (_isMutedAway && isPlayedAgain) return ArrayState::MUTED;
     return _playing && !isFaulty ? ArrayState::PLAYING : ArrayState::FAULT;
 }
 

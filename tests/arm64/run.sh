@@ -39,7 +39,7 @@ root_run "$root" "$kept/archives" bash -euc '
         case $target in
         *_tests)
             echo "== $target"
-            qemu-aarch64-static "/build/bin/$target" --gtest_brief=1
+            MIDAIR_TEST_EMULATOR=$(command -v qemu-aarch64-static) qemu-aarch64-static "/build/bin/$target" --gtest_brief=1
             ;;
         esac
     done' build "$@"

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tests/device/Emulator.h"
 #include "tests/device/Guards.h"
 
 #include <csignal>
@@ -7,6 +8,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <spawn.h>
 #include <sys/wait.h>
@@ -23,16 +25,20 @@ public:
         name = "mh" + std::to_string(::getpid()) + "x" + std::to_string(count++);
         _link = std::filesystem::temp_directory_path() / name;
         std::filesystem::remove(_link);
-        std::filesystem::create_symlink(std::filesystem::read_symlink("/proc/self/exe"), _link);
+        std::string self = std::filesystem::read_symlink("/proc/self/exe");
+        const char* emulator = emulatorOfTests();
+        std::filesystem::create_symlink(emulator != nullptr ? emulator : self.c_str(), _link);
         ::setenv("MIDAIR_TEST_HOST", uri.c_str(), 1);
         ::setenv("MIDAIR_TEST_HOST_TRANSDUCERS", std::to_string(transducers).c_str(), 1);
         std::string program = _link;
         std::string filter = "--gtest_filter=BoardHost.DISABLED_plays_until_it_is_ended";
         std::string disabled = "--gtest_also_run_disabled_tests";
         std::string brief = "--gtest_brief=1";
-        char* const arguments[] = {
-            program.data(), filter.data(), disabled.data(), brief.data(), nullptr};
-        if (::posix_spawn(&_process, program.c_str(), nullptr, nullptr, arguments, environ) != 0)
+        std::vector<char*> arguments = {program.data()};
+        if (emulator != nullptr) arguments.push_back(self.data());
+        arguments.insert(arguments.end(), {filter.data(), disabled.data(), brief.data(), nullptr});
+        if (::posix_spawn(
+                &_process, program.c_str(), nullptr, nullptr, arguments.data(), environ) != 0)
             throw std::runtime_error("can't start this program again");
     }
     ~BoardHost()

@@ -174,4 +174,28 @@ TEST(ArrayOutput, AFieldOfSilenceIsNotSaidToPlay)
     EXPECT_EQ(output.reading().state, ArrayState::SILENT);
 }
 
+// Whoever reads "fault" looks for something that is broken.
+TEST(ArrayOutput, WhatAMuteHasSilencedIsNoFaultAndIsPlayedAgain)
+{
+    using midair::bridge::ArrayState;
+    MessageLog messages;
+    ArrayOutput output([] { return midair::device::openDevice("sim:", fivePlaces()); }, messages);
+    for (const bool isAttended : {true, false})
+    {
+        output.play(held(5), 5, StopToken());
+        output.setMuted(true);
+        if (isAttended)
+        {
+            EXPECT_EQ(output.attend(StopToken()), ArrayOutput::Attention::NOTHING);
+        }
+        EXPECT_EQ(output.state(), ArrayState::MUTED);
+        output.setMuted(false);
+        EXPECT_FALSE(isSounding(output)) << isAttended;
+        EXPECT_EQ(output.state(), ArrayState::MUTED) << "until it is played again";
+        EXPECT_EQ(output.attend(StopToken()), ArrayOutput::Attention::RESENT) << isAttended;
+        EXPECT_TRUE(isSounding(output));
+        EXPECT_EQ(output.state(), ArrayState::PLAYING);
+    }
+}
+
 } // namespace

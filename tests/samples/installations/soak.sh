@@ -11,12 +11,15 @@ fi
 minutes=${2:-30}
 shift $(($# < 2 ? $# : 2))
 names=("$@")
-[ ${#names[@]} -gt 0 ] || names=(toybox piano gallery water desk)
+[ ${#names[@]} -gt 0 ] || names=(toybox piano gallery water desk paper-scenes jnd)
 folder=$(mktemp -d)
+# A participant who takes longer than any soak.
+declare -A own=([jnd]="--participant P01 --simulate --times 100 --results $folder/jnd.csv")
 programs=()
 trap 'kill "${programs[@]}" 2>/dev/null || true; rm -rf "$folder"' EXIT
 for name in "${names[@]}"; do
-    "$bin/midair-$name" --headless --minutes "$minutes" --pictures 0 --linger 1 --out "$folder/$name" >"$folder/$name.log" 2>&1 &
+    # shellcheck disable=SC2086 # words
+    "$bin/midair-$name" --headless --minutes "$minutes" --pictures 0 --linger 1 --out "$folder/$name" ${own[$name]:-} >"$folder/$name.log" 2>&1 &
     programs+=($!)
 done
 # A mute of four seconds in every forty.
@@ -48,11 +51,15 @@ expect(f"it ran for {report['seconds']:.0f} s", report["seconds"] > 0.95 * 60 * 
 expect(f"memory grew from {memory['settled']:.1f} to {memory['end']:.1f} MB", memory["end"] < memory["settled"] + 2 + 0.1 * minutes)
 expect(f"messages came too often: {report['tooOften']}", not report["tooOften"])
 lines = open(folder + ".log").read().count("\n")
-expect(f"it printed {lines} lines", lines < 40)
+# A participant is told of each trial that a mute has spoilt.
+expect(f"it printed {lines} lines", lines < 40 + 2 * minutes)
 expect(f"it played while it was muted: {silence}", silence["playedMuted"] == 0 and silence["framesMuted"] > 60)
-expect(f"it played while nobody was there: {silence}", silence["playedAlone"] == 0 and silence["framesAlone"] > 60)
+# Its scenes are there for somebody who looks; lines of the experiment are felt without a tracker.
+isVisited = report["installation"] not in ("paper-scenes", "jnd")
+expect(f"it played while nobody was there: {silence}", silence["playedAlone"] == 0 and (silence["framesAlone"] > 60 or not isVisited))
 expect(f"fields went wrong: {fields}", fields["lost"] + fields["refused"] + fields["faults"] == 0)
-expect("nothing was touched", report["touches"] > 0 and fields["played"] > 0)
+expect("nothing was touched", report["touches"] > 0 or not isVisited)
+expect("nothing was played", fields["played"] > 0)
 for each in wrong:
     print(f"FAILED: {report['installation']}: {each}")
 sys.exit(1 if wrong else 0)
