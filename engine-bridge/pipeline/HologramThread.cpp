@@ -263,6 +263,7 @@ void HologramThread::run()
             const auto result = pipeline->process(snapshot, dropped - droppedBefore);
             publish(result, pipeline->counters());
         }
+        _processed += 1 + dropped - droppedBefore;
         droppedBefore = dropped;
     }
 }

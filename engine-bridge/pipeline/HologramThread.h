@@ -93,6 +93,10 @@ public:
     /// The number of results published so far; a skipped snapshot publishes the last one again.
     std::uint64_t results() const { return _results; }
 
+    /// The number of snapshots whose result is there, those that a newer one replaced included:
+    /// once it is that of all submitted ones, nothing is waited for. Without a pipeline, too.
+    std::uint64_t processed() const { return _processed; }
+
     /// The pipeline's counters as of the last processed snapshot; newer than the result's own if
     /// that snapshot was skipped.
     HologramCounters counters() const;
@@ -123,6 +127,7 @@ private:
     PipelineFactory _otherwise;                 ///< makes a pipeline that has them
     std::shared_ptr<const HologramResult> _result;
     std::atomic<std::uint64_t> _results{0};
+    std::atomic<std::uint64_t> _processed{0};
     HologramCounters _counters;
     std::atomic<double> _restWorkSince_s{0.0}; ///< start of attend(), steady clock; 0: not running
     base::StopSource _stop;                    ///< requested and cleared under the slot's lock

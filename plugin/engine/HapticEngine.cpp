@@ -359,6 +359,7 @@ HapticStatistics HapticEngine::statistics() const
     if (!_thread) return all;
     midair::base::assignPart<midair::bridge::HologramCounters>(all, _thread->counters());
     all.snapshots = _statistics.snapshots; // the thread counts those that it has come to
+    all.processed = _thread->processed();
     midair::bridge::ArrayReading reading = _thread->reading();
     all.state = reading.state;
     all.fields = reading.fields;

@@ -62,6 +62,7 @@ nlohmann::ordered_json countersJson(const HapticStatistics& s)
     nlohmann::ordered_json json = {{"frames", s.frames},
                                    {"idleFrames", s.idleFrames},
                                    {"restingFrames", s.restingFrames},
+                                   {"processed", s.processed},
                                    {"meshesRead", s.meshesRead},
                                    {"objectsBeingRead", s.objectsBeingRead}};
     for (const midair::bridge::CounterRow& row : midair::bridge::kHologramCounters)

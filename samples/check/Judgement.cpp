@@ -53,6 +53,25 @@ void append(std::vector<std::string>& all, const std::vector<std::string>& more)
     all.insert(all.end(), more.begin(), more.end());
 }
 
+bool isFeltByContact(const CheckedObject& object, const CheckedScene& scene)
+{
+    using Settings = osgMidair::HapticSettings;
+    using Property = osgMidair::HapticProperty;
+    const auto own = object.property.render;
+    return own == Property::INHERIT ? scene.granted.render == Settings::CONTACT
+                                    : own == Property::CONTACT;
+}
+
+/// Says why an object that is felt where hands touch it is felt in no frame.
+void judgeUntouched(CheckedObject& object, const CheckedScene& scene)
+{
+    if (scene.granted.hands.rfind("recorded:", 0) == 0)
+        object.faults.push_back("it isn't felt: no hand of the recording touches it");
+    else
+        object.notes.push_back("it is felt where a hand touches it, which can't be tried: of hands "
+                               "only recordings are read");
+}
+
 /// Says why an object is felt in no frame, in the words of the messages where there are some.
 void judgeUnfelt(CheckedObject& object, const CheckedScene& scene)
 {
@@ -65,6 +84,8 @@ void judgeUnfelt(CheckedObject& object, const CheckedScene& scene)
         append(object.notes, hidden);
     else if (!told.empty())
         append(object.faults, told);
+    else if (object.hasShape && !out.isUnreachable && isFeltByContact(object, scene))
+        judgeUntouched(object, scene);
     else
         object.faults.push_back(!object.hasShape ? "it isn't felt: the messages say why"
                                 : out.isUnreachable

@@ -40,11 +40,15 @@ public:
     int play()
     {
         int frame = 0;
+        const auto start = Clock::now();
         for (;
              frame < _options.frames || (isReading() && frame < _options.frames + kMostMoreFrames);
              ++frame)
         {
             update(frame, frame);
+            if (hasHands())
+                std::this_thread::sleep_until(
+                    start + std::chrono::duration<double>((frame + 1) * kFrameTime_s));
             gather();
         }
         update(frame, frame - 1); // takes what was told of the last field
@@ -60,6 +64,8 @@ public:
     const Frames& framesOf(std::size_t scene) const { return _scenes[scene]; }
 
 private:
+    using Clock = std::chrono::steady_clock;
+
     void update(int number, int timeFrame)
     {
         const auto frame = static_cast<unsigned int>(number + 1);
@@ -75,22 +81,30 @@ private:
             const std::uint64_t before = scene.node->getStatistics().snapshots;
             scene.node->update(_stamp, LoadedScene::worldAbove(*scene.node));
             const bool isNew = scene.node->getStatistics().snapshots > before;
-            if (isNew) waitFor(*scene.node, frame);
+            if (isNew) waitFor(*scene.node);
         }
     }
 
-    /// Waits until the field of \a frame is there, or there is none to wait for.
-    void waitFor(const HapticScene& scene, unsigned int frame) const
+    /// Waits until the field of the last frame is there, or there is none to wait for.
+    void waitFor(const HapticScene& scene) const
     {
-        using Clock = std::chrono::steady_clock;
         const auto end = Clock::now() + std::chrono::duration<double>(_options.wait_s);
         while (Clock::now() < end)
         {
             const osgMidair::HapticStatistics s = scene.getStatistics();
-            if (s.fieldFrame >= frame || s.skippedUnmoved + s.superseded + s.solves >= s.snapshots)
-                return;
+            if (s.processed >= s.snapshots) return;
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
         }
+    }
+
+    /// Contacts follow hands by the clock, not by frames, so that these have to last as long.
+    bool hasHands() const
+    {
+        return std::any_of(
+            _loaded.scenes().begin(),
+            _loaded.scenes().end(),
+            [](const LoadedScene::Scene& scene)
+            { return scene.node->getGrantedSettings().hands.rfind("recorded:", 0) == 0; });
     }
 
     bool isReading() const

@@ -108,7 +108,7 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
     {
         const osgMidair::HapticStatistics s = scene.haptics().getStatistics();
         field = scene.haptics().getField();
-        const bool handled = s.solves + s.skippedUnmoved + s.superseded >= s.snapshots;
+        const bool handled = s.processed >= s.snapshots;
         const bool isOff = !scene.haptics().getGrantedSettings().enabled;
         if ((field && field->getFrameNumber() >= picture.frame) || (field && handled) || isOff ||
             seconds() - start > longest_s)

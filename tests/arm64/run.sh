@@ -35,11 +35,19 @@ root_run "$root" "$kept/archives" bash -euc '
     cmake -S /src -B /build -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_TOOLCHAIN_FILE=/src/tests/arm64/toolchain.cmake -DMIDAIR_TESTS=ON \
         -DMIDAIR_WERROR=ON >/build.log || { cat /build.log >&2; exit 1; }
     ninja -C /build --quiet "$@"
+    emulator=$(command -v qemu-aarch64-static)
+    export MIDAIR_TEST_EMULATOR=$emulator
     for target in "$@"; do
         case $target in
         *_tests)
             echo "== $target"
-            MIDAIR_TEST_EMULATOR=$(command -v qemu-aarch64-static) qemu-aarch64-static "/build/bin/$target" --gtest_brief=1
+            shards=$(nproc) running=() status=0
+            for ((i = 0; i < shards; ++i)); do
+                GTEST_TOTAL_SHARDS=$shards GTEST_SHARD_INDEX=$i "$emulator" "/build/bin/$target" --gtest_brief=1 &
+                running+=($!)
+            done
+            for one in "${running[@]}"; do wait "$one" || status=1; done
+            [ $status = 0 ] || exit $status
             ;;
         esac
     done' build "$@"

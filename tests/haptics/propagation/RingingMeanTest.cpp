@@ -110,7 +110,7 @@ TEST(RadiatedPower, ShortStepsAreTheRecursion)
     EXPECT_NEAR(share(randomFields(3, 300, 2), 1e-3, 0.01),
                 slowShare(randomFields(3, 300, 2), 1e-3, 0.01),
                 1e-5);
-    EXPECT_EQ(share(randomFields(3, 300, 2), 1e-3, 0.0), 1.0);
+    EXPECT_DOUBLE_EQ(share(randomFields(3, 300, 2), 1e-3, 0.0), 1.0);
     EXPECT_NEAR(share(randomFields(1, 300, 2), 1e-3, kTau_s), 1.0, 1e-6);
 }
 

@@ -241,6 +241,32 @@ TEST(MidairCheck, SaysWhyNothingIsFelt)
     EXPECT_TRUE(hasMessage(hidden["scenes"][0]["messages"], "object.hidden"));
 }
 
+// Contacts go by the clock: two seconds of the recording take two seconds.
+TEST(MidairCheck, PlaysARecordingOfHandsThatTouch)
+{
+    const std::string star = kScenes + "star.osgt -O 'render=contact hands=";
+    const std::string recorded = "recorded:" MIDAIR_ROOT "/samples/hands/star.csv'";
+    const Outcome touched = check(star + recorded + " --frames 120");
+    EXPECT_EQ(touched.code, 0) << touched.output;
+    EXPECT_NE(touched.output.find("it is felt in "), std::string::npos) << touched.output;
+    const Outcome before = check(star + recorded + " --frames 2");
+    EXPECT_EQ(before.code, 1) << before.output;
+    EXPECT_NE(before.output.find("no hand of the recording touches it"), std::string::npos)
+        << before.output;
+    const Outcome tracked = check(star + "openxr:'");
+    EXPECT_EQ(tracked.code, 0) << tracked.output;
+    EXPECT_NE(tracked.output.find("of hands only recordings are read"), std::string::npos)
+        << tracked.output;
+}
+
+// The field of a frame is waited for, but not where there can be none.
+TEST(MidairCheck, WaitsForNoFieldWithoutAnArray)
+{
+    const nlohmann::json json =
+        checkedJson(kScenes + "star.osgt -O array=none.json --wait 3600", 1);
+    EXPECT_EQ(json["scenes"][0]["state"], "closed");
+}
+
 TEST(MidairCheck, SaysThatASilencedObjectPlaysNothing)
 {
     const std::string file = sceneFile("slip", ballScene("", "Presure 500"));

@@ -34,8 +34,9 @@ TEST(KernelObjects, DefineNothingThatTheLinkerMayShare)
     for (std::string object; std::getline(list, object);)
     {
         if (object.empty()) continue;
-        const std::string symbols = outputOf("nm --defined-only --demangle '" + object + "'");
-        ASSERT_FALSE(symbols.empty()) << object << ": does nm run?";
+        const std::string symbols =
+            outputOf(MIDAIR_NM " --defined-only --demangle '" + object + "'");
+        ASSERT_FALSE(symbols.empty()) << object << ": does " MIDAIR_NM " run?";
         std::string set = "plain";
         for (const char* other : {"avx2", "avx512"})
             if (object.find("_" + std::string(other) + ".dir") != std::string::npos) set = other;
