@@ -16,7 +16,7 @@ int main(int argc, char** argv)
     bool json = false;
     CLI::App app("midair-check: says what of a scene file or a model is felt, and what isn't and "
                  "why. It opens no hardware: sim: plays in place of any device but sim: and null:, "
-                 "and of hands only recordings are read, which take as long as they last.\n"
+                 "and of hands only recordings are read, by the clock.\n"
                  "Exit code: 0 all is felt as it is asked for, 1 something isn't or was left out, "
                  "2 the file can't be read or an option is wrong.",
                  "midair-check");
