@@ -193,6 +193,10 @@ int main(int argc, char** argv)
     // A helper ends when its socket does: Ctrl-C in a terminal is meant for the program it helps.
     std::signal(SIGINT, settings.socket >= 0 ? SIG_IGN : +stop);
     std::signal(SIGTERM, +stop);
+    // A mute for the program that started it may be sent to its whole group.
+    if (settings.socket >= 0)
+        for (const int number : {SIGUSR1, SIGUSR2})
+            std::signal(number, SIG_IGN);
     // A runtime may hang: then the helper ends with the program that needs it all the same.
     if (settings.socket >= 0) ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     return run(app.get_subcommands().front()->get_name(), settings);

@@ -47,6 +47,7 @@ midair_root_packages=(mmdebstrap)
 midair_arm64_packages=(
     g++-aarch64-linux-gnu qemu-user-static # the cross compiler; runs what it made
     cmake ninja-build ccache pkg-config
+    locales procps psmisc                 # what tests need that would be skipped
     libeigen3-dev nlohmann-json3-dev libcli11-dev
     {libopenscenegraph,libbullet,libtinyobjloader,libopenxr,liboscpack,libtinygltf,libcpp-httplib,libusb-1.0-0,libftdi1,libfmt,libspdlog,libegl,libgtest}-dev:arm64
 )

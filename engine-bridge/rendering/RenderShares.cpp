@@ -10,6 +10,26 @@
 namespace midair::bridge
 {
 
+namespace
+{
+
+/// Of a fade; below it nothing is played. It is a thousandth of the power, which nobody feels, but
+/// errors relative to it are told as thousands of percent.
+constexpr double kFaint = 0.02;
+
+double amplitudeOf(double whole)
+{
+    return whole < kFaint ? 0.0 : whole >= 1.0 ? 1.0 : std::sin(0.5 * base::kPi * whole);
+}
+
+/// sqrt(1 - amplitudeOf(whole)^2)
+double restOf(double whole)
+{
+    return whole < kFaint ? 1.0 : whole >= 1.0 ? 0.0 : std::cos(0.5 * base::kPi * whole);
+}
+
+} // namespace
+
 bool RenderSharesOptions::isValid(std::string* error) const
 {
     if (render == Render::INHERIT)
@@ -122,14 +142,13 @@ void RenderShares::clear()
 double RenderShares::whole(std::uint64_t object) const
 {
     const auto found = _shares.find(object);
-    return found == _shares.end() ? 1.0 : std::sin(0.5 * base::kPi * found->second.whole);
+    return found == _shares.end() ? 1.0 : amplitudeOf(found->second.whole);
 }
 
 double RenderShares::contacts(std::uint64_t object) const
 {
     const auto found = _shares.find(object);
-    if (found == _shares.end() || found->second.whole >= 1.0) return 0.0;
-    return std::cos(0.5 * base::kPi * found->second.whole);
+    return found == _shares.end() ? 0.0 : restOf(found->second.whole);
 }
 
 double RenderShares::mostWhole() const
@@ -137,7 +156,7 @@ double RenderShares::mostWhole() const
     double most = 0.0;
     for (const auto& [object, share] : _shares)
         most = std::max(most, share.whole);
-    return most >= 1.0 ? 1.0 : std::sin(0.5 * base::kPi * most);
+    return amplitudeOf(most);
 }
 
 bool RenderShares::isFading() const

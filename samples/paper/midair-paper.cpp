@@ -64,12 +64,12 @@ void line(const PaperArray& paper, const std::string& folder)
             along_m += paper.halfWidth_m(field, points.col(l), Vector3d::UnitY()) / 5.0;
         }
         std::printf("Line of 34 mm, 5 points, %s\n", solver.c_str());
-        std::printf(
-            "  rms error %.2f %%, width at half pressure %.1f mm across the axis, %.1f mm along it "
-            "(paper: about 10 mm)\n",
-            100.0 * field.report.rms,
-            1e3 * across_m,
-            1e3 * along_m);
+        std::printf("  rms error %.2f %%, mean width at half pressure %.1f mm across the axis, "
+                    "%.1f mm along it "
+                    "(paper: about 10 mm)\n",
+                    100.0 * field.report.rms,
+                    1e3 * across_m,
+                    1e3 * along_m);
         paper.draw(field, "Line of 34 mm, " + solver, folder + "/paper_line_" + solver + ".png");
     }
 }

@@ -1,19 +1,19 @@
 #!/usr/bin/env bash
 # tests/arm64/run.sh [TARGET..]: builds haptics, devices, the bridge, the kit and the C interface for arm64 with Debian's cross compiler,
-# warnings as errors, in a clean Debian 12 of its own, and runs the tests of haptics and devices there under qemu (of TARGETS alone
-# where they are named: a program of tests runs, all else is only built). Says nothing of speed. Needs root; this machine stays as it is.
+# warnings as errors, in a clean Debian 12 of its own, and runs the tests of haptics, devices and the C interface there under qemu (of
+# TARGETS alone where they are named: a program of tests runs, all else is only built). Says nothing of speed. Needs root; this machine stays as it is.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 . samples/packages.sh
 . tests/packages/root.sh
 [ "$(id -u)" = 0 ] || { echo "tests/arm64/run.sh makes a root of its own, which only root can" >&2; exit 1; }
 midair_install git "${midair_root_packages[@]}"
-[ $# -gt 0 ] || set -- midair_haptics_tests midair_device_tests midair_bridge osgMidair osgdb_serializers_osgmidair osgdb_haptic osgdb_gltf osgdb_glb midair
+[ $# -gt 0 ] || set -- midair_haptics_tests midair_device_tests midair_engine_bridge_c_tests midair_bridge osgMidair osgdb_serializers_osgmidair osgdb_haptic osgdb_gltf osgdb_glb midair
 kept=$PWD/build-packages/root root=$PWD/build-arm64/root
 mkdir -p "$kept"
 root_clean "$kept/clean.tar"
 
-if [ ! -e "$root/ready" ]; then
+if [ "$(cat "$root/ready" 2>/dev/null)" != "${midair_arm64_packages[*]}" ]; then
     rm -rf "$root"
     mkdir -p "$root"
     tar -C "$root" -xf "$kept/clean.tar"
@@ -22,7 +22,7 @@ if [ ! -e "$root/ready" ]; then
         dpkg --add-architecture arm64
         apt-get update -qq
         apt-get install -y -qq --no-install-recommends "$@" >/dev/null
-        touch /ready' install "${midair_arm64_packages[@]}"
+        echo "$*" >/ready' install "${midair_arm64_packages[@]}"
 fi
 # The sources as they are here, changes that are not committed included.
 rm -rf "$root/src"

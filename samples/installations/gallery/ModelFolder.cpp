@@ -53,6 +53,7 @@ bool isModel(const fs::path& path)
 ModelFolder::ModelFolder(fs::path folder) : _folder(std::move(folder))
 {
     look();
+    if (!_problem.empty()) throw std::runtime_error(_problem);
     if (_paths.empty())
         throw std::runtime_error("there is no model in the folder \"" + _folder.string() + "\"");
 }
@@ -64,12 +65,12 @@ void ModelFolder::look()
     std::vector<std::string> others;
     for (const fs::directory_entry& entry : fs::directory_iterator(_folder, error))
     {
-        if (!entry.is_regular_file(error)) continue;
+        std::error_code ignored;
+        if (!entry.is_regular_file(ignored)) continue;
         (isModel(entry.path()) ? paths : others).push_back(entry.path().string());
     }
-    if (error)
-        throw std::runtime_error("can't read the folder \"" + _folder.string() +
-                                 "\": " + error.message());
+    _problem = error ? "can't read the folder \"" + _folder.string() + "\": " + error.message()
+                     : std::string();
     std::sort(paths.begin(), paths.end());
     _others.clear();
     for (const std::string& other : others)
@@ -92,8 +93,9 @@ void ModelFolder::look()
 std::string ModelFolder::next()
 {
     if (_next >= _paths.size()) look();
-    if (_paths.empty())
-        throw std::runtime_error("of the models in \"" + _folder.string() + "\" none can be felt");
+    if (_paths.empty() && _problem.empty())
+        _problem = "of the models in \"" + _folder.string() + "\" none can be felt";
+    if (_paths.empty()) return {};
     if (_next == 0) ++_rounds;
     return _paths[_next++];
 }

@@ -17,11 +17,12 @@ public:
     /// Throws std::runtime_error if \a folder is none or has no model.
     explicit ModelFolder(std::filesystem::path folder);
 
-    /// Returns the path of the next model. Throws std::runtime_error if none is left.
+    /// Returns the path of the next model; empty if there is none now, and problem() says why.
     std::string next();
     /// Leaves a model out.
     void skip(const std::string& path, const std::string& reason);
 
+    const std::string& problem() const { return _problem; }
     const std::map<std::string, std::string>& skipped() const { return _skipped; } ///< by name
     /// Names of files that are no models, such as textures beside them.
     const std::vector<std::string>& others() const { return _others; }
@@ -33,6 +34,7 @@ private:
     std::filesystem::path _folder;
     std::vector<std::string> _paths;
     std::vector<std::string> _others;
+    std::string _problem; ///< why _paths is empty
     std::size_t _next = 0;
     int _rounds = 0; ///< that were begun
     std::map<std::string, std::string> _skipped;

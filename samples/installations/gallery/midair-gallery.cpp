@@ -19,6 +19,7 @@
 #include <future>
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
 
 namespace
@@ -74,7 +75,8 @@ public:
         stage.lit.addChild(stand);
         while (!_surface) // a scene begins with a model
         {
-            _loading = std::async(std::launch::async, load, _models->next(), _size_m);
+            beginLoading(0.0);
+            if (!_loading.valid()) throw std::runtime_error(_models->problem());
             _loading.wait();
             takeLoaded(0.0);
         }
@@ -103,8 +105,7 @@ public:
     void update(const Moment& now) override
     {
         takeLoaded(now.time_s);
-        if (!_loading.valid())
-            _loading = std::async(std::launch::async, load, _models->next(), _size_m);
+        if (!_loading.valid() && now.time_s >= _nextTry_s) beginLoading(now.time_s);
         if (!_surface) return;
         judge(now);
         const double slow = now.isSomebodyThere ? kVisitedTurn_deg_s : kAttractTurn_deg_s;
@@ -138,6 +139,7 @@ private:
     static constexpr double kVisitedTurn_deg_s = 8.0;
     static constexpr double kAttractTurn_deg_s = 45.0;
     static constexpr double kPatience = 3.0; ///< times as long as others is shown what is touched
+    static constexpr double kTry_s = 2.0;    ///< between looks into a folder without models
     static constexpr double kJudged_s = 0.5; ///< with visitors, until it must be known what is felt
 
     struct Loaded
@@ -161,6 +163,22 @@ private:
         }
         loaded.path = std::move(path);
         return loaded;
+    }
+
+    // A folder that has gone, as a stick that was pulled out, may come back: until then what is on
+    // the table stays there.
+    void beginLoading(double time_s)
+    {
+        const std::string path = _models->next();
+        if (path.empty())
+        {
+            if (_problem != _models->problem()) say(_models->problem());
+            _problem = _models->problem();
+            _nextTry_s = time_s + kTry_s;
+            return;
+        }
+        _problem.clear();
+        _loading = std::async(std::launch::async, load, path, _size_m);
     }
 
     static void say(const std::string& text)
@@ -226,6 +244,8 @@ private:
     osg::ref_ptr<osgMidair::HapticSurface> _surface; ///< of the model on the table
     std::string _path;
     std::string _name;
+    std::string _problem;    ///< that was said
+    double _nextTry_s = 0.0; ///< to find a model, where there was none
     double _angle = 0.4;
     double _since_s = 0.0;
     double _enabled_s = 0.0; ///< how long it could be felt so far

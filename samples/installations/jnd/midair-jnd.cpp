@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <string>
 
 namespace
@@ -25,6 +26,10 @@ int conclude(const JndInstallation& installation)
     try
     {
         drawSession(session, picture + ".png");
+        // It holds what the results do, and is as much the participant's.
+        std::filesystem::permissions(picture + ".png",
+                                     std::filesystem::perms::owner_read |
+                                         std::filesystem::perms::owner_write);
     }
     catch (const std::exception& error)
     {

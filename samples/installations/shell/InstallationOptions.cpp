@@ -76,7 +76,10 @@ void addPlaying(CLI::App& app, InstallationOptions& options)
 
 void addShowing(CLI::App& app, InstallationOptions& options)
 {
-    app.add_flag("--plain", options.plain, "For visitors: no overlays, and of the keys F8 alone");
+    app.add_flag("--plain",
+                 options.plain,
+                 "For visitors: no overlays, and of the keys F8 and the installation's own alone; "
+                 "ends by SIGTERM");
     app.add_option("--window", "A window, or pictures, of that size [full screen; 1200x800]")
         ->type_name("WIDTHxHEIGHT")
         ->check(sizeInPixels(options.size));

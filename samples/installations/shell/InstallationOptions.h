@@ -21,8 +21,8 @@ struct InstallationOptions
     Given settings;    ///< other settings of the scene: names and texts
     std::vector<std::string> overlays;
     std::vector<std::pair<std::string, double>> numbers; ///< of overlays
-    bool plain = false;                                  ///< no overlays, no keys but F8
-    bool muted = false;                                  ///< begins muted
+    bool plain = false;    ///< no overlays, no keys but F8 and its own
+    bool muted = false;    ///< begins muted
     double linger_s = 3.0; ///< how long the array goes on after the last hand was seen
     std::string state;     ///< file that keeps a mute; empty: none
     std::uint32_t seed = 1;

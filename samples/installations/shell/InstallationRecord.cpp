@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 namespace midair::samples
@@ -107,6 +108,11 @@ nlohmann::ordered_json InstallationRecord::figures(const osgMidair::HapticStatis
                       {"refused", end.fields.refused},
                       {"faults", end.fields.faults},
                       {"reconnects", end.fields.reconnects}};
+    json["ears"] = {{"places", end.exposure.places},
+                    {"eq_dB", end.exposure.eq_dB},
+                    {"max_dB", end.exposure.max_dB},
+                    {"time_s", end.exposure.time_s},
+                    {"limit_dB", end.exposure.limit_dB}};
     json["silence"] = {{"framesMuted", _muted.frames},
                        {"playedMuted", _muted.played},
                        {"framesAlone", _alone.frames},
@@ -150,6 +156,16 @@ void InstallationRecord::print(const std::string& program,
                 count(end.fields.lost),
                 count(end.fields.refused),
                 count(end.fields.faults));
+    if (end.exposure.places > 0)
+        std::printf(
+            "at ears     %.0f dB re 20 uPa (rms) in the mean of %.0f s, at most %.0f dB over "
+            "a second; %s\n",
+            end.exposure.eq_dB,
+            end.exposure.time_s,
+            end.exposure.max_dB,
+            end.exposure.limit_dB > 0.0
+                ? fmt::format("limit {:.0f} dB", end.exposure.limit_dB).c_str()
+                : "no limit");
     std::printf("silence     %llu frames muted (%llu sounded), %llu with nobody there (%llu "
                 "sounded)\n",
                 count(_muted.frames),

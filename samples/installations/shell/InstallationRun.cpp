@@ -130,6 +130,7 @@ bool runWindow(Installation& installation, const InstallationOptions& options)
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
     openWindow(viewer, options);
+    if (options.plain) viewer.setKeyEventSetsDone(0); // visitors don't end it by Escape
     monitor.show(*viewer.getCamera());
     viewer.setSceneData(shell.root());
     shell.listen(viewer);

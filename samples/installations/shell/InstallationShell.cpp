@@ -13,6 +13,7 @@
 #include <ctime>
 #include <fstream>
 #include <stdexcept>
+#include <utility>
 
 namespace midair::samples
 {
@@ -184,6 +185,9 @@ void InstallationShell::frame(osgViewer::Viewer& viewer, double time_s, bool dra
     followMute();
     const double now_s = osg::Timer::instance()->time_s();
     const osgMidair::HapticStatistics after = _haptics->getStatistics();
+    if (!std::exchange(_hasBegun, true)) _memory.begin();
+    _wasOpen = _wasOpen || (after.state != osgMidair::ArrayState::CLOSED &&
+                            after.state != osgMidair::ArrayState::OPENING);
     _record.addField(_haptics->getField().get());
     _record.addFrame({now_s, _isMuted, _mustRest}, after);
     _service.beat(now_s,
@@ -240,7 +244,9 @@ bool InstallationShell::finish(const std::string& report)
     _service.stop();
     if (!_memory.end()) say("\"" + _options.state + "\" can't be written");
     _record.print(_program, end);
-    if (report.empty()) return true;
+    const bool hadArray = !_hasBegun || _wasOpen || end.state != osgMidair::ArrayState::CLOSED;
+    if (!hadArray) say("no array was open");
+    if (report.empty()) return hadArray;
     nlohmann::ordered_json json;
     json["installation"] = _title.name;
     json["seed"] = _options.seed;
@@ -252,7 +258,7 @@ bool InstallationShell::finish(const std::string& report)
     std::ofstream file(report);
     file << json.dump(2) << '\n';
     file.close();
-    if (file) return true;
+    if (file) return hadArray;
     say("can't write " + report);
     return false;
 }

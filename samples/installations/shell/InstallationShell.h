@@ -41,7 +41,7 @@ public:
 
     /// Ends the run: the array falls silent, and the state's file knows that nothing crashed.
     /// Prints figures and, if \a report names a file, writes them. Returns false, having said why,
-    /// if that fails.
+    /// if that fails, or if there never was an array.
     bool finish(const std::string& report);
 
 private:
@@ -67,6 +67,8 @@ private:
     ServiceNotifier _service;
     InstallationRecord _record;
     std::string _whyMuted;
+    bool _hasBegun = false; ///< there was a frame
+    bool _wasOpen = false;  ///< there was an array
     bool _isMuted = false;
     bool _areHandsKnown = false; ///< there is a source of hands
     bool _isSomebodyThere = true;

@@ -5,12 +5,14 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
 #include <system_error>
 #include <utility>
 
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <sys/file.h>
 #include <unistd.h>
 
 namespace midair::samples
@@ -19,10 +21,27 @@ namespace midair::samples
 MuteMemory::MuteMemory(std::string file, double now_s) : _file(std::move(file))
 {
     if (_file.empty()) return;
+    lock();
     std::error_code ignored;
     if (std::filesystem::exists(_file, ignored) || ignored) read(now_s);
     if (!write() && _reason.empty())
         _reason = fmt::format("\"{}\" can't be written: a mute isn't kept over a restart", _file);
+}
+
+MuteMemory::~MuteMemory()
+{
+    if (_lock >= 0) ::close(_lock);
+}
+
+// Two programs would take each other for crashes. The file itself is replaced with each change, so
+// that one beside it is locked. Where none can be made the file can't be written either.
+void MuteMemory::lock()
+{
+    const std::string beside = _file + ".lock";
+    _lock = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644);
+    if (_lock < 0 || ::flock(_lock, LOCK_EX | LOCK_NB) == 0) return;
+    ::close(_lock);
+    throw std::runtime_error("\"" + _file + "\" is another program's, which runs");
 }
 
 void MuteMemory::read(double now_s)
@@ -53,6 +72,12 @@ bool MuteMemory::keep(bool isMuted)
 {
     _isMuted = isMuted;
     if (!isMuted) _crashes_s.clear();
+    return write();
+}
+
+bool MuteMemory::begin()
+{
+    _isRunning = true;
     return write();
 }
 

@@ -9,15 +9,20 @@ namespace midair::samples
 /// Keeps in a file whether somebody muted the array and whether the program ended by itself, so
 /// that a start without an operator does what the last one left: what was muted stays muted, what
 /// played plays again. It is muted, too, after three crashes in ten minutes, and where the file
-/// can't be understood.
+/// can't be understood. A start that fails before the first frame is no crash: nothing has played.
 class MuteMemory
 {
 public:
     static constexpr int kCrashes = 3;
     static constexpr double kCrashTime_s = 600.0;
 
-    /// \a file: empty: nothing is kept. \a now_s: time of day, s since 1970.
+    /// \a file: empty: nothing is kept. \a now_s: time of day, s since 1970. Throws
+    /// std::runtime_error if another program has the file.
     MuteMemory(std::string file, double now_s);
+    ~MuteMemory();
+
+    MuteMemory(const MuteMemory&) = delete;
+    MuteMemory& operator=(const MuteMemory&) = delete;
 
     bool startsMuted() const { return _isMuted; }
     /// Why it starts muted, and what is wrong with the file; empty: nothing.
@@ -27,16 +32,20 @@ public:
     /// Keeps a mute, or its end, which also forgets crashes, at once. Returns false if it can't be
     /// kept: the file can't be written.
     bool keep(bool isMuted);
+    /// Notes that it runs: from now on whatever ends it without end() is a crash.
+    bool begin();
     /// Notes that the program ends as it was asked to.
     bool end();
 
 private:
+    void lock();
     void read(double now_s);
     bool write() const;
 
     std::string _file;
     bool _isMuted = false;
-    bool _isRunning = true;
+    bool _isRunning = false;
+    int _lock = -1; ///< a file beside it, locked as long as this lives
     std::string _reason;
     std::vector<double> _crashes_s; ///< times of day of starts after a crash, in the last minutes
 };

@@ -66,7 +66,7 @@ void addPage(MetricLines& lines, const MonitorState& state)
             "midair_frames", "Updates of the scene.", state.view.reading.statistics.frames);
     }
     lines.begin(
-        "midair_page_answers_total", "Answers of the operator's page by HTTP status.", "counter");
+        "midair_page_answers_total", "Answers to whole requests by HTTP status.", "counter");
     for (const auto& [status, count] : state.page.answers)
         lines.sample("midair_page_answers_total",
                      fmt::format("code=\"{}\"", status),

@@ -18,6 +18,7 @@
 
 #include <fmt/format.h>
 #include <httplib.h>
+#include <strings.h>
 
 namespace midair::samples
 {
@@ -279,7 +280,8 @@ private:
     {
         constexpr std::string_view kScheme = "Bearer ";
         const std::string given = oneHeader(request, "Authorization");
-        const bool isToken = given.compare(0, kScheme.size(), kScheme) == 0 &&
+        // The scheme's case doesn't matter (RFC 9110, 11.1).
+        const bool isToken = ::strncasecmp(given.c_str(), kScheme.data(), kScheme.size()) == 0 &&
                              isSameToken(given.substr(kScheme.size()), _access.token);
         const std::string what = request.path.substr(1);
         if (!isToken)

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tests/device/Emulator.h"
+#include "tests/Emulator.h"
 #include "tests/device/Guards.h"
 
 #include <csignal>
@@ -28,6 +28,8 @@ public:
         std::string self = std::filesystem::read_symlink("/proc/self/exe");
         const char* emulator = emulatorOfTests();
         std::filesystem::create_symlink(emulator != nullptr ? emulator : self.c_str(), _link);
+        for (const char* shard : {"GTEST_TOTAL_SHARDS", "GTEST_SHARD_INDEX"})
+            ::unsetenv(shard); // or its only test may be another shard's
         ::setenv("MIDAIR_TEST_HOST", uri.c_str(), 1);
         ::setenv("MIDAIR_TEST_HOST_TRANSDUCERS", std::to_string(transducers).c_str(), 1);
         std::string program = _link;

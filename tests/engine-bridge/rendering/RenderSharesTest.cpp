@@ -1,6 +1,7 @@
 #include "engine-bridge/rendering/RenderShares.h"
 
 #include "haptics/base/InputError.h"
+#include "haptics/base/Units.h"
 #include "tests/engine-bridge/contact/ContactScenes.h"
 
 #include <cmath>
@@ -95,6 +96,21 @@ TEST(RenderShares, AutoFadesInATenthOfASecondWhenHandsAreKnownAndLost)
     while (scene.whole() < 1.0 && ++frames < 100)
         scene.frame(kNoHand);
     EXPECT_NEAR(frames, 20, 2); // hands count as known for a tenth, too
+}
+
+// Or the errors of a point that has faded to next to nothing would be told, and nobody feels it.
+TEST(RenderShares, TheLastFiftiethOfAFadeIsLeftOut)
+{
+    Scene scene(Render::AUTO);
+    scene.frame(kNoHand);
+    for (int i = 0; i < 9; ++i)
+        scene.frame(1.3e-3);
+    EXPECT_NEAR(scene.whole(), std::sin(0.05 * midair::base::kPi), 1e-6);
+    scene.shares.advance(0.0085);
+    EXPECT_TRUE(scene.shares.isFading());
+    EXPECT_EQ(scene.whole(), 0.0);
+    EXPECT_EQ(scene.shares.contacts(1), 1.0);
+    EXPECT_EQ(scene.shares.mostWhole(), 0.0);
 }
 
 TEST(RenderShares, AHandThatIsUncertainFeelsTheWholeObject)

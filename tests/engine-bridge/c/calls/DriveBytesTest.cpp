@@ -1,4 +1,5 @@
 // The drives of midair_solve() are those of midair-solve, byte by byte.
+#include "tests/Emulator.h"
 #include "tests/engine-bridge/c/Star.h"
 #include "tests/samples/Shell.h"
 
@@ -73,7 +74,7 @@ TEST_P(DriveBytes, AreThoseOfMidairSolve)
     const Input& input = GetParam();
     const std::string star = std::string(MIDAIR_ROOT) + "/samples/models/star.obj";
     const auto program =
-        shell(std::string(MIDAIR_BIN) + "/midair-solve " + star + " --size 0.08 --array " +
+        shell(startOf(MIDAIR_BIN "/midair-solve") + " " + star + " --size 0.08 --array " +
               input.array + " " + input.options + " --out " + folder);
     ASSERT_EQ(program.code, 0) << program.output;
     Opened of(input.array.c_str());
@@ -121,7 +122,7 @@ TEST(DriveBytesOfPoints, AreThoseOfMidairSolve)
                                              "0,0,0.01,0,0,1,800\n"
                                              "0.02,0.01,0,0,0,1,713.7\n"
                                              "-0.015,-0.02,0.005,0,1,0,333.3\n";
-    const auto program = shell(std::string(MIDAIR_BIN) + "/midair-solve --points-file " + folder +
+    const auto program = shell(startOf(MIDAIR_BIN "/midair-solve") + " --points-file " + folder +
                                "/points.csv --out " + folder);
     ASSERT_EQ(program.code, 0) << program.output;
     Opened of;

@@ -1,5 +1,8 @@
 #include "tests/samples/installations/Run.h"
 
+#include <chrono>
+#include <thread>
+
 #include <gtest/gtest.h>
 
 TEST(Gallery, PlaysARecordedHand)
@@ -13,6 +16,32 @@ TEST(Gallery, PlaysARecordedHand)
     expectQuiet(run.report);
     EXPECT_GT(run.report.at("framesWithHands"), 100); // from when the file is read
     EXPECT_GT(run.report.at("touches"), 0);
+}
+
+// As a stick that is pulled out: the model that is shown stays, and what comes back is shown again.
+TEST(Gallery, GoesOnWithoutItsFolder)
+{
+    const OwnFolder out("gone");
+    const std::string models = out.path + "/models";
+    const std::string elsewhere = out.path + "/elsewhere";
+    std::filesystem::create_directories(models);
+    std::filesystem::copy_file(MIDAIR_ROOT "/samples/models/star.obj", models + "/star.obj");
+    std::thread hand(
+        [&]
+        {
+            std::this_thread::sleep_for(std::chrono::seconds(3));
+            std::filesystem::rename(models, elsewhere);
+            std::this_thread::sleep_for(std::chrono::seconds(4));
+            std::filesystem::rename(elsewhere, models);
+        });
+    const Visit run = visit(
+        "gallery", "'" + models + "' --minutes 0.25 --seconds 0.5 --attract 0.5 --linger 20", out);
+    hand.join();
+    ASSERT_EQ(run.outcome.code, 0) << run.outcome.output;
+    EXPECT_NE(run.outcome.output.find("can't read the folder"), std::string::npos)
+        << run.outcome.output;
+    EXPECT_GT(run.report.at("scene").at("shown").at("star.obj"), 1);
+    EXPECT_GT(run.report.at("framesPlaying"), 300);
 }
 
 // The star and the panel are felt; what can't be read and what has nothing to feel are told, by

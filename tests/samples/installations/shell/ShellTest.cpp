@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdlib>
 #include <cstring>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -29,9 +30,50 @@ TEST(MuteMemory, WhatWasMutedStaysMuted)
     EXPECT_EQ(second.reason(), "it was muted when it ended");
     EXPECT_EQ(second.crashes(), 0);
     EXPECT_TRUE(second.keep(false));
-    const MuteMemory third(file, 2001.0); // the second was killed
-    EXPECT_FALSE(third.startsMuted());
-    EXPECT_EQ(third.crashes(), 1);
+    EXPECT_TRUE(second.end());
+}
+
+/// What a program leaves behind that was killed once it ran.
+void runAndDie(const std::string& file, double now_s)
+{
+    MuteMemory killed(file, now_s);
+    EXPECT_FALSE(killed.startsMuted());
+    EXPECT_TRUE(killed.begin());
+}
+
+TEST(MuteMemory, WhoeverWasKilledHasCrashed)
+{
+    const OwnFolder folder("killed");
+    const std::string file = folder.path + "/desk.json";
+    runAndDie(file, 2000.0);
+    const MuteMemory next(file, 2001.0);
+    EXPECT_FALSE(next.startsMuted());
+    EXPECT_EQ(next.crashes(), 1);
+}
+
+// As on a computer whose display isn't up yet: nothing has played, so nothing has crashed.
+TEST(MuteMemory, AStartThatFailsIsNoCrash)
+{
+    const OwnFolder folder("starts");
+    const std::string file = folder.path + "/desk.json";
+    for (int i = 0; i < 20; ++i)
+        EXPECT_EQ(MuteMemory(file, 1e9 + 2.0 * i).crashes(), 0) << i;
+    runAndDie(file, 1e9 + 50.0);
+    for (int i = 0; i < 20; ++i)
+        EXPECT_EQ(MuteMemory(file, 1e9 + 51.0 + i).crashes(), 1) << i;
+}
+
+TEST(MuteMemory, AFileHasOneProgram)
+{
+    const OwnFolder folder("two");
+    const std::string file = folder.path + "/desk.json";
+    {
+        MuteMemory first(file, 1000.0);
+        first.begin();
+        EXPECT_THROW(MuteMemory(file, 1000.0), std::runtime_error);
+        EXPECT_TRUE(first.end());
+    }
+    EXPECT_EQ(MuteMemory(file, 1001.0).crashes(), 0);
 }
 
 TEST(MuteMemory, ThreeCrashesInTenMinutesMute)
@@ -39,9 +81,10 @@ TEST(MuteMemory, ThreeCrashesInTenMinutesMute)
     const OwnFolder folder("crashes");
     const std::string file = folder.path + "/desk.json";
     for (const double start_s : {0.0, 10.0, 20.0})
-        EXPECT_FALSE(MuteMemory(file, 1e9 + start_s).startsMuted());
+        runAndDie(file, 1e9 + start_s);
     {
         MuteMemory fourth(file, 1e9 + 30.0);
+        fourth.begin();
         EXPECT_TRUE(fourth.startsMuted());
         EXPECT_EQ(fourth.reason(), "it crashed 3 times in 10 minutes");
         fourth.keep(false); // whoever lets it play has looked
