@@ -161,6 +161,7 @@ ToleranceRow rowOf(Deviation deviation, double value, const std::vector<Played>&
     const auto of = [&](double Played::*figure, double fraction)
     {
         std::vector<double> values;
+        values.reserve(all.size());
         for (const Played& one : all)
             values.push_back(one.*figure);
         return base::percentile(std::move(values), fraction);
