@@ -4,9 +4,9 @@
 #include "haptics/base/AssignPart.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
-#include "plugin/engine/DeviceLines.h"
 #include "plugin/engine/PublicMessage.h"
-#include "plugin/engine/Report.h"
+#include "plugin/report/DeviceLines.h"
+#include "plugin/report/Report.h"
 #include "plugin/settings/Grants.h"
 #include "plugin/settings/PropertyChanges.h"
 

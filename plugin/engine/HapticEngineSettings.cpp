@@ -12,13 +12,13 @@
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "plugin/engine/HapticEngine.h"
+#include "plugin/engine/Rehearsal.h"
 #include "plugin/extending/ArrayConversion.h"
 #include "plugin/hands/MouseSource.h"
 #include "plugin/scene/PropertyConversion.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/EnvironmentVariables.h"
 #include "plugin/settings/Grants.h"
-#include "plugin/settings/RecordedUri.h"
 
 #include <osgMidair/HapticScene>
 
@@ -62,13 +62,6 @@ bool playsAlike(HapticSettings a, const HapticSettings& b)
     return a == b;
 }
 
-/// Replaces what is real: devices by the simulated one, tracked hands by none.
-void rehearse(HapticSettings& settings)
-{
-    if (!Grants::isHarmlessDevice(settings.device)) settings.device = "sim:";
-    if (!RecordedUri::parse(settings.hands)) settings.hands.clear();
-}
-
 /// What is told when the array's file has changed.
 std::string readAgain(const midair::haptics::TransducerArray& array)
 {
@@ -98,7 +91,9 @@ void HapticEngine::readSettings(const HapticSettings& given)
             if (std::find(why.begin(), why.end(), what) == why.end())
                 say({MessageCode::SETTINGS_INVALID, what});
     _granted = _settings;
-    if (_isRehearsed) rehearse(_settings);
+    if (_isRehearsed)
+        for (Message& message : rehearse(_settings))
+            say(std::move(message));
     if (!_settings.isSilenced) return;
     _settings.enabled = _granted.enabled = false;
     for (const std::string& what : why)

@@ -5,6 +5,7 @@
 #include "plugin/extending/HandSourceRegistry.h"
 #include "plugin/extending/RegisteredNames.h"
 #include "plugin/hands/BridgedHands.h"
+#include "plugin/hands/HandKinds.h"
 #include "plugin/hands/MouseSource.h"
 #include "plugin/hands/TrackedHands.h"
 #include "plugin/settings/RecordedUri.h"
@@ -71,6 +72,18 @@ std::string InjectedHands::getStatus() const
     return fmt::format("hands set by the application, {} times so far", _set);
 }
 
+std::string unknownHands(const std::string& uri)
+{
+    const std::string scheme = schemeOf(uri);
+    if (uri.empty() || uri == "none" || uri == "mouse" || uri == "mouse:" || scheme == "openxr" ||
+        scheme == "osc" || RecordedUri::parse(uri) || HandSourceRegistry::find(scheme))
+        return {};
+    const std::string names = registeredNames("hands");
+    return "hand source \"" + uri + "\" is not known; recorded:FILE, recorded:FILE?loop" +
+           (names.empty() ? ", mouse:, openxr: and osc: are"
+                          : ", mouse:, openxr:, osc:, " + names + " are");
+}
+
 osg::ref_ptr<HandSource> openHandSource(const std::string& uri, std::string& error)
 {
     if (uri.empty() || uri == "none") return nullptr;
@@ -83,10 +96,7 @@ osg::ref_ptr<HandSource> openHandSource(const std::string& uri, std::string& err
         if (uri == "mouse" || uri == "mouse:") return new MouseSource;
         if (const HandSourceFactory own = HandSourceRegistry::find(schemeOf(uri)))
             return openOwn(own, uri, error);
-        const std::string names = registeredNames("hands");
-        error = "hand source \"" + uri + "\" is not known; recorded:FILE, recorded:FILE?loop" +
-                (names.empty() ? ", mouse:, openxr: and osc: are"
-                               : ", mouse:, openxr:, osc:, " + names + " are");
+        error = unknownHands(uri);
     }
     catch (const std::runtime_error& wrong) // InputError from recordings, DeviceError from URIs
     {

@@ -5,6 +5,7 @@
 #include "plugin/extending/HandSourceRegistry.h"
 #include "plugin/hands/HandConversion.h"
 #include "plugin/hands/OpeningHands.h"
+#include "plugin/settings/RecordedUri.h"
 
 #include <osgMidair/HapticPoints>
 #include <osgMidair/HapticSurface>
@@ -106,7 +107,7 @@ std::string HandTracker::setSettings(const std::string& uri, double reach_m, boo
 std::string HandTracker::openNamed()
 {
     std::string error;
-    const bool isFile = _uri.compare(0, 9, "recorded:") == 0;
+    const bool isFile = RecordedUri::parse(_uri).has_value();
     _namedSource = isFile ? new OpeningHands(_uri) : openHandSource(_uri, error);
     const bool isOwn = !!HandSourceRegistry::find(_uri.substr(0, _uri.find(':')));
     _retry.pause_s = error.empty() || !isOwn

@@ -47,7 +47,7 @@ const OverlayRegistration kExposureRegistration({8,
 constexpr float kMostLines = 16.0F; // of equal level
 constexpr float kText_px = 22.0F;   // its digits are half as high
 constexpr float kApart = 0.12F;     // between two labels, radii
-constexpr double kPause_s = 0.1;    // between two maps
+constexpr double kMapPause_s = 0.1; // between two maps
 const osg::Vec4 kExposureInk(0.95F, 0.95F, 0.85F, 1.0F);
 
 osg::ref_ptr<osg::Geometry> makeGeometry(GLenum mode)
@@ -262,7 +262,7 @@ bool ExposureOverlay::Part::show(double timeout_s)
         _exposure = _coming.get();
     if (!_exposure || !_result) return false;
     const double now_s = midair::base::steadySeconds();
-    if (_isShown || (timeout_s == 0.0 && now_s - _shown_s < kPause_s)) return true;
+    if (_isShown || (timeout_s == 0.0 && now_s - _shown_s < kMapPause_s)) return true;
     _isShown = true;
     _shown_s = now_s;
     Eigen::VectorXf squares = Eigen::VectorXf::Zero(_array->size());

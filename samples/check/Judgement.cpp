@@ -1,4 +1,5 @@
 // What of the numbers of a check is a fault.
+#include "samples/HandsOption.h"
 #include "samples/check/SceneCheck.h"
 
 #include <algorithm>
@@ -65,7 +66,7 @@ bool isFeltByContact(const CheckedObject& object, const CheckedScene& scene)
 /// Says why an object that is felt where hands touch it is felt in no frame.
 void judgeUntouched(CheckedObject& object, const CheckedScene& scene)
 {
-    if (scene.granted.hands.rfind("recorded:", 0) == 0)
+    if (isRecording(scene.granted.hands))
         object.faults.push_back("it isn't felt: no hand of the recording touches it");
     else
         object.notes.push_back("it is felt where a hand touches it, which can't be tried: of hands "

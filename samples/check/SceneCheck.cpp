@@ -1,5 +1,6 @@
 #include "samples/check/SceneCheck.h"
 
+#include "samples/HandsOption.h"
 #include "samples/check/LoadedScene.h"
 
 #include <osgMidair/HapticPoints>
@@ -100,11 +101,10 @@ private:
     /// Contacts follow hands by the clock, not by frames, so that these have to last as long.
     bool hasHands() const
     {
-        return std::any_of(
-            _loaded.scenes().begin(),
-            _loaded.scenes().end(),
-            [](const LoadedScene::Scene& scene)
-            { return scene.node->getGrantedSettings().hands.rfind("recorded:", 0) == 0; });
+        return std::any_of(_loaded.scenes().begin(),
+                           _loaded.scenes().end(),
+                           [](const LoadedScene::Scene& scene)
+                           { return isRecording(scene.node->getGrantedSettings().hands); });
     }
 
     bool isReading() const

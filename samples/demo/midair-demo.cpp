@@ -5,6 +5,7 @@
 #include "samples/demo/DemoReport.h"
 #include "samples/demo/DemoScene.h"
 #include "samples/monitor/SceneMonitor.h"
+#include "samples/views/MuteSignal.h"
 #include "samples/views/Offscreen.h"
 #include "samples/views/PictureTaker.h"
 #include "samples/views/ShownObject.h"
@@ -69,6 +70,7 @@ struct CpuTimes
 /// Runs one frame at \a time_s of the scene's time; without OpenGL it skips the drawing.
 void frame(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, bool draw)
 {
+    followMuteSignals(scene.haptics());
     scene.moveTo(time_s);
     viewer.advance(time_s);
     viewer.eventTraversal();
@@ -328,6 +330,7 @@ int main(int argc, char** argv)
     int status = 0;
     if (!parseDemoOptions(argc, argv, options, status)) return status;
     catchStopSignals();
+    catchMuteSignals();
     try
     {
         if (options.benchmark) return runBenchmark(options);

@@ -12,7 +12,8 @@
 #include <osg/Material>
 #include <osg/TriangleFunctor>
 #include <osgDB/FileNameUtils>
-#include <osgDB/ReadFile>
+#include <osgDB/FileUtils>
+#include <osgDB/Registry>
 #include <osgUtil/SmoothingVisitor>
 
 #include <algorithm>
@@ -171,16 +172,28 @@ osg::ref_ptr<osg::Light> light(int number, const osg::Vec4& direction, float bri
     return made;
 }
 
+/// Throws std::runtime_error, with what OpenSceneGraph has against the file.
+osg::ref_ptr<osg::Node> readModel(const std::string& path)
+{
+    using Result = osgDB::ReaderWriter::ReadResult;
+    Result result = osgDB::Registry::instance()->readNode(path, nullptr);
+    if (result.validNode()) return result.getNode();
+    const std::string reader = result.message();
+    std::string why = "its format is none that OpenSceneGraph has a reader for";
+    if (osgDB::findDataFile(path).empty())
+        why = "no such file";
+    else if (result.status() != Result::FILE_NOT_HANDLED)
+        why = reader.empty() ? "OpenSceneGraph's reader finds no model in it" : reader;
+    throw std::runtime_error("can't read the model " + path + ": " + why);
+}
+
 } // namespace
 
 ShownObject loadShownObject(const std::string& path, double size_m, bool isOpaque)
 {
     ShownObject object;
     object.name = osgDB::getSimpleFileName(path);
-    const osg::ref_ptr<osg::Node> read = osgDB::readRefNodeFile(path);
-    if (!read)
-        throw std::runtime_error("can't read the model " + path +
-                                 ": no such file, or no format that OpenSceneGraph knows");
+    const osg::ref_ptr<osg::Node> read = readModel(path);
     osg::ComputeBoundsVisitor bounds;
     read->accept(bounds);
     const osg::BoundingBox box = bounds.getBoundingBox();

@@ -18,7 +18,7 @@ namespace osgMidair
 namespace
 {
 
-constexpr double kPause_s = 0.1;
+constexpr double kVolumePause_s = 0.1;
 
 /// Returns indices that sort \a places by their coordinate \a axis.
 std::vector<unsigned int> ordered(const std::vector<osg::Vec3>& places, int axis)
@@ -118,7 +118,7 @@ VolumeWorker::VolumeWorker() : VolumeWorker(std::make_shared<VolumeComputer>()) 
 VolumeWorker::VolumeWorker(const std::shared_ptr<VolumeComputer>& computer) :
     LatestWorker([computer](const VolumeRequest& request)
                  { return std::make_unique<FieldVolume>(computer->compute(request)); },
-                 kPause_s)
+                 kVolumePause_s)
 {
 }
 

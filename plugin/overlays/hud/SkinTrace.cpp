@@ -18,7 +18,7 @@ using midair::bridge::ContactScene;
 using midair::bridge::ContactView;
 using midair::bridge::HologramResult;
 
-constexpr double kPause_s = 0.1;
+constexpr double kTracePause_s = 0.1;
 constexpr double kSettled_s = 2e-3; ///< 0.4 m of air, and five time constants of a transducer
 constexpr double kRate_Hz = 4000.0; ///< of the curve: 200 values in 50 ms
 
@@ -100,7 +100,7 @@ void SkinTrace::update(const std::shared_ptr<const HologramResult>& result,
     const bool isTouched = result && result->touched && strongest(*result->touched) &&
                            result->state == midair::bridge::ArrayState::PLAYING;
     if (!isTouched) _curve = {};
-    if (!isTouched || (_begun_s >= 0.0 && now_s - _begun_s < kPause_s)) return;
+    if (!isTouched || (_begun_s >= 0.0 && now_s - _begun_s < kTracePause_s)) return;
     _begun_s = now_s;
     midair::bridge::PlayedDrives played;
     if (engine) played = engine->playedOfLate(ContactScene::kRecent_s);

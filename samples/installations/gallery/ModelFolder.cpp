@@ -66,8 +66,10 @@ void ModelFolder::look()
     for (const fs::directory_entry& entry : fs::directory_iterator(_folder, error))
     {
         std::error_code ignored;
-        if (!entry.is_regular_file(ignored)) continue;
-        (isModel(entry.path()) ? paths : others).push_back(entry.path().string());
+        if (entry.is_directory(ignored)) continue;
+        // A link to nothing or a pipe is no model, whatever its name.
+        const bool isShown = entry.is_regular_file(ignored) && isModel(entry.path());
+        (isShown ? paths : others).push_back(entry.path().string());
     }
     _problem = error ? "can't read the folder \"" + _folder.string() + "\": " + error.message()
                      : std::string();

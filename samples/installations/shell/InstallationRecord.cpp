@@ -108,11 +108,8 @@ nlohmann::ordered_json InstallationRecord::figures(const osgMidair::HapticStatis
                       {"refused", end.fields.refused},
                       {"faults", end.fields.faults},
                       {"reconnects", end.fields.reconnects}};
-    json["ears"] = {{"places", end.exposure.places},
-                    {"eq_dB", end.exposure.eq_dB},
-                    {"max_dB", end.exposure.max_dB},
-                    {"time_s", end.exposure.time_s},
-                    {"limit_dB", end.exposure.limit_dB}};
+    for (const midair::haptics::ExposureRow& row : midair::haptics::kExposureFigures)
+        std::visit([&](auto member) { json["ears"][row.name] = end.exposure.*member; }, row.value);
     json["silence"] = {{"framesMuted", _muted.frames},
                        {"playedMuted", _muted.played},
                        {"framesAlone", _alone.frames},

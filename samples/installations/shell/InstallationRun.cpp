@@ -1,6 +1,6 @@
 #include "samples/installations/shell/InstallationShell.h"
-#include "samples/installations/shell/MuteSignal.h"
 #include "samples/monitor/SceneMonitor.h"
+#include "samples/views/MuteSignal.h"
 #include "samples/views/PictureTaker.h"
 #include "samples/views/StopSignal.h"
 

@@ -1,6 +1,6 @@
 #include "samples/installations/shell/InstallationShell.h"
 
-#include "samples/installations/shell/MuteSignal.h"
+#include "samples/views/MuteSignal.h"
 #include "samples/views/ShownObject.h"
 #include "samples/views/ShownOverlays.h"
 
@@ -167,8 +167,7 @@ void InstallationShell::listen(osgViewer::Viewer& viewer)
 
 void InstallationShell::frame(osgViewer::Viewer& viewer, double time_s, bool draw)
 {
-    const MuteSignal asked = takeMuteSignal();
-    if (asked != MuteSignal::NONE) _haptics->setMuted(asked == MuteSignal::MUTE);
+    followMuteSignals(*_haptics);
     const osgMidair::HapticStatistics before = _haptics->getStatistics();
     followVisitors(before, time_s);
     const Moment now{time_s, time_s - _lastTime_s, _isSomebodyThere, before};
@@ -195,7 +194,7 @@ void InstallationShell::frame(osgViewer::Viewer& viewer, double time_s, bool dra
                       (_isSomebodyThere ? "" : ", nobody is there"));
 }
 
-// F8, the operator's page and whoever else calls setMuted() are all seen here.
+// F8, signals, the operator's page and whoever else calls setMuted() are all seen here.
 void InstallationShell::followMute()
 {
     const bool isMuted = _haptics->getMuted();

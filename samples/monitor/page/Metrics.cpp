@@ -78,6 +78,13 @@ void addPage(MetricLines& lines, const MonitorState& state)
     lines.sample("midair_page_picture_readback_seconds_total", {}, 1e-3 * state.picture.sum_ms);
 }
 
+/// Returns which device it is, without what changes: counters and why it could not be opened.
+std::string deviceOf(const HapticStatistics& s)
+{
+    if (s.state == ArrayState::CLOSED || s.state == ArrayState::OPENING) return "not open";
+    return s.device.substr(0, s.device.find_first_of(",;"));
+}
+
 void addArray(MetricLines& lines, const MonitorState& state)
 {
     const HapticStatistics& s = state.view.reading.statistics;
@@ -99,7 +106,7 @@ void addArray(MetricLines& lines, const MonitorState& state)
                  fmt::format("name=\"{}\",array=\"{}\",device=\"{}\"",
                              labelValue(state.name),
                              labelValue(state.view.reading.array),
-                             labelValue(s.device.substr(0, s.device.find(',')))),
+                             labelValue(deviceOf(s))),
                  1.0);
     lines.gauge("midair_muted", "1: a mute is asked for.", state.view.reading.isMuted ? 1.0 : 0.0);
     lines.gauge("midair_air_temperature_celsius", "That fields are solved for.", s.temperature_C);

@@ -86,7 +86,7 @@ void takeReading(MonitorView& view, MonitorReading reading, double time_s, bool 
     if (!isOurMute) view.isMuteKnown = reading.isMuted;
     if (isOthers)
     {
-        view.mutedBy = "a key or the program";
+        view.mutedBy = "a key, a switch or the program";
         view.muted_s = time_s;
         addEvent(view,
                  time_s,

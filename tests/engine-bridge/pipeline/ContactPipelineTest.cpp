@@ -39,18 +39,20 @@ SceneSnapshot touching(double depth_m, double x_m = 0.0)
 constexpr double kNoHand = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDeep = 1.5e-3;
 
-/// Frames of \a snapshot and fields in between, for \a time_s. Calls \a look with each result.
+/// Frames of \a snapshot and fields in between, for \a time_s and at least three frames. Calls \a
+/// look with each result.
 template<typename Look>
 void run(HologramPipeline& pipeline, SceneSnapshot snapshot, double time_s, Look look)
 {
     const double begin_s = base::steadySeconds();
     double frame_s = -1.0;
-    while (base::steadySeconds() - begin_s < time_s)
+    for (int frames = 0; frames < 3 || base::steadySeconds() - begin_s < time_s;)
     {
         const double now_s = base::steadySeconds();
         if (now_s - frame_s > 0.01)
         {
             frame_s = snapshot.time_s = now_s;
+            ++frames;
             look(*pipeline.process(snapshot));
         }
         if (const auto result = pipeline.attend()) look(*result);

@@ -1,5 +1,5 @@
 // How loud a scene is at ears, and its limit there.
-#include "plugin/engine/Report.h"
+#include "plugin/report/Report.h"
 #include "plugin/settings/Assignments.h"
 #include "plugin/settings/EnvironmentVariables.h"
 #include "tests/plugin/KitTest.h"
@@ -32,11 +32,13 @@ HapticSettings fromVariable(const char* name, const char* value, const HapticSet
 bool plays(BoxScene& box)
 {
     HeadlessViewer viewer(box.scene);
-    for (int k = 0; k < 30; ++k)
-    {
-        viewer.frame();
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
+    viewer.frames(30);
+    viewer.framesUntil(
+        [&]
+        {
+            const HapticStatistics now = box.scene->getStatistics();
+            return now.processed >= now.snapshots;
+        });
     return box.result() && box.result()->played().norm() > 0.0f;
 }
 

@@ -40,10 +40,19 @@ inline std::string frames()
     return std::string(MIDAIR_SANITIZER_RUNTIME).empty() ? "300" : "5000";
 }
 
+/// How many of them a second there are at most: so many take two seconds, however fast nothing much
+/// is drawn.
+inline std::string frameRate()
+{
+    return std::string(MIDAIR_SANITIZER_RUNTIME).empty() ? "150" : "2500";
+}
+
 /// Runs a command with the kit in OSG's path; its output, and whether it ended well.
 inline std::string run(const std::string& command, bool& ok)
 {
-    const std::string full = "OSG_LIBRARY_PATH=" MIDAIR_LIBRARY_FOLDER " " + command + " 2>&1";
+    const std::string full =
+        "OSG_LIBRARY_PATH=" MIDAIR_LIBRARY_FOLDER " OSG_RUN_MAX_FRAME_RATE=" + frameRate() + " " +
+        command + " 2>&1";
     std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(full.c_str(), "r"), pclose);
     std::string output;
     char buffer[4096];

@@ -31,6 +31,21 @@ TEST(Rehearsal, OpensNothingReal)
     EXPECT_TRUE(box.scene->getStatistics().told.empty());
 }
 
+// Nobody tries to open them, so nobody else would tell.
+TEST(Rehearsal, TellsNamesThatAreNone)
+{
+    BoxScene box;
+    box.scene->setDevice("smi:");
+    box.scene->setHands("recroded:hand.csv");
+    box.scene->setRehearsed(true);
+    HeadlessViewer viewer(box.scene);
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+    EXPECT_TRUE(
+        says(*box.scene, "device \"smi:\": unknown kind \"smi:\"; sim: plays in its place"));
+    EXPECT_TRUE(says(*box.scene, "hand source \"recroded:hand.csv\" is not known"));
+    EXPECT_EQ(box.scene->getStatistics().told.size(), 2U);
+}
+
 TEST(Rehearsal, FindsObjectsThatAreNotFeltToo)
 {
     BoxScene box;

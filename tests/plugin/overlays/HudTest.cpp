@@ -40,15 +40,21 @@ public:
         _time_s += 0.1;
         viewer.frame(_time_s);
     }
+    /// Runs frames until the array is in \a state and its figures are there.
     bool framesUntil(ArrayState state)
     {
-        for (int i = 0; i < 5000 && box.scene->getStatistics().state != state; ++i)
+        const auto isThere = [&]
+        {
+            const HapticStatistics now = box.scene->getStatistics();
+            return now.state == state && now.processed >= now.snapshots;
+        };
+        for (int i = 0; i < 5000 && !isThere(); ++i)
         {
             frame();
             std::this_thread::sleep_for(std::chrono::milliseconds(2));
         }
         frame();
-        return box.scene->getStatistics().state == state;
+        return isThere();
     }
     void press(int key)
     {

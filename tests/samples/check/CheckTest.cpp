@@ -111,6 +111,15 @@ TEST(MidairCheck, OpensNoDeviceWhateverTheUserGrants)
     EXPECT_FALSE(hasMessage(json["scenes"][0]["messages"], "hands.source"));
 }
 
+TEST(MidairCheck, TellsNamesOfDevicesAndHandsThatAreNone)
+{
+    const std::string file = kScenes + "star.osgt";
+    nlohmann::json json = checkedJson("-O device=smi: " + file, 1);
+    EXPECT_TRUE(hasMessage(json["scenes"][0]["messages"], "device.open"));
+    json = checkedJson("-O hands=nonsense " + file, 1);
+    EXPECT_TRUE(hasMessage(json["scenes"][0]["messages"], "hands.open"));
+}
+
 TEST(MidairCheck, EndsWithOneWhereSomethingIsNotFeltAsAskedFor)
 {
     const std::string array = "Array \"octagon\" ";

@@ -14,7 +14,7 @@ if [ "${4:-}" ]; then # one of them, by the number of its line
     cd "$folder"
     arguments=${arguments/MODEL/$samples/models/star.obj} arguments=${arguments/OUT/$folder/out}
     window=()
-    [ "${name#@}" = "$name" ] || window=(env OSG_RUN_FRAME_COUNT=300 OSG_WINDOW='0 0 320 240' xvfb-run -a -s '-screen 0 640x480x24')
+    [ "${name#@}" = "$name" ] || window=(env OSG_RUN_FRAME_COUNT=300 OSG_RUN_MAX_FRAME_RATE=150 OSG_WINDOW='0 0 320 240' xvfb-run -a -s '-screen 0 640x480x24')
     name=${name#@}
     code=0
     # shellcheck disable=SC2086 # several arguments

@@ -35,6 +35,12 @@ protected:
         limits.connections = 16;
         return limits;
     }
+    /// Until the page has read the installation it says that it hasn't.
+    void SetUp() override
+    {
+        for (int i = 0; i < 200 && statusOf(ask(requestHead("GET /healthz"))) != 200; ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
     std::string ask(const std::string& head) const
     {
         const RawClient client(_monitor.port());

@@ -55,6 +55,8 @@ TEST(Gallery, TheGalleryShowsAllModelsAndTellsTheBadOnes)
         std::filesystem::copy_file(std::string(MIDAIR_ROOT "/samples/models/") + name,
                                    models + "/" + name);
     std::ofstream(models + "/broken.obj") << "this is no model\n";
+    std::ofstream(models + "/cut.osgt") << "this is no scene\n";
+    std::filesystem::create_symlink("nowhere.obj", models + "/dangling.obj");
     std::ofstream(models + "/sign.osgt")
         << "#Ascii Scene\n#Version 161\n#Generator OpenSceneGraph 3.6.5\n"
            "osg::Group { UniqueID 1 Children 1 {\n osgText::Text { UniqueID 2\n"
@@ -71,7 +73,7 @@ TEST(Gallery, TheGalleryShowsAllModelsAndTellsTheBadOnes)
         EXPECT_TRUE(scene.at("shown").contains(name)) << scene;
         EXPECT_TRUE(scene.at("felt").contains(name)) << scene;
     }
-    for (const char* name : {"broken.obj", "sign.osgt"})
+    for (const char* name : {"broken.obj", "cut.osgt", "sign.osgt"})
     {
         EXPECT_TRUE(scene.at("skipped").contains(name)) << scene;
         const std::string& text = run.outcome.output;
@@ -81,7 +83,9 @@ TEST(Gallery, TheGalleryShowsAllModelsAndTellsTheBadOnes)
                   std::string::npos)
             << "told twice: " << text;
     }
-    EXPECT_NE(run.outcome.output.find("star.mtl is no model"), std::string::npos);
+    EXPECT_EQ(run.outcome.output.find("no such file"), std::string::npos) << run.outcome.output;
+    for (const char* name : {"star.mtl", "dangling.obj"})
+        EXPECT_NE(run.outcome.output.find(name + std::string(" is no model")), std::string::npos);
     const Visit none = visit("gallery", "'" + out.path + "'", out);
     EXPECT_EQ(none.outcome.code, 1);
     EXPECT_NE(none.outcome.output.find("there is no model in the folder"), std::string::npos)

@@ -171,9 +171,9 @@ TEST_F(Answers, MutesAndSaysWhoDidIt)
         told += event.at("text").get<std::string>() + "\n";
     EXPECT_NE(told.find("muted by Anna Ä (192.0.2.7)\n"), std::string::npos) << told;
     EXPECT_NE(told.find("unmuted by 192.0.2.7\n"), std::string::npos) << told;
-    EXPECT_EQ(told.find("a key or the program"), std::string::npos) << told;
+    EXPECT_EQ(told.find("a key, a switch or the program"), std::string::npos) << told;
     _installation->setMuted(true);
-    EXPECT_EQ(status().at("mute").at("by"), "a key or the program");
+    EXPECT_EQ(status().at("mute").at("by"), "a key, a switch or the program");
 }
 
 TEST_F(Answers, SaysThatAMuteIsNotConfirmed)

@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 using namespace midair::samples;
+using osgMidair::ArrayState;
 
 namespace
 {
@@ -99,6 +100,28 @@ TEST(MonitorMetrics, KeepToTheTextFormatAndSayWhatIs)
                             "array=\"octagon\",device=\"sim: 3984 transducers\"}"),
               1U);
     EXPECT_NEAR(samples.at("midair_frame_age_seconds"), 0.2, 1e-9);
+}
+
+// A series would begin anew with each of them.
+TEST(MonitorMetrics, NameTheDeviceWithoutItsCountersAndErrors)
+{
+    FakeInstallation installation;
+    const auto deviceOf = [&](const std::string& status, ArrayState state)
+    {
+        installation.change(
+            [&](MonitorReading& reading)
+            {
+                reading.statistics.device = status;
+                reading.statistics.state = state;
+            });
+        const std::string text = metricsText(stateOf(installation));
+        const std::size_t begin = text.find("device=\"") + 8;
+        return text.substr(begin, text.find('"', begin) - begin);
+    };
+    EXPECT_EQ(deviceOf("usb:7: firmware 3, 80 transducers", ArrayState::PLAYING),
+              "usb:7: firmware 3");
+    EXPECT_EQ(deviceOf("usb:7: not there; 12 sent, 3 lost", ArrayState::LOST), "usb:7: not there");
+    EXPECT_EQ(deviceOf("not open: device \"usb:7\": busy, try 9", ArrayState::CLOSED), "not open");
 }
 
 TEST(MonitorMetrics, KeepToTheFormatWhateverTheNumbersAndTextsAre)

@@ -1,4 +1,4 @@
-#include "plugin/engine/Report.h"
+#include "plugin/report/Report.h"
 
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/solvers/SolveReport.h"

@@ -1,4 +1,4 @@
-#include "samples/installations/shell/MuteSignal.h"
+#include "samples/views/MuteSignal.h"
 
 #include <atomic>
 #include <csignal>
@@ -10,12 +10,12 @@ namespace midair::samples
 namespace
 {
 
-std::atomic<MuteSignal> newestSignal{MuteSignal::NONE};
-static_assert(std::atomic<MuteSignal>::is_always_lock_free, "a handler may not wait for a lock");
+std::atomic<int> newestSignal{0}; // 0: none since it was looked at
+static_assert(std::atomic<int>::is_always_lock_free, "a handler may not wait for a lock");
 
 extern "C" void noteMuteSignal(int number)
 {
-    newestSignal = number == SIGUSR1 ? MuteSignal::MUTE : MuteSignal::PLAY;
+    newestSignal = number;
 }
 
 } // namespace
@@ -30,9 +30,10 @@ void catchMuteSignals()
         sigaction(number, &action, nullptr);
 }
 
-MuteSignal takeMuteSignal()
+void followMuteSignals(osgMidair::HapticScene& scene)
 {
-    return newestSignal.exchange(MuteSignal::NONE);
+    const int number = newestSignal.exchange(0);
+    if (number != 0) scene.setMuted(number == SIGUSR1);
 }
 
 } // namespace midair::samples

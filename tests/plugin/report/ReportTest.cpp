@@ -1,4 +1,4 @@
-#include "plugin/engine/Report.h"
+#include "plugin/report/Report.h"
 
 #include "tests/plugin/KitTest.h"
 

@@ -1,4 +1,4 @@
-#include "plugin/engine/DeviceLines.h"
+#include "plugin/report/DeviceLines.h"
 
 #include "device/DeviceLog.h"
 

@@ -1,0 +1,73 @@
+#include "plugin/engine/Rehearsal.h"
+
+#include "device/ArrayDevice.h"
+#include "device/DeviceUri.h"
+#include "device/opening/DeviceRegistry.h"
+#include "plugin/hands/HandKinds.h"
+#include "plugin/settings/Grants.h"
+#include "plugin/settings/RecordedUri.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+namespace osgMidair
+{
+
+using midair::base::Message;
+using midair::base::MessageCode;
+
+namespace
+{
+
+bool isKnown(const std::string& scheme)
+{
+    const std::vector<std::string> kinds = midair::device::deviceSchemes();
+    const std::vector<midair::device::OwnScheme> own = midair::device::ownSchemes();
+    return std::find(kinds.begin(), kinds.end(), scheme) != kinds.end() ||
+           std::any_of(own.begin(),
+                       own.end(),
+                       [&](const midair::device::OwnScheme& one) { return one.name == scheme; });
+}
+
+/// Returns what is wrong with \a device; empty: it names kinds that this program has.
+std::string unknownDevice(const std::string& device)
+{
+    try
+    {
+        for (const std::string& one : midair::device::splitDeviceList(device))
+        {
+            const midair::device::DeviceUri uri(one);
+            if (!isKnown(uri.scheme()))
+                return uri.error("unknown kind \"" + uri.scheme() + ":\"").what();
+        }
+    }
+    catch (const std::runtime_error& error)
+    {
+        return error.what();
+    }
+    return {};
+}
+
+} // namespace
+
+std::vector<Message> rehearse(HapticSettings& settings)
+{
+    std::vector<Message> wrong;
+    if (!Grants::isHarmlessDevice(settings.device))
+    {
+        const std::string why = unknownDevice(settings.device);
+        if (!why.empty())
+            wrong.emplace_back(MessageCode::DEVICE_OPEN, why + "; sim: plays in its place");
+        settings.device = "sim:";
+    }
+    if (!RecordedUri::parse(settings.hands))
+    {
+        const std::string why = unknownHands(settings.hands);
+        if (!why.empty()) wrong.emplace_back(MessageCode::HANDS_OPEN, why);
+        settings.hands.clear();
+    }
+    return wrong;
+}
+
+} // namespace osgMidair
