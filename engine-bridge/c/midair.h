@@ -124,9 +124,9 @@ extern "C"
 
     /// Sets a setting of scene files by its name there: ("maxPressure", "800 Pa"), ("cycle", "4"),
     /// ("temperature", "24"). A value that isn't understood, or is out of its range, is an error
-    /// and changes nothing; but if it concerns safety (caps, enabled, loudness, reach, ears)
-    /// nothing is played until that setting, or the one it may have been meant for, is set to a
-    /// right value.
+    /// and changes nothing; but if it concerns safety (caps, enabled, dead, weak, loudness,
+    /// reach, ears) nothing is played until that setting, or the one it may have been meant for, is
+    /// set to a right value.
     MIDAIR_API midair_status midair_set(midair_scene* scene, const char* name, const char* value);
     /// Writes a setting as text, with an end, into \a text; \a size: its room, or 0. \a needed,
     /// which may be NULL: the room that it takes.

@@ -1,6 +1,7 @@
 #include "device/recording/Recording.h"
 
 #include "device/drive/DriveEncoder.h"
+#include "device/limits/UserLimits.h"
 #include "device/recording/PlayingDevice.h"
 #include "device/recording/RecordingDevice.h"
 #include "device/recording/RecordingFile.h"
@@ -221,8 +222,8 @@ osg::ref_ptr<Player> Player::open(const std::string& file,
                               "\": a recording plays on an array, not on another recording");
         // Read before the device is opened, so that a record: in it can't overwrite the file.
         recording::Show show(file, transducers);
-        midair::device::SafetyLimits limits;
-        limits.maxAmplitude = options.maxAmplitude;
+        midair::device::SafetyLimits limits = midair::device::limitsOfUser();
+        limits.maxAmplitude = std::min(limits.maxAmplitude, options.maxAmplitude);
         auto opened = midair::device::openLimitedDevice(
             device, {transducers, options.board}, limits, "a Player");
         if (opened->ability().maxPressure_Pa > 0.0)

@@ -57,6 +57,9 @@ struct Usage
         add("OSG_MIDAIR_GRANTS <file>",
             "Names that scene files may use, and the URIs they stand for; default "
             "~/.config/osgMidair/grants.");
+        add("OSG_MIDAIR_ARRAYS <folders>",
+            "Where arrays are looked up by their names first; with : between.");
+        add("OSG_MIDAIR_MATERIALS <file>", "Materials of your own, besides the kit's.");
         add("OSG_MIDAIR_SLICE <auto/cpu/gpu>",
             "Where the slice of a field is computed; auto: by the GPU where there is one.");
         add("OSG_MIDAIR_SIMD <plain/avx2/avx512>",

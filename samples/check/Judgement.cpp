@@ -179,11 +179,15 @@ int CheckResult::exitCode() const
                              scene.objects.end(),
                              [](const CheckedObject& object) { return object.faults.empty(); });
     }
-    const bool hasAny =
+    // Another scene plays what is inside it.
+    const auto isFelt = [](const CheckedScene& scene)
+    { return scene.isInside || !scene.objects.empty(); };
+    const bool isAnyFelt =
+        !scenes.empty() && std::all_of(scenes.begin(), scenes.end(), isFelt) &&
         std::any_of(scenes.begin(),
                     scenes.end(),
                     [](const CheckedScene& scene) { return !scene.objects.empty(); });
-    return isFine && hasAny ? 0 : 1;
+    return isFine && isAnyFelt ? 0 : 1;
 }
 
 } // namespace midair::samples

@@ -111,7 +111,7 @@ bool DemoReport::write(const std::string& path, std::string& error) const
     if (!picturesProblem.empty()) json["picturesProblem"] = picturesProblem;
     json["messages"] = statistics.messages;
     std::ofstream file(path);
-    file << json.dump(2) << '\n';
+    file << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
     file.close();
     if (file) return true;
     error = "can't write " + path;

@@ -70,7 +70,6 @@ struct CpuTimes
 /// Runs one frame at \a time_s of the scene's time; without OpenGL it skips the drawing.
 void frame(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, bool draw)
 {
-    followMuteSignals(scene.haptics());
     scene.moveTo(time_s);
     viewer.advance(time_s);
     viewer.eventTraversal();
@@ -155,6 +154,7 @@ std::string nameOf(const DemoScene& scene)
 int runHeadless(const DemoOptions& options)
 {
     DemoScene scene(options);
+    MuteSignals signals([&](bool isMuted) { scene.haptics().setMuted(isMuted); });
     SceneMonitor monitor(options.monitor, scene.haptics(), nameOf(scene));
     DemoReport report;
     report.options = options;
@@ -193,6 +193,7 @@ int runHeadless(const DemoOptions& options)
     const std::string stem =
         (std::filesystem::path(options.out) / std::filesystem::path(scene.name()).stem()).string();
     int taken = 0;
+    std::string unwritten;
     for (int i = 0; i < frames && !isStopAsked(); ++i)
     {
         const double begin = seconds();
@@ -210,7 +211,7 @@ int runHeadless(const DemoOptions& options)
         const osg::ref_ptr<osg::Image> image = camera.take();
         if (!image || !osgDB::writeImageFile(*image, picture.file))
         {
-            report.picturesProblem = "can't write " + picture.file;
+            report.picturesProblem = unwritten = "can't write " + picture.file;
             continue;
         }
         report.addPicture(picture);
@@ -220,12 +221,13 @@ int runHeadless(const DemoOptions& options)
     const bool written = report.write(options.out + "/report.json", error);
     report.print();
     if (!written) std::fprintf(stderr, "midair-demo: %s\n", error.c_str());
-    return written ? 0 : 1;
+    return written && unwritten.empty() ? 0 : 1;
 }
 
 int runBenchmark(const DemoOptions& options)
 {
     DemoScene scene(options);
+    MuteSignals signals([&](bool isMuted) { scene.haptics().setMuted(isMuted); });
     SceneMonitor monitor(options.monitor, scene.haptics(), nameOf(scene));
     DemoReport report;
     report.options = options;
@@ -279,6 +281,7 @@ int runBenchmark(const DemoOptions& options)
 int runWindow(const DemoOptions& options)
 {
     DemoScene scene(options);
+    MuteSignals signals([&](bool isMuted) { scene.haptics().setMuted(isMuted); });
     SceneMonitor monitor(options.monitor, scene.haptics(), nameOf(scene));
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);

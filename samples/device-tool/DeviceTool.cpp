@@ -2,6 +2,7 @@
 
 #include "device/DeviceUri.h"
 #include "device/autd3/LinkChoice.h"
+#include "device/limits/UserLimits.h"
 #include "device/recording/PlayingDevice.h"
 #include "device/usb/UsbTransferPool.h"
 #include "haptics/array/PatFile.h"
@@ -56,6 +57,17 @@ void refuseToDriveDead(const DeviceOptions& options, const haptics::TransducerAr
         array.name));
 }
 
+std::unique_ptr<device::ArrayDevice> openWithin(const device::SafetyLimits& limits,
+                                                const DeviceOptions& options,
+                                                const haptics::TransducerArray& array)
+{
+    refuseToDriveDead(options, array);
+    auto device =
+        device::openLimitedDevice(options.device, {array.size(), array.board, array.dead}, limits);
+    waitForArray(options, *device);
+    return device;
+}
+
 } // namespace
 
 std::atomic<bool> interrupted{false};
@@ -68,10 +80,7 @@ haptics::TransducerArray loadArray(const DeviceOptions& options)
 std::unique_ptr<device::ArrayDevice> open(const DeviceOptions& options,
                                           const haptics::TransducerArray& array)
 {
-    refuseToDriveDead(options, array);
-    auto device = device::openDevice(options.device, {array.size(), array.board, array.dead});
-    waitForArray(options, *device);
-    return device;
+    return openWithin(device::limitsOfUser(), options, array);
 }
 
 std::unique_ptr<device::ArrayDevice> openWithoutPoints(const DeviceOptions& options,
@@ -182,10 +191,11 @@ int identifyBoards(const DeviceOptions& options)
     return finish(*device);
 }
 
+// A limit that isn't understood is no reason to let an array play on.
 int muteArray(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
-    auto device = open(options, array);
+    auto device = openWithin({}, options, array);
     device->setMuted(true);
     const int ended = finish(*device);
     device.reset(); // waits for a board that is still starting, which is not silent before

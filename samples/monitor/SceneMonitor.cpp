@@ -3,6 +3,8 @@
 #include "samples/monitor/Monitor.h"
 #include "samples/monitor/ScenePicture.h"
 
+#include <utility>
+
 namespace midair::samples
 {
 
@@ -13,7 +15,11 @@ namespace
 class SceneSource : public MonitorSource
 {
 public:
-    explicit SceneSource(osgMidair::HapticScene& scene) : _scene(&scene) {}
+    SceneSource(osgMidair::HapticScene& scene, std::function<void(bool)> followMute) :
+        _scene(&scene),
+        _followMute(std::move(followMute))
+    {
+    }
 
     MonitorReading read() const override
     {
@@ -23,22 +29,28 @@ public:
         if (array) reading.array = array->name;
         return reading;
     }
-    void setMuted(bool muted) override { _scene->setMuted(muted); }
+    void setMuted(bool muted) override
+    {
+        _scene->setMuted(muted);
+        if (_followMute) _followMute(muted);
+    }
 
 private:
     osg::ref_ptr<osgMidair::HapticScene> _scene;
+    std::function<void(bool)> _followMute;
 };
 
 } // namespace
 
 SceneMonitor::SceneMonitor(const MonitorOptions& options,
                            osgMidair::HapticScene& scene,
-                           const std::string& name)
+                           const std::string& name,
+                           std::function<void(bool)> followMute)
 {
     if (options.address.empty()) return;
     _picture = std::make_shared<ScenePicture>();
-    _monitor =
-        std::make_unique<Monitor>(options, name, std::make_shared<SceneSource>(scene), _picture);
+    _monitor = std::make_unique<Monitor>(
+        options, name, std::make_shared<SceneSource>(scene, std::move(followMute)), _picture);
 }
 
 SceneMonitor::~SceneMonitor()

@@ -6,6 +6,7 @@
 
 #include <osg/Camera>
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -27,10 +28,13 @@ class ScenePicture;
 class SceneMonitor
 {
 public:
-    /// \a name: of the program and what it shows. Throws std::runtime_error as Monitor does.
+    /// \a name: of the program and what it shows. \a followMute: called, on a thread of the page,
+    /// when the page has muted the scene (true) or lets it play. Throws std::runtime_error as
+    /// Monitor does.
     SceneMonitor(const MonitorOptions& options,
                  osgMidair::HapticScene& scene,
-                 const std::string& name);
+                 const std::string& name,
+                 std::function<void(bool)> followMute = {});
     ~SceneMonitor();
     SceneMonitor(const SceneMonitor&) = delete;
     SceneMonitor& operator=(const SceneMonitor&) = delete;

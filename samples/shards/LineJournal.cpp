@@ -2,6 +2,7 @@
 
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
+#include "samples/shards/SyncFolder.h"
 
 #include <cerrno>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace midair::samples
@@ -28,17 +30,6 @@ std::size_t wholeLines(const std::string& text)
     return end == std::string::npos ? 0 : end + 1;
 }
 
-// Makes the name of a new file outlive a power failure, as far as the file system can.
-void syncFolderOf(const std::string& path)
-{
-    const std::string folder = std::filesystem::path(path).parent_path().string();
-    const int file =
-        ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (file < 0) return;
-    ::fsync(file);
-    ::close(file);
-}
-
 } // namespace
 
 LineJournal::LineJournal(const std::string& path, std::string name, unsigned int mode) :
@@ -48,7 +39,7 @@ LineJournal::LineJournal(const std::string& path, std::string name, unsigned int
 {
     try
     {
-        openLocked(path, 0);
+        _file = openLocked(path);
         _text = base::readRegularFile(path, kMostBytes);
         if (_text.empty()) syncFolderOf(path);
     }
@@ -76,14 +67,24 @@ void LineJournal::fail(const std::string& path, const char* what) const
         "{} \"{}\" can't be {}: {}", _name, path, what, std::generic_category().message(errno)));
 }
 
-void LineJournal::openLocked(const std::string& path, int flags)
+// What was opened may have been replaced before it was locked: then nobody would find what is
+// written into it.
+int LineJournal::openLocked(const std::string& path) const
 {
-    const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | flags, _mode);
-    if (file < 0) fail(path, "opened");
-    if (_file >= 0) ::close(_file);
-    _file = file;
-    if (::flock(_file, LOCK_EX | LOCK_NB) != 0)
-        throw base::InputError(_name + " \"" + path + "\" are being written by another run");
+    for (;;)
+    {
+        const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, _mode);
+        if (file < 0) fail(path, "opened");
+        const bool isLocked = ::flock(file, LOCK_EX | LOCK_NB) == 0;
+        struct stat locked = {};
+        struct stat named = {};
+        const bool isNamed = ::fstat(file, &locked) == 0 && ::stat(path.c_str(), &named) == 0 &&
+                             locked.st_dev == named.st_dev && locked.st_ino == named.st_ino;
+        if (isLocked && isNamed) return file;
+        ::close(file);
+        if (!isLocked)
+            throw base::InputError(_name + " \"" + path + "\" are being written by another run");
+    }
 }
 
 std::string LineJournal::tornLine() const
@@ -122,9 +123,16 @@ void LineJournal::sync()
 
 void LineJournal::replace(const std::string& text)
 {
-    // Into a file beside it, which takes its place when it is whole.
+    // Into a file beside it, which takes its place when it is whole; the old one is locked till
+    // then.
+    struct Locked
+    {
+        int file;
+        ~Locked() { ::close(file); }
+    };
     const std::string whole = _path + ".new";
-    openLocked(whole, O_TRUNC);
+    const Locked old{std::exchange(_file, openLocked(whole))};
+    if (::ftruncate(_file, 0) != 0) fail(whole, "written");
     write(whole, text);
     if (::fdatasync(_file) != 0 || ::rename(whole.c_str(), _path.c_str()) != 0)
         fail(whole, "written");

@@ -34,7 +34,7 @@ public:
 
 private:
     [[noreturn]] void fail(const std::string& path, const char* what) const;
-    void openLocked(const std::string& path, int flags);
+    int openLocked(const std::string& path) const;
     void write(const std::string& path, const std::string& text);
 
     const std::string _path;

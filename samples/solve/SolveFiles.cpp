@@ -237,7 +237,7 @@ void writeSummary(const std::string& path,
                                {"tight", parts.certificate->tight},
                                {"total_ms", parts.certificate->total_ms}};
     std::ofstream file = openForWriting(path);
-    file << json.dump(2) << '\n';
+    file << json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
     finish(file, path);
 }
 

@@ -1,8 +1,11 @@
 #include "samples/views/MuteSignal.h"
 
-#include <atomic>
+#include <cerrno>
 #include <csignal>
 #include <initializer_list>
+#include <utility>
+
+#include <semaphore.h>
 
 namespace midair::samples
 {
@@ -10,12 +13,18 @@ namespace midair::samples
 namespace
 {
 
-std::atomic<int> newestSignal{0}; // 0: none since it was looked at
+std::atomic<int> newestSignal{0}; // 0: none since it was followed
 static_assert(std::atomic<int>::is_always_lock_free, "a handler may not wait for a lock");
+
+sem_t wakes;
+const bool isReady = ::sem_init(&wakes, 0, 0) == 0;
 
 extern "C" void noteMuteSignal(int number)
 {
+    const int before = errno;
     newestSignal = number;
+    ::sem_post(&wakes);
+    errno = before;
 }
 
 } // namespace
@@ -30,10 +39,36 @@ void catchMuteSignals()
         sigaction(number, &action, nullptr);
 }
 
-void followMuteSignals(osgMidair::HapticScene& scene)
+MuteSignals::MuteSignals(std::function<void(bool)> follow) : _follow(std::move(follow))
 {
-    const int number = newestSignal.exchange(0);
-    if (number != 0) scene.setMuted(number == SIGUSR1);
+    if (isReady) _thread = std::thread([this] { run(); });
+}
+
+MuteSignals::~MuteSignals()
+{
+    end();
+}
+
+void MuteSignals::end()
+{
+    if (!_thread.joinable()) return;
+    _isEnding = true;
+    ::sem_post(&wakes);
+    _thread.join();
+}
+
+void MuteSignals::run()
+{
+    for (;;)
+    {
+        const bool isLast = _isEnding; // read before the signal, which so is followed still
+        const int number = newestSignal.exchange(0);
+        if (number != 0) _follow(number == SIGUSR1);
+        if (isLast) return;
+        while (::sem_wait(&wakes) != 0 && errno == EINTR)
+        {
+        }
+    }
 }
 
 } // namespace midair::samples

@@ -1,16 +1,36 @@
 #pragma once
 
-#include <osgMidair/HapticScene>
+#include <atomic>
+#include <functional>
+#include <thread>
 
 namespace midair::samples
 {
 
 /// From now on SIGUSR1 asks to mute the array and SIGUSR2 to let it play: for a switch on the wall,
-/// a script, `systemctl kill --signal=USR1`.
+/// a script, `systemctl kill --signal=USR1`. One that comes before there is a MuteSignals waits.
 void catchMuteSignals();
 
-/// Mutes \a scene or lets it play, as the newest signal since the last call asks. To be called in
-/// each frame.
-void followMuteSignals(osgMidair::HapticScene& scene);
+/// Follows these signals on a thread of its own, so that a mute holds where frames hang. One at a
+/// time.
+class MuteSignals
+{
+public:
+    /// \a follow: called with true to mute, with false to let play.
+    explicit MuteSignals(std::function<void(bool)> follow);
+    ~MuteSignals();
+    MuteSignals(const MuteSignals&) = delete;
+    MuteSignals& operator=(const MuteSignals&) = delete;
+
+    /// Returns once what has come so far is followed; nothing is followed from then on.
+    void end();
+
+private:
+    void run();
+
+    std::function<void(bool)> _follow;
+    std::atomic<bool> _isEnding{false};
+    std::thread _thread;
+};
 
 } // namespace midair::samples

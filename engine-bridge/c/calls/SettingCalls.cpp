@@ -1,5 +1,6 @@
 // midair_set() and its like: settings and properties by their names.
 #include "engine-bridge/c/inside/Scene.h"
+#include "haptics/base/InputError.h"
 #include "haptics/base/text/NearestWord.h"
 
 #include <algorithm>
@@ -22,6 +23,20 @@ std::string problemOf(const SceneSettings& settings)
                ? ""
                : "earPoints is \"" + settings.earPoints +
                      "\", should be x y z; x y z .. in m, at most 64 places";
+}
+
+/// What is wrong with the transducers that the settings of \a scene name; empty: nothing.
+std::string problemOfMarks(const Scene& scene)
+{
+    try
+    {
+        scene.markedArray();
+        return {};
+    }
+    catch (const base::InputError& error)
+    {
+        return error.what();
+    }
 }
 
 std::string problemOf(const ObjectProperties& properties)
@@ -139,7 +154,11 @@ midair_status midair_set(midair_scene* scene, const char* name, const char* valu
             const std::string setting = textGiven(name, "name", 256);
             const std::string text = textGiven(value, "value", kMostText);
             const std::lock_guard<std::mutex> lock(of->mutex);
-            const std::string error = assigned(sceneTable(), of->settings, setting, text);
+            const SceneSettings before = of->settings;
+            std::string error = assigned(sceneTable(), of->settings, setting, text);
+            if (error.empty() && (setting == "dead" || setting == "weak"))
+                error = problemOfMarks(*of);
+            if (!error.empty()) of->settings = before;
             if (!error.empty()) refuse(sceneTable(), setting, error, *of, of->misunderstood);
             of->misunderstood.settle(setting);
             return MIDAIR_OK;

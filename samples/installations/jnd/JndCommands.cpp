@@ -4,6 +4,7 @@
 #include "samples/installations/jnd/JndPlot.h"
 #include "samples/installations/jnd/PsychometricFit.h"
 #include "samples/installations/jnd/Rehearsal.h"
+#include "samples/shards/PartFile.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -78,6 +79,15 @@ int failed(const std::exception& error)
 {
     std::fprintf(stderr, "midair-jnd: %s\n", error.what());
     return 2;
+}
+
+/// Returns what has to be alike for thresholds to have a mean: all of a session but whose it is.
+nlohmann::json conditionsOf(const TrialFile& session)
+{
+    nlohmann::json conditions = session.head.toJson();
+    conditions.erase("participant");
+    if (conditions["answers"].is_object()) conditions["answers"] = "simulated";
+    return conditions;
 }
 
 } // namespace
@@ -189,6 +199,11 @@ int plotCommand(int argc, char** argv)
                 throw base::InputError("results \"" + file +
                                        "\" are of another experiment than \"" + files.front() +
                                        "\"");
+            const std::string other =
+                differenceOf(conditionsOf(sessions.front()), conditionsOf(session));
+            if (!other.empty())
+                throw base::InputError("results \"" + file + "\" can't be averaged with \"" +
+                                       files.front() + "\": " + other + " (there, and here)");
             if (files.size() > 1 && !session.staircase.isFinished())
                 throw base::InputError("results \"" + file + "\" aren't finished");
             if (!codes.insert(session.head.participant).second)

@@ -133,9 +133,28 @@ bool parseInstallationOptions(
 
 std::string withHold(const std::string& uri)
 {
-    const bool isList = uri.find(',') != std::string::npos;
-    if (isList || uri.find("hold=") != std::string::npos) return uri;
-    return uri + (uri.find('?') == std::string::npos ? "?" : "&") + "hold=1s";
+    // As the kit splits a list: at a comma before letters and a colon.
+    const auto endOf = [&](std::size_t begin)
+    {
+        std::size_t comma = uri.find(',', begin);
+        for (; comma != std::string::npos; comma = uri.find(',', comma + 1))
+        {
+            const std::size_t next = uri.find_first_not_of("abcdefghijklmnopqrstuvwxyz", comma + 1);
+            if (next != std::string::npos && next > comma + 1 && uri[next] == ':') return comma;
+        }
+        return uri.size();
+    };
+    std::string all;
+    for (std::size_t begin = 0; begin <= uri.size();)
+    {
+        const std::size_t end = endOf(begin);
+        const std::string one = uri.substr(begin, end - begin);
+        all += (begin > 0 ? "," : "") + one;
+        if (one.find("hold=") == std::string::npos)
+            all += one.find('?') == std::string::npos ? "?hold=1s" : "&hold=1s";
+        begin = end + 1;
+    }
+    return all;
 }
 
 } // namespace midair::samples

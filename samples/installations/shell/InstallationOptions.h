@@ -41,9 +41,9 @@ struct InstallationOptions
 bool parseInstallationOptions(
     Installation& installation, int argc, char** argv, InstallationOptions& options, int& status);
 
-/// Returns the device of \a uri with a limit of its own: silence once no frame came for a second,
-/// so that a program that hangs is felt no longer than that. A device with another `hold`, and a
-/// list of devices, stay as they are.
+/// Returns the device of \a uri, or each of a list, with a limit of its own: silence once no frame
+/// came for a second, so that a program that hangs is felt no longer than that. A device with
+/// another `hold` stays as it is.
 std::string withHold(const std::string& uri);
 
 } // namespace midair::samples

@@ -55,12 +55,18 @@ std::string nameFor(const Installation& installation)
 
 bool runHeadless(Installation& installation, InstallationOptions options)
 {
-    if (options.hands.empty()) options.hands = "demo";
+    const bool isSet = std::any_of(options.settings.begin(),
+                                   options.settings.end(),
+                                   [](const auto& setting) { return setting.first == "hands"; });
+    if (options.hands.empty() && !isSet) options.hands = "demo";
     const int width = options.size.first > 0 ? options.size.first : 1200;
     const int height = options.size.second > 0 ? options.size.second : 800;
     std::filesystem::create_directories(options.out);
     InstallationShell shell(installation, options);
-    SceneMonitor monitor(options.monitor, shell.haptics(), nameFor(installation));
+    SceneMonitor monitor(options.monitor,
+                         shell.haptics(),
+                         nameFor(installation),
+                         [&](bool isMuted) { shell.keepMute(isMuted); });
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
     std::string problem;
@@ -87,6 +93,7 @@ bool runHeadless(Installation& installation, InstallationOptions options)
     const double end_s = options.minutes > 0.0 ? steady_s() + 60.0 * options.minutes : 1e300;
     const int between = std::max(1, frames / std::max(1, options.pictures));
     int taken = 0;
+    std::string unwritten;
     for (int i = 0; i < frames && steady_s() < end_s && !isStopAsked() && !installation.isOver();
          ++i)
     {
@@ -100,12 +107,13 @@ bool runHeadless(Installation& installation, InstallationOptions options)
             if (image && osgDB::writeImageFile(*image, file))
                 shell.addPicture(file);
             else
-                problem = "can't write " + file;
+                unwritten = "can't write " + file;
         }
         sleepUntil(begin_s + kFrameTime_s);
     }
-    if (!problem.empty()) std::fprintf(stderr, "pictures: %s\n", problem.c_str());
-    return shell.finish(options.out + "/report.json");
+    for (const std::string& why : {problem, unwritten})
+        if (!why.empty()) std::fprintf(stderr, "pictures: %s\n", why.c_str());
+    return shell.finish(options.out + "/report.json") && unwritten.empty();
 }
 
 void openWindow(osgViewer::Viewer& viewer, const InstallationOptions& options)
@@ -126,7 +134,10 @@ void openWindow(osgViewer::Viewer& viewer, const InstallationOptions& options)
 bool runWindow(Installation& installation, const InstallationOptions& options)
 {
     InstallationShell shell(installation, options);
-    SceneMonitor monitor(options.monitor, shell.haptics(), nameFor(installation));
+    SceneMonitor monitor(options.monitor,
+                         shell.haptics(),
+                         nameFor(installation),
+                         [&](bool isMuted) { shell.keepMute(isMuted); });
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
     openWindow(viewer, options);

@@ -1,6 +1,5 @@
 #include "samples/installations/shell/InstallationShell.h"
 
-#include "samples/views/MuteSignal.h"
 #include "samples/views/ShownObject.h"
 #include "samples/views/ShownOverlays.h"
 
@@ -8,11 +7,13 @@
 #include <osgGA/GUIEventHandler>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 namespace midair::samples
@@ -24,6 +25,9 @@ namespace
 /// Cap at control points where the command line sets none: hands of people who know nothing of
 /// arrays are no place for the most that one can do.
 constexpr double kMaxPressure_Pa = 3000.0;
+
+/// Longest wait for an array that is being opened.
+constexpr double kOpening_s = 10.0;
 
 /// The visitor that the program brings along.
 class DemonstratedHands : public osgMidair::HandSource
@@ -111,10 +115,18 @@ InstallationShell::InstallationShell(Installation& installation,
     if (!_memory.reason().empty()) say(_memory.reason());
     _isMuted = options.muted || _memory.startsMuted();
     if (_memory.startsMuted()) _whyMuted = _memory.reason();
+    if (_areHandsKnown && installation.restsAlone()) openSilently();
     _haptics->setMuted(_isMuted);
     if (!_areHandsKnown && installation.restsAlone())
         say("no hands are tracked, so the array plays whether somebody is there or not; --hands "
             "names a tracker");
+    // Signals that came meanwhile are followed now.
+    _signals = std::make_unique<MuteSignals>(
+        [this](bool isMuted)
+        {
+            _haptics->setMuted(isMuted);
+            keepMute(isMuted);
+        });
 }
 
 // The command line comes after the installation, and both after the defaults.
@@ -134,22 +146,48 @@ void InstallationShell::applySettings()
         throw std::runtime_error(error);
     settings.device = withHold(settings.device);
     _haptics->setSettings(settings);
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
+    const char* environment = std::getenv("OSG_MIDAIR_DEVICE");
+    if (environment && *environment && withHold(environment) != environment)
+        say("OSG_MIDAIR_DEVICE stands above --device, and a device of it has no hold=1s: where "
+            "frames hang it plays on until the program is ended");
 }
 
 void InstallationShell::chooseHands()
 {
-    // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
-    const char* environment = std::getenv("OSG_MIDAIR_HANDS");
-    const std::string asked = _options.hands;
-    if (asked == "demo")
+    if (_options.hands == "demo")
     {
         _haptics->setHandSource(new DemonstratedHands(_installation));
         _areHandsKnown = true;
+        _isSomebodyThere = false;
         return;
     }
-    if (!asked.empty()) _haptics->setHands(asked);
-    const std::string used = asked.empty() && environment ? environment : asked;
+    if (!_options.hands.empty()) _haptics->setHands(_options.hands);
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
+    const char* environment = std::getenv("OSG_MIDAIR_HANDS");
+    const std::string used = environment ? environment : _haptics->getHands();
     _areHandsKnown = !used.empty() && used != "none";
+    _isSomebodyThere = !_areHandsKnown; // until one was seen
+}
+
+// A scene that isn't enabled opens nothing, so it is for one frame, muted: tracker and array are
+// there from the start, and nothing sounds before a hand is seen.
+void InstallationShell::openSilently()
+{
+    const osg::ref_ptr<osg::FrameStamp> stamp = new osg::FrameStamp;
+    _haptics->setMuted(true);
+    _haptics->update(stamp);
+    _mustRest = true;
+    _haptics->setEnabled(false);
+    _haptics->update(stamp);
+    const double end_s = osg::Timer::instance()->time_s() + kOpening_s;
+    const auto isDone = [this]
+    {
+        const osgMidair::HapticStatistics now = _haptics->getStatistics();
+        return now.processed >= now.snapshots;
+    };
+    while (!isDone() && osg::Timer::instance()->time_s() < end_s)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 void InstallationShell::aim(osg::Camera& camera, double aspect) const
@@ -167,7 +205,6 @@ void InstallationShell::listen(osgViewer::Viewer& viewer)
 
 void InstallationShell::frame(osgViewer::Viewer& viewer, double time_s, bool draw)
 {
-    followMuteSignals(*_haptics);
     const osgMidair::HapticStatistics before = _haptics->getStatistics();
     followVisitors(before, time_s);
     const Moment now{time_s, time_s - _lastTime_s, _isSomebodyThere, before};
@@ -201,6 +238,11 @@ void InstallationShell::followMute()
     if (isMuted == _isMuted) return;
     _isMuted = isMuted;
     _whyMuted.clear();
+    keepMute(isMuted);
+}
+
+void InstallationShell::keepMute(bool isMuted)
+{
     if (!_memory.keep(isMuted))
         say("\"" + _options.state + "\" can't be written: this isn't kept over a restart");
 }
@@ -240,6 +282,8 @@ bool InstallationShell::finish(const std::string& report)
 {
     const osgMidair::HapticStatistics end = _haptics->getStatistics();
     _haptics->silence();
+    _signals->end();
+    followMute();
     _service.stop();
     if (!_memory.end()) say("\"" + _options.state + "\" can't be written");
     _record.print(_program, end);
@@ -255,7 +299,7 @@ bool InstallationShell::finish(const std::string& report)
     _installation.report(own);
     json["scene"] = own;
     std::ofstream file(report);
-    file << json.dump(2) << '\n';
+    file << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
     file.close();
     if (file) return hadArray;
     say("can't write " + report);

@@ -6,12 +6,14 @@
 #include "samples/installations/shell/MuteMemory.h"
 #include "samples/installations/shell/ServiceNotifier.h"
 #include "samples/installations/shell/VisitorSign.h"
+#include "samples/views/MuteSignal.h"
 
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticScene>
 
 #include <osgViewer/Viewer>
 
+#include <memory>
 #include <string>
 
 namespace midair::samples
@@ -38,6 +40,9 @@ public:
     /// Runs one frame at \a time_s of the scene's time; draws it if \a draw.
     void frame(osgViewer::Viewer& viewer, double time_s, bool draw);
     void addPicture(const std::string& file) { _record.addPicture(file); }
+    /// Keeps a mute, or its end, over a restart. Any thread: who mutes isn't made to wait for a
+    /// frame, which may never come.
+    void keepMute(bool isMuted);
 
     /// Ends the run: the array falls silent, and the state's file knows that nothing crashed.
     /// Prints figures and, if \a report names a file, writes them. Returns false, having said why,
@@ -50,6 +55,7 @@ private:
 
     void applySettings();
     void chooseHands();
+    void openSilently();
     void followMute();
     void followVisitors(const osgMidair::HapticStatistics& now, double time_s);
     std::string trouble(const osgMidair::HapticStatistics& now) const;
@@ -72,9 +78,10 @@ private:
     bool _isMuted = false;
     bool _areHandsKnown = false; ///< there is a source of hands
     bool _isSomebodyThere = true;
-    bool _mustRest = false; ///< nobody is there, so the array is silent
-    double _handsSeen_s = 0.0;
+    bool _mustRest = false;     ///< nobody is there, so the array is silent
+    double _handsSeen_s = -1e9; ///< never
     double _lastTime_s = 0.0;
+    std::unique_ptr<MuteSignals> _signals; ///< the last: it ends before what it changes
 };
 
 } // namespace midair::samples

@@ -1,5 +1,7 @@
 #include "samples/installations/shell/MuteMemory.h"
 
+#include "samples/shards/SyncFolder.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -70,6 +72,7 @@ void MuteMemory::read(double now_s)
 
 bool MuteMemory::keep(bool isMuted)
 {
+    const std::lock_guard<std::mutex> lock(_changing);
     _isMuted = isMuted;
     if (!isMuted) _crashes_s.clear();
     return write();
@@ -77,17 +80,20 @@ bool MuteMemory::keep(bool isMuted)
 
 bool MuteMemory::begin()
 {
+    const std::lock_guard<std::mutex> lock(_changing);
     _isRunning = true;
     return write();
 }
 
 bool MuteMemory::end()
 {
+    const std::lock_guard<std::mutex> lock(_changing);
     _isRunning = false;
     return write();
 }
 
-// The old file stays until the new one is whole on the disk.
+// The old file stays until the new one is whole on the disk, and its name, too: who mutes may cut
+// the power next.
 bool MuteMemory::write() const
 {
     if (_file.empty()) return true;
@@ -102,7 +108,9 @@ bool MuteMemory::write() const
         ::write(descriptor, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
         ::fsync(descriptor) == 0;
     ::close(descriptor);
-    return isWritten && std::rename(fresh.c_str(), _file.c_str()) == 0;
+    if (!isWritten || std::rename(fresh.c_str(), _file.c_str()) != 0) return false;
+    syncFolderOf(_file);
+    return true;
 }
 
 } // namespace midair::samples

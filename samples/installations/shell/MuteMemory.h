@@ -1,5 +1,6 @@
 #pragma once
 
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,7 @@ public:
     int crashes() const { return static_cast<int>(_crashes_s.size()); }
 
     /// Keeps a mute, or its end, which also forgets crashes, at once. Returns false if it can't be
-    /// kept: the file can't be written.
+    /// kept: the file can't be written. Any thread, as frames may hang while somebody mutes.
     bool keep(bool isMuted);
     /// Notes that it runs: from now on whatever ends it without end() is a crash.
     bool begin();
@@ -43,6 +44,7 @@ private:
     bool write() const;
 
     std::string _file;
+    std::mutex _changing; ///< guards what is kept, from when it has begun
     bool _isMuted = false;
     bool _isRunning = false;
     int _lock = -1; ///< a file beside it, locked as long as this lives

@@ -16,11 +16,11 @@ trap 'rm -rf "$folder"' EXIT
 chmod 755 "$folder"
 # The unit as it is installed, but for the programs' folder.
 sed "s#^ExecStart=[^ ]*/midair-#ExecStart=$bin/midair-#" "$unit" >"$folder/midair-installation@.service"
-for name in toybox piano gallery water desk; do
+for name in toybox piano gallery water desk paper-scenes; do
     systemd-analyze verify "$folder/midair-installation@$name.service" || fail "the unit of $name"
 done
 ! systemd-analyze verify "$folder/midair-installation@nowhere.service" 2>/dev/null || fail "an installation that isn't there passed"
-echo "verified for 5 installations"
+echo "verified for 6 installations"
 
 if [ "${1:-}" ] && [ "$(id -u)" -ne 0 ] || ! unshare --pid --fork --mount --mount-proc --cgroup true 2>/dev/null ||
     [ ! -x /lib/systemd/systemd ]; then

@@ -1,31 +1,35 @@
 #include "samples/views/MuteSignal.h"
 
-#include <osg/ref_ptr>
-
 #include <csignal>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 using namespace midair::samples;
 
-TEST(MuteSignal, MutesAndLetsPlayAtTheNextFrame)
+namespace
 {
-    const osg::ref_ptr<osgMidair::HapticScene> scene = new osgMidair::HapticScene;
+
+/// What \a signals make of the mute, the last of them at the latest when it ends.
+std::vector<bool> followed(const std::vector<int>& signals)
+{
+    std::vector<bool> mutes;
+    MuteSignals follows([&](bool isMuted) { mutes.push_back(isMuted); });
+    for (const int number : signals)
+        std::raise(number);
+    follows.end();
+    std::raise(SIGUSR1); // nobody follows it
+    return mutes;
+}
+
+} // namespace
+
+TEST(MuteSignal, MutesAndLetsPlayWithoutAFrame)
+{
     catchMuteSignals();
-    followMuteSignals(*scene);
-    EXPECT_FALSE(scene->getMuted());
-    std::raise(SIGUSR1);
-    EXPECT_FALSE(scene->getMuted()) << "a handler may do nothing itself";
-    followMuteSignals(*scene);
-    EXPECT_TRUE(scene->getMuted());
-    scene->setMuted(false);
-    followMuteSignals(*scene);
-    EXPECT_FALSE(scene->getMuted()) << "a signal counts once";
-    std::raise(SIGUSR2);
-    std::raise(SIGUSR1);
-    followMuteSignals(*scene);
-    EXPECT_TRUE(scene->getMuted()) << "the newest";
-    std::raise(SIGUSR2);
-    followMuteSignals(*scene);
-    EXPECT_FALSE(scene->getMuted());
+    EXPECT_TRUE(followed({}).empty());
+    EXPECT_EQ(followed({}), std::vector<bool>{true}) << "came while nobody followed";
+    EXPECT_EQ(followed({SIGUSR2}).back(), false);
+    EXPECT_EQ(followed({SIGUSR2, SIGUSR1}).back(), true) << "the newest";
+    EXPECT_EQ(followed({SIGUSR1, SIGUSR2}).back(), false);
 }

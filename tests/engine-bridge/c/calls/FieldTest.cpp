@@ -236,8 +236,15 @@ TEST(CField, TransducersThatASettingNamesAreNotDriven)
         }
         EXPECT_GT(driven, 3900);
     }
-    ASSERT_EQ(midair_set(of.scene, "dead", "9999"), MIDAIR_OK) << midair_last_error();
-    const Solved refused(of.scene);
-    EXPECT_EQ(refused.status, MIDAIR_SILENCED);
-    EXPECT_NE(refused.why.find("9999"), std::string::npos) << refused.why;
+    for (const auto& [name, wrong] : {std::pair("dead", "9999"), {"dead", "x"}, {"weak", "1:5000"}})
+    {
+        ASSERT_EQ(midair_set(of.scene, name, wrong), MIDAIR_INVALID) << wrong;
+        EXPECT_NE(std::string(midair_last_error()).find("; nothing is played"), std::string::npos)
+            << midair_last_error();
+        const Solved refused(of.scene);
+        EXPECT_EQ(refused.status, MIDAIR_SILENCED) << wrong;
+        EXPECT_FALSE(refused.why.empty());
+        ASSERT_EQ(midair_set(of.scene, name, ""), MIDAIR_OK) << midair_last_error();
+        EXPECT_EQ(Solved(of.scene).status, MIDAIR_OK) << "it is right again";
+    }
 }

@@ -191,6 +191,15 @@ TEST_F(MidairJnd, RehearsesAndPlotsWithoutAnArray)
     EXPECT_EQ(plotted.code, 0) << plotted.output;
     EXPECT_TRUE(says(plotted, "mean of 2 participants")) << plotted.output;
     EXPECT_TRUE(fs::exists(folder + "/group.png"));
+    text.replace(text.find("P02"), 3, "P03");
+    const std::size_t line = text.find("\"line_s\":");
+    ASSERT_NE(line, std::string::npos) << text;
+    text.replace(line, text.find(',', line) - line, "\"line_s\":2.0");
+    std::ofstream(folder + "/other.csv") << text;
+    const Outcome mixed = jnd("plot jnd-oblique-P01.csv other.csv --out mixed.png");
+    EXPECT_NE(mixed.code, 0);
+    EXPECT_TRUE(says(mixed, "can't be averaged with \"jnd-oblique-P01.csv\": line_s is "))
+        << mixed.output;
     const Outcome twice = jnd("plot jnd-oblique-P01.csv jnd-oblique-P01.csv");
     EXPECT_EQ(twice.code, 2);
     EXPECT_TRUE(says(twice, "participant P01, who is there twice")) << twice.output;

@@ -1,3 +1,4 @@
+#include "samples/installations/shell/InstallationOptions.h"
 #include "samples/installations/shell/MuteMemory.h"
 #include "samples/installations/shell/ServiceNotifier.h"
 #include "tests/samples/installations/Run.h"
@@ -14,6 +15,16 @@
 #include <sys/un.h>
 
 using namespace midair::samples;
+
+TEST(Hold, EachDeviceHasOne)
+{
+    EXPECT_EQ(withHold("sim:"), "sim:?hold=1s");
+    EXPECT_EQ(withHold("usb:7?ramp=50ms"), "usb:7?ramp=50ms&hold=1s");
+    EXPECT_EQ(withHold("usb:?hold=3s"), "usb:?hold=3s");
+    EXPECT_EQ(withHold("usb:A?boards=0-7,usb:B?boards=8-15"),
+              "usb:A?boards=0-7&hold=1s,usb:B?boards=8-15&hold=1s");
+    EXPECT_EQ(withHold("usb:?hold=2s,record:a,b.bin"), "usb:?hold=2s,record:a,b.bin?hold=1s");
+}
 
 TEST(MuteMemory, WhatWasMutedStaysMuted)
 {
