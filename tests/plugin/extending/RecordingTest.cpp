@@ -4,7 +4,9 @@
 #include <osgMidair/HapticField>
 #include <osgMidair/Recording>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -98,6 +100,38 @@ TEST(Recording, AFieldOfASceneIsRecordedAndPlayed)
     EXPECT_LE(loudest(), 0.5F + 1e-5F) << player->getStatus();
     player->stop();
     EXPECT_EQ(loudest(), 0.0F);
+}
+
+TEST(Recording, IsPlayedWithinTheUsersCaps)
+{
+    const RecordingFile file;
+    std::string error;
+    {
+        const osg::ref_ptr<Recorder> recorder = Recorder::open(file.path, 9, error);
+        ASSERT_TRUE(recorder) << error;
+        recorder->record(drive(9, 0.9F));
+        std::this_thread::sleep_for(std::chrono::milliseconds(50)); // in which it is played
+    }
+    PlayerOptions options;
+    options.loop = true;
+    ::setenv("OSG_MIDAIR_MAX_AMPLITUDE", "0.05", 1);
+    osg::ref_ptr<Player> player = Player::open(file.path, "null:", error, options);
+    ASSERT_TRUE(player) << error;
+    float most = 0.0F;
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (most == 0.0F && std::chrono::steady_clock::now() < end)
+        for (const std::complex<float>& q : player->getActivations())
+            most = std::max(most, std::abs(q));
+    EXPECT_GT(most, 0.01F);
+    EXPECT_LE(most, 0.05F + 1e-5F) << player->getStatus();
+    player = nullptr;
+    ::setenv("OSG_MIDAIR_MAX_AMPLITUDE", "much", 1);
+    EXPECT_FALSE(Player::open(file.path, "null:", error, options));
+    EXPECT_NE(error.find("OSG_MIDAIR_MAX_AMPLITUDE is \"much\""), std::string::npos) << error;
+    ::unsetenv("OSG_MIDAIR_MAX_AMPLITUDE");
+    ::setenv("OSG_MIDAIR_MAX_PRESSURE", "2000", 1); // without control points it can't be held
+    EXPECT_FALSE(Player::open(file.path, "null:", error, options));
+    ::unsetenv("OSG_MIDAIR_MAX_PRESSURE");
 }
 
 TEST(Recording, DeadTransducersAreNeverDriven)
