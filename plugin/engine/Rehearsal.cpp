@@ -3,6 +3,7 @@
 #include "device/ArrayDevice.h"
 #include "device/DeviceUri.h"
 #include "device/opening/DeviceRegistry.h"
+#include "device/opening/MultiDevice.h"
 #include "plugin/hands/HandKinds.h"
 #include "plugin/settings/Grants.h"
 #include "plugin/settings/RecordedUri.h"
