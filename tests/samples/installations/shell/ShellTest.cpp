@@ -179,3 +179,32 @@ TEST(VisitorSign, ShowsTheMuteInPlainViews)
     EXPECT_GT(muted, 100);
     EXPECT_EQ(redPixels(""), 0);
 }
+
+// A tracker that sees nobody, from the first frame on: the array is open, and silent.
+TEST(Visitors, NothingSoundsBeforeAHandIsSeen)
+{
+    const OwnFolder out("nobody");
+    for (const char* hands : {"--hands openxr:", "--set hands=openxr:"})
+    {
+        const Visit run = visit("toybox", std::string("--frames 120 --toss 0 ") + hands, out);
+        ASSERT_EQ(run.outcome.code, 0) << run.outcome.output;
+        EXPECT_EQ(run.report.at("framesPlaying"), 0) << hands;
+        EXPECT_EQ(run.report.at("silence").at("framesAlone"), 120) << hands;
+        EXPECT_EQ(run.report.at("device").get<std::string>().find("sim: 3984"), 0U) << hands;
+    }
+}
+
+// A picture into a pipe that nobody reads makes frames hang. What was muted meanwhile stays muted,
+// however the program ends.
+TEST(MuteMemory, AMuteIsFollowedAndKeptWhileFramesHang)
+{
+    const OwnFolder out("hang");
+    const Outcome run = shell(
+        "( cd '" + out.path + "' && mkfifo water_1.png && { '" MIDAIR_BIN +
+        "/midair-water' --headless --frames 6000 --pictures 600 --out . --state state.json & p=$!; "
+        "for i in $(seq 300); do grep -q '\"running\":true' state.json && break; sleep 0.1; done; "
+        "sleep 2; kill -USR1 $p; "
+        "for i in $(seq 50); do grep -q '\"muted\":true' state.json && break; sleep 0.1; done; "
+        "kill -KILL $p; wait $p; } ; cat state.json )");
+    EXPECT_NE(run.output.find("\"muted\":true,\"running\":true"), std::string::npos) << run.output;
+}
