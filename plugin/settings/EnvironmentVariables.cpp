@@ -8,6 +8,7 @@
 #include <osg/ApplicationUsage>
 
 #include <algorithm>
+#include <array>
 
 namespace osgMidair
 {
@@ -42,6 +43,35 @@ bool isCap(const Setting<HapticSettings>& setting)
            setting.name == "earLimit";
 }
 
+/// A variable that is no setting of scenes.
+struct Other
+{
+    const char* name;
+    const char* value;
+    const char* text;
+};
+
+constexpr std::array<Other, 7> kOthers = {
+    {{"TRUST",
+      "scene",
+      "scene: scene files open the devices and hands that they name, without a grant."},
+     {"GRANTS",
+      "file",
+      "Names that scene files may use, and the URIs they stand for; default "
+      "~/.config/osgMidair/grants."},
+     {"ARRAYS", "folders", "Where arrays are looked up by their names first; with : between."},
+     {"MATERIALS", "file", "Materials of your own, besides the kit's."},
+     {"SLICE",
+      "auto/cpu/gpu",
+      "Where the slice of a field is computed; auto: by the GPU where there is one."},
+     {"SIMD",
+      "plain/avx2/avx512",
+      "What the kernels run with, to find faults and to compare; default: the best that the "
+      "processor has."},
+     {"REPORT",
+      "file",
+      "Write what haptic scenes did (counts, accuracy, latency, messages) as JSON at exit."}}};
+
 /// Registers the text that --help-env lists.
 struct Usage
 {
@@ -52,21 +82,8 @@ struct Usage
                 (isCap(*variable.setting) ? "Of this and what haptic scenes say the stricter: "
                                           : "Instead of what haptic scenes say: ") +
                     variable.setting->summary());
-        add("OSG_MIDAIR_TRUST <scene>",
-            "scene: scene files open the devices and hands that they name, without a grant.");
-        add("OSG_MIDAIR_GRANTS <file>",
-            "Names that scene files may use, and the URIs they stand for; default "
-            "~/.config/osgMidair/grants.");
-        add("OSG_MIDAIR_ARRAYS <folders>",
-            "Where arrays are looked up by their names first; with : between.");
-        add("OSG_MIDAIR_MATERIALS <file>", "Materials of your own, besides the kit's.");
-        add("OSG_MIDAIR_SLICE <auto/cpu/gpu>",
-            "Where the slice of a field is computed; auto: by the GPU where there is one.");
-        add("OSG_MIDAIR_SIMD <plain/avx2/avx512>",
-            "What the kernels run with, to find faults and to compare; default: the best that the "
-            "processor has.");
-        add("OSG_MIDAIR_REPORT <file>",
-            "Write what haptic scenes did (counts, accuracy, latency, messages) as JSON at exit.");
+        for (const Other& other : kOthers)
+            add(kPrefix + other.name + " <" + other.value + ">", other.text);
     }
 
     static void add(const std::string& option, const std::string& explanation)
@@ -134,7 +151,9 @@ void restrictBy(HapticSettings& settings,
 /// Tells variables that look like the kit's and aren't. One that may be a limit misspelt silences.
 void tellUnknown(HapticSettings& settings, std::vector<std::string>& errors)
 {
-    std::vector<std::string> known = {"ARRAYS", "GRANTS", "REPORT", "SIMD", "SLICE", "TRUST"};
+    std::vector<std::string> known;
+    for (const Other& other : kOthers)
+        known.emplace_back(other.name);
     for (const Variable& variable : variables())
         known.push_back(variable.setting->variable);
     for (const std::string& name : midair::base::variablesNow(kPrefix))

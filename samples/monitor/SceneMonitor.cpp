@@ -15,7 +15,7 @@ namespace
 class SceneSource : public MonitorSource
 {
 public:
-    SceneSource(osgMidair::HapticScene& scene, std::function<void(bool)> followMute) :
+    SceneSource(osgMidair::HapticScene& scene, std::function<void()> followMute) :
         _scene(&scene),
         _followMute(std::move(followMute))
     {
@@ -32,12 +32,12 @@ public:
     void setMuted(bool muted) override
     {
         _scene->setMuted(muted);
-        if (_followMute) _followMute(muted);
+        if (_followMute) _followMute();
     }
 
 private:
     osg::ref_ptr<osgMidair::HapticScene> _scene;
-    std::function<void(bool)> _followMute;
+    std::function<void()> _followMute;
 };
 
 } // namespace
@@ -45,7 +45,7 @@ private:
 SceneMonitor::SceneMonitor(const MonitorOptions& options,
                            osgMidair::HapticScene& scene,
                            const std::string& name,
-                           std::function<void(bool)> followMute)
+                           std::function<void()> followMute)
 {
     if (options.address.empty()) return;
     _picture = std::make_shared<ScenePicture>();

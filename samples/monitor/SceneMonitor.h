@@ -29,12 +29,12 @@ class SceneMonitor
 {
 public:
     /// \a name: of the program and what it shows. \a followMute: called, on a thread of the page,
-    /// when the page has muted the scene (true) or lets it play. Throws std::runtime_error as
-    /// Monitor does.
+    /// when the page has muted the scene or lets it play; the page waits for it. Throws
+    /// std::runtime_error as Monitor does.
     SceneMonitor(const MonitorOptions& options,
                  osgMidair::HapticScene& scene,
                  const std::string& name,
-                 std::function<void(bool)> followMute = {});
+                 std::function<void()> followMute = {});
     ~SceneMonitor();
     SceneMonitor(const SceneMonitor&) = delete;
     SceneMonitor& operator=(const SceneMonitor&) = delete;

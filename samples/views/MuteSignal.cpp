@@ -39,7 +39,9 @@ void catchMuteSignals()
         sigaction(number, &action, nullptr);
 }
 
-MuteSignals::MuteSignals(std::function<void(bool)> follow) : _follow(std::move(follow))
+MuteSignals::MuteSignals(std::function<void(bool)> follow, std::function<void()> keep) :
+    _follow(std::move(follow)),
+    _keep(std::move(keep))
 {
     if (isReady) _thread = std::thread([this] { run(); });
 }
@@ -47,6 +49,12 @@ MuteSignals::MuteSignals(std::function<void(bool)> follow) : _follow(std::move(f
 MuteSignals::~MuteSignals()
 {
     end();
+}
+
+void MuteSignals::wake()
+{
+    _isAsked = true;
+    ::sem_post(&wakes);
 }
 
 void MuteSignals::end()
@@ -64,6 +72,7 @@ void MuteSignals::run()
         const bool isLast = _isEnding; // read before the signal, which so is followed still
         const int number = newestSignal.exchange(0);
         if (number != 0) _follow(number == SIGUSR1);
+        if ((_isAsked.exchange(false) || number != 0) && _keep) _keep();
         if (isLast) return;
         while (::sem_wait(&wakes) != 0 && errno == EINTR)
         {

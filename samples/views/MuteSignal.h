@@ -16,12 +16,15 @@ void catchMuteSignals();
 class MuteSignals
 {
 public:
-    /// \a follow: called with true to mute, with false to let play.
-    explicit MuteSignals(std::function<void(bool)> follow);
+    /// \a follow: called with true to mute, with false to let play. \a keep: called afterwards, and
+    /// when wake() asks for it; it may wait for a disk.
+    explicit MuteSignals(std::function<void(bool)> follow, std::function<void()> keep = {});
     ~MuteSignals();
     MuteSignals(const MuteSignals&) = delete;
     MuteSignals& operator=(const MuteSignals&) = delete;
 
+    /// Has keep called soon; returns at once. Any thread.
+    void wake();
     /// Returns once what has come so far is followed; nothing is followed from then on.
     void end();
 
@@ -29,6 +32,8 @@ private:
     void run();
 
     std::function<void(bool)> _follow;
+    std::function<void()> _keep;
+    std::atomic<bool> _isAsked{false}; ///< by wake()
     std::atomic<bool> _isEnding{false};
     std::thread _thread;
 };

@@ -14,6 +14,7 @@
 #include <exception>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
@@ -63,10 +64,11 @@ bool runHeadless(Installation& installation, InstallationOptions options)
     const int height = options.size.second > 0 ? options.size.second : 800;
     std::filesystem::create_directories(options.out);
     InstallationShell shell(installation, options);
-    SceneMonitor monitor(options.monitor,
-                         shell.haptics(),
-                         nameFor(installation),
-                         [&](bool isMuted) { shell.keepMute(isMuted); });
+    std::optional<SceneMonitor> monitor(std::in_place,
+                                        options.monitor,
+                                        shell.haptics(),
+                                        nameFor(installation),
+                                        [&] { shell.keepMuteSoon(); });
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
     std::string problem;
@@ -77,10 +79,10 @@ bool runHeadless(Installation& installation, InstallationOptions options)
     if (draw)
     {
         aim(*viewer.getCamera());
-        monitor.show(*viewer.getCamera());
+        monitor->show(*viewer.getCamera());
     }
     else
-        monitor.showNothing(problem);
+        monitor->showNothing(problem);
     viewer.setSceneData(shell.root());
     shell.listen(viewer);
     const std::unique_ptr<PictureTaker> camera =
@@ -113,6 +115,7 @@ bool runHeadless(Installation& installation, InstallationOptions options)
     }
     for (const std::string& why : {problem, unwritten})
         if (!why.empty()) std::fprintf(stderr, "pictures: %s\n", why.c_str());
+    monitor.reset(); // or it could mute once nobody keeps that any more
     return shell.finish(options.out + "/report.json") && unwritten.empty();
 }
 
@@ -134,15 +137,16 @@ void openWindow(osgViewer::Viewer& viewer, const InstallationOptions& options)
 bool runWindow(Installation& installation, const InstallationOptions& options)
 {
     InstallationShell shell(installation, options);
-    SceneMonitor monitor(options.monitor,
-                         shell.haptics(),
-                         nameFor(installation),
-                         [&](bool isMuted) { shell.keepMute(isMuted); });
+    std::optional<SceneMonitor> monitor(std::in_place,
+                                        options.monitor,
+                                        shell.haptics(),
+                                        nameFor(installation),
+                                        [&] { shell.keepMuteSoon(); });
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
     openWindow(viewer, options);
     if (options.plain) viewer.setKeyEventSetsDone(0); // visitors don't end it by Escape
-    monitor.show(*viewer.getCamera());
+    monitor->show(*viewer.getCamera());
     viewer.setSceneData(shell.root());
     shell.listen(viewer);
     const double start_s = steady_s();
@@ -158,6 +162,7 @@ bool runWindow(Installation& installation, const InstallationOptions& options)
         // A display without vertical synchronisation would be drawn as often as the processor can.
         sleepUntil(begin_s + 0.5 * kFrameTime_s);
     }
+    monitor.reset();
     return shell.finish({});
 }
 

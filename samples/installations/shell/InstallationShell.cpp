@@ -121,12 +121,8 @@ InstallationShell::InstallationShell(Installation& installation,
         say("no hands are tracked, so the array plays whether somebody is there or not; --hands "
             "names a tracker");
     // Signals that came meanwhile are followed now.
-    _signals = std::make_unique<MuteSignals>(
-        [this](bool isMuted)
-        {
-            _haptics->setMuted(isMuted);
-            keepMute(isMuted);
-        });
+    _signals = std::make_unique<MuteSignals>([this](bool isMuted) { _haptics->setMuted(isMuted); },
+                                             [this] { keepMute(); });
 }
 
 // The command line comes after the installation, and both after the defaults.
@@ -238,12 +234,14 @@ void InstallationShell::followMute()
     if (isMuted == _isMuted) return;
     _isMuted = isMuted;
     _whyMuted.clear();
-    keepMute(isMuted);
+    keepMute();
 }
 
-void InstallationShell::keepMute(bool isMuted)
+// What is kept is what the scene has then: of two who mute and unmute at once the later one counts.
+void InstallationShell::keepMute()
 {
-    if (!_memory.keep(isMuted))
+    const std::lock_guard<std::mutex> lock(_keeping);
+    if (!_memory.keep(_haptics->getMuted()))
         say("\"" + _options.state + "\" can't be written: this isn't kept over a restart");
 }
 

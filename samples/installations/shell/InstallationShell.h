@@ -14,6 +14,7 @@
 #include <osgViewer/Viewer>
 
 #include <memory>
+#include <mutex>
 #include <string>
 
 namespace midair::samples
@@ -40,9 +41,9 @@ public:
     /// Runs one frame at \a time_s of the scene's time; draws it if \a draw.
     void frame(osgViewer::Viewer& viewer, double time_s, bool draw);
     void addPicture(const std::string& file) { _record.addPicture(file); }
-    /// Keeps a mute, or its end, over a restart. Any thread: who mutes isn't made to wait for a
-    /// frame, which may never come.
-    void keepMute(bool isMuted);
+    /// Has a mute, or its end, kept over a restart. Any thread: who mutes waits neither for a
+    /// frame, which may never come, nor for a disk.
+    void keepMuteSoon() { _signals->wake(); }
 
     /// Ends the run: the array falls silent, and the state's file knows that nothing crashed.
     /// Prints figures and, if \a report names a file, writes them. Returns false, having said why,
@@ -57,6 +58,7 @@ private:
     void chooseHands();
     void openSilently();
     void followMute();
+    void keepMute();
     void followVisitors(const osgMidair::HapticStatistics& now, double time_s);
     std::string trouble(const osgMidair::HapticStatistics& now) const;
     void say(const std::string& text) const;
@@ -72,6 +74,7 @@ private:
     MuteMemory _memory;
     ServiceNotifier _service;
     InstallationRecord _record;
+    std::mutex _keeping; ///< guards what is read of the scene and kept of it
     std::string _whyMuted;
     bool _hasBegun = false; ///< there was a frame
     bool _wasOpen = false;  ///< there was an array

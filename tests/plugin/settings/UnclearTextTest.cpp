@@ -5,6 +5,8 @@
 
 #include <osgMidair/HapticDevice>
 
+#include <osg/ApplicationUsage>
+#include <osg/ApplicationUsage>
 #include <osg/ComputeBoundsVisitor>
 #include <osgDB/ReadFile>
 
@@ -90,6 +92,26 @@ TEST(UnclearText, InTheNameOfAVariableSilences)
     unsetenv("OSG_MIDAIR_SOLVR");
     EXPECT_EQ(errors,
               std::vector<std::string>{"OSG_MIDAIR_SOLVR is no variable (did you mean SOLVER?)"});
+}
+
+TEST(UnclearText, EachVariableThatTheHelpListsIsOne)
+{
+    int listed = 0;
+    for (const auto& [option, text] :
+         osg::ApplicationUsage::instance()->getEnvironmentalVariables())
+    {
+        const std::string name = option.substr(0, option.find(' '));
+        if (name.rfind("OSG_MIDAIR_", 0) != 0) continue;
+        ++listed;
+        const bool wasThere = std::getenv(name.c_str()) != nullptr;
+        if (!wasThere) setenv(name.c_str(), "x", 1);
+        std::vector<std::string> errors;
+        Environment::apply(HapticSettings(), errors);
+        if (!wasThere) unsetenv(name.c_str());
+        for (const std::string& error : errors)
+            EXPECT_EQ(error.find("is no variable"), std::string::npos) << error;
+    }
+    EXPECT_GE(listed, 23);
 }
 
 TEST(UnclearText, InATagSilences)

@@ -33,3 +33,19 @@ TEST(MuteSignal, MutesAndLetsPlayWithoutAFrame)
     EXPECT_EQ(followed({SIGUSR2, SIGUSR1}).back(), true) << "the newest";
     EXPECT_EQ(followed({SIGUSR1, SIGUSR2}).back(), false);
 }
+
+TEST(MuteSignal, WhatIsFollowedIsKeptAndSoIsWhatOthersDid)
+{
+    catchMuteSignals();
+    MuteSignals([](bool) {}).end(); // what came before
+    int kept = 0;
+    {
+        MuteSignals follows([](bool) {}, [&] { ++kept; });
+        follows.end();
+        EXPECT_EQ(kept, 0) << "an end changes nothing";
+    }
+    MuteSignals follows([](bool) {}, [&] { ++kept; });
+    follows.wake();
+    follows.end();
+    EXPECT_EQ(kept, 1);
+}

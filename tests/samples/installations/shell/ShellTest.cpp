@@ -1,9 +1,11 @@
 #include "samples/installations/shell/InstallationOptions.h"
 #include "samples/installations/shell/MuteMemory.h"
 #include "samples/installations/shell/ServiceNotifier.h"
+#include "samples/views/Offscreen.h"
 #include "tests/samples/installations/Run.h"
 
 #include <osgDB/ReadFile>
+#include <osgViewer/Viewer>
 
 #include <array>
 #include <cstdlib>
@@ -198,6 +200,9 @@ TEST(Visitors, NothingSoundsBeforeAHandIsSeen)
 // however the program ends.
 TEST(MuteMemory, AMuteIsFollowedAndKeptWhileFramesHang)
 {
+    osgViewer::Viewer viewer;
+    std::string problem;
+    if (!setUpOffscreen(viewer, 64, 64, 30.0, &problem)) GTEST_SKIP() << problem;
     const OwnFolder out("hang");
     const Outcome run = shell(
         "( cd '" + out.path + "' && mkfifo water_1.png && { '" MIDAIR_BIN +
