@@ -152,6 +152,7 @@ void restrictBy(HapticSettings& settings,
 void tellUnknown(HapticSettings& settings, std::vector<std::string>& errors)
 {
     std::vector<std::string> known;
+    known.reserve(kOthers.size() + variables().size());
     for (const Other& other : kOthers)
         known.emplace_back(other.name);
     for (const Variable& variable : variables())

@@ -6,7 +6,6 @@
 #include <osgMidair/HapticDevice>
 
 #include <osg/ApplicationUsage>
-#include <osg/ApplicationUsage>
 #include <osg/ComputeBoundsVisitor>
 #include <osgDB/ReadFile>
 
