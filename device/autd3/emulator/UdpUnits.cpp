@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <system_error>
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -39,7 +40,7 @@ UdpUnits::UdpUnits(const ChainOptions& options, std::uint16_t port) : _chain(opt
         throw DeviceError(fmt::format("emulated units: port {} of ::1 can't be had: {}; another "
                                       "emulator may have it, --port names one",
                                       port,
-                                      std::strerror(errno)));
+                                      std::generic_category().message(errno)));
 }
 
 UdpUnits::~UdpUnits()
