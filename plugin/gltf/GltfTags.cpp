@@ -91,10 +91,10 @@ void addGltfTags(const tinygltf::Node& from, osg::Node& node, GltfMessages& mess
         if (name == "obstacle")
             node.setUserValue("obstacle", !isNo(text));
         else if (name == "haptic")
-            tag = (isYes(text)  ? "true"
-                   : isNo(text) ? "false"
-                                : text) +
-                  (tag.empty() ? "" : "; ") + tag;
+        {
+            const std::string said = isYes(text) ? "true" : isNo(text) ? "false" : text;
+            tag.insert(0, tag.empty() ? said : said + "; ");
+        }
         else if (!isHaptic)
             tellUnmarked(name, where, messages);
         else if (meantBy(name).empty())
