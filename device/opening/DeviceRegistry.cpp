@@ -31,6 +31,15 @@ bool isSchemeName(const std::string& name)
            std::all_of(name.begin(), name.end(), [](char c) { return c >= 'a' && c <= 'z'; });
 }
 
+bool isOneOf(const std::vector<OwnScheme>& registered, const std::string& scheme)
+{
+    const std::vector<std::string> kits = deviceSchemes();
+    return std::find(kits.begin(), kits.end(), scheme) != kits.end() ||
+           std::any_of(registered.begin(),
+                       registered.end(),
+                       [&](const OwnScheme& other) { return other.name == scheme; });
+}
+
 } // namespace
 
 bool registerScheme(OwnScheme scheme, std::string& error)
@@ -41,15 +50,9 @@ bool registerScheme(OwnScheme scheme, std::string& error)
         error = "the scheme \"" + scheme.name + "\" has nothing that opens it";
     else
     {
-        const std::vector<std::string> known = deviceSchemes(); // the kit's own
         const std::lock_guard<std::mutex> lock(registry().mutex);
         std::vector<OwnScheme>& all = registry().schemes;
-        const bool isTaken =
-            std::find(known.begin(), known.end(), scheme.name) != known.end() ||
-            std::any_of(all.begin(),
-                        all.end(),
-                        [&](const OwnScheme& other) { return other.name == scheme.name; });
-        if (!isTaken)
+        if (!isOneOf(all, scheme.name))
         {
             all.push_back(std::move(scheme));
             return true;
@@ -57,6 +60,11 @@ bool registerScheme(OwnScheme scheme, std::string& error)
         error = "the scheme \"" + scheme.name + "\" is taken";
     }
     return false;
+}
+
+bool isKnownScheme(const std::string& scheme)
+{
+    return isOneOf(ownSchemes(), scheme);
 }
 
 std::vector<OwnScheme> ownSchemes()

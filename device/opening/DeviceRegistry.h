@@ -24,6 +24,9 @@ struct OwnScheme
 /// letters or is taken. From any thread.
 bool registerScheme(OwnScheme scheme, std::string& error);
 
+/// Returns true if \a scheme is one of the kit's own or was registered. From any thread.
+bool isKnownScheme(const std::string& scheme);
+
 /// Returns all that were registered so far. From any thread.
 std::vector<OwnScheme> ownSchemes();
 

@@ -1,6 +1,5 @@
 #include "plugin/engine/Rehearsal.h"
 
-#include "device/ArrayDevice.h"
 #include "device/DeviceUri.h"
 #include "device/opening/DeviceRegistry.h"
 #include "device/opening/MultiDevice.h"
@@ -8,7 +7,6 @@
 #include "plugin/settings/Grants.h"
 #include "plugin/settings/RecordedUri.h"
 
-#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -21,16 +19,6 @@ using midair::base::MessageCode;
 namespace
 {
 
-bool isKnown(const std::string& scheme)
-{
-    const std::vector<std::string> kinds = midair::device::deviceSchemes();
-    const std::vector<midair::device::OwnScheme> own = midair::device::ownSchemes();
-    return std::find(kinds.begin(), kinds.end(), scheme) != kinds.end() ||
-           std::any_of(own.begin(),
-                       own.end(),
-                       [&](const midair::device::OwnScheme& one) { return one.name == scheme; });
-}
-
 /// Returns what is wrong with \a device; empty: it names kinds that this program has.
 std::string unknownDevice(const std::string& device)
 {
@@ -39,7 +27,7 @@ std::string unknownDevice(const std::string& device)
         for (const std::string& one : midair::device::splitDeviceList(device))
         {
             const midair::device::DeviceUri uri(one);
-            if (!isKnown(uri.scheme()))
+            if (!midair::device::isKnownScheme(uri.scheme()))
                 return uri.error("unknown kind \"" + uri.scheme() + ":\"").what();
         }
     }

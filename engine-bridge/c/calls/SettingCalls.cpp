@@ -158,8 +158,11 @@ midair_status midair_set(midair_scene* scene, const char* name, const char* valu
             std::string error = assigned(sceneTable(), of->settings, setting, text);
             if (error.empty() && (setting == "dead" || setting == "weak"))
                 error = problemOfMarks(*of);
-            if (!error.empty()) of->settings = before;
-            if (!error.empty()) refuse(sceneTable(), setting, error, *of, of->misunderstood);
+            if (!error.empty())
+            {
+                of->settings = before;
+                refuse(sceneTable(), setting, error, *of, of->misunderstood);
+            }
             of->misunderstood.settle(setting);
             return MIDAIR_OK;
         });

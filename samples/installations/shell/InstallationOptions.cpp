@@ -1,5 +1,6 @@
 #include "samples/installations/shell/InstallationOptions.h"
 
+#include "device/opening/MultiDevice.h"
 #include "samples/HandsOption.h"
 #include "samples/OverlayOptions.h"
 
@@ -133,26 +134,12 @@ bool parseInstallationOptions(
 
 std::string withHold(const std::string& uri)
 {
-    // As the kit splits a list: at a comma before letters and a colon.
-    const auto endOf = [&](std::size_t begin)
-    {
-        std::size_t comma = uri.find(',', begin);
-        for (; comma != std::string::npos; comma = uri.find(',', comma + 1))
-        {
-            const std::size_t next = uri.find_first_not_of("abcdefghijklmnopqrstuvwxyz", comma + 1);
-            if (next != std::string::npos && next > comma + 1 && uri[next] == ':') return comma;
-        }
-        return uri.size();
-    };
     std::string all;
-    for (std::size_t begin = 0; begin <= uri.size();)
+    for (const std::string& one : device::splitDeviceList(uri))
     {
-        const std::size_t end = endOf(begin);
-        const std::string one = uri.substr(begin, end - begin);
-        all += (begin > 0 ? "," : "") + one;
+        all += all.empty() ? one : "," + one;
         if (one.find("hold=") == std::string::npos)
             all += one.find('?') == std::string::npos ? "?hold=1s" : "&hold=1s";
-        begin = end + 1;
     }
     return all;
 }

@@ -43,7 +43,7 @@ bool parseInstallationOptions(
 
 /// Returns the device of \a uri, or each of a list, with a limit of its own: silence once no frame
 /// came for a second, so that a program that hangs is felt no longer than that. A device with
-/// another `hold` stays as it is.
+/// another `hold` stays as it is. Throws device::DeviceError for what is too long to be a list.
 std::string withHold(const std::string& uri);
 
 } // namespace midair::samples

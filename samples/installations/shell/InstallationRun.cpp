@@ -14,7 +14,6 @@
 #include <exception>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <thread>
 
@@ -48,10 +47,15 @@ int headlessFrames(const InstallationOptions& options)
     return options.frames > 0 ? options.frames : 240;
 }
 
-/// Name of what is shown, for the operator.
-std::string nameFor(const Installation& installation)
+/// The operator's page, whose mutes \a shell keeps.
+std::unique_ptr<SceneMonitor> monitorOf(InstallationShell& shell,
+                                        const Installation& installation,
+                                        const InstallationOptions& options)
 {
-    return "midair-" + installation.title().name;
+    return std::make_unique<SceneMonitor>(options.monitor,
+                                          shell.haptics(),
+                                          "midair-" + installation.title().name,
+                                          [&shell] { shell.keepMuteSoon(); });
 }
 
 bool runHeadless(Installation& installation, InstallationOptions options)
@@ -64,11 +68,7 @@ bool runHeadless(Installation& installation, InstallationOptions options)
     const int height = options.size.second > 0 ? options.size.second : 800;
     std::filesystem::create_directories(options.out);
     InstallationShell shell(installation, options);
-    std::optional<SceneMonitor> monitor(std::in_place,
-                                        options.monitor,
-                                        shell.haptics(),
-                                        nameFor(installation),
-                                        [&] { shell.keepMuteSoon(); });
+    auto monitor = monitorOf(shell, installation, options);
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
     std::string problem;
@@ -137,11 +137,7 @@ void openWindow(osgViewer::Viewer& viewer, const InstallationOptions& options)
 bool runWindow(Installation& installation, const InstallationOptions& options)
 {
     InstallationShell shell(installation, options);
-    std::optional<SceneMonitor> monitor(std::in_place,
-                                        options.monitor,
-                                        shell.haptics(),
-                                        nameFor(installation),
-                                        [&] { shell.keepMuteSoon(); });
+    auto monitor = monitorOf(shell, installation, options);
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
     openWindow(viewer, options);

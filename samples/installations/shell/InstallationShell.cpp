@@ -155,7 +155,6 @@ void InstallationShell::chooseHands()
     {
         _haptics->setHandSource(new DemonstratedHands(_installation));
         _areHandsKnown = true;
-        _isSomebodyThere = false;
         return;
     }
     if (!_options.hands.empty()) _haptics->setHands(_options.hands);
@@ -163,7 +162,6 @@ void InstallationShell::chooseHands()
     const char* environment = std::getenv("OSG_MIDAIR_HANDS");
     const std::string used = environment ? environment : _haptics->getHands();
     _areHandsKnown = !used.empty() && used != "none";
-    _isSomebodyThere = !_areHandsKnown; // until one was seen
 }
 
 // A scene that isn't enabled opens nothing, so it is for one frame, muted: tracker and array are
@@ -173,7 +171,6 @@ void InstallationShell::openSilently()
     const osg::ref_ptr<osg::FrameStamp> stamp = new osg::FrameStamp;
     _haptics->setMuted(true);
     _haptics->update(stamp);
-    _mustRest = true;
     _haptics->setEnabled(false);
     _haptics->update(stamp);
     const double end_s = osg::Timer::instance()->time_s() + kOpening_s;

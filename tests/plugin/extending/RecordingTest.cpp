@@ -35,6 +35,16 @@ std::vector<std::complex<float>> drive(unsigned int m, float phase)
     return q;
 }
 
+/// Records one field of nine transducers at full drive.
+void recordAField(const std::string& path)
+{
+    std::string error;
+    const osg::ref_ptr<Recorder> recorder = Recorder::open(path, 9, error);
+    ASSERT_TRUE(recorder) << error;
+    recorder->record(drive(9, 0.5F));
+    std::this_thread::sleep_for(std::chrono::milliseconds(50)); // in which it is played
+}
+
 } // namespace
 
 TEST(Recording, KeepsWhatWasRecorded)
@@ -106,12 +116,7 @@ TEST(Recording, IsPlayedWithinTheUsersCaps)
 {
     const RecordingFile file;
     std::string error;
-    {
-        const osg::ref_ptr<Recorder> recorder = Recorder::open(file.path, 9, error);
-        ASSERT_TRUE(recorder) << error;
-        recorder->record(drive(9, 0.9F));
-        std::this_thread::sleep_for(std::chrono::milliseconds(50)); // in which it is played
-    }
+    recordAField(file.path);
     PlayerOptions options;
     options.loop = true;
     ::setenv("OSG_MIDAIR_MAX_AMPLITUDE", "0.05", 1);
@@ -138,12 +143,7 @@ TEST(Recording, DeadTransducersAreNeverDriven)
 {
     const RecordingFile file;
     std::string error;
-    {
-        const osg::ref_ptr<Recorder> recorder = Recorder::open(file.path, 9, error);
-        ASSERT_TRUE(recorder) << error;
-        recorder->record(drive(9, 0.5F));
-        std::this_thread::sleep_for(std::chrono::milliseconds(50)); // in which it is played
-    }
+    recordAField(file.path);
     ArrayDescription array;
     array.transducers.resize(9);
     array.transducers[8].board = 1;

@@ -26,6 +26,8 @@ TEST(Hold, EachDeviceHasOne)
     EXPECT_EQ(withHold("usb:A?boards=0-7,usb:B?boards=8-15"),
               "usb:A?boards=0-7&hold=1s,usb:B?boards=8-15&hold=1s");
     EXPECT_EQ(withHold("usb:?hold=2s,record:a,b.bin"), "usb:?hold=2s,record:a,b.bin?hold=1s");
+    EXPECT_EQ(withHold("play:f?to=usb:A,usb:B"), "play:f?to=usb:A,usb:B&hold=1s")
+        << "the list behind to= is one device's";
 }
 
 TEST(MuteMemory, WhatWasMutedStaysMuted)
