@@ -1,5 +1,6 @@
 #pragma once
 
+#include "device/limits/UserLimits.h"
 #include "engine-bridge/air/AirTemperature.h"
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "haptics/base/text/LineLimit.h"
@@ -283,7 +284,8 @@ private:
     Eigen::Matrix4d _toArray = Eigen::Matrix4d::Identity(); ///< world in scene units -> array
     HapticSettings _settings;                               ///< as used: granted and repaired
     HapticSettings _raw;                                    ///< as given
-    HapticSettings _granted; ///< as _settings, but for what a rehearsal replaces
+    HapticSettings _granted;            ///< as _settings, but for what a rehearsal replaces
+    midair::device::UserCaps _userCaps; ///< those that _settings keep
     bool _isRehearsed = false;
     bool _isBaked = false;           ///< by a FieldBaker: nothing is opened
     std::uint64_t _bakedChanges = 0; ///< how often _applied has changed since

@@ -9,6 +9,7 @@
 #include "haptics/base/AssignPart.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/CodedError.h"
+#include "haptics/base/text/Quantity.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "plugin/engine/HapticEngine.h"
@@ -23,6 +24,7 @@
 #include <osgMidair/HapticScene>
 
 #include <algorithm>
+#include <array>
 
 namespace osgMidair
 {
@@ -176,7 +178,10 @@ void HapticEngine::listenAtCamera()
 
 void HapticEngine::configure(const HapticSettings& given)
 {
-    if (_configured && given == _raw) return;
+    // A program may set a variable at any time, and a cap holds from then on.
+    midair::device::UserCaps caps = midair::device::capsOfUser();
+    if (_configured && given == _raw && caps == _userCaps) return;
+    _userCaps = std::move(caps);
     _configured = true;
     _raw = given;
     readSettings(given);
@@ -263,12 +268,13 @@ midair::bridge::HologramOptions HapticEngine::hologramOptions() const
     midair::base::assignPart<midair::haptics::SolverSettings>(options.solverOptions, _applied);
     midair::base::assignPart<midair::haptics::SequenceSettings>(options, _applied);
     midair::base::assignPart<midair::haptics::PlayingSettings>(options, _applied);
-    std::vector<osg::Vec3d> places;
-    parsePlaces(_applied.earPoints, places); // judged by repair()
+    std::vector<std::array<double, 3>> places;
+    midair::base::parsePlaces(_applied.earPoints, places); // judged by repair()
     options.contacts = midair::bridge::contactsOf(_applied, renderOf(_applied.render));
     options.earPoints.resize(3, static_cast<Eigen::Index>(places.size()));
     for (std::size_t l = 0; l < places.size(); ++l)
-        options.earPoints.col(static_cast<Eigen::Index>(l)) = midair::bridge::toEigen(places[l]);
+        options.earPoints.col(static_cast<Eigen::Index>(l)) =
+            Eigen::Map<const Eigen::Vector3d>(places[l].data());
     options.solverFactory = midair::bridge::makeAnySolver;
     options.deviceUri = _applied.device;
     return options;

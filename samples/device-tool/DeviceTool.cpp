@@ -2,9 +2,9 @@
 
 #include "device/DeviceUri.h"
 #include "device/autd3/LinkChoice.h"
-#include "device/limits/UserLimits.h"
 #include "device/recording/PlayingDevice.h"
 #include "device/usb/UsbTransferPool.h"
+#include "engine-bridge/playing/UserDevice.h"
 #include "haptics/array/PatFile.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
@@ -57,17 +57,6 @@ void refuseToDriveDead(const DeviceOptions& options, const haptics::TransducerAr
         array.name));
 }
 
-std::unique_ptr<device::ArrayDevice> openWithin(const device::SafetyLimits& limits,
-                                                const DeviceOptions& options,
-                                                const haptics::TransducerArray& array)
-{
-    refuseToDriveDead(options, array);
-    auto device =
-        device::openLimitedDevice(options.device, {array.size(), array.board, array.dead}, limits);
-    waitForArray(options, *device);
-    return device;
-}
-
 } // namespace
 
 std::atomic<bool> interrupted{false};
@@ -80,7 +69,11 @@ haptics::TransducerArray loadArray(const DeviceOptions& options)
 std::unique_ptr<device::ArrayDevice> open(const DeviceOptions& options,
                                           const haptics::TransducerArray& array)
 {
-    return openWithin(device::limitsOfUser(), options, array);
+    refuseToDriveDead(options, array);
+    auto device =
+        bridge::openForUser(options.device, {array.size(), array.board, array.dead}, &array);
+    waitForArray(options, *device);
+    return device;
 }
 
 std::unique_ptr<device::ArrayDevice> openWithoutPoints(const DeviceOptions& options,
@@ -159,7 +152,11 @@ int showStatus(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
     refuseToDriveDead(options, array);
-    const auto device = device::openDevice(options.device, {array.size(), array.board, array.dead});
+    // What plays by itself does so while its status is shown.
+    const auto device =
+        device::playsByItself(options.device)
+            ? openWithoutPoints(options, array, "a recording")
+            : device::openDevice(options.device, {array.size(), array.board, array.dead});
     pause(base::steadySeconds() + 0.4); // time for the device to answer
     const device::DeviceReport report = device->report();
     std::cout << device->status() << "\n";
@@ -195,7 +192,9 @@ int identifyBoards(const DeviceOptions& options)
 int muteArray(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
-    auto device = openWithin({}, options, array);
+    refuseToDriveDead(options, array);
+    auto device = device::openDevice(options.device, {array.size(), array.board, array.dead});
+    waitForArray(options, *device);
     device->setMuted(true);
     const int ended = finish(*device);
     device.reset(); // waits for a board that is still starting, which is not silent before

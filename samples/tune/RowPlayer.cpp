@@ -2,7 +2,7 @@
 
 #include "device/drive/DriveEncoder.h"
 #include "device/limits/KeptAlive.h"
-#include "device/limits/UserLimits.h"
+#include "engine-bridge/playing/UserDevice.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -38,7 +38,7 @@ RowPlayer::RowPlayer(const std::string& uri,
     _device(
         device::playsByItself(uri)
             ? throw device::DeviceError("device \"" + uri + "\": plays by itself and takes no plan")
-            : device::openLimitedDevice(uri, {array.size(), array.board}, device::limitsOfUser()))
+            : bridge::openForUser(uri, {array.size(), array.board}, &array))
 {
     if (_device->ability().maxPressure_Pa > 0)
         throw device::DeviceError("device \"" + uri +

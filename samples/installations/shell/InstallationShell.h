@@ -20,6 +20,12 @@
 namespace midair::samples
 {
 
+/// Returns the settings of the scene of \a installation: the command line comes after the
+/// installation, and both after the defaults. Throws std::runtime_error for settings that are not
+/// understood.
+osgMidair::HapticSettings settingsOf(Installation& installation,
+                                     const InstallationOptions& options);
+
 /// The scene of an installation with all that goes on around it: the sign on the screen, the mute
 /// and its memory, the array's rest while nobody is there, and the record of the run.
 class InstallationShell

@@ -44,15 +44,62 @@ TEST(Exposure, OneTransducerIsAsLoudAsItsDataSheetSays)
     const Eigen::VectorXcf full = Eigen::VectorXcf::Ones(1);
     const double absorbed_dB = 20.0 * std::log10(std::exp(1.0)) * Medium().attenuation(40e3) * 0.30;
     EXPECT_NEAR(absorbed_dB, 0.4, 0.05);
-    EXPECT_NEAR(soundLevel_dB(ears.incoherent_Pa2(full)[0]), 121.5 - absorbed_dB, 0.05);
-    EXPECT_NEAR(soundLevel_dB(ears.coherent_Pa2(full)[0]), 121.5 - absorbed_dB, 0.05);
-    EXPECT_NEAR(soundLevel_dB(ears.heard_Pa2({full})[0]), 121.5 - absorbed_dB, 0.05);
+    constexpr double kOnAxis_dB = 121.5 + kHeadMargin_dB;
+    EXPECT_NEAR(soundLevel_dB(ears.incoherent_Pa2(full)[0]), kOnAxis_dB - absorbed_dB, 0.05);
+    EXPECT_NEAR(soundLevel_dB(ears.coherent_Pa2(full)[0]), kOnAxis_dB - absorbed_dB, 0.05);
+    EXPECT_NEAR(soundLevel_dB(ears.heard_Pa2({full})[0]), kOnAxis_dB - absorbed_dB, 0.05);
     // Half the amplitude is 6 dB less, half of the time 3 dB.
     const Eigen::VectorXcf half = 0.5f * full;
-    EXPECT_NEAR(soundLevel_dB(ears.incoherent_Pa2(half)[0]), 121.5 - absorbed_dB - 6.02, 0.05);
+    EXPECT_NEAR(soundLevel_dB(ears.incoherent_Pa2(half)[0]), kOnAxis_dB - absorbed_dB - 6.02, 0.05);
     const Eigen::VectorXcf silent = Eigen::VectorXcf::Zero(1);
-    EXPECT_NEAR(soundLevel_dB(ears.heard_Pa2({full, silent})[0]), 121.5 - absorbed_dB - 3.01, 0.05);
+    EXPECT_NEAR(
+        soundLevel_dB(ears.heard_Pa2({full, silent})[0]), kOnAxis_dB - absorbed_dB - 3.01, 0.05);
     EXPECT_EQ(soundLevel_dB(ears.heard_Pa2({silent})[0]), 0.0);
+}
+
+// 2.73 Pa m in the ring and 10.1 alone are one piece of hardware: 11.4 dB.
+TEST(Exposure, OneUnitIsAsLoudInTheRingAsAlone)
+{
+    const TransducerArray alone = TransducerArray::load("autd3");
+    TransducerArray ofRing = alone;
+    for (const char* name : {"octagon", "octagon-autd3"})
+    {
+        const TransducerArray ring = TransducerArray::load(name);
+        EXPECT_EQ(ring.sourceAmplitude_Pa_m, 2.73) << name;
+        EXPECT_EQ(ring.heardAmplitude_Pa_m(), alone.heardAmplitude_Pa_m()) << name;
+        ofRing.sourceAmplitude_Pa_m = ring.sourceAmplitude_Pa_m;
+        ofRing.exposureAmplitude_Pa_m = ring.exposureAmplitude_Pa_m;
+        ofRing.directivity = ring.directivity;
+        const Eigen::VectorXcf full = Eigen::VectorXcf::Ones(alone.size());
+        for (const Eigen::Vector3d& place :
+             {Eigen::Vector3d(0.0, 0.0, 0.5), Eigen::Vector3d(0.25, 0.0, 0.43)})
+        {
+            const double alone_dB = soundLevel_dB(
+                static_cast<double>(Exposure(alone, Medium(), place).incoherent_Pa2(full)[0]));
+            const double ring_dB = soundLevel_dB(
+                static_cast<double>(Exposure(ofRing, Medium(), place).incoherent_Pa2(full)[0]));
+            EXPECT_GT(ring_dB, alone_dB - 0.3) << name << " at " << place.transpose();
+            EXPECT_LT(ring_dB, alone_dB + 1.5) << name << ", whose directivity is wider";
+        }
+    }
+}
+
+TEST(Exposure, OfTwoAmplitudesTheLargerCountsAtEars)
+{
+    TransducerArray array = pointSource();
+    array.directivity = Directivity::POINT;
+    const Eigen::Matrix3Xd place = Eigen::Vector3d(0.0, 0.0, 0.3);
+    const auto level_dB = [&]
+    {
+        return soundLevel_dB(static_cast<double>(
+            Exposure(array, Medium(), place).incoherent_Pa2(Eigen::VectorXcf::Ones(1))[0]));
+    };
+    array.sourceAmplitude_Pa_m = 2.0;
+    const double one_dB = level_dB();
+    array.exposureAmplitude_Pa_m = 1.0;
+    EXPECT_EQ(level_dB(), one_dB);
+    array.exposureAmplitude_Pa_m = 20.0;
+    EXPECT_NEAR(level_dB(), one_dB + 20.0, 1e-4);
 }
 
 TEST(Exposure, LevelsAndMeanSquaresAreInverse)
@@ -113,7 +160,8 @@ TEST(Exposure, PhasesAreThoseOfTheModel)
     const Eigen::VectorXcf q = randomPhases(Eigen::VectorXf::Ones(array.size()), random);
     const auto expected = [&]
     {
-        return (referencePropagationMatrix(ears.places(), array, Medium()) *
+        return (std::pow(10.0, 0.05 * kHeadMargin_dB) *
+                referencePropagationMatrix(ears.places(), array, Medium()) *
                 q.cast<std::complex<double>>())
             .eval();
     };

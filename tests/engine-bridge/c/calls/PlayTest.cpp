@@ -1,4 +1,5 @@
 // A scene of the C interface on devices, with hands.
+#include "tests/device/limits/UserCapTexts.h"
 #include "tests/engine-bridge/c/Played.h"
 
 #include <cmath>
@@ -129,4 +130,71 @@ TEST(CHands, ContactsOfAFingerOnThePlate)
                                             MIDAIR_OK &&
                                         count == 0;
                              }));
+}
+
+// As the kit has it, in EarsTest.cpp, and with the same texts.
+TEST(CPlay, EachTextOfTheUsersCapsIsUnderstoodOrSilences)
+{
+    for (const UserCapText& one : userCapTexts())
+    {
+        const SetVariable variable(one.variable, one.text);
+        Focus of;
+        ASSERT_EQ(midair_play(of.scene, "sim:"), MIDAIR_OK);
+        if (one.isUnderstood)
+        {
+            EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING))
+                << one.variable << "=" << one.text << ": " << of.messages();
+            continue;
+        }
+        EXPECT_TRUE(updatesUntil(of.scene,
+                                 [&] {
+                                     return of.messages().find(std::string(one.variable) +
+                                                               " is \"") != std::string::npos;
+                                 }))
+            << one.variable << "=" << one.text << ": " << of.messages();
+        EXPECT_NE(stateOf(of.scene), MIDAIR_STATE_PLAYING) << one.variable << "=" << one.text;
+    }
+}
+
+TEST(CPlay, PlacesThatAreNotUnderstoodAreRefused)
+{
+    for (const UserCapText& one : userCapTexts())
+    {
+        if (one.variable != std::string("OSG_MIDAIR_EAR_POINTS")) continue;
+        const Focus of;
+        EXPECT_EQ(midair_set(of.scene, "earPoints", one.text.c_str()),
+                  one.isUnderstood ? MIDAIR_OK : MIDAIR_INVALID)
+            << one.text;
+        EXPECT_EQ(midair_update(of.scene, 0.0), MIDAIR_NOT_YET);
+    }
+}
+
+TEST(CPlay, AVariableThatIsSetWhileItPlaysHoldsFromThenOn)
+{
+    Focus of;
+    ASSERT_EQ(midair_play(of.scene, "sim:"), MIDAIR_OK);
+    ASSERT_TRUE(comesTo(of.scene, MIDAIR_STATE_PLAYING));
+    const auto comesBelow = [&](double most_Pa)
+    {
+        return updatesUntil(of.scene,
+                            [&]
+                            {
+                                midair_field* field = nullptr;
+                                midair_point point{};
+                                if (midair_newest_field(of.scene, &field) != MIDAIR_OK)
+                                    return false;
+                                midair_field_points(field, &point, 1);
+                                midair_field_close(field);
+                                return point.achieved_Pa > 0.0 && point.achieved_Pa <= most_Pa;
+                            });
+    };
+    ASSERT_FALSE(of.messages().find("cap of") != std::string::npos);
+    {
+        const SetVariable pressure("OSG_MIDAIR_MAX_PRESSURE", "100");
+        EXPECT_TRUE(comesBelow(100.0 + 1e-3)) << of.messages();
+    }
+    const SetVariable wrong("OSG_MIDAIR_MAX_PRESSURE", "loud");
+    EXPECT_TRUE(comesTo(of.scene, MIDAIR_STATE_QUIET));
+    EXPECT_NE(of.messages().find("OSG_MIDAIR_MAX_PRESSURE is \"loud\""), std::string::npos)
+        << of.messages();
 }
