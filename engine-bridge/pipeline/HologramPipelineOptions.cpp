@@ -30,6 +30,8 @@ haptics::ComposerOptions HologramPipeline::lineOptions() const
 void HologramPipeline::reconfigure(HologramOptions options)
 {
     _changed = true;
+    for (const base::Message& note : options.notes)
+        _messages.say(note);
     if (isStricter(options)) silence();
     try
     {
