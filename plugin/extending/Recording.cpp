@@ -4,7 +4,7 @@
 #include "device/recording/PlayingDevice.h"
 #include "device/recording/RecordingDevice.h"
 #include "device/recording/RecordingFile.h"
-#include "engine-bridge/playing/UserDevice.h"
+#include "engine-bridge/playing/unaided/UserDevice.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Range.h"

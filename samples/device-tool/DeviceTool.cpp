@@ -4,7 +4,7 @@
 #include "device/autd3/LinkChoice.h"
 #include "device/recording/PlayingDevice.h"
 #include "device/usb/UsbTransferPool.h"
-#include "engine-bridge/playing/UserDevice.h"
+#include "engine-bridge/playing/unaided/UserDevice.h"
 #include "haptics/array/PatFile.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"

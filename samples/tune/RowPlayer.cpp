@@ -2,7 +2,7 @@
 
 #include "device/drive/DriveEncoder.h"
 #include "device/limits/KeptAlive.h"
-#include "engine-bridge/playing/UserDevice.h"
+#include "engine-bridge/playing/unaided/UserDevice.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>

@@ -34,6 +34,28 @@ def updates_until(scene, reached):
     return False
 
 
+class Caps(unittest.TestCase):
+    def test_variables_hold_while_it_plays(self):
+        scene, _ = focus()
+        scene.play("sim:")
+        self.assertTrue(updates_until(scene, lambda: scene.state["state"] == "playing"), scene.messages)
+        for name, value in (("PRESSURE", "loud"), ("AMPLITUDE", "2")):
+            self.silences(scene, "OSG_MIDAIR_MAX_" + name, value)
+        self.silences(scene, "OSG_MIDAIR_EAR_LIMIT", "quiet")
+        self.silences(scene, "OSG_MIDAIR_EAR_POINTS", "0 0 0.6;;0.3 0 0.6")
+        with self.assertRaises(midair.Error):
+            scene["earPoints"] = "0 0 0.6;;0.3 0 0.6"
+
+    def silences(self, scene, variable, value):
+        os.environ[variable] = value
+        try:
+            self.assertTrue(updates_until(scene, lambda: scene.state["state"] != "playing"), variable)
+            self.assertIn(f'{variable} is "{value}", should be ', str(scene.messages))
+        finally:
+            del os.environ[variable]
+        self.assertTrue(updates_until(scene, lambda: scene.state["state"] == "playing"), variable)
+
+
 class Bytes(unittest.TestCase):
     def compare(self, options, settings=(), properties=()):
         with tempfile.TemporaryDirectory() as folder:

@@ -84,6 +84,28 @@ TEST(Exposure, OneUnitIsAsLoudInTheRingAsAlone)
     }
 }
 
+TEST(Exposure, OneNumberIsForEarsTooUnlessTheTransducerIsKnownBetter)
+{
+    const auto read = [](const char* source, const char* directivity, const std::string& more = "")
+    {
+        return TransducerArray::fromJson(
+            std::string(R"({"frequency_Hz": 40000, "sourceAmplitude_Pa_m": )") + source +
+                R"(, "directivity": ")" + directivity + "\", " + more +
+                R"("transducers": [{"position_m": [0, 0, 0], "normal": [0, 0, 1]}]})",
+            "own.json");
+    };
+    EXPECT_EQ(read("2.73", "point").heardAmplitude_Pa_m(), 2.73);
+    EXPECT_EQ(read("20", "point").heardAmplitude_Pa_m(), 20.0);
+    for (const char* known : {"t4010a1-table", "t4010a1-harmonics"})
+    {
+        EXPECT_EQ(read("2.73", known).heardAmplitude_Pa_m(), 10.1) << known;
+        EXPECT_EQ(read("20", known).heardAmplitude_Pa_m(), 20.0) << known;
+        const std::string measured = R"("exposureAmplitude_Pa_m": 5, )";
+        EXPECT_EQ(read("2.73", known, measured).heardAmplitude_Pa_m(), 5.0) << known;
+        EXPECT_EQ(read("7", known, measured).heardAmplitude_Pa_m(), 7.0) << known;
+    }
+}
+
 TEST(Exposure, OfTwoAmplitudesTheLargerCountsAtEars)
 {
     TransducerArray array = pointSource();

@@ -1,4 +1,4 @@
-#include "engine-bridge/playing/UserDevice.h"
+#include "engine-bridge/playing/unaided/UserDevice.h"
 
 #include "device/limits/GuardedDevice.h"
 #include "device/limits/KeptAlive.h"

@@ -1,5 +1,5 @@
 // Patterns, plans and recordings under the user's ear limit.
-#include "engine-bridge/playing/UserDevice.h"
+#include "engine-bridge/playing/unaided/UserDevice.h"
 
 #include "device/drive/DriveEncoder.h"
 #include "haptics/base/UserEnvironment.h"
