@@ -1,3 +1,4 @@
+#include "haptics/base/UserEnvironment.h"
 #include "samples/installations/shell/EarChoice.h"
 #include "samples/installations/shell/InstallationShell.h"
 #include "samples/monitor/SceneMonitor.h"
@@ -172,7 +173,10 @@ std::string rehearsedEarNeed(Installation& installation,
                              InstallationOptions options)
 {
     constexpr int kFrames = 240;
-    options.hands = "demo";
+    // With a tracker its own visitor comes; without one all is played, all the time.
+    std::string hands = options.hands.empty() ? settings.hands : options.hands;
+    if (hands.empty()) hands = base::userVariable("OSG_MIDAIR_HANDS").value_or("");
+    options.hands = hands.empty() || hands == "none" ? "none" : "demo";
     options.state.clear();
     options.muted = false;
     EarNeedMeter meter(settings);

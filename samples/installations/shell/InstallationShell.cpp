@@ -228,6 +228,7 @@ void InstallationShell::frame(osgViewer::Viewer& viewer, double time_s, bool dra
                             after.state != osgMidair::ArrayState::OPENING);
     _record.addField(_haptics->getField().get());
     _record.addFrame({now_s, _isMuted, _mustRest}, after);
+    if (_haptics->getRehearsed()) return; // nobody is told that it runs
     _service.beat(now_s,
                   std::string(midair::bridge::stateName(after.state)) +
                       (_isSomebodyThere ? "" : ", nobody is there"));
