@@ -99,7 +99,7 @@ extern "C"
     MIDAIR_API midair_status midair_array_from_json(const char* json, midair_array** array);
     /// Makes one of 1 .. 65536 transducers, with the data sheet's directivity and ringing of a
     /// T4010A1. \a frequency_Hz: up to 1e7; \a source_Pa_m: peak pressure times distance on the
-    /// axis at full drive, up to 1e5.
+    /// axis at full drive, up to 1e5; for the level at ears at least the data sheet's 10.1 counts.
     MIDAIR_API midair_status midair_array_make(const char* name,
                                                const midair_transducer* transducers,
                                                size_t count,
