@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <fstream>
 #include <random>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -122,6 +125,22 @@ TEST(Exposure, OfTwoAmplitudesTheLargerCountsAtEars)
     EXPECT_EQ(level_dB(), one_dB);
     array.exposureAmplitude_Pa_m = 20.0;
     EXPECT_NEAR(level_dB(), one_dB + 20.0, 1e-4);
+}
+
+// What installations tell their operators stands in the table of what is known.
+TEST(Exposure, TheLimitsThatProgramsNameAreThoseOfTheDocument)
+{
+    std::ifstream file(MIDAIR_ROOT "/haptics/EARS.md");
+    std::ostringstream text;
+    text << file.rdbuf();
+    const auto row = [](const char* whose, double limit_dB)
+    {
+        return std::string("| ") + whose + " | **" + std::to_string(std::lround(limit_dB)) +
+               "** | quoted";
+    };
+    EXPECT_NE(text.str().find(row("public", kPublicEarLimit_dB)), std::string::npos);
+    EXPECT_NE(text.str().find(row("workers, 8 h", kWorkersEarLimit_dB)), std::string::npos);
+    EXPECT_EQ(ExposureFigures().head_dB, kHeadMargin_dB);
 }
 
 TEST(Exposure, LevelsAndMeanSquaresAreInverse)
