@@ -2,6 +2,7 @@
 #include "engine-bridge/c/inside/Scene.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/NearestWord.h"
+#include "haptics/base/text/Quantity.h"
 
 #include <algorithm>
 
