@@ -116,7 +116,9 @@ TEST(DeviceTool, understands_the_users_caps_or_plays_nothing)
             EXPECT_EQ(made.code, plays ? 0 : 3)
                 << command << " " << one.variable << "=" << one.text << ": " << made.output;
             if (!one.isUnderstood)
+            {
                 EXPECT_TRUE(says(made, std::string(one.variable) + " is \"")) << made.output;
+            }
         }
     }
     const SetVariable wrong("OSG_MIDAIR_EAR_LIMIT", "quiet");

@@ -280,7 +280,9 @@ TEST_F(MidairTune, understands_the_users_caps_or_plays_nothing)
         const Outcome made = tune(run() + instrument());
         EXPECT_EQ(made.code, plays ? 0 : 3) << one.variable << "=" << one.text << made.output;
         if (!one.isUnderstood)
+        {
             EXPECT_TRUE(says(made, std::string(one.variable) + " is \"")) << made.output;
+        }
     }
     // A row that the limit lowers is none of the plan.
     const SetVariable limit("OSG_MIDAIR_EAR_LIMIT", "60");
