@@ -60,7 +60,9 @@ TEST(EarChoice, SaysWhatEachLimitWouldLeave)
     osgMidair::HapticSettings settings;
     settings.array = "autd3";
     EarNeedMeter meter(settings);
-    const std::vector<std::complex<float>> full(249, 1.0F);
+    std::vector<std::complex<float>> full(249);
+    for (std::size_t i = 0; i < full.size(); ++i)
+        full[i] = std::polar(1.0F, 2.4F * static_cast<float>(i * i));
     meter.add({full});
     const EarNeed need = meter.need();
     EXPECT_FALSE(need.isFullDrive);
