@@ -73,6 +73,7 @@ void BoardDevice::silenceLocked()
     std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
     ++_epoch;
     _silenceWanted = true;
+    _silenceAsked_s = base::steadySeconds();
     _wake.notify_all();
 }
 
@@ -80,6 +81,14 @@ void BoardDevice::silence()
 {
     std::lock_guard<std::mutex> lock(_mutex);
     silenceLocked();
+}
+
+// While the board is starting, nothing that was sent has gone out.
+double BoardDevice::confirmed_s() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    if (_resetDue) return base::steadySeconds();
+    return std::max(_fields.confirmed_s(), _silenced_s);
 }
 
 DeviceReport BoardDevice::report() const

@@ -43,6 +43,7 @@ public:
 
     bool send(const DriveSignal& signal) override;
     void silence() override;
+    double confirmed_s() const override; ///< what has been written whole
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override
@@ -103,8 +104,10 @@ private:
     FieldQueue _fields;                 ///< at most one in flight
     std::uint32_t _sequence = 0;
     bool _silenceWanted = false;
-    bool _resetDue = false; ///< only _reset may be written, and not before _settled_s
-    int _silentLeft = 0;    ///< silent fields left to write, for the board's other buffers
+    double _silenceAsked_s = 0; ///< steady clock, of the last one
+    double _silenced_s = 0;     ///< the same of the last one that was written
+    bool _resetDue = false;     ///< only _reset may be written, and not before _settled_s
+    int _silentLeft = 0;        ///< silent fields left to write, for the board's other buffers
     /// Counts silences; a field of an older epoch doesn't become _playing.
     std::uint64_t _epoch = 0;
     DriveSignal _playing;

@@ -254,6 +254,7 @@ void BoardDevice::finish(Piece piece)
     {
     case Piece::RESET:
         _resetDue = false;
+        if (newest) _silenced_s = _silenceAsked_s;
         _silenceWanted = _silenceWanted && !newest;
         _silentLeft = 0;
         // A board that answers is ready once it has answered. When it is opened first, the state is
@@ -262,6 +263,7 @@ void BoardDevice::finish(Piece piece)
         break;
     case Piece::SILENCE:
         if (!newest) break;
+        _silenced_s = _silenceAsked_s;
         _silentLeft = _silenceWanted ? _codec->silentFields() - 1 : std::max(0, _silentLeft - 1);
         _silenceWanted = false;
         break;

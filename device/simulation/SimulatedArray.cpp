@@ -6,6 +6,7 @@
 #include "device/drive/DriveEncoder.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -100,12 +101,15 @@ double SimulatedArray::advance() const
     if (!unplugged(now_s)) _firmware.keptAlive(std::min(now_s, _options.hangAt_s));
     const std::uint32_t watchdogs = _firmware.status(now_s).watchdogs;
     if (watchdogs > _watchdogs)
+    {
+        _confirmed_s = std::numeric_limits<double>::infinity(); // it is silent
         _counters.change(
             [](DeviceReport& report)
             {
                 ++report.faults;
                 report.message = "muted by its watchdog";
             });
+    }
     _watchdogs = watchdogs;
     if (now_s >= _options.unplugAt_s && !_unplugged)
     {
@@ -180,7 +184,9 @@ bool SimulatedArray::send(const DriveSignal& signal)
         _counters.countPlayed(sentAt_s);
         return true;
     }
-    if (now_s >= _options.hangAt_s || !sendPackets(signal, now_s))
+    const bool arrives = now_s < _options.hangAt_s && sendPackets(signal, now_s);
+    noteArrival(arrives, sentAt_s);
+    if (!arrives)
         _counters.change(
             [](DeviceReport& report)
             {
@@ -202,12 +208,28 @@ void SimulatedArray::silenceLocked(double now_s)
         giveBoard(now_s);
         return;
     }
-    if (unplugged(now_s) || now_s >= _options.hangAt_s) return;
+    if (unplugged(now_s)) return;
+    noteArrival(now_s < _options.hangAt_s, _start_s + now_s);
+    if (now_s >= _options.hangAt_s) return;
     protocol::Packet mute;
     mute.type = protocol::Type::MUTE;
     mute.sequence = ++_sequence;
     protocol::append(_bytes, mute);
     _firmware.receive(_bytes.data(), _bytes.size(), now_s);
+}
+
+void SimulatedArray::noteArrival(bool arrived, double asked_s)
+{
+    if (arrived)
+        _confirmed_s = std::numeric_limits<double>::infinity();
+    else
+        _confirmed_s = std::min(_confirmed_s, std::nextafter(asked_s, 0));
+}
+
+double SimulatedArray::confirmed_s() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    return _confirmed_s;
 }
 
 void SimulatedArray::silence()

@@ -55,6 +55,7 @@ public:
 
     bool send(const DriveSignal& signal) override;
     void silence() override;
+    double confirmed_s() const override;
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override;
@@ -70,6 +71,7 @@ private:
     bool sendPackets(const DriveSignal& signal, double now_s);
     void deliver(double now_s); ///< sends _bytes to the firmware, with dropped and damaged packets
     void silenceLocked(double now_s);
+    void noteArrival(bool arrived, double asked_s);
     void giveBoard(double now_s); ///< _bytes, to _board
     bool unplugged(double now_s) const
     {
@@ -91,6 +93,8 @@ private:
     mutable bool _unplugged = false;      ///< unplugAt_s has passed
     mutable std::uint32_t _watchdogs = 0; ///< the firmware's, as far as counted as faults
     std::uint32_t _sequence = 0;
+    /// When something was asked for that didn't arrive, if nothing has since; else infinite.
+    mutable double _confirmed_s = std::numeric_limits<double>::infinity();
     std::minstd_rand _random;
 };
 

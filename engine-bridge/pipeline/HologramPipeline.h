@@ -71,7 +71,7 @@ public:
     /// See ArrayOutput. Any thread.
     void setMuted(bool muted) { _output->setMuted(muted); }
 
-    void keepAlive() { _output->keepAlive(); }
+    void noteSign(double at_s) { _output->noteSign(at_s); } ///< see ArrayOutput
 
     /// To be called before the first process(). Once \a stop is requested, process() and attend()
     /// return within milliseconds and send nothing more: process() returns a silent result that
@@ -170,7 +170,6 @@ private:
     bool _hasContacts = false;     // its objects may be felt by contacts
     bool _playsContacts = false;   // what is played has contacts
     haptics::FieldSequence _whole; // of the whole objects, before caps; kept where contacts may be
-    double _contactFrame_s = 0.0;  // steady clock, when its snapshot came
     double _contactField_s = 0.0;  // steady clock, when the last one was played
     double _contactShown_s = 0.0;  // when the last one was published
     ReachAndShadow _around;

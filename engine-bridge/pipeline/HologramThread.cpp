@@ -27,6 +27,7 @@ HologramThread::HologramThread(HologramOptions options) :
 HologramThread::HologramThread(PipelineFactory makePipeline, StaleCheck isStale) :
     _newMaker{std::move(makePipeline), std::move(isStale)},
     _opening(true),
+    _sign_s(base::steadySeconds()),
     _thread([this] { run(); })
 {
 }
@@ -93,7 +94,8 @@ void HologramThread::setMuted(bool muted)
 void HologramThread::keepAlive()
 {
     const std::lock_guard<std::mutex> lock(_atWorkMutex);
-    if (_atWork) _atWork->keepAlive();
+    _sign_s = base::steadySeconds();
+    if (_atWork) _atWork->noteSign(_sign_s);
 }
 
 ArrayState HologramThread::state() const
@@ -168,6 +170,7 @@ double HologramThread::solvesFor_s() const
 
 void HologramThread::submit(SceneSnapshot& snapshot)
 {
+    keepAlive(); // before the field that may follow at once
     const bool isSilence = snapshot.objects.empty();
     const auto request = [&]
     {
@@ -182,6 +185,7 @@ void HologramThread::setAtWork(HologramPipeline* pipeline)
 {
     const std::lock_guard<std::mutex> lock(_atWorkMutex);
     _atWork = pipeline;
+    if (_atWork) _atWork->noteSign(_sign_s); // a device that was opened meanwhile gave none
     if (_atWork && _muted) _atWork->setMuted(true);
 }
 

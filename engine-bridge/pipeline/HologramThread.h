@@ -60,7 +60,8 @@ public:
     void setMuted(bool muted);
 
     /// To be called with each frame, changed or not: a device with a hold (SafetyLimits::hold_s)
-    /// falls silent when nobody calls it for that time. Never waits for the device. Any thread.
+    /// falls silent when nobody calls it, or submit(), for that time. Nothing else is a sign of
+    /// life: no field, no result, no reader. Never waits for the device. Any thread.
     void keepAlive();
 
     /// What the array does now; newer than the newest result's. Never waits for the device. Any
@@ -132,10 +133,11 @@ private:
     std::atomic<double> _restWorkSince_s{0.0}; ///< start of attend(), steady clock; 0: not running
     base::StopSource _stop;                    ///< requested and cleared under the slot's lock
     std::atomic<bool> _opening{false};
-    /// guards the next two; held while a device falls silent
+    /// guards the next three; held while a device falls silent
     mutable std::mutex _atWorkMutex;
     HologramPipeline* _atWork = nullptr;
     bool _muted = false;
+    double _sign_s;      ///< steady clock, of life; making this object counts as one
     std::thread _thread; ///< last: it uses all other members
 };
 

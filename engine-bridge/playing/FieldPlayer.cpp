@@ -149,7 +149,7 @@ bool FieldPlayer::handOver(std::unique_lock<std::mutex>& lock, Whole* whole, std
         whole->first = step;
     }
     const bool taken =
-        whole != nullptr ? _device.sendSequence(whole->sequence) : _device.send(_out);
+        whole != nullptr ? _device.sendSequence(whole->sequence) : _device.sendUnled(_out);
     lock.lock();
     _sending = false;
     ++(taken ? _counters.sent : _counters.refused);

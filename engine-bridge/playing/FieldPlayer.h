@@ -20,8 +20,9 @@ namespace midair::bridge
 /// whole sequence if its steps repeat within that number (sequenceOfSteps()) and its clock has the
 /// rate (DriveAbility::sequenceClock_Hz). For any other device, and any other sequence, a thread
 /// sends each step, at multiples of 1/fieldRate_Hz since play(); steps that are late are skipped,
-/// so that the cycle keeps its time. A single field without modulation is sent once. All members
-/// may be called from any thread.
+/// so that the cycle keeps its time. A single field without modulation is sent once. What it sends
+/// is no sign of life: where the device has a hold, whoever leads has to give one
+/// (ArrayDevice::keepAlive()). All members may be called from any thread.
 class FieldPlayer
 {
 public:

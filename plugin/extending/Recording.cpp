@@ -248,7 +248,13 @@ osg::ref_ptr<Player> Player::open(const std::string& file,
 
 bool Player::isFinished() const
 {
+    _part->playing.keepAlive();
     return _part->playing.finished();
+}
+
+void Player::keepAlive()
+{
+    _part->playing.keepAlive();
 }
 
 void Player::stop()

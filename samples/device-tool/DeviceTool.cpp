@@ -26,6 +26,7 @@ namespace
 {
 
 constexpr double kPoll_s = 0.05;
+constexpr double kNever_s = 1e300;
 constexpr double kSettle_s = 0.5; // for fields that are still in transit at the end
 constexpr std::size_t kMostPatBytes = std::size_t(1) << 20;
 
@@ -95,8 +96,9 @@ std::unique_ptr<device::ArrayDevice> openWithoutPoints(const DeviceOptions& opti
     return device;
 }
 
-bool goesOn(double end_s, const device::ArrayDevice& device)
+bool goesOn(double end_s, device::ArrayDevice& device)
 {
+    device.keepAlive();
     return !interrupted && base::steadySeconds() < end_s && !isLost(device);
 }
 
@@ -104,6 +106,12 @@ void pause(double until_s)
 {
     const double left_s = until_s - base::steadySeconds();
     if (left_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(left_s));
+}
+
+void stay(double end_s, device::ArrayDevice& device)
+{
+    while (goesOn(end_s, device))
+        pause(std::min(end_s, base::steadySeconds() + kPoll_s));
 }
 
 int finish(device::ArrayDevice& device)
@@ -214,7 +222,7 @@ int playRecording(const DeviceOptions& options)
     device::PlayingDevice show(std::move(recording),
                                {1.0, false, array.dead},
                                openWithoutPoints(options, array, "a recording"));
-    while (!interrupted && !show.finished() && !isLost(show))
+    while (!show.finished() && goesOn(kNever_s, show))
         pause(base::steadySeconds() + kPoll_s);
     const device::DeviceReport report = show.report();
     const int code = finish(show);

@@ -1,7 +1,6 @@
 #include "samples/tune/RowPlayer.h"
 
 #include "device/drive/DriveEncoder.h"
-#include "device/limits/KeptAlive.h"
 #include "device/limits/UserLimits.h"
 #include "haptics/base/threads/SteadyClock.h"
 
@@ -49,11 +48,6 @@ RowPlayer::RowPlayer(const std::string& uri,
 RowPlayer::~RowPlayer()
 {
     _device->silence();
-}
-
-void RowPlayer::keepAlive()
-{
-    if (auto* kept = dynamic_cast<device::KeptAlive*>(_device.get())) kept->keepAlive();
 }
 
 // What the device would play has to be what the plan has: readings of lowered rows would be taken

@@ -139,6 +139,42 @@ TEST(Recording, IsPlayedWithinTheUsersCaps)
     ::unsetenv("OSG_MIDAIR_MAX_PRESSURE");
 }
 
+TEST(Recording, IsSilentUnderAHoldUnlessTheProgramLeads)
+{
+    const RecordingFile file;
+    std::string error;
+    recordAField(file.path);
+    PlayerOptions options;
+    options.loop = true;
+    const osg::ref_ptr<Player> player = Player::open(file.path, "null:?hold=300ms", error, options);
+    ASSERT_TRUE(player) << error;
+    const auto sounds = [&]
+    {
+        const auto q = player->getActivations();
+        return std::any_of(q.begin(), q.end(), [](auto one) { return std::abs(one) > 0.0F; });
+    };
+    const auto heardIn = [&](double seconds, bool leads)
+    {
+        bool any = false;
+        const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+        while (std::chrono::steady_clock::now() < end)
+        {
+            if (leads) player->keepAlive();
+            any = sounds() || any;
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        return any;
+    };
+    heardIn(0.5, true);
+    EXPECT_TRUE(heardIn(0.3, true));
+    heardIn(0.6, false); // hangs
+    EXPECT_FALSE(heardIn(0.3, false));
+    EXPECT_NE(player->getStatus().find("no sign of life"), std::string::npos)
+        << player->getStatus();
+    EXPECT_FALSE(player->isFinished());
+    EXPECT_TRUE(heardIn(0.3, true)) << "it goes on";
+}
+
 TEST(Recording, DeadTransducersAreNeverDriven)
 {
     const RecordingFile file;
