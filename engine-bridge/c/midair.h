@@ -145,7 +145,8 @@ extern "C"
                                              const float* intensity,
                                              midair_object* object);
     /// Adds the mesh of a Wavefront OBJ file. \a size_m: its largest extent, and its centre goes to
-    /// the origin; 0: as in the file.
+    /// the origin; 0: as in the file. What of the file can't be felt as it was meant is among the
+    /// midair_messages().
     MIDAIR_API midair_status midair_add_file(midair_scene* scene,
                                              const char* obj_file,
                                              double size_m,

@@ -1,10 +1,10 @@
 #pragma once
 
+#include <osg/BoundingBox>
 #include <osg/Node>
 #include <osg/ref_ptr>
 #include <osgDB/Options>
-
-#include <string>
+#include <osgDB/ReaderWriter>
 
 namespace osgMidair
 {
@@ -12,14 +12,16 @@ namespace osgMidair
 /// A model for MODEL.EXT.haptic, as it is in its file.
 struct ModelFile
 {
-    osg::ref_ptr<osg::Node> node; ///< null: it can't be read
-    std::string error;            ///< why; empty: OSG has told it, or there is no such file
+    osgDB::ReaderWriter::ReadResult read; ///< as of readModel() in <osgMidair/FileFormats>
     /// true: its tags say what of it is felt; false: all of it is
     bool isTagged = false;
 };
 
-/// Reads \a name: glTF by the kit itself, whatever else reads it, since only so its extras are
-/// tags; all else as OSG does.
+/// Reads \a name as readModel() does, and glTF with its extras as tags.
 ModelFile readModelFile(const std::string& name, const osgDB::Options* options);
+
+/// The box of all below \a node in the frame of its parent. (OSG's own has floats, which lose the
+/// digits of places far from the origin.)
+osg::BoundingBoxd boundsOf(osg::Node& node);
 
 } // namespace osgMidair

@@ -16,7 +16,6 @@
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
 
-#include <osg/ComputeBoundsVisitor>
 #include <osg/MatrixTransform>
 #include <osg/Notify>
 #include <osgDB/FileNameUtils>
@@ -245,11 +244,9 @@ struct ObjectName
 /// Returns \a model scaled and placed as the options say.
 osg::ref_ptr<osg::Node> placed(osg::Node* model, const LoaderOptions& options)
 {
-    osg::ComputeBoundsVisitor bounds;
-    model->accept(bounds);
-    const osg::BoundingBox& box = bounds.getBoundingBox();
+    const osg::BoundingBoxd box = boundsOf(*model);
     if (!box.valid()) return model;
-    const osg::Vec3d extent = osg::Vec3d(box._max) - osg::Vec3d(box._min);
+    const osg::Vec3d extent = box._max - box._min;
     const double largest = std::max({extent.x(), extent.y(), extent.z()});
     const bool moved = options.position.length2() > 0.0 || options.rotation_deg.length2() > 0.0;
     if ((!options.isSizeSet || largest <= 0.0) && !moved) return model;
@@ -257,7 +254,7 @@ osg::ref_ptr<osg::Node> placed(osg::Node* model, const LoaderOptions& options)
     const double scale = options.isSizeSet && largest > 0.0 ? options.size_m / largest : 1.0;
     const osg::Vec3d turn = options.rotation_deg * midair::base::toRadians(1.0);
     osg::ref_ptr<osg::MatrixTransform> transform = new osg::MatrixTransform(
-        osg::Matrixd::translate(options.isSizeSet ? -osg::Vec3d(box.center()) : osg::Vec3d()) *
+        osg::Matrixd::translate(options.isSizeSet ? -box.center() : osg::Vec3d()) *
         osg::Matrixd::scale(scale, scale, scale) *
         osg::Matrixd::rotate(turn.x(), osg::X_AXIS, turn.y(), osg::Y_AXIS, turn.z(), osg::Z_AXIS) *
         osg::Matrixd::translate(options.position));
@@ -338,8 +335,9 @@ public:
         const std::string& modelName = name.model;
         if (osgDB::getFileExtension(modelName).empty()) return ReadResult::FILE_NOT_FOUND;
         const ModelFile model = readModelFile(modelName, options);
-        if (!model.error.empty()) return ReadResult(model.error);
-        if (!model.node) return ReadResult::FILE_NOT_HANDLED;
+        if (!model.read.validNode())
+            return model.read.message().empty() ? ReadResult(ReadResult::FILE_NOT_HANDLED)
+                                                : ReadResult(model.read.message());
 
         LoaderOptions loader;
         if (options) loader.parse(options->getOptionString(), fileName);
@@ -356,7 +354,7 @@ public:
         }
         if (!object) object = new osg::Group;
         object->setName(osgDB::getSimpleFileName(modelName));
-        object->addChild(placed(model.node, loader));
+        object->addChild(placed(model.read.getNode(), loader));
         osg::ref_ptr<HapticScene> scene = new HapticScene;
         scene->setSettings(loader.settings);
         scene->setJoined(true); // osgviewer shows several files beside each other

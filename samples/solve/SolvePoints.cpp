@@ -102,7 +102,10 @@ SolveScene loadScene(const SolveArguments& arguments)
     std::string error;
     if (!scene.medium.isValid(&error)) throw base::InputError(error);
     if (!arguments.pointsFile.empty()) return scene;
-    scene.mesh = haptics::readObj(arguments.model);
+    std::vector<std::string> warnings;
+    scene.mesh = haptics::readObj(arguments.model, &warnings);
+    for (const std::string& warning : warnings)
+        std::fprintf(stderr, "midair-solve: %s\n", warning.c_str());
     if (arguments.size_m > 0.0) scene.mesh = scene.mesh.scaledTo(arguments.size_m);
     scene.pose = poseOf(arguments);
     return scene;
