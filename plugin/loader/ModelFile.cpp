@@ -21,11 +21,14 @@
 #include <algorithm>
 #include <clocale>
 #include <cmath>
+#include <map>
+#include <mutex>
 #include <sstream>
 
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 
 namespace osgMidair
 {
@@ -127,6 +130,40 @@ Result readObjModel(const std::string& file, const osgDB::Options* options)
         new osg::MatrixTransform(osg::Matrixd::translate(origin));
     placed->addChild(read.getNode());
     return Result(placed.get());
+}
+
+/// The files that were tried, as they were then: one that is read again needs no second trial.
+class TriedFiles
+{
+public:
+    /// Returns true if \a file was tried, and is as it was; takes it in if not.
+    bool isKnown(const std::string& file)
+    {
+        struct stat now = {};
+        if (::stat(file.c_str(), &now) != 0) return false;
+        const std::lock_guard<std::mutex> lock(_mutex);
+        struct stat& then = _files[file];
+        const bool isSame = then.st_ino == now.st_ino && then.st_size == now.st_size &&
+                            then.st_mtim.tv_sec == now.st_mtim.tv_sec &&
+                            then.st_mtim.tv_nsec == now.st_mtim.tv_nsec;
+        then = now;
+        return isSame;
+    }
+    void forget(const std::string& file)
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        _files.erase(file);
+    }
+
+private:
+    std::mutex _mutex;
+    std::map<std::string, struct stat> _files;
+};
+
+TriedFiles& triedFiles()
+{
+    static TriedFiles files;
+    return files;
 }
 
 /// Lets another process read \a file, which may end it, and returns why this one should not; empty:
@@ -290,8 +327,13 @@ Result readModel(const std::string& name, const osgDB::Options* options)
     // MODEL.haptic comes here again with its model.
     const bool isTried = !isObj && !file.empty() && extension != "haptic" &&
                          own->getPluginStringData(kTrial).empty();
-    const std::string why = isTried ? whyNotToRead(file, own) : std::string();
-    if (!why.empty()) return Result(printable(why));
+    const std::string why =
+        isTried && !triedFiles().isKnown(file) ? whyNotToRead(file, own) : std::string();
+    if (!why.empty())
+    {
+        triedFiles().forget(file);
+        return Result(printable(why));
+    }
     Result read = isObj ? readObjModel(file, own)
                         : osgDB::Registry::instance()->readNodeImplementation(name, own);
     if (read.validNode()) mend(*read.getNode(), name);

@@ -334,7 +334,7 @@ public:
         const ObjectName name(fileName);
         const std::string& modelName = name.model;
         if (osgDB::getFileExtension(modelName).empty()) return ReadResult::FILE_NOT_FOUND;
-        const ModelFile model = readModelFile(modelName, options);
+        ModelFile model = readModelFile(modelName, options);
         if (!model.read.validNode())
             return model.read.message().empty() ? ReadResult(ReadResult::FILE_NOT_HANDLED)
                                                 : ReadResult(model.read.message());

@@ -102,7 +102,7 @@ LoadedScene::LoadedScene(const CheckOptions& options) :
     osg::setNotifyHandler(_keeper);
     if (!options.options.empty())
         osgDB::Registry::instance()->setOptions(new osgDB::Options(options.options));
-    const osgDB::ReaderWriter::ReadResult read = readSafely(options.file, nullptr);
+    osgDB::ReaderWriter::ReadResult read = readSafely(options.file, nullptr);
     const osg::ref_ptr<osg::Node> node = read.getNode();
     if (!node)
     {

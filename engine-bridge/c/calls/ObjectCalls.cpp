@@ -145,8 +145,11 @@ midair_add_file(midair_scene* scene, const char* obj_file, double size_m, midair
             std::vector<std::string> warnings;
             haptics::TriangleMesh mesh =
                 haptics::readObj(textGiven(obj_file, "obj_file", 4096), &warnings);
-            for (const std::string& warning : warnings)
-                of->messages.say({base::MessageCode::OBJECT_GEOMETRY, warning});
+            {
+                const std::lock_guard<std::mutex> lock(of->mutex);
+                for (const std::string& warning : warnings)
+                    of->messages.say({base::MessageCode::OBJECT_GEOMETRY, warning});
+            }
             if (size_m > 0.0) mesh = mesh.scaledTo(size_m);
             *object = add(*of, std::move(mesh), {});
             return MIDAIR_OK;

@@ -56,6 +56,12 @@ TEST(Gallery, TheGalleryShowsAllModelsAndTellsTheBadOnes)
                                    models + "/" + name);
     std::ofstream(models + "/broken.obj") << "this is no model\n";
     std::ofstream(models + "/cut.osgt") << "this is no scene\n";
+    // These end OSG's readers by a signal.
+    std::ofstream(models + "/beyond.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n";
+    std::ofstream(models + "/beyond.ply")
+        << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+           "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+           "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 900000000\n";
     std::filesystem::create_symlink("nowhere.obj", models + "/dangling.obj");
     std::ofstream(models + "/sign.osgt")
         << "#Ascii Scene\n#Version 161\n#Generator OpenSceneGraph 3.6.5\n"
@@ -73,7 +79,7 @@ TEST(Gallery, TheGalleryShowsAllModelsAndTellsTheBadOnes)
         EXPECT_TRUE(scene.at("shown").contains(name)) << scene;
         EXPECT_TRUE(scene.at("felt").contains(name)) << scene;
     }
-    for (const char* name : {"broken.obj", "cut.osgt", "sign.osgt"})
+    for (const char* name : {"broken.obj", "cut.osgt", "sign.osgt", "beyond.obj", "beyond.ply"})
     {
         EXPECT_TRUE(scene.at("skipped").contains(name)) << scene;
         const std::string& text = run.outcome.output;

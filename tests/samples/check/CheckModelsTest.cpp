@@ -1,0 +1,108 @@
+// Runs the built program as a user would, on models as people bring them.
+
+#include "tests/samples/Shell.h"
+
+#include <fstream>
+#include <string>
+#include <tuple>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace
+{
+
+const std::string kProgram = MIDAIR_BIN "/midair-check";
+
+Outcome check(const std::string& arguments)
+{
+    return shell("env OSG_MIDAIR_GRANTS= XDG_CONFIG_HOME=/nonexistent " + kProgram + " " +
+                 arguments);
+}
+
+nlohmann::json checkedJson(const std::string& arguments, int code)
+{
+    const Outcome outcome = check(arguments + " --json --frames 2");
+    EXPECT_EQ(outcome.code, code) << outcome.output;
+    const nlohmann::json json = nlohmann::json::parse(outcome.output, nullptr, false);
+    EXPECT_FALSE(json.is_discarded()) << outcome.output;
+    return json;
+}
+
+std::string modelFile(const std::string& name, const std::string& text)
+{
+    const std::string path = testing::TempDir() + "midair-check-" + name;
+    std::ofstream(path, std::ios::binary) << text;
+    return path;
+}
+
+const std::string kPlate = "v -0.02 -0.02 0\nv 0.02 -0.02 0\nv 0.02 0.02 0\nv -0.02 0.02 0\n";
+
+} // namespace
+
+// Its verdict is about what is felt: materials and pictures that are not there are notes.
+TEST(MidairCheckModels, LooksThatAreMissingAreNotes)
+{
+    nlohmann::json json = checkedJson(
+        modelFile("plain.obj", "mtllib nowhere.mtl\nusemtl gone\n" + kPlate + "f 1 2 3 4\n"), 0);
+    ASSERT_EQ(json["reading"].size(), 1u) << json["reading"];
+    EXPECT_EQ(json["reading"][0]["severity"], "notice");
+    EXPECT_NE(json["reading"][0]["text"].dump().find("nowhere.mtl"), std::string::npos);
+    modelFile("torn.mtl", "newmtl a\nmap_Kd nowhere.png\n");
+    json = checkedJson(modelFile("torn.obj",
+                                 "mtllib midair-check-torn.mtl\nusemtl a\n" + kPlate +
+                                     "vt 0 0\nf 1/1 2/1 3/1 4/1\n"),
+                       0);
+    for (const nlohmann::json& line : json["reading"])
+        EXPECT_EQ(line["severity"], "notice") << line;
+    // What isn't felt is a fault.
+    json = checkedJson(modelFile("two.obj", kPlate + "f 1 2\nf 1 2 3 4\n"), 1);
+    ASSERT_EQ(json["reading"].size(), 1u) << json["reading"];
+    EXPECT_EQ(json["reading"][0]["severity"], "warning");
+    EXPECT_NEAR(json["scenes"][0]["objects"][0]["size_m"][0], 0.04, 1e-3);
+}
+
+// With .haptic and without: one reader.
+TEST(MidairCheckModels, BrokenModelsEndItByNoSignal)
+{
+    const std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+                            "property float y\nproperty float z\nelement face 1\nproperty list "
+                            "uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
+    for (const auto& [name, text, why] :
+         {std::tuple<std::string, std::string, std::string>(
+              "beyond.obj", kPlate + "f 1 2 9\n", "line 5: the face refers to vertex 9"),
+          {"zero.obj", kPlate + "f 0 1 2\n", "line 5: face corner \"0\": indices count from 1"},
+          {"comma.obj", "v 0,5 0 0\nf 1 1 1\n", "line 1: \"0,5\" is not a number"},
+          {"beyond.ply", ply + "3 0 1 900000000\n", "was killed by signal "}})
+        for (const char* haptic : {"", ".haptic"})
+        {
+            const Outcome outcome = check(modelFile(name, text) + haptic + " --frames 1");
+            EXPECT_EQ(outcome.code, 2) << outcome.output;
+            EXPECT_NE(outcome.output.find(why), std::string::npos) << outcome.output;
+        }
+}
+
+TEST(MidairCheckModels, JsonIsAloneOnItsStreamWhateverAPluginPrints)
+{
+    const std::string file = modelFile(
+        "dangling.dae",
+        "<?xml version=\"1.0\"?><COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" "
+        "version=\"1.4.1\"><asset><unit name=\"meter\" meter=\"1\"/><up_axis>Y_UP</up_axis>"
+        "</asset><library_geometries><geometry id=\"g\"><mesh><source id=\"p\"><float_array "
+        "id=\"pa\" count=\"9\">-0.03 -0.02 0 0.03 -0.02 0 0.03 0.02 0</float_array>"
+        "<technique_common><accessor source=\"#pa\" count=\"3\" stride=\"3\"><param name=\"X\" "
+        "type=\"float\"/><param name=\"Y\" type=\"float\"/><param name=\"Z\" type=\"float\"/>"
+        "</accessor></technique_common></source><vertices id=\"v\"><input semantic=\"POSITION\" "
+        "source=\"#p\"/></vertices><triangles count=\"1\"><input semantic=\"VERTEX\" "
+        "source=\"#v\" offset=\"0\"/><p>0 1 2</p></triangles></mesh></geometry>"
+        "</library_geometries><library_visual_scenes><visual_scene id=\"s\"><node id=\"n\">"
+        "<instance_geometry url=\"#g\"/><instance_camera url=\"#nocam\"/></node></visual_scene>"
+        "</library_visual_scenes><scene><instance_visual_scene url=\"#s\"/></scene></COLLADA>");
+    // Without stderr, where the plugin's words then are.
+    const Outcome outcome = shell("sh -c 'OSG_MIDAIR_GRANTS= " + kProgram + " --json --frames 1 " +
+                                  file + " 2>/dev/null'");
+    if (outcome.code == 2) GTEST_SKIP() << "OSG's reader of .dae is not there";
+    const nlohmann::json json = nlohmann::json::parse(outcome.output, nullptr, false);
+    EXPECT_FALSE(json.is_discarded()) << outcome.output;
+    EXPECT_EQ(json["scenes"].size(), 1u);
+}
