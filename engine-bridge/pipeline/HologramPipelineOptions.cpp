@@ -17,6 +17,7 @@ PointAssembler::Options HologramPipeline::assemblerOptions() const
     points.motionTolerance_m = _options.motionTolerance * points.wavelength_m;
     points.maxPoints = _options.maxPoints;
     points.sets = _options.cycle;
+    points.loudness = _options.solverOptions.loudness;
     return points;
 }
 

@@ -322,6 +322,10 @@ Result readModel(const std::string& name, const osgDB::Options* options)
         const osg::ref_ptr<osg::Node> node = readGltfAndTell(file, error);
         return node ? Result(node.get()) : Result(error);
     }
+    struct stat about = {};
+    if (!file.empty() && ::stat(file.c_str(), &about) == 0 && !S_ISREG(about.st_mode) &&
+        !S_ISDIR(about.st_mode))
+        return Result(printable(file) + ": is a device or a pipe, should be a regular file");
     const bool isObj = extension == "obj" && !file.empty();
     const osg::ref_ptr<osgDB::Options> own = forAllBelow(options);
     // MODEL.haptic comes here again with its model.

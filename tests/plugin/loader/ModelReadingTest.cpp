@@ -20,6 +20,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 using namespace osgMidair;
 
@@ -293,6 +294,17 @@ TEST_F(ModelReading, WhatEndsOsgsReaderIsRefusedByName)
                                    "signal "),
                   std::string::npos)
             << said.text();
+    }
+}
+
+TEST_F(ModelReading, APipeHoldsNothingUp)
+{
+    for (const char* name : {"waits.ply", "waits.obj", "waits.osgt"})
+    {
+        const std::string pipe = (folder.path / name).string();
+        ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+        EXPECT_EQ(readModel(pipe).message(),
+                  pipe + ": is a device or a pipe, should be a regular file");
     }
 }
 

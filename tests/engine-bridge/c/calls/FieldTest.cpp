@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <complex>
+#include <fstream>
 #include <thread>
 
 TEST(CField, PressureIsTheSumOverTransducers)
@@ -43,6 +44,38 @@ TEST(CField, PressureIsTheSumOverTransducers)
     }
     midair_scene_close(scene);
     midair_array_close(array);
+}
+
+// 0.04 mm, as a model in other units has, is one focus; with all of the sound it would have 40 kPa.
+TEST(CField, WhatIsOneFocusIsAskedAboutAndNoLouderThanAPointOfTheWhole)
+{
+    const std::string star = std::string(MIDAIR_ROOT) + "/samples/models/star.obj";
+    double whole_Pa = 0.0;
+    for (const double size_m : {0.1, 4e-5})
+    {
+        Opened of;
+        midair_object object = 0;
+        ASSERT_EQ(midair_add_file(of.scene, star.c_str(), size_m, &object), MIDAIR_OK);
+        const Solved solved(of.scene);
+        ASSERT_EQ(solved.status, MIDAIR_OK) << solved.why;
+        const double level_Pa = solved.figure("level_Pa");
+        const bool isAsked = of.messages().find("under half a wavelength") != std::string::npos;
+        EXPECT_EQ(isAsked, size_m < 0.01) << of.messages();
+        if (size_m > 0.01) whole_Pa = level_Pa;
+        EXPECT_GT(level_Pa, 100.0);
+        EXPECT_LE(level_Pa, whole_Pa);
+    }
+}
+
+TEST(CField, WhatOfAFileCantBeFeltIsTold)
+{
+    const std::string file = testing::TempDir() + "midair-c-corners.obj";
+    std::ofstream(file) << "v 0 0 0\nv 0.04 0 0\nv 0 0.04 0\nf 1 2\nf 1 2 3\n";
+    Opened of;
+    midair_object object = 0;
+    ASSERT_EQ(midair_add_file(of.scene, file.c_str(), 0.0, &object), MIDAIR_OK);
+    EXPECT_NE(of.messages().find(file + ", line 4: the face has 2 corners"), std::string::npos)
+        << of.messages();
 }
 
 TEST(CField, LevelsAndViewAreTheActivations)
