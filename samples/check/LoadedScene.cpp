@@ -51,7 +51,10 @@ bool isAboutLooks(std::string line)
                    line.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     const auto has = [&line](const char* word) { return line.find(word) != std::string::npos; };
-    return has("material") || has("texture") || has("image") || has(".mtl") || has("shader");
+    for (const char* word :
+         {"material", "texture", "image", "shader", ".mtl", ".png", ".jp", ".tga", ".bmp", ".dds"})
+        if (has(word)) return true;
+    return false;
 }
 
 /// What was said last, for why a file can't be read.

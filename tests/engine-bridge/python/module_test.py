@@ -59,6 +59,16 @@ class Bytes(unittest.TestCase):
     def test_settings_and_properties(self):
         self.compare("--sampling vertices --max-pressure 300", [("maxPressure", "300 Pa")], [("sampling", "vertices")])
 
+    def test_one_focus_is_asked_about_and_no_louder_than_a_point_of_the_whole(self):
+        levels = {}
+        for size in (0.1, 4e-5):
+            scene = midair.Scene("octagon")
+            scene.add_file(STAR, size=size)
+            levels[size] = scene.solve().figures["level_Pa"]
+            self.assertEqual("under half a wavelength" in scene.messages, size < 0.01)
+        self.assertLess(levels[4e-5], levels[0.1])
+        self.assertGreater(levels[4e-5], 100)
+
     def test_a_cycle(self):
         self.assertEqual(self.compare("--cycle 3", [("cycle", 3)]).fields, 3)
 

@@ -2,6 +2,8 @@
 
 #include "tests/samples/Shell.h"
 
+#include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <string>
 #include <tuple>
@@ -105,4 +107,79 @@ TEST(MidairCheckModels, JsonIsAloneOnItsStreamWhateverAPluginPrints)
     const nlohmann::json json = nlohmann::json::parse(outcome.output, nullptr, false);
     EXPECT_FALSE(json.is_discarded()) << outcome.output;
     EXPECT_EQ(json["scenes"].size(), 1u);
+}
+
+// In the kit, without a scene and by Python alike; tests/engine-bridge has the C interface.
+TEST(MidairCheckModels, WhatIsOneFocusIsAskedAboutAndNoLouderThanAPointOfTheWhole)
+{
+    const std::string tiny = modelFile(
+        "tiny.obj", "v 0 0 0\nv 0.00004 0 0\nv 0.00004 0.00004 0\nv 0 0.00004 0\nf 1 2 3 4\n");
+    const auto highest = [](const nlohmann::json& json)
+    { return json["scenes"][0]["objects"][0]["played_Pa"]["highest"].get<double>(); };
+    const double whole_Pa = highest(checkedJson(tiny + ".haptic -O size=0.1", 0));
+    const nlohmann::json json = checkedJson(tiny, 1);
+    const nlohmann::json& object = json["scenes"][0]["objects"][0];
+    ASSERT_EQ(object["faults"].size(), 1u) << object;
+    EXPECT_NE(object["faults"][0].dump().find("is 4e-05 m wide, under half a wavelength"),
+              std::string::npos)
+        << object;
+    EXPECT_NE(object["faults"][0].dump().find("size=0.1 fits"), std::string::npos) << object;
+    EXPECT_EQ(json["scenes"][0]["messages"].dump().find("object.large"), std::string::npos);
+    EXPECT_GT(highest(json), 100.0);
+    EXPECT_LT(highest(json), whole_Pa);
+    const nlohmann::json inPascal = checkedJson(tiny + ".haptic -O 'pressure=90000 Pa'", 1);
+    EXPECT_LT(highest(inPascal), whole_Pa);
+
+    const std::string out = testing::TempDir() + "midair-check-tiny";
+    const auto solved = [&](const std::string& options)
+    {
+        const Outcome outcome =
+            shell(MIDAIR_BIN "/midair-solve " + tiny + " " + options + " --out " + out);
+        EXPECT_EQ(outcome.code, 0) << outcome.output;
+        EXPECT_EQ(outcome.output.find("object.small") != std::string::npos,
+                  options.find("--size") == std::string::npos)
+            << outcome.output;
+        std::ifstream in(out + "/summary.json");
+        return nlohmann::json::parse(in)["level_Pa"].get<double>();
+    };
+    const double solvedWhole_Pa = solved("--size 0.1");
+    EXPECT_LT(solved(""), solvedWhole_Pa);
+    EXPECT_GT(solved(""), 100.0);
+    EXPECT_NE(shell(MIDAIR_BIN "/midair-solve " + tiny + " --outline --out " + out).code, 0);
+}
+
+TEST(MidairCheckModels, ASideThatIsATieIsANotice)
+{
+    const std::string plate = modelFile("plate.obj", kPlate + "f 1 2 3 4\n");
+    const nlohmann::json json =
+        checkedJson(plate + ".haptic -O 'side=front array=octagon size=0.04'", 0);
+    bool isTold = false;
+    for (const nlohmann::json& message : json["scenes"][0]["messages"])
+        if (message["code"] == "object.side") isTold = message["severity"] == "notice";
+    EXPECT_TRUE(isTold) << json["scenes"][0]["messages"];
+}
+
+// The notch of a polygon is no part of it; a fan across it had 8 of 42 points there.
+TEST(MidairCheckModels, NoPointIsInTheNotchOfAConcavePolygon)
+{
+    const std::string u = modelFile("u.obj",
+                                    "v -0.03 -0.03 0\nv 0.03 -0.03 0\nv 0.03 0.03 0\nv 0.02 0.03 "
+                                    "0\nv 0.02 -0.02 0\nv -0.02 -0.02 0\nv -0.02 0.03 0\nv -0.03 "
+                                    "0.03 0\nf 1 2 3 4 5 6 7 8\n");
+    const std::string out = testing::TempDir() + "midair-check-u";
+    const Outcome outcome = shell(MIDAIR_BIN "/midair-solve " + u + " --out " + out);
+    ASSERT_EQ(outcome.code, 0) << outcome.output;
+    std::ifstream in(out + "/control_points.csv");
+    std::string line;
+    std::getline(in, line);
+    int points = 0;
+    while (std::getline(in, line))
+    {
+        double x = 0.0;
+        double y = 0.0;
+        ASSERT_EQ(std::sscanf(line.c_str(), "%lf,%lf", &x, &y), 2) << line;
+        EXPECT_FALSE(std::abs(x) < 0.0199 && y > -0.0199) << line;
+        ++points;
+    }
+    EXPECT_GT(points, 20);
 }
