@@ -19,6 +19,7 @@
 #include <osgDB/Registry>
 
 #include <algorithm>
+#include <cerrno>
 #include <clocale>
 #include <cmath>
 #include <map>
@@ -183,7 +184,10 @@ std::string whyNotToRead(const std::string& file, const osgDB::Options* options)
         midair::bridge::HelperProcess trial(
             {program, "--try", "--options=" + (options ? options->getOptionString() : ""), file});
         pollfd answer{trial.socket(), POLLIN, 0};
-        const int ready = ::poll(&answer, 1, kPatience_ms);
+        int ready = -1;
+        do
+            ready = ::poll(&answer, 1, kPatience_ms);
+        while (ready < 0 && errno == EINTR);
         char read = 0;
         if (::recv(trial.socket(), &read, 1, 0) == 1) return {};
         if (ready == 0) return file + ": OpenSceneGraph's reader takes longer than two minutes";
