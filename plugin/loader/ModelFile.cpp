@@ -1,9 +1,9 @@
 #include "plugin/loader/ModelFile.h"
 
-#include "engine-bridge/hands/helper/HelperProcess.h"
 #include "haptics/base/InputError.h"
 #include "haptics/surface/ObjReader.h"
 #include "plugin/gltf/GltfScene.h"
+#include "plugin/loader/ModelTrial.h"
 #include "plugin/scene/CollectHapticSurfacesVisitor.h"
 #include "plugin/scene/SceneMarks.h"
 #include "plugin/settings/Grants.h"
@@ -14,21 +14,17 @@
 #include <osg/Geometry>
 #include <osg/MatrixTransform>
 #include <osg/Notify>
+#include <osg/Texture>
 #include <osgDB/FileNameUtils>
 #include <osgDB/FileUtils>
 #include <osgDB/Registry>
 
 #include <algorithm>
-#include <cerrno>
 #include <clocale>
 #include <cmath>
-#include <map>
-#include <mutex>
 #include <sstream>
 
 #include <fmt/format.h>
-#include <poll.h>
-#include <sys/socket.h>
 #include <sys/stat.h>
 
 namespace osgMidair
@@ -100,6 +96,35 @@ osg::ref_ptr<osgDB::Options> forAllBelow(const osgDB::Options* options)
     return own;
 }
 
+/// Gives pictures, which that reader finds beside the model, the names that others find them by.
+class NamePictures : public osg::NodeVisitor
+{
+public:
+    explicit NamePictures(const osgDB::Options* options) :
+        osg::NodeVisitor(TRAVERSE_ALL_CHILDREN),
+        _options(options)
+    {
+    }
+    void apply(osg::Node& node) override
+    {
+        osg::StateSet* state = node.getStateSet();
+        for (unsigned int unit = 0; state && unit < state->getTextureAttributeList().size(); ++unit)
+        {
+            osg::StateAttribute* attribute =
+                state->getTextureAttribute(unit, osg::StateAttribute::TEXTURE);
+            osg::Image* image =
+                attribute && attribute->asTexture() ? attribute->asTexture()->getImage(0) : nullptr;
+            const std::string found =
+                image ? osgDB::findDataFile(image->getFileName(), _options) : std::string();
+            if (!found.empty()) image->setFileName(found);
+        }
+        traverse(node);
+    }
+
+private:
+    const osgDB::Options* _options;
+};
+
 // The kit's reader says what is in the file, and OSG's dresses it, with materials and pictures.
 Result readObjModel(const std::string& file, const osgDB::Options* options)
 {
@@ -122,7 +147,10 @@ Result readObjModel(const std::string& file, const osgDB::Options* options)
     own->getDatabasePathList().push_front(osgDB::getFilePath(file));
     std::istringstream text(std::move(plain.text));
     Result read = reader->readNode(text, own);
-    if (!read.validNode() || plain.origin.isZero(0.0)) return read;
+    if (!read.validNode()) return read;
+    NamePictures names(own);
+    read.getNode()->accept(names);
+    if (plain.origin.isZero(0.0)) return read;
     osg::Vec3d origin(plain.origin.x(), plain.origin.y(), plain.origin.z());
     // That reader takes y as up.
     if (own->getOptionString().find("noRotation") == std::string::npos)
@@ -131,74 +159,6 @@ Result readObjModel(const std::string& file, const osgDB::Options* options)
         new osg::MatrixTransform(osg::Matrixd::translate(origin));
     placed->addChild(read.getNode());
     return Result(placed.get());
-}
-
-/// The files that were tried, as they were then: one that is read again needs no second trial.
-class TriedFiles
-{
-public:
-    /// Returns true if \a file was tried, and is as it was; takes it in if not.
-    bool isKnown(const std::string& file)
-    {
-        struct stat now = {};
-        if (::stat(file.c_str(), &now) != 0) return false;
-        const std::lock_guard<std::mutex> lock(_mutex);
-        struct stat& then = _files[file];
-        const bool isSame = then.st_ino == now.st_ino && then.st_size == now.st_size &&
-                            then.st_mtim.tv_sec == now.st_mtim.tv_sec &&
-                            then.st_mtim.tv_nsec == now.st_mtim.tv_nsec;
-        then = now;
-        return isSame;
-    }
-    void forget(const std::string& file)
-    {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        _files.erase(file);
-    }
-
-private:
-    std::mutex _mutex;
-    std::map<std::string, struct stat> _files;
-};
-
-TriedFiles& triedFiles()
-{
-    static TriedFiles files;
-    return files;
-}
-
-/// Lets another process read \a file, which may end it, and returns why this one should not; empty:
-/// it may.
-std::string whyNotToRead(const std::string& file, const osgDB::Options* options)
-{
-    constexpr int kPatience_ms = 120000;
-    const std::string program = midair::bridge::programBeside("midair-check");
-    if (program.empty())
-    {
-        OSG_INFO << "osgMidair: midair-check is not there, so " << printable(file)
-                 << " is read without a trial" << std::endl;
-        return {};
-    }
-    try
-    {
-        midair::bridge::HelperProcess trial(
-            {program, "--try", "--options=" + (options ? options->getOptionString() : ""), file});
-        pollfd answer{trial.socket(), POLLIN, 0};
-        int ready = -1;
-        do
-            ready = ::poll(&answer, 1, kPatience_ms);
-        while (ready < 0 && errno == EINTR);
-        char read = 0;
-        if (::recv(trial.socket(), &read, 1, 0) == 1) return {};
-        if (ready == 0) return file + ": OpenSceneGraph's reader takes longer than two minutes";
-        return file + ": the process that tried to read it " + trial.end() +
-               ": the file is broken, or OpenSceneGraph's reader of it is";
-    }
-    catch (const midair::base::InputError& error)
-    {
-        tell(osg::NOTICE, file + " is read without a trial: " + error.what());
-        return {};
-    }
 }
 
 /// Leaves out what OSG's readers let pass and what would end a program that draws or reads it, and
@@ -335,13 +295,8 @@ Result readModel(const std::string& name, const osgDB::Options* options)
     // MODEL.haptic comes here again with its model.
     const bool isTried = !isObj && !file.empty() && extension != "haptic" &&
                          own->getPluginStringData(kTrial).empty();
-    const std::string why =
-        isTried && !triedFiles().isKnown(file) ? whyNotToRead(file, own) : std::string();
-    if (!why.empty())
-    {
-        triedFiles().forget(file);
-        return Result(printable(why));
-    }
+    const std::string why = isTried ? whyNotToRead(file, own->getOptionString()) : std::string();
+    if (!why.empty()) return Result(printable(why));
     Result read = isObj ? readObjModel(file, own)
                         : osgDB::Registry::instance()->readNodeImplementation(name, own);
     if (read.validNode()) mend(*read.getNode(), name);

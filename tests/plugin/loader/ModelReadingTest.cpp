@@ -250,7 +250,9 @@ TEST_F(ModelReading, ObjFilesKeepTheirLooks)
         }
         const auto* texture = dynamic_cast<osg::Texture2D*>(
             after.states[i]->getTextureAttribute(0, osg::StateAttribute::TEXTURE));
-        if (texture && texture->getImage()) ++textures;
+        if (!texture || !texture->getImage()) continue;
+        EXPECT_EQ(texture->getImage()->getFileName(), (folder.path / "paint.bmp").string());
+        ++textures;
     }
     EXPECT_EQ(materials, 2);
     EXPECT_EQ(textures, 1);
