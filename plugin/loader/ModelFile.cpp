@@ -4,6 +4,7 @@
 #include "haptics/surface/ObjReader.h"
 #include "plugin/gltf/GltfScene.h"
 #include "plugin/loader/ModelTrial.h"
+#include "plugin/loader/PlyCheck.h"
 #include "plugin/scene/CollectHapticSurfacesVisitor.h"
 #include "plugin/scene/SceneMarks.h"
 #include "plugin/settings/Grants.h"
@@ -295,7 +296,9 @@ Result readModel(const std::string& name, const osgDB::Options* options)
     // MODEL.haptic comes here again with its model.
     const bool isTried = !isObj && !file.empty() && extension != "haptic" &&
                          own->getPluginStringData(kTrial).empty();
-    const std::string why = isTried ? whyNotToRead(file, own->getOptionString()) : std::string();
+    std::string why = extension == "ply" && !file.empty() ? plyProblem(file) : std::string();
+    if (!why.empty()) return Result(printable(file + ": " + why));
+    if (isTried) why = whyNotToRead(file, own->getOptionString());
     if (!why.empty()) return Result(printable(why));
     Result read = isObj ? readObjModel(file, own)
                         : osgDB::Registry::instance()->readNodeImplementation(name, own);

@@ -2,6 +2,7 @@
 #include "plugin/loader/ModelFile.h"
 #include "tests/CommaLocale.h"
 #include "tests/plugin/KitTest.h"
+#include "tests/plugin/loader/PlyText.h"
 #include "tests/plugin/loader/StockPrograms.h"
 
 #include <osgMidair/FileFormats>
@@ -40,18 +41,6 @@ std::string longFace()
         face += " " + std::to_string(i + 1);
     }
     return text.str() + face + "\n";
-}
-
-/// A PLY of a square, with a face of \a indices.
-std::string ply(const std::string& indices, bool hasNormals = false)
-{
-    std::string text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float "
-                       "y\nproperty float z\n";
-    if (hasNormals) text += "property float nx\nproperty float ny\nproperty float nz\n";
-    text += "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
-    for (const char* vertex : {"-0.02 -0.02 0", "0.02 -0.02 0", "0.02 0.02 0", "-0.02 0.02 0"})
-        text += std::string(vertex) + (hasNormals ? " 0 0 1\n" : "\n");
-    return text + "3 0 1 2\n" + indices + "\n";
 }
 
 /// Corners of triangles, in the frame of the node that is looked at.
@@ -283,20 +272,49 @@ TEST_F(ModelReading, APaintIsThatOfTheObjectThatHasIt)
     EXPECT_GE(painted, 4);
 }
 
-// They end OSG's reader of PLY by a signal: of another process.
+// This one ends OSG's reader by a signal: of another process.
 TEST_F(ModelReading, WhatEndsOsgsReaderIsRefusedByName)
 {
-    EXPECT_NE(read("good.ply", ply("3 0 2 3")), nullptr);
-    for (const char* indices : {"3 0 1 2000000000", "3 0 -900000000 3"})
-    {
-        SCOPED_TRACE(indices);
-        Notices said;
-        EXPECT_EQ(read("broken.ply", ply(indices)), nullptr);
-        EXPECT_NE(said.text().find("broken.ply: the process that tried to read it was killed by "
-                                   "signal "),
-                  std::string::npos)
-            << said.text();
-    }
+    std::string lwo("FORM\0\0\0\x64LWO2PNTS\0\0\0\x24", 20);
+    lwo += std::string(36, '\0') + "POLS" + std::string("\0\0\0\x0c", 4) + "FACE" +
+           std::string("\0\3\0\0\0\1\xea\x60", 8);
+    Notices said;
+    EXPECT_EQ(read("broken.lwo", lwo), nullptr);
+    EXPECT_NE(
+        said.text().find("broken.lwo: the process that tried to read it was killed by signal "),
+        std::string::npos)
+        << said.text();
+}
+
+// What a driver would read beyond its memory, and a reader of the mesh.
+TEST_F(ModelReading, FacesWithoutTheirVerticesAreLeftOut)
+{
+    const osg::ref_ptr<osg::Geometry> geometry = new osg::Geometry;
+    const osg::ref_ptr<osg::Vec3Array> vertices = new osg::Vec3Array;
+    for (const osg::Vec3& vertex :
+         {osg::Vec3(), osg::Vec3(0.1F, 0, 0), osg::Vec3(0.1F, 0.1F, 0), osg::Vec3(0, 0.1F, 0)})
+        vertices->push_back(vertex);
+    geometry->setVertexArray(vertices);
+    geometry->setNormalArray(new osg::Vec3Array(3), osg::Array::BIND_PER_VERTEX);
+    const GLuint inside[] = {0, 1, 2};
+    const GLuint outside[] = {0, 2, 77};
+    geometry->addPrimitiveSet(new osg::DrawElementsUInt(GL_TRIANGLES, 3, outside));
+    geometry->addPrimitiveSet(new osg::DrawElementsUInt(GL_TRIANGLES, 3, inside));
+    geometry->addPrimitiveSet(new osg::DrawArrays(GL_TRIANGLES, 2, 3));
+    const std::string file = (folder.path / "far.osgt").string();
+    ASSERT_TRUE(osgDB::writeNodeFile(*geometry, file));
+    Notices said;
+    osgDB::ReaderWriter::ReadResult result = readModel(file);
+    ASSERT_TRUE(result.validNode()) << said.text();
+    EXPECT_NE(said.text().find("far.osgt: 2 of its sets of faces refer to vertices that are not "
+                               "there; they are left out"),
+              std::string::npos)
+        << said.text();
+    const Corners left = cornersOf(*result.getNode());
+    ASSERT_EQ(left.geometries.size(), 1U);
+    EXPECT_EQ(left.geometries[0]->getNumPrimitiveSets(), 1U);
+    EXPECT_EQ(left.geometries[0]->getNormalArray(), nullptr) << "there are too few";
+    EXPECT_EQ(left.all.size(), 1U);
 }
 
 TEST_F(ModelReading, APipeHoldsNothingUp)
@@ -308,21 +326,6 @@ TEST_F(ModelReading, APipeHoldsNothingUp)
         EXPECT_EQ(readModel(pipe).message(),
                   pipe + ": is a device or a pipe, should be a regular file");
     }
-}
-
-// With normals that reader doesn't look at what the faces refer to; the driver would.
-TEST_F(ModelReading, FacesWithoutTheirVerticesAreLeftOut)
-{
-    Notices said;
-    const osg::ref_ptr<osg::Node> node = read("far.ply", ply("3 0 2 77", true));
-    ASSERT_NE(node, nullptr) << said.text();
-    EXPECT_NE(said.text().find("refer to vertices that are not there; they are left out"),
-              std::string::npos)
-        << said.text();
-    for (osg::Geometry* geometry : cornersOf(*node).geometries)
-        for (unsigned int i = 0; i < geometry->getNumPrimitiveSets(); ++i)
-            for (unsigned int k = 0; k < geometry->getPrimitiveSet(i)->getNumIndices(); ++k)
-                EXPECT_LT(geometry->getPrimitiveSet(i)->index(k), 4U);
 }
 
 TEST_F(ModelReading, WhatAModelNamesIsReadTheSameWay)

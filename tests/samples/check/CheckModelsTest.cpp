@@ -70,12 +70,18 @@ TEST(MidairCheckModels, BrokenModelsEndItByNoSignal)
     const std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
                             "property float y\nproperty float z\nelement face 1\nproperty list "
                             "uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
+    const std::string lwo = std::string("FORM\0\0\0\x64LWO2PNTS\0\0\0\x24", 20) +
+                            std::string(36, '\0') + "POLS" +
+                            std::string("\0\0\0\x0c"
+                                        "FACE\0\3\0\0\0\1\xea\x60",
+                                        16);
     for (const auto& [name, text, why] :
          {std::tuple<std::string, std::string, std::string>(
               "beyond.obj", kPlate + "f 1 2 9\n", "line 5: the face refers to vertex 9"),
           {"zero.obj", kPlate + "f 0 1 2\n", "line 5: face corner \"0\": indices count from 1"},
           {"comma.obj", "v 0,5 0 0\nf 1 1 1\n", "line 1: \"0,5\" is not a number"},
-          {"beyond.ply", ply + "3 0 1 900000000\n", "was killed by signal "}})
+          {"beyond.ply", ply + "3 0 1 900000000\n", "face 0 refers to vertex 900000000"},
+          {"beyond.lwo", lwo, "was killed by signal "}})
         for (const char* haptic : {"", ".haptic"})
         {
             const Outcome outcome = check(modelFile(name, text) + haptic + " --frames 1");

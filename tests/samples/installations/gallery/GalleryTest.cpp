@@ -57,6 +57,11 @@ TEST(Gallery, TheGalleryShowsAllModelsAndTellsTheBadOnes)
     std::ofstream(models + "/broken.obj") << "this is no model\n";
     std::ofstream(models + "/cut.osgt") << "this is no scene\n";
     // These end OSG's readers by a signal.
+    std::ofstream(models + "/beyond.lwo", std::ios::binary)
+        << std::string("FORM\0\0\0\x64LWO2PNTS\0\0\0\x24", 20) + std::string(36, '\0') + "POLS" +
+               std::string("\0\0\0\x0c"
+                           "FACE\0\3\0\0\0\1\xea\x60",
+                           16);
     std::ofstream(models + "/beyond.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n";
     std::ofstream(models + "/beyond.ply")
         << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
@@ -79,7 +84,8 @@ TEST(Gallery, TheGalleryShowsAllModelsAndTellsTheBadOnes)
         EXPECT_TRUE(scene.at("shown").contains(name)) << scene;
         EXPECT_TRUE(scene.at("felt").contains(name)) << scene;
     }
-    for (const char* name : {"broken.obj", "cut.osgt", "sign.osgt", "beyond.obj", "beyond.ply"})
+    for (const char* name :
+         {"broken.obj", "cut.osgt", "sign.osgt", "beyond.obj", "beyond.ply", "beyond.lwo"})
     {
         EXPECT_TRUE(scene.at("skipped").contains(name)) << scene;
         const std::string& text = run.outcome.output;
