@@ -129,7 +129,7 @@ TEST(MidairCheckModels, WhatIsOneFocusIsAskedAboutAndNoLouderThanAPointOfTheWhol
     EXPECT_NE(object["faults"][0].dump().find("is 4e-05 m wide, under half a wavelength"),
               std::string::npos)
         << object;
-    EXPECT_NE(object["faults"][0].dump().find("size=0.1 fits"), std::string::npos) << object;
+    EXPECT_NE(object["faults"][0].dump().find("size=0.2 fits"), std::string::npos) << object;
     EXPECT_EQ(json["scenes"][0]["messages"].dump().find("object.large"), std::string::npos);
     EXPECT_GT(highest(json), 100.0);
     EXPECT_LT(highest(json), whole_Pa);
