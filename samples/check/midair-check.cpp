@@ -43,7 +43,7 @@ private:
 
 /// Reads the file as the kit asks for before it does so itself (osgMidair::readModel()): that this
 /// process lives is the answer, at the socket that it was given.
-[[noreturn]] void tryToRead(const midair::samples::CheckOptions& options)
+[[noreturn]] void tryToRead(const midair::samples::CheckOptions& options) noexcept
 {
     constexpr int kSocket = 3;
     const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
