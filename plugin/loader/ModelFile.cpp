@@ -23,6 +23,8 @@
 #include <algorithm>
 #include <clocale>
 #include <cmath>
+#include <mutex>
+#include <set>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -80,8 +82,15 @@ private:
     bool _isTrial;
 };
 
+// Once, however often a model is read, as a gallery does for days.
 void tell(osg::NotifySeverity severity, const std::string& text)
 {
+    constexpr std::size_t kMostTold = 1000;
+    static std::mutex mutex;
+    static std::set<std::string> told;
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (told.size() >= kMostTold) told.clear();
+    if (!told.insert(text).second) return;
     osg::notify(severity) << "osgMidair: " << printable(text) << std::endl;
 }
 

@@ -56,6 +56,7 @@ TEST(Gallery, TheGalleryShowsAllModelsAndTellsTheBadOnes)
                                    models + "/" + name);
     std::ofstream(models + "/broken.obj") << "this is no model\n";
     std::ofstream(models + "/cut.osgt") << "this is no scene\n";
+    std::ofstream(models + "/corners.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nf 1 2 3\n";
     // These end OSG's readers by a signal.
     std::ofstream(models + "/beyond.lwo", std::ios::binary)
         << std::string("FORM\0\0\0\x64LWO2PNTS\0\0\0\x24", 20) + std::string(36, '\0') + "POLS" +
@@ -95,6 +96,10 @@ TEST(Gallery, TheGalleryShowsAllModelsAndTellsTheBadOnes)
                   std::string::npos)
             << "told twice: " << text;
     }
+    const std::string corners = "line 4: the face has 2 corners";
+    const std::size_t first = run.outcome.output.find(corners);
+    EXPECT_NE(first, std::string::npos) << run.outcome.output;
+    EXPECT_EQ(run.outcome.output.find(corners, first + 1), std::string::npos) << "told each round";
     EXPECT_EQ(run.outcome.output.find("no such file"), std::string::npos) << run.outcome.output;
     for (const char* name : {"star.mtl", "dangling.obj"})
         EXPECT_NE(run.outcome.output.find(name + std::string(" is no model")), std::string::npos);
