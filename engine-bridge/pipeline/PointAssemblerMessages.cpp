@@ -2,7 +2,7 @@
 #include "engine-bridge/pipeline/PointAssembler.h"
 #include "haptics/base/text/Alike.h"
 #include "haptics/points/FittingSize.h"
-#include "haptics/propagation/FocusShare.h"
+#include "haptics/sequence/FocusShare.h"
 
 #include <cmath>
 #include <optional>

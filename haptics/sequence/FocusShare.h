@@ -11,7 +11,7 @@ namespace midair::haptics
 
 /// Share of what a focus of its own reaches, over the root of the number of points, that each of
 /// many points is sure to get; below what solvers reach, so that it is exceeded by none of them
-/// (tests/haptics/propagation/FocusShareTest.cpp).
+/// (tests/haptics/sequence/FocusShareTest.cpp).
 constexpr double kSureShare = 0.3;
 
 /// Lowers the targets of those points of \a points, by their indices \a small, that stand for

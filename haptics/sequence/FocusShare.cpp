@@ -1,4 +1,4 @@
-#include "haptics/propagation/FocusShare.h"
+#include "haptics/sequence/FocusShare.h"
 
 #include "haptics/propagation/ReferencePropagation.h"
 
