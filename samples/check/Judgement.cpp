@@ -79,12 +79,15 @@ void judgeUnfelt(CheckedObject& object, const CheckedScene& scene)
     const osgMidair::HapticField::Object& out = object.leftOut;
     const std::vector<std::string> hidden = toldOf(object, scene, {"object.hidden"});
     const std::vector<std::string> told = toldOf(object, scene, {});
+    const std::vector<std::string> tie = toldOf(object, scene, {"object.side"});
     if (out.outOfReach > 0 && !out.isUnreachable)
         object.notes.push_back("it is felt where a hand is near");
     else if (!object.hasShape && !hidden.empty())
         append(object.notes, hidden);
     else if (!told.empty())
         append(object.faults, told);
+    else if (!tie.empty())
+        append(object.faults, tie);
     else if (object.hasShape && !out.isUnreachable && isFeltByContact(object, scene))
         judgeUntouched(object, scene);
     else
