@@ -152,6 +152,7 @@ private:
     std::vector<std::uint64_t> _identity; // of the points that are solved for, or empty
     std::vector<int> _lastOf;             // index of each in the last field; -1: new
     float _largestTarget = 1.0f;          // divisor of the targets, as given
+    int _raised = 0;                      // targets too far below it
     LastField _last;
 };
 

@@ -108,10 +108,12 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
     const double level = fittedLevelInOrder(_field.y, _field.a);
     const RelativeErrors errors =
         relativeErrors(_field.y, _field.a, _absolute ? largestTarget() : level);
-    result.stop = outcome.stop;
+    // A method that ended before its phases were rounded does not know what is played of them.
+    const bool isRight = errors.rms <= _options.rmsTolerance;
+    result.stop = outcome.stop == StopReason::CONVERGED && !isRight ? StopReason::STALLED
+                                                                    : outcome.stop;
     result.iterations = outcome.iterations;
-    result.rms = errors.rms;
-    result.max = errors.max;
+    errors.tell(result);
     result.level_Pa = level * _field.a.maxCoeff() * _field.unit_Pa();
     result.loudness = loudnessOf(level,
                                  std::sqrt(static_cast<double>(_field.a.squaredNorm())),
@@ -122,6 +124,11 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
             fmt::format("{} of {} control points left out: target 0 or out of the array's reach",
                         result.leftOut,
                         result.points));
+    if (_raised > 0)
+        add(result,
+            fmt::format("{} of {} targets are below a thousandth of the largest and count as that",
+                        _raised,
+                        _field.n()));
     if (_absolute && _louder > 0.0)
         add(result,
             fmt::format("a loudness of {:g} counts as 1, since the targets are in Pa",

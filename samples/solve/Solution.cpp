@@ -97,14 +97,18 @@ void rateKelvin(const SolveArguments& arguments, Solution& solution)
     }
 }
 
-/// Certifies the field, or the first of the fields in turn that has points.
-void certify(Solution& solution)
+/// Certifies the field, or the first of the fields in turn that has points, with the regularisation
+/// that the solver was given.
+void certify(const SolveArguments& arguments, Solution& solution)
 {
+    haptics::CertificateOptions options;
+    options.lambdaRel = arguments.settings.lambda;
+
     const haptics::FieldSequence& sequence = solution.sequence;
     for (std::size_t k = 0; k < std::min(sequence.parts.size(), sequence.fields.size()); ++k)
     {
         if (sequence.parts[k].size() == 0 || sequence.fields[k].isZero(0.0f)) continue;
-        solution.parts.certificate = haptics::Certifier().certify(
+        solution.parts.certificate = haptics::Certifier(options).certify(
             sequence.parts[k], solution.scene.array, solution.scene.medium, sequence.fields[k]);
         return;
     }
@@ -146,7 +150,7 @@ Solution solveAll(const SolveArguments& arguments)
                      "midair-solve: no certificate: no field of a cycle that is evened out is for "
                      "its points alone; --even 0 leaves them as they are\n");
     else if (arguments.certify && report.level_Pa > 0.0)
-        certify(solution);
+        certify(arguments, solution);
     return solution;
 }
 

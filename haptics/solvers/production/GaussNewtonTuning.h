@@ -41,6 +41,8 @@ struct GaussNewtonTuning
     float roundingMargin = 1.3f; ///< error over roundingError() below which all is rounding
     float shapeable = 0.6f;      ///< error over roundingError() that shaped rounding can mend
     float levelMargin = 1e-4f;   ///< relative error of a level in Pa that counts as none
+    float poorUpdate = 0.01f; ///< rms error of an update above which it starts from nothing instead
+    float poorAgain = 2.0f;   ///< over what the last such start has left, above which another helps
 
     // "Rounding"
     ShapedRounding::Effort quick{0.25f, 3, 0.7f}; ///< of an update

@@ -15,6 +15,7 @@ namespace
 // SOLVER.md, "Rounding".
 constexpr int kCoarse = 64;            // so few levels are not linearised
 constexpr float kMostEntries = 4.0e6f; // of the columns, 16 MB
+constexpr float kQuieterThan = 20.0f;  // times rounding's error; targets that count twice
 
 bool isCoarse(const FieldProblem& field)
 {
@@ -35,10 +36,22 @@ int ShapedRounding::first(const FieldProblem& field, int block, const Effort& ef
     return (kept + kernels::kLanes - 1) / kernels::kLanes * kernels::kLanes;
 }
 
+// Of points so quiet that what rounding does at right angles to their pressure is not far below it.
+// Coarse levels are chosen by the complex p.
+void ShapedRounding::chooseTwice(const FieldProblem& field, const QuietPoints& quiet)
+{
+    _twice.clear();
+    if (isCoarse(field) || !quiet.any()) return;
+    const float most = kQuieterThan * quiet.disturbance(field) * roundingError(field, 1.0f);
+    for (const int l : quiet.points())
+        if (field.a[l] < most) _twice.push_back(l);
+}
+
 void ShapedRounding::reserve(const FieldProblem& field, const Effort& effort)
 {
     constexpr int kLanes = kernels::kShapingLanes;
-    _stride = (field.n() + kLanes - 1) / kLanes * kLanes;
+    _equations.choose(field, _twice);
+    _stride = (_equations.rows() + kLanes - 1) / kLanes * kLanes;
     _parts.clear();
     _count = 0;
     for (int block = 0; block < field.G.blocks(); ++block)
@@ -54,25 +67,31 @@ void ShapedRounding::reserve(const FieldProblem& field, const Effort& effort)
         v->reserve(count);
     _drive.reserve(count);
     _error.reserve(stride);
+    _aim.reserve(stride);
     _p.reserve(stride);
     _factor.reserve(stride * static_cast<std::size_t>(field.threads()));
     _change.reserve(static_cast<std::size_t>(field.G.paddedTransducers()));
 }
 
-// Factors on the rows of one block that bring them into units of the targets: with \a turned, times
+// Factors on the rows of one block that bring them into units of the yards: with \a turned, times
 // conj(u_l), so that the real part is along p_l.
-void ShapedRounding::findFactors(
-    const FieldProblem& field, int thread, int block, float s, bool turned)
+void ShapedRounding::findFactors(const FieldProblem& field,
+                                 const QuietPoints& quiet,
+                                 int thread,
+                                 int block,
+                                 float s,
+                                 bool turned)
 {
     const float* scale = field.G.fixedScale(block);
     const std::size_t part = static_cast<std::size_t>(thread) * static_cast<std::size_t>(_stride);
     float *re = _factor.re.data() + part, *im = _factor.im.data() + part;
-    for (int l = 0; l < field.n(); ++l)
+    for (int k = 0; k < _equations.rows(); ++k)
     {
-        const auto row = static_cast<std::size_t>(l);
-        const float factor = scale[l] / (s * field.a[l]);
-        re[l] = turned ? factor * field.u.re[row] : factor;
-        im[l] = turned ? -factor * field.u.im[row] : 0.0f;
+        const auto row = static_cast<std::size_t>(k);
+        const int l = _equations.point(k);
+        const float factor = scale[l] / (s * quiet.yard()[l]);
+        re[k] = turned ? factor * _equations.u.re[row] : factor;
+        im[k] = turned ? -factor * _equations.u.im[row] : 0.0f;
     }
 }
 
@@ -85,9 +104,12 @@ void ShapedRounding::formColumns(const FieldProblem& field,
 {
     const Part& part = _parts[static_cast<std::size_t>(block)];
     const auto stride = static_cast<std::size_t>(_stride);
-    kernels::jacobianColumns(field.G.fixedData(block) + (part.lane - field.G.offset(block)),
-                             field.n(),
-                             field.G.width(block),
+    int width = 0;
+    const std::int32_t* G = _equations.gather(
+        field, thread, block, part.lane - field.G.offset(block), part.count, width);
+    kernels::jacobianColumns(G,
+                             _equations.rows(),
+                             width,
                              part.count,
                              _factor.re.data() + static_cast<std::size_t>(thread) * stride,
                              _factor.im.data() + static_cast<std::size_t>(thread) * stride,
@@ -98,20 +120,25 @@ void ShapedRounding::formColumns(const FieldProblem& field,
                              _square.data() + part.place);
 }
 
-// Linearises |p|: e_l = |p_l|/(s a_l) - 1 changes by the column of J times the turn.
-void ShapedRounding::chooseFine(FieldProblem& field, float s, const Effort& effort)
+// Linearises |p|: e_l = (|p_l| - s a_l)/(s d_l) changes by the column of J times the turn.
+void ShapedRounding::chooseFine(FieldProblem& field,
+                                const QuietPoints& quiet,
+                                float s,
+                                const Effort& effort)
 {
     field.eachBlock(
         [&](int thread, int block)
         {
             const int lane = _parts[static_cast<std::size_t>(block)].lane;
-            findFactors(field, thread, block, s, true);
+            findFactors(field, quiet, thread, block, s, true);
             formColumns(
                 field, thread, block, field.q.re.data() + lane, field.q.im.data() + lane, _columns);
         });
     float* e = _error.data();
     for (int l = 0; l < field.n(); ++l)
         e[l] = field.y[l] / (s * field.a[l]) - 1.0f;
+    for (const int l : quiet.points())
+        e[l] = (field.y[l] - s * field.a[l]) / (s * quiet.yard()[l]);
     std::fill(e + field.n(), e + _stride, 0.0f);
     const auto step =
         static_cast<float>(base::kTwoPi / static_cast<double>(field.drive().phaseLevels));
@@ -128,6 +155,7 @@ void ShapedRounding::chooseFine(FieldProblem& field, float s, const Effort& effo
 }
 
 void ShapedRounding::chooseCoarse(FieldProblem& field,
+                                  const QuietPoints& quiet,
                                   const float* amplitudes,
                                   float s,
                                   const Effort& effort)
@@ -151,14 +179,15 @@ void ShapedRounding::chooseCoarse(FieldProblem& field,
     field.eachBlock(
         [&](int thread, int block)
         {
-            findFactors(field, thread, block, level, false);
+            findFactors(field, quiet, thread, block, level, false);
             formColumns(field, thread, block, zeros, minus, _columns);
             formColumns(field, thread, block, minus, zeros, _columns2);
         });
     for (int l = 0; l < _stride; ++l)
     {
         const auto row = static_cast<std::size_t>(l);
-        _p.set(row, l < field.n() ? field.p.at(row) / (level * field.a[l]) : 1.0f);
+        _p.set(row, l < field.n() ? field.p.at(row) / (level * quiet.yard()[l]) : 1.0f);
+        _aim[row] = l < field.n() ? field.a[l] / quiet.yard()[l] : 1.0f;
     }
     const float reach = std::min(2.0f, std::floor(0.5f * levels));
     for (int pass = 0; pass < effort.passes; ++pass)
@@ -173,6 +202,7 @@ void ShapedRounding::chooseCoarse(FieldProblem& field,
                                    _level.data(),
                                    _drive.re.data(),
                                    _drive.im.data(),
+                                   _aim.data(),
                                    _p.re.data(),
                                    _p.im.data());
 }
@@ -197,10 +227,12 @@ void ShapedRounding::take(FieldProblem& field, int block, const float* amplitude
 }
 
 void ShapedRounding::shape(FieldProblem& field,
+                           const QuietPoints& quiet,
                            const float* amplitudes,
                            float s,
                            const Effort& effort)
 {
+    chooseTwice(field, quiet);
     reserve(field, effort);
     if (_count == 0 || !(s > 0.0f)) return;
     const auto levels = static_cast<float>(field.drive().phaseLevels);
@@ -214,9 +246,9 @@ void ShapedRounding::shape(FieldProblem& field,
         std::copy_n(_wanted.data() + part.place, part.count, _level.data() + part.place);
     }
     if (isCoarse(field))
-        chooseCoarse(field, amplitudes, s, effort);
+        chooseCoarse(field, quiet, amplitudes, s, effort);
     else
-        chooseFine(field, s, effort);
+        chooseFine(field, quiet, s, effort);
     field.eachBlock([&](int, int block) { take(field, block, amplitudes); });
     field.addPartials(field.p);
     field.phasesOf(field.p);
