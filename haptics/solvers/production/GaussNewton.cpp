@@ -79,7 +79,7 @@ private:
         _search.turn(alignToLast(field, _isHurried ? field.drive().phaseLevels : 0));
         begin(field);
         if (_drive.amplitudes.rms(field) == 0.0f) return; // too quiet: nothing is played
-        const float error = quiet().error(field, _search.naturalLevel(field));
+        const float error = quiet().bend(field, _search.naturalLevel(field));
         const int left = std::max(1, limit - outcome.iterations);
         if (_isHurried && !_drive.amplitudes.data())
             outcome.stop = verdict(field, rounding(field));
@@ -114,8 +114,9 @@ private:
     // be large since there are many, or since they moved far.
     bool needsDescent(const FieldProblem& field, float error) const
     {
-        return error > _tuning.searchAbove &&
-               (error > _tuning.searchApart || field.crowds(_tuning.crowded));
+        if (quiet().any() && !_search.wasCold()) return false;
+        return error > _tuning.searchAbove && ((error > _tuning.searchApart && !quiet().any()) ||
+                                               field.crowds(_tuning.crowded));
     }
 
     // Chooses amplitudes for the phases at hand and measures the drive.
@@ -168,14 +169,18 @@ private:
         for (int k = 0; k < _tuning.corrections; ++k)
         {
             if (k > 0) settle(field, kept * _search.naturalLevel(field));
-            const float floor = rounding(field);
-            const float error = quiet().error(field, _search.naturalLevel(field));
+            const float floor =
+                quiet().any() ? QuietPoints::disturbance(field, _drive.amplitudes.rms(field))
+                              : rounding(field);
+            const float level = _search.naturalLevel(field);
+            const float error = quiet().error(field, level), bend = quiet().bend(field, level);
             const int steps = _pace.fits(Pace::STEP, _tuning.conjugateSteps);
             const bool out = k + 1 >= std::min(_tuning.corrections, limit) || outOfTime(field) ||
                              steps < _tuning.conjugateSteps;
-            const bool last = out || error * error < std::max(tolerance, _tuning.shapeable * floor);
+            const float next = error * bend; // after a full step
+            const bool last = out || next < std::max(tolerance, _tuning.shapeable * floor);
             const float least = _tuning.lastTolerance * std::max(floor, tolerance);
-            solveStep(field, toleranceOf(error, last ? 0.0f : error * error, least), steps);
+            solveStep(field, toleranceOf(bend, last ? 0.0f : next, least), steps);
             ++outcome.iterations;
             if (last)
                 finish(field, &_step, outcome);
@@ -240,7 +245,7 @@ private:
     // better than the phases of the last one, and well enough to be corrected.
     void descend(FieldProblem& field, int limit, Outcome& outcome)
     {
-        const float error = quiet().error(field, _search.naturalLevel(field));
+        const float error = quiet().bend(field, _search.naturalLevel(field));
         CrowdedDescent::Wish wish;
         wish.goal = std::max(0.5f * static_cast<float>(options().rmsTolerance),
                              _tuning.lastTolerance * rounding(field));

@@ -26,6 +26,7 @@ struct GaussNewtonTuning
     int quietRounds = 2;    ///< largest number of further rounds for a field that became quieter
     float quiet = 0.996f;   ///< share of the recent loudness below which more rounds are made
     float forget = 0.9998f; ///< factor on the remembered loudness per update
+    float targetsJump = 0.25f; ///< relative change of the targets, some of them quiet, that is one
     float lost = 0.97f; ///< share of the last loudness below which an update starts from nothing
 
     // "The step"

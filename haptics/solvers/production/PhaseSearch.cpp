@@ -67,8 +67,12 @@ bool PhaseSearch::carryOver(const FieldProblem& field, const std::vector<int>& l
 // points that don't disturb each other a weight is in proportion to the target.
 void PhaseSearch::adapt(const FieldProblem& field, const Eigen::VectorXf& targets)
 {
+    const bool wasAny = _quiet.any();
     _quiet.choose(targets);
+    _isJump = false;
     if (_targets.size() != targets.size() || _targets == targets) return;
+    _isJump = (wasAny || _quiet.any()) &&
+              (targets - _targets).norm() > _tuning.targetsJump * _targets.norm();
     float weights = 0.0f, sum = 0.0f; // of the points that were not quiet
     for (Eigen::Index l = 0; l < targets.size(); ++l)
         if (!QuietPoints::isQuiet(_targets[l]))
@@ -184,6 +188,7 @@ int PhaseSearch::search(FieldProblem& field, bool warm, int limit, std::uint64_t
         if (v->size() != field.n()) v->resize(field.n());
     _projected = _projected && warm;
     _wasCold = !warm || _weightsOf != field.n();
+    _isJump = _isJump && !_wasCold;
     if (_wasCold)
         _quiet.choose(field.a);
     else if (!_projected)
@@ -203,10 +208,10 @@ int PhaseSearch::search(FieldProblem& field, bool warm, int limit, std::uint64_t
         ++made;
     }
     _projected = false;
-    if (!_wasCold && loudness(field) < _tuning.lost * _previous)
+    if (!_wasCold && (_isJump || loudness(field) < _tuning.lost * _previous))
     {
-        // A jump of the object or a permutation of its points: the last phases are as good as
-        // random, and improving them would take tens of updates.
+        // A jump of the object, a permutation of its points or other targets, some of them quiet:
+        // the last phases are as good as random, and improving them would take tens of updates.
         _wasCold = true;
         made += coldStart(field, limit, seed, pace);
         _loudest = loudness(field);

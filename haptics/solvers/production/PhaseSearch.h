@@ -73,6 +73,7 @@ private:
     int _weightsOf = 0;      // number of points that the weights belong to
     bool _projected = false; // build() has made the first round
     bool _wasCold = true;
+    bool _isJump = false; // of the targets, since the last field
 };
 
 } // namespace midair::haptics

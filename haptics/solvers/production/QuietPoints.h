@@ -50,24 +50,32 @@ public:
         return std::sqrt(
             ((field.y.array() - s * field.a.array()) / (s * _yard.array())).square().mean());
     }
+    /// Returns the rms of (y_l - s a_l)/(s max(a_l, kQuiet)): how far a step is from being linear.
+    float bend(const FieldProblem& field, float s) const
+    {
+        if (!any()) return errorOf(field, s);
+        return std::sqrt(((field.y.array() - s * field.a.array()) / (s * field.a.array().max(kQuiet)))
+                             .square()
+                             .mean());
+    }
     /// Returns what rounding adds to error(): roundingError() without quiet points. The same
     /// disturbance in Pa at all points, in units of their yards.
     float rounding(const FieldProblem& field, float amplitude) const
     {
-        const float even = roundingError(field, amplitude);
-        if (!any()) return even;
-        return even * disturbance(field) * std::sqrt(_yard.array().square().inverse().mean());
+        if (!any()) return roundingError(field, amplitude);
+        return disturbance(field, amplitude) * std::sqrt(_yard.array().square().inverse().mean());
     }
-    /// Returns rounding's disturbance over the level of the largest target.
-    float disturbance(const FieldProblem& field) const
+    /// Returns rounding's disturbance of a point, in Pa over the level of the largest target.
+    static float disturbance(const FieldProblem& field, float amplitude)
     {
-        return std::sqrt(field.a.squaredNorm() / static_cast<float>(field.n()));
+        return roundingError(field, amplitude) *
+               std::sqrt(field.a.squaredNorm() / static_cast<float>(field.n()));
     }
 
 private:
     static float yardOf(float target)
     {
-        return isQuiet(target) ? std::sqrt(kQuiet * std::max(target, kLeast)) : target;
+        return isQuiet(target) ? kQuiet * std::cbrt(std::max(target, kLeast) / kQuiet) : target;
     }
 
     std::vector<int> _points;

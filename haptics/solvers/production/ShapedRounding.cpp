@@ -36,13 +36,19 @@ int ShapedRounding::first(const FieldProblem& field, int block, const Effort& ef
     return (kept + kernels::kLanes - 1) / kernels::kLanes * kernels::kLanes;
 }
 
-// Of points so quiet that what rounding does at right angles to their pressure is not far below it.
-// Coarse levels are chosen by the complex p.
-void ShapedRounding::chooseTwice(const FieldProblem& field, const QuietPoints& quiet)
+// Points count by their yards, but none by more than a kShapingGroup-th of all: transducers that
+// choose at once would all mend its error. Twice count those so quiet that what rounding does at
+// right angles to their pressure is not far below it; coarse levels are chosen by the complex p.
+void ShapedRounding::weigh(const FieldProblem& field, const QuietPoints& quiet)
 {
+    _yard = quiet.yard();
     _twice.clear();
+    const float sum = field.a.array().max(QuietPoints::kQuiet).square().inverse().sum();
+    const float least = std::sqrt(static_cast<float>(kernels::kShapingGroup) / sum);
+    for (const int l : quiet.points())
+        _yard[l] = std::max(_yard[l], std::min(least, QuietPoints::kQuiet));
     if (isCoarse(field) || !quiet.any()) return;
-    const float most = kQuieterThan * quiet.disturbance(field) * roundingError(field, 1.0f);
+    const float most = kQuieterThan * quiet.disturbance(field, 1.0f);
     for (const int l : quiet.points())
         if (field.a[l] < most) _twice.push_back(l);
 }
@@ -76,7 +82,6 @@ void ShapedRounding::reserve(const FieldProblem& field, const Effort& effort)
 // Factors on the rows of one block that bring them into units of the yards: with \a turned, times
 // conj(u_l), so that the real part is along p_l.
 void ShapedRounding::findFactors(const FieldProblem& field,
-                                 const QuietPoints& quiet,
                                  int thread,
                                  int block,
                                  float s,
@@ -89,7 +94,8 @@ void ShapedRounding::findFactors(const FieldProblem& field,
     {
         const auto row = static_cast<std::size_t>(k);
         const int l = _equations.point(k);
-        const float factor = scale[l] / (s * quiet.yard()[l]);
+        const float yard = k < field.n() ? _yard[l] : QuietPoints::kQuiet;
+        const float factor = scale[l] / (s * yard);
         re[k] = turned ? factor * _equations.u.re[row] : factor;
         im[k] = turned ? -factor * _equations.u.im[row] : 0.0f;
     }
@@ -130,7 +136,7 @@ void ShapedRounding::chooseFine(FieldProblem& field,
         [&](int thread, int block)
         {
             const int lane = _parts[static_cast<std::size_t>(block)].lane;
-            findFactors(field, quiet, thread, block, s, true);
+            findFactors(field, thread, block, s, true);
             formColumns(
                 field, thread, block, field.q.re.data() + lane, field.q.im.data() + lane, _columns);
         });
@@ -138,7 +144,7 @@ void ShapedRounding::chooseFine(FieldProblem& field,
     for (int l = 0; l < field.n(); ++l)
         e[l] = field.y[l] / (s * field.a[l]) - 1.0f;
     for (const int l : quiet.points())
-        e[l] = (field.y[l] - s * field.a[l]) / (s * quiet.yard()[l]);
+        e[l] = (field.y[l] - s * field.a[l]) / (s * _yard[l]);
     std::fill(e + field.n(), e + _stride, 0.0f);
     const auto step =
         static_cast<float>(base::kTwoPi / static_cast<double>(field.drive().phaseLevels));
@@ -179,15 +185,15 @@ void ShapedRounding::chooseCoarse(FieldProblem& field,
     field.eachBlock(
         [&](int thread, int block)
         {
-            findFactors(field, quiet, thread, block, level, false);
+            findFactors(field, thread, block, level, false);
             formColumns(field, thread, block, zeros, minus, _columns);
             formColumns(field, thread, block, minus, zeros, _columns2);
         });
     for (int l = 0; l < _stride; ++l)
     {
         const auto row = static_cast<std::size_t>(l);
-        _p.set(row, l < field.n() ? field.p.at(row) / (level * quiet.yard()[l]) : 1.0f);
-        _aim[row] = l < field.n() ? field.a[l] / quiet.yard()[l] : 1.0f;
+        _p.set(row, l < field.n() ? field.p.at(row) / (level * _yard[l]) : 1.0f);
+        _aim[row] = l < field.n() ? field.a[l] / _yard[l] : 1.0f;
     }
     const float reach = std::min(2.0f, std::floor(0.5f * levels));
     for (int pass = 0; pass < effort.passes; ++pass)
@@ -232,7 +238,7 @@ void ShapedRounding::shape(FieldProblem& field,
                            float s,
                            const Effort& effort)
 {
-    chooseTwice(field, quiet);
+    weigh(field, quiet);
     reserve(field, effort);
     if (_count == 0 || !(s > 0.0f)) return;
     const auto levels = static_cast<float>(field.drive().phaseLevels);

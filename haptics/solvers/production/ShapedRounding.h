@@ -47,9 +47,8 @@ private:
     };
 
     void reserve(const FieldProblem& field, const Effort& effort);
-    void chooseTwice(const FieldProblem& field, const QuietPoints& quiet);
+    void weigh(const FieldProblem& field, const QuietPoints& quiet);
     void findFactors(const FieldProblem& field,
-                     const QuietPoints& quiet,
                      int thread,
                      int block,
                      float s,
@@ -69,6 +68,7 @@ private:
     void take(FieldProblem& field, int block, const float* amplitudes);
 
     std::vector<Part> _parts;
+    Eigen::VectorXf _yard;   // n, what errors count by
     std::vector<int> _twice; // points so quiet that rounding is felt at right angles, too
     Equations _equations;
     int _count = 0;                       // lanes that are shaped
