@@ -20,13 +20,13 @@ constexpr float kAfterFailure = 4.0f;
 constexpr float kAfterSuccess = 0.3f;
 constexpr float kInnerTolerance = 0.1f;
 
-// The level for which f is least.
+// The level for which f is least; with quiet points, some of which may be far too loud, the fitted
+// one.
 float bestLevel(const FieldProblem& field, const QuietPoints& quiet)
 {
+    if (quiet.any()) return fittedLevel(field);
     const auto squares = (field.y.array() / field.a.array()).square();
-    if (!quiet.any()) return std::sqrt(squares.square().sum() / squares.sum());
-    const auto counts = (field.a.array() / QuietPoints::kQuiet).min(1.0f).square();
-    return std::sqrt((counts * squares.square()).sum() / (counts * squares).sum());
+    return std::sqrt(squares.square().sum() / squares.sum());
 }
 
 float errorAt(const FieldProblem& field, const QuietPoints& quiet, float level)

@@ -114,9 +114,8 @@ private:
     // be large since there are many, or since they moved far.
     bool needsDescent(const FieldProblem& field, float error) const
     {
-        if (quiet().any() && !_search.wasCold()) return false;
-        return error > _tuning.searchAbove && ((error > _tuning.searchApart && !quiet().any()) ||
-                                               field.crowds(_tuning.crowded));
+        return error > _tuning.searchAbove &&
+               ((error > _tuning.searchApart && !quiet().any()) || field.crowds(_tuning.crowded));
     }
 
     // Chooses amplitudes for the phases at hand and measures the drive.
@@ -169,9 +168,9 @@ private:
         for (int k = 0; k < _tuning.corrections; ++k)
         {
             if (k > 0) settle(field, kept * _search.naturalLevel(field));
-            const float floor =
-                quiet().any() ? QuietPoints::disturbance(field, _drive.amplitudes.rms(field))
-                              : rounding(field);
+            const float floor = quiet().any()
+                                    ? QuietPoints::disturbance(field, _drive.amplitudes.rms(field))
+                                    : rounding(field);
             const float level = _search.naturalLevel(field);
             const float error = quiet().error(field, level), bend = quiet().bend(field, level);
             const int steps = _pace.fits(Pace::STEP, _tuning.conjugateSteps);
@@ -221,7 +220,7 @@ private:
                         _drive.play(field,
                                     quiet(),
                                     step,
-                                    thorough ? _tuning.thorough
+                                    thorough ? ofQuiet(_tuning.thorough)
                                     : shaped ? quick(field)
                                              : plain);
                     });
@@ -230,11 +229,19 @@ private:
             outcome.stop == StopReason::MAX_ITERATIONS || outcome.stop == StopReason::DEADLINE;
     }
 
+    // Quiet points count by more than their share, which takes more passes.
+    ShapedRounding::Effort ofQuiet(ShapedRounding::Effort effort) const
+    {
+        if (quiet().any()) effort.passes *= _tuning.quietPasses;
+        return effort;
+    }
+
     // As many transducers are shaped as the number of points takes; none, if the share is 0.
     ShapedRounding::Effort quick(const FieldProblem& field) const
     {
-        const float pointShare = static_cast<float>(field.n()) / static_cast<float>(field.m());
-        ShapedRounding::Effort effort = _tuning.quick;
+        const float pointShare =
+            static_cast<float>(field.n() + quiet().count()) / static_cast<float>(field.m());
+        ShapedRounding::Effort effort = ofQuiet(_tuning.quick);
         if (effort.share == 0.0f) return effort;
         effort.share = std::min(effort.share, _tuning.mostPerPoint * pointShare);
         effort.share = std::min(std::max(effort.share, _tuning.leastPerPoint * pointShare), 1.0f);
@@ -295,9 +302,9 @@ private:
     GaussNewtonStep _step;
     CorrectedDrive _drive;
     CrowdedDescent _crowded;
-    bool _isCrowded = false; // the last update was a descent
-    bool _isPaced = false;   // since build()
-    bool _isHurried = false; // the present one ends with its last round
+    bool _isCrowded = false;       // the last update was a descent
+    bool _isPaced = false;         // since build()
+    bool _isHurried = false;       // the present one ends with its last round
     float _leftFromNothing = 0.0f; // error of the last start from nothing that replaced an update
 };
 

@@ -23,9 +23,9 @@ struct GaussNewtonTuning
     int roundsBeforeWeights = 3; ///< rounds during which the weights equal the targets
 
     // "Warm start"
-    int quietRounds = 2;    ///< largest number of further rounds for a field that became quieter
-    float quiet = 0.996f;   ///< share of the recent loudness below which more rounds are made
-    float forget = 0.9998f; ///< factor on the remembered loudness per update
+    int quietRounds = 2;       ///< largest number of further rounds for a field that became quieter
+    float quiet = 0.996f;      ///< share of the recent loudness below which more rounds are made
+    float forget = 0.9998f;    ///< factor on the remembered loudness per update
     float targetsJump = 0.25f; ///< relative change of the targets, some of them quiet, that is one
     float lost = 0.97f; ///< share of the last loudness below which an update starts from nothing
 
@@ -50,6 +50,8 @@ struct GaussNewtonTuning
     float leastPerPoint = 2.5f; ///< transducers for each point, at least, in place of quick.share
     float mostPerPoint = 20.0f; ///< and at most
     ShapedRounding::Effort thorough{1.0f, 3, 1.5f}; ///< of a cold start, and of crowded points
+
+    int quietPasses = 2; ///< factor on the passes where points are quiet
 
     // "Crowded points"
     float crowded = 0.7f; ///< wavelengths to the nearest other point, below which they crowd

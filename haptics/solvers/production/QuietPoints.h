@@ -19,7 +19,7 @@ class QuietPoints
 {
 public:
     static constexpr float kQuiet = 0.3f;  ///< targets below are quiet, over the largest
-    static constexpr float kLeast = 0.01f; ///< errors of lower targets are measured by this one's
+    static constexpr float kFaint = 0.01f; ///< the error over the largest counts ever more below
 
     /// Finds the quiet ones among \a targets, whose largest is 1.
     void choose(const Eigen::VectorXf& targets)
@@ -40,8 +40,8 @@ public:
     bool any() const { return !_points.empty(); }
     int count() const { return static_cast<int>(_points.size()); }
     const std::vector<int>& points() const { return _points; } ///< ascending indices
-    /// What errors are measured by, over the level (n): the target, and where that is quiet the
-    /// geometric mean of it and kQuiet, which is between its own error and that over the largest.
+    /// What errors are measured by, over the level (n): the target; of a quiet one a length between
+    /// it and kQuiet, which is again that of kQuiet where 8 bits leave nothing of the target.
     const Eigen::VectorXf& yard() const { return _yard; }
     /// Returns the rms of (y_l - s a_l)/(s d_l), d the yard: errorOf() without quiet points.
     float error(const FieldProblem& field, float s) const
@@ -54,9 +54,10 @@ public:
     float bend(const FieldProblem& field, float s) const
     {
         if (!any()) return errorOf(field, s);
-        return std::sqrt(((field.y.array() - s * field.a.array()) / (s * field.a.array().max(kQuiet)))
-                             .square()
-                             .mean());
+        return std::sqrt(
+            ((field.y.array() - s * field.a.array()) / (s * field.a.array().max(kQuiet)))
+                .square()
+                .mean());
     }
     /// Returns what rounding adds to error(): roundingError() without quiet points. The same
     /// disturbance in Pa at all points, in units of their yards.
@@ -75,7 +76,10 @@ public:
 private:
     static float yardOf(float target)
     {
-        return isQuiet(target) ? kQuiet * std::cbrt(std::max(target, kLeast) / kQuiet) : target;
+        if (!isQuiet(target)) return target;
+        const float least = kQuiet * std::cbrt(kFaint / kQuiet);
+        return target < kFaint ? std::min(least * std::sqrt(kFaint / target), kQuiet)
+                               : kQuiet * std::cbrt(target / kQuiet);
     }
 
     std::vector<int> _points;

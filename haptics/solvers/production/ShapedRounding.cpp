@@ -81,11 +81,8 @@ void ShapedRounding::reserve(const FieldProblem& field, const Effort& effort)
 
 // Factors on the rows of one block that bring them into units of the yards: with \a turned, times
 // conj(u_l), so that the real part is along p_l.
-void ShapedRounding::findFactors(const FieldProblem& field,
-                                 int thread,
-                                 int block,
-                                 float s,
-                                 bool turned)
+void ShapedRounding::findFactors(
+    const FieldProblem& field, int thread, int block, float s, bool turned)
 {
     const float* scale = field.G.fixedScale(block);
     const std::size_t part = static_cast<std::size_t>(thread) * static_cast<std::size_t>(_stride);

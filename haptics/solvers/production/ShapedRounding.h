@@ -48,11 +48,7 @@ private:
 
     void reserve(const FieldProblem& field, const Effort& effort);
     void weigh(const FieldProblem& field, const QuietPoints& quiet);
-    void findFactors(const FieldProblem& field,
-                     int thread,
-                     int block,
-                     float s,
-                     bool turned);
+    void findFactors(const FieldProblem& field, int thread, int block, float s, bool turned);
     void formColumns(const FieldProblem& field,
                      int thread,
                      int block,
