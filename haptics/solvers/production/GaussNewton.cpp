@@ -114,8 +114,8 @@ private:
     // be large since there are many, or since they moved far.
     bool needsDescent(const FieldProblem& field, float error) const
     {
-        return error > _tuning.searchAbove &&
-               ((error > _tuning.searchApart && !quiet().any()) || field.crowds(_tuning.crowded));
+        const bool isFar = error > _tuning.searchApart && (!quiet().any() || _search.wasCold());
+        return error > _tuning.searchAbove && (isFar || field.crowds(_tuning.crowded));
     }
 
     // Chooses amplitudes for the phases at hand and measures the drive.

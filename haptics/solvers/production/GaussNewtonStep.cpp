@@ -120,7 +120,7 @@ int GaussNewtonStep::solve(FieldProblem& field,
                            double tolerance,
                            int maxSteps)
 {
-    reserve(field, quiet.points());
+    reserve(field, quiet.twice());
     findRoots(field, _mostFreedom);
     _largestTurn = _largestTurn_rad;
     const int n = field.n(), rows = _equations.rows();

@@ -68,7 +68,7 @@ bool PhaseSearch::carryOver(const FieldProblem& field, const std::vector<int>& l
 void PhaseSearch::adapt(const FieldProblem& field, const Eigen::VectorXf& targets)
 {
     const bool wasAny = _quiet.any();
-    _quiet.choose(targets);
+    _quiet.choose(targets, field.m());
     _isJump = false;
     if (_targets.size() != targets.size() || _targets == targets) return;
     _isJump = (wasAny || _quiet.any()) &&
@@ -127,15 +127,17 @@ void PhaseSearch::reweigh(FieldProblem& field)
 const Eigen::VectorXf& PhaseSearch::weights(const FieldProblem& field)
 {
     if (!_quiet.any()) return _weights;
-    _rows.resize(field.n() + _quiet.count());
-    _rows.head(field.n()) = _weights;
-    for (int k = 0; k < _quiet.count(); ++k)
+    const std::vector<int>& twice = _quiet.twice();
+    const int n = field.n();
+    _rows.resize(n + static_cast<int>(twice.size()));
+    _rows.head(n) = _weights;
+    for (const int l : _quiet.points())
+        _rows[l] = alongPhase(field, l);
+    for (std::size_t k = 0; k < twice.size(); ++k)
     {
-        const int l = _quiet.points()[static_cast<std::size_t>(k)];
-        const auto row = static_cast<std::size_t>(l);
-        const std::complex<float> turned = _multiplier.at(row) * std::conj(field.u.at(row));
-        _rows[l] = turned.real();
-        _rows[field.n() + k] = turned.imag();
+        const auto row = static_cast<std::size_t>(twice[k]);
+        _rows[n + static_cast<int>(k)] =
+            std::imag(_multiplier.at(row) * std::conj(field.u.at(row)));
     }
     return _rows;
 }
@@ -143,19 +145,22 @@ const Eigen::VectorXf& PhaseSearch::weights(const FieldProblem& field)
 void PhaseSearch::adjust(const GaussNewtonStep& step, float amplitude)
 {
     const auto n = static_cast<int>(_weights.size());
+    const auto add = [&](int l, int k)
+    {
+        const auto row = static_cast<std::size_t>(l);
+        _multiplier.set(row,
+                        _multiplier.at(row) + amplitude * step.multiplier(k) * step.direction(k));
+    };
     for (int l = 0; l < n; ++l)
         _weights[l] = std::max(_weights[l] + amplitude * step.multiplier(l),
                                _tuning.leastOfWeight * _weights[l]);
-    for (int k = 0; k < _quiet.count(); ++k)
+    for (const int l : _quiet.points())
     {
-        const int l = _quiet.points()[static_cast<std::size_t>(k)];
-        const auto row = static_cast<std::size_t>(l);
         _weights[l] = 0.0f;
-        _multiplier.set(row,
-                        _multiplier.at(row) +
-                            amplitude * (step.multiplier(l) * step.direction(l) +
-                                         step.multiplier(n + k) * step.direction(n + k)));
+        add(l, l);
     }
+    for (std::size_t k = 0; k < _quiet.twice().size(); ++k)
+        add(_quiet.twice()[k], n + static_cast<int>(k));
 }
 
 void PhaseSearch::turn(std::complex<float> by)
@@ -190,7 +195,7 @@ int PhaseSearch::search(FieldProblem& field, bool warm, int limit, std::uint64_t
     _wasCold = !warm || _weightsOf != field.n();
     _isJump = _isJump && !_wasCold;
     if (_wasCold)
-        _quiet.choose(field.a);
+        _quiet.choose(field.a, field.m());
     else if (!_projected)
         adapt(field, field.a);
     _weightsOf = field.n();

@@ -19,10 +19,11 @@ class QuietPoints
 {
 public:
     static constexpr float kQuiet = 0.3f;  ///< targets below are quiet, over the largest
+    static constexpr float kRows = 0.5f;   ///< most equations, over the number of transducers
     static constexpr float kFaint = 0.01f; ///< the error over the largest counts ever more below
 
-    /// Finds the quiet ones among \a targets, whose largest is 1.
-    void choose(const Eigen::VectorXf& targets)
+    /// Finds the quiet ones among \a targets, whose largest is 1, of an array of \a m transducers.
+    void choose(const Eigen::VectorXf& targets, int m)
     {
         _points.clear();
         if (_yard.size() != targets.size()) _yard.resize(targets.size());
@@ -31,6 +32,15 @@ public:
             if (isQuiet(targets[l])) _points.push_back(static_cast<int>(l));
             _yard[l] = yardOf(targets[l]);
         }
+        // The quietest ones first, as many as m phases bear.
+        const auto most = static_cast<std::size_t>(
+            std::max(0.0f, kRows * static_cast<float>(m) - static_cast<float>(targets.size())));
+        _twice = _points;
+        if (_twice.size() <= most) return;
+        std::stable_sort(
+            _twice.begin(), _twice.end(), [&](int a, int b) { return targets[a] < targets[b]; });
+        _twice.resize(most);
+        std::sort(_twice.begin(), _twice.end());
     }
     static bool isQuiet(float target) { return target < kQuiet; }
     /// What a quiet point's squared error counts for in a damped step: that of the same error in Pa
@@ -40,6 +50,7 @@ public:
     bool any() const { return !_points.empty(); }
     int count() const { return static_cast<int>(_points.size()); }
     const std::vector<int>& points() const { return _points; } ///< ascending indices
+    const std::vector<int>& twice() const { return _twice; }   ///< those of two equations
     /// What errors are measured by, over the level (n): the target; of a quiet one a length between
     /// it and kQuiet, which is again that of kQuiet where 8 bits leave nothing of the target.
     const Eigen::VectorXf& yard() const { return _yard; }
@@ -82,7 +93,7 @@ private:
                                : kQuiet * std::cbrt(target / kQuiet);
     }
 
-    std::vector<int> _points;
+    std::vector<int> _points, _twice;
     Eigen::VectorXf _yard; // n
 };
 

@@ -49,7 +49,7 @@ void ShapedRounding::weigh(const FieldProblem& field, const QuietPoints& quiet)
         _yard[l] = std::max(_yard[l], std::min(least, QuietPoints::kQuiet));
     if (isCoarse(field) || !quiet.any()) return;
     const float most = kQuieterThan * quiet.disturbance(field, 1.0f);
-    for (const int l : quiet.points())
+    for (const int l : quiet.twice())
         if (field.a[l] < most) _twice.push_back(l);
 }
 

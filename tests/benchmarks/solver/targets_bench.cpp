@@ -26,6 +26,7 @@ struct Choice
     std::string array = "octagon", solver = "gauss-newton", only;
     SolverOptions options;
     int moving = 100; // fields
+    int points = 100;
     bool verbose = false;
 };
 
@@ -65,6 +66,14 @@ struct Tally
     }
 };
 
+/// Where points are put: the middle of an array around them, 150 mm above one that looks one way.
+Eigen::Vector3d placeFor(const TransducerArray& array)
+{
+    const Eigen::Vector3d normal = array.normals.rowwise().mean();
+    if (normal.norm() < 0.5) return Eigen::Vector3d::Zero();
+    return array.positions.rowwise().mean() + 0.15 * normal;
+}
+
 /// Runs \a of and prints the figures of the fields from \a first on. Of moving ones time is that of
 /// an update, of others that of the first field for new targets.
 void measure(const Choice& choice, const TargetsCase& of, int first)
@@ -78,7 +87,8 @@ void measure(const Choice& choice, const TargetsCase& of, int first)
     Eigen::Matrix3Xd places;
     for (int k = 0; k < of.fields; ++k)
     {
-        const ControlPoints points = of.points(k);
+        ControlPoints points = of.points(k);
+        points.positions.colwise() += placeFor(array);
         const double start = cpu_ms();
         const SolveReport report = solver->solve(points, array, Medium(), q);
         const double ms = cpu_ms() - start;
@@ -116,6 +126,7 @@ int main(int argc, char** argv)
     app.add_option("--solver", choice.solver, "solver")->capture_default_str();
     app.add_option("--only", choice.only, "cases with this in their names");
     app.add_option("--fields", choice.moving, "fields of the moving cases")->capture_default_str();
+    app.add_option("--n", choice.points, "points, even")->capture_default_str();
     app.add_option("--phase-only", choice.options.phaseOnly, "0 or 1")->capture_default_str();
     app.add_option("--iterations", choice.options.maxIterations, "limit; 0: the method's own");
     app.add_flag("--verbose", choice.verbose, "each field");
@@ -134,10 +145,10 @@ int main(int argc, char** argv)
                     "ms",
                     "it",
                     "E");
-        for (const TargetsCase& of : restCases())
+        for (const TargetsCase& of : restCases(choice.points))
             measure(choice, of, of.fields > 4 ? kSettled : 0);
         for (const double ratio : {1.0, 3.0, 10.0, 33.0, 100.0, 1000.0})
-            measure(choice, movingCase(100, ratio, choice.moving), 1);
+            measure(choice, movingCase(choice.points, ratio, choice.moving), 1);
         for (const int n : {10, 25, 200, 400})
             measure(choice, movingCase(n, 33.0, choice.moving), 1);
         for (const bool byFactor : {false, true})

@@ -175,39 +175,39 @@ inline ControlPoints withTargets(ControlPoints points, const Eigen::VectorXd& ta
 }
 
 /// Everything that is held to the bars of rest.
-inline std::vector<TargetsCase> restCases()
+inline std::vector<TargetsCase> restCases(int n = 100)
 {
     std::vector<TargetsCase> all;
-    const ControlPoints sphere = spherePoints(100, 0.03);
+    const ControlPoints sphere = spherePoints(n, 0.03);
     const Eigen::VectorXd equal = sphere.targets;
     for (const double ratio : {3.0, 10.0, 30.0, 100.0, 1000.0})
     {
         const std::string to = "1:" + std::to_string(static_cast<int>(ratio));
-        const Eigen::VectorXd spread = spreadTargets(100, ratio);
+        const Eigen::VectorXd spread = spreadTargets(n, ratio);
         all.push_back(restCase("spread " + to, withTargets(sphere, spread)));
         all.push_back(jumpCase("jump to spread " + to, withTargets(sphere, spread), equal));
         all.push_back(
             jumpCase("jump of spread " + to, withTargets(sphere, spread.reverse()), spread));
-        all.push_back(restCase("two spheres " + to, twoSpheres(50, 1.0 / ratio)));
+        all.push_back(restCase("two spheres " + to, twoSpheres(n / 2, 1.0 / ratio)));
         all.push_back(jumpCase("two spheres, jump to " + to,
-                               twoSpheres(50, 1.0 / ratio),
-                               twoSpheres(50, 1.0).targets));
+                               twoSpheres(n / 2, 1.0 / ratio),
+                               twoSpheres(n / 2, 1.0).targets));
         all.push_back(jumpCase("two spheres, jump from " + to,
-                               twoSpheres(50, 1.0),
-                               twoSpheres(50, 1.0 / ratio).targets));
+                               twoSpheres(n / 2, 1.0),
+                               twoSpheres(n / 2, 1.0 / ratio).targets));
     }
     all.push_back(restCase("lower half 0.01",
-                           paintedSphere(100, [](double h) { return h < 0.5 ? 0.01 : 1.0; })));
+                           paintedSphere(n, [](double h) { return h < 0.5 ? 0.01 : 1.0; })));
     all.push_back(restCase(
         "soft spot 0.1",
-        paintedSphere(110,
+        paintedSphere(n,
                       [](double h) { return 1.0 - 0.9 * std::exp(-std::pow((1 - h) / 0.2, 2)); })));
     all.push_back(restCase("ramp, squared",
-                           paintedSphere(110, [](double h) { return std::max(h * h, 1e-3); })));
+                           paintedSphere(n, [](double h) { return std::max(h * h, 1e-3); })));
     all.push_back(restCase("one point 1, others 0.01",
-                           paintedSphere(100, [](double h) { return h > 0.99 ? 1.0 : 0.01; })));
+                           paintedSphere(n, [](double h) { return h > 0.99 ? 1.0 : 0.01; })));
     all.push_back(restCase("one point 0.001",
-                           paintedSphere(100, [](double h) { return h > 0.99 ? 1e-3 : 1.0; })));
+                           paintedSphere(n, [](double h) { return h > 0.99 ? 1e-3 : 1.0; })));
     return all;
 }
 
