@@ -27,6 +27,7 @@ struct TargetErrors
     double middle = 0.0;    ///< the same from 0.01 to 0.3
     double rms = 0.0;       ///< of (y - s a)/s over the largest target
     double ofLargest = 0.0; ///< its largest
+    double own = 0.0;       ///< largest |y/(s a) - 1| of all
     double level_Pa = 0.0;  ///< s times the largest target
     Eigen::VectorXd y_Pa;   ///< pressures at the points
 };
@@ -65,8 +66,10 @@ inline TargetErrors errorsAt(const ControlPoints& points,
 {
     TargetErrors errors;
     errors.y_Pa = (G * onLevels(q, array.drive)).cwiseAbs();
-    const Eigen::VectorXd& a = points.targets;
-    const double largest = a.maxCoeff();
+    const double largest = points.targets.maxCoeff();
+    // Lower targets count as a thousandth of the largest; where there is none, nothing is asked for.
+    const Eigen::VectorXd a = (points.targets.array() > 0.0)
+                                  .select(points.targets.cwiseMax(1e-3 * largest), 0.0);
     const double s = points.absolute ? 1.0 : errors.y_Pa.dot(a) / a.dot(a);
     errors.level_Pa = s * largest;
     for (Eigen::Index l = 0; l < a.size(); ++l)
@@ -75,6 +78,7 @@ inline TargetErrors errorsAt(const ControlPoints& points,
         const double off = std::fabs(errors.y_Pa[l] - s * a[l]) / s;
         errors.rms += std::pow(off / largest, 2) / static_cast<double>(a.size());
         errors.ofLargest = std::max(errors.ofLargest, off / largest);
+        errors.own = std::max(errors.own, off / a[l]);
         double& band = a[l] >= 0.3 * largest ? errors.loud : errors.middle;
         if (a[l] >= 0.01 * largest) band = std::max(band, off / a[l]);
     }

@@ -201,7 +201,10 @@ TEST(UnequalTargetsReport, SaysConvergedOfWhatIsPlayed)
             SolverOptions options;
             Eigen::VectorXcf q;
             const SolveReport report = makeSolver(name, options)->solve(of, array, Medium(), q);
-            if (report.stop == StopReason::CONVERGED) EXPECT_LE(report.rms, options.rmsTolerance);
+            if (report.stop == StopReason::CONVERGED)
+            {
+                EXPECT_LE(report.rms, options.rmsTolerance);
+            }
             const Eigen::MatrixXcd G = referencePropagationMatrix(of.positions, array, Medium());
             EXPECT_NEAR(report.rmsOfLargest, errorsAt(of, G, array, q).rms, 2e-5);
         }
