@@ -287,9 +287,8 @@ SolveReport SolverBase::solveAssigned(const ControlPoints& points,
         return silent(
             result, StopReason::REFUSED, "the field did not come out finite", array.size(), q);
     keep(result, q);
-    _last.goesOn =
-        outcome.unfinished && (!warm || result.rms < kProgress * lastRms ||
-                               result.rmsOfLargest < kProgress * lastOfLargest);
+    _last.goesOn = outcome.unfinished && (!warm || result.rms < kProgress * lastRms ||
+                                          result.rmsOfLargest < kProgress * lastOfLargest);
     return result;
 }
 

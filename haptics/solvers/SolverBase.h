@@ -80,6 +80,9 @@ protected:
     bool hasLast(const FieldProblem& field) const { return _last.q.size() == field.arraySize(); }
     /// Returns true if the targets of this solve are in Pa.
     bool isAbsolute() const { return _absolute; }
+    /// Returns true if the targets of this solve are shifted for the sake of loudness, by how loud
+    /// each point happens to be.
+    bool isShifted() const { return _beyond > 0.0; }
     /// Returns the largest target, by which all targets were divided; in FieldProblem::unit_Pa() if
     /// the targets are in Pa.
     float largestTarget() const { return static_cast<float>(_largestTarget / _field.unit_Pa()); }

@@ -110,8 +110,8 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
         relativeErrors(_field.y, _field.a, _absolute ? largestTarget() : level);
     // A method that ended before its phases were rounded does not know what is played of them.
     const bool isRight = errors.rms <= _options.rmsTolerance;
-    result.stop = outcome.stop == StopReason::CONVERGED && !isRight ? StopReason::STALLED
-                                                                    : outcome.stop;
+    result.stop =
+        outcome.stop == StopReason::CONVERGED && !isRight ? StopReason::STALLED : outcome.stop;
     result.iterations = outcome.iterations;
     errors.tell(result);
     result.level_Pa = level * _field.a.maxCoeff() * _field.unit_Pa();

@@ -61,6 +61,7 @@ private:
         _isPaced = false;
         _pace.took(Pace::BUILD, field.staleRows() < field.n() ? 0 : 1, field.build_ms());
         const int limit = iterationLimit(kMostIterations);
+        _search.followTargets(!isShifted());
         attempt(field, warm, limit, outcome);
         if (isLost(field, limit, outcome))
         {

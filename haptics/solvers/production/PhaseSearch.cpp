@@ -71,7 +71,7 @@ void PhaseSearch::adapt(const FieldProblem& field, const Eigen::VectorXf& target
     _quiet.choose(targets, field.m());
     _isJump = false;
     if (_targets.size() != targets.size() || _targets == targets) return;
-    _isJump = (wasAny || _quiet.any()) &&
+    _isJump = _follows && (wasAny || _quiet.any()) &&
               (targets - _targets).norm() > _tuning.targetsJump * _targets.norm();
     float weights = 0.0f, sum = 0.0f; // of the points that were not quiet
     for (Eigen::Index l = 0; l < targets.size(); ++l)
@@ -87,7 +87,7 @@ void PhaseSearch::adapt(const FieldProblem& field, const Eigen::VectorXf& target
         if (was && !is)
             _weights[l] = std::max(alongPhase(field, static_cast<int>(l)),
                                    kLeastOfMean * targets[l] * weights / sum);
-        if (!was) _weights[l] *= targets[l] / _targets[l];
+        if (!was && _follows) _weights[l] *= targets[l] / _targets[l];
         if (was || !is) continue;
         _multiplier.set(row, _weights[l] * field.u.at(row));
         _weights[l] = 0.0f;

@@ -26,6 +26,8 @@ public:
     /// Gives point l the weight of the last field's point \a lastOf[l]; new points (-1) get the
     /// mean weight for their target. Returns false without weights to take over.
     bool carryOver(const FieldProblem& field, const std::vector<int>& lastOf);
+    /// Whether weights follow targets that change, as they do at first.
+    void followTargets(bool follow) { _follows = follow; }
     /// Leaves q = z/|z| with its p, y and u in \a field. Starts from nothing unless \a warm, and
     /// returns the number of rounds, at least one and about \a limit at most. wasCold() then tells
     /// how it started.
@@ -73,6 +75,7 @@ private:
     int _weightsOf = 0;      // number of points that the weights belong to
     bool _projected = false; // build() has made the first round
     bool _wasCold = true;
+    bool _follows = true; // weights follow the targets
     bool _isJump = false; // of the targets, since the last field
 };
 
