@@ -135,7 +135,9 @@ int GaussNewtonStep::solve(FieldProblem& field,
     {
         // Rows of about the same size, whatever the targets: else CG would take the more steps the
         // farther these are apart.
-        const float s = weightedLevel(weights.head(n), field.y, field.a);
+        const float natural = weightedLevel(weights.head(n), field.y, field.a);
+        const bool isLevel = natural > 0.0f && std::isfinite(natural);
+        const float s = isLevel ? natural : fittedLevel(field);
         _judged.setOnes(rows);
         _flat.resize(rows);
         for (int row = 0; row < rows; ++row)

@@ -236,7 +236,9 @@ float PhaseSearch::naturalLevel(const FieldProblem& field) const
         pressures += along * field.y[l];
         targets += along * field.a[l];
     }
-    return pressures / targets;
+    // Multipliers of quiet points may be against the field; no level is reached where they outweigh
+    // it.
+    return pressures > 0.0f && targets > 0.0f ? pressures / targets : fittedLevel(field);
 }
 
 float PhaseSearch::loudness(const FieldProblem& field) const

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ostream>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -225,6 +226,41 @@ TEST(UnequalTargetsOnThreads, AreTheSame)
         b->solve(of.points(k), array, Medium(), r);
         EXPECT_EQ(q, r) << k;
     }
+}
+
+// Targets of any size from update to update, points that come and go, some of them in one place.
+TEST(UnequalTargetsAtRandom, AreFinite)
+{
+    std::mt19937 random(3);
+    const auto between = [&](double low, double high)
+    { return std::uniform_real_distribution<double>(low, high)(random); };
+    for (const char* name : {"autd3", "sonicsurface", "ultraino64"})
+        for (const bool isAbsolute : {false, true})
+        {
+            const TransducerArray array = TransducerArray::load(name);
+            const auto solver = makeSolver("gauss-newton");
+            const Eigen::Vector3d middle =
+                array.positions.rowwise().mean() + 0.1 * array.normals.rowwise().mean();
+            Eigen::VectorXcf q;
+            for (int k = 0; k < 150; ++k)
+            {
+                ControlPoints points = spherePoints(1 + static_cast<int>(between(0.0, 40.0)), 0.02);
+                points.absolute = isAbsolute;
+                points.positions.colwise() += middle + 0.001 * Eigen::Vector3d(k % 20, 0.0, 0.0);
+                if (k % 10 == 0) points.positions.col(0) = points.positions.col(points.size() - 1);
+                for (int l = 0; l < points.size(); ++l)
+                {
+                    points.targets[l] = std::pow(10.0, between(-8.0, 3.0));
+                    if (k % 3 == 0) points.targets[l] = l % 2 == 0 ? 1.0 : between(0.0, 0.3);
+                    points.identity.push_back(static_cast<std::uint64_t>(l));
+                }
+                const SolveReport report = solver->solve(points, array, Medium(), q);
+                ASSERT_TRUE(q.allFinite()) << k;
+                ASSERT_LE(q.cwiseAbs().maxCoeff(), 1.0F + 1e-6F) << k;
+                ASSERT_TRUE(std::isfinite(report.rms)) << k;
+                ASSERT_NE(report.stop, StopReason::REFUSED) << k << ' ' << report.message;
+            }
+        }
 }
 
 // However little time there is, a field is finite, and one at rest gets better.
