@@ -12,9 +12,9 @@ namespace midair::referee
 namespace
 {
 
-constexpr double kShort = 0.01;      // a point that is short by more counts
-constexpr double kUncertain = 1e-5;  // of a shortfall, since products are in single precision
-constexpr double kOutOfReach = 1e-3; // of the best point's sum of magnitudes
+constexpr double kShort = 0.01;          // a point that is short by more counts
+constexpr double kUncertain = 1e-5;      // of a shortfall, since products are in single precision
+constexpr double kOutOfReach = 1e-3;     // of the best point's sum of magnitudes
 constexpr double kLeastOfLargest = 1e-3; // lower targets count as this share of the largest
 // Relative difference of the mean pressures on and off one surface in one field, told and
 // recomputed: 1e-6 is usual. Those of two updates hardly ever agree so well, both at once.
@@ -77,8 +77,7 @@ void rateKelvin(const Recorded& recorded,
         return (haptics::referencePropagationMatrix(points.positions, recorded.array, air) * q)
             .cwiseAbs();
     };
-    const Eigen::VectorXd a =
-        points.targets.cwiseMax(kLeastOfLargest * points.targets.maxCoeff());
+    const Eigen::VectorXd a = points.targets.cwiseMax(kLeastOfLargest * points.targets.maxCoeff());
     const Eigen::VectorXd y = pressures(warmer);
     const double level = y.dot(a) / a.dot(a);
     const double rms = errorsOf(y, a, points.absolute ? 1.0 : level).rms;

@@ -67,9 +67,10 @@ inline TargetErrors errorsAt(const ControlPoints& points,
     TargetErrors errors;
     errors.y_Pa = (G * onLevels(q, array.drive)).cwiseAbs();
     const double largest = points.targets.maxCoeff();
-    // Lower targets count as a thousandth of the largest; where there is none, nothing is asked for.
-    const Eigen::VectorXd a = (points.targets.array() > 0.0)
-                                  .select(points.targets.cwiseMax(1e-3 * largest), 0.0);
+    // Lower targets count as a thousandth of the largest; where there is none, nothing is asked
+    // for.
+    const Eigen::VectorXd a =
+        (points.targets.array() > 0.0).select(points.targets.cwiseMax(1e-3 * largest), 0.0);
     const double s = points.absolute ? 1.0 : errors.y_Pa.dot(a) / a.dot(a);
     errors.level_Pa = s * largest;
     for (Eigen::Index l = 0; l < a.size(); ++l)
