@@ -206,7 +206,8 @@ extern "C"
 
     /// Opens a solver with the array and the settings that the scene has now, for one set of points
     /// after the other, which begins with the field of the last one. It keeps no caps: it is
-    /// refused while the scene has one.
+    /// refused while the scene has one, or plays fields in turn, outlines at rest otherwise or a
+    /// monitor. Points that move by less than motionTolerance keep the last field.
     MIDAIR_API midair_status midair_solver_open(midair_scene* scene, midair_solver** solver);
     /// Solves for \a count points, \a positions x, y, z of each, and their \a targets (>= 0; Pa if
     /// \a in_pascal, else their ratios). \a activations: real and imaginary part for each of

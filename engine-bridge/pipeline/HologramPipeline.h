@@ -146,8 +146,14 @@ private:
     void play(haptics::FieldSequence sequence, HologramResult& result);
     void measure(const haptics::TransducerArray& array, HologramResult& result);
     void rateFromLast(HologramResult& result) const;
+    bool isPlayedAlready(const haptics::FieldSequence& sequence,
+                         const haptics::ControlPoints& points) const;
+    void playOn(const haptics::FieldSequence& sequence,
+                haptics::ControlPoints points,
+                const haptics::TransducerArray& array,
+                HologramResult& result);
     ArrayState stateOf(const HologramResult& result);
-    void finish(HologramResult& result);
+    void finish(HologramResult& result, bool isOtherField = true);
 
     HologramOptions _options;
     std::shared_ptr<const haptics::TransducerArray> _array; // that of _options, for the results
@@ -176,8 +182,11 @@ private:
     ReachAndShadow _around;
     HologramCounters _counters;
     std::shared_ptr<const HologramResult> _last;
-    bool _changed = false; // the options have changed since _last
-    std::string _invalid;  // what is wrong with the options; empty: nothing
+    bool _changed = false;    // the options have changed since _last
+    bool _earsMoved = false;  // since then, where a limit holds for them
+    CappedField _proven;      // the field of the last cap(), if it was held
+    Eigen::VectorXcf _solved; // what _last was made of, before caps; empty: of something else
+    std::string _invalid;     // what is wrong with the options; empty: nothing
     UpdateRate _updates;
 };
 

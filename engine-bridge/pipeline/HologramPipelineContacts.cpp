@@ -124,6 +124,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::attendContacts()
 std::shared_ptr<const HologramResult> HologramPipeline::playWhole()
 {
     _playsContacts = false;
+    _solved.resize(0);
     _contacts->pause();
     auto result = std::make_shared<HologramResult>(*_last);
     haptics::FieldSequence sequence = _whole;

@@ -274,8 +274,9 @@ SolveReport SolverBase::solveAssigned(const ControlPoints& points,
     scaleTargets();
     const bool warm = prepareStart(array);
     const double lastRms = _last.good ? _last.report.rms : 0.0;
-    const Outcome outcome = _beyond > 0.0 ? iterateLouder(warm) : iterate(_field, warm);
+    Outcome outcome = _beyond > 0.0 ? iterateLouder(warm) : iterate(_field, warm);
     if (!outcome.playable) makePlayable();
+    keepToTargets(outcome);
     report(outcome, result);
     result.solve_ms = _field.elapsed_ms() - result.matrix_ms;
     if (result.level_Pa == 0.0)

@@ -128,6 +128,8 @@ private:
     Outcome iterateLouder(bool warm);
     void scaleTargets();
     void makePlayable();
+    void playTargets();
+    void keepToTargets(Outcome& outcome);
     void report(const Outcome& outcome, SolveReport& report);
     void reportTargets(SolveReport& report) const;
     void reportChange(SolveReport& report) const;
@@ -144,6 +146,8 @@ private:
     double _beyond = 0.0;       // _louder in this solve; 0 if the targets are in Pa
     int _misses = 0;            // solves in a row that took longer than the deadline
     bool _absolute = false;     // the targets of this solve are in Pa
+    float _quieter = 0.0f;      // level of a quieter field that is farther from the targets in Pa
+    bool _isGrown = false;      // this one is of growFromBelow()
     double _audibleShare = 0.0; // audible share of a drive's change at the options' update rate
     SplitVector _keptU;         // n
     Eigen::VectorXf _keptA;     // n

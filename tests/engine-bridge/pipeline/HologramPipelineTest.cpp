@@ -343,3 +343,67 @@ TEST(HologramPipeline, BadOptionsThrowNamingThem)
     EXPECT_NE(fails([](HologramOptions& o) { o.medium.temperature_C = 1000.0; }).find("1000"),
               std::string::npos);
 }
+
+// What moves out of reach, or changes what the field doesn't depend on, costs no field: what is
+// played goes on, with its figures.
+TEST(HologramPipeline, SendsNothingAgainWhereTheFieldIsTheSame)
+{
+    for (const double cap_Pa : {0.0, 1e5, 300.0})
+    {
+        SCOPED_TRACE(cap_Pa);
+        const auto log = std::make_shared<FakeLog>();
+        HologramOptions options = fakeOptions(log);
+        options.solverFactory = nullptr;
+        options.maxPressure = cap_Pa;
+        HologramPipeline pipeline(options);
+        SceneSnapshot snapshot = squareSnapshot();
+        snapshot.objects.push_back(snapshot.objects[0]);
+        snapshot.objects[1].id = 2;
+        snapshot.objects[1].meshId = 2;
+        snapshot.objects[1].path = "Scene/Far";
+        snapshot.objects[1].pose.translation() << 3.0, 0.0, 0.0;
+        const auto first = pipeline.process(snapshot);
+        ASSERT_EQ(log->sends, 1);
+        const auto expectSame = [&](const char* what)
+        {
+            ++snapshot.frame;
+            const auto result = pipeline.process(snapshot);
+            EXPECT_EQ(log->sends, 1) << what;
+            EXPECT_NE(result, first) << what;
+            EXPECT_EQ(result->frame, snapshot.frame) << what;
+            EXPECT_EQ(result->report().stop, StopReason::SKIPPED) << what;
+            EXPECT_EQ(result->played(), first->played()) << what;
+            EXPECT_EQ(result->achieved_Pa, first->achieved_Pa) << what;
+            EXPECT_EQ(result->report().level_Pa, first->report().level_Pa) << what;
+            EXPECT_EQ(result->report().capFactor, first->report().capFactor) << what;
+            EXPECT_EQ(result->report().driveChange, 0.0) << what;
+            EXPECT_TRUE(result->playing) << what;
+        };
+        snapshot.objects[1].pose.translation().x() = 3.1;
+        expectSame("far away");
+        snapshot.objects[0].properties.priority = 3;
+        expectSame("priority");
+        snapshot.objects[0].meshId = 7;
+        expectSame("the same vertices");
+        snapshot.objects.pop_back();
+        expectSame("far away, gone");
+        snapshot.objects[0].pose.translation().x() = 1e-3;
+        const auto moved = pipeline.process(snapshot);
+        EXPECT_EQ(log->sends, 2);
+        EXPECT_NE(moved->played(), first->played());
+        snapshot.objects[0].properties.priority = 4;
+        pipeline.process(snapshot);
+        EXPECT_EQ(log->sends, 2);
+        // After other options everything is looked at again.
+        options.maxPressure = 200.0;
+        pipeline.reconfigure(options);
+        const auto capped = pipeline.process(snapshot);
+        EXPECT_EQ(log->sends, 3);
+        EXPECT_LE(capped->achieved_Pa.maxCoeff(), 200.0f);
+        // And after a silence it is played again.
+        pipeline.silence();
+        snapshot.objects[0].properties.priority = 5;
+        EXPECT_TRUE(pipeline.process(snapshot)->playing);
+        EXPECT_EQ(log->sends, 4);
+    }
+}
