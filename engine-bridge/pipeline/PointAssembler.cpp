@@ -16,6 +16,10 @@ namespace
 /// Least distance of given points from those of other objects; nearer ones count as the same.
 constexpr double kGivenSpacing_m = 1e-6;
 
+/// Largest relative change of the wavelength, as by 6 K of air, at which the spacing of objects
+/// that set none stays: other samples would cost a field from nothing.
+constexpr double kSameSpacing = 0.01;
+
 /// Largest distance that any of \a corners travels from pose \a a to pose \a b.
 double travel(const Eigen::Matrix<double, 3, 8>& corners,
               const Eigen::Isometry3d& a,
@@ -54,6 +58,7 @@ PointAssembler::PointAssembler(const haptics::TransducerArray& array,
                                const Options& options,
                                base::MessageLog& messages) :
     _options(options),
+    _spacing_m(options.wavelength_m),
     _selector(selectorOptions(options)),
     _workspace(array, options.wavelength_m, _selector),
     _transducers(array.positions),
@@ -68,6 +73,8 @@ void PointAssembler::setOptions(const haptics::TransducerArray& array, const Opt
     if (options == _options) return;
     const base::StopToken stop = _selector.stop;
     _options = options;
+    if (!(std::fabs(options.wavelength_m / _spacing_m - 1.0) <= kSameSpacing))
+        _spacing_m = options.wavelength_m;
     _selector = selectorOptions(options);
     _selector.stop = stop;
     _workspace = haptics::Workspace(array, options.wavelength_m, _selector);
@@ -164,7 +171,7 @@ void PointAssembler::add(
     const HapticObject& object, int index, double unit_Pa, int set, Placed& placed)
 {
     const HapticProperties& p = object.properties;
-    const double spacing_m = p.spacing_m > 0.0 ? p.spacing_m : _options.wavelength_m;
+    const double spacing_m = p.spacing_m > 0.0 ? p.spacing_m : _spacing_m;
     const CachedSamples& cached = _samples.get(object, spacing_m, _options.sets);
     placed.corners = cached.corners;
     if (!cached.error.empty())

@@ -62,7 +62,8 @@ public:
                    const Options& options,
                    base::MessageLog& messages);
 
-    /// Replaces the options; samples that fit them are kept. The next unmoved() returns false.
+    /// Replaces the options; samples that fit them are kept, also where the wavelength has changed
+    /// by less than a hundredth. The next unmoved() returns false.
     void setOptions(const haptics::TransducerArray& array, const Options& options);
 
     /// Once \a stop is requested, assemble() throws base::Stopped.
@@ -109,6 +110,7 @@ private:
     void select(const SceneSnapshot& snapshot, AssembledPoints& out);
 
     Options _options;
+    double _spacing_m; ///< of objects that set none, about a wavelength
     haptics::SelectorOptions _selector;
     haptics::Workspace _workspace;
     Eigen::Matrix3Xd _transducers; ///< 3 x m, m

@@ -57,6 +57,7 @@ HapticObject objectOf(std::uint64_t id, std::shared_ptr<const haptics::TriangleM
     object.id = id;
     object.path = "Scene/" + std::to_string(id);
     object.meshId = id;
+    object.topologyId = id;
     object.mesh = std::move(mesh);
     return object;
 }
@@ -65,7 +66,7 @@ HapticObject objectOf(std::uint64_t id, std::shared_ptr<const haptics::TriangleM
 SceneSnapshot scene()
 {
     SceneSnapshot snapshot;
-    snapshot.objects.push_back(objectOf(1, sphere(0.025, 12)));
+    snapshot.objects.push_back(objectOf(1, sphere(0.031, 12)));
     return snapshot;
 }
 

@@ -357,6 +357,7 @@ TEST(HologramPipeline, SendsNothingAgainWhereTheFieldIsTheSame)
         options.maxPressure = cap_Pa;
         HologramPipeline pipeline(options);
         SceneSnapshot snapshot = squareSnapshot();
+        snapshot.objects[0].topologyId = 1;
         snapshot.objects.push_back(snapshot.objects[0]);
         snapshot.objects[1].id = 2;
         snapshot.objects[1].meshId = 2;
@@ -406,4 +407,52 @@ TEST(HologramPipeline, SendsNothingAgainWhereTheFieldIsTheSame)
         EXPECT_TRUE(pipeline.process(snapshot)->playing);
         EXPECT_EQ(log->sends, 4);
     }
+}
+
+// The points stay where they are, so that the field goes on from the last one.
+TEST(HologramPipeline, ATenthOfAKelvinIsOneWarmUpdate)
+{
+    const auto log = std::make_shared<FakeLog>();
+    HologramOptions options = fakeOptions(log);
+    options.solverFactory = nullptr;
+    HologramPipeline pipeline(options);
+    const SceneSnapshot snapshot = squareSnapshot();
+    const auto first = pipeline.process(snapshot);
+    options.medium.temperature_C += 0.1;
+    pipeline.reconfigure(options);
+    const auto warmer = pipeline.process(snapshot);
+    EXPECT_EQ(warmer->points.positions, first->points.positions);
+    EXPECT_EQ(warmer->points.identity, first->points.identity);
+    EXPECT_LT(warmer->report().iterations, 10) << "a start from nothing takes more rounds";
+    EXPECT_LT(warmer->report().driveChange, 0.1) << "of two unrelated fields it is about 1";
+    EXPECT_LT(warmer->report().rms, 2e-3);
+    // Ten kelvins are another wavelength.
+    options.medium.temperature_C += 10.0;
+    pipeline.reconfigure(options);
+    EXPECT_NE(pipeline.process(snapshot)->points.positions, first->points.positions);
+}
+
+// A hand far from all paths shadows nothing, and costs no other field.
+TEST(HologramPipeline, AFarHandCastsNoShadow)
+{
+    const auto log = std::make_shared<FakeLog>();
+    HologramOptions options = fakeOptions(log);
+    options.solverFactory = nullptr;
+    HologramPipeline pipeline(options);
+    SceneSnapshot snapshot = squareSnapshot();
+    snapshot.around.shadows = true;
+    HandCapsule bone;
+    bone.shape = {Eigen::Vector3d(3.0, 0.0, 0.0), Eigen::Vector3d(3.0, 0.05, 0.0), 0.01};
+    snapshot.around.hands = {bone};
+    const auto first = pipeline.process(snapshot);
+    EXPECT_EQ(first->array->gain.size(), 0);
+    snapshot.around.hands[0].shape.a.x() = snapshot.around.hands[0].shape.b.x() = 2.0;
+    EXPECT_EQ(pipeline.process(snapshot)->report().stop, StopReason::SKIPPED);
+    EXPECT_EQ(log->sends, 1);
+    snapshot.around.hands[0].shape = {
+        Eigen::Vector3d(0.1, 0.0, 0.0), Eigen::Vector3d(0.1, 0.05, 0.0), 0.01};
+    const auto shadowed = pipeline.process(snapshot);
+    EXPECT_EQ(shadowed->array->gain.size(), 3984);
+    EXPECT_LT(shadowed->array->gain.minCoeff(), 0.9);
+    EXPECT_EQ(log->sends, 2);
 }
