@@ -265,6 +265,11 @@ FieldSequence SequenceComposer::composeCycle(const std::vector<ControlPoints>& s
 namespace
 {
 
+// haptics/SOLVER.md, "From below": of outlines, whose targets in Pa coarse levels may exceed.
+constexpr int kOutlinePasses = 8;
+constexpr double kBelowTarget = 0.98;
+constexpr double kMostOverTarget = 1.1;
+
 // Outlines are solved at full amplitude; this lowers the field to targets in Pa and to the
 // loudness.
 void fitLevel(double loudness,
@@ -283,7 +288,21 @@ void fitLevel(double loudness,
         const double level = fittedLevel(y, points.targets);
         if (level > 0.0) share = std::min(share, 1.0 / level);
     }
-    if (share < 1.0) scaleField(q, static_cast<float>(share), array.drive);
+    if (!(share < 1.0)) return;
+    const Eigen::VectorXcf full = q;
+    double level = 0.0;
+    for (int pass = 0; pass < kOutlinePasses; ++pass)
+    {
+        q = full;
+        scaleField(q, static_cast<float>(share), array.drive);
+        if (!points.absolute) return;
+        level = fittedLevel(
+            achievedPressure(sequence, array, medium, solver.threads, solver.stop).cast<double>(),
+            points.targets);
+        if (level <= 1.0 + kShortBy) return;
+        share *= kBelowTarget / level;
+    }
+    if (level > kMostOverTarget) q.setZero(); // no number of transducers is quiet enough
 }
 
 } // namespace

@@ -191,13 +191,13 @@ TEST(EarLimit, ALimitThatNoLevelKeepsSilencesAndSaysWhatWould)
     EXPECT_EQ(result->played().norm(), 0.0f);
     ASSERT_FALSE(result->messages.empty());
     EXPECT_EQ(result->messages.back().rfind(
-                  "silent: the array's levels can't keep to the ear limit of 40 dB; transducers at "
-                  "their lowest level, 1 of full drive, give up to ",
+                  "silent: the array's levels can't keep to the ear limit of 40 dB; one transducer "
+                  "alone at its lowest level, 1 of full drive, gives up to ",
                   0),
               0u)
         << result->messages.back();
     const std::string& told = result->messages.back();
-    options.earLimit = std::stod(told.substr(told.find("give up to ") + 11)) + 0.1;
+    options.earLimit = std::stod(told.substr(told.find("gives up to ") + 12)) + 0.1;
     HologramPipeline louder(options);
     EXPECT_FALSE(louder.process(snapshot)->isSilenced()) << options.earLimit;
 }

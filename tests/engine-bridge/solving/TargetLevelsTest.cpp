@@ -196,6 +196,33 @@ TEST(TargetLevels, AreAsNearForFieldsInTurn)
     }
 }
 
+TEST(TargetLevels, AreKeptByOutlines)
+{
+    const Board board{"sonicsurface", "sonicsurface", true, 0.12};
+    haptics::TransducerArray array = haptics::TransducerArray::load(board.array);
+    const haptics::Medium air;
+    const haptics::FieldSettings settings;
+    double before_Pa = 0.0;
+    for (double asked_Pa = 2.0; asked_Pa < 3000.0; asked_Pa *= 2.0)
+    {
+        SCOPED_TRACE(asked_Pa);
+        haptics::Outline ring;
+        ring.vertices = ringFor(board, array, 16).positions;
+        ring.closed = true;
+        ring.target = asked_Pa;
+        SolveTask task{array, air, settings};
+        task.outlines = {ring};
+        task.absolute = true;
+        const SolvedFields solved = solveOnce(task);
+        const double level_Pa =
+            asked_Pa * haptics::fittedLevel(solved.achieved_Pa, solved.points.targets);
+        EXPECT_LE(level_Pa, 1.1 * asked_Pa);
+        EXPECT_GE(level_Pa, 0.98 * before_Pa);
+        before_Pa = std::max(before_Pa, level_Pa);
+    }
+    EXPECT_GT(before_Pa, 1000.0);
+}
+
 // A point that is a little louder than the others is no reason for silence.
 TEST(TargetLevels, UnderACapFewerTransducersPlay)
 {
