@@ -60,12 +60,21 @@ Eigen::MatrixXf inPhase(const Eigen::Matrix3Xd& points,
 // on inPhase() (Cauchy and Schwarz).
 Eigen::VectorXf norms(const Eigen::Matrix3Xd& points, const haptics::TransducerArray& array)
 {
+    constexpr auto kNearest2 =
+        static_cast<float>(haptics::kNearestDistance_m * haptics::kNearestDistance_m);
+    const Eigen::ArrayX3f from = array.positions.cast<float>().transpose();
+    Eigen::ArrayXf gain2 = Eigen::ArrayXf::Ones(array.size());
+    if (array.gain.size() > 0) gain2 = array.gain.cast<float>().array().square();
     Eigen::VectorXf all(points.cols());
-    for (Eigen::Index begin = 0; begin < points.cols(); begin += kPointsAtOnce)
+    for (Eigen::Index l = 0; l < points.cols(); ++l)
     {
-        const Eigen::Index count = std::min(kPointsAtOnce, points.cols() - begin);
-        all.segment(begin, count) =
-            strongest(points, array, begin, count).colwise().norm().transpose();
+        const Eigen::Vector3f r = points.col(l).cast<float>();
+        const float squares =
+            (gain2 / ((from.col(0) - r[0]).square() + (from.col(1) - r[1]).square() +
+                      (from.col(2) - r[2]).square())
+                         .max(kNearest2))
+                .sum();
+        all[l] = static_cast<float>(array.sourceAmplitude_Pa_m) * std::sqrt(squares);
     }
     return all;
 }

@@ -167,6 +167,37 @@ std::vector<float> focusAt(midair_solver* solver, std::size_t m, double x_m, mid
 
 } // namespace
 
+// What listens is kept from field to field, and is that of each field's own array, air and ears.
+TEST(CField, FiguresOfTheExposureAreEachFieldsOwn)
+{
+    Opened octagon;
+    Opened board("board");
+    addStar(octagon.scene);
+    const double place[] = {0.0, 0.0, 0.15};
+    midair_object points = 0;
+    ASSERT_EQ(midair_add_points(board.scene, place, nullptr, 1, 0, &points), MIDAIR_OK);
+    std::vector<std::vector<double>> levels_dB;
+    for (int round = 0; round < 2; ++round)
+    {
+        std::vector<double>& now = levels_dB.emplace_back();
+        for (const char* celsius : {"20", "35"})
+            for (const char* ears : {"", "0 0 0.7"})
+                for (midair_scene* scene : {octagon.scene, board.scene})
+                {
+                    ASSERT_EQ(midair_set(scene, "temperature", celsius), MIDAIR_OK);
+                    ASSERT_EQ(midair_set(scene, "earPoints", ears), MIDAIR_OK);
+                    const Solved solved(scene);
+                    ASSERT_EQ(solved.status, MIDAIR_OK) << solved.why;
+                    now.push_back(solved.figure("exposure.level_dB"));
+                    now.push_back(solved.figure("exposure.places"));
+                }
+    }
+    EXPECT_EQ(levels_dB[0], levels_dB[1]);
+    EXPECT_NE(levels_dB[0][0], levels_dB[0][2]) << "another array";
+    EXPECT_NE(levels_dB[0][0], levels_dB[0][8]) << "another air";
+    EXPECT_EQ(levels_dB[0][1] + 1.0, levels_dB[0][5]) << "another ear";
+}
+
 TEST(CSolver, KeepsItsFieldWithinTheMotionTolerance)
 {
     Opened of;
