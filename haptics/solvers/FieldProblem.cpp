@@ -6,14 +6,6 @@
 namespace midair::haptics
 {
 
-namespace
-{
-
-constexpr double kCoarseSum =
-    0.01; // SOLVER.md, "Amplitudes": what rounding may change of their sum
-
-} // namespace
-
 float playableAmplitude(const std::vector<float>& levels, float amplitude)
 {
     const float wanted = std::clamp(amplitude, 0.0f, 1.0f);
@@ -67,7 +59,7 @@ void mixAmplitudes(const std::vector<float>& levels, float mean, int m, float* a
     inEvenMix(m, [&](int i, double place) { amplitudes[i] = place < share ? one.high : one.low; });
 }
 
-void roundAmplitudes(const std::vector<float>& levels, int m, float* amplitudes)
+void roundAmplitudes(const std::vector<float>& levels, int m, float* amplitudes, double most)
 {
     if (levels.empty()) return;
     double wanted = 0.0, played = 0.0;
@@ -76,7 +68,7 @@ void roundAmplitudes(const std::vector<float>& levels, int m, float* amplitudes)
         wanted += static_cast<double>(amplitudes[i]);
         played += static_cast<double>(playableAmplitude(levels, amplitudes[i]));
     }
-    if (std::fabs(played - wanted) <= kCoarseSum * wanted)
+    if (std::fabs(played - wanted) <= most * wanted)
     {
         for (int i = 0; i < m; ++i)
             amplitudes[i] = playableAmplitude(levels, amplitudes[i]);

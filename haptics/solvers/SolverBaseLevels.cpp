@@ -184,7 +184,8 @@ void SolverBase::playTargets()
         if (_options.phaseOnly)
             mixAmplitudes(_field.drive().amplitudeLevels, gain, _field.m(), amplitudes.data());
         else
-            roundAmplitudes(_field.drive().amplitudeLevels, _field.m(), amplitudes.data());
+            roundAmplitudes(
+                _field.drive().amplitudeLevels, _field.m(), amplitudes.data(), kCoarseTarget);
         copy(_field.z, _field.q, static_cast<std::size_t>(width));
         kernels::scaleBy(width, amplitudes.data(), _field.q.re.data(), _field.q.im.data());
         _field.forward(_field.q, _field.p);

@@ -40,7 +40,10 @@ void DriveAmplitudes::set(const FieldProblem& field)
     {
         for (std::size_t i = 0; i < static_cast<std::size_t>(field.m()); ++i)
             _amplitudes[i] = std::clamp(_gain * std::abs(field.z.at(i)), 0.0f, 1.0f);
-        roundAmplitudes(levels, field.m(), _amplitudes.data());
+        roundAmplitudes(levels,
+                        field.m(),
+                        _amplitudes.data(),
+                        _wish.level_Pa > 0.0f ? kCoarseTarget : kCoarseSum);
     }
     if (!(_wish.level_Pa > 0.0f) || !(_gain > 0.0f) || rms(field) > 0.0f) return;
     const auto least = std::upper_bound(levels.begin(), levels.end(), 0.0f);
