@@ -109,7 +109,7 @@ TEST(CField, CapsHold)
     for (std::size_t i = 0; i < q.size(); i += 2)
         ASSERT_LE(std::hypot(q[i], q[i + 1]), 0.3F + 1e-6F);
     ASSERT_EQ(midair_set(of.scene, "maxAmplitude", "1"), MIDAIR_OK);
-    ASSERT_EQ(midair_set(of.scene, "maxPressure", "0.1 Pa"), MIDAIR_OK);
+    ASSERT_EQ(midair_set(of.scene, "maxPressure", "0.01 Pa"), MIDAIR_OK);
     const Solved silent(of.scene);
     EXPECT_EQ(silent.status, MIDAIR_SILENT);
     EXPECT_NE(silent.why.find("maxPressure"), std::string::npos) << silent.why;
