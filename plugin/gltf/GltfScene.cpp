@@ -4,6 +4,7 @@
 #include "plugin/gltf/GltfMessages.h"
 #include "plugin/gltf/GltfMotion.h"
 #include "plugin/gltf/GltfNodes.h"
+#include "plugin/gltf/GltfTags.h"
 #include "plugin/settings/Grants.h"
 
 #include <osg/Notify>
@@ -42,7 +43,7 @@ osg::ref_ptr<osg::Node> sceneFrom(const tinygltf::Model& model, GltfMessages& me
     GltfMaterials materials(model, numbers, messages);
     GltfMeshes meshes(model, numbers, materials, messages);
     GltfSkins skins(model, numbers, messages);
-    GltfNodes nodes(model, skins, meshes, messages);
+    GltfNodes nodes(model, skins, meshes, numbers, messages);
     osg::ref_ptr<osg::MatrixTransform> root;
     if (model.skins.empty())
         root = new osg::MatrixTransform;
@@ -53,7 +54,10 @@ osg::ref_ptr<osg::Node> sceneFrom(const tinygltf::Model& model, GltfMessages& me
         root = skeleton;
     }
     root->setMatrix(upright());
-    nodes.addTo(*root, sceneOf(model, messages));
+    const int scene = sceneOf(model, messages);
+    nodes.addTo(*root, scene);
+    if (scene >= 0)
+        addGltfSceneTags(model.scenes[static_cast<std::size_t>(scene)], *root, messages);
     addGltfAnimations(model, numbers, *root, messages);
     if (!model.cameras.empty() || !model.lights.empty())
         messages.sayOfPicture("its cameras and lights are left out");
@@ -72,9 +76,9 @@ osg::ref_ptr<osg::Node> readGltfBytes(const std::string& bytes, GltfMessages& me
     return sceneFrom(readGltfModel(bytes, "", messages), messages);
 }
 
-osg::ref_ptr<osg::Node> readGltfAndTell(const std::string& path, std::string& error)
+osg::ref_ptr<osg::Node>
+readGltfAndTell(const std::string& path, GltfMessages& messages, std::string& error)
 {
-    GltfMessages messages;
     osg::ref_ptr<osg::Node> node;
     try
     {

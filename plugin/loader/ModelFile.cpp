@@ -22,8 +22,11 @@ ModelFile readModelFile(const std::string& name, const osgDB::Options* options)
     }
     const std::string file = osgDB::findDataFile(name, options);
     if (file.empty()) return model;
-    model.node = readGltfAndTell(file, model.error);
+    GltfMessages messages;
+    model.node = readGltfAndTell(file, messages, model.error);
     if (!model.node) return model;
+    model.settings = messages.settings();
+    model.unfollowed = messages.unfollowed();
     markTags(*model.node);
     SceneMarks marks;
     marks.look({model.node});

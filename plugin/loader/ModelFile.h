@@ -5,6 +5,7 @@
 #include <osgDB/Options>
 
 #include <string>
+#include <vector>
 
 namespace osgMidair
 {
@@ -16,6 +17,9 @@ struct ModelFile
     std::string error;            ///< why; empty: OSG has told it, or there is no such file
     /// true: its tags say what of it is felt; false: all of it is
     bool isTagged = false;
+    std::string settings; ///< of the HapticScene, as assignments; from a file, so wishes
+    /// What says how something is felt and isn't followed; with it, all of it may not be felt.
+    std::vector<std::string> unfollowed;
 };
 
 /// Reads \a name: glTF by the kit itself, whatever else reads it, since only so its extras are

@@ -1,7 +1,9 @@
 #include "plugin/gltf/GltfScene.h"
+#include "plugin/settings/Grants.h"
 
 #include <osgMidair/FileFormats>
 
+#include <osg/Notify>
 #include <osgDB/FileNameUtils>
 #include <osgDB/FileUtils>
 #include <osgDB/Registry>
@@ -33,7 +35,13 @@ public:
         const std::string file = osgDB::findDataFile(fileName, options);
         if (file.empty()) return ReadResult::FILE_NOT_FOUND;
         std::string error;
-        const osg::ref_ptr<osg::Node> node = readGltfAndTell(file, error);
+        GltfMessages messages;
+        const osg::ref_ptr<osg::Node> node = readGltfAndTell(file, messages, error);
+        if (!messages.settings().empty())
+            OSG_WARN << "osgMidair: " << printable(file)
+                     << ": what its scene says of the array isn't followed, as it would be in "
+                     << osgDB::getSimpleFileName(printable(file))
+                     << ".haptic: " << printable(messages.settings()) << std::endl;
         return node ? ReadResult(node.get()) : ReadResult(error);
     }
 };

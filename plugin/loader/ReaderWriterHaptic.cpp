@@ -59,7 +59,8 @@ struct LoaderOptions
     /// them.
     void parse(const std::string& text, const std::string& where, bool isOwnFile = false);
 
-    void silenceWithProperty();
+    void silenceWithProperty() { silenceFor(property.whySilenced); }
+    void silenceFor(const std::vector<std::string>& reasons);
 
     /// Tags say what is felt, and how: warns where the property says something, too.
     void leaveToTags(const std::string& where);
@@ -179,11 +180,11 @@ bool LoaderOptions::isTwice(const std::string& name, std::string& error)
 }
 
 // Where something in the viewer's scene is marked nobody looks at how the whole of it is felt.
-void LoaderOptions::silenceWithProperty()
+void LoaderOptions::silenceFor(const std::vector<std::string>& reasons)
 {
-    if (property.whySilenced.empty()) return;
+    if (reasons.empty()) return;
     settings.isSilenced = true;
-    for (const std::string& reason : property.whySilenced)
+    for (const std::string& reason : reasons)
         settings.whySilenced.push_back(reason);
 }
 
@@ -342,8 +343,10 @@ public:
         if (!model.node) return ReadResult::FILE_NOT_HANDLED;
 
         LoaderOptions loader;
+        loader.parse(model.settings, fileName + ", extras of its scene", true);
         if (options) loader.parse(options->getOptionString(), fileName);
         loader.parse(name.options, fileName, true);
+        if (!model.isTagged) loader.silenceFor(model.unfollowed);
         makeWishes(loader.settings, osgDB::getFilePath(osgDB::findDataFile(modelName, options)));
         osg::ref_ptr<osg::Group> object;
         if (model.isTagged)
