@@ -85,7 +85,45 @@ SimulatedArray::~SimulatedArray()
     SimulatedArray::silence();
 }
 
-void SimulatedArray::giveBoard(double now_s)
+// What a board stores, or exchanges at the pace of its line, is given to it field by field here.
+bool SimulatedArray::sendSequence(const DriveSequence& sequence)
+{
+    const double sentAt_s = base::steadySeconds();
+    const std::lock_guard<std::mutex> lock(_mutex);
+    const double now_s = advance();
+    const auto most = static_cast<std::size_t>(_codec != nullptr ? _codec->sequenceFields() : 0);
+    std::vector<std::uint8_t> stored;
+    const bool isStored = _codec != nullptr &&
+                          (_codec->swap() != nullptr || _codec->appendSequence(stored, sequence));
+    if (!sequence.fits(_layout.transducers) || sequence.signals.size() > most || !isStored ||
+        unplugged(now_s))
+    {
+        _counters.countRefused();
+        return false;
+    }
+    _inTurn = sequence;
+    _inTurnSince_s = now_s;
+    _inTurnStep = -1;
+    playInTurn(now_s);
+    _counters.countPlayed(sentAt_s);
+    return true;
+}
+
+void SimulatedArray::playInTurn(double now_s) const
+{
+    if (_inTurn.signals.empty() || unplugged(now_s)) return;
+    constexpr std::int64_t kMostSteps = 200; // more than the history keeps of a modulation
+    const auto step = static_cast<std::int64_t>((now_s - _inTurnSince_s) * _inTurn.rate_Hz);
+    for (_inTurnStep = std::max(_inTurnStep, step - kMostSteps); _inTurnStep < step;)
+    {
+        const auto signal = static_cast<std::size_t>(++_inTurnStep) % _inTurn.signals.size();
+        _bytes.clear();
+        _codec->appendField(_bytes, _inTurn.signals[signal]);
+        giveBoard(_inTurnSince_s + static_cast<double>(_inTurnStep) / _inTurn.rate_Hz);
+    }
+}
+
+void SimulatedArray::giveBoard(double now_s) const
 {
     _board->receive(_bytes.data(), _bytes.size());
     std::vector<std::complex<float>> q = _board->playing();
@@ -95,6 +133,7 @@ void SimulatedArray::giveBoard(double now_s)
 double SimulatedArray::advance() const
 {
     const double now_s = base::steadySeconds() - _start_s;
+    playInTurn(now_s);
     // A real host sends KEEPALIVE from a thread; here the firmware is brought up to date at each
     // call.
     if (!unplugged(now_s)) _firmware.keptAlive(std::min(now_s, _options.hangAt_s));
@@ -174,6 +213,7 @@ bool SimulatedArray::send(const DriveSignal& signal)
     }
     if (_codec != nullptr)
     {
+        _inTurn.signals.clear();
         _bytes.clear();
         _codec->appendField(_bytes, signal);
         giveBoard(now_s);
@@ -195,6 +235,7 @@ bool SimulatedArray::send(const DriveSignal& signal)
 
 void SimulatedArray::silenceLocked(double now_s)
 {
+    _inTurn.signals.clear();
     _bytes.clear();
     if (_codec != nullptr)
     {
@@ -243,6 +284,8 @@ DriveAbility SimulatedArray::ability() const
     const double carried = _codec->fieldsPerSecond(_layout.transducers);
     if (ability.fieldsPerSecond <= 0 || carried < ability.fieldsPerSecond)
         ability.fieldsPerSecond = carried;
+    ability.sequenceFields = _codec->sequenceFields();
+    ability.sequenceClock_Hz = _codec->sequenceClock_Hz();
     return ability;
 }
 

@@ -57,6 +57,7 @@ public:
     void silence() override;
     std::string status() const override;
     DeviceReport report() const override;
+    bool sendSequence(const DriveSequence& sequence) override;
     DriveAbility ability() const override;
     bool identify(int board, bool light) override;
     std::vector<std::complex<float>> played() const override;
@@ -70,7 +71,10 @@ private:
     bool sendPackets(const DriveSignal& signal, double now_s);
     void deliver(double now_s); ///< sends _bytes to the firmware, with dropped and damaged packets
     void silenceLocked(double now_s);
-    void giveBoard(double now_s); ///< _bytes, to _board
+    void giveBoard(double now_s) const; ///< _bytes, to _board
+    /// Gives the board the field of \a inTurn that is due at \a now_s, and those since the last
+    /// call to the history.
+    void playInTurn(double now_s) const;
     bool unplugged(double now_s) const
     {
         return now_s >= _options.unplugAt_s && now_s < _options.replugAt_s;
@@ -84,8 +88,11 @@ private:
     mutable std::mutex _mutex;
     mutable VirtualFirmware _firmware;
     const std::unique_ptr<VirtualBoard> _board;
-    PlayedHistory<std::vector<std::complex<float>>> _history; ///< of _board
-    std::vector<std::uint8_t> _bytes;
+    mutable PlayedHistory<std::vector<std::complex<float>>> _history; ///< of _board
+    mutable std::vector<std::uint8_t> _bytes;
+    DriveSequence _inTurn;     ///< that _board plays by itself; no signals: none
+    double _inTurnSince_s = 0; ///< when its first signal began
+    mutable std::int64_t _inTurnStep = 0;
     mutable FieldCounters _counters;
     mutable bool _lost = false;
     mutable bool _unplugged = false;      ///< unplugAt_s has passed

@@ -55,7 +55,10 @@ void HologramPipeline::openOutput()
 void HologramPipeline::useAbility()
 {
     const device::DriveAbility ability = _output->ability();
-    _line = haptics::LineRate(ability.fieldsPerSecond, ability.amplitudes.size() == 2);
+    _line = haptics::LineRate(ability.fieldsPerSecond,
+                              ability.amplitudes.size() == 2,
+                              ability.sequenceFields,
+                              ability.sequenceClock_Hz);
     keepToLevels(_options, ability);
     setCaps();
 }
@@ -226,7 +229,8 @@ void HologramPipeline::play(haptics::FieldSequence sequence, HologramResult& res
     else
     {
         _output->play(sequence, _options.array.size(), _options.solverOptions.stop);
-        if (sequence.fields.size() > 1 && _line.isSlowerThan(_options.fieldRate))
+        const bool isStored = _line.isSlowerThan(sequence.modulation.fieldRate_Hz);
+        if (sequence.fields.size() > 1 && _line.isSlowerThan(_options.fieldRate) && !isStored)
             _messages.say({base::MessageCode::DEVICE_SLOW,
                            _line.message(sequence.modulation, _options.modulation)});
     }

@@ -76,6 +76,9 @@ private:
     /// Sends \a whole, or the step if that is null, to the device with the lock released; returns
     /// true if the device took it.
     bool handOver(std::unique_lock<std::mutex>& lock, Whole* whole, std::int64_t step);
+    /// Sends step by step from now on what the device refused as a whole, if its line carries that;
+    /// true, too, if something else is to be played by now.
+    bool isStreamedInstead(std::unique_lock<std::mutex>& lock);
     /// The number of the first step after \a now_s.
     std::int64_t nextStep(double now_s) const
     {

@@ -67,13 +67,17 @@ std::vector<ControlPoints> SequenceComposer::split(const ControlPoints& points,
 {
     ModulatorOptions& modulation = sequence.modulation;
     modulation = _options.modulation;
-    _options.line.fit(modulation, plan.isModulated() ? plan.rate_Hz : modulation.amplitudeRate_Hz);
-    if (plan.isModulated() && !plan.isAlike())
+    const bool isOfFields = plan.isModulated() && !plan.isAlike();
+    const double frequency_Hz =
+        _options.line.fit(modulation,
+                          plan.isModulated() ? plan.rate_Hz : modulation.amplitudeRate_Hz,
+                          isOfFields ? 1 : std::max(1, _options.subsets));
+    if (isOfFields)
     {
         // The margin keeps rounding from losing a field if the rate is a multiple.
         const int instants = static_cast<int>(
-            std::clamp(modulation.fieldRate_Hz / plan.rate_Hz + 1e-9, 2.0, double(kMostInstants)));
-        modulation.fieldRate_Hz = instants * plan.rate_Hz;
+            std::clamp(modulation.fieldRate_Hz / frequency_Hz + 1e-9, 2.0, double(kMostInstants)));
+        modulation.fieldRate_Hz = instants * frequency_Hz;
         if (_options.subsets > 1)
             _messages.say({base::MessageCode::MODULATION_SUBSETS,
                            "objects that are modulated differently are not played in subsets"});
@@ -81,9 +85,9 @@ std::vector<ControlPoints> SequenceComposer::split(const ControlPoints& points,
     }
     if (plan.isModulated())
     {
-        modulation.amplitudeRate_Hz = plan.rate_Hz;
         modulation.amplitudeDepth = plan.depth[0];
     }
+    modulation.amplitudeRate_Hz = frequency_Hz;
     if (_options.subsets > 1) return subsetsInTurn(points, _options.subsets);
     return {points};
 }
