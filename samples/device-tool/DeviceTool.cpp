@@ -9,6 +9,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "samples/device-tool/UltrainoSimulation.h"
 
 #include <algorithm>
 #include <chrono>
@@ -226,22 +227,43 @@ int playRecording(const DeviceOptions& options)
     return code;
 }
 
-int importPat(const DeviceOptions& options)
+namespace
 {
-    std::string text;
+
+std::string contentOf(const std::string& file, std::size_t mostBytes)
+{
     try
     {
-        text = base::readRegularFile(options.file, kMostPatBytes);
+        return base::readRegularFile(file, mostBytes);
     }
     catch (const base::FileError& error)
     {
-        throw base::InputError(options.file + ": " + error.what());
+        throw base::InputError(file + ": " + error.what());
     }
+}
+
+} // namespace
+
+int importPat(const DeviceOptions& options)
+{
+    const std::string text = contentOf(options.file, kMostPatBytes);
     const haptics::PatBoard board = haptics::readPat(text, options.file);
     board.array.save(options.out);
     std::cout << options.out << ": " << board.array.size()
               << " transducers; play on it with --array " << options.out
               << " --device openmpd:" << board.serial << "\n";
+    return FINE;
+}
+
+int importUltraino(const DeviceOptions& options)
+{
+    const UltrainoSimulation made =
+        readUltraino(contentOf(options.file, kMostUltrainoBytes), options.file);
+    made.array.save(options.out);
+    for (const std::string& note : made.notes)
+        std::cerr << "midair-device: " << options.file << ": " << note << "\n";
+    std::cout << options.out << ": " << made.array.size()
+              << " transducers; play on it with --array " << options.out << "\n";
     return FINE;
 }
 

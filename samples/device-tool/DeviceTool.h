@@ -69,6 +69,7 @@ int identifyBoards(const DeviceOptions& options);
 int muteArray(const DeviceOptions& options);
 int playRecording(const DeviceOptions& options);
 int importPat(const DeviceOptions& options);
+int importUltraino(const DeviceOptions& options);
 // EmulatedUnits.cpp
 int emulateUnits(const DeviceOptions& options);
 // DevicePatterns.cpp

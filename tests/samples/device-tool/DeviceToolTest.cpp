@@ -211,3 +211,29 @@ TEST(DeviceTool, makes_an_array_of_a_pat_file)
     EXPECT_TRUE(says(device, "/dev/zero: is a device or a pipe, should be a regular file"))
         << device.output;
 }
+
+TEST(DeviceTool, makes_an_array_file_of_a_simulation_of_ultraino)
+{
+    const OwnFile xml("simulation.xml");
+    const OwnFile json("simulation.json");
+    const std::string kinds = "class=\"acousticfield3d.simulation.";
+    std::string list;
+    for (const char* id : {"T0", "T1"})
+        list += "<void method=\"add\"><object " + kinds + "Transducer\" id=\"" + id +
+                "\"><void property=\"driverPinNumber\"><int>" +
+                (id[1] + std::string("</int></void>")) + "</object></void>";
+    write(xml.path,
+          "<java class=\"java.beans.XMLDecoder\"><object " + kinds +
+              "Simulation\" id=\"S\"/><void " + kinds +
+              "Simulation\" method=\"getField\"><string>transducers</string><void " +
+              "method=\"get\"><object idref=\"S\"/>" + list + "</void></void></java>");
+    const std::string import = "import-ultraino " + xml.path + " --out " + json.path;
+    const Outcome made = tool(import);
+    EXPECT_EQ(made.code, 0) << made.output;
+    EXPECT_TRUE(says(made, "2 transducers; play on it with --array " + json.path)) << made.output;
+    EXPECT_EQ(tool("transducers --seconds 0.1 --array " + json.path + " --device null:").code, 0);
+    write(xml.path, "<java>");
+    const Outcome wrong = tool(import);
+    EXPECT_EQ(wrong.code, 3);
+    EXPECT_TRUE(says(wrong, xml.path + ", line 1: no element found")) << wrong.output;
+}
