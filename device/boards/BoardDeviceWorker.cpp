@@ -309,7 +309,7 @@ void BoardDevice::finish(Piece piece)
     const bool isAhead = piece.kind == Piece::SWAPS || piece.isInserted;
     _lineFree_s = (isAhead ? std::max(now_s, _lineFree_s) : now_s) + onLine_s;
     if (piece.kind == Piece::SWAPS) return;
-    _repeatAt_s = now_s + std::max(kRepeat_s, 2 * onLine_s);
+    if (!isAhead) _repeatAt_s = now_s + std::max(kRepeat_s, 2 * onLine_s);
     if (watchesAnswers() && _answerDue_s == 0) _answerDue_s = _lineFree_s + kAnswer_s;
     switch (piece.kind)
     {

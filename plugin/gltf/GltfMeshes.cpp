@@ -124,9 +124,10 @@ void GltfMeshes::addCoordinates(const tinygltf::Primitive& primitive,
     const int places = attributeOf(primitive.attributes, "TEXCOORD_" + std::to_string(way.set));
     if (places < 0)
     {
-        _messages.say(fmt::format("mesh \"{}\" has a texture, and no TEXCOORD_{} that says where",
-                                  geometry.getName(),
-                                  way.set));
+        _messages.sayOfPicture(
+            fmt::format("mesh \"{}\" has a texture, and no TEXCOORD_{} that says where",
+                        geometry.getName(),
+                        way.set));
         return;
     }
     const auto coordinates = vectorsOf<osg::Vec2Array>(_numbers.floats(places, 2));

@@ -174,8 +174,20 @@ void GltfNodes::addTo(osg::Group& root, int scene)
         if (_parents[static_cast<std::size_t>(top)] >= 0 || !seen.insert(top).second)
             throw GltfError(
                 fmt::format("node {} of the scene is below another, or there twice", top));
-        root.addChild(make(top, root));
     }
+    addAll(tops, root);
+    // OSG moves what follows bones once it has come past them.
+    for (const osg::ref_ptr<osg::Node>& skinned : _skinnedNodes)
+        root.addChild(skinned);
+    _skinnedNodes.clear();
+}
+
+// OSG wants the bones below a bone, or a skeleton, before anything else that is below it.
+void GltfNodes::addAll(const std::vector<int>& numbers, osg::Group& to)
+{
+    for (const bool areBones : {true, false})
+        for (const int number : numbers)
+            if (_skins.isBone(number) == areBones) to.addChild(make(number));
 }
 
 osg::ref_ptr<osg::MatrixTransform> GltfNodes::transformOf(int number)
@@ -219,7 +231,7 @@ const tinygltf::Value& GltfNodes::meshExtras(int number) const
     return isThere ? _model.meshes[static_cast<std::size_t>(mesh)].extras : none;
 }
 
-osg::ref_ptr<osg::Node> GltfNodes::make(int number, osg::Group& root)
+osg::ref_ptr<osg::Node> GltfNodes::make(int number)
 {
     const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
     const osg::ref_ptr<osg::MatrixTransform> node = transformOf(number);
@@ -233,9 +245,8 @@ osg::ref_ptr<osg::Node> GltfNodes::make(int number, osg::Group& root)
         addGltfTags(joinedExtras(from.extras, ofMesh), nameForMessages(number), *node, _messages);
     else if (!isSkinned && (isMarked(from.extras) || !saysHowItFeels(ofMesh)))
         addGltfTags(from.extras, nameForMessages(number), *node, _messages);
-    if (from.mesh >= 0) addMesh(number, *node, root);
-    for (const int child : from.children)
-        node->addChild(make(child, root));
+    addAll(from.children, *node);
+    if (from.mesh >= 0) addMesh(number, *node);
     return node;
 }
 
@@ -254,12 +265,12 @@ osg::ref_ptr<osg::Node> GltfNodes::sharedMesh(int number)
     return shared;
 }
 
-void GltfNodes::addMesh(int number, osg::Group& node, osg::Group& root)
+void GltfNodes::addMesh(int number, osg::Group& node)
 {
     const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
     if (from.skin >= 0)
     {
-        addSkinned(number, root);
+        addSkinned(number);
         return;
     }
     const osg::ref_ptr<osg::Node> mesh = sharedMesh(number);
@@ -335,7 +346,7 @@ const std::vector<osg::Matrixd>& GltfNodes::places()
 
 // Its bones alone say where a skinned mesh is (glTF 2.0, 3.7.3.3), so it is below the skeleton; it
 // is felt as its node and those above it are.
-void GltfNodes::addSkinned(int number, osg::Group& root)
+void GltfNodes::addSkinned(int number)
 {
     const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
     if (static_cast<std::size_t>(from.skin) >= _model.skins.size())
@@ -362,7 +373,7 @@ void GltfNodes::addSkinned(int number, osg::Group& root)
                         nameForMessages(above),
                         *group,
                         _messages);
-    root.addChild(group);
+    _skinnedNodes.push_back(group);
 }
 
 } // namespace osgMidair

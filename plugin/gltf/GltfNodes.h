@@ -40,13 +40,14 @@ private:
     void findParents();
     void checkDepth() const;
     void nameNodes();
-    osg::ref_ptr<osg::Node> make(int number, osg::Group& root);
+    void addAll(const std::vector<int>& numbers, osg::Group& to);
+    osg::ref_ptr<osg::Node> make(int number);
     osg::ref_ptr<osg::MatrixTransform> transformOf(int number);
-    void addMesh(int number, osg::Group& node, osg::Group& root);
+    void addMesh(int number, osg::Group& node);
     osg::ref_ptr<osg::Node> sharedMesh(int number);
     /// Adds \a mesh once, or as often as EXT_mesh_gpu_instancing of node \a number says.
     void addInstances(int number, osg::Node& mesh, osg::Group& node);
-    void addSkinned(int number, osg::Group& root);
+    void addSkinned(int number);
     std::string nameForMessages(int number) const;
     /// The extras of a node's mesh; null: it has none.
     const tinygltf::Value& meshExtras(int number) const;
@@ -65,6 +66,7 @@ private:
     std::map<std::pair<int, std::vector<double>>, osg::ref_ptr<osg::Node>> _shared;
     std::vector<osg::Matrixd> _places; ///< of places(); empty: not asked for yet
     std::size_t _instances = 0;
+    std::vector<osg::ref_ptr<osg::Node>> _skinnedNodes; ///< to be added below the root
     std::size_t _skinned = 0;
 };
 

@@ -6,6 +6,8 @@
 #include <osgAnimation/RigTransformSoftware>
 #include <osgAnimation/VertexInfluence>
 
+#include <cmath>
+
 #include <fmt/format.h>
 
 namespace osgMidair
@@ -79,6 +81,9 @@ osg::ref_ptr<osg::Vec3Array> GltfSkins::atRest(const GltfPart& part,
             weights += double(part.weights[k]);
         }
         (*moved)[i] = weights > 0.0 ? osg::Vec3(place / weights) : from[i];
+        if (!(*moved)[i].valid() || !std::isfinite((*moved)[i].length2()))
+            throw GltfError("the bones of mesh \"" + part.geometry->getName() +
+                            "\" lead to no place");
     }
     return moved;
 }

@@ -137,7 +137,7 @@ TEST_F(GltfLoader, ASceneSaysWhatAHapticSceneMay)
     folder.write("plates.gltf", model.gltf());
     osg::ref_ptr<HapticScene> scene = read("plates.gltf");
     ASSERT_TRUE(scene);
-    EXPECT_EQ(scene->getSettings().maxPressure_Pa, 700.0);
+    EXPECT_EQ(scene->getSettings().maxPressure, 700.0);
     EXPECT_EQ(scene->getSettings().wishes.device, "usb:"); // the user has to grant it
     EXPECT_FALSE(scene->getSettings().isSilenced);
     extras = {{"maxPresure", "700 Pa"}};
