@@ -17,9 +17,10 @@ namespace
 constexpr double kReconnect_s = 0.25;
 constexpr double kRepeat_s = 0.2; ///< of what plays; every other frame stays free for new fields
 constexpr double kLook_s = 0.05;  ///< interval of lookAfterLine()
-/// Of a sequence that is timed by the line, the line is kept busy so far ahead; that is how late
-/// this thread may wake, and how much a silence has to overtake.
-constexpr double kAhead_s = 0.02;
+/// Of a sequence that is timed by the line, the line is kept busy so far ahead, which is how much a
+/// silence has to overtake; this thread may wake kLate_s late.
+constexpr double kAhead_s = 0.06;
+constexpr double kLate_s = 0.045;
 constexpr double kSwapsRepeat_s = 0.5; ///< its buffers are written again; each time it pauses
 constexpr double kSwapsNew_s = 0.1;    ///< and for new fields not more often
 
@@ -186,7 +187,7 @@ double BoardDevice::nextWrite_s() const
     if (_resetDue) return _settled_s;
     if (_silenceWanted && _codec->restarts()) return 0;
     if (_silenceWanted || (fieldIsDue() && !isInserted()) || _silentLeft > 0) return _lineFree_s;
-    if (_inTurn.swaps && !_closing) return _lineFree_s - kAhead_s / 2;
+    if (_inTurn.swaps && !_closing) return _lineFree_s - kLate_s;
     return _closing ? base::steadySeconds() + kClosing_s : _repeatAt_s; // no repeats while closing
 }
 
