@@ -64,7 +64,7 @@ public:
                            seen.fields.whole,
                            seen.fields.torn,
                            seen.writesIntoBanks,
-                           seen.telemetry.failsafe);
+                           seen.trips);
     }
 
     std::vector<std::complex<float>> played() const override
