@@ -193,6 +193,28 @@ TEST(Autd3VirtualFields, the_lead_grows_where_the_way_takes_longer_at_times)
     }
 }
 
+// What tears a field, where datagrams are lost on a long way, is known and told; no unit is lost.
+TEST(Autd3VirtualFields, far_units_on_a_bad_network_are_late_but_there)
+{
+    for (const int units : {2, 16})
+        for (const double latency_s : kLatencies_s)
+        {
+            SCOPED_TRACE(nameOf(units, true, latency_s));
+            Plan plan = badNetwork(farAway(units, true, latency_s));
+            plan.chain.faults = plan.faults;
+            plan.fields_Hz = 100;
+            plan.duration_s = 3;
+            const Outcome outcome = VirtualRehearsal::play(plan);
+            EXPECT_EQ(outcome.device.reconnects, 0u) << outcome.device.message;
+            EXPECT_EQ(outcome.device.silences, 0u);
+            EXPECT_EQ(outcome.units.fields.unknown, 0u);
+            EXPECT_EQ(outcome.units.writesIntoBanks, 0u);
+            EXPECT_LE(outcome.units.fields.torn, outcome.figures.torn);
+            EXPECT_GT(outcome.device.played, 20u);
+            EXPECT_GT(outcome.figures.repeats, 5u); // else nothing was tried
+        }
+}
+
 TEST(Autd3VirtualFields, far_units_are_silent_as_soon_as_they_hear)
 {
     for (const int units : {1, 2, 16})

@@ -147,6 +147,7 @@ void EmulatedUnit::tellWatch(const Frame& frame, std::uint64_t intrusionsBefore)
     case 0x05: // SetCpuConfig
         if (failsafeAt_ns() > now_ns) _hostSilent = false;
         if (lockFailsafeAt_ns() > now_ns) _unlockedLong = false;
+        _tripsFrom_ns = now_ns;
         break;
     case 0x06: // ReleaseFailsafe
         _watch.closed(_place, now_ns, _maskedAll);
@@ -196,6 +197,7 @@ void EmulatedUnit::loseId(Time_ns now_ns)
     unlock(now_ns);
     _unlockedAt_ns = kNever_ns;
     _unlockedLong = false;
+    _tripsFrom_ns = now_ns;
 }
 
 void EmulatedUnit::lock(const EmulatedClock& clock, Time_ns now_ns)
