@@ -64,4 +64,8 @@ private:
 /// URI. Throws DeviceError for a list that is too long (DeviceUri.h).
 std::vector<std::string> splitDeviceList(const std::string& text);
 
+/// Returns the same devices, with recordings that are to be continued: for who opens again what it
+/// has opened before. Throws DeviceError for what is no URI.
+std::string continuedRecordings(const std::string& uri);
+
 } // namespace midair::device

@@ -112,9 +112,13 @@ std::unique_ptr<ArrayDevice> openNull(DeviceUri& uri, const DeviceLayout& layout
 std::unique_ptr<ArrayDevice> openRecording(DeviceUri& uri, const DeviceLayout& layout)
 {
     uri.requirePath("a file");
-    const bool overwrite = uri.takeFlag("overwrite", false);
+    const bool overwrites = uri.takeFlag("overwrite", false);
+    const bool continues = uri.takeFlag("continue", false);
     uri.rejectUnknown();
-    return std::make_unique<RecordingDevice>(uri.path(), layout.transducers, overwrite);
+    const auto before = continues    ? recording::Before::CONTINUED
+                        : overwrites ? recording::Before::OVERWRITTEN
+                                     : recording::Before::REPLACED;
+    return std::make_unique<RecordingDevice>(uri.path(), layout.transducers, before);
 }
 
 constexpr const char* kNoPointsInRecording =
@@ -291,6 +295,18 @@ std::unique_ptr<ArrayDevice> openList(const std::string& text,
 }
 
 } // namespace
+
+std::string continuedRecordings(const std::string& uri)
+{
+    std::vector<std::string> list = splitDeviceList(uri);
+    for (std::string& one : list)
+    {
+        const DeviceUri part(one);
+        if (part.scheme() == "record" && !part.has("continue"))
+            one += (one.find('?') == std::string::npos ? "?" : "&") + std::string("continue=yes");
+    }
+    return fmt::format("{}", fmt::join(list, ","));
+}
 
 bool playsByItself(const std::string& uri)
 {

@@ -62,7 +62,10 @@ bool readDead(std::vector<unsigned int> given,
 struct OSGMIDAIR_NO_EXPORT Recorder::Part
 {
     Part(const std::string& file, int transducers, bool overwrite) :
-        device(file, transducers, overwrite)
+        device(file,
+               transducers,
+               overwrite ? midair::device::recording::Before::OVERWRITTEN
+                         : midair::device::recording::Before::REPLACED)
     {
     }
     midair::device::RecordingDevice device;
