@@ -123,6 +123,8 @@ InstallationShell::InstallationShell(Installation& installation,
     // Signals that came meanwhile are followed now.
     _signals = std::make_unique<MuteSignals>([this](bool isMuted) { _haptics->setMuted(isMuted); },
                                              [this] { keepMute(); });
+    // No mute of the operator's, so it isn't kept.
+    _atStop = std::make_unique<SilenceAtStop>([this] { _haptics->setMuted(true); });
 }
 
 // The command line comes after the installation, and both after the defaults.

@@ -7,6 +7,7 @@
 #include "samples/installations/shell/ServiceNotifier.h"
 #include "samples/installations/shell/VisitorSign.h"
 #include "samples/views/MuteSignal.h"
+#include "samples/views/StopSignal.h"
 
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticScene>
@@ -84,7 +85,8 @@ private:
     bool _mustRest = false;     ///< nobody is there, so the array is silent
     double _handsSeen_s = -1e9; ///< never
     double _lastTime_s = 0.0;
-    std::unique_ptr<MuteSignals> _signals; ///< the last: it ends before what it changes
+    std::unique_ptr<MuteSignals> _signals; ///< the last two end before what they change
+    std::unique_ptr<SilenceAtStop> _atStop;
 };
 
 } // namespace midair::samples
