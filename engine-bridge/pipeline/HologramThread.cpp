@@ -124,6 +124,18 @@ ArrayReading HologramThread::reading() const
     return now;
 }
 
+std::shared_ptr<const PlayedPressure> HologramThread::playedNow() const
+{
+    auto played = std::make_shared<PlayedPressure>();
+    const auto newest = latestResult();
+    if (!newest || !newest->playing || newest->achieved_Pa.size() != newest->points.size() ||
+        reading().state != ArrayState::PLAYING)
+        return played;
+    played->positions = newest->points.positions;
+    played->pressure_Pa = newest->achieved_Pa;
+    return played;
+}
+
 PlayedDrives HologramThread::playedOfLate(double duration_s) const
 {
     const std::lock_guard<std::mutex> lock(_atWorkMutex);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine-bridge/hands/HandProximity.h"
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/base/threads/LatestSlot.h"
 
@@ -68,6 +69,10 @@ public:
     ArrayState state() const;
     /// The same with what became of the fields, by one report of the device. Any thread.
     ArrayReading reading() const;
+    /// What hands feel: the points of the newest field with their pressures if the array plays it
+    /// at this moment; no points while it is muted, lost, at fault, silenced by its hold or a cap,
+    /// not open yet, or has nothing to play. Never null. Any thread.
+    std::shared_ptr<const PlayedPressure> playedNow() const;
     /// How loud it is at ears, as of now; nothing while there is no pipeline. Any thread.
     haptics::ExposureFigures exposure() const;
     /// What a simulated device has played in the last \a duration_s (0 .. 0.1); nothing while none

@@ -110,6 +110,7 @@ bool ArrayOutput::startPlayer(const base::StopToken& stop)
     const std::lock_guard<std::mutex> lock(_sending);
     stop.throwIfRequested();
     _isCutOff = false;
+    _heldTooLong = false;
     _playing = !isBlocked();
     _isMutedAway = _muted.load();
     if (_playing) _player->play(_signals, _modulation);
@@ -261,12 +262,12 @@ ArrayOutput::Attention ArrayOutput::attend(const base::StopToken& stop)
     if (!_device || _signals.empty()) return Attention::NOTHING;
     if (isBlocked() || _isMutedAway) _playing = false;
     if (isBlocked()) return Attention::NOTHING;
+    if (_heldTooLong.exchange(false)) _playing = false; // its hold has silenced it
     // The player sends its steps again by itself, unless it was stopped for a mute.
     if (_player) return !_playing && startPlayer(stop) ? Attention::RESENT : Attention::NOTHING;
     if (!_holds) return Attention::NOTHING;
     const device::DeviceReport now = _device->report();
     const bool ready = now.state == device::DeviceState::READY;
-    if (_heldTooLong.exchange(false)) _playing = false; // its hold has silenced it
     const bool lost = now.lost != _before.lost || now.faults != _before.faults ||
                       now.reconnects != _before.reconnects;
     const bool again = ready && now.pending == 0 && (lost || !_playing);

@@ -157,6 +157,7 @@ private:
     bool sendHeld(const base::StopToken& stop);
     bool startPlayer(const base::StopToken& stop);
     bool isHoldOver() const;
+    bool isLeftAlone() const; // any thread
     bool isBlocked() const { return _muted || _uncapped; }
     void keepCap(double amplitude);
     bool takeDevice();

@@ -68,6 +68,7 @@ bool ArrayOutput::takeDevice()
         if (_muted) _device->setMuted(true);
         keepCap(_cap);
         _playing = _holds = false;
+        _kept_s = base::steadySeconds();
         _share = {};
         _before = _device->report();
     }
@@ -113,9 +114,16 @@ void ArrayOutput::keepAlive()
 
 bool ArrayOutput::isHoldOver() const
 {
+    return _holds && isLeftAlone();
+}
+
+// Also in the moments after it, until attend() sends what the hold has silenced.
+bool ArrayOutput::isLeftAlone() const
+{
     const double hold_s = this->hold_s();
-    return hold_s > 0.0 && _holds &&
-           base::steadySeconds() - std::max(_kept_s.load(), _sent_s.load()) > hold_s;
+    return hold_s > 0.0 &&
+           (_heldTooLong ||
+            base::steadySeconds() - std::max(_kept_s.load(), _sent_s.load()) > hold_s);
 }
 
 void ArrayOutput::judge(ArrayState state)
@@ -149,9 +157,13 @@ ArrayReading ArrayOutput::reading() const
     const bool hasPlayed =
         sounds() && judged.state != ArrayState::FAULT && report.played > judged.played;
     const bool hangs = report.state == device::DeviceState::HANGING; // muted or not: it may sound
+    // Silenced since it was judged, by another thread.
+    const bool isSilenced = _isCutOff || !sounds() || isLeftAlone();
+    const bool mayPlay = hasPlayed || judged.state == ArrayState::PLAYING;
     now.state = report.state == device::DeviceState::LOST ? ArrayState::LOST
                 : hangs                                   ? ArrayState::FAULT
                 : isMuted                                 ? ArrayState::MUTED
+                : mayPlay && isSilenced                   ? ArrayState::SILENT
                 : hasPlayed                               ? ArrayState::PLAYING
                                                           : judged.state;
     return now;

@@ -2,6 +2,7 @@
 // describe.
 
 #include "device/limits/GuardedDevice.h"
+#include "device/opening/MultiDevice.h"
 #include "engine-bridge/extending/OwnSolver.h"
 #include "engine-bridge/rendering/ContactSettings.h"
 #include "engine-bridge/scene/Convert.h"
@@ -23,6 +24,8 @@
 #include <osgMidair/HapticScene>
 
 #include <algorithm>
+
+#include <fmt/format.h>
 
 namespace osgMidair
 {
@@ -191,6 +194,7 @@ void HapticEngine::configure(const HapticSettings& given)
         parts = {};
         _settings.enabled = false;
     }
+    takePlace();
     openHands();
     _worldToArray = parts.pose;
     _toArray = parts.pose.matrix();
@@ -202,6 +206,21 @@ void HapticEngine::configure(const HapticSettings& given)
                        : _air.source());
     _air_C = _air.at(midair::base::steadySeconds(), _settings.temperature);
     applyToThread();
+}
+
+// A scene that plays has one of the process's places; one without opens nothing.
+void HapticEngine::takePlace()
+{
+    const bool isWanted = _settings.enabled && !_isBaked;
+    _isCrowded = isWanted && !_place.take();
+    if (!isWanted && !_thread) _place.leave();
+    if (!_isCrowded) return;
+    _settings.enabled = _granted.enabled = false;
+    say({MessageCode::SCENE_LIMIT,
+         fmt::format("{} is not played: {} scenes of this program play already, and no more do at "
+                     "a time; put those that share an array into one HapticScene",
+                     name(),
+                     PlayingPlace::kMost)});
 }
 
 // Only the air changes: the device stays open, and the next field starts from the last one.
@@ -307,6 +326,9 @@ void HapticEngine::startThread()
     midair::bridge::HologramOptions options = hologramOptions();
     if (_filter) _filter(options);
     _isOpen = true;
+    if (!_begun || options.deviceUri != _begunOn)
+        _begun = std::make_shared<std::atomic<bool>>(false);
+    _begunOn = options.deviceUri;
     _submittedAny = false; // the new pipeline has got no snapshot yet
     const auto watch = std::make_shared<midair::haptics::ArrayFileWatch>("");
     const auto isStale = [watch] { return watch->isChanged(midair::base::steadySeconds()); };
@@ -333,7 +355,8 @@ HapticEngine::pipelineMaker(const midair::bridge::HologramOptions& options) cons
             weak = _applied.weak,
             isRefused = _isArrayRefused,
             loaded = _array,
-            watch = _watch]() mutable
+            watch = _watch,
+            begun = _begun]() mutable
     {
         // Also after it could not be read; a setting may ask for a new pipeline, too.
         const bool isAnother = watch->wasChanged();
@@ -361,7 +384,12 @@ HapticEngine::pipelineMaker(const midair::bridge::HologramOptions& options) cons
             }
             loaded->array = std::make_shared<midair::haptics::TransducerArray>(options.array);
         }
-        return std::make_unique<midair::bridge::HologramPipeline>(options);
+        // Another pipeline of this scene on the same device: its recording isn't begun anew.
+        if (begun && *begun)
+            options.deviceUri = midair::device::continuedRecordings(options.deviceUri);
+        auto pipeline = std::make_unique<midair::bridge::HologramPipeline>(options);
+        if (begun) *begun = true;
+        return pipeline;
     };
 }
 

@@ -112,7 +112,6 @@ midair_status midair_play(midair_scene* scene, const char* device)
             of->device = uri;
             of->applied = of->settings;
             of->isTimed = false;
-            of->proximity = std::make_unique<bridge::HandProximity>();
             of->thread = std::make_unique<bridge::HologramThread>(makerOf(*of));
             of->thread->setMuted(of->isMuted);
             // So that the device is opened before the first update.
@@ -144,6 +143,8 @@ midair_status midair_update(midair_scene* scene, double time_s)
             if (!why.empty())
             {
                 of->silence();
+                bridge::SceneSnapshot nothing; // ends all touches
+                locateHands(*of, time_s, nothing);
                 fail(MIDAIR_SILENCED, why);
             }
             applySettings(*of);

@@ -236,6 +236,64 @@ class Extending(unittest.TestCase):
         self.assertIsNone(played[-1])  # silent at the end
 
 
+class Forces(unittest.TestCase):
+    """A touch has a force while the array plays, and at no other time."""
+
+    def setUp(self):
+        self.scene = midair.Scene("octagon")
+        corners = 0.03 * np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], dtype=float)
+        plate = self.scene.add_mesh(corners, [[0, 2, 1], [0, 3, 2]])
+        plate["touchEvents"] = True
+        plate["spacing"] = "15 mm"
+        self.hand = midair.hand(1, [0, 0.005, 0], orientation=[-np.sqrt(0.5), 0, 0, np.sqrt(0.5)])
+        self.now = 0.0
+
+    def tearDown(self):
+        self.scene.close()
+
+    def update(self):
+        self.now += 0.01
+        self.scene.set_hands(self.hand)
+        self.scene.update(self.now)
+        time.sleep(0.005)
+
+    def force(self):
+        touches = [touch for touch in self.scene.touches if touch["touching"]]
+        return max((touch["force_N"] for touch in touches), default=-1.0)
+
+    def comes(self, reached):
+        for _ in range(4000):
+            self.update()
+            if reached():
+                return True
+        return False
+
+    def test_none_while_it_is_silent(self):
+        self.scene.play("sim:")
+        for name, silent, loud in ("mute", True, False), ("maxAmplitude", 0, 1), ("maxPressure", "1 Pa", 0):
+            self.assertTrue(self.comes(lambda: self.force() > 0), self.scene.messages)
+            change = self.scene.mute if name == "mute" else lambda value, name=name: self.scene.__setitem__(name, value)
+            change(silent)
+            for _ in range(5):
+                self.update()
+                self.assertEqual(self.force(), 0.0, name)
+            change(loud)
+        self.assertTrue(self.comes(lambda: self.force() > 0))
+        with self.assertRaises(midair.Error):
+            self.scene["maxPressure"] = "loud"
+        with self.assertRaises(midair.Error):
+            self.update()
+        self.assertEqual(self.force(), -1.0, "safety silences it: nothing is touched")
+
+    def test_none_without_an_array(self):
+        for device in "record:/nosuch/folder/file", "sim:?drop=1":
+            self.scene.play(device)
+            self.assertTrue(self.comes(lambda: self.force() >= 0 and (self.scene.state["sent"] or self.scene.messages)), device)
+            for _ in range(50):
+                self.update()
+                self.assertEqual(self.force(), 0.0, device)
+
+
 class Threads(unittest.TestCase):
     def test_python_runs_while_a_field_is_solved(self):
         scene = midair.Scene("octagon")

@@ -1,7 +1,9 @@
 // A scene of the C interface on devices, with hands.
 #include "tests/engine-bridge/c/Played.h"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 
 TEST(CPlay, PlaysMutesAndStops)
 {
@@ -129,4 +131,143 @@ TEST(CHands, ContactsOfAFingerOnThePlate)
                                             MIDAIR_OK &&
                                         count == 0;
                              }));
+}
+
+namespace
+{
+
+/// A finger 2 mm in a plate, which is felt as a whole.
+struct Pressed : Opened
+{
+    explicit Pressed(const std::string& device = "sim:") : Opened("octagon")
+    {
+        const double vertices[] = {
+            -0.03, 0.0, -0.03, 0.03, 0.0, -0.03, 0.03, 0.0, 0.03, -0.03, 0.0, 0.03};
+        const uint32_t triangles[] = {0, 2, 1, 0, 3, 2};
+        EXPECT_EQ(midair_add_mesh(scene, vertices, 4, triangles, 2, nullptr, &plate), MIDAIR_OK);
+        EXPECT_EQ(midair_object_set(scene, plate, "touchEvents", "true"), MIDAIR_OK);
+        EXPECT_EQ(midair_object_set(scene, plate, "spacing", "15 mm"), MIDAIR_OK);
+        const double tip[] = {0.0, 0.005, 0.0};
+        const double turn[] = {-0.70710678, 0.0, 0.0, 0.70710678}; // fingers down
+        EXPECT_EQ(midair_make_hand(1, tip, turn, &hand), MIDAIR_OK);
+        EXPECT_EQ(midair_play(scene, device.c_str()), MIDAIR_OK) << midair_last_error();
+    }
+
+    bool until(const std::function<bool()>& reached)
+    {
+        return updatesUntil(scene,
+                            [&]
+                            {
+                                midair_set_hands(scene, &hand, 1);
+                                return reached();
+                            });
+    }
+    /// Runs \a count updates.
+    void updates(int count)
+    {
+        until([&] { return --count <= 0; });
+    }
+    /// The largest force of a touch; -1: none touches.
+    double force_N() const
+    {
+        std::vector<midair_touch> touches(64);
+        std::size_t count = 0;
+        EXPECT_EQ(midair_touches(scene, touches.data(), touches.size(), &count), MIDAIR_OK);
+        double most_N = -1.0;
+        for (std::size_t i = 0; i < count; ++i)
+            if (touches[i].touching != 0) most_N = std::max(most_N, touches[i].force_N);
+        return most_N;
+    }
+
+    /// Whether the device has got a field, or can't be opened.
+    bool hasTaken() const
+    {
+        midair_device_state now{};
+        EXPECT_EQ(midair_state(scene, &now), MIDAIR_OK);
+        return now.sent > 0 || !messages().empty();
+    }
+
+    midair_object plate = 0;
+    midair_hand hand{};
+};
+
+} // namespace
+
+TEST(CHands, NoTouchHasAForceWhateverSilencesTheArray)
+{
+    struct Case
+    {
+        const char* name;
+        std::function<void(Pressed&)> silence;
+        std::function<void(Pressed&)> undo;
+        double silent_N; ///< -1: touches end
+        bool isAtOnce;   ///< needs no update
+    };
+    const auto set = [](const char* name, const char* value)
+    { return [=](Pressed& of) { midair_set(of.scene, name, value); }; };
+    const Case cases[] = {
+        {"muted",
+         [](Pressed& of) { midair_mute(of.scene, 1); },
+         [](Pressed& of) { midair_mute(of.scene, 0); },
+         0.0,
+         true},
+        {"no amplitude", set("maxAmplitude", "0"), set("maxAmplitude", "1"), 0.0, false},
+        {"a cap that nothing keeps",
+         set("maxPressure", "1 Pa"),
+         set("maxPressure", "0"),
+         0.0,
+         false},
+        {"misunderstood", set("maxPressure", "loud"), set("maxPressure", "0"), -1.0, false},
+        {"disabled", set("enabled", "false"), set("enabled", "true"), -1.0, false},
+        {"stopped",
+         [](Pressed& of) { midair_stop(of.scene); },
+         [](Pressed& of) { midair_play(of.scene, "sim:"); },
+         -1.0,
+         true},
+    };
+    for (const Case& one : cases)
+    {
+        Pressed of;
+        ASSERT_TRUE(of.until([&] { return of.force_N() > 0.0; })) << one.name << of.messages();
+        EXPECT_EQ(stateOf(of.scene), MIDAIR_STATE_PLAYING) << one.name;
+        one.silence(of);
+        if (one.isAtOnce)
+        {
+            EXPECT_EQ(of.force_N(), one.silent_N) << one.name;
+        }
+        for (int i = 0; i < 5; ++i)
+        {
+            of.updates(1);
+            EXPECT_EQ(of.force_N(), one.silent_N) << one.name << ", update " << i;
+        }
+        one.undo(of);
+        EXPECT_TRUE(of.until([&] { return of.force_N() > 0.0; })) << one.name << ", undone";
+    }
+}
+
+TEST(CHands, NoTouchHasAForceWithoutAnArrayThatPlays)
+{
+    // One that can't be opened, and one that takes fields and plays none.
+    for (const std::string device : {"record:/nosuch/folder/file", "sim:?drop=1"})
+    {
+        Pressed of(device);
+        ASSERT_TRUE(of.until([&] { return of.force_N() >= 0.0 && of.hasTaken(); })) << device;
+        for (int i = 0; i < 50; ++i)
+        {
+            of.updates(1);
+            EXPECT_EQ(of.force_N(), 0.0) << device;
+        }
+    }
+    Pressed lost("sim:?unplug_at=1s");
+    ASSERT_TRUE(lost.until([&] { return lost.force_N() > 0.0; }));
+    ASSERT_TRUE(lost.until([&] { return stateOf(lost.scene) == MIDAIR_STATE_LOST; }));
+    lost.updates(1);
+    EXPECT_EQ(lost.force_N(), 0.0);
+    Pressed held("sim:?hold=200ms");
+    ASSERT_TRUE(held.until([&] { return held.force_N() > 0.0; }));
+    std::this_thread::sleep_for(std::chrono::milliseconds(400)); // nobody leads it
+    EXPECT_EQ(held.force_N(), 0.0);
+    EXPECT_TRUE(held.until([&] { return held.force_N() > 0.0; }));
+    ASSERT_EQ(midair_set_hands(held.scene, nullptr, 0), MIDAIR_OK);
+    EXPECT_TRUE(updatesUntil(held.scene, [&] { return held.force_N() < 0.0; })) << "nobody there";
 }
