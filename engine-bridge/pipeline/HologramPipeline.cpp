@@ -80,7 +80,11 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
         const SceneSnapshot& scene = shared(snapshot);
         if (_last && !_changed && !hasMoved && _output->isPlaying() && _assembler->unmoved(scene) &&
             _around.unmoved(scene.around))
+        {
             ++_counters.skippedUnmoved;
+            // Where such snapshots never end, attend() is never called.
+            if (auto result = lookAfterDevice()) _last = std::move(result);
+        }
         else
             _last = solveAndPlay(scene);
         _changed = false;

@@ -138,8 +138,9 @@ public:
         engine->findGuests(_guests);
         _viewer->getViews(_views);
         const bool isPlain = isLed && _guests.empty() && !_statistics.collecting();
-        if (_collected && isPlain && isShownAlone(*root) && engine->rests(*root)) return;
+        if (_direct && isPlain && isShownAlone(*root) && engine->rests(*root)) return;
         const osgViewer::View* view = isLed ? addRoot(*root) : nullptr;
+        _direct = view && view->getSceneData() == root;
         for (const osg::ref_ptr<HapticEngine>& guest : _guests)
         {
             const osg::ref_ptr<osg::Node> other = guest->root();
@@ -213,6 +214,7 @@ private:
     std::vector<SceneRoot> _roots;                   ///< likewise
     ViewerStatistics _statistics;
     bool _collected = false;      ///< in the last frame
+    bool _direct = false;         ///< and a view showed the root itself
     unsigned int _visitsSeen = 0; ///< of the engine's owner
 };
 

@@ -28,6 +28,11 @@ namespace
 /// Time before a field that the device refused is tried again.
 constexpr double kRetry_s = 0.5;
 
+std::shared_ptr<const midair::bridge::PlayedPressure> nothingPlayed()
+{
+    return std::make_shared<midair::bridge::PlayedPressure>();
+}
+
 bool sameObject(const HapticObject& a, const HapticObject& b)
 {
     return a.id == b.id && a.meshId == b.meshId && a.properties == b.properties &&
@@ -123,7 +128,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
         say(std::move(message));
     if (_settings.enabled) _collector.addObstacles(_snapshot.around.props);
     takeResult();
-    _hands.touch(_snapshot.objects, _thread ? _thread->playedNow() : nullptr);
+    _hands.touch(_snapshot.objects, _thread ? _thread->playedNow() : nothingPlayed());
     const bool refused = _seen && !_seen->playing && start_s - _rest.submitTime_s > kRetry_s;
     const bool idle = _submittedAny && !refused && !changedSinceSubmitted(fresh);
     if (!idle) submit();
@@ -172,7 +177,7 @@ void HapticEngine::silence()
     _snapshot.objects.clear();
     _snapshot.time_s = midair::base::steadySeconds();
     _hands.touch(_snapshot.objects,
-                 nullptr); // ends all touches; before the snapshot is handed over
+                 nothingPlayed()); // ends all touches; before the snapshot is handed over
     if (!_submittedAny || changedSinceSubmitted(true)) submit();
     tellTouches();
     tellState();

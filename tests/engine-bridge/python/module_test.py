@@ -286,9 +286,9 @@ class Forces(unittest.TestCase):
         self.assertEqual(self.force(), -1.0, "safety silences it: nothing is touched")
 
     def test_none_without_an_array(self):
-        for device in "record:/nosuch/folder/file", "sim:?drop=1":
+        for device, state in ("record:/nosuch/folder/file", "closed"), ("sim:?drop=1", "fault"):
             self.scene.play(device)
-            self.assertTrue(self.comes(lambda: self.force() >= 0 and (self.scene.state["sent"] or self.scene.messages)), device)
+            self.assertTrue(self.comes(lambda: self.force() >= 0 and self.scene.state["state"] == state), device)
             for _ in range(50):
                 self.update()
                 self.assertEqual(self.force(), 0.0, device)

@@ -107,7 +107,7 @@ std::vector<Way> ways()
          [](Led& led) { led.passing->addNestedCallback(led.callback); }},
         {"the chain that it is nested in",
          nest,
-         [](Led& led) { led.node->removeEventCallback(led.passing); },
+         [](Led& led) { led.node->setEventCallback(nullptr); },
          [](Led& led) { led.node->setEventCallback(led.passing); }},
         {"the callback that calls it",
          [](Led& led)

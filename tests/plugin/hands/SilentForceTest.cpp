@@ -180,5 +180,6 @@ TEST(SilentForce, NobodyThereTouchesNothing)
 {
     PressedBox box;
     ASSERT_TRUE(box.until([&] { return box.force_N() > 0.0; }));
+    box.hands->setHands({});
     EXPECT_TRUE(box.viewer.framesUntil([&] { return box.force_N() < 0.0; }));
 }

@@ -3,7 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
+#include <cstdio>
 #include <functional>
+#include <utility>
+
+#include <sys/resource.h>
 
 TEST(CPlay, PlaysMutesAndStops)
 {
@@ -179,14 +184,6 @@ struct Pressed : Opened
         return most_N;
     }
 
-    /// Whether the device has got a field, or can't be opened.
-    bool hasTaken() const
-    {
-        midair_device_state now{};
-        EXPECT_EQ(midair_state(scene, &now), MIDAIR_OK);
-        return now.sent > 0 || !messages().empty();
-    }
-
     midair_object plate = 0;
     midair_hand hand{};
 };
@@ -251,7 +248,9 @@ TEST(CHands, NoTouchHasAForceWithoutAnArrayThatPlays)
     for (const std::string device : {"record:/nosuch/folder/file", "sim:?drop=1"})
     {
         Pressed of(device);
-        ASSERT_TRUE(of.until([&] { return of.force_N() >= 0.0 && of.hasTaken(); })) << device;
+        const int32_t state = device == "sim:?drop=1" ? MIDAIR_STATE_FAULT : MIDAIR_STATE_CLOSED;
+        ASSERT_TRUE(of.until([&] { return of.force_N() >= 0.0 && stateOf(of.scene) == state; }))
+            << device;
         for (int i = 0; i < 50; ++i)
         {
             of.updates(1);
@@ -270,4 +269,33 @@ TEST(CHands, NoTouchHasAForceWithoutAnArrayThatPlays)
     EXPECT_TRUE(held.until([&] { return held.force_N() > 0.0; }));
     ASSERT_EQ(midair_set_hands(held.scene, nullptr, 0), MIDAIR_OK);
     EXPECT_TRUE(updatesUntil(held.scene, [&] { return held.force_N() < 0.0; })) << "nobody there";
+}
+
+// Updates that move nothing leave no time in which the device is looked after.
+TEST(CPlay, AFullDiskIsToldHoweverFieldsArePlayed)
+{
+    std::signal(SIGXFSZ, SIG_IGN);
+    rlimit before{};
+    ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+    const rlimit small{40000, before.rlim_max};
+    const std::string file = testing::TempDir() + "midair-full.recording";
+    const std::pair<const char*, const char*> all[] = {
+        {"cycle", "4"}, {"subsets", "2"}, {"cycleSteps", "8"}, {"render", "auto"}};
+    for (const auto& [name, value] : all)
+    {
+        Pressed of("null:");
+        ASSERT_EQ(midair_set(of.scene, name, value), MIDAIR_OK) << name << midair_last_error();
+        ASSERT_EQ(midair_object_set(of.scene, of.plate, "modulationFrequency", "150"), MIDAIR_OK)
+            << midair_last_error();
+        ASSERT_EQ(midair_play(of.scene, ("record:" + file).c_str()), MIDAIR_OK);
+        ASSERT_TRUE(of.until([&] { return stateOf(of.scene) == MIDAIR_STATE_PLAYING; })) << name;
+        ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+        EXPECT_TRUE(of.until([&] { return stateOf(of.scene) == MIDAIR_STATE_LOST; })) << name;
+        EXPECT_TRUE(
+            of.until([&] { return of.messages().find("writing failed") != std::string::npos; }))
+            << name << of.messages();
+        ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+        midair_stop(of.scene);
+        std::remove(file.c_str());
+    }
 }
