@@ -109,7 +109,6 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     if (standsBack()) return tellState();
     if (_isCrowded && _place.take()) _configured = false; // there is one now
     configure(*_given);
-    _isReported = _isReported || _raw.enabled || _thread;
     followThermometer();
     const bool fresh = collect(roots);
     keepInnerLimits();

@@ -195,6 +195,7 @@ void HapticEngine::configure(const HapticSettings& given)
         _settings.enabled = false;
     }
     takePlace();
+    _isReported = _isReported || (_raw.enabled && !_isBaked);
     openHands();
     _worldToArray = parts.pose;
     _toArray = parts.pose.matrix();
