@@ -2,9 +2,15 @@
 
 #include "device/JointCommit.h"
 #include "device/drive/DriveEncoder.h"
+#include "haptics/base/threads/SteadyClock.h"
 
 namespace midair::device
 {
+
+void ArrayDevice::keepAlive()
+{
+    noteSign(base::steadySeconds());
+}
 
 bool ArrayDevice::sendTogether(const DriveSignal& signal, const std::shared_ptr<JointCommit>& joint)
 {

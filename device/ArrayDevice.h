@@ -5,6 +5,7 @@
 
 #include <complex>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -47,8 +48,9 @@ struct SafetyLimits
     /// 0 .. 1; limit on the amplitude squared, averaged over transducers and time. `mean-drive`
     double meanDrive = 1;
     double meanDriveTime_s = 10; ///< > 0; time constant of that average. `mean-drive-time`
-    /// >= 0; the device falls silent when no field came for this time; 0: it holds the last field.
-    /// `hold`
+    /// >= 0; the device falls silent, and takes no field, once whoever leads has given no sign of
+    /// life for this time (ArrayDevice::keepAlive()); 0: it holds the last field. In a list of
+    /// devices the shortest counts for all. `hold`
     double hold_s = 0;
     /// >= 0; cap on the peak pressure at control points, Pa; 0: none. A device doesn't know the
     /// control points: it only reports the cap in ability(), and bridge::PressureCap enforces it.
@@ -106,8 +108,8 @@ struct DeviceReport
     std::uint64_t pending = 0;    ///< waiting, being sent or not confirmed yet
     std::uint64_t faults = 0;     ///< stalls, timeouts, short transfers, unplugs, invalid answers
     std::uint64_t reconnects = 0; ///< times that the device came back
-    /// Times that silence(), a mute or SafetyLimits::hold_s silenced the device, whoever called it;
-    /// afterwards a sequence has to be sent again.
+    /// Times that silence(), a mute, SafetyLimits::hold_s or a quieter field that wasn't confirmed
+    /// silenced the device, whoever called it; afterwards a sequence has to be sent again.
     std::uint64_t silences = 0;
     /// When the last field was handed to the hardware, with its commit, std::chrono::steady_clock;
     /// 0: never.
@@ -123,6 +125,9 @@ struct DeviceReport
     /// Why the silence that is due isn't written, so that it may play on, as a sentence; empty: it
     /// is, or none is due. It is tried again until it is.
     std::string unsilenced;
+    /// Why GuardedDevice has silenced it, as a sentence: a quieter field that wasn't confirmed;
+    /// empty: it hasn't, or another field was confirmed since.
+    std::string quieted;
     /// What is wrong with a driver that plays nevertheless, as a sentence; empty: nothing.
     std::string complaint;
     std::string shortfall; ///< "3 of 1000 fields were played"; empty if half or more were
@@ -146,12 +151,26 @@ public:
     virtual ~ArrayDevice() = default;
 
     /// Replaces the field that is played. Returns false, and changes nothing, if the field is
-    /// refused (wrong length, muted, device lost); status() says why.
+    /// refused (wrong length, muted, device lost); status() says why. For whoever leads, an
+    /// application: each call is a sign of life.
     virtual bool send(const DriveSignal& signal) = 0;
+    /// The same for whoever plays by itself, such as a player's thread: no sign of life. Also
+    /// refuses while isHoldOver().
+    virtual bool sendUnled(const DriveSignal& signal) { return send(signal); }
+
+    /// A sign of life: whoever leads (a frame, a tracker, an application's loop) still wants what
+    /// is played. A device with SafetyLimits::hold_s is silent without. What it has silenced stays
+    /// silent until the next field. Never waits.
+    void keepAlive();
+    /// The same for a sign that was given at \a at_s (steady clock), which may be earlier than the
+    /// last one that is known: then that didn't come from whoever leads. Opening counts as one.
+    virtual void noteSign(double /*at_s*/) {}
+    /// Returns true if the last sign of life is longer ago than SafetyLimits::hold_s. Never waits.
+    virtual bool isHoldOver() const { return false; }
 
     /// Replaces what is played by a sequence that the device times by itself, starting at once with
     /// the first signal. Returns false, and changes nothing, if refused: for send()'s reasons, or
-    /// for more signals than ability().sequenceFields.
+    /// for more signals than ability().sequenceFields. No sign of life.
     virtual bool sendSequence(const DriveSequence& /*sequence*/) { return false; }
 
     /// Returns true if sendTogether() can hold a field back until other devices have theirs.
@@ -177,6 +196,12 @@ public:
     /// already is lowered at once, or silenced. Returns false, with nothing changed, if the device
     /// has no such limit: its caller must then silence it. GuardedDevice has one.
     virtual bool setAmplitudeCap(double amplitude) { return amplitude >= 1; }
+
+    /// What was asked for (send(), silence(), ..) before this time (steady clock) has been carried
+    /// out, or something newer has: as far as the device can tell. A device that answers has said
+    /// so, a driver's call has returned, a line has taken the bytes. Infinite: all is carried out
+    /// within the call. Whatever was lost or refused is not carried out. See QuietWatch.
+    virtual double confirmed_s() const { return std::numeric_limits<double>::infinity(); }
 
     /// One line of text: what the device is, its state and counters.
     virtual std::string status() const = 0;

@@ -83,7 +83,11 @@ std::optional<DriveSignal> FieldQueue::settleUntil(std::uint32_t sequence, std::
     {
         const bool mine = _flying.front().sequence == lastPlayed;
         ++(mine ? _played : _lost);
-        if (mine) playing = std::move(_flying.front().signal);
+        if (mine)
+        {
+            playing = std::move(_flying.front().signal);
+            _confirmed_s = std::max(_confirmed_s, _flying.front().sentAt_s);
+        }
         _flying.pop_front();
     }
     return playing;

@@ -89,6 +89,9 @@ public:
     /// dropped. Returns the joints of fields that were not committed.
     std::vector<Joint> settleAll(bool deviceIsLost);
 
+    /// When the newest field that was played was sent; 0: none.
+    double confirmed_s() const { return _confirmed_s; }
+
     /// Adds the counters sent, played, dropped, lost, refused and pending to \a report.
     void addTo(DeviceReport& report) const;
 
@@ -98,6 +101,7 @@ private:
     bool _waits = false;
     Field _waiting;
     std::deque<Field> _flying; ///< in flight; the last one may be staged
+    double _confirmed_s = 0;
     std::uint64_t _sent = 0;
     std::uint64_t _played = 0;
     std::uint64_t _dropped = 0;

@@ -2,11 +2,12 @@
 // that the kit knows; and shows what arrives. The kit starts it as a helper for
 // "openxr:?process=helper", for programs that have their own OpenXR session.
 
+#include "samples/views/StopSignal.h"
+
 #include <osgMidair/HandSender>
 #include <osgMidair/HandSource>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <iostream>
@@ -42,8 +43,6 @@ struct Settings
 /// A recording without hands for so long (s) is over: a source doesn't tell how long it is.
 constexpr double kEnd_s = 3.0;
 
-std::atomic<bool> isStopped{false};
-
 double now()
 {
     return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
@@ -67,7 +66,7 @@ void atRate(const Settings& settings, Turn turn)
 {
     const auto begin = Clock::now();
     const auto step = std::chrono::duration<double>(1.0 / settings.rate_Hz);
-    for (long k = 0; !isStopped; ++k)
+    for (long k = 0; !midair::samples::isStopAsked(); ++k)
     {
         const double time = static_cast<double>(k) / settings.rate_Hz;
         if (settings.seconds > 0.0 && time >= settings.seconds) return;
@@ -189,10 +188,9 @@ int main(int argc, char** argv)
     CLI11_PARSE(app, argc, argv);
     settings.endsWithHands = send.parsed() && !settings.repeats;
 
-    const auto stop = [](int) { isStopped = true; };
+    midair::samples::catchStopSignals();
     // A helper ends when its socket does: Ctrl-C in a terminal is meant for the program it helps.
-    std::signal(SIGINT, settings.socket >= 0 ? SIG_IGN : +stop);
-    std::signal(SIGTERM, +stop);
+    if (settings.socket >= 0) std::signal(SIGINT, SIG_IGN);
     // A mute for the program that started it may be sent to its whole group.
     if (settings.socket >= 0)
         for (const int number : {SIGUSR1, SIGUSR2})

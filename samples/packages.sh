@@ -10,6 +10,7 @@ midair_packages=(
     liboscpack-dev                        # hands by OSC
     libtinygltf-dev                       # glTF models
     libusb-1.0-0-dev libftdi1-dev         # arrays over USB and FTDI chips
+    zlib1g-dev libexpat1-dev              # arrays from Ultraino's simulator
     libcpp-httplib-dev                    # the operator's page
     nlohmann-json3-dev libcli11-dev libfmt-dev libspdlog-dev
     libegl-dev libgl1-mesa-dri            # off-screen pictures
@@ -49,7 +50,8 @@ midair_arm64_packages=(
     cmake ninja-build ccache pkg-config
     locales procps psmisc                 # what tests need that would be skipped
     libeigen3-dev nlohmann-json3-dev libcli11-dev
-    {libopenscenegraph,libbullet,libtinyobjloader,libopenxr,liboscpack,libtinygltf,libcpp-httplib,libusb-1.0-0,libftdi1,libfmt,libspdlog,libegl,libgtest}-dev:arm64
+    {libopenscenegraph,libbullet,libtinyobjloader,libopenxr,liboscpack,libtinygltf,libcpp-httplib,libusb-1.0-0,libftdi1,libexpat1,libfmt,libspdlog,libegl,libgtest}-dev:arm64
+    zlib1g-dev:arm64
 )
 # For tests/run.sh --cluster alone.
 midair_cluster_packages=(

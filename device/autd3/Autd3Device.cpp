@@ -132,10 +132,17 @@ void Autd3Device::silence()
         const std::lock_guard<std::mutex> lock(_mutex);
         if (std::exchange(_orders.job, nullptr) != nullptr) ++_report.dropped;
         _orders.silence = true;
+        _orders.silence_s = base::steadySeconds();
         _isOrdered = true;
         _playing.job = nullptr;
         if (_link != nullptr) _link->wake();
     }
+}
+
+double Autd3Device::confirmed_s() const
+{
+    const std::lock_guard<std::mutex> lock(_mutex);
+    return _confirmed_s;
 }
 
 DeviceReport Autd3Device::report() const

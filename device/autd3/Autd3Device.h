@@ -43,6 +43,7 @@ public:
     bool send(const DriveSignal& signal) override;
     bool sendSequence(const DriveSequence& sequence) override;
     void silence() override;
+    double confirmed_s() const override; ///< what all units have acknowledged
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override;
@@ -66,6 +67,7 @@ private:
     {
         std::shared_ptr<const Job> job; ///< the newest that waits
         bool silence = false;
+        double silence_s = 0; ///< steady clock, when that was asked for
     };
     /// What plays, for played().
     struct Playing
@@ -112,6 +114,7 @@ private:
     Orders _orders;
     bool _isOrdered = false; ///< the thread has not seen them yet
     DeviceReport _report;    ///< but for pending
+    double _confirmed_s = 0;
     Playing _playing;
     std::string _firmware;
     std::string _refusalText;
@@ -124,6 +127,7 @@ private:
     std::unique_ptr<UnitGroup> _group;
     std::unique_ptr<BankPlayer> _player;
     std::shared_ptr<const Job> _next; ///< to be started
+    double _silence_s = 0;            ///< Orders::silence_s of the one that isn't acknowledged
     int _tries = 0;                   ///< of the job that was disturbed
     double _looped_s = 0;             ///< when the loop ran last
     double _asked_s = 0;              ///< when a unit's state was asked for

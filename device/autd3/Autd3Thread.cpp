@@ -154,6 +154,7 @@ void Autd3Device::obey()
     {
         drop(_player->silence());
         drop(std::exchange(_next, nullptr));
+        _silence_s = orders.silence_s;
     }
     if (orders.job == nullptr) return;
     if (!orders.job->isSequence()) drop(_player->abandonSequence());
@@ -193,6 +194,7 @@ void Autd3Device::settle(const BankPlayer::Ending& ending)
         return;
     }
     ++_report.played;
+    _confirmed_s = std::max(_confirmed_s, ending.job->sentAt_s);
     _report.lastHandedOver_s = ending.handedOver_s;
     _report.latency_s = ending.handedOver_s - ending.job->sentAt_s;
     if (_orders.silence) return;
@@ -224,6 +226,9 @@ void Autd3Device::takeOutcomes(double now_s)
             _player->take(outcome);
     _player->step(now_s);
     settleEndings();
+    if (_silence_s <= 0 || !_player->isSilent()) return;
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _confirmed_s = std::max(_confirmed_s, std::exchange(_silence_s, 0));
 }
 
 // Nothing is on its way but heartbeats, whose answers can wait for the next ones: then the thread

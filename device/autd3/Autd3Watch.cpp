@@ -45,9 +45,10 @@ void Autd3Device::askStates(double now_s, bool all)
 
 void Autd3Device::watch(const UnitGroup::Outcome& outcome)
 {
+    const int k = outcome.unit;
+    if (!outcome.done.result) _group->push(k, Command::readFpgaState()); // its answer was lost
     if (outcome.done.data.size() != 1) return;
     const std::uint8_t state = outcome.done.data.front();
-    const int k = outcome.unit;
     const bool isHot = (state & IS_HOT) != 0;
     if (isHot && !_isHot[static_cast<std::size_t>(k)])
         deviceLog().warn("{}: unit {} is hot; its fan should run", _name, k);

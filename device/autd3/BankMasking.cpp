@@ -22,7 +22,7 @@ void BankPlayer::pushMask(int unit)
          unit,
          isOn ? Command::silenceAll()
               : Command::setOutputMask(_options.silent[static_cast<std::size_t>(unit)]),
-         kRepeatMask_s);
+         soon_s(kRepeatMask_s));
 }
 
 std::shared_ptr<const Job> BankPlayer::silence()

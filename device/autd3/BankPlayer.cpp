@@ -42,6 +42,7 @@ BankPlayer::BankPlayer(UnitGroup& group, const Autd3Options& options) :
     _configs{BankConfig{}, std::nullopt},
     _patterns(kMostPhaseSlots),
     _lead_s(options.lead_s),
+    _backs(static_cast<std::size_t>(options.units)),
     _isTripped(static_cast<std::size_t>(options.units))
 {
 }

@@ -86,7 +86,8 @@ public:
     std::uint64_t takenBack() const { return _takenBack; } ///< switches that were
     /// Switches of which a unit may have played alone for a while, as its answers say.
     std::uint64_t torn() const { return _torn; }
-    double lead_s() const { return _lead_s; } ///< grows when switches come too late
+    /// Grows when switches come too late; two round trips come on top.
+    double lead_s() const { return _lead_s; }
 
 private:
     enum class Stage
@@ -122,6 +123,7 @@ private:
     void
     push(OpenCounts& counts, int unit, const Command& command, double repeat_s, int copies = 1);
     int switchCopies(double now_s);
+    double soon_s(double pause_s) const;
     void noteSwitch(std::uint64_t time_ns);
     void tellTorn(const std::string& what);
     void begin(std::shared_ptr<const Job> job);
@@ -186,7 +188,7 @@ private:
     double _sent_s = 0;       ///< when the switch was sent
     double _time_ns = 0;      ///< of the switch, or of the latest one back
     double _takenBack_ns = 0; ///< time of the switch that is taken back
-    int _backs = 0;           ///< switches back that were sent for one
+    std::vector<int> _backs;  ///< switches back that were sent to each unit for one
 
     Mask _mask = Mask::OFF;
     OpenCounts _maskOpen;

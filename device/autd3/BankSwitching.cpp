@@ -18,8 +18,10 @@ constexpr double kRepeatAtOnce_s = 0.3e-3;
 constexpr double kLeastRepeat_s = 0.15e-3;
 constexpr double kLeastSlack_s = 0.1e-3;
 constexpr double kLeastAllowance_s = 0.2e-3;
-constexpr double kBackAfter_s = 1.5e-3; // beyond the margin: time to reach all units
-constexpr int kMostBacks = 100;
+constexpr double kBackAfter_s = 1.5e-3; // beyond margin and round trip: time to reach all units
+constexpr double kLongestBack_s = 0.2;  // a switch back that is refused is put off twice as far
+constexpr int kMostBacks = 20;          // of one unit
+constexpr double kTripShare = 0.25;     // of the round trip is added to pauses
 constexpr double kLongestLead_s = 0.1;
 constexpr double kLossy_s = 2;          // after a datagram was lost
 constexpr double kMostApart_s = 1.5e-3; // of units that switch at once
@@ -46,6 +48,14 @@ void BankPlayer::noteSwitch(std::uint64_t time_ns)
     _last_ns = std::max(_last_ns, time_ns);
 }
 
+// A pause between repeats that don't wait for an answer, but aren't many where the way is long.
+double BankPlayer::soon_s(double pause_s) const
+{
+    constexpr double kSoon_s = 0.9 * FrameQueue::kRepeat_s;
+    if (pause_s >= kSoon_s) return pause_s;
+    return std::min(pause_s + kTripShare * _group.clock().trip_s(), kSoon_s);
+}
+
 void BankPlayer::tellTorn(const std::string& what)
 {
     if (!std::exchange(_isTorn, true)) ++_torn;
@@ -53,20 +63,22 @@ void BankPlayer::tellTorn(const std::string& what)
 }
 
 // The lead is for the acknowledgements, with repeats; then for taking the switch back where one is
-// missing; then the units' own margin.
+// missing; then the units' own margin. The way takes its time beyond that: the clock is behind the
+// units' by the way back, the switch takes the way there, and so does taking it back.
 void BankPlayer::switchAtTime(double now_s)
 {
+    const double trip_s = _group.clock().trip_s();
     const double allowance_s = std::max(kLeastAllowance_s, _lead_s / 6);
     const double slack_s = std::max(kLeastSlack_s, _lead_s - _margin_s - allowance_s);
-    _time_ns = besideEdge(_group.clock().at_ns(now_s + _lead_s));
-    _deadline_s = now_s + slack_s;
+    _time_ns = besideEdge(_group.clock().at_ns(now_s + 2 * trip_s + _lead_s));
+    _deadline_s = now_s + trip_s + slack_s;
     _sent_s = now_s;
     _stage = Stage::SWITCHING;
     const Command command =
         Command::activateBank(_bank, SwitchMode::AT_TIME, static_cast<std::uint64_t>(_time_ns));
     const int copies = switchCopies(now_s);
     for (int k = 0; k < _group.size(); ++k)
-        push(_open, k, command, std::max(kLeastRepeat_s, slack_s / 4), copies);
+        push(_open, k, command, soon_s(std::max(kLeastRepeat_s, slack_s / 4)), copies);
 }
 
 void BankPlayer::switchAtOnce(double now_s)
@@ -82,7 +94,7 @@ void BankPlayer::switchAtOnce(double now_s)
     const Command command = Command::activateBank(_bank, SwitchMode::AT_ONCE);
     const int copies = switchCopies(now_s);
     for (int k = 0; k < _group.size(); ++k)
-        push(_open, k, command, kRepeatAtOnce_s, copies);
+        push(_open, k, command, soon_s(kRepeatAtOnce_s), copies);
 }
 
 void BankPlayer::endSwitching(double now_s)
@@ -117,29 +129,36 @@ void BankPlayer::takeBack(double now_s)
     if (!isTimed && _last_ns > 0) tellTorn("a switch at once was refused by some units");
     _takenBack_ns = isTimed ? _time_ns : 0;
     _time_ns = 0;
-    _backs = 0;
+    _backs.assign(_backs.size(), 0);
     _stage = Stage::TAKING_BACK;
     for (int k = 0; k < _group.size(); ++k)
         pushTakeBack(k, now_s);
 }
 
+// It has to be there a margin before its time, by the unit's clock: so it is aimed a round trip
+// further, and twice as far each time that it was too near all the same.
 void BankPlayer::pushTakeBack(int unit, double now_s)
 {
+    int& backs = _backs[static_cast<std::size_t>(unit)];
     const std::optional<BankConfig>& config = _configs[static_cast<std::size_t>(_playing)];
     const bool isTimed = config && !config->forEver;
     double time_ns = 0;
     if (isTimed)
-        time_ns = besideEdge(
-            std::max(_takenBack_ns, _group.clock().at_ns(now_s + _margin_s + kBackAfter_s)));
+    {
+        const double after_s =
+            std::min(kLongestBack_s, std::ldexp(kBackAfter_s, std::min(backs, 10)));
+        const double ahead_s = _margin_s + _group.clock().trip_s() + after_s;
+        time_ns = besideEdge(std::max(_takenBack_ns, _group.clock().at_ns(now_s + ahead_s)));
+    }
     _time_ns = std::max(_time_ns, time_ns);
     push(_open,
          unit,
          Command::activateBank(_playing,
                                isTimed ? SwitchMode::AT_TIME : SwitchMode::AT_ONCE,
                                static_cast<std::uint64_t>(time_ns)),
-         kLeastRepeat_s,
+         soon_s(kLeastRepeat_s),
          2);
-    ++_backs;
+    ++backs;
 }
 
 /// The switch itself may be settled in this stage, too: the last one of a unit is the one back.
@@ -155,10 +174,10 @@ void BankPlayer::takeSwitchBack(const UnitGroup::Outcome& outcome)
                                  "played its part of a field alone",
                                  k));
     }
-    else if (_backs >= kMostBacks * _group.size())
+    else if (_backs[static_cast<std::size_t>(k)] >= kMostBacks)
         _group.lose(k, "doesn't take a switch back: " + resultText(result.value_or(DONE)));
     else
-        pushTakeBack(k, _group.clock().host_s(static_cast<double>(outcome.time_ns)));
+        pushTakeBack(k, _group.link().now_s());
 }
 
 } // namespace midair::device::autd3

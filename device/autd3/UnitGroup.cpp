@@ -63,6 +63,7 @@ void UnitGroup::sendBeat(Unit& unit, double now_s)
     if (!unit.isBeatOpen) unit.unanswered = number;
     unit.beat = number;
     unit.isBeatOpen = true;
+    unit.beats_s[number % unit.beats_s.size()] = _link.now_s();
     note(unit, now_s);
 }
 
@@ -177,6 +178,13 @@ bool UnitGroup::isAnswered(const Unit& unit, std::uint16_t number)
     return isAny && static_cast<std::uint16_t>(number - unit.unanswered) <= open;
 }
 
+/// How long a heartbeat's answer took; < 0: too long ago.
+double UnitGroup::beatTook_s(const Unit& unit, std::uint16_t number, double now_s)
+{
+    const auto since = static_cast<std::uint16_t>(unit.beat - number);
+    return since < unit.beats_s.size() ? now_s - unit.beats_s[number % unit.beats_s.size()] : -1;
+}
+
 void UnitGroup::takeReply(int k, const Answer& answer, double now_s)
 {
     Unit& unit = this->unit(k);
@@ -197,15 +205,20 @@ void UnitGroup::takeReply(int k, const Answer& answer, double now_s)
             now_s);
     }
     unit.suspicion.clear();
+    double took_s = -1;
     if (isBeat)
     {
+        took_s = beatTook_s(unit, answer.number, now_s);
         unit.isBeatOpen = false;
         unit.unanswered = static_cast<std::uint16_t>(answer.number + 1);
     }
     _done.clear();
     if (!isBeat) unit.queue.take(answer.reply, answer.number, now_s, _done);
     for (FrameQueue::Done& done : _done)
+    {
+        took_s = std::max(took_s, done.took_s);
         _outcomes.push_back({k, std::move(done), answer.reply.time_ns});
+    }
     unit.heard_s = now_s;
     unit.asked = 0;
     unit.flags = answer.reply.flags;
@@ -213,7 +226,7 @@ void UnitGroup::takeReply(int k, const Answer& answer, double now_s)
         unit.outOfStep_s = 0;
     else if (unit.outOfStep_s == 0)
         unit.outOfStep_s = now_s;
-    if (_isPrompt) _clock.note(answer.reply.time_ns, now_s);
+    if (_isPrompt) _clock.note(answer.reply.time_ns, now_s, took_s);
 }
 
 void UnitGroup::lose(int k, const std::string& why)

@@ -5,6 +5,7 @@
 #include "device/autd3/protocol/FrameQueue.h"
 #include "device/autd3/protocol/UnitClock.h"
 
+#include <array>
 #include <functional>
 #include <limits>
 #include <string>
@@ -32,7 +33,9 @@ struct Unit
     std::uint16_t beat = 0;       ///< message number of the last heartbeat
     std::uint16_t unanswered = 0; ///< of the first one whose answer may still come, or the next
     bool isBeatOpen = false;      ///< none was answered since the last was sent
-    double outOfStep_s = 0;       ///< since when it doesn't follow the clock; 0: it does
+    std::array<double, 32>
+        beats_s{};          ///< when the last ones were sent, by number modulo their count
+    double outOfStep_s = 0; ///< since when it doesn't follow the clock; 0: it does
 
     bool isThere() const { return lost.empty(); }
 };
@@ -113,6 +116,7 @@ private:
     void sendBeat(Unit& unit, double now_s);
     static bool isAnswered(const Unit& unit, std::uint16_t number);
     static bool isResting(const Unit& unit);
+    static double beatTook_s(const Unit& unit, std::uint16_t number, double now_s);
     double beatDue_s(const Unit& unit) const;
 
     DatagramLink& _link;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "device/drive/DriveSequence.h"
 #include "device/drive/DriveSignal.h"
 
 #include <complex>
@@ -40,6 +41,27 @@ public:
     /// Returns true if a new field may begin in the middle of one that was cut off, which then is
     /// never played.
     virtual bool restarts() const = 0;
+
+    /// The most signals of a sequence that the board times by itself, or by the pace of its line;
+    /// 0: it takes none.
+    virtual int sequenceFields() const { return 0; }
+    /// DriveAbility::sequenceClock_Hz of such sequences.
+    virtual double sequenceClock_Hz() const { return 0; }
+    /// Appends \a sequence for a board that stores it and times it by itself. Returns false, and
+    /// appends nothing, if it can't. appendField() after it needs the opening before it.
+    virtual bool appendSequence(std::vector<std::uint8_t>& /*out*/,
+                                const DriveSequence& /*sequence*/) const
+    {
+        return false;
+    }
+    /// Two bytes of a board with two buffers, the end of whose fields is \a exchange.
+    struct Swap
+    {
+        std::uint8_t exchange; ///< brings the other buffer to the front
+        std::uint8_t ignored;  ///< does nothing between fields
+    };
+    /// Null: the board has no such bytes. Else it plays two fields in turn (BufferSwaps).
+    virtual const Swap* swap() const { return nullptr; }
 
     /// Sets \a q to what the board plays of \a signal, in its own phase and amplitude steps.
     virtual void played(const DriveSignal& signal, std::vector<std::complex<float>>& q) const = 0;

@@ -1,6 +1,7 @@
 #include "device/boards/BoardDevice.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -56,12 +57,48 @@ BoardDevice::~BoardDevice()
 bool BoardDevice::send(const DriveSignal& signal)
 {
     std::lock_guard<std::mutex> lock(_mutex);
+    return put(signal, {});
+}
+
+// The loudest signal comes first: a modulation whose fields are replaced then goes on in the
+// board's time, wherever in its period the host was.
+bool BoardDevice::sendSequence(const DriveSequence& given)
+{
+    InTurn inTurn;
+    DriveSequence sequence = given;
+    const auto drive = [](const DriveSignal& signal)
+    { return std::accumulate(signal.duty.begin(), signal.duty.end(), 0); };
+    const auto loudest = std::max_element(sequence.signals.begin(),
+                                          sequence.signals.end(),
+                                          [&](const DriveSignal& a, const DriveSignal& b)
+                                          { return drive(a) < drive(b); });
+    std::rotate(sequence.signals.begin(), loudest, sequence.signals.end());
+    const auto most = static_cast<std::size_t>(_codec->sequenceFields());
+    const bool isRight = sequence.fits(_transducers) && sequence.signals.size() <= most;
+    if (isRight && _codec->swap() != nullptr)
+        inTurn.swaps = std::make_unique<BufferSwaps>(*_codec, sequence);
+    else if (isRight)
+        _codec->appendSequence(inTurn.stored, sequence);
+    const int fields = inTurn.swaps ? inTurn.swaps->fields() : 0;
+    if (fields == 1 || fields > 2) inTurn.swaps.reset();
+    std::lock_guard<std::mutex> lock(_mutex);
+    if (!inTurn.isSequence() && fields != 1)
+    {
+        _fields.refuse();
+        return false;
+    }
+    return put(sequence.signals.front(), std::move(inTurn));
+}
+
+bool BoardDevice::put(const DriveSignal& signal, InTurn inTurn)
+{
     if (!signal.fits(_transducers) || !_ready || _closing)
     {
         _fields.refuse();
         return false;
     }
     _fields.put(signal, base::steadySeconds(), nullptr);
+    _waiting = std::move(inTurn);
     _wake.notify_all();
     return true;
 }
@@ -73,6 +110,7 @@ void BoardDevice::silenceLocked()
     std::fill(_playing.duty.begin(), _playing.duty.end(), std::uint8_t(0));
     ++_epoch;
     _silenceWanted = true;
+    _silenceAsked_s = base::steadySeconds();
     _wake.notify_all();
 }
 
@@ -80,6 +118,14 @@ void BoardDevice::silence()
 {
     std::lock_guard<std::mutex> lock(_mutex);
     silenceLocked();
+}
+
+// While the board is starting, nothing that was sent has gone out.
+double BoardDevice::confirmed_s() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    if (_resetDue) return base::steadySeconds();
+    return std::max(_fields.confirmed_s(), _silenced_s);
 }
 
 DeviceReport BoardDevice::report() const

@@ -4,6 +4,7 @@
 #include "device/FieldCounters.h"
 #include "device/FieldQueue.h"
 #include "device/boards/BoardCodec.h"
+#include "device/boards/BufferSwaps.h"
 #include "device/boards/ByteSink.h"
 
 #include <condition_variable>
@@ -21,6 +22,10 @@ namespace midair::device
 /// switched off and on. After opening and after every loss it first silences the board. A lost
 /// board is silenced if this process or its guard still can, and the worker tries to open it again
 /// every 0.25 s.
+///
+/// A sequence is stored by the board, which times it by itself, or, where it has two buffers that a
+/// byte exchanges, the worker keeps the line busy with these bytes some milliseconds ahead. Silence
+/// overtakes them, and fills both buffers.
 class BoardDevice : public ArrayDevice
 {
 public:
@@ -42,19 +47,32 @@ public:
     BoardDevice& operator=(const BoardDevice&) = delete;
 
     bool send(const DriveSignal& signal) override;
+    bool sendSequence(const DriveSequence& sequence) override;
     void silence() override;
+    double confirmed_s() const override; ///< what has been written whole
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override
     {
         DriveAbility ability{_codec->phaseLevels(), _codec->amplitudes()};
         ability.fieldsPerSecond = _codec->fieldsPerSecond(_transducers);
+        ability.sequenceFields = _codec->sequenceFields();
+        ability.sequenceClock_Hz = _codec->sequenceClock_Hz();
         return ability;
     }
     std::vector<std::complex<float>> played() const override;
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
+    /// A sequence as this board gets it; neither: a single field.
+    struct InTurn
+    {
+        std::vector<std::uint8_t> stored; ///< for a board that times it by itself
+        std::unique_ptr<BufferSwaps> swaps;
+
+        bool isSequence() const { return swaps || !stored.empty(); }
+    };
+
     /// The bytes that the worker writes in one go.
     struct Piece
     {
@@ -63,11 +81,14 @@ private:
             RESET,   ///< silences everything on the line
             SILENCE, ///< one silent field
             FIELD,
+            SWAPS, ///< bytes of _inTurn.swaps
             REPEAT
         } kind = REPEAT;
         std::uint64_t epoch = 0;
         std::vector<std::uint8_t> field; ///< bytes of the field that plays afterwards
         double sentAt_s = 0;
+        InTurn inTurn;
+        bool isInserted = false; ///< into what is on its way to the line: bytes of _inTurn.swaps
     };
 
     void silenceLocked();
@@ -87,6 +108,12 @@ private:
     void missAnswer();
     double nextWrite_s() const;
     Piece nextPiece(); ///< puts its bytes into _bytes
+    Piece nextField();
+    Piece nextSwaps();
+    bool fieldIsDue() const; ///< false: none waits, or it has to wait for the one before
+    /// Whether both the field that waits and the one that plays are timed by the line.
+    bool isInserted() const { return _inTurn.swaps && _waiting.swaps; }
+    bool put(const DriveSignal& signal, InTurn inTurn);
     void finish(Piece piece);
 
     const std::string _name;
@@ -101,10 +128,15 @@ private:
     std::vector<std::uint8_t> _bytes;   ///< used by the worker
     std::vector<std::uint8_t> _current; ///< the field, or silence, written last; repeated
     FieldQueue _fields;                 ///< at most one in flight
+    InTurn _waiting;                    ///< of the field that waits
+    InTurn _inTurn;                     ///< what plays
+    double _nextLoad_s = 0;             ///< before it _inTurn's fields aren't replaced by others
     std::uint32_t _sequence = 0;
     bool _silenceWanted = false;
-    bool _resetDue = false; ///< only _reset may be written, and not before _settled_s
-    int _silentLeft = 0;    ///< silent fields left to write, for the board's other buffers
+    double _silenceAsked_s = 0; ///< steady clock, of the last one
+    double _silenced_s = 0;     ///< the same of the last one that was written
+    bool _resetDue = false;     ///< only _reset may be written, and not before _settled_s
+    int _silentLeft = 0;        ///< silent fields left to write, for the board's other buffers
     /// Counts silences; a field of an older epoch doesn't become _playing.
     std::uint64_t _epoch = 0;
     DriveSignal _playing;

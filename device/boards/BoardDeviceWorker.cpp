@@ -17,6 +17,12 @@ namespace
 constexpr double kReconnect_s = 0.25;
 constexpr double kRepeat_s = 0.2; ///< of what plays; every other frame stays free for new fields
 constexpr double kLook_s = 0.05;  ///< interval of lookAfterLine()
+/// Of a sequence that is timed by the line, the line is kept busy so far ahead, which is how much a
+/// silence has to overtake; this thread may wake kLate_s late.
+constexpr double kAhead_s = 0.06;
+constexpr double kLate_s = 0.045;
+constexpr double kSwapsRepeat_s = 0.5; ///< its buffers are written again; each time it pauses
+constexpr double kSwapsNew_s = 0.1;    ///< and for new fields not more often
 
 constexpr double kClosing_s = 0.005; ///< the same while closing
 constexpr double kAnswer_s = 1;      ///< a board that answers does so within five repeats
@@ -156,6 +162,7 @@ void BoardDevice::fail(const std::string& why)
     _silenceWanted = false;
     _silentLeft = 0;
     _fields.dropWaiting();
+    _inTurn = {};
     _counters.countLoss(why);
 }
 
@@ -179,8 +186,58 @@ double BoardDevice::nextWrite_s() const
 {
     if (_resetDue) return _settled_s;
     if (_silenceWanted && _codec->restarts()) return 0;
-    if (_silenceWanted || _fields.waits() || _silentLeft > 0) return _lineFree_s;
+    if (_silenceWanted || (fieldIsDue() && !isInserted()) || _silentLeft > 0) return _lineFree_s;
+    if (_inTurn.swaps && !_closing) return _lineFree_s - kLate_s;
     return _closing ? base::steadySeconds() + kClosing_s : _repeatAt_s; // no repeats while closing
+}
+
+// New fields of a sequence that the line times are written between its swaps, once the last ones
+// are.
+bool BoardDevice::fieldIsDue() const
+{
+    if (!_fields.waits()) return false;
+    return !isInserted() || (_inTurn.swaps->isFresh() && base::steadySeconds() >= _nextLoad_s);
+}
+
+BoardDevice::Piece BoardDevice::nextField()
+{
+    Piece piece;
+    piece.kind = Piece::FIELD;
+    piece.epoch = _epoch;
+    const FieldQueue::Field& field = _fields.takeOff(_sequence = nextAfter(_sequence));
+    piece.sentAt_s = field.sentAt_s;
+    piece.isInserted = isInserted();
+    piece.inTurn = std::move(_waiting);
+    _waiting = {};
+    if (piece.isInserted)
+    {
+        const double now_s = base::steadySeconds();
+        _inTurn.swaps->replace(std::move(*piece.inTurn.swaps), now_s);
+        _inTurn.swaps->append(piece.field, std::max(now_s, _lineFree_s), now_s + kAhead_s);
+        _nextLoad_s = now_s + kSwapsNew_s;
+    }
+    else if (piece.inTurn.swaps)
+        piece.inTurn.swaps->appendStart(piece.field);
+    else if (!piece.inTurn.stored.empty())
+        piece.field = piece.inTurn.stored;
+    else
+        _codec->appendField(piece.field, field.signal);
+    return piece;
+}
+
+BoardDevice::Piece BoardDevice::nextSwaps()
+{
+    Piece piece;
+    piece.kind = Piece::SWAPS;
+    piece.epoch = _epoch;
+    const double now_s = base::steadySeconds();
+    if (now_s >= _repeatAt_s)
+    {
+        _inTurn.swaps->refresh();
+        _repeatAt_s = now_s + kSwapsRepeat_s;
+    }
+    _inTurn.swaps->append(_bytes, std::max(now_s, _lineFree_s), now_s + kAhead_s);
+    return piece;
 }
 
 BoardDevice::Piece BoardDevice::nextPiece()
@@ -190,6 +247,7 @@ BoardDevice::Piece BoardDevice::nextPiece()
     _bytes.clear();
     if (_resetDue)
     {
+        _inTurn = {};
         piece.kind = Piece::RESET;
         piece.field = _silentField;
         _bytes = _reset;
@@ -200,18 +258,20 @@ BoardDevice::Piece BoardDevice::nextPiece()
     {
         piece.kind = Piece::SILENCE;
         piece.field = _silentField;
+        _inTurn = {};
     }
-    else if (_fields.waits())
-    {
-        piece.kind = Piece::FIELD;
-        const FieldQueue::Field& field = _fields.takeOff(_sequence = nextAfter(_sequence));
-        piece.sentAt_s = field.sentAt_s;
-        _codec->appendField(piece.field, field.signal);
-    }
+    else if (fieldIsDue())
+        piece = nextField();
+    else if (_inTurn.swaps)
+        return nextSwaps();
     else
         piece.field = _current;
     const double now_s = base::steadySeconds();
-    if (piece.kind != Piece::FIELD || now_s - _openingAt_s >= kRepeat_s)
+    // A sequence brings its own opening; what a board has stored, the next field's opening undoes.
+    const bool isStored = piece.isInserted || piece.inTurn.isSequence() ||
+                          (piece.kind == Piece::REPEAT && !_inTurn.stored.empty());
+    const bool isUndone = piece.kind == Piece::FIELD && !_inTurn.stored.empty();
+    if (!isStored && (piece.kind != Piece::FIELD || isUndone || now_s - _openingAt_s >= kRepeat_s))
     {
         _codec->appendOpening(_bytes);
         _openingAt_s = now_s;
@@ -246,14 +306,17 @@ void BoardDevice::finish(Piece piece)
 {
     const double now_s = base::steadySeconds();
     const double onLine_s = static_cast<double>(_bytes.size()) / _codec->bytesPerSecond();
-    _lineFree_s = now_s + onLine_s;
-    _repeatAt_s = now_s + std::max(kRepeat_s, 2 * onLine_s);
     const bool newest = piece.epoch == _epoch;
+    const bool isAhead = piece.kind == Piece::SWAPS || piece.isInserted;
+    _lineFree_s = (isAhead ? std::max(now_s, _lineFree_s) : now_s) + onLine_s;
+    if (piece.kind == Piece::SWAPS) return;
+    if (!isAhead) _repeatAt_s = now_s + std::max(kRepeat_s, 2 * onLine_s);
     if (watchesAnswers() && _answerDue_s == 0) _answerDue_s = _lineFree_s + kAnswer_s;
     switch (piece.kind)
     {
     case Piece::RESET:
         _resetDue = false;
+        if (newest) _silenced_s = _silenceAsked_s;
         _silenceWanted = _silenceWanted && !newest;
         _silentLeft = 0;
         // A board that answers is ready once it has answered. When it is opened first, the state is
@@ -262,12 +325,15 @@ void BoardDevice::finish(Piece piece)
         break;
     case Piece::SILENCE:
         if (!newest) break;
+        _silenced_s = _silenceAsked_s;
         _silentLeft = _silenceWanted ? _codec->silentFields() - 1 : std::max(0, _silentLeft - 1);
         _silenceWanted = false;
         break;
     case Piece::FIELD:
     {
         _silentLeft = 0; // the board's buffers hold silence and this field
+        if (!piece.isInserted) _inTurn = std::move(piece.inTurn);
+        if (_inTurn.swaps && !piece.isInserted) _inTurn.swaps->begin(_lineFree_s);
         auto played = _fields.settleUntil(_sequence, _sequence);
         if (newest && played) _playing = std::move(*played);
         _counters.change(
@@ -278,6 +344,7 @@ void BoardDevice::finish(Piece piece)
             });
         break;
     }
+    case Piece::SWAPS:
     case Piece::REPEAT:
         break;
     }

@@ -29,6 +29,14 @@ public:
     }
     bool restarts() const override { return true; }
     int silentFields() const override { return 2; } // two buffers
+    int sequenceFields() const override { return 2; }
+    // 253 exchanges the two buffers and copies nothing (PhaseLine.vhd). 254 only sets the number of
+    // the next emitter back to 0, in all three designs, which 253 does as well.
+    const Swap* swap() const override
+    {
+        static constexpr Swap kSwap = {253, 254};
+        return &kSwap;
+    }
 
     // A board stacked on ours may still play a field of another program. Ours comes first, since
     // every swap of buffers swaps both boards.

@@ -2,7 +2,9 @@
 #include "device/boards/BoardOpening.h"
 #include "haptics/base/DutyLaw.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace midair::device
 {
@@ -45,13 +47,62 @@ public:
     // (durations 1, then 0 as the end).
     void appendOpening(std::vector<std::uint8_t>& out) const override
     {
-        for (const int duration : {1, 0})
+        appendDurations(out, {1, 0});
+    }
+
+    static void appendDurations(std::vector<std::uint8_t>& out, const std::vector<int>& durations)
+    {
+        for (const int duration : durations)
             for (int shift = 0; shift <= 6; shift += 2)
                 out.push_back(static_cast<std::uint8_t>(0x30 | ((duration << shift) & 0xC0)));
         out.push_back(0x10);
     }
 
+    int sequenceFields() const override { return kPatterns; }
+    double sequenceClock_Hz() const override { return DriveSequence::kMostRate_Hz; }
+
+    // Patterns with their durations in periods of the ultrasound, 1 to 255 each, and 0 as the end
+    // of the list. The durations come first, so that the next byte exchanges the patterns; the
+    // sketch goes on counting where it was, so that for up to 255 periods patterns may have each
+    // other's durations.
+    bool appendSequence(std::vector<std::uint8_t>& out,
+                        const DriveSequence& sequence) const override
+    {
+        const int periods =
+            static_cast<int>(std::lround(DriveSequence::kMostRate_Hz / sequence.rate_Hz));
+        std::vector<std::uint8_t> patterns;
+        std::vector<int> durations;
+        const DriveSignal* last = nullptr;
+        for (const DriveSignal& signal : sequence.signals)
+            for (int left = periods; left > 0;)
+            {
+                const bool isSame = last != nullptr && last->phase == signal.phase &&
+                                    last->duty == signal.duty && durations.back() < kLongest;
+                if (!isSame)
+                {
+                    durations.push_back(0);
+                    if (durations.size() > static_cast<std::size_t>(kPatterns)) return false;
+                    appendPattern(patterns, signal);
+                    last = &signal;
+                }
+                const int more = std::min(left, kLongest - durations.back());
+                durations.back() += more;
+                left -= more;
+            }
+        if (durations.size() < static_cast<std::size_t>(kPatterns)) durations.push_back(0);
+        out.insert(out.end(), patterns.begin(), patterns.end());
+        appendDurations(out, durations);
+        out.push_back(0x00);
+        return true;
+    }
+
     void appendField(std::vector<std::uint8_t>& out, const DriveSignal& signal) const override
+    {
+        appendPattern(out, signal);
+        out.push_back(0x00);
+    }
+
+    static void appendPattern(std::vector<std::uint8_t>& out, const DriveSignal& signal)
     {
         for (int board = 0; board * kChannels < signal.size(); ++board)
         {
@@ -71,7 +122,6 @@ public:
                 out.push_back(static_cast<std::uint8_t>(((byte << 4) & 0xF0) | id));
             }
         }
-        out.push_back(0x00);
     }
 
     void played(const DriveSignal& signal, std::vector<std::complex<float>>& q) const override
@@ -90,6 +140,8 @@ private:
     static constexpr int kMostBoards = 14;
     static constexpr int kSteps = 10;
     static constexpr int kPorts = 10; // A C L B K F H D G J
+    static constexpr int kPatterns = 32;
+    static constexpr int kLongest = 255; ///< periods that a pattern lasts at most
     // Which bit of the ten ports drives a channel (bit of port p: 8 p + bit).
     static constexpr std::array<std::uint8_t, kChannels> kPins = {
         51, 52, 53, 54, 28, 29, 30, 31, 47, 46, 45, 44, 43, 42, 41, 40, 56, 57, 58, 59, 48, 49,

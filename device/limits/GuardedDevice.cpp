@@ -1,17 +1,18 @@
 #include "device/limits/GuardedDevice.h"
 
-#include "device/DeviceUri.h"
+#include "device/DeviceLog.h"
 #include "device/FieldCounters.h"
 #include "device/JointCommit.h"
 #include "device/drive/DriveEncoder.h"
 #include "haptics/base/DutyLaw.h"
-#include "haptics/base/text/Range.h"
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 namespace midair::device
 {
@@ -23,7 +24,10 @@ namespace
 // mean). The mean of a quantity that obeys this approaches B from below and never passes it.
 constexpr double kLead = 20;
 
-constexpr double kMostPressure_Pa = 1e6;
+constexpr double kLongSleep_s = 3600;
+constexpr double kLate_s = 0.5e-3; // so that what is due is over when the thread looks
+// Fields that a line may still have to carry before one is confirmed: the one on it, and its own.
+constexpr double kLineFields = 2.5;
 
 double meanSquare(const DriveSignal& signal)
 {
@@ -38,45 +42,10 @@ double meanSquare(const DriveSignal& signal)
 
 double peakAmplitude(const DriveSignal& signal)
 {
-    return signal.duty.empty()
-               ? 0
-               : amplitudeLevels()[*std::max_element(signal.duty.begin(), signal.duty.end())];
-}
-
-void checkLimits(const SafetyLimits& limits)
-{
-    std::string error;
-    const bool good = base::RangeCheck("device limits: ")
-                          .within("maxAmplitude", limits.maxAmplitude, 0, 1)
-                          .within("ramp", limits.ramp_s, 0, 10, " s")
-                          .within("meanDrive", limits.meanDrive, 0, 1)
-                          .above("meanDriveTime", limits.meanDriveTime_s, 0, " s")
-                          .atLeast("hold", limits.hold_s, 0, " s")
-                          .within("maxPressure", limits.maxPressure_Pa, 0, kMostPressure_Pa, " Pa")
-                          .passed(&error);
-    if (!good) throw DeviceError(error);
+    return amplitudeLevels()[static_cast<std::size_t>(Loudness::of(signal).peak)];
 }
 
 } // namespace
-
-SafetyLimits takeLimits(DeviceUri& uri, const SafetyLimits& limits)
-{
-    SafetyLimits strict = limits;
-    strict.maxAmplitude = std::min(limits.maxAmplitude, uri.takeNumber("max-amplitude", 1, 0, 1));
-    strict.ramp_s = std::max(limits.ramp_s, uri.takeSeconds("ramp", 0));
-    strict.meanDrive = std::min(limits.meanDrive, uri.takeNumber("mean-drive", 1, 0, 1));
-    strict.meanDriveTime_s = uri.takeSeconds("mean-drive-time", limits.meanDriveTime_s);
-    strict.maxPressure_Pa = stricterPressure(
-        limits.maxPressure_Pa, uri.takeNumber("max-pressure", 0, 1, kMostPressure_Pa));
-    const double hold_s = uri.takeSeconds("hold", 0);
-    if (hold_s > 0) strict.hold_s = limits.hold_s > 0 ? std::min(limits.hold_s, hold_s) : hold_s;
-    return strict;
-}
-
-double stricterPressure(double a_Pa, double b_Pa)
-{
-    return a_Pa > 0 && b_Pa > 0 ? std::min(a_Pa, b_Pa) : std::max(a_Pa, b_Pa);
-}
 
 void scaleDuties(const DriveSignal& signal, double gain, DriveSignal& scaled)
 {
@@ -99,7 +68,8 @@ GuardedDevice::GuardedDevice(std::unique_ptr<ArrayDevice> device,
     _claim(std::move(claim)),
     _device(std::move(device)),
     _limits(limits),
-    _transducers(transducers)
+    _transducers(transducers),
+    _lastSign_s(base::steadySeconds())
 {
     checkLimits(limits);
     _accounted_s = base::steadySeconds();
@@ -115,11 +85,6 @@ GuardedDevice::~GuardedDevice()
     _wake.notify_all();
     if (_thread.joinable()) _thread.join();
     _device->silence();
-}
-
-bool GuardedDevice::limitsNeedTime() const
-{
-    return _limits.ramp_s > 0 || _limits.meanDrive < 1 || _limits.hold_s > 0;
 }
 
 // Updates the mean over time since the last call: dE/dt = (P - E)/tau, P constant in between.
@@ -155,7 +120,9 @@ bool GuardedDevice::sendScaled(double now_s, const std::shared_ptr<JointCommit>&
 {
     _gain = allowedGain(now_s);
     scaleDuties(_wanted, _gain, _scaled);
+    const double asked_s = base::steadySeconds();
     const bool taken = _device->sendTogether(_scaled, joint);
+    ask(Loudness::of(_scaled), asked_s, taken);
     _drive = taken && _limits.meanDrive < 1 ? meanSquare(_scaled) : 0;
     _sounds = taken;
     _inTurn = false;
@@ -166,21 +133,22 @@ bool GuardedDevice::sendTogether(const DriveSignal& signal,
                                  const std::shared_ptr<JointCommit>& joint)
 {
     std::lock_guard<std::mutex> lock(_mutex);
-    if (_muted || _closing || !signal.fits(_transducers))
+    if (_muted || _closing || !signal.fits(_transducers) || isHoldOver())
     {
         ++_refused;
         if (joint != nullptr) joint->leave();
+        watchHold();
         return false;
     }
+    _isAbandoned = false;
     const double now_s = base::steadySeconds();
     _wanted = signal;
     _wantedPeak = peakAmplitude(signal);
     _wantedDrive = _limits.meanDrive < 1 ? meanSquare(signal) : 0;
     if (_limits.ramp_s <= 0) _ramp = 1;
-    _lastWanted_s = now_s;
     const bool started = !_sounds;
     const bool taken = sendScaled(now_s, joint);
-    if (started && _thread.joinable()) _wake.notify_all();
+    if (started && _thread.joinable() && nextDue_s() < _wakeAt_s) _wake.notify_all();
     return taken;
 }
 
@@ -200,17 +168,21 @@ bool GuardedDevice::sendSequence(const DriveSequence& sequence)
     const double cap = maxAmplitude();
     _gain = loudest > cap ? cap / loudest : 1;
     _inTurn = true;
-    if (_gain == 1)
-        _sounds = _device->sendSequence(sequence);
-    else
+    DriveSequence scaled;
+    if (_gain < 1)
     {
-        DriveSequence scaled;
         scaled.rate_Hz = sequence.rate_Hz;
         scaled.signals.resize(sequence.signals.size());
         for (std::size_t k = 0; k < scaled.signals.size(); ++k)
             scaleDuties(sequence.signals[k], capGain(sequence.signals[k]), scaled.signals[k]);
-        _sounds = _device->sendSequence(scaled);
     }
+    const DriveSequence& played = _gain < 1 ? scaled : sequence;
+    Loudness level;
+    for (const DriveSignal& signal : played.signals)
+        level.raiseTo(Loudness::of(signal));
+    const double asked_s = base::steadySeconds();
+    _sounds = _device->sendSequence(played);
+    ask(level, asked_s, _sounds);
     return _sounds;
 }
 
@@ -218,8 +190,7 @@ void GuardedDevice::silence()
 {
     _device->silence(); // before the lock, so that a mute waits for no other thread
     std::lock_guard<std::mutex> lock(_mutex);
-    _device->silence(); // again, for a field that run() or send() was just handing over
-    noteSilence();
+    silenceLocked(); // again, for a field that run() or send() was just handing over
 }
 
 void GuardedDevice::setMuted(bool muted)
@@ -227,8 +198,11 @@ void GuardedDevice::setMuted(bool muted)
     if (muted) _device->setMuted(true); // as in silence()
     std::lock_guard<std::mutex> lock(_mutex);
     _muted = muted;
+    const double asked_s = base::steadySeconds();
     _device->setMuted(muted);
-    if (muted) noteSilence();
+    if (!muted) return;
+    noteSilence();
+    ask({}, asked_s);
 }
 
 bool GuardedDevice::setAmplitudeCap(double amplitude)
@@ -236,18 +210,25 @@ bool GuardedDevice::setAmplitudeCap(double amplitude)
     const std::lock_guard<std::mutex> lock(_mutex);
     const double before = maxAmplitude();
     _cap = amplitude >= 0 && amplitude <= 1 ? amplitude : 0; // also for NaN
-    if (!_sounds || maxAmplitude() >= before) return true;
-    if (!_inTurn &&
+    if (!(_sounds || _quiet.maySound()) || maxAmplitude() >= before) return true;
+    if (_sounds && !_inTurn &&
         (allowedGain(base::steadySeconds()) >= _gain || sendScaled(base::steadySeconds())))
         return true;
-    _device->silence();
-    noteSilence();
+    silenceLocked();
     return true;
 }
 
-void GuardedDevice::keepAlive()
+bool GuardedDevice::isHoldOver() const
 {
-    _lastWanted_s = base::steadySeconds();
+    return _limits.hold_s > 0 && base::steadySeconds() - _lastSign_s > _limits.hold_s;
+}
+
+void GuardedDevice::silenceLocked()
+{
+    const double asked_s = base::steadySeconds();
+    _device->silence();
+    noteSilence();
+    ask({}, asked_s);
 }
 
 void GuardedDevice::noteSilence()
@@ -259,36 +240,104 @@ void GuardedDevice::noteSilence()
     _ramp = 0;
 }
 
+// Takes note of what was handed to the device at asked_s; level: none for a silence. The thread
+// watches what isn't confirmed within the call, which with many devices is nothing.
+void GuardedDevice::ask(const std::optional<Loudness>& level, double asked_s, bool taken)
+{
+    settle();
+    if (level)
+        _quiet.ask(*level, asked_s, taken);
+    else
+        _quiet.askSilence(asked_s);
+    settle();
+    if (_quiet.since_s() <= 0 || _closing) return;
+    if (!_thread.joinable())
+        _thread = std::thread([this] { run(); });
+    else if (nextDue_s() < _wakeAt_s)
+        _wake.notify_all();
+}
+
+void GuardedDevice::settle() const
+{
+    _quiet.confirm(_device->confirmed_s());
+    if (_quiet.doubted_s() <= 0) _unsilenced.clear();
+    if (_quiet.sounds()) _quieted.clear();
+}
+
+void GuardedDevice::watchHold()
+{
+    if (_isAbandoned || _closing || !(_sounds || _quiet.maySound()) || !isHoldOver()) return;
+    _isAbandoned = true;
+    silenceLocked();
+    deviceLog().warn("{}: silenced, for there was no sign of life for {:g} s (hold)",
+                     _device->status(),
+                     _limits.hold_s);
+}
+
+// A lost device is told, and silenced by its driver before it plays again.
+void GuardedDevice::watchQuieting()
+{
+    settle();
+    const double now_s = base::steadySeconds();
+    if (!_quiet.isOverdue(now_s, QuietWatch::kConfirm_s)) return;
+    const double rate = _device->ability().fieldsPerSecond;
+    _patience_s = std::max(QuietWatch::kConfirm_s, rate > 0 ? kLineFields / rate : 0);
+    if (!_quiet.isOverdue(now_s, _patience_s)) return;
+    const DeviceReport report = _device->report();
+    if (report.state == DeviceState::LOST) return _quiet.forget();
+    const std::string why = report.message.empty() ? "" : ": " + report.message;
+    std::string& text = _quiet.isSilence() || _quiet.doubted_s() > 0 ? _unsilenced : _quieted;
+    if (text.empty())
+    {
+        text = fmt::format(&text == &_quieted
+                               ? "a quieter field wasn't confirmed within {:.0f} ms, so it is "
+                                 "silenced{}"
+                               : "it was asked for silence and hasn't confirmed that within {:.0f} "
+                                 "ms, so it may play on; it is asked again{}",
+                           1000 * _patience_s,
+                           why);
+        ++_faults;
+        deviceLog().error("{}: {}", _device->status(), text);
+    }
+    if (_sounds || _quiet.doubted_s() <= 0) noteSilence();
+    _device->silence();
+    _quiet.doubt(now_s);
+}
+
+double GuardedDevice::nextDue_s() const
+{
+    double due_s = std::numeric_limits<double>::infinity();
+    if (_sounds && (_limits.ramp_s > 0 || _limits.meanDrive < 1))
+        due_s = base::steadySeconds() +
+                std::min(0.02, _limits.ramp_s > 0 ? 0.002 : _limits.meanDriveTime_s / 100);
+    if (_limits.hold_s > 0 && !_isAbandoned && (_sounds || _quiet.maySound()))
+        due_s = std::min(due_s, _lastSign_s + _limits.hold_s);
+    if (_quiet.since_s() > 0) due_s = std::min(due_s, _quiet.since_s() + _patience_s);
+    return due_s;
+}
+
 // Updates the gain as time passes: raises the ramp while a field is played, lowers it when closing;
-// keeps the thermal budget and the hold.
+// keeps the thermal budget; watches.
 void GuardedDevice::run()
 {
-    const double tick_s =
-        std::min(0.02, _limits.ramp_s > 0 ? 0.002 : _limits.meanDriveTime_s / 100);
     std::unique_lock<std::mutex> lock(_mutex);
     double last_s = base::steadySeconds();
     while (!_closing || (_sounds && _ramp > 0 && _limits.ramp_s > 0))
     {
-        if (_sounds)
-            _wake.wait_for(lock,
-                           std::chrono::duration<double>(tick_s),
-                           [&] { return _closing && _limits.ramp_s <= 0; });
-        else
-        {
-            _wake.wait(lock, [&] { return _sounds || _closing; });
-            last_s = base::steadySeconds();
-        }
-        if (!_sounds) continue;
+        const bool sounded = _sounds;
+        const double rest_s =
+            std::clamp(nextDue_s() - base::steadySeconds(), 0.0, kLongSleep_s) + kLate_s;
+        _wakeAt_s = base::steadySeconds() + rest_s;
+        _wake.wait_for(lock, std::chrono::duration<double>(rest_s));
+        _wakeAt_s = 0;
         const double now_s = base::steadySeconds();
+        if (!sounded) last_s = now_s;
+        watchHold();
+        if (!_closing) watchQuieting();
+        if (!_sounds) continue;
         const double step = _limits.ramp_s > 0 ? (now_s - last_s) / _limits.ramp_s : 1;
         last_s = now_s;
         _ramp = std::clamp(_closing ? _ramp - step : _ramp + step, 0.0, 1.0);
-        if (!_closing && _limits.hold_s > 0 && now_s - _lastWanted_s > _limits.hold_s)
-        {
-            _device->silence();
-            noteSilence();
-            continue;
-        }
         // A change by less than half a duty level isn't worth a field.
         if (std::abs(allowedGain(now_s) - _gain) > 0.002 || (_gain < 1 && allowedGain(now_s) >= 1))
             sendScaled(now_s);
@@ -319,10 +368,18 @@ DeviceReport GuardedDevice::report() const
     // Before the fields refused while muted are added: they are no shortfall.
     if (report.shortfall.empty()) report.shortfall = shortfallOf(report);
     std::lock_guard<std::mutex> lock(_mutex);
+    settle();
     report.sent += _refused;
     report.refused += _refused;
     report.silences += _silences;
+    report.faults += _faults;
+    report.quieted = _quieted;
     if (_muted && report.state == DeviceState::READY) report.state = DeviceState::MUTED;
+    if (_unsilenced.empty() || report.state >= DeviceState::HANGING) return report;
+    report.unsilenced = _unsilenced;
+    if (base::steadySeconds() - _quiet.doubted_s() <= QuietWatch::kHangs_s) return report;
+    report.state = DeviceState::HANGING;
+    report.message = _unsilenced;
     return report;
 }
 
@@ -331,6 +388,9 @@ std::string GuardedDevice::status() const
     std::string text = _device->status();
     std::lock_guard<std::mutex> lock(_mutex);
     if (_muted) text += "; muted";
+    if (_isAbandoned) text += fmt::format("; silent: no sign of life for {:g} s", _limits.hold_s);
+    if (!_quieted.empty()) text += "; " + _quieted;
+    if (!_unsilenced.empty()) text += "; " + _unsilenced;
     if (_sounds && _gain < 1)
         text += fmt::format("; limited to {:g} % of the amplitude", std::round(_gain * 1000) / 10);
     return text;

@@ -2,12 +2,15 @@
 
 #include "device/ArrayDevice.h"
 #include "device/limits/DeviceClaim.h"
-#include "device/limits/KeptAlive.h"
+#include "device/limits/QuietWatch.h"
 
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
+#include <limits>
 #include <mutex>
+#include <optional>
+#include <string>
 #include <thread>
 
 namespace midair::device
@@ -18,9 +21,11 @@ class DeviceUri;
 /// Wraps a device and enforces its limits: amplitude cap, ramp, thermal budget, hold, mute.
 /// Everything that reaches the device goes through here.
 ///
-/// With a ramp, thermal budget or hold, a thread resends the last field with another gain as time
-/// passes, or silences it.
-class GuardedDevice : public ArrayDevice, public KeptAlive
+/// With a ramp or thermal budget a thread resends the last field with another gain as time passes.
+/// It is also the one watchdog of all devices: without a sign of life for the time of the hold it
+/// silences the device, whatever is sent, and what was asked to become quieter and isn't confirmed
+/// in time (QuietWatch) it silences, again and again until that is confirmed.
+class GuardedDevice : public ArrayDevice
 {
 public:
     /// Throws DeviceError for limits that are out of range. \a claim is released after the device
@@ -34,8 +39,14 @@ public:
     GuardedDevice(const GuardedDevice&) = delete;
     GuardedDevice& operator=(const GuardedDevice&) = delete;
 
-    bool send(const DriveSignal& signal) override { return sendTogether(signal, nullptr); }
+    bool send(const DriveSignal& signal) override
+    {
+        keepAlive();
+        return sendUnled(signal);
+    }
+    bool sendUnled(const DriveSignal& signal) override { return sendTogether(signal, nullptr); }
     bool canStage() const override { return _device->canStage(); }
+    /// No sign of life.
     bool sendTogether(const DriveSignal& signal,
                       const std::shared_ptr<JointCommit>& joint) override;
     /// Refuses all sequences with a ramp, thermal budget or hold, since the gain of a sequence
@@ -44,8 +55,9 @@ public:
     void silence() override;
     void setMuted(bool muted) override;
     bool setAmplitudeCap(double amplitude) override;
-    void keepAlive() override;
-    double hold_s() const override { return _limits.hold_s; }
+    void noteSign(double at_s) override { _lastSign_s = at_s; }
+    bool isHoldOver() const override;
+    double confirmed_s() const override { return _device->confirmed_s(); }
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override; ///< no sequences with a ramp, a thermal budget or a hold
@@ -58,12 +70,21 @@ public:
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
-    bool limitsNeedTime() const;
+    bool limitsNeedTime() const
+    {
+        return _limits.ramp_s > 0 || _limits.meanDrive < 1 || _limits.hold_s > 0;
+    }
     bool sendScaled(double now_s, const std::shared_ptr<JointCommit>& joint = nullptr);
     double capGain(const DriveSignal& signal) const; ///< for the amplitude cap only
     double allowedGain(double now_s);
     void account(double now_s);
+    void silenceLocked();
     void noteSilence();
+    void ask(const std::optional<Loudness>& level, double asked_s, bool taken = true);
+    void settle() const;
+    void watchHold();
+    void watchQuieting();
+    double nextDue_s() const; ///< when run() has something to do
     void run();
 
     const std::unique_ptr<DeviceClaim> _claim; ///< outlives the device
@@ -78,22 +99,32 @@ private:
     std::condition_variable _wake;
     DriveSignal _wanted;
     DriveSignal _scaled;
-    double _wantedPeak = 0;               ///< largest amplitude of _wanted
-    double _wantedDrive = 0;              ///< mean of its amplitudes squared
-    double _ramp = 0;                     ///< 0 .. 1; gain of the ramp
-    double _meanDrive = 0;                ///< mean over time of _drive
-    double _drive = 0;                    ///< mean amplitude squared of what is played
-    double _gain = 1;                     ///< gain of what is played
-    double _accounted_s = 0;              ///< time of _meanDrive
-    std::atomic<double> _lastWanted_s{0}; ///< the last field, or keepAlive()
+    double _wantedPeak = 0;          ///< largest amplitude of _wanted
+    double _wantedDrive = 0;         ///< mean of its amplitudes squared
+    double _ramp = 0;                ///< 0 .. 1; gain of the ramp
+    double _meanDrive = 0;           ///< mean over time of _drive
+    double _drive = 0;               ///< mean amplitude squared of what is played
+    double _gain = 1;                ///< gain of what is played
+    double _accounted_s = 0;         ///< time of _meanDrive
+    std::atomic<double> _lastSign_s; ///< of life
+    bool _isAbandoned = false;       ///< the hold has silenced it, and no field came since
+    mutable QuietWatch _quiet;       ///< of what was handed to the device
+    double _patience_s = QuietWatch::kConfirm_s;
+    mutable std::string _quieted;    ///< DeviceReport::quieted
+    mutable std::string _unsilenced; ///< DeviceReport::unsilenced, as far as seen here
     bool _sounds = false;
     bool _inTurn = false; ///< what sounds is a sequence, which can't be lowered while it plays
     bool _muted = false;
     bool _closing = false;
     std::uint64_t _refused = 0;
     std::uint64_t _silences = 0;
-    std::thread _thread;
+    std::uint64_t _faults = 0;                                  ///< of what wasn't confirmed
+    double _wakeAt_s = std::numeric_limits<double>::infinity(); ///< until then run() sleeps
+    std::thread _thread; ///< from the start with limits that need time, else when it is needed
 };
+
+/// Throws DeviceError for limits that are out of range.
+void checkLimits(const SafetyLimits& limits);
 
 /// Takes the limits from the URI's parameters and combines them with \a limits, see SafetyLimits.
 SafetyLimits takeLimits(DeviceUri& uri, const SafetyLimits& limits);

@@ -1,11 +1,15 @@
 #include "device/limits/UserLimits.h"
 
+#include "device/DeviceUri.h"
 #include "device/limits/GuardedDevice.h"
 #include "haptics/base/Limits.h"
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/text/Quantity.h"
+#include "haptics/base/text/Range.h"
+#include "haptics/base/text/Trimmed.h"
 
 #include <algorithm>
+#include <array>
 #include <string>
 
 #include <fmt/format.h>
@@ -16,41 +20,161 @@ namespace midair::device
 namespace
 {
 
-/// Calls \a keep with each value that the variable \a name has, in \a unit.
+constexpr const char* kMaxAmplitude = "OSG_MIDAIR_MAX_AMPLITUDE";
+constexpr const char* kMaxPressure = "OSG_MIDAIR_MAX_PRESSURE";
+constexpr const char* kEarLimit = "OSG_MIDAIR_EAR_LIMIT";
+constexpr const char* kEarPoints = "OSG_MIDAIR_EAR_POINTS";
+
+/// Calls \a keep with each value that the variable \a name has; it returns false for one that
+/// isn't understood, which should be \a expected.
 template<typename Keep>
-void readCap(const char* name, const char* unit, double most, Keep keep)
+void readCap(UserCaps& caps, const char* name, const std::string& expected, Keep keep)
 {
-    for (const auto& text : {base::userVariable(name), base::variableNow(name)})
-    {
-        if (!text) continue;
-        double value = 0;
-        if (!base::parseQuantity(*text, unit, value) || !(value >= 0) || value > most)
-            throw DeviceError(
-                fmt::format("{} is \"{}\", should be 0 .. {:g}{}{}; nothing is played",
-                            name,
-                            *text,
-                            most,
-                            *unit ? " " : "",
-                            unit));
-        keep(value);
-    }
+    const auto atBegin = base::userVariable(name);
+    auto now = base::variableNow(name);
+    if (now == atBegin) now.reset();
+    for (const auto& text : {atBegin, now})
+        if (text && !keep(*text))
+            caps.wrong.push_back(fmt::format(
+                "{} is \"{}\", should be {}; nothing is played", name, *text, expected));
+}
+
+/// Reads a number of 0 .. \a most.
+bool readNumber(const std::string& text, const char* unit, double most, double& value)
+{
+    return base::parseQuantity(text, unit, value) && value >= 0 && value <= most;
+}
+
+/// Reads "110", "110 dB", "none", "0".
+bool readLevel(const std::string& text, double& level_dB)
+{
+    if (base::lowerCase(base::trimmed(text)) == "none")
+        level_dB = 0;
+    else if (!readNumber(text, "dB", base::kMostEarLimit_dB, level_dB))
+        return false;
+    return level_dB == 0 || level_dB >= base::kLeastEarLimit_dB;
 }
 
 } // namespace
 
-SafetyLimits limitsOfUser()
+bool operator==(const UserCaps& a, const UserCaps& b)
 {
-    SafetyLimits limits;
-    readCap("OSG_MIDAIR_MAX_AMPLITUDE",
-            "",
-            1,
-            [&](double value) { limits.maxAmplitude = std::min(limits.maxAmplitude, value); });
-    readCap("OSG_MIDAIR_MAX_PRESSURE",
-            "Pa",
-            base::kMostPressure_Pa,
-            [&](double value)
-            { limits.maxPressure_Pa = stricterPressure(limits.maxPressure_Pa, value); });
-    return limits;
+    return a.maxAmplitude == b.maxAmplitude && a.maxPressure_Pa == b.maxPressure_Pa &&
+           a.earLimit_dB == b.earLimit_dB && a.earPoints == b.earPoints &&
+           a.isEarLimitChosen == b.isEarLimitChosen && a.wrong == b.wrong;
+}
+
+const std::vector<std::string>& userCapVariables()
+{
+    static const std::vector<std::string> all = {
+        kMaxAmplitude, kMaxPressure, kEarLimit, kEarPoints};
+    return all;
+}
+
+std::string joinedPlaces(const std::string& a, const std::string& b)
+{
+    const std::string first = base::trimmed(a);
+    const std::string second = base::trimmed(b);
+    if (first.empty() || second.empty() || first == second) return first.empty() ? b : a;
+    return first + (first.back() == ';' ? " " : "; ") + second;
+}
+
+UserCaps stricter(UserCaps a, const UserCaps& b)
+{
+    a.maxAmplitude = std::min(a.maxAmplitude, b.maxAmplitude);
+    a.maxPressure_Pa = stricterPressure(a.maxPressure_Pa, b.maxPressure_Pa);
+    a.earLimit_dB = stricterPressure(a.earLimit_dB, b.earLimit_dB);
+    a.earPoints = joinedPlaces(a.earPoints, b.earPoints);
+    a.isEarLimitChosen = a.isEarLimitChosen || b.isEarLimitChosen;
+    a.wrong.insert(a.wrong.end(), b.wrong.begin(), b.wrong.end());
+    return a;
+}
+
+UserCaps capsOfUser()
+{
+    UserCaps caps;
+    const auto keep = [&](const UserCaps& one) { caps = stricter(std::move(caps), one); };
+    readCap(caps,
+            kMaxAmplitude,
+            "a number, 0 .. 1",
+            [&](const std::string& text)
+            {
+                UserCaps one;
+                if (!readNumber(text, "", 1, one.maxAmplitude)) return false;
+                keep(one);
+                return true;
+            });
+    readCap(caps,
+            kMaxPressure,
+            fmt::format("a number, 0 .. {:g} Pa", base::kMostPressure_Pa),
+            [&](const std::string& text)
+            {
+                UserCaps one;
+                if (!readNumber(text, "Pa", base::kMostPressure_Pa, one.maxPressure_Pa))
+                    return false;
+                keep(one);
+                return true;
+            });
+    readCap(caps,
+            kEarLimit,
+            fmt::format("none, or a number, {:g} .. {:g} dB",
+                        base::kLeastEarLimit_dB,
+                        base::kMostEarLimit_dB),
+            [&](const std::string& text)
+            {
+                UserCaps one;
+                one.isEarLimitChosen = readLevel(text, one.earLimit_dB);
+                if (!one.isEarLimitChosen) return false;
+                keep(one);
+                return true;
+            });
+    readCap(caps,
+            kEarPoints,
+            base::kPlacesExpected,
+            [&](const std::string& text)
+            {
+                UserCaps one;
+                std::vector<std::array<double, 3>> places;
+                one.earPoints = text;
+                if (!base::parsePlaces(joinedPlaces(caps.earPoints, text), places)) return false;
+                keep(one);
+                return true;
+            });
+    return caps;
+}
+
+void checkLimits(const SafetyLimits& limits)
+{
+    std::string error;
+    const bool good =
+        base::RangeCheck("device limits: ")
+            .within("maxAmplitude", limits.maxAmplitude, 0, 1)
+            .within("ramp", limits.ramp_s, 0, 10, " s")
+            .within("meanDrive", limits.meanDrive, 0, 1)
+            .above("meanDriveTime", limits.meanDriveTime_s, 0, " s")
+            .atLeast("hold", limits.hold_s, 0, " s")
+            .within("maxPressure", limits.maxPressure_Pa, 0, base::kMostPressure_Pa, " Pa")
+            .passed(&error);
+    if (!good) throw DeviceError(error);
+}
+
+SafetyLimits takeLimits(DeviceUri& uri, const SafetyLimits& limits)
+{
+    SafetyLimits strict = limits;
+    strict.maxAmplitude = std::min(limits.maxAmplitude, uri.takeNumber("max-amplitude", 1, 0, 1));
+    strict.ramp_s = std::max(limits.ramp_s, uri.takeSeconds("ramp", 0));
+    strict.meanDrive = std::min(limits.meanDrive, uri.takeNumber("mean-drive", 1, 0, 1));
+    strict.meanDriveTime_s = uri.takeSeconds("mean-drive-time", limits.meanDriveTime_s);
+    strict.maxPressure_Pa = stricterPressure(
+        limits.maxPressure_Pa, uri.takeNumber("max-pressure", 0, 1, base::kMostPressure_Pa));
+    const double hold_s = uri.takeSeconds("hold", 0);
+    if (hold_s > 0) strict.hold_s = limits.hold_s > 0 ? std::min(limits.hold_s, hold_s) : hold_s;
+    return strict;
+}
+
+double stricterPressure(double a_Pa, double b_Pa)
+{
+    return a_Pa > 0 && b_Pa > 0 ? std::min(a_Pa, b_Pa) : std::max(a_Pa, b_Pa);
 }
 
 } // namespace midair::device

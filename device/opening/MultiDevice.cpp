@@ -81,7 +81,7 @@ void MultiDevice::cut(const DriveSignal& signal, const Part& part, DriveSignal& 
     piece.duty.assign(signal.duty.begin() + first, signal.duty.begin() + first + part.count);
 }
 
-bool MultiDevice::send(const DriveSignal& signal)
+bool MultiDevice::sendUnled(const DriveSignal& signal)
 {
     std::lock_guard<std::mutex> lock(_mutex);
     if (signal.size() != _transducers || signal.duty.size() != signal.phase.size())
@@ -112,22 +112,24 @@ bool MultiDevice::setAmplitudeCap(double amplitude)
     return all;
 }
 
-void MultiDevice::keepAlive()
+void MultiDevice::noteSign(double at_s)
 {
     for (const Part& part : _parts)
-        if (auto* kept = dynamic_cast<KeptAlive*>(part.device.get())) kept->keepAlive();
+        part.device->noteSign(at_s);
 }
 
-double MultiDevice::hold_s() const
+bool MultiDevice::isHoldOver() const
 {
-    double shortest_s = 0;
+    return std::any_of(
+        _parts.begin(), _parts.end(), [](const Part& part) { return part.device->isHoldOver(); });
+}
+
+double MultiDevice::confirmed_s() const
+{
+    double all_s = std::numeric_limits<double>::infinity();
     for (const Part& part : _parts)
-    {
-        const auto* kept = dynamic_cast<const KeptAlive*>(part.device.get());
-        const double hold_s = kept ? kept->hold_s() : 0;
-        if (hold_s > 0 && (shortest_s == 0 || hold_s < shortest_s)) shortest_s = hold_s;
-    }
-    return shortest_s;
+        all_s = std::min(all_s, part.device->confirmed_s());
+    return all_s;
 }
 
 void MultiDevice::silence()
@@ -162,6 +164,7 @@ DeviceReport MultiDevice::report() const
         const DeviceReport one = part.device->report();
         if (sum.shortfall.empty()) sum.shortfall = one.shortfall;
         if (sum.unsilenced.empty()) sum.unsilenced = one.unsilenced;
+        if (sum.quieted.empty()) sum.quieted = one.quieted;
         if (sum.complaint.empty()) sum.complaint = one.complaint;
         if (one.state > sum.state)
         {

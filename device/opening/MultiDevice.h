@@ -2,7 +2,6 @@
 
 #include "device/ArrayDevice.h"
 #include "device/JointCommit.h"
-#include "device/limits/KeptAlive.h"
 
 #include <mutex>
 
@@ -16,7 +15,7 @@ namespace midair::device
 /// (ArrayDevice::canStage()) play it when the last of them has its piece; the others play at once.
 /// The report's skew_s says how far apart that was. A device that is lost doesn't keep the others
 /// from playing; send() returns false if any of them refused.
-class MultiDevice : public ArrayDevice, public KeptAlive
+class MultiDevice : public ArrayDevice
 {
 public:
     /// One device and its transducers: count of them, from first on.
@@ -29,12 +28,18 @@ public:
 
     MultiDevice(std::vector<Part> parts, int transducers);
 
-    bool send(const DriveSignal& signal) override;
+    bool send(const DriveSignal& signal) override
+    {
+        keepAlive();
+        return sendUnled(signal);
+    }
+    bool sendUnled(const DriveSignal& signal) override;
     void silence() override;
     void setMuted(bool muted) override;
     bool setAmplitudeCap(double amplitude) override;
-    void keepAlive() override;
-    double hold_s() const override; ///< the shortest of its devices
+    void noteSign(double at_s) override;
+    bool isHoldOver() const override;    ///< that of any
+    double confirmed_s() const override; ///< by all
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override; ///< of the coarsest and slowest; no sequences
@@ -63,5 +68,9 @@ private:
 /// Splits a list of URIs at commas that letters and a colon follow; without such a comma it is one
 /// URI. Throws DeviceError for a list that is too long (DeviceUri.h).
 std::vector<std::string> splitDeviceList(const std::string& text);
+
+/// Returns the same devices, with recordings that are to be continued: for who opens again what it
+/// has opened before. Throws DeviceError for what is no URI.
+std::string continuedRecordings(const std::string& uri);
 
 } // namespace midair::device

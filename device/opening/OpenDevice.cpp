@@ -112,9 +112,13 @@ std::unique_ptr<ArrayDevice> openNull(DeviceUri& uri, const DeviceLayout& layout
 std::unique_ptr<ArrayDevice> openRecording(DeviceUri& uri, const DeviceLayout& layout)
 {
     uri.requirePath("a file");
-    const bool overwrite = uri.takeFlag("overwrite", false);
+    const bool overwrites = uri.takeFlag("overwrite", false);
+    const bool continues = uri.takeFlag("continue", false);
     uri.rejectUnknown();
-    return std::make_unique<RecordingDevice>(uri.path(), layout.transducers, overwrite);
+    const auto before = continues    ? recording::Before::CONTINUED
+                        : overwrites ? recording::Before::OVERWRITTEN
+                                     : recording::Before::REPLACED;
+    return std::make_unique<RecordingDevice>(uri.path(), layout.transducers, before);
 }
 
 constexpr const char* kNoPointsInRecording =
@@ -127,7 +131,9 @@ std::unique_ptr<ArrayDevice> openList(const std::string& text,
                                       const SafetyLimits& limits,
                                       const std::string& owner = {});
 
-std::unique_ptr<ArrayDevice> openPlaying(DeviceUri& uri, const DeviceLayout& layout)
+// The limits are those of the device that it plays on, which is a guarded one.
+std::unique_ptr<ArrayDevice>
+openPlaying(DeviceUri& uri, const DeviceLayout& layout, const SafetyLimits& limits)
 {
     uri.requirePath("a file");
     PlayingDevice::Options options;
@@ -141,7 +147,7 @@ std::unique_ptr<ArrayDevice> openPlaying(DeviceUri& uri, const DeviceLayout& lay
                         "not stand in \"to\"");
     // Read before the other device is opened, so that a `record:` in it can't overwrite the file.
     recording::Show show(uri.path(), layout.transducers);
-    std::unique_ptr<ArrayDevice> device = openList(to, layout, {});
+    std::unique_ptr<ArrayDevice> device = openList(to, layout, limits);
     if (device->ability().maxPressure_Pa > 0) throw uri.error(kNoPointsInRecording);
     return std::make_unique<PlayingDevice>(std::move(show), options, std::move(device));
 }
@@ -181,7 +187,7 @@ std::vector<Scheme> allSchemes()
          "record:FILE             writes every field into a file; ?overwrite=yes into any"},
         {"play",
          Owned::NOTHING,
-         openPlaying,
+         nullptr, // openPlaying(), with the limits
          "play:FILE?to=DEVICE     plays a recording on another device; ?loop=yes&speed=2"},
         {"null", Owned::NOTHING, openNull, "null:                   takes every field"},
     };
@@ -212,6 +218,7 @@ std::unique_ptr<ArrayDevice> openOne(DeviceUri& uri,
 {
     const SafetyLimits strict = takeLimits(uri, limits);
     if (uri.scheme() == "play" && strict.maxPressure_Pa > 0) throw uri.error(kNoPointsInRecording);
+    if (uri.scheme() == "play") return openPlaying(uri, layout, strict);
     std::vector<std::string> known;
     for (const Scheme& scheme : allSchemes())
     {
@@ -266,11 +273,19 @@ DeviceLayout cut(const DeviceLayout& layout, const MultiDevice::Part& part)
 
 std::unique_ptr<ArrayDevice> openList(const std::string& text,
                                       const DeviceLayout& layout,
-                                      const SafetyLimits& limits,
+                                      const SafetyLimits& given,
                                       const std::string& owner)
 {
     std::vector<MultiDevice::Part> parts;
-    for (const std::string& one : splitDeviceList(text))
+    const std::vector<std::string> list = splitDeviceList(text);
+    // One array that plays on in part is none that is silent: the shortest hold is that of all.
+    SafetyLimits limits = given;
+    for (const std::string& one : list)
+    {
+        DeviceUri uri(one);
+        limits.hold_s = takeLimits(uri, limits).hold_s;
+    }
+    for (const std::string& one : list)
     {
         DeviceUri uri(one);
         parts.push_back(partOf(uri, layout));
@@ -291,6 +306,18 @@ std::unique_ptr<ArrayDevice> openList(const std::string& text,
 }
 
 } // namespace
+
+std::string continuedRecordings(const std::string& uri)
+{
+    std::vector<std::string> list = splitDeviceList(uri);
+    for (std::string& one : list)
+    {
+        const DeviceUri part(one);
+        if (part.scheme() == "record" && !part.has("continue"))
+            one += (one.find('?') == std::string::npos ? "?" : "&") + std::string("continue=yes");
+    }
+    return fmt::format("{}", fmt::join(list, ","));
+}
 
 bool playsByItself(const std::string& uri)
 {

@@ -68,7 +68,7 @@ bool PlayingDevice::playOnce(std::unique_lock<std::mutex>& lock)
         lock.unlock();
         leaveOutDead(entry.signal);
         if (entry.kind == recording::Kind::FIELD)
-            _device->send(entry.signal);
+            _device->sendUnled(entry.signal);
         else
             _device->silence();
         lock.lock();

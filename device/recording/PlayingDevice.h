@@ -13,7 +13,8 @@ namespace midair::device
 
 /// `play:FILE?to=DEVICE`: plays a recording on another device at the recorded times, in a thread of
 /// its own. Refuses all fields that are sent to it. At the end of the file, or where it breaks off,
-/// it silences the device.
+/// it silences the device. Its fields are no signs of life: where that device has a hold, whoever
+/// plays the recording has to give them (keepAlive()).
 class PlayingDevice : public ArrayDevice
 {
 public:
@@ -38,6 +39,10 @@ public:
     bool send(const DriveSignal&) override;
     void silence() override;                                         ///< ends playing
     void setMuted(bool muted) override { _device->setMuted(muted); } ///< playing goes on, silently
+    bool setAmplitudeCap(double amplitude) override { return _device->setAmplitudeCap(amplitude); }
+    void noteSign(double at_s) override { _device->noteSign(at_s); }
+    bool isHoldOver() const override { return _device->isHoldOver(); }
+    double confirmed_s() const override { return _device->confirmed_s(); }
     std::string status() const override;
     /// The other device's report; LOST, with one more fault, if the file broke off or was damaged.
     DeviceReport report() const override;

@@ -47,6 +47,8 @@ public:
     /// next call.
     const std::vector<std::uint8_t>& field(std::uint64_t time_ns, const DriveSignal& signal);
     const std::vector<std::uint8_t>& mark(std::uint64_t time_ns, Kind kind); ///< SILENCE or END
+    /// The next field refers to none before it.
+    void forget() { _before = {}; }
 
 private:
     void begin(std::uint64_t time_ns, Kind kind);

@@ -24,16 +24,43 @@ constexpr std::chrono::milliseconds kHeartbeat(50);
 
 } // namespace
 
-RecordingDevice::RecordingDevice(const std::string& file, int transducers, bool overwrite) :
+RecordingDevice::RecordingDevice(const std::string& file,
+                                 int transducers,
+                                 recording::Before before) :
     _file(file),
-    _opened(recording::openForWriting(file, overwrite)),
+    _opened(recording::openForWriting(file, before)),
     _held(transducers),
     _writer(transducers),
     _start(std::chrono::steady_clock::now())
 {
+    if (before == recording::Before::CONTINUED && goOn()) return;
     const auto now = std::chrono::system_clock::now().time_since_epoch();
     write(_writer.header(std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()));
     if (!_failure.empty()) throw DeviceError("recording \"" + file + "\": " + _failure);
+}
+
+// Returns false if there is nothing to go on with.
+bool RecordingDevice::goOn()
+{
+    const auto ended = recording::endOf(_opened.descriptor());
+    if (!ended) return false;
+    const std::string name = "recording \"" + _file + "\": ";
+    if (ended->transducers != _held.transducers())
+        throw DeviceError(
+            fmt::format("{}was begun for {} transducers, and the array has {} now; it "
+                        "stays as it is: choose another name",
+                        name,
+                        ended->transducers,
+                        _held.transducers()));
+    const auto end = static_cast<off_t>(ended->bytes);
+    if (::ftruncate(_opened.descriptor(), end) != 0 ||
+        ::lseek(_opened.descriptor(), end, SEEK_SET) != end)
+        throw DeviceError(name + "can't be continued: " + std::generic_category().message(errno));
+    _start = ended->start;
+    _bytes = ended->bytes;
+    _fields = ended->fields;
+    _writer.forget();
+    return true;
 }
 
 RecordingDevice::~RecordingDevice()
@@ -46,7 +73,9 @@ RecordingDevice::~RecordingDevice()
     if (_thread.joinable()) _thread.join();
     std::lock_guard<std::mutex> lock(_mutex);
     silenceLocked();
+    const recording::Ended ended{_held.transducers(), _fields, _bytes, _start};
     if (_failure.empty()) write(_writer.mark(elapsed_ns(), recording::Kind::END));
+    recording::noteEnd(_opened.descriptor(), ended);
 }
 
 std::uint64_t RecordingDevice::elapsed_ns() const
@@ -70,6 +99,9 @@ bool RecordingDevice::write(const std::vector<std::uint8_t>& bytes)
                                    _fields,
                                    std::generic_category().message(errno));
             deviceLog().error("recording \"{}\": {}", _file, _failure);
+            _running = {};
+            _held.clear();
+            _counters.countLoss(_failure);
             return false;
         }
         done += static_cast<std::size_t>(count);
@@ -80,13 +112,7 @@ bool RecordingDevice::write(const std::vector<std::uint8_t>& bytes)
 
 bool RecordingDevice::writeField(std::uint64_t time_ns, const DriveSignal& signal)
 {
-    if (!write(_writer.field(time_ns, signal)))
-    {
-        _running = {};
-        _held.clear();
-        _counters.countLoss(_failure);
-        return false;
-    }
+    if (!write(_writer.field(time_ns, signal))) return false;
     ++_fields;
     return true;
 }

@@ -21,14 +21,19 @@ namespace midair::device
 ///
 /// A sequence is written step by step, each with the time at which it would be played: start +
 /// k/rate, to the nanosecond. A thread that wakes up every 50 ms writes the steps that have begun;
-/// so does every call that ends the sequence. Steps that are more than two seconds late, on a slow
-/// disk, are left out, which counts as a fault with a message.
+/// so does every call that ends the sequence. What could not be written, on a full disk say, is a
+/// loss of the device: it refuses all fields from then on. Steps that are more than two seconds
+/// late, on a slow disk, are left out, which counts as a fault with a message.
 class RecordingDevice : public ArrayDevice
 {
 public:
-    /// Replaces \a file if it is a recording, or with \a overwrite any regular file; throws
-    /// DeviceError if it can't be written or must not be (RecordingFile.h).
-    RecordingDevice(const std::string& file, int transducers, bool overwrite = false);
+    /// \a before: what happens to the recording that is in \a file. One that is continued has the
+    /// same clock and number of transducers, and goes on after a pause; throws DeviceError, and
+    /// leaves it, for another number, and if the file can't be written or must not be
+    /// (RecordingFile.h).
+    RecordingDevice(const std::string& file,
+                    int transducers,
+                    recording::Before before = recording::Before::REPLACED);
     ~RecordingDevice() override; ///< writes silence and the end mark
 
     RecordingDevice(const RecordingDevice&) = delete;
@@ -43,6 +48,7 @@ public:
     std::vector<std::complex<float>> played() const override;
 
 private:
+    bool goOn();
     std::uint64_t elapsed_ns() const;
     // These are called with _mutex held.
     bool write(const std::vector<std::uint8_t>& bytes);
@@ -62,7 +68,7 @@ private:
     FieldCounters _counters;
     recording::RunningSequence _running; ///< false while a field is held
     std::uint64_t _fields = 0;
-    std::uint64_t _bytes = 0;
+    std::uint64_t _bytes = 0; ///< of whole records
     std::string _failure;
     bool _closing = false;
     std::thread _thread; ///< writes the steps of sequences; started by the first one

@@ -4,9 +4,12 @@
 #include "device/recording/Recording.h"
 #include "haptics/base/RegularFile.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <deque>
+#include <mutex>
 #include <system_error>
 #include <utility>
 
@@ -26,6 +29,34 @@ constexpr std::size_t kMostBytes = std::size_t(2) << 30;
 // Doesn't follow a link as the last part of the path, doesn't wait for the other end of a pipe, and
 // doesn't make a terminal the controlling one.
 constexpr int kCareful = O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC;
+
+constexpr std::size_t kMostEnds = 256;
+
+struct NotedEnd
+{
+    dev_t device;
+    ino_t inode;
+    off_t size;
+    Ended ended;
+
+    bool isOf(const struct stat& about) const
+    {
+        return about.st_dev == device && about.st_ino == inode;
+    }
+};
+
+struct Ends
+{
+    std::mutex mutex;
+    std::deque<NotedEnd> noted; ///< the oldest first
+};
+
+// Never destroyed: devices may be closed while the program ends.
+Ends& ends()
+{
+    static auto* const all = new Ends;
+    return *all;
+}
 
 [[noreturn]] void fail(const std::string& file, const std::string& why)
 {
@@ -68,6 +99,29 @@ void requireRecording(const std::string& file, int descriptor)
 
 } // namespace
 
+void noteEnd(int descriptor, const Ended& ended)
+{
+    struct stat about = {};
+    if (::fstat(descriptor, &about) != 0) return;
+    const std::lock_guard<std::mutex> lock(ends().mutex);
+    std::deque<NotedEnd>& all = ends().noted;
+    all.erase(std::remove_if(
+                  all.begin(), all.end(), [&](const NotedEnd& one) { return one.isOf(about); }),
+              all.end());
+    all.push_back({about.st_dev, about.st_ino, about.st_size, ended});
+    if (all.size() > kMostEnds) all.pop_front();
+}
+
+std::optional<Ended> endOf(int descriptor)
+{
+    struct stat about = {};
+    if (::fstat(descriptor, &about) != 0) return {};
+    const std::lock_guard<std::mutex> lock(ends().mutex);
+    for (const NotedEnd& one : ends().noted)
+        if (one.isOf(about) && one.size == about.st_size) return one.ended;
+    return {};
+}
+
 OpenFile::~OpenFile()
 {
     if (_descriptor < 0) return;
@@ -83,7 +137,7 @@ OpenFile& OpenFile::operator=(OpenFile&& other) noexcept
     return *this;
 }
 
-OpenFile openForWriting(const std::string& file, bool overwrite)
+OpenFile openForWriting(const std::string& file, Before before)
 {
     struct stat about = {};
     const bool there = ::lstat(file.c_str(), &about) == 0;
@@ -99,7 +153,8 @@ OpenFile openForWriting(const std::string& file, bool overwrite)
     // aren't kept apart.
     if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
         fail(file, "is being recorded or played by somebody else; choose another name");
-    if (!overwrite) requireRecording(file, descriptor);
+    if (before != Before::OVERWRITTEN) requireRecording(file, descriptor);
+    if (before == Before::CONTINUED && endOf(descriptor)) return opened;
     if (::ftruncate(descriptor, 0) != 0) failToWrite(file);
     return opened;
 }

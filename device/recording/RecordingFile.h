@@ -1,5 +1,8 @@
 #pragma once
 
+#include <chrono>
+#include <cstdint>
+#include <optional>
 #include <string>
 
 namespace midair::device::recording
@@ -20,11 +23,34 @@ private:
     int _descriptor;
 };
 
-/// Opens \a file, empty, for a new recording, and locks it. Throws DeviceError, and leaves the file
-/// as it is, if it exists and is neither a recording nor empty, unless \a overwrite is set. Also
-/// throws, whatever \a overwrite is, if \a file is a link, is not a regular file, has several hard
-/// links, can't be opened, or is being recorded or played. Never waits.
-OpenFile openForWriting(const std::string& file, bool overwrite);
+/// What happens to a recording that is in the file already.
+enum class Before
+{
+    REPLACED,    ///< by a new one
+    OVERWRITTEN, ///< likewise, whatever the file holds
+    CONTINUED    ///< if this program was the last to record into it, else replaced
+};
+
+/// Opens \a file for a recording, and locks it; empty, unless it is to be continued. Throws
+/// DeviceError, and leaves the file as it is, if it exists and is neither a recording nor empty,
+/// unless \a before is OVERWRITTEN. Also throws, whatever \a before is, if \a file is a link, is
+/// not a regular file, has several hard links, can't be opened, or is being recorded or played.
+/// Never waits.
+OpenFile openForWriting(const std::string& file, Before before);
+
+/// A recording that this program has ended, as far as it is needed to go on with it.
+struct Ended
+{
+    int transducers = 0;
+    std::uint64_t fields = 0;
+    std::uint64_t bytes = 0; ///< of whole records, without the end mark
+    std::chrono::steady_clock::time_point start;
+};
+
+/// Notes that the recording in the open file \a descriptor has ended like that. Any thread.
+void noteEnd(int descriptor, const Ended& ended);
+/// Returns what was noted of that file last, if it hasn't changed since. Any thread.
+std::optional<Ended> endOf(int descriptor);
 
 /// A recording in memory. While it exists, its file is locked against new recordings.
 class Show

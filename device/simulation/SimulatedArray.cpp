@@ -6,6 +6,7 @@
 #include "device/drive/DriveEncoder.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -85,7 +86,45 @@ SimulatedArray::~SimulatedArray()
     SimulatedArray::silence();
 }
 
-void SimulatedArray::giveBoard(double now_s)
+// What a board stores, or exchanges at the pace of its line, is given to it field by field here.
+bool SimulatedArray::sendSequence(const DriveSequence& sequence)
+{
+    const double sentAt_s = base::steadySeconds();
+    const std::lock_guard<std::mutex> lock(_mutex);
+    const double now_s = advance();
+    const auto most = static_cast<std::size_t>(_codec != nullptr ? _codec->sequenceFields() : 0);
+    std::vector<std::uint8_t> stored;
+    const bool isStored = _codec != nullptr &&
+                          (_codec->swap() != nullptr || _codec->appendSequence(stored, sequence));
+    if (!sequence.fits(_layout.transducers) || sequence.signals.size() > most || !isStored ||
+        unplugged(now_s))
+    {
+        _counters.countRefused();
+        return false;
+    }
+    _inTurn = sequence;
+    _inTurnSince_s = now_s;
+    _inTurnStep = -1;
+    playInTurn(now_s);
+    _counters.countPlayed(sentAt_s);
+    return true;
+}
+
+void SimulatedArray::playInTurn(double now_s) const
+{
+    if (_inTurn.signals.empty() || unplugged(now_s)) return;
+    constexpr std::int64_t kMostSteps = 200; // more than the history keeps of a modulation
+    const auto step = static_cast<std::int64_t>((now_s - _inTurnSince_s) * _inTurn.rate_Hz);
+    for (_inTurnStep = std::max(_inTurnStep, step - kMostSteps); _inTurnStep < step;)
+    {
+        const auto signal = static_cast<std::size_t>(++_inTurnStep) % _inTurn.signals.size();
+        _bytes.clear();
+        _codec->appendField(_bytes, _inTurn.signals[signal]);
+        giveBoard(_inTurnSince_s + static_cast<double>(_inTurnStep) / _inTurn.rate_Hz);
+    }
+}
+
+void SimulatedArray::giveBoard(double now_s) const
 {
     _board->receive(_bytes.data(), _bytes.size());
     std::vector<std::complex<float>> q = _board->playing();
@@ -95,17 +134,21 @@ void SimulatedArray::giveBoard(double now_s)
 double SimulatedArray::advance() const
 {
     const double now_s = base::steadySeconds() - _start_s;
+    playInTurn(now_s);
     // A real host sends KEEPALIVE from a thread; here the firmware is brought up to date at each
     // call.
     if (!unplugged(now_s)) _firmware.keptAlive(std::min(now_s, _options.hangAt_s));
     const std::uint32_t watchdogs = _firmware.status(now_s).watchdogs;
     if (watchdogs > _watchdogs)
+    {
+        _confirmed_s = std::numeric_limits<double>::infinity(); // it is silent
         _counters.change(
             [](DeviceReport& report)
             {
                 ++report.faults;
                 report.message = "muted by its watchdog";
             });
+    }
     _watchdogs = watchdogs;
     if (now_s >= _options.unplugAt_s && !_unplugged)
     {
@@ -174,13 +217,16 @@ bool SimulatedArray::send(const DriveSignal& signal)
     }
     if (_codec != nullptr)
     {
+        _inTurn.signals.clear();
         _bytes.clear();
         _codec->appendField(_bytes, signal);
         giveBoard(now_s);
         _counters.countPlayed(sentAt_s);
         return true;
     }
-    if (now_s >= _options.hangAt_s || !sendPackets(signal, now_s))
+    const bool arrives = now_s < _options.hangAt_s && sendPackets(signal, now_s);
+    noteArrival(arrives, sentAt_s);
+    if (!arrives)
         _counters.change(
             [](DeviceReport& report)
             {
@@ -195,6 +241,7 @@ bool SimulatedArray::send(const DriveSignal& signal)
 
 void SimulatedArray::silenceLocked(double now_s)
 {
+    _inTurn.signals.clear();
     _bytes.clear();
     if (_codec != nullptr)
     {
@@ -202,12 +249,28 @@ void SimulatedArray::silenceLocked(double now_s)
         giveBoard(now_s);
         return;
     }
-    if (unplugged(now_s) || now_s >= _options.hangAt_s) return;
+    if (unplugged(now_s)) return;
+    noteArrival(now_s < _options.hangAt_s, _start_s + now_s);
+    if (now_s >= _options.hangAt_s) return;
     protocol::Packet mute;
     mute.type = protocol::Type::MUTE;
     mute.sequence = ++_sequence;
     protocol::append(_bytes, mute);
     _firmware.receive(_bytes.data(), _bytes.size(), now_s);
+}
+
+void SimulatedArray::noteArrival(bool arrived, double asked_s)
+{
+    if (arrived)
+        _confirmed_s = std::numeric_limits<double>::infinity();
+    else
+        _confirmed_s = std::min(_confirmed_s, std::nextafter(asked_s, 0));
+}
+
+double SimulatedArray::confirmed_s() const
+{
+    std::lock_guard<std::mutex> lock(_mutex);
+    return _confirmed_s;
 }
 
 void SimulatedArray::silence()
@@ -243,6 +306,8 @@ DriveAbility SimulatedArray::ability() const
     const double carried = _codec->fieldsPerSecond(_layout.transducers);
     if (ability.fieldsPerSecond <= 0 || carried < ability.fieldsPerSecond)
         ability.fieldsPerSecond = carried;
+    ability.sequenceFields = _codec->sequenceFields();
+    ability.sequenceClock_Hz = _codec->sequenceClock_Hz();
     return ability;
 }
 

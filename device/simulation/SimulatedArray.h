@@ -55,8 +55,10 @@ public:
 
     bool send(const DriveSignal& signal) override;
     void silence() override;
+    double confirmed_s() const override;
     std::string status() const override;
     DeviceReport report() const override;
+    bool sendSequence(const DriveSequence& sequence) override;
     DriveAbility ability() const override;
     bool identify(int board, bool light) override;
     std::vector<std::complex<float>> played() const override;
@@ -70,7 +72,11 @@ private:
     bool sendPackets(const DriveSignal& signal, double now_s);
     void deliver(double now_s); ///< sends _bytes to the firmware, with dropped and damaged packets
     void silenceLocked(double now_s);
-    void giveBoard(double now_s); ///< _bytes, to _board
+    void noteArrival(bool arrived, double asked_s);
+    void giveBoard(double now_s) const; ///< _bytes, to _board
+    /// Gives the board the field of \a inTurn that is due at \a now_s, and those since the last
+    /// call to the history.
+    void playInTurn(double now_s) const;
     bool unplugged(double now_s) const
     {
         return now_s >= _options.unplugAt_s && now_s < _options.replugAt_s;
@@ -84,13 +90,18 @@ private:
     mutable std::mutex _mutex;
     mutable VirtualFirmware _firmware;
     const std::unique_ptr<VirtualBoard> _board;
-    PlayedHistory<std::vector<std::complex<float>>> _history; ///< of _board
-    std::vector<std::uint8_t> _bytes;
+    mutable PlayedHistory<std::vector<std::complex<float>>> _history; ///< of _board
+    mutable std::vector<std::uint8_t> _bytes;
+    DriveSequence _inTurn;     ///< that _board plays by itself; no signals: none
+    double _inTurnSince_s = 0; ///< when its first signal began
+    mutable std::int64_t _inTurnStep = 0;
     mutable FieldCounters _counters;
     mutable bool _lost = false;
     mutable bool _unplugged = false;      ///< unplugAt_s has passed
     mutable std::uint32_t _watchdogs = 0; ///< the firmware's, as far as counted as faults
     std::uint32_t _sequence = 0;
+    /// When something was asked for that didn't arrive, if nothing has since; else infinite.
+    mutable double _confirmed_s = std::numeric_limits<double>::infinity();
     std::minstd_rand _random;
 };
 

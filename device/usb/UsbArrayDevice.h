@@ -48,6 +48,7 @@ public:
         return _connection.send(signal, joint);
     }
     void silence() override { _connection.mute(); }
+    double confirmed_s() const override { return _connection.confirmed_s(); }
     std::string status() const override;
     DeviceReport report() const override { return _connection.report(); }
     DriveAbility ability() const override;

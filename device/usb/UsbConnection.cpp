@@ -229,6 +229,7 @@ void UsbConnection::mute()
         if (_link != nullptr)
         {
             _mute.ask(_sequence = nextAfter(_sequence));
+            _muteAsked_s = base::steadySeconds();
             submitMute();
             _link->cancelSends();
             _wake.notify_all();
@@ -388,7 +389,9 @@ void UsbConnection::takeStatus(const Packet& packet)
     if (auto playing = _queue.settleUntil(packet.sequence, status.lastPlayed))
         _playing.replace(*playing);
     if (muted) _playing.clear();
+    const bool wasAwaited = _mute.isAwaited();
     _mute.onAnswer(packet.sequence);
+    if (wasAwaited && !_mute.isAwaited()) _muted_s = _muteAsked_s;
     _counters.change([&](DeviceReport& report)
                      { report.temperature_C = status.temperature_dC / 10.0; });
 }

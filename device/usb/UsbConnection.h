@@ -8,6 +8,7 @@
 #include "device/usb/LinkClock.h"
 #include "device/usb/UsbLink.h"
 
+#include <algorithm>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -69,6 +70,11 @@ public:
         return _flags;
     }
     std::vector<std::complex<float>> played() const { return _playing.activations(); }
+    double confirmed_s() const ///< what its answers say, see ArrayDevice
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        return std::max(_queue.confirmed_s(), _muted_s);
+    }
 
     // These are called by one thread, in this order: begin(); then attach(), or detach() if there
     // is no link; work() while attached.
@@ -127,6 +133,8 @@ private:
     std::vector<std::uint8_t> _bytes;
     FieldQueue _queue;
     PendingMute _mute;
+    double _muteAsked_s = 0; ///< steady clock, when mute() was called last
+    double _muted_s = 0;     ///< the same of the last one that the device confirmed
     LinkClock _clock;
     HeldField _playing; ///< the last field that the device confirmed
     std::uint32_t _sequence = 0;

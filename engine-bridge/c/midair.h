@@ -99,7 +99,7 @@ extern "C"
     MIDAIR_API midair_status midair_array_from_json(const char* json, midair_array** array);
     /// Makes one of 1 .. 65536 transducers, with the data sheet's directivity and ringing of a
     /// T4010A1. \a frequency_Hz: up to 1e7; \a source_Pa_m: peak pressure times distance on the
-    /// axis at full drive, up to 1e5.
+    /// axis at full drive, up to 1e5; for the level at ears at least the data sheet's 10.1 counts.
     MIDAIR_API midair_status midair_array_make(const char* name,
                                                const midair_transducer* transducers,
                                                size_t count,
@@ -145,7 +145,8 @@ extern "C"
                                              const float* intensity,
                                              midair_object* object);
     /// Adds the mesh of a Wavefront OBJ file. \a size_m: its largest extent, and its centre goes to
-    /// the origin; 0: as in the file.
+    /// the origin; 0: as in the file. What of the file can't be felt as it was meant is among the
+    /// midair_messages().
     MIDAIR_API midair_status midair_add_file(midair_scene* scene,
                                              const char* obj_file,
                                              double size_m,
@@ -206,7 +207,8 @@ extern "C"
 
     /// Opens a solver with the array and the settings that the scene has now, for one set of points
     /// after the other, which begins with the field of the last one. It keeps no caps: it is
-    /// refused while the scene has one.
+    /// refused while the scene has one, or plays fields in turn, outlines at rest otherwise or a
+    /// monitor. Points that move by less than motionTolerance keep the last field.
     MIDAIR_API midair_status midair_solver_open(midair_scene* scene, midair_solver** solver);
     /// Solves for \a count points, \a positions x, y, z of each, and their \a targets (>= 0; Pa if
     /// \a in_pascal, else their ratios). \a activations: real and imaginary part for each of

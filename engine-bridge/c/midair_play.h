@@ -145,7 +145,7 @@ extern "C"
         int32_t reserved;     ///< 0
         double position[3];   ///< m; the nearest place of the object
         double distance_m;    ///< from the skin to the surface; below 0: it is in the object
-        double force_N;       ///< an upper estimate
+        double force_N;       ///< an upper estimate; 0 while nothing is played
     } midair_touch;
 
     /// Copies the contacts of the newest field; \a count: how many there are, also where \a

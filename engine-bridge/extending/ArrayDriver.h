@@ -17,7 +17,9 @@ namespace midair::bridge
 ///
 /// Its functions are called on threads of the libraries' own, one call at a time, and nobody waits
 /// for them: while a call runs the newest field waits, those before it are dropped, and a silence
-/// comes before the next play(). A call of more than 1 s counts as a fault until it returns; who
+/// comes before the next play(). What should become quieter has to be so within 100 ms, or 2.5
+/// fields of fieldsPerSecond(): if play() hasn't returned true by then, the device is silenced,
+/// which counts as a fault. A call of more than 1 s counts as a fault until it returns; who
 /// closes the device waits at most 3 s. What leaves play() as an exception is a fault, and the
 /// field is lost; what leaves isReady() means that the device is lost.
 class ArrayDriver

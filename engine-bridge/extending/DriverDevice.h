@@ -33,6 +33,7 @@ public:
 
     bool send(const device::DriveSignal& signal) override { return _thread.send(signal); }
     void silence() override { _thread.silence(); }
+    double confirmed_s() const override { return _thread.confirmed_s(); }
     std::string status() const override;
     device::DeviceReport report() const override { return _thread.report(); }
     device::DriveAbility ability() const override;

@@ -63,6 +63,8 @@ struct DriverThread::Shared
     std::mutex mutex; ///< guards what follows; never held while the driver is called
     std::condition_variable wake;
     device::FieldQueue fields;
+    double silenced_s =
+        0.0; ///< when the last silence was asked for that the driver has carried out
     DriveSignal playing;
     DeviceReport own; ///< all but the counters of fields
     std::string status;
@@ -82,6 +84,7 @@ private:
 
     std::uint32_t _sequence = 0;
     std::uint64_t _epoch = 0; ///< counts silences; a field of an older one is not what plays
+    double _silenceAsked_s = 0.0;
     DueSilence _silence;
     const char* _call = nullptr; ///< what the driver is called for now
     double _callSince_s = 0.0;
@@ -129,12 +132,14 @@ DriverThread::Shared::ask(std::unique_lock<std::mutex>& lock, const char* what, 
 void DriverThread::Shared::callSilence(std::unique_lock<std::mutex>& lock)
 {
     _silence.begin();
+    const double asked_s = _silenceAsked_s;
     const std::string fault = ask(lock, "silence()", [this] { _driver->silence(); });
     const bool isSeldom = own.state == DeviceState::LOST && !closing;
     if (fault.empty())
     {
         _silence.succeed(base::steadySeconds(), isSeldom);
         own.unsilenced.clear();
+        silenced_s = asked_s;
         return;
     }
     _silence.fail(base::steadySeconds(), isSeldom);
@@ -214,6 +219,7 @@ void DriverThread::Shared::silenceLocked()
     fields.dropWaiting();
     playing = device::silentSignal(transducers);
     ++_epoch;
+    _silenceAsked_s = base::steadySeconds();
     _silence.want();
     wake.notify_all();
 }
@@ -336,6 +342,12 @@ void DriverThread::silence()
 {
     const std::lock_guard<std::mutex> lock(_shared->mutex);
     _shared->silenceLocked();
+}
+
+double DriverThread::confirmed_s() const
+{
+    const std::lock_guard<std::mutex> lock(_shared->mutex);
+    return std::max(_shared->fields.confirmed_s(), _shared->silenced_s);
 }
 
 DeviceReport DriverThread::report() const

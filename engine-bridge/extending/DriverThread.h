@@ -44,6 +44,7 @@ public:
     bool send(const device::DriveSignal& signal);
     void silence();
 
+    double confirmed_s() const; ///< what the driver has returned from, see ArrayDevice
     device::DeviceReport report() const;
     std::string status() const; ///< as the driver said last
     /// The newest field that the driver has taken; off after a silence.

@@ -72,6 +72,7 @@ const haptics::TransducerArray& ReachAndShadow::shadowed(const haptics::ControlP
     ShadowOptions options;
     options.wavelength_m = wavelength_m;
     const Eigen::VectorXd gains = shadowGains(points.positions, array, obstacles, options);
+    if ((gains.array() == 1.0).all()) return array;
     _shadowed = array;
     if (array.gain.size() == gains.size())
         _shadowed.gain = array.gain.cwiseProduct(gains);

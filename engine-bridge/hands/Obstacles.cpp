@@ -161,6 +161,31 @@ std::vector<Capsule> usableOnes(const std::vector<Capsule>& obstacles)
     return result;
 }
 
+/// The obstacles that may be in a path's way. All paths are in the ball round transducers and
+/// points, and the penumbra, v = kLit, is widest in the middle of its longest path.
+std::vector<Capsule> nearOnes(const std::vector<Capsule>& obstacles,
+                              const haptics::TransducerArray& array,
+                              const Eigen::Matrix3Xd& points,
+                              double wavelength_m)
+{
+    std::vector<Capsule> result = usableOnes(obstacles);
+    if (result.empty() || array.size() == 0 || points.cols() == 0) return result;
+    const Vector3d middle =
+        0.5 * (array.positions.rowwise().minCoeff() + array.positions.rowwise().maxCoeff());
+    const double radius =
+        std::sqrt(std::max((array.positions.colwise() - middle).colwise().squaredNorm().maxCoeff(),
+                           (points.colwise() - middle).colwise().squaredNorm().maxCoeff()));
+    const double limit = radius + kLit * std::sqrt(0.25 * wavelength_m * radius);
+    // Written so that what is no number stays.
+    const auto isFar = [&](const Capsule& obstacle)
+    {
+        const double half = 0.5 * (obstacle.b - obstacle.a).norm() + obstacle.radius_m;
+        return (0.5 * (obstacle.a + obstacle.b) - middle).norm() - half > limit;
+    };
+    result.erase(std::remove_if(result.begin(), result.end(), isFar), result.end());
+    return result;
+}
+
 } // namespace
 
 bool ShadowOptions::isValid(std::string* error) const
@@ -207,7 +232,7 @@ Eigen::VectorXd shadowGains(const Eigen::Matrix3Xd& points,
     std::string error;
     if (!options.isValid(&error)) throw base::InputError(error);
     ShadowCounters counted;
-    const std::vector<Capsule> real = usableOnes(obstacles);
+    const std::vector<Capsule> real = nearOnes(obstacles, array, points, options.wavelength_m);
     const Eigen::Index n = points.cols();
     Eigen::VectorXd squares = Eigen::VectorXd::Zero(array.size());
     if (n > 0 && !real.empty() && array.size() > 0)

@@ -55,7 +55,10 @@ void HologramPipeline::openOutput()
 void HologramPipeline::useAbility()
 {
     const device::DriveAbility ability = _output->ability();
-    _line = haptics::LineRate(ability.fieldsPerSecond, ability.amplitudes.size() == 2);
+    _line = haptics::LineRate(ability.fieldsPerSecond,
+                              ability.amplitudes.size() == 2,
+                              ability.sequenceFields,
+                              ability.sequenceClock_Hz);
     keepToLevels(_options, ability);
     setCaps();
 }
@@ -76,11 +79,15 @@ std::shared_ptr<const HologramResult> HologramPipeline::process(const SceneSnaps
     try
     {
         if (!_invalid.empty()) throw base::CodedError(base::MessageCode::SCENE_CLOSED, _invalid);
-        const bool hasMoved = hasMovedEars(snapshot);
+        _earsMoved = hasMovedEars(snapshot);
         const SceneSnapshot& scene = shared(snapshot);
-        if (_last && !_changed && !hasMoved && _output->isPlaying() && _assembler->unmoved(scene) &&
-            _around.unmoved(scene.around))
+        if (_last && !_changed && !_earsMoved && _output->isPlaying() &&
+            _assembler->unmoved(scene) && _around.unmoved(scene.around))
+        {
             ++_counters.skippedUnmoved;
+            // Where such snapshots never end, attend() is never called.
+            if (auto result = lookAfterDevice()) _last = std::move(result);
+        }
         else
             _last = solveAndPlay(scene);
         _changed = false;
@@ -110,6 +117,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::silent(const SceneSnapsh
     _refiner->end();
     _contacts->clear();
     _playsContacts = false;
+    _solved.resize(0);
     silence();
     auto result = begin(snapshot);
     result->handedOver_s = base::steadySeconds();
@@ -193,6 +201,16 @@ std::shared_ptr<const HologramResult> HologramPipeline::solveAndPlay(const Scene
     const haptics::TransducerArray& array =
         _around.shadowed(points, _options.array, _options.wavelength_m());
     haptics::FieldSequence sequence = compose(snapshot, set, points, array);
+    if (isPlayedAlready(sequence, points))
+    {
+        playOn(sequence, points, array, *result);
+        result->latency_ms = (base::steadySeconds() - snapshot.time_s) * 1e3;
+        finish(*result, false);
+        _monitor->submit(result->sequence, snapshot.objects, array);
+        return result;
+    }
+    _solved.resize(0);
+    if (sequence.isHeld() && !_hasContacts) _solved = sequence.fields.front();
     if (_hasContacts) _whole = sequence;
     if (rendersContacts())
     {
@@ -226,12 +244,59 @@ void HologramPipeline::play(haptics::FieldSequence sequence, HologramResult& res
     else
     {
         _output->play(sequence, _options.array.size(), _options.solverOptions.stop);
-        if (sequence.fields.size() > 1 && _line.isSlowerThan(_options.fieldRate))
+        const bool isStored = _line.isSlowerThan(sequence.modulation.fieldRate_Hz);
+        if (sequence.fields.size() > 1 && _line.isSlowerThan(_options.fieldRate) && !isStored)
             _messages.say({base::MessageCode::DEVICE_SLOW,
                            _line.message(sequence.modulation, _options.modulation)});
     }
     result.handedOver_s = base::steadySeconds();
     result.sequence = std::move(sequence);
+}
+
+// True if the solver has found nothing that moved, and all that follows would be as it was: caps,
+// ears, levels and the device. What came and went is out of reach then, or of no effect.
+bool HologramPipeline::isPlayedAlready(const haptics::FieldSequence& sequence,
+                                       const haptics::ControlPoints& points) const
+{
+    if (sequence.report.stop != haptics::StopReason::SKIPPED || !sequence.isHeld() || !_last ||
+        _changed || _earsMoved || _hasContacts || _playsContacts || _refiner->hasWork())
+        return false;
+    if (!_output->isPlaying() || _last->state != ArrayState::PLAYING ||
+        _last->points.size() != points.size() || _last->points.absolute != points.absolute ||
+        !(sequence.modulation == _last->sequence.modulation))
+        return false;
+    const double moved_m = (points.positions - _last->points.positions).colwise().norm().maxCoeff();
+    return moved_m <= _options.motionTolerance * _options.wavelength_m() &&
+           sequence.fields.front() == _solved;
+}
+
+// Takes over what is played and its figures. Where snapshots follow each other there is no
+// attend(), so the device is looked after here.
+void HologramPipeline::playOn(const haptics::FieldSequence& sequence,
+                              haptics::ControlPoints points,
+                              const haptics::TransducerArray& array,
+                              HologramResult& result)
+{
+    // Where they were solved for, or many small steps would go unseen.
+    points.positions = _last->points.positions;
+    result.array = _last->array;
+    result.maxPressure_Pa = _last->maxPressure_Pa;
+    result.achieved_Pa = _last->achieved_Pa;
+    result.handedOver_s = _last->handedOver_s;
+    result.sequence = _last->sequence;
+    result.sequence.parts = {points};
+    result.points = std::move(points);
+    haptics::SolveReport& report = result.sequence.report;
+    if (report.capFactor < 1.0) ++_counters.capped;
+    report.stop = sequence.report.stop;
+    report.rowsBuilt = report.iterations = 0;
+    report.matrix_ms = report.solve_ms = 0.0;
+    report.meanPhaseStep_rad = report.driveChange = report.audibleChange = 0.0;
+    report.levelJump = sequence.report.levelJump;
+    report.ringingShare = sequence.report.ringingShare;
+    const auto attention = _output->attend(_options.solverOptions.stop);
+    if (attention == ArrayOutput::Attention::RESENT) ++_counters.resent;
+    if (attention != ArrayOutput::Attention::NOTHING || !isMeasured()) measure(array, result);
 }
 
 void HologramPipeline::continueLast(haptics::FieldSequence& sequence) const
@@ -245,7 +310,8 @@ void HologramPipeline::measure(const haptics::TransducerArray& array, HologramRe
 {
     keepArray(array, result);
     const std::vector<Eigen::VectorXcf> wanted = result.sequence.fields;
-    if (measurePlayed(*_output, array, _options.medium, _options.solverOptions, result)) return;
+    if (measurePlayed(*_output, array, _options.medium, _options.solverOptions, _proven, result))
+        return;
     const bool modulated = result.sequence.modulation.amplitudeRate_Hz > 0.0;
     tellOfSilence(where(array, result.points.positions, modulated), wanted, result.sequence.report);
 }
@@ -276,7 +342,7 @@ ArrayState HologramPipeline::stateOf(const HologramResult& result)
     return isNothing ? ArrayState::SILENT : state;
 }
 
-void HologramPipeline::finish(HologramResult& result)
+void HologramPipeline::finish(HologramResult& result, bool isOtherField)
 {
     result.playing = _output->isPlaying();
     result.deviceOpen = _output->isOpen();
@@ -286,7 +352,8 @@ void HologramPipeline::finish(HologramResult& result)
     result.state = stateOf(result);
     const double now_s = base::steadySeconds();
     const bool sounds = result.state == ArrayState::PLAYING;
-    _ears.play(sounds ? result.sequence.fields : std::vector<Eigen::VectorXcf>(), now_s);
+    if (isOtherField || !_last || result.state != _last->state)
+        _ears.play(sounds ? result.sequence.fields : std::vector<Eigen::VectorXcf>(), now_s);
     result.exposure = _ears.reading(now_s);
     if (!_last || result.state != _last->state) _output->tell(result.state);
     _output->tellOfDriver();

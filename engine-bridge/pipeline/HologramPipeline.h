@@ -71,7 +71,7 @@ public:
     /// See ArrayOutput. Any thread.
     void setMuted(bool muted) { _output->setMuted(muted); }
 
-    void keepAlive() { _output->keepAlive(); }
+    void noteSign(double at_s) { _output->noteSign(at_s); } ///< see ArrayOutput
 
     /// To be called before the first process(). Once \a stop is requested, process() and attend()
     /// return within milliseconds and send nothing more: process() returns a silent result that
@@ -146,8 +146,14 @@ private:
     void play(haptics::FieldSequence sequence, HologramResult& result);
     void measure(const haptics::TransducerArray& array, HologramResult& result);
     void rateFromLast(HologramResult& result) const;
+    bool isPlayedAlready(const haptics::FieldSequence& sequence,
+                         const haptics::ControlPoints& points) const;
+    void playOn(const haptics::FieldSequence& sequence,
+                haptics::ControlPoints points,
+                const haptics::TransducerArray& array,
+                HologramResult& result);
     ArrayState stateOf(const HologramResult& result);
-    void finish(HologramResult& result);
+    void finish(HologramResult& result, bool isOtherField = true);
 
     HologramOptions _options;
     std::shared_ptr<const haptics::TransducerArray> _array; // that of _options, for the results
@@ -170,14 +176,16 @@ private:
     bool _hasContacts = false;     // its objects may be felt by contacts
     bool _playsContacts = false;   // what is played has contacts
     haptics::FieldSequence _whole; // of the whole objects, before caps; kept where contacts may be
-    double _contactFrame_s = 0.0;  // steady clock, when its snapshot came
     double _contactField_s = 0.0;  // steady clock, when the last one was played
     double _contactShown_s = 0.0;  // when the last one was published
     ReachAndShadow _around;
     HologramCounters _counters;
     std::shared_ptr<const HologramResult> _last;
-    bool _changed = false; // the options have changed since _last
-    std::string _invalid;  // what is wrong with the options; empty: nothing
+    bool _changed = false;    // the options have changed since _last
+    bool _earsMoved = false;  // since then, where a limit holds for them
+    CappedField _proven;      // the field of the last cap(), if it was held
+    Eigen::VectorXcf _solved; // what _last was made of, before caps; empty: of something else
+    std::string _invalid;     // what is wrong with the options; empty: nothing
     UpdateRate _updates;
 };
 

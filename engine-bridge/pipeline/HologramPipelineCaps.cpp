@@ -98,6 +98,7 @@ void HologramPipeline::cap(const haptics::TransducerArray& array,
                            haptics::FieldSequence& sequence,
                            HologramResult& result)
 {
+    _proven = {};
     if (!_capped && !(_ears.limit_dB() > 0.0)) return;
     if (_capped) result.maxPressure_Pa = _cap->max_Pa();
     if (sequence.isEmpty()) return;
@@ -105,7 +106,9 @@ void HologramPipeline::cap(const haptics::TransducerArray& array,
     const PressureCap::Where place =
         where(array, points.positions, sequence.modulation.amplitudeRate_Hz > 0.0);
     const std::vector<Eigen::VectorXcf> wanted = sequence.fields;
-    sequence.report.capFactor = _cap->hold(place, sequence);
+    sequence.report.capFactor = _cap->hold(place, sequence, &_proven);
+    // Of parts that may sound alone the cap adds up each by itself.
+    if (!_output->ability().part.empty()) _proven = {};
     if (sequence.report.capFactor >= 1.0) return;
     ++_counters.capped;
     if (sequence.report.capFactor <= 0.0)

@@ -34,7 +34,6 @@ const SceneSnapshot& HologramPipeline::shared(const SceneSnapshot& snapshot)
         return snapshot;
     }
     _shared = snapshot;
-    _contactFrame_s = base::steadySeconds();
     _contacts->update(_shared.objects, _shared.hands, _shared.time_s, _shared.handsLate_s);
     for (const std::string& problem : _contacts->problems())
         _messages.say({base::MessageCode::HANDS_SOURCE, problem});
@@ -101,10 +100,7 @@ HologramPipeline::playContacts(std::shared_ptr<HologramResult> result)
 std::shared_ptr<const HologramResult> HologramPipeline::attendContacts()
 {
     const double now_s = base::steadySeconds();
-    const double hold_s = _output->hold_s();
-    // The fields of contacts come by themselves, so the device doesn't know that frames stand
-    // still.
-    if (hold_s > 0.0 && now_s - _contactFrame_s > hold_s)
+    if (_output->isHoldOver()) // frames stand still
     {
         _contacts->clear();
         _playsContacts = false;
@@ -124,6 +120,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::attendContacts()
 std::shared_ptr<const HologramResult> HologramPipeline::playWhole()
 {
     _playsContacts = false;
+    _solved.resize(0);
     _contacts->pause();
     auto result = std::make_shared<HologramResult>(*_last);
     haptics::FieldSequence sequence = _whole;

@@ -17,6 +17,7 @@ PointAssembler::Options HologramPipeline::assemblerOptions() const
     points.motionTolerance_m = _options.motionTolerance * points.wavelength_m;
     points.maxPoints = _options.maxPoints;
     points.sets = _options.cycle;
+    points.loudness = _options.solverOptions.loudness;
     return points;
 }
 
@@ -30,6 +31,8 @@ haptics::ComposerOptions HologramPipeline::lineOptions() const
 void HologramPipeline::reconfigure(HologramOptions options)
 {
     _changed = true;
+    for (const base::Message& note : options.notes)
+        _messages.say(note);
     if (isStricter(options)) silence();
     try
     {

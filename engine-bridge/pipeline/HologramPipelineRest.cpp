@@ -57,6 +57,7 @@ std::shared_ptr<const HologramResult> HologramPipeline::refine()
     auto sequence = _refiner->step(_last->points, _last->sequence.modulation);
     _counters.solves += static_cast<std::uint64_t>(_refiner->takeSolves());
     if (!sequence) return nullptr;
+    _solved.resize(0);
     if (_hasContacts) _whole = *sequence;
     auto result = std::make_shared<HologramResult>(*_last);
     result->outline = sequence->isHeld();

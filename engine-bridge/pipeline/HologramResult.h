@@ -2,6 +2,7 @@
 
 #include "engine-bridge/pipeline/PointAssembler.h"
 #include "engine-bridge/playing/ArrayOutput.h"
+#include "engine-bridge/playing/PressureCap.h"
 #include "engine-bridge/rendering/ContactView.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/points/ControlPoints.h"
@@ -97,11 +98,13 @@ void count(const haptics::SolveReport& report, HologramCounters& counters);
 /// Replaces the fields in \a result by those that \a output plays (quantised, limited), puts the
 /// pressure at the points into achieved_Pa, and if a cap of the pressure or of the amplitude scaled
 /// the fields down or they are evened out, computes the report's level figures again, and so for
-/// fields of which the levels leave nothing. Returns false if nothing is to sound.
+/// fields of which the levels leave nothing. Returns false if nothing is to sound. \a known: a held
+/// field of which the pressures at the points are known; may be empty.
 bool measurePlayed(const ArrayOutput& output,
                    const haptics::TransducerArray& array,
                    const haptics::Medium& medium,
                    const haptics::SolverOptions& options,
+                   const CappedField& known,
                    HologramResult& result);
 
 } // namespace midair::bridge

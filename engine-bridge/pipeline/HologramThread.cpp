@@ -27,6 +27,7 @@ HologramThread::HologramThread(HologramOptions options) :
 HologramThread::HologramThread(PipelineFactory makePipeline, StaleCheck isStale) :
     _newMaker{std::move(makePipeline), std::move(isStale)},
     _opening(true),
+    _sign_s(base::steadySeconds()),
     _thread([this] { run(); })
 {
 }
@@ -93,7 +94,8 @@ void HologramThread::setMuted(bool muted)
 void HologramThread::keepAlive()
 {
     const std::lock_guard<std::mutex> lock(_atWorkMutex);
-    if (_atWork) _atWork->keepAlive();
+    _sign_s = base::steadySeconds();
+    if (_atWork) _atWork->noteSign(_sign_s);
 }
 
 ArrayState HologramThread::state() const
@@ -122,6 +124,18 @@ ArrayReading HologramThread::reading() const
     const auto result = latestResult();
     if (result) now.status = result->deviceStatus;
     return now;
+}
+
+std::shared_ptr<const PlayedPressure> HologramThread::playedNow() const
+{
+    auto played = std::make_shared<PlayedPressure>();
+    const auto newest = latestResult();
+    if (!newest || !newest->playing || newest->achieved_Pa.size() != newest->points.size() ||
+        reading().state != ArrayState::PLAYING)
+        return played;
+    played->positions = newest->points.positions;
+    played->pressure_Pa = newest->achieved_Pa;
+    return played;
 }
 
 PlayedDrives HologramThread::playedOfLate(double duration_s) const
@@ -168,6 +182,7 @@ double HologramThread::solvesFor_s() const
 
 void HologramThread::submit(SceneSnapshot& snapshot)
 {
+    keepAlive(); // before the field that may follow at once
     const bool isSilence = snapshot.objects.empty();
     const auto request = [&]
     {
@@ -182,6 +197,7 @@ void HologramThread::setAtWork(HologramPipeline* pipeline)
 {
     const std::lock_guard<std::mutex> lock(_atWorkMutex);
     _atWork = pipeline;
+    if (_atWork) _atWork->noteSign(_sign_s); // a device that was opened meanwhile gave none
     if (_atWork && _muted) _atWork->setMuted(true);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine-bridge/hands/HandProximity.h"
 #include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/base/threads/LatestSlot.h"
 
@@ -60,7 +61,8 @@ public:
     void setMuted(bool muted);
 
     /// To be called with each frame, changed or not: a device with a hold (SafetyLimits::hold_s)
-    /// falls silent when nobody calls it for that time. Never waits for the device. Any thread.
+    /// falls silent when nobody calls it, or submit(), for that time. Nothing else is a sign of
+    /// life: no field, no result, no reader. Never waits for the device. Any thread.
     void keepAlive();
 
     /// What the array does now; newer than the newest result's. Never waits for the device. Any
@@ -68,6 +70,10 @@ public:
     ArrayState state() const;
     /// The same with what became of the fields, by one report of the device. Any thread.
     ArrayReading reading() const;
+    /// What hands feel: the points of the newest field with their pressures if the array plays it
+    /// at this moment; no points while it is muted, lost, at fault, silenced by its hold or a cap,
+    /// not open yet, or has nothing to play. Never null. Any thread.
+    std::shared_ptr<const PlayedPressure> playedNow() const;
     /// How loud it is at ears, as of now; nothing while there is no pipeline. Any thread.
     haptics::ExposureFigures exposure() const;
     /// What a simulated device has played in the last \a duration_s (0 .. 0.1); nothing while none
@@ -132,10 +138,11 @@ private:
     std::atomic<double> _restWorkSince_s{0.0}; ///< start of attend(), steady clock; 0: not running
     base::StopSource _stop;                    ///< requested and cleared under the slot's lock
     std::atomic<bool> _opening{false};
-    /// guards the next two; held while a device falls silent
+    /// guards the next three; held while a device falls silent
     mutable std::mutex _atWorkMutex;
     HologramPipeline* _atWork = nullptr;
     bool _muted = false;
+    double _sign_s;      ///< steady clock, of life; making this object counts as one
     std::thread _thread; ///< last: it uses all other members
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -15,6 +16,10 @@ namespace
 
 /// Least distance of given points from those of other objects; nearer ones count as the same.
 constexpr double kGivenSpacing_m = 1e-6;
+
+/// Largest relative change of the wavelength, as by 6 K of air, at which the spacing of objects
+/// that set none stays: other samples would cost a field from nothing.
+constexpr double kSameSpacing = 0.01;
 
 /// Largest distance that any of \a corners travels from pose \a a to pose \a b.
 double travel(const Eigen::Matrix<double, 3, 8>& corners,
@@ -54,8 +59,10 @@ PointAssembler::PointAssembler(const haptics::TransducerArray& array,
                                const Options& options,
                                base::MessageLog& messages) :
     _options(options),
+    _spacing_m(options.wavelength_m),
     _selector(selectorOptions(options)),
     _workspace(array, options.wavelength_m, _selector),
+    _array(array),
     _transducers(array.positions),
     _normals(array.normals),
     _messages(messages)
@@ -68,9 +75,12 @@ void PointAssembler::setOptions(const haptics::TransducerArray& array, const Opt
     if (options == _options) return;
     const base::StopToken stop = _selector.stop;
     _options = options;
+    if (!(std::fabs(options.wavelength_m / _spacing_m - 1.0) <= kSameSpacing))
+        _spacing_m = options.wavelength_m;
     _selector = selectorOptions(options);
     _selector.stop = stop;
     _workspace = haptics::Workspace(array, options.wavelength_m, _selector);
+    _array = array;
 }
 
 void PointAssembler::setStop(const base::StopToken& stop)
@@ -124,6 +134,7 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
     _states.begin();
     _large.clear();
     _felt.clear();
+    _smallBefore = std::exchange(_small, {});
     out.objects.resize(snapshot.objects.size());
     for (std::size_t i = 0; i < snapshot.objects.size(); ++i)
     {
@@ -139,6 +150,7 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
         if (!(object.share > 0.0)) continue; // it is felt where it is touched
         if (!usable(object)) continue;
         tellIfLarge(object, snapshot.metresPerUnit);
+        tellIfSmall(snapshot, object);
         if (!withinReach(object))
         {
             _large.erase(object.touchId()); // it isn't its size that matters there
@@ -153,9 +165,10 @@ AssembledPoints PointAssembler::assemble(const SceneSnapshot& snapshot, int set)
     }
     _samples.endSnapshot();
     select(snapshot, out);
+    out.points.absolute = absolute;
+    holdSmall(snapshot, out.points);
     tellUnreachable(snapshot, out);
     _states.end();
-    out.points.absolute = absolute;
     _assembled = true;
     return out;
 }
@@ -164,7 +177,7 @@ void PointAssembler::add(
     const HapticObject& object, int index, double unit_Pa, int set, Placed& placed)
 {
     const HapticProperties& p = object.properties;
-    const double spacing_m = p.spacing_m > 0.0 ? p.spacing_m : _options.wavelength_m;
+    const double spacing_m = p.spacing_m > 0.0 ? p.spacing_m : _spacing_m;
     const CachedSamples& cached = _samples.get(object, spacing_m, _options.sets);
     placed.corners = cached.corners;
     if (!cached.error.empty())
@@ -198,31 +211,46 @@ void PointAssembler::add(
     const bool given = p.sampling == haptics::Sampling::POINTS && !(p.spacing_m > 0.0);
     posed.spacing_m = given ? kGivenSpacing_m : spacing_m;
     posed.pose(samples, object.pose, firstIdentity(object.id, cached.sampling));
-    keepSide(p.side, posed);
+    keepSide(object, posed);
     if (object.clips.empty()) return;
     posed.keepIf([&](Eigen::Index i) { return !isClipped(object.clips, posed.positions.col(i)); });
 }
 
-void PointAssembler::keepSide(Side side, haptics::PosedObject& posed) const
+void PointAssembler::keepSide(const HapticObject& object, haptics::PosedObject& posed)
 {
+    const Side side = object.properties.side;
     if (side == Side::BOTH) return;
+    constexpr double kTie = 0.01; // of the sound from both sides, below which neither prevails
     const double wanted = side == Side::FRONT ? 1.0 : -1.0;
+    const Eigen::Index all = posed.positions.cols();
+    int ties = 0;
     base::StopLook look(_selector.stop, 16);
     const auto faces = [&](Eigen::Index i)
     {
         look.turn();
         // Lines and points have no normal, so they have both sides.
-        const bool sided = !posed.normals.col(i).isZero(0.0);
+        if (posed.normals.col(i).isZero(0.0)) return true;
         // Where the sound comes from: the sum of the directions to the transducers that face the
         // point, weighted with 1/R^2 like power.
         const Eigen::Matrix3Xd way = _transducers.colwise() - posed.positions.col(i);
         const Eigen::ArrayXd facing = -(way.array() * _normals.array()).colwise().sum().transpose();
         const Eigen::ArrayXd distance = way.colwise().norm().transpose();
-        const Eigen::VectorXd weight =
+        const Eigen::ArrayXd weight =
             (facing > 0.0).select(1.0 / distance.cube(), Eigen::ArrayXd::Zero(distance.size()));
-        return !sided || wanted * (way * weight).dot(posed.normals.col(i)) > 0.0;
+        const Eigen::ArrayXd along = (way.transpose() * posed.normals.col(i)).array() * weight;
+        if (std::abs(along.sum()) <= kTie * along.abs().sum()) ++ties;
+        return wanted * along.sum() > 0.0;
     };
     posed.keepIf(faces);
+    if (ties > 0)
+        tellOnce(base::MessageCode::OBJECT_SIDE,
+                 object,
+                 fmt::format("side={}: {} of its {} points hear as much from the front as from the "
+                             "back, so that it is chance which of them are felt; turn or move it, "
+                             "or use side=both",
+                             side == Side::FRONT ? "front" : "back",
+                             ties,
+                             all));
 }
 
 void PointAssembler::select(const SceneSnapshot& snapshot, AssembledPoints& out)

@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -49,11 +50,12 @@ public:
         double motionTolerance_m = 0.0; ///< >= 0; objects that moved no farther count as unmoved
         int maxPoints = 0;              ///< >= 0; 0: the selector's default
         int sets = 1;                   ///< 1 .. 1024; number of shifted sets of points per surface
+        double loudness = 1.0;          ///< >= 0; up to 1 that of objects that are one focus
 
         bool operator==(const Options& b) const
         {
             return wavelength_m == b.wavelength_m && motionTolerance_m == b.motionTolerance_m &&
-                   maxPoints == b.maxPoints && sets == b.sets;
+                   maxPoints == b.maxPoints && sets == b.sets && loudness == b.loudness;
         }
     };
 
@@ -62,7 +64,8 @@ public:
                    const Options& options,
                    base::MessageLog& messages);
 
-    /// Replaces the options; samples that fit them are kept. The next unmoved() returns false.
+    /// Replaces the options; samples that fit them are kept, also where the wavelength has changed
+    /// by less than a hundredth. The next unmoved() returns false.
     void setOptions(const haptics::TransducerArray& array, const Options& options);
 
     /// Once \a stop is requested, assemble() throws base::Stopped.
@@ -76,6 +79,9 @@ public:
     /// felt are left out with a message. \a set, 0 .. sets - 1, is the set of points to take from
     /// each surface; objects sampled at their vertices have one set only.
     AssembledPoints assemble(const SceneSnapshot& snapshot, int set = 0);
+
+    /// True if an object of the last assemble() is one focus, and held to its share.
+    bool hasSmall() const { return !_small.empty(); }
 
     /// The places that the array reaches.
     const haptics::Workspace& workspace() const { return _workspace; }
@@ -100,17 +106,22 @@ private:
     bool usable(const HapticObject& object);
     void tellOnce(base::MessageCode code, const HapticObject& object, const std::string& what);
     void tellIfLarge(const HapticObject& object, double metresPerUnit);
-    std::string fittingSize(const HapticObject& object, double width_m) const;
+    double fittingSize_m(const HapticObject& object, double width_m, bool mayGrow = false) const;
+    haptics::SamplerOptions samplerOptions(const HapticObject& object) const;
+    void tellIfSmall(const SceneSnapshot& snapshot, const HapticObject& object);
+    void holdSmall(const SceneSnapshot& snapshot, haptics::ControlPoints& points) const;
     void tellUnreachable(const SceneSnapshot& snapshot, const AssembledPoints& out);
     void tellLeftOut(const SceneSnapshot& snapshot, const haptics::SelectionReport& report);
     bool withinReach(const HapticObject& object) const;
     void add(const HapticObject& object, int index, double unit_Pa, int set, Placed& placed);
-    void keepSide(Side side, haptics::PosedObject& posed) const;
+    void keepSide(const HapticObject& object, haptics::PosedObject& posed);
     void select(const SceneSnapshot& snapshot, AssembledPoints& out);
 
     Options _options;
+    double _spacing_m; ///< of objects that set none, about a wavelength
     haptics::SelectorOptions _selector;
     haptics::Workspace _workspace;
+    haptics::TransducerArray _array;
     Eigen::Matrix3Xd _transducers; ///< 3 x m, m
     Eigen::Matrix3Xd _normals;
     base::MessageLog& _messages;
@@ -121,6 +132,9 @@ private:
     base::LastingStates _states;    ///< of the objects, as they are told
     std::set<std::uint64_t> _large; ///< wholes of objects that are larger than the workspace
     std::set<std::uint64_t> _felt;  ///< wholes of objects with a control point
+    /// points that objects, by their ids, which are one focus would have at the size that fits
+    std::map<std::uint64_t, int> _small;
+    std::map<std::uint64_t, int> _smallBefore;
     bool _assembled = false;
 };
 

@@ -2,6 +2,7 @@
 #include "engine-bridge/pipeline/PointAssembler.h"
 #include "haptics/base/text/Alike.h"
 #include "haptics/points/FittingSize.h"
+#include "haptics/sequence/FocusShare.h"
 
 #include <cmath>
 #include <optional>
@@ -22,6 +23,11 @@ constexpr double kNarrow = 0.25;
 Eigen::Vector3d widths(const Eigen::Matrix3Xd& places)
 {
     return places.rowwise().maxCoeff() - places.rowwise().minCoeff();
+}
+
+std::string fitting(double size_m)
+{
+    return size_m > 0.0 ? fmt::format("size={:g} fits", size_m) : "";
 }
 
 } // namespace
@@ -51,15 +57,87 @@ void PointAssembler::tellOnce(base::MessageCode code,
         _messages.say(base::about(code, object.path, what));
 }
 
-std::string PointAssembler::fittingSize(const HapticObject& object, double width_m) const
+haptics::SamplerOptions PointAssembler::samplerOptions(const HapticObject& object) const
 {
-    const HapticProperties& p = object.properties;
+    haptics::SamplerOptions options;
+    const double spacing_m = object.properties.spacing_m;
+    options.spacing_m = spacing_m > 0.0 ? spacing_m : _options.wavelength_m;
+    options.sampling = object.properties.sampling;
+    options.stop = _selector.stop;
+    return options;
+}
+
+double PointAssembler::fittingSize_m(const HapticObject& object, double width_m, bool mayGrow) const
+{
     haptics::LargeModel model{*object.mesh, object.pose, width_m};
-    if (p.sampling == haptics::Sampling::SURFACE)
-        model.spacing_m = p.spacing_m > 0.0 ? p.spacing_m : _options.wavelength_m;
-    const double size_m = haptics::fittingSize_m(
+    const haptics::SamplerOptions sampling = samplerOptions(object);
+    if (sampling.sampling == haptics::Sampling::SURFACE) model.spacing_m = sampling.spacing_m;
+    model.mayGrow = mayGrow;
+    return haptics::fittingSize_m(
         model, _workspace, haptics::ArrayFront(_transducers, _normals), _selector.maxPoints);
-    return size_m > 0.0 ? fmt::format("size={:g} fits", size_m) : "";
+}
+
+// What is one focus alone has all of the sound: in metres what was meant in others, it may hurt.
+void PointAssembler::tellIfSmall(const SceneSnapshot& snapshot, const HapticObject& object)
+{
+    const double limit_m = 0.5 * _options.wavelength_m;
+    const haptics::TriangleMesh& mesh = *object.mesh;
+    if (object.properties.sampling == haptics::Sampling::POINTS ||
+        !haptics::isOneFocus(mesh, _options.wavelength_m))
+        return;
+    // Small parts of a whole that isn't are as they should be.
+    Eigen::Matrix<double, 3, 8> corners = object.pose * boxCorners(mesh.vertices);
+    Eigen::AlignedBox3d box;
+    for (const HapticObject& part : snapshot.objects)
+    {
+        if (part.touchId() != object.touchId() || !part.mesh || part.mesh->vertices.cols() == 0)
+            continue;
+        corners = part.pose * boxCorners(part.mesh->vertices);
+        for (int i = 0; i < 8; ++i)
+            box.extend(Eigen::Vector3d(corners.col(i)));
+    }
+    if (!(box.sizes().maxCoeff() < limit_m)) return;
+    const double width_m = mesh.extent().maxCoeff();
+    const auto known = _smallBefore.find(object.id);
+    const bool isNew = known == _smallBefore.end();
+    const double size_m = isNew ? fittingSize_m(object, width_m, true) : 0.0;
+    _small[object.id] =
+        isNew ? haptics::pointsAtSize(mesh, samplerOptions(object), size_m, _selector.maxPoints)
+              : known->second;
+    if (!_states.note(base::MessageCode::OBJECT_SMALL, object.touchId()) || !isNew) return;
+    std::string ask;
+    if (size_m > 0.0)
+        ask = fmt::format("; should metresPerUnit be {:g}, not {:g}? size={:g} fits",
+                          snapshot.metresPerUnit *
+                              std::pow(10.0, std::floor(std::log10(size_m / width_m) + 1e-9)),
+                          snapshot.metresPerUnit,
+                          size_m);
+    _messages.say(base::about(base::MessageCode::OBJECT_SMALL,
+                              object.path,
+                              fmt::format("is {:.3g} m wide, under half a wavelength ({:.2g} m): "
+                                          "it is one focus, and no louder than one point of "
+                                          "something larger{}",
+                                          width_m,
+                                          limit_m,
+                                          ask)));
+}
+
+void PointAssembler::holdSmall(const SceneSnapshot& snapshot, haptics::ControlPoints& points) const
+{
+    if (_small.empty()) return;
+    std::vector<int> small;
+    std::set<std::uint64_t> felt;
+    int whole = 0;
+    for (int i = 0; i < points.size(); ++i)
+    {
+        const int object = points.object[static_cast<std::size_t>(i)];
+        const std::uint64_t id = snapshot.objects[static_cast<std::size_t>(object)].id;
+        const auto found = _small.find(id);
+        if (found == _small.end()) continue;
+        small.push_back(i);
+        if (felt.insert(id).second) whole += found->second;
+    }
+    haptics::holdToShare(small, whole, _options.loudness, _array, haptics::Medium(), points);
 }
 
 // Models in millimetres or centimetres are common; what is far wider than the array is probably
@@ -76,7 +154,7 @@ void PointAssembler::tellIfLarge(const HapticObject& object, double metresPerUni
     if (!_states.note(base::MessageCode::OBJECT_UNITS, object.touchId())) return;
     // A power of ten with which it is no wider than the array.
     const double factor = std::pow(10.0, std::floor(std::log10(array_m / width_m) + 1e-9));
-    const std::string fits = fittingSize(object, width_m);
+    const std::string fits = fitting(fittingSize_m(object, width_m));
     _messages.say(base::about(base::MessageCode::OBJECT_UNITS,
                               object.path,
                               fmt::format("is {:.3g} m wide, the array {:.3g} m: should "
@@ -115,7 +193,7 @@ void PointAssembler::tellLeftOut(const SceneSnapshot& snapshot,
         if (width_m > kWide * widths(_transducers).maxCoeff()) continue; // told already
         if (!_states.note(base::MessageCode::OBJECT_LARGE, object.touchId())) continue;
         const haptics::ArrayFront front(_transducers, _normals);
-        const std::string fits = fittingSize(object, width_m);
+        const std::string fits = fitting(fittingSize_m(object, width_m));
         _messages.say(base::about(base::MessageCode::OBJECT_LARGE,
                                   object.path,
                                   fmt::format("is {:.3g} m wide, larger than the workspace of "

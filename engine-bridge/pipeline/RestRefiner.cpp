@@ -184,7 +184,8 @@ bool RestRefiner::makeNextSet()
 // the same modulation.
 bool RestRefiner::isOutline(const SceneSnapshot& snapshot) const
 {
-    if (!_options.denseOutlines || _options.subsets > 1 || snapshot.around.reach_m > 0.0)
+    if (!_options.denseOutlines || _options.subsets > 1 || snapshot.around.reach_m > 0.0 ||
+        _assembler.hasSmall())
         return false;
     const auto isCurve = [&](const HapticObject& object)
     {

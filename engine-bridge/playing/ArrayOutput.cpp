@@ -1,7 +1,6 @@
 #include "engine-bridge/playing/ArrayOutput.h"
 
 #include "device/drive/DriveEncoder.h"
-#include "device/limits/KeptAlive.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -51,7 +50,8 @@ ArrayOutput::ArrayOutput(const Open& open,
                          std::vector<int> dead,
                          double retry_s) :
     _messages(messages),
-    _dead(std::move(dead))
+    _dead(std::move(dead)),
+    _sign_s(base::steadySeconds())
 {
     _opener = std::make_unique<DeviceOpener>(open, retry_s);
     _isOpening = !_opener->await();
@@ -97,7 +97,7 @@ void ArrayOutput::play(const haptics::FieldSequence& sequence,
     usePlayer(sequence.changes());
     if (_player)
         startPlayer(stop);
-    else if (_device && !sendHeld(stop) && !isBlocked())
+    else if (_device && !sendHeld(stop) && !isBlocked() && !isHoldOver())
         tellRefusal(_device->report());
     if (_uncapped && !std::exchange(_capTold, true))
         _messages.say({base::MessageCode::DEVICE_CAP,
@@ -134,14 +134,13 @@ bool ArrayOutput::sendHeld(const base::StopToken& stop)
     _isCutOff = false;
     _before = _device->report();
     _sent_s = base::steadySeconds();
-    _heldTooLong = false;
     _playing = false;
     _holds = true; // until it is unmuted, or capped
     _isMutedAway = _muted.load();
     if (isBlocked()) return false;
-    _playing = _device->send(_signals.front());
+    _playing = _device->sendUnled(_signals.front());
     // A device that is READY and refuses the field would refuse it again: attend() doesn't retry.
-    _holds = _playing || _device->report().state != device::DeviceState::READY;
+    _holds = _playing || isHoldOver() || _device->report().state != device::DeviceState::READY;
     if (!_playing) _device->silence();
     return _playing;
 }
@@ -200,12 +199,14 @@ bool ArrayOutput::tellOfDriver()
     const device::DeviceReport report = _device->report();
     const auto isNew = [](const std::string& text, bool& isTold)
     { return !std::exchange(isTold, !text.empty()) && isTold; };
+    const bool isQuieted = isNew(report.quieted, _quietedTold);
+    if (isQuieted) _messages.say({base::MessageCode::DEVICE_FAULT, "device: " + report.quieted});
     const bool mayPlayOn = isNew(report.unsilenced, _unsilencedTold);
     if (mayPlayOn) _messages.say({base::MessageCode::DEVICE_FAULT, "device: " + report.unsilenced});
     const bool complains = isNew(report.complaint, _complaintTold);
     if (complains)
         _messages.say({base::MessageCode::CALLBACK_THREW, "device: " + report.complaint});
-    return mayPlayOn || complains;
+    return isQuieted || mayPlayOn || complains;
 }
 
 void ArrayOutput::silence(Silence why)
@@ -260,13 +261,13 @@ ArrayOutput::Attention ArrayOutput::attend(const base::StopToken& stop)
 {
     if (!_device || _signals.empty()) return Attention::NOTHING;
     if (isBlocked() || _isMutedAway) _playing = false;
-    if (isBlocked()) return Attention::NOTHING;
+    if (isBlocked() || isHoldOver()) return Attention::NOTHING;
     // The player sends its steps again by itself, unless it was stopped for a mute.
     if (_player) return !_playing && startPlayer(stop) ? Attention::RESENT : Attention::NOTHING;
     if (!_holds) return Attention::NOTHING;
     const device::DeviceReport now = _device->report();
     const bool ready = now.state == device::DeviceState::READY;
-    if (_heldTooLong.exchange(false)) _playing = false; // its hold has silenced it
+    if (isCutShort()) _playing = false;
     const bool lost = now.lost != _before.lost || now.faults != _before.faults ||
                       now.reconnects != _before.reconnects;
     const bool again = ready && now.pending == 0 && (lost || !_playing);

@@ -92,19 +92,22 @@ public:
 
     /// Returns true if the array plays what it was given last, or is silent as WANTED. After play()
     /// it is also true if there is no device.
-    /// False once another thread's silenceNow() has cut it off.
-    bool isPlaying() const { return _playing && !_isCutOff; }
+    /// False once another thread's silenceNow() has cut it off, or the device itself (a hold, a
+    /// quieter field that wasn't confirmed).
+    bool isPlaying() const { return _playing && !_isCutOff && !isCutShort(); }
 
     /// Returns true if what play() was given last is no silence. Any thread.
     bool sounds() const { return _sounds && _cap > 0.0; }
 
-    /// To be called as long as what is played is still wanted, with each frame of a scene: a device
-    /// with a hold (device::KeptAlive) falls silent without it. Comes it again after that, attend()
-    /// plays the field again. Never waits. Any thread.
+    /// The sign of life of whoever leads (a frame of a scene): a device with a hold falls silent
+    /// without. What is sent here is none. Comes it again after that, attend() plays the field
+    /// again. Making this object counts as one. Never waits. Any thread.
     void keepAlive();
+    void noteSign(double at_s); ///< the same for an earlier one, see ArrayDevice
 
-    /// Longest time without keepAlive() after which the device falls silent by itself, s; 0: never.
-    double hold_s() const;
+    /// Returns true if the device's hold has silenced it and no sign of life came since. Any
+    /// thread.
+    bool isHoldOver() const;
 
     /// What attend() found and did.
     enum class Attention
@@ -156,7 +159,7 @@ private:
     void usePlayer(bool wanted);
     bool sendHeld(const base::StopToken& stop);
     bool startPlayer(const base::StopToken& stop);
-    bool isHoldOver() const;
+    bool isCutShort() const;
     bool isBlocked() const { return _muted || _uncapped; }
     void keepCap(double amplitude);
     bool takeDevice();
@@ -185,18 +188,18 @@ private:
     std::optional<std::uint64_t> _toldLoss;
     bool _unsilencedTold = false;              // until it is silenced
     bool _complaintTold = false;               // until there is none
+    bool _quietedTold = false;                 // until it plays again
     std::vector<device::DriveSignal> _signals; // of the last play(); empty: silent
     haptics::ModulatorOptions _modulation;     // of the last play()
     bool _playing = false;
     bool _holds = false;                   // the device should hold _signals.front()
     std::atomic<bool> _isMutedAway{false}; // a mute came after the last field; under _sending
     PlayedShare _share;
-    std::atomic<bool> _isCutOff{false};    // silenceNow() came after the last field; under _sending
-    std::atomic<bool> _sounds{false};      // something of _signals is no silence
-    std::atomic<double> _sent_s{0.0};      // time of _before
-    std::atomic<double> _kept_s{0.0};      // time of the last keepAlive()
-    std::atomic<bool> _heldTooLong{false}; // keepAlive() came after the device's hold
-    bool _missed = false;                  // a held field was sent and not played; until one is
+    std::atomic<bool> _isCutOff{false}; // silenceNow() came after the last field; under _sending
+    std::atomic<bool> _sounds{false};   // something of _signals is no silence
+    std::atomic<double> _sent_s{0.0};   // time of _before
+    std::atomic<double> _sign_s;        // of life, the last one
+    bool _missed = false;               // a held field was sent and not played; until one is
     std::uint64_t _playedAtMiss = 0;
     device::DeviceReport _before; // taken just before that was sent
 };

@@ -1,5 +1,4 @@
 // What an ArrayOutput's device does and has done: for messages, counters and programs.
-#include "device/limits/KeptAlive.h"
 #include "engine-bridge/playing/ArrayOutput.h"
 #include "haptics/base/threads/SteadyClock.h"
 
@@ -13,11 +12,6 @@ namespace
 {
 
 constexpr double kRest_s = 0.2; // a field that is held for longer is that of a scene at rest
-
-double holdOf(const device::KeptAlive* kept)
-{
-    return kept ? kept->hold_s() : 0.0;
-}
 
 ArrayFields fieldsOf(const device::DeviceReport& report)
 {
@@ -72,6 +66,7 @@ bool ArrayOutput::takeDevice()
         _before = _device->report();
     }
     _opened = _device.get();
+    _device->noteSign(_sign_s); // that it was opened is none
     return true;
 }
 
@@ -88,34 +83,35 @@ ArrayState ArrayOutput::state()
     if (report.state == device::DeviceState::HANGING) return ArrayState::FAULT;
     if (report.state == device::DeviceState::LOST) return ArrayState::LOST;
     if (_muted || report.state == device::DeviceState::MUTED) return ArrayState::MUTED;
-    if (_signals.empty() || _isCutOff || isHoldOver()) return ArrayState::SILENT;
+    if (!report.quieted.empty() || !report.unsilenced.empty()) return ArrayState::FAULT;
+    if (_signals.empty() || _isCutOff || isHoldOver() || isCutShort()) return ArrayState::SILENT;
     const bool isPlayedAgain = !_uncapped && (_holds || _player); // by attend()
     if (_isMutedAway && isPlayedAgain) return ArrayState::MUTED;
     return _playing && !isFaulty ? ArrayState::PLAYING : ArrayState::FAULT;
 }
 
-double ArrayOutput::hold_s() const
-{
-    return holdOf(dynamic_cast<const device::KeptAlive*>(_opened.load()));
-}
-
 void ArrayOutput::keepAlive()
 {
-    auto* kept = dynamic_cast<device::KeptAlive*>(_opened.load());
-    const double hold_s = holdOf(kept);
-    if (hold_s <= 0.0) return;
-    const double now_s = base::steadySeconds();
-    const double before_s = std::max(_kept_s.exchange(now_s), _sent_s.load());
-    // What the hold has silenced stays silent until attend() sends it again.
-    if (now_s - before_s > hold_s) _heldTooLong = true;
-    kept->keepAlive();
+    noteSign(base::steadySeconds());
+}
+
+void ArrayOutput::noteSign(double at_s)
+{
+    _sign_s = at_s;
+    if (device::ArrayDevice* device = _opened) device->noteSign(at_s);
 }
 
 bool ArrayOutput::isHoldOver() const
 {
-    const double hold_s = this->hold_s();
-    return hold_s > 0.0 && _holds &&
-           base::steadySeconds() - std::max(_kept_s.load(), _sent_s.load()) > hold_s;
+    const device::ArrayDevice* device = _opened;
+    return device && device->isHoldOver();
+}
+
+// By the device itself, which has lost its sign of life or has not confirmed a quieter field.
+bool ArrayOutput::isCutShort() const
+{
+    const bool isOwn = _device && _holds && !_isCutOff && !_isMutedAway && !isBlocked();
+    return isOwn && _device->report().silences != _before.silences;
 }
 
 void ArrayOutput::judge(ArrayState state)
@@ -148,10 +144,16 @@ ArrayReading ArrayOutput::reading() const
     // What it has played may be silence.
     const bool hasPlayed =
         sounds() && judged.state != ArrayState::FAULT && report.played > judged.played;
-    const bool hangs = report.state == device::DeviceState::HANGING; // muted or not: it may sound
+    // Muted or not: it may sound.
+    const bool hangs = report.state == device::DeviceState::HANGING || !report.unsilenced.empty();
+    // Silenced since it was judged, by another thread or by its hold.
+    const bool isSilenced = _isCutOff || !sounds() || device->isHoldOver();
+    const bool mayPlay = hasPlayed || judged.state == ArrayState::PLAYING;
     now.state = report.state == device::DeviceState::LOST ? ArrayState::LOST
                 : hangs                                   ? ArrayState::FAULT
                 : isMuted                                 ? ArrayState::MUTED
+                : !report.quieted.empty()                 ? ArrayState::FAULT
+                : mayPlay && isSilenced                   ? ArrayState::SILENT
                 : hasPlayed                               ? ArrayState::PLAYING
                                                           : judged.state;
     return now;

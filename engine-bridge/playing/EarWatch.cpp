@@ -12,7 +12,7 @@ namespace
 bool areAlike(const haptics::TransducerArray& a, const haptics::TransducerArray& b)
 {
     return a.size() == b.size() && a.frequency_Hz == b.frequency_Hz &&
-           a.sourceAmplitude_Pa_m == b.sourceAmplitude_Pa_m && a.directivity == b.directivity &&
+           a.heardAmplitude_Pa_m() == b.heardAmplitude_Pa_m() && a.directivity == b.directivity &&
            a.board == b.board && a.gain.size() == b.gain.size() && a.gain == b.gain &&
            a.phaseOffset_rad.size() == b.phaseOffset_rad.size() &&
            a.phaseOffset_rad == b.phaseOffset_rad && a.positions == b.positions &&

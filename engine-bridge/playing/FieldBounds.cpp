@@ -3,6 +3,7 @@
 #include "haptics/propagation/PressureField.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace midair::bridge
 {
@@ -59,14 +60,40 @@ Eigen::MatrixXf inPhase(const Eigen::Matrix3Xd& points,
 // on inPhase() (Cauchy and Schwarz).
 Eigen::VectorXf norms(const Eigen::Matrix3Xd& points, const haptics::TransducerArray& array)
 {
+    constexpr auto kNearest2 =
+        static_cast<float>(haptics::kNearestDistance_m * haptics::kNearestDistance_m);
+    const Eigen::ArrayX3f from = array.positions.cast<float>().transpose();
+    Eigen::ArrayXf gain2 = Eigen::ArrayXf::Ones(array.size());
+    if (array.gain.size() > 0) gain2 = array.gain.cast<float>().array().square();
     Eigen::VectorXf all(points.cols());
-    for (Eigen::Index begin = 0; begin < points.cols(); begin += kPointsAtOnce)
+    for (Eigen::Index l = 0; l < points.cols(); ++l)
     {
-        const Eigen::Index count = std::min(kPointsAtOnce, points.cols() - begin);
-        all.segment(begin, count) =
-            strongest(points, array, begin, count).colwise().norm().transpose();
+        const Eigen::Vector3f r = points.col(l).cast<float>();
+        const float squares =
+            (gain2 / ((from.col(0) - r[0]).square() + (from.col(1) - r[1]).square() +
+                      (from.col(2) - r[2]).square())
+                         .max(kNearest2))
+                .sum();
+        all[l] = static_cast<float>(array.sourceAmplitude_Pa_m) * std::sqrt(squares);
     }
     return all;
+}
+
+// Upper bounds on norms() that take no look at each transducer for each point: R is at least the
+// distance of the point from the shell in which all transducers are, seen from the array's middle.
+Eigen::VectorXf looseNorms(const Eigen::Matrix3Xd& points, const haptics::TransducerArray& array)
+{
+    constexpr double kRounding = 1.001; // of floats, generously
+    const Eigen::Vector3d middle =
+        0.5 * (array.positions.rowwise().minCoeff() + array.positions.rowwise().maxCoeff());
+    const Eigen::VectorXd from = (array.positions.colwise() - middle).colwise().norm();
+    const double strength =
+        array.sourceAmplitude_Pa_m *
+        (array.gain.size() > 0 ? array.gain.norm() : std::sqrt(static_cast<double>(array.size())));
+    const Eigen::ArrayXd away = (points.colwise() - middle).colwise().norm().transpose();
+    const Eigen::ArrayXd nearest =
+        (from.minCoeff() - away).max(away - from.maxCoeff()).max(haptics::kNearestDistance_m);
+    return (kRounding * strength / nearest).cast<float>();
 }
 
 // Bounds in Pa (n x K) on fields whose amplitudes may be rounded anew, beyond most_Pa (n x K) of
@@ -123,8 +150,14 @@ FieldBounds::FieldBounds(const CappedPlaces& where, const device::DriveAbility& 
 {
     if (!ability.part.empty())
         _parts = 1 + *std::max_element(ability.part.begin(), ability.part.end());
-    for (const haptics::TransducerArray* array : where.arrays)
-        _norm_Pa.push_back(norms(where.points, *array));
+    _norm_Pa.resize(where.arrays.size());
+}
+
+const Eigen::VectorXf& FieldBounds::normOf(std::size_t array) const
+{
+    Eigen::VectorXf& known = _norm_Pa[array];
+    if (known.size() == 0) known = norms(_where.points, *_where.arrays[array]);
+    return known;
 }
 
 // The complex pressures of each part of the array by itself: n x (K parts), field by field.
@@ -148,25 +181,44 @@ Eigen::MatrixXcf FieldBounds::pressureOfParts(const haptics::TransducerArray& ar
     return pressures(alone);
 }
 
+// For the pressures \a p of the parts (n x (K parts)).
+Eigen::MatrixXf FieldBounds::boundsOf(const haptics::TransducerArray& array,
+                                      const Eigen::VectorXf& norm_Pa,
+                                      const Eigen::MatrixXcf& p,
+                                      const std::vector<Eigen::VectorXcf>& fields,
+                                      const std::vector<float>& rounding) const
+{
+    const auto K = static_cast<Eigen::Index>(fields.size());
+    Eigen::MatrixXf bound_Pa(_where.points.cols(), K);
+    for (Eigen::Index k = 0; k < K; ++k)
+    {
+        const Eigen::VectorXcf& q = fields[static_cast<std::size_t>(k)];
+        bound_Pa.col(k) =
+            mostOfParts(p.middleCols(k * _parts, _parts)) + kFieldError * q.norm() * norm_Pa;
+    }
+    addRounding(_where, array, fields, rounding, bound_Pa);
+    return bound_Pa;
+}
+
 std::vector<double> FieldBounds::of(const std::vector<Eigen::VectorXcf>& fields,
                                     const std::vector<float>& rounding,
-                                    Eigen::MatrixXf& achieved_Pa) const
+                                    Eigen::MatrixXf& achieved_Pa,
+                                    double enough_Pa) const
 {
     const auto K = static_cast<Eigen::Index>(fields.size());
     achieved_Pa.setZero(_where.points.cols(), K);
     std::vector<double> most_Pa(fields.size(), 0.0);
     for (std::size_t a = 0; a < _where.arrays.size(); ++a)
     {
-        const Eigen::MatrixXcf p = pressureOfParts(*_where.arrays[a], fields);
-        Eigen::MatrixXf bound_Pa(_where.points.cols(), K);
-        for (Eigen::Index k = 0; k < K; ++k)
-        {
-            const auto parts = p.middleCols(k * _parts, _parts);
-            const Eigen::VectorXcf& q = fields[static_cast<std::size_t>(k)];
-            bound_Pa.col(k) = mostOfParts(parts) + kFieldError * q.norm() * _norm_Pa[a];
-            if (a == 0) achieved_Pa.col(k) = parts.rowwise().sum().cwiseAbs();
-        }
-        addRounding(_where, *_where.arrays[a], fields, rounding, bound_Pa);
+        const haptics::TransducerArray& array = *_where.arrays[a];
+        const Eigen::MatrixXcf p = pressureOfParts(array, fields);
+        for (Eigen::Index k = 0; k < K && a == 0; ++k)
+            achieved_Pa.col(k) = p.middleCols(k * _parts, _parts).rowwise().sum().cwiseAbs();
+        Eigen::MatrixXf bound_Pa =
+            boundsOf(array, looseNorms(_where.points, array), p, fields, rounding);
+        // Written so that NaN isn't enough.
+        if (!(bound_Pa.array() <= static_cast<float>(enough_Pa)).all())
+            bound_Pa = boundsOf(array, normOf(a), p, fields, rounding);
         // Not max(), which may ignore NaN.
         for (Eigen::Index k = 0; k < K; ++k)
             for (const float one_Pa : bound_Pa.col(k))

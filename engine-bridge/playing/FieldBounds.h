@@ -29,21 +29,29 @@ public:
     /// Returns for each of \a fields (K times m, as played) a bound on the pressure at the loudest
     /// point for any of the arrays, Pa, or NaN. \a rounding: for each field the most that an
     /// amplitude of it changes when it is lowered and rounded; 0 if the field stays the same but
-    /// for its level. \a achieved_Pa (n x K): |G q| for the first of the arrays. Throws
-    /// base::Stopped.
+    /// for its level. \a achieved_Pa (n x K): |G q| for the first of the arrays. Bounds that are at
+    /// most \a enough_Pa needn't be close. Throws base::Stopped.
     std::vector<double> of(const std::vector<Eigen::VectorXcf>& fields,
                            const std::vector<float>& rounding,
-                           Eigen::MatrixXf& achieved_Pa) const;
+                           Eigen::MatrixXf& achieved_Pa,
+                           double enough_Pa = -1.0) const;
 
 private:
     Eigen::MatrixXcf pressureOfParts(const haptics::TransducerArray& array,
                                      const std::vector<Eigen::VectorXcf>& fields) const;
+    Eigen::MatrixXf boundsOf(const haptics::TransducerArray& array,
+                             const Eigen::VectorXf& norm_Pa,
+                             const Eigen::MatrixXcf& p,
+                             const std::vector<Eigen::VectorXcf>& fields,
+                             const std::vector<float>& rounding) const;
+    const Eigen::VectorXf& normOf(std::size_t array) const;
 
     const CappedPlaces& _where;
     const device::DriveAbility& _ability;
     Eigen::Index _parts = 1;
-    /// For each array (n): times the 2-norm of the amplitudes at least what is heard in phase.
-    std::vector<Eigen::VectorXf> _norm_Pa;
+    /// For each array (n): times the 2-norm of the amplitudes at least what is heard in phase;
+    /// empty until it is asked for, since it takes as long as the field.
+    mutable std::vector<Eigen::VectorXf> _norm_Pa;
 };
 
 } // namespace midair::bridge

@@ -149,7 +149,7 @@ bool FieldPlayer::handOver(std::unique_lock<std::mutex>& lock, Whole* whole, std
         whole->first = step;
     }
     const bool taken =
-        whole != nullptr ? _device.sendSequence(whole->sequence) : _device.send(_out);
+        whole != nullptr ? _device.sendSequence(whole->sequence) : _device.sendUnled(_out);
     lock.lock();
     _sending = false;
     ++(taken ? _counters.sent : _counters.refused);
@@ -175,6 +175,24 @@ void FieldPlayer::watchSequence(std::unique_lock<std::mutex>& lock, std::uint64_
     }
 }
 
+// A device may refuse a sequence that it can't time after all, such as one that lasts too long. Its
+// line may carry the fields.
+bool FieldPlayer::isStreamedInstead(std::unique_lock<std::mutex>& lock)
+{
+    const std::uint64_t generation = _generation;
+    lock.unlock();
+    const bool isReady = _device.report().state == device::DeviceState::READY;
+    const double carried_Hz = _device.ability().fieldsPerSecond;
+    lock.lock();
+    if (_generation != generation || !isReady) return _generation != generation;
+    if (carried_Hz <= 0.0 || _modulator.options().fieldRate_Hz > carried_Hz) return false;
+    _whole.reset();
+    lock.unlock();
+    tellStreamed("it refuses them");
+    lock.lock();
+    return true;
+}
+
 bool FieldPlayer::sendStep(std::unique_lock<std::mutex>& lock)
 {
     const std::uint64_t generation = _generation;
@@ -197,6 +215,7 @@ bool FieldPlayer::sendStep(std::unique_lock<std::mutex>& lock)
     const bool taken = handOver(lock, whole.get(), step);
     if (isReplaced()) return !_quit;
     if (whole) _byItself = taken;
+    if (whole && !taken && isStreamedInstead(lock)) return !_quit;
     if (whole && !taken) _step += static_cast<std::int64_t>(kRetry_s / period_s());
     if (taken && whole)
         watchSequence(lock, silences);

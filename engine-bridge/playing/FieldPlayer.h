@@ -20,8 +20,9 @@ namespace midair::bridge
 /// whole sequence if its steps repeat within that number (sequenceOfSteps()) and its clock has the
 /// rate (DriveAbility::sequenceClock_Hz). For any other device, and any other sequence, a thread
 /// sends each step, at multiples of 1/fieldRate_Hz since play(); steps that are late are skipped,
-/// so that the cycle keeps its time. A single field without modulation is sent once. All members
-/// may be called from any thread.
+/// so that the cycle keeps its time. A single field without modulation is sent once. What it sends
+/// is no sign of life: where the device has a hold, whoever leads has to give one
+/// (ArrayDevice::keepAlive()). All members may be called from any thread.
 class FieldPlayer
 {
 public:
@@ -76,6 +77,9 @@ private:
     /// Sends \a whole, or the step if that is null, to the device with the lock released; returns
     /// true if the device took it.
     bool handOver(std::unique_lock<std::mutex>& lock, Whole* whole, std::int64_t step);
+    /// Sends step by step from now on what the device refused as a whole, if its line carries that;
+    /// true, too, if something else is to be played by now.
+    bool isStreamedInstead(std::unique_lock<std::mutex>& lock);
     /// The number of the first step after \a now_s.
     std::int64_t nextStep(double now_s) const
     {

@@ -8,6 +8,7 @@
 #include "haptics/base/InputError.h"
 #include "haptics/base/Limits.h"
 #include "haptics/sequence/FieldOrder.h"
+#include "haptics/solvers/FieldProblem.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,6 +25,8 @@ constexpr int kMostSteps = 24;
 constexpr double kHeadroom = 0.999; // makes one step enough if the levels are fine
 // Just above the amplitude of a level, which rounding down then gives.
 constexpr double kAboveLevel = 1.0001;
+constexpr double kOneAmplitude = 0.999; // amplitudes above this share of the largest are the same
+constexpr double kThinned = 0.999;      // most that a field with fewer transducers is called
 
 // True if all transducers that are on have one amplitude: a lower gain then makes the same field,
 // only quieter.
@@ -48,6 +51,13 @@ float coarsestStep(const std::vector<float>& amplitudes)
     for (std::size_t i = 1; i < amplitudes.size(); ++i)
         step = std::max(step, amplitudes[i] - amplitudes[i - 1]);
     return amplitudes.empty() ? kDutyStep : kDutyStep + 2.0f * step;
+}
+
+Eigen::VectorXcf decoded(const device::DriveSignal& signal)
+{
+    std::vector<std::complex<float>> q;
+    device::decode(signal, q);
+    return Eigen::Map<const Eigen::VectorXcf>(q.data(), static_cast<Eigen::Index>(q.size()));
 }
 
 double largest(const std::vector<Eigen::VectorXcf>& fields)
@@ -94,7 +104,7 @@ std::vector<CappedField> PressureCap::playedOf(const FieldBounds& bounds,
         rounding.push_back(bounds.isLowered() && !isEven(signal) ? _coarsest : 0.0f);
     }
     Eigen::MatrixXf achieved_Pa;
-    most_Pa = bounds.of(played, rounding, achieved_Pa);
+    most_Pa = bounds.of(played, rounding, achieved_Pa, ears ? -1.0 : _max_Pa);
     std::vector<CappedField> fields(signals.size());
     for (std::size_t k = 0; k < fields.size(); ++k)
     {
@@ -131,12 +141,89 @@ CappedField PressureCap::hold(const Where& where, device::DriveSignal& signal) c
         if (!std::isfinite(factor)) break;
         device::scaleDuties(wanted, factor, signal);
     }
+    std::vector<CappedField> fields(1);
+    std::vector<device::DriveSignal> signals = {wanted};
+    const double share = thinOut(bounds, signals, fields);
+    signal = std::move(signals.front());
+    if (share > 0.0)
+    {
+        fields.front().factor = std::min(share, kThinned);
+        return std::move(fields.front());
+    }
     CappedField field;
     field.factor = 0.0;
-    std::fill(signal.duty.begin(), signal.duty.end(), std::uint8_t(0));
     field.played.setZero(signal.size());
     field.achieved_Pa.setZero(where.points.cols());
     return field;
+}
+
+namespace
+{
+
+// Leaves of \a all the transducers that stand first in \a order.
+device::DriveSignal
+firstOf(const device::DriveSignal& all, const std::vector<int>& order, std::size_t count)
+{
+    device::DriveSignal some = all;
+    for (std::size_t k = count; k < order.size(); ++k)
+        some.duty[static_cast<std::size_t>(order[k])] = 0;
+    return some;
+}
+
+} // namespace
+
+// One field, or several in which all that sounds has one amplitude, so that the lowest level keeps
+// their ratios.
+bool PressureCap::mayThinOut(const std::vector<Eigen::VectorXcf>& fields)
+{
+    if (fields.size() == 1) return true;
+    const double most = largest(fields);
+    for (const Eigen::VectorXcf& q : fields)
+        for (const std::complex<float>& one : q)
+            if (one != 0.0f && std::abs(one) < kOneAmplitude * most) return false;
+    return true;
+}
+
+// Where the lowest level of all is too much, fewer transducers may not be: as many as keep to the
+// cap, in the order of an even mix, the same of each field. Returns the factor on the amplitudes'
+// sum; 0: one alone is too much, and all \a signals are silence.
+double PressureCap::thinOut(const FieldBounds& bounds,
+                            std::vector<device::DriveSignal>& signals,
+                            std::vector<CappedField>& fields) const
+{
+    const int transducers = signals.front().size();
+    const int duty = lowestDuty(transducers);
+    const std::vector<device::DriveSignal> wanted = signals;
+    for (device::DriveSignal& signal : signals)
+        setToLowest(duty, signal);
+    const std::vector<device::DriveSignal> all = signals;
+    const std::vector<int> order = haptics::evenOrder(transducers);
+    for (device::DriveSignal& signal : signals)
+        std::fill(signal.duty.begin(), signal.duty.end(), std::uint8_t(0));
+    if (duty == 0) return 0.0;
+    double before = 0.0, after = 0.0;
+    std::size_t fits = 0, tooMany = order.size() + 1;
+    for (std::size_t count = order.size(); fits + 1 < tooMany; count = (fits + tooMany) / 2)
+    {
+        std::vector<device::DriveSignal> some;
+        some.reserve(all.size());
+        for (const device::DriveSignal& signal : all)
+            some.push_back(firstOf(signal, order, count));
+        std::vector<double> most_Pa;
+        std::vector<CappedField> played = playedOf(bounds, some, most_Pa);
+        const bool isOver = !std::all_of(
+            most_Pa.begin(), most_Pa.end(), [this](double one_Pa) { return one_Pa <= _max_Pa; });
+        (isOver ? tooMany : fits) = count;
+        if (isOver) continue;
+        signals = std::move(some);
+        fields = std::move(played);
+    }
+    for (std::size_t k = 0; k < fields.size() && fits > 0; ++k)
+    {
+        before += static_cast<double>(_play(wanted[k]).cwiseAbs().sum());
+        after += static_cast<double>(fields[k].played.cwiseAbs().sum());
+    }
+    return before > 0.0 ? after / before : 0.0;
 }
 
 double PressureCap::holdAll(const Where& where, std::vector<Eigen::VectorXcf>& fields) const
@@ -188,32 +275,43 @@ double PressureCap::holdAll(const Where& where, std::vector<Eigen::VectorXcf>& f
         scaleTo(lowestShare);
         if (nextFactor() >= 1.0 && sounds) return lowestShare;
     }
+    if (mayThinOut(wanted))
+    {
+        std::vector<device::DriveSignal> signals(wanted.size());
+        for (std::size_t k = 0; k < wanted.size(); ++k)
+            device::encode(wanted[k].data(), static_cast<int>(wanted[k].size()), signals[k]);
+        std::vector<CappedField> thinned(wanted.size());
+        const double share = thinOut(bounds, signals, thinned);
+        for (std::size_t k = 0; k < fields.size() && share > 0.0; ++k)
+            fields[k] = decoded(signals[k]);
+        if (share > 0.0) return std::min(share, kThinned);
+    }
     for (Eigen::VectorXcf& q : fields)
         q.setZero();
     return 0.0;
 }
 
 // Levels are rounded down, so the factor that was asked for is not the one that is played.
-double PressureCap::hold(const Where& where, haptics::FieldSequence& sequence) const
+double
+PressureCap::hold(const Where& where, haptics::FieldSequence& sequence, CappedField* held) const
 {
     const double before = power(sequence.fields);
-    const double factor = sequence.isHeld() ? holdHeld(where, sequence.fields.front())
+    CappedField one;
+    const double factor = sequence.isHeld() ? holdHeld(where, sequence.fields.front(), one)
                                             : holdAll(where, sequence.fields);
+    if (held) *held = std::move(one);
     if (factor >= 1.0 || factor <= 0.0 || before <= 0.0) return factor;
     return std::min(1.0, std::sqrt(power(sequence.fields) / before));
 }
 
-double PressureCap::holdHeld(const Where& where, Eigen::VectorXcf& q) const
+double PressureCap::holdHeld(const Where& where, Eigen::VectorXcf& q, CappedField& held) const
 {
     device::DriveSignal signal;
     if (!device::encode(q.data(), static_cast<int>(q.size()), signal))
         throw base::InputError("solver gave activations that are not finite; nothing is played");
-    const double factor = hold(where, signal).factor;
-    if (factor >= 1.0) return factor;
-    std::vector<std::complex<float>> lowered;
-    device::decode(signal, lowered);
-    q = Eigen::Map<const Eigen::VectorXcf>(lowered.data(), q.size());
-    return factor;
+    held = hold(where, signal);
+    if (held.factor < 1.0) q = decoded(signal);
+    return held.factor;
 }
 
 bool PressureCap::isForEars(const Where& where, const std::vector<Eigen::VectorXcf>& fields) const

@@ -67,8 +67,9 @@ struct SilenceRemedy
 };
 
 /// Limits the peak pressure at control points: computes the field as the device plays it, in its
-/// levels, and scales the whole drive down until no point exceeds the cap; silences it if no level
-/// of the device keeps to the cap.
+/// levels, and scales the whole drive down until no point exceeds the cap. Where even the lowest
+/// level of all is too much, as of a board that is on or off, fewer transducers play; it is silent
+/// if one alone exceeds the cap.
 ///
 /// The cap also holds when the device lowers the amplitudes afterwards (ramp, thermal budget,
 /// modulation). If all transducers have one amplitude, as by default, a lower one means less
@@ -98,8 +99,9 @@ public:
 
     /// The same for a sequence of one field or several. Returns the factor as played, between the
     /// root mean squares of the amplitudes: levels are coarser than factors. Throws as holdAll()
-    /// does.
-    double hold(const Where& where, haptics::FieldSequence& sequence) const;
+    /// does. \a held: set to what a sequence of one field plays, else empty; may be null.
+    double
+    hold(const Where& where, haptics::FieldSequence& sequence, CappedField* held = nullptr) const;
     /// Returns true if \a fields are nearer to the ear limit of \a where than to this cap.
     bool isForEars(const Where& where, const std::vector<Eigen::VectorXcf>& fields) const;
     /// The message for the user when all amplitudes were lowered by a factor < 1 that isn't 0.
@@ -114,12 +116,23 @@ public:
                               const SilenceRemedy& remedy,
                               haptics::SolveReport& report) const;
 
-    /// What \a fields would be with all that sounds in them at the device's lowest level.
-    LowestLevel lowest(const Where& where, const std::vector<Eigen::VectorXcf>& fields) const;
+    /// What \a fields would be with all that sounds in them at the device's lowest level, or with
+    /// \a alone the first transducer that does.
+    LowestLevel lowest(const Where& where,
+                       const std::vector<Eigen::VectorXcf>& fields,
+                       bool alone = false) const;
 
 private:
-    double holdHeld(const Where& where, Eigen::VectorXcf& q) const;
+    double holdHeld(const Where& where, Eigen::VectorXcf& q, CappedField& held) const;
     int lowestDuty(int transducers) const;
+    void setToLowest(int duty, device::DriveSignal& signal) const;
+    static bool mayThinOut(const std::vector<Eigen::VectorXcf>& fields);
+    std::string tellOfCap(const Where& where,
+                          const std::vector<Eigen::VectorXcf>& wanted,
+                          const SilenceRemedy& remedy) const;
+    double thinOut(const FieldBounds& bounds,
+                   std::vector<device::DriveSignal>& signals,
+                   std::vector<CappedField>& fields) const;
     std::vector<CappedField> playedOf(const FieldBounds& bounds,
                                       const std::vector<device::DriveSignal>& signals,
                                       std::vector<double>& most_Pa,

@@ -3,6 +3,7 @@
 #include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/playing/FieldBounds.h"
 #include "engine-bridge/playing/PressureCap.h"
+#include "haptics/solvers/FieldProblem.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,6 +22,18 @@ double upwards(double value)
     if (!(value > 0.0) || !std::isfinite(value)) return value;
     const double digit = std::pow(10.0, std::floor(std::log10(value)) - 2.0);
     return std::ceil(value / digit) * digit;
+}
+
+// Leaves the first transducer that sounds, in the order in which they are thinned out.
+void keepFirst(device::DriveSignal& signal)
+{
+    bool isKept = false;
+    for (const int i : haptics::evenOrder(signal.size()))
+    {
+        std::uint8_t& duty = signal.duty[static_cast<std::size_t>(i)];
+        if (isKept) duty = 0;
+        isKept = isKept || duty > 0;
+    }
 }
 
 // Rounds up to a tenth, for the same reason.
@@ -49,8 +62,15 @@ int PressureCap::lowestDuty(int transducers) const
     return 0;
 }
 
+void PressureCap::setToLowest(int duty, device::DriveSignal& signal) const
+{
+    for (std::uint8_t& level : signal.duty)
+        level = level > 0 ? static_cast<std::uint8_t>(duty) : level;
+}
+
 LowestLevel PressureCap::lowest(const Where& where,
-                                const std::vector<Eigen::VectorXcf>& fields) const
+                                const std::vector<Eigen::VectorXcf>& fields,
+                                bool alone) const
 {
     LowestLevel result;
     if (fields.empty()) return result;
@@ -65,8 +85,8 @@ LowestLevel PressureCap::lowest(const Where& where,
             [](const std::complex<float>& one) { return one == 0.0f ? one : one / std::abs(one); });
         device::DriveSignal signal;
         if (!device::encode(full.data(), transducers, signal)) continue;
-        for (std::uint8_t& level : signal.duty)
-            level = level > 0 ? static_cast<std::uint8_t>(duty) : level;
+        setToLowest(duty, signal);
+        if (alone) keepFirst(signal);
         signals.push_back(std::move(signal));
     }
     std::vector<double> most_Pa;
@@ -83,6 +103,35 @@ LowestLevel PressureCap::lowest(const Where& where,
         if (std::abs(q) > 0.0f)
             result.amplitude = std::min(result.amplitude, static_cast<double>(std::abs(q)));
     return result;
+}
+
+// What no number of transducers is quiet enough for.
+std::string PressureCap::tellOfCap(const Where& where,
+                                   const std::vector<Eigen::VectorXcf>& wanted,
+                                   const SilenceRemedy& remedy) const
+{
+    const bool alone = mayThinOut(wanted);
+    const LowestLevel least = lowest(where, wanted, alone);
+    const std::string who = fmt::format("{}, {:.3g} of full drive,",
+                                        alone ? "one transducer alone at its lowest level"
+                                              : "transducers at their lowest level",
+                                        least.amplitude);
+    const char* give = alone ? "gives" : "give";
+    if (where.ears && least.ears >= least.pressure_Pa / _max_Pa)
+        return fmt::format("silent: the array's levels can't keep to the ear limit of {:g} dB; "
+                           "{} {} up to {:.1f} dB: raise {} above that",
+                           where.ears->limit_dB(),
+                           who,
+                           give,
+                           upwards_dB(where.ears->limit_dB() + 20.0 * std::log10(least.ears)),
+                           remedy.ears);
+    return fmt::format("silent: the array's levels can't keep to the cap of {:g} Pa at any control "
+                       "point; {} {} up to {:.3g} Pa: raise {} above that",
+                       _max_Pa,
+                       who,
+                       give,
+                       upwards(least.pressure_Pa),
+                       remedy.cap);
 }
 
 std::string PressureCap::tellOfSilence(const Where& where,
@@ -112,22 +161,8 @@ std::string PressureCap::tellOfSilence(const Where& where,
         if (least_Pa > 0.0) told += fmt::format(", which gives up to {:.3g} Pa", least_Pa);
         told += ": raise " + remedy.target;
     }
-    else if (where.ears && least.ears >= least.pressure_Pa / _max_Pa)
-        told = fmt::format("silent: the array's levels can't keep to the ear limit of {:g} dB; "
-                           "transducers at their lowest level, {:.3g} of full drive, give up to "
-                           "{:.1f} dB: raise {} above that",
-                           where.ears->limit_dB(),
-                           least.amplitude,
-                           upwards_dB(where.ears->limit_dB() + 20.0 * std::log10(least.ears)),
-                           remedy.ears);
     else
-        told = fmt::format("silent: the array's levels can't keep to the cap of {:g} Pa at any "
-                           "control point; transducers at their lowest level, {:.3g} of full "
-                           "drive, give up to {:.3g} Pa: raise {} above that",
-                           _max_Pa,
-                           least.amplitude,
-                           least_Pa,
-                           remedy.cap);
+        told = tellOfCap(where, wanted, remedy);
     report.stop = StopReason::SILENCED;
     report.message += (report.message.empty() ? "" : "; ") + told;
     return told;

@@ -38,6 +38,7 @@ base::Setting<S> earPointsRow()
                "listening places besides those around the array: x y z; x y z .. in m, array "
                "frame",
                6)
+        .variable("EAR_POINTS")
         .safety();
 }
 

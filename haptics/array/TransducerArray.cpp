@@ -70,6 +70,7 @@ TransducerArray TransducerArray::octagonalPrism()
     TransducerArray array;
     array.name = "octagon";
     array.sourceAmplitude_Pa_m = kPrismSourceAmplitude_Pa_m;
+    array.exposureAmplitude_Pa_m = kT4010A1Source_Pa_m;
     array.directivity = Directivity::T4010A1_HARMONICS;
     array.drive = paperDrive();
 
@@ -98,6 +99,13 @@ TransducerArray TransducerArray::singleBoard()
     array.drive = paperDrive();
     appendBoard(paperBoard(), array);
     return array;
+}
+
+double TransducerArray::heardAmplitude_Pa_m() const
+{
+    double known_Pa_m = exposureAmplitude_Pa_m;
+    if (known_Pa_m == 0.0 && directivity != Directivity::POINT) known_Pa_m = kT4010A1Source_Pa_m;
+    return std::max(sourceAmplitude_Pa_m, known_Pa_m);
 }
 
 void TransducerArray::setDead(const std::vector<int>& which)
@@ -139,6 +147,11 @@ bool TransducerArray::isValid(std::string* error) const
             .above("frequency_Hz", frequency_Hz, 0.0)
             .within(
                 "sourceAmplitude_Pa_m", sourceAmplitude_Pa_m, kLeastSource_Pa_m, kMostSource_Pa_m)
+            .check(exposureAmplitude_Pa_m == 0.0 || (exposureAmplitude_Pa_m >= kLeastSource_Pa_m &&
+                                                     exposureAmplitude_Pa_m <= kMostSource_Pa_m),
+                   "exposureAmplitude_Pa_m",
+                   exposureAmplitude_Pa_m,
+                   "0 (not known) or 1e-30 .. 1e30")
             .within("ringing", ringing_s, 0.0, kMostRinging_s, " s")
             .check(drive.phaseLevels == 0 || drive.phaseLevels >= 2,
                    "phaseLevels",

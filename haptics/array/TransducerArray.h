@@ -20,6 +20,9 @@ constexpr double kNearestDistance_m = 5e-3;
 constexpr double kLeastSource_Pa_m = 1e-30;
 constexpr double kMostSource_Pa_m = 1e30;
 
+/// P0 of one T4010A1 (Nippon Ceramic), by its data sheet: 121.5 dB SPL (rms) at 0.30 m.
+constexpr double kT4010A1Source_Pa_m = 10.1;
+
 /// Time constant of the T4010A1 (Nippon Ceramic), s: the Butterworth-Van Dyke circuit that the
 /// AUTD3 emulator has of it (80 mH, 200 pF, 700 ohm, a source of 150 ohm) rings with 2L/R = 188 us.
 /// No measured envelope is published; circuits of others give 160 to 280 us.
@@ -44,10 +47,13 @@ struct TransducerArray
 {
     std::string name;
     double frequency_Hz = 40e3;
-    /// P0: peak pressure times distance on axis at full drive. The data sheet of the T4010A1
-    /// (Nippon Ceramic): 121.5 dB SPL (rms) at 0.30 m.
-    /// kLeastSource_Pa_m .. kMostSource_Pa_m; in files at most 1e5.
-    double sourceAmplitude_Pa_m = 10.1;
+    /// P0: peak pressure times distance on axis at full drive, by which fields are solved for. An
+    /// array's may be fitted to the pressure of its focus, which loses by scatter of the phases and
+    /// by saturation. kLeastSource_Pa_m .. kMostSource_Pa_m; in files at most 1e5.
+    double sourceAmplitude_Pa_m = kT4010A1Source_Pa_m;
+    /// P0 of a transducer by itself, for the level at ears, which loses nothing of that: see
+    /// heardAmplitude_Pa_m(). 0: not known, or up to the same maximum.
+    double exposureAmplitude_Pa_m = 0.0;
     /// How it decreases off the axis; the same data sheet's table.
     Directivity directivity = Directivity::T4010A1_TABLE;
     /// 0 .. kMostRinging_s; time constant tau of the transducers: after its drive goes from q0 to
@@ -67,6 +73,11 @@ struct TransducerArray
 
     int size() const { return static_cast<int>(positions.cols()); }
 
+    /// Returns P0 for the level at ears: the larger of sourceAmplitude_Pa_m and
+    /// exposureAmplitude_Pa_m. Where that is 0 and the directivity is a T4010A1's, the transducers
+    /// are known by their data sheet: it is at least kT4010A1Source_Pa_m.
+    double heardAmplitude_Pa_m() const;
+
     /// Makes the transducers \a which, each 0 .. m - 1, in any order, dead: sets their gains to 0.
     /// Those that were dead before stay so.
     void setDead(const std::vector<int>& which);
@@ -82,7 +93,8 @@ struct TransducerArray
     void mark(const std::string& dead, const std::string& weak);
 
     /// The paper's device: 16 boards of 249 transducers as the eight sides of a prism around the y
-    /// axis, 3984 in all; P0 = 2.73 Pa m and the paper's harmonics, with which P0 was derived.
+    /// axis, 3984 in all; P0 = 2.73 Pa m and the paper's harmonics, with which P0 was derived; at
+    /// ears the data sheet's.
     static TransducerArray octagonalPrism();
     /// One board of 249 in the plane z = 0, facing +z; P0 and directivity of the data sheet.
     static TransducerArray singleBoard();

@@ -327,6 +327,7 @@ TransducerArray TransducerArray::fromJson(const std::string& json, const std::st
                    "comment",
                    "frequency_Hz",
                    "sourceAmplitude_Pa_m",
+                   "exposureAmplitude_Pa_m",
                    "directivity",
                    "ringing",
                    "phaseLevels",
@@ -348,6 +349,12 @@ TransducerArray TransducerArray::fromJson(const std::string& json, const std::st
                kLeastSource_Pa_m,
                1e5,
                "peak pressure times distance on axis in Pa m, within 1e-30 .. 1e5");
+    if (root.contains("exposureAmplitude_Pa_m"))
+        array.exposureAmplitude_Pa_m =
+            number("exposureAmplitude_Pa_m",
+                   kLeastSource_Pa_m,
+                   1e5,
+                   "P0 of a transducer by itself, for the level at ears, within 1e-30 .. 1e5");
     const std::string model = reader.string(
         reader.required(root, "", "directivity", "the name of a directivity model"), "directivity");
     try

@@ -23,6 +23,7 @@ std::string TransducerArray::toJson() const
     head["name"] = name;
     head["frequency_Hz"] = frequency_Hz;
     head["sourceAmplitude_Pa_m"] = sourceAmplitude_Pa_m;
+    if (exposureAmplitude_Pa_m > 0.0) head["exposureAmplitude_Pa_m"] = exposureAmplitude_Pa_m;
     head["directivity"] = directivityName(directivity);
     head["ringing"] = ringing_s;
     head["phaseLevels"] = drive.phaseLevels;

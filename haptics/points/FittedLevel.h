@@ -10,6 +10,23 @@
 namespace midair::haptics
 {
 
+/// Targets below this share of the largest count as it, in all figures too: what 8 bits of phase
+/// leave of a zero is about that (haptics/SOLVER.md, "Quiet points").
+constexpr double kLeastTarget = 1e-3;
+
+/// Raises targets that are too low; returns how many. Those that differ from the least by no more
+/// than single precision are not counted.
+template<typename Targets>
+int raiseTargets(Eigen::PlainObjectBase<Targets>& a)
+{
+    using Scalar = typename Targets::Scalar;
+    if (a.size() == 0) return 0;
+    const auto least = static_cast<Scalar>(kLeastTarget) * a.maxCoeff();
+    const auto raised = (a.array() < Scalar(1.0 - 1e-6) * least).count();
+    if (raised > 0) a = a.cwiseMax(least).eval();
+    return static_cast<int>(raised);
+}
+
 /// Returns s = (y.a)/(a.a), the level at which s a fits y best in the least-squares sense; Pa at
 /// a_l = 1. Computed in the precision of the vectors. Not finite if all targets are 0.
 template<typename Achieved, typename Targets>
@@ -51,11 +68,23 @@ Scalar loudnessOf(Scalar s, Scalar norm, Scalar meanRowSum)
 /// A point falls short if it is below its target in Pa by more than this fraction.
 constexpr double kShortBy = 0.01;
 
-/// Relative errors e_l = y_l/(s a_l) - 1.
+/// Relative errors e_l = y_l/(s a_l) - 1, and over the largest target g_l = e_l a_l/max(a).
 struct RelativeErrors
 {
-    double rms = 0.0; ///< sqrt(mean(e_l^2))
-    double max = 0.0; ///< the largest |e_l|
+    double rms = 0.0;          ///< sqrt(mean(e_l^2))
+    double max = 0.0;          ///< the largest |e_l|
+    double rmsOfLargest = 0.0; ///< sqrt(mean(g_l^2))
+    double maxOfLargest = 0.0; ///< the largest |g_l|
+
+    /// Sets the figures of the same names in \a figures.
+    template<typename Figures>
+    void tell(Figures& figures) const
+    {
+        figures.rms = rms;
+        figures.max = max;
+        figures.rmsOfLargest = rmsOfLargest;
+        figures.maxOfLargest = maxOfLargest;
+    }
 };
 
 /// Returns the errors at the level \a s > 0. They are summed in double and in the points' order, so
@@ -65,14 +94,18 @@ RelativeErrors
 relativeErrors(const Eigen::MatrixBase<Achieved>& y, const Eigen::MatrixBase<Targets>& a, double s)
 {
     RelativeErrors errors;
-    double squares = 0.0;
+    double squares = 0.0, squaresOfLargest = 0.0;
+    const double largest = a.maxCoeff();
     for (Eigen::Index l = 0; l < a.size(); ++l)
     {
-        const double error = y[l] / (s * a[l]) - 1.0;
+        const double error = y[l] / (s * a[l]) - 1.0, ofLargest = error * (a[l] / largest);
         squares += error * error;
+        squaresOfLargest += ofLargest * ofLargest;
         errors.max = std::max(errors.max, std::fabs(error));
+        errors.maxOfLargest = std::max(errors.maxOfLargest, std::fabs(ofLargest));
     }
     errors.rms = std::sqrt(squares / static_cast<double>(a.size()));
+    errors.rmsOfLargest = std::sqrt(squaresOfLargest / static_cast<double>(a.size()));
     return errors;
 }
 

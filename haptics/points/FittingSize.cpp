@@ -1,5 +1,8 @@
 #include "haptics/points/FittingSize.h"
 
+#include "haptics/base/InputError.h"
+
+#include <algorithm>
 #include <cmath>
 
 namespace midair::haptics
@@ -83,16 +86,44 @@ double fittingSize_m(const LargeModel& model,
     // About one point for each square of the spacing.
     const double spacing2 = model.spacing_m * model.spacing_m;
     const double points = spacing2 > 0.0 ? areaOf(model.mesh) / spacing2 : 0.0;
-    for (int power = static_cast<int>(std::floor(std::log10(model.width_m))); power >= -3; --power)
+    const double most_m = model.mayGrow ? 2.0 * workspace.reach_m() : model.width_m;
+    if (!(model.width_m > 0.0)) return 0.0;
+    for (int power = static_cast<int>(std::floor(std::log10(most_m))); power >= -3; --power)
         for (const double digit : {5.0, 2.0, 1.0})
         {
             const double size = digit * std::pow(10.0, power);
             const double scale = size / model.width_m;
-            if (scale > 1.0 || size < kLeast_m) continue;
+            if (size > most_m || size < kLeast_m) continue;
             if (points * scale * scale > maxPoints) continue;
             if (hasRoom(extent * scale, workspace, front)) return size;
         }
     return 0.0;
+}
+
+bool isOneFocus(const TriangleMesh& mesh, double wavelength_m)
+{
+    const auto isPoint = [](const auto& corners)
+    { return corners[0] == corners[1] && corners[1] == corners[2]; };
+    if (mesh.vertices.cols() == 0 || !(mesh.extent().maxCoeff() < 0.5 * wavelength_m)) return false;
+    for (Eigen::Index i = 0; i < mesh.triangles.cols(); ++i)
+        if (!isPoint(mesh.triangles.col(i))) return true;
+    return false;
+}
+
+int pointsAtSize(const TriangleMesh& mesh,
+                 const SamplerOptions& sampling,
+                 double size_m,
+                 int maxPoints)
+{
+    if (!(size_m > 0.0)) return maxPoints;
+    try
+    {
+        return std::clamp(sampleSurface(mesh.scaledTo(size_m), sampling).size(), 1, maxPoints);
+    }
+    catch (const base::InputError&) // too many
+    {
+        return maxPoints;
+    }
 }
 
 } // namespace midair::haptics

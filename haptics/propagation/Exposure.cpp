@@ -32,14 +32,17 @@ Eigen::Vector3d onSphere(int k, int count)
     return {r * std::cos(turn), y, r * std::sin(turn)};
 }
 
-// |G| without the absorption of air.
+const double kHeadFactor = std::pow(10.0, 0.05 * kHeadMargin_dB);
+
+// |G| at an ear, without the absorption of air.
 double strength(const TransducerArray& array, Eigen::Index i, const Eigen::Vector3d& place)
 {
     const Eigen::Vector3d d = place - array.positions.col(i);
     const double R = std::max(d.norm(), kNearestDistance_m);
     const double cosTheta = std::clamp(d.dot(array.normals.col(i)) / R, -1.0, 1.0);
     const double gain = array.gain.size() > 0 ? array.gain[i] : 1.0;
-    return array.sourceAmplitude_Pa_m * gain * directivity(array.directivity, cosTheta) / R;
+    return kHeadFactor * array.heardAmplitude_Pa_m() * gain *
+           directivity(array.directivity, cosTheta) / R;
 }
 
 } // namespace

@@ -4,12 +4,19 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/propagation/FreeLines.h"
 
+#include <osgMidair/ExposureFigures>
+
 #include <Eigen/Core>
 
 #include <vector>
 
 namespace midair::haptics
 {
+
+/// Limits near 40 kHz that are known for the public and for workers, dB re 20 uPa, rms: those of
+/// IRPA/INIRC 1984, in haptics/EARS.md. Whoever has to choose one is told both.
+constexpr double kPublicEarLimit_dB = 100.0;
+constexpr double kWorkersEarLimit_dB = 110.0;
 
 /// Reference of sound pressure levels, Pa rms.
 constexpr double kHearing_Pa = 20e-6;
@@ -26,8 +33,10 @@ double meanSquareOf_Pa2(double level_dB);
 /// array frame.
 Eigen::Matrix3Xd placesAround(const TransducerArray& array, int count);
 
-/// What listening places hear of a field: rms levels at the array's frequency alone, in a free
-/// field without a head or a room. Transducers count where D > 0 and with a free line (FreeLines).
+/// What ears at listening places hear of a field: at the array's frequency alone, with the P0 that
+/// the array has for ears (TransducerArray::heardAmplitude_Pa_m()), in a free field without a room;
+/// all pressures have kHeadMargin_dB on top for the head. Transducers count where D > 0 and with a
+/// free line (FreeLines).
 class Exposure
 {
 public:

@@ -40,18 +40,26 @@ struct ActiveFields
     std::vector<Eigen::VectorXcf> fields;
 };
 
-// Keeps only driven transducers, as most of the cost is one entry of G for each point and
-// transducer.
-ActiveFields activePart(const TransducerArray& array, const std::vector<Eigen::VectorXcf>& fields)
+// The transducers that any of the fields drives.
+std::vector<Eigen::Index> driven(const TransducerArray& array,
+                                 const std::vector<Eigen::VectorXcf>& fields)
 {
     std::vector<Eigen::Index> kept;
+    kept.reserve(static_cast<std::size_t>(array.size()));
     for (Eigen::Index i = 0; i < array.size(); ++i)
         if (std::any_of(fields.begin(),
                         fields.end(),
                         [i](const Eigen::VectorXcf& q)
                         { return q[i] != std::complex<float>(0.0f, 0.0f); }))
             kept.push_back(i);
+    return kept;
+}
 
+// Keeps only these, as most of the cost is one entry of G for each point and transducer.
+ActiveFields activePart(const TransducerArray& array,
+                        const std::vector<Eigen::VectorXcf>& fields,
+                        const std::vector<Eigen::Index>& kept)
+{
     ActiveFields active;
     TransducerArray& part = active.array;
     part.frequency_Hz = array.frequency_Hz;
@@ -65,6 +73,21 @@ ActiveFields activePart(const TransducerArray& array, const std::vector<Eigen::V
     for (const Eigen::VectorXcf& q : fields)
         active.fields.emplace_back(q(kept));
     return active;
+}
+
+// A matrix of a few rows, bound to an array and its air. A thread keeps that of the last two: what
+// is asked for from update to update is of the same array, with and without shadows, and to bind it
+// takes as long as dozens of rows.
+PropagationMatrix& boundTo(const TransducerArray& array, const Medium& medium)
+{
+    thread_local std::array<PropagationMatrix, 2> kept;
+    thread_local std::size_t oldest = 0;
+    for (PropagationMatrix& one : kept)
+        if (one.isBoundTo(array, medium)) return one;
+    PropagationMatrix& other = kept.at(oldest);
+    oldest = 1 - oldest;
+    other.bind(array, medium);
+    return other;
 }
 
 // For each field the real parts, then the imaginary ones, padded with zeros.
@@ -97,17 +120,21 @@ Eigen::MatrixXcf pressuresAt(const Eigen::Matrix3Xd& points,
     const Eigen::Index n = points.cols();
     const std::size_t K = fields.size();
     Eigen::MatrixXcf pressure = Eigen::MatrixXcf::Zero(n, static_cast<Eigen::Index>(K));
-    const ActiveFields active = activePart(array, fields);
-    if (n == 0 || active.array.size() == 0) return pressure;
+    const std::vector<Eigen::Index> kept = driven(array, fields);
+    if (n == 0 || kept.empty()) return pressure;
+    const bool isWhole = static_cast<int>(kept.size()) == array.size();
+    ActiveFields active;
+    if (!isWhole) active = activePart(array, fields, kept);
+    const TransducerArray& used = isWhole ? array : active.array;
+    const std::vector<Eigen::VectorXcf>& usedFields = isWhole ? fields : active.fields;
 
     PointChunks chunks(n, stop);
     const auto work = [&]
     {
         // Rows of one chunk of points; they are summed while they are still in the cache.
-        PropagationMatrix G;
-        G.bind(active.array, medium);
+        PropagationMatrix& G = boundTo(used, medium);
         const auto padded = static_cast<std::size_t>(G.paddedTransducers());
-        const base::AlignedBuffer<float> q = inLanes(G, active.fields);
+        const base::AlignedBuffer<float> q = inLanes(G, usedFields);
         std::array<int, PointChunks::kAtOnce> rows{};
         std::array<double, PointChunks::kAtOnce> sums{};
         std::iota(rows.begin(), rows.end(), 0);

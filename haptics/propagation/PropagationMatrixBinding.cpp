@@ -104,12 +104,19 @@ bool PropagationMatrix::isBoundTo(const TransducerArray& array, const Medium& me
 bool PropagationMatrix::bind(const TransducerArray& array, const Medium& medium)
 {
     if (isBoundTo(array, medium)) return false;
+    // The order of all transducers depends on their positions alone.
+    const bool isOrdered = !_order.empty() && static_cast<int>(_order.size()) == array.size() &&
+                           _isFiller.empty() && sameEntries(array.positions, _array.positions) &&
+                           (array.gain.size() == 0 || (array.gain.array() != 0.0).all());
     _array = array;
     _medium = medium;
     _wavelength_m = medium.wavelength(array.frequency_Hz);
     _beta = medium.attenuation(array.frequency_Hz);
     _unit_Pa = unitOf(array);
-    bindOrder();
+    if (isOrdered)
+        _hasSilentLanes = false;
+    else
+        bindOrder();
     _padded = (_transducers + kernels::kLanes - 1) / kernels::kLanes * kernels::kLanes;
     _hasOffset = array.phaseOffset_rad.size() > 0;
     if (array.directivity == Directivity::T4010A1_HARMONICS) _cubic = cubicOf(array.directivity);

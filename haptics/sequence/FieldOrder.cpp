@@ -139,11 +139,12 @@ smoothedFields(const std::vector<Eigen::VectorXcf>& fields, int steps, const Dri
 
 void scaleField(Eigen::VectorXcf& q, float share, const DriveResolution& drive)
 {
-    for (std::complex<float>& value : q)
+    Eigen::VectorXf amplitudes = (share * q.cwiseAbs()).cwiseMin(1.0f);
+    roundAmplitudes(drive.amplitudeLevels, static_cast<int>(q.size()), amplitudes.data());
+    for (Eigen::Index i = 0; i < q.size(); ++i)
     {
-        const float amplitude = std::abs(value);
-        if (amplitude > 0.0f)
-            value *= playableAmplitude(drive.amplitudeLevels, share * amplitude) / amplitude;
+        const float amplitude = std::abs(q[i]);
+        if (amplitude > 0.0f) q[i] *= amplitudes[i] / amplitude;
     }
 }
 

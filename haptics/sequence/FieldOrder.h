@@ -40,8 +40,8 @@ std::vector<Eigen::VectorXcf> smoothedFields(const std::vector<Eigen::VectorXcf>
                                              int steps,
                                              const DriveResolution& drive);
 
-/// Scales \a q to \a share (0 .. 1) of its amplitude, rounding each transducer to the nearest level
-/// of \a drive.
+/// Scales \a q to \a share (0 .. 1) of its amplitude, on the levels of \a drive
+/// (roundAmplitudes()).
 void scaleField(Eigen::VectorXcf& q, float share, const DriveResolution& drive);
 
 } // namespace midair::haptics

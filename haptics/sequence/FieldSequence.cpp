@@ -186,19 +186,20 @@ void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, 
     if (wanted == 0)
     {
         // There are no points or all targets are 0: no errors.
-        report.rms = report.max = report.loudness = report.level_Pa = report.worstShortfall = 0.0;
+        RelativeErrors().tell(report);
+        report.loudness = report.level_Pa = report.worstShortfall = 0.0;
         report.shortPoints = 0;
         return;
     }
+    raiseTargets(a);
     const double s = fittedLevel(y, a);
     const double level_Pa = s * a.maxCoeff();
     if (report.level_Pa > 0.0) report.loudness *= level_Pa / report.level_Pa;
     report.level_Pa = level_Pa;
     // Of silence no level is fitted. Every point misses all of its target, as for targets in Pa.
-    RelativeErrors errors{1.0, 1.0};
+    RelativeErrors errors{1.0, 1.0, std::sqrt(a.squaredNorm() / wanted) / a.maxCoeff(), 1.0};
     if (s > 0.0) errors = relativeErrors(y, a, points.absolute ? 1.0 : s);
-    report.rms = errors.rms;
-    report.max = errors.max;
+    errors.tell(report);
     if (!points.absolute) return;
     const Shortfall shortfall = shortfallOf(y, a, 1.0);
     report.shortPoints = shortfall.points;

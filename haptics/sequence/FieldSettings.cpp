@@ -104,12 +104,15 @@ std::vector<Setting<S>> playing()
                "passes that even a cycle's fields out together where objects rest; 0: none",
                5)
             .range(0, kMostEven),
-        Row<S>("earLimit",
-               &S::earLimit,
-               "cap on the rms level at listening places around the array, re 20 uPa; 0: no cap",
-               6)
+        Row<S>(
+            "earLimit",
+            &S::earLimit,
+            "cap on the rms level at listening places around the array, re 20 uPa, with 6 dB for a "
+            "head; 0 or none: no cap",
+            6)
             .range(kLeastEarLimit_dB, kMostEarLimit_dB, "dB")
             .orZero()
+            .zeroIs("none")
             .variable("EAR_LIMIT")
             .safety()};
 }

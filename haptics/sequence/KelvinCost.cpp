@@ -22,7 +22,8 @@ KelvinCost kelvinCost(const ControlPoints& points,
     KelvinCost cost;
     if (kept.empty() || q.size() != array.size()) return cost;
     const Eigen::Matrix3Xd places = points.positions(Eigen::all, kept);
-    const Eigen::VectorXd a = points.targets(kept);
+    Eigen::VectorXd a = points.targets(kept);
+    raiseTargets(a);
     const auto pressure_Pa = [&](const Medium& air) -> Eigen::VectorXd
     { return pressureAt(places, array, air, q, threads, stop).cwiseAbs().cast<double>(); };
     Medium other = medium;

@@ -67,13 +67,17 @@ std::vector<ControlPoints> SequenceComposer::split(const ControlPoints& points,
 {
     ModulatorOptions& modulation = sequence.modulation;
     modulation = _options.modulation;
-    _options.line.fit(modulation, plan.isModulated() ? plan.rate_Hz : modulation.amplitudeRate_Hz);
-    if (plan.isModulated() && !plan.isAlike())
+    const bool isOfFields = plan.isModulated() && !plan.isAlike();
+    const double frequency_Hz =
+        _options.line.fit(modulation,
+                          plan.isModulated() ? plan.rate_Hz : modulation.amplitudeRate_Hz,
+                          isOfFields ? 1 : std::max(1, _options.subsets));
+    if (isOfFields)
     {
         // The margin keeps rounding from losing a field if the rate is a multiple.
         const int instants = static_cast<int>(
-            std::clamp(modulation.fieldRate_Hz / plan.rate_Hz + 1e-9, 2.0, double(kMostInstants)));
-        modulation.fieldRate_Hz = instants * plan.rate_Hz;
+            std::clamp(modulation.fieldRate_Hz / frequency_Hz + 1e-9, 2.0, double(kMostInstants)));
+        modulation.fieldRate_Hz = instants * frequency_Hz;
         if (_options.subsets > 1)
             _messages.say({base::MessageCode::MODULATION_SUBSETS,
                            "objects that are modulated differently are not played in subsets"});
@@ -81,9 +85,9 @@ std::vector<ControlPoints> SequenceComposer::split(const ControlPoints& points,
     }
     if (plan.isModulated())
     {
-        modulation.amplitudeRate_Hz = plan.rate_Hz;
         modulation.amplitudeDepth = plan.depth[0];
     }
+    modulation.amplitudeRate_Hz = frequency_Hz;
     if (_options.subsets > 1) return subsetsInTurn(points, _options.subsets);
     return {points};
 }
@@ -265,6 +269,11 @@ FieldSequence SequenceComposer::composeCycle(const std::vector<ControlPoints>& s
 namespace
 {
 
+// haptics/SOLVER.md, "From below": of outlines, whose targets in Pa coarse levels may exceed.
+constexpr int kOutlinePasses = 8;
+constexpr double kBelowTarget = 0.98;
+constexpr double kMostOverTarget = 1.1;
+
 // Outlines are solved at full amplitude; this lowers the field to targets in Pa and to the
 // loudness.
 void fitLevel(double loudness,
@@ -283,7 +292,21 @@ void fitLevel(double loudness,
         const double level = fittedLevel(y, points.targets);
         if (level > 0.0) share = std::min(share, 1.0 / level);
     }
-    if (share < 1.0) scaleField(q, static_cast<float>(share), array.drive);
+    if (!(share < 1.0)) return;
+    const Eigen::VectorXcf full = q;
+    double level = 0.0;
+    for (int pass = 0; pass < kOutlinePasses; ++pass)
+    {
+        q = full;
+        scaleField(q, static_cast<float>(share), array.drive);
+        if (!points.absolute) return;
+        level = fittedLevel(
+            achievedPressure(sequence, array, medium, solver.threads, solver.stop).cast<double>(),
+            points.targets);
+        if (level <= 1.0 + kShortBy) return;
+        share *= kBelowTarget / level;
+    }
+    if (level > kMostOverTarget) q.setZero(); // no number of transducers is quiet enough
 }
 
 } // namespace

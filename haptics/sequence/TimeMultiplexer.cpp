@@ -34,10 +34,10 @@ SolveReport together(const std::vector<SolveReport>& reports)
     // fields in turn.
     if (reports.size() == 1) return reports.front();
     SolveReport all = reports.front();
-    double squares = 0.0;
+    double squares = 0.0, squaresOfLargest = 0.0;
     int points = 0, fields = 0;
     all.points = all.iterations = all.rowsBuilt = all.leftOut = all.shortPoints = 0;
-    all.matrix_ms = all.solve_ms = all.max = all.loudness = all.level_Pa = 0.0;
+    all.matrix_ms = all.solve_ms = all.max = all.maxOfLargest = all.loudness = all.level_Pa = 0.0;
     all.meanPhaseStep_rad = all.driveChange = all.audibleChange = all.worstShortfall = 0.0;
     all.message.clear();
     bool chosen = false;
@@ -51,6 +51,7 @@ SolveReport together(const std::vector<SolveReport>& reports)
         all.matrix_ms += r.matrix_ms;
         all.solve_ms += r.solve_ms;
         all.max = std::max(all.max, r.max);
+        all.maxOfLargest = std::max(all.maxOfLargest, r.maxOfLargest);
         all.level_Pa = std::max(all.level_Pa, r.level_Pa);
         all.worstShortfall = std::max(all.worstShortfall, r.worstShortfall);
         if (all.message.empty() && isField(r)) all.message = r.message;
@@ -67,6 +68,7 @@ SolveReport together(const std::vector<SolveReport>& reports)
         if (!isField(r)) continue;
         if (!chosen) all.stop = r.stop;
         squares += r.rms * r.rms * (r.points - r.leftOut);
+        squaresOfLargest += r.rmsOfLargest * r.rmsOfLargest * (r.points - r.leftOut);
         points += r.points - r.leftOut;
         all.loudness += r.loudness;
         ++fields;
@@ -74,6 +76,7 @@ SolveReport together(const std::vector<SolveReport>& reports)
     // The message about missing points is used only if no part has points.
     if (fields == 0 && all.message.empty()) all.message = reports.front().message;
     all.rms = points > 0 ? std::sqrt(squares / points) : 0.0;
+    all.rmsOfLargest = points > 0 ? std::sqrt(squaresOfLargest / points) : 0.0;
     if (fields > 0) all.loudness /= fields;
     return all;
 }

@@ -16,27 +16,82 @@ float playableAmplitude(const std::vector<float>& levels, float amplitude)
     return *above - wanted < wanted - *(above - 1) ? *above : *(above - 1);
 }
 
-void mixAmplitudes(const std::vector<float>& levels, float mean, int m, float* amplitudes)
+namespace
 {
-    const float wanted = std::clamp(mean, 0.0f, 1.0f);
-    float low = wanted, high = wanted;
-    if (!levels.empty())
-    {
-        const auto above = std::lower_bound(levels.begin(), levels.end(), wanted);
-        high = above == levels.end() ? levels.back() : *above;
-        low = above == levels.begin() || high == wanted ? high : *(above - 1);
-    }
-    // Multiples of the golden ratio are spread evenly, and a larger mean raises some transducers
-    // and lowers none.
+
+/// The playable amplitudes next to one that is wanted. Below the lowest level is silence, which
+/// every array plays.
+struct Between
+{
+    float low, high, share; ///< share of the way from low to high, 0 .. 1
+};
+
+Between betweenLevels(const std::vector<float>& levels, float wanted)
+{
+    if (levels.empty()) return {wanted, wanted, 1.0f};
+    const auto above = std::lower_bound(levels.begin(), levels.end(), wanted);
+    const float high = above == levels.end() ? levels.back() : *above;
+    const float low = high == wanted ? high : above == levels.begin() ? 0.0f : *(above - 1);
+    return {low, high, high > low ? (wanted - low) / (high - low) : 1.0f};
+}
+
+// Multiples of the golden ratio are spread evenly, and a larger mean raises some transducers and
+// lowers none.
+template<typename Choose>
+void inEvenMix(int m, const Choose& choose)
+{
     constexpr double kGolden = 0.6180339887498949;
-    const float share = high > low ? (wanted - low) / (high - low) : 1.0f;
     double place = 0.5;
     for (int i = 0; i < m; ++i)
     {
         place += kGolden;
         place -= place >= 1.0 ? 1.0 : 0.0;
-        amplitudes[i] = place < static_cast<double>(share) ? high : low;
+        choose(i, place);
     }
+}
+
+} // namespace
+
+void mixAmplitudes(const std::vector<float>& levels, float mean, int m, float* amplitudes)
+{
+    const Between one = betweenLevels(levels, std::clamp(mean, 0.0f, 1.0f));
+    const auto share = static_cast<double>(one.share);
+    inEvenMix(m, [&](int i, double place) { amplitudes[i] = place < share ? one.high : one.low; });
+}
+
+void roundAmplitudes(const std::vector<float>& levels, int m, float* amplitudes, double most)
+{
+    if (levels.empty()) return;
+    double wanted = 0.0, played = 0.0;
+    for (int i = 0; i < m; ++i)
+    {
+        wanted += static_cast<double>(amplitudes[i]);
+        played += static_cast<double>(playableAmplitude(levels, amplitudes[i]));
+    }
+    if (std::fabs(played - wanted) <= most * wanted)
+    {
+        for (int i = 0; i < m; ++i)
+            amplitudes[i] = playableAmplitude(levels, amplitudes[i]);
+        return;
+    }
+    inEvenMix(m,
+              [&](int i, double place)
+              {
+                  const Between one = betweenLevels(levels, amplitudes[i]);
+                  amplitudes[i] = place < static_cast<double>(one.share) ? one.high : one.low;
+              });
+}
+
+std::vector<int> evenOrder(int m)
+{
+    std::vector<std::pair<double, int>> places(static_cast<std::size_t>(m));
+    inEvenMix(m, [&](int i, double place) { places[static_cast<std::size_t>(i)] = {place, i}; });
+    std::sort(places.begin(), places.end());
+    std::vector<int> order;
+    order.reserve(places.size());
+    for (const auto& [place, i] : places)
+        order.push_back(i);
+    return order;
 }
 
 int FieldProblem::assign(const ControlPoints& points,

@@ -220,7 +220,19 @@ private:
 /// \a amplitude limited to 0 .. 1.
 float playableAmplitude(const std::vector<float>& levels, float amplitude);
 /// Sets \a m amplitudes with the mean \a mean: some at the next of the ascending \a levels below
-/// it, some at the next above, evenly distributed.
+/// it (0 below the first), some at the next above, evenly distributed.
 void mixAmplitudes(const std::vector<float>& levels, float mean, int m, float* amplitudes);
+/// What roundAmplitudes() may change of the sum of all amplitudes (SOLVER.md, "Amplitudes").
+constexpr double kCoarseSum = 0.01;
+constexpr double kCoarseTarget = 1e-3; ///< of targets in Pa
+/// Rounds \a m amplitudes of 0 .. 1 to playable ones: each to the nearest of the ascending
+/// \a levels, or where these are so coarse that this changes the sum of all by more than the share
+/// \a most, to the next one below or above, in an even mix that keeps the sum.
+void roundAmplitudes(const std::vector<float>& levels,
+                     int m,
+                     float* amplitudes,
+                     double most = kCoarseSum);
+/// Returns 0 .. m - 1 in the order in which an even mix raises them.
+std::vector<int> evenOrder(int m);
 
 } // namespace midair::haptics

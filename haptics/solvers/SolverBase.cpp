@@ -226,6 +226,7 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
 
     const int stale =
         _field.assign(points, _active, array, medium, skipTolerance_m(array, medium), isKnown);
+    _raised = raiseTargets(_field.a);
     if (!isKnown && _last.q.size() == array.size()) _field.toLanes(_last.q, _last.lanes);
     if (isSkippable(stale, q))
     {
@@ -266,6 +267,7 @@ SolveReport SolverBase::solveAssigned(const ControlPoints& points,
                           q);
         stale +=
             _field.assign(points, _active, array, medium, skipTolerance_m(array, medium), true);
+        _raised = raiseTargets(_field.a);
         _field.build();
         result.matrix_ms += _field.build_ms();
     }
@@ -273,9 +275,10 @@ SolveReport SolverBase::solveAssigned(const ControlPoints& points,
 
     scaleTargets();
     const bool warm = prepareStart(array);
-    const double lastRms = _last.good ? _last.report.rms : 0.0;
-    const Outcome outcome = _beyond > 0.0 ? iterateLouder(warm) : iterate(_field, warm);
+    const double lastRms = _last.report.rms, lastOfLargest = _last.report.rmsOfLargest;
+    Outcome outcome = _beyond > 0.0 ? iterateLouder(warm) : iterate(_field, warm);
     if (!outcome.playable) makePlayable();
+    keepToTargets(outcome);
     report(outcome, result);
     result.solve_ms = _field.elapsed_ms() - result.matrix_ms;
     if (result.level_Pa == 0.0)
@@ -285,7 +288,8 @@ SolveReport SolverBase::solveAssigned(const ControlPoints& points,
         return silent(
             result, StopReason::REFUSED, "the field did not come out finite", array.size(), q);
     keep(result, q);
-    _last.goesOn = outcome.unfinished && (!warm || result.rms < kProgress * lastRms);
+    _last.goesOn = outcome.unfinished && (!warm || result.rms < kProgress * lastRms ||
+                                          result.rmsOfLargest < kProgress * lastOfLargest);
     return result;
 }
 
@@ -326,7 +330,8 @@ SolverBase::silent(SolveReport result, StopReason stop, std::string why, int m, 
     _field.forget();
     result.stop = stop;
     result.message = std::move(why);
-    result.rms = result.max = result.loudness = result.level_Pa = 0.0;
+    RelativeErrors().tell(result);
+    result.loudness = result.level_Pa = 0.0;
     result.leftOut = result.points;
     return result;
 }

@@ -80,6 +80,9 @@ protected:
     bool hasLast(const FieldProblem& field) const { return _last.q.size() == field.arraySize(); }
     /// Returns true if the targets of this solve are in Pa.
     bool isAbsolute() const { return _absolute; }
+    /// Returns true if the targets of this solve are shifted for the sake of loudness, by how loud
+    /// each point happens to be.
+    bool isShifted() const { return _beyond > 0.0; }
     /// Returns the largest target, by which all targets were divided; in FieldProblem::unit_Pa() if
     /// the targets are in Pa.
     float largestTarget() const { return static_cast<float>(_largestTarget / _field.unit_Pa()); }
@@ -128,6 +131,8 @@ private:
     Outcome iterateLouder(bool warm);
     void scaleTargets();
     void makePlayable();
+    void playTargets();
+    void keepToTargets(Outcome& outcome);
     void report(const Outcome& outcome, SolveReport& report);
     void reportTargets(SolveReport& report) const;
     void reportChange(SolveReport& report) const;
@@ -144,6 +149,8 @@ private:
     double _beyond = 0.0;       // _louder in this solve; 0 if the targets are in Pa
     int _misses = 0;            // solves in a row that took longer than the deadline
     bool _absolute = false;     // the targets of this solve are in Pa
+    float _quieter = 0.0f;      // level of a quieter field that is farther from the targets in Pa
+    bool _isGrown = false;      // this one is of growFromBelow()
     double _audibleShare = 0.0; // audible share of a drive's change at the options' update rate
     SplitVector _keptU;         // n
     Eigen::VectorXf _keptA;     // n
@@ -152,6 +159,7 @@ private:
     std::vector<std::uint64_t> _identity; // of the points that are solved for, or empty
     std::vector<int> _lastOf;             // index of each in the last field; -1: new
     float _largestTarget = 1.0f;          // divisor of the targets, as given
+    int _raised = 0;                      // targets too far below it
     LastField _last;
 };
 

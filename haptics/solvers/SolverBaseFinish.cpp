@@ -50,53 +50,6 @@ std::complex<float> SolverBase::alignToLast(FieldProblem& field, int levels)
     return turn;
 }
 
-// Scales field.q to the level asked for, as far as the array is loud enough, then clips it and
-// rounds it to the device's levels.
-void SolverBase::makePlayable()
-{
-    alignToLast(_field);
-    double full = 1.0; // factor to full use: |q_i| = 1, or rms |q| = 1 before clipping
-    if (_options.phaseOnly)
-        kernels::quantisePhase(_field.G.paddedTransducers(),
-                               0,
-                               _field.q.re.data(),
-                               _field.q.im.data(),
-                               _field.q.re.data(),
-                               _field.q.im.data());
-    else
-    {
-        double power = 0.0;
-        for (int i = 0; i < _field.m(); ++i)
-            power += std::norm(_field.q.at(static_cast<std::size_t>(i)));
-        full = power > 0.0 ? std::sqrt(_field.m() / power) : 0.0;
-    }
-    double share = _options.loudness;
-    if (_absolute)
-    {
-        _field.forward(_field.q, _field.p);
-        _field.phasesOf(_field.p);
-        const double s = full * static_cast<double>(fittedLevel(_field.y, _field.a));
-        share = s > 0.0 ? std::min(share, static_cast<double>(largestTarget()) / s) : share;
-    }
-    if (_options.phaseOnly)
-    {
-        const float amplitude =
-            playableAmplitude(_field.drive().amplitudeLevels, static_cast<float>(share));
-        _field.quantisePhases(_field.q, _field.q);
-        kernels::scaleBy(
-            _field.G.paddedTransducers(), amplitude, 0.0f, _field.q.re.data(), _field.q.im.data());
-        return;
-    }
-    const auto scale = static_cast<float>(full * share);
-    for (int i = 0; i < _field.m(); ++i)
-    {
-        const auto s = static_cast<std::size_t>(i);
-        const float amplitude = std::abs(_field.q.at(s));
-        _field.q.set(s, _field.q.at(s) * (amplitude * scale > 1.0f ? 1.0f / amplitude : scale));
-    }
-    _field.quantise(1.0f);
-}
-
 void SolverBase::report(const Outcome& outcome, SolveReport& result)
 {
     _field.clearSilent(_field.q); // no change of these is one of the drive
@@ -108,10 +61,12 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
     const double level = fittedLevelInOrder(_field.y, _field.a);
     const RelativeErrors errors =
         relativeErrors(_field.y, _field.a, _absolute ? largestTarget() : level);
-    result.stop = outcome.stop;
+    // A method that ended before its phases were rounded does not know what is played of them.
+    const bool isRight = errors.rms <= _options.rmsTolerance;
+    result.stop =
+        outcome.stop == StopReason::CONVERGED && !isRight ? StopReason::STALLED : outcome.stop;
     result.iterations = outcome.iterations;
-    result.rms = errors.rms;
-    result.max = errors.max;
+    errors.tell(result);
     result.level_Pa = level * _field.a.maxCoeff() * _field.unit_Pa();
     result.loudness = loudnessOf(level,
                                  std::sqrt(static_cast<double>(_field.a.squaredNorm())),
@@ -122,6 +77,11 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
             fmt::format("{} of {} control points left out: target 0 or out of the array's reach",
                         result.leftOut,
                         result.points));
+    if (_raised > 0)
+        add(result,
+            fmt::format("{} of {} targets are below a thousandth of the largest and count as that",
+                        _raised,
+                        _field.n()));
     if (_absolute && _louder > 0.0)
         add(result,
             fmt::format("a loudness of {:g} counts as 1, since the targets are in Pa",
@@ -148,7 +108,14 @@ void SolverBase::reportTargets(SolveReport& result) const
     if (result.level_Pa > (1.0 + kShortBy) * _largestTarget)
         add(result,
             fmt::format("the field is louder than asked for, {:.4g} Pa instead of {:.4g} Pa: the "
-                        "array's amplitudes are no finer",
+                        "next quieter field that was found plays {:.4g} Pa",
+                        result.level_Pa,
+                        _largestTarget,
+                        _field.unit_Pa() * _quieter));
+    else if (_isGrown)
+        add(result,
+            fmt::format("fewer transducers play, or at less, since the array's levels are too "
+                        "coarse: {:.4g} Pa of {:.4g} Pa",
                         result.level_Pa,
                         _largestTarget));
 }

@@ -1,12 +1,17 @@
 #include "haptics/surface/ObjReader.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/surface/ObjText.h"
+#include "haptics/surface/obj/EarClipping.h"
+#include "haptics/surface/obj/ObjText.h"
 
-#include <Eigen/Geometry>
-
+#include <algorithm>
+#include <array>
+#include <charconv>
 #include <exception>
+#include <filesystem>
+#include <iterator>
 #include <sstream>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <tiny_obj_loader.h>
@@ -17,44 +22,178 @@ namespace midair::haptics
 namespace
 {
 
-Eigen::Vector3d areaVector(const TriangleMesh& mesh, const Eigen::Vector3i& corners)
+/// Writes a PlainObj.
+class PlainWriter
 {
-    const Eigen::Vector3d a = mesh.vertices.col(corners[0]);
-    return (mesh.vertices.col(corners[1]) - a).cross(mesh.vertices.col(corners[2]) - a);
-}
-
-/// Splits concave quads along their other diagonal where the library has split them along one that
-/// lies outside, which shows as two triangles with opposite normals. (The library takes the shorter
-/// one.)
-void mendConcaveQuads(TriangleMesh& mesh, const std::vector<int>& faceSizes)
-{
-    Eigen::Index t = 0;
-    for (const int corners : faceSizes)
+public:
+    PlainWriter(const ObjText& text, const std::string& path, PlainObj& plain) :
+        _text(text),
+        _path(path),
+        _plain(plain)
     {
-        if (corners == 4)
-        {
-            const Eigen::Vector3i first = mesh.triangles.col(t);
-            const Eigen::Vector3i second = mesh.triangles.col(t + 1);
-            // Split along 0-2 the second triangle starts at corner 0, along 1-3 at corner 1.
-            const bool along02 = second[0] == first[0];
-            const int c0 = first[0];
-            const int c1 = first[1];
-            const int c2 = along02 ? first[2] : second[1];
-            const int c3 = second[2];
-            if (areaVector(mesh, first).dot(areaVector(mesh, second)) < 0.0)
-            {
-                mesh.triangles.col(t) =
-                    along02 ? Eigen::Vector3i(c0, c1, c3) : Eigen::Vector3i(c0, c1, c2);
-                mesh.triangles.col(t + 1) =
-                    along02 ? Eigen::Vector3i(c1, c2, c3) : Eigen::Vector3i(c0, c2, c3);
-            }
-        }
-        t += corners - 2;
+    }
+
+    void write();
+
+private:
+    void writeMaterials();
+    void writeNumbers(std::string_view word, const double* numbers, std::size_t count);
+    void writeVertices();
+    void writeCorner(const ObjCorner& corner);
+    void writeFace(const ObjElement& face, const ObjCorner* corners);
+    Eigen::Vector3d place(const ObjCorner& corner) const
+    {
+        return Eigen::Vector3d(&_text.coordinates[3 * static_cast<std::size_t>(corner.vertex)]);
+    }
+
+    const ObjText& _text;
+    const std::string& _path;
+    PlainObj& _plain;
+    int _crossing = 0; ///< faces that cross themselves
+    int _crossingLine = 0;
+};
+
+// Only looks whether the files exist and opens none, as a name may be that of a pipe or a device.
+void PlainWriter::writeMaterials()
+{
+    const std::filesystem::path folder(_path.substr(0, _path.find_last_of('/') + 1));
+    const auto take = [&](const std::string& name)
+    {
+        std::error_code ignored;
+        const std::filesystem::path given(name);
+        const std::filesystem::path file = given.is_absolute() ? given : folder / given;
+        if (name.size() > 1000 || !std::filesystem::is_regular_file(file, ignored)) return false;
+        _plain.text += "mtllib " + file.string() + "\n";
+        return true;
+    };
+    for (const auto& [line, names] : _text.materials)
+    {
+        if (take(names)) continue; // one name with blanks, or several
+        std::istringstream words(names);
+        for (std::string name; words >> name;)
+            if (!take(name))
+                _plain.notes.push_back(fmt::format("{}, line {}: the material file {} is not "
+                                                   "there; materials are not needed",
+                                                   _path,
+                                                   line,
+                                                   inQuotes(name)));
     }
 }
 
-/// The checked text's faces as triangles, and its colours, as the OBJ library reads them.
-TriangleMesh parsed(const ObjText& text, const std::string& path)
+// In the shortest way that reads as the same number, whatever the locale.
+void PlainWriter::writeNumbers(std::string_view word, const double* numbers, std::size_t count)
+{
+    _plain.text += word;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        std::array<char, 40> buffer{};
+        const auto end =
+            std::to_chars(buffer.data(), buffer.data() + buffer.size(), numbers[i]).ptr;
+        _plain.text += ' ';
+        _plain.text.append(buffer.data(), end);
+    }
+    _plain.text += '\n';
+}
+
+void PlainWriter::writeVertices()
+{
+    const Eigen::Map<const Eigen::Matrix3Xd> all(
+        _text.coordinates.data(), 3, static_cast<Eigen::Index>(_text.coordinates.size() / 3));
+    // A float far from the origin has the digits of large numbers, and small shapes lose theirs.
+    constexpr double kFloat = 6e-8;
+    constexpr double kShare = 1e-5;
+    const Eigen::Vector3d low = all.rowwise().minCoeff();
+    const Eigen::Vector3d high = all.rowwise().maxCoeff();
+    const double far = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
+    if (far * kFloat > kShare * (high - low).maxCoeff() && low != high)
+        _plain.origin = 0.5 * (low + high);
+    for (Eigen::Index v = 0; v < all.cols(); ++v)
+    {
+        std::array<double, 7> numbers{};
+        for (Eigen::Index i = 0; i < 3; ++i)
+            numbers[static_cast<std::size_t>(i)] = all(i, v) - _plain.origin[i];
+        if (!_text.colours.empty())
+            std::copy_n(_text.colours.begin() + 4 * v, 4, numbers.begin() + 3);
+        writeNumbers("v", numbers.data(), _text.colours.empty() ? 3 : 7);
+    }
+    for (std::size_t i = 0; i + 1 < _text.textures.size(); i += 2)
+        writeNumbers("vt", &_text.textures[i], 2);
+    for (std::size_t i = 0; i + 2 < _text.normals.size(); i += 3)
+        writeNumbers("vn", &_text.normals[i], 3);
+}
+
+void PlainWriter::writeCorner(const ObjCorner& corner)
+{
+    const auto out = std::back_inserter(_plain.text);
+    fmt::format_to(out, " {}", corner.vertex + 1);
+    if (corner.texture >= 0) fmt::format_to(out, "/{}", corner.texture + 1);
+    if (corner.normal >= 0)
+        fmt::format_to(out, "{}{}", corner.texture >= 0 ? "/" : "//", corner.normal + 1);
+}
+
+void PlainWriter::writeFace(const ObjElement& face, const ObjCorner* corners)
+{
+    std::vector<std::array<int, 3>> triangles{{0, 1, 2}};
+    if (face.corners > 3)
+    {
+        Eigen::Matrix3Xd places(3, face.corners);
+        for (int i = 0; i < face.corners; ++i)
+            places.col(i) = place(corners[i]);
+        bool crosses = false;
+        triangles = triangulated(places, crosses);
+        if (crosses && _crossing++ == 0) _crossingLine = face.line;
+    }
+    for (const auto& triangle : triangles)
+    {
+        _plain.text += 'f';
+        for (const int corner : triangle)
+            writeCorner(corners[corner]);
+        _plain.text += '\n';
+    }
+}
+
+void PlainWriter::write()
+{
+    _plain.text.reserve(80 * _text.coordinates.size() / 3 + 40 * _text.corners.size());
+    writeMaterials();
+    writeVertices();
+    std::size_t state = 0;
+    const ObjCorner* corners = _text.corners.data();
+    for (std::size_t i = 0; i < _text.elements.size(); ++i)
+    {
+        for (; state < _text.states.size() && _text.states[state].first <= i; ++state)
+            _plain.text += _text.states[state].second + "\n";
+        const ObjElement& element = _text.elements[i];
+        if (element.corners > 2)
+            writeFace(element, corners);
+        else
+        {
+            _plain.text += element.corners == 2 ? 'l' : 'p';
+            for (int k = 0; k < element.corners; ++k)
+                writeCorner({corners[k].vertex, -1, -1});
+            _plain.text += '\n';
+        }
+        corners += element.corners;
+    }
+    if (_crossing > 0)
+        _plain.warnings.push_back(
+            fmt::format("{}, line {}: the face crosses itself{}; another shape may be felt there",
+                        _path,
+                        _crossingLine,
+                        _crossing > 1 ? fmt::format(", as {} more do", _crossing - 1) : ""));
+}
+
+PlainObj plainObj(ObjText& text, const std::string& path)
+{
+    PlainObj plain;
+    plain.warnings = std::move(text.warnings);
+    plain.notes = std::move(text.notes);
+    PlainWriter(text, path, plain).write();
+    return plain;
+}
+
+/// The plain text's triangles and colours, as the OBJ library reads them.
+TriangleMesh parsed(const std::string& text, const std::string& path)
 {
     tinyobj::attrib_t attributes;
     std::vector<tinyobj::shape_t> shapes;
@@ -64,7 +203,7 @@ TriangleMesh parsed(const ObjText& text, const std::string& path)
     bool good = false;
     try
     {
-        std::istringstream stream(text.plain);
+        std::istringstream stream(text);
         good = tinyobj::LoadObj(
             &attributes, &shapes, &materials, &warning, &error, &stream, nullptr, true, false);
     }
@@ -73,32 +212,40 @@ TriangleMesh parsed(const ObjText& text, const std::string& path)
         error = exception.what();
     }
     if (!good) throw base::InputError(path + ": the file can't be parsed: " + error);
-
     TriangleMesh mesh;
-    mesh.vertices = Eigen::Map<const Eigen::Matrix3Xd>(
-        text.coordinates.data(), 3, static_cast<Eigen::Index>(text.coordinates.size() / 3));
     std::vector<int> indices;
     for (const tinyobj::shape_t& shape : shapes)
         for (const tinyobj::index_t& index : shape.mesh.indices)
             indices.push_back(index.vertex_index);
     mesh.triangles = Eigen::Map<const Eigen::Matrix3Xi>(
         indices.data(), 3, static_cast<Eigen::Index>(indices.size() / 3));
-    if (attributes.colors.size() == text.coordinates.size())
-        mesh.intensity =
-            Eigen::Map<const Eigen::Matrix3Xd>(attributes.colors.data(), 3, mesh.vertices.cols())
-                .colwise()
-                .mean()
-                .cast<float>();
+    if (!attributes.colors.empty())
+        mesh.intensity = Eigen::Map<const Eigen::Matrix3Xd>(
+                             attributes.colors.data(),
+                             3,
+                             static_cast<Eigen::Index>(attributes.colors.size() / 3))
+                             .colwise()
+                             .mean()
+                             .cast<float>();
     return mesh;
 }
 
 /// Appends lines and points as triangles without area.
-void addSegments(TriangleMesh& mesh, const std::vector<std::array<int, 2>>& segments)
+void addSegments(TriangleMesh& mesh, const ObjText& text)
 {
+    std::vector<Eigen::Vector3i> segments;
+    const ObjCorner* corner = text.corners.data();
+    for (const ObjElement& element : text.elements)
+    {
+        const auto from = static_cast<int>(corner[0].vertex);
+        const auto to = static_cast<int>(corner[element.corners - 1].vertex);
+        if (element.corners < 3) segments.emplace_back(from, to, to);
+        corner += element.corners;
+    }
     Eigen::Index t = mesh.triangles.cols();
     mesh.triangles.conservativeResize(3, t + static_cast<Eigen::Index>(segments.size()));
-    for (const auto& [from, to] : segments)
-        mesh.triangles.col(t++) << from, to, to;
+    for (const Eigen::Vector3i& segment : segments)
+        mesh.triangles.col(t++) = segment;
 }
 
 } // namespace
@@ -106,33 +253,24 @@ void addSegments(TriangleMesh& mesh, const std::vector<std::array<int, 2>>& segm
 TriangleMesh readObj(const std::string& path, std::vector<std::string>* warnings)
 {
     ObjText text = readObjText(path);
-    TriangleMesh mesh = parsed(text, path);
-    Eigen::Index expected = 0;
-    for (const int corners : text.faceSizes)
-        expected += corners - 2;
-    if (mesh.triangles.cols() == expected)
-    {
-        mendConcaveQuads(mesh, text.faceSizes);
-    }
-    else
-    {
-        text.warnings.push_back(fmt::format("{}: {} triangles were expected of its polygons, {} "
-                                            "came; a polygon crosses itself or has no area",
-                                            path,
-                                            expected,
-                                            mesh.triangles.cols()));
-    }
-    addSegments(mesh, text.segments);
-    if (mesh.triangles.cols() == 0)
-    {
-        throw base::InputError(fmt::format(
-            "{}: none of its {} faces can be triangulated", path, text.faceSizes.size()));
-    }
+    const PlainObj plain = plainObj(text, path);
+    TriangleMesh mesh = parsed(plain.text, path);
+    mesh.vertices = Eigen::Map<const Eigen::Matrix3Xd>(
+        text.coordinates.data(), 3, static_cast<Eigen::Index>(text.coordinates.size() / 3));
+    if (text.colours.empty()) mesh.intensity.resize(0);
+    addSegments(mesh, text);
     if (warnings != nullptr)
     {
-        warnings->insert(warnings->end(), text.warnings.begin(), text.warnings.end());
+        warnings->insert(warnings->end(), plain.warnings.begin(), plain.warnings.end());
+        warnings->insert(warnings->end(), plain.notes.begin(), plain.notes.end());
     }
     return mesh;
+}
+
+PlainObj readPlainObj(const std::string& path)
+{
+    ObjText text = readObjText(path);
+    return plainObj(text, path);
 }
 
 } // namespace midair::haptics

@@ -11,6 +11,7 @@
 #include <osgViewer/ViewerBase>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace osgMidair
@@ -131,10 +132,14 @@ public:
             setKeep(false);
             return;
         }
+        const bool isMine = engine->collectedBy() == this;
+        const bool isOthers = !isMine && engine->collectedBy();
+        const bool isLed = isOthers || engine->isLed(*root, _visitsSeen);
         engine->findGuests(_guests);
-        if (_direct && _guests.empty() && !_statistics.collecting() && engine->rests(*root)) return;
         _viewer->getViews(_views);
-        const osgViewer::View* view = addRoot(*root);
+        const bool isPlain = isLed && _guests.empty() && !_statistics.collecting();
+        if (_direct && isPlain && isShownAlone(*root) && engine->rests(*root)) return;
+        const osgViewer::View* view = isLed ? addRoot(*root) : nullptr;
         _direct = view && view->getSceneData() == root;
         for (const osg::ref_ptr<HapticEngine>& guest : _guests)
         {
@@ -144,6 +149,7 @@ public:
         }
         if (view)
         {
+            engine->setCollectedBy(this);
             const osg::FrameStamp* stamp = view->getFrameStamp();
             engine->update(_roots,
                            stamp ? stamp->getFrameNumber() : 0,
@@ -151,16 +157,42 @@ public:
                            stamp ? stamp->getSimulationTime() : 0.0);
             _statistics.show(*_viewer, _views, *engine, stamp ? stamp->getFrameNumber() : 0);
         }
-        // The roots were removed or switched off. Silences them only if this viewer collected them
-        // last, as another one may show them.
-        else if (_collected)
-            engine->silence();
+        else if (isMine)
+            leave(*engine, isLed);
         _collected = view != nullptr;
         _roots.clear();
         _guests.clear();
     }
 
+protected:
+    // The viewer is gone, or has no more use for this, and nobody would silence what is played.
+    ~CollectOperation() override
+    {
+        osg::ref_ptr<HapticEngine> engine;
+        if (!_engine.lock(engine) || engine->collectedBy() != this) return;
+        engine->setCollectedBy(nullptr);
+        engine->silence();
+    }
+
 private:
+    // The roots were removed or switched off, or nobody leads them. Only where this viewer
+    // collected them last, as another one may show them.
+    void leave(HapticEngine& engine, bool isLed) const
+    {
+        if (_collected) engine.silence();
+        // What nobody leads keeps no device from others, nor what isn't shown its place.
+        if (!isLed || PlayingPlace::isWanted()) engine.close();
+    }
+
+    /// Returns true if \a root itself is what a view shows.
+    bool isShownAlone(const osg::Node& root) const
+    {
+        return root.getNodeMask() != 0 && std::any_of(_views.begin(),
+                                                      _views.end(),
+                                                      [&root](const osgViewer::View* view)
+                                                      { return view->getSceneData() == &root; });
+    }
+
     /// Adds \a root to what is collected, if a view shows it; returns that view, or null.
     const osgViewer::View* addRoot(osg::Node& root)
     {
@@ -181,8 +213,9 @@ private:
     std::vector<osg::ref_ptr<HapticEngine>> _guests; ///< kept for their memory, empty
     std::vector<SceneRoot> _roots;                   ///< likewise
     ViewerStatistics _statistics;
-    bool _collected = false;
-    bool _direct = false; ///< a view shows the root itself
+    bool _collected = false;      ///< in the last frame
+    bool _direct = false;         ///< and a view showed the root itself
+    unsigned int _visitsSeen = 0; ///< of the engine's owner
 };
 
 /// Returns the view of a viewer that shows \a node: that of a camera above it; null if none does.
@@ -237,6 +270,63 @@ void HapticEngine::follow(osgViewer::ViewerBase& viewer)
     osg::ref_ptr<osg::Operation> operation = new CollectOperation(viewer, *this);
     viewer.addUpdateOperation(operation);
     _followers.emplace_back(operation);
+}
+
+// Returns true if another owner plays the scene. This engine then closes what it has open.
+bool HapticEngine::standsBack()
+{
+    std::string outer = _owner.outer();
+    const osg::ref_ptr<HapticEngine> beside = outer.empty() ? host() : nullptr;
+    if (beside) outer = beside->name();
+    const bool isNew = outer != _outer;
+    _outer = std::move(outer);
+    if (isNew && !_outer.empty())
+        say({midair::base::MessageCode::SCENE_INSIDE,
+             name() + (beside ? " is joined with " : " is inside ") + _outer +
+                 ", which plays it: of its own settings only its caps and Enabled count"});
+    if (!_outer.empty())
+        close();
+    else if (isNew)
+        _configured = _isOpen = _submittedAny = false;
+    return !_outer.empty();
+}
+
+bool HapticEngine::isLed(const osg::Node& root, unsigned int& visitsSeen)
+{
+    if (_kind == OwnerKind::SCENE) return true;
+    const unsigned int visits = _visits;
+    const bool isLed =
+        std::exchange(visitsSeen, visits) != visits || !_isInPlace || _isInPlace(root);
+    _owner.setLed(isLed);
+    return isLed;
+}
+
+// The pipeline is closed in its thread, which has nothing to do from then on and can be joined.
+void HapticEngine::close()
+{
+    _configured = false;
+    if (std::exchange(_isOpen, false) && _thread)
+    {
+        _hands.setSettings("", 0.0, false);
+        _submittedAny = false;
+        _thread->setPipeline([] { return std::unique_ptr<midair::bridge::HologramPipeline>(); });
+        silence();
+    }
+    else if (_thread && _thread->state() == ArrayState::CLOSED)
+        endThread();
+    if (!_thread) _place.leave();
+}
+
+void HapticEngine::endThread()
+{
+    takeResult();
+    std::unique_ptr<midair::bridge::HologramThread> ended; // joined outside the lock
+    const std::lock_guard<std::mutex> lock(_mutex);
+    _closed = _thread->latestResult();
+    ended.swap(_thread);
+    _statistics.snapshots = 0; // as those that the next thread will have come to
+    _resultsSeen = 0;
+    _seen.reset();
 }
 
 } // namespace osgMidair

@@ -2,7 +2,6 @@
 
 #include "engine-bridge/playing/EarWatch.h"
 #include "haptics/base/AssignPart.h"
-#include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/engine/PublicMessage.h"
 #include "plugin/report/DeviceLines.h"
@@ -14,6 +13,7 @@
 #include <osgViewer/View>
 
 #include <algorithm>
+#include <utility>
 
 namespace osgMidair
 {
@@ -27,6 +27,11 @@ namespace
 
 /// Time before a field that the device refused is tried again.
 constexpr double kRetry_s = 0.5;
+
+std::shared_ptr<const midair::bridge::PlayedPressure> nothingPlayed()
+{
+    return std::make_shared<midair::bridge::PlayedPressure>();
+}
 
 bool sameObject(const HapticObject& a, const HapticObject& b)
 {
@@ -53,34 +58,10 @@ HapticEngine::~HapticEngine()
 {
     takeResult();
     tellLines(midair::base::steadySeconds() + midair::base::LineLimit::kPause_s);
-    const bool ran = _thread != nullptr;
     const ReportedScene last{statistics(), _settings, field()};
     _thread.reset();
     tellDeviceLines();
-    if (ran) writeReport(this, last);
-}
-
-// A callback may do anything, so this comes last.
-void HapticEngine::tellState()
-{
-    DeviceChange change;
-    change.before = _stateTold;
-    change.now = _thread ? _thread->state() : ArrayState::CLOSED;
-    if (change.now == change.before) return;
-    _stateTold = change.now;
-    change.status = _thread ? _thread->deviceStatus() : "";
-    const auto isTrouble = [](ArrayState state)
-    { return state == ArrayState::LOST || state == ArrayState::FAULT; };
-    const bool isNews = isTrouble(change.before) || isTrouble(change.now);
-    osg::notify(isNews ? osg::NOTICE : osg::INFO)
-        << "osgMidair: the array is " << midair::bridge::stateName(change.now) << " (it was "
-        << midair::bridge::stateName(change.before) << "): " << printable(change.status)
-        << std::endl;
-    const osg::ref_ptr<DeviceCallback> keep = _deviceCallback;
-    if (!keep) return;
-    const std::string thrown = midair::base::thrownBy([&] { keep->changed(change); });
-    if (!thrown.empty())
-        say({MessageCode::CALLBACK_THREW, "the device callback has thrown " + thrown});
+    if (_isReported) writeReport(this, last);
 }
 
 osg::ref_ptr<osg::Node> HapticEngine::root() const
@@ -126,6 +107,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
     tellDeviceLines();
     tellLines(start_s);
     if (standsBack()) return tellState();
+    if (_isCrowded && _place.take()) _configured = false; // there is one now
     configure(*_given);
     followThermometer();
     const bool fresh = collect(roots);
@@ -145,7 +127,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
         say(std::move(message));
     if (_settings.enabled) _collector.addObstacles(_snapshot.around.props);
     takeResult();
-    _hands.touch(_snapshot.objects, _seen.get());
+    _hands.touch(_snapshot.objects, _thread ? _thread->playedNow() : nothingPlayed());
     const bool refused = _seen && !_seen->playing && start_s - _rest.submitTime_s > kRetry_s;
     const bool idle = _submittedAny && !refused && !changedSinceSubmitted(fresh);
     if (!idle) submit();
@@ -168,7 +150,7 @@ void HapticEngine::update(const std::vector<SceneRoot>& roots,
         _statistics.temperature_C = _air_C;
         _statistics.collect_ms = (midair::base::steadySeconds() - start_s) * 1e3;
     }
-    if (_thread && isReportDue(this)) keepReport(this, {statistics(), _settings, field()});
+    if (_isReported && isReportDue(this)) keepReport(this, {statistics(), _settings, field()});
     tellTouches();
     tellState();
 }
@@ -194,7 +176,7 @@ void HapticEngine::silence()
     _snapshot.objects.clear();
     _snapshot.time_s = midair::base::steadySeconds();
     _hands.touch(_snapshot.objects,
-                 nullptr); // ends all touches; before the snapshot is handed over
+                 nothingPlayed()); // ends all touches; before the snapshot is handed over
     if (!_submittedAny || changedSinceSubmitted(true)) submit();
     tellTouches();
     tellState();
@@ -267,28 +249,6 @@ std::string HapticEngine::name() const
                                           : "the viewer's --device";
 }
 
-// Returns true if another owner plays the scene. This engine then closes what it has open.
-bool HapticEngine::standsBack()
-{
-    std::string outer = _owner.outer();
-    const osg::ref_ptr<HapticEngine> beside = outer.empty() ? host() : nullptr;
-    if (beside) outer = beside->name();
-    if (outer == _outer) return !outer.empty();
-    _outer = std::move(outer);
-    _configured = false;
-    _isOpen = false;
-    _submittedAny = false;
-    if (_outer.empty()) return false;
-    say({MessageCode::SCENE_INSIDE,
-         name() + (beside ? " is joined with " : " is inside ") + _outer +
-             ", which plays it: of its own settings only its caps and Enabled count"});
-    _hands.setSettings("", 0.0, false);
-    if (!_thread) return true;
-    _thread->setPipeline([] { return std::unique_ptr<midair::bridge::HologramPipeline>(); });
-    silence();
-    return true;
-}
-
 void HapticEngine::takeResult()
 {
     const std::uint64_t results = _thread ? _thread->results() : 0;
@@ -311,7 +271,7 @@ void HapticEngine::takeResult()
 std::shared_ptr<const midair::bridge::HologramResult> HapticEngine::latestResult() const
 {
     const std::lock_guard<std::mutex> lock(_mutex);
-    return _thread ? _thread->latestResult() : nullptr;
+    return _thread ? _thread->latestResult() : _closed;
 }
 
 midair::bridge::PlayedDrives HapticEngine::playedOfLate(double duration_s) const
@@ -341,7 +301,12 @@ midair::haptics::Medium HapticEngine::medium() const
 std::vector<Touch> HapticEngine::touches() const
 {
     const std::lock_guard<std::mutex> lock(_mutex);
-    return _touches;
+    std::vector<Touch> touches = _touches;
+    // It may have been muted or lost since the frame.
+    if (!_thread || _thread->reading().state != ArrayState::PLAYING)
+        for (Touch& touch : touches)
+            touch.force = 0.0;
+    return touches;
 }
 
 HapticStatistics HapticEngine::statistics() const

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "device/limits/UserLimits.h"
 #include "engine-bridge/air/AirTemperature.h"
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "haptics/base/text/LineLimit.h"
@@ -87,6 +88,24 @@ public:
     /// traversal. Returns its view, or null if none is above or one is followed already.
     osgGA::GUIActionAdapter* followAbove(const osg::Node& node);
 
+    /// \{ For an owner that frames come by (a callback, a device): each visit is noted, and \a
+    /// isInPlace says of the root whether the owner still is where it was put, for loops that don't
+    /// always come by.
+    void noteVisit() { ++_visits; }
+    void setPlace(std::function<bool(const osg::Node&)> isInPlace)
+    {
+        _isInPlace = std::move(isInPlace);
+    }
+    /// \}
+    /// Returns false if nobody leads it any more: its owner is no longer in its place, and no frame
+    /// has come by since \a visitsSeen, which is counted on. A scene is led by its graph. On the
+    /// update thread.
+    bool isLed(const osg::Node& root, unsigned int& visitsSeen);
+    /// Who collects it, which only is compared: the last one silences it when it does no longer. On
+    /// the update thread.
+    void setCollectedBy(const void* who) { _collectedBy = who; }
+    const void* collectedBy() const { return _collectedBy; }
+
     /// Returns the root, or null if it is gone.
     osg::ref_ptr<osg::Node> root() const;
 
@@ -173,6 +192,10 @@ public:
     /// Silences the array until the next update() and ends all touches.
     void silence();
 
+    /// Silences the array, and closes device and hands until the next update(). Doesn't wait for
+    /// the device: the thread ends at a later call.
+    void close();
+
     /// Silences the array at once, with the device open and hands and touches going on, until
     /// setMuted(false). Any thread.
     void setMuted(bool muted);
@@ -213,6 +236,7 @@ private:
 
     std::string name() const;
     bool standsBack();
+    void takePlace();
     void openHands();
     void attachMouse();
     void listenAtCamera();
@@ -228,6 +252,7 @@ private:
     void applyToThread();
     void noteForBaking(bool isSame);
     void startThread();
+    void endThread();
     bool mayTouch() const;
     /// Returns true if the snapshot differs from the last submitted one. \a objectsToo: false
     /// compares only hands and obstacles.
@@ -241,8 +266,12 @@ private:
     void tellLines(double now_s);
 
     osg::observer_ptr<osg::Node> _root;
-    const SceneOwner _owner;
+    SceneOwner _owner;
     JoinedScene _joined;
+    PlayingPlace _place; ///< while there is a thread, or it waits for one
+    std::atomic<unsigned int> _visits{0};
+    std::function<bool(const osg::Node&)> _isInPlace; ///< none: not known
+    const void* _collectedBy = nullptr;
     const OwnerKind _kind;
     const HapticSettings* const _given; ///< valid while _root is
     std::function<void(midair::bridge::HologramOptions&)> _filter;
@@ -283,17 +312,22 @@ private:
     Eigen::Matrix4d _toArray = Eigen::Matrix4d::Identity(); ///< world in scene units -> array
     HapticSettings _settings;                               ///< as used: granted and repaired
     HapticSettings _raw;                                    ///< as given
-    HapticSettings _granted; ///< as _settings, but for what a rehearsal replaces
+    HapticSettings _granted;            ///< as _settings, but for what a rehearsal replaces
+    midair::device::UserCaps _userCaps; ///< those that _settings keep
     bool _isRehearsed = false;
     bool _isBaked = false;           ///< by a FieldBaker: nothing is opened
     std::uint64_t _bakedChanges = 0; ///< how often _applied has changed since
     bool _configured = false;
-    bool _isOpen = false; ///< the thread has what _applied says
+    bool _isOpen = false;     ///< the thread has what _applied says
+    bool _isCrowded = false;  ///< no place was free
+    bool _isReported = false; ///< it was meant to play
     /// Those of the settings that the thread has: array, device and what its fields are played
     /// with, inner caps included.
     HapticSettings _applied;
-    bool _isArrayRefused = false; ///< by the user's grants, which have said so
-    std::string _outer;           ///< name of the owner that plays this scene instead; empty: none
+    std::shared_ptr<std::atomic<bool>> _begun; ///< there was a pipeline on _begunOn
+    std::string _begunOn;                      ///< device
+    bool _isArrayRefused = false;              ///< by the user's grants, which have said so
+    std::string _outer; ///< name of the owner that plays this scene instead; empty: none
     double _innerPressure_Pa = 0.0; ///< the strictest cap of scenes inside this one; 0: none
     double _innerAmplitude = 1.0;
     double _innerEarLimit_dB = 0.0; ///< likewise; 0: none
@@ -305,6 +339,7 @@ private:
 
     mutable std::mutex _mutex; ///< guards the members below
     std::unique_ptr<midair::bridge::HologramThread> _thread;
+    std::shared_ptr<const midair::bridge::HologramResult> _closed; ///< that of a thread that ended
     std::shared_ptr<LoadedArray> _array;
     std::shared_ptr<midair::haptics::ArrayFileWatch> _watch; ///< for the hologram thread
     midair::haptics::Medium _medium;

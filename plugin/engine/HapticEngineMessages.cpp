@@ -1,4 +1,5 @@
 // What a HapticEngine tells: its own messages and those of its thread.
+#include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/settings/Grants.h"
@@ -31,6 +32,29 @@ void notify(const LineLimit::Line& line)
 }
 
 } // namespace
+
+// A callback may do anything, so this comes last.
+void HapticEngine::tellState()
+{
+    DeviceChange change;
+    change.before = _stateTold;
+    change.now = _thread ? _thread->state() : ArrayState::CLOSED;
+    if (change.now == change.before) return;
+    _stateTold = change.now;
+    change.status = _thread ? _thread->deviceStatus() : "";
+    const auto isTrouble = [](ArrayState state)
+    { return state == ArrayState::LOST || state == ArrayState::FAULT; };
+    const bool isNews = isTrouble(change.before) || isTrouble(change.now);
+    osg::notify(isNews ? osg::NOTICE : osg::INFO)
+        << "osgMidair: the array is " << midair::bridge::stateName(change.now) << " (it was "
+        << midair::bridge::stateName(change.before) << "): " << printable(change.status)
+        << std::endl;
+    const osg::ref_ptr<DeviceCallback> keep = _deviceCallback;
+    if (!keep) return;
+    const std::string thrown = midair::base::thrownBy([&] { keep->changed(change); });
+    if (!thrown.empty())
+        say({MessageCode::CALLBACK_THREW, "the device callback has thrown " + thrown});
+}
 
 void HapticEngine::say(Message message)
 {

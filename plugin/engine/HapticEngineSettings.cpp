@@ -2,6 +2,7 @@
 // describe.
 
 #include "device/limits/GuardedDevice.h"
+#include "device/opening/MultiDevice.h"
 #include "engine-bridge/extending/OwnSolver.h"
 #include "engine-bridge/rendering/ContactSettings.h"
 #include "engine-bridge/scene/Convert.h"
@@ -9,6 +10,7 @@
 #include "haptics/base/AssignPart.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/CodedError.h"
+#include "haptics/base/text/Quantity.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "plugin/engine/HapticEngine.h"
@@ -23,6 +25,9 @@
 #include <osgMidair/HapticScene>
 
 #include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
 
 namespace osgMidair
 {
@@ -176,7 +181,10 @@ void HapticEngine::listenAtCamera()
 
 void HapticEngine::configure(const HapticSettings& given)
 {
-    if (_configured && given == _raw) return;
+    // A program may set a variable at any time, and a cap holds from then on.
+    midair::device::UserCaps caps = midair::device::capsOfUser();
+    if (_configured && given == _raw && caps == _userCaps) return;
+    _userCaps = std::move(caps);
     _configured = true;
     _raw = given;
     readSettings(given);
@@ -191,6 +199,8 @@ void HapticEngine::configure(const HapticSettings& given)
         parts = {};
         _settings.enabled = false;
     }
+    takePlace();
+    _isReported = _isReported || (_raw.enabled && !_isBaked);
     openHands();
     _worldToArray = parts.pose;
     _toArray = parts.pose.matrix();
@@ -202,6 +212,21 @@ void HapticEngine::configure(const HapticSettings& given)
                        : _air.source());
     _air_C = _air.at(midair::base::steadySeconds(), _settings.temperature);
     applyToThread();
+}
+
+// A scene that plays has one of the process's places; one without opens nothing.
+void HapticEngine::takePlace()
+{
+    const bool isWanted = _settings.enabled && !_isBaked;
+    _isCrowded = isWanted && !_place.take();
+    if (!isWanted && !_thread) _place.leave();
+    if (!_isCrowded) return;
+    _settings.enabled = _granted.enabled = false;
+    say({MessageCode::SCENE_LIMIT,
+         fmt::format("{} is not played: {} scenes of this program play already, and no more do at "
+                     "a time; put those that share an array into one HapticScene",
+                     name(),
+                     PlayingPlace::kMost)});
 }
 
 // Only the air changes: the device stays open, and the next field starts from the last one.
@@ -263,12 +288,13 @@ midair::bridge::HologramOptions HapticEngine::hologramOptions() const
     midair::base::assignPart<midair::haptics::SolverSettings>(options.solverOptions, _applied);
     midair::base::assignPart<midair::haptics::SequenceSettings>(options, _applied);
     midair::base::assignPart<midair::haptics::PlayingSettings>(options, _applied);
-    std::vector<osg::Vec3d> places;
-    parsePlaces(_applied.earPoints, places); // judged by repair()
+    std::vector<std::array<double, 3>> places;
+    midair::base::parsePlaces(_applied.earPoints, places); // judged by repair()
     options.contacts = midair::bridge::contactsOf(_applied, renderOf(_applied.render));
     options.earPoints.resize(3, static_cast<Eigen::Index>(places.size()));
     for (std::size_t l = 0; l < places.size(); ++l)
-        options.earPoints.col(static_cast<Eigen::Index>(l)) = midair::bridge::toEigen(places[l]);
+        options.earPoints.col(static_cast<Eigen::Index>(l)) =
+            Eigen::Map<const Eigen::Vector3d>(places[l].data());
     options.solverFactory = midair::bridge::makeAnySolver;
     options.deviceUri = _applied.device;
     return options;
@@ -307,6 +333,9 @@ void HapticEngine::startThread()
     midair::bridge::HologramOptions options = hologramOptions();
     if (_filter) _filter(options);
     _isOpen = true;
+    if (!_begun || options.deviceUri != _begunOn)
+        _begun = std::make_shared<std::atomic<bool>>(false);
+    _begunOn = options.deviceUri;
     _submittedAny = false; // the new pipeline has got no snapshot yet
     const auto watch = std::make_shared<midair::haptics::ArrayFileWatch>("");
     const auto isStale = [watch] { return watch->isChanged(midair::base::steadySeconds()); };
@@ -333,7 +362,8 @@ HapticEngine::pipelineMaker(const midair::bridge::HologramOptions& options) cons
             weak = _applied.weak,
             isRefused = _isArrayRefused,
             loaded = _array,
-            watch = _watch]() mutable
+            watch = _watch,
+            begun = _begun]() mutable
     {
         // Also after it could not be read; a setting may ask for a new pipeline, too.
         const bool isAnother = watch->wasChanged();
@@ -361,7 +391,12 @@ HapticEngine::pipelineMaker(const midair::bridge::HologramOptions& options) cons
             }
             loaded->array = std::make_shared<midair::haptics::TransducerArray>(options.array);
         }
-        return std::make_unique<midair::bridge::HologramPipeline>(options);
+        // Another pipeline of this scene on the same device: its recording isn't begun anew.
+        if (begun && *begun)
+            options.deviceUri = midair::device::continuedRecordings(options.deviceUri);
+        auto pipeline = std::make_unique<midair::bridge::HologramPipeline>(options);
+        if (begun) *begun = true;
+        return pipeline;
     };
 }
 

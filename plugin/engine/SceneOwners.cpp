@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <set>
 #include <vector>
 
 namespace osgMidair
@@ -18,8 +19,10 @@ namespace
 
 struct Owner
 {
-    const osg::Node* root; ///< only compared
+    const SceneOwner* owner; ///< only compared, as the next
+    const osg::Node* root;
     OwnerKind kind;
+    bool isLed;
     osg::observer_ptr<HapticEngine> engine;
 };
 
@@ -34,6 +37,20 @@ Owners& owners()
 {
     static Owners all;
     return all;
+}
+
+struct Places
+{
+    std::mutex mutex;
+    std::set<const PlayingPlace*> taken;
+    std::set<const PlayingPlace*> waiting;
+};
+
+// Never destroyed, as scenes may end in the process's last moments.
+Places& places()
+{
+    static auto* const all = new Places;
+    return *all;
 }
 
 std::string nameOf(OwnerKind kind)
@@ -55,7 +72,8 @@ std::string ownerFrom(const osg::Node& node, bool isRoot, OwnerKind kind)
     if (std::find(seen.begin(), seen.end(), &node) != seen.end()) return {};
     seen.push_back(&node);
     for (const Owner& entry : owners().entries)
-        if (entry.root == &node && (!isRoot || entry.kind > kind)) return nameOf(entry.kind);
+        if (entry.isLed && entry.root == &node && (!isRoot || entry.kind > kind))
+            return nameOf(entry.kind);
     const auto* scene = isRoot ? nullptr : dynamic_cast<const HapticScene*>(&node);
     if (scene) return nameOf(*scene);
     for (unsigned int i = 0; i < node.getNumParents(); ++i)
@@ -74,18 +92,24 @@ SceneOwner::SceneOwner(const osg::Node& root, OwnerKind kind, HapticEngine& engi
 {
     if (kind == OwnerKind::SCENE) return;
     const std::lock_guard<std::mutex> lock(owners().mutex);
-    owners().entries.push_back({&root, kind, &engine});
+    owners().entries.push_back({this, &root, kind, true, &engine});
 }
 
 SceneOwner::~SceneOwner()
 {
     const std::lock_guard<std::mutex> lock(owners().mutex);
     auto& entries = owners().entries;
-    const auto own = std::find_if(entries.begin(),
-                                  entries.end(),
-                                  [this](const Owner& entry)
-                                  { return entry.root == &_root && entry.kind == _kind; });
-    if (own != entries.end()) entries.erase(own);
+    entries.erase(std::remove_if(entries.begin(),
+                                 entries.end(),
+                                 [this](const Owner& entry) { return entry.owner == this; }),
+                  entries.end());
+}
+
+void SceneOwner::setLed(bool isLed)
+{
+    const std::lock_guard<std::mutex> lock(owners().mutex);
+    for (Owner& entry : owners().entries)
+        if (entry.owner == this) entry.isLed = isLed;
 }
 
 osg::ref_ptr<HapticEngine> engineOwning(const osg::Node& node)
@@ -94,7 +118,7 @@ osg::ref_ptr<HapticEngine> engineOwning(const osg::Node& node)
     const std::lock_guard<std::mutex> lock(owners().mutex);
     const Owner* best = nullptr;
     for (const Owner& entry : owners().entries)
-        if (entry.root == &node && (!best || entry.kind > best->kind)) best = &entry;
+        if (entry.isLed && entry.root == &node && (!best || entry.kind > best->kind)) best = &entry;
     if (best) best->engine.lock(found);
     return found;
 }
@@ -104,6 +128,28 @@ std::string SceneOwner::outer() const
     const std::lock_guard<std::mutex> lock(owners().mutex);
     owners().seen.clear();
     return ownerFrom(_root, true, _kind);
+}
+
+bool PlayingPlace::take()
+{
+    const std::lock_guard<std::mutex> lock(places().mutex);
+    const bool has = places().taken.count(this) > 0 || places().taken.size() < kMost;
+    (has ? places().taken : places().waiting).insert(this);
+    if (has) places().waiting.erase(this);
+    return has;
+}
+
+void PlayingPlace::leave()
+{
+    const std::lock_guard<std::mutex> lock(places().mutex);
+    places().taken.erase(this);
+    places().waiting.erase(this);
+}
+
+bool PlayingPlace::isWanted()
+{
+    const std::lock_guard<std::mutex> lock(places().mutex);
+    return !places().waiting.empty() && places().taken.size() >= kMost;
 }
 
 } // namespace osgMidair

@@ -2,6 +2,7 @@
 
 #include <osg/ref_ptr>
 
+#include <cstddef>
 #include <string>
 
 namespace osg
@@ -36,14 +37,37 @@ public:
     /// this one; empty: there is none.
     std::string outer() const;
 
+    /// False: nobody leads it any more, so it owns nothing until somebody does.
+    void setLed(bool isLed);
+
 private:
     const osg::Node& _root; ///< dereferenced only in outer(), which needs it alive
     const OwnerKind _kind;
 };
 
 /// Returns the engine of the device or callback that owns the scene below \a node, of both the
-/// device's; null if there is none, or one that is being deleted. A HapticScene's isn't found here.
-/// From any thread.
+/// device's; null if there is none that is led, or one that is being deleted. A HapticScene's isn't
+/// found here. From any thread.
 osg::ref_ptr<HapticEngine> engineOwning(const osg::Node& node);
+
+/// One of the places of scenes that play. A file may have any number of scenes, and each that plays
+/// takes threads and memory. From any thread.
+class PlayingPlace
+{
+public:
+    /// So many scenes of a process play at most.
+    static constexpr std::size_t kMost = 16;
+
+    PlayingPlace() = default;
+    ~PlayingPlace() { leave(); }
+    PlayingPlace(const PlayingPlace&) = delete;
+    PlayingPlace& operator=(const PlayingPlace&) = delete;
+
+    /// Returns true if it has one from now on; else it waits for one until leave().
+    bool take();
+    void leave();
+    /// Returns true if others wait and none is free: who isn't shown should leave.
+    static bool isWanted();
+};
 
 } // namespace osgMidair

@@ -110,6 +110,7 @@ TransducerArray arrayOf(const ArrayDescription& description)
     array.name = description.name;
     array.frequency_Hz = description.frequency_Hz;
     array.sourceAmplitude_Pa_m = description.sourceAmplitude_Pa_m;
+    array.exposureAmplitude_Pa_m = description.exposureAmplitude_Pa_m;
     array.directivity = modelOf(description.directivity);
     array.ringing_s = description.ringing_s;
     array.drive.phaseLevels = description.phaseLevels;
@@ -142,6 +143,7 @@ ArrayDescription describe(const TransducerArray& array)
     description.name = array.name;
     description.frequency_Hz = array.frequency_Hz;
     description.sourceAmplitude_Pa_m = array.sourceAmplitude_Pa_m;
+    description.exposureAmplitude_Pa_m = array.exposureAmplitude_Pa_m;
     description.directivity = directivityOf(array.directivity);
     description.ringing_s = array.ringing_s;
     description.phaseLevels = array.drive.phaseLevels;
@@ -192,6 +194,11 @@ bool ArrayDescription::isValid(std::string& error) const
     if (!midair::base::RangeCheck()
              .within("frequency_Hz", frequency_Hz, 1e-300, 1e7)
              .within("sourceAmplitude_Pa_m", sourceAmplitude_Pa_m, 1e-30, 1e5)
+             .check(exposureAmplitude_Pa_m == 0.0 ||
+                        (exposureAmplitude_Pa_m >= 1e-30 && exposureAmplitude_Pa_m <= 1e5),
+                    "exposureAmplitude_Pa_m",
+                    exposureAmplitude_Pa_m,
+                    "0 or 1e-30 .. 1e5")
              .within("ringing_s", ringing_s, 0.0, midair::haptics::kMostRinging_s)
              .passed(&error))
         return false;

@@ -1,12 +1,14 @@
 #include "device/recording/Recording.h"
 
 #include "device/drive/DriveEncoder.h"
-#include "device/limits/UserLimits.h"
 #include "device/recording/PlayingDevice.h"
 #include "device/recording/RecordingDevice.h"
 #include "device/recording/RecordingFile.h"
+#include "engine-bridge/playing/unaided/UserDevice.h"
+#include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Range.h"
+#include "plugin/extending/ArrayConversion.h"
 #include "plugin/settings/ForTests.h"
 
 #include <osgMidair/ArrayDescription>
@@ -16,6 +18,8 @@
 #include <osg/Notify>
 
 #include <algorithm>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -62,7 +66,10 @@ bool readDead(std::vector<unsigned int> given,
 struct OSGMIDAIR_NO_EXPORT Recorder::Part
 {
     Part(const std::string& file, int transducers, bool overwrite) :
-        device(file, transducers, overwrite)
+        device(file,
+               transducers,
+               overwrite ? midair::device::recording::Before::OVERWRITTEN
+                         : midair::device::recording::Before::REPLACED)
     {
     }
     midair::device::RecordingDevice device;
@@ -194,6 +201,7 @@ void PlayerOptions::useArray(const ArrayDescription& array)
     for (const Transducer& transducer : array.transducers)
         board.push_back(transducer.board);
     dead = array.dead;
+    this->array = std::make_shared<const ArrayDescription>(array);
 }
 
 Player::Player(std::unique_ptr<Part> part) : osg::Referenced(true), _part(std::move(part)) {}
@@ -222,10 +230,12 @@ osg::ref_ptr<Player> Player::open(const std::string& file,
                               "\": a recording plays on an array, not on another recording");
         // Read before the device is opened, so that a record: in it can't overwrite the file.
         recording::Show show(file, transducers);
-        midair::device::SafetyLimits limits = midair::device::limitsOfUser();
-        limits.maxAmplitude = std::min(limits.maxAmplitude, options.maxAmplitude);
-        auto opened = midair::device::openLimitedDevice(
-            device, {transducers, options.board}, limits, "a Player");
+        midair::device::SafetyLimits limits;
+        limits.maxAmplitude = options.maxAmplitude;
+        std::optional<midair::haptics::TransducerArray> array;
+        if (options.array) array = arrayOf(*options.array);
+        auto opened = midair::bridge::openForUser(
+            device, {transducers, options.board}, array ? &*array : nullptr, limits, "a Player");
         if (opened->ability().maxPressure_Pa > 0.0)
             throw DeviceError("device \"" + device +
                               "\": max-pressure can't be held, since a recording has no control "
@@ -242,13 +252,23 @@ osg::ref_ptr<Player> Player::open(const std::string& file,
     catch (const DeviceError& wrong)
     {
         error = wrong.what();
-        return nullptr;
     }
+    catch (const midair::base::InputError& wrong)
+    {
+        error = wrong.what();
+    }
+    return nullptr;
 }
 
 bool Player::isFinished() const
 {
+    _part->playing.keepAlive();
     return _part->playing.finished();
+}
+
+void Player::keepAlive()
+{
+    _part->playing.keepAlive();
 }
 
 void Player::stop()

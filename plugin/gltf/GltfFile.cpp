@@ -116,7 +116,7 @@ void sayLines(const std::string& text, GltfMessages& messages)
 tinygltf::Model
 readGltfModel(const std::string& bytes, const std::string& folder, GltfMessages& messages)
 {
-    screenGltf(bytes);
+    screenGltf(bytes, messages);
     std::error_code ignored;
     Folder files;
     if (!folder.empty()) files.path = fs::canonical(folder, ignored);

@@ -5,6 +5,7 @@
 #include <osg/Texture2D>
 
 #include <algorithm>
+#include <cmath>
 
 namespace osgMidair
 {
@@ -19,7 +20,38 @@ osg::Texture::WrapMode wrapOf(int mode)
                                                            : osg::Texture::REPEAT;
 }
 
+/// Member \a name of an extension as \a count numbers; \a otherwise if it has none. Throws
+/// GltfError.
+std::vector<double>
+numbersIn(const tinygltf::Value& extension, const char* name, std::vector<double> otherwise)
+{
+    if (!extension.IsObject() || !extension.Has(name)) return otherwise;
+    const tinygltf::Value& value = extension.Get(name);
+    const std::size_t count = otherwise.size();
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        const tinygltf::Value& one = value.IsArray() ? value.Get(static_cast<int>(i)) : value;
+        otherwise[i] = one.IsNumber() ? one.GetNumberAsDouble() : HUGE_VAL;
+    }
+    const std::size_t given = value.IsArray() ? value.ArrayLen() : 1;
+    if (given != count || std::any_of(otherwise.begin(),
+                                      otherwise.end(),
+                                      [](double x) { return !(std::abs(x) < 1e9); }))
+        throw GltfError(std::string("its KHR_texture_transform has no right ") + name);
+    return otherwise;
+}
+
 } // namespace
+
+// As the extension's example has it: a turn by 90 degrees leads (u v) to (v -u).
+osg::Vec2 GltfCoordinates::inImage(const osg::Vec2& coordinates) const
+{
+    const double u = coordinates.x() * scale.x();
+    const double v = coordinates.y() * scale.y();
+    const double c = std::cos(rotation_rad);
+    const double s = std::sin(rotation_rad);
+    return osg::Vec2d(offset.x() + c * u + s * v, 1.0 - (offset.y() - s * u + c * v));
+}
 
 const tinygltf::Material* GltfMaterials::find(int number) const
 {
@@ -27,11 +59,23 @@ const tinygltf::Material* GltfMaterials::find(int number) const
     return &_model.materials[static_cast<std::size_t>(number)];
 }
 
-int GltfMaterials::coordinatesOf(int number) const
+GltfCoordinates GltfMaterials::coordinatesOf(int number) const
 {
+    GltfCoordinates way;
     const tinygltf::Material* material = find(number);
-    if (!material || material->pbrMetallicRoughness.baseColorTexture.index < 0) return -1;
-    return std::clamp(material->pbrMetallicRoughness.baseColorTexture.texCoord, 0, 7);
+    if (!material || material->pbrMetallicRoughness.baseColorTexture.index < 0) return way;
+    const tinygltf::TextureInfo& info = material->pbrMetallicRoughness.baseColorTexture;
+    way.set = std::max(info.texCoord, 0);
+    const auto found = info.extensions.find("KHR_texture_transform");
+    if (found == info.extensions.end()) return way;
+    const std::vector<double> offset = numbersIn(found->second, "offset", {0, 0});
+    const std::vector<double> scale = numbersIn(found->second, "scale", {1, 1});
+    way.offset.set(offset[0], offset[1]);
+    way.scale.set(scale[0], scale[1]);
+    way.rotation_rad = numbersIn(found->second, "rotation", {0})[0];
+    way.set =
+        static_cast<int>(std::max(0.0, numbersIn(found->second, "texCoord", {double(way.set)})[0]));
+    return way;
 }
 
 osg::ref_ptr<osg::StateSet> GltfMaterials::get(int number)
@@ -80,8 +124,6 @@ osg::ref_ptr<osg::StateSet> GltfMaterials::make(const tinygltf::Material& materi
 void GltfMaterials::addTexture(const tinygltf::TextureInfo& info, osg::StateSet& state)
 {
     if (info.index < 0 || static_cast<std::size_t>(info.index) >= _model.textures.size()) return;
-    if (info.extensions.count("KHR_texture_transform") > 0)
-        _messages.sayOfPicture("its textures are not moved as KHR_texture_transform says");
     const tinygltf::Texture& texture = _model.textures[static_cast<std::size_t>(info.index)];
     const osg::ref_ptr<osg::Image> image = _images.get(texture.source);
     if (!image) return;

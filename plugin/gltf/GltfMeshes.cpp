@@ -57,7 +57,7 @@ void require(bool isRight, const char* what)
 
 } // namespace
 
-std::vector<GltfPart> GltfMeshes::read(int number)
+std::vector<GltfPart> GltfMeshes::read(int number, const std::vector<double>& weights)
 {
     if (number < 0 || static_cast<std::size_t>(number) >= _model.meshes.size())
         throw GltfError(fmt::format("there is no mesh {}", number));
@@ -66,7 +66,8 @@ std::vector<GltfPart> GltfMeshes::read(int number)
     for (std::size_t i = 0; i < mesh.primitives.size(); ++i)
         try
         {
-            parts.push_back(readPart(mesh, mesh.primitives[i]));
+            parts.push_back(
+                readPart(mesh.name, mesh.primitives[i], weights.empty() ? mesh.weights : weights));
         }
         catch (const GltfError& error)
         {
@@ -79,7 +80,9 @@ std::vector<GltfPart> GltfMeshes::read(int number)
     return parts;
 }
 
-GltfPart GltfMeshes::readPart(const tinygltf::Mesh& mesh, const tinygltf::Primitive& primitive)
+GltfPart GltfMeshes::readPart(const std::string& name,
+                              const tinygltf::Primitive& primitive,
+                              const std::vector<double>& weights)
 {
     require(primitive.extensions.count("KHR_draco_mesh_compression") == 0, "it is compressed");
     GltfPart part;
@@ -89,26 +92,15 @@ GltfPart GltfMeshes::readPart(const tinygltf::Mesh& mesh, const tinygltf::Primit
         _numbers.floats(attributeOf(primitive.attributes, "POSITION"), 3));
     const std::size_t count = vertices->size();
     require(count > 0, "it has no vertices");
-    addMorphs(mesh, primitive, *vertices);
-    geometry.setName(mesh.name);
+    addMorphs(primitive, weights, *vertices);
+    geometry.setName(name);
     geometry.setUseDisplayList(false);
     geometry.setUseVertexBufferObjects(true);
     geometry.setVertexArray(vertices);
     addIndices(primitive, count, geometry);
     addColors(primitive, count, geometry);
     addSkin(primitive, count, part);
-    const int set = _materials.coordinatesOf(primitive.material);
-    const int places =
-        set < 0 ? -1 : attributeOf(primitive.attributes, "TEXCOORD_" + std::to_string(set));
-    if (places >= 0)
-    {
-        const auto coordinates = vectorsOf<osg::Vec2Array>(_numbers.floats(places, 2));
-        require(coordinates->size() == count, "it has not as many texture coordinates as vertices");
-        // Images begin at the top in glTF and at the bottom in OSG.
-        for (osg::Vec2& one : *coordinates)
-            one.y() = 1.0F - one.y();
-        geometry.setTexCoordArray(0, coordinates, osg::Array::BIND_PER_VERTEX);
-    }
+    addCoordinates(primitive, count, geometry);
     if (const osg::ref_ptr<osg::StateSet> state = _materials.get(primitive.material))
         geometry.setStateSet(state);
     const int normals = attributeOf(primitive.attributes, "NORMAL");
@@ -123,18 +115,40 @@ GltfPart GltfMeshes::readPart(const tinygltf::Mesh& mesh, const tinygltf::Primit
     return part;
 }
 
+void GltfMeshes::addCoordinates(const tinygltf::Primitive& primitive,
+                                std::size_t count,
+                                osg::Geometry& geometry)
+{
+    const GltfCoordinates way = _materials.coordinatesOf(primitive.material);
+    if (way.set < 0) return;
+    const int places = attributeOf(primitive.attributes, "TEXCOORD_" + std::to_string(way.set));
+    if (places < 0)
+    {
+        _messages.sayOfPicture(
+            fmt::format("mesh \"{}\" has a texture, and no TEXCOORD_{} that says where",
+                        geometry.getName(),
+                        way.set));
+        return;
+    }
+    const auto coordinates = vectorsOf<osg::Vec2Array>(_numbers.floats(places, 2));
+    require(coordinates->size() == count, "it has not as many texture coordinates as vertices");
+    for (osg::Vec2& one : *coordinates)
+        one = way.inImage(one);
+    geometry.setTexCoordArray(0, coordinates, osg::Array::BIND_PER_VERTEX);
+}
+
 // A mesh is felt as it is at rest: its weights are those that the file gives it.
-void GltfMeshes::addMorphs(const tinygltf::Mesh& mesh,
-                           const tinygltf::Primitive& primitive,
+void GltfMeshes::addMorphs(const tinygltf::Primitive& primitive,
+                           const std::vector<double>& weights,
                            osg::Vec3Array& vertices)
 {
     if (primitive.targets.empty()) return;
     _messages.say("its morph targets stay as they are at rest");
     require(primitive.targets.size() <= kMostMorphs, "it has more than 256 morph targets");
-    for (std::size_t k = 0; k < std::min(primitive.targets.size(), mesh.weights.size()); ++k)
+    for (std::size_t k = 0; k < std::min(primitive.targets.size(), weights.size()); ++k)
     {
         const int moved = attributeOf(primitive.targets[k], "POSITION");
-        const auto weight = static_cast<float>(mesh.weights[k]);
+        const auto weight = static_cast<float>(weights[k]);
         if (moved < 0 || weight == 0.0F) continue;
         const auto by = vectorsOf<osg::Vec3Array>(_numbers.floats(moved, 3));
         require(by->size() == vertices.size(), "a morph target has not as many vertices");

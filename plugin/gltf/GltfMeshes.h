@@ -8,6 +8,7 @@
 #include <osg/ref_ptr>
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace osgMidair
@@ -37,14 +38,20 @@ public:
     {
     }
 
-    /// The parts of mesh \a number, read anew; throws GltfError if there is no such mesh.
-    std::vector<GltfPart> read(int number);
+    /// The parts of mesh \a number, read anew, with the weights of its morph targets: its own ones
+    /// if \a weights are empty. Throws GltfError if there is no such mesh.
+    std::vector<GltfPart> read(int number, const std::vector<double>& weights);
 
 private:
-    GltfPart readPart(const tinygltf::Mesh& mesh, const tinygltf::Primitive& primitive);
-    void addMorphs(const tinygltf::Mesh& mesh,
-                   const tinygltf::Primitive& primitive,
+    GltfPart readPart(const std::string& name,
+                      const tinygltf::Primitive& primitive,
+                      const std::vector<double>& weights);
+    void addMorphs(const tinygltf::Primitive& primitive,
+                   const std::vector<double>& weights,
                    osg::Vec3Array& vertices);
+    void addCoordinates(const tinygltf::Primitive& primitive,
+                        std::size_t count,
+                        osg::Geometry& geometry);
     void
     addColors(const tinygltf::Primitive& primitive, std::size_t count, osg::Geometry& geometry);
     void

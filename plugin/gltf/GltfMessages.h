@@ -24,8 +24,18 @@ public:
 
     void say(const std::string& message) { add(_all, message); }
     void sayOfPicture(const std::string& message) { add(_ofPicture, message); }
+    /// For what might have made it quieter, and isn't followed.
+    void sayUnfollowed(const std::string& message)
+    {
+        say(message);
+        add(_unfollowed, message);
+    }
+    /// What the extras of its scene say of a HapticScene, as assignments.
+    void addSetting(const std::string& assignment) { _settings += assignment + "\n"; }
     const std::vector<std::string>& all() const { return _all; }
     const std::vector<std::string>& ofPicture() const { return _ofPicture; }
+    const std::vector<std::string>& unfollowed() const { return _unfollowed; }
+    const std::string& settings() const { return _settings; }
 
 private:
     static void add(std::vector<std::string>& to, const std::string& message)
@@ -36,6 +46,8 @@ private:
 
     std::vector<std::string> _all;
     std::vector<std::string> _ofPicture;
+    std::vector<std::string> _unfollowed;
+    std::string _settings;
 };
 
 } // namespace osgMidair

@@ -3,6 +3,7 @@
 #include "plugin/gltf/GltfMessages.h"
 #include "plugin/gltf/GltfMotion.h"
 #include "plugin/gltf/GltfTags.h"
+#include "plugin/settings/Grants.h"
 
 #include <osg/Geode>
 #include <osgAnimation/Bone>
@@ -26,6 +27,8 @@ namespace
 {
 
 using osgAnimation::UpdateMatrixTransform;
+
+const std::string kInstancing = "EXT_mesh_gpu_instancing";
 
 /// The \a count numbers of a node's property; those of \a otherwise if it has none.
 std::vector<double> numbersOf(const std::vector<double>& given,
@@ -91,10 +94,12 @@ struct Place
 GltfNodes::GltfNodes(const tinygltf::Model& model,
                      GltfSkins& skins,
                      GltfMeshes& meshes,
+                     GltfNumbers& numbers,
                      GltfMessages& messages) :
     _model(model),
     _skins(skins),
     _meshes(meshes),
+    _numbers(numbers),
     _messages(messages),
     _parents(model.nodes.size(), -1),
     _isMoved(movedByGltf(model))
@@ -169,8 +174,20 @@ void GltfNodes::addTo(osg::Group& root, int scene)
         if (_parents[static_cast<std::size_t>(top)] >= 0 || !seen.insert(top).second)
             throw GltfError(
                 fmt::format("node {} of the scene is below another, or there twice", top));
-        root.addChild(make(top, root));
     }
+    addAll(tops, root);
+    // OSG moves what follows bones once it has come past them.
+    for (const osg::ref_ptr<osg::Node>& skinned : _skinnedNodes)
+        root.addChild(skinned);
+    _skinnedNodes.clear();
+}
+
+// OSG wants the bones below a bone, or a skeleton, before anything else that is below it.
+void GltfNodes::addAll(const std::vector<int>& numbers, osg::Group& to)
+{
+    for (const bool areBones : {true, false})
+        for (const int number : numbers)
+            if (_skins.isBone(number) == areBones) to.addChild(make(number));
 }
 
 osg::ref_ptr<osg::MatrixTransform> GltfNodes::transformOf(int number)
@@ -201,62 +218,162 @@ osg::ref_ptr<osg::MatrixTransform> GltfNodes::transformOf(int number)
     return transform;
 }
 
-osg::ref_ptr<osg::Node> GltfNodes::make(int number, osg::Group& root)
+std::string GltfNodes::nameForMessages(int number) const
+{
+    return "node \"" + printable(_model.nodes[static_cast<std::size_t>(number)].name) + "\"";
+}
+
+const tinygltf::Value& GltfNodes::meshExtras(int number) const
+{
+    static const tinygltf::Value none;
+    const int mesh = _model.nodes[static_cast<std::size_t>(number)].mesh;
+    const bool isThere = mesh >= 0 && static_cast<std::size_t>(mesh) < _model.meshes.size();
+    return isThere ? _model.meshes[static_cast<std::size_t>(mesh)].extras : none;
+}
+
+osg::ref_ptr<osg::Node> GltfNodes::make(int number)
 {
     const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
     const osg::ref_ptr<osg::MatrixTransform> node = transformOf(number);
     node->setName(_names[static_cast<std::size_t>(number)]);
     const bool isSkinned = from.mesh >= 0 && from.skin >= 0;
-    // A skinned mesh is not below its node, and its tag goes with it.
-    if (!isSkinned) addGltfTags(from, *node, _messages);
-    if (from.mesh >= 0) addMesh(number, *node, root);
-    for (const int child : from.children)
-        node->addChild(make(child, root));
+    const tinygltf::Value& ofMesh = meshExtras(number);
+    // A node's tag counts for all that is below it, a mesh's for the mesh: where there is more
+    // below the node, the mesh has a tag of its own (addMesh()). A skinned mesh is not below its
+    // node, and its tag goes with it.
+    if (!isSkinned && from.children.empty())
+        addGltfTags(joinedExtras(from.extras, ofMesh), nameForMessages(number), *node, _messages);
+    else if (!isSkinned && (isMarked(from.extras) || !saysHowItFeels(ofMesh)))
+        addGltfTags(from.extras, nameForMessages(number), *node, _messages);
+    addAll(from.children, *node);
+    if (from.mesh >= 0) addMesh(number, *node);
     return node;
 }
 
-void GltfNodes::addMesh(int number, osg::Group& node, osg::Group& root)
+osg::ref_ptr<osg::Node> GltfNodes::sharedMesh(int number)
 {
     const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
-    if (from.skin >= 0)
-    {
-        addSkinned(number, root);
-        return;
-    }
-    osg::ref_ptr<osg::Node>& shared = _shared[from.mesh];
+    osg::ref_ptr<osg::Node>& shared = _shared[{from.mesh, from.weights}];
     if (!shared)
     {
         const osg::ref_ptr<osg::Geode> geode = new osg::Geode;
-        for (const GltfPart& part : _meshes.read(from.mesh))
+        for (const GltfPart& part : _meshes.read(from.mesh, from.weights))
             geode->addDrawable(part.geometry);
         geode->setName(_model.meshes[static_cast<std::size_t>(from.mesh)].name);
         shared = geode;
     }
-    node.addChild(shared);
+    return shared;
+}
+
+void GltfNodes::addMesh(int number, osg::Group& node)
+{
+    const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
+    if (from.skin >= 0)
+    {
+        addSkinned(number);
+        return;
+    }
+    const osg::ref_ptr<osg::Node> mesh = sharedMesh(number);
+    if (from.children.empty() || !saysHowItFeels(meshExtras(number)))
+    {
+        addInstances(number, *mesh, node);
+        return;
+    }
+    const osg::ref_ptr<osg::Group> tagged = new osg::Group;
+    tagged->setName(mesh->getName());
+    addGltfTags(joinedExtras(from.extras, meshExtras(number)),
+                nameForMessages(number) + ", its mesh",
+                *tagged,
+                _messages);
+    addInstances(number, *mesh, *tagged);
+    node.addChild(tagged);
+}
+
+void GltfNodes::addInstances(int number, osg::Node& mesh, osg::Group& node)
+{
+    const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
+    const auto found = from.extensions.find(kInstancing);
+    if (found == from.extensions.end())
+    {
+        node.addChild(&mesh);
+        return;
+    }
+    const auto read = [&](const char* name, int width)
+    {
+        static const tinygltf::Value none;
+        const tinygltf::Value& attributes =
+            found->second.Has("attributes") ? found->second.Get("attributes") : none;
+        if (!attributes.Has(name)) return std::vector<float>();
+        const tinygltf::Value& accessor = attributes.Get(name);
+        return _numbers.floats(accessor.IsInt() ? accessor.Get<int>() : -1, width);
+    };
+    const std::vector<float> moves = read("TRANSLATION", 3);
+    const std::vector<float> turns = read("ROTATION", 4);
+    const std::vector<float> sizes = read("SCALE", 3);
+    const std::size_t count = std::max({moves.size() / 3, turns.size() / 4, sizes.size() / 3});
+    const auto fits = [&](const std::vector<float>& given, std::size_t width)
+    { return given.empty() || given.size() == count * width; };
+    if (count == 0 || !fits(moves, 3) || !fits(turns, 4) || !fits(sizes, 3))
+        throw GltfError(
+            fmt::format("the instances of node {} should have places, turns or scales, as many of "
+                        "each",
+                        number));
+    if ((_instances += count) > kMostNodes)
+        throw GltfError(fmt::format("more than {} instances", kMostNodes));
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        tinygltf::Node one;
+        if (!moves.empty()) one.translation.assign(&moves[3 * i], &moves[3 * i] + 3);
+        if (!turns.empty()) one.rotation.assign(&turns[4 * i], &turns[4 * i] + 4);
+        if (!sizes.empty()) one.scale.assign(&sizes[3 * i], &sizes[3 * i] + 3);
+        const osg::ref_ptr<osg::MatrixTransform> instance =
+            new osg::MatrixTransform(Place(one, number).matrix);
+        instance->setName(fmt::format("instance {}", i));
+        instance->addChild(&mesh);
+        node.addChild(instance);
+    }
+}
+
+const std::vector<osg::Matrixd>& GltfNodes::places()
+{
+    if (!_places.empty()) return _places;
+    _places.resize(_model.nodes.size());
+    for (std::size_t i = 0; i < _places.size(); ++i)
+        for (int at = static_cast<int>(i); at >= 0; at = _parents[static_cast<std::size_t>(at)])
+            _places[i] = _places[i] * Place(_model.nodes[static_cast<std::size_t>(at)], at).matrix;
+    return _places;
 }
 
 // Its bones alone say where a skinned mesh is (glTF 2.0, 3.7.3.3), so it is below the skeleton; it
 // is felt as its node and those above it are.
-void GltfNodes::addSkinned(int number, osg::Group& root)
+void GltfNodes::addSkinned(int number)
 {
     const tinygltf::Node& from = _model.nodes[static_cast<std::size_t>(number)];
     if (static_cast<std::size_t>(from.skin) >= _model.skins.size())
         throw GltfError(fmt::format("node {} has the skin {}, which is none", number, from.skin));
+    if (from.extensions.count(kInstancing) > 0)
+        _messages.say(nameForMessages(number) + ": of a mesh with a skin there is one instance");
     const osg::ref_ptr<osg::Geode> geode = new osg::Geode;
-    for (const GltfPart& part : _meshes.read(from.mesh))
+    for (const GltfPart& part : _meshes.read(from.mesh, from.weights))
     {
         if (++_skinned > kMostSkinnedParts)
             throw GltfError(fmt::format("more than {} skinned meshes", kMostSkinnedParts));
         geode->addDrawable(part.joints.empty() ? part.geometry
-                                               : _skins.follow(part, from.skin, _names));
+                                               : _skins.follow(part, from.skin, _names, places()));
     }
     const osg::ref_ptr<osg::Group> group = new osg::Group;
     group->setName(_names[static_cast<std::size_t>(number)]);
     group->addChild(geode);
-    for (int above = number; above >= 0; above = _parents[static_cast<std::size_t>(above)])
+    addGltfTags(
+        joinedExtras(from.extras, meshExtras(number)), nameForMessages(number), *group, _messages);
+    for (int above = _parents[static_cast<std::size_t>(number)]; above >= 0;
+         above = _parents[static_cast<std::size_t>(above)])
         if (!group->getUserDataContainer())
-            addGltfTags(_model.nodes[static_cast<std::size_t>(above)], *group, _messages);
-    root.addChild(group);
+            addGltfTags(_model.nodes[static_cast<std::size_t>(above)].extras,
+                        nameForMessages(above),
+                        *group,
+                        _messages);
+    _skinnedNodes.push_back(group);
 }
 
 } // namespace osgMidair

@@ -6,10 +6,12 @@
 
 #include <osg/Group>
 #include <osg/MatrixTransform>
+#include <osg/Matrixd>
 #include <osg/ref_ptr>
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace osgMidair
@@ -27,6 +29,7 @@ public:
     GltfNodes(const tinygltf::Model& model,
               GltfSkins& skins,
               GltfMeshes& meshes,
+              GltfNumbers& numbers,
               GltfMessages& messages);
 
     /// Adds the nodes of scene \a scene (-1: all that have no parent) below \a root, which is the
@@ -37,19 +40,33 @@ private:
     void findParents();
     void checkDepth() const;
     void nameNodes();
-    osg::ref_ptr<osg::Node> make(int number, osg::Group& root);
+    void addAll(const std::vector<int>& numbers, osg::Group& to);
+    osg::ref_ptr<osg::Node> make(int number);
     osg::ref_ptr<osg::MatrixTransform> transformOf(int number);
-    void addMesh(int number, osg::Group& node, osg::Group& root);
-    void addSkinned(int number, osg::Group& root);
+    void addMesh(int number, osg::Group& node);
+    osg::ref_ptr<osg::Node> sharedMesh(int number);
+    /// Adds \a mesh once, or as often as EXT_mesh_gpu_instancing of node \a number says.
+    void addInstances(int number, osg::Node& mesh, osg::Group& node);
+    void addSkinned(int number);
+    std::string nameForMessages(int number) const;
+    /// The extras of a node's mesh; null: it has none.
+    const tinygltf::Value& meshExtras(int number) const;
+    /// Where a node is in the model at rest, of all nodes.
+    const std::vector<osg::Matrixd>& places();
 
     const tinygltf::Model& _model;
     GltfSkins& _skins;
     GltfMeshes& _meshes;
+    GltfNumbers& _numbers;
     GltfMessages& _messages;
     std::vector<int> _parents; ///< -1: none
     std::vector<std::string> _names;
     std::vector<bool> _isMoved;
-    std::map<int, osg::ref_ptr<osg::Node>> _shared; ///< meshes without skins
+    /// meshes without skins, by their numbers and the weights of their morph targets
+    std::map<std::pair<int, std::vector<double>>, osg::ref_ptr<osg::Node>> _shared;
+    std::vector<osg::Matrixd> _places; ///< of places(); empty: not asked for yet
+    std::size_t _instances = 0;
+    std::vector<osg::ref_ptr<osg::Node>> _skinnedNodes; ///< to be added below the root
     std::size_t _skinned = 0;
 };
 

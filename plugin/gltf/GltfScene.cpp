@@ -4,10 +4,12 @@
 #include "plugin/gltf/GltfMessages.h"
 #include "plugin/gltf/GltfMotion.h"
 #include "plugin/gltf/GltfNodes.h"
+#include "plugin/gltf/GltfTags.h"
 #include "plugin/settings/Grants.h"
 
 #include <osg/Notify>
 #include <osgAnimation/Skeleton>
+#include <osgDB/FileNameUtils>
 
 #include <fmt/format.h>
 
@@ -42,7 +44,7 @@ osg::ref_ptr<osg::Node> sceneFrom(const tinygltf::Model& model, GltfMessages& me
     GltfMaterials materials(model, numbers, messages);
     GltfMeshes meshes(model, numbers, materials, messages);
     GltfSkins skins(model, numbers, messages);
-    GltfNodes nodes(model, skins, meshes, messages);
+    GltfNodes nodes(model, skins, meshes, numbers, messages);
     osg::ref_ptr<osg::MatrixTransform> root;
     if (model.skins.empty())
         root = new osg::MatrixTransform;
@@ -53,7 +55,10 @@ osg::ref_ptr<osg::Node> sceneFrom(const tinygltf::Model& model, GltfMessages& me
         root = skeleton;
     }
     root->setMatrix(upright());
-    nodes.addTo(*root, sceneOf(model, messages));
+    const int scene = sceneOf(model, messages);
+    nodes.addTo(*root, scene);
+    if (scene >= 0)
+        addGltfSceneTags(model.scenes[static_cast<std::size_t>(scene)], *root, messages);
     addGltfAnimations(model, numbers, *root, messages);
     if (!model.cameras.empty() || !model.lights.empty())
         messages.sayOfPicture("its cameras and lights are left out");
@@ -72,9 +77,9 @@ osg::ref_ptr<osg::Node> readGltfBytes(const std::string& bytes, GltfMessages& me
     return sceneFrom(readGltfModel(bytes, "", messages), messages);
 }
 
-osg::ref_ptr<osg::Node> readGltfAndTell(const std::string& path, std::string& error)
+osg::ref_ptr<osg::Node>
+readGltfAndTell(const std::string& path, GltfMessages& messages, std::string& error)
 {
-    GltfMessages messages;
     osg::ref_ptr<osg::Node> node;
     try
     {
@@ -88,6 +93,18 @@ osg::ref_ptr<osg::Node> readGltfAndTell(const std::string& path, std::string& er
         OSG_WARN << "osgMidair: " << printable(fmt::format("{}: {}", path, message)) << std::endl;
     for (const std::string& message : messages.ofPicture())
         OSG_NOTICE << "osgMidair: " << printable(fmt::format("{}: {}", path, message)) << std::endl;
+    return node;
+}
+
+osg::ref_ptr<osg::Node> readGltfAndTell(const std::string& path, std::string& error)
+{
+    GltfMessages messages;
+    const osg::ref_ptr<osg::Node> node = readGltfAndTell(path, messages, error);
+    if (!messages.settings().empty())
+        OSG_WARN << "osgMidair: " << printable(path)
+                 << ": what its scene says of the array isn't followed, as it would be in "
+                 << osgDB::getSimpleFileName(printable(path))
+                 << ".haptic: " << printable(messages.settings()) << std::endl;
     return node;
 }
 

@@ -1,6 +1,7 @@
 #include "plugin/gltf/GltfScreening.h"
 
-#include "plugin/gltf/GltfMessages.h"
+#include "plugin/gltf/GltfTags.h"
+#include "plugin/settings/Grants.h"
 
 #include <algorithm>
 #include <array>
@@ -19,8 +20,16 @@ namespace
 
 using Json = nlohmann::json;
 
-/// Extensions that change only how a model is drawn: it is felt the same without them.
-constexpr std::array<const char*, 2> kKnown = {"KHR_materials_unlit", "KHR_texture_transform"};
+/// Extensions that are followed.
+constexpr std::array<const char*, 4> kKnown = {"EXT_mesh_gpu_instancing",
+                                               "KHR_materials_unlit",
+                                               "KHR_mesh_quantization",
+                                               "KHR_texture_transform"};
+
+/// Beginnings of the names of extensions that change only how a model is drawn: it is felt the same
+/// without them.
+constexpr std::array<const char*, 6> kDrawnAlone = {
+    "KHR_materials_", "KHR_lights_", "KHR_texture_", "EXT_texture_", "EXT_lights_", "KHR_xmp"};
 
 constexpr std::size_t kHeader = 12;
 constexpr std::size_t kChunkHeader = 8;
@@ -128,30 +137,77 @@ void screenImages(const Json& gltf)
 }
 
 // tinygltf has 32 bits for whole numbers, and would cut others.
-void screenExtras(const Json& gltf)
+void screenNumbers(const Json& extras, const std::string& owner)
 {
     constexpr double kLargest = 2147483647.0;
-    const Json& nodes = arrayOf(gltf, "nodes");
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-        if (nodes[i].is_object() && nodes[i].contains("extras"))
-            for (const auto& [name, value] : nodes[i]["extras"].items())
-                if (value.is_number_integer() && std::abs(value.get<double>()) > kLargest)
-                    throw GltfError(
-                        fmt::format("the extra \"{}\" of node {} is {}, should be within {:.0f}",
-                                    name,
-                                    i,
-                                    value.dump(),
-                                    kLargest));
+    for (const auto& [name, value] : extras.items())
+        if (value.is_structured())
+            screenNumbers(value, owner);
+        else if (value.is_number_integer() && std::abs(value.get<double>()) > kLargest)
+            throw GltfError(fmt::format("the extra \"{}\" of {} is {}, should be within {:.0f}",
+                                        name,
+                                        owner,
+                                        value.dump(),
+                                        kLargest));
 }
 
-void screenExtensions(const Json& gltf)
+// Tags count on nodes, meshes and the scene. Elsewhere they aren't followed.
+void tellExtras(const Json& extras, const std::string& owner, GltfMessages& messages)
 {
+    for (const auto& [name, value] : extras.items())
+        if (extras.is_object() && isHapticExtra(name))
+            messages.sayUnfollowed(
+                fmt::format("{} has the extra \"{}\", which isn't followed: such "
+                            "extras count on nodes, meshes and the scene",
+                            owner,
+                            printable(name)));
+}
+
+/// Whether extras of \a owner ("nodes 3") may be tags.
+bool mayHaveTags(const std::string& owner)
+{
+    const std::string kind = owner.substr(0, owner.find(' '));
+    const bool isDirect = std::count(owner.begin(), owner.end(), ' ') == 1;
+    return isDirect && (kind == "nodes" || kind == "meshes" || kind == "scenes");
+}
+
+// countValues() has limited the depth.
+void screenExtras(const Json& within, const std::string& owner, GltfMessages& messages)
+{
+    for (const auto& [name, value] : within.items())
+    {
+        if (!value.is_structured()) continue;
+        const std::string inner = owner.empty() ? name : owner + " " + name;
+        if (name != "extras" || !within.is_object())
+            screenExtras(value, inner, messages);
+        else if (mayHaveTags(owner))
+            screenNumbers(value, owner);
+        else
+            tellExtras(value, owner.empty() ? "the file" : owner, messages);
+    }
+}
+
+void screenExtensions(const Json& gltf, GltfMessages& messages)
+{
+    const auto isKnown = [](const std::string& name)
+    { return std::find(kKnown.begin(), kKnown.end(), name) != kKnown.end(); };
     for (const Json& one : arrayOf(gltf, "extensionsRequired"))
     {
         const std::string name = one.is_string() ? one.get<std::string>() : one.dump();
-        if (std::find(kKnown.begin(), kKnown.end(), name) == kKnown.end())
+        if (!isKnown(name))
             throw GltfError("it needs the extension \"" + name +
                             "\", which isn't known: export it without compression and extensions");
+    }
+    for (const Json& one : arrayOf(gltf, "extensionsUsed"))
+    {
+        const std::string name = one.is_string() ? one.get<std::string>() : one.dump();
+        const auto begins = [&](const char* begin) { return name.rfind(begin, 0) == 0; };
+        if (isKnown(name)) continue;
+        const std::string text = "it uses the extension \"" + name + "\", which isn't followed";
+        if (std::any_of(kDrawnAlone.begin(), kDrawnAlone.end(), begins))
+            messages.sayOfPicture(text);
+        else
+            messages.say(text + (begins("MPEG_haptic") ? ": its haptic tracks aren't played" : ""));
     }
 }
 
@@ -162,7 +218,7 @@ bool isGlb(const std::string& file)
     return file.compare(0, 4, "glTF") == 0;
 }
 
-void screenGltf(const std::string& file)
+void screenGltf(const std::string& file, GltfMessages& messages)
 {
     const std::string_view text = jsonOf(file);
     countValues(text);
@@ -171,8 +227,8 @@ void screenGltf(const std::string& file)
     if (!gltf.is_object()) throw GltfError("its JSON should be an object");
     screenBuffers(gltf, isGlb(file));
     screenImages(gltf);
-    screenExtras(gltf);
-    screenExtensions(gltf);
+    screenExtras(gltf, {}, messages);
+    screenExtensions(gltf, messages);
 }
 
 } // namespace osgMidair

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "plugin/gltf/GltfMessages.h"
 #include "plugin/settings/ForTests.h"
 
 #include <cstddef>
@@ -18,8 +19,9 @@ constexpr std::size_t kMostGltfBuffers = 64;
 
 /// Looks at the JSON of \a file, the bytes of a .gltf or .glb, before tinygltf does: throws
 /// GltfError for what would make that take more memory or stack than there is, or look beyond a
-/// buffer, and for what needs an extension that the kit doesn't know.
-OSGMIDAIR_FOR_TESTS void screenGltf(const std::string& file);
+/// buffer, and for what needs an extension that the kit doesn't know. \a messages get the
+/// extensions and the haptic extras that aren't followed.
+OSGMIDAIR_FOR_TESTS void screenGltf(const std::string& file, GltfMessages& messages);
 
 /// True if \a file is a .glb by its first bytes.
 OSGMIDAIR_FOR_TESTS bool isGlb(const std::string& file);

@@ -6,6 +6,8 @@
 #include <osgAnimation/RigTransformSoftware>
 #include <osgAnimation/VertexInfluence>
 
+#include <cmath>
+
 #include <fmt/format.h>
 
 namespace osgMidair
@@ -56,8 +58,40 @@ void GltfSkins::addParents(const std::vector<int>& parents)
             _isBone[static_cast<std::size_t>(above)] = true;
 }
 
-osg::ref_ptr<osg::Geometry>
-GltfSkins::follow(const GltfPart& part, int skin, const std::vector<std::string>& names)
+// OSG moves vertices once a frame has updated the bones; what is looked at before, the size of a
+// model above all, has to be right, too.
+osg::ref_ptr<osg::Vec3Array> GltfSkins::atRest(const GltfPart& part,
+                                               const std::vector<int>& joints,
+                                               const std::vector<osg::Matrixd>& places) const
+{
+    const auto& from = static_cast<const osg::Vec3Array&>(*part.geometry->getVertexArray());
+    const osg::ref_ptr<osg::Vec3Array> moved =
+        new osg::Vec3Array(osg::Array::BIND_PER_VERTEX, from.getNumElements());
+    std::vector<osg::Matrixd> ways;
+    for (const int joint : joints)
+        ways.push_back(inverseBind(joint) * places[static_cast<std::size_t>(joint)]);
+    for (std::size_t i = 0; i < moved->size(); ++i)
+    {
+        osg::Vec3d place;
+        double weights = 0.0;
+        for (std::size_t k = 4 * i; k < 4 * i + 4; ++k)
+        {
+            if (!(part.weights[k] > 0.0F)) continue;
+            place += osg::Vec3d(from[i]) * ways[part.joints[k]] * double(part.weights[k]);
+            weights += double(part.weights[k]);
+        }
+        (*moved)[i] = weights > 0.0 ? osg::Vec3(place / weights) : from[i];
+        if (!(*moved)[i].valid() || !std::isfinite((*moved)[i].length2()))
+            throw GltfError("the bones of mesh \"" + part.geometry->getName() +
+                            "\" lead to no place");
+    }
+    return moved;
+}
+
+osg::ref_ptr<osg::Geometry> GltfSkins::follow(const GltfPart& part,
+                                              int skin,
+                                              const std::vector<std::string>& names,
+                                              const std::vector<osg::Matrixd>& places)
 {
     const std::vector<int>& joints = _model.skins[static_cast<std::size_t>(skin)].joints;
     const osg::ref_ptr<osgAnimation::VertexInfluenceMap> map = new osgAnimation::VertexInfluenceMap;
@@ -81,6 +115,7 @@ GltfSkins::follow(const GltfPart& part, int skin, const std::vector<std::string>
     rig->setName(part.geometry->getName());
     rig->setSourceGeometry(part.geometry);
     rig->copyFrom(*part.geometry);
+    rig->setVertexArray(atRest(part, joints, places));
     rig->setInfluenceMap(map);
     rig->setRigTransformImplementation(new osgAnimation::RigTransformSoftware);
     rig->setDataVariance(osg::Object::DYNAMIC);

@@ -33,12 +33,18 @@ public:
         return _inverse[static_cast<std::size_t>(node)];
     }
 
-    /// \a part as skin \a skin moves it, as bones of \a names do.
-    osg::ref_ptr<osg::Geometry>
-    follow(const GltfPart& part, int skin, const std::vector<std::string>& names);
+    /// \a part as skin \a skin moves it, as bones of \a names do; until they do, where the nodes'
+    /// \a places at rest lead it.
+    osg::ref_ptr<osg::Geometry> follow(const GltfPart& part,
+                                       int skin,
+                                       const std::vector<std::string>& names,
+                                       const std::vector<osg::Matrixd>& places);
 
 private:
     void readSkin(const tinygltf::Skin& skin, GltfNumbers& numbers);
+    osg::ref_ptr<osg::Vec3Array> atRest(const GltfPart& part,
+                                        const std::vector<int>& joints,
+                                        const std::vector<osg::Matrixd>& places) const;
 
     const tinygltf::Model& _model;
     GltfMessages& _messages;

@@ -63,47 +63,136 @@ std::string quoted(std::string text)
     return "\"" + text + "\"";
 }
 
-/// Extras of a node that isn't marked: nothing of it is felt, which may not be what was meant.
+bool isProperty(const std::string& name)
+{
+    return surfaceProperties().find(name) != nullptr;
+}
+
+/// Extras of what isn't marked: they aren't followed, which may not be what was meant.
 void tellUnmarked(const std::string& name, const std::string& where, GltfMessages& messages)
 {
     const std::string meant = didYouMean(name, {"haptic", "obstacle"});
-    const std::vector<std::string> names = surfaceProperties().names();
     if (!meant.empty())
         messages.say(where + "unknown extra \"" + printable(name) + "\"" + meant);
-    else if (std::find(names.begin(), names.end(), name) != names.end())
-        messages.say(where + "has the extra \"" + name +
-                     "\", and isn't felt without \"haptic\": true");
+    else if (isProperty(name))
+    {
+        const std::string text = where + "has the extra \"" + name +
+                                 "\", which isn't followed without \"haptic\": true beside it";
+        if (surfaceProperties().concernsSafety(name))
+            messages.sayUnfollowed(text);
+        else
+            messages.say(text);
+    }
+}
+
+/// Adds "name=value" to a tag, "true" and the like in front of it.
+void addTo(std::string& tag, const std::string& name, const tinygltf::Value& value)
+{
+    std::string text;
+    if (name == "haptic" && value.IsObject())
+    {
+        tag.insert(0, tag.empty() ? "true" : "true; ");
+        for (const auto& [inner, its] : value.Get<tinygltf::Value::Object>())
+            addTo(tag, inner == "haptic" ? "enabled" : inner, its);
+        return;
+    }
+    textOf(value, text);
+    if (name == "haptic")
+    {
+        const std::string said = isYes(text) ? "true" : isNo(text) ? "false" : text;
+        tag.insert(0, tag.empty() ? said : said + "; ");
+    }
+    else
+        tag += (tag.empty() ? "" : "; ") + name + "=" + quoted(text);
+}
+
+const tinygltf::Value::Object& membersOf(const tinygltf::Value& extras)
+{
+    static const tinygltf::Value::Object none;
+    return extras.IsObject() ? extras.Get<tinygltf::Value::Object>() : none;
 }
 
 } // namespace
 
-void addGltfTags(const tinygltf::Node& from, osg::Node& node, GltfMessages& messages)
+void addGltfTags(const tinygltf::Value& extras,
+                 const std::string& where,
+                 osg::Node& node,
+                 GltfMessages& messages)
 {
-    if (!from.extras.IsObject()) return;
-    const std::string where = "node \"" + printable(from.name) + "\": ";
-    const tinygltf::Value::Object& extras = from.extras.Get<tinygltf::Value::Object>();
-    const bool isHaptic = extras.count("haptic") > 0;
+    const tinygltf::Value::Object& members = membersOf(extras);
+    const bool isHaptic = members.count("haptic") > 0;
     std::string tag;
-    for (const auto& [name, value] : extras)
+    for (const auto& [name, value] : members)
     {
-        std::string text;
-        textOf(value, text);
         if (name == "obstacle")
-            node.setUserValue("obstacle", !isNo(text));
-        else if (name == "haptic")
         {
-            const std::string said = isYes(text) ? "true" : isNo(text) ? "false" : text;
-            tag.insert(0, tag.empty() ? said : said + "; ");
+            std::string text;
+            textOf(value, text);
+            node.setUserValue("obstacle", !isNo(text));
         }
+        else if (name == "haptic" || (isHaptic && !meantBy(name).empty()))
+            addTo(tag, name, value);
         else if (!isHaptic)
-            tellUnmarked(name, where, messages);
-        else if (meantBy(name).empty())
-            messages.say(where + "the extra \"" + printable(name) +
-                         "\" is like no property, and is left to others");
+            tellUnmarked(name, where + ": ", messages);
         else
-            tag += (tag.empty() ? "" : "; ") + name + "=" + quoted(text);
+            messages.say(where + ": the extra \"" + printable(name) +
+                         "\" is like no property, and is left to others");
     }
     if (isHaptic) node.setUserValue("haptic", tag);
+}
+
+// "enabled" is a setting and a property; a scene's is the setting, as in options.
+void addGltfSceneTags(const tinygltf::Scene& scene, osg::Node& root, GltfMessages& messages)
+{
+    tinygltf::Value::Object others;
+    for (const auto& [name, value] : membersOf(scene.extras))
+    {
+        const bool isSetting = sceneSettings().find(name) ||
+                               (!isProperty(name) && name != "haptic" && name != "obstacle" &&
+                                !nearestWords(name, sceneSettings().names()).empty());
+        std::string text;
+        textOf(value, text);
+        if (isSetting)
+            messages.addSetting(name + "=" + quoted(text));
+        else
+            others.emplace(name, value);
+    }
+    addGltfTags(tinygltf::Value(std::move(others)),
+                "scene \"" + printable(scene.name) + "\"",
+                root,
+                messages);
+}
+
+bool isMarked(const tinygltf::Value& extras)
+{
+    return membersOf(extras).count("haptic") > 0 || membersOf(extras).count("obstacle") > 0;
+}
+
+bool saysHowItFeels(const tinygltf::Value& extras)
+{
+    const tinygltf::Value::Object& members = membersOf(extras);
+    return isMarked(extras) ||
+           std::any_of(members.begin(),
+                       members.end(),
+                       [](const auto& one) {
+                           return isProperty(one.first) ||
+                                  !didYouMean(one.first, {"haptic", "obstacle"}).empty();
+                       });
+}
+
+tinygltf::Value joinedExtras(const tinygltf::Value& node, const tinygltf::Value& mesh)
+{
+    tinygltf::Value::Object joined = membersOf(node);
+    for (const auto& one : membersOf(mesh))
+        joined.insert(one); // unless the node has it
+    return tinygltf::Value(std::move(joined));
+}
+
+bool isHapticExtra(const std::string& name)
+{
+    return name == "haptic" || name == "obstacle" ||
+           (isProperty(name) && surfaceProperties().concernsSafety(name)) ||
+           (sceneSettings().find(name) && sceneSettings().concernsSafety(name));
 }
 
 } // namespace osgMidair

@@ -19,7 +19,6 @@ namespace osgMidair
 using midair::base::Message;
 using midair::base::MessageCode;
 using midair::bridge::HapticObject;
-using midair::bridge::HologramResult;
 using midair::bridge::TouchEvent;
 
 namespace
@@ -32,32 +31,6 @@ constexpr double kMostPause_s = 30.0;
 // From the drive signal to the skin: 0.24 m of air, and the time in which a transducer's amplitude
 // comes up.
 constexpr double kSound_s = 0.7e-3 + 0.2e-3;
-
-/// Returns the peak pressure that the newest field plays for a relative pressure of 1; 0: not
-/// known.
-double relativePressure_Pa(const HologramResult* newest, const std::vector<HapticObject>& objects)
-{
-    if (!newest || newest->points.size() == 0) return 0.0;
-    double strongest_Pa = 0.0;
-    for (const HapticObject& object : objects)
-        if (object.properties.pressureInPa)
-            strongest_Pa = std::max(strongest_Pa, object.properties.pressure);
-    if (newest->points.absolute) return strongest_Pa;
-    const double largest = newest->points.targets.maxCoeff();
-    return largest > 0.0 ? newest->report().level_Pa / largest : 0.0;
-}
-
-/// Returns the pressures that the newest field plays; null if there is no field yet.
-std::shared_ptr<const midair::bridge::PlayedPressure> playedBy(const HologramResult* newest)
-{
-    if (!newest) return nullptr;
-    auto played = std::make_shared<midair::bridge::PlayedPressure>();
-    const bool sounds = newest->playing && newest->achieved_Pa.size() == newest->points.size();
-    if (!sounds) return played;
-    played->positions = newest->points.positions;
-    played->pressure_Pa = newest->achieved_Pa;
-    return played;
-}
 
 /// Returns true for two of the same finger and object.
 bool isSame(const HandTracker::Told& a, const HandTracker::Told& b)
@@ -236,7 +209,8 @@ void HandTracker::locate(double time_s,
     around.hands = midair::bridge::handCapsules(_frame);
 }
 
-void HandTracker::touch(const std::vector<HapticObject>& objects, const HologramResult* newest)
+void HandTracker::touch(const std::vector<HapticObject>& objects,
+                        std::shared_ptr<const midair::bridge::PlayedPressure> played)
 {
     _touchable.clear();
     for (const HapticObject& object : objects)
@@ -248,8 +222,7 @@ void HandTracker::touch(const std::vector<HapticObject>& objects, const Hologram
         _proximity.clear();
         return;
     }
-    _proximity.setRelativePressure(relativePressure_Pa(newest, objects));
-    _proximity.setPlayed(playedBy(newest));
+    _proximity.setPlayed(std::move(played));
     _proximity.update(_touchable, _frame, _frame.time_s);
 }
 

@@ -2,7 +2,6 @@
 
 #include "engine-bridge/hands/HandProximity.h"
 #include "engine-bridge/hands/prediction/HandPredictor.h"
-#include "engine-bridge/pipeline/HologramResult.h"
 #include "engine-bridge/pipeline/SceneSnapshot.h"
 #include "haptics/base/text/MessageLog.h"
 
@@ -14,6 +13,7 @@
 #include <Eigen/Geometry>
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -65,10 +65,10 @@ public:
                 const Eigen::Isometry3d& worldToArray,
                 midair::bridge::HandsAndObstacles& around);
 
-    /// Finds which \a objects the hands touch; tell() then reports the events. \a newest: the last
-    /// field, or null.
+    /// Finds which \a objects the hands touch; tell() then reports the events. \a played: what is
+    /// played at this moment, for their forces.
     void touch(const std::vector<midair::bridge::HapticObject>& objects,
-               const midair::bridge::HologramResult* newest);
+               std::shared_ptr<const midair::bridge::PlayedPressure> played);
 
     /// Returns the source in use; null: none.
     HandSource* active() const { return _source ? _source.get() : _namedSource.get(); }

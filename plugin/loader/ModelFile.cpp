@@ -1,32 +1,352 @@
 #include "plugin/loader/ModelFile.h"
 
+#include "haptics/base/InputError.h"
+#include "haptics/surface/ObjReader.h"
 #include "plugin/gltf/GltfScene.h"
+#include "plugin/loader/ModelTrial.h"
+#include "plugin/loader/PlyCheck.h"
 #include "plugin/scene/CollectHapticSurfacesVisitor.h"
 #include "plugin/scene/SceneMarks.h"
+#include "plugin/settings/Grants.h"
 
+#include <osgMidair/FileFormats>
+
+#include <osg/ComputeBoundsVisitor>
+#include <osg/Geometry>
+#include <osg/MatrixTransform>
+#include <osg/Notify>
+#include <osg/Texture>
 #include <osgDB/FileNameUtils>
 #include <osgDB/FileUtils>
-#include <osgDB/ReadFile>
+#include <osgDB/Registry>
+
+#include <algorithm>
+#include <clocale>
+#include <cmath>
+#include <mutex>
+#include <set>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <sys/stat.h>
 
 namespace osgMidair
 {
 
+namespace
+{
+
+using Result = osgDB::ReaderWriter::ReadResult;
+
+/// Options of a process that tries to read a model: there is no other one to try it for this.
+const char* const kTrial = "osgMidair.trial";
+
+/// OSG's readers scan numbers by the locale of the thread, where "0.5" may be 0.
+class PointAsDecimalSign
+{
+public:
+    PointAsDecimalSign() :
+        _plain(::newlocale(LC_ALL_MASK, "C", nullptr)),
+        _before(::uselocale(_plain))
+    {
+    }
+    ~PointAsDecimalSign()
+    {
+        ::uselocale(_before);
+        ::freelocale(_plain);
+    }
+    PointAsDecimalSign(const PointAsDecimalSign&) = delete;
+    PointAsDecimalSign& operator=(const PointAsDecimalSign&) = delete;
+
+private:
+    locale_t _plain;
+    locale_t _before;
+};
+
+/// Reads what models name (ProxyNode, PagedLOD and the like) as the models themselves.
+class ReadModels : public osgDB::ReadFileCallback
+{
+public:
+    explicit ReadModels(bool isTrial) : _isTrial(isTrial) {}
+
+    Result readNode(const std::string& file, const osgDB::Options* options) override
+    {
+        if (!_isTrial) return readModel(file, options);
+        const osg::ref_ptr<osgDB::Options> trial =
+            options ? options->cloneOptions() : new osgDB::Options;
+        trial->setPluginStringData(kTrial, "yes");
+        return readModel(file, trial);
+    }
+
+private:
+    bool _isTrial;
+};
+
+// Once, however often a model is read, as a gallery does for days.
+void tell(osg::NotifySeverity severity, const std::string& text)
+{
+    constexpr std::size_t kMostTold = 1000;
+    static std::mutex mutex;
+    static std::set<std::string> told;
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (told.size() >= kMostTold) told.clear();
+    if (!told.insert(text).second) return;
+    osg::notify(severity) << "osgMidair: " << printable(text) << std::endl;
+}
+
+/// Returns a copy of \a options with which all below the model is read as it is.
+osg::ref_ptr<osgDB::Options> forAllBelow(const osgDB::Options* options)
+{
+    osgDB::Registry* registry = osgDB::Registry::instance();
+    if (!options) options = registry->getOptions();
+    osg::ref_ptr<osgDB::Options> own = options ? options->cloneOptions() : new osgDB::Options;
+    const bool isTrial = !own->getPluginStringData(kTrial).empty();
+    if (!own->getReadFileCallback() && !registry->getReadFileCallback())
+        own->setReadFileCallback(new ReadModels(isTrial));
+    return own;
+}
+
+/// Gives pictures, which that reader finds beside the model, the names that others find them by.
+class NamePictures : public osg::NodeVisitor
+{
+public:
+    explicit NamePictures(const osgDB::Options* options) :
+        osg::NodeVisitor(TRAVERSE_ALL_CHILDREN),
+        _options(options)
+    {
+    }
+    void apply(osg::Node& node) override
+    {
+        osg::StateSet* state = node.getStateSet();
+        for (unsigned int unit = 0; state && unit < state->getTextureAttributeList().size(); ++unit)
+        {
+            osg::StateAttribute* attribute =
+                state->getTextureAttribute(unit, osg::StateAttribute::TEXTURE);
+            osg::Image* image =
+                attribute && attribute->asTexture() ? attribute->asTexture()->getImage(0) : nullptr;
+            const std::string found =
+                image ? osgDB::findDataFile(image->getFileName(), _options) : std::string();
+            if (!found.empty()) image->setFileName(found);
+        }
+        traverse(node);
+    }
+
+private:
+    const osgDB::Options* _options;
+};
+
+// The kit's reader says what is in the file, and OSG's dresses it, with materials and pictures.
+Result readObjModel(const std::string& file, const osgDB::Options* options)
+{
+    midair::haptics::PlainObj plain;
+    try
+    {
+        plain = midair::haptics::readPlainObj(file);
+    }
+    catch (const midair::base::InputError& error)
+    {
+        return Result(printable(error.what()));
+    }
+    for (const std::string& warning : plain.warnings)
+        tell(osg::WARN, warning);
+    for (const std::string& note : plain.notes)
+        tell(osg::NOTICE, note);
+    osgDB::ReaderWriter* reader = osgDB::Registry::instance()->getReaderWriterForExtension("obj");
+    if (!reader) return Result(printable(file) + ": OpenSceneGraph's plugin for .obj is not there");
+    const osg::ref_ptr<osgDB::Options> own = forAllBelow(options);
+    own->getDatabasePathList().push_front(osgDB::getFilePath(file));
+    std::istringstream text(std::move(plain.text));
+    Result read = reader->readNode(text, own);
+    if (!read.validNode()) return read;
+    NamePictures names(own);
+    read.getNode()->accept(names);
+    if (plain.origin.isZero(0.0)) return read;
+    osg::Vec3d origin(plain.origin.x(), plain.origin.y(), plain.origin.z());
+    // That reader takes y as up.
+    if (own->getOptionString().find("noRotation") == std::string::npos)
+        origin.set(origin.x(), -origin.z(), origin.y());
+    const osg::ref_ptr<osg::MatrixTransform> placed =
+        new osg::MatrixTransform(osg::Matrixd::translate(origin));
+    placed->addChild(read.getNode());
+    return Result(placed.get());
+}
+
+/// Leaves out what OSG's readers let pass and what would end a program that draws or reads it, and
+/// looks for coordinates without the digits that they need.
+class MendModel : public osg::NodeVisitor
+{
+public:
+    MendModel() : osg::NodeVisitor(TRAVERSE_ALL_CHILDREN) { setNodeMaskOverride(~0U); }
+
+    void apply(osg::Geometry& geometry) override
+    {
+        const osg::Array* vertices = geometry.getVertexArray();
+        if (!vertices) return;
+        const unsigned int count = vertices->getNumElements();
+        for (unsigned int i = geometry.getNumPrimitiveSets(); i-- > 0;)
+            if (!isWithin(*geometry.getPrimitiveSet(i), count))
+            {
+                geometry.removePrimitiveSet(i);
+                ++leftOut;
+            }
+        const auto isShort = [count](const osg::Array* array)
+        {
+            return array && array->getBinding() == osg::Array::BIND_PER_VERTEX &&
+                   array->getNumElements() < count;
+        };
+        if (isShort(geometry.getNormalArray())) geometry.setNormalArray(nullptr);
+        if (isShort(geometry.getColorArray())) geometry.setColorArray(nullptr);
+        for (unsigned int i = 0; i < geometry.getNumTexCoordArrays(); ++i)
+            if (isShort(geometry.getTexCoordArray(i))) geometry.setTexCoordArray(i, nullptr);
+        if (vertices->getType() != osg::Array::Vec3ArrayType || count < 2) return;
+        const osg::BoundingBox box = geometry.getBoundingBox();
+        double largest = 0.0;
+        for (int axis = 0; axis < 3; ++axis)
+            largest = std::max({largest,
+                                std::abs(static_cast<double>(box._min[axis])),
+                                std::abs(static_cast<double>(box._max[axis]))});
+        constexpr double kFloat = 1.2e-7; // between neighbours, relative
+        const osg::Vec3d scale = osg::computeLocalToWorld(getNodePath()).getScale();
+        step = std::max(step, kFloat * largest * std::max({scale.x(), scale.y(), scale.z()}));
+        farthest = std::max(farthest, largest);
+    }
+
+    int leftOut = 0;       ///< primitive sets
+    double step = 0.0;     ///< largest between neighbouring coordinates, in the model's units
+    double farthest = 0.0; ///< largest coordinate
+
+private:
+    static bool isWithin(const osg::PrimitiveSet& primitives, unsigned int count)
+    {
+        if (const auto* arrays = dynamic_cast<const osg::DrawArrays*>(&primitives))
+            return arrays->getFirst() >= 0 && arrays->getCount() >= 0 &&
+                   static_cast<long long>(arrays->getFirst()) + arrays->getCount() <= count;
+        if (const auto* lengths = dynamic_cast<const osg::DrawArrayLengths*>(&primitives))
+            if (lengths->getFirst() < 0 || std::any_of(lengths->begin(),
+                                                       lengths->end(),
+                                                       [](GLsizei length) { return length < 0; }))
+                return false;
+        const unsigned int indices = primitives.getNumIndices();
+        for (unsigned int i = 0; i < indices; ++i)
+            if (primitives.index(i) >= count) return false;
+        return true;
+    }
+};
+
+void mend(osg::Node& model, const std::string& file)
+{
+    constexpr double kShare = 1e-3; // of the model's size, below which steps are not felt
+    MendModel visitor;
+    model.accept(visitor);
+    if (visitor.leftOut > 0)
+        tell(osg::WARN,
+             fmt::format("{}: {} of its sets of faces refer to vertices that are not there; they "
+                         "are left out",
+                         file,
+                         visitor.leftOut));
+    const osg::BoundingBoxd box = boundsOf(model);
+    if (!box.valid()) return;
+    const double size =
+        std::max({box.xMax() - box.xMin(), box.yMax() - box.yMin(), box.zMax() - box.zMin()});
+    if (visitor.step > kShare * size && visitor.farthest > 0.0)
+        tell(osg::WARN,
+             fmt::format("{}: its coordinates, up to {:.4g}, have lost digits in reading: steps of "
+                         "{:.2g} in a shape {:.2g} wide; move the model to the origin",
+                         file,
+                         visitor.farthest,
+                         visitor.step,
+                         size));
+}
+
+/// The same as OSG's visitor in double.
+class BoundsInDouble : public osg::ComputeBoundsVisitor
+{
+public:
+    using osg::ComputeBoundsVisitor::apply;
+    void apply(osg::Drawable& drawable) override
+    {
+        const osg::BoundingBox own = drawable.getBoundingBox();
+        if (!own.valid()) return;
+        const osg::Matrixd matrix =
+            getMatrixStack().empty() ? osg::Matrixd() : getMatrixStack().back();
+        for (unsigned int i = 0; i < 8; ++i)
+            box.expandBy(osg::Vec3d(own.corner(i)) * matrix);
+    }
+    osg::BoundingBoxd box;
+};
+
+} // namespace
+
+osg::BoundingBoxd boundsOf(osg::Node& node)
+{
+    BoundsInDouble bounds;
+    node.accept(bounds);
+    return bounds.box;
+}
+
+Result readModel(const std::string& name, const osgDB::Options* options)
+{
+    const PointAsDecimalSign numbers;
+    const std::string extension = osgDB::getLowerCaseFileExtension(name);
+    const std::string file = osgDB::findDataFile(name, options);
+    const bool isGltf = extension == "gltf" || extension == "glb";
+    if (isGltf && !file.empty())
+    {
+        std::string error;
+        const osg::ref_ptr<osg::Node> node = readGltfAndTell(file, error);
+        return node ? Result(node.get()) : Result(error);
+    }
+    struct stat about = {};
+    if (!file.empty() && ::stat(file.c_str(), &about) == 0 && !S_ISREG(about.st_mode) &&
+        !S_ISDIR(about.st_mode))
+        return Result(printable(file) + ": is a device or a pipe, should be a regular file");
+    const bool isObj = extension == "obj" && !file.empty();
+    const osg::ref_ptr<osgDB::Options> own = forAllBelow(options);
+    // MODEL.haptic comes here again with its model.
+    const bool isTried = !isObj && !file.empty() && extension != "haptic" &&
+                         own->getPluginStringData(kTrial).empty();
+    std::string why = extension == "ply" && !file.empty() ? plyProblem(file) : std::string();
+    if (!why.empty()) return Result(printable(file + ": " + why));
+    if (isTried) why = whyNotToRead(file, own->getOptionString());
+    if (!why.empty()) return Result(printable(why));
+    Result read = isObj ? readObjModel(file, own)
+                        : osgDB::Registry::instance()->readNodeImplementation(name, own);
+    if (read.validNode()) mend(*read.getNode(), name);
+    return read;
+}
+
+void readModelOnTrial(const std::string& file, const osgDB::Options* options)
+{
+    const osg::ref_ptr<osgDB::Options> trial =
+        options ? options->cloneOptions() : new osgDB::Options;
+    trial->setPluginStringData(kTrial, "yes");
+    readModel(file, trial);
+}
+
 ModelFile readModelFile(const std::string& name, const osgDB::Options* options)
 {
+    const PointAsDecimalSign numbers;
     ModelFile model;
-    const std::string extension = osgDB::getLowerCaseFileExtension(name);
-    if (extension != "gltf" && extension != "glb")
-    {
-        model.node = osgDB::readRefNodeFile(name, options);
-        return model;
-    }
     const std::string file = osgDB::findDataFile(name, options);
-    if (file.empty()) return model;
-    model.node = readGltfAndTell(file, model.error);
-    if (!model.node) return model;
-    markTags(*model.node);
+    const std::string extension = osgDB::getLowerCaseFileExtension(name);
+    // What is in no file may be in a program's own callback.
+    if (file.empty())
+        model.read = osgDB::Registry::instance()->readNode(name, options);
+    else if (extension != "gltf" && extension != "glb")
+        model.read = readModel(name, options);
+    else
+    {
+        GltfMessages messages;
+        std::string error;
+        const osg::ref_ptr<osg::Node> node = readGltfAndTell(file, messages, error);
+        model.read = node ? Result(node.get()) : Result(error);
+        model.settings = messages.settings();
+        model.unfollowed = messages.unfollowed();
+    }
+    if (!model.read.validNode() || (extension != "gltf" && extension != "glb")) return model;
+    markTags(*model.read.getNode());
     SceneMarks marks;
-    marks.look({model.node});
+    marks.look({model.read.getNode()});
     model.isTagged = marks.state() == SceneMarks::State::SOME;
     return model;
 }

@@ -1,10 +1,15 @@
 #pragma once
 
+#include "plugin/settings/ForTests.h"
+
+#include <osg/BoundingBox>
 #include <osg/Node>
 #include <osg/ref_ptr>
 #include <osgDB/Options>
+#include <osgDB/ReaderWriter>
 
 #include <string>
+#include <vector>
 
 namespace osgMidair
 {
@@ -12,14 +17,19 @@ namespace osgMidair
 /// A model for MODEL.EXT.haptic, as it is in its file.
 struct ModelFile
 {
-    osg::ref_ptr<osg::Node> node; ///< null: it can't be read
-    std::string error;            ///< why; empty: OSG has told it, or there is no such file
+    osgDB::ReaderWriter::ReadResult read; ///< as of readModel() in <osgMidair/FileFormats>
     /// true: its tags say what of it is felt; false: all of it is
     bool isTagged = false;
+    std::string settings; ///< of the HapticScene, as assignments; from a file, so wishes
+    /// What says how something is felt and isn't followed; with it, all of it may not be felt.
+    std::vector<std::string> unfollowed;
 };
 
-/// Reads \a name: glTF by the kit itself, whatever else reads it, since only so its extras are
-/// tags; all else as OSG does.
+/// Reads \a name as readModel() does, and glTF with its extras as tags.
 ModelFile readModelFile(const std::string& name, const osgDB::Options* options);
+
+/// The box of all below \a node in the frame of its parent. (OSG's own has floats, which lose the
+/// digits of places far from the origin.)
+OSGMIDAIR_FOR_TESTS osg::BoundingBoxd boundsOf(osg::Node& node);
 
 } // namespace osgMidair

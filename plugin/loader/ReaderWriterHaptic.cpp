@@ -16,7 +16,6 @@
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
 
-#include <osg/ComputeBoundsVisitor>
 #include <osg/MatrixTransform>
 #include <osg/Notify>
 #include <osgDB/FileNameUtils>
@@ -59,7 +58,8 @@ struct LoaderOptions
     /// them.
     void parse(const std::string& text, const std::string& where, bool isOwnFile = false);
 
-    void silenceWithProperty();
+    void silenceWithProperty() { silenceFor(property.whySilenced); }
+    void silenceFor(const std::vector<std::string>& reasons);
 
     /// Tags say what is felt, and how: warns where the property says something, too.
     void leaveToTags(const std::string& where);
@@ -179,11 +179,11 @@ bool LoaderOptions::isTwice(const std::string& name, std::string& error)
 }
 
 // Where something in the viewer's scene is marked nobody looks at how the whole of it is felt.
-void LoaderOptions::silenceWithProperty()
+void LoaderOptions::silenceFor(const std::vector<std::string>& reasons)
 {
-    if (property.whySilenced.empty()) return;
+    if (reasons.empty()) return;
     settings.isSilenced = true;
-    for (const std::string& reason : property.whySilenced)
+    for (const std::string& reason : reasons)
         settings.whySilenced.push_back(reason);
 }
 
@@ -245,11 +245,9 @@ struct ObjectName
 /// Returns \a model scaled and placed as the options say.
 osg::ref_ptr<osg::Node> placed(osg::Node* model, const LoaderOptions& options)
 {
-    osg::ComputeBoundsVisitor bounds;
-    model->accept(bounds);
-    const osg::BoundingBox& box = bounds.getBoundingBox();
+    const osg::BoundingBoxd box = boundsOf(*model);
     if (!box.valid()) return model;
-    const osg::Vec3d extent = osg::Vec3d(box._max) - osg::Vec3d(box._min);
+    const osg::Vec3d extent = box._max - box._min;
     const double largest = std::max({extent.x(), extent.y(), extent.z()});
     const bool moved = options.position.length2() > 0.0 || options.rotation_deg.length2() > 0.0;
     if ((!options.isSizeSet || largest <= 0.0) && !moved) return model;
@@ -257,7 +255,7 @@ osg::ref_ptr<osg::Node> placed(osg::Node* model, const LoaderOptions& options)
     const double scale = options.isSizeSet && largest > 0.0 ? options.size_m / largest : 1.0;
     const osg::Vec3d turn = options.rotation_deg * midair::base::toRadians(1.0);
     osg::ref_ptr<osg::MatrixTransform> transform = new osg::MatrixTransform(
-        osg::Matrixd::translate(options.isSizeSet ? -osg::Vec3d(box.center()) : osg::Vec3d()) *
+        osg::Matrixd::translate(options.isSizeSet ? -box.center() : osg::Vec3d()) *
         osg::Matrixd::scale(scale, scale, scale) *
         osg::Matrixd::rotate(turn.x(), osg::X_AXIS, turn.y(), osg::Y_AXIS, turn.z(), osg::Z_AXIS) *
         osg::Matrixd::translate(options.position));
@@ -337,13 +335,16 @@ public:
         const ObjectName name(fileName);
         const std::string& modelName = name.model;
         if (osgDB::getFileExtension(modelName).empty()) return ReadResult::FILE_NOT_FOUND;
-        const ModelFile model = readModelFile(modelName, options);
-        if (!model.error.empty()) return ReadResult(model.error);
-        if (!model.node) return ReadResult::FILE_NOT_HANDLED;
+        ModelFile model = readModelFile(modelName, options);
+        if (!model.read.validNode())
+            return model.read.message().empty() ? ReadResult(ReadResult::FILE_NOT_HANDLED)
+                                                : ReadResult(model.read.message());
 
         LoaderOptions loader;
+        loader.parse(model.settings, fileName + ", extras of its scene", true);
         if (options) loader.parse(options->getOptionString(), fileName);
         loader.parse(name.options, fileName, true);
+        if (!model.isTagged) loader.silenceFor(model.unfollowed);
         makeWishes(loader.settings, osgDB::getFilePath(osgDB::findDataFile(modelName, options)));
         osg::ref_ptr<osg::Group> object;
         if (model.isTagged)
@@ -356,7 +357,7 @@ public:
         }
         if (!object) object = new osg::Group;
         object->setName(osgDB::getSimpleFileName(modelName));
-        object->addChild(placed(model.node, loader));
+        object->addChild(placed(model.read.getNode(), loader));
         osg::ref_ptr<HapticScene> scene = new HapticScene;
         scene->setSettings(loader.settings);
         scene->setJoined(true); // osgviewer shows several files beside each other

@@ -5,6 +5,7 @@
 #include <osgMidair/HapticCallback>
 
 #include <osg/Notify>
+#include <osg/observer_ptr>
 #include <osgGA/EventVisitor>
 
 #include <string>
@@ -18,6 +19,14 @@ namespace
 constexpr const char* kNeverCalled = "its node is in no scene that is shown, or the viewer's "
                                      "eventTraversal() is not called; without "
                                      "that, add it as an update callback";
+
+bool isAmong(osg::Callback* first, const osg::Callback& wanted)
+{
+    osg::Callback* one = first;
+    while (one && one != &wanted)
+        one = one->getNestedCallback();
+    return one != nullptr;
+}
 
 } // namespace
 
@@ -39,12 +48,22 @@ void HapticCallback::operator()(osg::Node* node, osg::NodeVisitor* visitor)
     {
         engine = new HapticEngine(*node, _settings, OwnerKind::CALLBACK);
         engine->setDeviceCallback(_deviceCallback);
+        engine->setPlace(
+            [self = osg::observer_ptr<HapticCallback>(this)](const osg::Node& root)
+            {
+                osg::ref_ptr<HapticCallback> callback;
+                if (!self.lock(callback)) return false;
+                auto& where = const_cast<osg::Node&>(root); // has getters of two kinds
+                return isAmong(where.getEventCallback(), *callback) ||
+                       isAmong(where.getUpdateCallback(), *callback);
+            });
         const std::lock_guard<std::mutex> lock(_mutex);
         if (_engine) _muted = _engine->isMuted();
         engine->setMuted(_muted);
         _engine.swap(engine); // the old one dies outside the lock
     }
     engine = this->engine();
+    if (engine && (event || isUpdate)) engine->noteVisit();
     if (event && engine->follow(event->getActionAdapter()))
         SceneKeys::addTo(event->getActionAdapter(), *engine);
     if (osgGA::GUIActionAdapter* view = isUpdate ? engine->followAbove(*node) : nullptr)

@@ -7,6 +7,7 @@
 #include <osg/Camera>
 #include <osg/GraphicsContext>
 #include <osg/Notify>
+#include <osg/observer_ptr>
 #include <osgViewer/View>
 
 #include <algorithm>
@@ -78,12 +79,20 @@ bool HapticDevice::checkEvents()
         engine = new HapticEngine(*scene, _settings, OwnerKind::DEVICE);
         engine->setUnmarkedProperty(_property);
         engine->setDeviceCallback(_deviceCallback);
+        engine->setPlace(
+            [self = osg::observer_ptr<HapticDevice>(this)](const osg::Node& root)
+            {
+                osg::ref_ptr<HapticDevice> device;
+                osgViewer::View* where = self.lock(device) ? viewOf(device.get()) : nullptr;
+                return where && where->getSceneData() == &root;
+            });
         const std::lock_guard<std::mutex> lock(_mutex);
         if (_engine) _muted = _engine->isMuted();
         engine->setMuted(_muted);
         _engine.swap(engine); // the old one dies outside the lock
     }
     engine = this->engine();
+    engine->noteVisit();
     engine->follow(*view->getViewerBase());
     SceneKeys::addTo(view, *engine);
     return false;

@@ -153,23 +153,6 @@ bool parseNumbers(const std::string& text, double* values, int count, const std:
     return true;
 }
 
-bool parsePlaces(const std::string& text, std::vector<osg::Vec3d>& places)
-{
-    constexpr std::size_t kMostPlaces = 64;
-    std::vector<osg::Vec3d> read;
-    std::istringstream in(text);
-    for (std::string one; std::getline(in, one, ';');)
-    {
-        osg::Vec3d place;
-        const bool isBlank = one.find_first_not_of(" \t\r\n") == std::string::npos;
-        if (isBlank && in.eof()) break;
-        if (!parseNumbers(one, place.ptr(), 3, "m") || read.size() == kMostPlaces) return false;
-        read.push_back(place);
-    }
-    places = std::move(read);
-    return true;
-}
-
 bool parseMatrix(const std::string& text, osg::Matrixd& matrix)
 {
     return parseNumbers(text, matrix.ptr(), 16);

@@ -39,9 +39,4 @@ OSGMIDAIR_FOR_TESTS bool parseNumbers(const std::string& text,
 /// false for any other text.
 OSGMIDAIR_FOR_TESTS bool parseMatrix(const std::string& text, osg::Matrixd& matrix);
 
-/// Reads places, "0 0 0.6; 30 0 60 cm": three numbers each, in metres or with their unit, separated
-/// by semicolons; none for a blank text. Returns false, with \a places unchanged, for any other
-/// text and for more than 64.
-OSGMIDAIR_FOR_TESTS bool parsePlaces(const std::string& text, std::vector<osg::Vec3d>& places);
-
 } // namespace osgMidair

@@ -1,6 +1,7 @@
 #include "plugin/settings/EnvironmentVariables.h"
 
 #include "device/limits/GuardedDevice.h"
+#include "device/limits/UserLimits.h"
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/text/NearestWord.h"
 #include "plugin/settings/AllSettings.h"
@@ -37,10 +38,11 @@ const std::vector<Variable>& variables()
     return all;
 }
 
+/// True for what midair::device::capsOfUser() reads.
 bool isCap(const Setting<HapticSettings>& setting)
 {
-    return setting.name == "maxPressure" || setting.name == "maxAmplitude" ||
-           setting.name == "earLimit";
+    const std::vector<std::string>& caps = midair::device::userCapVariables();
+    return std::find(caps.begin(), caps.end(), kPrefix + setting.variable) != caps.end();
 }
 
 /// A variable that is no setting of scenes.
@@ -79,8 +81,9 @@ struct Usage
     {
         for (const Variable& variable : variables())
             add(variable.name + " <" + variable.setting->name + ">",
-                (isCap(*variable.setting) ? "Of this and what haptic scenes say the stricter: "
-                                          : "Instead of what haptic scenes say: ") +
+                (variable.setting->name == "earPoints" ? "Besides what haptic scenes say: "
+                 : isCap(*variable.setting) ? "Of this and what haptic scenes say the stricter: "
+                                            : "Instead of what haptic scenes say: ") +
                     variable.setting->summary());
         for (const Other& other : kOthers)
             add(kPrefix + other.name + " <" + other.value + ">", other.text);
@@ -95,8 +98,23 @@ struct Usage
 
 const Usage kUsage;
 
-/// Sets the setting of \a variable to \a value. Of two limits the stricter one stays; a limit that
-/// is out of range silences the array.
+/// Lowers the caps of \a settings to those of the user; one that isn't understood silences.
+void keepCaps(HapticSettings& settings, const midair::device::UserCaps& caps)
+{
+    using midair::device::stricterPressure;
+    // The user's stand first: they replace what is no number, which stays a reason for silence.
+    if (caps.maxAmplitude < 1.0)
+        settings.maxAmplitude = std::min(caps.maxAmplitude, settings.maxAmplitude);
+    if (caps.maxPressure_Pa > 0.0)
+        settings.maxPressure = stricterPressure(caps.maxPressure_Pa, settings.maxPressure);
+    if (caps.earLimit_dB > 0.0)
+        settings.earLimit = stricterPressure(caps.earLimit_dB, settings.earLimit);
+    settings.earPoints = midair::device::joinedPlaces(settings.earPoints, caps.earPoints);
+    settings.isSilenced = settings.isSilenced || !caps.wrong.empty();
+    settings.whySilenced.insert(settings.whySilenced.end(), caps.wrong.begin(), caps.wrong.end());
+}
+
+/// Sets the setting of \a variable to \a value.
 void applyTo(HapticSettings& settings,
              const Variable& variable,
              const std::string& value,
@@ -111,19 +129,6 @@ void applyTo(HapticSettings& settings,
         settings.whySilenced.back() = variable.name + ": " + error;
     else if (!isSet)
         errors.push_back(variable.name + ": " + error);
-    if (isCap(*variable.setting) && !variable.setting->holds(settings))
-    {
-        settings.isSilenced = true;
-        settings.whySilenced.push_back(variable.name + " is \"" + value + "\", should be " +
-                                       variable.setting->values() + "; nothing is played");
-        settings.maxAmplitude = before.maxAmplitude; // so that repair() doesn't report it, too
-        settings.maxPressure = before.maxPressure;
-        settings.earLimit = before.earLimit;
-    }
-    settings.maxAmplitude = std::min(settings.maxAmplitude, before.maxAmplitude);
-    settings.maxPressure =
-        midair::device::stricterPressure(settings.maxPressure, before.maxPressure);
-    settings.earLimit = midair::device::stricterPressure(settings.earLimit, before.earLimit);
 }
 
 /// Applies a variable that was set after the program began. A scene file can do that, so it may
@@ -190,8 +195,10 @@ HapticSettings Environment::apply(HapticSettings settings, std::vector<std::stri
     repaired.repair();
     settings.isSilenced = repaired.isSilenced;
     settings.whySilenced = repaired.whySilenced;
+    keepCaps(settings, midair::device::capsOfUser());
     for (const Variable& variable : variables())
     {
+        if (isCap(*variable.setting)) continue;
         const auto user = midair::base::userVariable(variable.name);
         const auto now = midair::base::variableNow(variable.name);
         if (user) applyTo(settings, variable, *user, errors);

@@ -10,6 +10,7 @@
 #include <osgMidair/HapticSettings>
 
 #include <algorithm>
+#include <array>
 
 namespace osgMidair
 {
@@ -94,9 +95,9 @@ std::vector<std::string> HapticSettings::repair()
         said.push_back(what);
         text.clear();
     };
-    if (std::vector<osg::Vec3d> places; !parsePlaces(earPoints, places))
-        refuse("earPoints is \"" + earPoints + "\", should be x y z; x y z .. in m", earPoints);
     using namespace midair::base;
+    if (std::vector<std::array<double, 3>> places; !parsePlaces(earPoints, places))
+        refuse("earPoints is \"" + earPoints + "\", should be " + kPlacesExpected, earPoints);
     if (const std::string why = refusalOf([&] { parseIndices(dead, "dead"); }); !why.empty())
         refuse(why, dead);
     if (const std::string why =

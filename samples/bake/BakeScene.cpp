@@ -5,6 +5,8 @@
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/text/Number.h"
 
+#include <osgMidair/FileFormats>
+
 #include <osgDB/FileNameUtils>
 #include <osgDB/FileUtils>
 
@@ -67,6 +69,9 @@ void parseFrames(const std::string& text, BakeArguments& arguments)
 void ReadFiles::note(const std::string& file, const osgDB::Options* options)
 {
     const std::string found = osgDB::findDataFile(file, options);
+    // MODEL.EXT.haptic and MODEL.EXT.(NAME=VALUE, ..).haptic
+    if (found.empty() && osgDB::getLowerCaseFileExtension(file) == "haptic")
+        note(file.substr(0, std::min(file.rfind(".haptic"), file.rfind(".("))), options);
     if (!found.empty() && std::find(_files.begin(), _files.end(), found) == _files.end())
         _files.push_back(found);
 }
@@ -89,7 +94,7 @@ osgDB::ReaderWriter::ReadResult ReadFiles::readNode(const std::string& file,
                                                     const osgDB::Options* options)
 {
     note(file, options);
-    return osgDB::ReadFileCallback::readNode(file, options);
+    return osgMidair::readModel(file, options);
 }
 
 // By names from the scene's folder, so that it may lie elsewhere on another machine.

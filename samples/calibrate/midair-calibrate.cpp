@@ -7,10 +7,10 @@
 #include "samples/calibrate/BoardCalibration.h"
 
 #include <osgMidair/Calibration>
+#include <osgMidair/FileFormats>
 #include <osgMidair/HapticScene>
 
 #include <osg/NodeVisitor>
-#include <osgDB/ReadFile>
 #include <osgDB/WriteFile>
 
 #include <fstream>
@@ -107,7 +107,7 @@ private:
 
 void writeScene(const std::string& from, const std::string& to, const osg::Matrixd& worldToArray)
 {
-    const osg::ref_ptr<osg::Node> scene = osgDB::readRefNodeFile(from);
+    const osg::ref_ptr<osg::Node> scene = osgMidair::readModel(from).getNode();
     if (!scene) throw InputError("can't read the scene \"" + from + "\"");
     SetCalibration set(worldToArray);
     scene->accept(set);

@@ -112,6 +112,12 @@ void printScene(Out out, const CheckedScene& scene, int frames)
                    scene.granted.earLimit > 0.0
                        ? fmt::format(", at ears {:g} dB", scene.granted.earLimit)
                        : "");
+    if (s.exposure.places > 0)
+        fmt::format_to(out,
+                       "  ears      {:.0f} dB at the loudest place around the array, {:g} dB of it "
+                       "for a head\n",
+                       s.exposure.level_dB,
+                       s.exposure.head_dB);
     if (scene.objects.empty())
         fmt::format_to(out, "  FAULT     nothing is felt: {}\n", whyNothing(scene));
     for (const CheckedObject& object : scene.objects)

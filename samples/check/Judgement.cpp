@@ -79,12 +79,15 @@ void judgeUnfelt(CheckedObject& object, const CheckedScene& scene)
     const osgMidair::HapticField::Object& out = object.leftOut;
     const std::vector<std::string> hidden = toldOf(object, scene, {"object.hidden"});
     const std::vector<std::string> told = toldOf(object, scene, {});
+    const std::vector<std::string> tie = toldOf(object, scene, {"object.side"});
     if (out.outOfReach > 0 && !out.isUnreachable)
         object.notes.push_back("it is felt where a hand is near");
     else if (!object.hasShape && !hidden.empty())
         append(object.notes, hidden);
     else if (!told.empty())
         append(object.faults, told);
+    else if (!tie.empty())
+        append(object.faults, tie);
     else if (object.hasShape && !out.isUnreachable && isFeltByContact(object, scene))
         judgeUntouched(object, scene);
     else
@@ -149,14 +152,15 @@ void judge(CheckedObject& object, const CheckedScene& scene, int frames)
         return;
     }
     const osgMidair::HapticField::Object& out = object.leftOut;
-    const std::vector<std::string> large = toldOf(object, scene, {"object.large", "object.units"});
+    const std::vector<std::string> large =
+        toldOf(object, scene, {"object.large", "object.units", "object.small"});
     // Hands that come and go, and animation, make an object felt in some frames only.
     if (object.points == 0 && object.feltFrames == 0)
         judgeUnfelt(object, scene);
     else if (object.feltFrames > 0 && object.feltFrames < frames)
         object.notes.push_back(
             fmt::format("it is felt in {} of {} frames", object.feltFrames, frames));
-    // Of what is simply too large, that is the one cause.
+    // Of what is simply too large or too small, that is the one cause.
     if (object.points > 0) append(object.faults, large);
     if (out.outOfWorkspace > 0 && large.empty())
         object.faults.push_back(points(out.outOfWorkspace, "they are out of the workspace"));

@@ -12,6 +12,7 @@
 #include <osgDB/Registry>
 
 #include <algorithm>
+#include <cctype>
 #include <fstream>
 #include <stdexcept>
 
@@ -42,25 +43,45 @@ public:
     std::vector<HapticScene*> found;
 };
 
+/// True for what OSG's readers say of materials, pictures and fonts alone: nobody feels these.
+bool isAboutLooks(std::string line)
+{
+    std::transform(line.begin(),
+                   line.end(),
+                   line.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const auto has = [&line](const char* word) { return line.find(word) != std::string::npos; };
+    for (const char* word :
+         {"material", "texture", "image", "shader", ".mtl", ".png", ".jp", ".tga", ".bmp", ".dds"})
+        if (has(word)) return true;
+    return false;
+}
+
 /// What was said last, for why a file can't be read.
 std::string why(const NoticeKeeper& keeper)
 {
-    const std::vector<std::string> said = keeper.warnings();
-    return said.empty() ? "no plugin of OpenSceneGraph reads it, or it isn't there" : said.back();
+    const std::vector<NoticeKeeper::Line> said = keeper.lines();
+    return said.empty() ? "no plugin of OpenSceneGraph reads it, or it isn't there"
+                        : said.back().text;
 }
 
 } // namespace
 
 void NoticeKeeper::notify(osg::NotifySeverity severity, const char* message)
 {
-    if (severity > osg::WARN) return;
     std::string line = message;
     while (!line.empty() && (line.back() == '\n' || line.back() == ' '))
         line.pop_back();
+    // OSG's own notices are about itself.
+    const bool isOurs = line.compare(0, kOurs.size(), kOurs) == 0;
+    if (severity > (isOurs ? osg::NOTICE : osg::WARN)) return;
+    const bool isNote = severity > osg::WARN || (!isOurs && isAboutLooks(line));
+    if (isOurs) line.erase(0, kOurs.size());
     const std::lock_guard<std::mutex> lock(_mutex);
     if (_isPaused) return;
-    if (!line.empty() && std::find(_warnings.begin(), _warnings.end(), line) == _warnings.end())
-        _warnings.push_back(line);
+    const auto isIt = [&line](const Line& one) { return one.text == line; };
+    if (!line.empty() && std::none_of(_lines.begin(), _lines.end(), isIt))
+        _lines.push_back({line, isOurs, isNote});
 }
 
 void NoticeKeeper::setPaused(bool isPaused)
@@ -69,10 +90,10 @@ void NoticeKeeper::setPaused(bool isPaused)
     _isPaused = isPaused;
 }
 
-std::vector<std::string> NoticeKeeper::warnings() const
+std::vector<NoticeKeeper::Line> NoticeKeeper::lines() const
 {
     const std::lock_guard<std::mutex> lock(_mutex);
-    return _warnings;
+    return _lines;
 }
 
 LoadedScene::LoadedScene(const CheckOptions& options) :
@@ -84,11 +105,13 @@ LoadedScene::LoadedScene(const CheckOptions& options) :
     osg::setNotifyHandler(_keeper);
     if (!options.options.empty())
         osgDB::Registry::instance()->setOptions(new osgDB::Options(options.options));
-    const osg::ref_ptr<osg::Node> node = osgDB::readRefNodeFile(options.file);
+    osgDB::ReaderWriter::ReadResult read = readSafely(options.file, nullptr);
+    const osg::ref_ptr<osg::Node> node = read.getNode();
     if (!node)
     {
         osg::setNotifyHandler(_before);
-        throw std::runtime_error("can't read \"" + options.file + "\": " + why(*_keeper));
+        throw std::runtime_error("can't read \"" + options.file + "\": " +
+                                 (read.message().empty() ? why(*_keeper) : read.message()));
     }
     _notRead = readPagedFiles(*node);
     FindScenes finder;
@@ -221,10 +244,8 @@ std::vector<CheckedMessage> LoadedScene::notices(const std::vector<CheckedScene>
         kept.message.code = "reading";
         kept.message.text = what;
     }
-    for (std::string line : _keeper->warnings())
+    for (const NoticeKeeper::Line& line : _keeper->lines())
     {
-        const bool isOurs = line.compare(0, kOurs.size(), kOurs) == 0;
-        if (isOurs) line.erase(0, kOurs.size());
         const bool isTold =
             std::any_of(scenes.begin(),
                         scenes.end(),
@@ -234,12 +255,14 @@ std::vector<CheckedMessage> LoadedScene::notices(const std::vector<CheckedScene>
                             return std::any_of(told.begin(),
                                                told.end(),
                                                [&line](const osgMidair::HapticMessage& message)
-                                               { return message.text == line; });
+                                               { return message.text == line.text; });
                         });
         if (isTold) continue;
         CheckedMessage& kept = result.emplace_back();
-        kept.message.code = isOurs ? "reading" : "osg";
-        kept.message.text = line;
+        kept.message.severity =
+            line.isNote ? osgMidair::HapticMessage::NOTICE : osgMidair::HapticMessage::WARNING;
+        kept.message.code = line.isOurs ? "reading" : "osg";
+        kept.message.text = line.text;
     }
     return result;
 }

@@ -22,12 +22,19 @@ public:
     /// What is said while it is paused is dropped.
     void setPaused(bool isPaused);
 
-    /// Lines with WARN or worse, each once.
-    std::vector<std::string> warnings() const;
+    struct Line
+    {
+        std::string text; ///< without the kit's name
+        bool isOurs;      ///< the kit says it
+        bool isNote;      ///< it is no fault of what is felt
+    };
+
+    /// What OSG says with WARN or worse and the kit with NOTICE, each once.
+    std::vector<Line> lines() const;
 
 private:
     mutable std::mutex _mutex;
-    std::vector<std::string> _warnings;
+    std::vector<Line> _lines;
     bool _isPaused = false;
 };
 

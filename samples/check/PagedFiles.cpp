@@ -1,10 +1,12 @@
 #include "samples/check/PagedFiles.h"
 
+#include <osgMidair/FileFormats>
+
 #include <osg/NodeVisitor>
 #include <osg/PagedLOD>
 #include <osg/ProxyNode>
 #include <osgDB/Options>
-#include <osgDB/ReadFile>
+#include <osgDB/Registry>
 
 #include <deque>
 #include <functional>
@@ -66,6 +68,14 @@ private:
 
 } // namespace
 
+osgDB::ReaderWriter::ReadResult readSafely(const std::string& file, const osgDB::Options* options)
+{
+    osgDB::Registry* registry = osgDB::Registry::instance();
+    return registry->getReadFileCallback() ? registry->getReadFileCallback()->readNode(
+                                                 file, options ? options : registry->getOptions())
+                                           : osgMidair::readModel(file, options);
+}
+
 std::vector<std::string> readPagedFiles(osg::Node& root)
 {
     std::vector<std::string> notRead;
@@ -76,7 +86,7 @@ std::vector<std::string> readPagedFiles(osg::Node& root)
     {
         const Wanted one = wanted.front();
         wanted.pop_front();
-        const osg::ref_ptr<osg::Node> child = osgDB::readRefNodeFile(one.name, one.options);
+        const osg::ref_ptr<osg::Node> child = readSafely(one.name, one.options).getNode();
         if (!child)
         {
             notRead.push_back(

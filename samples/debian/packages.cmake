@@ -91,7 +91,7 @@ midair_package(osgmidair-tools SECTION science OWN libosgmidair osgmidair-data R
          "bake and sweep scenes, and that find, calibrate, tune and mute arrays; and"
          "the udev rule by which whoever sits at a computer may use its arrays. The"
          "installations have a unit of systemd, which nothing starts unasked.")
-midair_package(osgmidair-samples SECTION science ANY_MACHINE OWN osgmidair-data RECOMMENDS libosgmidair-dev libcli11-dev libbullet-dev
+midair_package(osgmidair-samples SECTION science ANY_MACHINE OWN osgmidair-data RECOMMENDS libosgmidair-dev libcli11-dev libbullet-dev zlib1g-dev libexpat1-dev
     SUMMARY "sources of the samples of osgMidair"
     TEXT ${MIDAIR_WHAT} "This package has the sources of its programs and of samples in C++ and"
          "Python, as a project of CMake that builds against the installed libraries.")

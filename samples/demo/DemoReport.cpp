@@ -156,11 +156,12 @@ void DemoReport::print() const
     if (statistics.exposure.places > 0)
         std::printf(
             "at ears     %.0f dB re 20 uPa (rms) in the mean of %.1f s, at most %.0f dB over "
-            "a second, of %d places%s\n",
+            "a second, of %d places, %.0f dB of it for a head%s\n",
             statistics.exposure.eq_dB,
             statistics.exposure.time_s,
             statistics.exposure.max_dB,
             statistics.exposure.places,
+            statistics.exposure.head_dB,
             statistics.exposure.limit_dB > 0.0 ? ", with a limit" : "");
     if (statistics.outline) std::printf("curves      one stationary field of dense points\n");
     if (statistics.fieldsInTurn > 1)

@@ -4,11 +4,11 @@
 #include "samples/views/ShownObject.h"
 #include "samples/views/ShownOverlays.h"
 
+#include <osgMidair/FileFormats>
 #include <osgMidair/HapticSurface>
 
 #include <osg/Material>
 #include <osgDB/FileNameUtils>
-#include <osgDB/ReadFile>
 
 #include <algorithm>
 #include <cmath>
@@ -63,7 +63,7 @@ DemoScene::DemoScene(const DemoOptions& options) :
     osg::ref_ptr<osg::Node> read;
     if (osgDB::getLowerCaseFileExtension(file).compare(0, 3, "osg") == 0 ||
         osgDB::getLowerCaseFileExtension(file) == "haptic")
-        read = osgDB::readRefNodeFile(file);
+        read = osgMidair::readModel(file).getNode();
     if (read) read->accept(finder);
     if (finder.found)
     {

@@ -112,7 +112,7 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
         const bool handled = s.processed >= s.snapshots;
         const bool isOff = !scene.haptics().getGrantedSettings().enabled;
         if ((field && field->getFrameNumber() >= picture.frame) || (field && handled) || isOff ||
-            seconds() - start > longest_s)
+            seconds() - start > longest_s || isStopAsked())
             break;
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
@@ -155,6 +155,7 @@ int runHeadless(const DemoOptions& options)
 {
     DemoScene scene(options);
     MuteSignals signals([&](bool isMuted) { scene.haptics().setMuted(isMuted); });
+    const SilenceAtStop atStop([&] { scene.haptics().setMuted(true); });
     SceneMonitor monitor(options.monitor, scene.haptics(), nameOf(scene));
     DemoReport report;
     report.options = options;
@@ -228,6 +229,7 @@ int runBenchmark(const DemoOptions& options)
 {
     DemoScene scene(options);
     MuteSignals signals([&](bool isMuted) { scene.haptics().setMuted(isMuted); });
+    const SilenceAtStop atStop([&] { scene.haptics().setMuted(true); });
     SceneMonitor monitor(options.monitor, scene.haptics(), nameOf(scene));
     DemoReport report;
     report.options = options;
@@ -282,6 +284,7 @@ int runWindow(const DemoOptions& options)
 {
     DemoScene scene(options);
     MuteSignals signals([&](bool isMuted) { scene.haptics().setMuted(isMuted); });
+    const SilenceAtStop atStop([&] { scene.haptics().setMuted(true); });
     SceneMonitor monitor(options.monitor, scene.haptics(), nameOf(scene));
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);

@@ -74,9 +74,7 @@ int playBoards(const DeviceOptions& options)
         silenceDead(array, signal);
         std::cout << "board " << board << " of " << count << std::endl;
         if (!device->send(signal)) return finish(*device);
-        const double end_s = base::steadySeconds() + options.seconds / count;
-        while (goesOn(end_s, *device))
-            pause(std::min(end_s, base::steadySeconds() + 0.05));
+        stay(base::steadySeconds() + options.seconds / count, *device);
     }
     return finish(*device);
 }
@@ -93,7 +91,7 @@ int playTransducers(const DeviceOptions& options)
         signal.duty[i] = dutyOf(options.amplitude);
         silenceDead(array, signal);
         device->send(signal);
-        pause(start_s + (i + 1) * options.seconds / array.size());
+        stay(start_s + (i + 1) * options.seconds / array.size(), *device);
     }
     return finish(*device);
 }

@@ -2,13 +2,14 @@
 
 #include "device/DeviceUri.h"
 #include "device/autd3/LinkChoice.h"
-#include "device/limits/UserLimits.h"
 #include "device/recording/PlayingDevice.h"
 #include "device/usb/UsbTransferPool.h"
+#include "engine-bridge/playing/unaided/UserDevice.h"
 #include "haptics/array/PatFile.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "samples/device-tool/UltrainoSimulation.h"
 
 #include <algorithm>
 #include <chrono>
@@ -26,6 +27,7 @@ namespace
 {
 
 constexpr double kPoll_s = 0.05;
+constexpr double kNever_s = 1e300;
 constexpr double kSettle_s = 0.5; // for fields that are still in transit at the end
 constexpr std::size_t kMostPatBytes = std::size_t(1) << 20;
 
@@ -57,17 +59,6 @@ void refuseToDriveDead(const DeviceOptions& options, const haptics::TransducerAr
         array.name));
 }
 
-std::unique_ptr<device::ArrayDevice> openWithin(const device::SafetyLimits& limits,
-                                                const DeviceOptions& options,
-                                                const haptics::TransducerArray& array)
-{
-    refuseToDriveDead(options, array);
-    auto device =
-        device::openLimitedDevice(options.device, {array.size(), array.board, array.dead}, limits);
-    waitForArray(options, *device);
-    return device;
-}
-
 } // namespace
 
 std::atomic<bool> interrupted{false};
@@ -80,7 +71,11 @@ haptics::TransducerArray loadArray(const DeviceOptions& options)
 std::unique_ptr<device::ArrayDevice> open(const DeviceOptions& options,
                                           const haptics::TransducerArray& array)
 {
-    return openWithin(device::limitsOfUser(), options, array);
+    refuseToDriveDead(options, array);
+    auto device =
+        bridge::openForUser(options.device, {array.size(), array.board, array.dead}, &array);
+    waitForArray(options, *device);
+    return device;
 }
 
 std::unique_ptr<device::ArrayDevice> openWithoutPoints(const DeviceOptions& options,
@@ -95,8 +90,9 @@ std::unique_ptr<device::ArrayDevice> openWithoutPoints(const DeviceOptions& opti
     return device;
 }
 
-bool goesOn(double end_s, const device::ArrayDevice& device)
+bool goesOn(double end_s, device::ArrayDevice& device)
 {
+    device.keepAlive();
     return !interrupted && base::steadySeconds() < end_s && !isLost(device);
 }
 
@@ -104,6 +100,12 @@ void pause(double until_s)
 {
     const double left_s = until_s - base::steadySeconds();
     if (left_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(left_s));
+}
+
+void stay(double end_s, device::ArrayDevice& device)
+{
+    while (goesOn(end_s, device))
+        pause(std::min(end_s, base::steadySeconds() + kPoll_s));
 }
 
 int finish(device::ArrayDevice& device)
@@ -159,7 +161,11 @@ int showStatus(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
     refuseToDriveDead(options, array);
-    const auto device = device::openDevice(options.device, {array.size(), array.board, array.dead});
+    // What plays by itself does so while its status is shown.
+    const auto device =
+        device::playsByItself(options.device)
+            ? openWithoutPoints(options, array, "a recording")
+            : device::openDevice(options.device, {array.size(), array.board, array.dead});
     pause(base::steadySeconds() + 0.4); // time for the device to answer
     const device::DeviceReport report = device->report();
     std::cout << device->status() << "\n";
@@ -195,7 +201,9 @@ int identifyBoards(const DeviceOptions& options)
 int muteArray(const DeviceOptions& options)
 {
     const auto array = loadArray(options);
-    auto device = openWithin({}, options, array);
+    refuseToDriveDead(options, array);
+    auto device = device::openDevice(options.device, {array.size(), array.board, array.dead});
+    waitForArray(options, *device);
     device->setMuted(true);
     const int ended = finish(*device);
     device.reset(); // waits for a board that is still starting, which is not silent before
@@ -214,7 +222,7 @@ int playRecording(const DeviceOptions& options)
     device::PlayingDevice show(std::move(recording),
                                {1.0, false, array.dead},
                                openWithoutPoints(options, array, "a recording"));
-    while (!interrupted && !show.finished() && !isLost(show))
+    while (!show.finished() && goesOn(kNever_s, show))
         pause(base::steadySeconds() + kPoll_s);
     const device::DeviceReport report = show.report();
     const int code = finish(show);
@@ -226,22 +234,43 @@ int playRecording(const DeviceOptions& options)
     return code;
 }
 
-int importPat(const DeviceOptions& options)
+namespace
 {
-    std::string text;
+
+std::string contentOf(const std::string& file, std::size_t mostBytes)
+{
     try
     {
-        text = base::readRegularFile(options.file, kMostPatBytes);
+        return base::readRegularFile(file, mostBytes);
     }
     catch (const base::FileError& error)
     {
-        throw base::InputError(options.file + ": " + error.what());
+        throw base::InputError(file + ": " + error.what());
     }
+}
+
+} // namespace
+
+int importPat(const DeviceOptions& options)
+{
+    const std::string text = contentOf(options.file, kMostPatBytes);
     const haptics::PatBoard board = haptics::readPat(text, options.file);
     board.array.save(options.out);
     std::cout << options.out << ": " << board.array.size()
               << " transducers; play on it with --array " << options.out
               << " --device openmpd:" << board.serial << "\n";
+    return FINE;
+}
+
+int importUltraino(const DeviceOptions& options)
+{
+    const UltrainoSimulation made =
+        readUltraino(contentOf(options.file, kMostUltrainoBytes), options.file);
+    made.array.save(options.out);
+    for (const std::string& note : made.notes)
+        std::cerr << "midair-device: " << options.file << ": " << note << "\n";
+    std::cout << options.out << ": " << made.array.size()
+              << " transducers; play on it with --array " << options.out << "\n";
     return FINE;
 }
 

@@ -55,7 +55,10 @@ std::unique_ptr<device::ArrayDevice> openWithoutPoints(const DeviceOptions& opti
                                                        const std::string& what = "this pattern");
 
 /// Returns false at the end time, after Ctrl-C and when the device is lost.
-bool goesOn(double end_s, const device::ArrayDevice& device);
+/// Each call is a sign of life for the device.
+bool goesOn(double end_s, device::ArrayDevice& device);
+/// Waits as long as it goes on.
+void stay(double end_s, device::ArrayDevice& device);
 void pause(double until_s);
 
 /// Silences the device and prints its status. Returns DEVICE_FAILED, with a message, if it is lost
@@ -69,6 +72,7 @@ int identifyBoards(const DeviceOptions& options);
 int muteArray(const DeviceOptions& options);
 int playRecording(const DeviceOptions& options);
 int importPat(const DeviceOptions& options);
+int importUltraino(const DeviceOptions& options);
 // EmulatedUnits.cpp
 int emulateUnits(const DeviceOptions& options);
 // DevicePatterns.cpp

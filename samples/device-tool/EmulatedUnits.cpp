@@ -93,7 +93,7 @@ void printReport(const ChainReport& report)
         report.telemetry.repeats,
         report.telemetry.queueFull,
         report.updateCommands,
-        report.telemetry.failsafe,
+        report.trips,
         report.telemetry.resync);
 }
 

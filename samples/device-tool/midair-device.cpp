@@ -63,6 +63,11 @@ int main(int argc, char** argv)
         command("import-pat", "makes an array file of an OpenMPD board's .pat file", importPat);
     importing->add_option("FILE", options.file, "the .pat file")->required();
     importing->add_option("--out", options.out, "the array file")->required();
+    CLI::App* simulated = command("import-ultraino",
+                                  "makes an array file of a simulation that Ultraino has saved",
+                                  importUltraino);
+    simulated->add_option("FILE", options.file, "the .xml.gz file")->required();
+    simulated->add_option("--out", options.out, "the array file")->required();
     CLI::App* emulating =
         command("emulate", "answers as AUTD3 units would, until --seconds or Ctrl-C", emulateUnits);
     std::string kind;

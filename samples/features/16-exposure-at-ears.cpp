@@ -20,21 +20,28 @@ int main()
     if (!frames.untilPlayed()) return 1;
     frames.run(0.5);
     const osgMidair::HapticStatistics loud = scene->getStatistics();
-    std::printf("%d places: %.0f dB at the loudest, %.0f Pa on the ball\n",
-                loud.exposure.places,
-                loud.exposure.level_dB,
-                loud.level_Pa);
+    std::printf(
+        "%d places: %.0f dB at the loudest, %.0f dB of it for a head; %.0f Pa on the ball\n",
+        loud.exposure.places,
+        loud.exposure.level_dB,
+        loud.exposure.head_dB,
+        loud.level_Pa);
 
-    const double limit_dB = loud.exposure.level_dB - 10.0;
-    scene->setEarLimit(limit_dB); // rms, re 20 uPa; OSG_MIDAIR_EAR_LIMIT is the user's
-    frames.run(1.0);
-    const osgMidair::HapticStatistics held = scene->getStatistics();
-    std::printf("held to %.0f dB: %.0f dB, %.0f Pa\n",
-                held.exposure.limit_dB,
-                held.exposure.level_dB,
-                held.level_Pa);
-    for (const osgMidair::HapticMessage& message : held.told)
-        if (message.code.rfind("ears", 0) == 0 || message.code.rfind("cap", 0) == 0)
-            std::printf("%s: %s\n", message.code.c_str(), message.text.c_str());
-    return held.exposure.level_dB < limit_dB + 0.01 ? 0 : 1;
+    // rms, re 20 uPa; OSG_MIDAIR_EAR_LIMIT is the user's. For workers, for the public, and none.
+    for (const double limit_dB : {110.0, 100.0})
+    {
+        scene->setEarLimit(limit_dB);
+        frames.run(1.0);
+        const osgMidair::HapticStatistics held = scene->getStatistics();
+        std::printf("held to %.0f dB: %.0f dB, %.1f Pa, %.2g %% of it\n",
+                    held.exposure.limit_dB,
+                    held.exposure.level_dB,
+                    held.level_Pa,
+                    100.0 * held.level_Pa / loud.level_Pa);
+        for (const osgMidair::HapticMessage& message : held.told)
+            if (message.code.rfind("ears", 0) == 0 || message.code.rfind("cap", 0) == 0)
+                std::printf("%s: %s\n", message.code.c_str(), message.text.c_str());
+        if (held.exposure.level_dB > limit_dB + 0.01) return 1;
+    }
+    return 0;
 }

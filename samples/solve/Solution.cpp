@@ -97,14 +97,24 @@ void rateKelvin(const SolveArguments& arguments, Solution& solution)
     }
 }
 
-/// Certifies the field, or the first of the fields in turn that has points.
-void certify(Solution& solution)
+/// Certifies with the regularisation that the solver is given; throws InputError for one that is
+/// too weak for a bound.
+haptics::Certifier certifierOf(const SolveArguments& arguments)
 {
+    haptics::CertificateOptions options;
+    options.lambdaRel = arguments.settings.lambda;
+    return haptics::Certifier(options);
+}
+
+/// Certifies the field, or the first of the fields in turn that has points.
+void certify(const SolveArguments& arguments, Solution& solution)
+{
+
     const haptics::FieldSequence& sequence = solution.sequence;
     for (std::size_t k = 0; k < std::min(sequence.parts.size(), sequence.fields.size()); ++k)
     {
         if (sequence.parts[k].size() == 0 || sequence.fields[k].isZero(0.0f)) continue;
-        solution.parts.certificate = haptics::Certifier().certify(
+        solution.parts.certificate = certifierOf(arguments).certify(
             sequence.parts[k], solution.scene.array, solution.scene.medium, sequence.fields[k]);
         return;
     }
@@ -115,6 +125,7 @@ void certify(Solution& solution)
 Solution solveAll(const SolveArguments& arguments)
 {
     Solution solution;
+    if (arguments.certify) certifierOf(arguments); // or a long solve would end without a result
     solution.scene = loadScene(arguments);
     bridge::SolveTask task = taskOf(arguments, solution.scene);
     solution.ears = std::make_shared<SolveEars>(
@@ -146,7 +157,7 @@ Solution solveAll(const SolveArguments& arguments)
                      "midair-solve: no certificate: no field of a cycle that is evened out is for "
                      "its points alone; --even 0 leaves them as they are\n");
     else if (arguments.certify && report.level_Pa > 0.0)
-        certify(solution);
+        certify(arguments, solution);
     return solution;
 }
 

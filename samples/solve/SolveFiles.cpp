@@ -200,6 +200,7 @@ void writeSummary(const std::string& path,
     json["soundSpeed_m_s"] = medium.soundSpeed();
     json["attenuation_Np_m"] = medium.attenuation(array.frequency_Hz);
     json["sourceAmplitude_Pa_m"] = array.sourceAmplitude_Pa_m;
+    json["exposureAmplitude_Pa_m"] = array.heardAmplitude_Pa_m();
     json["directivity"] = haptics::directivityName(array.directivity);
     json["ringing_s"] = array.ringing_s;
     json["phaseLevels"] = array.drive.phaseLevels;

@@ -5,15 +5,19 @@
 #include "haptics/base/Units.h"
 #include "haptics/points/ControlPointSelector.h"
 #include "haptics/points/FeltPlaces.h"
+#include "haptics/points/FittingSize.h"
 #include "haptics/points/ReachedOutlines.h"
 #include "haptics/propagation/SurfaceStatistics.h"
 #include "haptics/sequence/FieldSettings.h"
+#include "haptics/sequence/FocusShare.h"
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "samples/solve/SolveFiles.h"
 
 #include <algorithm>
 #include <cstdio>
+#include <numeric>
+#include <utility>
 
 namespace midair::samples
 {
@@ -67,6 +71,34 @@ asObject(const haptics::ControlPoints& points, bool crowdingGiven, double wavele
     return object;
 }
 
+/// Asks about a model that is one focus, and returns how many points it would have at the size that
+/// fits; 0: it is more than a focus.
+int pointsIfSmall(const SolveArguments& arguments, const SolveScene& scene)
+{
+    if (!haptics::isOneFocus(scene.mesh, scene.wavelength_m())) return 0;
+    haptics::SamplerOptions sampling;
+    sampling.spacing_m = arguments.spacing_m > 0.0 ? arguments.spacing_m : scene.wavelength_m();
+    sampling.sampling = arguments.sampling;
+    haptics::SelectorOptions options;
+    if (arguments.settings.maxPoints > 0) options.maxPoints = arguments.settings.maxPoints;
+    const haptics::Workspace workspace(scene.array, scene.wavelength_m(), options);
+    haptics::LargeModel model{scene.mesh, scene.pose, scene.mesh.extent().maxCoeff()};
+    if (arguments.sampling == haptics::Sampling::SURFACE) model.spacing_m = sampling.spacing_m;
+    model.mayGrow = true;
+    const double size_m =
+        haptics::fittingSize_m(model,
+                               workspace,
+                               haptics::ArrayFront(scene.array.positions, scene.array.normals),
+                               options.maxPoints);
+    std::fprintf(stderr,
+                 "midair-solve: object.small: the model is %.3g m wide, under half a wavelength "
+                 "(%.2g m): it is one focus, and no louder than one point of something larger",
+                 model.width_m,
+                 0.5 * scene.wavelength_m());
+    std::fprintf(stderr, size_m > 0.0 ? "; --size %g fits\n" : "\n", size_m);
+    return haptics::pointsAtSize(scene.mesh, sampling, size_m, options.maxPoints);
+}
+
 /// Leaves out points that the array can't reach, with a message.
 haptics::ControlPoints selectPoints(const SolveArguments& arguments,
                                     const haptics::PosedObject& object,
@@ -102,7 +134,10 @@ SolveScene loadScene(const SolveArguments& arguments)
     std::string error;
     if (!scene.medium.isValid(&error)) throw base::InputError(error);
     if (!arguments.pointsFile.empty()) return scene;
-    scene.mesh = haptics::readObj(arguments.model);
+    std::vector<std::string> warnings;
+    scene.mesh = haptics::readObj(arguments.model, &warnings);
+    for (const std::string& warning : warnings)
+        std::fprintf(stderr, "midair-solve: %s\n", warning.c_str());
     if (arguments.size_m > 0.0) scene.mesh = scene.mesh.scaledTo(arguments.size_m);
     scene.pose = poseOf(arguments);
     return scene;
@@ -119,14 +154,25 @@ std::vector<haptics::ControlPoints> pointSets(const SolveArguments& arguments,
         return {selectPoints(arguments, object, points.absolute, scene)};
     }
     std::vector<haptics::ControlPoints> sets;
+    const int whole = pointsIfSmall(arguments, scene);
     for (const haptics::PosedObject& object : sampleModel(arguments, scene))
-        sets.push_back(selectPoints(arguments, object, arguments.pressure_Pa > 0.0, scene));
+    {
+        haptics::ControlPoints points =
+            selectPoints(arguments, object, arguments.pressure_Pa > 0.0, scene);
+        std::vector<int> small(whole > 0 ? static_cast<std::size_t>(points.size()) : 0);
+        std::iota(small.begin(), small.end(), 0);
+        haptics::holdToShare(
+            small, whole, arguments.settings.loudness, scene.array, scene.medium, points);
+        sets.push_back(std::move(points));
+    }
     return sets;
 }
 
 std::vector<haptics::Outline>
 modelOutlines(const SolveArguments& arguments, const SolveScene& scene, bool& any)
 {
+    if (pointsIfSmall(arguments, scene) > 0)
+        throw base::InputError("a model that is one focus has no outline that can be felt");
     const haptics::Workspace workspace(
         scene.array, scene.wavelength_m(), haptics::SelectorOptions());
     const double target =

@@ -1,8 +1,7 @@
 #include "samples/tune/RowPlayer.h"
 
 #include "device/drive/DriveEncoder.h"
-#include "device/limits/KeptAlive.h"
-#include "device/limits/UserLimits.h"
+#include "engine-bridge/playing/unaided/UserDevice.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -38,7 +37,7 @@ RowPlayer::RowPlayer(const std::string& uri,
     _device(
         device::playsByItself(uri)
             ? throw device::DeviceError("device \"" + uri + "\": plays by itself and takes no plan")
-            : device::openLimitedDevice(uri, {array.size(), array.board}, device::limitsOfUser()))
+            : bridge::openForUser(uri, {array.size(), array.board}, &array))
 {
     if (_device->ability().maxPressure_Pa > 0)
         throw device::DeviceError("device \"" + uri +
@@ -49,11 +48,6 @@ RowPlayer::RowPlayer(const std::string& uri,
 RowPlayer::~RowPlayer()
 {
     _device->silence();
-}
-
-void RowPlayer::keepAlive()
-{
-    if (auto* kept = dynamic_cast<device::KeptAlive*>(_device.get())) kept->keepAlive();
 }
 
 // What the device would play has to be what the plan has: readings of lowered rows would be taken

@@ -35,7 +35,7 @@ public:
     void requireThatItSounds();
 
     /// Says that the row is still wanted; a device with a hold falls silent without.
-    void keepAlive();
+    void keepAlive() { _device->keepAlive(); }
     void silence() { _device->silence(); }
 
 private:

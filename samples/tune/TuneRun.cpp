@@ -6,6 +6,7 @@
 #include "samples/tune/ReadingJournal.h"
 #include "samples/tune/ReadingSource.h"
 #include "samples/tune/RowPlayer.h"
+#include "samples/views/StopSignal.h"
 
 #include <algorithm>
 #include <chrono>
@@ -225,7 +226,7 @@ private:
     bool goesOn()
     {
         _player.keepAlive();
-        return !interrupted;
+        return !isStopAsked();
     }
 
     /// Plays a row and takes its reading; returns false after Ctrl-C.
@@ -296,14 +297,13 @@ private:
     const haptics::TuningPlan& _plan;
     ReadingJournal _journal;
     ReadingSource _source;
-    RowPlayer _player; // the last: silent before all else ends
+    RowPlayer _player; // silent before all else ends
+    const SilenceAtStop _atStop{[this] { _player.silence(); }};
     std::vector<int> _unclear;
     bool _hasRead = false, _isLevel = false;
 };
 
 } // namespace
-
-std::atomic<bool> interrupted{false};
 
 int runPlan(const RunOptions& options,
             const haptics::TuningPlan& plan,

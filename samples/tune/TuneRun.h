@@ -3,7 +3,6 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/tuning/TuningPlan.h"
 
-#include <atomic>
 #include <string>
 
 namespace midair::samples
@@ -18,9 +17,6 @@ enum TuneExit
     DEVICE_FAILED = 3,
     REFUSED = 4 ///< by the fit or the check, with the reason; nothing was written
 };
-
-/// Set by Ctrl-C, SIGTERM and SIGHUP; a run then falls silent and ends.
-extern std::atomic<bool> interrupted;
 
 /// Options of "midair-tune run".
 struct RunOptions

@@ -4,6 +4,7 @@
 #include "haptics/base/text/Quantity.h"
 #include "samples/QuantityOption.h"
 #include "samples/tune/TuneCommands.h"
+#include "samples/views/StopSignal.h"
 
 #include <csignal>
 #include <exception>
@@ -192,8 +193,7 @@ int main(int argc, char** argv)
             addRehearsing,
             rehearse);
     CLI11_PARSE(app, argc, argv);
-    for (const int number : {SIGINT, SIGTERM, SIGHUP})
-        std::signal(number, [](int) { interrupted = true; });
+    catchStopSignals();
     std::signal(SIGPIPE, SIG_IGN);
     try
     {

@@ -1,5 +1,6 @@
 #include "samples/views/ShownObject.h"
 
+#include <osgMidair/FileFormats>
 #include <osgMidair/Overlay>
 
 #include <osg/BlendFunc>
@@ -13,7 +14,6 @@
 #include <osg/TriangleFunctor>
 #include <osgDB/FileNameUtils>
 #include <osgDB/FileUtils>
-#include <osgDB/Registry>
 #include <osgUtil/SmoothingVisitor>
 
 #include <algorithm>
@@ -172,11 +172,11 @@ osg::ref_ptr<osg::Light> light(int number, const osg::Vec4& direction, float bri
     return made;
 }
 
-/// Throws std::runtime_error, with what OpenSceneGraph has against the file.
+/// Throws std::runtime_error, with what is wrong with the file.
 osg::ref_ptr<osg::Node> readModel(const std::string& path)
 {
     using Result = osgDB::ReaderWriter::ReadResult;
-    Result result = osgDB::Registry::instance()->readNode(path, nullptr);
+    Result result = osgMidair::readModel(path);
     if (result.validNode()) return result.getNode();
     const std::string reader = result.message();
     std::string why = "its format is none that OpenSceneGraph has a reader for";
@@ -187,6 +187,22 @@ osg::ref_ptr<osg::Node> readModel(const std::string& path)
     throw std::runtime_error("can't read the model " + path + ": " + why);
 }
 
+/// The box of a model, in double: floats lose the digits of places far from the origin.
+class ModelBox : public osg::ComputeBoundsVisitor
+{
+public:
+    using osg::ComputeBoundsVisitor::apply;
+    void apply(osg::Drawable& drawable) override
+    {
+        const osg::BoundingBox own = drawable.getBoundingBox();
+        const osg::Matrixd matrix =
+            getMatrixStack().empty() ? osg::Matrixd() : getMatrixStack().back();
+        for (unsigned int i = 0; own.valid() && i < 8; ++i)
+            box.expandBy(osg::Vec3d(own.corner(i)) * matrix);
+    }
+    osg::BoundingBoxd box;
+};
+
 } // namespace
 
 ShownObject loadShownObject(const std::string& path, double size_m, bool isOpaque)
@@ -194,10 +210,10 @@ ShownObject loadShownObject(const std::string& path, double size_m, bool isOpaqu
     ShownObject object;
     object.name = osgDB::getSimpleFileName(path);
     const osg::ref_ptr<osg::Node> read = readModel(path);
-    osg::ComputeBoundsVisitor bounds;
+    ModelBox bounds;
     read->accept(bounds);
-    const osg::BoundingBox box = bounds.getBoundingBox();
-    if (!box.valid() || box.radius() <= 0.0F)
+    const osg::BoundingBoxd& box = bounds.box;
+    if (!box.valid() || box.radius() <= 0.0)
         throw std::runtime_error("the model " + path + " has no extent: nothing to feel");
     const osg::Vec3d extent(box._max - box._min);
     const double largest = std::max({extent.x(), extent.y(), extent.z()});

@@ -204,6 +204,25 @@ void benchScenes(midair_scene* octagon, int repeats)
                std::max(4, repeats / 4));
 }
 
+/// All figures of one field after the other: the first asks what listens round the array.
+void benchFigures(midair_scene* scene)
+{
+    std::vector<double> times_ms;
+    for (int k = 0; k < 8; ++k)
+    {
+        midair_field* field = nullptr;
+        double level_dB = 0.0;
+        check(midair_solve(scene, &field));
+        const double begin_ms = bench::cpu_ms();
+        check(midair_field_figure(field, "exposure.level_dB", &level_dB));
+        times_ms.push_back(bench::cpu_ms() - begin_ms);
+        check(midair_field_close(field));
+    }
+    std::printf("figures of a field: %.2f ms of the first, then %.2f ms\n",
+                times_ms.front(),
+                bench::median({times_ms.begin() + 1, times_ms.end()}));
+}
+
 /// What a call costs that does nothing but look a handle up.
 void benchCalls(midair_scene* scene)
 {
@@ -244,6 +263,7 @@ int main(int argc, char** argv)
     for (const int n : {1, 11, 40})
         benchSolver(array, scene, n, repeats);
     benchScenes(scene, repeats);
+    benchFigures(scene);
     benchCalls(scene);
     check(midair_scene_close(scene));
     check(midair_array_close(array));

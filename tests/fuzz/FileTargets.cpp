@@ -78,6 +78,9 @@ void fuzzObj(const std::uint8_t* data, std::size_t size)
         require(mesh.intensity.size() == 0 || mesh.intensity.size() == mesh.vertices.cols(),
                 "every vertex is painted, or none");
         if (mesh.triangles.cols() <= 64) sampleMesh(mesh);
+        std::istringstream plain(haptics::readPlainObj(file.path()).text);
+        for (std::string line; std::getline(plain, line);)
+            require(line.size() < 4096, "plain lines fit into the buffers of other readers");
     }
     catch (const midair::base::InputError& error)
     {

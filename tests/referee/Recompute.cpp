@@ -12,9 +12,10 @@ namespace midair::referee
 namespace
 {
 
-constexpr double kShort = 0.01;      // a point that is short by more counts
-constexpr double kUncertain = 1e-5;  // of a shortfall, since products are in single precision
-constexpr double kOutOfReach = 1e-3; // of the best point's sum of magnitudes
+constexpr double kShort = 0.01;          // a point that is short by more counts
+constexpr double kUncertain = 1e-5;      // of a shortfall, since products are in single precision
+constexpr double kOutOfReach = 1e-3;     // of the best point's sum of magnitudes
+constexpr double kLeastOfLargest = 1e-3; // lower targets count as this share of the largest
 // Relative difference of the mean pressures on and off one surface in one field, told and
 // recomputed: 1e-6 is usual. Those of two updates hardly ever agree so well, both at once.
 constexpr double kSameSurface = 2e-5;
@@ -57,7 +58,7 @@ double energyWithin(double x)
 /// Errors of pressures y for targets a at the level s, and how many points are short of s a.
 struct Errors
 {
-    double rms = 0.0, max = 0.0, worstShortfall = 0.0;
+    double rms = 0.0, max = 0.0, rmsOfLargest = 0.0, maxOfLargest = 0.0, worstShortfall = 0.0;
     int surelyShort = 0, perhapsShort = 0;
 };
 
@@ -76,7 +77,7 @@ void rateKelvin(const Recorded& recorded,
         return (haptics::referencePropagationMatrix(points.positions, recorded.array, air) * q)
             .cwiseAbs();
     };
-    const Eigen::VectorXd& a = points.targets;
+    const Eigen::VectorXd a = points.targets.cwiseMax(kLeastOfLargest * points.targets.maxCoeff());
     const Eigen::VectorXd y = pressures(warmer);
     const double level = y.dot(a) / a.dot(a);
     const double rms = errorsOf(y, a, points.absolute ? 1.0 : level).rms;
@@ -93,11 +94,15 @@ Errors errorsOf(const Eigen::VectorXd& y, const Eigen::VectorXd& a, double s)
         const double e = y[l] / (s * a[l]) - 1.0;
         errors.rms += e * e / static_cast<double>(y.size());
         errors.max = std::max(errors.max, std::fabs(e));
+        const double ofLargest = std::fabs(y[l] - s * a[l]) / (s * a.maxCoeff());
+        errors.rmsOfLargest += ofLargest * ofLargest / static_cast<double>(y.size());
+        errors.maxOfLargest = std::max(errors.maxOfLargest, ofLargest);
         errors.worstShortfall = std::max(errors.worstShortfall, -e);
         errors.surelyShort += -e > kShort + kUncertain ? 1 : 0;
         errors.perhapsShort += -e > kShort - kUncertain ? 1 : 0;
     }
     errors.rms = std::sqrt(errors.rms);
+    errors.rmsOfLargest = std::sqrt(errors.rmsOfLargest);
     return errors;
 }
 
@@ -192,6 +197,7 @@ void Recomputer::ratePart(const Part& part, const Rows& rows, Sums& sums, Recomp
     Eigen::VectorXd a(static_cast<Eigen::Index>(rows.active.size()));
     for (std::size_t k = 0; k < rows.active.size(); ++k)
         a[static_cast<Eigen::Index>(k)] = points.targets[rows.active[k]];
+    a = a.cwiseMax(kLeastOfLargest * a.maxCoeff()).eval();
     const auto n = static_cast<double>(a.size());
     const double s = y.dot(a) / a.dot(a);
     const Errors errors = errorsOf(y, a, points.absolute ? 1.0 : s);
@@ -200,6 +206,8 @@ void Recomputer::ratePart(const Part& part, const Rows& rows, Sums& sums, Recomp
     sums.built += rows.built;
     sums.squares += n * errors.rms * errors.rms;
     sums.max = std::max(sums.max, errors.max);
+    sums.squaresOfLargest += n * errors.rmsOfLargest * errors.rmsOfLargest;
+    sums.maxOfLargest = std::max(sums.maxOfLargest, errors.maxOfLargest);
     sums.level_Pa = std::max(sums.level_Pa, s * a.maxCoeff());
     sums.loudness += s * a.norm() / rows.kept.cwiseAbs().rowwise().sum().mean();
     if (points.absolute)
@@ -223,6 +231,8 @@ void Recomputer::setAll(const Sums& sums, Recomputed& result)
     _level_Pa = sums.level_Pa;
     set(result, "rms", std::sqrt(sums.squares / rated));
     set(result, "max", sums.max);
+    set(result, "rmsOfLargest", std::sqrt(sums.squaresOfLargest / rated));
+    set(result, "maxOfLargest", sums.maxOfLargest);
     set(result, "level_Pa", _level_Pa);
     set(result, "loudness", sums.loudness / static_cast<double>(_q.size()));
     set(result, "worstShortfall", sums.worstShortfall);

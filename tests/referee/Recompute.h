@@ -55,6 +55,7 @@ private:
     struct Sums
     {
         double squares = 0.0, squaresAsked = 0.0, max = 0.0, maxAsked = 0.0;
+        double squaresOfLargest = 0.0, maxOfLargest = 0.0;
         double level_Pa = 0.0, loudness = 0.0, worstShortfall = 0.0;
         int points = 0, rated = 0, built = 0, surelyShort = 0, perhapsShort = 0;
     };

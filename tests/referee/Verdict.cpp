@@ -17,12 +17,15 @@ const std::set<std::string> kNotRecomputed = {"iterations", "matrix_ms", "solve_
 // root.
 double floorOf(const std::string& figure, int points, int transducers)
 {
-    static const std::set<std::string> kOfPressures = {"rms", "max", "worstShortfall"};
+    static const std::set<std::string> kOfPressures = {
+        "rms", "max", "rmsOfLargest", "maxOfLargest", "worstShortfall"};
     constexpr double kUsual = 100.0 / 3984.0; // points a transducer
     const double crowd =
         std::sqrt(std::max(1.0, static_cast<double>(points) / transducers / kUsual));
     static const std::map<std::string, double> kFloors = {{"rms", 2e-4},
                                                           {"max", 4e-3},
+                                                          {"rmsOfLargest", 2e-4},
+                                                          {"maxOfLargest", 4e-3},
                                                           {"worstShortfall", 4e-3},
                                                           {"meanPhaseStep_rad", 2e-5},
                                                           {"driveChange", 1e-8},

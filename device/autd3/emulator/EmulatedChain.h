@@ -26,7 +26,8 @@ struct ChainReport
     std::uint64_t updateCommands = 0;
     std::uint64_t writesIntoBanks = 0; ///< UnitFpga::Intrusions of all units
     std::uint64_t writesIntoSlots = 0;
-    UnitTelemetry telemetry; ///< sums over the units, since their power-up
+    UnitTelemetry telemetry; ///< sums over the units, since power-up or Clear
+    std::uint64_t trips = 0; ///< of failsafes, since the beginning
     FieldWatchReport fields;
 };
 

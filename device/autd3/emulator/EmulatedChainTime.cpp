@@ -219,6 +219,7 @@ ChainReport EmulatedChain::report(Time_ns now_ns) const
         all.failsafe += one.failsafe;
         all.resync += one.resync;
         all.lockFailsafe += one.lockFailsafe;
+        report.trips += unit->trips();
         report.updateCommands += unit->updateCommands();
         report.writesIntoBanks += unit->fpga().intrusions().banks;
         report.writesIntoSlots += unit->fpga().intrusions().slots;

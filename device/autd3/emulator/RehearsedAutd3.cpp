@@ -47,6 +47,7 @@ public:
         return _driver->sendSequence(sequence);
     }
     void silence() override { _driver->silence(); }
+    double confirmed_s() const override { return _driver->confirmed_s(); }
     DeviceReport report() const override { return _driver->report(); }
     DriveAbility ability() const override { return _driver->ability(); }
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override
@@ -64,7 +65,7 @@ public:
                            seen.fields.whole,
                            seen.fields.torn,
                            seen.writesIntoBanks,
-                           seen.telemetry.failsafe);
+                           seen.trips);
     }
 
     std::vector<std::complex<float>> played() const override

@@ -42,8 +42,9 @@ bool FrameQueue::repeat(double now_s, const Send& send)
         frame.isCopied = true;
         ++_repeats;
     }
+    // What is to be repeated soon, or was out of turn, is no sign that answers take long.
+    if (!_isBehind && !_flying.empty() && _flying.front().repeat_s >= kRepeat_s) ++_inVain;
     _isBehind = false;
-    ++_inVain;
     return true;
 }
 
@@ -69,6 +70,7 @@ bool FrameQueue::pump(double now_s, const Send& send)
                            next.repeat_s,
                            now_s,
                            now_s,
+                           now_s,
                            next.copies > 1});
         _waiting.pop_front();
         sent = true;
@@ -89,10 +91,13 @@ double FrameQueue::due_s(double otherwise) const
     return oldest.sent_s + std::min(pause_s, kLongestRepeat_s);
 }
 
-// Whether a frame that was sent twice is answered the first or the second time, nobody knows.
+// Whether a frame that was sent twice is answered the first or the second time, nobody knows: the
+// longer pause stays until one is answered that was sent once (RFC 6298, Karn), or else it would
+// never be learnt how long answers take.
 void FrameQueue::noteAnswer(const Flying& frame, double now_s)
 {
     if (frame.isCopied) return;
+    _inVain = 0;
     const double took_s = now_s - frame.sent_s;
     _answer_s = std::max(took_s, _answer_s + kForget * (took_s - _answer_s));
 }
@@ -119,17 +124,22 @@ bool FrameQueue::take(const FrameReply& reply,
         _flying.begin(), _flying.end(), [&](const Flying& f) { return f.number == number; });
     if (asked == _flying.end()) return false;
     const std::uint8_t askedFor = asked->sequence;
+    const double took_s = now_s - asked->began_s;
     // How many of those in flight are done: an answer may be older than others that came before.
     const auto count = static_cast<std::uint8_t>(reply.acknowledged - _flying.front().sequence + 1);
     if (count > 0 && count <= _flying.size())
     {
-        _inVain = 0;
+        // Data are of the one that is acknowledged, whichever was asked.
         for (int i = 0; i < count; ++i)
         {
             Done one;
             one.code = _flying.front().code;
-            if (i + 1 == count) one.result = reply.result;
-            if (_flying.front().sequence == askedFor) one.data = reply.data;
+            if (i + 1 == count)
+            {
+                one.result = reply.result;
+                one.data = reply.data;
+            }
+            if (_flying.front().sequence == askedFor) one.took_s = took_s;
             done.push_back(std::move(one));
             noteAnswer(_flying.front(), now_s);
             _flying.pop_front();

@@ -27,6 +27,7 @@ public:
         std::uint8_t code = 0;              ///< of the command
         std::optional<std::uint8_t> result; ///< nullopt: its answer was lost, a later one came
         std::vector<std::uint8_t> data;     ///< of a read
+        double took_s = -1; ///< until its own answer, at most; < 0: another's answer told of it
     };
 
     /// Sends a datagram; returns false if that isn't possible now.
@@ -84,7 +85,8 @@ private:
         std::uint16_t number;
         std::vector<std::uint8_t> bytes;
         double repeat_s;
-        double first_s; ///< when it was sent first
+        double began_s; ///< when it was sent first
+        double first_s; ///< the same, or later: touch()
         double sent_s;  ///< when it was sent last
         bool isCopied;  ///< it was sent more than once, so it may be answered so
     };
@@ -98,7 +100,7 @@ private:
     std::uint16_t _message;
     bool _isBehind = false; ///< the unit missed a frame: the window is sent again
     double _answer_s = 0;   ///< how long answers take: the longest of late, slowly forgotten
-    int _inVain = 0;        ///< repeats in a row that settled nothing
+    int _inVain = 0;        ///< repeats since a frame that was sent once was answered
     std::uint64_t _repeats = 0;
 };
 

@@ -64,8 +64,7 @@ bool readBody(const std::uint8_t* body, std::size_t size, Answer& answer, std::s
         fits = size >= 1 && answer.status == kVersionNotSpoken;
     else if (isReply(answer.kind))
     {
-        const std::size_t most = answer.kind == Kind::FRAME ? kMostReplyData : 0;
-        fits = size >= kReplyBytes && size <= kReplyBytes + most;
+        fits = size >= kReplyBytes && size <= kReplyBytes + kMostReplyData;
         if (fits) readReply(body, size, answer.reply);
         if (fits)
             answer.status = 0;

@@ -83,7 +83,8 @@ struct UnitInfo
     std::uint64_t time_ns = 0;
 };
 
-/// What a unit answers to a frame or a heartbeat.
+/// What a unit answers to a frame or a heartbeat: what became of the last frame that was done in
+/// turn, whatever was asked. So a heartbeat after a read has the read's data, too.
 struct FrameReply
 {
     std::uint8_t acknowledged = 0; ///< the last frame that was done in turn
@@ -91,7 +92,7 @@ struct FrameReply
     std::uint8_t flags = 0;
     std::uint8_t id = kNoId;
     std::uint64_t time_ns = 0;
-    std::vector<std::uint8_t> data; ///< of reads, at most kMostReplyData
+    std::vector<std::uint8_t> data; ///< of that one, if it was a read; at most kMostReplyData
 };
 
 /// A datagram from a unit. Which parts it has goes by its kind.

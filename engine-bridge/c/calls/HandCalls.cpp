@@ -69,15 +69,8 @@ void locateHands(Scene& scene, double time_s, bridge::SceneSnapshot& snapshot)
         scene.proximity->clear();
         return;
     }
-    const auto newest = scene.thread ? scene.thread->latestResult() : nullptr;
-    std::shared_ptr<bridge::PlayedPressure> played;
-    if (newest && newest->points.size() == newest->achieved_Pa.size())
-    {
-        played = std::make_shared<bridge::PlayedPressure>();
-        played->positions = newest->points.positions;
-        played->pressure_Pa = newest->achieved_Pa;
-    }
-    scene.proximity->setPlayed(std::move(played));
+    scene.proximity->setPlayed(scene.thread ? scene.thread->playedNow()
+                                            : std::make_shared<bridge::PlayedPressure>());
     scene.proximity->update(touchable, snapshot.hands, time_s);
 }
 
@@ -270,6 +263,18 @@ midair_touches(midair_scene* scene, midair_touch* touches, size_t capacity, size
         {
             const auto of = sceneOf(scene);
             const std::lock_guard<std::mutex> lock(of->mutex);
-            return copyAll(of->proximity->contacts(), touches, capacity, count, touchOf);
+            // It may have been muted or lost since the update.
+            const bool sounds =
+                of->thread && of->thread->reading().state == bridge::ArrayState::PLAYING;
+            return copyAll(of->proximity->contacts(),
+                           touches,
+                           capacity,
+                           count,
+                           [sounds](const bridge::HandContact& near)
+                           {
+                               midair_touch touch = touchOf(near);
+                               if (!sounds) touch.force_N = 0.0;
+                               return touch;
+                           });
         });
 }

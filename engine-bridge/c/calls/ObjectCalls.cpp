@@ -142,7 +142,14 @@ midair_add_file(midair_scene* scene, const char* obj_file, double size_m, midair
             if (!(size_m >= 0.0 && size_m <= 1e3))
                 fail(MIDAIR_INVALID,
                      fmt::format("size_m is {:g}; it must be 0 (as in the file) .. 1000", size_m));
-            haptics::TriangleMesh mesh = haptics::readObj(textGiven(obj_file, "obj_file", 4096));
+            std::vector<std::string> warnings;
+            haptics::TriangleMesh mesh =
+                haptics::readObj(textGiven(obj_file, "obj_file", 4096), &warnings);
+            {
+                const std::lock_guard<std::mutex> lock(of->mutex);
+                for (const std::string& warning : warnings)
+                    of->messages.say({base::MessageCode::OBJECT_GEOMETRY, warning});
+            }
             if (size_m > 0.0) mesh = mesh.scaledTo(size_m);
             *object = add(*of, std::move(mesh), {});
             return MIDAIR_OK;

@@ -1,5 +1,7 @@
 // midair_play() and its like: a scene on a device.
 #include "device/DeviceUri.h"
+#include "device/limits/GuardedDevice.h"
+#include "device/limits/UserLimits.h"
 #include "device/opening/DeviceRegistry.h"
 #include "engine-bridge/c/inside/Field.h"
 #include "engine-bridge/c/inside/Scene.h"
@@ -56,7 +58,7 @@ void stopAtExit()
 
 bridge::HologramThread::PipelineFactory makerOf(const Scene& scene)
 {
-    return [options = optionsOf(scene.settings),
+    return [options = optionsOf(scene.applied, scene.appliedCaps),
             array = scene.markedArray(),
             device = scene.device]() mutable
     {
@@ -68,9 +70,11 @@ bridge::HologramThread::PipelineFactory makerOf(const Scene& scene)
 
 void applySettings(Scene& scene)
 {
-    if (sceneTable().areSame(scene.settings, scene.applied)) return;
+    device::UserCaps caps = device::capsOfUser();
+    if (sceneTable().areSame(scene.settings, scene.applied) && caps == scene.appliedCaps) return;
     scene.applied = scene.settings;
-    bridge::HologramOptions options = optionsOf(scene.settings);
+    scene.appliedCaps = std::move(caps);
+    bridge::HologramOptions options = optionsOf(scene.applied, scene.appliedCaps);
     options.array = scene.markedArray()->given;
     options.deviceUri = scene.device;
     scene.thread->setOptions(std::move(options), makerOf(scene));
@@ -111,8 +115,8 @@ midair_status midair_play(midair_scene* scene, const char* device)
             if (of->thread) fail(MIDAIR_INVALID, "another thread plays the scene at the same time");
             of->device = uri;
             of->applied = of->settings;
+            of->appliedCaps = device::capsOfUser();
             of->isTimed = false;
-            of->proximity = std::make_unique<bridge::HandProximity>();
             of->thread = std::make_unique<bridge::HologramThread>(makerOf(*of));
             of->thread->setMuted(of->isMuted);
             // So that the device is opened before the first update.
@@ -144,6 +148,8 @@ midair_status midair_update(midair_scene* scene, double time_s)
             if (!why.empty())
             {
                 of->silence();
+                bridge::SceneSnapshot nothing; // ends all touches
+                locateHands(*of, time_s, nothing);
                 fail(MIDAIR_SILENCED, why);
             }
             applySettings(*of);
@@ -255,8 +261,9 @@ midair_status midair_newest_field(midair_scene* scene, midair_field** field)
             {
                 const std::lock_guard<std::mutex> lock(of->mutex);
                 newest = threadOf(*of).latestResult();
-                earLimit_dB = of->applied.earLimit;
-                readPlaces(of->applied.earPoints, ears);
+                const device::UserCaps& caps = of->appliedCaps;
+                earLimit_dB = device::stricterPressure(of->applied.earLimit, caps.earLimit_dB);
+                readPlaces(device::joinedPlaces(of->applied.earPoints, caps.earPoints), ears);
             }
             if (newest)
                 for (const auto& origin : newest->origins)

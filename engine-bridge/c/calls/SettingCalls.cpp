@@ -2,6 +2,7 @@
 #include "engine-bridge/c/inside/Scene.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/text/NearestWord.h"
+#include "haptics/base/text/Quantity.h"
 
 #include <algorithm>
 
@@ -21,8 +22,7 @@ std::string problemOf(const SceneSettings& settings)
     Eigen::Matrix3Xd places;
     return readPlaces(settings.earPoints, places)
                ? ""
-               : "earPoints is \"" + settings.earPoints +
-                     "\", should be x y z; x y z .. in m, at most 64 places";
+               : "earPoints is \"" + settings.earPoints + "\", should be " + base::kPlacesExpected;
 }
 
 /// What is wrong with the transducers that the settings of \a scene name; empty: nothing.

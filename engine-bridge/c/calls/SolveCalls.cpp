@@ -76,6 +76,7 @@ pointSets(const SolveInput& input, bridge::ReachAndShadow& around, base::Message
         haptics::mediumOf(input.settings).wavelength(input.array->solvable.frequency_Hz);
     options.maxPoints = input.settings.maxPoints;
     options.sets = setsOf(input);
+    options.loudness = input.settings.loudness;
     bridge::PointAssembler assembler(input.array->solvable, options, messages);
     assembler.setStop(input.stop);
     around.begin(input.snapshot.around);

@@ -28,6 +28,7 @@ struct OpenSolver
     haptics::ControlPoints points; ///< of the last solve; kept for its memory
     Eigen::VectorXcf q;
     haptics::SolveReport report;
+    int maxPoints = 0; ///< 0: no limit of its own
     bool isSolved = false;
 };
 
@@ -44,7 +45,7 @@ std::shared_ptr<OpenSolver> solverOf(midair_solver* handle)
     return solvers().find(handle);
 }
 
-void refuseCaps(const SceneSettings& settings)
+void refuseUnused(const SceneSettings& settings)
 {
     if (settings.maxPressure > 0.0 || settings.maxAmplitude < 1.0 || settings.earLimit > 0.0)
         fail(MIDAIR_REFUSED,
@@ -53,6 +54,20 @@ void refuseCaps(const SceneSettings& settings)
                          settings.maxPressure,
                          settings.maxAmplitude,
                          settings.earLimit));
+    // What is of no use for one set of points after the other.
+    static const haptics::FieldSettings kDefaults;
+    for (const char* unused :
+         {"cycle", "cycleSteps", "even", "subsets", "denseOutlines", "monitorInterval"})
+    {
+        const auto* row = haptics::fieldSettings().find(unused);
+        if (!row || base::isSame<haptics::FieldSettings>(row->member, settings, kDefaults))
+            continue;
+        fail(MIDAIR_REFUSED,
+             fmt::format("a midair_solver solves for one set of points and knows no {}, which is "
+                         "{}: use midair_solve()",
+                         unused,
+                         row->defaultText(settings)));
+    }
 }
 
 void setPoints(const double* positions,
@@ -98,13 +113,15 @@ midair_status midair_solver_open(midair_scene* scene, midair_solver** solver)
                 const std::string why = of->whySilenced();
                 if (!why.empty()) fail(MIDAIR_SILENCED, why);
                 settings = of->settings;
-                made->array = of->array;
+                made->array = of->markedArray();
             }
-            refuseCaps(settings);
+            refuseUnused(settings);
             made->medium = haptics::mediumOf(settings);
             haptics::SolverOptions options;
             base::assignPart<haptics::SolverSettings>(options, settings);
             options.updateRate_Hz = settings.fieldRate;
+            options.skipTolerance = settings.motionTolerance;
+            made->maxPoints = settings.maxPoints;
             made->solver = bridge::makeAnySolver(
                 settings.solver.empty() ? haptics::solverNames().front() : settings.solver,
                 options);
@@ -132,6 +149,9 @@ midair_status midair_solver_solve(midair_solver* solver,
                                                                           : MIDAIR_INVALID,
                      fmt::format("transducers is {}; the array has {}", transducers, array.size()));
             const std::lock_guard<std::mutex> lock(of->mutex);
+            if (of->maxPoints > 0 && count > static_cast<std::size_t>(of->maxPoints))
+                fail(MIDAIR_INVALID,
+                     fmt::format("count is {}; maxPoints is {}", count, of->maxPoints));
             setPoints(positions, targets, count, in_pascal != 0, of->points);
             of->report = of->solver->solve(of->points, array, of->medium, of->q);
             of->isSolved = true;

@@ -7,6 +7,8 @@
 #include "haptics/solvers/SolveReport.h"
 
 #include <algorithm>
+#include <memory>
+#include <mutex>
 
 namespace midair::capi
 {
@@ -29,6 +31,37 @@ void addExposure(const haptics::ExposureFigures& exposure,
             row.value);
 }
 
+/// What is heard at places around an array. Making it takes much longer than asking it, and fields
+/// that are asked one after the other are mostly of one array in one air.
+struct Listening
+{
+    std::mutex mutex;
+    std::weak_ptr<const haptics::TransducerArray> array;
+    haptics::Medium medium;
+    Eigen::Matrix3Xd ears;
+    std::unique_ptr<haptics::Exposure> exposure;
+};
+
+haptics::ExposureFigures exposureOf(const Field& field)
+{
+    static auto* const last = new Listening; // no thread at the program's end meets it destroyed
+    const std::lock_guard<std::mutex> lock(last->mutex);
+    const bool isKnown = last->exposure && last->array.lock() == field.array &&
+                         last->medium == field.medium && last->ears.cols() == field.ears.cols() &&
+                         last->ears == field.ears;
+    if (!isKnown)
+    {
+        const Eigen::Matrix3Xd around = haptics::placesAround(*field.array, kEarsAround);
+        Eigen::Matrix3Xd places(3, around.cols() + field.ears.cols());
+        places << around, field.ears;
+        last->exposure = std::make_unique<haptics::Exposure>(*field.array, field.medium, places);
+        last->array = field.array;
+        last->medium = field.medium;
+        last->ears = field.ears;
+    }
+    return bridge::steadyExposure(*last->exposure, field.sequence.fields, field.earLimit_dB);
+}
+
 } // namespace
 
 const std::vector<std::pair<std::string, double>>& Field::figures() const
@@ -37,12 +70,7 @@ const std::vector<std::pair<std::string, double>>& Field::figures() const
                    [this]
                    {
                        auto all = haptics::figuresOf(sequence.report);
-                       const Eigen::Matrix3Xd around = haptics::placesAround(*array, kEarsAround);
-                       Eigen::Matrix3Xd places(3, around.cols() + ears.cols());
-                       places << around, ears;
-                       haptics::Exposure exposure(*array, medium, places);
-                       addExposure(bridge::steadyExposure(exposure, sequence.fields, earLimit_dB),
-                                   all);
+                       addExposure(exposureOf(*this), all);
                        _figures = std::move(all);
                    });
     return _figures;

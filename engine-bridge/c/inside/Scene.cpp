@@ -97,6 +97,7 @@ bridge::SceneSnapshot Scene::snapshot() const
 std::unique_ptr<bridge::HologramThread> Scene::endPlaying()
 {
     device.clear();
+    proximity = std::make_unique<bridge::HandProximity>(); // nothing is touched any more
     return std::move(thread);
 }
 

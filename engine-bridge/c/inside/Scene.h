@@ -82,7 +82,8 @@ struct Scene
 
     std::unique_ptr<bridge::HologramThread> thread; ///< null: nothing is played
     std::string device;
-    SceneSettings applied; ///< what the thread has
+    SceneSettings applied;        ///< what the thread has
+    device::UserCaps appliedCaps; ///< the same of the user's environment
     bool isMuted = false;
     std::uint64_t frame = 0;
     double time_s = 0.0;  ///< of the last update

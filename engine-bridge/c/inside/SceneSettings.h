@@ -1,5 +1,6 @@
 #pragma once
 
+#include "device/limits/UserLimits.h"
 #include "engine-bridge/HapticObject.h"
 #include "engine-bridge/pipeline/HologramOptions.h"
 #include "haptics/base/settings/SettingTable.h"
@@ -31,13 +32,11 @@ struct SceneSettings : haptics::FieldSettings
 
 const base::SettingTable<SceneSettings>& sceneTable();
 
-/// Reads "0 0 0.6; 30 0 60 cm" into \a places (3 x n, m). Returns false, with \a places unchanged,
-/// for any other text and for more than 64.
+/// Reads "0 0 0.6; 30 0 60 cm" into \a places (3 x n, m), as base::parsePlaces() does.
 bool readPlaces(const std::string& text, Eigen::Matrix3Xd& places);
 
-/// The pipeline's options for \a settings, without array and device. The user's own caps
-/// (OSG_MIDAIR_MAX_PRESSURE, OSG_MIDAIR_MAX_AMPLITUDE, OSG_MIDAIR_EAR_LIMIT) are in them; one that
-/// isn't understood is an amplitude of 0, with a note.
-bridge::HologramOptions optionsOf(const SceneSettings& settings);
+/// The pipeline's options for \a settings, without array and device. The user's \a caps are in
+/// them; one that isn't understood is an amplitude of 0, with a note.
+bridge::HologramOptions optionsOf(const SceneSettings& settings, const device::UserCaps& caps);
 
 } // namespace midair::capi

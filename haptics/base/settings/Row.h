@@ -33,6 +33,11 @@ public:
         _setting.range.orZero = true;
         return *this;
     }
+    Row& zeroIs(const char* word)
+    {
+        _setting.zero = word;
+        return *this;
+    }
     Row& words(const std::vector<Word>& words)
     {
         _setting.words = words;

@@ -56,6 +56,7 @@ struct SettingFacts
     Range range{};           ///< for numbers
     std::string unit;        ///< for numbers; empty: none
     std::vector<Word> words; ///< for an enum
+    std::string zero;        ///< for a double: the word that says 0, "none"; empty: there is none
 
     std::string stored;    ///< name in scene files; empty: the name with a capital
     std::string variable;  ///< name of the environment variable after "OSG_MIDAIR_"; empty: none

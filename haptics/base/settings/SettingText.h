@@ -94,7 +94,10 @@ bool Setting<T>::assign(T& object, const std::string& text) const
             return found != words.end();
         }
         else if constexpr (std::is_same_v<M, double T::*>)
-            return parseQuantity(text, unit, object.*kept);
+        {
+            const bool isZero = !zero.empty() && lowerCase(trimmed(text)) == zero;
+            return isZero ? (object.*kept = 0.0, true) : parseQuantity(text, unit, object.*kept);
+        }
         else
             return ValueText<ValueOf<T, M>>::read(text, object.*kept);
     };

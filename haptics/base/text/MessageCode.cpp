@@ -47,6 +47,8 @@ const std::vector<MessageKind>& messageKinds()
         {C::OBJECT_HIDDEN, "object.hidden", S::NOTICE, true},
         {C::OBJECT_INVALID, "object.invalid", S::WARNING, false},
         {C::OBJECT_LARGE, "object.large", S::WARNING, true},
+        {C::OBJECT_SIDE, "object.side", S::NOTICE, true},
+        {C::OBJECT_SMALL, "object.small", S::WARNING, true},
         {C::OBJECT_UNFELT, "object.unfelt", S::WARNING, true},
         {C::OBJECT_UNITS, "object.units", S::WARNING, true},
         {C::OBJECT_UNREACHABLE, "object.unreachable", S::WARNING, true},

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <sstream>
 
 namespace midair::base
 {
@@ -62,6 +63,21 @@ const Unit* findUnit(const std::string& name)
     return found == std::end(kUnits) ? nullptr : found;
 }
 
+/// Reads "30 0 60 cm".
+bool parsePlace(const std::string& text, std::array<double, 3>& place)
+{
+    std::istringstream words(text);
+    std::vector<std::string> parts;
+    for (std::string part; words >> part;)
+        parts.push_back(part);
+    if (parts.size() != 3 && parts.size() != 4) return false;
+    const std::string unit = parts.size() == 4 ? parts[3] : "";
+    if (!unit.empty() && !isUnitFor(unit, "m")) return false;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        if (!parseQuantity(parts[axis] + unit, "m", place[axis])) return false;
+    return true;
+}
+
 } // namespace
 
 bool splitQuantity(const std::string& text, double& number, std::string& unit)
@@ -103,6 +119,19 @@ bool parseQuantity(const std::string& text, const std::string& unit, double& val
         if (!std::isfinite(number)) return false;
     }
     value = number;
+    return true;
+}
+
+bool parsePlaces(const std::string& text, std::vector<std::array<double, 3>>& places)
+{
+    std::vector<std::array<double, 3>> read;
+    std::istringstream in(text);
+    for (std::string one; std::getline(in, one, ';');)
+    {
+        if (trimmed(one).empty() && in.eof()) break;
+        if (read.size() == kMostPlacesInText || !parsePlace(one, read.emplace_back())) return false;
+    }
+    places = std::move(read);
     return true;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <string>
+#include <vector>
 
 namespace midair::base
 {
@@ -19,6 +21,18 @@ bool parseQuantity(const std::string& text, const std::string& unit, double& val
 
 /// Returns true if \a word is a unit in which a number in \a unit may be given.
 bool isUnitFor(const std::string& word, const std::string& unit);
+
+/// The most places that one text may name.
+constexpr std::size_t kMostPlacesInText = 64;
+
+/// Reads places, "x y z; x y z .." in m, as listening places are given: "0 0 0.6; 30 0 60 cm", a
+/// unit behind three numbers counting for all of them. A semicolon may follow the last; an empty
+/// text names none. Returns false, and leaves \a places, for any other text ("0 0 1;; 0 0 2") and
+/// for more than kMostPlacesInText.
+bool parsePlaces(const std::string& text, std::vector<std::array<double, 3>>& places);
+
+/// What parsePlaces() reads, for messages.
+inline constexpr const char* kPlacesExpected = "x y z; x y z .. in m, at most 64 places";
 
 /// Reads true, yes, on, 1 and false, no, off, 0, in capitals as well. Returns false, and leaves \a
 /// value unchanged, for anything else.

@@ -154,22 +154,23 @@ void shapeLevels(int count,
 namespace
 {
 
-// sum_l (|p_l + g_l d| - 1)^2.
+// sum_l (|p_l + g_l d| - aim_l)^2.
 MIDAIR_INLINE float missed(int stride,
                            const float* gRe,
                            const float* gIm,
                            float dRe,
                            float dIm,
+                           const float* aim,
                            const float* pRe,
                            const float* pIm)
 {
     float sum = 0.0f;
-#pragma omp simd aligned(gRe, gIm, pRe, pIm : 64) reduction(+ : sum)
+#pragma omp simd aligned(gRe, gIm, aim, pRe, pIm : 64) reduction(+ : sum)
     for (int l = 0; l < stride; ++l)
     {
         const float x = pRe[l] + gRe[l] * dRe - gIm[l] * dIm;
         const float y = pIm[l] + gRe[l] * dIm + gIm[l] * dRe;
-        const float e = std::sqrt(x * x + y * y) - 1.0f;
+        const float e = std::sqrt(x * x + y * y) - aim[l];
         sum += e * e;
     }
     return sum;
@@ -188,6 +189,7 @@ void shapeCoarseLevels(int count,
                        float* level,
                        float* qRe,
                        float* qIm,
+                       const float* aim,
                        float* pRe,
                        float* pIm)
 {
@@ -204,7 +206,7 @@ void shapeCoarseLevels(int count,
             sinCosTurns(turns - rounded(turns), sine, cosine);
             const float dRe = amplitude[i] * cosine - qRe[i];
             const float dIm = amplitude[i] * sine - qIm[i];
-            const float sum = missed(stride, re, im, dRe, dIm, pRe, pIm);
+            const float sum = missed(stride, re, im, dRe, dIm, aim, pRe, pIm);
             if (k > -reach && !(sum < least)) continue;
             least = sum;
             level[i] = tried;

@@ -50,12 +50,10 @@ extern const base::Kernel<void(int count,
                                float* e)>
     shapeLevels;
 
-/// The same without linearising, for coarse levels: p (stride) is kept in units of the targets, and
-/// transducer i takes, of the levels at most \a reach from its wanted one, that for which sum_l
-/// (|p_l
-/// + g_li dq_i| - 1)^2 is least. g: columns of G in units of the targets, one transducer after
-/// another, zero for padding, where p is 1; amplitude: |q_i|. q and p are carried on, with relative
-/// errors of 1e-5.
+/// The same without linearising, for coarse levels: transducer i takes, of the levels at most
+/// \a reach from its wanted one, that for which sum_l (|p_l + g_li dq_i| - aim_l)^2 is least. g:
+/// columns of G in the units of p and aim (stride), one transducer after another, zero for padding,
+/// where p and aim are 1; amplitude: |q_i|. q and p are carried on, with relative errors of 1e-5.
 extern const base::Kernel<void(int count,
                                int stride,
                                const float* gRe,
@@ -67,6 +65,7 @@ extern const base::Kernel<void(int count,
                                float* level,
                                float* qRe,
                                float* qIm,
+                               const float* aim,
                                float* pRe,
                                float* pIm)>
     shapeCoarseLevels;

@@ -30,7 +30,8 @@ void CorrectedDrive::put(FieldProblem& field, int block, const ShapedRounding::E
 
 void CorrectedDrive::advance(FieldProblem& field,
                              const GaussNewtonStep* step,
-                             const ShapedRounding::Effort* effort)
+                             const ShapedRounding::Effort* effort,
+                             const QuietPoints* quiet)
 {
     const bool continuous = field.drive().phaseLevels == 0;
     if (continuous) effort = nullptr;
@@ -44,7 +45,7 @@ void CorrectedDrive::advance(FieldProblem& field,
     field.sumPartials(field.p);
     field.phasesOf(field.p);
     if (effort && effort->share > 0.0f)
-        _shaping.shape(field, amplitudes.data(), fittedLevel(field), *effort);
+        _shaping.shape(field, *quiet, amplitudes.data(), fittedLevel(field), *effort);
     if (effort || continuous) field.clearPadding(field.q);
 }
 

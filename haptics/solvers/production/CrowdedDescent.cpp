@@ -13,29 +13,33 @@ namespace
 {
 
 // SOLVER.md, "Crowded points": damping of the steps, and their CG tolerance over the error.
-constexpr float kFirstDamping = 1.0f;
-constexpr float kLeastDamping = 1e-6f;
-constexpr float kMostDamping = 1e4f;
+constexpr float kCrowdedFirstDamping = 1.0f;
+constexpr float kCrowdedLeastDamping = 1e-6f;
+constexpr float kCrowdedMostDamping = 1e4f;
 constexpr float kAfterFailure = 4.0f;
 constexpr float kAfterSuccess = 0.3f;
-constexpr float kInnerTolerance = 0.1f;
+constexpr float kCrowdedInnerTolerance = 0.1f;
 
-// The level for which f is least.
-float bestLevel(const FieldProblem& field)
+// The level for which f is least; with quiet points, some of which may be far too loud, the fitted
+// one.
+float bestLevel(const FieldProblem& field, const QuietPoints& quiet)
 {
+    if (quiet.any()) return fittedLevel(field);
     const auto squares = (field.y.array() / field.a.array()).square();
     return std::sqrt(squares.square().sum() / squares.sum());
 }
 
-float errorAt(const FieldProblem& field, float level)
+float errorAt(const FieldProblem& field, const QuietPoints& quiet, float level)
 {
     const auto shares = (field.y.array() / (level * field.a.array())).square();
-    return 0.5f * std::sqrt((1.0f - shares).square().mean());
+    if (!quiet.any()) return 0.5f * std::sqrt((1.0f - shares).square().mean());
+    const auto counts = (field.a.array() / QuietPoints::kQuiet).min(1.0f);
+    return 0.5f * std::sqrt((counts * (1.0f - shares)).square().mean());
 }
 
-float fittedError(const FieldProblem& field)
+float fittedError(const FieldProblem& field, const QuietPoints& quiet)
 {
-    return errorOf(field, fittedLevel(field));
+    return quiet.error(field, fittedLevel(field));
 }
 
 // The phase of the wave of one transducer at one point.
@@ -49,17 +53,18 @@ std::complex<float> arriving(const FieldProblem& field, int point, int lane)
 } // namespace
 
 int CrowdedDescent::descend(FieldProblem& field,
+                            const QuietPoints& quiet,
                             CorrectedDrive& drive,
                             GaussNewtonStep& step,
                             Pace& pace,
                             const Wish& wish,
                             const Begin& begin)
 {
-    Work work{field, drive, step, pace, wish, begin};
+    Work work{field, quiet, drive, step, pace, wish, begin};
     _beganAnew = !takeKept(work);
     if (!_beganAnew)
     {
-        work.level = _tuning.recovery * bestLevel(field);
+        work.level = _tuning.recovery * bestLevel(field, work.quiet);
         fit(work, _tuning.damped, _tuning.yield * work.level);
     }
     else
@@ -76,7 +81,7 @@ bool CrowdedDescent::takeKept(Work& work)
     FieldProblem& field = work.field;
     const int m = field.m();
     if (!_hasKept || _lanes != m) return false;
-    const float projected = fittedError(field);
+    const float projected = fittedError(field, work.quiet);
     const int point = field.n() / 2;
     for (int i = 0; work.wish.moved && i < m; ++i)
     {
@@ -87,7 +92,7 @@ bool CrowdedDescent::takeKept(Work& work)
     std::swap(phases.re, _kept.re);
     std::swap(phases.im, _kept.im);
     work.drive.measure(field);
-    if (fittedError(field) < projected &&
+    if (fittedError(field, work.quiet) < projected &&
         loudnessAt(field, fittedLevel(field)) > _tuning.leastKept * _loudness)
         return true;
     std::swap(phases.re, _kept.re);
@@ -122,27 +127,28 @@ void CrowdedDescent::fit(Work& work, int most, float leastLevel)
     FieldProblem& field = work.field;
     const auto padded = static_cast<std::size_t>(field.G.paddedTransducers());
     _before.reserve(padded);
-    work.error = errorAt(field, work.level);
-    float damping = kFirstDamping;
-    for (int k = 0; k < most && work.error > work.wish.goal && damping < kMostDamping; ++k)
+    work.error = errorAt(field, work.quiet, work.level);
+    float damping = kCrowdedFirstDamping;
+    for (int k = 0; k < most && work.error > work.wish.goal && damping < kCrowdedMostDamping; ++k)
     {
         if (isOver(work)) return;
         const double start = field.elapsed_ms();
         const int made = work.step.solveDamped(field,
                                                field.q,
+                                               work.quiet,
                                                work.level,
-                                               kInnerTolerance * work.error,
+                                               kCrowdedInnerTolerance * work.error,
                                                _tuning.dampedConjugateSteps,
                                                damping);
         work.pace.took(Pace::STEP, made, field.elapsed_ms() - start);
         copy(work.drive.phases(), _before, padded);
         work.drive.turn(field, work.step);
         ++work.steps;
-        if (errorAt(field, work.level) < work.error)
+        if (errorAt(field, work.quiet, work.level) < work.error)
         {
             work.level = std::clamp(fittedLevel(field), leastLevel, work.level);
-            work.error = errorAt(field, work.level);
-            damping = std::max(kAfterSuccess * damping, kLeastDamping);
+            work.error = errorAt(field, work.quiet, work.level);
+            damping = std::max(kAfterSuccess * damping, kCrowdedLeastDamping);
             continue;
         }
         copy(_before, work.drive.phases(), padded);
@@ -155,7 +161,7 @@ void CrowdedDescent::fit(Work& work, int most, float leastLevel)
 // from smooth phases; then more at lower levels, as long as the error is not small.
 void CrowdedDescent::beginAnew(Work& work)
 {
-    work.level = bestLevel(work.field);
+    work.level = bestLevel(work.field, work.quiet);
     fit(work, _tuning.coldDamped, _tuning.leastCold * work.level);
     if (work.error > _tuning.poor && !isOver(work)) beginSmoothly(work);
     for (int k = 0; k < _tuning.lowerings && work.error > _tuning.fair && !isOver(work); ++k)
@@ -185,7 +191,7 @@ void CrowdedDescent::raise(Work& work)
         copy(_quieter, work.drive.phases(), padded);
         work.drive.measure(field);
         work.level = level;
-        work.error = errorAt(field, level);
+        work.error = errorAt(field, work.quiet, level);
         return;
     }
 }
@@ -214,7 +220,7 @@ void CrowdedDescent::startFrom(Work& work, int lane, int steps)
         field.u.set(static_cast<std::size_t>(l), arriving(field, l, lane));
     projectionRound(field, field.a);
     work.begin(field);
-    work.level = _tuning.smoothLevel * bestLevel(field);
+    work.level = _tuning.smoothLevel * bestLevel(field, work.quiet);
     fit(work, steps, _tuning.leastSmooth * work.level);
 }
 

@@ -12,7 +12,7 @@ namespace midair::haptics
 /// Fields for points that crowd within a wavelength, where undamped corrections do not converge
 /// (SOLVER.md, "Crowded points"). Damped Gauss-Newton steps (Levenberg 1944, Marquardt 1963)
 /// minimise
-///     f = sum_l r_l^2,  r_l = 1 - |p_l|^2/(s a_l)^2
+///     f = sum_l r_l^2,  r_l = 1 - |p_l|^2/(s a_l)^2, times a_l/kQuiet at quiet points,
 /// over the phases of the drive; |p_l|^2, unlike |p_l|, is smooth in a zero of the field. The
 /// phases are kept from one update to the next and move with the points.
 class CrowdedDescent
@@ -33,6 +33,7 @@ public:
     /// Lowers the error of the measured \a drive, from the phases of the last descent if these fit
     /// better. Returns the number of damped steps; drive is measured.
     int descend(FieldProblem& field,
+                const QuietPoints& quiet,
                 CorrectedDrive& drive,
                 GaussNewtonStep& step,
                 Pace& pace,
@@ -46,6 +47,7 @@ private:
     struct Work
     {
         FieldProblem& field;
+        const QuietPoints& quiet;
         CorrectedDrive& drive;
         GaussNewtonStep& step;
         Pace& pace;

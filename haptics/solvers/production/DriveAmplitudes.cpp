@@ -29,13 +29,26 @@ void DriveAmplitudes::choose(FieldProblem& field, const Wish& wish, float full)
 }
 
 // Sets the playable amplitudes nearest to _gain: phase-only, an even mix of the two levels around
-// it; else for each transducer the level nearest to _gain |z_i|.
+// it; else for each transducer the level nearest to _gain |z_i|. What is asked for in Pa begins
+// with one transducer, however little it is.
 void DriveAmplitudes::set(const FieldProblem& field)
 {
     const std::vector<float>& levels = field.drive().amplitudeLevels;
-    if (_wish.phaseOnly) return mixAmplitudes(levels, _gain, field.m(), _amplitudes.data());
-    for (std::size_t i = 0; i < static_cast<std::size_t>(field.m()); ++i)
-        _amplitudes[i] = playableAmplitude(levels, _gain * std::abs(field.z.at(i)));
+    if (_wish.phaseOnly)
+        mixAmplitudes(levels, _gain, field.m(), _amplitudes.data());
+    else
+    {
+        for (std::size_t i = 0; i < static_cast<std::size_t>(field.m()); ++i)
+            _amplitudes[i] = std::clamp(_gain * std::abs(field.z.at(i)), 0.0f, 1.0f);
+        roundAmplitudes(levels,
+                        field.m(),
+                        _amplitudes.data(),
+                        _wish.level_Pa > 0.0f ? kCoarseTarget : kCoarseSum);
+    }
+    if (!(_wish.level_Pa > 0.0f) || !(_gain > 0.0f) || rms(field) > 0.0f) return;
+    const auto least = std::upper_bound(levels.begin(), levels.end(), 0.0f);
+    const auto first = static_cast<std::size_t>(evenOrder(field.m()).front());
+    _amplitudes[first] = least == levels.end() ? _gain : *least;
 }
 
 // The level between two of the device's is mixed of both, so one transducer's step between them is
@@ -45,8 +58,9 @@ float DriveAmplitudes::leastChange(const FieldProblem& field) const
     const std::vector<float>& levels = field.drive().amplitudeLevels;
     const float mean = rms(field);
     const auto above = std::lower_bound(levels.begin(), levels.end(), mean);
-    if (above == levels.begin() || above == levels.end() || !(mean > 0.0f)) return 0.0f;
-    return (*above - *(above - 1)) / (static_cast<float>(field.m()) * mean);
+    if (above == levels.end() || !(mean > 0.0f)) return 0.0f;
+    const float below = above == levels.begin() ? 0.0f : *(above - 1);
+    return (*above - below) / (static_cast<float>(field.m()) * mean);
 }
 
 bool DriveAmplitudes::scale(const FieldProblem& field, float ratio)

@@ -16,6 +16,7 @@ namespace
 {
 
 constexpr int kMostIterations = 1000; // the constants bound them below this
+constexpr int kFromNothing = 60;      // at most, of a start from nothing
 
 /// The production solver (haptics/SOLVER.md): alternating projections find good phases, then
 /// Gauss-Newton corrections of the transducers' phases meet the targets, and rounding to the
@@ -60,12 +61,26 @@ private:
         _isPaced = false;
         _pace.took(Pace::BUILD, field.staleRows() < field.n() ? 0 : 1, field.build_ms());
         const int limit = iterationLimit(kMostIterations);
-        const int rounds = std::max(1, limit - _tuning.corrections);
-        outcome.iterations = _search.search(field, warm, rounds, options().seed, _pace);
-        alignToLast(field, _isHurried ? field.drive().phaseLevels : 0);
+        _search.followTargets(!isShifted());
+        attempt(field, warm, limit, outcome);
+        if (isLost(field, limit, outcome))
+        {
+            attempt(field, false, limit, outcome);
+            _leftFromNothing = playedError(field);
+        }
+        _search.normalise();
+        return outcome;
+    }
+
+    // Searches for phases, \a warm from the last ones, corrects and plays them.
+    void attempt(FieldProblem& field, bool warm, int limit, Outcome& outcome)
+    {
+        const int rounds = std::max(1, limit - outcome.iterations - _tuning.corrections);
+        outcome.iterations += _search.search(field, warm, rounds, options().seed, _pace);
+        _search.turn(alignToLast(field, _isHurried ? field.drive().phaseLevels : 0));
         begin(field);
-        if (_drive.amplitudes.rms(field) == 0.0f) return outcome; // too quiet: nothing is played
-        const float error = errorOf(field, _search.naturalLevel(field));
+        if (_drive.amplitudes.rms(field) == 0.0f) return; // too quiet: nothing is played
+        const float error = quiet().bend(field, _search.naturalLevel(field));
         const int left = std::max(1, limit - outcome.iterations);
         if (_isHurried && !_drive.amplitudes.data())
             outcome.stop = verdict(field, rounding(field));
@@ -75,16 +90,33 @@ private:
             descend(field, left, outcome);
         else
             correct(field, left, outcome);
-        _search.normalise();
-        return outcome;
     }
+
+    float playedError(const FieldProblem& field) const
+    {
+        return quiet().error(field, fittedLevel(field));
+    }
+
+    // Returns true if an update's corrections have left an error that a start from nothing most
+    // likely does not: the last multipliers were of no use, as after a jump of the targets.
+    bool isLost(const FieldProblem& field, int limit, const Outcome& outcome) const
+    {
+        if (_search.wasCold() || outcome.stop != StopReason::MAX_ITERATIONS || _isCrowded ||
+            limit - outcome.iterations < kFromNothing)
+            return false;
+        return playedError(field) > std::max({_tuning.poorUpdate,
+                                              _tuning.roundingMargin * rounding(field),
+                                              _tuning.poorAgain * _leftFromNothing});
+    }
+
+    const QuietPoints& quiet() const { return _search.quiet(); }
 
     // Full steps overshoot where points crowd; where they don't, the error of the first round can
     // be large since there are many, or since they moved far.
     bool needsDescent(const FieldProblem& field, float error) const
     {
-        return error > _tuning.searchAbove &&
-               (error > _tuning.searchApart || field.crowds(_tuning.crowded));
+        const bool isFar = error > _tuning.searchApart && (!quiet().any() || _search.wasCold());
+        return error > _tuning.searchAbove && (isFar || field.crowds(_tuning.crowded));
     }
 
     // Chooses amplitudes for the phases at hand and measures the drive.
@@ -113,7 +145,7 @@ private:
     // The error that rounding would leave if it were not shaped, at any amplitude.
     float rounding(const FieldProblem& field) const
     {
-        return roundingError(field, _drive.amplitudes.rms(field));
+        return quiet().rounding(field, _drive.amplitudes.rms(field));
     }
 
     // Returns the CG tolerance (SOLVER.md, "CG tolerance"): nextTolerance times the error before
@@ -137,14 +169,18 @@ private:
         for (int k = 0; k < _tuning.corrections; ++k)
         {
             if (k > 0) settle(field, kept * _search.naturalLevel(field));
-            const float floor = rounding(field);
-            const float error = errorOf(field, _search.naturalLevel(field));
+            const float floor = quiet().any()
+                                    ? QuietPoints::disturbance(field, _drive.amplitudes.rms(field))
+                                    : rounding(field);
+            const float level = _search.naturalLevel(field);
+            const float error = quiet().error(field, level), bend = quiet().bend(field, level);
             const int steps = _pace.fits(Pace::STEP, _tuning.conjugateSteps);
             const bool out = k + 1 >= std::min(_tuning.corrections, limit) || outOfTime(field) ||
                              steps < _tuning.conjugateSteps;
-            const bool last = out || error * error < std::max(tolerance, _tuning.shapeable * floor);
+            const float next = error * bend; // after a full step
+            const bool last = out || next < std::max(tolerance, _tuning.shapeable * floor);
             const float least = _tuning.lastTolerance * std::max(floor, tolerance);
-            solveStep(field, toleranceOf(error, last ? 0.0f : error * error, least), steps);
+            solveStep(field, toleranceOf(bend, last ? 0.0f : next, least), steps);
             ++outcome.iterations;
             if (last)
                 finish(field, &_step, outcome);
@@ -152,8 +188,7 @@ private:
                 _drive.turn(field, _step);
             // The step is that of c_l + x_l u_l for unit amplitudes; smaller ones take a larger
             // x_l.
-            const float amplitude = _drive.amplitudes.rms(field);
-            _search.adjust([&](int l) { return amplitude * _step.multiplier(l); });
+            _search.adjust(_step, _drive.amplitudes.rms(field));
             if (out || (last && outcome.stop != StopReason::MAX_ITERATIONS)) return;
             if (!last) continue;
             const float played = _search.naturalLevel(field);
@@ -165,7 +200,8 @@ private:
     void solveStep(FieldProblem& field, float tolerance, int steps)
     {
         const double start = field.elapsed_ms();
-        const int made = _step.solve(field, field.q, _search.weights(), tolerance, steps);
+        const int made =
+            _step.solve(field, field.q, quiet(), _search.weights(field), tolerance, steps);
         _pace.took(Pace::STEP, std::max(made, 1), field.elapsed_ms() - start);
     }
 
@@ -180,21 +216,33 @@ private:
         const float floor = rounding(field);
         _pace.timed(thorough ? Pace::THOROUGH : Pace::FINISH,
                     shaped ? 1 : 0,
-                    [&] {
+                    [&]
+                    {
                         _drive.play(field,
+                                    quiet(),
                                     step,
-                                    thorough ? _tuning.thorough
+                                    thorough ? ofQuiet(_tuning.thorough)
                                     : shaped ? quick(field)
                                              : plain);
                     });
         outcome.stop = verdict(field, floor);
+        outcome.unfinished =
+            outcome.stop == StopReason::MAX_ITERATIONS || outcome.stop == StopReason::DEADLINE;
+    }
+
+    // Quiet points count by more than their share, which takes more passes.
+    ShapedRounding::Effort ofQuiet(ShapedRounding::Effort effort) const
+    {
+        if (quiet().any()) effort.passes *= _tuning.quietPasses;
+        return effort;
     }
 
     // As many transducers are shaped as the number of points takes; none, if the share is 0.
     ShapedRounding::Effort quick(const FieldProblem& field) const
     {
-        const float pointShare = static_cast<float>(field.n()) / static_cast<float>(field.m());
-        ShapedRounding::Effort effort = _tuning.quick;
+        const float pointShare =
+            static_cast<float>(field.n() + quiet().count()) / static_cast<float>(field.m());
+        ShapedRounding::Effort effort = ofQuiet(_tuning.quick);
         if (effort.share == 0.0f) return effort;
         effort.share = std::min(effort.share, _tuning.mostPerPoint * pointShare);
         effort.share = std::min(std::max(effort.share, _tuning.leastPerPoint * pointShare), 1.0f);
@@ -205,14 +253,19 @@ private:
     // better than the phases of the last one, and well enough to be corrected.
     void descend(FieldProblem& field, int limit, Outcome& outcome)
     {
-        const float error = errorOf(field, _search.naturalLevel(field));
+        const float error = quiet().bend(field, _search.naturalLevel(field));
         CrowdedDescent::Wish wish;
         wish.goal = std::max(0.5f * static_cast<float>(options().rmsTolerance),
                              _tuning.lastTolerance * rounding(field));
         wish.steps = limit;
         wish.moved = !_search.wasCold();
-        outcome.iterations += _crowded.descend(
-            field, _drive, _step, _pace, wish, [this](FieldProblem& started) { begin(started); });
+        outcome.iterations += _crowded.descend(field,
+                                               quiet(),
+                                               _drive,
+                                               _step,
+                                               _pace,
+                                               wish,
+                                               [this](FieldProblem& started) { begin(started); });
         settle(field, fittedLevel(field));
         finish(field, nullptr, outcome);
         _isCrowded =
@@ -223,11 +276,14 @@ private:
     // What the played field is.
     StopReason verdict(const FieldProblem& field, float floor) const
     {
-        const float rms = errorOf(field, fittedLevel(field));
+        const float level = fittedLevel(field);
+        const float rms = quiet().error(field, level);
+        const auto tolerance = static_cast<float>(options().rmsTolerance);
         const bool isRight = isLevelRight(field);
-        if (isRight && rms <= static_cast<float>(options().rmsTolerance))
-            return StopReason::CONVERGED;
-        if (isRight && rms < _tuning.roundingMargin * floor) return StopReason::STALLED;
+        if (isRight && errorOf(field, level) <= tolerance) return StopReason::CONVERGED;
+        if (isRight &&
+            rms < std::max(_tuning.roundingMargin * floor, quiet().any() ? tolerance : 0.0f))
+            return StopReason::STALLED;
         return outOfTime(field) || _pace.fits(Pace::STEP, 1) == 0 ? StopReason::DEADLINE
                                                                   : StopReason::MAX_ITERATIONS;
     }
@@ -247,9 +303,10 @@ private:
     GaussNewtonStep _step;
     CorrectedDrive _drive;
     CrowdedDescent _crowded;
-    bool _isCrowded = false; // the last update was a descent
-    bool _isPaced = false;   // since build()
-    bool _isHurried = false; // the present one ends with its last round
+    bool _isCrowded = false;       // the last update was a descent
+    bool _isPaced = false;         // since build()
+    bool _isHurried = false;       // the present one ends with its last round
+    float _leftFromNothing = 0.0f; // error of the last start from nothing that replaced an update
 };
 
 } // namespace

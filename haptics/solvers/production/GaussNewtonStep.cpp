@@ -19,9 +19,10 @@ constexpr float kLeastRoot = 1e-30f; // least divisor: the roots of a block of p
 
 } // namespace
 
-void GaussNewtonStep::reserve(const FieldProblem& field)
+void GaussNewtonStep::reserve(const FieldProblem& field, const std::vector<int>& twice)
 {
-    const int n = field.n();
+    _equations.choose(field, twice);
+    const int n = _equations.rows();
     const auto m = static_cast<std::size_t>(field.G.paddedTransducers());
     _even = (n + 1) / 2 * 2;
     _stride = (n + 16) / 16 * 16; // whole cache lines
@@ -46,9 +47,9 @@ void GaussNewtonStep::findRoots(const FieldProblem& field, float mostFreedom)
     std::fill(_root.data() + m, _root.data() + field.G.paddedTransducers(), 0.0f);
 }
 
-void GaussNewtonStep::form(const FieldProblem& field, const SplitVector& q, int block)
+void GaussNewtonStep::form(const FieldProblem& field, const SplitVector& q, int thread, int block)
 {
-    const int n = field.n(), offset = field.G.offset(block), width = field.G.width(block);
+    const int n = _equations.rows(), offset = field.G.offset(block), width = field.G.width(block);
     const float* root = _root.data() + offset;
     const float largest = std::max(*std::max_element(root, root + width), kLeastRoot);
     alignas(64) float re[PropagationMatrix::kBlockWidth], im[PropagationMatrix::kBlockWidth];
@@ -58,18 +59,19 @@ void GaussNewtonStep::form(const FieldProblem& field, const SplitVector& q, int 
         re[i] = q.re[offset + i] * r;
         im[i] = q.im[offset + i] * r;
     }
-    kernels::formJacobian(field.G.fixedData(block),
+    int gathered = 0;
+    kernels::formJacobian(_equations.gather(field, thread, block, 0, width, gathered),
                           n,
                           width,
-                          field.u.re.data(),
-                          field.u.im.data(),
+                          _equations.u.re.data(),
+                          _equations.u.im.data(),
                           re,
                           im,
                           _jacobian.data() + static_cast<std::size_t>(offset) * (_even / 2));
     const float* scale = field.G.fixedScale(block);
     float* unit = _unit.data() + static_cast<std::size_t>(block) * _stride;
     for (int l = 0; l < n; ++l)
-        unit[l] = scale[l] * largest * _scale[l];
+        unit[l] = scale[_equations.point(l)] * largest * _scale[l];
     if (_even > n) unit[n] = 0.0f;
     std::fill_n(_sum.data() + offset, width, 0.0f);
 }
@@ -81,7 +83,7 @@ void GaussNewtonStep::pass(FieldProblem& field,
                            bool formed,
                            const float* direction)
 {
-    const int n = field.n();
+    const int n = _equations.rows();
     field.eachBlock(
         [&](int thread, int b)
         {
@@ -91,7 +93,7 @@ void GaussNewtonStep::pass(FieldProblem& field,
                 for (int k = 0; k < width; ++k)
                     sum[k] += _alpha * t[k];
             else
-                form(field, q, b);
+                form(field, q, thread, b);
             const std::int32_t* J = _jacobian.data() + static_cast<std::size_t>(i) * (_even / 2);
             const float* unit = _unit.data() + static_cast<std::size_t>(b) * _stride;
             float* scaled = _scaledDirection.data() + static_cast<std::size_t>(thread) * _stride;
@@ -113,38 +115,78 @@ void GaussNewtonStep::pass(FieldProblem& field,
 
 int GaussNewtonStep::solve(FieldProblem& field,
                            const SplitVector& q,
+                           const QuietPoints& quiet,
                            const Eigen::VectorXf& weights,
                            double tolerance,
                            int maxSteps)
 {
-    reserve(field);
+    reserve(field, quiet.twice());
     findRoots(field, _mostFreedom);
     _largestTurn = _largestTurn_rad;
-    _scale = (weightedLevel(weights, field.y, field.a) * field.a).cwiseInverse();
+    const int n = field.n(), rows = _equations.rows();
+    if (!quiet.any())
+    {
+        _judged.resize(0);
+        _scale = (weightedLevel(weights, field.y, field.a) * field.a).cwiseInverse();
+        _flat = weights.cwiseProduct(field.a);
+        _r = Eigen::VectorXf::Ones(n) - field.y.cwiseProduct(_scale);
+    }
+    else
+    {
+        // Rows of about the same size, whatever the targets: else CG would take the more steps the
+        // farther these are apart.
+        const float natural = weightedLevel(weights.head(n), field.y, field.a);
+        const bool isLevel = natural > 0.0f && std::isfinite(natural);
+        const float s = isLevel ? natural : fittedLevel(field);
+        _judged.setOnes(rows);
+        _flat.resize(rows);
+        for (int row = 0; row < rows; ++row)
+        {
+            const int l = _equations.point(row);
+            const float size = std::max(field.a[l], QuietPoints::kQuiet);
+            _scale[row] = 1.0f / (s * size);
+            _flat[row] = weights[row] * size;
+            _r[row] = row < n ? (s * field.a[l] - field.y[l]) * _scale[row] : 0.0f;
+            if (row < n) _judged[row] = size / quiet.yard()[l];
+        }
+    }
     // J D J^T is nearly singular along w a (SOLVER.md, "The level of a correction"), so the search
     // is kept orthogonal to that.
-    _flat = weights.cwiseProduct(field.a);
     _flat /= _flat.norm();
-    _r = Eigen::VectorXf::Ones(field.n()) - field.y.cwiseProduct(_scale);
     _r -= _r.dot(_flat) * _flat;
     return conjugateSteps(field, q, tolerance, maxSteps, 0.0f);
 }
 
 int GaussNewtonStep::solveDamped(FieldProblem& field,
                                  const SplitVector& q,
+                                 const QuietPoints& quiet,
                                  float level,
                                  double tolerance,
                                  int maxSteps,
                                  float damping)
 {
-    reserve(field);
+    static const std::vector<int> kNone;
+    reserve(field, kNone);
     findRoots(field, kDampedFreedom);
     _largestTurn = kDampedTurn_rad;
+    _judged.resize(0);
     _flat.setZero(field.n());
     _scale = (level * field.a).cwiseInverse();
     _r = 1.0f - field.y.cwiseProduct(_scale).array().square();
     _scale = 2.0f * field.y.array() * _scale.array().square();
+    for (const int l : quiet.points())
+    {
+        const float share = QuietPoints::shareOf(field.a[l]);
+        _r[l] *= share;
+        _scale[l] *= share;
+    }
     return conjugateSteps(field, q, tolerance, maxSteps, damping);
+}
+
+// |r|^2 as it is judged; rr is that of _r.
+float GaussNewtonStep::remainder(float rr) const
+{
+    return _judged.size() == 0 ? rr : _r.cwiseProduct(_judged).squaredNorm();
 }
 
 // Conjugate gradients for (J D J^T + mu I) x = _r, rows scaled by _scale, orthogonal to _flat.
@@ -157,7 +199,7 @@ int GaussNewtonStep::conjugateSteps(
     _alpha = 0.0f;
     _steps = 0;
     const auto goal = static_cast<float>(tolerance * tolerance * field.n());
-    while (_steps < maxSteps && rr > goal)
+    while (_steps < maxSteps && remainder(rr) > goal)
     {
         pass(field, q, _steps > 0, _d.data());
         ++_steps;

@@ -23,9 +23,10 @@ struct GaussNewtonTuning
     int roundsBeforeWeights = 3; ///< rounds during which the weights equal the targets
 
     // "Warm start"
-    int quietRounds = 2;    ///< largest number of further rounds for a field that became quieter
-    float quiet = 0.996f;   ///< share of the recent loudness below which more rounds are made
-    float forget = 0.9998f; ///< factor on the remembered loudness per update
+    int quietRounds = 2;       ///< largest number of further rounds for a field that became quieter
+    float quiet = 0.996f;      ///< share of the recent loudness below which more rounds are made
+    float forget = 0.9998f;    ///< factor on the remembered loudness per update
+    float targetsJump = 0.25f; ///< relative change of the targets, some of them quiet, that is one
     float lost = 0.97f; ///< share of the last loudness below which an update starts from nothing
 
     // "The step"
@@ -41,12 +42,16 @@ struct GaussNewtonTuning
     float roundingMargin = 1.3f; ///< error over roundingError() below which all is rounding
     float shapeable = 0.6f;      ///< error over roundingError() that shaped rounding can mend
     float levelMargin = 1e-4f;   ///< relative error of a level in Pa that counts as none
+    float poorUpdate = 0.01f; ///< rms error of an update above which it starts from nothing instead
+    float poorAgain = 2.0f;   ///< over what the last such start has left, above which another helps
 
     // "Rounding"
     ShapedRounding::Effort quick{0.25f, 3, 0.7f}; ///< of an update
     float leastPerPoint = 2.5f; ///< transducers for each point, at least, in place of quick.share
     float mostPerPoint = 20.0f; ///< and at most
     ShapedRounding::Effort thorough{1.0f, 3, 1.5f}; ///< of a cold start, and of crowded points
+
+    int quietPasses = 2; ///< factor on the passes where points are quiet
 
     // "Crowded points"
     float crowded = 0.7f; ///< wavelengths to the nearest other point, below which they crowd

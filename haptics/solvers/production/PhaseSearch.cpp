@@ -11,11 +11,21 @@
 namespace midair::haptics
 {
 
+namespace
+{
+
+// SOLVER.md, "Quiet points".
+constexpr float kQuietStep = 0.5f;    // share of a linear step that a round makes
+constexpr float kLeastOfMean = 0.25f; // least weight of a point that was quiet, over the mean one
+
+} // namespace
+
 void PhaseSearch::build(FieldProblem& field)
 {
     _projected = _weightsOf == field.n();
     if (!_projected) return field.build();
-    weighPhases(field, _weights);
+    adapt(field, field.a / field.a.maxCoeff());
+    weigh(field);
     field.buildAndProject(field.w, field.p);
     field.phasesOf(field.p);
 }
@@ -23,34 +33,173 @@ void PhaseSearch::build(FieldProblem& field)
 bool PhaseSearch::carryOver(const FieldProblem& field, const std::vector<int>& lastOf)
 {
     if (_weightsOf == 0 || _weights.size() != _weightsOf) return false;
-    const Eigen::VectorXf last = _weights;
+    const Eigen::VectorXf last = _weights, lastTargets = _targets;
+    copy(_multiplier, _bestMultiplier, static_cast<std::size_t>(_weightsOf));
     _weights.resize(field.n());
+    _targets = field.a;
+    _multiplier.reserve(static_cast<std::size_t>(field.n()));
     float weights = 0.0f, targets = 0.0f; // of the points that were in the last field
     for (Eigen::Index l = 0; l < _weights.size(); ++l)
     {
         const int from = lastOf[static_cast<std::size_t>(l)];
+        _multiplier.set(static_cast<std::size_t>(l), 0.0f);
         if (from < 0) continue;
         _weights[l] = last[from];
-        weights += last[from];
-        targets += field.a[l];
+        _targets[l] = lastTargets[from];
+        if (QuietPoints::isQuiet(_targets[l]))
+            _multiplier.set(static_cast<std::size_t>(l),
+                            _bestMultiplier.at(static_cast<std::size_t>(from)));
+        else
+        {
+            weights += last[from];
+            targets += field.a[l];
+        }
     }
     if (!(weights > 0.0f) || !(targets > 0.0f)) return false;
     for (Eigen::Index l = 0; l < _weights.size(); ++l)
-        if (lastOf[static_cast<std::size_t>(l)] < 0) _weights[l] = field.a[l] * weights / targets;
+        if (lastOf[static_cast<std::size_t>(l)] < 0)
+            _weights[l] = QuietPoints::isQuiet(field.a[l]) ? 0.0f : field.a[l] * weights / targets;
     _weightsOf = field.n();
     return true;
+}
+
+// Brings the multipliers of the last targets to those of \a targets, largest 1: in a field of
+// points that don't disturb each other a weight is in proportion to the target.
+void PhaseSearch::adapt(const FieldProblem& field, const Eigen::VectorXf& targets)
+{
+    const bool wasAny = _quiet.any();
+    _quiet.choose(targets, field.m());
+    _isJump = false;
+    if (_targets.size() != targets.size() || _targets == targets) return;
+    _isJump = _follows && (wasAny || _quiet.any()) &&
+              (targets - _targets).norm() > _tuning.targetsJump * _targets.norm();
+    float weights = 0.0f, sum = 0.0f; // of the points that were not quiet
+    for (Eigen::Index l = 0; l < targets.size(); ++l)
+        if (!QuietPoints::isQuiet(_targets[l]))
+        {
+            weights += _weights[l];
+            sum += _targets[l];
+        }
+    for (Eigen::Index l = 0; l < targets.size(); ++l)
+    {
+        const auto row = static_cast<std::size_t>(l);
+        const bool was = QuietPoints::isQuiet(_targets[l]), is = QuietPoints::isQuiet(targets[l]);
+        if (was && !is)
+            _weights[l] = std::max(alongPhase(field, static_cast<int>(l)),
+                                   kLeastOfMean * targets[l] * weights / sum);
+        if (!was && _follows) _weights[l] *= targets[l] / _targets[l];
+        if (was || !is) continue;
+        _multiplier.set(row, _weights[l] * field.u.at(row));
+        _weights[l] = 0.0f;
+    }
+    _targets = targets;
+}
+
+void PhaseSearch::weigh(FieldProblem& field) const
+{
+    weighPhases(field, _weights);
+    for (const int l : _quiet.points())
+    {
+        const auto row = static_cast<std::size_t>(l);
+        field.w.set(row, _multiplier.at(row));
+    }
+}
+
+// The multipliers of quiet points take a step of their linear equations. p_l would be in proportion
+// to c_l if points didn't disturb each other, as it is to w_l at the others.
+void PhaseSearch::reweigh(FieldProblem& field)
+{
+    haptics::reweigh(field, _weights, _tuning.mostReweighing);
+    if (!_quiet.any()) return;
+    const float s = fittedLevel(field);
+    float loud = field.y.sum();
+    for (const int l : _quiet.points())
+        loud -= field.y[l];
+    const float step = kQuietStep * _weights.sum() / std::max(loud, kLeastPressure);
+    for (const int l : _quiet.points())
+    {
+        const auto row = static_cast<std::size_t>(l);
+        const std::complex<float> lack = s * field.a[l] * field.u.at(row) - field.p.at(row);
+        _multiplier.set(row, _multiplier.at(row) + step * lack);
+    }
+}
+
+const Eigen::VectorXf& PhaseSearch::weights(const FieldProblem& field)
+{
+    if (!_quiet.any()) return _weights;
+    const std::vector<int>& twice = _quiet.twice();
+    const int n = field.n();
+    _rows.resize(n + static_cast<int>(twice.size()));
+    _rows.head(n) = _weights;
+    for (const int l : _quiet.points())
+        _rows[l] = alongPhase(field, l);
+    for (std::size_t k = 0; k < twice.size(); ++k)
+    {
+        const auto row = static_cast<std::size_t>(twice[k]);
+        _rows[n + static_cast<int>(k)] =
+            std::imag(_multiplier.at(row) * std::conj(field.u.at(row)));
+    }
+    return _rows;
+}
+
+void PhaseSearch::adjust(const GaussNewtonStep& step, float amplitude)
+{
+    const auto n = static_cast<int>(_weights.size());
+    const auto add = [&](int l, int k)
+    {
+        const auto row = static_cast<std::size_t>(l);
+        _multiplier.set(row,
+                        _multiplier.at(row) + amplitude * step.multiplier(k) * step.direction(k));
+    };
+    for (int l = 0; l < n; ++l)
+        _weights[l] = std::max(_weights[l] + amplitude * step.multiplier(l),
+                               _tuning.leastOfWeight * _weights[l]);
+    for (const int l : _quiet.points())
+    {
+        _weights[l] = 0.0f;
+        add(l, l);
+    }
+    for (std::size_t k = 0; k < _quiet.twice().size(); ++k)
+        add(_quiet.twice()[k], n + static_cast<int>(k));
+}
+
+void PhaseSearch::turn(std::complex<float> by)
+{
+    for (const int l : _quiet.points())
+    {
+        const auto row = static_cast<std::size_t>(l);
+        _multiplier.set(row, _multiplier.at(row) * by);
+    }
+}
+
+void PhaseSearch::normalise()
+{
+    const float mean = _weights.sum() / static_cast<float>(_weights.size() - _quiet.count());
+    if (!_quiet.any())
+        _weights /= _weights.mean();
+    else
+    {
+        _weights /= mean;
+        turn(1.0f / mean);
+    }
 }
 
 int PhaseSearch::search(FieldProblem& field, bool warm, int limit, std::uint64_t seed, Pace& pace)
 {
     const auto n = static_cast<std::size_t>(field.n());
-    for (SplitVector* v : {&_startU, &_bestU})
+    for (SplitVector* v : {&_startU, &_bestU, &_multiplier, &_bestMultiplier})
         v->reserve(n);
     for (Eigen::VectorXf* v : {&_weights, &_bestWeights})
         if (v->size() != field.n()) v->resize(field.n());
     _projected = _projected && warm;
     _wasCold = !warm || _weightsOf != field.n();
+    _isJump = _isJump && !_wasCold;
+    if (_wasCold)
+        _quiet.choose(field.a, field.m());
+    else if (!_projected)
+        adapt(field, field.a);
     _weightsOf = field.n();
+    _targets = field.a;
     int made = 0;
     if (_wasCold)
     {
@@ -64,10 +213,10 @@ int PhaseSearch::search(FieldProblem& field, bool warm, int limit, std::uint64_t
         ++made;
     }
     _projected = false;
-    if (!_wasCold && loudness(field) < _tuning.lost * _previous)
+    if (!_wasCold && (_isJump || loudness(field) < _tuning.lost * _previous))
     {
-        // A jump of the object or a permutation of its points: the last phases are as good as
-        // random, and improving them would take tens of updates.
+        // A jump of the object, a permutation of its points or other targets, some of them quiet:
+        // the last phases are as good as random, and improving them would take tens of updates.
         _wasCold = true;
         made += coldStart(field, limit, seed, pace);
         _loudest = loudness(field);
@@ -79,7 +228,17 @@ int PhaseSearch::search(FieldProblem& field, bool warm, int limit, std::uint64_t
 
 float PhaseSearch::naturalLevel(const FieldProblem& field) const
 {
-    return weightedLevel(_weights, field.y, field.a);
+    if (!_quiet.any()) return weightedLevel(_weights, field.y, field.a);
+    float pressures = _weights.dot(field.y), targets = _weights.dot(field.a);
+    for (const int l : _quiet.points())
+    {
+        const float along = alongPhase(field, l);
+        pressures += along * field.y[l];
+        targets += along * field.a[l];
+    }
+    // Multipliers of quiet points may be against the field; no level is reached where they outweigh
+    // it.
+    return pressures > 0.0f && targets > 0.0f ? pressures / targets : fittedLevel(field);
 }
 
 float PhaseSearch::loudness(const FieldProblem& field) const
@@ -89,7 +248,14 @@ float PhaseSearch::loudness(const FieldProblem& field) const
 
 void PhaseSearch::round(FieldProblem& field, Pace& pace)
 {
-    pace.timed(Pace::ROUND, 1, [&] { projectionRound(field, _weights); });
+    pace.timed(Pace::ROUND,
+               1,
+               [&]
+               {
+                   weigh(field);
+                   field.projectRound(field.w, field.p);
+                   field.phasesOf(field.p);
+               });
 }
 
 // Phases that follow a moving object drift into a poorer local optimum than they started from. A
@@ -101,7 +267,7 @@ int PhaseSearch::keepLoud(FieldProblem& field, int limit, Pace& pace)
     while (made < _tuning.quietRounds && loudness(field) < _tuning.quiet * _loudest &&
            made + 2 < limit && pace.fits(Pace::ROUND, 1) > 0)
     {
-        reweigh(field, _weights, _tuning.mostReweighing);
+        reweigh(field);
         round(field, pace);
         ++made;
     }
@@ -116,7 +282,7 @@ int PhaseSearch::rounds(FieldProblem& field, int first, int last, Pace& pace)
     {
         field.stop().throwIfRequested();
         round(field, pace);
-        if (k >= _tuning.roundsBeforeWeights) reweigh(field, _weights, _tuning.mostReweighing);
+        if (k >= _tuning.roundsBeforeWeights) reweigh(field);
     }
     return made;
 }
@@ -141,6 +307,11 @@ int PhaseSearch::coldStart(FieldProblem& field, int limit, std::uint64_t seed, P
             field.u.set(l, start == 0 ? _startU.at(l) : std::polar(1.0f, turn));
         }
         _weights = field.a;
+        for (const int l : _quiet.points())
+        {
+            _weights[l] = 0.0f;
+            _multiplier.set(static_cast<std::size_t>(l), 0.0f);
+        }
         made += rounds(field, 0, trial, pace);
         lastStart = start;
         const float level = naturalLevel(field);
@@ -148,9 +319,11 @@ int PhaseSearch::coldStart(FieldProblem& field, int limit, std::uint64_t seed, P
         best = level;
         bestStart = start;
         _bestWeights = _weights;
+        copy(_multiplier, _bestMultiplier, n);
         copy(field.u, _bestU, n);
     }
     _weights = _bestWeights;
+    copy(_bestMultiplier, _multiplier, n);
     copy(_bestU, field.u, n);
     const int more = rounds(field, trial, std::min(_tuning.coldRounds, limit), pace);
     if (more > 0 || bestStart == lastStart) return made + more;

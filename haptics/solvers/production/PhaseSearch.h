@@ -1,8 +1,10 @@
 #pragma once
 
 #include "haptics/solvers/FieldProblem.h"
+#include "haptics/solvers/production/GaussNewtonStep.h"
 #include "haptics/solvers/production/GaussNewtonTuning.h"
 #include "haptics/solvers/production/Pace.h"
+#include "haptics/solvers/production/QuietPoints.h"
 
 #include <cstdint>
 #include <vector>
@@ -11,7 +13,8 @@ namespace midair::haptics
 {
 
 /// Finds phases by alternating projections (SOLVER.md, "Rounds", "Cold start", "Warm start"), and
-/// keeps the weights w of the points from one update to the next.
+/// keeps the multipliers c of the points from one update to the next: the weight w of c = w u, or
+/// of a quiet point c itself.
 class PhaseSearch
 {
 public:
@@ -23,6 +26,8 @@ public:
     /// Gives point l the weight of the last field's point \a lastOf[l]; new points (-1) get the
     /// mean weight for their target. Returns false without weights to take over.
     bool carryOver(const FieldProblem& field, const std::vector<int>& lastOf);
+    /// Whether weights follow targets that change, as they do at first.
+    void followTargets(bool follow) { _follows = follow; }
     /// Leaves q = z/|z| with its p, y and u in \a field. Starts from nothing unless \a warm, and
     /// returns the number of rounds, at least one and about \a limit at most. wasCold() then tells
     /// how it started.
@@ -32,18 +37,26 @@ public:
     /// Returns s with sum_l w_l (s a_l - |p_l|) = 0, the only level that a correction can reach
     /// (SOLVER.md, "The level of a correction"); Pa at a_l = 1.
     float naturalLevel(const FieldProblem& field) const;
-    const Eigen::VectorXf& weights() const { return _weights; }
-    /// Changes w_l by \a change(l), to no less than the leastOfWeight-fold.
-    template<typename Change>
-    void adjust(const Change& change)
-    {
-        for (Eigen::Index l = 0; l < _weights.size(); ++l)
-            _weights[l] = std::max(_weights[l] + change(static_cast<int>(l)),
-                                   _tuning.leastOfWeight * _weights[l]);
-    }
-    void normalise() { _weights /= _weights.mean(); }
+    /// The points of this solve whose targets are far below the largest.
+    const QuietPoints& quiet() const { return _quiet; }
+    /// Returns w for GaussNewtonStep::solve().
+    const Eigen::VectorXf& weights(const FieldProblem& field);
+    /// Changes c by \a amplitude times the multipliers of \a step, w_l to no less than the
+    /// leastOfWeight-fold.
+    void adjust(const GaussNewtonStep& step, float amplitude);
+    /// Turns the multipliers with the phases of the field.
+    void turn(std::complex<float> by);
+    void normalise();
 
 private:
+    void adapt(const FieldProblem& field, const Eigen::VectorXf& targets);
+    void weigh(FieldProblem& field) const;
+    void reweigh(FieldProblem& field);
+    float alongPhase(const FieldProblem& field, int l) const
+    {
+        const auto row = static_cast<std::size_t>(l);
+        return std::real(_multiplier.at(row) * std::conj(field.u.at(row)));
+    }
     int coldStart(FieldProblem& field, int limit, std::uint64_t seed, Pace& pace);
     int keepLoud(FieldProblem& field, int limit, Pace& pace);
     int rounds(FieldProblem& field, int first, int last, Pace& pace);
@@ -52,12 +65,18 @@ private:
 
     const GaussNewtonTuning& _tuning;
     SplitVector _startU, _bestU; // n
-    Eigen::VectorXf _weights, _bestWeights;
+    QuietPoints _quiet;
+    Eigen::VectorXf _weights, _bestWeights;   // n; of quiet points 0
+    SplitVector _multiplier, _bestMultiplier; // n; of the others unused
+    Eigen::VectorXf _targets;                 // that both belong to, n
+    Eigen::VectorXf _rows;                    // of weights()
     float _loudest = 0.0f;   // largest recent loudness, times forget per update since
     float _previous = 0.0f;  // loudness of the last update
     int _weightsOf = 0;      // number of points that the weights belong to
     bool _projected = false; // build() has made the first round
     bool _wasCold = true;
+    bool _follows = true; // weights follow the targets
+    bool _isJump = false; // of the targets, since the last field
 };
 
 } // namespace midair::haptics

@@ -15,6 +15,7 @@ namespace
 // SOLVER.md, "Rounding".
 constexpr int kCoarse = 64;            // so few levels are not linearised
 constexpr float kMostEntries = 4.0e6f; // of the columns, 16 MB
+constexpr float kQuieterThan = 20.0f;  // times rounding's error; targets that count twice
 
 bool isCoarse(const FieldProblem& field)
 {
@@ -35,10 +36,28 @@ int ShapedRounding::first(const FieldProblem& field, int block, const Effort& ef
     return (kept + kernels::kLanes - 1) / kernels::kLanes * kernels::kLanes;
 }
 
+// Points count by their yards, but none by more than a kShapingGroup-th of all: transducers that
+// choose at once would all mend its error. Twice count those so quiet that what rounding does at
+// right angles to their pressure is not far below it; coarse levels are chosen by the complex p.
+void ShapedRounding::weigh(const FieldProblem& field, const QuietPoints& quiet)
+{
+    _yard = quiet.yard();
+    _twice.clear();
+    const float sum = field.a.array().max(QuietPoints::kQuiet).square().inverse().sum();
+    const float least = std::sqrt(static_cast<float>(kernels::kShapingGroup) / sum);
+    for (const int l : quiet.points())
+        _yard[l] = std::max(_yard[l], std::min(least, QuietPoints::kQuiet));
+    if (isCoarse(field) || !quiet.any()) return;
+    const float most = kQuieterThan * quiet.disturbance(field, 1.0f);
+    for (const int l : quiet.twice())
+        if (field.a[l] < most) _twice.push_back(l);
+}
+
 void ShapedRounding::reserve(const FieldProblem& field, const Effort& effort)
 {
     constexpr int kLanes = kernels::kShapingLanes;
-    _stride = (field.n() + kLanes - 1) / kLanes * kLanes;
+    _equations.choose(field, _twice);
+    _stride = (_equations.rows() + kLanes - 1) / kLanes * kLanes;
     _parts.clear();
     _count = 0;
     for (int block = 0; block < field.G.blocks(); ++block)
@@ -54,12 +73,13 @@ void ShapedRounding::reserve(const FieldProblem& field, const Effort& effort)
         v->reserve(count);
     _drive.reserve(count);
     _error.reserve(stride);
+    _aim.reserve(stride);
     _p.reserve(stride);
     _factor.reserve(stride * static_cast<std::size_t>(field.threads()));
     _change.reserve(static_cast<std::size_t>(field.G.paddedTransducers()));
 }
 
-// Factors on the rows of one block that bring them into units of the targets: with \a turned, times
+// Factors on the rows of one block that bring them into units of the yards: with \a turned, times
 // conj(u_l), so that the real part is along p_l.
 void ShapedRounding::findFactors(
     const FieldProblem& field, int thread, int block, float s, bool turned)
@@ -67,12 +87,14 @@ void ShapedRounding::findFactors(
     const float* scale = field.G.fixedScale(block);
     const std::size_t part = static_cast<std::size_t>(thread) * static_cast<std::size_t>(_stride);
     float *re = _factor.re.data() + part, *im = _factor.im.data() + part;
-    for (int l = 0; l < field.n(); ++l)
+    for (int k = 0; k < _equations.rows(); ++k)
     {
-        const auto row = static_cast<std::size_t>(l);
-        const float factor = scale[l] / (s * field.a[l]);
-        re[l] = turned ? factor * field.u.re[row] : factor;
-        im[l] = turned ? -factor * field.u.im[row] : 0.0f;
+        const auto row = static_cast<std::size_t>(k);
+        const int l = _equations.point(k);
+        const float yard = k < field.n() ? _yard[l] : QuietPoints::kQuiet;
+        const float factor = scale[l] / (s * yard);
+        re[k] = turned ? factor * _equations.u.re[row] : factor;
+        im[k] = turned ? -factor * _equations.u.im[row] : 0.0f;
     }
 }
 
@@ -85,9 +107,12 @@ void ShapedRounding::formColumns(const FieldProblem& field,
 {
     const Part& part = _parts[static_cast<std::size_t>(block)];
     const auto stride = static_cast<std::size_t>(_stride);
-    kernels::jacobianColumns(field.G.fixedData(block) + (part.lane - field.G.offset(block)),
-                             field.n(),
-                             field.G.width(block),
+    int width = 0;
+    const std::int32_t* G = _equations.gather(
+        field, thread, block, part.lane - field.G.offset(block), part.count, width);
+    kernels::jacobianColumns(G,
+                             _equations.rows(),
+                             width,
                              part.count,
                              _factor.re.data() + static_cast<std::size_t>(thread) * stride,
                              _factor.im.data() + static_cast<std::size_t>(thread) * stride,
@@ -98,8 +123,11 @@ void ShapedRounding::formColumns(const FieldProblem& field,
                              _square.data() + part.place);
 }
 
-// Linearises |p|: e_l = |p_l|/(s a_l) - 1 changes by the column of J times the turn.
-void ShapedRounding::chooseFine(FieldProblem& field, float s, const Effort& effort)
+// Linearises |p|: e_l = (|p_l| - s a_l)/(s d_l) changes by the column of J times the turn.
+void ShapedRounding::chooseFine(FieldProblem& field,
+                                const QuietPoints& quiet,
+                                float s,
+                                const Effort& effort)
 {
     field.eachBlock(
         [&](int thread, int block)
@@ -112,6 +140,8 @@ void ShapedRounding::chooseFine(FieldProblem& field, float s, const Effort& effo
     float* e = _error.data();
     for (int l = 0; l < field.n(); ++l)
         e[l] = field.y[l] / (s * field.a[l]) - 1.0f;
+    for (const int l : quiet.points())
+        e[l] = (field.y[l] - s * field.a[l]) / (s * _yard[l]);
     std::fill(e + field.n(), e + _stride, 0.0f);
     const auto step =
         static_cast<float>(base::kTwoPi / static_cast<double>(field.drive().phaseLevels));
@@ -128,6 +158,7 @@ void ShapedRounding::chooseFine(FieldProblem& field, float s, const Effort& effo
 }
 
 void ShapedRounding::chooseCoarse(FieldProblem& field,
+                                  const QuietPoints& quiet,
                                   const float* amplitudes,
                                   float s,
                                   const Effort& effort)
@@ -158,7 +189,8 @@ void ShapedRounding::chooseCoarse(FieldProblem& field,
     for (int l = 0; l < _stride; ++l)
     {
         const auto row = static_cast<std::size_t>(l);
-        _p.set(row, l < field.n() ? field.p.at(row) / (level * field.a[l]) : 1.0f);
+        _p.set(row, l < field.n() ? field.p.at(row) / (level * _yard[l]) : 1.0f);
+        _aim[row] = l < field.n() ? field.a[l] / _yard[l] : 1.0f;
     }
     const float reach = std::min(2.0f, std::floor(0.5f * levels));
     for (int pass = 0; pass < effort.passes; ++pass)
@@ -173,6 +205,7 @@ void ShapedRounding::chooseCoarse(FieldProblem& field,
                                    _level.data(),
                                    _drive.re.data(),
                                    _drive.im.data(),
+                                   _aim.data(),
                                    _p.re.data(),
                                    _p.im.data());
 }
@@ -197,10 +230,12 @@ void ShapedRounding::take(FieldProblem& field, int block, const float* amplitude
 }
 
 void ShapedRounding::shape(FieldProblem& field,
+                           const QuietPoints& quiet,
                            const float* amplitudes,
                            float s,
                            const Effort& effort)
 {
+    weigh(field, quiet);
     reserve(field, effort);
     if (_count == 0 || !(s > 0.0f)) return;
     const auto levels = static_cast<float>(field.drive().phaseLevels);
@@ -214,9 +249,9 @@ void ShapedRounding::shape(FieldProblem& field,
         std::copy_n(_wanted.data() + part.place, part.count, _level.data() + part.place);
     }
     if (isCoarse(field))
-        chooseCoarse(field, amplitudes, s, effort);
+        chooseCoarse(field, quiet, amplitudes, s, effort);
     else
-        chooseFine(field, s, effort);
+        chooseFine(field, quiet, s, effort);
     field.eachBlock([&](int, int block) { take(field, block, amplitudes); });
     field.addPartials(field.p);
     field.phasesOf(field.p);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptics/solvers/FieldProblem.h"
+#include "haptics/solvers/production/QuietPoints.h"
 
 #include <vector>
 
@@ -27,10 +27,15 @@ public:
     static int first(const FieldProblem& field, int block, const Effort& effort);
 
     /// Expects field.q with continuous phases for the lanes to be shaped and field.p, y and u to
-    /// belong to it; leaves them as they are played. The targets are \a s a_l. \a amplitudes: |q_i|
-    /// for each lane; null: all 1. field.drive().phaseLevels is not 0. Allocates nothing after the
-    /// first call for a size and effort.
-    void shape(FieldProblem& field, const float* amplitudes, float s, const Effort& effort);
+    /// belong to it; leaves them as they are played. The targets are \a s a_l, and errors count by
+    /// the yards of \a quiet. \a amplitudes: |q_i| for each lane; null: all 1.
+    /// field.drive().phaseLevels is not 0. Allocates nothing after the first call for a size and
+    /// effort.
+    void shape(FieldProblem& field,
+               const QuietPoints& quiet,
+               const float* amplitudes,
+               float s,
+               const Effort& effort);
 
 private:
     /// What is shaped of one block.
@@ -42,6 +47,7 @@ private:
     };
 
     void reserve(const FieldProblem& field, const Effort& effort);
+    void weigh(const FieldProblem& field, const QuietPoints& quiet);
     void findFactors(const FieldProblem& field, int thread, int block, float s, bool turned);
     void formColumns(const FieldProblem& field,
                      int thread,
@@ -49,14 +55,21 @@ private:
                      const float* qRe,
                      const float* qIm,
                      base::AlignedBuffer<float>& columns);
-    void chooseFine(FieldProblem& field, float s, const Effort& effort);
-    void chooseCoarse(FieldProblem& field, const float* amplitudes, float s, const Effort& effort);
+    void chooseFine(FieldProblem& field, const QuietPoints& quiet, float s, const Effort& effort);
+    void chooseCoarse(FieldProblem& field,
+                      const QuietPoints& quiet,
+                      const float* amplitudes,
+                      float s,
+                      const Effort& effort);
     void take(FieldProblem& field, int block, const float* amplitudes);
 
     std::vector<Part> _parts;
+    Eigen::VectorXf _yard;   // n, what errors count by
+    std::vector<int> _twice; // points so quiet that rounding is felt at right angles, too
+    Equations _equations;
     int _count = 0;                       // lanes that are shaped
-    int _stride = 0;                      // n, rounded up
-    base::AlignedBuffer<float> _columns;  // _count x _stride, in units of the targets
+    int _stride = 0;                      // rows of _equations, rounded up
+    base::AlignedBuffer<float> _columns;  // _count x _stride, in units of the level times the yards
     base::AlignedBuffer<float> _columns2; // the same; used for coarse levels only
     base::AlignedBuffer<float> _square;   // _count, |column|^2
     base::AlignedBuffer<float> _wanted;   // _count, in levels, as the next
@@ -64,6 +77,7 @@ private:
     base::AlignedBuffer<float> _amplitude; // _count
     SplitVector _drive;                    // _count
     base::AlignedBuffer<float> _error;     // _stride
+    base::AlignedBuffer<float> _aim;       // _stride, |p| wanted, in the columns' units
     SplitVector _p;                        // _stride
     SplitVector _factor;                   // threads x _stride
     SplitVector _change;                   // m

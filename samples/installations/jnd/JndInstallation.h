@@ -41,6 +41,7 @@ public:
     void update(const Moment& now) override;
     void pressed(int key) override;
     bool isOver() const override;
+    bool canRehearse() const override { return false; } ///< answers would be kept
     bool restsAlone() const override { return false; }
     std::string caption() const override;
     void report(nlohmann::ordered_json& figures) const override;

@@ -92,6 +92,8 @@ public:
     virtual void pressed(int /*key*/) {}
     /// True: it has ended by itself, and so does the program.
     virtual bool isOver() const { return false; }
+    /// False: it can't be tried beforehand in the simulator, as it keeps what happens.
+    virtual bool canRehearse() const { return true; }
     /// True: hands that are away silence the array, where hands are tracked at all.
     virtual bool restsAlone() const { return true; }
     /// Words of the overlays that visitors see.

@@ -1,3 +1,5 @@
+#include "haptics/base/UserEnvironment.h"
+#include "samples/installations/shell/EarChoice.h"
 #include "samples/installations/shell/InstallationShell.h"
 #include "samples/monitor/SceneMonitor.h"
 #include "samples/views/MuteSignal.h"
@@ -10,12 +12,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <complex>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
 #include <thread>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -162,6 +166,59 @@ bool runWindow(Installation& installation, const InstallationOptions& options)
     return shell.finish({});
 }
 
+/// Rehearses the installation in the simulator, on the array that would play, and says what ear
+/// limits would leave of its fields.
+std::string rehearsedEarNeed(Installation& installation,
+                             const osgMidair::HapticSettings& settings,
+                             InstallationOptions options)
+{
+    constexpr int kFrames = 240;
+    // With a tracker its own visitor comes; without one all is played, all the time.
+    std::string hands = options.hands.empty() ? settings.hands : options.hands;
+    if (hands.empty()) hands = base::userVariable("OSG_MIDAIR_HANDS").value_or("");
+    options.hands = hands.empty() || hands == "none" ? "none" : "demo";
+    options.state.clear();
+    options.muted = false;
+    EarNeedMeter meter(settings);
+    if (!installation.canRehearse()) return describe(meter.need(), settings.array);
+    InstallationShell shell(installation, options);
+    osgViewer::Viewer viewer;
+    viewer.setSceneData(shell.root());
+    osg::ref_ptr<const osgMidair::HapticField> newest;
+    for (int i = 0; i < kFrames && !isStopAsked() && !installation.isOver(); ++i)
+    {
+        const double begin_s = steady_s();
+        shell.frame(viewer, i * kFrameTime_s, false);
+        const osg::ref_ptr<const osgMidair::HapticField> field = shell.haptics().getField();
+        if (field && field != newest)
+        {
+            std::vector<std::vector<std::complex<float>>> fields;
+            for (unsigned int k = 0; k < field->getNumFields(); ++k)
+                fields.push_back(field->getActivations(k));
+            meter.add(fields);
+            newest = field;
+        }
+        sleepUntil(begin_s + kFrameTime_s);
+    }
+    shell.haptics().silence();
+    return describe(meter.need(), settings.array);
+}
+
+/// Returns false, having said why, while the operator has chosen no ear limit.
+bool mayStart(Installation& installation, const InstallationOptions& options)
+{
+    const osgMidair::HapticSettings settings = settingsOf(installation, options);
+    const std::string why = whyEarLimitIsMissing(settings, options);
+    if (why.empty()) return true;
+    const std::string need = rehearsedEarNeed(installation, settings, options);
+    std::fprintf(stderr,
+                 "midair-%s: %s.\n%s\n",
+                 installation.title().name.c_str(),
+                 why.c_str(),
+                 need.c_str());
+    return false;
+}
+
 } // namespace
 
 int runInstallation(Installation& installation, int argc, char** argv)
@@ -173,6 +230,7 @@ int runInstallation(Installation& installation, int argc, char** argv)
     catchMuteSignals();
     try
     {
+        if (!mayStart(installation, options)) return 1;
         const bool isHeadless = options.headless || !haveDisplay();
         return (isHeadless ? runHeadless(installation, options) : runWindow(installation, options))
                    ? 0

@@ -1,5 +1,6 @@
 #include "samples/installations/shell/InstallationShell.h"
 
+#include "samples/installations/shell/EarChoice.h"
 #include "samples/views/ShownObject.h"
 #include "samples/views/ShownOverlays.h"
 
@@ -123,24 +124,34 @@ InstallationShell::InstallationShell(Installation& installation,
     // Signals that came meanwhile are followed now.
     _signals = std::make_unique<MuteSignals>([this](bool isMuted) { _haptics->setMuted(isMuted); },
                                              [this] { keepMute(); });
+    // No mute of the operator's, so it isn't kept.
+    _atStop = std::make_unique<SilenceAtStop>([this] { _haptics->setMuted(true); });
 }
 
-// The command line comes after the installation, and both after the defaults.
-void InstallationShell::applySettings()
+osgMidair::HapticSettings settingsOf(Installation& installation, const InstallationOptions& options)
 {
-    osgMidair::HapticSettings settings = _haptics->getSettings();
-    settings.array = _installation.arrayOf(_options.device);
+    osgMidair::HapticSettings settings;
+    settings.array = installation.arrayOf(options.device);
     settings.device = "sim:";
     settings.maxPressure = kMaxPressure_Pa;
-    _installation.arrange(settings);
+    installation.arrange(settings);
     std::string error;
-    for (const auto& [name, text] : _options.settings)
+    for (const auto& [name, text] : options.settings)
         if (!settings.set(name, text, error)) throw std::runtime_error(error);
-    if (!_options.array.empty() && !settings.set("array", _options.array, error))
+    if (!options.array.empty() && !settings.set("array", options.array, error))
         throw std::runtime_error(error);
-    if (!_options.device.empty() && !settings.set("device", _options.device, error))
+    if (!options.device.empty() && !settings.set("device", options.device, error))
         throw std::runtime_error(error);
     settings.device = withHold(settings.device);
+    return settings;
+}
+
+// Without an ear limit that somebody chose it is a rehearsal, however the shell is come by: nothing
+// but a simulator plays.
+void InstallationShell::applySettings()
+{
+    const osgMidair::HapticSettings settings = settingsOf(_installation, _options);
+    if (!whyEarLimitIsMissing(settings, _options).empty()) _haptics->setRehearsed(true);
     _haptics->setSettings(settings);
     // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
     const char* environment = std::getenv("OSG_MIDAIR_DEVICE");
@@ -219,6 +230,7 @@ void InstallationShell::frame(osgViewer::Viewer& viewer, double time_s, bool dra
                             after.state != osgMidair::ArrayState::OPENING);
     _record.addField(_haptics->getField().get());
     _record.addFrame({now_s, _isMuted, _mustRest}, after);
+    if (_haptics->getRehearsed()) return; // nobody is told that it runs
     _service.beat(now_s,
                   std::string(midair::bridge::stateName(after.state)) +
                       (_isSomebodyThere ? "" : ", nobody is there"));

@@ -7,6 +7,7 @@
 #include "samples/installations/shell/ServiceNotifier.h"
 #include "samples/installations/shell/VisitorSign.h"
 #include "samples/views/MuteSignal.h"
+#include "samples/views/StopSignal.h"
 
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticScene>
@@ -19,6 +20,12 @@
 
 namespace midair::samples
 {
+
+/// Returns the settings of the scene of \a installation: the command line comes after the
+/// installation, and both after the defaults. Throws std::runtime_error for settings that are not
+/// understood.
+osgMidair::HapticSettings settingsOf(Installation& installation,
+                                     const InstallationOptions& options);
 
 /// The scene of an installation with all that goes on around it: the sign on the screen, the mute
 /// and its memory, the array's rest while nobody is there, and the record of the run.
@@ -84,7 +91,8 @@ private:
     bool _mustRest = false;     ///< nobody is there, so the array is silent
     double _handsSeen_s = -1e9; ///< never
     double _lastTime_s = 0.0;
-    std::unique_ptr<MuteSignals> _signals; ///< the last: it ends before what it changes
+    std::unique_ptr<MuteSignals> _signals; ///< the last two end before what they change
+    std::unique_ptr<SilenceAtStop> _atStop;
 };
 
 } // namespace midair::samples

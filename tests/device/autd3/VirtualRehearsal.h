@@ -9,6 +9,7 @@
 #include <memory>
 #include <numeric>
 #include <thread>
+#include <utility>
 #include <vector>
 
 /// Fields on emulated units in virtual time: minutes pass as fast as the processor plays them, and
@@ -29,6 +30,10 @@ public:
         double fields_Hz = 600; ///< that are sent
         double duration_s = 1;
         bool isEven = false; ///< fields of one intensity
+        /// What happens after eventAfter_s > 0, and what follows is measured to the millisecond.
+        midair::device::emulation::ChainFaults::Event event;
+        double eventAfter_s = -1;
+        double silenceAfter_s = -1; ///< > 0: the device is silenced then, and gets no more
     };
     /// What became of it.
     struct Outcome
@@ -37,6 +42,8 @@ public:
         midair::device::autd3::Autd3Device::Figures figures;
         midair::device::emulation::ChainReport units;
         std::vector<double> latencies_s; ///< from send() until the switch is sent
+        double lostAfter_s = -1;         ///< from the event until the device says so; < 0: never
+        double silentAfter_s = -1;       ///< from the event, or silence(), until no unit sounds
         double latency_s(double share) const
         {
             if (latencies_s.empty()) return 0;
@@ -72,10 +79,8 @@ private:
     Outcome run()
     {
         using namespace midair::device;
-        const auto time =
-            std::make_shared<emulation::VirtualTime>(_plan.host,
-                                                     static_cast<Time_ns>(1e9 / _plan.fields_Hz),
-                                                     [this](Time_ns now_ns) { call(now_ns); });
+        const auto time = std::make_shared<emulation::VirtualTime>(
+            _plan.host, period_ns(), [this](Time_ns now_ns) { call(now_ns); });
         _units = std::make_shared<emulation::EmulatedUnits>(_plan.chain, time);
         _device = std::make_unique<autd3::Autd3Device>(
             DeviceLayout{_plan.options.units * autd3::kTransducersPerUnit, {}},
@@ -105,7 +110,8 @@ private:
         if (report.lastHandedOver_s > _handedOver_s)
             _outcome.latencies_s.push_back(report.latency_s);
         _handedOver_s = report.lastHandedOver_s;
-        if (now_ns < _end_ns) return send();
+        if (isMeasured()) measure(report, now_ns);
+        if (now_ns < _end_ns) return sendInTime(now_ns);
         if (now_ns < _end_ns + kDrain_ns) return;
         _end_ns = -1; // time goes on until the device is closed, and isn't looked at
         _outcome.device = report;
@@ -113,6 +119,48 @@ private:
         _outcome.units =
             _units->with([](Chain& chain, Time_ns time_ns) { return chain.report(time_ns); });
         _isDone.set_value();
+    }
+
+    bool isMeasured() const { return _plan.eventAfter_s > 0 || _plan.silenceAfter_s > 0; }
+    Time_ns period_ns() const
+    {
+        return isMeasured() ? 1'000'000 : static_cast<Time_ns>(1e9 / _plan.fields_Hz);
+    }
+
+    void measure(const midair::device::DeviceReport& report, Time_ns now_ns)
+    {
+        const double after_s = std::max(_plan.eventAfter_s, _plan.silenceAfter_s);
+        const double since_s =
+            static_cast<double>(now_ns - _end_ns) * 1e-9 + _plan.duration_s - after_s;
+        if (since_s < 0) return;
+        if (!std::exchange(_hasHappened, true))
+        {
+            if (_plan.silenceAfter_s > 0) _device->silence();
+            if (_plan.eventAfter_s > 0)
+                _units->with(
+                    [&](Chain& chain, Time_ns at_ns)
+                    {
+                        chain.happen(_plan.event.kind, _plan.event.unit, at_ns);
+                        return 0;
+                    });
+        }
+        if (_outcome.lostAfter_s < 0 && report.state == midair::device::DeviceState::LOST)
+            _outcome.lostAfter_s = since_s;
+        const std::vector<std::uint8_t> duty =
+            _units->with([](Chain& chain, Time_ns at_ns) { return chain.field(at_ns).duty; });
+        const bool isSilent =
+            std::all_of(duty.begin(), duty.end(), [](std::uint8_t level) { return level == 0; });
+        if (!isSilent)
+            _outcome.silentAfter_s = -1;
+        else if (_outcome.silentAfter_s < 0)
+            _outcome.silentAfter_s = since_s;
+    }
+
+    void sendInTime(Time_ns now_ns)
+    {
+        if (isMeasured() && (now_ns < _next_ns || _hasHappened)) return;
+        _next_ns = now_ns + static_cast<Time_ns>(1e9 / _plan.fields_Hz);
+        send();
     }
 
     void setFaults()
@@ -152,7 +200,9 @@ private:
     std::shared_ptr<midair::device::emulation::EmulatedUnits> _units;
     std::unique_ptr<midair::device::autd3::Autd3Device> _device;
     // Of the device's thread.
-    Time_ns _end_ns = 0; ///< 0: not begun; -1: done
+    Time_ns _end_ns = 0;  ///< 0: not begun; -1: done
+    Time_ns _next_ns = 0; ///< when the next field is sent
+    bool _hasHappened = false;
     unsigned _sent = 0;
     double _handedOver_s = 0;
     Outcome _outcome;

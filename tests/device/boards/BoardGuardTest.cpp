@@ -5,8 +5,10 @@
 #include "tests/device/boards/BoardEmulator.h"
 #include "tests/device/boards/BoardHost.h"
 
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
+#include <string>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -38,7 +40,13 @@ TEST(BoardHost, DISABLED_plays_until_it_is_ended)
     if (uri == nullptr) GTEST_SKIP() << "is run by other tests";
     const int transducers = std::atoi(std::getenv("MIDAIR_TEST_HOST_TRANSDUCERS"));
     const auto device = openDevice(uri, {transducers, {}});
-    device->send(randomField(transducers, 1));
+    const DriveSignal field = randomField(transducers, 1);
+    DriveSignal off = field;
+    std::fill(off.duty.begin(), off.duty.end(), std::uint8_t(0));
+    if (std::getenv("MIDAIR_TEST_HOST_MODULATED") == std::string("yes"))
+        device->sendSequence({{field, off}, 400.0});
+    else
+        device->send(field);
     while (true)
         ::pause();
 }
@@ -46,10 +54,12 @@ TEST(BoardHost, DISABLED_plays_until_it_is_ended)
 class BoardGuard : public ::testing::TestWithParam<std::pair<const char*, int>>
 {
 protected:
-    void SetUp() override
+    void SetUp() override { begin(false); }
+    void begin(bool isModulated)
     {
         board.start();
-        host = std::make_unique<BoardHost>(kind + ":" + board.name() + "?settle=0s", transducers);
+        host = std::make_unique<BoardHost>(
+            kind + ":" + board.name() + "?settle=0s", transducers, isModulated);
         ASSERT_TRUE(eventually([&] { return near(board.playing(), field); }));
     }
     bool silencesBothBuffers()
@@ -119,6 +129,36 @@ TEST_P(BoardGuard, leaves_the_port_to_the_next_program)
             }
         }));
 }
+
+/// The same while the board, or the line that is written ahead, modulates by itself.
+class BoardGuardOfAModulation : public BoardGuard
+{
+protected:
+    void SetUp() override { begin(true); }
+    void TearDown() override { EXPECT_GT(board.swaps(), 0U); }
+};
+
+TEST_P(BoardGuardOfAModulation, silences_when_the_program_is_killed)
+{
+    host->send(SIGKILL);
+    EXPECT_TRUE(silencesBothBuffers());
+}
+
+TEST_P(BoardGuardOfAModulation, silences_while_the_program_is_stopped)
+{
+    host->send(SIGSTOP);
+    EXPECT_TRUE(silencesBothBuffers());
+    host->send(SIGCONT);
+    EXPECT_TRUE(eventually([&] { return near(board.playing(), field); }));
+    host->send(SIGKILL);
+    EXPECT_TRUE(silencesBothBuffers());
+}
+
+INSTANTIATE_TEST_SUITE_P(Boards,
+                         BoardGuardOfAModulation,
+                         ::testing::Values(std::make_pair("sonicsurface", 256),
+                                           std::make_pair("ultraino", 64)),
+                         [](const auto& board) { return std::string(board.param.first); });
 
 INSTANTIATE_TEST_SUITE_P(Boards,
                          BoardGuard,

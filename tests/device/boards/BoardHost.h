@@ -15,11 +15,12 @@
 #include <unistd.h>
 
 /// This program once more under a name of its own, as one that opens a board, plays a field
-/// (randomField(.., 1)) on it and never closes it.
+/// (randomField(.., 1)) on it, or that and silence in turn, 200 times a second, and never closes
+/// it.
 class BoardHost
 {
 public:
-    BoardHost(const std::string& uri, int transducers)
+    BoardHost(const std::string& uri, int transducers, bool isModulated = false)
     {
         static int count = 0;
         name = "mh" + std::to_string(::getpid()) + "x" + std::to_string(count++);
@@ -32,6 +33,7 @@ public:
             ::unsetenv(shard); // or its only test may be another shard's
         ::setenv("MIDAIR_TEST_HOST", uri.c_str(), 1);
         ::setenv("MIDAIR_TEST_HOST_TRANSDUCERS", std::to_string(transducers).c_str(), 1);
+        ::setenv("MIDAIR_TEST_HOST_MODULATED", isModulated ? "yes" : "no", 1);
         std::string program = _link;
         std::string filter = "--gtest_filter=BoardHost.DISABLED_plays_until_it_is_ended";
         std::string disabled = "--gtest_also_run_disabled_tests";

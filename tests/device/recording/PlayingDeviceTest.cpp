@@ -168,3 +168,53 @@ TEST(PlayingDevice, plays_on_no_other_recording)
               "have at most 4096");
     EXPECT_THROW(playsByItself(deep), DeviceError);
 }
+
+// They stand with the recording, or come from the program that opens it.
+TEST(PlayingDevice, keeps_the_limits_that_it_is_opened_with)
+{
+    for (const bool byProgram : {false, true})
+    {
+        const std::string file = temporaryFile("show");
+        const std::string copy = temporaryFile("copy");
+        writeBytes(file, show());
+        {
+            SafetyLimits limits;
+            if (byProgram) limits.maxAmplitude = 0.2;
+            const auto device = openLimitedDevice(
+                "play:" + file + (byProgram ? "?" : "?max-amplitude=0.2&") + "to=record:" + copy,
+                {4, {}},
+                limits);
+            waitForEnd(*device);
+        }
+        const auto entries = entriesOf(copy);
+        ASSERT_EQ(entries.size(), 11U);
+        for (std::size_t i = 0; i < 10; ++i)
+            EXPECT_EQ(entries[i].signal.duty[0], 32) << byProgram; // asin(0.2) of 255 levels
+    }
+}
+
+TEST(PlayingDevice, is_silent_under_a_hold_unless_somebody_leads)
+{
+    for (const bool isLed : {true, false})
+    {
+        const std::string file = temporaryFile("show");
+        const std::string copy = temporaryFile("copy");
+        writeBytes(file, show()); // 200 ms
+        {
+            const auto device =
+                openDevice("play:" + file + "?hold=60ms&to=record:" + copy, {4, {}});
+            while (device->status().find("at the end") == std::string::npos)
+            {
+                if (isLed) device->keepAlive();
+                std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            }
+            if (isLed) device->keepAlive();
+            EXPECT_EQ(device->isHoldOver(), !isLed);
+        }
+        const auto entries = entriesOf(copy);
+        if (isLed)
+            EXPECT_GE(entries.size(), 2U); // a busy machine may have led late
+        else
+            EXPECT_LE(entries.size(), 8U) << "those of 60 ms and of what the machine was late";
+    }
+}

@@ -124,7 +124,8 @@ TEST(RecordingFile, belongs_to_one_recorder_or_to_players)
         "recording \"" + file +
         "\": is being recorded or played by somebody else; choose another name";
     {
-        const recording::OpenFile other = recording::openForWriting(file, false);
+        const recording::OpenFile other =
+            recording::openForWriting(file, recording::Before::REPLACED);
         EXPECT_EQ(openError("record:" + file), taken);
     }
     EXPECT_EQ(openError("record:" + file + ",record:" + file), taken);

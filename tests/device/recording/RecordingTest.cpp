@@ -1,11 +1,14 @@
 #include "device/recording/Recording.h"
 
 #include "device/ArrayDevice.h"
+#include "device/opening/MultiDevice.h"
 #include "haptics/base/Crc32c.h"
 #include "tests/device/Fields.h"
 #include "tests/device/TestFiles.h"
 
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -190,4 +193,80 @@ TEST(RecordingDevice, is_silent_and_says_so_when_the_disk_is_full)
     EXPECT_EQ(report.state, DeviceState::LOST);
     EXPECT_EQ(report.message, "writing failed after 0 fields: File too large");
     EXPECT_EQ(device->played(), std::vector<std::complex<float>>(3));
+}
+
+TEST(RecordingDevice, goes_on_with_what_this_program_has_recorded)
+{
+    const std::string file = temporaryFile("continued");
+    for (int i = 0; i < 3; ++i)
+    {
+        const auto device = openDevice("record:" + file + "?continue=yes", {3, {}});
+        ASSERT_TRUE(device->send({{1, 2, 3}, {9, 9, static_cast<std::uint8_t>(9 + i)}}));
+    }
+    const std::vector<std::uint8_t> bytes = readBytes(file);
+    recording::Reader reader(bytes.data(), bytes.size(), file);
+    recording::Entry entry;
+    std::vector<int> duties; // of the last transducer; -1: silence
+    Stop stop = reader.next(entry);
+    for (; stop == Stop::MORE; stop = reader.next(entry))
+        duties.push_back(entry.kind == Kind::FIELD ? entry.signal.duty[2] : -1);
+    EXPECT_EQ(stop, Stop::END);
+    EXPECT_EQ(duties, (std::vector<int>{9, -1, 10, -1, 11, -1}));
+
+    EXPECT_THROW(openDevice("record:" + file + "?continue=yes", {4, {}}), DeviceError);
+    EXPECT_EQ(readBytes(file), bytes) << "of another array: it stays";
+    {
+        const auto anew = openDevice("record:" + file, {3, {}});
+    }
+    EXPECT_LT(readBytes(file).size(), bytes.size()) << "as ever, a new one replaces it";
+
+    // Somebody else's recording isn't continued; what is none, isn't touched.
+    std::filesystem::copy_file(file, file + ".other");
+    {
+        const auto other = openDevice("record:" + file + ".other?continue=yes", {3, {}});
+    }
+    std::ofstream(file + ".text") << "no recording";
+    EXPECT_THROW(openDevice("record:" + file + ".text?continue=yes", {3, {}}), DeviceError);
+    std::filesystem::remove(file + ".other");
+    std::filesystem::remove(file + ".text");
+}
+
+TEST(RecordingDevice, goes_on_after_a_full_disk_without_what_was_cut_off)
+{
+    std::signal(SIGXFSZ, SIG_IGN);
+    rlimit before{};
+    ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+    const std::string file = temporaryFile("cut");
+    {
+        const auto device = openDevice("record:" + file, {3, {}});
+        ASSERT_TRUE(device->send({{1, 2, 3}, {9, 9, 9}}));
+        const rlimit small{readBytes(file).size() + 5, before.rlim_max};
+        ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+        device->silence();
+        ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+        EXPECT_EQ(device->report().state, DeviceState::LOST) << "also where a mark is not written";
+        EXPECT_FALSE(device->send({{1, 2, 3}, {9, 9, 8}}));
+    }
+    {
+        const auto device = openDevice("record:" + file + "?continue=yes", {3, {}});
+        EXPECT_TRUE(device->send({{1, 2, 3}, {9, 9, 7}}));
+    }
+    const std::vector<std::uint8_t> bytes = readBytes(file);
+    recording::Reader reader(bytes.data(), bytes.size(), file);
+    recording::Entry entry;
+    int fields = 0;
+    Stop stop = reader.next(entry);
+    for (; stop == Stop::MORE; stop = reader.next(entry))
+        fields += entry.kind == Kind::FIELD ? 1 : 0;
+    EXPECT_EQ(stop, Stop::END);
+    EXPECT_EQ(fields, 2);
+}
+
+TEST(ContinuedRecordings, are_those_of_a_list)
+{
+    EXPECT_EQ(continuedRecordings("sim:"), "sim:");
+    EXPECT_EQ(continuedRecordings("record:a"), "record:a?continue=yes");
+    EXPECT_EQ(continuedRecordings("record:a?continue=yes"), "record:a?continue=yes");
+    EXPECT_EQ(continuedRecordings("usb:,record:a?overwrite=yes"),
+              "usb:,record:a?overwrite=yes&continue=yes");
 }

@@ -74,7 +74,7 @@ void expectSilenced(const HologramResult& result)
 /// The pressure that a message of silence names.
 double leastCap_Pa(const std::string& message)
 {
-    const std::string before = "give up to ";
+    const std::string before = "gives up to ";
     const std::size_t at = message.find(before);
     return at == std::string::npos ? 0.0 : std::stod(message.substr(at + before.size()));
 }
@@ -161,7 +161,7 @@ TEST(CappedPipeline, SilentWhereTheLevelsCantKeepToTheCap)
     EXPECT_EQ(result->messages.back(), result->report().message);
     EXPECT_EQ(result->messages.back().rfind(
                   "silent: the array's levels can't keep to the cap of 20 Pa at any control point; "
-                  "transducers at their lowest level, 1 of full drive, give up to ",
+                  "one transducer alone at its lowest level, 1 of full drive, gives up to ",
                   0),
               0u)
         << result->messages.back();

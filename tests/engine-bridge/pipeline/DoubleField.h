@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <cmath>
 #include <complex>
 #include <vector>
 
@@ -46,4 +47,11 @@ inline double loudestInDouble(const Eigen::Matrix3Xd& points,
 {
     return loudestInDouble(
         points, array, medium, std::vector<std::complex<float>>(q.data(), q.data() + q.size()));
+}
+
+/// What ears hear over loudestInDouble(): twice the pressure before a head (6 dB), and the P0 that
+/// a transducer has by itself.
+inline double earFactor(const midair::haptics::TransducerArray& array, double own_Pa_m = 0.0)
+{
+    return std::pow(10.0, 6.0 / 20.0) * std::max(1.0, own_Pa_m / array.sourceAmplitude_Pa_m);
 }

@@ -6,6 +6,7 @@
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <gtest/gtest.h>
 
@@ -151,6 +152,42 @@ TEST(SlowLine, FieldsInTurnFollowEachOtherAsFastAsTheDeviceTakesThem)
               1);
 }
 
+TEST(SlowLine, IsNoneForWhatADeviceStores)
+{
+    haptics::ModulatorOptions modulation;
+    const auto stored = [&](const haptics::LineRate& line, double frequency_Hz, int fields = 1)
+    {
+        modulation = {};
+        return line.fit(modulation, frequency_Hz, fields);
+    };
+    const haptics::LineRate swaps(88.0, true, 2);
+    EXPECT_EQ(stored(swaps, 200.0), 200.0);
+    EXPECT_EQ(modulation.fieldRate_Hz, 400.0);
+    EXPECT_EQ(stored(swaps, 40.0), 40.0);
+    EXPECT_EQ(modulation.fieldRate_Hz, 80.0);
+    EXPECT_THROW(stored(swaps, 200.0, 3), base::InputError) << "more fields than two";
+    EXPECT_EQ(stored(swaps, 0.0), 0.0);
+    EXPECT_EQ(modulation.fieldRate_Hz, 88.0);
+
+    const haptics::LineRate patterns(57.0, false, 32, 40e3);
+    EXPECT_EQ(stored(patterns, 200.0), 200.0);
+    EXPECT_EQ(modulation.fieldRate_Hz, 1000.0); // 40 periods each
+    EXPECT_EQ(stored(patterns, 5.0), 5.0);
+    EXPECT_GE(modulation.fieldRate_Hz * 255, 40e3) << "a step lasts 255 periods at most";
+    for (double frequency_Hz = 5.0; frequency_Hz <= 500.0; frequency_Hz += 1.7)
+    {
+        const double played_Hz = stored(patterns, frequency_Hz);
+        const double steps = modulation.fieldRate_Hz / played_Hz;
+        EXPECT_NEAR(played_Hz, frequency_Hz, 1e-4 * frequency_Hz * frequency_Hz);
+        EXPECT_NEAR(steps, std::round(steps), 1e-9);
+        EXPECT_LE(steps, 32.0);
+        const double periods = 40e3 / modulation.fieldRate_Hz;
+        EXPECT_NEAR(periods, std::round(periods), 1e-9);
+    }
+    EXPECT_EQ(stored(patterns, 2.0), 2.0);
+    EXPECT_LE(modulation.fieldRate_Hz, 57.0) << "which the line carries";
+}
+
 TEST(SlowLine, OfASimulatedBoardIsTheBoards)
 {
     HologramOptions options = slowOptions(std::make_shared<FakeLog>());
@@ -160,9 +197,20 @@ TEST(SlowLine, OfASimulatedBoardIsTheBoards)
     options.modulation.amplitudeRate_Hz = 60.0;
     SceneSnapshot snapshot = squareSnapshot();
     snapshot.objects[0].pose.translation().z() = 0.12;
+    // With a limit that needs time the host plays each field, and the line is too slow.
+    options.deviceUri = "sim:?board=sonicsurface&hold=1s";
     const std::string message = HologramPipeline(options).process(snapshot)->report().message;
     EXPECT_EQ(message.find("modulation of 60 Hz needs 120 fields/s; the device carries "), 0U)
         << message;
+    options.deviceUri = "sim:?board=sonicsurface";
+    for (const double frequency_Hz : {60.0, 200.0})
+    {
+        options.modulation.amplitudeRate_Hz = frequency_Hz;
+        HologramPipeline pipeline(options);
+        const auto fast = pipeline.process(snapshot);
+        EXPECT_TRUE(fast->playing) << fast->report().message;
+        EXPECT_EQ(fast->sequence.modulation.fieldRate_Hz, 2 * frequency_Hz);
+    }
     options.modulation.amplitudeRate_Hz = 40.0;
     const auto result = HologramPipeline(options).process(snapshot);
     EXPECT_NE(result->report().stop, haptics::StopReason::REFUSED) << result->report().message;

@@ -142,6 +142,7 @@ private:
                     loudestInDouble(_places, _array, midair::haptics::Medium(), played(lower)));
             }
         }
+        most_Pa *= earFactor(_array);
         return midair::haptics::soundLevel_dB(0.5 * most_Pa * most_Pa);
     }
 

@@ -120,6 +120,42 @@ TEST(FieldPlayer, ASequenceThatIsRefusedIsSentAgain)
     EXPECT_TRUE(device.signals().empty());
 }
 
+/// Refuses sequences, and has a line that carries so many fields a second.
+class Refuser : public Keeper
+{
+public:
+    bool sendSequence(const midair::device::DriveSequence& sequence) override
+    {
+        Keeper::sendSequence(sequence);
+        return false;
+    }
+    midair::device::DriveAbility ability() const override
+    {
+        midair::device::DriveAbility ability = Keeper::ability();
+        ability.fieldsPerSecond = 60.0;
+        return ability;
+    }
+};
+
+TEST(FieldPlayer, ASequenceThatADeviceCanNotTimeIsSentStepByStepIfItsLineCarriesThat)
+{
+    Refuser device;
+    FieldPlayer player(device);
+    midair::haptics::ModulatorOptions options;
+    options.fieldRate_Hz = 50.0;
+    player.play(numberedFields(4), options);
+    EXPECT_TRUE(device.waitFor(8));
+    EXPECT_EQ(device.kept().size(), 1U);
+    EXPECT_EQ(player.counters().streamed, "it refuses them");
+
+    Refuser slow;
+    FieldPlayer other(slow);
+    options.fieldRate_Hz = 100.0;
+    other.play(numberedFields(4), options);
+    EXPECT_TRUE(slow.waitForSequences(3)) << "it is asked again";
+    EXPECT_TRUE(slow.signals().empty()) << "which would be another modulation";
+}
+
 TEST(FieldPlayer, ASequenceIsSentAgainWhenTheDeviceWasSilenced)
 {
     const std::string file = temporaryFile("fields");

@@ -141,7 +141,7 @@ INSTANTIATE_TEST_SUITE_P(Devices,
                          [](const auto& info)
                          { return *info.param ? std::string(info.param) : std::string("fine"); });
 
-TEST(PressureCap, ABoardThatIsOnOrOffFallsSilentWhereFullDriveIsTooMuch)
+TEST(PressureCap, OfABoardThatIsOnOrOffFewerTransducersPlayWhereFullDriveIsTooMuch)
 {
     const haptics::Medium medium;
     const haptics::TransducerArray array = arrayOf("sonicsurface");
@@ -150,9 +150,26 @@ TEST(PressureCap, ABoardThatIsOnOrOffFallsSilentWhereFullDriveIsTooMuch)
     const Eigen::Matrix3Xd points = pointsBefore(array, 1, random);
     device::DriveSignal signal = focusAt(points.col(0), array, random, true);
     const double full_Pa = loudestInDouble(points, array, medium, device->wouldPlay(signal));
-    const CappedField field =
-        PressureCap(0.9 * full_Pa, playOf(device.get())).hold({points, {&array}, medium}, signal);
-    EXPECT_EQ(field.factor, 0.0);
+    const device::DriveSignal wanted = signal;
+    double before_Pa = 0.0;
+    for (const double share : {0.02, 0.1, 0.3, 0.6, 0.9})
+    {
+        SCOPED_TRACE(share);
+        signal = wanted;
+        const CappedField field = PressureCap(share * full_Pa, playOf(device.get()))
+                                      .hold({points, {&array}, medium}, signal);
+        const double played_Pa = loudestInDouble(points, array, medium, device->wouldPlay(signal));
+        EXPECT_LE(played_Pa, share * full_Pa);
+        EXPECT_GT(played_Pa, (share > 0.1 ? 0.95 : 0.6) * share * full_Pa);
+        EXPECT_NEAR(field.factor, played_Pa / full_Pa, 0.1 * share + 0.01);
+        EXPECT_GT(played_Pa, before_Pa);
+        before_Pa = played_Pa;
+    }
+    // One alone is too much.
+    signal = wanted;
+    const CappedField silent =
+        PressureCap(1.0, playOf(device.get())).hold({points, {&array}, medium}, signal);
+    EXPECT_EQ(silent.factor, 0.0);
     EXPECT_EQ(signal.duty, std::vector<std::uint8_t>(256, 0));
 }
 
@@ -358,7 +375,18 @@ TEST(PressureCap, NeverPassesALowestLevelThatKeepsToTheCap)
         EXPECT_NEAR(now_Pa / full_Pa, 0.5, 0.01) << share;
         EXPECT_LE(now_Pa, cap.max_Pa());
     }
+    // Below that level fewer transducers play, as many in each field.
     std::vector<Eigen::VectorXcf> fields = {full, full};
+    EXPECT_NEAR(
+        PressureCap(0.4 * full_Pa, coarse).holdAll({points, {&array}, medium}, fields), 0.4, 0.02);
+    device::DriveSignal signal;
+    ASSERT_TRUE(device::encode(fields[1].data(), array.size(), signal));
+    const double now_Pa = loudestInDouble(points, array, medium, coarse(signal));
+    EXPECT_NEAR(now_Pa / full_Pa, 0.4, 0.01);
+    EXPECT_LE(now_Pa, 0.4 * full_Pa);
+    EXPECT_EQ(fields[0], fields[1]);
+    // Fields of several amplitudes would lose their ratio that way.
+    fields = {full, 0.6f * full};
     EXPECT_EQ(PressureCap(0.4 * full_Pa, coarse).holdAll({points, {&array}, medium}, fields), 0.0);
     EXPECT_TRUE(isSilent(fields));
 }

@@ -34,6 +34,28 @@ def updates_until(scene, reached):
     return False
 
 
+class Caps(unittest.TestCase):
+    def test_variables_hold_while_it_plays(self):
+        scene, _ = focus()
+        scene.play("sim:")
+        self.assertTrue(updates_until(scene, lambda: scene.state["state"] == "playing"), scene.messages)
+        for name, value in (("PRESSURE", "loud"), ("AMPLITUDE", "2")):
+            self.silences(scene, "OSG_MIDAIR_MAX_" + name, value)
+        self.silences(scene, "OSG_MIDAIR_EAR_LIMIT", "quiet")
+        self.silences(scene, "OSG_MIDAIR_EAR_POINTS", "0 0 0.6;;0.3 0 0.6")
+        with self.assertRaises(midair.Error):
+            scene["earPoints"] = "0 0 0.6;;0.3 0 0.6"
+
+    def silences(self, scene, variable, value):
+        os.environ[variable] = value
+        try:
+            self.assertTrue(updates_until(scene, lambda: scene.state["state"] != "playing"), variable)
+            self.assertIn(f'{variable} is "{value}", should be ', str(scene.messages))
+        finally:
+            del os.environ[variable]
+        self.assertTrue(updates_until(scene, lambda: scene.state["state"] == "playing"), variable)
+
+
 class Bytes(unittest.TestCase):
     def compare(self, options, settings=(), properties=()):
         with tempfile.TemporaryDirectory() as folder:
@@ -58,6 +80,16 @@ class Bytes(unittest.TestCase):
 
     def test_settings_and_properties(self):
         self.compare("--sampling vertices --max-pressure 300", [("maxPressure", "300 Pa")], [("sampling", "vertices")])
+
+    def test_one_focus_is_asked_about_and_no_louder_than_a_point_of_the_whole(self):
+        levels = {}
+        for size in (0.1, 4e-5):
+            scene = midair.Scene("octagon")
+            scene.add_file(STAR, size=size)
+            levels[size] = scene.solve().figures["level_Pa"]
+            self.assertEqual("under half a wavelength" in scene.messages, size < 0.01)
+        self.assertLess(levels[4e-5], levels[0.1])
+        self.assertGreater(levels[4e-5], 100)
 
     def test_a_cycle(self):
         self.assertEqual(self.compare("--cycle 3", [("cycle", 3)]).fields, 3)
@@ -234,6 +266,64 @@ class Extending(unittest.TestCase):
         fields = [one for one in played if one]
         self.assertLess(fields[0][0].max(), 32)
         self.assertIsNone(played[-1])  # silent at the end
+
+
+class Forces(unittest.TestCase):
+    """A touch has a force while the array plays, and at no other time."""
+
+    def setUp(self):
+        self.scene = midair.Scene("octagon")
+        corners = 0.03 * np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], dtype=float)
+        plate = self.scene.add_mesh(corners, [[0, 2, 1], [0, 3, 2]])
+        plate["touchEvents"] = True
+        plate["spacing"] = "15 mm"
+        self.hand = midair.hand(1, [0, 0.005, 0], orientation=[-np.sqrt(0.5), 0, 0, np.sqrt(0.5)])
+        self.now = 0.0
+
+    def tearDown(self):
+        self.scene.close()
+
+    def update(self):
+        self.now += 0.01
+        self.scene.set_hands(self.hand)
+        self.scene.update(self.now)
+        time.sleep(0.005)
+
+    def force(self):
+        touches = [touch for touch in self.scene.touches if touch["touching"]]
+        return max((touch["force_N"] for touch in touches), default=-1.0)
+
+    def comes(self, reached):
+        for _ in range(4000):
+            self.update()
+            if reached():
+                return True
+        return False
+
+    def test_none_while_it_is_silent(self):
+        self.scene.play("sim:")
+        for name, silent, loud in ("mute", True, False), ("maxAmplitude", 0, 1), ("maxPressure", "1 Pa", 0):
+            self.assertTrue(self.comes(lambda: self.force() > 0), self.scene.messages)
+            change = self.scene.mute if name == "mute" else lambda value, name=name: self.scene.__setitem__(name, value)
+            change(silent)
+            for _ in range(5):
+                self.update()
+                self.assertEqual(self.force(), 0.0, name)
+            change(loud)
+        self.assertTrue(self.comes(lambda: self.force() > 0))
+        with self.assertRaises(midair.Error):
+            self.scene["maxPressure"] = "loud"
+        with self.assertRaises(midair.Error):
+            self.update()
+        self.assertEqual(self.force(), -1.0, "safety silences it: nothing is touched")
+
+    def test_none_without_an_array(self):
+        for device, state in ("record:/nosuch/folder/file", "closed"), ("sim:?drop=1", "fault"):
+            self.scene.play(device)
+            self.assertTrue(self.comes(lambda: self.force() >= 0 and self.scene.state["state"] == state), device)
+            for _ in range(50):
+                self.update()
+                self.assertEqual(self.force(), 0.0, device)
 
 
 class Threads(unittest.TestCase):

@@ -76,6 +76,9 @@ TEST(TransducerArrayErrors, EachMistakeHasItsMessage)
          "within 1e-30 .. 1e5"},
         {R"({"frequency_Hz": 40000, "sourceAmplitude_Pa_m": 1})",
          "lacks 'directivity'; it must be the name of a directivity model"},
+        {R"({"frequency_Hz": 40000, "sourceAmplitude_Pa_m": 1, "exposureAmplitude_Pa_m": 0})",
+         "exposureAmplitude_Pa_m is 0; it must be P0 of a transducer by itself, for the level at "
+         "ears, within 1e-30 .. 1e5"},
         {"{" + kHead + R"(, "ringing": -1e-6, )" + kOne + "}",
          "ringing is -1e-06; it must be a time constant in seconds, within 0 .. 0.01"},
         {"{" + kHead + R"(, "ringing": 190, )" + kOne + "}",
@@ -95,7 +98,7 @@ TEST(TransducerArrayErrors, EachMistakeHasItsMessage)
          "directivity is 2; it must be a text in quotes"},
         {R"({"frequency": 40000})",
          "has the unknown key 'frequency'; known are name, comment, frequency_Hz, "
-         "sourceAmplitude_Pa_m, directivity, ringing, "
+         "sourceAmplitude_Pa_m, exposureAmplitude_Pa_m, directivity, ringing, "
          "phaseLevels, amplitudeLevels, transducers, boards, dead, weak"},
         {R"({"name": 5})", "name is 5; it must be a text in quotes"},
         {"{" + kHead + "}", "has no transducers; 'transducers' or 'boards' must list at least one"},
@@ -219,6 +222,8 @@ TEST(TransducerArrayErrors, ArraysMadeByHandAreChecked)
          "frequency_Hz is -1; it must be above 0"},
         {[](TransducerArray& a) { a.sourceAmplitude_Pa_m = std::nan(""); },
          "sourceAmplitude_Pa_m is nan; it must be within 1e-30 .. 1e+30"},
+        {[](TransducerArray& a) { a.exposureAmplitude_Pa_m = -1.0; },
+         "exposureAmplitude_Pa_m is -1; it must be 0 (not known) or 1e-30 .. 1e30"},
         {[](TransducerArray& a) { a.drive.phaseLevels = 1; },
          "phaseLevels is 1; it must be 0 (continuous) or 2 and up"}};
     for (const Mistake& mistake : mistakes)

@@ -29,6 +29,7 @@ void expectEqual(const TransducerArray& a, const TransducerArray& b)
     EXPECT_EQ(a.name, b.name);
     EXPECT_EQ(a.frequency_Hz, b.frequency_Hz);
     EXPECT_EQ(a.sourceAmplitude_Pa_m, b.sourceAmplitude_Pa_m);
+    EXPECT_EQ(a.exposureAmplitude_Pa_m, b.exposureAmplitude_Pa_m);
     EXPECT_EQ(a.directivity, b.directivity);
     EXPECT_EQ(a.ringing_s, b.ringing_s);
     EXPECT_TRUE(a.positions == b.positions);
@@ -93,6 +94,13 @@ TEST(TransducerArrayFile, TransducersRingAsTheirTypeDoesOrAsTheFileSays)
         EXPECT_FALSE(array.isValid(&error));
         EXPECT_EQ(error.find("ringing is "), 0u) << error;
     }
+}
+
+TEST(TransducerArrayFile, WhatEarsHearIsWrittenAsWell)
+{
+    const TransducerArray octagon = TransducerArray::load("octagon");
+    EXPECT_EQ(octagon.exposureAmplitude_Pa_m, 10.1);
+    expectEqual(TransducerArray::fromJson(octagon.toJson(), "again"), octagon);
 }
 
 TEST(TransducerArrayFile, FlatListIsReadAsWritten)

@@ -88,3 +88,36 @@ TEST(FittingSize, AnArrayThatFacesItselfHasNoWayAhead)
     normals << 0.0, 0.0, 0.0, 0.0, 0.5, 1.0;
     EXPECT_EQ(ArrayFront(positions, normals).ahead, Eigen::Vector3d::UnitZ());
 }
+
+TEST(FittingSize, WhatIsTooSmallMayGrow)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const Workspace workspace(array, kWavelength_m, SelectorOptions());
+    const ArrayFront front(array.positions, array.normals);
+    for (const double width_m : {1e-9, 4e-5, 1e-3})
+    {
+        const TriangleMesh mesh = cube(width_m);
+        LargeModel model{mesh, Eigen::Isometry3d::Identity(), width_m, kWavelength_m};
+        EXPECT_LE(fittingSize_m(model, workspace, front, 1000), width_m);
+        model.mayGrow = true;
+        EXPECT_EQ(fittingSize_m(model, workspace, front, 1000), 0.1) << width_m;
+        EXPECT_TRUE(isOneFocus(mesh, kWavelength_m));
+        SamplerOptions sampling;
+        sampling.spacing_m = kWavelength_m;
+        EXPECT_EQ(pointsAtSize(mesh, sampling, 0.1, 1000),
+                  sampleSurface(cube(0.1), sampling).size());
+        EXPECT_EQ(pointsAtSize(mesh, sampling, 0.1, 50), 50);
+        EXPECT_EQ(pointsAtSize(mesh, sampling, 0.0, 50), 50) << "no size fits";
+        EXPECT_EQ(pointsAtSize(mesh, sampling, 9.0, 50), 50) << "more than are sampled";
+    }
+    const TriangleMesh nothing = cube(0.0);
+    EXPECT_TRUE(isOneFocus(nothing, kWavelength_m));
+    LargeModel none{nothing, Eigen::Isometry3d::Identity(), 0.0};
+    none.mayGrow = true;
+    EXPECT_EQ(fittingSize_m(none, workspace, front, 1000), 0.0);
+    EXPECT_FALSE(isOneFocus(cube(0.51 * kWavelength_m), kWavelength_m));
+    EXPECT_TRUE(isOneFocus(cube(0.49 * kWavelength_m), kWavelength_m));
+    TriangleMesh point = cube(1e-4); // given points mean what they are
+    point.triangles = Eigen::Vector3i::Constant(3);
+    EXPECT_FALSE(isOneFocus(point, kWavelength_m));
+}

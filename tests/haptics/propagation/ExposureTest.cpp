@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <fstream>
 #include <random>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -44,15 +47,100 @@ TEST(Exposure, OneTransducerIsAsLoudAsItsDataSheetSays)
     const Eigen::VectorXcf full = Eigen::VectorXcf::Ones(1);
     const double absorbed_dB = 20.0 * std::log10(std::exp(1.0)) * Medium().attenuation(40e3) * 0.30;
     EXPECT_NEAR(absorbed_dB, 0.4, 0.05);
-    EXPECT_NEAR(soundLevel_dB(ears.incoherent_Pa2(full)[0]), 121.5 - absorbed_dB, 0.05);
-    EXPECT_NEAR(soundLevel_dB(ears.coherent_Pa2(full)[0]), 121.5 - absorbed_dB, 0.05);
-    EXPECT_NEAR(soundLevel_dB(ears.heard_Pa2({full})[0]), 121.5 - absorbed_dB, 0.05);
+    constexpr double kOnAxis_dB = 121.5 + kHeadMargin_dB;
+    EXPECT_NEAR(soundLevel_dB(ears.incoherent_Pa2(full)[0]), kOnAxis_dB - absorbed_dB, 0.05);
+    EXPECT_NEAR(soundLevel_dB(ears.coherent_Pa2(full)[0]), kOnAxis_dB - absorbed_dB, 0.05);
+    EXPECT_NEAR(soundLevel_dB(ears.heard_Pa2({full})[0]), kOnAxis_dB - absorbed_dB, 0.05);
     // Half the amplitude is 6 dB less, half of the time 3 dB.
     const Eigen::VectorXcf half = 0.5f * full;
-    EXPECT_NEAR(soundLevel_dB(ears.incoherent_Pa2(half)[0]), 121.5 - absorbed_dB - 6.02, 0.05);
+    EXPECT_NEAR(soundLevel_dB(ears.incoherent_Pa2(half)[0]), kOnAxis_dB - absorbed_dB - 6.02, 0.05);
     const Eigen::VectorXcf silent = Eigen::VectorXcf::Zero(1);
-    EXPECT_NEAR(soundLevel_dB(ears.heard_Pa2({full, silent})[0]), 121.5 - absorbed_dB - 3.01, 0.05);
+    EXPECT_NEAR(
+        soundLevel_dB(ears.heard_Pa2({full, silent})[0]), kOnAxis_dB - absorbed_dB - 3.01, 0.05);
     EXPECT_EQ(soundLevel_dB(ears.heard_Pa2({silent})[0]), 0.0);
+}
+
+// 2.73 Pa m in the ring and 10.1 alone are one piece of hardware: 11.4 dB.
+TEST(Exposure, OneUnitIsAsLoudInTheRingAsAlone)
+{
+    const TransducerArray alone = TransducerArray::load("autd3");
+    TransducerArray ofRing = alone;
+    for (const char* name : {"octagon", "octagon-autd3"})
+    {
+        const TransducerArray ring = TransducerArray::load(name);
+        EXPECT_EQ(ring.sourceAmplitude_Pa_m, 2.73) << name;
+        EXPECT_EQ(ring.heardAmplitude_Pa_m(), alone.heardAmplitude_Pa_m()) << name;
+        ofRing.sourceAmplitude_Pa_m = ring.sourceAmplitude_Pa_m;
+        ofRing.exposureAmplitude_Pa_m = ring.exposureAmplitude_Pa_m;
+        ofRing.directivity = ring.directivity;
+        const Eigen::VectorXcf full = Eigen::VectorXcf::Ones(alone.size());
+        for (const Eigen::Vector3d& place :
+             {Eigen::Vector3d(0.0, 0.0, 0.5), Eigen::Vector3d(0.25, 0.0, 0.43)})
+        {
+            const double alone_dB = soundLevel_dB(
+                static_cast<double>(Exposure(alone, Medium(), place).incoherent_Pa2(full)[0]));
+            const double ring_dB = soundLevel_dB(
+                static_cast<double>(Exposure(ofRing, Medium(), place).incoherent_Pa2(full)[0]));
+            EXPECT_GT(ring_dB, alone_dB - 0.3) << name << " at " << place.transpose();
+            EXPECT_LT(ring_dB, alone_dB + 1.5) << name << ", whose directivity is wider";
+        }
+    }
+}
+
+TEST(Exposure, OneNumberIsForEarsTooUnlessTheTransducerIsKnownBetter)
+{
+    const auto read = [](const char* source, const char* directivity, const std::string& more = "")
+    {
+        return TransducerArray::fromJson(
+            std::string(R"({"frequency_Hz": 40000, "sourceAmplitude_Pa_m": )") + source +
+                R"(, "directivity": ")" + directivity + "\", " + more +
+                R"("transducers": [{"position_m": [0, 0, 0], "normal": [0, 0, 1]}]})",
+            "own.json");
+    };
+    EXPECT_EQ(read("2.73", "point").heardAmplitude_Pa_m(), 2.73);
+    EXPECT_EQ(read("20", "point").heardAmplitude_Pa_m(), 20.0);
+    for (const char* known : {"t4010a1-table", "t4010a1-harmonics"})
+    {
+        EXPECT_EQ(read("2.73", known).heardAmplitude_Pa_m(), 10.1) << known;
+        EXPECT_EQ(read("20", known).heardAmplitude_Pa_m(), 20.0) << known;
+        const std::string measured = R"("exposureAmplitude_Pa_m": 5, )";
+        EXPECT_EQ(read("2.73", known, measured).heardAmplitude_Pa_m(), 5.0) << known;
+        EXPECT_EQ(read("7", known, measured).heardAmplitude_Pa_m(), 7.0) << known;
+    }
+}
+
+TEST(Exposure, OfTwoAmplitudesTheLargerCountsAtEars)
+{
+    TransducerArray array = pointSource();
+    array.directivity = Directivity::POINT;
+    const Eigen::Matrix3Xd place = Eigen::Vector3d(0.0, 0.0, 0.3);
+    const auto level_dB = [&]
+    {
+        return soundLevel_dB(static_cast<double>(
+            Exposure(array, Medium(), place).incoherent_Pa2(Eigen::VectorXcf::Ones(1))[0]));
+    };
+    array.sourceAmplitude_Pa_m = 2.0;
+    const double one_dB = level_dB();
+    array.exposureAmplitude_Pa_m = 1.0;
+    EXPECT_EQ(level_dB(), one_dB);
+    array.exposureAmplitude_Pa_m = 20.0;
+    EXPECT_NEAR(level_dB(), one_dB + 20.0, 1e-4);
+}
+
+// What installations tell their operators stands in the table of what is known.
+TEST(Exposure, TheLimitsThatProgramsNameAreThoseOfTheDocument)
+{
+    std::ifstream file(MIDAIR_ROOT "/haptics/EARS.md");
+    std::ostringstream text;
+    text << file.rdbuf();
+    const auto row = [](const char* whose, double limit_dB)
+    {
+        return std::string("| ") + whose + " | **" + std::to_string(std::lround(limit_dB)) +
+               "** | quoted";
+    };
+    EXPECT_NE(text.str().find(row("public", kPublicEarLimit_dB)), std::string::npos);
+    EXPECT_NE(text.str().find(row("workers, 8 h", kWorkersEarLimit_dB)), std::string::npos);
+    EXPECT_EQ(ExposureFigures().head_dB, kHeadMargin_dB);
 }
 
 TEST(Exposure, LevelsAndMeanSquaresAreInverse)
@@ -113,7 +201,8 @@ TEST(Exposure, PhasesAreThoseOfTheModel)
     const Eigen::VectorXcf q = randomPhases(Eigen::VectorXf::Ones(array.size()), random);
     const auto expected = [&]
     {
-        return (referencePropagationMatrix(ears.places(), array, Medium()) *
+        return (std::pow(10.0, 0.05 * kHeadMargin_dB) *
+                referencePropagationMatrix(ears.places(), array, Medium()) *
                 q.cast<std::complex<double>>())
             .eval();
     };

@@ -101,6 +101,35 @@ TEST(PropagationMatrix, AgreesInAnyAirAndAtOtherFrequencies)
         }
 }
 
+// What depends on the positions alone is kept from one air, and one set of gains, to the next.
+TEST(PropagationMatrix, BoundAnewIsLikeANewOne)
+{
+    const Eigen::Matrix3Xd points = randomPoints(5, 0.04, 11);
+    TransducerArray array = TransducerArray::octagonalPrism();
+    PropagationMatrix kept;
+    std::mt19937 random(12);
+    for (int round = 0; round < 6; ++round)
+    {
+        SCOPED_TRACE(round);
+        Medium air;
+        air.temperature_C = 20.0 + 0.1 * round;
+        array.gain.setOnes(array.size());
+        array.gain[static_cast<Eigen::Index>(random() % 3984)] = 0.5;
+        if (round == 3) array.setDead({5, 77}); // its order is another one
+        if (round == 4) array.positions.col(9) *= 1.001;
+        kept.bind(array, air);
+        kept.build(points);
+        PropagationMatrix fresh;
+        fresh.bind(array, air);
+        fresh.build(points);
+        ASSERT_EQ(kept.order(), fresh.order());
+        ASSERT_EQ(kept.hasSilentLanes(), fresh.hasSilentLanes());
+        for (int lane = 0; lane < fresh.transducers(); ++lane)
+            for (int l = 0; l < 5; ++l)
+                ASSERT_EQ(kept.at(l, lane), fresh.at(l, lane)) << lane;
+    }
+}
+
 TEST(PropagationMatrix, AgreesWhereTheFloatKernelDoesNotReach)
 {
     const TransducerArray array = TransducerArray::octagonalPrism();

@@ -224,9 +224,6 @@ TEST_F(ObjReader, ReadsColoursAsIntensity)
     EXPECT_EQ(mesh.intensity[1], 0.5F);
     EXPECT_EQ(mesh.intensity[2], 0.0F);
     EXPECT_EQ(mesh.intensity[3], 0.5F);
-    // One vertex without: no intensity.
-    EXPECT_EQ(read("v 0 0 0 1 1 1\nv 1 0 0 1 1 1\nv 1 1 0\nf 1 2 3\n").intensity.size(), 0);
-    EXPECT_EQ(read("v 0 0 0\nv 1 0 0 1 1 1\nv 1 1 0 1 1 1\nf 1 2 3\n").intensity.size(), 0);
     EXPECT_TRUE(warnings.empty());
     // 0 .. 255 is something else.
     EXPECT_EQ(read("v 0 0 0 1 1 1\nv 1 0 0 255 0 0\nv 1 1 0 1 1 1\nf 1 2 3\n").intensity.size(), 0);

@@ -1,11 +1,14 @@
 // How loud a scene is at ears, and its limit there.
+#include "haptics/base/text/Quantity.h"
 #include "plugin/report/Report.h"
-#include "plugin/settings/Assignments.h"
 #include "plugin/settings/EnvironmentVariables.h"
+#include "tests/device/limits/UserCapTexts.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/HapticStatistics>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -138,15 +141,15 @@ TEST(Ears, ALimitThatIsNotUnderstoodSilencesAndSaysWhy)
 
 TEST(Ears, PlacesAreReadOrSilence)
 {
-    std::vector<osg::Vec3d> places;
-    EXPECT_TRUE(parsePlaces("", places));
+    std::vector<std::array<double, 3>> places;
+    EXPECT_TRUE(midair::base::parsePlaces("", places));
     EXPECT_TRUE(places.empty());
-    EXPECT_TRUE(parsePlaces("0 0 0.6; 10 20 30 cm;", places));
+    EXPECT_TRUE(midair::base::parsePlaces("0 0 0.6; 10 20 30 cm;", places));
     ASSERT_EQ(places.size(), 2u);
-    EXPECT_EQ(places[1], osg::Vec3d(0.1, 0.2, 0.3));
+    EXPECT_EQ(places[1], (std::array<double, 3>{0.1, 0.2, 0.3}));
     for (const char* wrong : {"0 0", "1 2 3 4", "a b c", "0 0 nan", "0 0 1;; 0 0 2", "0 0 1 kg"})
     {
-        EXPECT_FALSE(parsePlaces(wrong, places)) << wrong;
+        EXPECT_FALSE(midair::base::parsePlaces(wrong, places)) << wrong;
         BoxScene box;
         box.scene->setEarPoints(wrong);
         EXPECT_FALSE(plays(box)) << wrong;
@@ -156,11 +159,65 @@ TEST(Ears, PlacesAreReadOrSilence)
     std::string many = "0 0 1";
     for (int k = 0; k < 64; ++k)
         many += ";0 0 1";
-    EXPECT_FALSE(parsePlaces(many, places));
+    EXPECT_FALSE(midair::base::parsePlaces(many, places));
     EXPECT_EQ(places.size(), 2u) << "unchanged";
     BoxScene right;
     right.scene->setEarPoints("0 0 0.5");
     EXPECT_TRUE(plays(right));
+}
+
+TEST(Ears, EachTextOfTheUsersCapsIsUnderstoodOrSilences)
+{
+    for (const UserCapText& one : userCapTexts())
+    {
+        const HapticSettings settings =
+            fromVariable(one.variable, one.text.c_str(), HapticSettings());
+        EXPECT_EQ(settings.isSilenced, !one.isUnderstood) << one.variable << "=" << one.text;
+        if (one.isUnderstood) continue;
+        ASSERT_FALSE(settings.whySilenced.empty()) << one.variable << "=" << one.text;
+        EXPECT_EQ(settings.whySilenced[0].rfind(std::string(one.variable) + " is \"", 0), 0U)
+            << settings.whySilenced[0];
+    }
+    const SetVariable wrong("OSG_MIDAIR_EAR_POINTS", "0 0 0.6;;0.3 0 0.6");
+    BoxScene box;
+    EXPECT_FALSE(plays(box));
+}
+
+TEST(Ears, TheUsersPlacesAreListenedAtBesidesTheScenes)
+{
+    const SetVariable places("OSG_MIDAIR_EAR_POINTS", "0 0 0.6; 0 0.1 0.6");
+    BoxScene box;
+    box.scene->setEarPoints("0 0 0.7");
+    HeadlessViewer viewer(box.scene);
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+    EXPECT_EQ(box.scene->getStatistics().exposure.places, 33);
+}
+
+TEST(Ears, AVariableThatIsSetWhileItPlaysHoldsFromThenOn)
+{
+    BoxScene box;
+    HeadlessViewer viewer(box.scene);
+    ASSERT_TRUE(viewer.framesUntil([&] { return box.points() > 0; }));
+    ASSERT_EQ(box.result()->maxPressure_Pa, 0.0);
+    {
+        const SetVariable pressure("OSG_MIDAIR_MAX_PRESSURE", "100");
+        EXPECT_TRUE(viewer.framesUntil([&] { return box.result()->maxPressure_Pa == 100.0; }));
+        const SetVariable ears("OSG_MIDAIR_EAR_LIMIT", "112");
+        EXPECT_TRUE(viewer.framesUntil([&] { return box.result()->exposure.limit_dB == 112.0; }));
+    }
+    EXPECT_TRUE(viewer.framesUntil([&] { return box.result()->maxPressure_Pa == 0.0; }));
+    const SetVariable wrong("OSG_MIDAIR_EAR_POINTS", "here");
+    EXPECT_TRUE(viewer.framesUntil(
+        [&]
+        {
+            const std::vector<std::string> all = box.scene->getStatistics().messages;
+            return std::any_of(all.begin(),
+                               all.end(),
+                               [](const std::string& one)
+                               { return one.rfind("OSG_MIDAIR_EAR_POINTS is", 0) == 0; });
+        }));
+    EXPECT_TRUE(viewer.framesUntil(
+        [&] { return box.scene->getStatistics().state != ArrayState::PLAYING; }));
 }
 
 TEST(Ears, TheCameraIsAHeadWhereTheSceneSaysSo)

@@ -1,3 +1,4 @@
+#include "tests/device/limits/UserCapTexts.h"
 #include "tests/plugin/KitTest.h"
 
 #include <osgMidair/ArrayDescription>
@@ -137,6 +138,101 @@ TEST(Recording, IsPlayedWithinTheUsersCaps)
     ::setenv("OSG_MIDAIR_MAX_PRESSURE", "2000", 1); // without control points it can't be held
     EXPECT_FALSE(Player::open(file.path, "null:", error, options));
     ::unsetenv("OSG_MIDAIR_MAX_PRESSURE");
+}
+
+// As scenes have it, in EarsTest.cpp, and with the same texts.
+TEST(Recording, EachTextOfTheUsersCapsIsUnderstoodOrRefused)
+{
+    const RecordingFile file;
+    std::string error;
+    recordAField(file.path);
+    const osg::ref_ptr<RecordingReader> reader = RecordingReader::open(file.path, error);
+    ASSERT_TRUE(reader) << error;
+    const unsigned int count = reader->getNumTransducers();
+    ArrayDescription array;
+    array.addGrid({}, {0, 0, 1}, {1, 0, 0}, count, 1, 0.0105);
+    PlayerOptions known;
+    known.useArray(array);
+    for (const UserCapText& one : userCapTexts())
+    {
+        const SetVariable variable(one.variable, one.text);
+        const bool plays = one.isUnderstood && !one.needsPoints;
+        EXPECT_EQ(Player::open(file.path, "null:", error, known).valid(), plays)
+            << one.variable << "=" << one.text << ": " << error;
+        if (!one.isUnderstood)
+        {
+            EXPECT_EQ(error.rfind(std::string(one.variable) + " is \"", 0), 0U) << error;
+        }
+    }
+    const SetVariable limit("OSG_MIDAIR_EAR_LIMIT", "110");
+    EXPECT_FALSE(Player::open(file.path, "null:", error, {})) << "nobody says where they are";
+    EXPECT_NE(error.find("ear limit of 110 dB can't be held"), std::string::npos) << error;
+}
+
+TEST(Recording, IsHeldToTheUsersEarLimit)
+{
+    const RecordingFile file;
+    std::string error;
+    recordAField(file.path);
+    const osg::ref_ptr<RecordingReader> reader = RecordingReader::open(file.path, error);
+    ASSERT_TRUE(reader) << error;
+    ArrayDescription array;
+    array.addGrid({}, {0, 0, 1}, {1, 0, 0}, reader->getNumTransducers(), 1, 0.0105);
+    PlayerOptions options;
+    options.loop = true;
+    options.useArray(array);
+    const auto loudest = [&]
+    {
+        const osg::ref_ptr<Player> player = Player::open(file.path, "null:", error, options);
+        EXPECT_TRUE(player) << error;
+        float most = 0.0F;
+        const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+        while (player && most == 0.0F && std::chrono::steady_clock::now() < end)
+            for (const std::complex<float>& q : player->getActivations())
+                most = std::max(most, std::abs(q));
+        return most;
+    };
+    const float free = loudest();
+    const SetVariable limit("OSG_MIDAIR_EAR_LIMIT", "110");
+    const float held = loudest();
+    EXPECT_GT(held, 0.0F);
+    EXPECT_LT(held, 0.5F * free);
+}
+
+TEST(Recording, IsSilentUnderAHoldUnlessTheProgramLeads)
+{
+    const RecordingFile file;
+    std::string error;
+    recordAField(file.path);
+    PlayerOptions options;
+    options.loop = true;
+    const osg::ref_ptr<Player> player = Player::open(file.path, "null:?hold=300ms", error, options);
+    ASSERT_TRUE(player) << error;
+    const auto sounds = [&]
+    {
+        const auto q = player->getActivations();
+        return std::any_of(q.begin(), q.end(), [](auto one) { return std::abs(one) > 0.0F; });
+    };
+    const auto heardIn = [&](double seconds, bool leads)
+    {
+        bool any = false;
+        const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+        while (std::chrono::steady_clock::now() < end)
+        {
+            if (leads) player->keepAlive();
+            any = sounds() || any;
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        return any;
+    };
+    heardIn(0.5, true);
+    EXPECT_TRUE(heardIn(0.3, true));
+    heardIn(0.6, false); // hangs
+    EXPECT_FALSE(heardIn(0.3, false));
+    EXPECT_NE(player->getStatus().find("no sign of life"), std::string::npos)
+        << player->getStatus();
+    EXPECT_FALSE(player->isFinished());
+    EXPECT_TRUE(heardIn(0.3, true)) << "it goes on";
 }
 
 TEST(Recording, DeadTransducersAreNeverDriven)

@@ -99,6 +99,54 @@ TEST_F(GltfLoader, ATagThatIsUnclearSilences)
         << said;
 }
 
+TEST_F(GltfLoader, AMeshsPressureIsPlayed)
+{
+    GltfModel model = twoPlates();
+    model.json["meshes"][0]["extras"] = {{"haptic", true}, {"pressure", "600 Pa"}};
+    folder.write("plates.gltf", model.gltf());
+    const osg::ref_ptr<HapticScene> scene = read("plates.gltf");
+    ASSERT_TRUE(scene);
+    HeadlessViewer viewer(scene);
+    ASSERT_TRUE(viewer.framesUntil([&] { return SceneAccess::latestResult(*scene) != nullptr; }));
+    EXPECT_NEAR(SceneAccess::latestResult(*scene)->points.targets.maxCoeff(), 600.0, 1.0);
+}
+
+// The whole of such a model would be felt as loud as it can be.
+TEST_F(GltfLoader, APressureThatIsNotFollowedSilencesTheWhole)
+{
+    for (const char* place :
+         {"/meshes/0/extras", "/nodes/1/extras", "/meshes/0/primitives/0/extras"})
+    {
+        GltfModel model = twoPlates();
+        model.json[GltfModel::Json::json_pointer(place)] = {{"pressure", "600 Pa"}};
+        folder.write("plates.gltf", model.gltf());
+        const osg::ref_ptr<HapticScene> scene = read("plates.gltf");
+        ASSERT_TRUE(scene);
+        EXPECT_TRUE(scene->getSettings().isSilenced) << place;
+        ASSERT_FALSE(scene->getSettings().whySilenced.empty()) << place;
+        EXPECT_NE(scene->getSettings().whySilenced[0].find("has the extra \"pressure\""),
+                  std::string::npos);
+    }
+}
+
+TEST_F(GltfLoader, ASceneSaysWhatAHapticSceneMay)
+{
+    GltfModel model = twoPlates();
+    auto& extras = model.json["scenes"][0]["extras"];
+    extras = {{"maxPressure", "700 Pa"}, {"device", "usb:"}};
+    folder.write("plates.gltf", model.gltf());
+    osg::ref_ptr<HapticScene> scene = read("plates.gltf");
+    ASSERT_TRUE(scene);
+    EXPECT_EQ(scene->getSettings().maxPressure, 700.0);
+    EXPECT_EQ(scene->getSettings().wishes.device, "usb:"); // the user has to grant it
+    EXPECT_FALSE(scene->getSettings().isSilenced);
+    extras = {{"maxPresure", "700 Pa"}};
+    folder.write("plates.gltf", model.gltf());
+    scene = read("plates.gltf");
+    ASSERT_TRUE(scene);
+    EXPECT_TRUE(scene->getSettings().isSilenced);
+}
+
 TEST_F(GltfLoader, FilesBesideItAreReadAndOthersAreNot)
 {
     GltfModel model = twoPlates();

@@ -93,13 +93,14 @@ TEST(Gltf, ExtrasThatMarkNothingAreTold)
     EXPECT_EQ(tagOf(model, messages), "none");
     extras = {{"haptic", true}, {"cycles_visibility", 3}};
     EXPECT_EQ(tagOf(model, messages), "true");
-    EXPECT_EQ(
-        messages.all(),
-        (std::vector<std::string>{
-            "node \"here\": unknown extra \"haptik\" (did you mean haptic?)",
-            "node \"here\": has the extra \"pressure\", and isn't felt without \"haptic\": true",
-            "node \"here\": the extra \"cycles_visibility\" is like no property, and is left "
-            "to others"}));
+    EXPECT_EQ(messages.all(),
+              (std::vector<std::string>{
+                  "node \"here\": unknown extra \"haptik\" (did you mean haptic?)",
+                  "node \"here\": has the extra \"pressure\", which isn't followed without "
+                  "\"haptic\": true "
+                  "beside it",
+                  "node \"here\": the extra \"cycles_visibility\" is like no property, and is left "
+                  "to others"}));
     extras = {{"obstacle", true}};
     bool isObstacle = false;
     const osg::ref_ptr<osg::Node> root = readGltfBytes(model.gltf(), messages);
@@ -241,7 +242,7 @@ TEST(Gltf, WhatIsWrongIsToldByNumber)
                   [](auto& j) {
                       j["nodes"][0]["extras"] = {{"priority", 5000000000}};
                   }),
-              "the extra \"priority\" of node 0 is 5000000000, should be within 2147483647");
+              "the extra \"priority\" of nodes 0 is 5000000000, should be within 2147483647");
     EXPECT_EQ(errorOf("{"), "its JSON is not understood");
     EXPECT_EQ(errorOf(std::string(100, '[')), "its JSON is more than 32 deep");
     EXPECT_EQ(errorOf("glTF"), "its header is cut off");

@@ -1,3 +1,4 @@
+#include "tests/device/limits/UserCapTexts.h"
 #include "tests/samples/Shell.h"
 
 #include <cstdio>
@@ -98,6 +99,50 @@ TEST(DeviceTool, keeps_to_a_cap_of_pressure_where_there_is_a_point)
     EXPECT_EQ(boards.code, 3);
     EXPECT_TRUE(says(boards, "this pattern has no control points; max-amplitude caps it"))
         << boards.output;
+}
+
+// As scenes have it, in tests/plugin/engine/EarsTest.cpp, and with the same texts.
+TEST(DeviceTool, understands_the_users_caps_or_plays_nothing)
+{
+    const std::string file = ::testing::TempDir() + std::to_string(::getpid()) + "_caps.midair";
+    ASSERT_EQ(tool("transducers --array ultraino64 --seconds 0.1 --device record:" + file).code, 0);
+    for (const UserCapText& one : userCapTexts())
+    {
+        const SetVariable variable(one.variable, one.text);
+        const bool plays = one.isUnderstood && !one.needsPoints;
+        for (const std::string& command : {std::string("boards --seconds 0.02"), "play " + file})
+        {
+            const Outcome made = tool(command + " --array ultraino64 --device sim:");
+            EXPECT_EQ(made.code, plays ? 0 : 3)
+                << command << " " << one.variable << "=" << one.text << ": " << made.output;
+            if (!one.isUnderstood)
+            {
+                EXPECT_TRUE(says(made, std::string(one.variable) + " is \"")) << made.output;
+            }
+        }
+    }
+    const SetVariable wrong("OSG_MIDAIR_EAR_LIMIT", "quiet");
+    EXPECT_EQ(tool("mute --array ultraino64 --device sim:").code, 0) << "silence needs no limit";
+    std::remove(file.c_str());
+}
+
+TEST(DeviceTool, holds_patterns_and_recordings_to_the_users_ear_limit)
+{
+    const std::string file = ::testing::TempDir() + std::to_string(::getpid()) + "_ears.midair";
+    ASSERT_EQ(tool("circle --amplitude 1 --seconds 0.05 --device record:" + file).code, 0);
+    const SetVariable limit("OSG_MIDAIR_EAR_LIMIT", "120");
+    const std::string held = "held down to the ear limit of 120 dB";
+    const Outcome circle = tool("circle --amplitude 1 --seconds 0.05 --device sim:");
+    EXPECT_EQ(circle.code, 0) << circle.output;
+    EXPECT_TRUE(says(circle, held)) << circle.output;
+    const Outcome show = tool("play " + file + " --device sim:");
+    EXPECT_EQ(show.code, 0) << show.output;
+    EXPECT_TRUE(says(show, held)) << show.output;
+    const Outcome itself = tool("boards --device 'play:" + file + "?to=sim:'");
+    EXPECT_EQ(itself.code, 3) << itself.output;
+    EXPECT_TRUE(says(itself, "it plays by itself")) << itself.output;
+    EXPECT_EQ(tool("status --device 'play:" + file + "?to=sim:'").code, 3);
+    std::remove(file.c_str());
 }
 
 TEST(DeviceTool, records_and_plays)
@@ -210,4 +255,30 @@ TEST(DeviceTool, makes_an_array_of_a_pat_file)
     EXPECT_EQ(device.code, 3);
     EXPECT_TRUE(says(device, "/dev/zero: is a device or a pipe, should be a regular file"))
         << device.output;
+}
+
+TEST(DeviceTool, makes_an_array_file_of_a_simulation_of_ultraino)
+{
+    const OwnFile xml("simulation.xml");
+    const OwnFile json("simulation.json");
+    const std::string kinds = "class=\"acousticfield3d.simulation.";
+    std::string list;
+    for (const char* id : {"T0", "T1"})
+        list += "<void method=\"add\"><object " + kinds + "Transducer\" id=\"" + id +
+                "\"><void property=\"driverPinNumber\"><int>" +
+                (id[1] + std::string("</int></void>")) + "</object></void>";
+    write(xml.path,
+          "<java class=\"java.beans.XMLDecoder\"><object " + kinds +
+              "Simulation\" id=\"S\"/><void " + kinds +
+              "Simulation\" method=\"getField\"><string>transducers</string><void " +
+              "method=\"get\"><object idref=\"S\"/>" + list + "</void></void></java>");
+    const std::string import = "import-ultraino " + xml.path + " --out " + json.path;
+    const Outcome made = tool(import);
+    EXPECT_EQ(made.code, 0) << made.output;
+    EXPECT_TRUE(says(made, "2 transducers; play on it with --array " + json.path)) << made.output;
+    EXPECT_EQ(tool("transducers --seconds 0.1 --array " + json.path + " --device null:").code, 0);
+    write(xml.path, "<java>");
+    const Outcome wrong = tool(import);
+    EXPECT_EQ(wrong.code, 3);
+    EXPECT_TRUE(says(wrong, xml.path + ", line 1: no element found")) << wrong.output;
 }

@@ -103,6 +103,27 @@ TEST(Solve, CertifiesTheFieldOnRequest)
     EXPECT_LE(bound, certificate.at("field").get<double>());
 }
 
+// Misfit and lambda times power: the more the power counts, the higher is the least of both.
+TEST(Solve, CertifiesWithTheRegularisationThatIsGiven)
+{
+    const auto boundOf = [](const std::string& lambda)
+    {
+        const std::string out = folder("certify");
+        const Outcome outcome = shell(kProgram + " " + kStar + " --size 0.04 --max-points 20" +
+                                      " --certify " + lambda + " --out " + out);
+        EXPECT_EQ(outcome.code, 0) << outcome.output;
+        return readSummary(out).at("certificate").at("bound").get<double>();
+    };
+    const double bound = boundOf("");
+    EXPECT_EQ(boundOf("--lambda 0.1"), bound);
+    EXPECT_GT(boundOf("--lambda 1"), 1.2 * bound);
+    EXPECT_LT(boundOf("--lambda 0.01"), bound / 1.2);
+    const Outcome none =
+        shell(kProgram + " " + kStar + " --certify --lambda 0 --out " + folder("certify"));
+    EXPECT_NE(none.code, 0);
+    EXPECT_NE(none.output.find("lambdaRel is 0"), std::string::npos) << none.output;
+}
+
 TEST(Solve, RealMeshesAgreeWithARecomputation)
 {
     const fs::path meshes = fs::path(MIDAIR_ROOT).parent_path() / "shared" / "meshes";

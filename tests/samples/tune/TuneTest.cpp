@@ -1,6 +1,7 @@
 // Runs the built program as a user would: plan, run and fit against a rehearsed instrument.
 #include "device/recording/Recording.h"
 #include "haptics/array/TransducerArray.h"
+#include "tests/device/limits/UserCapTexts.h"
 #include "tests/samples/Shell.h"
 
 #include <cmath>
@@ -265,6 +266,30 @@ TEST_F(MidairTune, plays_within_the_limits_or_not_at_all)
                                instrument());
     EXPECT_NE(held.output.find("stopped, the array is silent"), std::string::npos) << held.output;
     EXPECT_GE(rows().size(), 1u);
+}
+
+// As scenes have it, in tests/plugin/engine/EarsTest.cpp, and with the same texts.
+TEST_F(MidairTune, understands_the_users_caps_or_plays_nothing)
+{
+    plan("--mic 0.004 0.002 0.15 --duty 30");
+    for (const UserCapText& one : userCapTexts())
+    {
+        const SetVariable variable(one.variable, one.text);
+        fs::remove(folder + "/readings.csv");
+        const bool plays = one.isUnderstood && !one.needsPoints;
+        const Outcome made = tune(run() + instrument());
+        EXPECT_EQ(made.code, plays ? 0 : 3) << one.variable << "=" << one.text << made.output;
+        if (!one.isUnderstood)
+        {
+            EXPECT_TRUE(says(made, std::string(one.variable) + " is \"")) << made.output;
+        }
+    }
+    // A row that the limit lowers is none of the plan.
+    const SetVariable limit("OSG_MIDAIR_EAR_LIMIT", "60");
+    fs::remove(folder + "/readings.csv");
+    const Outcome held = tune(run() + instrument());
+    EXPECT_EQ(held.code, 3);
+    EXPECT_TRUE(says(held, "plan with a lower --duty")) << held.output;
 }
 
 TEST_F(MidairTune, is_silent_at_the_end_and_on_any_error)

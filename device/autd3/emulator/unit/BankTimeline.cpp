@@ -44,12 +44,16 @@ Result BankTimeline::activate(int bank,
                               std::uint64_t value,
                               Time_ns fpga_ns,
                               Time_ns cpu_ns,
-                              Time_ns margin_ns)
+                              const Rules& rules)
 {
     const bool forEver = _written[bank].rounds == 0;
     if (forEver != (mode == Activation::NOW)) return Result::MODE;
     const auto time_ns = static_cast<Time_ns>(std::min(value, std::uint64_t(kNever_ns / 2)));
-    if (mode == Activation::TIME && time_ns - cpu_ns < margin_ns) return Result::TIME;
+    if (mode == Activation::TIME && time_ns - cpu_ns < rules.margin_ns) return Result::TIME;
+    const auto fits = [&](int heard)
+    { return _written[heard].divider >= static_cast<std::uint32_t>(rules.steps); };
+    // Until a switch with rounds comes about, the other bank is heard.
+    if (!fits(bank) || (!forEver && !fits(_bank))) return Result::SILENCER;
     _valid = _written;
     if (forEver)
     {
@@ -73,6 +77,13 @@ bool BankTimeline::takeSwitch(Time_ns fpga_ns, Switch& made)
     _switched = false;
     made = _last;
     return true;
+}
+
+bool BankTimeline::reaches(int steps) const
+{
+    const auto fits = [&](int heard)
+    { return _valid[heard].divider >= static_cast<std::uint32_t>(steps); };
+    return fits(_requested) && (_valid[_requested].rounds == 0 || fits(_bank));
 }
 
 std::uint32_t BankTimeline::slotAt(Time_ns fpga_ns) const

@@ -55,13 +55,21 @@ public:
     void clear(std::uint32_t slots); ///< bank 0 plays for ever, both with \a slots
     void configure(int bank, const BankRegisters& registers) { _written[bank] = registers; }
 
+    /// What an activation is refused for.
+    struct Rules
+    {
+        Time_ns margin_ns = 0; ///< how near a switch may be
+        int steps = 0;         ///< that the dividers of banks that are heard have to reach
+    };
     /// Plans a switch, or makes it (NOW), and makes the registers of both banks valid.
     Result activate(int bank,
                     Activation mode,
                     std::uint64_t value,
                     Time_ns fpga_ns,
                     Time_ns cpu_ns,
-                    Time_ns margin_ns);
+                    const Rules& rules);
+    /// Returns true if the dividers of the banks that are heard, or will be, reach \a steps.
+    bool reaches(int steps) const;
 
     bool waits() const { return _waits; }
     Time_ns due_ns() const { return _waits ? _due_ns : kNever_ns; }

@@ -31,7 +31,10 @@ enum Status : int
 
 constexpr std::size_t kHeaderBytes = 4;
 constexpr Time_ns kLosesId_ns = 20 * kMillisecond_ns;
-constexpr std::uint64_t kLatestTime_ns = std::uint64_t(1) << 60U; // 36 years
+constexpr std::uint64_t kMostSeconds = UINT32_MAX; // that a clock has
+constexpr int kPortUnknown = 0xFF;
+constexpr int kUpstreamPort = 0;
+constexpr std::uint8_t kResetCommand = 0x00;
 
 } // namespace
 
@@ -44,7 +47,6 @@ EmulatedUnit::EmulatedUnit(int place, const Options& options, FieldWatch& watch,
     _clock = {now_ns, options.started_ns, options.rate_ppm};
     _cpu.startClock(_clock);
     _bootedAt_ns = now_ns;
-    _unlockedAt_ns = now_ns;
 }
 
 std::uint8_t EmulatedUnit::flags() const
@@ -53,7 +55,9 @@ std::uint8_t EmulatedUnit::flags() const
     if (_id != kNoId) flags |= 1U;
     if (_open) flags |= 2U;
     if (_behind) flags |= 4U;
-    if (_locked) flags |= 8U | 16U;
+    // The grandmaster follows nobody, so it is in step from SetTime on; its pulse begins later.
+    if (_locked) flags |= 8U;
+    if (_locked || (_grandmaster && _timeSetAt_ns >= 0)) flags |= 16U;
     if (_grandmaster) flags |= 32U;
     return static_cast<std::uint8_t>(flags);
 }
@@ -64,7 +68,7 @@ std::vector<std::uint8_t> EmulatedUnit::info(Time_ns now_ns) const
     base::ByteWriter writer(bytes);
     for (const int byte : {_id,
                            int(flags()),
-                           0, // port towards the host
+                           _id == kNoId ? kPortUnknown : kUpstreamPort,
                            0,
                            int(_options.cpu.major),
                            int(_options.cpu.minor),
@@ -91,23 +95,21 @@ void EmulatedUnit::answerStatus(const Request& request,
     _answers.push_back(std::move(answer));
 }
 
-void EmulatedUnit::answerFrame(std::uint8_t kind,
-                               std::uint16_t message,
-                               std::uint64_t peer,
-                               const std::vector<std::uint8_t>& data,
-                               Time_ns now_ns)
+// To who spoke to it last, whoever sent the frame.
+void EmulatedUnit::answerFrame(std::uint8_t kind, std::uint16_t message, Time_ns now_ns)
 {
-    UnitAnswer answer{now_ns, _id, peer, {}};
+    if (_id == kNoId || !_hasHost) return;
+    UnitAnswer answer{now_ns, _id, _host, {}};
     base::ByteWriter writer(answer.bytes);
     writer.u8(static_cast<std::uint8_t>(_options.protocolVersion));
     writer.u8(kind);
     writer.u16(message);
-    writer.u8(_acknowledged);
-    writer.u8(static_cast<std::uint8_t>(_result));
+    writer.u8(_last.acknowledged);
+    writer.u8(static_cast<std::uint8_t>(_last.result));
     writer.u8(flags());
     writer.u8(static_cast<std::uint8_t>(_id));
     writer.u64(static_cast<std::uint64_t>(_clock.at(now_ns)));
-    writer.bytes(data.data(), data.size());
+    writer.bytes(_last.data.data(), _last.data.size());
     _answers.push_back(std::move(answer));
 }
 
@@ -153,21 +155,15 @@ void EmulatedUnit::handle(Request& request, Time_ns now_ns)
         if (!toGroup && _id == kNoId) assignId(request, now_ns);
         break;
     case UNBLOCK_DOWNSTREAM:
-        if (toGroup) break;
-        _open = _open || _id != kNoId;
-        if (_id != kNoId) _behind = _options.hasNext;
-        answerStatus(request,
-                     _id == kNoId ? HAS_NO_ID : DONE,
-                     {static_cast<std::uint8_t>(_id != kNoId && _behind ? 1 : 0)},
-                     now_ns);
+        if (!toGroup) unblock(request, now_ns);
         break;
     case SET_TIME:
         if (!toGroup) setTime(request, now_ns);
         break;
     case HEARTBEAT:
         if (toGroup || _id == kNoId) break;
-        hear(now_ns);
-        answerFrame(HEARTBEAT, request.message, request.peer, {}, now_ns);
+        hear(request.peer, now_ns);
+        answerFrame(HEARTBEAT, request.message, now_ns);
         break;
     default: // silence
         break;
@@ -184,8 +180,17 @@ void EmulatedUnit::assignId(Request& request, Time_ns now_ns)
         _id = id;
         _grandmaster = role == 1;
         _assignedAt_ns = now_ns;
+        _losesIdAt_ns = kNever_ns; // a ResetId before is forgotten
     }
     answerStatus(request, good ? DONE : BAD_BODY, {}, now_ns);
+}
+
+void EmulatedUnit::unblock(const Request& request, Time_ns now_ns)
+{
+    if (_id == kNoId) return answerStatus(request, HAS_NO_ID, {}, now_ns);
+    _open = true;
+    _behind = _options.hasNext;
+    answerStatus(request, DONE, {static_cast<std::uint8_t>(_behind ? 1 : 0)}, now_ns);
 }
 
 void EmulatedUnit::setTime(Request& request, Time_ns now_ns)
@@ -194,10 +199,10 @@ void EmulatedUnit::setTime(Request& request, Time_ns now_ns)
     int status = DONE;
     if (_id == kNoId)
         status = HAS_NO_ID;
-    else if (!request.body.ok() || time_ns > kLatestTime_ns)
-        status = BAD_BODY;
     else if (!_grandmaster)
         status = NOT_GRANDMASTER;
+    else if (!request.body.ok() || time_ns / 1'000'000'000 > kMostSeconds)
+        status = BAD_BODY;
     if (status == DONE)
     {
         _clock.set(now_ns, static_cast<Time_ns>(time_ns));
@@ -210,17 +215,19 @@ void EmulatedUnit::setTime(Request& request, Time_ns now_ns)
 void EmulatedUnit::takeFrame(Request& request, Time_ns now_ns)
 {
     if (request.toGroup || _id == kNoId || request.body.left() < 2) return;
-    hear(now_ns);
+    hear(request.peer, now_ns);
     Frame frame;
     frame.message = request.message;
-    frame.peer = request.peer;
     frame.number = request.body.u8();
     frame.command = request.body.u8();
     const int received = frame.number * 256 + frame.command;
     if (received == _lastReceived)
     {
+        // One that waits, or was out of turn, gets no answer.
         ++_cpu.telemetry.repeats;
-        if (_queue.empty()) answerFrame(FRAME, frame.message, frame.peer, _data, now_ns);
+        const bool isReset = frame.command == kResetCommand;
+        if (_last.acknowledged == (isReset ? kNothingDone : frame.number))
+            answerFrame(FRAME, frame.message, now_ns);
         return;
     }
     if (_queue.size() >= kUnitQueue)

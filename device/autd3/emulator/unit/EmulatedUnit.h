@@ -74,6 +74,7 @@ public:
     const UnitFpga& fpga() const { return _cpu.fpga(); }
     Time_ns fpgaTime(Time_ns now_ns) const { return _cpu.fpgaTime(now_ns); }
     std::vector<std::complex<float>> output(Time_ns now_ns);
+    std::uint64_t trips() const { return _trips; } ///< of its failsafe; Clear forgets none
     std::uint64_t updateCommands() const { return _updateCommands; } ///< 70 to 78: never send them
 
 private:
@@ -83,10 +84,19 @@ private:
         std::uint16_t message = 0;
         std::uint8_t number = 0;
         std::uint8_t command = 0;
-        std::uint64_t peer = 0;
         Time_ns done_ns = 0;
         std::vector<std::uint8_t> payload;
     };
+    /// What became of the last command that was done in turn: all answers to frames, and to
+    /// heartbeats, have that, its data too.
+    struct LastReply
+    {
+        std::uint8_t acknowledged = kNothingDone; ///< its number
+        Result result = Result::DONE;
+        std::vector<std::uint8_t> data;
+    };
+    static constexpr std::uint8_t kNothingDone = 0xFF; ///< since Reset
+    static constexpr int kNoFrame = 0xFFFF;            ///< at power-up
     /// A datagram that it looks at.
     struct Request
     {
@@ -101,16 +111,16 @@ private:
                       int status,
                       const std::vector<std::uint8_t>& more,
                       Time_ns now_ns);
-    void answerFrame(std::uint8_t kind,
-                     std::uint16_t message,
-                     std::uint64_t peer,
-                     const std::vector<std::uint8_t>& data,
-                     Time_ns now_ns);
+    void answerFrame(std::uint8_t kind, std::uint16_t message, Time_ns now_ns);
     void handle(Request& request, Time_ns now_ns);
     void assignId(Request& request, Time_ns now_ns);
+    void unblock(const Request& request, Time_ns now_ns);
     void setTime(Request& request, Time_ns now_ns);
     void takeFrame(Request& request, Time_ns now_ns);
-    void hear(Time_ns now_ns) { _heardAt_ns = now_ns; }
+    void hear(std::uint64_t peer, Time_ns now_ns);
+    void trip(Time_ns now_ns);        ///< if it is time to
+    void close(Time_ns now_ns);       ///< the gate
+    void forgetTrips(Time_ns now_ns); ///< so that a cause that lasts trips it again
     void finish(const Frame& frame);
     Result run(const Frame& frame, std::vector<std::uint8_t>& data);
     void tellWatch(const Frame& frame, std::uint64_t intrusionsBefore);
@@ -132,22 +142,26 @@ private:
     bool _behind = false;
     bool _grandmaster = false;
     bool _locked = false;
-    Time_ns _unlockedAt_ns = 0;
+    Time_ns _unlockedAt_ns = kNever_ns; ///< when it lost a lock that it had; kNever_ns: it didn't
     Time_ns _assignedAt_ns = 0;
     Time_ns _timeSetAt_ns = -1;
     Time_ns _losesIdAt_ns = kNever_ns;
     Time_ns _heardAt_ns = -1; ///< the last frame or heartbeat; -1: none yet
+    std::uint64_t _host = 0;  ///< who sent it: commands that are done are told to that one
+    bool _hasHost = false;    ///< since it has an id
     std::deque<Frame> _queue;
     Time_ns _busyUntil_ns = 0;
-    std::uint8_t _next = 0;            ///< number that is due
-    std::uint8_t _acknowledged = 0xFF; ///< number of the last command
-    Result _result = Result::DONE;     ///< and what became of it
-    std::vector<std::uint8_t> _data;   ///< and what it read
-    int _lastReceived = -1;            ///< number and command of the last frame in the queue
+    std::uint8_t _next = 0; ///< number that is due
+    LastReply _last;
+    int _lastReceived = kNoFrame; ///< number and command of the last frame that was queued
+    bool _hostSilent = false;     ///< its failsafe has tripped for that ..
+    bool _unlockedLong = false;   ///< .. and for that
+    Time_ns _tripsFrom_ns = 0;    ///< not before
     int _failing = 0;
     std::uint8_t _failure = 0;
     bool _maskedAll = false;
     std::uint64_t _updateCommands = 0;
+    std::uint64_t _trips = 0;
     std::vector<UnitAnswer> _answers;
 };
 

@@ -24,25 +24,57 @@ bool isAllOff(const std::vector<std::uint8_t>& mask)
 
 } // namespace
 
+// The CPU counts its own milliseconds, so what is heard late in one has that much less.
 Time_ns EmulatedUnit::failsafeAt_ns() const
 {
     if (_heardAt_ns < 0 || _cpu.config().failsafe_ns == 0) return kNever_ns;
-    return _heardAt_ns + _cpu.config().failsafe_ns;
+    const Time_ns since_ns = _heardAt_ns / kMillisecond_ns * kMillisecond_ns;
+    return std::max(since_ns + _cpu.config().failsafe_ns, _tripsFrom_ns);
 }
 
 Time_ns EmulatedUnit::lockFailsafeAt_ns() const
 {
-    if (_locked || _cpu.config().lockFailsafe_ns == 0) return kNever_ns;
-    return _unlockedAt_ns + _cpu.config().lockFailsafe_ns;
+    if (_unlockedAt_ns == kNever_ns || _cpu.config().lockFailsafe_ns == 0) return kNever_ns;
+    return std::max(_unlockedAt_ns + _cpu.config().lockFailsafe_ns, _tripsFrom_ns);
 }
 
 Time_ns EmulatedUnit::nextEvent_ns() const
 {
     Time_ns next_ns = std::min(_losesIdAt_ns, _cpu.fpgaWhen(fpga().due_ns()));
     if (!_queue.empty()) next_ns = std::min(next_ns, _queue.front().done_ns);
-    if (!_cpu.failsafeTripped())
-        next_ns = std::min({next_ns, failsafeAt_ns(), lockFailsafeAt_ns()});
+    if (!_hostSilent) next_ns = std::min(next_ns, failsafeAt_ns());
+    if (!_unlockedLong) next_ns = std::min(next_ns, lockFailsafeAt_ns());
     return next_ns;
+}
+
+void EmulatedUnit::hear(std::uint64_t peer, Time_ns now_ns)
+{
+    _heardAt_ns = now_ns;
+    _host = peer;
+    _hasHost = true;
+    _hostSilent = false;
+}
+
+void EmulatedUnit::forgetTrips(Time_ns now_ns)
+{
+    _hostSilent = _unlockedLong = false;
+    _tripsFrom_ns = now_ns;
+}
+
+// Each cause trips it once; it stays so until ReleaseFailsafe or Clear, whatever becomes of that.
+void EmulatedUnit::trip(Time_ns now_ns)
+{
+    if (!_hostSilent && failsafeAt_ns() <= now_ns)
+    {
+        _hostSilent = true;
+        tripFailsafe(now_ns);
+    }
+    if (!_unlockedLong && lockFailsafeAt_ns() <= now_ns)
+    {
+        _unlockedLong = true;
+        ++_cpu.telemetry.lockFailsafe;
+        close(now_ns);
+    }
 }
 
 void EmulatedUnit::advance(Time_ns now_ns)
@@ -57,35 +89,32 @@ void EmulatedUnit::advance(Time_ns now_ns)
             _queue.pop_front();
             finish(frame);
         }
-        if (_cpu.failsafeTripped()) continue;
-        if (lockFailsafeAt_ns() <= next_ns) ++_cpu.telemetry.lockFailsafe;
-        if (std::min(failsafeAt_ns(), lockFailsafeAt_ns()) <= next_ns) tripFailsafe(next_ns);
+        trip(next_ns);
     }
 }
 
 void EmulatedUnit::finish(const Frame& frame)
 {
-    std::vector<std::uint8_t> data;
     if (frame.command == kReset)
     {
         _next = 0;
-        _acknowledged = 0xFF;
-        _result = Result::DONE;
-        ++_cpu.telemetry.done;
+        _last = LastReply();
     }
     else if (frame.number == _next)
     {
-        const std::uint64_t intrusions = fpga().intrusions().banks;
-        _result = run(frame, data);
-        ++(_result == Result::DONE ? _cpu.telemetry.done : _cpu.telemetry.errors);
         ++_next;
-        _acknowledged = frame.number;
+        const std::uint64_t intrusions = fpga().intrusions().banks;
+        std::vector<std::uint8_t> data;
+        const Result result = run(frame, data);
+        if (result != Result::DONE) data.clear();
+        _last = {frame.number, result, std::move(data)};
+        if (result != Result::DONE) ++_cpu.telemetry.errors;
+        ++_cpu.telemetry.done; // refused ones, too
         tellWatch(frame, intrusions);
     }
     else
-        ++_cpu.telemetry.outOfTurn;
-    _data = data;
-    answerFrame(kFrameKind, frame.message, frame.peer, data, frame.done_ns);
+        ++_cpu.telemetry.outOfTurn; // the answer is the last one's, with its data
+    answerFrame(kFrameKind, frame.message, frame.done_ns);
 }
 
 Result EmulatedUnit::run(const Frame& frame, std::vector<std::uint8_t>& data)
@@ -106,13 +135,19 @@ Result EmulatedUnit::run(const Frame& frame, std::vector<std::uint8_t>& data)
 
 void EmulatedUnit::tellWatch(const Frame& frame, std::uint64_t intrusionsBefore)
 {
-    if (_result != Result::DONE) return;
+    if (_last.result != Result::DONE) return;
     const Time_ns now_ns = frame.done_ns;
     switch (frame.command)
     {
     case kClear:
+        forgetTrips(now_ns);
         _maskedAll = false;
         _watch.cleared(_place, now_ns, fpga().content());
+        break;
+    case 0x05: // SetCpuConfig
+        if (failsafeAt_ns() > now_ns) _hostSilent = false;
+        if (lockFailsafeAt_ns() > now_ns) _unlockedLong = false;
+        _tripsFrom_ns = now_ns;
         break;
     case 0x06: // ReleaseFailsafe
         _watch.closed(_place, now_ns, _maskedAll);
@@ -156,15 +191,21 @@ void EmulatedUnit::loseId(Time_ns now_ns)
     _losesIdAt_ns = kNever_ns;
     _id = kNoId;
     _open = _behind = _grandmaster = false;
+    _hasHost = false;
     _timeSetAt_ns = -1;
     _cpu.restoreConfig();
     unlock(now_ns);
+    _unlockedAt_ns = kNever_ns;
+    _unlockedLong = false;
+    _tripsFrom_ns = now_ns;
 }
 
 void EmulatedUnit::lock(const EmulatedClock& clock, Time_ns now_ns)
 {
-    if (!_locked && _unlockedAt_ns > _assignedAt_ns) ++_cpu.telemetry.resync;
+    if (!_locked && _unlockedAt_ns != kNever_ns) ++_cpu.telemetry.resync;
     _locked = true;
+    _unlockedAt_ns = kNever_ns;
+    _unlockedLong = false;
     _clock = clock;
     _cpu.followClock(_clock, now_ns);
 }
@@ -190,17 +231,16 @@ void EmulatedUnit::reboot(Time_ns now_ns)
     _bootedAt_ns = now_ns + std::max(_options.boot_ns, kMillisecond_ns);
     _id = kNoId;
     _open = _behind = _grandmaster = _locked = _maskedAll = false;
-    _unlockedAt_ns = now_ns;
+    _hostSilent = _unlockedLong = _hasHost = false;
+    _unlockedAt_ns = kNever_ns;
     _assignedAt_ns = 0;
     _timeSetAt_ns = _heardAt_ns = -1;
     _losesIdAt_ns = kNever_ns;
     _queue.clear();
     _busyUntil_ns = 0;
     _next = 0;
-    _acknowledged = 0xFF;
-    _result = Result::DONE;
-    _data.clear();
-    _lastReceived = -1;
+    _last = LastReply();
+    _lastReceived = kNoFrame;
     _failing = 0;
     _updateCommands = updates;
     _answers = std::move(answers);
@@ -209,7 +249,14 @@ void EmulatedUnit::reboot(Time_ns now_ns)
 
 void EmulatedUnit::tripFailsafe(Time_ns now_ns)
 {
-    _cpu.tripFailsafe(now_ns);
+    ++_cpu.telemetry.failsafe;
+    close(now_ns);
+}
+
+void EmulatedUnit::close(Time_ns now_ns)
+{
+    ++_trips;
+    _cpu.closeGate(now_ns);
     _watch.closed(_place, now_ns, true);
 }
 

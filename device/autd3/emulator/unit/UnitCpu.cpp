@@ -28,6 +28,7 @@ const UnitCpu::Command* UnitCpu::find(std::uint8_t number)
         {0x41, 32, &UnitCpu::setMask},           {0x42, 512, &UnitCpu::setWidths},
         {0x60, 1, &UnitCpu::forceFan},           {0xE7, kAny, &UnitCpu::readState},
         {0xE8, kAny, &UnitCpu::readTelemetry},   {0xEB, kAny, &UnitCpu::readFirmware},
+        {0xEC, kAny, &UnitCpu::readImage},
     };
     const auto* found = std::find_if(std::begin(kCommands),
                                      std::end(kCommands),
@@ -49,9 +50,8 @@ Result UnitCpu::run(std::uint8_t command,
     return (this->*known->handler)(reader, moment, data);
 }
 
-void UnitCpu::tripFailsafe(Time_ns cable_ns)
+void UnitCpu::closeGate(Time_ns cable_ns)
 {
-    ++telemetry.failsafe;
     _fpga.setGate(true, fpgaTime(cable_ns));
 }
 
@@ -101,16 +101,36 @@ Result UnitCpu::clear(base::ByteReader&, const UnitMoment& moment, std::vector<s
     _config = Config();
     _fan = false;
     _fpga.clear(fpgaTime(moment.cable_ns));
+    UnitTelemetry kept; // the FPGA counts the first
+    kept.resync = telemetry.resync;
+    kept.bootFaults = telemetry.bootFaults;
+    telemetry = kept;
     return Result::DONE;
 }
 
 Result UnitCpu::setConfig(base::ByteReader& payload, const UnitMoment&, std::vector<std::uint8_t>&)
 {
-    _config.margin_ns = payload.u32();
-    payload.bytes(44);
-    _config.failsafe_ns = payload.u16() * kMillisecond_ns;
-    payload.bytes(10);
-    _config.lockFailsafe_ns = payload.u16() * kMillisecond_ns;
+    constexpr std::uint32_t kMostPpb = INT32_MAX;
+    constexpr std::uint16_t kMostShift = 16;
+    Config config;
+    config.margin_ns = payload.u32();
+    bool good = payload.u32() > 0;    // polls of the FPGA
+    good = payload.u32() > 0 && good; // of its flash
+    payload.u32();                    // guard of the sync pulse
+    good = payload.u16() > 0 && good; // delay of an update
+    good = payload.u16() > 0 && good; // from one Sync to the next
+    payload.bytes(6);                 // time limits, holdover
+    good = payload.u16() > 0 && good; // samples until it is locked
+    payload.bytes(16);                // thresholds, gains
+    good = payload.u32() <= kMostPpb && good;
+    config.failsafe_ns = payload.u16() * kMillisecond_ns;
+    good = payload.u16() > 0 && good; // Syncs to each request of the delay
+    good = payload.u16() <= kMostShift && good;
+    payload.bytes(6); // pauses
+    config.lockFailsafe_ns = payload.u16() * kMillisecond_ns;
+    const std::uint16_t busWait = payload.u16();
+    if (!good || busWait < 2 || busWait > 3) return Result::BAD_PAYLOAD;
+    _config = config;
     return Result::DONE;
 }
 
@@ -155,13 +175,20 @@ Result UnitCpu::readTelemetry(base::ByteReader&, const UnitMoment&, std::vector<
                                       telemetry.repeats,
                                       telemetry.outOfTurn,
                                       telemetry.errors,
-                                      telemetry.done + 1, // this one, too
+                                      telemetry.done, // before this one
                                       telemetry.failsafe,
                                       telemetry.resync,
                                       telemetry.lockFailsafe,
                                       telemetry.sendsFailed,
                                       telemetry.bootFaults})
         writer.u32(count);
+    return Result::DONE;
+}
+
+// Which image runs; what the byte means isn't known here.
+Result UnitCpu::readImage(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>& data)
+{
+    data.push_back(0);
     return Result::DONE;
 }
 

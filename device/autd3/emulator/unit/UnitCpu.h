@@ -42,9 +42,9 @@ struct UnitMoment
     bool causeLasts = false;
 };
 
-/// The commands of a unit, with their lengths and results. Not emulated, and refused as bad
-/// payload: foci, switches by GPIO, banks that take turns; as unknown: firmware update, GPIO,
-/// reboot.
+/// The commands of a unit, with their lengths and results, as firmware 0.10 has them (AUTD3.md says
+/// where). Not emulated, and refused as bad payload: foci, switches by GPIO, banks that take turns;
+/// as unknown: firmware update, GPIO, reboot.
 class UnitCpu
 {
 public:
@@ -69,8 +69,7 @@ public:
                std::vector<std::uint8_t>& data);
 
     /// Closes the gate until ReleaseFailsafe or Clear.
-    void tripFailsafe(Time_ns cable_ns);
-    bool failsafeTripped() const { return _fpga.gated(); }
+    void closeGate(Time_ns cable_ns);
 
     Time_ns fpgaTime(Time_ns cable_ns) const;
     Time_ns fpgaWhen(Time_ns reading_ns) const; ///< the cable's time of a reading
@@ -120,6 +119,7 @@ private:
     Result forceFan(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
     Result readState(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
     Result readTelemetry(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
+    Result readImage(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
     Result readFirmware(base::ByteReader&, const UnitMoment&, std::vector<std::uint8_t>&);
 
     const UnitVersion _cpuVersion;

@@ -60,7 +60,8 @@ UnitCpu::configPattern(base::ByteReader& payload, const UnitMoment&, std::vector
     if (bank > 1 || !raw || registers.divider < 1 || registers.slots < 1 ||
         registers.slots > kMostSlots || (registers.rounds != 0 && registers.slots < 2))
         return Result::BAD_PAYLOAD;
-    return _fpga.configurePatterns(bank, registers);
+    _fpga.configurePatterns(bank, registers);
+    return Result::DONE;
 }
 
 Result UnitCpu::activatePattern(base::ByteReader& payload,
@@ -131,7 +132,7 @@ Result UnitCpu::writeModulation(base::ByteReader& payload,
     payload.u8(); // reserved
     const std::uint32_t first = payload.u32();
     const std::size_t count = payload.left();
-    if (!payload.ok() || bank > 1 || first % 2 != 0 || count < 1 || first > kMostSamples ||
+    if (!payload.ok() || bank > 1 || first % 2 != 0 || first > kMostSamples ||
         first + count > kMostSamples)
         return Result::BAD_PAYLOAD;
     _fpga.writeSamples(bank, first, payload.bytes(count), count, fpgaTime(moment.cable_ns));
@@ -149,7 +150,8 @@ UnitCpu::configModulation(base::ByteReader& payload, const UnitMoment&, std::vec
     registers.rounds = takeRounds(payload);
     if (bank > 1 || registers.divider < 1 || registers.slots < 2 || registers.slots > kMostSamples)
         return Result::BAD_PAYLOAD;
-    return _fpga.configureModulation(bank, registers);
+    _fpga.configureModulation(bank, registers);
+    return Result::DONE;
 }
 
 Result UnitCpu::activateModulation(base::ByteReader& payload,
@@ -179,9 +181,10 @@ Result UnitCpu::setSilencer(base::ByteReader& payload,
     settings.ratePhase = payload.u16();
     settings.stepsIntensity = payload.u16();
     settings.stepsPhase = payload.u16();
-    if (flags > 3 || settings.rateIntensity == 0 || settings.ratePhase == 0 ||
-        settings.stepsIntensity == 0 || settings.stepsPhase == 0)
-        return Result::BAD_PAYLOAD;
+    // Only what is used has to be there.
+    const bool isGood = settings.byRate ? settings.rateIntensity > 0 && settings.ratePhase > 0
+                                        : settings.stepsIntensity > 0 && settings.stepsPhase > 0;
+    if (!isGood) return Result::BAD_PAYLOAD;
     return _fpga.setSilencer(settings, fpgaTime(moment.cable_ns));
 }
 
@@ -209,10 +212,8 @@ UnitCpu::setMask(base::ByteReader& payload, const UnitMoment& moment, std::vecto
 Result UnitCpu::setWidths(base::ByteReader& payload, const UnitMoment&, std::vector<std::uint8_t>&)
 {
     UnitFpga::WidthTable widths{};
-    for (std::uint16_t& width : widths)
-        width = payload.u16();
-    if (std::any_of(widths.begin(), widths.end(), [](std::uint16_t width) { return width > 511; }))
-        return Result::BAD_PAYLOAD;
+    for (std::uint16_t& width : widths) // no value is refused; the memory has 9 bits
+        width = payload.u16() & 511U;
     _fpga.setWidths(widths);
     return Result::DONE;
 }

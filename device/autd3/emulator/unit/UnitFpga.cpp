@@ -20,6 +20,14 @@ std::uint64_t mixed(std::uint64_t hash, std::uint64_t value)
     return (hash ^ value) * kHashFactor;
 }
 
+// Strict, it wants dividers of as many periods as it takes, so that all is reached.
+int stepsOf(const UnitSilencer::Settings& silencer, bool ofPatterns)
+{
+    if (!silencer.strict || silencer.byRate) return 0;
+    return ofPatterns ? std::max(silencer.stepsIntensity, silencer.stepsPhase)
+                      : silencer.stepsIntensity;
+}
+
 UnitFpga::WidthTable defaultWidths()
 {
     UnitFpga::WidthTable widths{};
@@ -113,23 +121,9 @@ void UnitFpga::lookAtModulation()
                                                    [&](auto sample) { return sample == all[0]; });
 }
 
-Result UnitFpga::configurePatterns(int bank, const BankRegisters& registers)
+int UnitFpga::strictSteps(bool ofPatterns) const
 {
-    const UnitSilencer::Settings& silencer = _silencer.settings();
-    if (silencer.strict && !silencer.byRate &&
-        registers.divider < std::max(silencer.stepsIntensity, silencer.stepsPhase))
-        return Result::SILENCER;
-    _patterns.configure(bank, registers);
-    return Result::DONE;
-}
-
-Result UnitFpga::configureModulation(int bank, const BankRegisters& registers)
-{
-    const UnitSilencer::Settings& silencer = _silencer.settings();
-    if (silencer.strict && !silencer.byRate && registers.divider < silencer.stepsIntensity)
-        return Result::SILENCER;
-    _modulation.configure(bank, registers);
-    return Result::DONE;
+    return stepsOf(_silencer.settings(), ofPatterns);
 }
 
 Result UnitFpga::activatePatterns(int bank,
@@ -140,7 +134,7 @@ Result UnitFpga::activatePatterns(int bank,
                                   Time_ns margin_ns)
 {
     render(now_ns);
-    return _patterns.activate(bank, mode, value, now_ns, cpu_ns, margin_ns);
+    return _patterns.activate(bank, mode, value, now_ns, cpu_ns, {margin_ns, strictSteps(true)});
 }
 
 Result UnitFpga::activateModulation(int bank,
@@ -151,17 +145,16 @@ Result UnitFpga::activateModulation(int bank,
                                     Time_ns margin_ns)
 {
     render(now_ns);
-    const Result result = _modulation.activate(bank, mode, value, now_ns, cpu_ns, margin_ns);
+    const Result result =
+        _modulation.activate(bank, mode, value, now_ns, cpu_ns, {margin_ns, strictSteps(false)});
     lookAtModulation();
     return result;
 }
 
 Result UnitFpga::setSilencer(const UnitSilencer::Settings& settings, Time_ns now_ns)
 {
-    const auto steps = std::max(settings.stepsIntensity, settings.stepsPhase);
-    if (settings.strict && !settings.byRate &&
-        (_patterns.playing().divider < steps ||
-         _modulation.playing().divider < settings.stepsIntensity))
+    if (!_patterns.reaches(stepsOf(settings, true)) ||
+        !_modulation.reaches(stepsOf(settings, false)))
         return Result::SILENCER;
     render(now_ns);
     _silencer.set(settings);

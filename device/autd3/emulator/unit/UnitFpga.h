@@ -41,8 +41,9 @@ public:
                       const std::uint8_t* samples,
                       std::size_t count,
                       Time_ns now_ns);
-    Result configurePatterns(int bank, const BankRegisters& registers);
-    Result configureModulation(int bank, const BankRegisters& registers);
+    /// Writes the registers of a bank; they are looked at by the next activation.
+    void configurePatterns(int bank, const BankRegisters& r) { _patterns.configure(bank, r); }
+    void configureModulation(int bank, const BankRegisters& r) { _modulation.configure(bank, r); }
     Result activatePatterns(int bank,
                             Activation mode,
                             std::uint64_t value,
@@ -85,6 +86,7 @@ private:
     std::uint8_t sampleAt(Time_ns now_ns) const;
     void render(Time_ns now_ns); ///< lets the silencer glide until now, with what played
     void lookAtModulation();
+    int strictSteps(bool ofPatterns) const; ///< that dividers have to reach; 0: any will do
 
     std::array<std::vector<UnitPattern>, 2> _slots; ///< as many as were ever written
     std::array<std::vector<std::uint8_t>, 2> _samples;

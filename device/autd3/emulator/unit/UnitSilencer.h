@@ -31,7 +31,7 @@ public:
     struct Settings
     {
         bool byRate = false;
-        bool strict = true;
+        bool strict = false;
         std::uint16_t rateIntensity = 256;
         std::uint16_t ratePhase = 256;
         std::uint16_t stepsIntensity = 10;

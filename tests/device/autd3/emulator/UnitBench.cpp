@@ -96,6 +96,20 @@ Bytes UnitBench::read(int unit, const std::string& command)
     return answer.size() < 16 ? Bytes() : Bytes(answer.begin() + 16, answer.end());
 }
 
+std::string UnitBench::cpuConfig(int margin_ns, int failsafe_ms, int unlocked_ms)
+{
+    return fmt::format("05 {:02X} {:02X} {:02X} 00 40 42 0F 00 00 94 35 77 90 D0 03 00 64 00 08 00 "
+                       "03 00 06 00 E8 03 40 00 10 27 00 00 64 00 00 00 32 00 00 00 01 00 00 00 20 "
+                       "A1 07 00 {:02X} {:02X} 20 00 05 00 30 00 40 00 08 00 {:02X} {:02X} 03 00",
+                       margin_ns & 255,
+                       (margin_ns >> 8) & 255,
+                       (margin_ns >> 16) & 255,
+                       failsafe_ms & 255,
+                       failsafe_ms >> 8,
+                       unlocked_ms & 255,
+                       unlocked_ms >> 8);
+}
+
 std::string UnitBench::patternConfig(int bank, int divider, int slots, int rounds)
 {
     const int field = rounds == 0 ? 0xFFFF : rounds - 1;

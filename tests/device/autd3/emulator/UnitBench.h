@@ -38,6 +38,8 @@ public:
     Bytes read(int unit, const std::string& command);
     unsigned state(int unit) { return read(unit, "E7").at(0); } ///< ReadFpgaState
 
+    /// SetCpuConfig with these, and the firmware's defaults.
+    static std::string cpuConfig(int margin_ns, int failsafe_ms, int unlocked_ms = 0);
     std::string patternConfig(int bank, int divider, int slots, int rounds); ///< rounds 0: for ever
     std::string activation(int bank, int mode, std::uint64_t value_ns = 0);
     /// Every transducer with one phase and intensity, in \a slot of \a bank.

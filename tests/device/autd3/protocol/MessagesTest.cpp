@@ -55,6 +55,10 @@ TEST(Autd3Messages, frame_replies_are_read_as_in_the_examples)
     EXPECT_EQ(beat.reply.flags, 0x3F);
     EXPECT_EQ(beat.reply.id, 0);
     EXPECT_EQ(beat.reply.time_ns, kTextTime_ns);
+    EXPECT_TRUE(beat.reply.data.empty());
+    // After a read a heartbeat has what that has read, as any answer has.
+    EXPECT_EQ(answerOf("02 07 07 00 0C 00 3F 00 (T) 40").reply.data, bytesOf("40"));
+    EXPECT_EQ(answerOf("02 07 07 00 0C 00 3F 00 (T) 11*40").reply.data, bytesOf("11*40"));
     const Answer late = answerOf("02 00 0D 00 0B 06 3F 00 (T)");
     EXPECT_EQ(late.reply.acknowledged, 0x0B);
     EXPECT_EQ(late.reply.result, TOO_NEAR);
@@ -103,7 +107,7 @@ TEST(Autd3Messages, what_is_no_answer_is_refused_with_a_reason)
                              "02 00 01 00 00",
                              "02 00 01 00 00*11",
                              "02 00 01 00 00*53",
-                             "02 07 01 00 00*13",
+                             "02 07 01 00 00*53",
                              "03 00 01 00 00*12",
                              "03 00 01 00"})
         EXPECT_FALSE(whyNot(text).empty());

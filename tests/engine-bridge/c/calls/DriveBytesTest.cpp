@@ -104,7 +104,7 @@ INSTANTIATE_TEST_SUITE_P(
                           "--max-pressure 300 --temperature 27",
                           {{"maxPressure", "300 Pa"}, {"temperature", "27"}},
                           {}},
-                    Input{"ears", "--ear-limit 110", {{"earLimit", "110"}}, {}},
+                    Input{"ears", "--ear-limit 128", {{"earLimit", "128"}}, {}},
                     Input{"cycle", "--cycle 3", {{"cycle", "3"}}, {}},
                     Input{"subsets", "--subsets 2", {{"subsets", "2"}}, {}},
                     Input{"amplitudes",

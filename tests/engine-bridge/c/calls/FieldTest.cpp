@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <complex>
+#include <fstream>
 #include <thread>
 
 TEST(CField, PressureIsTheSumOverTransducers)
@@ -43,6 +44,38 @@ TEST(CField, PressureIsTheSumOverTransducers)
     }
     midair_scene_close(scene);
     midair_array_close(array);
+}
+
+// 0.04 mm, as a model in other units has, is one focus; with all of the sound it would have 40 kPa.
+TEST(CField, WhatIsOneFocusIsAskedAboutAndNoLouderThanAPointOfTheWhole)
+{
+    const std::string star = std::string(MIDAIR_ROOT) + "/samples/models/star.obj";
+    double whole_Pa = 0.0;
+    for (const double size_m : {0.1, 4e-5})
+    {
+        Opened of;
+        midair_object object = 0;
+        ASSERT_EQ(midair_add_file(of.scene, star.c_str(), size_m, &object), MIDAIR_OK);
+        const Solved solved(of.scene);
+        ASSERT_EQ(solved.status, MIDAIR_OK) << solved.why;
+        const double level_Pa = solved.figure("level_Pa");
+        const bool isAsked = of.messages().find("under half a wavelength") != std::string::npos;
+        EXPECT_EQ(isAsked, size_m < 0.01) << of.messages();
+        if (size_m > 0.01) whole_Pa = level_Pa;
+        EXPECT_GT(level_Pa, 100.0);
+        EXPECT_LE(level_Pa, whole_Pa);
+    }
+}
+
+TEST(CField, WhatOfAFileCantBeFeltIsTold)
+{
+    const std::string file = testing::TempDir() + "midair-c-corners.obj";
+    std::ofstream(file) << "v 0 0 0\nv 0.04 0 0\nv 0 0.04 0\nf 1 2\nf 1 2 3\n";
+    Opened of;
+    midair_object object = 0;
+    ASSERT_EQ(midair_add_file(of.scene, file.c_str(), 0.0, &object), MIDAIR_OK);
+    EXPECT_NE(of.messages().find(file + ", line 4: the face has 2 corners"), std::string::npos)
+        << of.messages();
 }
 
 TEST(CField, LevelsAndViewAreTheActivations)
@@ -109,7 +142,7 @@ TEST(CField, CapsHold)
     for (std::size_t i = 0; i < q.size(); i += 2)
         ASSERT_LE(std::hypot(q[i], q[i + 1]), 0.3F + 1e-6F);
     ASSERT_EQ(midair_set(of.scene, "maxAmplitude", "1"), MIDAIR_OK);
-    ASSERT_EQ(midair_set(of.scene, "maxPressure", "0.1 Pa"), MIDAIR_OK);
+    ASSERT_EQ(midair_set(of.scene, "maxPressure", "0.01 Pa"), MIDAIR_OK);
     const Solved silent(of.scene);
     EXPECT_EQ(silent.status, MIDAIR_SILENT);
     EXPECT_NE(silent.why.find("maxPressure"), std::string::npos) << silent.why;
@@ -149,6 +182,143 @@ TEST(CSolver, FindsAFocusAndGoesOnFromIt)
         << midair_last_error();
     EXPECT_EQ(midair_solver_close(solver), MIDAIR_OK);
     EXPECT_EQ(midair_solver_solve(solver, positions, targets, 2, 0, q.data(), m), MIDAIR_CLOSED);
+}
+
+namespace
+{
+
+/// Activations of one focus at \a x_m by a solver that stays open.
+std::vector<float> focusAt(midair_solver* solver, std::size_t m, double x_m, midair_status expected)
+{
+    const double position[] = {x_m, 0.0, 0.0};
+    const double target = 1.0;
+    std::vector<float> q(2 * m);
+    EXPECT_EQ(midair_solver_solve(solver, position, &target, 1, 0, q.data(), m), expected)
+        << midair_last_error();
+    return q;
+}
+
+} // namespace
+
+// What listens is kept from field to field, and is that of each field's own array, air and ears.
+TEST(CField, FiguresOfTheExposureAreEachFieldsOwn)
+{
+    Opened octagon;
+    Opened board("board");
+    addStar(octagon.scene);
+    const double place[] = {0.0, 0.0, 0.15};
+    midair_object points = 0;
+    ASSERT_EQ(midair_add_points(board.scene, place, nullptr, 1, 0, &points), MIDAIR_OK);
+    std::vector<std::vector<double>> levels_dB;
+    for (int round = 0; round < 2; ++round)
+    {
+        std::vector<double>& now = levels_dB.emplace_back();
+        for (const char* celsius : {"20", "35"})
+            for (const char* ears : {"", "0 0 0.7"})
+                for (midair_scene* scene : {octagon.scene, board.scene})
+                {
+                    ASSERT_EQ(midair_set(scene, "temperature", celsius), MIDAIR_OK);
+                    ASSERT_EQ(midair_set(scene, "earPoints", ears), MIDAIR_OK);
+                    const Solved solved(scene);
+                    ASSERT_EQ(solved.status, MIDAIR_OK) << solved.why;
+                    now.push_back(solved.figure("exposure.level_dB"));
+                    now.push_back(solved.figure("exposure.places"));
+                }
+    }
+    EXPECT_EQ(levels_dB[0], levels_dB[1]);
+    EXPECT_NE(levels_dB[0][0], levels_dB[0][2]) << "another array";
+    EXPECT_NE(levels_dB[0][0], levels_dB[0][8]) << "another air";
+    EXPECT_EQ(levels_dB[0][1] + 1.0, levels_dB[0][5]) << "another ear";
+}
+
+TEST(CSolver, KeepsItsFieldWithinTheMotionTolerance)
+{
+    Opened of;
+    std::size_t m = 0;
+    ASSERT_EQ(midair_array_size(of.array, &m), MIDAIR_OK);
+    for (const char* tolerance : {"1e-5", "0.5"})
+    {
+        ASSERT_EQ(midair_set(of.scene, "motionTolerance", tolerance), MIDAIR_OK);
+        midair_solver* solver = nullptr;
+        ASSERT_EQ(midair_solver_open(of.scene, &solver), MIDAIR_OK) << midair_last_error();
+        const auto first = focusAt(solver, m, 0.0, MIDAIR_OK);
+        const auto moved = focusAt(solver, m, 2e-3, MIDAIR_OK); // a quarter of a wavelength
+        EXPECT_EQ(first == moved, std::string(tolerance) == "0.5") << tolerance;
+        EXPECT_EQ(midair_solver_close(solver), MIDAIR_OK);
+    }
+}
+
+TEST(CSolver, KnowsDeadTransducersAndItsOwnLimitOfPoints)
+{
+    Opened of;
+    std::size_t m = 0;
+    ASSERT_EQ(midair_array_size(of.array, &m), MIDAIR_OK);
+    ASSERT_EQ(midair_set(of.scene, "dead", "17, 400-410"), MIDAIR_OK);
+    ASSERT_EQ(midair_set(of.scene, "maxPoints", "1"), MIDAIR_OK);
+    midair_solver* solver = nullptr;
+    ASSERT_EQ(midair_solver_open(of.scene, &solver), MIDAIR_OK) << midair_last_error();
+    const auto q = focusAt(solver, m, 0.0, MIDAIR_OK);
+    for (const std::size_t dead : {17U, 400U, 410U})
+        EXPECT_EQ(std::hypot(q[2 * dead], q[2 * dead + 1]), 0.0F) << dead;
+    EXPECT_GT(std::hypot(q[2 * 18], q[2 * 18 + 1]), 0.5F);
+    const double two[] = {0.0, 0.0, 0.0, 0.02, 0.0, 0.0};
+    const double targets[] = {1.0, 1.0};
+    std::vector<float> other(2 * m);
+    EXPECT_EQ(midair_solver_solve(solver, two, targets, 2, 0, other.data(), m), MIDAIR_INVALID);
+    EXPECT_STREQ(midair_last_error(), "count is 2; maxPoints is 1");
+    EXPECT_EQ(midair_solver_close(solver), MIDAIR_OK);
+}
+
+// Each setting of a field has its effect on a solver, or is refused by name.
+TEST(CSolver, RefusesWhatIsOfNoUseToIt)
+{
+    for (const auto& [name, value] : {std::pair{"cycle", "4"},
+                                      {"cycleSteps", "2"},
+                                      {"even", "7"},
+                                      {"subsets", "2"},
+                                      {"denseOutlines", "false"},
+                                      {"monitorInterval", "1"},
+                                      {"maxPressure", "500"},
+                                      {"maxAmplitude", "0.5"},
+                                      {"earLimit", "120"}})
+    {
+        Opened of;
+        ASSERT_EQ(midair_set(of.scene, name, value), MIDAIR_OK) << name;
+        midair_solver* solver = nullptr;
+        EXPECT_EQ(midair_solver_open(of.scene, &solver), MIDAIR_REFUSED) << name;
+        EXPECT_NE(std::string(midair_last_error()).find(name), std::string::npos)
+            << midair_last_error();
+    }
+}
+
+TEST(CSolver, TakesTheOtherSettings)
+{
+    std::size_t m = 0;
+    std::vector<float> plain;
+    for (const auto& [name, value] : {std::pair{"", ""},
+                                      {"temperature", "35"},
+                                      {"humidity", "0.1"},
+                                      {"airPressure", "80000"},
+                                      {"solver", "gs"},
+                                      {"loudness", "0.5"},
+                                      {"weak", "17:0.5"},
+                                      {"phaseOnly", "false"}})
+    {
+        Opened of("board");
+        ASSERT_EQ(midair_array_size(of.array, &m), MIDAIR_OK);
+        if (*name) ASSERT_EQ(midair_set(of.scene, name, value), MIDAIR_OK) << midair_last_error();
+        midair_solver* solver = nullptr;
+        ASSERT_EQ(midair_solver_open(of.scene, &solver), MIDAIR_OK) << midair_last_error();
+        const double positions[] = {0.0, 0.0, 0.15, 0.02, 0.0, 0.14, -0.01, 0.02, 0.13};
+        const double targets[] = {1.0, 0.7, 0.4};
+        std::vector<float> q(2 * m);
+        ASSERT_EQ(midair_solver_solve(solver, positions, targets, 3, 0, q.data(), m), MIDAIR_OK);
+        if (plain.empty())
+            plain = q;
+        else
+            EXPECT_NE(q, plain) << name << " has no effect";
+        EXPECT_EQ(midair_solver_close(solver), MIDAIR_OK);
+    }
 }
 
 TEST(CThreads, SolveOneSceneTogetherAndOneCancels)

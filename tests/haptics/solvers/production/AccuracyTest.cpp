@@ -306,9 +306,13 @@ TEST(Accuracy, TargetsThatCannotBePlayedAreNamed)
         TransducerArray onOnly = TransducerArray::octagonalPrism();
         onOnly.drive.amplitudeLevels = {1.0F};
         points.targets.setConstant(1.0);
+        // Off is played by every array, and one transducer alone plays ten times that.
         const SolveReport loud = makeSolver(name)->solve(points, onOnly, Medium(), q);
-        EXPECT_GT(loud.level_Pa, 100.0);
-        EXPECT_NE(loud.message.find("the field is louder than asked for, "), std::string::npos)
-            << loud.message;
+        EXPECT_EQ(loud.stop, StopReason::NOTHING_TO_DO);
+        EXPECT_TRUE(q.isZero());
+        points.targets.setConstant(100.0);
+        const SolveReport some = makeSolver(name)->solve(points, onOnly, Medium(), q);
+        EXPECT_GT(some.level_Pa, 80.0);
+        EXPECT_LT(some.level_Pa, 110.0);
     }
 }

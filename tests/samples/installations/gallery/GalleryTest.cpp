@@ -56,6 +56,18 @@ TEST(Gallery, TheGalleryShowsAllModelsAndTellsTheBadOnes)
                                    models + "/" + name);
     std::ofstream(models + "/broken.obj") << "this is no model\n";
     std::ofstream(models + "/cut.osgt") << "this is no scene\n";
+    std::ofstream(models + "/corners.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nf 1 2 3\n";
+    // These end OSG's readers by a signal.
+    std::ofstream(models + "/beyond.lwo", std::ios::binary)
+        << std::string("FORM\0\0\0\x64LWO2PNTS\0\0\0\x24", 20) + std::string(36, '\0') + "POLS" +
+               std::string("\0\0\0\x0c"
+                           "FACE\0\3\0\0\0\1\xea\x60",
+                           16);
+    std::ofstream(models + "/beyond.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n";
+    std::ofstream(models + "/beyond.ply")
+        << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+           "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+           "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 900000000\n";
     std::filesystem::create_symlink("nowhere.obj", models + "/dangling.obj");
     std::ofstream(models + "/sign.osgt")
         << "#Ascii Scene\n#Version 161\n#Generator OpenSceneGraph 3.6.5\n"
@@ -73,7 +85,8 @@ TEST(Gallery, TheGalleryShowsAllModelsAndTellsTheBadOnes)
         EXPECT_TRUE(scene.at("shown").contains(name)) << scene;
         EXPECT_TRUE(scene.at("felt").contains(name)) << scene;
     }
-    for (const char* name : {"broken.obj", "cut.osgt", "sign.osgt"})
+    for (const char* name :
+         {"broken.obj", "cut.osgt", "sign.osgt", "beyond.obj", "beyond.ply", "beyond.lwo"})
     {
         EXPECT_TRUE(scene.at("skipped").contains(name)) << scene;
         const std::string& text = run.outcome.output;
@@ -83,6 +96,10 @@ TEST(Gallery, TheGalleryShowsAllModelsAndTellsTheBadOnes)
                   std::string::npos)
             << "told twice: " << text;
     }
+    const std::string corners = "line 4: the face has 2 corners";
+    const std::size_t first = run.outcome.output.find(corners);
+    EXPECT_NE(first, std::string::npos) << run.outcome.output;
+    EXPECT_EQ(run.outcome.output.find(corners, first + 1), std::string::npos) << "told each round";
     EXPECT_EQ(run.outcome.output.find("no such file"), std::string::npos) << run.outcome.output;
     for (const char* name : {"star.mtl", "dangling.obj"})
         EXPECT_NE(run.outcome.output.find(name + std::string(" is no model")), std::string::npos);

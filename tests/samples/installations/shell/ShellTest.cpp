@@ -1,3 +1,4 @@
+#include "samples/installations/shell/EarChoice.h"
 #include "samples/installations/shell/InstallationOptions.h"
 #include "samples/installations/shell/MuteMemory.h"
 #include "samples/installations/shell/ServiceNotifier.h"
@@ -8,6 +9,8 @@
 #include <osgViewer/Viewer>
 
 #include <array>
+#include <cmath>
+#include <complex>
 #include <cstdlib>
 #include <cstring>
 #include <stdexcept>
@@ -28,6 +31,90 @@ TEST(Hold, EachDeviceHasOne)
     EXPECT_EQ(withHold("usb:?hold=2s,record:a,b.bin"), "usb:?hold=2s,record:a,b.bin?hold=1s");
     EXPECT_EQ(withHold("play:f?to=usb:A,usb:B"), "play:f?to=usb:A,usb:B&hold=1s")
         << "the list behind to= is one device's";
+}
+
+TEST(EarChoice, IsNeededForAllButSimulators)
+{
+    for (const char* simulated : {"sim:", "sim:?board=autd3&units=1", "null:", "sim:,null:"})
+        EXPECT_TRUE(isSimulated(simulated)) << simulated;
+    for (const char* real :
+         {"usb:", "autd3:", "sim:,usb:", "record:f", "play:f?to=sim:", "booth", ""})
+        EXPECT_FALSE(isSimulated(real)) << real;
+    osgMidair::HapticSettings settings;
+    settings.device = "usb:";
+    InstallationOptions options;
+    EXPECT_NE(whyEarLimitIsMissing(settings, options).find("device \"usb:\" is no simulator"),
+              std::string::npos);
+    settings.earLimit = 100.0; // of a scene or of the installation: no operator's word
+    EXPECT_FALSE(whyEarLimitIsMissing(settings, options).empty());
+    options.settings = {{"earLimit", "none"}};
+    EXPECT_EQ(whyEarLimitIsMissing(settings, options), "");
+    options.settings.clear();
+    settings.device = "sim:";
+    EXPECT_EQ(whyEarLimitIsMissing(settings, options), "");
+}
+
+// What is told to be left is what the pipeline's own rule leaves.
+TEST(EarChoice, SaysWhatEachLimitWouldLeave)
+{
+    osgMidair::HapticSettings settings;
+    settings.array = "autd3";
+    EarNeedMeter meter(settings);
+    std::vector<std::complex<float>> full(249);
+    for (std::size_t i = 0; i < full.size(); ++i)
+        full[i] = std::polar(1.0F, 2.4F * static_cast<float>(i * i));
+    meter.add({full});
+    const EarNeed need = meter.need();
+    EXPECT_FALSE(need.isFullDrive);
+    EXPECT_NEAR(need.radius_m, 0.5, 1e-9);
+    EXPECT_GT(need.level_dB, 130.0);
+    EXPECT_NEAR(need.workersShare / need.publicShare, std::sqrt(10.0), 1e-6);
+    // The loudest beam is over the limit by as many dB as the share is below 1.
+    EXPECT_LE(-20.0 * std::log10(need.publicShare), need.level_dB - 100.0 + 6.7);
+    EXPECT_GE(-20.0 * std::log10(need.publicShare), need.level_dB - 100.0 - 0.1);
+    const std::string text = describe(need, settings.array);
+    for (const char* told : {"array \"autd3\"",
+                             "earLimit=100   the limit for the public: ",
+                             "earLimit=110   the limit for workers: ",
+                             "earLimit=none",
+                             "OSG_MIDAIR_EAR_LIMIT"})
+        EXPECT_NE(text.find(told), std::string::npos) << text;
+    EarNeedMeter nothing(settings);
+    EXPECT_TRUE(nothing.need().isFullDrive);
+    EXPECT_GT(nothing.need().level_dB, 120.0);
+}
+
+TEST(EarChoice, NoInstallationStartsWithoutOne)
+{
+    const OwnFolder out("unchosen");
+    for (const char* name : {"toybox", "piano", "water", "desk", "paper-scenes", "jnd"})
+    {
+        const std::string file = out.path + "/" + name + ".midair";
+        const std::string results =
+            name == std::string("jnd") ? " --results '" + out.path + "/r.csv'" : "";
+        const Visit refused =
+            visit(name, "--frames 5 --device 'record:" + file + "'" + results, out);
+        EXPECT_EQ(refused.outcome.code, 1) << name << refused.outcome.output;
+        EXPECT_NE(refused.outcome.output.find("% of the pressure would be left"), std::string::npos)
+            << name << refused.outcome.output;
+        EXPECT_FALSE(std::filesystem::exists(file)) << name << " opened it";
+        EXPECT_FALSE(std::filesystem::exists(out.path + "/r.csv")) << "a rehearsal keeps nothing";
+    }
+    const std::string file = out.path + "/chosen.midair";
+    const Visit none =
+        visit("toybox", "--frames 5 --set earLimit=none --device 'record:" + file + "'", out);
+    EXPECT_EQ(none.outcome.code, 0) << none.outcome.output;
+    EXPECT_TRUE(std::filesystem::exists(file));
+    std::filesystem::remove(file);
+    const Outcome users = shell(std::string("OSG_MIDAIR_EAR_LIMIT=100 '") + MIDAIR_BIN +
+                                "/midair-toybox' --headless --pictures 0 --frames 5 --out '" +
+                                out.path + "' --device 'record:" + file + "'");
+    EXPECT_EQ(users.code, 0) << users.output;
+    const Outcome above =
+        shell(std::string("OSG_MIDAIR_DEVICE='record:") + file + ".2' '" + MIDAIR_BIN +
+              "/midair-toybox' --headless --pictures 0 --frames 5 " + "--out '" + out.path + "'");
+    EXPECT_EQ(above.code, 1) << "the variable stands above the option";
+    EXPECT_FALSE(std::filesystem::exists(file + ".2"));
 }
 
 TEST(MuteMemory, WhatWasMutedStaysMuted)

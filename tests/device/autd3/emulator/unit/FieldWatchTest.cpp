@@ -36,7 +36,7 @@ protected:
         bench.open();
         for (int unit = 0; unit < 3; ++unit)
         {
-            bench.command(unit, "05 40 42 0F 00 00*60");
+            bench.command(unit, UnitBench::cpuConfig(1'000'000, 0));
             for (int bank = 0; bank < 2; ++bank)
             {
                 bench.command(unit, bench.rawSlot(bank, 1, 0, 0));

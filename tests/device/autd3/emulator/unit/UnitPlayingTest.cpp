@@ -21,7 +21,7 @@ protected:
     EmulatedUnitPlaying()
     {
         bench.open();
-        bench.command(0, "05 40 42 0F 00 00*60"); // margin 1 ms, no failsafe
+        bench.command(0, UnitBench::cpuConfig(1'000'000, 0));
         bench.command(0, widths());
     }
 

@@ -49,7 +49,7 @@ TEST(EmulatedUnitIds, an_id_is_assigned_once_and_moves_the_address)
     EXPECT_EQ(bench.askOne(kNoId, "02 04 01 00 FF 00"), hex("02 04 01 00 03"));
     EXPECT_EQ(bench.askOne(kNoId, "02 04 01 00 05 02"), hex("02 04 01 00 03"));
     EXPECT_EQ(bench.askOne(kNoId, "02 04 01 00 05"), hex("02 04 01 00 03"));
-    EXPECT_EQ(bench.askOne(kNoId, "02 05 01 00"), hex("02 05 01 00 02 00"));
+    EXPECT_EQ(bench.askOne(kNoId, "02 05 01 00"), hex("02 05 01 00 02"));
     EXPECT_EQ(bench.askOne(kNoId, "02 06 01 00 00*8"), hex("02 06 01 00 02"));
     EXPECT_EQ(bench.lastFrom, kNoId);
     EXPECT_EQ(bench.askOne(kNoId, "02 04 01 00 05 00"), hex("02 04 01 00 00"));
@@ -57,7 +57,16 @@ TEST(EmulatedUnitIds, an_id_is_assigned_once_and_moves_the_address)
     EXPECT_TRUE(bench.ask(kNoId, hex("02 04 01 00 06 00")).empty()); // nobody is there any more
     EXPECT_TRUE(bench.ask(5, hex("02 04 01 00 06 00")).empty());
     EXPECT_EQ(bench.askOne(5, "02 06 01 00 00*8"), hex("02 06 01 00 04")); // a slave
-    EXPECT_EQ(bench.askOne(5, "02 06 01 00 00*7"), hex("02 06 01 00 03"));
+    EXPECT_EQ(bench.askOne(5, "02 06 01 00 00*7"), hex("02 06 01 00 04"));
+    UnitBench master(units(1));
+    EXPECT_EQ(master.askOne(kNoId, "02 01 01 00").at(7), 0xFF); // the port isn't known yet
+    master.ask(kNoId, hex("02 04 01 00 00 01"));
+    EXPECT_EQ(master.askOne(0, "02 01 01 00").at(7), 0x00);
+    EXPECT_EQ(master.askOne(0, "02 06 01 00 00*7"), hex("02 06 01 00 03"));
+    EXPECT_EQ(master.askOne(0, "02 06 01 00 00 CA 9A 3B FF FF FF 7F"), hex("02 06 01 00 03"));
+    EXPECT_EQ(master.askOne(0, "02 01 01 00").at(6) & 0x38, 0x20);
+    EXPECT_EQ(master.askOne(0, "02 06 01 00 00*8"), hex("02 06 01 00 00"));
+    EXPECT_EQ(master.askOne(0, "02 01 01 00").at(6) & 0x30, 0x30); // follows nobody, so at once
 }
 
 TEST(EmulatedUnitIds, ResetId_takes_the_id_and_closes_the_way_after_20_ms)
@@ -70,11 +79,11 @@ TEST(EmulatedUnitIds, ResetId_takes_the_id_and_closes_the_way_after_20_ms)
     bench.pass(0.2);
     EXPECT_TRUE(bench.ask(1, hex("02 01 01 00")).empty());
     EXPECT_EQ(bench.ask(kGroup, hex("02 03 01 00")).size(), 1U); // the nearest alone
-    // One that gets an id within the 20 ms loses it again.
+    // One that gets an id within the 20 ms keeps it: a new id ends what the last had to do.
     bench.ask(kGroup, hex("02 02 01 00"));
     EXPECT_EQ(bench.ask(kNoId, hex("02 04 01 00 00 01")).size(), 1U);
     bench.pass(21);
-    EXPECT_TRUE(bench.ask(0, hex("02 01 01 00")).empty());
+    EXPECT_EQ(bench.ask(0, hex("02 01 01 00")).size(), 1U);
 }
 
 TEST(EmulatedUnitIds, the_next_unit_hears_when_the_way_is_opened)
@@ -186,7 +195,7 @@ TEST(EmulatedUnitNumbers, a_repeat_is_never_done_twice_and_answered_when_it_is_d
     EXPECT_EQ(bench.askOne(0, "02 00 04 00 00 60 00").at(2), 0x04);
     EXPECT_TRUE(bench.chain.unit(0).cpu().fan());
     EXPECT_EQ(bench.report().telemetry.repeats, 2U);
-    EXPECT_EQ(bench.report().telemetry.done, 2U);
+    EXPECT_EQ(bench.report().telemetry.done, 1U); // Reset isn't counted
 }
 
 TEST(EmulatedUnitNumbers, an_eighth_frame_is_dropped_and_may_be_sent_again)
@@ -208,6 +217,39 @@ TEST(EmulatedUnitNumbers, an_eighth_frame_is_dropped_and_may_be_sent_again)
     const std::vector<Bytes> again = bench.answers();
     ASSERT_EQ(again.size(), 1U);
     EXPECT_EQ(again[0].at(4), 7);
+}
+
+// Only what is done is answered again: of a frame that was out of turn there is nothing to tell.
+TEST(EmulatedUnitNumbers, a_repeat_of_what_was_out_of_turn_gets_silence)
+{
+    UnitBench bench(units(1));
+    bench.open();
+    const int due = bench.next[0];
+    const std::string late = fmt::format("02 00 01 00 {:02X} 04", due + 1);
+    EXPECT_EQ(bench.ask(0, hex(late)).size(), 1U);
+    EXPECT_TRUE(bench.ask(0, hex(late)).empty());
+    EXPECT_EQ(bench.report().telemetry.outOfTurn, 1U);
+    EXPECT_EQ(bench.report().telemetry.repeats, 1U);
+    EXPECT_EQ(bench.command(0, "04"), 0);
+    EXPECT_EQ(bench.askOne(0, late).at(4), due + 1); // in turn by now, and not the last received
+}
+
+TEST(EmulatedUnitNumbers, what_is_done_is_told_to_who_spoke_last)
+{
+    ChainOptions options = units(1);
+    options.perFrame_ns = kMillisecond_ns;
+    UnitBench bench(options);
+    bench.ask(kNoId, hex("02 04 01 00 00 01"));
+    const Bytes reset = hex("02 00 01 00 00 00");
+    const Bytes beat = hex("02 07 02 00");
+    bench.chain.send(0, reset.data(), reset.size(), 11, bench.now_ns);
+    bench.chain.send(0, beat.data(), beat.size(), 22, bench.now_ns);
+    bench.pass(2);
+    std::vector<std::uint64_t> peers;
+    EmulatedChain::Answer answer;
+    while (bench.chain.receive(answer, bench.now_ns))
+        peers.push_back(answer.peer);
+    EXPECT_EQ(peers, (std::vector<std::uint64_t>{22, 22}));
 }
 
 TEST(EmulatedUnitNumbers, an_error_uses_the_number_up)

@@ -1,0 +1,183 @@
+#include "engine-bridge/playing/unaided/UserDevice.h"
+
+#include "device/limits/GuardedDevice.h"
+#include "device/limits/UserLimits.h"
+#include "engine-bridge/playing/EarWatch.h"
+#include "engine-bridge/playing/PressureCap.h"
+#include "haptics/base/Limits.h"
+#include "haptics/base/text/Quantity.h"
+
+#include <algorithm>
+#include <array>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace midair::bridge
+{
+
+namespace
+{
+
+using device::DriveSignal;
+
+Eigen::Matrix3Xd placesOfUser(const std::string& text)
+{
+    std::vector<std::array<double, 3>> read;
+    base::parsePlaces(text, read); // judged by device::capsOfUser()
+    Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(read.size()));
+    for (std::size_t l = 0; l < read.size(); ++l)
+        places.col(static_cast<Eigen::Index>(l)) =
+            Eigen::Map<const Eigen::Vector3d>(read[l].data());
+    return places;
+}
+
+/// Passes fields on to a device, lowered to an ear limit.
+class HeldToEars : public device::ArrayDevice
+{
+public:
+    HeldToEars(std::unique_ptr<device::ArrayDevice> device,
+               const haptics::TransducerArray& array,
+               double limit_dB,
+               const Eigen::Matrix3Xd& places) :
+        _device(std::move(device)),
+        _array(array)
+    {
+        _ears.setPlace(_array, _medium, places);
+        _ears.setLimit(limit_dB);
+    }
+
+    bool send(const DriveSignal& signal) override
+    {
+        keepAlive();
+        return sendUnled(signal);
+    }
+    bool sendUnled(const DriveSignal& signal) override
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        DriveSignal held = signal;
+        const double factor = hold(held);
+        _factor = std::min(_factor, factor);
+        if (factor > 0.0) return _device->sendUnled(held);
+        ++_refused;
+        _device->silence();
+        return false;
+    }
+    void silence() override { _device->silence(); }
+    void setMuted(bool muted) override { _device->setMuted(muted); }
+    // What sounds might be rounded to levels for which no factor was found.
+    bool setAmplitudeCap(double amplitude) override
+    {
+        _device->silence();
+        return _device->setAmplitudeCap(amplitude);
+    }
+    std::string status() const override
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        std::string text = _device->status();
+        if (_factor < 1.0)
+            text += fmt::format("; held down to the ear limit of {:g} dB, at the least to {:.3g} "
+                                "of the drive",
+                                _ears.limit_dB(),
+                                _factor);
+        return text;
+    }
+    device::DeviceReport report() const override
+    {
+        device::DeviceReport report = _device->report();
+        const std::lock_guard<std::mutex> lock(_mutex);
+        report.sent += _refused;
+        report.refused += _refused;
+        if (_refused > 0 && report.message.empty())
+            report.message = fmt::format(
+                "{} fields were refused: no level of the device keeps to the ear limit of {:g} dB",
+                _refused,
+                _ears.limit_dB());
+        return report;
+    }
+    device::DriveAbility ability() const override
+    {
+        device::DriveAbility ability = _device->ability();
+        ability.sequenceFields = 0;
+        return ability;
+    }
+    bool identify(int board, bool light) override { return _device->identify(board, light); }
+    std::vector<std::complex<float>> played() const override { return _device->played(); }
+    std::vector<device::PlayedField> playedSince(double from_s) const override
+    {
+        return _device->playedSince(from_s);
+    }
+    std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        DriveSignal held = signal;
+        hold(held);
+        return _device->wouldPlay(held);
+    }
+    void noteSign(double at_s) override { _device->noteSign(at_s); }
+    bool isHoldOver() const override { return _device->isHoldOver(); }
+    double confirmed_s() const override { return _device->confirmed_s(); }
+
+private:
+    /// Lowers \a signal to the limit; returns the factor, 0: nothing is left. Under _mutex.
+    double hold(DriveSignal& signal) const
+    {
+        // Anything but the array's fields is refused by the device.
+        if (signal.size() != _array.size()) return 1.0;
+        const Eigen::Matrix3Xd nowhere(3, 0);
+        CappedPlaces where{nowhere, {&_array}, _medium};
+        where.ears = _ears.bound();
+        const auto play = [this](const DriveSignal& drive)
+        {
+            const std::vector<std::complex<float>> q = _device->wouldPlay(drive);
+            return Eigen::VectorXcf(
+                Eigen::Map<const Eigen::VectorXcf>(q.data(), static_cast<Eigen::Index>(q.size())));
+        };
+        return PressureCap(base::kMostPressure_Pa, play, _device->ability())
+            .hold(where, signal)
+            .factor;
+    }
+
+    const std::unique_ptr<device::ArrayDevice> _device;
+    const haptics::TransducerArray _array;
+    const haptics::Medium _medium;
+    mutable std::mutex _mutex; ///< guards what follows
+    mutable EarWatch _ears;
+    double _factor = 1.0; ///< the smallest so far
+    std::uint64_t _refused = 0;
+};
+
+} // namespace
+
+std::unique_ptr<device::ArrayDevice> openForUser(const std::string& uri,
+                                                 const device::DeviceLayout& layout,
+                                                 const haptics::TransducerArray* array,
+                                                 const device::SafetyLimits& limits,
+                                                 const std::string& owner)
+{
+    const device::UserCaps caps = device::capsOfUser();
+    if (!caps.wrong.empty()) throw device::DeviceError(caps.wrong.front());
+    const auto refuse = [&](const char* why)
+    {
+        throw device::DeviceError(fmt::format(
+            "device \"{}\": the ear limit of {:g} dB can't be held, {}; nothing is played",
+            uri,
+            caps.earLimit_dB,
+            why));
+    };
+    if (caps.earLimit_dB > 0.0 && device::playsByItself(uri))
+        refuse("as it plays by itself: \"midair-device play\" holds it");
+    if (caps.earLimit_dB > 0.0 && (!array || array->size() != layout.transducers))
+        refuse("as nobody says where the transducers are");
+    device::SafetyLimits all = limits;
+    all.maxAmplitude = std::min(limits.maxAmplitude, caps.maxAmplitude);
+    all.maxPressure_Pa = device::stricterPressure(limits.maxPressure_Pa, caps.maxPressure_Pa);
+    auto device = device::openLimitedDevice(uri, layout, all, owner);
+    if (!(caps.earLimit_dB > 0.0)) return device;
+    return std::make_unique<HeldToEars>(
+        std::move(device), *array, caps.earLimit_dB, placesOfUser(caps.earPoints));
+}
+
+} // namespace midair::bridge

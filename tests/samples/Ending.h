@@ -1,0 +1,56 @@
+#pragma once
+
+#include <chrono>
+#include <csignal>
+#include <functional>
+#include <string>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/// How a program ended that got a signal.
+struct Ending
+{
+    double seconds = 0.0; ///< from the signal on
+    int signal = 0;       ///< that ended it; 0: it ended by itself
+    int code = -1;
+    std::string said;
+};
+
+/// Runs \a program in a process of its own, which writes to its argument; once it has written "r",
+/// \a number is sent to it, and \a again if it isn't 0.
+inline Ending endingOf(const std::function<int(int)>& program, int number, int again = 0)
+{
+    int pipe[2] = {};
+    EXPECT_EQ(::pipe(pipe), 0);
+    const pid_t child = ::fork();
+    if (child == 0)
+    {
+        ::close(pipe[0]);
+        ::alarm(30); // so that a test fails rather than hangs
+        ::_exit(program(pipe[1]));
+    }
+    ::close(pipe[1]);
+    Ending ending;
+    char byte = 0;
+    EXPECT_EQ(::read(pipe[0], &byte, 1), 1);
+    const auto begin = std::chrono::steady_clock::now();
+    ::kill(child, number);
+    if (again != 0)
+    {
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        ::kill(child, again);
+    }
+    while (::read(pipe[0], &byte, 1) == 1)
+        ending.said += byte;
+    ::close(pipe[0]);
+    int status = 0;
+    EXPECT_EQ(::waitpid(child, &status, 0), child);
+    ending.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (WIFSIGNALED(status)) ending.signal = WTERMSIG(status);
+    if (WIFEXITED(status)) ending.code = WEXITSTATUS(status);
+    return ending;
+}
