@@ -73,7 +73,7 @@ GuardedDevice::GuardedDevice(std::unique_ptr<ArrayDevice> device,
 {
     checkLimits(limits);
     _accounted_s = base::steadySeconds();
-    if (limitsNeedTime()) _thread = std::thread([this] { run(); });
+    if (gainNeedsTime() || limits.hold_s > 0) _thread = std::thread([this] { run(); });
 }
 
 GuardedDevice::~GuardedDevice()
@@ -157,11 +157,14 @@ bool GuardedDevice::sendSequence(const DriveSequence& sequence)
 {
     std::lock_guard<std::mutex> lock(_mutex);
     const auto most = static_cast<std::size_t>(ability().sequenceFields);
-    if (_muted || _closing || sequence.signals.size() > most || !sequence.fits(_transducers))
+    if (_muted || _closing || sequence.signals.size() > most || !sequence.fits(_transducers) ||
+        isHoldOver())
     {
         ++_refused;
+        watchHold();
         return false;
     }
+    _isAbandoned = false;
     double loudest = 0;
     for (const DriveSignal& signal : sequence.signals)
         loudest = std::max(loudest, peakAmplitude(signal));
@@ -181,8 +184,10 @@ bool GuardedDevice::sendSequence(const DriveSequence& sequence)
     for (const DriveSignal& signal : played.signals)
         level.raiseTo(Loudness::of(signal));
     const double asked_s = base::steadySeconds();
+    const bool started = !_sounds;
     _sounds = _device->sendSequence(played);
     ask(level, asked_s, _sounds);
+    if (started && _thread.joinable() && nextDue_s() < _wakeAt_s) _wake.notify_all();
     return _sounds;
 }
 
@@ -307,7 +312,7 @@ void GuardedDevice::watchQuieting()
 double GuardedDevice::nextDue_s() const
 {
     double due_s = std::numeric_limits<double>::infinity();
-    if (_sounds && (_limits.ramp_s > 0 || _limits.meanDrive < 1))
+    if (_sounds && gainNeedsTime())
         due_s = base::steadySeconds() +
                 std::min(0.02, _limits.ramp_s > 0 ? 0.002 : _limits.meanDriveTime_s / 100);
     if (_limits.hold_s > 0 && !_isAbandoned && (_sounds || _quiet.maySound()))
@@ -334,7 +339,7 @@ void GuardedDevice::run()
         if (!sounded) last_s = now_s;
         watchHold();
         if (!_closing) watchQuieting();
-        if (!_sounds) continue;
+        if (!_sounds || _inTurn) continue; // a sequence has no gain that changes
         const double step = _limits.ramp_s > 0 ? (now_s - last_s) / _limits.ramp_s : 1;
         last_s = now_s;
         _ramp = std::clamp(_closing ? _ramp - step : _ramp + step, 0.0, 1.0);
@@ -348,8 +353,8 @@ DriveAbility GuardedDevice::ability() const
 {
     DriveAbility ability = _device->ability();
     ability.maxPressure_Pa = stricterPressure(ability.maxPressure_Pa, _limits.maxPressure_Pa);
-    if (limitsNeedTime()) ability.sequenceFields = 0;
-    ability.fades = ability.fades || _limits.ramp_s > 0 || _limits.meanDrive < 1;
+    if (gainNeedsTime()) ability.sequenceFields = 0;
+    ability.fades = ability.fades || gainNeedsTime();
     return ability;
 }
 

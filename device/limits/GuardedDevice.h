@@ -49,8 +49,8 @@ public:
     /// No sign of life.
     bool sendTogether(const DriveSignal& signal,
                       const std::shared_ptr<JointCommit>& joint) override;
-    /// Refuses all sequences with a ramp, thermal budget or hold, since the gain of a sequence
-    /// can't be changed while the device plays it.
+    /// Refuses all sequences with a ramp or thermal budget, since the gain of a sequence can't be
+    /// changed while the device plays it. After the hold it is silenced as a field is.
     bool sendSequence(const DriveSequence& sequence) override;
     void silence() override;
     void setMuted(bool muted) override;
@@ -60,7 +60,7 @@ public:
     double confirmed_s() const override { return _device->confirmed_s(); }
     std::string status() const override;
     DeviceReport report() const override;
-    DriveAbility ability() const override; ///< no sequences with a ramp, a thermal budget or a hold
+    DriveAbility ability() const override; ///< no sequences with a ramp or a thermal budget
     bool identify(int board, bool light) override { return _device->identify(board, light); }
     std::vector<std::complex<float>> played() const override { return _device->played(); }
     std::vector<PlayedField> playedSince(double from_s) const override
@@ -70,10 +70,7 @@ public:
     std::vector<std::complex<float>> wouldPlay(const DriveSignal& signal) const override;
 
 private:
-    bool limitsNeedTime() const
-    {
-        return _limits.ramp_s > 0 || _limits.meanDrive < 1 || _limits.hold_s > 0;
-    }
+    bool gainNeedsTime() const { return _limits.ramp_s > 0 || _limits.meanDrive < 1; }
     bool sendScaled(double now_s, const std::shared_ptr<JointCommit>& joint = nullptr);
     double capGain(const DriveSignal& signal) const; ///< for the amplitude cap only
     double allowedGain(double now_s);
