@@ -19,4 +19,8 @@ void decode(const DriveSignal& signal, std::vector<std::complex<float>>& q);
 /// The 256 relative amplitudes base::dutyAmplitude(L), ascending.
 const std::vector<float>& amplitudeLevels();
 
+/// Sets \a scaled to \a signal with all amplitudes multiplied by \a gain (0 .. 1) and rounded down
+/// to duty levels, so that no limit is exceeded.
+void scaleDuties(const DriveSignal& signal, double gain, DriveSignal& scaled);
+
 } // namespace midair::device

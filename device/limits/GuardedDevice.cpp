@@ -47,20 +47,6 @@ double peakAmplitude(const DriveSignal& signal)
 
 } // namespace
 
-void scaleDuties(const DriveSignal& signal, double gain, DriveSignal& scaled)
-{
-    scaled = signal;
-    if (gain >= 1) return;
-    std::array<std::uint8_t, 256> table{};
-    for (int level = 1; level < 256; ++level)
-    {
-        const double exact = base::dutyLevel(std::max(0.0, gain) * base::dutyAmplitude(level));
-        table[level] = static_cast<std::uint8_t>(exact + 1e-9);
-    }
-    for (std::uint8_t& duty : scaled.duty)
-        duty = table[duty];
-}
-
 GuardedDevice::GuardedDevice(std::unique_ptr<ArrayDevice> device,
                              const SafetyLimits& limits,
                              int transducers,

@@ -129,8 +129,4 @@ SafetyLimits takeLimits(DeviceUri& uri, const SafetyLimits& limits);
 /// The lower of two pressure caps; 0 means none.
 double stricterPressure(double a_Pa, double b_Pa);
 
-/// Sets \a scaled to \a signal with all amplitudes multiplied by \a gain (0 .. 1) and rounded down
-/// to duty levels, so that no limit is exceeded.
-void scaleDuties(const DriveSignal& signal, double gain, DriveSignal& scaled);
-
 } // namespace midair::device

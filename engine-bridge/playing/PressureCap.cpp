@@ -1,7 +1,6 @@
 #include "engine-bridge/playing/PressureCap.h"
 
 #include "device/drive/DriveEncoder.h"
-#include "device/limits/GuardedDevice.h"
 #include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/playing/FieldBounds.h"
 #include "haptics/base/DutyLaw.h"

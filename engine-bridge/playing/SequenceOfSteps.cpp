@@ -1,6 +1,6 @@
 #include "engine-bridge/playing/SequenceOfSteps.h"
 
-#include "device/limits/GuardedDevice.h"
+#include "device/drive/DriveEncoder.h"
 
 #include <cmath>
 #include <numeric>

@@ -117,4 +117,19 @@ void HapticEngine::tellSlowSolver(double now_s)
                              : "nothing is played meanwhile")});
 }
 
+// A scene that plays has one of the process's places; one without opens nothing.
+void HapticEngine::takePlace()
+{
+    const bool isWanted = _settings.enabled && !_isBaked;
+    _isCrowded = isWanted && !_place.take();
+    if (!isWanted && !_thread) _place.leave();
+    if (!_isCrowded) return;
+    _settings.enabled = _granted.enabled = false;
+    say({MessageCode::SCENE_LIMIT,
+         fmt::format("{} is not played: {} scenes of this program play already, and no more do at "
+                     "a time; put those that share an array into one HapticScene",
+                     name(),
+                     PlayingPlace::kMost)});
+}
+
 } // namespace osgMidair

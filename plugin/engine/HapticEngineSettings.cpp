@@ -27,8 +27,6 @@
 #include <algorithm>
 #include <array>
 
-#include <fmt/format.h>
-
 namespace osgMidair
 {
 
@@ -212,21 +210,6 @@ void HapticEngine::configure(const HapticSettings& given)
                        : _air.source());
     _air_C = _air.at(midair::base::steadySeconds(), _settings.temperature);
     applyToThread();
-}
-
-// A scene that plays has one of the process's places; one without opens nothing.
-void HapticEngine::takePlace()
-{
-    const bool isWanted = _settings.enabled && !_isBaked;
-    _isCrowded = isWanted && !_place.take();
-    if (!isWanted && !_thread) _place.leave();
-    if (!_isCrowded) return;
-    _settings.enabled = _granted.enabled = false;
-    say({MessageCode::SCENE_LIMIT,
-         fmt::format("{} is not played: {} scenes of this program play already, and no more do at "
-                     "a time; put those that share an array into one HapticScene",
-                     name(),
-                     PlayingPlace::kMost)});
 }
 
 // Only the air changes: the device stays open, and the next field starts from the last one.

@@ -1,7 +1,6 @@
 // Sequences that a recording keeps and times by itself, through the guard that openDevice() puts
 // around it.
 #include "device/drive/DriveEncoder.h"
-#include "device/limits/GuardedDevice.h"
 #include "device/recording/RecordingDevice.h"
 #include "tests/device/Eventually.h"
 #include "tests/device/Fields.h"

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "device/drive/DriveEncoder.h"
-#include "device/limits/GuardedDevice.h"
 #include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/playing/PressureCap.h"
 #include "haptics/base/Limits.h"

@@ -1,7 +1,6 @@
 #include "engine-bridge/playing/PressureCap.h"
 
 #include "device/drive/DriveEncoder.h"
-#include "device/limits/GuardedDevice.h"
 #include "haptics/base/InputError.h"
 #include "tests/engine-bridge/pipeline/DoubleField.h"
 
