@@ -98,8 +98,10 @@ void BoardEmulator::run()
             consume(midair::base::steadySeconds());
             space = kBuffer - _buffer.size();
         }
+        const double looks_s = midair::base::steadySeconds();
         const ssize_t count = space > 0 ? ::read(_master, bytes, space) : 0;
         std::unique_lock<std::mutex> lock(_mutex);
+        if (count <= 0 && space > 0) _idle_s = looks_s;
         if (count > 0) _buffer.insert(_buffer.end(), bytes, bytes + count);
         _emptyReads = count > 0 || !_buffer.empty() ? 0 : _emptyReads + 1;
         if (count > 0) continue;
@@ -146,7 +148,8 @@ void BoardEmulator::consume(double now_s)
         take(_buffer.front(), now_s);
         _buffer.pop_front();
     }
-    if (_buffer.empty()) _consumed_s = now_s;
+    // A line loses no time where this thread looks late: what comes next may be there already.
+    if (_buffer.empty()) _consumed_s = std::max(_consumed_s, _idle_s);
     if (_booting && now_s >= _sketchAt_s)
     {
         _booting = false;

@@ -81,7 +81,8 @@ private:
     bool _dtr = false;
     bool _booting = false;
     double _sketchAt_s = 0;
-    double _consumed_s = 0;
+    double _consumed_s = 0; ///< when the last byte had come over the line
+    double _idle_s = 0;     ///< when nothing was on the line for the last time that is known
     std::size_t _damage = 0;
     int _resets = 0;
     int _emptyReads = 0; ///< in a row

@@ -198,11 +198,11 @@ TEST(SlowLine, OfASimulatedBoardIsTheBoards)
     SceneSnapshot snapshot = squareSnapshot();
     snapshot.objects[0].pose.translation().z() = 0.12;
     // With a limit that needs time the host plays each field, and the line is too slow.
-    options.deviceUri = "sim:?board=sonicsurface&hold=1s";
+    options.deviceUri = "sim:?board=sonicsurface&ramp=20ms";
     const std::string message = HologramPipeline(options).process(snapshot)->report().message;
     EXPECT_EQ(message.find("modulation of 60 Hz needs 120 fields/s; the device carries "), 0U)
         << message;
-    options.deviceUri = "sim:?board=sonicsurface";
+    options.deviceUri = "sim:?board=sonicsurface&hold=1s";
     for (const double frequency_Hz : {60.0, 200.0})
     {
         options.modulation.amplitudeRate_Hz = frequency_Hz;
@@ -211,6 +211,7 @@ TEST(SlowLine, OfASimulatedBoardIsTheBoards)
         EXPECT_TRUE(fast->playing) << fast->report().message;
         EXPECT_EQ(fast->sequence.modulation.fieldRate_Hz, 2 * frequency_Hz);
     }
+    options.deviceUri = "sim:?board=sonicsurface";
     options.modulation.amplitudeRate_Hz = 40.0;
     const auto result = HologramPipeline(options).process(snapshot);
     EXPECT_NE(result->report().stop, haptics::StopReason::REFUSED) << result->report().message;
