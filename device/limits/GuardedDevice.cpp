@@ -287,8 +287,11 @@ void GuardedDevice::watchQuieting()
                                  "ms, so it may play on; it is asked again{}",
                            1000 * _patience_s,
                            why);
-        ++_faults;
-        deviceLog().error("{}: {}", _device->status(), text);
+        if (report.unsilenced.empty()) // else its driver has counted and told it
+        {
+            ++_faults;
+            deviceLog().error("{}: {}", _device->status(), text);
+        }
     }
     if (_sounds || _quiet.doubted_s() <= 0) noteSilence();
     _device->silence();
@@ -367,7 +370,7 @@ DeviceReport GuardedDevice::report() const
     report.quieted = _quieted;
     if (_muted && report.state == DeviceState::READY) report.state = DeviceState::MUTED;
     if (_unsilenced.empty() || report.state >= DeviceState::HANGING) return report;
-    report.unsilenced = _unsilenced;
+    if (report.unsilenced.empty()) report.unsilenced = _unsilenced;
     if (base::steadySeconds() - _quiet.doubted_s() <= QuietWatch::kHangs_s) return report;
     report.state = DeviceState::HANGING;
     report.message = _unsilenced;

@@ -206,7 +206,11 @@ bool ArrayOutput::tellOfDriver()
     const bool complains = isNew(report.complaint, _complaintTold);
     if (complains)
         _messages.say({base::MessageCode::CALLBACK_THREW, "device: " + report.complaint});
-    return isQuieted || mayPlayOn || complains;
+    // It may have been at fault before, so that its state doesn't change.
+    const bool hangs = report.state == device::DeviceState::HANGING && report.unsilenced.empty() &&
+                       _toldLoss != report.reconnects;
+    if (hangs) tellRefusal(report);
+    return isQuieted || mayPlayOn || complains || hangs;
 }
 
 void ArrayOutput::silence(Silence why)

@@ -222,7 +222,8 @@ TEST(SettingTable, MakesTheVariables)
         const auto entry = usage.find(name + " <" + row.name + ">");
         ASSERT_NE(entry, usage.end()) << name;
         EXPECT_NE(entry->second.find(row.summary()), std::string::npos) << entry->second;
-        const std::string text = otherText(row);
+        // Its reader knows places, which a row does not.
+        const std::string text = row.name == "earPoints" ? "0 0 0.6" : otherText(row);
         const char* before = std::getenv(name.c_str());
         const std::string kept = before ? before : "";
         setenv(name.c_str(), text.c_str(), 1);
