@@ -19,8 +19,8 @@ constexpr double kRepeat_s = 0.2; ///< of what plays; every other frame stays fr
 constexpr double kLook_s = 0.05;  ///< interval of lookAfterLine()
 /// Of a sequence that is timed by the line, the line is kept busy so far ahead, which is how much a
 /// silence has to overtake; this thread may wake kLate_s late.
-constexpr double kAhead_s = 0.06;
-constexpr double kLate_s = 0.045;
+constexpr double kAhead_s = 0.03;
+constexpr double kLate_s = 0.02;
 constexpr double kSwapsRepeat_s = 0.5; ///< its buffers are written again; each time it pauses
 constexpr double kSwapsNew_s = 0.1;    ///< and for new fields not more often
 

@@ -66,7 +66,7 @@ TEST_P(Hostile, NoFileIsWritten)
         {
             const Variable trusted("OSG_MIDAIR_TRUST", trust);
             const auto scene = fromFile([&](HapticScene& s) { s.setDevice(recordTo(path)); });
-            view(*scene);
+            const auto viewer = view(*scene);
             EXPECT_TRUE(simulates(*scene)) << scene->getStatistics().device;
             EXPECT_TRUE(says(*scene, "asks for the device \"record:")) << messages(*scene);
             EXPECT_EQ(Workplace::read(victim), kPrecious);
@@ -84,7 +84,7 @@ TEST_P(Hostile, NoFileIsWrittenByAListOrANestedUri)
                                    "RECORD:" + victim})
     {
         const auto scene = fromFile([&](HapticScene& s) { s.setDevice(uri); });
-        view(*scene);
+        const auto viewer = view(*scene);
         EXPECT_TRUE(simulates(*scene)) << uri << ": " << scene->getStatistics().device;
         EXPECT_EQ(Workplace::read(victim), kPrecious);
     }
@@ -97,7 +97,7 @@ TEST_P(Hostile, NoFileIsWrittenFromBelowAnotherScene)
     const osg::ref_ptr<HapticScene> outer = new HapticScene;
     outer->setArray("board");
     outer->addChild(inner);
-    view(*outer);
+    const auto viewer = view(*outer);
     EXPECT_EQ(Workplace::read(victim), kPrecious);
     EXPECT_GT(SceneAccess::latestResult(*outer)->points.size(), 0) << "what is inside is felt";
     EXPECT_TRUE(says(*inner, "is inside another HapticScene, which plays it")) << messages(*inner);
@@ -126,7 +126,7 @@ TEST_P(Hostile, NoFileIsWrittenWithOptionsOrWhenDisabled)
     const std::string victim = Workplace::write(_place.outside("victim"), kPrecious);
     const auto given =
         fromFile([&](HapticScene& s) { s.setDevice(recordTo(victim)); }, "device=null:");
-    view(*given);
+    const auto viewer = view(*given);
     EXPECT_EQ(given->getStatistics().device.rfind("null:", 0), 0u) << "an option is the user's";
     const auto disabled = fromFile(
         [&](HapticScene& s)
@@ -178,7 +178,7 @@ TEST_P(Hostile, NoAbsoluteOrOutsideFileIsRead)
                                      std::string("../../../../../../dev/zero")})
     {
         const auto scene = fromFile([&](HapticScene& s) { s.setArray(array); });
-        view(*scene);
+        const auto viewer = view(*scene);
         EXPECT_EQ(SceneAccess::array(*scene), nullptr) << array;
         EXPECT_TRUE(says(*scene, "asks for the array \"" + array + "\"")) << messages(*scene);
         EXPECT_TRUE(says(*scene, "nothing is played")) << messages(*scene);
@@ -190,7 +190,7 @@ TEST_P(Hostile, WhatLiesBesideTheSceneIsRead)
     std::filesystem::create_directory(_place.beside("arrays"));
     midair::haptics::TransducerArray::singleBoard().save(_place.beside("arrays/own.json"));
     const auto scene = fromFile([](HapticScene& s) { s.setArray("arrays/own.json"); });
-    view(*scene);
+    const auto viewer = view(*scene);
     ASSERT_NE(SceneAccess::array(*scene), nullptr) << messages(*scene);
     EXPECT_EQ(SceneAccess::array(*scene)->size(), 249);
 }
@@ -211,7 +211,7 @@ TEST_P(Hostile, RecordingsOfHandsAreReadFromBesideTheSceneAlone)
                                     std::string("/dev/zero")})
     {
         const auto scene = fromFile([&](HapticScene& s) { s.setHands("recorded:" + file); });
-        view(*scene);
+        const auto viewer = view(*scene);
         EXPECT_TRUE(says(*scene, "asks for the hands \"recorded:" + file)) << messages(*scene);
     }
     const auto scene = fromFile([&](HapticScene& s) { s.setHands("recorded:hands.csv?loop"); });
@@ -236,7 +236,7 @@ TEST_P(Hostile, ThermometersAreReadFromBesideTheSceneAlone)
         {
             const Variable trusted("OSG_MIDAIR_TRUST", trust);
             const auto scene = fromFile([&](HapticScene& s) { s.setTemperatureSource(file); });
-            view(*scene);
+            const auto viewer = view(*scene);
             EXPECT_TRUE(says(*scene, "asks for the thermometer \"" + file)) << messages(*scene);
             EXPECT_FALSE(says(*scene, "thesis")) << messages(*scene);
         }
@@ -254,7 +254,7 @@ TEST_P(Hostile, AnEndlessFileOfTheUsersHoldsNoFrameUp)
                             std::string(variable) == "OSG_MIDAIR_ARRAY" ? "/dev/zero"
                                                                         : "recorded:/dev/zero");
         const auto scene = fromFile([](HapticScene&) {});
-        view(*scene);
+        const auto viewer = view(*scene);
         EXPECT_TRUE(says(*scene, "should be a regular file")) << messages(*scene);
     }
 }
@@ -267,7 +267,7 @@ TEST_P(Hostile, ATerminalIsNotSpokenTo)
             s.setName("\x1B[2J\x1B]0;owned\a");
             s.setDevice("usb:\x1B]52;c;aGk=\a" + std::string(5000, 'x'));
         });
-    view(*scene);
+    const auto viewer = view(*scene);
     EXPECT_TRUE(says(*scene, "asks for the device"));
     for (const char c : messages(*scene))
         EXPECT_TRUE(c == '\n' || static_cast<unsigned char>(c) >= 0x20) << int(c);

@@ -73,7 +73,7 @@ TEST_P(HostileDevices, NoneOfTheUsersIsDriven)
                                    std::string("desk")})
     {
         const auto scene = fromFile([&](HapticScene& s) { s.setDevice(uri); });
-        view(*scene);
+        const auto viewer = view(*scene);
         EXPECT_TRUE(simulates(*scene)) << uri << ": " << scene->getStatistics().device;
         EXPECT_TRUE(says(*scene, "asks for the device \"" + uri + "\"")) << messages(*scene);
         EXPECT_TRUE(says(*scene, "OSG_MIDAIR_DEVICE")) << "how to grant it";
@@ -87,7 +87,7 @@ TEST_P(HostileDevices, WhatIsSimulatedIsNoWish)
     for (const char* uri : {"sim:", "null:", "sim:?latency=1ms", "null:,sim:"})
     {
         const auto scene = fromFile([&](HapticScene& s) { s.setDevice(uri); });
-        view(*scene);
+        const auto viewer = view(*scene);
         EXPECT_FALSE(says(*scene, "asks for")) << messages(*scene);
     }
 }
@@ -97,19 +97,19 @@ TEST_P(HostileDevices, TheUserGrants)
     const auto wish = [](HapticScene& s) { s.setDevice("usb:"); };
     {
         const auto scene = fromFile(wish, "device=null:");
-        view(*scene);
+        const auto viewer = view(*scene);
         EXPECT_EQ(scene->getStatistics().device.rfind("null:", 0), 0u) << "an option";
     }
     {
         const Variable device("OSG_MIDAIR_DEVICE", "null:");
         const auto scene = fromFile(wish);
-        view(*scene);
+        const auto viewer = view(*scene);
         EXPECT_EQ(scene->getStatistics().device.rfind("null:", 0), 0u) << "the environment";
     }
     const auto scene = fromFile(wish);
     const std::string file = _place.outside("by-the-program");
     scene->setDevice("record:" + file);
-    view(*scene);
+    const auto viewer = view(*scene);
     EXPECT_TRUE(std::filesystem::exists(file)) << messages(*scene);
 }
 
@@ -125,7 +125,7 @@ TEST_P(HostileDevices, ANameThatTheUserGrantedIsUsedWithItsLimits)
             s.setDevice("desk");
             s.setArray("lab");
         });
-    view(*scene);
+    const auto viewer = view(*scene);
     EXPECT_EQ(scene->getStatistics().device.rfind("null:", 0), 0u) << messages(*scene);
     EXPECT_FALSE(says(*scene, "asks for")) << messages(*scene);
     EXPECT_LE(strongest(*scene), 0.2501f);
@@ -146,7 +146,7 @@ TEST_P(HostileDevices, AFileOfGrantsThatOthersCanWriteGrantsNothing)
         const bool whole = text.size() == 13;
         if (whole) chmod(file.c_str(), 0666);
         const auto scene = fromFile(wish);
-        view(*scene);
+        const auto viewer = view(*scene);
         EXPECT_TRUE(simulates(*scene)) << text.substr(0, 40);
         EXPECT_TRUE(says(*scene, "nothing of it is granted")) << messages(*scene);
         chmod(file.c_str(), 0644);
@@ -154,7 +154,7 @@ TEST_P(HostileDevices, AFileOfGrantsThatOthersCanWriteGrantsNothing)
     Workplace::write(file, "desk = null:\n");
     if (chown(file.c_str(), 12345, 12345) != 0) GTEST_SKIP() << "only root gives files away";
     const auto scene = fromFile(wish);
-    view(*scene);
+    const auto viewer = view(*scene);
     EXPECT_TRUE(simulates(*scene));
     EXPECT_TRUE(says(*scene, "belongs to another user")) << messages(*scene);
 }
@@ -169,7 +169,7 @@ TEST_P(HostileDevices, TrustIsSaidAndOpensWhatSceneNames)
             s.setArray("sonicsurface");
             s.setDevice("sonicsurface:" + terminal.name());
         });
-    view(*scene);
+    const auto viewer = view(*scene);
     EXPECT_TRUE(says(*scene, "OSG_MIDAIR_TRUST=scene")) << messages(*scene);
     EXPECT_TRUE(terminal.touched());
 }
@@ -181,7 +181,7 @@ TEST_P(HostileDevices, HandsCanBeTakenAway)
         const Variable trust("OSG_MIDAIR_TRUST", "scene");
         const Variable hands("OSG_MIDAIR_HANDS", value);
         const auto scene = fromFile([](HapticScene& s) { s.setHands("openxr:"); });
-        view(*scene);
+        const auto viewer = view(*scene);
         EXPECT_EQ(SceneAccess::engine(*scene).hands().active(), nullptr) << "\"" << value << "\"";
         EXPECT_FALSE(says(*scene, "asks for the hands")) << messages(*scene);
     }
@@ -194,7 +194,7 @@ TEST_P(HostileDevices, AnAmplitudeThatTheUserSetIsNotExceeded)
     {
         const Variable cap("OSG_MIDAIR_MAX_AMPLITUDE", user);
         const auto scene = fromFile(loud);
-        view(*scene);
+        const auto viewer = view(*scene);
         return strongest(*scene);
     };
     EXPECT_NEAR(amplitude("0.2"), 0.2, 0.01);
@@ -283,7 +283,7 @@ TEST_P(HostileDevices, NumbersThatNameNoChoiceAreTold)
     const osg::ref_ptr<osg::Node> node = osgDB::readRefNodeFile(file);
     auto* scene = dynamic_cast<HapticScene*>(node.get());
     ASSERT_NE(scene, nullptr);
-    view(*scene);
+    const auto viewer = view(*scene);
     for (const char* what : {"sampling is number 77, should be one of surface, edges, vertices",
                              "side is number -5",
                              "unit is number 1073741824",

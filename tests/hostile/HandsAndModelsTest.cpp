@@ -78,7 +78,7 @@ TEST_P(HostileHands, AFileOpensNoPortAndNoHelper)
         {
             const auto scene = fromFile([&](HapticScene& s) { s.setHands(hands); });
             ASSERT_TRUE(scene);
-            view(*scene);
+            const auto viewer = view(*scene);
             EXPECT_EQ(SceneAccess::engine(*scene).hands().active(), nullptr) << hands;
             EXPECT_TRUE(says(*scene, "asks for the hands \"" + hands)) << messages(*scene);
         }
@@ -88,7 +88,7 @@ TEST_P(HostileHands, AFileOpensNoPortAndNoHelper)
     const std::string port = "osc:?port=" + std::to_string(freePort());
     Workplace::write(_place.outside("grants"), "visitor = " + port + "\n");
     const auto scene = fromFile([](HapticScene& s) { s.setHands("visitor"); });
-    view(*scene);
+    const auto viewer = view(*scene);
     EXPECT_NE(SceneAccess::engine(*scene).hands().active(), nullptr) << messages(*scene);
 }
 

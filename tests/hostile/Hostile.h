@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <sstream>
 #include <string>
 
@@ -125,12 +126,14 @@ protected:
     }
 
     /// Looks at it until something is played, or refused.
-    static void view(osgMidair::HapticScene& scene)
+    /// Nothing is played any more once the viewer is gone.
+    static std::unique_ptr<HeadlessViewer> view(osgMidair::HapticScene& scene)
     {
-        HeadlessViewer viewer(&scene);
-        EXPECT_TRUE(viewer.framesUntil(
+        auto viewer = std::make_unique<HeadlessViewer>(&scene);
+        EXPECT_TRUE(viewer->framesUntil(
             [&] { return osgMidair::SceneAccess::latestResult(scene) != nullptr; }));
-        viewer.frames(20);
+        viewer->frames(20);
+        return viewer;
     }
 
     /// Looks at it for a while, whatever it does.

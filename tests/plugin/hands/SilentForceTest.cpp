@@ -83,7 +83,7 @@ TEST(SilentForce, IsNoneWhateverSilencesTheArray)
         {"muted", [](PressedBox& box) { box.scene->setMuted(true); }, true, true},
         {"no amplitude", [](PressedBox& box) { box.scene->setMaxAmplitude(0.0); }, false, true},
         {"a cap that nothing keeps",
-         [](PressedBox& box) { box.scene->setMaxPressure(1.0); },
+         [](PressedBox& box) { box.scene->setMaxPressure(0.01); },
          false,
          true},
         {"disabled", [](PressedBox& box) { box.scene->setEnabled(false); }, false, false},

@@ -67,7 +67,9 @@ TEST(InstallationThatHangs, EndsBySigtermSilentFirst)
                                    "--out",
                                    folder.path,
                                    "--device",
-                                   "record:" + file + "?hold=30s"};
+                                   "record:" + file + "?hold=30s",
+                                   "--set",
+                                   "earLimit=none"};
             std::vector<char*> line;
             for (std::string& word : words)
                 line.push_back(word.data());

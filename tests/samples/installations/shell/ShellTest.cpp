@@ -91,7 +91,7 @@ TEST(EarChoice, NoInstallationStartsWithoutOne)
     {
         const std::string file = out.path + "/" + name + ".midair";
         const std::string results =
-            name == std::string("jnd") ? " --results '" + out.path + "/r.csv'" : "";
+            name == std::string("jnd") ? " --participant 1 --results '" + out.path + "/r.csv'" : "";
         const Visit refused =
             visit(name, "--frames 5 --device 'record:" + file + "'" + results, out);
         EXPECT_EQ(refused.outcome.code, 1) << name << refused.outcome.output;
