@@ -237,8 +237,7 @@ TEST(RecordedSequence, has_each_field_held_to_the_amplitude_cap)
 TEST(RecordedSequence, is_for_the_host_to_play_where_a_limit_takes_time)
 {
     const std::string file = temporaryFile("fields");
-    for (const std::string limit :
-         {"ramp=20ms", "mean-drive=0.5", "ramp=1s&max-amplitude=0.5"})
+    for (const std::string limit : {"ramp=20ms", "mean-drive=0.5", "ramp=1s&max-amplitude=0.5"})
     {
         const auto device = openDevice("record:" + file + "?" + limit, {4, {}});
         EXPECT_EQ(device->ability().sequenceFields, 0) << limit;
