@@ -88,25 +88,36 @@ void BoardEmulator::plug()
 
 void BoardEmulator::run()
 {
-    std::uint8_t bytes[kBuffer];
     while (!_stop)
     {
         watchLine();
-        std::size_t space = 0;
+        bool isQuiet = false;
         {
             std::lock_guard<std::mutex> lock(_mutex);
-            consume(midair::base::steadySeconds());
-            space = kBuffer - _buffer.size();
+            isQuiet = !pump() && _buffer.empty();
+            _emptyReads = isQuiet ? _emptyReads + 1 : 0;
         }
-        const double looks_s = midair::base::steadySeconds();
-        const ssize_t count = space > 0 ? ::read(_master, bytes, space) : 0;
-        std::unique_lock<std::mutex> lock(_mutex);
-        if (count <= 0 && space > 0) _idle_s = looks_s;
-        if (count > 0) _buffer.insert(_buffer.end(), bytes, bytes + count);
-        _emptyReads = count > 0 || !_buffer.empty() ? 0 : _emptyReads + 1;
-        if (count > 0) continue;
-        lock.unlock();
         ::poll(nullptr, 0, 1);
+    }
+}
+
+// Takes what has come over the line by now, also for a thread that asks while ours waits for a
+// processor. Returns true if there was something.
+bool BoardEmulator::pump()
+{
+    std::uint8_t bytes[kBuffer];
+    for (bool any = false;; any = true)
+    {
+        const double now_s = midair::base::steadySeconds();
+        consume(now_s);
+        const std::size_t space = kBuffer - _buffer.size();
+        const ssize_t count = space > 0 && _master >= 0 ? ::read(_master, bytes, space) : 0;
+        if (count <= 0)
+        {
+            if (space > 0) _idle_s = now_s;
+            return any;
+        }
+        _buffer.insert(_buffer.end(), bytes, bytes + count);
     }
 }
 
@@ -170,7 +181,7 @@ void BoardEmulator::take(std::uint8_t byte, double now_s)
     else
         _board->receive(&byte, 1);
     const auto answer = _board->takeAnswer();
-    if (_master >= 0 && _opened && _options.answers &&
+    if (!answer.empty() && _master >= 0 && _opened && _options.answers &&
         ::write(_master, answer.data(), answer.size()) < 0)
     {
         // a computer that doesn't read loses it
@@ -214,6 +225,7 @@ bool BoardEmulator::silentLocked() const
 bool BoardEmulator::silent()
 {
     std::lock_guard<std::mutex> lock(_mutex);
+    pump();
     return silentLocked();
 }
 

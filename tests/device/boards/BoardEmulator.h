@@ -62,6 +62,7 @@ public:
 private:
     void open();
     void run();
+    bool pump();
     void watchLine();
     void consume(double now_s);
     void startUp(double now_s);
