@@ -158,7 +158,6 @@ void ShapedRounding::chooseFine(FieldProblem& field,
 }
 
 void ShapedRounding::chooseCoarse(FieldProblem& field,
-                                  const QuietPoints& quiet,
                                   const float* amplitudes,
                                   float s,
                                   const Effort& effort)
@@ -249,7 +248,7 @@ void ShapedRounding::shape(FieldProblem& field,
         std::copy_n(_wanted.data() + part.place, part.count, _level.data() + part.place);
     }
     if (isCoarse(field))
-        chooseCoarse(field, quiet, amplitudes, s, effort);
+        chooseCoarse(field, amplitudes, s, effort);
     else
         chooseFine(field, quiet, s, effort);
     field.eachBlock([&](int, int block) { take(field, block, amplitudes); });

@@ -56,11 +56,7 @@ private:
                      const float* qIm,
                      base::AlignedBuffer<float>& columns);
     void chooseFine(FieldProblem& field, const QuietPoints& quiet, float s, const Effort& effort);
-    void chooseCoarse(FieldProblem& field,
-                      const QuietPoints& quiet,
-                      const float* amplitudes,
-                      float s,
-                      const Effort& effort);
+    void chooseCoarse(FieldProblem& field, const float* amplitudes, float s, const Effort& effort);
     void take(FieldProblem& field, int block, const float* amplitudes);
 
     std::vector<Part> _parts;

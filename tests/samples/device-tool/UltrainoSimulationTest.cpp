@@ -60,8 +60,8 @@ struct One
     double x = 0, y = 0, z = 0;
     int pin = -1;   ///< -1: not in the file
     int order = -1; ///< the same
-    std::string more;
-    std::string turn;
+    std::string more = {};
+    std::string turn = {};
 };
 
 /// A transducer; its first one has the next ones in its tag, as objects are defined where they are

@@ -126,7 +126,10 @@ TEST(CSolver, TakesTheOtherSettings)
     {
         Opened of("board");
         ASSERT_EQ(midair_array_size(of.array, &m), MIDAIR_OK);
-        if (*name) ASSERT_EQ(midair_set(of.scene, name, value), MIDAIR_OK) << midair_last_error();
+        if (*name)
+        {
+            ASSERT_EQ(midair_set(of.scene, name, value), MIDAIR_OK) << midair_last_error();
+        }
         midair_solver* solver = nullptr;
         ASSERT_EQ(midair_solver_open(of.scene, &solver), MIDAIR_OK) << midair_last_error();
         const double positions[] = {0.0, 0.0, 0.15, 0.02, 0.0, 0.14, -0.01, 0.02, 0.13};
