@@ -145,31 +145,36 @@ TEST(Autd3VirtualFields, units_whose_answers_take_long_are_not_lost)
     EXPECT_EQ(outcome.figures.refusals, 0u);
 }
 
-// With the lead as it is by default: what the way takes comes on top by itself.
-TEST(Autd3VirtualFields, far_units_play_whole_fields_and_none_is_lost)
+/// By the time that a datagram takes, s.
+class Autd3FarAway : public testing::TestWithParam<double>
 {
+};
+
+// With the lead as it is by default: what the way takes comes on top by itself.
+TEST_P(Autd3FarAway, far_units_play_whole_fields_and_none_is_lost)
+{
+    const double latency_s = GetParam();
     for (const int units : {1, 2, 16})
         for (const bool isTimed : {true, false})
-            for (const double latency_s : kLatencies_s)
-                for (const double fields_Hz : {0.3, 200.0})
-                {
-                    SCOPED_TRACE(nameOf(units, isTimed, latency_s));
-                    Plan plan = farAway(units, isTimed, latency_s);
-                    plan.fields_Hz = fields_Hz;
-                    plan.duration_s = fields_Hz < 1 ? 7 : 1.5;
-                    const Outcome outcome = VirtualRehearsal::play(plan);
-                    expectWhole(outcome);
-                    EXPECT_EQ(outcome.device.reconnects, 0u) << outcome.device.message;
-                    EXPECT_EQ(outcome.device.faults, 0u) << outcome.device.message;
-                    EXPECT_EQ(outcome.device.silences, 0u) << "a fail-safe tripped";
-                    EXPECT_EQ(outcome.figures.takenBack, 0u);
-                    EXPECT_EQ(outcome.figures.refusals, 0u);
-                    EXPECT_EQ(outcome.figures.torn, 0u);
-                    // Written, there and back; then told, three ways and the lead ahead.
-                    const double each_s = 6 * latency_s + 3e-3 + units * 0.1e-3 + 2e-3;
-                    const double most = plan.duration_s * std::min(fields_Hz, 1 / each_s);
-                    EXPECT_GE(static_cast<double>(outcome.device.played), 0.9 * most - 1);
-                }
+            for (const double fields_Hz : {0.3, 200.0})
+            {
+                SCOPED_TRACE(nameOf(units, isTimed, latency_s));
+                Plan plan = farAway(units, isTimed, latency_s);
+                plan.fields_Hz = fields_Hz;
+                plan.duration_s = fields_Hz < 1 ? 7 : 1.5;
+                const Outcome outcome = VirtualRehearsal::play(plan);
+                expectWhole(outcome);
+                EXPECT_EQ(outcome.device.reconnects, 0u) << outcome.device.message;
+                EXPECT_EQ(outcome.device.faults, 0u) << outcome.device.message;
+                EXPECT_EQ(outcome.device.silences, 0u) << "a fail-safe tripped";
+                EXPECT_EQ(outcome.figures.takenBack, 0u);
+                EXPECT_EQ(outcome.figures.refusals, 0u);
+                EXPECT_EQ(outcome.figures.torn, 0u);
+                // Written, there and back; then told, three ways and the lead ahead.
+                const double each_s = 6 * latency_s + 3e-3 + units * 0.1e-3 + 2e-3;
+                const double most = plan.duration_s * std::min(fields_Hz, 1 / each_s);
+                EXPECT_GE(static_cast<double>(outcome.device.played), 0.9 * most - 1);
+            }
 }
 
 // A lead that is too short for what the way takes at times grows until switches are in time.
@@ -194,64 +199,66 @@ TEST(Autd3VirtualFields, the_lead_grows_where_the_way_takes_longer_at_times)
 }
 
 // What tears a field, where datagrams are lost on a long way, is known and told; no unit is lost.
-TEST(Autd3VirtualFields, far_units_on_a_bad_network_are_late_but_there)
+TEST_P(Autd3FarAway, far_units_on_a_bad_network_are_late_but_there)
 {
+    const double latency_s = GetParam();
     for (const int units : {2, 16})
-        for (const double latency_s : kLatencies_s)
-        {
-            SCOPED_TRACE(nameOf(units, true, latency_s));
-            Plan plan = badNetwork(farAway(units, true, latency_s));
-            plan.chain.faults = plan.faults;
-            plan.fields_Hz = 100;
-            plan.duration_s = 3;
-            const Outcome outcome = VirtualRehearsal::play(plan);
-            EXPECT_EQ(outcome.device.reconnects, 0u) << outcome.device.message;
-            EXPECT_EQ(outcome.device.silences, 0u);
-            EXPECT_EQ(outcome.units.fields.unknown, 0u);
-            EXPECT_EQ(outcome.units.writesIntoBanks, 0u);
-            EXPECT_LE(outcome.units.fields.torn, outcome.figures.torn);
-            EXPECT_GT(outcome.device.played, 20u);
-            EXPECT_GT(outcome.figures.repeats, 5u); // else nothing was tried
-        }
+    {
+        SCOPED_TRACE(nameOf(units, true, latency_s));
+        Plan plan = badNetwork(farAway(units, true, latency_s));
+        plan.chain.faults = plan.faults;
+        plan.fields_Hz = 100;
+        plan.duration_s = 3;
+        const Outcome outcome = VirtualRehearsal::play(plan);
+        EXPECT_EQ(outcome.device.reconnects, 0u) << outcome.device.message;
+        EXPECT_EQ(outcome.device.silences, 0u);
+        EXPECT_EQ(outcome.units.fields.unknown, 0u);
+        EXPECT_EQ(outcome.units.writesIntoBanks, 0u);
+        EXPECT_LE(outcome.units.fields.torn, outcome.figures.torn);
+        EXPECT_GT(outcome.device.played, 20u);
+        EXPECT_GT(outcome.figures.repeats, 5u); // else nothing was tried
+    }
 }
 
-TEST(Autd3VirtualFields, far_units_are_silent_as_soon_as_they_hear)
+TEST_P(Autd3FarAway, far_units_are_silent_as_soon_as_they_hear)
 {
+    const double latency_s = GetParam();
     for (const int units : {1, 2, 16})
         for (const bool isTimed : {true, false})
-            for (const double latency_s : kLatencies_s)
-                for (const double fields_Hz : {0.3, 200.0})
-                {
-                    SCOPED_TRACE(nameOf(units, isTimed, latency_s));
-                    Plan plan = farAway(units, isTimed, latency_s);
-                    plan.fields_Hz = fields_Hz;
-                    plan.silenceAfter_s = 1;
-                    plan.duration_s = 2;
-                    const Outcome outcome = VirtualRehearsal::play(plan);
-                    EXPECT_GE(outcome.silentAfter_s, 0);
-                    // What is queued before it, the way, and the millisecond that is looked at.
-                    EXPECT_LE(outcome.silentAfter_s, latency_s + 5e-3);
-                    EXPECT_EQ(outcome.device.faults, 0u) << outcome.device.message;
-                    EXPECT_EQ(outcome.device.reconnects, 0u);
-                }
-}
-
-// Nothing comes through any more: their fail-safe counts from what they have heard last.
-TEST(Autd3VirtualFields, far_units_that_hear_nothing_more_fall_silent_in_time)
-{
-    for (const int units : {1, 2, 16})
-        for (const double latency_s : kLatencies_s)
             for (const double fields_Hz : {0.3, 200.0})
             {
-                SCOPED_TRACE(nameOf(units, true, latency_s));
-                Plan plan = farAway(units, true, latency_s);
+                SCOPED_TRACE(nameOf(units, isTimed, latency_s));
+                Plan plan = farAway(units, isTimed, latency_s);
                 plan.fields_Hz = fields_Hz;
-                plan.event.kind = emulation::ChainFaults::Kind::HANG;
-                plan.eventAfter_s = 1;
+                plan.silenceAfter_s = 1;
                 plan.duration_s = 2;
                 const Outcome outcome = VirtualRehearsal::play(plan);
                 EXPECT_GE(outcome.silentAfter_s, 0);
-                EXPECT_LE(outcome.silentAfter_s, plan.options.failsafe_s + latency_s + 2e-3);
-                EXPECT_GT(outcome.lostAfter_s, 0);
+                // What is queued before it, the way, and the millisecond that is looked at.
+                EXPECT_LE(outcome.silentAfter_s, latency_s + 5e-3);
+                EXPECT_EQ(outcome.device.faults, 0u) << outcome.device.message;
+                EXPECT_EQ(outcome.device.reconnects, 0u);
             }
 }
+
+// Nothing comes through any more: their fail-safe counts from what they have heard last.
+TEST_P(Autd3FarAway, far_units_that_hear_nothing_more_fall_silent_in_time)
+{
+    const double latency_s = GetParam();
+    for (const int units : {1, 2, 16})
+        for (const double fields_Hz : {0.3, 200.0})
+        {
+            SCOPED_TRACE(nameOf(units, true, latency_s));
+            Plan plan = farAway(units, true, latency_s);
+            plan.fields_Hz = fields_Hz;
+            plan.event.kind = emulation::ChainFaults::Kind::HANG;
+            plan.eventAfter_s = 1;
+            plan.duration_s = 2;
+            const Outcome outcome = VirtualRehearsal::play(plan);
+            EXPECT_GE(outcome.silentAfter_s, 0);
+            EXPECT_LE(outcome.silentAfter_s, plan.options.failsafe_s + latency_s + 2e-3);
+            EXPECT_GT(outcome.lostAfter_s, 0);
+        }
+}
+
+INSTANTIATE_TEST_SUITE_P(Latencies, Autd3FarAway, testing::ValuesIn(kLatencies_s));
