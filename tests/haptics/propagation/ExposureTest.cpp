@@ -136,7 +136,7 @@ TEST(Exposure, TheLimitsThatProgramsNameAreThoseOfTheDocument)
     const auto row = [](const char* whose, double limit_dB)
     {
         return std::string("| ") + whose + " | **" + std::to_string(std::lround(limit_dB)) +
-               "** | quoted";
+               "** | second hand";
     };
     EXPECT_NE(text.str().find(row("public", kPublicEarLimit_dB)), std::string::npos);
     EXPECT_NE(text.str().find(row("workers, 8 h", kWorkersEarLimit_dB)), std::string::npos);
