@@ -27,7 +27,7 @@ struct Folder
     fs::path find(const std::string& name)
     {
         std::error_code error;
-        const fs::path file = fs::canonical(name, error);
+        fs::path file = fs::canonical(name, error);
         if (error) return {};
         const auto [end, rest] = std::mismatch(path.begin(), path.end(), file.begin(), file.end());
         const bool isInside = !path.empty() && end == path.end() && rest != file.end();
