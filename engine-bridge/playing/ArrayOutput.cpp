@@ -218,6 +218,7 @@ void ArrayOutput::silence(Silence why)
     _holds = false;
     _playing = why == Silence::WANTED;
     _signals.clear();
+    _sounds = false; // before it is judged anew, a reading would take it as played
     silenceNow();
     _isCutOff = false;
 }

@@ -167,7 +167,9 @@ void SolverBase::playTargets()
     const int width = _field.G.paddedTransducers();
     const auto m = static_cast<std::size_t>(_field.m());
     std::vector<float> shape(m, 1.0f);
-    std::vector<float> amplitudes(static_cast<std::size_t>(width), 0.0f);
+    base::AlignedBuffer<float> amplitudes; // as the kernels need it
+    amplitudes.reserve(static_cast<std::size_t>(width));
+    std::fill_n(amplitudes.data(), width, 0.0f);
     double power = 0.0;
     for (std::size_t i = 0; i < m && !_options.phaseOnly; ++i)
     {
