@@ -99,6 +99,8 @@ void HologramPipeline::cap(const haptics::TransducerArray& array,
                            HologramResult& result)
 {
     _proven = {};
+    if (sequence.isHeld() && sequence.achieved_Pa.size() > 0)
+        _proven = {1.0, sequence.fields.front(), sequence.achieved_Pa};
     if (!_capped && !(_ears.limit_dB() > 0.0)) return;
     if (_capped) result.maxPressure_Pa = _cap->max_Pa();
     if (sequence.isEmpty()) return;

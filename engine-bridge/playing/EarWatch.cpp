@@ -32,9 +32,15 @@ void EarWatch::setPlace(const haptics::TransducerArray& array,
                         const haptics::Medium& medium,
                         const Eigen::Matrix3Xd& places)
 {
-    if (areAlike(array, _array) && medium == _medium && places.cols() == _places.cols() &&
-        places == _places)
+    const bool areSame =
+        areAlike(array, _array) && places.cols() == _places.cols() && places == _places;
+    if (areSame && medium == _medium) return;
+    if (areSame && _exposure)
+    {
+        _medium = medium;
+        _exposure->setMedium(medium);
         return;
+    }
     _array = array;
     _medium = medium;
     _places = places;

@@ -1,9 +1,11 @@
 #include "engine-bridge/playing/FieldBounds.h"
 
 #include "haptics/propagation/PressureField.h"
+#include "haptics/solvers/HologramSolver.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace midair::bridge
 {
@@ -87,9 +89,9 @@ Eigen::VectorXf looseNorms(const Eigen::Matrix3Xd& points, const haptics::Transd
     const Eigen::Vector3d middle =
         0.5 * (array.positions.rowwise().minCoeff() + array.positions.rowwise().maxCoeff());
     const Eigen::VectorXd from = (array.positions.colwise() - middle).colwise().norm();
-    const double strength =
-        array.sourceAmplitude_Pa_m *
-        (array.gain.size() > 0 ? array.gain.norm() : std::sqrt(static_cast<double>(array.size())));
+    const double strength = array.sourceAmplitude_Pa_m *
+                            std::sqrt(static_cast<double>(array.size())) *
+                            (array.gain.size() > 0 ? array.gain.cwiseAbs().maxCoeff() : 1.0);
     const Eigen::ArrayXd away = (points.colwise() - middle).colwise().norm().transpose();
     const Eigen::ArrayXd nearest =
         (from.minCoeff() - away).max(away - from.maxCoeff()).max(haptics::kNearestDistance_m);
@@ -144,9 +146,12 @@ Eigen::VectorXf mostOfParts(const Eigen::Ref<const Eigen::MatrixXcf>& p)
     return most;
 }
 
-FieldBounds::FieldBounds(const CappedPlaces& where, const device::DriveAbility& ability) :
+FieldBounds::FieldBounds(const CappedPlaces& where,
+                         const device::DriveAbility& ability,
+                         CappedField known) :
     _where(where),
-    _ability(ability)
+    _ability(ability),
+    _known(std::move(known))
 {
     if (!ability.part.empty())
         _parts = 1 + *std::max_element(ability.part.begin(), ability.part.end());
@@ -200,6 +205,37 @@ Eigen::MatrixXf FieldBounds::boundsOf(const haptics::TransducerArray& array,
     return bound_Pa;
 }
 
+// Where the only field is in proportion to the known one, so are its pressures. Returns false if it
+// isn't, and where the known ones are not close enough to tell whether \a enough_Pa is kept.
+bool FieldBounds::boundByKnown(const std::vector<Eigen::VectorXcf>& fields,
+                               const std::vector<float>& rounding,
+                               double enough_Pa,
+                               Eigen::MatrixXf& achieved_Pa,
+                               double& most_Pa) const
+{
+    constexpr float kSame = 1e-5f; // sums in single precision, and the device's tables of levels
+    if (fields.size() != 1 || _parts != 1 || _where.arrays.size() != 1 || rounding[0] > 0.0f ||
+        !(enough_Pa > 0.0) || _known.achieved_Pa.size() != _where.points.cols() ||
+        _known.achieved_Pa.size() == 0 || _known.played.size() != fields[0].size())
+        return false;
+    const Eigen::VectorXcf& q = fields[0];
+    const float power = _known.played.squaredNorm();
+    const float share = power > 0.0f ? _known.played.dot(q).real() / power : 0.0f;
+    const float norm = q.norm();
+    if (!(share > 0.0f) || !((q - share * _known.played).norm() <= kSame * norm)) return false;
+    constexpr float kError = kFieldError + haptics::HologramSolver::kAchievedError + kSame;
+    const Eigen::VectorXf error_Pa =
+        kError * norm * looseNorms(_where.points, *_where.arrays.front());
+    const Eigen::VectorXf found_Pa = share * _known.achieved_Pa;
+    if (!found_Pa.allFinite() || !error_Pa.allFinite()) return false;
+    const float bound_Pa = (found_Pa + error_Pa).maxCoeff();
+    const auto enough = static_cast<float>(enough_Pa);
+    if (bound_Pa > enough && !((found_Pa - error_Pa).maxCoeff() > enough)) return false;
+    achieved_Pa = found_Pa;
+    most_Pa = static_cast<double>(bound_Pa);
+    return true;
+}
+
 std::vector<double> FieldBounds::of(const std::vector<Eigen::VectorXcf>& fields,
                                     const std::vector<float>& rounding,
                                     Eigen::MatrixXf& achieved_Pa,
@@ -208,6 +244,7 @@ std::vector<double> FieldBounds::of(const std::vector<Eigen::VectorXcf>& fields,
     const auto K = static_cast<Eigen::Index>(fields.size());
     achieved_Pa.setZero(_where.points.cols(), K);
     std::vector<double> most_Pa(fields.size(), 0.0);
+    if (boundByKnown(fields, rounding, enough_Pa, achieved_Pa, most_Pa.front())) return most_Pa;
     for (std::size_t a = 0; a < _where.arrays.size(); ++a)
     {
         const haptics::TransducerArray& array = *_where.arrays[a];

@@ -19,8 +19,12 @@ Eigen::VectorXf mostOfParts(const Eigen::Ref<const Eigen::MatrixXcf>& p);
 class FieldBounds
 {
 public:
-    /// Keeps references to all that \a where names.
-    FieldBounds(const CappedPlaces& where, const device::DriveAbility& ability);
+    /// Keeps references to all that \a where names. \a known: a field of the first array whose
+    /// pressures are known, as haptics::FieldSequence::achieved_Pa; what is in proportion to it
+    /// needs no matrix. Empty: none.
+    FieldBounds(const CappedPlaces& where,
+                const device::DriveAbility& ability,
+                CappedField known = {});
 
     /// True if amplitudes may be lowered after the cap was held.
     bool isLowered() const { return _where.modulated || _ability.fades; }
@@ -45,9 +49,15 @@ private:
                              const std::vector<Eigen::VectorXcf>& fields,
                              const std::vector<float>& rounding) const;
     const Eigen::VectorXf& normOf(std::size_t array) const;
+    bool boundByKnown(const std::vector<Eigen::VectorXcf>& fields,
+                      const std::vector<float>& rounding,
+                      double enough_Pa,
+                      Eigen::MatrixXf& achieved_Pa,
+                      double& most_Pa) const;
 
     const CappedPlaces& _where;
     const device::DriveAbility& _ability;
+    CappedField _known;
     Eigen::Index _parts = 1;
     /// For each array (n): times the 2-norm of the amplitudes at least what is heard in phase;
     /// empty until it is asked for, since it takes as long as the field.

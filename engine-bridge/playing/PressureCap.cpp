@@ -123,9 +123,10 @@ std::vector<CappedField> PressureCap::playedOf(const FieldBounds& bounds,
     return fields;
 }
 
-CappedField PressureCap::hold(const Where& where, device::DriveSignal& signal) const
+CappedField
+PressureCap::hold(const Where& where, device::DriveSignal& signal, CappedField known) const
 {
-    const FieldBounds bounds(where, _ability);
+    const FieldBounds bounds(where, _ability, std::move(known));
     const device::DriveSignal wanted = signal;
     std::vector<double> most_Pa;
     double factor = 1.0;
@@ -296,19 +297,22 @@ PressureCap::hold(const Where& where, haptics::FieldSequence& sequence, CappedFi
 {
     const double before = power(sequence.fields);
     CappedField one;
-    const double factor = sequence.isHeld() ? holdHeld(where, sequence.fields.front(), one)
-                                            : holdAll(where, sequence.fields);
+    const double factor =
+        sequence.isHeld() ? holdHeld(where, sequence, one) : holdAll(where, sequence.fields);
+    if (factor < 1.0) sequence.achieved_Pa.resize(0);
     if (held) *held = std::move(one);
     if (factor >= 1.0 || factor <= 0.0 || before <= 0.0) return factor;
     return std::min(1.0, std::sqrt(power(sequence.fields) / before));
 }
 
-double PressureCap::holdHeld(const Where& where, Eigen::VectorXcf& q, CappedField& held) const
+double
+PressureCap::holdHeld(const Where& where, haptics::FieldSequence& sequence, CappedField& held) const
 {
+    Eigen::VectorXcf& q = sequence.fields.front();
     device::DriveSignal signal;
     if (!device::encode(q.data(), static_cast<int>(q.size()), signal))
         throw base::InputError("solver gave activations that are not finite; nothing is played");
-    held = hold(where, signal);
+    held = hold(where, signal, {1.0, q, sequence.achieved_Pa});
     if (held.factor < 1.0) q = decoded(signal);
     return held.factor;
 }

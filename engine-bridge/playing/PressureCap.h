@@ -89,8 +89,9 @@ public:
 
     using Where = CappedPlaces;
 
-    /// Lowers the duties of \a signal as far as needed to keep to the cap.
-    CappedField hold(const Where& where, device::DriveSignal& signal) const;
+    /// Lowers the duties of \a signal as far as needed to keep to the cap. \a known: a field whose
+    /// pressures are known (FieldBounds); may be empty.
+    CappedField hold(const Where& where, device::DriveSignal& signal, CappedField known = {}) const;
 
     /// Lowers all of \a fields, which are played in turn, by one common factor, so that their
     /// ratios stay. Returns the factor; 0: silenced. Throws base::InputError for an activation that
@@ -123,7 +124,7 @@ public:
                        bool alone = false) const;
 
 private:
-    double holdHeld(const Where& where, Eigen::VectorXcf& q, CappedField& held) const;
+    double holdHeld(const Where& where, haptics::FieldSequence& sequence, CappedField& held) const;
     int lowestDuty(int transducers) const;
     void setToLowest(int duty, device::DriveSignal& signal) const;
     static bool mayThinOut(const std::vector<Eigen::VectorXcf>& fields);

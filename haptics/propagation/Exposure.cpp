@@ -1,6 +1,7 @@
 #include "haptics/propagation/Exposure.h"
 
 #include "haptics/base/Units.h"
+#include "haptics/propagation/kernels/PropagationKernels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -105,6 +106,7 @@ Exposure::Exposure(const TransducerArray& array,
     _places(places)
 {
     const Eigen::Index m = array.positions.cols();
+    _from = array.positions.transpose().cast<float>();
     for (Eigen::MatrixXf* matrix : {&_square, &_real, &_imaginary})
         matrix->resize(m, places.cols());
     for (Eigen::Index l = 0; l < places.cols(); ++l)
@@ -139,7 +141,17 @@ void Exposure::listen(const Eigen::Vector3d& place,
 void Exposure::listenTo(Eigen::Index l)
 {
     listen(_places.col(l), l, _real, _imaginary);
+    square(l);
+}
+
+void Exposure::square(Eigen::Index l)
+{
     _square.col(l) = 0.5f * (_real.col(l).cwiseAbs2() + _imaginary.col(l).cwiseAbs2());
+}
+
+Eigen::Vector3d Exposure::spot(Eigen::Index l, Eigen::Index k) const
+{
+    return k == 0 ? _places.col(l) : (_places.col(l) + kAround_m * kAround[k - 1]).eval();
 }
 
 void Exposure::listenAround(Eigen::Index l)
@@ -147,10 +159,53 @@ void Exposure::listenAround(Eigen::Index l)
     _spotsReal.col(kSpots * l) = _real.col(l);
     _spotsImaginary.col(kSpots * l) = _imaginary.col(l);
     for (Eigen::Index k = 1; k < kSpots; ++k)
-        listen(_places.col(l) + kAround_m * kAround[k - 1],
-               kSpots * l + k,
-               _spotsReal,
-               _spotsImaginary);
+        listen(spot(l, k), kSpots * l + k, _spotsReal, _spotsImaginary);
+}
+
+void Exposure::setMedium(const Medium& medium)
+{
+    const double f_Hz = _array.frequency_Hz;
+    const double turn_m =
+        base::kTwoPi * (1.0 / medium.wavelength(f_Hz) - 1.0 / _medium.wavelength(f_Hz));
+    const double decay_m = medium.attenuation(f_Hz) - _medium.attenuation(f_Hz);
+    _medium = medium;
+    const auto reach_m = [](const Eigen::Matrix3Xd& of)
+    { return of.cols() > 0 ? of.colwise().norm().maxCoeff() : 0.0; };
+    const double farthest_m = reach_m(_array.positions) + reach_m(_places) + kAround_m;
+    // a^6 / 720 and b^3 / 6 are at most 1e-6 then.
+    const bool isLittle =
+        std::abs(turn_m) * farthest_m < 0.3 && std::abs(decay_m) * farthest_m < 0.015;
+    const auto turned = [&](const Eigen::Vector3d& place, float* real, float* imaginary)
+    {
+        const auto nearest_m = static_cast<float>(kNearestDistance_m);
+        const Eigen::Vector3f at = place.cast<float>();
+        kernels::turnByDistance(static_cast<int>(_from.rows()),
+                                {_from.col(0).data(),
+                                 _from.col(1).data(),
+                                 _from.col(2).data(),
+                                 {at[0], at[1], at[2]},
+                                 nearest_m},
+                                static_cast<float>(turn_m),
+                                static_cast<float>(decay_m),
+                                real,
+                                imaginary);
+    };
+    for (Eigen::Index l = 0; l < size(); ++l)
+    {
+        if (isLittle)
+        {
+            turned(_places.col(l), _real.col(l).data(), _imaginary.col(l).data());
+            square(l);
+        }
+        else
+            listenTo(l);
+        if (_spotsReal.size() == 0) continue;
+        if (!isLittle) listenAround(l);
+        for (Eigen::Index k = 0; isLittle && k < kSpots; ++k)
+            turned(spot(l, k),
+                   _spotsReal.col(kSpots * l + k).data(),
+                   _spotsImaginary.col(kSpots * l + k).data());
+    }
 }
 
 void Exposure::move(Eigen::Index l, const Eigen::Vector3d& place)

@@ -53,6 +53,10 @@ public:
     Eigen::Index size() const { return _places.cols(); }
     const Eigen::Matrix3Xd& places() const { return _places; }
 
+    /// Listens in another \a medium from now on. Where it differs little, as from tenth to tenth of
+    /// a kelvin, what is known is turned by the difference, within 2e-6 of each entry.
+    void setMedium(const Medium& medium);
+
     /// Moves place \a l.
     void move(Eigen::Index l, const Eigen::Vector3d& place);
 
@@ -80,12 +84,15 @@ private:
                 Eigen::Index column,
                 Eigen::MatrixXf& real,
                 Eigen::MatrixXf& imaginary) const;
+    Eigen::Vector3d spot(Eigen::Index l, Eigen::Index k) const;
     void listenTo(Eigen::Index l);
+    void square(Eigen::Index l);
     void listenAround(Eigen::Index l);
 
     TransducerArray _array;
     Medium _medium;
     FreeLines _lines;
+    Eigen::MatrixX3f _from; ///< m x 3, the transducers' places
     Eigen::Matrix3Xd _places;
     Eigen::MatrixXf _square;    ///< m x n, |G|^2 / 2
     Eigen::MatrixXf _real;      ///< m x n, G

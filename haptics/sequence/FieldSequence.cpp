@@ -4,7 +4,9 @@
 #include "haptics/propagation/AudibleChange.h"
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/RingingMean.h"
+#include "haptics/propagation/kernels/PropagationKernels.h"
 #include "haptics/sequence/FieldOrder.h"
+#include "haptics/solvers/FieldProblem.h"
 
 #include <algorithm>
 #include <cmath>
@@ -157,18 +159,48 @@ void continueFrom(const Eigen::VectorXcf& last,
 {
     if (!sequence.isHeld() || sequence.fields.front().size() != last.size()) return;
     alignField(sequence.fields.front(), last, drive);
+    sequence.achieved_Pa.resize(0);
     rateStep(last, rate_Hz, sequence);
 }
+
+namespace
+{
+
+std::size_t paddedSize(const Eigen::VectorXcf& q)
+{
+    constexpr std::size_t kLanes = kernels::kLanes;
+    return (static_cast<std::size_t>(q.size()) + kLanes - 1) / kLanes * kLanes;
+}
+
+// As the kernels need it.
+SplitVector inLanes(const Eigen::VectorXcf& q)
+{
+    SplitVector lanes;
+    lanes.reserve(paddedSize(q));
+    for (Eigen::Index i = 0; i < q.size(); ++i)
+        lanes.set(static_cast<std::size_t>(i), q[i]);
+    return lanes;
+}
+
+} // namespace
 
 void rateStep(const Eigen::VectorXcf& last, double rate_Hz, FieldSequence& sequence)
 {
     if (!sequence.isHeld() || sequence.fields.front().size() != last.size()) return;
-    const Eigen::VectorXcf& now = sequence.fields.front();
-    CycleSteps steps = cycleSteps({last, now});
-    // In a cycle the change is relative to both fields, as each follows the other.
-    const float power = now.squaredNorm();
-    steps.driveChange = power > 0.0f ? (now - last).squaredNorm() / power : 0.0;
-    fillIn(steps, rate_Hz, sequence.report);
+    const SplitVector before = inLanes(last), now = inLanes(sequence.fields.front());
+    const kernels::DriveDifference difference =
+        kernels::compareDrives(static_cast<int>(paddedSize(last)),
+                               now.re.data(),
+                               now.im.data(),
+                               before.re.data(),
+                               before.im.data());
+    CycleSteps step;
+    step.meanPhaseStep_rad =
+        static_cast<double>(difference.phaseSteps) / static_cast<double>(last.size());
+    step.driveChange = difference.power > 0.0f ? static_cast<double>(difference.change) /
+                                                     static_cast<double>(difference.power)
+                                               : 0.0;
+    fillIn(step, rate_Hz, sequence.report);
 }
 
 void rateLevel(const ControlPoints& points, const Eigen::VectorXf& achieved_Pa, SolveReport& report)

@@ -28,6 +28,9 @@ struct FieldSequence
     /// True: the fields are evened out together, so that only their average is as wanted. Figures
     /// are then of what is felt: of the root of the mean of |p|^2 over all fields.
     bool evened = false;
+    /// |p| of a held field at points() as its solver found it (HologramSolver::achieved_Pa()), Pa
+    /// (n); empty: not known. Whoever changes the field clears it.
+    Eigen::VectorXf achieved_Pa;
     /// Report on all fields together, each at its own points; or on what is felt, if evened.
     SolveReport report;
 

@@ -132,6 +132,7 @@ FieldSequence SequenceComposer::compose(int set,
     if (plan.isModulated() && !plan.isAlike()) sequence.parts.resize(1);
     if (sequence.report.stop == StopReason::REFUSED) return sequence;
     sequence.fields = kept.fields;
+    sequence.achieved_Pa = kept.solvers.achieved_Pa();
     if (!sequence.isHeld()) // the solver reports its step from the last field
     {
         alignFields(sequence.fields, array.drive);

@@ -81,6 +81,11 @@ SolveReport together(const std::vector<SolveReport>& reports)
     return all;
 }
 
+Eigen::VectorXf TimeMultiplexer::achieved_Pa() const
+{
+    return _reports.size() == 1 ? _solvers.front()->achieved_Pa() : Eigen::VectorXf();
+}
+
 bool TimeMultiplexer::setOptions(const SolverOptions& options)
 {
     return std::all_of(_solvers.begin(),

@@ -35,6 +35,9 @@ public:
                       const Medium& medium,
                       std::vector<Eigen::VectorXcf>& fields);
 
+    /// HologramSolver::achieved_Pa() of the last solve(); empty for several fields.
+    Eigen::VectorXf achieved_Pa() const;
+
     /// Replaces the options of all solvers so far; returns false if one of them can't.
     bool setOptions(const SolverOptions& options);
 

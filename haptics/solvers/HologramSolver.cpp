@@ -42,6 +42,12 @@ bool SolverOptions::isValid(std::string* error) const
         .passed(error);
 }
 
+const Eigen::VectorXf& HologramSolver::achieved_Pa() const
+{
+    static const Eigen::VectorXf kUnknown;
+    return kUnknown;
+}
+
 std::vector<std::string> solverNames()
 {
     std::vector<std::string> names;

@@ -69,6 +69,13 @@ public:
 
     virtual const SolverOptions& options() const = 0;
 
+    /// Returns |p| that the last solve() found for its q, Pa (n), within kAchievedError of
+    /// sqrt(m) |q| P0 g / R at the nearest transducer's R and the largest gain g, and within 0.5 %
+    /// of itself; empty: not known so closely for each point. By default it is empty.
+    virtual const Eigen::VectorXf& achieved_Pa() const;
+    /// More than rounding the entries of G to 16 bits can make (3.5e-5).
+    static constexpr float kAchievedError = 5e-5f;
+
     /// Replaces the options between two calls of solve(); the last field stays the start of the
     /// next one. Returns false, and changes nothing, if this solver can't: another one is then to
     /// be made. Pool and stop token must be those that it was made with.

@@ -205,6 +205,7 @@ SolveReport SolverBase::solveUnlessStopped(const ControlPoints& points,
                                            Eigen::VectorXcf& q)
 {
     _options.stop.throwIfRequested();
+    _last.achieved_Pa.resize(0);
     SolveReport result;
     result.solver = _name;
     result.points = points.size();

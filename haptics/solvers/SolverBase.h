@@ -26,6 +26,7 @@ public:
     const SolverOptions& options() const final { return _options; }
     /// Any options with the pool that it was made with, or none.
     bool setOptions(const SolverOptions& options) final;
+    const Eigen::VectorXf& achieved_Pa() const final { return _last.achieved_Pa; }
 
 protected:
     struct Outcome
@@ -101,6 +102,7 @@ private:
         SplitVector lanes;  // the same in the matrix's order, padded with zeros
         SplitVector u;      // phases at the points
         SolveReport report;
+        Eigen::VectorXf achieved_Pa; // at all points of this solve; empty: not known well
     };
 
     SolveReport solveUnlessStopped(const ControlPoints& points,
@@ -138,6 +140,7 @@ private:
     void reportChange(SolveReport& report) const;
     void tellDeadline(SolveReport& report);
     void keep(const SolveReport& report, Eigen::VectorXcf& q);
+    void keepAchieved(const SolveReport& report);
     SolveReport
     silent(SolveReport report, StopReason stop, std::string why, int m, Eigen::VectorXcf& q);
 

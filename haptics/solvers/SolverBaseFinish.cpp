@@ -14,6 +14,9 @@ namespace midair::haptics
 namespace
 {
 
+// Least pressure, relative to the largest, that 16 bits of G give to half a percent.
+constexpr float kLeastClear = 0.02f;
+
 // |<q, last>| below which no common phase is chosen (SOLVER.md, "Common phase").
 constexpr float kLeastProduct = 1e-6f;
 
@@ -151,6 +154,15 @@ void SolverBase::keep(const SolveReport& result, Eigen::VectorXcf& q)
     _last.targets = (_field.a * _largestTarget).cast<double>();
     _last.report = result;
     _last.good = true;
+    keepAchieved(result);
+}
+
+// Rows that were kept are of where points were.
+void SolverBase::keepAchieved(const SolveReport& result)
+{
+    const bool areAllNew = _field.n() == result.points && result.rowsBuilt >= result.points;
+    if (areAllNew && _field.y.minCoeff() >= kLeastClear * _field.y.maxCoeff())
+        _last.achieved_Pa = static_cast<float>(_field.unit_Pa()) * _field.y;
 }
 
 } // namespace midair::haptics

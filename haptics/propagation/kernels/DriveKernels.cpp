@@ -99,4 +99,26 @@ void scaleBy(int width, const float* factor, float* qRe, float* qIm)
     }
 }
 
+void turnByDistance(
+    int count, const HeardFrom& from, float turn, float decay, float* gRe, float* gIm)
+{
+    const float *x = from.x, *y = from.y, *z = from.z;
+    const float atX = from.at[0], atY = from.at[1], atZ = from.at[2];
+    const float nearest = from.nearest;
+#pragma omp simd
+    for (int i = 0; i < count; ++i)
+    {
+        const float dx = x[i] - atX, dy = y[i] - atY, dz = z[i] - atZ;
+        const float distance = std::sqrt(dx * dx + dy * dy + dz * dz);
+        const float R = distance < nearest ? nearest : distance;
+        const float a = turn * R, a2 = a * a, b = decay * R;
+        const float left = 1.0f - b + 0.5f * b * b;
+        const float c = left * (1.0f - a2 * (0.5f - a2 * (1.0f / 24.0f)));
+        const float s = left * a * (1.0f - a2 * (1.0f / 6.0f - a2 * (1.0f / 120.0f)));
+        const float re = gRe[i], im = gIm[i];
+        gRe[i] = re * c + im * s;
+        gIm[i] = im * c - re * s;
+    }
+}
+
 } // namespace midair::haptics::kernels::MIDAIR_SET

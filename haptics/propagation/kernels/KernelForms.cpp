@@ -23,6 +23,7 @@ MIDAIR_KERNEL(turn);
 MIDAIR_KERNEL(compareDrives);
 MIDAIR_KERNEL(innerProduct);
 MIDAIR_KERNEL_OF_TWO(scaleBy);
+MIDAIR_KERNEL(turnByDistance);
 
 MIDAIR_KERNEL(addGram);
 MIDAIR_KERNEL_OF_TWO(multiplyMatrix);

@@ -221,6 +221,37 @@ TEST(Exposure, PhasesAreThoseOfTheModel)
     }
 }
 
+// Tenth by tenth of a kelvin, and at once, to air that is known to be another.
+TEST(Exposure, ListensInTheAirOfNow)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    const Eigen::Matrix3Xd places = placesAround(array, 4);
+    std::mt19937 random(4);
+    const Eigen::VectorXcf q = randomPhases(Eigen::VectorXf::Ones(array.size()), random);
+    Medium medium;
+    Exposure ears(array, medium, places);
+    ears.spots_Pa(q);
+    const auto expectAsNew = [&]
+    {
+        Exposure anew(array, medium, places);
+        const float most = std::sqrt(anew.incoherent_Pa2(q).maxCoeff());
+        const Eigen::MatrixXcf off = ears.spots_Pa(q) - anew.spots_Pa(q);
+        EXPECT_LT(off.cwiseAbs().maxCoeff(), 1e-3f * most);
+        EXPECT_TRUE(ears.coherent_Pa2(q).isApprox(anew.coherent_Pa2(q), 1e-3f));
+        EXPECT_TRUE(ears.incoherent_Pa2(q).isApprox(anew.incoherent_Pa2(q), 1e-4f));
+    };
+    for (int step = 0; step < 20; ++step)
+    {
+        medium.temperature_C += 0.1;
+        ears.setMedium(medium);
+    }
+    expectAsNew();
+    medium.temperature_C -= 12.0;
+    medium.relativeHumidity = 0.2;
+    ears.setMedium(medium);
+    expectAsNew();
+}
+
 TEST(Exposure, BoardsHideWhatIsBehindThem)
 {
     const TransducerArray array = TransducerArray::octagonalPrism();

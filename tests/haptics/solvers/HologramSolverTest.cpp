@@ -139,6 +139,49 @@ TEST(EverySolver, PlaysOnTheDevicesLevelsAndReportsWhatThatMakes)
         }
 }
 
+// Where it says nothing, nobody uses it.
+TEST(EverySolver, KnowsThePressuresOfItsFieldOrSaysNothing)
+{
+    const TransducerArray array = TransducerArray::octagonalPrism();
+    for (const std::string& name : solverNames())
+        for (const bool phaseOnly : {true, false})
+        {
+            SCOPED_TRACE(name);
+            SolverOptions options;
+            options.phaseOnly = phaseOnly;
+            const auto solver = makeSolver(name, options);
+            ControlPoints points = spherePoints(16, 0.03);
+            Eigen::VectorXcf q;
+            for (int update = 0; update < 3; ++update)
+            {
+                points.positions.row(0).array() += 1e-3;
+                const SolveReport report = solver->solve(points, array, Medium{}, q);
+                const Eigen::VectorXf& known = solver->achieved_Pa();
+                ASSERT_EQ(known.size(), 16);
+                const Eigen::VectorXd y =
+                    (referencePropagationMatrix(points.positions, array, Medium{}) *
+                     q.cast<std::complex<double>>())
+                        .cwiseAbs();
+                for (int l = 0; l < 16; ++l)
+                    EXPECT_NEAR(known[l], y[l], 1e-4 * report.level_Pa);
+            }
+            points.positions(0, 3) += 1e-3; // one row is new
+            solver->solve(points, array, Medium{}, q);
+            EXPECT_EQ(solver->achieved_Pa().size(), 0);
+            points.positions.row(0).array() += 1e-3;
+            points.targets[2] = 0.0;
+            solver->solve(points, array, Medium{}, q);
+            EXPECT_EQ(solver->achieved_Pa().size(), 0);
+            points.positions.row(0).array() += 1e-3;
+            points.targets[2] = 5e-3;
+            solver->solve(points, array, Medium{}, q);
+            for (const float known_Pa : solver->achieved_Pa())
+                EXPECT_GE(known_Pa, 0.02f * solver->achieved_Pa().maxCoeff());
+            solver->solve(points, array, Medium{}, q); // skipped, or all rows kept
+            EXPECT_EQ(solver->achieved_Pa().size(), 0);
+        }
+}
+
 TEST(EverySolver, RefusesWhatCannotBeSolved)
 {
     const TransducerArray array = TransducerArray::singleBoard();

@@ -121,6 +121,31 @@ TEST_P(DriveKernels, CompareDrivesAndInnerProduct)
     }
 }
 
+TEST_P(DriveKernels, TurnByDistance)
+{
+    Numbers numbers(5);
+    constexpr int kOdd = kCount - 3;
+    Split g = numbers.split(kCount);
+    auto x = floats(kCount), y = floats(kCount), z = floats(kCount);
+    for (int i = 0; i < kOdd; ++i)
+    {
+        x[i] = static_cast<float>(numbers.between(-0.5, 0.5));
+        y[i] = static_cast<float>(numbers.between(-0.5, 0.5));
+        z[i] = static_cast<float>(numbers.between(-0.5, 0.5));
+    }
+    const kernels::HeardFrom from{x.data(), y.data(), z.data(), {0.1F, 0.5F, -0.2F}, 0.3F};
+    kernels::turnByDistance(kOdd, from, 0.22F, -0.01F, g.re.data(), g.im.data());
+    for (int i = 0; i < kOdd; ++i)
+    {
+        const double R =
+            std::max(0.3, std::hypot(double(x[i]) - 0.1, double(y[i]) - 0.5, double(z[i]) + 0.2));
+        const Complex exact = g.exact[i] * std::exp(Complex(0.01 * R, -0.22 * R));
+        ASSERT_NEAR(std::abs(g.at(i) - exact), 0.0, 2e-6 * std::abs(exact));
+    }
+    for (int i = kOdd; i < kCount; ++i)
+        ASSERT_EQ(g.at(i), Complex(std::complex<float>(g.exact[i]))); // not its own
+}
+
 TEST_P(DriveKernels, ScaleBy)
 {
     Numbers numbers(4);
