@@ -314,9 +314,11 @@ void FieldProblem::phasesOf(const SplitVector& field)
 
 void FieldProblem::toLanes(const Eigen::VectorXcf& from, SplitVector& lanes) const
 {
+    lanes.reserve(static_cast<std::size_t>(G.paddedTransducers())); // of another array it had fewer
     for (int lane = 0; lane < m(); ++lane)
         lanes.set(static_cast<std::size_t>(lane), from[G.order()[static_cast<std::size_t>(lane)]]);
     clearSilent(lanes);
+    clearPadding(lanes);
 }
 
 void FieldProblem::fromLanes(const SplitVector& lanes, Eigen::VectorXcf& to) const
@@ -336,7 +338,7 @@ void FieldProblem::clearSilent(SplitVector& v) const
         if (G.isSilent(lane)) v.set(static_cast<std::size_t>(lane), 0.0f);
 }
 
-void FieldProblem::clearPadding(SplitVector& v)
+void FieldProblem::clearPadding(SplitVector& v) const
 {
     for (int i = m(); i < G.paddedTransducers(); ++i)
         v.set(static_cast<std::size_t>(i), 0.0f);

@@ -120,7 +120,7 @@ public:
     void phasesOf(const SplitVector& p);
     /// Sets \a to to unit amplitudes with the phases of \a from, rounded to the nearest level.
     void quantisePhases(const SplitVector& from, SplitVector& to);
-    void clearPadding(SplitVector& v); ///< v_i = 0 for i >= m
+    void clearPadding(SplitVector& v) const; ///< v_i = 0 for i >= m
     /// v_i = 0 for columns of G that are 0: what they are driven with does nothing.
     void clearSilent(SplitVector& v) const;
     /// Makes q playable by the device: amplitudes times \a scale, clipped to 1 and rounded to the

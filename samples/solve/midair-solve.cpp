@@ -139,12 +139,13 @@ void printSummary(const Solution& solution, const std::string& folder)
     const haptics::ExposureFigures& heard = solution.parts.exposure;
     std::printf(
         "at ears     %.1f dB re 20 uPa (rms) at the loudest of %d places, (%.2f, %.2f, %.2f) "
-        "m; free field\n",
+        "m; %.0f dB of it for a head\n",
         heard.level_dB,
         heard.places,
         heard.x_m,
         heard.y_m,
-        heard.z_m);
+        heard.z_m,
+        heard.head_dB);
     if (solution.parts.certificate)
         std::printf("certificate misfit and power of the field %.1f %%, of its phases %.2f %%, of "
                     "the best phases "

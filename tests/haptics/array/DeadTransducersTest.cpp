@@ -207,6 +207,34 @@ TEST(DeadTransducers, FieldsOfAnArrayWithGapsAreAsReported)
     }
 }
 
+// As a mask moves, a solver gets the same array with other columns, more of them or fewer: its last
+// field has room for all. A change is that of the transducers that are left.
+TEST(DeadTransducers, ComeAndGoWhileASolverSolves)
+{
+    ControlPoints points = fourPoints();
+    points.positions.row(2).array() -= 0.15;
+    for (const std::string& name : solverNames())
+        for (const bool absolute : {false, true})
+        {
+            points.absolute = absolute;
+            points.targets.setConstant(absolute ? 500.0 : 1.0);
+            const auto solver = makeSolver(name);
+            Eigen::VectorXcf before, q;
+            for (const int each : {2, 40, 3, 2, 1000, 5})
+            {
+                before = q;
+                const TransducerArray array = thinned(each);
+                const SolveReport report = solver->solve(points, array, Medium(), q);
+                if (before.size() == 0) continue;
+                for (const int i : array.dead)
+                    before[i] = 0.0F;
+                const float change = (q - before).squaredNorm() / q.squaredNorm();
+                EXPECT_NEAR(report.driveChange, change, 1e-3F * (1.0F + change))
+                    << name << ", every " << each << "th is dead, absolute " << absolute;
+            }
+        }
+}
+
 // Without any that lives the matrix keeps its shape, and is 0.
 TEST(DeadTransducers, AnArrayMayBeDead)
 {

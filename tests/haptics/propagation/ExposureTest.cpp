@@ -133,14 +133,30 @@ TEST(Exposure, TheLimitsThatProgramsNameAreThoseOfTheDocument)
     std::ifstream file(MIDAIR_ROOT "/haptics/EARS.md");
     std::ostringstream text;
     text << file.rdbuf();
-    const auto row = [](const char* whose, double limit_dB)
-    {
+    const auto row = [](const char* whose, double limit_dB) {
         return std::string("| ") + whose + " | **" + std::to_string(std::lround(limit_dB)) +
-               "** | second hand";
+               "** | [";
     };
     EXPECT_NE(text.str().find(row("public", kPublicEarLimit_dB)), std::string::npos);
     EXPECT_NE(text.str().find(row("workers, 8 h", kWorkersEarLimit_dB)), std::string::npos);
     EXPECT_EQ(ExposureFigures().head_dB, kHeadMargin_dB);
+}
+
+// No limit from memory: each row of the table has a link to what its number was read in, or is of
+// the same source as the row above.
+TEST(Exposure, EachLimitOfTheDocumentNamesWhereItWasRead)
+{
+    std::ifstream file(MIDAIR_ROOT "/haptics/EARS.md");
+    int rows = 0;
+    for (std::string line; std::getline(file, line) && line != "## What lowers it";)
+    {
+        if (line.rfind("| ", 0) != 0 || line.rfind("| who |", 0) == 0) continue;
+        ++rows;
+        const std::string last = line.substr(line.rfind(" | ") + 3);
+        EXPECT_TRUE(last.find("](http") != std::string::npos || last == "the same |") << line;
+        EXPECT_EQ(line.find("second hand"), std::string::npos) << line;
+    }
+    EXPECT_GE(rows, 5);
 }
 
 TEST(Exposure, LevelsAndMeanSquaresAreInverse)
