@@ -228,7 +228,9 @@ void UsbConnection::mute()
         _playing.clear();
         if (_link != nullptr)
         {
-            _mute.ask(_sequence = nextAfter(_sequence));
+            // Asked again with nothing in between, it keeps its number: a late answer counts.
+            if (!_mute.isAwaited() || _mute.sequence() != _sequence)
+                _mute.ask(_sequence = nextAfter(_sequence));
             _muteAsked_s = base::steadySeconds();
             submitMute();
             _link->cancelSends();
