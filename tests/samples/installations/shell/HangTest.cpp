@@ -221,13 +221,18 @@ TEST_P(InstallationInTurn, IsSilentAfterItsHoldWithItsMainThreadHung)
     EXPECT_FALSE(show.entries.back().sounds);
 }
 
+// Water in contact would fall silent as its hands are no news.
 INSTANTIATE_TEST_SUITE_P(
     Programs,
     InstallationInTurn,
-    testing::Values(
-        Playing{"piano", {"--set", "calibration=1 0 0 0 0 1 0 0 0 0 1 0 0 0 0.15 1"}},
-        Playing{"water",
-                {"--set", "calibration=1 0 0 0 0 1 0 0 0 0 1 0 0 0 0.15 1", "--set", "cycle=4"}}),
+    testing::Values(Playing{"piano", {"--set", "calibration=1 0 0 0 0 1 0 0 0 0 1 0 0 0 0.15 1"}},
+                    Playing{"water",
+                            {"--set",
+                             "calibration=1 0 0 0 0 1 0 0 0 0 1 0 0 0 0.15 1",
+                             "--set",
+                             "render=object",
+                             "--set",
+                             "cycle=4"}}),
     nameOf);
 
 TEST(InstallationThatHangs, EndsBySigtermSilentFirst)
