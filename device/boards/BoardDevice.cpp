@@ -120,12 +120,17 @@ void BoardDevice::silence()
     silenceLocked();
 }
 
-// While the board is starting, nothing that was sent has gone out.
+// While the board is starting, nothing that was sent has gone out. A line that hangs takes bytes
+// for seconds, until the computer's buffer is full.
 double BoardDevice::confirmed_s() const
 {
     std::lock_guard<std::mutex> lock(_mutex);
     if (_resetDue) return base::steadySeconds();
-    return std::max(_fields.confirmed_s(), _silenced_s);
+    if (_onItsWay.empty() || _sink == nullptr) return _confirmed_s;
+    const std::uint64_t gone = _written - std::min<std::uint64_t>(_written, _sink->unsent());
+    for (; !_onItsWay.empty() && _onItsWay.front().end <= gone; _onItsWay.pop_front())
+        _confirmed_s = std::max(_confirmed_s, _onItsWay.front().asked_s);
+    return _confirmed_s;
 }
 
 DeviceReport BoardDevice::report() const

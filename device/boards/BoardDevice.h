@@ -8,6 +8,7 @@
 #include "device/boards/ByteSink.h"
 
 #include <condition_variable>
+#include <deque>
 #include <functional>
 #include <mutex>
 #include <thread>
@@ -49,7 +50,7 @@ public:
     bool send(const DriveSignal& signal) override;
     bool sendSequence(const DriveSequence& sequence) override;
     void silence() override;
-    double confirmed_s() const override; ///< what has been written whole
+    double confirmed_s() const override; ///< what has left the computer whole
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override
@@ -115,6 +116,7 @@ private:
     bool isInserted() const { return _inTurn.swaps && _waiting.swaps; }
     bool put(const DriveSignal& signal, InTurn inTurn);
     void finish(Piece piece);
+    void noteWritten(double asked_s, bool isTimed = false);
 
     const std::string _name;
     const std::unique_ptr<BoardCodec> _codec;
@@ -134,9 +136,17 @@ private:
     std::uint32_t _sequence = 0;
     bool _silenceWanted = false;
     double _silenceAsked_s = 0; ///< steady clock, of the last one
-    double _silenced_s = 0;     ///< the same of the last one that was written
-    bool _resetDue = false;     ///< only _reset may be written, and not before _settled_s
-    int _silentLeft = 0;        ///< silent fields left to write, for the board's other buffers
+    /// What was written, until it has left the computer: when it was asked for, and its last byte.
+    struct OnItsWay
+    {
+        double asked_s = 0;
+        std::uint64_t end = 0;
+    };
+    mutable std::deque<OnItsWay> _onItsWay;
+    std::uint64_t _written = 0;      ///< bytes
+    mutable double _confirmed_s = 0; ///< when that was asked for which has left last
+    bool _resetDue = false;          ///< only _reset may be written, and not before _settled_s
+    int _silentLeft = 0;             ///< silent fields left to write, for the board's other buffers
     /// Counts silences; a field of an older epoch doesn't become _playing.
     std::uint64_t _epoch = 0;
     DriveSignal _playing;

@@ -163,6 +163,7 @@ void BoardDevice::fail(const std::string& why)
     _silentLeft = 0;
     _fields.dropWaiting();
     _inTurn = {};
+    _onItsWay.clear();
     _counters.countLoss(why);
 }
 
@@ -289,6 +290,7 @@ void BoardDevice::writeNext(std::unique_lock<std::mutex>& lock)
     }
     const bool overtakes = !_resetDue && _silenceWanted && _codec->restarts();
     Piece piece = nextPiece();
+    if (overtakes) _onItsWay.clear(); // discarded is not sent
     lock.unlock();
     if (overtakes) _sink->discard();
     const bool written = _sink->write(_bytes);
@@ -308,6 +310,7 @@ void BoardDevice::finish(Piece piece)
     const double onLine_s = static_cast<double>(_bytes.size()) / _codec->bytesPerSecond();
     const bool newest = piece.epoch == _epoch;
     const bool isAhead = piece.kind == Piece::SWAPS || piece.isInserted;
+    _written += _bytes.size();
     _lineFree_s = (isAhead ? std::max(now_s, _lineFree_s) : now_s) + onLine_s;
     if (piece.kind == Piece::SWAPS) return;
     if (!isAhead) _repeatAt_s = now_s + std::max(kRepeat_s, 2 * onLine_s);
@@ -316,7 +319,7 @@ void BoardDevice::finish(Piece piece)
     {
     case Piece::RESET:
         _resetDue = false;
-        if (newest) _silenced_s = _silenceAsked_s;
+        if (newest) noteWritten(_silenceAsked_s);
         _silenceWanted = _silenceWanted && !newest;
         _silentLeft = 0;
         // A board that answers is ready once it has answered. When it is opened first, the state is
@@ -325,13 +328,14 @@ void BoardDevice::finish(Piece piece)
         break;
     case Piece::SILENCE:
         if (!newest) break;
-        _silenced_s = _silenceAsked_s;
+        noteWritten(_silenceAsked_s);
         _silentLeft = _silenceWanted ? _codec->silentFields() - 1 : std::max(0, _silentLeft - 1);
         _silenceWanted = false;
         break;
     case Piece::FIELD:
     {
         _silentLeft = 0; // the board's buffers hold silence and this field
+        noteWritten(piece.sentAt_s, piece.isInserted || piece.inTurn.isSequence());
         if (!piece.isInserted) _inTurn = std::move(piece.inTurn);
         if (_inTurn.swaps && !piece.isInserted) _inTurn.swaps->begin(_lineFree_s);
         auto played = _fields.settleUntil(_sequence, _sequence);
@@ -349,6 +353,15 @@ void BoardDevice::finish(Piece piece)
         break;
     }
     if (piece.kind != Piece::REPEAT) _current = std::move(piece.field);
+}
+
+// A sequence keeps the line busy, or takes it for longer than a field: it counts as sent.
+void BoardDevice::noteWritten(double asked_s, bool isTimed)
+{
+    if (isTimed)
+        _confirmed_s = std::max(_confirmed_s, asked_s);
+    else
+        _onItsWay.push_back({asked_s, _written});
 }
 
 // Silences the board that is given up: this program writes the reset, or, if it can't, the guard

@@ -170,6 +170,12 @@ void SerialPort::discard()
     ::tcflush(_port, TCOFLUSH);
 }
 
+std::size_t SerialPort::unsent() const
+{
+    int bytes = 0;
+    return ::ioctl(_port, TIOCOUTQ, &bytes) == 0 ? static_cast<std::size_t>(std::max(0, bytes)) : 0;
+}
+
 FtdiFifo::FtdiFifo(const std::string& serial, const std::vector<std::uint8_t>& lastWill) :
     _ftdi(ftdi_new())
 {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -26,6 +27,9 @@ public:
     virtual bool write(const std::vector<std::uint8_t>& bytes) = 0;
     /// Drops bytes that were written and have not left the computer, if possible.
     virtual void discard() {}
+    /// Bytes that were written and have not left the computer, where it tells that; else 0. Any
+    /// thread.
+    virtual std::size_t unsent() const { return 0; }
     /// Returns false and sets error() if the connection is gone, as far as can be seen without
     /// writing.
     virtual bool present() { return true; }
@@ -73,6 +77,7 @@ public:
 
     bool write(const std::vector<std::uint8_t>& bytes) override;
     void discard() override;
+    std::size_t unsent() const override;
 
     bool present() override;
     bool hears(std::uint8_t answer) override;

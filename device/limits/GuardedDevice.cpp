@@ -306,7 +306,7 @@ double GuardedDevice::nextDue_s() const
                 std::min(0.02, _limits.ramp_s > 0 ? 0.002 : _limits.meanDriveTime_s / 100);
     if (_limits.hold_s > 0 && !_isAbandoned && (_sounds || _quiet.maySound()))
         due_s = std::min(due_s, _lastSign_s + _limits.hold_s);
-    if (_quiet.since_s() > 0) due_s = std::min(due_s, _quiet.since_s() + _patience_s);
+    if (_quiet.since_s() > 0) due_s = std::min(due_s, _quiet.tried_s() + _patience_s);
     return due_s;
 }
 

@@ -79,6 +79,7 @@ public:
     }
 
     bool isAwaited() const { return _awaited != 0; }
+    bool awaits(std::uint32_t sequence) const { return isAwaited() && _awaited == sequence; }
     std::uint32_t sequence() const { return _awaited; }
     bool isDue(double now_s) const
     {

@@ -219,6 +219,7 @@ void UsbConnection::drop(const JointCommit& joint)
 }
 
 // Fields that still reach the device have smaller sequence numbers than the MUTE and never play.
+// Asked again with nothing in between, it keeps its number: a late answer counts.
 void UsbConnection::mute()
 {
     std::vector<Joint> joints;
@@ -228,7 +229,7 @@ void UsbConnection::mute()
         _playing.clear();
         if (_link != nullptr)
         {
-            _mute.ask(_sequence = nextAfter(_sequence));
+            if (!_mute.awaits(_sequence)) _mute.ask(_sequence = nextAfter(_sequence));
             _muteAsked_s = base::steadySeconds();
             submitMute();
             _link->cancelSends();
@@ -239,9 +240,9 @@ void UsbConnection::mute()
         joint->giveUp();
 }
 
+// Returns false while the last control transfer is in flight; the worker tries again after it.
 bool UsbConnection::submitMute()
 {
-    // False while the last control transfer is in flight; the worker tries again after it.
     if (!_link->mute(_mute.sequence())) return false;
     _mute.onSent(base::steadySeconds());
     return true;

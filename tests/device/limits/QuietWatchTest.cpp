@@ -179,6 +179,27 @@ TEST(QuietWatch, DoubtLastsUntilASilenceIsConfirmed)
     EXPECT_FALSE(watch.maySound());
 }
 
+TEST(QuietWatch, ASilenceMayTakeLongerThanTheTimeUntilItIsAskedForAgain)
+{
+    for (const bool isLed : {false, true}) // whoever leads sends on meanwhile
+    {
+        QuietWatch watch;
+        watch.ask(level(200), 1, true);
+        watch.confirm(1);
+        watch.ask(level(100), 2, true);
+        for (double now_s = 2.11; now_s < 2.9; now_s += 0.1)
+        {
+            watch.doubt(now_s);
+            if (isLed) watch.ask(level(100), now_s + 0.01, true);
+        }
+        EXPECT_EQ(watch.doubted_s(), 2);
+        watch.confirm(2.11); // the first silence
+        EXPECT_EQ(watch.doubted_s(), 0);
+        EXPECT_EQ(watch.since_s(), isLed ? 2.21 : 0) << "a silence has come after a field";
+        EXPECT_EQ(watch.maySound(), isLed);
+    }
+}
+
 // Whatever makes it quieter, on a device that doesn't carry it out, or refuses it.
 TEST(QuieterField, IsSilenceWhereItIsNotConfirmed)
 {

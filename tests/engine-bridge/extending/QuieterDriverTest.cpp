@@ -4,6 +4,7 @@
 #include "engine-bridge/pipeline/HologramThread.h"
 #include "engine-bridge/playing/FieldPlayer.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "tests/device/limits/QuieterTrial.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <osgMidair/ArrayState>
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <atomic>
 #include <map>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -35,10 +37,12 @@ enum class Failure
 struct Board
 {
     std::atomic<int> level{0};      ///< that sounds, 0 .. 255
+    std::atomic<int> sum{0};        ///< of all that sound
     std::atomic<int> failures{0};   ///< so many calls of play() fail from now on
     std::atomic<bool> hangs{false}; ///< the call of play() that hangs returns once this is false
     std::atomic<int> plays{0};
     std::atomic<int> silences{0};
+    std::atomic<int> silenceTakes_ms{0};
     std::atomic<Failure> how{Failure::THROWS};
 };
 
@@ -71,12 +75,17 @@ public:
                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
         }
         board().level = *std::max_element(amplitudes, amplitudes + _transducers);
+        board().sum = std::accumulate(amplitudes, amplitudes + _transducers, 0);
         return true;
     }
     void silence() override
     {
         ++board().silences;
-        board().level = 0;
+        if (board().how == Failure::HANGS && board().failures > 0)
+            for (board().hangs = true; board().hangs;)
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        std::this_thread::sleep_for(std::chrono::milliseconds(board().silenceTakes_ms));
+        board().level = board().sum = 0;
     }
 
 private:
@@ -95,7 +104,7 @@ protected:
                 "failing", [] { return std::make_shared<FailingDriver>(); }, error);
         }();
         EXPECT_TRUE(isRegistered);
-        board().level = board().failures = board().plays = board().silences = 0;
+        board().level = board().sum = board().failures = board().plays = board().silences = 0;
         board().hangs = false;
         board().how = GetParam();
     }
@@ -103,6 +112,7 @@ protected:
     {
         board().failures = 0;
         board().hangs = false;
+        board().silenceTakes_ms = 0;
     }
 
     static std::unique_ptr<device::ArrayDevice> opened()
@@ -164,6 +174,63 @@ TEST_P(QuieterDriver, IsSilencedAndTold)
         EXPECT_TRUE(eventually([] { return board().level == 0 && board().silences > 0; }));
         EXPECT_TRUE(eventually([&] { return device->report().state == DeviceState::READY; }));
     }
+}
+
+// The matrix of QuieterMatrixTest.
+TEST_P(QuieterDriver, AloneAndInAListKeepsThePromiseOfAllDevices)
+{
+    const bool hangs = GetParam() == Failure::HANGS;
+    for (const char* uri : {"failing:", "null:,failing:"})
+        for (const quieter::Way way : quieter::allWays())
+        {
+            SCOPED_TRACE(fmt::format("{} {}", uri, quieter::nameOf(way)));
+            quieter::FarSide far;
+            far.transducers = 4;
+            far.device = device::openDevice(uri, {4, {}, {}});
+            const auto handed = [&device = *far.device]
+            { return static_cast<int>(device.report().silences); };
+            far.loudness = [] { return board().sum.load(); };
+            far.silences = [hangs, handed] { return hangs ? handed() : board().silences.load(); };
+            far.fail = [] { board().failures = kForever; };
+            far.recover = []
+            {
+                board().failures = 0;
+                board().hangs = false;
+            };
+            // Its driver's silence() works where it doesn't hang, and then nothing has failed.
+            far.quiet_s = hangs ? 0.0 : quieter::kConfirm_s;
+            far.staysFaulty = hangs;
+            far.tries = 1; // it can be called once it has returned
+            far.isTold = hangs || way == quieter::Way::CAP || way == quieter::Way::FIELD;
+            EXPECT_EQ(quieter::trial(way, std::move(far)), "");
+        }
+}
+
+// Its silence() takes longer than the time after which it is asked for it again.
+TEST_P(QuieterDriver, ThatIsSlowToFallSilentIsKnownToBeSilent)
+{
+    if (GetParam() == Failure::HANGS) return;
+    const auto device = opened();
+    ASSERT_TRUE(device->send(field(255)));
+    ASSERT_TRUE(eventually([] { return board().level == 255; }));
+    board().failures = kForever;
+    board().silenceTakes_ms = 180;
+    ASSERT_TRUE(device->send(field(10)));
+    ASSERT_TRUE(eventually([] { return board().level == 0; }));
+    for (int frame = 0; frame < 20; ++frame) // whoever leads goes on
+    {
+        device->send(field(10));
+        std::this_thread::sleep_for(std::chrono::milliseconds(16));
+    }
+    board().failures = 0;
+    const auto isWell = [&]
+    {
+        device->send(field(10));
+        const device::DeviceReport report = device->report();
+        return board().level == 10 && report.state == DeviceState::READY &&
+               report.unsilenced.empty() && report.quieted.empty();
+    };
+    EXPECT_TRUE(eventually(isWell)) << device->status();
 }
 
 TEST_P(QuieterDriver, OfFieldsInTurnIsSilenced)

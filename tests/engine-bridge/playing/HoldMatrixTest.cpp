@@ -2,6 +2,7 @@
 // mode and on each device the hold has to silence it, which is seen at the device's far side.
 #include "device/ArrayDevice.h"
 #include "engine-bridge/extending/ArrayDriver.h"
+#include "tests/device/autd3/emulator/ServedUnits.h"
 #include "tests/device/boards/BoardEmulator.h"
 #include "tests/engine-bridge/playing/HoldTrial.h"
 
@@ -218,6 +219,21 @@ FarSide serial()
     return far;
 }
 
+/// What the units make of the datagrams that their sockets got.
+FarSide overUdp()
+{
+    FarSide far;
+    auto units = std::make_shared<ServedUnits>(1);
+    far.open = opening(units->uri() + "&" + kHold);
+    far.sounds = [units]
+    {
+        const device::DriveSignal field = units->field();
+        return std::any_of(
+            field.duty.begin(), field.duty.end(), [](std::uint8_t duty) { return duty > 0; });
+    };
+    return far;
+}
+
 FarSide driven(const std::string& name)
 {
     registerListening();
@@ -245,7 +261,9 @@ FarSide farSideOf(const std::string& device, const std::string& name)
     if (device == "sim") return simulated(std::string("sim:?") + kHold, 249);
     if (device == "record") return recorded();
     if (device == "serial") return serial();
-    if (device == "autd3") return simulated(std::string("sim:?board=autd3&units=1&") + kHold, 249);
+    if (device == "autd3") return overUdp();
+    if (device == "simulated_autd3")
+        return simulated(std::string("sim:?board=autd3&units=1&") + kHold, 249);
     if (device == "driver") return driven(name);
     return listed(name);
 }
@@ -258,7 +276,15 @@ TEST_P(Hold, SilencesWhatPlaysByItself)
 {
     const auto [mode, device] = GetParam();
     const std::string name = fmt::format("{}-{}", holds::nameOf(mode), device);
-    FarSide far = farSideOf(device, name);
+    FarSide far;
+    try
+    {
+        far = farSideOf(device, name);
+    }
+    catch (const device::DeviceError& error) // of sockets, where there is no ::1
+    {
+        GTEST_SKIP() << error.what();
+    }
     const std::string show = fileOf("show");
     far.keep.push_back(removes(show));
     EXPECT_EQ(holds::trial(mode, far.open, far.transducers, show, far.sounds), "");
@@ -267,8 +293,9 @@ TEST_P(Hold, SilencesWhatPlaysByItself)
 INSTANTIATE_TEST_SUITE_P(
     Matrix,
     Hold,
-    testing::Combine(testing::ValuesIn(holds::allModes()),
-                     testing::Values("sim", "record", "serial", "autd3", "driver", "list")),
+    testing::Combine(
+        testing::ValuesIn(holds::allModes()),
+        testing::Values("sim", "record", "serial", "autd3", "simulated_autd3", "driver", "list")),
     [](const auto& info) {
         return fmt::format(
             "{}_{}", holds::nameOf(std::get<0>(info.param)), std::get<1>(info.param));

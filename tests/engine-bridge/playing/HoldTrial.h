@@ -188,7 +188,8 @@ inline std::string trial(Mode mode,
         gap_s = std::max(gap_s, now() - look_s);
         look_s = now();
     }
-    if (last_s < sign_s + 0.5 * kHold_s)
+    // Where nobody listened for that long, nobody knows.
+    if (last_s + gap_s < sign_s + 0.5 * kHold_s)
         return fmt::format("is silent {:.0f} ms after the sign, before the hold",
                            1e3 * (last_s - sign_s));
     if (last_s > sign_s + kHold_s + kLate_s + gap_s)

@@ -1,16 +1,14 @@
 // The driver of autd3: and the emulator, each written by itself, meet over UDP on this machine.
 
-#include "device/autd3/emulator/UdpUnits.h"
-
 #include "device/ArrayDevice.h"
 #include "haptics/base/threads/SteadyClock.h"
+#include "tests/device/autd3/emulator/ServedUnits.h"
 
-#include <atomic>
 #include <chrono>
-#include <mutex>
+#include <memory>
+#include <string>
 #include <thread>
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 namespace midair::device::emulation
@@ -18,42 +16,25 @@ namespace midair::device::emulation
 namespace
 {
 
-/// Units behind ports, served by a thread; skips where this machine has no ::1.
+/// Skips where this machine has no ::1.
 class EmulatedUnitsOverUdp : public ::testing::Test
 {
 protected:
     void SetUp() override
     {
-        ChainOptions options;
-        options.units = 2;
-        options.tolerance_ns = kMillisecond_ns;
         try
         {
-            _units = std::make_unique<UdpUnits>(options, 0);
+            _units = std::make_unique<ServedUnits>(2);
         }
         catch (const DeviceError& error)
         {
             GTEST_SKIP() << error.what();
         }
-        _server = std::thread([this] { serve(); });
-    }
-    void TearDown() override
-    {
-        _ends = true;
-        if (_server.joinable()) _server.join();
     }
 
-    DriveSignal field()
-    {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        return _units->chain().field(UdpUnits::now_ns());
-    }
-    ChainReport report()
-    {
-        const std::lock_guard<std::mutex> lock(_mutex);
-        return _units->chain().report(UdpUnits::now_ns());
-    }
-    std::string uri() const { return fmt::format("autd3:?units=2&group=[::1]:{}", _units->port()); }
+    DriveSignal field() { return _units->field(); }
+    ChainReport report() { return _units->report(); }
+    std::string uri() const { return _units->uri(); }
     template<typename Is>
     static bool eventually(const Is& is)
     {
@@ -67,22 +48,7 @@ protected:
     }
 
 private:
-    void serve()
-    {
-        while (!_ends)
-        {
-            {
-                const std::lock_guard<std::mutex> lock(_mutex);
-                _units->run(UdpUnits::now_ns() + kMillisecond_ns);
-            }
-            std::this_thread::yield();
-        }
-    }
-
-    std::unique_ptr<UdpUnits> _units;
-    std::mutex _mutex;
-    std::atomic<bool> _ends{false};
-    std::thread _server;
+    std::unique_ptr<ServedUnits> _units;
 };
 
 TEST_F(EmulatedUnitsOverUdp, play_what_the_driver_is_sent_and_fall_silent_when_it_is_closed)

@@ -1,6 +1,7 @@
-// An installation whose frames hang ends when it is told to, and its array is silent before.
+// An installation whose frames hang is silenced by its hold, and ends when it is told to.
 #include "device/recording/Recording.h"
 #include "samples/installations/shell/Installation.h"
+#include "tests/Emulator.h"
 #include "tests/samples/Ending.h"
 #include "tests/samples/installations/Run.h"
 
@@ -10,8 +11,18 @@
 #include <osg/Shape>
 #include <osg/ShapeDrawable>
 
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
 #include <iterator>
+#include <thread>
+#include <utility>
 #include <vector>
+
+#include <spawn.h>
+#include <sys/ptrace.h>
+#include <sys/wait.h>
 
 using namespace midair::samples;
 
@@ -47,7 +58,182 @@ private:
     const int _to;
 };
 
+namespace recording = midair::device::recording;
+
+double realTime_s()
+{
+    return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch())
+        .count();
+}
+
+/// What is in a recording by now, with times on realTime_s(); empty if it isn't there yet.
+struct Show
+{
+    struct Entry
+    {
+        double time_s = 0.0;
+        bool sounds = false;
+    };
+    std::vector<Entry> entries;
+
+    explicit Show(const std::string& file)
+    {
+        std::ifstream in(file, std::ios::binary);
+        const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+        if (bytes.size() < recording::kHeaderBytes) return;
+        std::uint64_t start_ns = 0;
+        std::memcpy(&start_ns, bytes.data() + 16, sizeof start_ns); // as Recording.h has it
+        recording::Reader reader(bytes, file);
+        recording::Entry entry;
+        while (reader.next(entry) == recording::Stop::MORE)
+        {
+            const auto& duty = entry.signal.duty;
+            const bool sounds =
+                entry.kind == recording::Kind::FIELD &&
+                std::any_of(duty.begin(), duty.end(), [](std::uint8_t level) { return level > 0; });
+            entries.push_back({static_cast<double>(start_ns + entry.time_ns) * 1e-9, sounds});
+        }
+    }
+    int soundingBetween(double begin_s, double end_s) const
+    {
+        return static_cast<int>(std::count_if(entries.begin(),
+                                              entries.end(),
+                                              [&](const Entry& one) {
+                                                  return one.sounds && one.time_s > begin_s &&
+                                                         one.time_s <= end_s;
+                                              }));
+    }
+    double lastSound_s() const
+    {
+        double last_s = 0.0;
+        for (const Entry& one : entries)
+            if (one.sounds) last_s = one.time_s;
+        return last_s;
+    }
+};
+
+/// An installation as a user starts it, whose main thread alone can be stopped.
+class Started
+{
+public:
+    explicit Started(std::vector<std::string> words)
+    {
+        words.front() = std::string(MIDAIR_BIN) + "/" + words.front();
+        std::vector<char*> line;
+        for (std::string& word : words)
+            line.push_back(word.data());
+        line.push_back(nullptr);
+        if (::posix_spawn(&_pid, line[0], nullptr, nullptr, line.data(), environ) != 0) _pid = 0;
+    }
+    ~Started()
+    {
+        if (_pid <= 0) return;
+        ::kill(_pid, SIGKILL);
+        ::waitpid(_pid, nullptr, __WALL);
+    }
+    Started(const Started&) = delete;
+    Started& operator=(const Started&) = delete;
+
+    /// Of a process that is traced, one thread can be stopped; returns 0, or what errno says.
+    int hang()
+    {
+        if (_pid <= 0) return ESRCH;
+        if (::ptrace(PTRACE_SEIZE, _pid, nullptr, nullptr) != 0) return errno;
+        if (::ptrace(PTRACE_INTERRUPT, _pid, nullptr, nullptr) != 0) return errno;
+        return ::waitpid(_pid, nullptr, __WALL) == _pid ? 0 : errno;
+    }
+
+private:
+    pid_t _pid = 0;
+};
+
+constexpr double kHold_s = 1.0;  ///< that installations add by themselves
+constexpr double kLate_s = 0.05; ///< the promise, as in HoldMatrixTest
+
+/// Watches for \a duration_s; returns the longest that this thread didn't run.
+double longestGap_s(double duration_s)
+{
+    double gap_s = 0.0;
+    const double begin_s = realTime_s();
+    for (double look_s = begin_s; look_s < begin_s + duration_s;)
+    {
+        std::this_thread::sleep_for(std::chrono::microseconds(500));
+        gap_s = std::max(gap_s, realTime_s() - look_s);
+        look_s = realTime_s();
+    }
+    return gap_s;
+}
+
+/// An installation, and what makes it play fields in turn by a thread of their own.
+using Playing = std::pair<const char*, std::vector<std::string>>;
+
+class InstallationInTurn : public testing::TestWithParam<Playing>
+{
+};
+
+std::string nameOf(const testing::TestParamInfo<Playing>& info)
+{
+    return info.param.first;
+}
+
 } // namespace
+
+// Nothing but its main thread stands still; fields go on in turn, and are no sign of life.
+TEST_P(InstallationInTurn, IsSilentAfterItsHoldWithItsMainThreadHung)
+{
+    if (emulatorOfTests() != nullptr) GTEST_SKIP() << "no thread alone can be stopped there";
+    const auto& [name, more] = GetParam();
+    const OwnFolder folder(std::string("hung-") + name);
+    const std::string file = folder.path + "/show.recording";
+    std::vector<std::string> words = {std::string("midair-") + name,
+                                      "--headless",
+                                      "--pictures",
+                                      "0",
+                                      "--frames",
+                                      "100000",
+                                      "--out",
+                                      folder.path,
+                                      "--array",
+                                      "autd3",
+                                      "--device",
+                                      "record:" + file,
+                                      "--set",
+                                      "earLimit=none"};
+    words.insert(words.end(), more.begin(), more.end());
+    Started program(words);
+    const auto playsInTurn = [&]
+    { return Show(file).soundingBetween(realTime_s() - 0.3, realTime_s()) > 60; };
+    const double begin_s = realTime_s();
+    while (!playsInTurn() && realTime_s() < begin_s + 60.0)
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    ASSERT_TRUE(playsInTurn()) << "it doesn't play";
+    const int error = program.hang();
+    if (error == EPERM) GTEST_SKIP() << "no process may be traced here";
+    ASSERT_EQ(error, 0) << std::strerror(error);
+    const double hung_s = realTime_s();
+    const double gap_s = longestGap_s(kHold_s + 1.0);
+    const Show show(file);
+    EXPECT_GT(show.soundingBetween(hung_s + 0.1, hung_s + 0.6), 50) << "its other threads play on";
+    EXPECT_LT(show.lastSound_s(), hung_s + kHold_s + kLate_s + gap_s)
+        << "sounds " << 1e3 * (show.lastSound_s() - hung_s) << " ms after it hung, seen every "
+        << 1e3 * gap_s << " ms";
+    ASSERT_FALSE(show.entries.empty());
+    EXPECT_FALSE(show.entries.back().sounds);
+}
+
+// Water in contact would fall silent as its hands are no news.
+INSTANTIATE_TEST_SUITE_P(
+    Programs,
+    InstallationInTurn,
+    testing::Values(Playing{"piano", {"--set", "calibration=1 0 0 0 0 1 0 0 0 0 1 0 0 0 0.15 1"}},
+                    Playing{"water",
+                            {"--set",
+                             "calibration=1 0 0 0 0 1 0 0 0 0 1 0 0 0 0.15 1",
+                             "--set",
+                             "render=object",
+                             "--set",
+                             "cycle=4"}}),
+    nameOf);
 
 TEST(InstallationThatHangs, EndsBySigtermSilentFirst)
 {
@@ -78,7 +264,6 @@ TEST(InstallationThatHangs, EndsBySigtermSilentFirst)
         SIGTERM);
     EXPECT_EQ(ending.signal, SIGTERM);
     EXPECT_LT(ending.seconds, 2.0);
-    namespace recording = midair::device::recording;
     std::ifstream in(file, std::ios::binary);
     const std::string bytes{std::istreambuf_iterator<char>(in), {}};
     recording::Reader reader(bytes, file);
