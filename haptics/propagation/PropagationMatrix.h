@@ -34,6 +34,7 @@ public:
     static constexpr int kBlockWidth = 512;
 
     explicit PropagationMatrix(Storage storage = Storage::FLOAT) : _storage(storage) {}
+    bool isFixed() const { return _storage == Storage::FIXED; }
 
     /// Returns true if all that G depends on is as in the last bind().
     bool isBoundTo(const TransducerArray& array, const Medium& medium) const;

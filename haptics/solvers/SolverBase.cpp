@@ -280,6 +280,7 @@ SolveReport SolverBase::solveAssigned(const ControlPoints& points,
     Outcome outcome = _beyond > 0.0 ? iterateLouder(warm) : iterate(_field, warm);
     if (!outcome.playable) makePlayable();
     keepToTargets(outcome);
+    measure(outcome, points, array, medium);
     report(outcome, result);
     result.solve_ms = _field.elapsed_ms() - result.matrix_ms;
     if (result.level_Pa == 0.0)

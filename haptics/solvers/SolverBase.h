@@ -135,6 +135,10 @@ private:
     void makePlayable();
     void playTargets();
     void keepToTargets(Outcome& outcome);
+    void measure(const Outcome& outcome,
+                 const ControlPoints& points,
+                 const TransducerArray& array,
+                 const Medium& medium);
     void report(const Outcome& outcome, SolveReport& report);
     void reportTargets(SolveReport& report) const;
     void reportChange(SolveReport& report) const;

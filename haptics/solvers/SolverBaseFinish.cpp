@@ -1,6 +1,7 @@
 // Second part of SolverBase: rounds a method's field to the device's levels and makes its report.
 #include "haptics/base/Units.h"
 #include "haptics/points/FittedLevel.h"
+#include "haptics/propagation/PressureField.h"
 #include "haptics/solvers/SolverBase.h"
 
 #include <algorithm>
@@ -53,7 +54,12 @@ std::complex<float> SolverBase::alignToLast(FieldProblem& field, int levels)
     return turn;
 }
 
-void SolverBase::report(const Outcome& outcome, SolveReport& result)
+// Finds field.y of field.q as it is played: from G, and at points that are too quiet for its 16
+// bits from the model itself.
+void SolverBase::measure(const Outcome& outcome,
+                         const ControlPoints& points,
+                         const TransducerArray& array,
+                         const Medium& medium)
 {
     _field.clearSilent(_field.q); // no change of these is one of the drive
     if (!outcome.measured)
@@ -61,6 +67,27 @@ void SolverBase::report(const Outcome& outcome, SolveReport& result)
         _field.forward(_field.q, _field.p);
         _field.phasesOf(_field.p);
     }
+    if (!_field.G.isFixed()) return;
+    const float clear = kLeastClear * _field.y.maxCoeff();
+    std::vector<int> quiet;
+    for (int l = 0; l < _field.n(); ++l)
+        if (_field.y[l] < clear) quiet.push_back(l);
+    if (quiet.empty()) return;
+    Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(quiet.size()));
+    for (Eigen::Index k = 0; k < places.cols(); ++k)
+        places.col(k) = points.positions.col(
+            _active[static_cast<std::size_t>(quiet[static_cast<std::size_t>(k)])]);
+    Eigen::VectorXcf q;
+    _field.fromLanes(_field.q, q);
+    const Eigen::VectorXcf p =
+        pressureAt(places, array, medium, q, _options.threads, _options.stop);
+    for (Eigen::Index k = 0; k < places.cols(); ++k)
+        _field.y[quiet[static_cast<std::size_t>(k)]] =
+            std::abs(p[k]) / static_cast<float>(_field.unit_Pa());
+}
+
+void SolverBase::report(const Outcome& outcome, SolveReport& result)
+{
     const double level = fittedLevelInOrder(_field.y, _field.a);
     const RelativeErrors errors =
         relativeErrors(_field.y, _field.a, _absolute ? largestTarget() : level);
@@ -160,8 +187,7 @@ void SolverBase::keep(const SolveReport& result, Eigen::VectorXcf& q)
 // Rows that were kept are of where points were.
 void SolverBase::keepAchieved(const SolveReport& result)
 {
-    const bool areAllNew = _field.n() == result.points && result.rowsBuilt >= result.points;
-    if (areAllNew && _field.y.minCoeff() >= kLeastClear * _field.y.maxCoeff())
+    if (_field.n() == result.points && result.rowsBuilt >= result.points)
         _last.achieved_Pa = static_cast<float>(_field.unit_Pa()) * _field.y;
 }
 

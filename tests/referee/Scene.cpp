@@ -79,6 +79,9 @@ std::vector<Scene> ofEqualAndUnequalPoints()
     // From 0.3 to 1 in no order, as midair-bench has them.
     for (int l = 0; l < 50; ++l)
         scenes.back().points.targets[l] = l == 7 ? 0.0 : 0.3 + 0.7 * (l * 7919 % 100) / 99.0;
+    scenes.push_back(sphere("unequal 100, 1:1000", 100, 0.03));
+    for (int l = 0; l < 100; ++l)
+        scenes.back().points.targets[l] = std::pow(10.0, -3.0 * (l * 7919 % 100) / 99.0);
     scenes.push_back(sphere("loudness 1.5, 50", 50, 0.03));
     scenes.back().loudness = 1.5;
     return scenes;

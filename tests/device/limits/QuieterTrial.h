@@ -74,7 +74,7 @@ struct FarSide
     /// It hangs for as long as it fails; false: after a while it doesn't, since it was opened
     /// again, say.
     bool staysFaulty = true;
-    int tries = 3; ///< silence is sent so often, at least, while it stays faulty
+    int tries = 3;                  ///< silence is sent so often, at least, while it stays faulty
     double patience_s = kConfirm_s; ///< what is confirmed in
     std::vector<std::shared_ptr<void>> keep;
 };
@@ -184,7 +184,8 @@ inline std::string wrongOf(const FarSide& far, const Seen& seen)
     if (!far.staysFaulty) return "";
     if (isLate(seen.fault_s, far.patience_s + kHangs_s))
         return fmt::format("is a fault after {:.0f} ms", 1e3 * seen.fault_s);
-    if (!isLost && seen.silences < far.tries) return fmt::format("silence is sent {} times", seen.silences);
+    if (!isLost && seen.silences < far.tries)
+        return fmt::format("silence is sent {} times", seen.silences);
     return "";
 }
 

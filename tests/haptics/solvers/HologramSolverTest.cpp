@@ -152,8 +152,9 @@ TEST(EverySolver, KnowsThePressuresOfItsFieldOrSaysNothing)
             const auto solver = makeSolver(name, options);
             ControlPoints points = spherePoints(16, 0.03);
             Eigen::VectorXcf q;
-            for (int update = 0; update < 3; ++update)
+            for (int update = 0; update < 4; ++update)
             {
+                if (update == 3) points.targets[2] = 5e-3;
                 points.positions.row(0).array() += 1e-3;
                 const SolveReport report = solver->solve(points, array, Medium{}, q);
                 const Eigen::VectorXf& known = solver->achieved_Pa();
@@ -163,7 +164,7 @@ TEST(EverySolver, KnowsThePressuresOfItsFieldOrSaysNothing)
                      q.cast<std::complex<double>>())
                         .cwiseAbs();
                 for (int l = 0; l < 16; ++l)
-                    EXPECT_NEAR(known[l], y[l], 1e-4 * report.level_Pa);
+                    EXPECT_NEAR(known[l], y[l], std::min(1e-4 * report.level_Pa, 5e-3 * y[l]));
             }
             points.positions(0, 3) += 1e-3; // one row is new
             solver->solve(points, array, Medium{}, q);
@@ -172,11 +173,10 @@ TEST(EverySolver, KnowsThePressuresOfItsFieldOrSaysNothing)
             points.targets[2] = 0.0;
             solver->solve(points, array, Medium{}, q);
             EXPECT_EQ(solver->achieved_Pa().size(), 0);
+            points.targets[2] = 1.0;
             points.positions.row(0).array() += 1e-3;
-            points.targets[2] = 5e-3;
             solver->solve(points, array, Medium{}, q);
-            for (const float known_Pa : solver->achieved_Pa())
-                EXPECT_GE(known_Pa, 0.02f * solver->achieved_Pa().maxCoeff());
+            EXPECT_EQ(solver->achieved_Pa().size(), 16);
             solver->solve(points, array, Medium{}, q); // skipped, or all rows kept
             EXPECT_EQ(solver->achieved_Pa().size(), 0);
         }
