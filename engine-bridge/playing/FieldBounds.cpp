@@ -230,9 +230,11 @@ bool FieldBounds::boundByKnown(const std::vector<Eigen::VectorXcf>& fields,
     if (!found_Pa.allFinite() || !error_Pa.allFinite()) return false;
     const float bound_Pa = (found_Pa + error_Pa).maxCoeff();
     const auto enough = static_cast<float>(enough_Pa);
-    if (bound_Pa > enough && !((found_Pa - error_Pa).maxCoeff() > enough)) return false;
+    const bool isOver = (found_Pa - error_Pa).maxCoeff() > enough;
+    if (bound_Pa > enough && !isOver) return false;
     achieved_Pa = found_Pa;
-    most_Pa = static_cast<double>(bound_Pa);
+    // How far over it is needs no margin: what is played in its place is looked at again.
+    most_Pa = static_cast<double>(isOver ? found_Pa.maxCoeff() : bound_Pa);
     return true;
 }
 

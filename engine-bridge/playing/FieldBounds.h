@@ -34,7 +34,8 @@ public:
     /// point for any of the arrays, Pa, or NaN. \a rounding: for each field the most that an
     /// amplitude of it changes when it is lowered and rounded; 0 if the field stays the same but
     /// for its level. \a achieved_Pa (n x K): |G q| for the first of the arrays. Bounds that are at
-    /// most \a enough_Pa needn't be close. Throws base::Stopped.
+    /// most \a enough_Pa needn't be close; of the known field that is over it, the pressure itself.
+    /// Throws base::Stopped.
     std::vector<double> of(const std::vector<Eigen::VectorXcf>& fields,
                            const std::vector<float>& rounding,
                            Eigen::MatrixXf& achieved_Pa,

@@ -197,9 +197,10 @@ void rateStep(const Eigen::VectorXcf& last, double rate_Hz, FieldSequence& seque
     CycleSteps step;
     step.meanPhaseStep_rad =
         static_cast<double>(difference.phaseSteps) / static_cast<double>(last.size());
-    step.driveChange = difference.power > 0.0f ? static_cast<double>(difference.change) /
-                                                     static_cast<double>(difference.power)
-                                               : 0.0;
+    // In a cycle the change is relative to both fields, as each follows the other.
+    const Eigen::VectorXcf& field = sequence.fields.front();
+    const float power = field.squaredNorm();
+    step.driveChange = power > 0.0f ? (field - last).squaredNorm() / power : 0.0;
     fillIn(step, rate_Hz, sequence.report);
 }
 
