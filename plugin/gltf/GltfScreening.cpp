@@ -225,10 +225,10 @@ void screenGltf(const std::string& file, GltfMessages& messages)
     const Json gltf = Json::parse(text, nullptr, false);
     if (gltf.is_discarded()) throw GltfError("its JSON is not understood");
     if (!gltf.is_object()) throw GltfError("its JSON should be an object");
+    screenExtensions(gltf, messages); // what follows may be wrong for these alone
     screenBuffers(gltf, isGlb(file));
     screenImages(gltf);
     screenExtras(gltf, {}, messages);
-    screenExtensions(gltf, messages);
 }
 
 } // namespace osgMidair

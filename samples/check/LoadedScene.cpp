@@ -43,7 +43,8 @@ public:
     std::vector<HapticScene*> found;
 };
 
-/// True for what OSG's readers say of materials, pictures and fonts alone: nobody feels these.
+/// True for what OSG's readers say of materials, pictures and fonts alone, which nobody feels, and
+/// of faces that they turned to the side that their normals show.
 bool isAboutLooks(std::string line)
 {
     std::transform(line.begin(),
@@ -51,8 +52,17 @@ bool isAboutLooks(std::string line)
                    line.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     const auto has = [&line](const char* word) { return line.find(word) != std::string::npos; };
-    for (const char* word :
-         {"material", "texture", "image", "shader", ".mtl", ".png", ".jp", ".tga", ".bmp", ".dds"})
+    for (const char* word : {"material",
+                             "texture",
+                             "image",
+                             "shader",
+                             "were reversed",
+                             ".mtl",
+                             ".png",
+                             ".jp",
+                             ".tga",
+                             ".bmp",
+                             ".dds"})
         if (has(word)) return true;
     return false;
 }

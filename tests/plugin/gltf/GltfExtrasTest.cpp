@@ -234,6 +234,10 @@ TEST(Gltf, ExtensionsThatAreNotFollowedAreTold)
         EXPECT_NE(errorOf(model.gltf()).find(std::string("it needs the extension \"") + needed),
                   std::string::npos);
     }
+    // As gltfpack -c writes it: what the extension fills has no name of its own.
+    model.json["buffers"].push_back({{"byteLength", 12}});
+    EXPECT_NE(errorOf(model.gltf()).find("it needs the extension \"EXT_meshopt_compression\""),
+              std::string::npos);
 }
 
 // Whole texture coordinates, as gltfpack writes them, need it, and paint needs texture coordinates.

@@ -59,6 +59,12 @@ TEST(MidairCheckModels, LooksThatAreMissingAreNotes)
                        0);
     for (const nlohmann::json& line : json["reading"])
         EXPECT_EQ(line["severity"], "notice") << line;
+    // Faces against their normals are turned, and felt.
+    json =
+        checkedJson(modelFile("turned.obj",
+                              kPlate + "vn 0 0 -1\nf 1//1 2//1 3//1 4//1\nf 4//1 3//1 2//1 1//1\n"),
+                    0);
+    EXPECT_NE(json["reading"].dump().find("were reversed"), std::string::npos) << json["reading"];
     // What isn't felt is a fault.
     json = checkedJson(modelFile("two.obj", kPlate + "f 1 2\nf 1 2 3 4\n"), 1);
     EXPECT_EQ(json["reading"][0]["severity"], "warning");
