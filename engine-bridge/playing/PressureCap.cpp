@@ -67,6 +67,15 @@ double largest(const std::vector<Eigen::VectorXcf>& fields)
     return static_cast<double>(most);
 }
 
+std::vector<device::DriveSignal> signalsOf(const std::vector<Eigen::VectorXcf>& fields)
+{
+    std::vector<device::DriveSignal> signals(fields.size());
+    for (std::size_t k = 0; k < fields.size(); ++k)
+        if (!device::encode(fields[k].data(), static_cast<int>(fields[k].size()), signals[k]))
+            throw base::InputError("field in turn has an activation that is not finite");
+    return signals;
+}
+
 double power(const std::vector<Eigen::VectorXcf>& fields)
 {
     double sum = 0.0;
@@ -235,14 +244,10 @@ double PressureCap::holdAll(const Where& where, std::vector<Eigen::VectorXcf>& f
     // keep to it.
     const auto nextFactor = [&]
     {
-        std::vector<device::DriveSignal> signals(fields.size());
-        for (std::size_t k = 0; k < fields.size(); ++k)
-            if (!device::encode(fields[k].data(), static_cast<int>(fields[k].size()), signals[k]))
-                throw base::InputError("field in turn has an activation that is not finite");
         double least = 1.0;
         sounds = false;
         std::vector<double> most_Pa;
-        for (const CappedField& field : playedOf(bounds, signals, most_Pa))
+        for (const CappedField& field : playedOf(bounds, signalsOf(fields), most_Pa))
             sounds = sounds || !field.played.isZero(0.0f);
         for (const double one_Pa : most_Pa)
         {
@@ -277,9 +282,7 @@ double PressureCap::holdAll(const Where& where, std::vector<Eigen::VectorXcf>& f
     }
     if (mayThinOut(wanted))
     {
-        std::vector<device::DriveSignal> signals(wanted.size());
-        for (std::size_t k = 0; k < wanted.size(); ++k)
-            device::encode(wanted[k].data(), static_cast<int>(wanted[k].size()), signals[k]);
+        std::vector<device::DriveSignal> signals = signalsOf(wanted);
         std::vector<CappedField> thinned(wanted.size());
         const double share = thinOut(bounds, signals, thinned);
         for (std::size_t k = 0; k < fields.size() && share > 0.0; ++k)

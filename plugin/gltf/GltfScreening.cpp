@@ -177,7 +177,7 @@ void screenExtras(const Json& within, const std::string& owner, GltfMessages& me
     for (const auto& [name, value] : within.items())
     {
         if (!value.is_structured()) continue;
-        const std::string inner = owner.empty() ? name : owner + " " + name;
+        const std::string inner = owner.empty() ? name : fmt::format("{} {}", owner, name);
         if (name != "extras" || !within.is_object())
             screenExtras(value, inner, messages);
         else if (mayHaveTags(owner))
