@@ -87,7 +87,7 @@ TEST(EarChoice, SaysWhatEachLimitWouldLeave)
 TEST(EarChoice, NoInstallationStartsWithoutOne)
 {
     const OwnFolder out("unchosen");
-    for (const char* name : {"toybox", "piano", "water", "desk", "paper-scenes", "jnd"})
+    for (const char* name : {"toybox", "piano", "water", "desk", "gallery", "paper-scenes", "jnd"})
     {
         const std::string file = out.path + "/" + name + ".midair";
         const std::string results =
