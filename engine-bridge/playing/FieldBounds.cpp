@@ -156,6 +156,14 @@ FieldBounds::FieldBounds(const CappedPlaces& where,
     if (!ability.part.empty())
         _parts = 1 + *std::max_element(ability.part.begin(), ability.part.end());
     _norm_Pa.resize(where.arrays.size());
+    _looseNorm_Pa.resize(where.arrays.size());
+}
+
+const Eigen::VectorXf& FieldBounds::looseNormOf(std::size_t array) const
+{
+    Eigen::VectorXf& known = _looseNorm_Pa[array];
+    if (known.size() == 0) known = looseNorms(_where.points, *_where.arrays[array]);
+    return known;
 }
 
 const Eigen::VectorXf& FieldBounds::normOf(std::size_t array) const
@@ -224,8 +232,7 @@ bool FieldBounds::boundByKnown(const std::vector<Eigen::VectorXcf>& fields,
     const float norm = q.norm();
     if (!(share > 0.0f) || !((q - share * _known.played).norm() <= kSame * norm)) return false;
     constexpr float kError = kFieldError + haptics::HologramSolver::kAchievedError + kSame;
-    const Eigen::VectorXf error_Pa =
-        kError * norm * looseNorms(_where.points, *_where.arrays.front());
+    const Eigen::VectorXf error_Pa = kError * norm * looseNormOf(0);
     const Eigen::VectorXf found_Pa = share * _known.achieved_Pa;
     if (!found_Pa.allFinite() || !error_Pa.allFinite()) return false;
     const float bound_Pa = (found_Pa + error_Pa).maxCoeff();
@@ -253,8 +260,7 @@ std::vector<double> FieldBounds::of(const std::vector<Eigen::VectorXcf>& fields,
         const Eigen::MatrixXcf p = pressureOfParts(array, fields);
         for (Eigen::Index k = 0; k < K && a == 0; ++k)
             achieved_Pa.col(k) = p.middleCols(k * _parts, _parts).rowwise().sum().cwiseAbs();
-        Eigen::MatrixXf bound_Pa =
-            boundsOf(array, looseNorms(_where.points, array), p, fields, rounding);
+        Eigen::MatrixXf bound_Pa = boundsOf(array, looseNormOf(a), p, fields, rounding);
         // Written so that NaN isn't enough.
         if (!(bound_Pa.array() <= static_cast<float>(enough_Pa)).all())
             bound_Pa = boundsOf(array, normOf(a), p, fields, rounding);

@@ -50,6 +50,7 @@ private:
                              const std::vector<Eigen::VectorXcf>& fields,
                              const std::vector<float>& rounding) const;
     const Eigen::VectorXf& normOf(std::size_t array) const;
+    const Eigen::VectorXf& looseNormOf(std::size_t array) const;
     bool boundByKnown(const std::vector<Eigen::VectorXcf>& fields,
                       const std::vector<float>& rounding,
                       double enough_Pa,
@@ -63,6 +64,7 @@ private:
     /// For each array (n): times the 2-norm of the amplitudes at least what is heard in phase;
     /// empty until it is asked for, since it takes as long as the field.
     mutable std::vector<Eigen::VectorXf> _norm_Pa;
+    mutable std::vector<Eigen::VectorXf> _looseNorm_Pa; ///< upper bounds on these, quickly found
 };
 
 } // namespace midair::bridge

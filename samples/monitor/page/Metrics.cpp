@@ -168,9 +168,10 @@ void addExposure(MetricLines& lines, const midair::haptics::ExposureFigures& exp
         const double value = std::visit(
             [&](auto member) { return static_cast<double>(exposure.*member); }, row.value);
         lines.gauge("midair_exposure_" + name,
-                    fmt::format("Figure {} of the level at ears, computed, with 6 dB for a head; "
-                                "not a safety certificate.",
-                                row.name),
+                    fmt::format("Figure {} of the level at ears, computed, with {:g} dB for a "
+                                "head; not a safety certificate.",
+                                row.name,
+                                midair::haptics::kHeadMargin_dB),
                     value * factor);
     }
 }
