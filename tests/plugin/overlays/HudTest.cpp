@@ -100,6 +100,7 @@ TEST(Hud, MutedIsSeenWhateverIsHidden)
     view.press(Keys::KEY_F8);
     EXPECT_GT(view.drawn(true), kWidth * kHeight / 40) << "in large letters, in the next frame";
     view.press(Keys::KEY_F8);
+    ASSERT_TRUE(view.framesUntil(ArrayState::PLAYING)) << "MUTED stays until the array plays";
     EXPECT_EQ(view.drawn(true), 0);
 }
 
