@@ -93,7 +93,8 @@ extern "C"
         int32_t dead;            ///< 0 or 1; 1: it is never driven
     } midair_transducer;
 
-    /// Loads "octagon", "board", the name of a shipped array, or a JSON file of that path.
+    /// Loads "octagon", "board", the name of a shipped array, or a JSON file of that path. While a
+    /// scene plays on it, a file that has changed is read again, for its fields from then on.
     MIDAIR_API midair_status midair_array_load(const char* name_or_file, midair_array** array);
     /// Reads the text of such a file (haptics/array/arrays/README.md).
     MIDAIR_API midair_status midair_array_from_json(const char* json, midair_array** array);

@@ -105,8 +105,9 @@ extern "C"
                                               const midair_hand* hands,
                                               size_t count);
     /// Takes the hands from a source instead: "recorded:FILE", "recorded:FILE?loop", "openxr:",
-    /// "NAME:options" of midair_register_hands(); "" or "none": from midair_set_hands() again. A
-    /// source of OpenXR tells its failures by midair_messages().
+    /// "osc:", with their options (engine-bridge/hands/HANDS.md), or "NAME:options" of
+    /// midair_register_hands(); "" or "none": from midair_set_hands() again. A recording's times
+    /// are those of midair_update(). What a source has to say is in midair_messages().
     MIDAIR_API midair_status midair_open_hands(midair_scene* scene, const char* source);
     /// The flat open hand of an adult with the tip of its index finger at \a tip. In the frame
     /// turned by \a orientation (x, y, z, w) the fingers point along -z and the back of the hand

@@ -28,6 +28,9 @@ public:
 
     /// One line of text: what the source is, and its state.
     virtual std::string status() const = 0;
+
+    /// What the user should know that has happened since the last call; each one is told once.
+    virtual std::vector<std::string> takeMessages() { return {}; }
 };
 
 /// Plays a recording: the frame depends only on the time asked for.

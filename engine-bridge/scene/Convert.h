@@ -1,5 +1,7 @@
 #pragma once
 
+#include "engine-bridge/PoseAndStretch.h"
+
 #include <osg/Matrixd>
 #include <osg/Vec3d>
 
@@ -21,18 +23,5 @@ inline osg::Vec3d toOsg(const Eigen::Vector3d& v)
 {
     return {v.x(), v.y(), v.z()};
 }
-
-/// An affine map split into a part that moves an object and one that changes its shape: A = pose *
-/// stretch.
-struct PoseAndStretch
-{
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    /// symmetric; scale, shear and mirroring; baked into vertices
-    Eigen::Matrix3d stretch = Eigen::Matrix3d::Identity();
-};
-
-/// Polar decomposition of the affine \a matrix. Returns false if the matrix is not finite, is a
-/// perspective, or is singular (smallest scale under 1e-6 of the largest, or under 1e-12).
-bool decompose(const Eigen::Matrix4d& matrix, PoseAndStretch& parts);
 
 } // namespace midair::bridge

@@ -15,47 +15,58 @@
 namespace midair::bridge
 {
 
-/// What hands leave of a field.
+/// The rows of SceneSettings that are no FieldSettings, for a struct \a S that inherits from it.
 template<typename S>
-std::vector<base::Setting<S>> reachRows()
+std::vector<base::Setting<S>> sceneRows()
 {
-    return {base::Row<S>("reach", &S::reach, "solve only points this near to a hand; 0: all")
-                .range(0.0, 10.0, "m")
-                .variable("REACH")
-                .safety(),
-            base::Row<S>("shadows",
-                         &S::shadows,
-                         "hands and obstacles block sound, which the solver takes into account")};
-}
-
-/// Whoever reads the text of earPoints judges it.
-template<typename S>
-base::Setting<S> earPointsRow()
-{
-    return base::Row<S>(
-               "earPoints",
-               &S::earPoints,
-               "listening places besides those around the array: x y z; x y z .. in m, array "
-               "frame",
-               6)
-        .variable("EAR_POINTS")
-        .safety();
-}
-
-/// How contacts are played. \a render: the numbers of object, contact and auto.
-template<typename S>
-std::vector<base::Setting<S>> contactRows(const std::array<int, 3>& render)
-{
+    using base::Effect;
     return {
+        base::Row<S>("reach", &S::reach, "solve only points this near to a hand; 0: all")
+            .range(0.0, 10.0, "m")
+            .variable("REACH")
+            .safety()
+            .effect(Effect::NOTHING),
+        base::Row<S>("shadows",
+                     &S::shadows,
+                     "hands and obstacles block sound, which the solver takes into account")
+            .effect(Effect::NOTHING),
+        // Whoever reads the text judges it.
         base::Row<S>(
-            "render",
-            base::EnumMember<&S::render>::choice(),
-            "what is played of objects: the whole, foci on the skin where hands touch, or auto: "
-            "these while hands are known well enough",
-            7)
-            .words({{"object", "OBJECT", render[0]},
-                    {"contact", "CONTACT", render[1]},
-                    {"auto", "AUTO", render[2]}})
+            "earPoints",
+            &S::earPoints,
+            "listening places besides those around the array: x y z; x y z .. in m, array frame",
+            6)
+            .variable("EAR_POINTS")
+            .safety(),
+        base::Row<S>("prediction",
+                     base::choiceOf<S, &S::prediction>(),
+                     "who predicts hands to when the sound arrives: nobody, the tracker, or the "
+                     "kit by one of three filters",
+                     6)
+            .words({{"off", "OFF", S::OFF},
+                    {"tracker", "TRACKER", S::TRACKER},
+                    {"alpha-beta", "ALPHA_BETA", S::ALPHA_BETA},
+                    {"kalman", "KALMAN", S::KALMAN},
+                    {"one-euro", "ONE_EURO", S::ONE_EURO}})
+            .variable("PREDICTION")
+            .effect(Effect::NOTHING)
+            .noIdentity(),
+        base::Row<S>("trackerDelay",
+                     &S::trackerDelay,
+                     "the tracker's own delay, which prediction makes up for",
+                     6)
+            .range(0.0, 0.2, "s")
+            .variable("TRACKER_DELAY")
+            .effect(Effect::NOTHING)
+            .noIdentity(),
+        base::Row<S>("render",
+                     base::choiceOf<S, &S::render>(),
+                     "what is played of objects: the whole, foci on the skin where hands touch, or "
+                     "auto: these while hands are known well enough",
+                     7)
+            .words({{"object", "OBJECT", S::OBJECT},
+                    {"contact", "CONTACT", S::CONTACT},
+                    {"auto", "AUTO", S::AUTO}})
             .variable("RENDER"),
         base::Row<S>("contactRate", &S::contactRate, "turns a second of the foci of a contact", 7)
             .range(0.0, 100.0, "Hz"),
@@ -71,7 +82,14 @@ std::vector<base::Setting<S>> contactRows(const std::array<int, 3>& render)
                      &S::trackerError,
                      "error of the hands' places, by which auto decides",
                      7)
-            .range(0.0, 0.1, "m")};
+            .range(0.0, 0.1, "m"),
+        base::Row<S>("temperatureSource",
+                     &S::temperatureSource,
+                     "file or pipe of a thermometer, a reading in C a line, that the temperature "
+                     "follows, or a name from the user's grants",
+                     8)
+            .variable("TEMPERATURE_SOURCE")
+            .effect(Effect::NOTHING)};
 }
 
 /// Parses "2", "50 %", "2 relative", "500 Pa", "1.2kPa". Without a unit it stays the one that was
@@ -110,7 +128,7 @@ std::vector<base::Setting<P>> strengthRows(const std::array<int, 3>& sampling,
             .range(1e-6, 1e5)
             .parsedBy(setPressure<P>)
             .safety(),
-        base::Row<P>("unit", base::EnumMember<&P::pressureUnit>::choice(), "unit of the pressure")
+        base::Row<P>("unit", base::choiceOf<P, &P::pressureUnit>(), "unit of the pressure")
             .words({{"relative", "RELATIVE", P::RELATIVE}, {"Pa", "PASCAL", P::PASCAL}})
             .stored("PressureUnit")
             .safety(),
@@ -119,14 +137,14 @@ std::vector<base::Setting<P>> strengthRows(const std::array<int, 3>& sampling,
             .orZero(),
         base::Row<P>(
             "sampling",
-            base::EnumMember<&P::sampling>::choice(),
+            base::choiceOf<P, &P::sampling>(),
             "where control points are placed: on the faces, along edges, or at the mesh's vertices")
             .words({{"surface", "SURFACE", sampling[0]},
                     {"edges", "EDGES", sampling[1]},
                     {"vertices", "VERTICES", sampling[2]}}),
         base::Row<P>(
             "side",
-            base::EnumMember<&P::side>::choice(),
+            base::choiceOf<P, &P::side>(),
             "side of the faces that is felt; front: towards where most of the array's sound "
             "comes from")
             .words({{"both", "BOTH", side[0]},
@@ -155,7 +173,7 @@ std::vector<base::Setting<P>> touchRows(const std::array<int, 4>& render)
 {
     return {
         base::Row<P>("render",
-                     base::EnumMember<&P::render>::choice(),
+                     base::choiceOf<P, &P::render>(),
                      "what is played of the object: as the scene says, the whole, foci on the skin "
                      "where hands touch it, or auto",
                      7)

@@ -30,7 +30,8 @@ using S = FieldSettings;
 std::vector<Setting<S>> air()
 {
     return {Row<S>("temperature", &S::temperature, "temperature of the air")
-                .range(kLeastTemperature_C, kMostTemperature_C, "C"),
+                .range(kLeastTemperature_C, kMostTemperature_C, "C")
+                .effect(Effect::NOTHING), // the air is followed
             Row<S>("humidity", &S::humidity, "relative humidity of the air").range(0.0, 1.0),
             Row<S>("airPressure", &S::airPressure, "pressure of the air")
                 .range(kLeastAirPressure_Pa, kMostAirPressure_Pa, "Pa")};
@@ -91,7 +92,8 @@ std::vector<Setting<S>> playing()
                3)
             .range(kLeastMonitorInterval_s, kMostMonitorInterval_s, "s")
             .orZero()
-            .variable("MONITOR"),
+            .variable("MONITOR")
+            .noIdentity(),
         Row<S>("maxAmplitude",
                &S::maxAmplitude,
                "cap on each transducer's amplitude; 1: full drive",
@@ -123,12 +125,14 @@ std::vector<Setting<S>> transducers()
                    &S::dead,
                    "transducers that are never driven, besides the array's own: 17, 400-410",
                    8)
-                .safety(),
+                .safety()
+                .effect(Effect::REOPEN),
             Row<S>("weak",
                    &S::weak,
                    "gains of transducers in place of the array's: 17:0.5, 400-410:0.8",
                    8)
-                .safety()};
+                .safety()
+                .effect(Effect::REOPEN)};
 }
 
 } // namespace

@@ -31,11 +31,13 @@ const base::SettingTable<SolverSettings>& solverSettings()
         {Row<S>("maxIterations",
                 &S::maxIterations,
                 "limit of the solver's iterations; 0: the solver's default")
-             .range(0, 1000000),
+             .range(0, 1000000)
+             .noIdentity(),
          Row<S>("rmsTolerance", &S::rmsTolerance, "relative rms error at which the solver stops")
              .range(0.0, 1.0),
          Row<S>("deadline", &S::deadline_ms, "time limit of a solve; 0: none")
-             .range(0.0, 1e6, "ms"),
+             .range(0.0, 1e6, "ms")
+             .noIdentity(),
          Row<S>("lambda", &S::lambda, "Tikhonov regularisation, relative to trace(K)/n")
              .range(0.0, base::kNoEnd),
          Row<S>(
@@ -45,7 +47,9 @@ const base::SettingTable<SolverSettings>& solverSettings()
              .range(1e-6, base::kMostLoudness)
              .safety(),
          Row<S>("phaseOnly", &S::phaseOnly, "play all transducers at one amplitude"),
-         Row<S>("threads", &S::threads, "threads of the solver").range(1, base::kMostThreads)});
+         Row<S>("threads", &S::threads, "threads of the solver")
+             .range(1, base::kMostThreads)
+             .noIdentity()});
     return table;
 }
 

@@ -18,7 +18,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -37,20 +36,6 @@ using midair::haptics::StopReason;
 
 constexpr int kMostRest = 100000; // steps of what a frame at rest gets; the constants end it before
 constexpr double kSecond_ns = 1e9;
-
-// Of these what is played doesn't depend, or a FieldBaker has its own, or the array's content says
-// it better than its name.
-const std::set<std::string> kNoIdentity = {"array",
-                                           "device",
-                                           "hands",
-                                           "prediction",
-                                           "trackerDelay",
-                                           "threads",
-                                           "deadline",
-                                           "deadline_ms",
-                                           "maxIterations",
-                                           "monitorInterval",
-                                           "earCamera"};
 
 /// Throws std::runtime_error.
 [[noreturn]] void fail(const std::string& why)
@@ -268,7 +253,7 @@ std::vector<std::pair<std::string, std::string>> FieldBaker::getIdentity() const
         {"deviceMaxAmplitude", exactNumber(_part->limits.limits.maxAmplitude)},
         {"deviceMaxPressure", exactNumber(_part->limits.limits.maxPressure_Pa)}};
     for (const Setting<HapticSettings>& row : sceneSettings().rows())
-        if (kNoIdentity.count(row.name) == 0) all.emplace_back(row.name, valueText(row, settings));
+        if (row.isIdentity) all.emplace_back(row.name, valueText(row, settings));
     return all;
 }
 

@@ -239,7 +239,9 @@ osgViewer::View* viewAbove(const osg::Node& node, std::vector<const osg::Node*>&
 
 osgGA::GUIActionAdapter* HapticEngine::followAbove(const osg::Node& node)
 {
-    if (_adapter && _view.valid() && _view->getViewerBase() == _viewer) return nullptr;
+    if (_followed.adapter && _followed.view.valid() &&
+        _followed.view->getViewerBase() == _followed.viewer)
+        return nullptr;
     std::vector<const osg::Node*> seen;
     osgGA::GUIActionAdapter* view = viewAbove(node, seen);
     return view && follow(view) ? view : nullptr;
@@ -249,27 +251,29 @@ bool HapticEngine::follow(osgGA::GUIActionAdapter* adapter)
 {
     // Called with every event. A view may be deleted and another one made at its address, or it may
     // move to another viewer.
-    if (adapter == _adapter && _view.valid() && _view->getViewerBase() == _viewer) return false;
+    if (adapter == _followed.adapter && _followed.view.valid() &&
+        _followed.view->getViewerBase() == _followed.viewer)
+        return false;
     auto* view = dynamic_cast<osgViewer::View*>(adapter);
     if (!view || !view->getViewerBase()) return false;
-    _adapter = adapter;
-    _view = view;
-    _viewer = view->getViewerBase();
-    follow(*_viewer);
+    _followed.adapter = adapter;
+    _followed.view = view;
+    _followed.viewer = view->getViewerBase();
+    follow(*_followed.viewer);
     return true;
 }
 
 void HapticEngine::follow(osgViewer::ViewerBase& viewer)
 {
     _joined.follow(viewer);
-    for (const auto& follower : _followers)
+    for (const auto& follower : _followed.operations)
     {
         const auto* collect = dynamic_cast<const CollectOperation*>(follower.get());
         if (collect && collect->follows(viewer)) return;
     }
     osg::ref_ptr<osg::Operation> operation = new CollectOperation(viewer, *this);
     viewer.addUpdateOperation(operation);
-    _followers.emplace_back(operation);
+    _followed.operations.emplace_back(operation);
 }
 
 // Returns true if another owner plays the scene. This engine then closes what it has open.
@@ -287,46 +291,30 @@ bool HapticEngine::standsBack()
     if (!_outer.empty())
         close();
     else if (isNew)
-        _configured = _isOpen = _submittedAny = false;
+        _settings.isRead = false;
     return !_outer.empty();
 }
 
 bool HapticEngine::isLed(const osg::Node& root, unsigned int& visitsSeen)
 {
     if (_kind == OwnerKind::SCENE) return true;
-    const unsigned int visits = _visits;
+    const unsigned int visits = _lead.visits;
     const bool isLed =
-        std::exchange(visitsSeen, visits) != visits || !_isInPlace || _isInPlace(root);
+        std::exchange(visitsSeen, visits) != visits || !_lead.isInPlace || _lead.isInPlace(root);
     _owner.setLed(isLed);
     return isLed;
 }
 
-// The pipeline is closed in its thread, which has nothing to do from then on and can be joined.
 void HapticEngine::close()
 {
-    _configured = false;
-    if (std::exchange(_isOpen, false) && _thread)
+    _settings.isRead = false;
+    if (_player.close())
     {
-        _hands.setSettings("", 0.0, false);
-        _submittedAny = false;
-        _thread->setPipeline([] { return std::unique_ptr<midair::bridge::HologramPipeline>(); });
-        silence();
+        _collector.forget();
+        tellTouches();
+        tellState();
     }
-    else if (_thread && _thread->state() == ArrayState::CLOSED)
-        endThread();
-    if (!_thread) _place.leave();
-}
-
-void HapticEngine::endThread()
-{
-    takeResult();
-    std::unique_ptr<midair::bridge::HologramThread> ended; // joined outside the lock
-    const std::lock_guard<std::mutex> lock(_mutex);
-    _closed = _thread->latestResult();
-    ended.swap(_thread);
-    _statistics.snapshots = 0; // as those that the next thread will have come to
-    _resultsSeen = 0;
-    _seen.reset();
+    if (_player.isClosed()) _place.leave();
 }
 
 } // namespace osgMidair

@@ -1,18 +1,14 @@
 #pragma once
 
-#include "device/limits/UserLimits.h"
-#include "engine-bridge/air/AirTemperature.h"
-#include "engine-bridge/pipeline/HologramThread.h"
-#include "haptics/base/text/LineLimit.h"
-#include "haptics/base/text/MessageLog.h"
+#include "engine-bridge/player/ScenePlayer.h"
 #include "plugin/engine/FieldOfResult.h"
 #include "plugin/engine/JoinedScene.h"
-#include "plugin/engine/LatencyStatistics.h"
 #include "plugin/engine/SceneOwners.h"
-#include "plugin/hands/HandTracker.h"
+#include "plugin/hands/TouchTeller.h"
 #include "plugin/scene/SceneCollector.h"
 
 #include <osgMidair/DeviceCallback>
+#include <osgMidair/HandSource>
 #include <osgMidair/HapticSettings>
 #include <osgMidair/HapticStatistics>
 
@@ -25,9 +21,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 namespace osgGA
@@ -40,22 +34,16 @@ class View;
 class ViewerBase;
 } // namespace osgViewer
 
-namespace midair::haptics
-{
-class ArrayFileWatch;
-}
-
 namespace osgMidair
 {
 
 class HapticScene;
 
-/// Does the work of a HapticScene: collects the scene below a root into snapshots, hands them to a
-/// hologram thread and keeps the statistics.
+/// Does the work of a HapticScene that knows OSG: collects the scene below a root into snapshots,
+/// which a ScenePlayer plays, follows viewers, and tells touches and states to callbacks.
 ///
-/// Only latestResult(), field(), statistics(), array(), medium(), root() and setMuted() may be
-/// called from any thread, and noteBound() from a cull; all others belong to the thread that
-/// updates the scene.
+/// Only the functions that say so may be called from any thread, and noteBound() from a cull; all
+/// others belong to the thread that updates the scene.
 class HapticEngine : public osg::Referenced
 {
 public:
@@ -74,7 +62,7 @@ public:
     /// solver or device, or other limits.
     void setOptionsFilter(std::function<void(midair::bridge::HologramOptions&)> filter)
     {
-        _filter = std::move(filter);
+        _player.setFilter(std::move(filter));
     }
 
     /// From now on update() runs after each update traversal of the viewer behind \a adapter, once
@@ -91,10 +79,10 @@ public:
     /// \{ For an owner that frames come by (a callback, a device): each visit is noted, and \a
     /// isInPlace says of the root whether the owner still is where it was put, for loops that don't
     /// always come by.
-    void noteVisit() { ++_visits; }
+    void noteVisit() { ++_lead.visits; }
     void setPlace(std::function<bool(const osg::Node&)> isInPlace)
     {
-        _isInPlace = std::move(isInPlace);
+        _lead.isInPlace = std::move(isInPlace);
     }
     /// \}
     /// Returns false if nobody leads it any more: its owner is no longer in its place, and no frame
@@ -103,10 +91,10 @@ public:
     bool isLed(const osg::Node& root, unsigned int& visitsSeen);
     /// Who collects it, which only is compared: the last one silences it when it does no longer. On
     /// the update thread.
-    void setCollectedBy(const void* who) { _collectedBy = who; }
-    const void* collectedBy() const { return _collectedBy; }
+    void setCollectedBy(const void* who) { _lead.collectedBy = who; }
+    const void* collectedBy() const { return _lead.collectedBy; }
 
-    /// Returns the root, or null if it is gone.
+    /// Returns the root, or null if it is gone. From any thread.
     osg::ref_ptr<osg::Node> root() const;
 
     /// The next update looks for new tags below the root.
@@ -161,30 +149,36 @@ public:
     Baked collectForBaking(const SceneRoot& root, unsigned int frame, double simulationTime_s);
     /// The options, and what makes a pipeline of these with the scene's array, as the last
     /// collectForBaking() found them. The function throws what is wrong with the array.
-    midair::bridge::HologramOptions optionsForBaking() const { return hologramOptions(); }
+    midair::bridge::HologramOptions optionsForBaking() const { return _player.options(); }
     std::unique_ptr<midair::bridge::HologramPipeline>
     makePipeline(const midair::bridge::HologramOptions& options) const
     {
-        return pipelineMaker(options)();
+        return _player.pipelineMaker(options)();
     }
 
     /// Adds \a message, or counts it if it is there, and passes it on to osg::notify() once; of one
     /// code and path no more than a LineLimit lets through.
-    void say(midair::base::Message message);
+    void say(midair::base::Message message) { _player.messages().say(std::move(message)); }
 
     /// Returns the touches that have begun and not ended. From any thread.
     std::vector<Touch> touches() const;
 
     /// As HapticScene::setRehearsed().
     void setRehearsed(bool rehearsed);
-    bool isRehearsed() const { return _isRehearsed; }
-    /// As HapticScene::getGrantedSettings() and getFoundObjects(). For the update thread only.
-    HapticSettings grantedSettings() const { return _configured ? _granted : *_given; }
+    bool isRehearsed() const { return _settings.isRehearsed; }
+    /// As HapticScene::getGrantedSettings() and getFoundObjects().
+    HapticSettings grantedSettings() const;
     std::vector<FoundObject> found() const;
 
-    /// For the update thread only.
-    HandTracker& hands() { return _hands; }
-    const HandTracker& hands() const { return _hands; }
+    /// \{ As of HapticScene.
+    void setHandSource(HandSource* source);
+    HandSource* handSource() const { return _handSource; }
+    void setTouchCallback(TouchCallback* callback) { _touches.setCallback(callback); }
+    TouchCallback* touchCallback() const { return _touches.callback(); }
+    void setObstacles(const std::vector<Obstacle>& obstacles) { _obstacles = obstacles; }
+    const std::vector<Obstacle>& obstacles() const { return _obstacles; }
+    /// \}
+    const midair::bridge::HandTracker& hands() const { return _player.hands(); }
 
     /// The next frame looks at everything, even at rest.
     void lookNext() { _rest.lookTime_s = 0.0; }
@@ -198,103 +192,79 @@ public:
 
     /// Silences the array at once, with the device open and hands and touches going on, until
     /// setMuted(false). Any thread.
-    void setMuted(bool muted);
-    bool isMuted() const { return _muted; }
+    void setMuted(bool muted) { _player.setMuted(muted); }
+    bool isMuted() const { return _player.isMuted(); } ///< any thread
 
-    /// Returns true if another owner, further out or beside it, plays the scene. For the update
-    /// thread only.
+    /// Returns true if another owner, further out or beside it, plays the scene.
     bool isPlayedByAnother() const { return !_outer.empty(); }
-    /// Returns the settings as they are used; before the first update() as they were given. For the
-    /// update thread only, while the root lives.
-    const HapticSettings& settings() const { return _configured ? _settings : *_given; }
+    /// Returns the settings as they are used, but for caps of others; before the first update() as
+    /// they were given. While the root lives.
+    const HapticSettings& settings() const { return _settings.isRead ? *_settings.used : *_given; }
+    /// Returns false if the settings or the user's caps let nothing be played.
+    bool mayPlay() const { return _settings.isRead ? _player.mayPlay() : _given->enabled; }
 
-    /// For the update thread only.
     void setDeviceCallback(DeviceCallback* callback) { _deviceCallback = callback; }
     DeviceCallback* deviceCallback() const { return _deviceCallback.get(); }
 
-    std::shared_ptr<const midair::bridge::HologramResult> latestResult() const;
+    /// \{ Any thread.
+    std::shared_ptr<const midair::bridge::HologramResult> latestResult() const
+    {
+        return _player.latestResult();
+    }
     /// The public form of the newest result; null before the first field.
     osg::ref_ptr<const HapticField> field() const { return _newest.get(latestResult()); }
     HapticStatistics statistics() const;
-    /// What a simulated device has played in the last \a duration_s (0 .. 0.1). Any thread.
-    midair::bridge::PlayedDrives playedOfLate(double duration_s) const;
-    std::shared_ptr<const midair::haptics::TransducerArray> array() const;
-    midair::haptics::Medium medium() const;
+    /// What a simulated device has played in the last \a duration_s (0 .. 0.1).
+    midair::bridge::PlayedDrives playedOfLate(double duration_s) const
+    {
+        return _player.playedOfLate(duration_s);
+    }
+    std::shared_ptr<const midair::haptics::TransducerArray> array() const
+    {
+        return _player.array();
+    }
+    midair::haptics::Medium medium() const { return _player.medium(); }
+    /// \}
 
 protected:
     /// Silences the array before it returns; writes the report if there is to be one.
     ~HapticEngine() override;
 
 private:
-    /// The array, which the hologram thread loads.
-    struct LoadedArray
+    /// By whom the scene is led.
+    struct Lead
     {
-        std::mutex mutex;
-        std::shared_ptr<const midair::haptics::TransducerArray> array;
-        std::uint64_t rereads = 0; ///< how often its file has changed and was right then
+        std::atomic<unsigned int> visits{0};
+        std::function<bool(const osg::Node&)> isInPlace; ///< none: not known
+        const void* collectedBy = nullptr;
     };
-
-    std::string name() const;
-    bool standsBack();
-    void takePlace();
-    void openHands();
-    void attachMouse();
-    void listenAtCamera();
-    void followThermometer();
-    void tellTouches();
-    bool collect(const std::vector<SceneRoot>& roots);
-    void configure(const HapticSettings& settings);
-    void readSettings(const HapticSettings& given);
-    void keepInnerLimits();
-    midair::bridge::HologramOptions hologramOptions() const;
-    std::function<std::unique_ptr<midair::bridge::HologramPipeline>()>
-    pipelineMaker(const midair::bridge::HologramOptions& options) const;
-    void applyToThread();
-    void noteForBaking(bool isSame);
-    void startThread();
-    void endThread();
-    bool mayTouch() const;
-    /// Returns true if the snapshot differs from the last submitted one. \a objectsToo: false
-    /// compares only hands and obstacles.
-    bool changedSinceSubmitted(bool objectsToo) const;
-    void submit();
-    void takeResult();
-    void tellState();
-    void keep(midair::base::Message message, bool isCounted);
-    void takeMessages(const midair::bridge::HologramResult& result);
-    void tellSlowSolver(double now_s);
-    void tellLines(double now_s);
-
-    osg::observer_ptr<osg::Node> _root;
-    SceneOwner _owner;
-    JoinedScene _joined;
-    PlayingPlace _place; ///< while there is a thread, or it waits for one
-    std::atomic<unsigned int> _visits{0};
-    std::function<bool(const osg::Node&)> _isInPlace; ///< none: not known
-    const void* _collectedBy = nullptr;
-    const OwnerKind _kind;
-    const HapticSettings* const _given; ///< valid while _root is
-    std::function<void(midair::bridge::HologramOptions&)> _filter;
-    std::vector<osg::observer_ptr<osg::Operation>> _followers; ///< operations in viewers
-    /// argument of the last follow(); same object as _view
-    osgGA::GUIActionAdapter* _adapter = nullptr;
-    osg::observer_ptr<osgViewer::View> _view;
-    osgViewer::ViewerBase* _viewer = nullptr; ///< viewer of _view at that time
-    SceneCollector _collector;
-    HandTracker _hands;
-    midair::bridge::SceneSnapshot _snapshot; ///< being filled
-    /// objects of the last snapshot handed over
-    std::vector<midair::bridge::HapticObject> _submitted;
-    midair::bridge::HandsAndObstacles _submittedAround;
-    Eigen::Matrix3Xd _submittedEars = Eigen::Matrix3Xd(3, 0);
-    double _handsSeen_s = -1e9; ///< steady clock; when there was a hand
-    bool _submittedAny = false;
-    std::uint64_t _resultsSeen = 0;
-    std::uint64_t _takenUpTo = 0;   ///< newest Message::said of those that the thread has told
-    midair::base::LineLimit _lines; ///< of osg::notify()
-    double _slowUntil_s = 0.0;      ///< for how long a slow solver is told already; 0: none is
-    ArrayState _stateTold = ArrayState::CLOSED;
-    osg::ref_ptr<DeviceCallback> _deviceCallback;
+    /// The viewers that show it.
+    struct Followed
+    {
+        std::vector<osg::observer_ptr<osg::Operation>> operations; ///< in viewers
+        /// argument of the last follow(); same object as view
+        osgGA::GUIActionAdapter* adapter = nullptr;
+        osg::observer_ptr<osgViewer::View> view;
+        osgViewer::ViewerBase* viewer = nullptr; ///< viewer of view at that time
+    };
+    /// The settings as they were given when they were last read, and as they are used: granted and
+    /// repaired.
+    struct Settings
+    {
+        HapticSettings seen;
+        std::shared_ptr<const HapticSettings> used;
+        bool isRead = false;         ///< used is made of seen
+        bool isRehearsed = false;    ///< nothing real is opened
+        bool isBaked = false;        ///< by a FieldBaker: nothing is opened
+        bool isCrowded = false;      ///< no place was free
+        bool isReported = false;     ///< it was meant to play
+        bool isArrayRefused = false; ///< by the user's grants, which have said so
+    };
+    struct Places
+    {
+        Eigen::Isometry3d worldToArray = Eigen::Isometry3d::Identity(); ///< world in metres
+        Eigen::Matrix4d toArray = Eigen::Matrix4d::Identity();          ///< world in scene units
+    };
     /// State that rests() reads in every frame, usually from a cold cache: kept in one cache line.
     struct alignas(64) Rest
     {
@@ -307,47 +277,52 @@ private:
         double submitTime_s = 0.0;
         std::atomic<std::uint64_t> frames{0}; ///< number of frames at rest
     };
-    Rest _rest;
-    Eigen::Isometry3d _worldToArray = Eigen::Isometry3d::Identity(); ///< world in metres -> array
-    Eigen::Matrix4d _toArray = Eigen::Matrix4d::Identity(); ///< world in scene units -> array
-    HapticSettings _settings;                               ///< as used: granted and repaired
-    HapticSettings _raw;                                    ///< as given
-    HapticSettings _granted;            ///< as _settings, but for what a rehearsal replaces
-    midair::device::UserCaps _userCaps; ///< those that _settings keep
-    bool _isRehearsed = false;
-    bool _isBaked = false;           ///< by a FieldBaker: nothing is opened
-    std::uint64_t _bakedChanges = 0; ///< how often _applied has changed since
-    bool _configured = false;
-    bool _isOpen = false;     ///< the thread has what _applied says
-    bool _isCrowded = false;  ///< no place was free
-    bool _isReported = false; ///< it was meant to play
-    /// Those of the settings that the thread has: array, device and what its fields are played
-    /// with, inner caps included.
-    HapticSettings _applied;
-    std::shared_ptr<std::atomic<bool>> _begun; ///< there was a pipeline on _begunOn
-    std::string _begunOn;                      ///< device
-    bool _isArrayRefused = false;              ///< by the user's grants, which have said so
+    /// What other threads see.
+    struct Shown
+    {
+        mutable std::mutex mutex;   ///< guards the members below
+        HapticStatistics collected; ///< what the collection counts
+        std::vector<Touch> touches; ///< that have begun and not ended
+    };
+
+    std::string name() const;
+    bool standsBack();
+    bool takePlace(bool isEnabled);
+    void openHands(const HapticSettings& settings);
+    void attachMouse();
+    void listenAtCamera();
+    void tellTouches();
+    bool collect(const std::vector<SceneRoot>& roots);
+    void fillSnapshot(unsigned int frame, double time_s, double simulationTime_s);
+    void countCollected(int beingRead, double start_s);
+    HapticSettings granted(std::vector<midair::base::Message>& messages) const;
+    HapticSettings usable(std::vector<midair::base::Message>& messages);
+    void configure(const HapticSettings& given);
+    midair::bridge::PlayedOn playedOn(const HapticSettings& settings) const;
+    void keepInnerLimits();
+    void tellState();
+
+    osg::observer_ptr<osg::Node> _root;
+    SceneOwner _owner;
+    JoinedScene _joined;
+    PlayingPlace _place; ///< while there is a thread, or it waits for one
+    Lead _lead;
+    const OwnerKind _kind;
     std::string _outer; ///< name of the owner that plays this scene instead; empty: none
-    double _innerPressure_Pa = 0.0; ///< the strictest cap of scenes inside this one; 0: none
-    double _innerAmplitude = 1.0;
-    double _innerEarLimit_dB = 0.0; ///< likewise; 0: none
-    midair::bridge::AirTemperature _air;
-    double _air_C = 20.0; ///< temperature that fields are solved for
-
+    const HapticSettings* const _given; ///< valid while _root is
+    Settings _settings;
+    Followed _followed;
+    SceneCollector _collector;
+    Places _places;
+    osg::ref_ptr<HandSource> _handSource; ///< set by the application
+    std::vector<Obstacle> _obstacles;
+    TouchTeller _touches;
+    Rest _rest;
+    ArrayState _stateTold = ArrayState::CLOSED;
+    osg::ref_ptr<DeviceCallback> _deviceCallback;
     NewestField _newest;
-    std::atomic<bool> _muted{false};
-
-    mutable std::mutex _mutex; ///< guards the members below
-    std::unique_ptr<midair::bridge::HologramThread> _thread;
-    std::shared_ptr<const midair::bridge::HologramResult> _closed; ///< that of a thread that ended
-    std::shared_ptr<LoadedArray> _array;
-    std::shared_ptr<midair::haptics::ArrayFileWatch> _watch; ///< for the hologram thread
-    midair::haptics::Medium _medium;
-    midair::base::MessageLog _messages;
-    HapticStatistics _statistics; ///< the part that the engine counts
-    LatencyStatistics _latencies;
-    std::vector<Touch> _touches; ///< that have begun and not ended
-    std::shared_ptr<const midair::bridge::HologramResult> _seen;
+    Shown _shown;
+    midair::bridge::ScenePlayer _player; ///< last: its messages name what is above
 };
 
 } // namespace osgMidair

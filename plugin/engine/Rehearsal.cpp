@@ -3,9 +3,9 @@
 #include "device/DeviceUri.h"
 #include "device/opening/DeviceRegistry.h"
 #include "device/opening/MultiDevice.h"
-#include "plugin/hands/HandKinds.h"
+#include "engine-bridge/hands/opening/RecordedUri.h"
+#include "plugin/hands/KitHands.h"
 #include "plugin/settings/Grants.h"
-#include "plugin/settings/RecordedUri.h"
 
 #include <stdexcept>
 #include <string>
@@ -50,9 +50,9 @@ std::vector<Message> rehearse(HapticSettings& settings)
             wrong.emplace_back(MessageCode::DEVICE_OPEN, why + "; sim: plays in its place");
         settings.device = "sim:";
     }
-    if (!RecordedUri::parse(settings.hands))
+    if (!midair::bridge::RecordedUri::parse(settings.hands))
     {
-        const std::string why = unknownHands(settings.hands);
+        const std::string why = unknownSceneHands(settings.hands);
         if (!why.empty()) wrong.emplace_back(MessageCode::HANDS_OPEN, why);
         settings.hands.clear();
     }

@@ -2,7 +2,7 @@
 
 #include "device/opening/DeviceRegistry.h"
 #include "engine-bridge/extending/OwnSolver.h"
-#include "plugin/extending/HandSourceRegistry.h"
+#include "engine-bridge/hands/opening/HandOpening.h"
 
 #include <vector>
 
@@ -16,7 +16,7 @@ std::string registeredNames(const std::string& setting)
     std::vector<std::string> names;
     if (setting == "solver") names = midair::bridge::ownSolverNames();
     if (setting == "hands")
-        for (const std::string& name : HandSourceRegistry::names())
+        for (const std::string& name : midair::bridge::ownHandNames())
             names.push_back(name + ":");
     if (setting == "device")
         for (const midair::device::OwnScheme& scheme : midair::device::ownSchemes())

@@ -1,8 +1,8 @@
 #include "device/DeviceUri.h"
+#include "engine-bridge/hands/opening/OscUri.h"
 #include "engine-bridge/hands/osc/OscSender.h"
 #include "haptics/base/text/Number.h"
 #include "plugin/hands/HandConversion.h"
-#include "plugin/hands/OscUri.h"
 
 #include <osgMidair/HandSender>
 
@@ -34,7 +34,7 @@ osg::ref_ptr<HandSender> HandSender::open(const std::string& uri, std::string& e
     {
         midair::device::DeviceUri to(uri, "receiver of hands");
         if (to.scheme() != "osc") throw to.error("should be osc:?address=..&port=..");
-        const midair::bridge::OscOptions options = takeOscOptions(to);
+        const midair::bridge::OscOptions options = midair::bridge::takeOscOptions(to);
         to.rejectUnknown();
         return new HandSender(std::make_unique<Part>(options));
     }

@@ -1,16 +1,13 @@
-#include "engine-bridge/hands/HandSource.h"
-
+#include "engine-bridge/hands/opening/HandOpening.h"
+#include "engine-bridge/hands/opening/OpeningHands.h"
 #include "haptics/base/ThrownBy.h"
 #include "haptics/base/threads/SteadyClock.h"
-#include "plugin/extending/HandSourceRegistry.h"
-#include "plugin/extending/RegisteredNames.h"
-#include "plugin/hands/BridgedHands.h"
-#include "plugin/hands/HandKinds.h"
+#include "plugin/hands/HandConversion.h"
+#include "plugin/hands/KitHands.h"
 #include "plugin/hands/MouseSource.h"
-#include "plugin/hands/TrackedHands.h"
-#include "plugin/settings/RecordedUri.h"
 
 #include <osgMidair/HandSource>
+#include <osgMidair/HandSourceFactory>
 
 #include <stdexcept>
 #include <utility>
@@ -20,34 +17,66 @@
 namespace osgMidair
 {
 
+namespace bridge = midair::bridge;
+
 namespace
 {
 
-using RecordedHands = BridgedHands<midair::bridge::RecordedHandSource>;
+const std::vector<std::string> kOfScenes = {"mouse:"};
 
-/// Returns what stands before the colon of \a uri; empty if there is none.
-std::string schemeOf(const std::string& uri)
+bool isMouse(const std::string& uri)
 {
-    const std::size_t colon = uri.find(':');
-    return colon == std::string::npos ? "" : uri.substr(0, colon);
+    return uri == "mouse" || uri == "mouse:";
 }
 
-/// Opens a source that the application registered. It is the application's code: what it throws is
-/// an error.
-osg::ref_ptr<HandSource>
-openOwn(const HandSourceFactory& make, const std::string& uri, std::string& error)
+/// A source of the bridge for an application. What it plays begins with the first call.
+class BridgedHands : public HandSource
+{
+public:
+    explicit BridgedHands(std::shared_ptr<bridge::HandSource> source) : _source(std::move(source))
+    {
+    }
+
+    bool getHands(double time, std::vector<Hand>& hands) override
+    {
+        const bool any = _source.frameAt(time, _frame);
+        hands.clear();
+        for (const bridge::Hand& hand : _frame.hands)
+            hands.push_back(fromBridge(hand));
+        return any;
+    }
+    bool setHorizon(double ahead) override { return _source.setHorizon(ahead); }
+    std::string getStatus() const override { return _source.status(); }
+    std::vector<std::string> takeMessages() override { return _source.takeMessages(); }
+
+private:
+    bridge::FromItsBegin _source;
+    bridge::HandFrame _frame;
+};
+
+/// Makes a source that the application registered; throws why there is none.
+std::shared_ptr<bridge::HandSource> makeOwn(const HandSourceFactory& make,
+                                            const std::string& options)
 {
     osg::ref_ptr<HandSource> source;
     std::string why;
-    const std::string thrown =
-        midair::base::thrownBy([&] { source = make(uri.substr(uri.find(':') + 1), why); });
-    if (thrown.empty() && source) return source;
-    if (!thrown.empty()) why = "what makes it has thrown " + thrown;
-    error = "hand source \"" + uri + "\": " + (why.empty() ? "it could not be made" : why);
-    return nullptr;
+    const std::string thrown = midair::base::thrownBy([&] { source = make(options, why); });
+    if (!thrown.empty()) throw std::runtime_error("what makes it has thrown " + thrown);
+    if (!source) throw std::runtime_error(why.empty() ? "it could not be made" : why);
+    return std::make_shared<KitHands>(source);
 }
 
 } // namespace
+
+bool KitHands::frameAt(double time_s, bridge::HandFrame& frame)
+{
+    const bool any = _source->getHands(time_s, _hands);
+    frame.hands.clear();
+    if (any)
+        for (const Hand& hand : _hands)
+            frame.hands.push_back(toBridge(hand));
+    return any;
+}
 
 void InjectedHands::setHands(const std::vector<Hand>& hands)
 {
@@ -72,31 +101,34 @@ std::string InjectedHands::getStatus() const
     return fmt::format("hands set by the application, {} times so far", _set);
 }
 
-std::string unknownHands(const std::string& uri)
+bool registerHandSource(const std::string& name, HandSourceFactory make, std::string& error)
 {
-    const std::string scheme = schemeOf(uri);
-    if (uri.empty() || uri == "none" || uri == "mouse" || uri == "mouse:" || scheme == "openxr" ||
-        scheme == "osc" || RecordedUri::parse(uri) || HandSourceRegistry::find(scheme))
-        return {};
-    const std::string names = registeredNames("hands");
-    return "hand source \"" + uri + "\" is not known; recorded:FILE, recorded:FILE?loop" +
-           (names.empty() ? ", mouse:, openxr: and osc: are"
-                          : ", mouse:, openxr:, osc:, " + names + " are");
+    bridge::HandSourceMaker maker;
+    if (make)
+        maker = [make = std::move(make)](const std::string& options)
+        { return makeOwn(make, options); };
+    return bridge::registerHands(name, std::move(maker), error);
+}
+
+std::string unknownSceneHands(const std::string& uri)
+{
+    return isMouse(uri) ? "" : bridge::unknownHands(uri, kOfScenes);
+}
+
+std::shared_ptr<bridge::HandSource> openSceneHands(const std::string& uri)
+{
+    if (isMouse(uri)) return std::make_shared<KitHands>(new MouseSource);
+    return bridge::openHands(uri, kOfScenes);
 }
 
 osg::ref_ptr<HandSource> openHandSource(const std::string& uri, std::string& error)
 {
-    if (uri.empty() || uri == "none") return nullptr;
     try
     {
-        if (const auto recorded = RecordedUri::parse(uri))
-            return new RecordedHands(recorded->file, recorded->loops);
-        if (schemeOf(uri) == "openxr") return openOpenXr(uri);
-        if (schemeOf(uri) == "osc") return openOsc(uri);
-        if (uri == "mouse" || uri == "mouse:") return new MouseSource;
-        if (const HandSourceFactory own = HandSourceRegistry::find(schemeOf(uri)))
-            return openOwn(own, uri, error);
-        error = unknownHands(uri);
+        const std::shared_ptr<bridge::HandSource> source = openSceneHands(uri);
+        if (!source) return nullptr;
+        if (HandSource* own = KitHands::of(source.get())) return own;
+        return new BridgedHands(source);
     }
     catch (const std::runtime_error& wrong) // InputError from recordings, DeviceError from URIs
     {
@@ -107,7 +139,7 @@ osg::ref_ptr<HandSource> openHandSource(const std::string& uri, std::string& err
 
 Hand openHand(int id, const osg::Vec3d& tip, const osg::Quat& orientation)
 {
-    return fromBridge(midair::bridge::openHandWithIndexTipAt(
+    return fromBridge(bridge::openHandWithIndexTipAt(
         id,
         Eigen::Vector3d(tip.x(), tip.y(), tip.z()),
         Eigen::Quaterniond(orientation.w(), orientation.x(), orientation.y(), orientation.z())));

@@ -3,7 +3,7 @@
 #include "haptics/base/ThrownBy.h"
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
-#include "plugin/hands/HandConversion.h"
+#include "plugin/hands/KitHands.h"
 #include "plugin/settings/ForTests.h"
 #include "plugin/settings/Grants.h"
 
@@ -61,17 +61,17 @@ struct OSGMIDAIR_NO_EXPORT HandBodies::Part
                         length_s));
     }
 
-    /// Puts the hands at \a time into hands. What the source throws is told once; then there are
+    /// Puts the hands at \a time into frame. What the source throws is told once; then there are
     /// none.
     void ask(double time)
     {
-        hands.clear();
-        const osg::ref_ptr<HandSource> itsSource = current();
-        if (!itsSource) return;
+        frame.hands.clear();
+        const std::shared_ptr<midair::bridge::HandSource> itsSource = current();
         bool any = false;
         const std::string thrown =
-            midair::base::thrownBy([&] { any = itsSource->getHands(time, hands); });
-        if (!any || !thrown.empty()) hands.clear();
+            midair::base::thrownBy([&] { any = itsSource && itsSource->frameAt(time, frame); });
+        if (!any || !thrown.empty()) frame.hands.clear();
+        frame.time_s = time;
         if (thrown.empty() || thrown == told) return;
         told = thrown;
         say(midair::base::MessageCode::HANDS_THREW,
@@ -80,7 +80,7 @@ struct OSGMIDAIR_NO_EXPORT HandBodies::Part
     }
 
     /// Returns the source in use; null: none.
-    osg::ref_ptr<HandSource> current() const
+    std::shared_ptr<midair::bridge::HandSource> current() const
     {
         osg::ref_ptr<HapticScene> itsScene;
         if (scene.lock(itsScene)) return SceneAccess::engine(*itsScene).hands().active();
@@ -89,9 +89,9 @@ struct OSGMIDAIR_NO_EXPORT HandBodies::Part
 
     midair::bridge::HandBodies bodies;
     const double step_s;
-    osg::ref_ptr<HandSource> source;
+    std::shared_ptr<midair::bridge::HandSource> source;
     osg::observer_ptr<HapticScene> scene;
-    std::vector<Hand> hands;
+    midair::bridge::HandFrame frame;
     std::string told; ///< what the source has thrown last
     double time_s = 0.0;
 };
@@ -99,7 +99,7 @@ struct OSGMIDAIR_NO_EXPORT HandBodies::Part
 HandBodies::HandBodies(btDiscreteDynamicsWorld& world, HandSource* source, double step_s) :
     _part(std::make_unique<Part>(world, step_s))
 {
-    _part->source = source;
+    if (source) _part->source = std::make_shared<KitHands>(source);
     _part->check(step_s);
 }
 
@@ -114,15 +114,13 @@ HandBodies::~HandBodies() = default;
 
 void HandBodies::update(double time)
 {
-    midair::bridge::HandFrame frame;
-    frame.time_s = time;
     _part->ask(time);
-    for (const Hand& hand : _part->hands)
-        midair::bridge::leaveOutImpossible(frame.hands.emplace_back(toBridge(hand)));
+    for (midair::bridge::Hand& hand : _part->frame.hands)
+        midair::bridge::leaveOutImpossible(hand);
     constexpr double kMost = 240.0; // steps of a frame, among which a way is divided
     const double steps = _part->step_s > 0.0 ? (time - _part->time_s) / _part->step_s : 1.0;
     _part->time_s = time;
-    _part->bodies.update(frame, static_cast<int>(std::clamp(std::round(steps), 1.0, kMost)));
+    _part->bodies.update(_part->frame, static_cast<int>(std::clamp(std::round(steps), 1.0, kMost)));
 }
 
 void HandBodies::operator()(osg::Node* node, osg::NodeVisitor* visitor)

@@ -1,6 +1,6 @@
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneKeys.h"
-#include "plugin/hands/HandTracker.h"
+#include "plugin/hands/TouchTeller.h"
 #include "plugin/settings/PropertyChanges.h"
 #include "plugin/settings/UserOptions.h"
 
@@ -23,9 +23,9 @@ HapticScene::HapticScene(const HapticScene& other, const osg::CopyOp& copyop) :
     HapticSettingsHolder(other),
     _engine(new HapticEngine(*this, _settings, OwnerKind::SCENE))
 {
-    _engine->hands().setSource(other.getHandSource());
-    _engine->hands().setCallback(other.getTouchCallback());
-    _engine->hands().setObstacles(other.getObstacles());
+    _engine->setHandSource(other.getHandSource());
+    _engine->setTouchCallback(other.getTouchCallback());
+    _engine->setObstacles(other.getObstacles());
     _engine->setDeviceCallback(other.getDeviceCallback());
     _engine->setJoined(other.getJoined());
     // The base class doesn't copy these counts.
@@ -82,22 +82,22 @@ void HapticScene::update(const osg::FrameStamp* frameStamp, const osg::Matrixd& 
 void HapticScene::setHandSource(HandSource* source)
 {
     _engine->lookNext();
-    _engine->hands().setSource(source);
+    _engine->setHandSource(source);
 }
 
 HandSource* HapticScene::getHandSource() const
 {
-    return _engine->hands().source();
+    return _engine->handSource();
 }
 
 void HapticScene::setTouchCallback(TouchCallback* callback)
 {
-    _engine->hands().setCallback(callback);
+    _engine->setTouchCallback(callback);
 }
 
 TouchCallback* HapticScene::getTouchCallback() const
 {
-    return _engine->hands().callback();
+    return _engine->touchCallback();
 }
 
 std::vector<Touch> HapticScene::getTouches() const
@@ -164,12 +164,12 @@ std::vector<FoundObject> HapticScene::getFoundObjects() const
 void HapticScene::setObstacles(const std::vector<Obstacle>& obstacles)
 {
     _engine->lookNext();
-    _engine->hands().setObstacles(obstacles);
+    _engine->setObstacles(obstacles);
 }
 
 const std::vector<Obstacle>& HapticScene::getObstacles() const
 {
-    return _engine->hands().obstacles();
+    return _engine->obstacles();
 }
 
 void HapticScene::dirtyTags()

@@ -200,10 +200,10 @@ OverlayFeed::follow(const HapticEngine& engine, const osg::NodePath& path)
                                    osg::computeWorldToLocal(path));
     if (_overlays.getHands()->isShown())
     {
-        const HandTracker& tracker = engine.hands();
+        const midair::bridge::HandTracker& tracker = engine.hands();
         OverlayPart::of(*_overlays.getHands())
             .setHands(midair::bridge::handCapsules(tracker.frame()),
-                      tracker.contacts(),
+                      tracker.proximity().contacts(),
                       tracker.frame().time_s);
     }
     return engine.latestResult();

@@ -102,7 +102,7 @@ void HudPart::update(const HapticOverlays& overlays, const HapticEngine* engine,
     {
         _news.statistics = engine->statistics();
         _news.isMuted = isMuted;
-        _news.isEnabled = engine->settings().enabled;
+        _news.isEnabled = engine->mayPlay();
         result = engine->latestResult();
     }
     else if (result)

@@ -1,3 +1,4 @@
+#include "engine-bridge/player/SceneOptions.h"
 #include "plugin/scene/PropertyConversion.h"
 
 #include "engine-bridge/materials/MaterialLibrary.h"
@@ -54,13 +55,6 @@ std::string problemOfMaterial(const HapticProperty& property)
     return problem;
 }
 
-midair::bridge::Render renderOf(HapticSettings::Render render)
-{
-    return render == HapticSettings::CONTACT ? midair::bridge::Render::CONTACT
-           : render == HapticSettings::AUTO  ? midair::bridge::Render::AUTO
-                                             : midair::bridge::Render::OBJECT;
-}
-
 midair::bridge::HapticProperties forBridge(const HapticProperty& property)
 {
     midair::bridge::HapticProperties p;
@@ -79,7 +73,8 @@ midair::bridge::HapticProperties forBridge(const HapticProperty& property)
     p.modulationDepth = property.modulationDepth;
     p.render = property.render == HapticProperty::INHERIT
                    ? midair::bridge::Render::INHERIT
-                   : renderOf(static_cast<HapticSettings::Render>(property.render));
+                   : midair::bridge::renderOf(
+                         static_cast<HapticSettings::Render>(property.render));
     if (!readMaterial(property, p.material) || !p.material.isValid())
     {
         p.material = {};

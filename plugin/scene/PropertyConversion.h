@@ -12,9 +12,6 @@
 namespace osgMidair
 {
 
-/// Returns what a scene plays of its objects.
-midair::bridge::Render renderOf(HapticSettings::Render render);
-
 /// Returns the part of \a property that goes to the hologram thread with each object.
 OSGMIDAIR_FOR_TESTS midair::bridge::HapticProperties forBridge(const HapticProperty& property);
 

@@ -55,24 +55,33 @@ using P = HapticProperty;
 std::vector<Setting<S>> place()
 {
     return {
-        Row<S>("enabled", &S::enabled, "false: the array is silent").variable("ENABLED").safety(),
+        Row<S>("enabled", &S::enabled, "false: the array is silent")
+            .variable("ENABLED")
+            .safety()
+            .effect(Effect::NOTHING),
         Row<S>(
             "array", &S::array, "octagon, board, the name of another shipped array, or a JSON file")
             .variable("ARRAY")
-            .safety(),
+            .safety()
+            .effect(Effect::REOPEN)
+            .noIdentity(),
         Row<S>("device",
                &S::device,
                "what plays: the URI of a device (sim:, record:FILE, null:, ..) or a name from the "
                "user's grants")
             .variable("DEVICE")
-            .safety(),
+            .safety()
+            .effect(Effect::REOPEN)
+            .noIdentity(),
         Row<S>("calibration",
                &S::calibration,
                "rigid transform from the world in m to the array; row by row, translation last")
-            .safety(),
+            .safety()
+            .effect(Effect::NOTHING),
         Row<S>("metresPerUnit", &S::metresPerUnit, "length of a scene unit")
             .range(1e-9, 1e9, "m")
-            .safety()};
+            .safety()
+            .effect(Effect::NOTHING)};
 }
 
 std::vector<Setting<S>> hands()
@@ -81,62 +90,32 @@ std::vector<Setting<S>> hands()
                    &S::hands,
                    "source of tracked hands: none, recorded:FILE, recorded:FILE?loop, mouse:, "
                    "openxr:, osc:, or a name from the user's grants")
-                .variable("HANDS")};
+                .variable("HANDS")
+                .effect(Effect::NOTHING)
+                .noIdentity()};
 }
 
-// HapticSettings::repair() judges the text of earPoints.
-std::vector<Setting<S>> ears()
+std::vector<Setting<S>> head()
 {
-    return {bridge::earPointsRow<S>(),
-            Row<S>("earCamera",
+    return {Row<S>("earCamera",
                    &S::earCamera,
                    "the viewer's camera stands for a head, whose ears are listening places",
                    6)
-                .safety()};
-}
-
-std::vector<Setting<S>> prediction()
-{
-    return {
-        Row<S>("prediction",
-               EnumMember<&S::prediction>::choice(),
-               "who predicts hands to when the sound arrives: nobody, the tracker, or the kit by "
-               "one of three filters",
-               6)
-            .words({{"off", "OFF", S::OFF},
-                    {"tracker", "TRACKER", S::TRACKER},
-                    {"alpha-beta", "ALPHA_BETA", S::ALPHA_BETA},
-                    {"kalman", "KALMAN", S::KALMAN},
-                    {"one-euro", "ONE_EURO", S::ONE_EURO}})
-            .variable("PREDICTION"),
-        Row<S>("trackerDelay",
-               &S::trackerDelay,
-               "the tracker's own delay, which prediction makes up for",
-               6)
-            .range(0.0, 0.2, "s")
-            .variable("TRACKER_DELAY")};
-}
-
-std::vector<Setting<S>> thermometer()
-{
-    return {Row<S>("temperatureSource",
-                   &S::temperatureSource,
-                   "file or pipe of a thermometer, a reading in C a line, that the temperature "
-                   "follows, or a name from the user's grants",
-                   8)
-                .variable("TEMPERATURE_SOURCE")};
+                .safety()
+                .effect(Effect::NOTHING)
+                .noIdentity()};
 }
 
 std::vector<Setting<P>> paintAndTouch()
 {
     return {Row<P>("intensity",
-                   EnumMember<&P::intensity>::choice(),
+                   choiceOf<P, &P::intensity>(),
                    "painted haptics: source of the factor on the pressure")
                 .words({{"uniform", "UNIFORM", P::UNIFORM},
                         {"vertex-color", "VERTEX_COLOR", P::VERTEX_COLOR},
                         {"texture", "TEXTURE", P::TEXTURE}}),
             Row<P>("intensityChannel",
-                   EnumMember<&P::intensityChannel>::choice(),
+                   choiceOf<P, &P::intensityChannel>(),
                    "channel of the paint that gives the factor; brightness: mean of red, green and "
                    "blue, times alpha",
                    2)
@@ -168,11 +147,8 @@ const SettingTable<HapticSettings>& sceneSettings()
         joined<S>({place(),
                    inherited<S>(midair::haptics::fieldSettings().rows()),
                    hands(),
-                   bridge::reachRows<S>(),
-                   ears(),
-                   prediction(),
-                   bridge::contactRows<S>({S::OBJECT, S::CONTACT, S::AUTO}),
-                   thermometer()}));
+                   bridge::sceneRows<S>(),
+                   head()}));
     return table;
 }
 

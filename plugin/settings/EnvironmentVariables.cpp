@@ -1,7 +1,7 @@
 #include "plugin/settings/EnvironmentVariables.h"
 
-#include "device/limits/GuardedDevice.h"
 #include "device/limits/UserLimits.h"
+#include "engine-bridge/player/SceneOptions.h"
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/text/NearestWord.h"
 #include "plugin/settings/AllSettings.h"
@@ -98,22 +98,6 @@ struct Usage
 
 const Usage kUsage;
 
-/// Lowers the caps of \a settings to those of the user; one that isn't understood silences.
-void keepCaps(HapticSettings& settings, const midair::device::UserCaps& caps)
-{
-    using midair::device::stricterPressure;
-    // The user's stand first: they replace what is no number, which stays a reason for silence.
-    if (caps.maxAmplitude < 1.0)
-        settings.maxAmplitude = std::min(caps.maxAmplitude, settings.maxAmplitude);
-    if (caps.maxPressure_Pa > 0.0)
-        settings.maxPressure = stricterPressure(caps.maxPressure_Pa, settings.maxPressure);
-    if (caps.earLimit_dB > 0.0)
-        settings.earLimit = stricterPressure(caps.earLimit_dB, settings.earLimit);
-    settings.earPoints = midair::device::joinedPlaces(settings.earPoints, caps.earPoints);
-    settings.isSilenced = settings.isSilenced || !caps.wrong.empty();
-    settings.whySilenced.insert(settings.whySilenced.end(), caps.wrong.begin(), caps.wrong.end());
-}
-
 /// Sets the setting of \a variable to \a value.
 void applyTo(HapticSettings& settings,
              const Variable& variable,
@@ -188,14 +172,13 @@ void tellUnknown(HapticSettings& settings, std::vector<std::string>& errors)
 
 } // namespace
 
-HapticSettings Environment::apply(HapticSettings settings, std::vector<std::string>& errors)
+HapticSettings Environment::replace(HapticSettings settings, std::vector<std::string>& errors)
 {
-    // The user's limits may replace one that is out of range, which stays a reason for silence.
+    // A variable may replace a value that is out of range, which stays a reason for silence.
     HapticSettings repaired = settings;
     repaired.repair();
     settings.isSilenced = repaired.isSilenced;
     settings.whySilenced = repaired.whySilenced;
-    keepCaps(settings, midair::device::capsOfUser());
     for (const Variable& variable : variables())
     {
         if (isCap(*variable.setting)) continue;
@@ -205,6 +188,16 @@ HapticSettings Environment::apply(HapticSettings settings, std::vector<std::stri
         if (now && now != user) restrictBy(settings, variable, *now, errors);
     }
     tellUnknown(settings, errors);
+    return settings;
+}
+
+HapticSettings Environment::restrict(HapticSettings settings)
+{
+    const midair::device::UserCaps caps = midair::device::capsOfUser();
+    static_cast<midair::bridge::SceneSettings&>(settings) =
+        midair::bridge::restricted(settings, caps);
+    settings.isSilenced = settings.isSilenced || !caps.wrong.empty();
+    settings.whySilenced.insert(settings.whySilenced.end(), caps.wrong.begin(), caps.wrong.end());
     return settings;
 }
 

@@ -2,12 +2,12 @@
 
 #include "device/DeviceUri.h"
 #include "device/opening/MultiDevice.h"
+#include "engine-bridge/hands/opening/RecordedUri.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/RegularFile.h"
 #include "haptics/base/UserEnvironment.h"
 #include "haptics/base/text/Trimmed.h"
 #include "plugin/settings/NameBeside.h"
-#include "plugin/settings/RecordedUri.h"
 
 #include <algorithm>
 #include <cctype>
@@ -29,7 +29,6 @@ namespace fs = std::filesystem;
 using midair::base::MessageCode;
 
 constexpr std::size_t kMostGrantBytes = 64 << 10;
-constexpr std::size_t kMostPrinted = 300;
 
 std::string environment(const char* name)
 {
@@ -129,7 +128,7 @@ bool reachesFurther(const std::string& hands)
 /// beside the file of grants.
 std::string beside(const std::string& folder, const std::string& value)
 {
-    std::optional<RecordedUri> recorded = RecordedUri::parse(value);
+    std::optional<midair::bridge::RecordedUri> recorded = midair::bridge::RecordedUri::parse(value);
     if (!recorded) return nameBeside(folder, value);
     recorded->file = nameBeside(folder, recorded->file);
     return recorded->text();
@@ -152,25 +151,6 @@ struct Grants::Told
             {code, scene + " asks for " + what + " \"" + printable(value) + "\": " + why});
     }
 };
-
-std::string printable(const std::string& text)
-{
-    std::string shown = text.substr(0, kMostPrinted);
-    for (char& c : shown)
-        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
-    // The same in UTF-8 for U+0080 .. U+009F, and for U+200B .. U+202F and U+2060 .. U+206F, which
-    // hide text or reverse its direction.
-    for (std::size_t i = 0; i + 1 < shown.size(); ++i)
-    {
-        const auto at = [&](std::size_t k)
-        { return k < shown.size() ? static_cast<unsigned char>(shown[k]) : 0U; };
-        if (at(i) == 0xC2 && at(i + 1) >= 0x80 && at(i + 1) <= 0x9F) shown[i] = shown[i + 1] = '?';
-        const bool hides = at(i + 1) == 0x80 && at(i + 2) >= 0x8B && at(i + 2) <= 0xAF;
-        const bool turns = at(i + 1) == 0x81 && at(i + 2) >= 0xA0 && at(i + 2) <= 0xAF;
-        if (at(i) == 0xE2 && (hides || turns)) shown[i] = shown[i + 1] = shown[i + 2] = '?';
-    }
-    return shown.size() < text.size() ? shown + ".." : shown;
-}
 
 Grants::Grants(Names names, bool trustsScenes) :
     _names(std::move(names)),
@@ -368,7 +348,9 @@ void Grants::applyHands(HapticSettings& settings, const Told& told) const
     }
     if (!wish) return;
     std::string why = "only the user opens anything but a recording beside the scene";
-    if (std::optional<RecordedUri> recorded = RecordedUri::parse(asked)) try
+    if (std::optional<midair::bridge::RecordedUri> recorded =
+            midair::bridge::RecordedUri::parse(asked))
+        try
         {
             recorded->file = besideScene(settings.wishes, recorded->file);
             settings.hands = recorded->text();

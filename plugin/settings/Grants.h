@@ -1,6 +1,7 @@
 #pragma once
 
 #include "haptics/base/text/MessageLog.h"
+#include "haptics/base/text/Printable.h"
 #include "plugin/settings/ForTests.h"
 
 #include <osgMidair/HapticSettings>
@@ -58,8 +59,6 @@ private:
     bool _trustsScenes;
 };
 
-/// Returns \a text for printing: control characters, which a terminal would obey, are replaced, and
-/// it is cut after 300 bytes.
-OSGMIDAIR_FOR_TESTS std::string printable(const std::string& text);
+using midair::base::printable;
 
 } // namespace osgMidair

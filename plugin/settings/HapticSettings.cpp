@@ -79,7 +79,7 @@ std::vector<std::string> HapticSettings::repair()
         {
             isSilenced = true;
             what = what.substr(0, what.rfind("; ")) + "; nothing is played";
-            // Environment::apply() may have asked before.
+            // Environment::replace() may have asked before.
             if (std::find(whySilenced.begin(), whySilenced.end(), what) == whySilenced.end())
                 whySilenced.push_back(what);
         }

@@ -1,6 +1,6 @@
 #include "plugin/settings/NameBeside.h"
 
-#include "plugin/settings/RecordedUri.h"
+#include "engine-bridge/hands/opening/RecordedUri.h"
 
 #include <filesystem>
 
@@ -20,7 +20,7 @@ void lookBeside(const std::string& folder, HapticSettings& settings)
 {
     settings.array = nameBeside(folder, settings.array);
     settings.temperatureSource = nameBeside(folder, settings.temperatureSource);
-    if (auto recorded = RecordedUri::parse(settings.hands))
+    if (auto recorded = midair::bridge::RecordedUri::parse(settings.hands))
     {
         recorded->file = nameBeside(folder, recorded->file);
         settings.hands = recorded->text();

@@ -75,7 +75,7 @@ void fuzzEnvironment(const std::uint8_t* data, std::size_t size)
         setenv(names.back().c_str(), line.c_str() + equals + 1, 1);
     }
     std::vector<std::string> errors;
-    requireRepairs(Environment::apply(HapticSettings(), errors));
+    requireRepairs(Environment::restrict(Environment::replace(HapticSettings(), errors)));
     for (const std::string& error : errors)
         require(error.compare(0, 11, "OSG_MIDAIR_") == 0, "an error names its variable");
     Environment::reportFile();

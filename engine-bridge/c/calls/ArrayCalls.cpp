@@ -1,6 +1,5 @@
 // midair_array_..(): arrays of the C interface.
 #include "engine-bridge/c/inside/Scene.h"
-#include "engine-bridge/solving/ArrayLevels.h"
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/text/Range.h"
 
@@ -18,13 +17,9 @@ constexpr std::size_t kMostTransducers = 65536; // those of the files, too
 constexpr double kFarthest_m = 10.0;
 constexpr double kMostFactor = 1000.0;
 
-midair_array* added(haptics::TransducerArray array)
+midair_array* added(haptics::TransducerArray array, std::string file = {})
 {
-    auto pair = std::make_shared<ArrayPair>();
-    pair->solvable = array;
-    bridge::keepToSignal(pair->solvable.drive);
-    pair->given = std::move(array);
-    return arrays().add(std::move(pair));
+    return arrays().add(std::make_shared<ArrayPair>(std::move(array), std::move(file)));
 }
 
 // Each comparison is written so that NaN fails it.
@@ -88,8 +83,9 @@ midair_status midair_array_load(const char* name_or_file, midair_array** array)
         [&]
         {
             given(array, "array");
-            *array = added(
-                haptics::TransducerArray::load(textGiven(name_or_file, "name_or_file", 4096)));
+            std::string file = textGiven(name_or_file, "name_or_file", 4096);
+            haptics::TransducerArray read = haptics::TransducerArray::load(file);
+            *array = added(std::move(read), std::move(file));
             return MIDAIR_OK;
         });
 }

@@ -1,9 +1,7 @@
 // midair_set_hands() and its like: hands in, contacts and touches out.
-#include "device/DeviceUri.h"
 #include "engine-bridge/c/inside/OwnHands.h"
 #include "engine-bridge/c/inside/Scene.h"
-#include "engine-bridge/hands/openxr/OpenXrHandSource.h"
-#include "haptics/base/ThrownBy.h"
+#include "engine-bridge/hands/opening/HandOpening.h"
 #include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
@@ -16,63 +14,6 @@ using namespace midair::capi;
 
 namespace midair::capi
 {
-
-namespace
-{
-
-bool isInjected(const Scene& scene)
-{
-    return !scene.source;
-}
-
-bridge::HandFrame framesOf(Scene& scene, double time_s)
-{
-    bridge::HandFrame frame;
-    frame.time_s = time_s;
-    if (isInjected(scene))
-    {
-        scene.injected.frameAt(base::steadySeconds(), frame);
-        frame.time_s = time_s;
-        return frame;
-    }
-    const std::string thrown = base::thrownBy([&] { scene.source->frameAt(time_s, frame); });
-    if (!thrown.empty())
-    {
-        scene.messages.say({base::MessageCode::HANDS_THREW,
-                            "the hand source has thrown " + thrown +
-                                ": there are no hands while "
-                                "it does"});
-        frame.hands.clear();
-    }
-    if (auto* openXr = dynamic_cast<bridge::OpenXrHandSource*>(scene.source.get()))
-        for (std::string& message : openXr->takeMessages())
-            scene.messages.say({base::MessageCode::HANDS_SOURCE, std::move(message)});
-    return frame;
-}
-
-} // namespace
-
-void locateHands(Scene& scene, double time_s, bridge::SceneSnapshot& snapshot)
-{
-    snapshot.hands = framesOf(scene, time_s);
-    for (bridge::Hand& hand : snapshot.hands.hands)
-    {
-        const std::string wrong = bridge::leaveOutImpossible(hand);
-        if (!wrong.empty()) scene.messages.say({base::MessageCode::HANDS_SOURCE, wrong});
-    }
-    snapshot.around.hands = bridge::handCapsules(snapshot.hands);
-    std::vector<bridge::HapticObject> touchable;
-    for (const bridge::HapticObject& object : snapshot.objects)
-        if (object.touchEvents) touchable.push_back(object);
-    if (touchable.empty() && scene.proximity->touches() == 0)
-    {
-        scene.proximity->clear();
-        return;
-    }
-    scene.proximity->setPlayed(scene.thread ? scene.thread->playedNow()
-                                            : std::make_shared<bridge::PlayedPressure>());
-    scene.proximity->update(touchable, snapshot.hands, time_s);
-}
 
 bridge::Hand handOf(const midair_hand& given, std::size_t index)
 {
@@ -127,7 +68,7 @@ midair_status midair_set_hands(midair_scene* scene, const midair_hand* hands, si
         {
             constexpr std::size_t kMostHands = 64;
             const auto of = sceneOf(scene);
-            of->injected.clear(); // so that an error leaves none that are old
+            of->hands->clear(); // so that an error leaves none that are old
             if (count > kMostHands)
                 fail(MIDAIR_INVALID,
                      fmt::format("count is {}; it must be 0 .. {}", count, kMostHands));
@@ -136,7 +77,7 @@ midair_status midair_set_hands(midair_scene* scene, const midair_hand* hands, si
             frame.time_s = base::steadySeconds();
             for (std::size_t i = 0; i < count; ++i)
                 frame.hands.push_back(handOf(hands[i], i));
-            of->injected.set(frame);
+            of->hands->set(frame);
             return MIDAIR_OK;
         });
 }
@@ -147,11 +88,15 @@ midair_status midair_open_hands(midair_scene* scene, const char* source)
         [&]
         {
             const auto of = sceneOf(scene);
-            std::unique_ptr<bridge::HandSource> opened =
-                openHands(textGiven(source, "source", 4096));
+            const std::string uri = textGiven(source, "source", 4096);
+            if (const std::string why = bridge::unknownHands(uri); !why.empty())
+                fail(MIDAIR_UNKNOWN, why);
+            const std::shared_ptr<bridge::HandSource> opened = bridge::openHands(uri);
+            std::shared_ptr<bridge::HandSource> before; // dies without the mutex
             const std::lock_guard<std::mutex> lock(of->mutex);
             if (of->isClosed) fail(MIDAIR_CLOSED, "the midair_scene is closed, or none");
-            std::swap(of->source, opened);
+            before = of->player.hands().active();
+            of->player.setHandSource(opened ? opened : of->hands);
             return MIDAIR_OK;
         });
 }
@@ -247,7 +192,7 @@ midair_contacts(midair_scene* scene, midair_contact* contacts, size_t capacity, 
         {
             const auto of = sceneOf(scene);
             const std::lock_guard<std::mutex> lock(of->mutex);
-            const auto newest = of->thread ? of->thread->latestResult() : nullptr;
+            const auto newest = of->device.empty() ? nullptr : of->player.latestResult();
             const std::vector<bridge::ContactView> all = newest && newest->touched
                                                              ? newest->touched->contacts
                                                              : std::vector<bridge::ContactView>();
@@ -264,9 +209,8 @@ midair_touches(midair_scene* scene, midair_touch* touches, size_t capacity, size
             const auto of = sceneOf(scene);
             const std::lock_guard<std::mutex> lock(of->mutex);
             // It may have been muted or lost since the update.
-            const bool sounds =
-                of->thread && of->thread->reading().state == bridge::ArrayState::PLAYING;
-            return copyAll(of->proximity->contacts(),
+            const bool sounds = of->player.reading().state == bridge::ArrayState::PLAYING;
+            return copyAll(of->player.hands().proximity().contacts(),
                            touches,
                            capacity,
                            count,

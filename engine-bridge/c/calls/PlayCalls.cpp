@@ -1,16 +1,14 @@
 // midair_play() and its like: a scene on a device.
 #include "device/DeviceUri.h"
-#include "device/limits/GuardedDevice.h"
-#include "device/limits/UserLimits.h"
 #include "device/opening/DeviceRegistry.h"
 #include "engine-bridge/c/inside/Field.h"
 #include "engine-bridge/c/inside/Scene.h"
 #include "engine-bridge/extending/OwnSolver.h"
-#include "haptics/base/threads/SteadyClock.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 
 #include <fmt/format.h>
 
@@ -33,13 +31,10 @@ void stopAll()
 {
     for (const std::shared_ptr<Scene>& scene : scenes().all())
     {
-        std::unique_ptr<bridge::HologramThread> thread;
-        {
-            const std::lock_guard<std::mutex> lock(scene->mutex);
-            scene->isClosed = true;
-            thread = scene->endPlaying();
-        }
-        thread.reset();
+        std::shared_ptr<void> ended; // dies without the mutex
+        const std::lock_guard<std::mutex> lock(scene->mutex);
+        scene->isClosed = true;
+        ended = scene->endPlaying();
     }
 }
 
@@ -56,30 +51,6 @@ void stopAtExit()
     if (!isSet) fail(MIDAIR_FAILED, "the program's end can't be watched: nothing is played");
 }
 
-bridge::HologramThread::PipelineFactory makerOf(const Scene& scene)
-{
-    return [options = optionsOf(scene.applied, scene.appliedCaps),
-            array = scene.markedArray(),
-            device = scene.device]() mutable
-    {
-        options.array = array->given;
-        options.deviceUri = device;
-        return std::make_unique<bridge::HologramPipeline>(options);
-    };
-}
-
-void applySettings(Scene& scene)
-{
-    device::UserCaps caps = device::capsOfUser();
-    if (sceneTable().areSame(scene.settings, scene.applied) && caps == scene.appliedCaps) return;
-    scene.applied = scene.settings;
-    scene.appliedCaps = std::move(caps);
-    bridge::HologramOptions options = optionsOf(scene.applied, scene.appliedCaps);
-    options.array = scene.markedArray()->given;
-    options.deviceUri = scene.device;
-    scene.thread->setOptions(std::move(options), makerOf(scene));
-}
-
 /// Fails for what is no URI, or plays by itself.
 void requireDevice(const std::string& device)
 {
@@ -87,10 +58,9 @@ void requireDevice(const std::string& device)
         fail(MIDAIR_REFUSED, "device \"" + device + "\": a recording takes no fields of a scene");
 }
 
-bridge::HologramThread& threadOf(Scene& scene)
+void requirePlaying(const Scene& scene)
 {
-    if (!scene.thread) fail(MIDAIR_NOT_YET, "nothing is played: midair_play() begins");
-    return *scene.thread;
+    if (scene.device.empty()) fail(MIDAIR_NOT_YET, "nothing is played: midair_play() begins");
 }
 
 } // namespace
@@ -104,7 +74,7 @@ midair_status midair_play(midair_scene* scene, const char* device)
             const std::string uri = textGiven(device, "device", 4096);
             requireDevice(uri);
             stopAtExit();
-            std::unique_ptr<bridge::HologramThread> before;
+            std::shared_ptr<void> before;
             {
                 const std::lock_guard<std::mutex> lock(of->mutex);
                 before = of->endPlaying();
@@ -112,15 +82,14 @@ midair_status midair_play(midair_scene* scene, const char* device)
             before.reset(); // its device is closed before the other one is opened
             const std::lock_guard<std::mutex> lock(of->mutex);
             if (of->isClosed) fail(MIDAIR_CLOSED, "the midair_scene is closed, or none");
-            if (of->thread) fail(MIDAIR_INVALID, "another thread plays the scene at the same time");
+            if (!of->device.empty())
+                fail(MIDAIR_INVALID, "another thread plays the scene at the same time");
             of->device = uri;
-            of->applied = of->settings;
-            of->appliedCaps = device::capsOfUser();
+            std::error_code ignored;
+            of->followsFile = std::filesystem::is_regular_file(of->array->file, ignored);
             of->isTimed = false;
-            of->thread = std::make_unique<bridge::HologramThread>(makerOf(*of));
-            of->thread->setMuted(of->isMuted);
-            // So that the device is opened before the first update.
-            of->silence();
+            of->configure();
+            of->player.open();
             return MIDAIR_OK;
         });
 }
@@ -133,7 +102,7 @@ midair_status midair_update(midair_scene* scene, double time_s)
             const auto of = sceneOf(scene);
             requireFinite(&time_s, 1, "time_s");
             const std::lock_guard<std::mutex> lock(of->mutex);
-            bridge::HologramThread& thread = threadOf(*of);
+            requirePlaying(*of);
             if (of->isTimed && time_s < of->time_s)
                 fail(MIDAIR_INVALID,
                      fmt::format("time_s is {:g}, that of the update before was {:g}; it must not "
@@ -143,21 +112,18 @@ midair_status midair_update(midair_scene* scene, double time_s)
             of->time_s = time_s;
             of->isTimed = true;
             ++of->frame;
-            thread.keepAlive();
-            const std::string why = of->whySilenced();
+            of->player.rest();
+            std::string why = of->whySilenced();
+            if (why.empty()) of->configure();
+            if (why.empty() && !of->player.whySilenced().empty())
+                why = of->player.whySilenced().front();
             if (!why.empty())
             {
-                of->silence();
-                bridge::SceneSnapshot nothing; // ends all touches
-                locateHands(*of, time_s, nothing);
+                of->player.silence();
                 fail(MIDAIR_SILENCED, why);
             }
-            applySettings(*of);
-            bridge::SceneSnapshot snapshot = of->snapshot();
-            snapshot.simulationTime_s = time_s;
-            locateHands(*of, time_s, snapshot);
-            // A snapshot without objects is silence, which breaks off a solve: hands alone don't.
-            thread.submit(snapshot);
+            of->fillSnapshot();
+            of->player.play(Eigen::Isometry3d::Identity());
             return MIDAIR_OK;
         });
 }
@@ -168,12 +134,9 @@ midair_status midair_stop(midair_scene* scene)
         [&]
         {
             const auto of = sceneOf(scene);
-            std::unique_ptr<bridge::HologramThread> thread;
-            {
-                const std::lock_guard<std::mutex> lock(of->mutex);
-                thread = of->endPlaying();
-            }
-            thread.reset();
+            std::shared_ptr<void> ended; // dies without the mutex
+            const std::lock_guard<std::mutex> lock(of->mutex);
+            ended = of->endPlaying();
             return MIDAIR_OK;
         });
 }
@@ -187,8 +150,7 @@ midair_status midair_mute(midair_scene* scene, int32_t muted)
             if (muted != 0 && muted != 1)
                 fail(MIDAIR_INVALID, fmt::format("muted is {}; it must be 0 or 1", muted));
             const std::lock_guard<std::mutex> lock(of->mutex);
-            of->isMuted = muted != 0;
-            if (of->thread) of->thread->setMuted(of->isMuted);
+            of->player.setMuted(muted != 0);
             return MIDAIR_OK;
         });
 }
@@ -202,10 +164,10 @@ midair_status midair_state(midair_scene* scene, midair_device_state* state)
             given(state, "state");
             midair_device_state now{};
             const std::lock_guard<std::mutex> lock(of->mutex);
-            if (of->thread)
+            if (!of->device.empty())
             {
-                const bridge::ArrayFields counted = of->thread->reading().fields;
-                now.state = static_cast<int32_t>(of->thread->state());
+                const bridge::ArrayFields counted = of->player.reading().fields;
+                now.state = static_cast<int32_t>(of->player.state());
                 now.sent = counted.sent;
                 now.played = counted.played;
                 now.dropped = counted.dropped;
@@ -227,7 +189,8 @@ midair_status midair_device_status(midair_scene* scene, char* text, size_t size,
         {
             const auto of = sceneOf(scene);
             const std::lock_guard<std::mutex> lock(of->mutex);
-            return writeText(threadOf(*of).deviceStatus(), text, size, needed);
+            requirePlaying(*of);
+            return writeText(of->player.deviceStatus(), text, size, needed);
         });
 }
 
@@ -238,12 +201,11 @@ midair_status midair_messages(midair_scene* scene, char* text, size_t size, size
         {
             const auto of = sceneOf(scene);
             const std::lock_guard<std::mutex> lock(of->mutex);
-            const auto newest = of->thread ? of->thread->latestResult() : nullptr;
-            if (newest)
-                for (const base::Message& message : newest->told)
-                    of->messages.take(message);
-            return writeText(
-                fmt::format("{}", fmt::join(of->messages.all(), "\n")), text, size, needed);
+            of->player.takeResult();
+            std::vector<std::string> lines;
+            for (base::Message& message : of->player.messages().all())
+                lines.push_back(std::move(message.text));
+            return writeText(fmt::format("{}", fmt::join(lines, "\n")), text, size, needed);
         });
 }
 
@@ -260,10 +222,11 @@ midair_status midair_newest_field(midair_scene* scene, midair_field** field)
             Eigen::Matrix3Xd ears(3, 0);
             {
                 const std::lock_guard<std::mutex> lock(of->mutex);
-                newest = threadOf(*of).latestResult();
-                const device::UserCaps& caps = of->appliedCaps;
-                earLimit_dB = device::stricterPressure(of->applied.earLimit, caps.earLimit_dB);
-                readPlaces(device::joinedPlaces(of->applied.earPoints, caps.earPoints), ears);
+                requirePlaying(*of);
+                newest = of->player.latestResult();
+                const SceneSettings played = of->player.playedSettings();
+                earLimit_dB = played.earLimit;
+                readPlaces(played.earPoints, ears);
             }
             if (newest)
                 for (const auto& origin : newest->origins)

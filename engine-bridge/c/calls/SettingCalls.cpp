@@ -89,7 +89,7 @@ template<typename T>
     {
         error += "; nothing is played";
         misunderstood.note(std::move(meant), error);
-        scene.silence();
+        scene.player.silence();
     }
     fail(status, error);
 }

@@ -42,9 +42,12 @@ SolveInput inputOf(Scene& scene)
         if (!why.empty()) fail(MIDAIR_SILENCED, why);
         input.array = scene.markedArray();
         input.settings = scene.settings;
-        input.snapshot = scene.snapshot();
+        bridge::SceneSnapshot& snapshot = scene.fillSnapshot();
         if (scene.settings.reach > 0.0 || scene.settings.shadows)
-            locateHands(scene, scene.time_s, input.snapshot);
+            scene.player.locateHands(Eigen::Isometry3d::Identity());
+        input.snapshot = snapshot;
+        input.snapshot.around.reach_m = scene.settings.reach;
+        input.snapshot.around.shadows = scene.settings.shadows;
     }
     if (input.settings.maxPoints == 0) input.settings.maxPoints = kMostPointsAtOnce;
     const std::lock_guard<std::mutex> lock(scene.solveMutex);
@@ -180,7 +183,7 @@ midair_status midair_solve(midair_scene* scene, midair_field** field)
             {
                 const std::lock_guard<std::mutex> lock(of->mutex);
                 for (const base::Message& message : messages.messages())
-                    of->messages.take(message);
+                    of->player.messages().adopt(message);
             }
             const haptics::SolveReport& report = made->sequence.report;
             if (report.stop == haptics::StopReason::STOPPED) throw base::Stopped();

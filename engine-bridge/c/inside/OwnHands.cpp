@@ -1,13 +1,11 @@
-// midair_register_hands(), and hand sources by their names.
+// midair_register_hands().
 #include "engine-bridge/c/inside/OwnHands.h"
 
 #include "engine-bridge/c/inside/Calls.h"
-#include "engine-bridge/extending/NamedFactories.h"
-#include "engine-bridge/hands/openxr/OpenXrHandSource.h"
+#include "engine-bridge/hands/opening/HandOpening.h"
 #include "haptics/base/ThrownBy.h"
 
 #include <array>
-#include <functional>
 #include <stdexcept>
 #include <vector>
 
@@ -21,14 +19,6 @@ namespace midair::capi
 
 namespace
 {
-
-using Open = std::function<std::unique_ptr<bridge::HandSource>(const std::string&)>;
-
-bridge::NamedFactories<Open>& registry()
-{
-    static auto* const all = new bridge::NamedFactories<Open>("hand source");
-    return *all;
-}
 
 /// A hand source of the application's.
 class OwnHands : public bridge::HandSource
@@ -85,31 +75,6 @@ private:
 
 } // namespace
 
-std::unique_ptr<bridge::HandSource> openHands(const std::string& uri)
-{
-    if (uri.empty() || uri == "none") return nullptr;
-    const std::size_t colon = uri.find(':');
-    const std::string name = uri.substr(0, colon);
-    std::string rest = colon == std::string::npos ? "" : uri.substr(colon + 1);
-    if (name == "openxr")
-        return std::make_unique<bridge::OpenXrHandSource>(bridge::OpenXrOptions{});
-    if (name == "recorded" && colon != std::string::npos)
-    {
-        constexpr const char* kLoop = "?loop";
-        const std::size_t at = rest.rfind(kLoop);
-        const bool loops = at != std::string::npos && at + 5 == rest.size();
-        if (loops) rest.resize(at);
-        return std::make_unique<bridge::RecordedHandSource>(rest, loops);
-    }
-    if (const Open open = registry().find(name)) return open(rest);
-    std::string own;
-    for (const std::string& one : registry().names())
-        own += ", " + one + ":";
-    fail(MIDAIR_UNKNOWN,
-         "hand source \"" + uri +
-             "\" is not known; recorded:FILE, recorded:FILE?loop, openxr:" + own + " are");
-}
-
 } // namespace midair::capi
 
 midair_status midair_register_hands(const char* name, const midair_hand_source* source)
@@ -127,9 +92,8 @@ midair_status midair_register_hands(const char* name, const midair_hand_source* 
             if (!all.open || !all.hands) fail(MIDAIR_INVALID, "open or hands is NULL");
             std::string error;
             const auto open = [copy = all](const std::string& options)
-            { return std::make_unique<OwnHands>(copy, options); };
-            if (!registry().add(registered, open, {"none", "openxr", "recorded", "mouse"}, error))
-                fail(MIDAIR_REFUSED, error);
+            { return std::make_shared<OwnHands>(copy, options); };
+            if (!bridge::registerHands(registered, open, error)) fail(MIDAIR_REFUSED, error);
             return MIDAIR_OK;
         });
 }

@@ -1,5 +1,7 @@
 #include "engine-bridge/c/inside/Scene.h"
 
+#include "engine-bridge/hands/opening/HandOpening.h"
+#include "engine-bridge/solving/ArrayLevels.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/threads/SteadyClock.h"
 
@@ -31,6 +33,31 @@ const std::string& Misunderstood::why() const
     return _all.empty() ? none : _all.front().why;
 }
 
+ArrayPair::ArrayPair(haptics::TransducerArray array, std::string itsFile) :
+    given(array),
+    solvable(std::move(array)),
+    file(std::move(itsFile))
+{
+    bridge::keepToSignal(solvable.drive);
+}
+
+bool SetHands::frameAt(double time_s, bridge::HandFrame& frame)
+{
+    const double now_s = base::steadySeconds();
+    double set_s = now_s;
+    const bool any = bridge::InjectedHandSource::frameAt(now_s, frame);
+    std::swap(set_s, frame.time_s);
+    frame.time_s = time_s;
+    for (bridge::Hand& hand : frame.hands)
+        hand.age_s += now_s - set_s;
+    return any;
+}
+
+Scene::Scene() : player({{}, [](const std::string& uri) { return bridge::openHands(uri); }})
+{
+    player.setHandSource(hands);
+}
+
 std::string Scene::whySilenced() const
 {
     if (!misunderstood.why().empty()) return misunderstood.why();
@@ -50,11 +77,18 @@ std::string Scene::whySilenced() const
 
 std::shared_ptr<const ArrayPair> Scene::markedArray() const
 {
-    if (settings.dead.empty() && settings.weak.empty()) return array;
+    const auto read = followsFile ? player.array() : nullptr;
+    if (read != _read || !_current)
+    {
+        _read = read;
+        _current = read ? std::make_shared<const ArrayPair>(*read, array->file) : array;
+        _marked.reset();
+    }
+    if (settings.dead.empty() && settings.weak.empty()) return _current;
     const std::string marks = settings.dead + "\n" + settings.weak;
     if (!_marked || marks != _marks)
     {
-        auto pair = std::make_shared<ArrayPair>(*array);
+        auto pair = std::make_shared<ArrayPair>(*_current);
         pair->given.mark(settings.dead, settings.weak);
         pair->solvable.mark(settings.dead, settings.weak);
         _marked = std::move(pair);
@@ -63,18 +97,31 @@ std::shared_ptr<const ArrayPair> Scene::markedArray() const
     return _marked;
 }
 
-void Scene::silence()
+void Scene::configure()
 {
-    bridge::SceneSnapshot none;
-    if (thread) thread->submit(none);
+    SceneSettings used = settings;
+    used.enabled = true; // a scene that isn't keeps its device: whySilenced() says so
+    bridge::PlayedOn on;
+    if (followsFile)
+        on.array = array->file;
+    else
+        on.described = array;
+    on.make = [given = array] { return given->given; };
+    on.device = device;
+    if (device.empty()) on = {};
+    if (!sceneTable().areSame(used, player.settings()) || !(on == player.playedOn()))
+        player.configure(std::make_shared<const SceneSettings>(used), on, "a scene of libmidair");
+    else
+        player.refresh();
 }
 
-bridge::SceneSnapshot Scene::snapshot() const
+bridge::SceneSnapshot& Scene::fillSnapshot()
 {
-    bridge::SceneSnapshot now;
+    bridge::SceneSnapshot& now = player.snapshot();
     now.frame = frame;
     now.time_s = base::steadySeconds();
-    now.objects.reserve(objects.size());
+    now.simulationTime_s = time_s;
+    now.objects.clear();
     for (const auto& [number, object] : objects)
     {
         if (!object.properties.enabled) continue;
@@ -89,16 +136,13 @@ bridge::SceneSnapshot Scene::snapshot() const
         felt.touchEvents = object.properties.touchEvents;
         felt.origin = object.number;
     }
-    now.around.reach_m = settings.reach;
-    now.around.shadows = settings.shadows;
     return now;
 }
 
-std::unique_ptr<bridge::HologramThread> Scene::endPlaying()
+std::shared_ptr<void> Scene::endPlaying()
 {
     device.clear();
-    proximity = std::make_unique<bridge::HandProximity>(); // nothing is touched any more
-    return std::move(thread);
+    return player.end();
 }
 
 Handles<midair_array, const ArrayPair>& arrays()
@@ -157,16 +201,13 @@ midair_status midair_scene_close(midair_scene* scene)
                 const std::lock_guard<std::mutex> lock(closed->solveMutex);
                 closed->stop->request();
             }
-            std::unique_ptr<midair::bridge::HologramThread> thread;
-            std::unique_ptr<midair::bridge::HandSource> source;
-            {
-                const std::lock_guard<std::mutex> lock(closed->mutex);
-                closed->isClosed = true;
-                thread = closed->endPlaying();
-                source = std::move(closed->source);
-            }
-            thread.reset();
-            source.reset();
+            std::shared_ptr<void> ended; // dies without the mutex, as the next does
+            std::shared_ptr<midair::bridge::HandSource> source;
+            const std::lock_guard<std::mutex> lock(closed->mutex);
+            closed->isClosed = true;
+            ended = closed->endPlaying();
+            source = closed->player.hands().active();
+            closed->player.setHandSource(nullptr);
             return MIDAIR_OK;
         });
 }

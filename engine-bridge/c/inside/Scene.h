@@ -3,13 +3,11 @@
 #include "engine-bridge/HapticObject.h"
 #include "engine-bridge/c/inside/Handles.h"
 #include "engine-bridge/c/inside/ObjectProperties.h"
-#include "engine-bridge/c/inside/SceneSettings.h"
-#include "engine-bridge/hands/HandProximity.h"
 #include "engine-bridge/hands/HandSource.h"
-#include "engine-bridge/pipeline/HologramThread.h"
-#include "engine-bridge/pipeline/SceneSnapshot.h"
+#include "engine-bridge/player/SceneOptions.h"
+#include "engine-bridge/player/ScenePlayer.h"
+#include "engine-bridge/settings/SceneTable.h"
 #include "haptics/array/TransducerArray.h"
-#include "haptics/base/text/MessageLog.h"
 #include "haptics/base/threads/StopToken.h"
 
 #include <cstdint>
@@ -22,11 +20,18 @@
 namespace midair::capi
 {
 
+using bridge::readPlaces;
+using bridge::SceneSettings;
+using bridge::sceneTable;
+
 /// An array as it was read, and as a solve without a device takes it.
 struct ArrayPair
 {
+    explicit ArrayPair(haptics::TransducerArray array, std::string itsFile = {});
+
     haptics::TransducerArray given;
     haptics::TransducerArray solvable; ///< its levels are those of a drive signal
+    std::string file; ///< its name or path, as of TransducerArray::load(); empty: it has none
 };
 
 /// What is wrong with values that concern safety: while there is one, nothing is played.
@@ -63,16 +68,24 @@ struct SceneObject
     Misunderstood misunderstood;
 };
 
+/// Hands that the application sets; they are gone 0.2 s after they were set last.
+class SetHands : public bridge::InjectedHandSource
+{
+public:
+    bool frameAt(double time_s, bridge::HandFrame& frame) override;
+};
+
 /// What a midair_scene stands for. Members are used under its mutex, but for those that say
 /// otherwise.
 struct Scene
 {
+    Scene();
+
     std::mutex mutex;
     std::shared_ptr<const ArrayPair> array; ///< never changes
-    SceneSettings settings;
+    SceneSettings settings;                 ///< as they were set
     Misunderstood misunderstood;
     std::map<midair_object, SceneObject> objects;
-    base::MessageLog messages; ///< of solves and hands
     bool isClosed = false;
 
     /// \{ Solves under way; guarded by a mutex of their own.
@@ -80,32 +93,31 @@ struct Scene
     std::shared_ptr<base::StopSource> stop = std::make_shared<base::StopSource>();
     /// \}
 
-    std::unique_ptr<bridge::HologramThread> thread; ///< null: nothing is played
-    std::string device;
-    SceneSettings applied;        ///< what the thread has
-    device::UserCaps appliedCaps; ///< the same of the user's environment
-    bool isMuted = false;
+    std::string device; ///< of midair_play(); empty: nothing is played
+    /// the array's file was there then: it is read again when it changes
+    bool followsFile = false;
     std::uint64_t frame = 0;
     double time_s = 0.0;  ///< of the last update
     bool isTimed = false; ///< there was one since midair_play()
-
-    bridge::InjectedHandSource injected;
-    std::unique_ptr<bridge::HandSource> source; ///< null: the injected hands
-    std::unique_ptr<bridge::HandProximity> proximity = std::make_unique<bridge::HandProximity>();
+    std::shared_ptr<SetHands> hands = std::make_shared<SetHands>();
+    bridge::ScenePlayer player;
 
     /// Why nothing is played, or an empty text.
     std::string whySilenced() const;
-    /// Silences what is played until the next update.
-    void silence();
-    /// The array with the transducers that the settings name dead or weak. Throws InputError.
+    /// The array, as its file was read last, with the transducers that the settings name dead or
+    /// weak. Throws InputError.
     std::shared_ptr<const ArrayPair> markedArray() const;
-    /// The scene as it is, without hands.
-    bridge::SceneSnapshot snapshot() const;
-    /// Ends playing; returns the thread, to be destroyed without the mutex.
-    std::unique_ptr<bridge::HologramThread> endPlaying();
+    /// Gives the settings to the player if they have changed.
+    void configure();
+    /// Puts the scene as it is into the player's snapshot, without hands.
+    bridge::SceneSnapshot& fillSnapshot();
+    /// Ends playing; what is returned has to be destroyed without the mutex.
+    std::shared_ptr<void> endPlaying();
 
 private:
-    mutable std::shared_ptr<const ArrayPair> _marked; ///< as _marks say
+    mutable std::shared_ptr<const haptics::TransducerArray> _read; ///< by the player, last
+    mutable std::shared_ptr<const ArrayPair> _current;             ///< as it was read last
+    mutable std::shared_ptr<const ArrayPair> _marked;              ///< of that, as _marks say
     mutable std::string _marks;
 };
 
@@ -116,8 +128,5 @@ Handles<midair_scene, Scene>& scenes();
 std::shared_ptr<Scene> sceneOf(midair_scene* handle);
 /// Fails if there is none of that number.
 SceneObject& objectOf(Scene& scene, midair_object object);
-
-/// Puts the hands at \a time_s into \a snapshot, and finds what they touch.
-void locateHands(Scene& scene, double time_s, bridge::SceneSnapshot& snapshot);
 
 } // namespace midair::capi

@@ -1,6 +1,7 @@
 #include "engine-bridge/hands/helper/HelperHandSource.h"
 
 #include "engine-bridge/hands/helper/HelperProcess.h"
+#include "engine-bridge/hands/osc/OscHands.h"
 #include "haptics/base/InputError.h"
 #include "haptics/base/threads/SteadyClock.h"
 
@@ -21,11 +22,10 @@ namespace midair::bridge
 namespace
 {
 
-constexpr double kLongestPause_s = 30.0;
+constexpr double kLongestHelperPause_s = 30.0;
 /// A helper that lived so long is started again after the first pause.
 constexpr double kLivedWell_s = 10.0;
-constexpr int kTurn_ms = 100;
-constexpr double kFarthestAhead_s = 1.0;
+constexpr int kHelperTurn_ms = 100;
 
 } // namespace
 
@@ -74,7 +74,7 @@ void HelperHandSource::run()
         lose(fmt::format("{}; no hands, it is started again in {:g} s", how, pause_s));
         pollfd stop = {_stop, POLLIN, 0};
         if (::poll(&stop, 1, static_cast<int>(1e3 * pause_s)) > 0) return;
-        pause_s = std::max(pause_s, std::min(2.0 * pause_s, kLongestPause_s));
+        pause_s = std::max(pause_s, std::min(2.0 * pause_s, kLongestHelperPause_s));
     }
 }
 
@@ -91,7 +91,7 @@ std::string HelperHandSource::follow(HelperProcess& helper, double& lived_s)
     std::array<pollfd, 2> both = {{{_stop, POLLIN, 0}, {helper.socket(), POLLIN, 0}}};
     for (;;)
     {
-        ::poll(both.data(), both.size(), kTurn_ms);
+        ::poll(both.data(), both.size(), kHelperTurn_ms);
         if (both[0].revents != 0) return {};
         const double now_s = base::steadySeconds();
         lived_s = now_s - begin_s;
@@ -144,7 +144,7 @@ bool HelperHandSource::frameAt(double time_s, HandFrame& frame)
 bool HelperHandSource::setHorizon(double ahead_s)
 {
     // A NaN counts as 0.
-    _horizon_s = ahead_s > 0.0 ? std::min(ahead_s, kFarthestAhead_s) : 0.0;
+    _horizon_s = ahead_s > 0.0 ? std::min(ahead_s, kFarthestOscHorizon_s) : 0.0;
     return true;
 }
 

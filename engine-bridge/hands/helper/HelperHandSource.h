@@ -41,8 +41,7 @@ public:
     bool setHorizon(double ahead_s) override;
     std::string status() const override;
 
-    /// Messages for the user since the last call; each one is returned once.
-    std::vector<std::string> takeMessages() { return _inbox.messages(_told); }
+    std::vector<std::string> takeMessages() override { return _inbox.messages(_told); }
 
     int process() const { return _process; } ///< of the helper; 0: none now
     int started() const { return _started; } ///< how often

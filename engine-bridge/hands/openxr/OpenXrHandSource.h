@@ -32,8 +32,7 @@ public:
     bool setHorizon(double ahead_s) override;
     std::string status() const override { return _tracker->status(); }
 
-    /// Messages for the user since the last call; each one is returned once.
-    std::vector<std::string> takeMessages() { return _tracker->messages(_told); }
+    std::vector<std::string> takeMessages() override { return _tracker->messages(_told); }
 
 private:
     std::shared_ptr<OpenXrTracker> _tracker;

@@ -25,8 +25,7 @@ public:
     bool frameAt(double time_s, HandFrame& frame) override;
     std::string status() const override { return _receiver->status(); }
 
-    /// Messages for the user since the last call; each one is returned once.
-    std::vector<std::string> takeMessages() { return _receiver->inbox().messages(_told); }
+    std::vector<std::string> takeMessages() override { return _receiver->inbox().messages(_told); }
 
     const OscReceiver& receiver() const { return *_receiver; }
 

@@ -26,7 +26,6 @@ constexpr int kDeepestBundle = 4;
 constexpr std::size_t kMostMessages = 32; ///< in a datagram
 constexpr std::size_t kMostText = 1000;
 constexpr double kLatest_s = 1e15; ///< times beyond it have no milliseconds in a double
-constexpr double kFarthestAhead_s = 1.0;
 constexpr int kPositionValid = 1;
 constexpr int kOrientationValid = 2;
 constexpr double kQuaternionError = 0.01; ///< of its length; floats have less
@@ -213,7 +212,7 @@ void takeMessage(const char* data, std::size_t size, OscContent& content)
     else
     {
         const double ahead_s = arguments.number("horizon");
-        if (!(ahead_s >= 0.0 && ahead_s <= kFarthestAhead_s))
+        if (!(ahead_s >= 0.0 && ahead_s <= kFarthestOscHorizon_s))
             throw arguments.error("horizon", fmt::format("is {:g} s, should be 0 .. 1", ahead_s));
         content.horizon_s = ahead_s;
     }

@@ -58,6 +58,16 @@ public:
         _setting.isSafety = true;
         return *this;
     }
+    Row& effect(unsigned effect)
+    {
+        _setting.effect = effect;
+        return *this;
+    }
+    Row& noIdentity()
+    {
+        _setting.isIdentity = false;
+        return *this;
+    }
     Row& parsedBy(bool (*parse)(T&, const std::string&))
     {
         _setting.parse = parse;

@@ -3,6 +3,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -47,6 +48,14 @@ struct Range
     std::string text() const; ///< "0 or 0.001 .. 1", "at least 0"
 };
 
+/// What follows when a value changes while a scene is played. Several may be joined by |.
+enum Effect : unsigned
+{
+    NOTHING = 0, ///< in what plays: whoever plays acts on it in the next frame
+    SOLVE = 1,   ///< fields are solved again, on the device that is open
+    REOPEN = 2   ///< array and device are opened anew
+};
+
 /// What a row says of a value, whatever struct holds it.
 struct SettingFacts
 {
@@ -61,6 +70,9 @@ struct SettingFacts
     std::string stored;    ///< name in scene files; empty: the name with a capital
     std::string variable;  ///< name of the environment variable after "OSG_MIDAIR_"; empty: none
     bool isSafety = false; ///< a value that isn't understood silences the array
+    unsigned effect = Effect::SOLVE; ///< of a change
+    /// what is played of a frame depends on it, so that a baked field is one of its value
+    bool isIdentity = true;
 
     /// Returns the name in scene files: "FieldRate".
     std::string storedName() const;
@@ -101,16 +113,15 @@ struct Setting : SettingFacts
     std::string summary(const T& defaults = T()) const;
 };
 
-/// Choice for the enum member that \a M points to.
-template<auto M>
-struct EnumMember;
-template<typename T, typename E, E T::*M>
-struct EnumMember<M>
+/// Choice for the enum member that \a M points to, of a struct \a T or of one that it inherits
+/// from.
+template<typename T, auto M>
+constexpr Choice<T> choiceOf()
 {
-    static int get(const T& object) { return static_cast<int>(object.*M); }
-    static void set(T& object, int value) { object.*M = static_cast<E>(value); }
-    static constexpr Choice<T> choice() { return {&get, &set}; }
-};
+    return {[](const T& object) { return static_cast<int>(object.*M); },
+            [](T& object, int value)
+            { object.*M = static_cast<std::decay_t<decltype(object.*M)>>(value); }};
+}
 
 /// Returns true if the values of \a member are equal in \a a and \a b. Two NaN count as equal, so
 /// that a NaN that stays is no change.

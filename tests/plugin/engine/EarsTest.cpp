@@ -26,7 +26,7 @@ HapticSettings fromVariable(const char* name, const char* value, const HapticSet
 {
     std::vector<std::string> errors;
     ::setenv(name, value, 1);
-    HapticSettings settings = Environment::apply(given, errors);
+    HapticSettings settings = Environment::restrict(Environment::replace(given, errors));
     ::unsetenv(name);
     settings.repair();
     return settings;

@@ -97,7 +97,7 @@ TEST_F(HandSourceFactoryTest, WhatItRefusesOrThrowsIsAMessage)
     EXPECT_EQ(
         error,
         "hand source \"mitten:\" is not known; recorded:FILE, recorded:FILE?loop, mouse:, openxr:, "
-        "osc:, glove: are");
+        "osc: and glove: are");
 }
 
 TEST_F(HandSourceFactoryTest, OneThatCouldNotBeMadeIsTriedAgain)

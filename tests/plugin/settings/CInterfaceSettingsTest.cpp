@@ -48,10 +48,7 @@ TEST(CInterfaceSettings, AreThoseOfScenes)
                                      "device",
                                      "earCamera",
                                      "hands",
-                                     "metresPerUnit",
-                                     "prediction",
-                                     "temperatureSource",
-                                     "trackerDelay"}));
+                                     "metresPerUnit"}));
     EXPECT_EQ(
         lacking(1, HapticProperty::describe()),
         (std::set<std::string>{"intensity", "intensityChannel", "intensityHigh", "intensityLow"}));

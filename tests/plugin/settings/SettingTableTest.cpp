@@ -1,4 +1,5 @@
 // The table of settings: that it is whole, and that what is made from it follows it row by row.
+#include "engine-bridge/settings/SceneTable.h"
 #include "haptics/base/text/Number.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/solvers/SolverSettings.h"
@@ -177,7 +178,9 @@ TEST(SettingTable, HasARowForEachMember)
                       solver + countMembers<FieldSettings>(0) - 3;
     EXPECT_EQ(solver, static_cast<int>(solverSettings().rows().size()));
     EXPECT_EQ(field, static_cast<int>(fieldSettings().rows().size()));
-    EXPECT_EQ(field + countMembers<HapticSettings>(0) - 1,
+    const int scene = field + countMembers<midair::bridge::SceneSettings>(0) - 1;
+    EXPECT_EQ(scene, static_cast<int>(midair::bridge::sceneTable().rows().size()));
+    EXPECT_EQ(scene + countMembers<HapticSettings>(0) - 1,
               static_cast<int>(sceneSettings().rows().size()) + kWithoutRow);
 }
 
@@ -231,7 +234,7 @@ TEST(SettingTable, MakesTheVariables)
         std::string error;
         ASSERT_TRUE(wanted.set(row.name, text, error)) << error;
         std::vector<std::string> errors;
-        const HapticSettings got = Environment::apply(HapticSettings(), errors);
+        const HapticSettings got = Environment::restrict(Environment::replace(HapticSettings(), errors));
         EXPECT_TRUE(isSame<HapticSettings>(row.member, got, wanted)) << name;
         EXPECT_TRUE(errors.empty()) << errors.front();
         before ? setenv(name.c_str(), kept.c_str(), 1) : unsetenv(name.c_str());

@@ -25,7 +25,7 @@ HapticSettings fromVariable(const char* name, const char* value)
 {
     setenv(name, value, 1);
     std::vector<std::string> errors;
-    HapticSettings settings = Environment::apply(HapticSettings(), errors);
+    HapticSettings settings = Environment::restrict(Environment::replace(HapticSettings(), errors));
     unsetenv(name);
     settings.repair();
     return settings;
@@ -87,7 +87,7 @@ TEST(UnclearText, InTheNameOfAVariableSilences)
     EXPECT_FALSE(fromVariable("OSG_MIDAIR_QUIRK", "1").isSilenced);
     setenv("OSG_MIDAIR_SOLVR", "gs", 1);
     std::vector<std::string> errors;
-    Environment::apply(HapticSettings(), errors);
+    Environment::restrict(Environment::replace(HapticSettings(), errors));
     unsetenv("OSG_MIDAIR_SOLVR");
     EXPECT_EQ(errors,
               std::vector<std::string>{"OSG_MIDAIR_SOLVR is no variable (did you mean SOLVER?)"});
@@ -105,7 +105,7 @@ TEST(UnclearText, EachVariableThatTheHelpListsIsOne)
         const bool wasThere = std::getenv(name.c_str()) != nullptr;
         if (!wasThere) setenv(name.c_str(), "x", 1);
         std::vector<std::string> errors;
-        Environment::apply(HapticSettings(), errors);
+        Environment::restrict(Environment::replace(HapticSettings(), errors));
         if (!wasThere) unsetenv(name.c_str());
         for (const std::string& error : errors)
             EXPECT_EQ(error.find("is no variable"), std::string::npos) << error;

@@ -64,7 +64,7 @@ const SettingTable<Kite>& table()
         {inherited<Kite>(airTable().rows()),
          {Row<Kite>("flies", &Kite::flies, "in the air"),
           Row<Kite>("tails", &Kite::tails, "how many").range(1, 9),
-          Row<Kite>("colour", EnumMember<&Kite::colour>::choice(), "what it looks like")
+          Row<Kite>("colour", choiceOf<Kite, &Kite::colour>(), "what it looks like")
               .words({{"red", "RED", 1}, {"blue", "BLUE", 4}}),
           Row<Kite>("length", &Kite::length, "of the line").range(1.0, kNoEnd, "m").orZero()}}));
     return table;

@@ -1,15 +1,13 @@
 #pragma once
 
-#include "plugin/settings/ForTests.h"
-
 #include <optional>
 #include <string>
 
-namespace osgMidair
+namespace midair::bridge
 {
 
 /// URI of a recording of hands: "recorded:FILE" is played once, "recorded:FILE?loop" is repeated.
-struct OSGMIDAIR_FOR_TESTS RecordedUri
+struct RecordedUri
 {
     std::string file;
     bool loops = false;
@@ -19,4 +17,4 @@ struct OSGMIDAIR_FOR_TESTS RecordedUri
     std::string text() const;
 };
 
-} // namespace osgMidair
+} // namespace midair::bridge

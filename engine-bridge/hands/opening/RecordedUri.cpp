@@ -1,6 +1,6 @@
-#include "plugin/settings/RecordedUri.h"
+#include "engine-bridge/hands/opening/RecordedUri.h"
 
-namespace osgMidair
+namespace midair::bridge
 {
 
 namespace
@@ -29,4 +29,4 @@ std::string RecordedUri::text() const
     return kScheme + file + (loops ? kLoop : "");
 }
 
-} // namespace osgMidair
+} // namespace midair::bridge

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace osgMidair
+namespace midair::bridge
 {
 
 /// Percentiles over the last kWindow values.
@@ -27,7 +27,7 @@ public:
     double percentile(double fraction) const
     {
         const auto end = static_cast<std::ptrdiff_t>(std::min(_count, kWindow));
-        return midair::base::percentile({_values.begin(), _values.begin() + end}, fraction);
+        return base::percentile({_values.begin(), _values.begin() + end}, fraction);
     }
 
 private:
@@ -35,4 +35,4 @@ private:
     std::size_t _count = 0;
 };
 
-} // namespace osgMidair
+} // namespace midair::bridge

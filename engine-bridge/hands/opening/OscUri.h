@@ -4,17 +4,17 @@
 #include "engine-bridge/hands/osc/OscReceiver.h"
 #include "haptics/base/InputError.h"
 
-namespace osgMidair
+namespace midair::bridge
 {
 
 /// Takes address= and port= of "osc:?..": what a source listens at, and where a sender sends to.
-inline midair::bridge::OscOptions takeOscOptions(midair::device::DeviceUri& uri)
+inline OscOptions takeOscOptions(device::DeviceUri& uri)
 {
     uri.rejectPath();
-    midair::bridge::OscOptions options;
+    OscOptions options;
     options.address = uri.takeText("address", options.address);
     options.port = static_cast<int>(uri.takeNumber("port", options.port, 1, 65535));
     return options;
 }
 
-} // namespace osgMidair
+} // namespace midair::bridge

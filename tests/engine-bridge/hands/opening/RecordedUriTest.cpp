@@ -1,8 +1,8 @@
-#include "plugin/settings/RecordedUri.h"
+#include "engine-bridge/hands/opening/RecordedUri.h"
 
 #include <gtest/gtest.h>
 
-using osgMidair::RecordedUri;
+using midair::bridge::RecordedUri;
 
 TEST(RecordedUri, SaysFileAndLoop)
 {

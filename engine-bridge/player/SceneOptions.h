@@ -1,0 +1,29 @@
+#pragma once
+
+#include "device/limits/UserLimits.h"
+#include "engine-bridge/pipeline/HologramOptions.h"
+
+#include <osgMidair/SceneSettings>
+
+#include <Eigen/Core>
+
+#include <string>
+
+namespace midair::bridge
+{
+
+/// What Render::INHERIT stands for in a scene whose setting is \a render.
+Render renderOf(SceneSettings::Render render);
+
+/// Reads listening places, "0 0 0.6; 30 0 60 cm", into \a places (3 x n, m), as
+/// base::parsePlaces() does.
+bool readPlaces(const std::string& text, Eigen::Matrix3Xd& places);
+
+/// \a settings with what \a limits restrict beyond them.
+SceneSettings restricted(SceneSettings settings, const device::UserCaps& limits);
+
+/// The pipeline's options for \a settings, without array, device and owner. \a temperature_C: of
+/// the air. Listening places that can't be read are left out.
+HologramOptions optionsOf(const SceneSettings& settings, double temperature_C);
+
+} // namespace midair::bridge

@@ -1,0 +1,425 @@
+#include "engine-bridge/player/ScenePlayer.h"
+
+#include "engine-bridge/player/SceneOptions.h"
+#include "engine-bridge/settings/SceneTable.h"
+#include "haptics/base/AssignPart.h"
+#include "haptics/base/text/Quantity.h"
+#include "haptics/base/threads/SteadyClock.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace midair::bridge
+{
+
+using base::MessageCode;
+
+namespace
+{
+
+/// Time before a field that the device refused is tried again.
+constexpr double kRetry_s = 0.5;
+/// A solver that takes longer for one field, while the scene moves on, is told.
+constexpr double kSlowSolve_s = 1.0;
+/// A solver that hasn't been slow for this long is told again when it is.
+constexpr double kSlowOver_s = 5.0;
+
+PredictionMethod methodOf(SceneSettings::Prediction prediction)
+{
+    static_assert(static_cast<int>(PredictionMethod::ONE_EURO) == SceneSettings::ONE_EURO);
+    return static_cast<PredictionMethod>(prediction);
+}
+
+/// Puts the figures of \a result into \a all.
+void addFigures(const HologramResult& result, SceneStatistics& all)
+{
+    base::assignPart<haptics::FieldFigures>(all, result.report());
+    all.fieldFrame = result.frame;
+    all.points = result.points.size();
+    all.maxPressure_Pa = result.maxPressure_Pa;
+    const bool inTurn = result.sequence.fields.size() > 1;
+    all.fieldsInTurn = inTurn ? static_cast<int>(result.sequence.fields.size()) : 0;
+    all.fieldRate_Hz = inTurn ? result.sequence.modulation.fieldRate_Hz : 0.0;
+    all.outline = result.outline;
+    if (result.monitored && result.monitored->certificate.points > 0)
+        all.certifiedGap = result.monitored->certificate.gapOfPhases();
+    all.figures = haptics::figuresOf(result.report());
+    all.updatesPerSecond = result.updatesPerSecond;
+    all.latency_ms = result.latency_ms;
+    all.stop = haptics::stopReasonName(result.report().stop);
+}
+
+} // namespace
+
+ScenePlayer::ScenePlayer(Host host) :
+    _host(std::move(host)),
+    _hands(_host.openHands),
+    _messages(_host.print)
+{
+    _wanted.settings = _played.settings = std::make_shared<const SceneSettings>();
+    _air.at(base::steadySeconds(), _wanted.settings->temperature);
+}
+
+ScenePlayer::~ScenePlayer() = default;
+
+// --- Settings ------------------------------------------------------------------------------------
+
+void ScenePlayer::configure(std::shared_ptr<const SceneSettings> settings,
+                            const PlayedOn& on,
+                            const std::string& owner)
+{
+    _wanted.settings = std::move(settings);
+    _wanted.on = on;
+    _wanted.owner = owner;
+    judgeCaps();
+    _hands.setPrediction(methodOf(_wanted.settings->prediction), _wanted.settings->trackerDelay);
+    // A scene that is disabled opens nothing, but keeps a source that is open.
+    const std::string& source = _wanted.settings->temperatureSource;
+    _air.setSource(mayPlay() || source.empty() ? source : _air.source());
+    refresh();
+}
+
+SceneSettings ScenePlayer::playedSettings() const
+{
+    SceneSettings settings = restricted(*_wanted.settings, _wanted.limits);
+    settings.temperature = _wanted.air_C;
+    return settings;
+}
+
+void ScenePlayer::setInnerLimits(const device::UserCaps& limits)
+{
+    if (limits == _caps.inner) return;
+    _caps.inner = limits;
+    judgeCaps();
+    apply();
+}
+
+void ScenePlayer::refresh()
+{
+    // A program may set a variable at any time, and a cap holds from then on.
+    device::UserCaps user = device::capsOfUser();
+    if (!(user == _caps.user))
+    {
+        _caps.user = std::move(user);
+        judgeCaps();
+    }
+    _wanted.air_C = _air.at(base::steadySeconds(), _wanted.settings->temperature);
+    for (base::Message& message : _air.takeMessages())
+        _messages.say(std::move(message));
+    apply();
+}
+
+// No row of the table judges the text of places.
+void ScenePlayer::judgeCaps()
+{
+    _wanted.limits = device::stricter(_caps.user, _caps.inner);
+    std::vector<std::string> wrong = _wanted.limits.wrong;
+    const std::string places =
+        device::joinedPlaces(_wanted.settings->earPoints, _wanted.limits.earPoints);
+    Eigen::Matrix3Xd read;
+    if (!readPlaces(places, read))
+        wrong.push_back("earPoints is \"" + places + "\", should be " + base::kPlacesExpected +
+                        "; nothing is played");
+    if (wrong == _caps.wrong) return;
+    _caps.wrong = std::move(wrong);
+    for (const std::string& why : _caps.wrong)
+        _messages.say({MessageCode::SETTINGS_SILENCED, why});
+}
+
+HologramOptions ScenePlayer::options() const
+{
+    HologramOptions options =
+        optionsOf(restricted(*_played.settings, _played.limits), _played.air_C);
+    options.owner = _played.owner;
+    options.deviceUri = _played.on.device;
+    return options;
+}
+
+// Only another array or device is opened anew; all else acts on what is open. What changes while
+// nothing may be played waits.
+void ScenePlayer::apply()
+{
+    if (!mayPlay() || _wanted.on == PlayedOn()) return;
+    const unsigned effects = effectsOf(*_wanted.settings, *_played.settings);
+    const bool isOpen =
+        _opening.isOpen && _wanted.on == _played.on && !(effects & base::Effect::REOPEN);
+    const bool isSame = isOpen && !(effects & base::Effect::SOLVE) &&
+                        _wanted.limits == _played.limits && _wanted.air_C == _played.air_C;
+    _played = _wanted;
+    if (isSame) return;
+    ++_opening.changes;
+    _submitted.forget(); // so that the next snapshot follows at once
+    if (!isOpen || _opening.isKeptClosed)
+        _maker.begin(_played.on, _played.settings->dead, _played.settings->weak);
+    HologramOptions made = options();
+    {
+        const std::lock_guard<std::mutex> lock(_shared.mutex);
+        _shared.medium = made.medium;
+        _shared.counts.temperature_C = _played.air_C;
+    }
+    const bool wasOpen = std::exchange(_opening.isOpen, true);
+    if (_opening.isKeptClosed) return;
+    if (_host.filter) _host.filter(made);
+    if (!isOpen || !wasOpen) return start(std::move(made));
+    auto otherwise = _maker.factory(made);
+    _shared.thread->setOptions(std::move(made), std::move(otherwise));
+}
+
+void ScenePlayer::start(HologramOptions options)
+{
+    auto make = _maker.factory(options);
+    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    if (_shared.thread)
+        _shared.thread->setPipeline(std::move(make), _maker.staleCheck());
+    else
+        _shared.thread = std::make_unique<HologramThread>(std::move(make), _maker.staleCheck());
+    _shared.thread->setMuted(_muted);
+}
+
+void ScenePlayer::keepClosed()
+{
+    if (!std::exchange(_opening.isKeptClosed, true)) _opening.isOpen = false;
+}
+
+// --- Frames --------------------------------------------------------------------------------------
+
+void ScenePlayer::locateHands(const Eigen::Isometry3d& handsToArray)
+{
+    _hands.locate(_snapshot.simulationTime_s, handsToArray);
+    _snapshot.around.reach_m = _wanted.settings->reach;
+    _snapshot.around.shadows = _wanted.settings->shadows;
+    _snapshot.around.hands = handCapsules(_hands.frame());
+    _snapshot.hands = _hands.frame();
+    _snapshot.handsLate_s = _hands.late_s();
+    if (!_snapshot.hands.hands.empty()) _handsSeen_s = base::steadySeconds();
+    for (base::Message& message : _hands.takeMessages())
+        _messages.say(std::move(message));
+}
+
+bool ScenePlayer::play(const Eigen::Isometry3d& handsToArray, bool isChanged)
+{
+    const double start_s = base::steadySeconds();
+    if (!mayPlay()) _snapshot.objects.clear();
+    locateHands(handsToArray);
+    takeResult();
+    _hands.touch(_snapshot.objects, playedNow());
+    const bool isRefused =
+        _taken.newest && !_taken.newest->playing && start_s - _submitted.since_s() > kRetry_s;
+    const bool isIdle = _submitted.isAny() && !isRefused && !mayTouch() &&
+                        !_submitted.differs(_snapshot, isChanged || !mayPlay());
+    const bool isHandedOver = !isIdle && submit();
+    if (_shared.thread) _shared.thread->keepAlive();
+    tellSlowSolver(start_s);
+    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    SceneStatistics& counts = _shared.counts;
+    ++counts.frames;
+    if (isIdle) ++counts.idleFrames;
+    counts.hands = static_cast<int>(_hands.frame().hands.size());
+    counts.touching = static_cast<int>(_hands.proximity().touches());
+    counts.predicted_ms = 1e3 * _hands.predictedBy_s();
+    counts.temperature_C = _wanted.air_C;
+    return isHandedOver;
+}
+
+void ScenePlayer::rest()
+{
+    if (_shared.thread) _shared.thread->keepAlive();
+}
+
+// Contacts live on frames while there are hands, and for as long as what was touched still fades.
+bool ScenePlayer::mayTouch() const
+{
+    constexpr double kFade_s = 0.5;
+    const bool isAnyHand = base::steadySeconds() - _handsSeen_s < kFade_s;
+    const auto isTouchable = [this](const HapticObject& object)
+    {
+        const Render own = object.properties.render;
+        return own == Render::INHERIT ? _wanted.settings->render != SceneSettings::OBJECT
+                                      : own != Render::OBJECT;
+    };
+    return isAnyHand &&
+           std::any_of(_snapshot.objects.begin(), _snapshot.objects.end(), isTouchable);
+}
+
+// Returns true if there is a thread, which has the snapshot now.
+bool ScenePlayer::submit()
+{
+    _submitted.note(_snapshot, base::steadySeconds());
+    if (!_shared.thread) return false;
+    _shared.thread->submit(_snapshot);
+    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    ++_shared.counts.snapshots;
+    return true;
+}
+
+void ScenePlayer::open()
+{
+    SceneSnapshot none;
+    if (_shared.thread) _shared.thread->submit(none);
+}
+
+// Touches end before the snapshot is handed over.
+void ScenePlayer::silence()
+{
+    if (!_shared.thread) return;
+    _snapshot.objects.clear();
+    _snapshot.time_s = base::steadySeconds();
+    _hands.touch(_snapshot.objects, std::make_shared<PlayedPressure>());
+    if (_submitted.differs(_snapshot, true)) submit();
+}
+
+// The pipeline is closed in its thread, which has nothing to do from then on and can be joined.
+bool ScenePlayer::close()
+{
+    _wanted.on = {};
+    if (std::exchange(_opening.isOpen, false) && _shared.thread)
+    {
+        _hands.setNamed("");
+        _submitted.forget();
+        _shared.thread->setPipeline([] { return std::unique_ptr<HologramPipeline>(); });
+        silence();
+        return true;
+    }
+    if (_shared.thread && _shared.thread->state() == ArrayState::CLOSED) end();
+    return false;
+}
+
+std::shared_ptr<void> ScenePlayer::end()
+{
+    takeResult();
+    _hands.forgetTouches();
+    _wanted.on = {};
+    _opening.isOpen = false;
+    _submitted.forget();
+    _taken.results = 0;
+    _taken.newest.reset();
+    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    if (_shared.thread) _shared.closed = _shared.thread->latestResult();
+    _shared.counts.snapshots = 0; // as those that the next thread will have come to
+    return std::shared_ptr<HologramThread>(std::move(_shared.thread));
+}
+
+void ScenePlayer::setMuted(bool muted)
+{
+    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    _muted = muted;
+    if (_shared.thread) _shared.thread->setMuted(muted);
+}
+
+void ScenePlayer::takeResult()
+{
+    const std::uint64_t results = _shared.thread ? _shared.thread->results() : 0;
+    if (results == _taken.results) return;
+    _taken.results = results;
+    const auto result = latestResult();
+    if (!result || result == _taken.newest) return;
+    const bool isFresh = !_taken.newest || result->frame != _taken.newest->frame;
+    _taken.newest = result;
+    // Later results for the same frame at rest (fields in turn, outlines, figures) have no
+    // deadline, so they are no latencies.
+    if (isFresh)
+    {
+        const std::lock_guard<std::mutex> lock(_shared.mutex);
+        _shared.latencies.add(result->latency_ms);
+        if (_hands.predicts()) _hands.setLatency(1e-3 * _shared.latencies.percentile(0.5));
+    }
+    std::vector<base::Message> told = result->told;
+    // The grants have told of a refused array already, with what to do.
+    if (_played.on.isRefused)
+        told.erase(std::remove_if(told.begin(),
+                                  told.end(),
+                                  [](const base::Message& message)
+                                  { return message.code == MessageCode::ARRAY_REFUSED; }),
+                   told.end());
+    _messages.take(told);
+}
+
+// A solver of the program's own may take as long as it likes, and its thread can't tell meanwhile.
+void ScenePlayer::tellSlowSolver(double now_s)
+{
+    const double taken_s = _shared.thread ? _shared.thread->solvesFor_s() : 0.0;
+    if (taken_s <= kSlowSolve_s)
+    {
+        if (now_s > _taken.slowUntil_s) _taken.slowUntil_s = 0.0;
+        return;
+    }
+    const bool isTold = _taken.slowUntil_s > 0.0;
+    _taken.slowUntil_s = now_s + kSlowOver_s;
+    if (isTold) return;
+    const bool isHeard = _taken.newest && _taken.newest->playing && _submitted.hasObjects();
+    _messages.say(
+        {MessageCode::SOLVER_SLOW,
+         fmt::format("the solver has taken {:.1f} s for one field and is still at it; {}",
+                     taken_s,
+                     isHeard ? fmt::format("what is played is of frame {}", _taken.newest->frame)
+                             : "nothing is played meanwhile")});
+}
+
+// --- Any thread ----------------------------------------------------------------------------------
+
+std::shared_ptr<const HologramResult> ScenePlayer::latestResult() const
+{
+    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    return _shared.thread ? _shared.thread->latestResult() : _shared.closed;
+}
+
+SceneStatistics ScenePlayer::statistics() const
+{
+    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    SceneStatistics all = _shared.counts;
+    all.latencyP50_ms = _shared.latencies.percentile(0.5);
+    all.latencyP99_ms = _shared.latencies.percentile(0.99);
+    for (const base::Message& message : _messages.all())
+        all.messages.push_back(message.text);
+    if (!_shared.thread) return all;
+    base::assignPart<HologramCounters>(all, _shared.thread->counters());
+    all.snapshots = _shared.counts.snapshots; // the thread counts those that it has come to
+    all.processed = _shared.thread->processed();
+    ArrayReading reading = _shared.thread->reading();
+    all.state = reading.state;
+    all.fields = reading.fields;
+    all.device = std::move(reading.status);
+    all.exposure = _shared.thread->exposure();
+    if (const auto result = _shared.thread->latestResult()) addFigures(*result, all);
+    return all;
+}
+
+ArrayState ScenePlayer::state() const
+{
+    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    return _shared.thread ? _shared.thread->state() : ArrayState::CLOSED;
+}
+
+ArrayReading ScenePlayer::reading() const
+{
+    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    return _shared.thread ? _shared.thread->reading() : ArrayReading();
+}
+
+std::string ScenePlayer::deviceStatus() const
+{
+    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    return _shared.thread ? _shared.thread->deviceStatus() : std::string();
+}
+
+PlayedDrives ScenePlayer::playedOfLate(double duration_s) const
+{
+    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    return _shared.thread ? _shared.thread->playedOfLate(duration_s) : PlayedDrives();
+}
+
+haptics::Medium ScenePlayer::medium() const
+{
+    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    return _shared.medium;
+}
+
+std::shared_ptr<const PlayedPressure> ScenePlayer::playedNow() const
+{
+    const std::lock_guard<std::mutex> lock(_shared.mutex);
+    return _shared.thread ? _shared.thread->playedNow() : std::make_shared<PlayedPressure>();
+}
+
+} // namespace midair::bridge

@@ -1,0 +1,218 @@
+#pragma once
+
+#include "device/limits/UserLimits.h"
+#include "engine-bridge/air/AirTemperature.h"
+#include "engine-bridge/hands/tracking/HandTracker.h"
+#include "engine-bridge/pipeline/HologramThread.h"
+#include "engine-bridge/player/LatencyStatistics.h"
+#include "engine-bridge/player/PipelineMaker.h"
+#include "engine-bridge/player/SceneMessages.h"
+#include "engine-bridge/player/SubmittedFrame.h"
+
+#include <osgMidair/SceneSettings>
+#include <osgMidair/SceneStatistics>
+
+#include <Eigen/Geometry>
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace midair::bridge
+{
+
+/// Plays a scene whose frames somebody hands in: settings in, with their caps and their air; hands,
+/// touches and forces; a hologram thread with its device; messages, state and counts out. It knows
+/// no scene graph and no handles.
+///
+/// Only the functions that say so may be called from any thread; all others belong to one thread at
+/// a time.
+class ScenePlayer
+{
+public:
+    /// What those who play scenes do in their own way.
+    struct Host
+    {
+        std::function<void(const SceneMessages::Line&)> print; ///< as of SceneMessages
+        HandTracker::Opener openHands;                         ///< as of HandTracker
+        /// changes the options of each new pipeline; none: they stay
+        std::function<void(HologramOptions&)> filter = {};
+    };
+
+    explicit ScenePlayer(Host host);
+    ~ScenePlayer(); ///< silences the array before it returns
+    ScenePlayer(const ScenePlayer&) = delete;
+    ScenePlayer& operator=(const ScenePlayer&) = delete;
+
+    /// Changes the options of each new pipeline from now on.
+    void setFilter(std::function<void(HologramOptions&)> filter)
+    {
+        _host.filter = std::move(filter);
+    }
+
+    /// \{ Settings.
+
+    /// Plays by \a settings, which are in their ranges, on \a on from the next frame on. Only
+    /// another array or device is opened anew; all else acts on what is open. What changes while
+    /// nothing may be played waits. \a owner: the scene's name in messages.
+    void configure(std::shared_ptr<const SceneSettings> settings,
+                   const PlayedOn& on,
+                   const std::string& owner);
+    /// The settings of the last configure().
+    const SceneSettings& settings() const { return *_wanted.settings; }
+    /// What the last configure() named; nothing after close() and end().
+    const PlayedOn& playedOn() const { return _wanted.on; }
+    /// The settings as they are played: with all caps, and the temperature that is followed.
+    SceneSettings playedSettings() const;
+    /// The strictest caps that scenes inside this one have; they count from the next frame on.
+    void setInnerLimits(const device::UserCaps& limits);
+    /// Reads the user's caps and the thermometer again. To be called in each frame, and before
+    /// mayPlay() is asked of new settings.
+    void refresh();
+    /// Why the user's caps let nothing be played; empty: nothing is wrong with them.
+    const std::vector<std::string>& whySilenced() const { return _caps.wrong; }
+    /// False: the scene is disabled, or whySilenced() says why.
+    bool mayPlay() const { return _wanted.settings->enabled && _caps.wrong.empty(); }
+    /// Opens what the settings say before the first frame comes.
+    void open();
+    /// \}
+
+    /// \{ Frames.
+
+    /// The snapshot of the next frame, to be filled: all but its hands.
+    SceneSnapshot& snapshot() { return _snapshot; }
+    /// Plays the frame that snapshot() holds. \a handsToArray: transform from the world of the hand
+    /// sources, in metres, to the array. \a isChanged: false, if it is known that its objects are
+    /// those of the frame before. Returns true if it was handed to the thread; snapshot() then
+    /// holds an older one.
+    bool play(const Eigen::Isometry3d& handsToArray, bool isChanged = true);
+    /// A frame in which nothing has changed, and nothing was looked at.
+    void rest();
+    /// Silences the array until the next play(), and ends all touches.
+    void silence();
+    /// Silences the array, closes the device and the hands; the next configure() opens them again.
+    /// Doesn't wait for the device: calls that follow end what it has closed. Returns true if
+    /// something was open until now.
+    bool close();
+    /// close() has come to its end.
+    bool isClosed() const { return !_shared.thread; }
+    /// Ends all touches and the thread; what is returned has to be destroyed, which waits for the
+    /// device. Nothing is opened before the next configure().
+    std::shared_ptr<void> end();
+    /// The next frame is handed over, whatever it holds.
+    void forget() { _submitted.forget(); }
+    bool hasSubmitted() const { return _submitted.isAny(); }
+    double submitted_s() const { return _submitted.since_s(); } ///< steady clock
+    /// \}
+
+    /// Silences the array at once, with the device open and hands and touches going on, until
+    /// setMuted(false). Any thread.
+    void setMuted(bool muted);
+    bool isMuted() const { return _muted; } ///< any thread
+
+    /// As HandTracker::setNamed().
+    std::string openHands(const std::string& uri) { return _hands.setNamed(uri); }
+    /// As HandTracker::setSource().
+    void setHandSource(std::shared_ptr<HandSource> source) { _hands.setSource(std::move(source)); }
+    const HandTracker& hands() const { return _hands; }
+    SceneMessages& messages() { return _messages; }
+    const SceneMessages& messages() const { return _messages; }
+    /// Takes over the messages of the newest result.
+    void takeResult();
+
+    /// \{ For who solves by itself: what the next pipeline would be made with, and what makes it.
+    /// From keepClosed() on nothing is opened. locateHands() completes snapshot(), as play() does.
+    void keepClosed();
+    void locateHands(const Eigen::Isometry3d& handsToArray);
+    HologramOptions options() const;
+    HologramThread::PipelineFactory pipelineMaker(const HologramOptions& options) const
+    {
+        return _maker.factory(options);
+    }
+    std::uint64_t changes() const { return _opening.changes; } ///< how often options() has changed
+    /// \}
+
+    /// \{ Any thread.
+    std::shared_ptr<const HologramResult> latestResult() const;
+    SceneStatistics statistics() const;
+    ArrayState state() const; ///< CLOSED while there is no thread
+    ArrayReading reading() const;
+    std::string deviceStatus() const;
+    /// What a simulated device has played in the last \a duration_s (0 .. 0.1).
+    PlayedDrives playedOfLate(double duration_s) const;
+    /// The array as it was read last; null: it wasn't, or can't be.
+    std::shared_ptr<const haptics::TransducerArray> array() const { return _maker.array(); }
+    haptics::Medium medium() const;
+    /// What hands feel at this moment; never null.
+    std::shared_ptr<const PlayedPressure> playedNow() const;
+    /// \}
+
+private:
+    /// What is played with: what fields depend on.
+    struct Plan
+    {
+        std::shared_ptr<const SceneSettings> settings;
+        PlayedOn on;
+        std::string owner;
+        device::UserCaps limits; ///< the strictest of the user's and of inner scenes
+        double air_C = 20.0;
+    };
+    struct Caps
+    {
+        device::UserCaps user;
+        device::UserCaps inner;
+        std::vector<std::string> wrong; ///< why nothing may be played
+    };
+    struct Opening
+    {
+        bool isOpen = false; ///< the thread has what _played says
+        bool isKeptClosed = false;
+        std::uint64_t changes = 0;
+    };
+    /// What has been taken of the thread's results.
+    struct Taken
+    {
+        std::uint64_t results = 0;
+        std::shared_ptr<const HologramResult> newest;
+        double slowUntil_s = 0.0; ///< for how long a slow solver is told already; 0: none is
+    };
+    /// What other threads see; a member is written under the mutex, by the player's own thread.
+    struct Shared
+    {
+        mutable std::mutex mutex;
+        std::unique_ptr<HologramThread> thread;
+        std::shared_ptr<const HologramResult> closed; ///< that of a thread that ended
+        haptics::Medium medium;
+        SceneStatistics counts;      ///< those of the player's own
+        LatencyStatistics latencies; ///< ms, of the newest fields
+    };
+
+    void judgeCaps();
+    void apply();
+    void start(HologramOptions options);
+    bool submit();
+    bool mayTouch() const;
+    void tellSlowSolver(double now_s);
+
+    Host _host;
+    Plan _wanted;
+    Plan _played; ///< what the thread has
+    Caps _caps;
+    Opening _opening;
+    AirTemperature _air;
+    HandTracker _hands;
+    double _handsSeen_s = -1e9; ///< steady clock; when there was a hand
+    PipelineMaker _maker;
+    SceneMessages _messages;
+    SceneSnapshot _snapshot; ///< being filled
+    SubmittedFrame _submitted;
+    Taken _taken;
+    std::atomic<bool> _muted{false};
+    Shared _shared;
+};
+
+} // namespace midair::bridge

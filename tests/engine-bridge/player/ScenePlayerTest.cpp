@@ -1,0 +1,254 @@
+#include "engine-bridge/player/ScenePlayer.h"
+
+#include "engine-bridge/hands/opening/HandOpening.h"
+#include "tests/device/limits/UserCapTexts.h"
+#include "tests/engine-bridge/pipeline/Fakes.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+using namespace midair::bridge;
+using midair::base::Message;
+
+namespace
+{
+
+/// A player of a square above the octagon, on fakes.
+struct Played
+{
+    Played() :
+        player({{},
+                [](const std::string& uri) { return openHands(uri); },
+                [this](HologramOptions& options)
+                {
+                    const HologramOptions fakes = fakeOptions(log);
+                    options.solverFactory = fakes.solverFactory;
+                    options.deviceFactory = fakes.deviceFactory;
+                }})
+    {
+    }
+
+    void configure()
+    {
+        PlayedOn on;
+        on.array = "octagon";
+        on.device = device;
+        player.configure(std::make_shared<const SceneSettings>(settings), on, "a test");
+    }
+    bool frame(double x_m = 0.0)
+    {
+        player.refresh();
+        player.snapshot() = squareSnapshot(x_m);
+        return player.play(Eigen::Isometry3d::Identity());
+    }
+    bool plays()
+    {
+        return eventually(
+            [&]
+            {
+                frame();
+                return player.state() == ArrayState::PLAYING;
+            });
+    }
+    bool says(const std::string& words) const
+    {
+        const std::vector<Message> all = player.messages().all();
+        return std::any_of(all.begin(),
+                           all.end(),
+                           [&](const Message& one)
+                           { return one.text.find(words) != std::string::npos; });
+    }
+
+    std::shared_ptr<FakeLog> log = std::make_shared<FakeLog>();
+    SceneSettings settings;
+    std::string device = "sim:";
+    ScenePlayer player;
+};
+
+} // namespace
+
+TEST(ScenePlayer, NothingIsOpenedBeforeItIsConfigured)
+{
+    Played of;
+    EXPECT_FALSE(of.frame());
+    EXPECT_EQ(of.player.state(), ArrayState::CLOSED);
+    EXPECT_TRUE(of.player.isClosed());
+    EXPECT_EQ(of.player.array(), nullptr);
+    of.configure();
+    EXPECT_TRUE(of.plays());
+    ASSERT_NE(of.player.array(), nullptr);
+    EXPECT_EQ(of.player.array()->size(), 3984);
+}
+
+TEST(ScenePlayer, WhatHasNotMovedIsNotHandedOver)
+{
+    Played of;
+    of.configure();
+    ASSERT_TRUE(of.plays());
+    EXPECT_FALSE(of.frame());
+    const SceneStatistics before = of.player.statistics();
+    EXPECT_FALSE(of.frame());
+    EXPECT_TRUE(of.frame(0.001));
+    const SceneStatistics after = of.player.statistics();
+    EXPECT_EQ(after.frames, before.frames + 2);
+    EXPECT_EQ(after.idleFrames, before.idleFrames + 1);
+    EXPECT_EQ(after.snapshots, before.snapshots + 1);
+}
+
+TEST(ScenePlayer, OnlyWhatAChangeNeedsIsDoneAnew)
+{
+    Played of;
+    of.configure();
+    ASSERT_TRUE(of.plays());
+    const std::uint64_t changes = of.player.changes();
+    of.settings.shadows = true; // acts in the next frame
+    of.configure();
+    EXPECT_EQ(of.player.changes(), changes);
+    of.settings.loudness = 0.5;
+    of.configure();
+    EXPECT_EQ(of.player.changes(), changes + 1);
+    ASSERT_TRUE(of.plays());
+    EXPECT_EQ(of.log->closed, 0) << "the device is open still";
+    of.settings.dead = "1";
+    of.configure();
+    EXPECT_TRUE(eventually(
+        [&]
+        {
+            of.frame();
+            return of.log->closed > 0;
+        }));
+    EXPECT_TRUE(of.plays());
+}
+
+TEST(ScenePlayer, WhatChangesWhileItIsDisabledWaits)
+{
+    Played of;
+    of.configure();
+    ASSERT_TRUE(of.plays());
+    const std::uint64_t changes = of.player.changes();
+    of.settings.enabled = false;
+    of.settings.loudness = 0.5;
+    of.configure();
+    EXPECT_TRUE(eventually(
+        [&]
+        {
+            of.frame();
+            return of.player.state() == ArrayState::SILENT;
+        }));
+    EXPECT_EQ(of.player.changes(), changes);
+    of.settings.enabled = true;
+    of.configure();
+    EXPECT_EQ(of.player.changes(), changes + 1);
+    EXPECT_TRUE(of.plays());
+}
+
+TEST(ScenePlayer, TheStrictestCapHoldsWhoeverSetsIt)
+{
+    Played of;
+    of.settings.maxPressure = 900.0;
+    of.configure();
+    of.player.refresh();
+    EXPECT_EQ(of.player.playedSettings().maxPressure, 900.0);
+    midair::device::UserCaps inner;
+    inner.maxPressure_Pa = 700.0;
+    inner.maxAmplitude = 0.5;
+    of.player.setInnerLimits(inner);
+    EXPECT_EQ(of.player.playedSettings().maxPressure, 700.0);
+    {
+        const SetVariable cap("OSG_MIDAIR_MAX_PRESSURE", "300");
+        of.player.refresh();
+        EXPECT_EQ(of.player.playedSettings().maxPressure, 300.0);
+        EXPECT_EQ(of.player.playedSettings().maxAmplitude, 0.5);
+        EXPECT_EQ(of.player.options().maxPressure, 300.0);
+    }
+    of.player.refresh();
+    EXPECT_EQ(of.player.playedSettings().maxPressure, 700.0);
+    EXPECT_EQ(of.player.settings().maxPressure, 900.0);
+}
+
+TEST(ScenePlayer, ACapThatIsNotUnderstoodSilencesAndIsTold)
+{
+    Played of;
+    of.configure();
+    ASSERT_TRUE(of.plays());
+    {
+        const SetVariable cap("OSG_MIDAIR_MAX_AMPLITUDE", "much");
+        of.player.refresh();
+        EXPECT_FALSE(of.player.mayPlay());
+        EXPECT_TRUE(of.says("OSG_MIDAIR_MAX_AMPLITUDE is \"much\""));
+        EXPECT_TRUE(eventually(
+            [&]
+            {
+                of.frame();
+                return of.player.state() == ArrayState::SILENT;
+            }));
+    }
+    EXPECT_TRUE(of.plays());
+}
+
+TEST(ScenePlayer, PlacesOfEarsThatAreTooManySilence)
+{
+    Played of;
+    for (int i = 0; i < 64; ++i)
+        of.settings.earPoints += "0 0 " + std::to_string(1 + i) + "; ";
+    of.configure();
+    EXPECT_TRUE(of.player.mayPlay());
+    const SetVariable another("OSG_MIDAIR_EAR_POINTS", "0 1 0");
+    of.player.refresh();
+    EXPECT_FALSE(of.player.mayPlay());
+    EXPECT_TRUE(of.says("earPoints is "));
+}
+
+TEST(ScenePlayer, MutedIsMutedBeforeThereIsADevice)
+{
+    Played of;
+    of.player.setMuted(true);
+    of.configure();
+    EXPECT_TRUE(eventually(
+        [&]
+        {
+            of.frame();
+            return of.player.state() == ArrayState::MUTED;
+        }));
+    EXPECT_EQ(of.log->loudestAmplitude, 0.0F);
+    of.player.setMuted(false);
+    EXPECT_TRUE(of.plays());
+}
+
+TEST(ScenePlayer, ClosesAndOpensAgain)
+{
+    Played of;
+    of.configure();
+    ASSERT_TRUE(of.plays());
+    EXPECT_TRUE(of.player.close());
+    EXPECT_TRUE(eventually(
+        [&]
+        {
+            of.player.close();
+            return of.player.isClosed();
+        }));
+    EXPECT_GT(of.log->closed, 0);
+    EXPECT_NE(of.player.latestResult(), nullptr) << "that of the thread that has ended";
+    of.configure();
+    EXPECT_TRUE(of.plays());
+    of.player.end().reset();
+    EXPECT_TRUE(of.player.isClosed());
+    EXPECT_EQ(of.player.state(), ArrayState::CLOSED);
+}
+
+TEST(ScenePlayer, KeptClosedItOpensNothing)
+{
+    Played of;
+    of.player.keepClosed();
+    of.configure();
+    of.player.refresh();
+    EXPECT_TRUE(of.player.isClosed());
+    EXPECT_EQ(of.player.changes(), 1U);
+    HologramOptions options = of.player.options();
+    const HologramOptions fakes = fakeOptions(of.log);
+    options.solverFactory = fakes.solverFactory;
+    options.deviceFactory = fakes.deviceFactory;
+    EXPECT_NE(of.player.pipelineMaker(options)(), nullptr);
+    EXPECT_NE(of.player.array(), nullptr);
+}

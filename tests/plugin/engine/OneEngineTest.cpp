@@ -1,0 +1,553 @@
+// The kit and the C interface play by one engine: the same calls in the same order give the same
+// drives, states, touches and messages. Each plays on a recorder of its own.
+#include "haptics/array/TransducerArray.h"
+#include "tests/plugin/KitTest.h"
+
+#include <osgMidair/DeviceDriver>
+#include <osgMidair/HandSource>
+#include <osgMidair/HapticStatistics>
+
+#include <osg/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <random>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <midair.h>
+
+using namespace osgMidair;
+
+namespace
+{
+
+/// What a device got last.
+class Recorder
+{
+public:
+    void begin(std::size_t transducers)
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        _transducers = transducers;
+    }
+    bool play(const std::uint8_t* phases, const std::uint8_t* amplitudes)
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        if (_isLost) return false;
+        _field.assign(phases, phases + _transducers);
+        _field.insert(_field.end(), amplitudes, amplitudes + _transducers);
+        return true;
+    }
+    void silence()
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        _field.clear();
+    }
+    void setLost(bool isLost)
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        _isLost = isLost;
+        if (isLost) _field.clear();
+    }
+    bool isLost() const
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        return _isLost;
+    }
+    std::vector<std::uint8_t> field() const
+    {
+        const std::lock_guard<std::mutex> lock(_mutex);
+        return _field;
+    }
+
+private:
+    mutable std::mutex _mutex;
+    std::size_t _transducers = 0;
+    bool _isLost = false;
+    std::vector<std::uint8_t> _field; ///< phases, then amplitudes; empty: silence
+};
+
+Recorder ofKit;
+Recorder ofC;
+
+class KitDriver : public DeviceDriver
+{
+public:
+    bool open(const std::string&,
+              const std::map<std::string, std::string>&,
+              const Layout& layout,
+              std::string&) override
+    {
+        ofKit.begin(layout.transducers);
+        return true;
+    }
+    bool play(const unsigned char* phases, const unsigned char* amplitudes) override
+    {
+        return ofKit.play(phases, amplitudes);
+    }
+    void silence() override { ofKit.silence(); }
+    bool isReady() const override { return !ofKit.isLost(); }
+};
+
+void registerRecorders()
+{
+    static const bool isDone = []
+    {
+        std::string error;
+        EXPECT_TRUE(registerDevice(
+            "onekit", [] { return new KitDriver; }, error))
+            << error;
+        midair_driver driver{};
+        driver.struct_size = sizeof(driver);
+        driver.open =
+            [](void*, const char*, const char*, const int32_t*, uint32_t transducers, char*, size_t)
+            -> void*
+        {
+            ofC.begin(transducers);
+            return &ofC;
+        };
+        driver.play = [](void*, const uint8_t* phases, const uint8_t* amplitudes)
+        { return ofC.play(phases, amplitudes) ? 0 : 1; };
+        driver.silence = [](void*)
+        {
+            ofC.silence();
+            return 0;
+        };
+        driver.is_ready = [](void*) { return ofC.isLost() ? 0 : 1; };
+        EXPECT_EQ(midair_register_device("onec", &driver), MIDAIR_OK) << midair_last_error();
+        return true;
+    }();
+    (void)isDone;
+}
+
+/// What can be seen of a player once it has come to rest.
+struct Seen
+{
+    std::vector<std::uint8_t> field;
+    int state = 0;
+    std::vector<std::string> touches; ///< sorted; with their forces
+    std::vector<std::string> messages;
+
+    bool operator==(const Seen& other) const
+    {
+        return field == other.field && state == other.state && touches == other.touches &&
+               messages == other.messages;
+    }
+};
+
+std::ostream& operator<<(std::ostream& out, const Seen& seen)
+{
+    std::uint32_t sum = 0;
+    for (const std::uint8_t level : seen.field)
+        sum = sum * 31 + level;
+    return out << fmt::format("field of {} levels, sum {:x}; state {}; touches: {}; told: {}",
+                              seen.field.size(),
+                              sum,
+                              seen.state,
+                              fmt::join(seen.touches, ", "),
+                              fmt::join(seen.messages, " | "));
+}
+
+/// Names that differ by who plays.
+std::string withoutNames(std::string text)
+{
+    const std::pair<const char*, const char*> names[] = {
+        {"onekit", "ONE"}, {"onec", "ONE"}, {"scene/box", "BOX"}, {"object 1", "BOX"}};
+    for (const auto& [from, to] : names)
+        for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from))
+            text.replace(at, std::strlen(from), to);
+    return text;
+}
+
+constexpr float kHalf = 0.02F; ///< of the box's edge, m
+constexpr float kCorners[8][3] = {{-kHalf, -kHalf, -kHalf},
+                                  {kHalf, -kHalf, -kHalf},
+                                  {kHalf, kHalf, -kHalf},
+                                  {-kHalf, kHalf, -kHalf},
+                                  {-kHalf, -kHalf, kHalf},
+                                  {kHalf, -kHalf, kHalf},
+                                  {kHalf, kHalf, kHalf},
+                                  {-kHalf, kHalf, kHalf}};
+constexpr std::uint32_t kTriangles[12][3] = {{0, 2, 1},
+                                             {0, 3, 2},
+                                             {4, 5, 6},
+                                             {4, 6, 7},
+                                             {0, 1, 5},
+                                             {0, 5, 4},
+                                             {1, 2, 6},
+                                             {1, 6, 5},
+                                             {2, 3, 7},
+                                             {2, 7, 6},
+                                             {3, 0, 4},
+                                             {3, 4, 7}};
+
+/// A scene with a box on an array, whoever plays it.
+class Player
+{
+public:
+    virtual ~Player() = default;
+    virtual void set(const std::string& name, const std::string& value) = 0;
+    virtual void setOfBox(const std::string& name, const std::string& value) = 0;
+    virtual void move(double x_m) = 0;
+    virtual void setHand(double z_m) = 0; ///< of the index finger's tip; 0: no hand
+    virtual void setMuted(bool isMuted) = 0;
+    virtual void frame(double time_s) = 0;
+    virtual bool isSettled() = 0;
+    virtual Seen seen() = 0;
+};
+
+class KitPlayer : public Player
+{
+public:
+    explicit KitPlayer(const std::string& array)
+    {
+        _scene->setName("scene");
+        _scene->setArray(array);
+        _scene->setDevice("onekit:");
+        _scene->setHandSource(_hands);
+        osg::ref_ptr<osg::Geometry> mesh = new osg::Geometry;
+        osg::ref_ptr<osg::Vec3Array> corners = new osg::Vec3Array;
+        for (const auto& c : kCorners)
+            corners->push_back({c[0], c[1], c[2]});
+        osg::ref_ptr<osg::DrawElementsUInt> faces = new osg::DrawElementsUInt(GL_TRIANGLES);
+        for (const auto& t : kTriangles)
+            faces->insert(faces->end(), std::begin(t), std::end(t));
+        mesh->setVertexArray(corners);
+        mesh->addPrimitiveSet(faces);
+        _box->setName("box");
+        _box->setTouchEvents(true);
+        _box->addChild(mesh);
+        _place->addChild(_box);
+        _scene->addChild(_place);
+        move(0.0);
+    }
+    void set(const std::string& name, const std::string& value) override
+    {
+        HapticSettings settings = _scene->getSettings();
+        std::string error;
+        EXPECT_TRUE(settings.set(name, value, error)) << error;
+        _scene->setSettings(settings);
+    }
+    void setOfBox(const std::string& name, const std::string& value) override
+    {
+        HapticProperty property = _box->getProperty();
+        std::string error;
+        EXPECT_TRUE(property.set(name, value, error)) << error;
+        _box->setProperty(property);
+    }
+    void move(double x_m) override { _place->setMatrix(osg::Matrixd::translate(x_m, 0.0, 0.15)); }
+    void setHand(double z_m) override
+    {
+        _hands->setHands(z_m > 0.0 ? std::vector<Hand>{openHand(1, {0.0, 0.0, z_m}, {})}
+                                   : std::vector<Hand>());
+    }
+    void setMuted(bool isMuted) override { _scene->setMuted(isMuted); }
+    void frame(double time_s) override { _scene->update(++_frame, time_s); }
+    bool isSettled() override
+    {
+        const HapticStatistics now = _scene->getStatistics();
+        return now.processed >= now.snapshots && now.fields.waiting == 0;
+    }
+    Seen seen() override
+    {
+        Seen all;
+        const HapticStatistics now = _scene->getStatistics();
+        all.field = ofKit.field();
+        all.state = static_cast<int>(now.state);
+        for (const Touch& touch : _scene->getTouches())
+            all.touches.push_back(fmt::format("{} {} {:.6g} m {:.6g} N",
+                                              touch.hand,
+                                              static_cast<int>(touch.finger),
+                                              touch.distance,
+                                              touch.force));
+        for (const std::string& message : now.messages)
+            all.messages.push_back(withoutNames(message));
+        std::sort(all.touches.begin(), all.touches.end());
+        return all;
+    }
+
+private:
+    osg::ref_ptr<HapticScene> _scene = new HapticScene;
+    osg::ref_ptr<osg::MatrixTransform> _place = new osg::MatrixTransform;
+    osg::ref_ptr<HapticSurface> _box = new HapticSurface;
+    osg::ref_ptr<InjectedHands> _hands = new InjectedHands;
+    unsigned int _frame = 0;
+};
+
+class CPlayer : public Player
+{
+public:
+    explicit CPlayer(const std::string& array)
+    {
+        EXPECT_EQ(midair_array_load(array.c_str(), &_array), MIDAIR_OK) << midair_last_error();
+        EXPECT_EQ(midair_scene_make(_array, &_scene), MIDAIR_OK);
+        std::vector<double> corners;
+        for (const auto& c : kCorners)
+            corners.insert(corners.end(), std::begin(c), std::end(c));
+        EXPECT_EQ(midair_add_mesh(_scene, corners.data(), 8, &kTriangles[0][0], 12, nullptr, &_box),
+                  MIDAIR_OK);
+        setOfBox("touchEvents", "true");
+        move(0.0);
+        EXPECT_EQ(midair_play(_scene, "onec:"), MIDAIR_OK) << midair_last_error();
+    }
+    ~CPlayer() override
+    {
+        midair_scene_close(_scene);
+        midair_array_close(_array);
+    }
+    CPlayer(const CPlayer&) = delete;
+    CPlayer& operator=(const CPlayer&) = delete;
+
+    void set(const std::string& name, const std::string& value) override
+    {
+        EXPECT_EQ(midair_set(_scene, name.c_str(), value.c_str()), MIDAIR_OK)
+            << midair_last_error();
+    }
+    void setOfBox(const std::string& name, const std::string& value) override
+    {
+        EXPECT_EQ(midair_object_set(_scene, _box, name.c_str(), value.c_str()), MIDAIR_OK)
+            << midair_last_error();
+    }
+    void move(double x_m) override
+    {
+        const double pose[16] = {1, 0, 0, x_m, 0, 1, 0, 0, 0, 0, 1, 0.15, 0, 0, 0, 1};
+        EXPECT_EQ(midair_set_pose(_scene, _box, pose), MIDAIR_OK);
+    }
+    void setHand(double z_m) override { _hand_m = z_m; }
+    void setMuted(bool isMuted) override { midair_mute(_scene, isMuted ? 1 : 0); }
+    void frame(double time_s) override
+    {
+        const double tip[3] = {0.0, 0.0, _hand_m};
+        const double upright[4] = {0.0, 0.0, 0.0, 1.0};
+        midair_hand hand{};
+        EXPECT_EQ(midair_make_hand(1, tip, upright, &hand), MIDAIR_OK);
+        EXPECT_EQ(midair_set_hands(_scene, &hand, _hand_m > 0.0 ? 1 : 0), MIDAIR_OK);
+        midair_update(_scene, time_s);
+    }
+    bool isSettled() override
+    {
+        midair_device_state now{};
+        midair_state(_scene, &now);
+        return now.waiting == 0;
+    }
+    Seen seen() override
+    {
+        Seen all;
+        midair_device_state now{};
+        midair_state(_scene, &now);
+        all.field = ofC.field();
+        all.state = now.state;
+        std::array<midair_touch, 64> touches{};
+        std::size_t count = 0;
+        EXPECT_EQ(midair_touches(_scene, touches.data(), touches.size(), &count), MIDAIR_OK);
+        for (std::size_t i = 0; i < count; ++i)
+            if (touches[i].touching)
+                all.touches.push_back(fmt::format("{} {} {:.6g} m {:.6g} N",
+                                                  touches[i].hand,
+                                                  touches[i].finger,
+                                                  touches[i].distance_m,
+                                                  touches[i].force_N));
+        std::vector<char> text(65536);
+        midair_messages(_scene, text.data(), text.size(), nullptr);
+        std::istringstream lines(text.data());
+        for (std::string line; std::getline(lines, line);)
+            all.messages.push_back(withoutNames(line));
+        std::sort(all.touches.begin(), all.touches.end());
+        return all;
+    }
+
+private:
+    midair_array* _array = nullptr;
+    midair_scene* _scene = nullptr;
+    midair_object _box = 0;
+    double _hand_m = 0.0;
+};
+
+/// Both players and the array's file, which both read.
+class OneEngine : public testing::TestWithParam<int>
+{
+protected:
+    OneEngine() : _random(static_cast<std::uint32_t>(GetParam()))
+    {
+        registerRecorders();
+        ofKit.setLost(false);
+        ofC.setLost(false);
+        _file = (std::filesystem::temp_directory_path() /
+                 fmt::format("one-engine-{}-{}.json", ::getpid(), GetParam()))
+                    .string();
+        write(-1);
+        _kit = std::make_unique<KitPlayer>(_file);
+        _c = std::make_unique<CPlayer>(_file);
+    }
+    ~OneEngine() override
+    {
+        _kit.reset();
+        _c.reset();
+        std::filesystem::remove(_file);
+    }
+
+    template<typename T>
+    const T& oneOf(const std::vector<T>& all)
+    {
+        return all[std::uniform_int_distribution<std::size_t>(0, all.size() - 1)(_random)];
+    }
+
+    /// Writes the array's file, with the transducer \a dead out of use; -1: none.
+    void write(int dead)
+    {
+        midair::haptics::TransducerArray array = midair::haptics::TransducerArray::load("board");
+        if (dead >= 0) array.setDead({dead});
+        std::ofstream(_file) << array.toJson();
+        if (_kit)
+            _awaited = fmt::format("read again: {} of {} ",
+                                   array.size() - static_cast<int>(array.dead.size()),
+                                   array.size());
+        _dead = dead;
+    }
+
+    /// Makes both do something, and returns what it was.
+    std::string step();
+    void frames(int count)
+    {
+        for (int i = 0; i < count; ++i)
+        {
+            _time_s += 0.01;
+            _kit->frame(_time_s);
+            _c->frame(_time_s);
+        }
+    }
+    /// Whether the array's file was read again since it was written last.
+    bool hasRead(const Seen& seen) const
+    {
+        return _awaited.empty() ||
+               std::any_of(seen.messages.begin(),
+                           seen.messages.end(),
+                           [&](const std::string& message)
+                           { return message.find(_awaited) != std::string::npos; });
+    }
+    /// Runs frames until both have come to rest and show the same, at most 10 s.
+    void expectSame(const std::string& what)
+    {
+        const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+        Seen kit;
+        Seen c;
+        int same = 0;
+        while (same < 2 && std::chrono::steady_clock::now() < end)
+        {
+            frames(1);
+            std::this_thread::sleep_for(std::chrono::milliseconds(3));
+            kit = _kit->seen();
+            c = _c->seen();
+            const bool isLost = kit.state == static_cast<int>(ArrayState::LOST);
+            const bool isRest = _kit->isSettled() && _c->isSettled() && isLost == _isLost &&
+                                kit.state != static_cast<int>(ArrayState::OPENING) &&
+                                hasRead(kit) && hasRead(c);
+            same = isRest && kit == c ? same + 1 : 0;
+        }
+        EXPECT_EQ(kit, c) << what;
+    }
+
+    std::mt19937 _random;
+    std::string _file;
+    std::unique_ptr<Player> _kit;
+    std::unique_ptr<Player> _c;
+    double _time_s = 0.0;
+    bool _isLost = false;
+    int _dead = -1;
+    std::string _awaited; ///< what is told of the array's file; empty: it wasn't written again
+};
+
+std::string OneEngine::step()
+{
+    using Setting = std::pair<std::string, std::string>;
+    static const std::vector<Setting> kSettings = {
+        {"loudness", "0.5"},    {"loudness", "1"},        {"maxPressure", "300"},
+        {"maxPressure", "0"},   {"maxAmplitude", "0.4"},  {"maxAmplitude", "1"},
+        {"maxPoints", "5"},     {"maxPoints", "0"},       {"temperature", "25"},
+        {"earLimit", "100"},    {"earLimit", "none"},     {"reach", "0.03"},
+        {"reach", "0"},         {"shadows", "true"},      {"shadows", "false"},
+        {"phaseOnly", "false"}, {"phaseOnly", "true"},    {"dead", "3, 7"},
+        {"dead", ""},           {"earPoints", "0 0 0.5"}, {"solver", "gs-pat"},
+        {"solver", ""}};
+    static const std::vector<Setting> kOfBox = {{"pressure", "500 Pa"},
+                                                {"pressure", "1 relative"},
+                                                {"spacing", "0.01"},
+                                                {"sampling", "edges"},
+                                                {"sampling", "surface"},
+                                                {"enabled", "false"},
+                                                {"enabled", "true"}};
+    const auto both = [&](const auto& call)
+    {
+        call(*_kit);
+        call(*_c);
+    };
+    switch (std::uniform_int_distribution<int>(0, 11)(_random))
+    {
+    case 0:
+    case 1:
+    case 2:
+    case 3:
+    {
+        const Setting& one = oneOf(kSettings);
+        both([&](Player& player) { player.set(one.first, one.second); });
+        return one.first + "=" + one.second;
+    }
+    case 4:
+    case 5:
+    {
+        const Setting& one = oneOf(kOfBox);
+        both([&](Player& player) { player.setOfBox(one.first, one.second); });
+        return "box " + one.first + "=" + one.second;
+    }
+    case 6:
+    case 7:
+    {
+        const double x_m = oneOf<double>({-0.02, -0.01, 0.0, 0.015});
+        both([&](Player& player) { player.move(x_m); });
+        return fmt::format("move {}", x_m);
+    }
+    case 8:
+    {
+        const double z_m = oneOf<double>({0.0, 0.16, 0.172, 0.178, 0.25});
+        both([&](Player& player) { player.setHand(z_m); });
+        return fmt::format("hand {}", z_m);
+    }
+    case 9:
+    {
+        const bool isMuted = oneOf<int>({0, 1}) == 1;
+        both([&](Player& player) { player.setMuted(isMuted); });
+        return isMuted ? "mute" : "unmute";
+    }
+    case 10:
+    {
+        _isLost = !_isLost;
+        ofKit.setLost(_isLost);
+        ofC.setLost(_isLost);
+        return _isLost ? "lost" : "back";
+    }
+    default:
+        write(_dead == 1 ? -1 : 1);
+        return "array file";
+    }
+}
+
+} // namespace
+
+TEST_P(OneEngine, PlaysTheSameForKitAndC)
+{
+    expectSame("begin");
+    std::string done;
+    for (int i = 0; i < 6 && !HasFailure(); ++i)
+    {
+        done += step() + "; ";
+        expectSame(done);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Random, OneEngine, testing::Range(0, 200));
