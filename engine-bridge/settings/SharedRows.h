@@ -36,8 +36,7 @@ base::Setting<S> earPointsRow()
                "earPoints",
                &S::earPoints,
                "listening places besides those around the array: x y z; x y z .. in m, array "
-               "frame",
-               6)
+               "frame")
         .variable("EAR_POINTS")
         .safety();
 }
@@ -51,26 +50,21 @@ std::vector<base::Setting<S>> contactRows(const std::array<int, 3>& render)
             "render",
             base::EnumMember<&S::render>::choice(),
             "what is played of objects: the whole, foci on the skin where hands touch, or auto: "
-            "these while hands are known well enough",
-            7)
+            "these while hands are known well enough")
             .words({{"object", "OBJECT", render[0]},
                     {"contact", "CONTACT", render[1]},
                     {"auto", "AUTO", render[2]}})
             .variable("RENDER"),
-        base::Row<S>("contactRate", &S::contactRate, "turns a second of the foci of a contact", 7)
+        base::Row<S>("contactRate", &S::contactRate, "turns a second of the foci of a contact")
             .range(0.0, 100.0, "Hz"),
-        base::Row<S>(
-            "contactStep", &S::contactStep, "longest step of a focus from field to field", 7)
+        base::Row<S>("contactStep", &S::contactStep, "longest step of a focus from field to field")
             .range(5e-5, 5e-3, "m"),
-        base::Row<S>("contactFoci", &S::contactFoci, "most foci of a contact", 7).range(1, 10),
+        base::Row<S>("contactFoci", &S::contactFoci, "most foci of a contact").range(1, 10),
         base::Row<S>("contactMask",
                      &S::contactMask,
-                     "transducers behind the finger are off, so that its other side isn't pressed",
-                     7),
-        base::Row<S>("trackerError",
-                     &S::trackerError,
-                     "error of the hands' places, by which auto decides",
-                     7)
+                     "transducers behind the finger are off, so that its other side isn't pressed"),
+        base::Row<S>(
+            "trackerError", &S::trackerError, "error of the hands' places, by which auto decides")
             .range(0.0, 0.1, "m")};
 }
 
@@ -157,8 +151,7 @@ std::vector<base::Setting<P>> touchRows(const std::array<int, 4>& render)
         base::Row<P>("render",
                      base::EnumMember<&P::render>::choice(),
                      "what is played of the object: as the scene says, the whole, foci on the skin "
-                     "where hands touch it, or auto",
-                     7)
+                     "where hands touch it, or auto")
             .words({{"inherit", "INHERIT", render[0]},
                     {"object", "OBJECT", render[1]},
                     {"contact", "CONTACT", render[2]},
@@ -167,42 +160,37 @@ std::vector<base::Setting<P>> touchRows(const std::array<int, 4>& render)
             "material",
             &P::material,
             "how it feels where it is touched: skin, rubber, glass, sandpaper, cloth, or a "
-            "name from the file that OSG_MIDAIR_MATERIALS names",
-            7),
-        base::Row<P>("stiffness", &P::stiffness, "applied force over depth; 0: the material's", 7)
+            "name from the file that OSG_MIDAIR_MATERIALS names"),
+        base::Row<P>("stiffness", &P::stiffness, "applied force over depth; 0: the material's")
             .range(0.1, 1e4, "N/m")
             .orZero(),
         base::Row<P>(
-            "contactForce", &P::contactForce, "where the force stops growing; 0: the material's", 7)
+            "contactForce", &P::contactForce, "where the force stops growing; 0: the material's")
             .range(1e-4, 1.0, "N")
             .orZero()
             .safety(),
         base::Row<P>("softness",
                      &P::softness,
-                     "growth of the circle's radius over the depth; 0: the material's",
-                     7)
+                     "growth of the circle's radius over the depth; 0: the material's")
             .range(0.001, 10.0)
             .orZero(),
         base::Row<P>("roughness",
                      &P::roughness,
-                     "share of the pressure that the texture takes away; 0: the material's",
-                     7)
+                     "share of the pressure that the texture takes away; 0: the material's")
             .range(0.001, 1.0)
             .orZero(),
         base::Row<P>(
-            "texturePeriod", &P::texturePeriod, "wavelength of the texture; 0: the material's", 7)
+            "texturePeriod", &P::texturePeriod, "wavelength of the texture; 0: the material's")
             .range(1e-5, 1.0, "m")
             .orZero(),
         base::Row<P>("lowVibration",
                      &P::lowVibration,
-                     "share that a vibration of 30 Hz takes away; 0: the material's",
-                     7)
+                     "share that a vibration of 30 Hz takes away; 0: the material's")
             .range(0.001, 1.0)
             .orZero(),
         base::Row<P>("highVibration",
                      &P::highVibration,
-                     "share that a vibration of 150 Hz takes away; 0: the material's",
-                     7)
+                     "share that a vibration of 150 Hz takes away; 0: the material's")
             .range(0.001, 1.0)
             .orZero()};
 }

@@ -1,7 +1,6 @@
 // The tables of settings. To add one, add its member to HapticSettings or HapticProperty and its
 // row here, where the C interface has it too in engine-bridge/settings, or where FieldSettings are.
-// Rows are stored in this order, version by version; .osgb is positional, so a stored row must keep
-// its place and its version.
+// Rows are stored in this order; .osgb is positional, so a stored row must keep its place.
 #include "plugin/settings/AllSettings.h"
 
 #include "engine-bridge/settings/SharedRows.h"
@@ -90,8 +89,7 @@ std::vector<Setting<S>> ears()
     return {bridge::earPointsRow<S>(),
             Row<S>("earCamera",
                    &S::earCamera,
-                   "the viewer's camera stands for a head, whose ears are listening places",
-                   6)
+                   "the viewer's camera stands for a head, whose ears are listening places")
                 .safety()};
 }
 
@@ -101,8 +99,7 @@ std::vector<Setting<S>> prediction()
         Row<S>("prediction",
                EnumMember<&S::prediction>::choice(),
                "who predicts hands to when the sound arrives: nobody, the tracker, or the kit by "
-               "one of three filters",
-               6)
+               "one of three filters")
             .words({{"off", "OFF", S::OFF},
                     {"tracker", "TRACKER", S::TRACKER},
                     {"alpha-beta", "ALPHA_BETA", S::ALPHA_BETA},
@@ -111,8 +108,7 @@ std::vector<Setting<S>> prediction()
             .variable("PREDICTION"),
         Row<S>("trackerDelay",
                &S::trackerDelay,
-               "the tracker's own delay, which prediction makes up for",
-               6)
+               "the tracker's own delay, which prediction makes up for")
             .range(0.0, 0.2, "s")
             .variable("TRACKER_DELAY")};
 }
@@ -122,8 +118,7 @@ std::vector<Setting<S>> thermometer()
     return {Row<S>("temperatureSource",
                    &S::temperatureSource,
                    "file or pipe of a thermometer, a reading in C a line, that the temperature "
-                   "follows, or a name from the user's grants",
-                   8)
+                   "follows, or a name from the user's grants")
                 .variable("TEMPERATURE_SOURCE")};
 }
 
@@ -138,8 +133,7 @@ std::vector<Setting<P>> paintAndTouch()
             Row<P>("intensityChannel",
                    EnumMember<&P::intensityChannel>::choice(),
                    "channel of the paint that gives the factor; brightness: mean of red, green and "
-                   "blue, times alpha",
-                   2)
+                   "blue, times alpha")
                 .words({{"brightness", "BRIGHTNESS", P::BRIGHTNESS},
                         {"red", "RED", P::RED},
                         {"green", "GREEN", P::GREEN},
@@ -147,13 +141,11 @@ std::vector<Setting<P>> paintAndTouch()
                         {"alpha", "ALPHA", P::ALPHA}}),
             Row<P>("intensityLow",
                    &P::intensityLow,
-                   "factor where the channel is 0; points with factor 0 are not felt",
-                   2)
+                   "factor where the channel is 0; points with factor 0 are not felt")
                 .range(0.0, 1.0),
             Row<P>("intensityHigh",
                    &P::intensityHigh,
-                   "factor where the channel is full; below intensityLow: inverted",
-                   2)
+                   "factor where the channel is full; below intensityLow: inverted")
                 .range(0.0, 1.0),
             Row<P>("touchEvents",
                    &P::touchEvents,
