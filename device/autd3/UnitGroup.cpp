@@ -44,12 +44,6 @@ void UnitGroup::push(int k, const Command& command, double repeat_s, int copies)
     unit(k).queue.push(command, repeat_s, copies);
 }
 
-void UnitGroup::pushToAll(const Command& command, double repeat_s)
-{
-    for (int k = 0; k < size(); ++k)
-        push(k, command, repeat_s);
-}
-
 void UnitGroup::note(Unit& unit, double now_s)
 {
     unit.sent_s = now_s;

@@ -78,8 +78,6 @@ public:
 
     void
     push(int k, const Command& command, double repeat_s = FrameQueue::kRepeat_s, int copies = 1);
-    /// To all that are there, the farthest first.
-    void pushToAll(const Command& command, double repeat_s = FrameQueue::kRepeat_s);
 
     /// Sends what is due: frames, repeats, and heartbeats to those that nothing else is sent to.
     void pump(double now_s);

@@ -16,6 +16,7 @@ struct Registry
 {
     std::mutex mutex;
     std::vector<OwnScheme> schemes;
+    OpenDevice rehearsedAutd3;
 };
 
 Registry& registry()
@@ -71,6 +72,16 @@ std::vector<OwnScheme> ownSchemes()
 {
     const std::lock_guard<std::mutex> lock(registry().mutex);
     return registry().schemes;
+}
+
+void setRehearsedAutd3(OpenDevice open)
+{
+    registry().rehearsedAutd3 = std::move(open);
+}
+
+const OpenDevice& rehearsedAutd3()
+{
+    return registry().rehearsedAutd3;
 }
 
 } // namespace midair::device

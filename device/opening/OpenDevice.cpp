@@ -3,7 +3,6 @@
 #include "device/FieldCounters.h"
 #include "device/HeldField.h"
 #include "device/autd3/Autd3Device.h"
-#include "device/autd3/emulator/RehearsedAutd3.h"
 #include "device/boards/BoardKind.h"
 #include "device/limits/DeviceClaim.h"
 #include "device/limits/GuardedDevice.h"
@@ -89,7 +88,13 @@ using Opener = std::unique_ptr<ArrayDevice> (*)(DeviceUri&, const DeviceLayout&)
 std::unique_ptr<ArrayDevice> openSimulation(DeviceUri& uri, const DeviceLayout& layout)
 {
     uri.rejectPath();
-    if (uri.takeText("board", "") == "autd3") return openRehearsedAutd3(uri, layout);
+    if (uri.takeText("board", "") == "autd3")
+    {
+        if (const OpenDevice& open = rehearsedAutd3()) return open(uri, layout);
+        throw uri.error("no emulated units are in this program; \"midair-device emulate autd3 "
+                        "--units 1 --port 44336\" is such, for "
+                        "\"autd3:?units=1&group=[::1]:44336\"");
+    }
     const SimulatedArray::Options options = SimulatedArray::takeOptions(uri);
     uri.rejectUnknown();
     return std::make_unique<SimulatedArray>(layout, options);

@@ -34,15 +34,13 @@ std::vector<base::Setting<S>> sceneRows()
         base::Row<S>(
             "earPoints",
             &S::earPoints,
-            "listening places besides those around the array: x y z; x y z .. in m, array frame",
-            6)
+            "listening places besides those around the array: x y z; x y z .. in m, array frame")
             .variable("EAR_POINTS")
             .safety(),
         base::Row<S>("prediction",
                      base::choiceOf<S, &S::prediction>(),
                      "who predicts hands to when the sound arrives: nobody, the tracker, or the "
-                     "kit by one of three filters",
-                     6)
+                     "kit by one of three filters")
             .words({{"off", "OFF", S::OFF},
                     {"tracker", "TRACKER", S::TRACKER},
                     {"alpha-beta", "ALPHA_BETA", S::ALPHA_BETA},
@@ -53,8 +51,7 @@ std::vector<base::Setting<S>> sceneRows()
             .noIdentity(),
         base::Row<S>("trackerDelay",
                      &S::trackerDelay,
-                     "the tracker's own delay, which prediction makes up for",
-                     6)
+                     "the tracker's own delay, which prediction makes up for")
             .range(0.0, 0.2, "s")
             .variable("TRACKER_DELAY")
             .effect(Effect::NOTHING)
@@ -62,32 +59,26 @@ std::vector<base::Setting<S>> sceneRows()
         base::Row<S>("render",
                      base::choiceOf<S, &S::render>(),
                      "what is played of objects: the whole, foci on the skin where hands touch, or "
-                     "auto: these while hands are known well enough",
-                     7)
+                     "auto: these while hands are known well enough")
             .words({{"object", "OBJECT", S::OBJECT},
                     {"contact", "CONTACT", S::CONTACT},
                     {"auto", "AUTO", S::AUTO}})
             .variable("RENDER"),
-        base::Row<S>("contactRate", &S::contactRate, "turns a second of the foci of a contact", 7)
+        base::Row<S>("contactRate", &S::contactRate, "turns a second of the foci of a contact")
             .range(0.0, 100.0, "Hz"),
-        base::Row<S>(
-            "contactStep", &S::contactStep, "longest step of a focus from field to field", 7)
+        base::Row<S>("contactStep", &S::contactStep, "longest step of a focus from field to field")
             .range(5e-5, 5e-3, "m"),
-        base::Row<S>("contactFoci", &S::contactFoci, "most foci of a contact", 7).range(1, 10),
+        base::Row<S>("contactFoci", &S::contactFoci, "most foci of a contact").range(1, 10),
         base::Row<S>("contactMask",
                      &S::contactMask,
-                     "transducers behind the finger are off, so that its other side isn't pressed",
-                     7),
-        base::Row<S>("trackerError",
-                     &S::trackerError,
-                     "error of the hands' places, by which auto decides",
-                     7)
+                     "transducers behind the finger are off, so that its other side isn't pressed"),
+        base::Row<S>(
+            "trackerError", &S::trackerError, "error of the hands' places, by which auto decides")
             .range(0.0, 0.1, "m"),
         base::Row<S>("temperatureSource",
                      &S::temperatureSource,
                      "file or pipe of a thermometer, a reading in C a line, that the temperature "
-                     "follows, or a name from the user's grants",
-                     8)
+                     "follows, or a name from the user's grants")
             .variable("TEMPERATURE_SOURCE")
             .effect(Effect::NOTHING)};
 }
@@ -175,8 +166,7 @@ std::vector<base::Setting<P>> touchRows(const std::array<int, 4>& render)
         base::Row<P>("render",
                      base::choiceOf<P, &P::render>(),
                      "what is played of the object: as the scene says, the whole, foci on the skin "
-                     "where hands touch it, or auto",
-                     7)
+                     "where hands touch it, or auto")
             .words({{"inherit", "INHERIT", render[0]},
                     {"object", "OBJECT", render[1]},
                     {"contact", "CONTACT", render[2]},
@@ -185,42 +175,37 @@ std::vector<base::Setting<P>> touchRows(const std::array<int, 4>& render)
             "material",
             &P::material,
             "how it feels where it is touched: skin, rubber, glass, sandpaper, cloth, or a "
-            "name from the file that OSG_MIDAIR_MATERIALS names",
-            7),
-        base::Row<P>("stiffness", &P::stiffness, "applied force over depth; 0: the material's", 7)
+            "name from the file that OSG_MIDAIR_MATERIALS names"),
+        base::Row<P>("stiffness", &P::stiffness, "applied force over depth; 0: the material's")
             .range(0.1, 1e4, "N/m")
             .orZero(),
         base::Row<P>(
-            "contactForce", &P::contactForce, "where the force stops growing; 0: the material's", 7)
+            "contactForce", &P::contactForce, "where the force stops growing; 0: the material's")
             .range(1e-4, 1.0, "N")
             .orZero()
             .safety(),
         base::Row<P>("softness",
                      &P::softness,
-                     "growth of the circle's radius over the depth; 0: the material's",
-                     7)
+                     "growth of the circle's radius over the depth; 0: the material's")
             .range(0.001, 10.0)
             .orZero(),
         base::Row<P>("roughness",
                      &P::roughness,
-                     "share of the pressure that the texture takes away; 0: the material's",
-                     7)
+                     "share of the pressure that the texture takes away; 0: the material's")
             .range(0.001, 1.0)
             .orZero(),
         base::Row<P>(
-            "texturePeriod", &P::texturePeriod, "wavelength of the texture; 0: the material's", 7)
+            "texturePeriod", &P::texturePeriod, "wavelength of the texture; 0: the material's")
             .range(1e-5, 1.0, "m")
             .orZero(),
         base::Row<P>("lowVibration",
                      &P::lowVibration,
-                     "share that a vibration of 30 Hz takes away; 0: the material's",
-                     7)
+                     "share that a vibration of 30 Hz takes away; 0: the material's")
             .range(0.001, 1.0)
             .orZero(),
         base::Row<P>("highVibration",
                      &P::highVibration,
-                     "share that a vibration of 150 Hz takes away; 0: the material's",
-                     7)
+                     "share that a vibration of 150 Hz takes away; 0: the material's")
             .range(0.001, 1.0)
             .orZero()};
 }

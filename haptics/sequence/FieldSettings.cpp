@@ -58,60 +58,49 @@ std::vector<Setting<S>> points()
 std::vector<Setting<S>> playing()
 {
     return {
-        Row<S>("maxPressure",
-               &S::maxPressure,
-               "cap on the peak pressure at control points; 0: no cap",
-               2)
+        Row<S>(
+            "maxPressure", &S::maxPressure, "cap on the peak pressure at control points; 0: no cap")
             .range(0.0, kMostPressure_Pa, "Pa")
             .variable("MAX_PRESSURE")
             .safety(),
         Row<S>("cycle",
                &S::cycle,
-               "number of fields with shifted points, played in turn to smooth objects at rest",
-               3)
+               "number of fields with shifted points, played in turn to smooth objects at rest")
             .range(1, kMostCycle)
             .variable("CYCLE"),
         Row<S>("cycleSteps",
                &S::cycleSteps,
-               "intermediate steps from one field of the cycle to the next",
-               3)
+               "intermediate steps from one field of the cycle to the next")
             .range(0, kMostCycleSteps),
         Row<S>("subsets",
                &S::subsets,
-               "number of subsets of the points, played in turn: each stronger, but less often",
-               3)
+               "number of subsets of the points, played in turn: each stronger, but less often")
             .range(1, kMostSubsets)
             .variable("SUBSETS"),
-        Row<S>(
-            "fieldRate", &S::fieldRate, "rate of fields that are played in turn, steps included", 3)
+        Row<S>("fieldRate", &S::fieldRate, "rate of fields that are played in turn, steps included")
             .range(1.0, kMostFieldRate_Hz, "Hz"),
-        Row<S>("denseOutlines", &S::denseOutlines, "play edges at rest as one smooth field", 3),
+        Row<S>("denseOutlines", &S::denseOutlines, "play edges at rest as one smooth field"),
         Row<S>("monitorInterval",
                &S::monitorInterval,
-               "shortest time between two measurements; 0: never",
-               3)
+               "shortest time between two measurements; 0: never")
             .range(kLeastMonitorInterval_s, kMostMonitorInterval_s, "s")
             .orZero()
             .variable("MONITOR")
             .noIdentity(),
-        Row<S>("maxAmplitude",
-               &S::maxAmplitude,
-               "cap on each transducer's amplitude; 1: full drive",
-               4)
+        Row<S>(
+            "maxAmplitude", &S::maxAmplitude, "cap on each transducer's amplitude; 1: full drive")
             .range(0.0, 1.0)
             .variable("MAX_AMPLITUDE")
             .safety(),
         Row<S>("even",
                &S::even,
-               "passes that even a cycle's fields out together where objects rest; 0: none",
-               5)
+               "passes that even a cycle's fields out together where objects rest; 0: none")
             .range(0, kMostEven),
         Row<S>(
             "earLimit",
             &S::earLimit,
             "cap on the rms level at listening places around the array, re 20 uPa, with 6 dB for a "
-            "head; 0 or none: no cap",
-            6)
+            "head; 0 or none: no cap")
             .range(kLeastEarLimit_dB, kMostEarLimit_dB, "dB")
             .orZero()
             .zeroIs("none")
@@ -123,22 +112,19 @@ std::vector<Setting<S>> transducers()
 {
     return {Row<S>("dead",
                    &S::dead,
-                   "transducers that are never driven, besides the array's own: 17, 400-410",
-                   8)
+                   "transducers that are never driven, besides the array's own: 17, 400-410")
                 .safety()
                 .effect(Effect::REOPEN),
             Row<S>("weak",
                    &S::weak,
-                   "gains of transducers in place of the array's: 17:0.5, 400-410:0.8",
-                   8)
+                   "gains of transducers in place of the array's: 17:0.5, 400-410:0.8")
                 .safety()
                 .effect(Effect::REOPEN)};
 }
 
 } // namespace
 
-// Files store rows in this order, version by version; .osgb is positional, so a row must keep its
-// place and its version.
+// Files store rows in this order; .osgb is positional, so a row must keep its place.
 const SettingTable<FieldSettings>& fieldSettings()
 {
     static const SettingTable<S> table(joined<S>({air(),

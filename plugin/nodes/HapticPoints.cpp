@@ -1,7 +1,6 @@
 #include <osgMidair/HapticPoints>
 
 #include <osg/BoundingBox>
-#include <osg/Notify>
 
 #include <atomic>
 
@@ -57,15 +56,6 @@ osg::BoundingSphere HapticPoints::computeBound() const
         if (point.valid()) box.expandBy(point);
     if (!box.valid()) return {};
     return {osg::Vec3(box.center()), static_cast<float>(box.radius())};
-}
-
-void HapticPoints::setFormatVersion(int version)
-{
-    _readVersion = version;
-    if (version > formatVersion())
-        OSG_WARN << "osgMidair: a HapticPoints of format version " << version
-                 << " was written by a newer kit; this one knows version " << formatVersion()
-                 << " and may lose properties" << std::endl;
 }
 
 } // namespace osgMidair

@@ -6,7 +6,6 @@
 
 #include <osgMidair/HapticScene>
 
-#include <osg/Notify>
 #include <osgGA/EventVisitor>
 
 namespace osgMidair
@@ -34,15 +33,6 @@ HapticScene::HapticScene(const HapticScene& other, const osg::CopyOp& copyop) :
 }
 
 HapticScene::~HapticScene() = default;
-
-void HapticScene::setFormatVersion(int version)
-{
-    _readVersion = version;
-    if (version > formatVersion())
-        OSG_WARN << "osgMidair: a HapticScene of format version " << version
-                 << " was written by a newer kit; this one knows version " << formatVersion()
-                 << " and may lose properties" << std::endl;
-}
 
 void HapticScene::endReading(const std::optional<std::string>& folder)
 {

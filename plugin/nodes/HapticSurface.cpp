@@ -1,7 +1,5 @@
 #include <osgMidair/HapticSurface>
 
-#include <osg/Notify>
-
 namespace osgMidair
 {
 
@@ -35,15 +33,6 @@ void HapticSurface::traverse(osg::NodeVisitor& visitor)
     const bool isEvent = visitor.getVisitorType() == osg::NodeVisitor::EVENT_VISITOR;
     if (isEvent && getNumChildrenRequiringEventTraversal() <= 1) return;
     osg::Group::traverse(visitor);
-}
-
-void HapticSurface::setFormatVersion(int version)
-{
-    _readVersion = version;
-    if (version > formatVersion())
-        OSG_WARN << "osgMidair: a HapticSurface of format version " << version
-                 << " was written by a newer kit; this one knows version " << formatVersion()
-                 << " and may lose properties" << std::endl;
 }
 
 } // namespace osgMidair

@@ -25,9 +25,6 @@ std::map<int, OverlayKind>& kinds()
 /// Returns why \a kind can't be registered; empty: it can.
 std::string problemOf(const OverlayKind& kind)
 {
-    if (kind.place < 1 || kind.place > OverlayKind::kMostKinds)
-        return fmt::format(
-            "its place is {}, should be 1 .. {}", kind.place, OverlayKind::kMostKinds);
     if (kind.name.empty() || kind.word.empty() || !kind.make)
         return "it has no name, no word or no maker";
     if (kind.key == Keys::KEY_F7 || kind.key == Keys::KEY_F8)

@@ -44,9 +44,7 @@ OverlayNumber overlayNumber(const char* name,
 /// A kind of overlay; every HapticOverlays has one overlay of each kind.
 struct OSGMIDAIR_FOR_TESTS OverlayKind
 {
-    /// Position in files, 1 .. kMostKinds; it must never change. In .osgb the kinds up to
-    /// kFirstKinds have a byte each; later ones share the last of these bytes, with a bit each.
-    int place = 0;
+    int place = 0;    ///< in lists, and so of its key
     std::string name; ///< name of its switch in files, after "Show": "FieldSlice"
     std::string word; ///< word on command lines: "slice"
     std::string what; ///< text in a viewer's help, after "show or hide": "the slice of the field"
@@ -55,10 +53,7 @@ struct OSGMIDAIR_FOR_TESTS OverlayKind
     int layer = 0;
     osg::ref_ptr<Overlay> (*make)() = nullptr;
     std::vector<OverlayNumber> numbers = {};
-    bool isHidden = false; ///< until it is asked for; not for the kinds up to kFirstKinds
-
-    static constexpr int kFirstKinds = 5;
-    static constexpr int kMostKinds = kFirstKinds + 6; // the last bit says that numbers follow
+    bool isHidden = false; ///< until it is asked for
 
     std::string keyName() const; ///< "F3"
 };

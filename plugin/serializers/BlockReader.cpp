@@ -1,7 +1,6 @@
 #include "plugin/serializers/BlockReader.h"
 
 #include "plugin/serializers/FileOfStream.h"
-#include "plugin/serializers/Wrappers.h"
 
 #include <osgDB/Registry>
 
@@ -26,27 +25,6 @@ struct StreamParts : osgDB::InputStream
     {
         return in.*(&StreamParts::_identifierMap);
     }
-};
-
-/// Serializer of no property: it is the first of the kit's objects, and reads all of them.
-class Properties : public osgDB::BaseSerializer, public NamedProperties
-{
-public:
-    Properties() : osgDB::BaseSerializer(READ_WRITE_PROPERTY) {}
-
-    const std::string& getName() const override
-    {
-        static const std::string name = "Properties";
-        return name;
-    }
-    std::vector<std::string> names() const override { return {}; }
-
-    bool read(osgDB::InputStream& in, osg::Object& object) override
-    {
-        if (!in.isBinary()) BlockReader::of(in).readBlock(object);
-        return true;
-    }
-    bool write(osgDB::OutputStream&, const osg::Object&) override { return true; }
 };
 
 } // namespace
@@ -382,17 +360,6 @@ std::vector<std::string> BlockReader::readWords()
     while (!(next = word()).empty() && next != "}" && !_stream.getException())
         words.push_back(next);
     return words;
-}
-
-// It stands before all other classes in the associates of the kit's, so that it comes first.
-void registerProperties()
-{
-    static const osgDB::RegisterWrapperProxy proxy(
-        []() -> osg::Object* { return nullptr; },
-        "osgMidair::Properties",
-        "osgMidair::Properties",
-        [](osgDB::ObjectWrapper* wrapper)
-        { wrapper->addSerializer(new Properties, osgDB::BaseSerializer::RW_USER); });
 }
 
 } // namespace osgMidair

@@ -18,67 +18,106 @@ namespace
 {
 
 using osgMidair::HapticOverlays;
+using osgMidair::Overlay;
 using osgMidair::OverlayKind;
 using osgMidair::overlayKinds;
 using osgMidair::OverlayNumber;
 
-bool isShown(const osg::Object& overlays, const OverlayKind& kind)
-{
-    return static_cast<const HapticOverlays&>(overlays).getOverlay(kind.name)->isShown();
-}
-
-void setShown(osg::Object& overlays, const OverlayKind& kind, bool shown)
-{
-    static_cast<HapticOverlays&>(overlays).getOverlay(kind.name)->setShown(shown);
-}
-
-/// A number of an overlay, and its default.
-struct Stored
+/// What files keep of an overlay: whether it is shown, or a number that says how it looks.
+struct Kept
 {
     const OverlayKind* kind;
-    const OverlayNumber* number;
-    double initial;
+    const OverlayNumber* number; ///< null: whether it is shown
+    std::string name;            ///< in files
+    double initial;              ///< by default
 };
 
-const std::vector<Stored>& storedNumbers()
+const std::vector<Kept>& allKept()
 {
-    static const std::vector<Stored> all = []
+    static const std::vector<Kept> all = []
     {
-        std::vector<Stored> found;
+        std::vector<Kept> found;
+        for (const auto& [place, kind] : overlayKinds())
+            found.push_back({&kind, nullptr, "Show" + kind.name, kind.isHidden ? 0.0 : 1.0});
         for (const auto& [place, kind] : overlayKinds())
             for (const OverlayNumber& number : kind.numbers)
-                found.push_back({&kind, &number, number.get(*kind.make())});
+                found.push_back({&kind, &number, number.storedName(), number.get(*kind.make())});
         return found;
     }();
     return all;
 }
 
-double valueOf(const osg::Object& overlays, const Stored& one)
+Overlay& overlayOf(const osg::Object& overlays, const Kept& one)
 {
-    return one.number->get(
-        *static_cast<const HapticOverlays&>(overlays).getOverlay(one.kind->name));
+    return *static_cast<const HapticOverlays&>(overlays).getOverlay(one.kind->name);
 }
 
-void setNumber(osg::Object& overlays, const Stored& one, double value)
+double valueOf(const osg::Object& overlays, const Kept& one)
 {
-    if (!static_cast<HapticOverlays&>(overlays).setNumber(one.number->name, value))
+    const Overlay& overlay = overlayOf(overlays, one);
+    return one.number ? one.number->get(overlay) : static_cast<double>(overlay.isShown());
+}
+
+void setValue(osg::Object& overlays, const Kept& one, double value)
+{
+    if (!one.number)
+        overlayOf(overlays, one).setShown(value != 0.0);
+    else if (!static_cast<HapticOverlays&>(overlays).setNumber(one.number->name, value))
         OSG_WARN << "osgMidair: " << one.number->name << " is " << value << ", should be "
                  << one.number->numbers() << "; " << one.initial << " is used" << std::endl;
 }
 
-/// Serializer of the overlays' numbers that aren't the default: by name, also in .osgb, so that an
-/// overlay can have more of them.
-class Numbers
+/// Serializer of what isn't as by default: by name, also in .osgb, so that there can be further
+/// overlays and numbers.
+class Looks : public osgDB::BaseSerializer, public osgMidair::NamedProperties
 {
 public:
-    static std::vector<Stored> changed(const osg::Object& overlays)
+    Looks() : osgDB::BaseSerializer(READ_WRITE_PROPERTY) {}
+
+    const std::string& getName() const override
     {
-        std::vector<Stored> found;
-        for (const Stored& one : storedNumbers())
-            if (valueOf(overlays, one) != one.initial) found.push_back(one);
-        return found;
+        static const std::string name = "Overlays";
+        return name;
     }
 
+    std::vector<std::string> names() const override
+    {
+        std::vector<std::string> all;
+        for (const Kept& one : allKept())
+            all.push_back(one.name);
+        return all;
+    }
+
+    bool read(osgDB::InputStream& is, osg::Object& object) override
+    {
+        if (is.isBinary())
+            readBinary(is, object);
+        else
+            for (const Kept& one : allKept())
+                if (is.matchString(one.name)) readText(is, object, one);
+        return true;
+    }
+
+    bool write(osgDB::OutputStream& os, const osg::Object& object) override
+    {
+        std::vector<const Kept*> changed;
+        for (const Kept& one : allKept())
+            if (valueOf(object, one) != one.initial) changed.push_back(&one);
+        if (os.isBinary()) os << static_cast<unsigned char>(changed.size());
+        for (const Kept* one : changed)
+        {
+            const double value = valueOf(object, *one);
+            if (os.isBinary())
+                os << one->name << value;
+            else if (one->number)
+                os << os.PROPERTY(one->name.c_str()) << value << std::endl;
+            else
+                os << os.PROPERTY(one->name.c_str()) << (value != 0.0) << std::endl;
+        }
+        return true;
+    }
+
+private:
     static void readBinary(osgDB::InputStream& is, osg::Object& overlays)
     {
         unsigned char count = 0;
@@ -88,145 +127,34 @@ public:
             std::string name;
             double value = 0.0;
             is >> name >> value;
-            const auto known =
-                std::find_if(storedNumbers().begin(),
-                             storedNumbers().end(),
-                             [&](const Stored& one) { return one.number->storedName() == name; });
-            if (known != storedNumbers().end())
-                setNumber(overlays, *known, value);
+            const auto known = std::find_if(allKept().begin(),
+                                            allKept().end(),
+                                            [&](const Kept& one) { return one.name == name; });
+            if (known != allKept().end())
+                setValue(overlays, *known, value);
             else if (!is.getException())
-                OSG_WARN << "osgMidair: overlays have no number of the name that a file gives"
+                OSG_WARN << "osgMidair: overlays have nothing of the name that a file gives"
                          << std::endl;
         }
     }
 
-    static void writeBinary(osgDB::OutputStream& os, const osg::Object& overlays)
+    static void readText(osgDB::InputStream& is, osg::Object& overlays, const Kept& one)
     {
-        const std::vector<Stored> numbers = changed(overlays);
-        os << static_cast<unsigned char>(numbers.size());
-        for (const Stored& one : numbers)
-            os << one.number->storedName() << valueOf(overlays, one);
+        osgMidair::BlockReader& reader = osgMidair::BlockReader::of(is);
+        double value = 0.0;
+        bool shown = false;
+        const auto isNumber = [&](const std::string& text)
+        { return midair::base::parseQuantity(text, one.number->unit, value); };
+        const std::string text = one.number ? reader.readValue(isNumber) : reader.readValue();
+        const bool isRead = one.number ? isNumber(text) && one.number->range.holds(value)
+                                       : midair::base::parseYesNo(text, shown);
+        if (isRead)
+            setValue(overlays, one, one.number ? value : static_cast<double>(shown));
+        else
+            reader.complain(one.name + " can't be \"" + text + "\", should be " +
+                                (one.number ? one.number->numbers() : "TRUE or FALSE"),
+                            false);
     }
-
-    static void readText(osgDB::InputStream& is, osg::Object& overlays)
-    {
-        for (const Stored& one : storedNumbers())
-            if (is.matchString(one.number->storedName()))
-            {
-                const std::string& unit = one.number->unit;
-                double value = 0.0;
-                const auto isNumber = [&](const std::string& text)
-                { return midair::base::parseQuantity(text, unit, value); };
-                osgMidair::BlockReader& reader = osgMidair::BlockReader::of(is);
-                const std::string text = reader.readValue(isNumber);
-                const bool isIn = isNumber(text) && one.number->range.holds(value);
-                if (isIn)
-                    setNumber(overlays, one, value);
-                else
-                    reader.complain(one.number->storedName() + " can't be \"" + text +
-                                        "\", should be " + one.number->numbers(),
-                                    false);
-            }
-    }
-
-    static void writeText(osgDB::OutputStream& os, const osg::Object& overlays)
-    {
-        for (const Stored& one : changed(overlays))
-            os << os.PROPERTY(one.number->storedName().c_str()) << valueOf(overlays, one)
-               << std::endl;
-    }
-};
-
-constexpr unsigned char kNumbersFollow = 0x80;
-
-/// Serializer of the switches of overlays that share a byte in .osgb. The lowest bit is set if the
-/// first one is shown. Further bits are set if a later one isn't as it is by default, hidden for
-/// most, so that it is that in files from before it existed. In text each has a name and is only
-/// written when it isn't as by default. The last byte's
-/// highest bit says that numbers of overlays follow; in text they follow by their names.
-class Switches : public osgDB::BaseSerializer, public osgMidair::NamedProperties
-{
-public:
-    Switches(std::vector<const OverlayKind*> kinds, bool isLast) :
-        osgDB::BaseSerializer(READ_WRITE_PROPERTY),
-        _kinds(std::move(kinds)),
-        _name("Show" + _kinds.front()->name),
-        _isLast(isLast)
-    {
-    }
-
-    const std::string& getName() const override { return _name; }
-
-    std::vector<std::string> names() const override
-    {
-        std::vector<std::string> all;
-        for (const OverlayKind* kind : _kinds)
-            all.push_back("Show" + kind->name);
-        if (_isLast)
-            for (const Stored& one : storedNumbers())
-                all.push_back(one.number->storedName());
-        return all;
-    }
-
-    bool read(osgDB::InputStream& is, osg::Object& object) override
-    {
-        if (is.isBinary())
-        {
-            unsigned char bits = 1;
-            is >> bits;
-            for (const OverlayKind* kind : _kinds)
-                setShown(object, *kind, ((bits & bitOf(*kind)) != 0) == isSet(*kind, true));
-            if (_isLast && (bits & kNumbersFollow) != 0) Numbers::readBinary(is, object);
-            return true;
-        }
-        for (const OverlayKind* kind : _kinds)
-            if (is.matchString("Show" + kind->name))
-            {
-                osgMidair::BlockReader& reader = osgMidair::BlockReader::of(is);
-                const std::string text = reader.readValue();
-                bool shown = true;
-                if (!midair::base::parseYesNo(text, shown))
-                    reader.complain("Show" + kind->name + " can't be \"" + text +
-                                        "\", should be TRUE or FALSE",
-                                    false);
-                setShown(object, *kind, shown);
-            }
-        if (_isLast) Numbers::readText(is, object);
-        return true;
-    }
-
-    bool write(osgDB::OutputStream& os, const osg::Object& object) override
-    {
-        unsigned char bits = 0;
-        for (const OverlayKind* kind : _kinds)
-        {
-            const bool shown = isShown(object, *kind);
-            if (isSet(*kind, shown)) bits |= bitOf(*kind);
-            if (!os.isBinary() && shown == kind->isHidden)
-                os << os.PROPERTY(("Show" + kind->name).c_str()) << shown << std::endl;
-        }
-        const bool numbersFollow = _isLast && !Numbers::changed(object).empty();
-        if (numbersFollow) bits |= kNumbersFollow;
-        if (os.isBinary()) os << bits;
-        if (numbersFollow && os.isBinary()) Numbers::writeBinary(os, object);
-        if (numbersFollow && !os.isBinary()) Numbers::writeText(os, object);
-        return true;
-    }
-
-private:
-    /// Returns the bit of \a kind for \a shown.
-    bool isSet(const OverlayKind& kind, bool shown) const
-    {
-        return &kind == _kinds.front() ? shown : shown == kind.isHidden;
-    }
-    unsigned char bitOf(const OverlayKind& kind) const
-    {
-        return static_cast<unsigned char>(1U << (kind.place - _kinds.front()->place));
-    }
-
-    const std::vector<const OverlayKind*> _kinds;
-    const std::string _name;
-    const bool _isLast;
 };
 
 } // namespace
@@ -240,14 +168,5 @@ void osgMidair::registerHapticOverlays()
         "osgMidair::HapticOverlays",
         "osgMidair::Properties osg::Object osg::Node osgMidair::HapticOverlays",
         [](const char*, osgDB::ObjectWrapper* wrapper)
-        {
-            std::vector<const OverlayKind*> together;
-            for (const auto& [place, kind] : overlayKinds())
-                if (place < OverlayKind::kFirstKinds)
-                    wrapper->addSerializer(new Switches({&kind}, false),
-                                           osgDB::BaseSerializer::RW_BOOL);
-                else
-                    together.push_back(&kind);
-            wrapper->addSerializer(new Switches(together, true), osgDB::BaseSerializer::RW_BOOL);
-        });
+        { wrapper->addSerializer(new Looks, osgDB::BaseSerializer::RW_USER); });
 }

@@ -125,8 +125,6 @@ bool writePressures(osgDB::OutputStream& out, const HapticPoints& node)
 
 } // namespace
 
-// .osgb is positional: the points come first, and the format version says how many properties
-// follow.
 void osgMidair::registerHapticPoints()
 {
     static const osgDB::RegisterCustomWrapperProxy proxy(
@@ -137,7 +135,6 @@ void osgMidair::registerHapticPoints()
         [](const char*, osgDB::ObjectWrapper* wrapper)
         {
             using MyClass = HapticPoints; // for OSG's macros
-            ADD_INT_SERIALIZER(FormatVersion, 0);
             ADD_USER_SERIALIZER(Points);
             ADD_USER_SERIALIZER(Pressures);
             addSettings<MyClass, HapticProperty>(

@@ -45,7 +45,6 @@ public:
 
 } // namespace
 
-// .osgb is positional: the format version says how many settings follow.
 void osgMidair::registerHapticScene()
 {
     static const osgDB::RegisterCustomWrapperProxy proxy(
@@ -55,13 +54,11 @@ void osgMidair::registerHapticScene()
         "osgMidair::Properties osg::Object osg::Node osg::Group osgMidair::HapticScene",
         [](const char*, osgDB::ObjectWrapper* wrapper)
         {
-            using MyClass = HapticScene; // for OSG's macro
-            ADD_INT_SERIALIZER(FormatVersion, 0);
-            addSettings<MyClass, HapticSettings>(
+            addSettings<HapticScene, HapticSettings>(
                 *wrapper,
                 sceneSettings(),
-                [](const MyClass& node) -> const HapticSettings& { return node.getSettings(); },
-                [](MyClass& node, const HapticSettings& all) { node.setSettings(all); });
+                [](const HapticScene& node) -> const HapticSettings& { return node.getSettings(); },
+                [](HapticScene& node, const HapticSettings& all) { node.setSettings(all); });
             wrapper->addSerializer(new EndOfScene,
                                    osgDB::BaseSerializer::RW_USER); // must stay last
         });

@@ -3,7 +3,6 @@
 
 #include <osgMidair/HapticSurface>
 
-// .osgb is positional: the format version says how many properties follow.
 void osgMidair::registerHapticSurface()
 {
     static const osgDB::RegisterCustomWrapperProxy proxy(
@@ -13,12 +12,11 @@ void osgMidair::registerHapticSurface()
         "osgMidair::Properties osg::Object osg::Node osg::Group osgMidair::HapticSurface",
         [](const char*, osgDB::ObjectWrapper* wrapper)
         {
-            using MyClass = HapticSurface; // for OSG's macro
-            ADD_INT_SERIALIZER(FormatVersion, 0);
-            addSettings<MyClass, HapticProperty>(
+            addSettings<HapticSurface, HapticProperty>(
                 *wrapper,
                 surfaceProperties(),
-                [](const MyClass& node) -> const HapticProperty& { return node.getProperty(); },
-                [](MyClass& node, const HapticProperty& all) { node.setProperty(all); });
+                [](const HapticSurface& node) -> const HapticProperty&
+                { return node.getProperty(); },
+                [](HapticSurface& node, const HapticProperty& all) { node.setProperty(all); });
         });
 }

@@ -19,8 +19,7 @@ namespace osgMidair
 
 /// Serializer of one setting of a struct \a T, which nodes of class \a C get and set as a whole. It
 /// stores it as OSG's own serializers store a property: in text files where it differs from the
-/// default, in .osgb always, found by its position. Binary files of versions before the setting's
-/// don't have it.
+/// default, in .osgb always, found by its position.
 template<class C, class T>
 class SettingSerializer : public osgDB::BaseSerializer, public NamedProperties
 {
@@ -56,8 +55,7 @@ public:
     bool read(osgDB::InputStream& in, osg::Object& object) override
     {
         auto& node = static_cast<C&>(object);
-        if (in.isBinary() ? node.getReadVersion() < _setting.since : !in.matchString(_name))
-            return true;
+        if (!in.isBinary() && !in.matchString(_name)) return true;
         T all = _get(node);
         if (in.isBinary())
             std::visit([&](auto member) { readBinary(in, all, member); }, _setting.member);
@@ -239,21 +237,18 @@ private:
     osgDB::IntLookup _words;
 };
 
-/// Adds serializers for all settings of \a table, version by version, so that newer settings follow
-/// those that older files have.
+/// Adds serializers for all settings of \a table.
 template<class C, class T>
 void addSettings(osgDB::ObjectWrapper& wrapper,
                  const SettingTable<T>& table,
                  typename SettingSerializer<C, T>::Get get,
                  typename SettingSerializer<C, T>::Set set)
 {
-    for (int version = 1; version <= table.newestVersion(); ++version)
-        for (const Setting<T>& row : table.rows())
-        {
-            if (row.since != version) continue;
-            auto* serializer = new SettingSerializer<C, T>(row, get, set);
-            wrapper.addSerializer(serializer, serializer->type());
-        }
+    for (const Setting<T>& row : table.rows())
+    {
+        auto* serializer = new SettingSerializer<C, T>(row, get, set);
+        wrapper.addSerializer(serializer, serializer->type());
+    }
 }
 
 } // namespace osgMidair

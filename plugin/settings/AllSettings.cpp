@@ -1,7 +1,6 @@
 // The tables of settings. To add one, add its member to HapticSettings or HapticProperty and its
 // row here, where the C interface has it too in engine-bridge/settings, or where FieldSettings are.
-// Rows are stored in this order, version by version; .osgb is positional, so a stored row must keep
-// its place and its version.
+// Rows are stored in this order; .osgb is positional, so a stored row must keep its place.
 #include "plugin/settings/AllSettings.h"
 
 #include "engine-bridge/settings/SharedRows.h"
@@ -99,8 +98,7 @@ std::vector<Setting<S>> head()
 {
     return {Row<S>("earCamera",
                    &S::earCamera,
-                   "the viewer's camera stands for a head, whose ears are listening places",
-                   6)
+                   "the viewer's camera stands for a head, whose ears are listening places")
                 .safety()
                 .effect(Effect::NOTHING)
                 .noIdentity()};
@@ -117,8 +115,7 @@ std::vector<Setting<P>> paintAndTouch()
             Row<P>("intensityChannel",
                    choiceOf<P, &P::intensityChannel>(),
                    "channel of the paint that gives the factor; brightness: mean of red, green and "
-                   "blue, times alpha",
-                   2)
+                   "blue, times alpha")
                 .words({{"brightness", "BRIGHTNESS", P::BRIGHTNESS},
                         {"red", "RED", P::RED},
                         {"green", "GREEN", P::GREEN},
@@ -126,13 +123,11 @@ std::vector<Setting<P>> paintAndTouch()
                         {"alpha", "ALPHA", P::ALPHA}}),
             Row<P>("intensityLow",
                    &P::intensityLow,
-                   "factor where the channel is 0; points with factor 0 are not felt",
-                   2)
+                   "factor where the channel is 0; points with factor 0 are not felt")
                 .range(0.0, 1.0),
             Row<P>("intensityHigh",
                    &P::intensityHigh,
-                   "factor where the channel is full; below intensityLow: inverted",
-                   2)
+                   "factor where the channel is full; below intensityLow: inverted")
                 .range(0.0, 1.0),
             Row<P>("touchEvents",
                    &P::touchEvents,

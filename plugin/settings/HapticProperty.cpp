@@ -109,12 +109,6 @@ std::string HapticProperty::problemOf(const std::string& name, const std::string
     return osgMidair::problemOf(surfaceProperties(), name, value);
 }
 
-int HapticProperty::formatVersion()
-{
-    static const int newest = surfaceProperties().newestVersion();
-    return newest;
-}
-
 bool operator==(const HapticProperty& a, const HapticProperty& b)
 {
     return surfaceProperties().areSame(a, b) && a.whySilenced == b.whySilenced;

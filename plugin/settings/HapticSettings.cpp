@@ -61,12 +61,6 @@ bool HapticSettings::isLimit(double maxPressure_Pa, double maxAmplitude, double 
            maxAmplitude >= 0.0 && maxAmplitude <= 1.0; // also false for NaN
 }
 
-int HapticSettings::formatVersion()
-{
-    static const int newest = sceneSettings().newestVersion();
-    return newest;
-}
-
 // A safety value's default isn't used: silence takes its place.
 std::vector<std::string> HapticSettings::repair()
 {

@@ -1,6 +1,7 @@
 // Tool for an array without a scene: lists devices, shows their status, plays test patterns and
 // recordings, measures rates.
 
+#include "device/autd3/emulator/RehearsedAutd3.h"
 #include "samples/device-tool/DeviceTool.h"
 
 #include <cmath>
@@ -15,6 +16,7 @@ using namespace midair::samples;
 
 int main(int argc, char** argv)
 {
+    device::registerRehearsedAutd3();
     DeviceOptions options;
     CLI::App app(
         "Looks after an ultrasound array. Devices:\n" + device::deviceKinds() +

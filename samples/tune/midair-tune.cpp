@@ -1,6 +1,7 @@
 // midair-tune: finds the phase and gain of each transducer of an array with one microphone.
 
 #include "device/ArrayDevice.h"
+#include "device/autd3/emulator/RehearsedAutd3.h"
 #include "haptics/base/text/Quantity.h"
 #include "samples/QuantityOption.h"
 #include "samples/tune/TuneCommands.h"
@@ -162,6 +163,7 @@ void addRehearsing(CLI::App& command, TuneArguments& arguments)
 
 int main(int argc, char** argv)
 {
+    device::registerRehearsedAutd3();
     TuneArguments arguments;
     CLI::App app(
         "Finds the phase and gain of each transducer of an array with one microphone: plan, "

@@ -60,7 +60,7 @@ components()
 }
 
 # A component that isn't there is named; an optional one does no harm. So is one that another needs, if its file isn't there.
-components 'haptics nosuch' 'haptics OPTIONAL_COMPONENTS nosuch' 'no component "nosuch"; there are kit, field, haptics, device, playing, c'
+components 'haptics nosuch' 'haptics OPTIONAL_COMPONENTS nosuch' 'no component "nosuch"; there are kit, field, haptics, device, emulator, playing, c'
 needed=$(find "$prefix" -name osgMidair-field.cmake)
 mv "$needed" "$needed.away"
 components playing 'device OPTIONAL_COMPONENTS playing' 'installed without its component "field", which "playing" needs'

@@ -83,7 +83,8 @@ void fuzzAutd3(const std::uint8_t* data, std::size_t size)
     }
     UnitGroup group(link, refusals, std::move(units), {10, 10});
     for (int i = 0; i < kCommands; ++i)
-        group.pushToAll(Command::nop());
+        for (int k = 0; k < kUnits; ++k)
+            group.push(k, Command::nop());
     std::vector<int> settled(kUnits);
     std::size_t at = 0;
     std::uint64_t foreign = 0;

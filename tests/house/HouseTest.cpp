@@ -78,7 +78,8 @@ std::map<std::string, int> heights()
 {
     std::map<std::string, int> height;
     int next = 0;
-    for (const char* library : {"haptics/base", "haptics", "device", "engine-bridge"})
+    for (const char* library :
+         {"haptics/base", "haptics", "device", "device/autd3/emulator", "engine-bridge"})
         for (const std::string& storey : storeysOf(library))
             height[storey] = next++;
     // Three folders of what is installed into one.

@@ -3,6 +3,7 @@
 #include "device/DeviceUri.h"
 #include "device/autd3/Autd3Device.h"
 #include "device/autd3/emulator/EmulatedLink.h"
+#include "device/opening/DeviceRegistry.h"
 
 #include <utility>
 
@@ -90,8 +91,6 @@ private:
     const std::unique_ptr<autd3::Autd3Device> _driver;
 };
 
-} // namespace
-
 std::unique_ptr<ArrayDevice> openRehearsedAutd3(DeviceUri& uri, const DeviceLayout& layout)
 {
     for (const char* way : {"interface", "group"})
@@ -109,6 +108,13 @@ std::unique_ptr<ArrayDevice> openRehearsedAutd3(DeviceUri& uri, const DeviceLayo
     uri.takeText("board", "");
     uri.rejectUnknown();
     return std::make_unique<RehearsedAutd3>(layout, options, wait, chain);
+}
+
+} // namespace
+
+void registerRehearsedAutd3()
+{
+    setRehearsedAutd3(openRehearsedAutd3);
 }
 
 } // namespace midair::device

@@ -83,23 +83,13 @@ Command Command::configureBank(int bank, const BankConfig& config)
     return command;
 }
 
-Command Command::activate(std::uint8_t code, int bank, SwitchMode mode, std::uint64_t time_ns)
+Command Command::activateBank(int bank, SwitchMode mode, std::uint64_t time_ns)
 {
-    Command command(code);
+    Command command(kActivateCode);
     command.add(static_cast<std::uint64_t>(bank), 1)
         .add(static_cast<std::uint64_t>(mode), 1)
         .add(time_ns, 8);
     return command;
-}
-
-Command Command::activateBank(int bank, SwitchMode mode, std::uint64_t time_ns)
-{
-    return activate(kActivateCode, bank, mode, time_ns);
-}
-
-Command Command::activateModulation(int bank)
-{
-    return activate(0x22, bank, SwitchMode::AT_ONCE, 0);
 }
 
 Command Command::writePhases(int bank,
@@ -118,28 +108,6 @@ Command Command::writePhases(int bank,
     return command;
 }
 
-Command Command::writeNibbles(int bank,
-                              int first,
-                              std::uint8_t intensity,
-                              const std::vector<const UnitPattern*>& patterns)
-{
-    Command command(kWritePhasesCode);
-    command.add(static_cast<std::uint64_t>(bank), 1)
-        .add(4, 1)
-        .add(patterns.size(), 1)
-        .add(intensity, 1)
-        .add(static_cast<std::uint64_t>(first), 2);
-    const auto nibble = [](std::uint8_t level)
-    { return ((level + 8) / 17) & 0xF; }; // the nearest 17 h: 248 .. 255 are 15
-    for (const UnitPattern* pattern : patterns)
-        for (std::size_t i = 0; i < pattern->phase.size(); i += 2)
-        {
-            const int high = i + 1 < pattern->phase.size() ? nibble(pattern->phase[i + 1]) : 0;
-            command.add(static_cast<std::uint64_t>(nibble(pattern->phase[i]) | (high << 4)), 1);
-        }
-    return command;
-}
-
 Command Command::writeRaw(int bank, int first, const std::vector<const UnitPattern*>& patterns)
 {
     Command command(kWriteRawCode);
@@ -152,27 +120,6 @@ Command Command::writeRaw(int bank, int first, const std::vector<const UnitPatte
     return command;
 }
 
-Command Command::writeModulation(int bank, int offset, const std::vector<std::uint8_t>& samples)
-{
-    Command command(0x20);
-    command.add(static_cast<std::uint64_t>(bank), 1)
-        .add(0, 1)
-        .add(static_cast<std::uint64_t>(offset), 4)
-        .add(samples.data(), samples.size());
-    return command;
-}
-
-Command Command::configureModulation(int bank, int divider, int samples)
-{
-    Command command(0x21);
-    command.add(static_cast<std::uint64_t>(bank), 1)
-        .add(0, 1)
-        .add(static_cast<std::uint64_t>(divider), 2)
-        .add(static_cast<std::uint64_t>(samples), 4)
-        .add(kForEver, 2);
-    return command;
-}
-
 Command Command::setSilencer(const Silencer& silencer)
 {
     Command command(0x30);
@@ -181,13 +128,6 @@ Command Command::setSilencer(const Silencer& silencer)
         .add(kSlowestGlide, 2)
         .add(static_cast<std::uint64_t>(silencer.intensitySteps), 2)
         .add(static_cast<std::uint64_t>(silencer.phaseSteps), 2);
-    return command;
-}
-
-Command Command::setPhaseCorrection(const std::array<std::uint8_t, kTransducersPerUnit>& levels)
-{
-    Command command(0x40);
-    command.add(levels.data(), levels.size());
     return command;
 }
 
@@ -219,13 +159,6 @@ Command Command::setPulseWidths(const std::array<std::uint16_t, 256>& widths)
     Command command(0x42);
     for (const std::uint16_t width : widths)
         command.add(width, 2);
-    return command;
-}
-
-Command Command::forceFan(bool on)
-{
-    Command command(0x60);
-    command.add(on ? 1 : 0, 1);
     return command;
 }
 

@@ -9,11 +9,10 @@ namespace midair::device::autd3
 {
 
 constexpr int kTransducersPerUnit = 249;
-constexpr int kBanks = 2;            ///< of patterns; one plays
-constexpr int kMostSlots = 1024;     ///< patterns in a bank
-constexpr int kMostRawSlots = 2;     ///< in one frame
-constexpr int kMostPhaseSlots = 5;   ///< in one frame, 8 bits a phase
-constexpr int kMostNibbleSlots = 11; ///< in one frame, 4 bits a phase
+constexpr int kBanks = 2;          ///< of patterns; one plays
+constexpr int kMostSlots = 1024;   ///< patterns in a bank
+constexpr int kMostRawSlots = 2;   ///< in one frame
+constexpr int kMostPhaseSlots = 5; ///< in one frame, 8 bits a phase
 constexpr int kSlotPeriod_ns = 25'000;
 constexpr int kMostDivider = 65535;
 
@@ -102,26 +101,14 @@ public:
                                int first,
                                std::uint8_t intensity,
                                const std::vector<const UnitPattern*>& patterns);
-    /// The same in 16 levels, 1 .. kMostNibbleSlots of them: rounded, level 17 h.
-    static Command writeNibbles(int bank,
-                                int first,
-                                std::uint8_t intensity,
-                                const std::vector<const UnitPattern*>& patterns);
     /// Writes phases and intensities, 1 .. kMostRawSlots of them.
     static Command writeRaw(int bank, int first, const std::vector<const UnitPattern*>& patterns);
 
-    // The modulation, which the driver leaves as it is after clear().
-    static Command writeModulation(int bank, int offset, const std::vector<std::uint8_t>& samples);
-    static Command configureModulation(int bank, int divider, int samples);
-    static Command activateModulation(int bank); ///< at once
-
     static Command setSilencer(const Silencer& silencer);
-    static Command setPhaseCorrection(const std::array<std::uint8_t, kTransducersPerUnit>& levels);
     /// \a silent: the transducers that are silent whatever is played, 0 .. 248.
     static Command setOutputMask(const std::vector<int>& silent);
     static Command silenceAll(); ///< an output mask that leaves nothing
     static Command setPulseWidths(const std::array<std::uint16_t, 256>& widths); ///< 0 .. 511
-    static Command forceFan(bool on);
     static Command readFpgaState() { return Command(kReadFpgaStateCode); }
     static Command readTelemetry() { return Command(0xE8); }
     static Command readFirmware() { return Command(kReadFirmwareCode); }
@@ -132,7 +119,6 @@ public:
 
 private:
     explicit Command(std::uint8_t code) : _bytes{code} {}
-    static Command activate(std::uint8_t code, int bank, SwitchMode mode, std::uint64_t time_ns);
 
     Command& add(std::uint64_t value, int bytes); ///< the lowest byte first
     Command& add(const std::uint8_t* bytes, std::size_t count);

@@ -22,14 +22,4 @@ void toUnit(const DriveSignal& signal, int first, UnitPattern& pattern)
     }
 }
 
-void fromUnit(const UnitPattern& pattern, int first, DriveSignal& signal)
-{
-    for (std::size_t k = 0; k < pattern.phase.size(); ++k)
-    {
-        const std::size_t i = static_cast<std::size_t>(first) + k;
-        signal.duty[i] = pattern.intensity[k];
-        signal.phase[i] = static_cast<std::uint8_t>(256U - pattern.phase[k]);
-    }
-}
-
 } // namespace midair::device::autd3

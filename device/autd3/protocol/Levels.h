@@ -17,7 +17,4 @@ std::array<std::uint16_t, 256> dutyWidths();
 /// keeps phase 0, so that patterns which sound the same are the same.
 void toUnit(const DriveSignal& signal, int first, UnitPattern& pattern);
 
-/// The reverse, for emulators and tests: \a signal has the transducers.
-void fromUnit(const UnitPattern& pattern, int first, DriveSignal& signal);
-
 } // namespace midair::device::autd3

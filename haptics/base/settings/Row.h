@@ -14,12 +14,11 @@ template<typename T>
 class Row
 {
 public:
-    Row(const char* name, Member<T> member, const std::string& help, int since = 1)
+    Row(const char* name, Member<T> member, const std::string& help)
     {
         _setting.name = name;
         _setting.member = member;
         _setting.help = help;
-        _setting.since = since;
     }
     Row& range(double low, double high, const char* unit = "")
     {

@@ -61,7 +61,6 @@ struct SettingFacts
 {
     std::string name;        ///< as in options, tags and settings files: "fieldRate"
     std::string help;        ///< one line that says what it does
-    int since = 1;           ///< first version of the file format that has it
     Range range{};           ///< for numbers
     std::string unit;        ///< for numbers; empty: none
     std::vector<Word> words; ///< for an enum

@@ -15,8 +15,7 @@
 namespace midair::base
 {
 
-/// All settings of a struct \a T, in the order in which they are listed and, version by version,
-/// stored.
+/// All settings of a struct \a T, in the order in which they are listed and stored.
 template<typename T>
 class SettingTable
 {
@@ -28,15 +27,6 @@ public:
     }
 
     const std::vector<Setting<T>>& rows() const { return _rows; }
-
-    /// Returns the newest file format that one of the rows needs.
-    int newestVersion() const
-    {
-        int newest = 1;
-        for (const Setting<T>& row : _rows)
-            newest = std::max(newest, row.since);
-        return newest;
-    }
 
     /// Returns the row of that name, or null.
     const Setting<T>* find(const std::string& name) const

@@ -1,6 +1,7 @@
 // With the main thread hung everything else plays on: players, refiners, contacts, drivers. In each
 // mode and on each device the hold has to silence it, which is seen at the device's far side.
 #include "device/ArrayDevice.h"
+#include "device/autd3/emulator/RehearsedAutd3.h"
 #include "engine-bridge/extending/ArrayDriver.h"
 #include "tests/device/autd3/emulator/ServedUnits.h"
 #include "tests/device/boards/BoardEmulator.h"
@@ -263,7 +264,10 @@ FarSide farSideOf(const std::string& device, const std::string& name)
     if (device == "serial") return serial();
     if (device == "autd3") return overUdp();
     if (device == "simulated_autd3")
+    {
+        device::registerRehearsedAutd3();
         return simulated(std::string("sim:?board=autd3&units=1&") + kHold, 249);
+    }
     if (device == "driver") return driven(name);
     return listed(name);
 }

@@ -66,26 +66,3 @@ TEST_P(OverlaysSerialization, EverySwitchComesBack)
 INSTANTIATE_TEST_SUITE_P(Formats,
                          OverlaysSerialization,
                          ::testing::Values("Ascii", "XML", "Binary"));
-
-/// Before there were volume and hands, the last byte of an overlay was ShowFigures, 0 or 1.
-TEST(OverlaysSerializationOfOldFiles, LastByteIsShowFigures)
-{
-    osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
-    const std::string shown = written(*overlays, "Binary");
-    overlays->setShowFigures(false);
-    const std::string hidden = written(*overlays, "Binary");
-    ASSERT_EQ(shown.size(), hidden.size());
-    std::vector<std::size_t> differing;
-    for (std::size_t i = 0; i < shown.size(); ++i)
-        if (shown[i] != hidden[i]) differing.push_back(i);
-    ASSERT_EQ(differing.size(), 1U);
-    EXPECT_EQ(shown[differing[0]], 1);
-    EXPECT_EQ(hidden[differing[0]], 0);
-    EXPECT_EQ(differing[0], shown.size() - 1);
-    const auto back = read(hidden, "Binary");
-    ASSERT_TRUE(back);
-    EXPECT_FALSE(back->getShowFigures());
-    EXPECT_TRUE(back->getShowFieldVolume());
-    EXPECT_TRUE(back->getShowHands());
-    EXPECT_FALSE(back->getShowExposure()) << "which is hidden until it is asked for";
-}

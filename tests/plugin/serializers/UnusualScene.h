@@ -2,11 +2,14 @@
 
 #include "tests/plugin/KitTest.h"
 
+#include <osgMidair/HapticOverlays>
+#include <osgMidair/HapticPoints>
 #include <osgMidair/HapticScene>
 #include <osgMidair/HapticSurface>
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -93,6 +96,9 @@ inline HapticSettings unusualSettings()
     return s;
 }
 
+inline const std::vector<osg::Vec3d> kUnusualPoints = {{0.0, 0.125, -0.25}, {0.5, 0.0, 0.03125}};
+inline const std::vector<double> kUnusualPressures = {0.5, 2.0};
+
 inline osg::ref_ptr<HapticScene> unusualScene()
 {
     osg::ref_ptr<HapticScene> scene = new HapticScene;
@@ -103,6 +109,15 @@ inline osg::ref_ptr<HapticScene> unusualScene()
     scene->addChild(surface);
     osg::ref_ptr<HapticSurface> ordinary = new HapticSurface;
     scene->addChild(ordinary);
+    osg::ref_ptr<HapticPoints> points = new HapticPoints;
+    points->setPoints(kUnusualPoints, kUnusualPressures);
+    points->setPriority(4);
+    scene->addChild(points);
+    osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
+    overlays->setShowArray(false);
+    overlays->setShowExposure(true);
+    EXPECT_TRUE(overlays->setNumber("sliceRadius", 0.0625));
+    scene->addChild(overlays);
     return scene;
 }
 
@@ -126,11 +141,6 @@ inline void expectUnusual(const HapticProperty& p)
     expectNear(p.modulationDepth, wanted.modulationDepth);
     EXPECT_EQ(p.intensity, wanted.intensity);
     EXPECT_EQ(p.touchEvents, wanted.touchEvents);
-}
-
-/// What versions 2 and 7 of HapticSurface brought.
-inline void expectUnusualPaint(const HapticProperty& p, const HapticProperty& wanted)
-{
     EXPECT_EQ(p.intensityChannel, wanted.intensityChannel);
     expectNear(p.intensityLow, wanted.intensityLow);
     expectNear(p.intensityHigh, wanted.intensityHigh);
@@ -143,18 +153,6 @@ inline void expectUnusualPaint(const HapticProperty& p, const HapticProperty& wa
     expectNear(p.texturePeriod, wanted.texturePeriod);
     expectNear(p.lowVibration, wanted.lowVibration);
     expectNear(p.highVibration, wanted.highVibration);
-}
-
-/// The properties that files before version 7 have.
-inline HapticProperty beforeVersion7()
-{
-    HapticProperty p = unusualProperty();
-    const HapticProperty plain;
-    p.render = plain.render;
-    p.material = plain.material;
-    p.stiffness = p.contactForce = p.softness = p.roughness = p.texturePeriod = 0.0;
-    p.lowVibration = p.highVibration = 0.0;
-    return p;
 }
 
 inline void expectUnusual(const HapticSettings& s)
@@ -182,43 +180,6 @@ inline void expectUnusual(const HapticSettings& s)
     EXPECT_EQ(s.hands, wanted.hands);
     expectNear(s.reach, wanted.reach);
     EXPECT_EQ(s.shadows, wanted.shadows);
-}
-
-/// What version 8 of HapticScene brought.
-inline void withoutVersion8(HapticSettings& s)
-{
-    s.dead.clear();
-    s.weak.clear();
-    s.temperatureSource.clear();
-}
-
-/// What versions 7 and 8 of HapticScene brought.
-inline void withoutVersion7(HapticSettings& s)
-{
-    withoutVersion8(s);
-    const HapticSettings plain;
-    s.render = plain.render;
-    s.contactRate = plain.contactRate;
-    s.contactStep = plain.contactStep;
-    s.contactFoci = plain.contactFoci;
-    s.contactMask = plain.contactMask;
-    s.trackerError = plain.trackerError;
-}
-
-/// What versions 6 to 8 of HapticScene brought.
-inline void withoutVersion6(HapticSettings& s)
-{
-    withoutVersion7(s);
-    s.earLimit = HapticSettings().earLimit;
-    s.earPoints.clear();
-    s.earCamera = false;
-    s.prediction = HapticSettings().prediction;
-    s.trackerDelay = HapticSettings().trackerDelay;
-}
-
-/// What versions 2 to 8 of HapticScene brought.
-inline void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wanted)
-{
     expectNear(s.maxPressure, wanted.maxPressure);
     EXPECT_EQ(s.cycle, wanted.cycle);
     EXPECT_EQ(s.cycleSteps, wanted.cycleSteps);
@@ -244,24 +205,30 @@ inline void expectUnusualTurns(const HapticSettings& s, const HapticSettings& wa
     EXPECT_EQ(s.temperatureSource, wanted.temperatureSource);
 }
 
-inline void expectUnusual(osg::Node* node,
-                          const HapticProperty& paint = unusualProperty(),
-                          const HapticSettings& later = unusualSettings())
+inline void expectUnusual(osg::Node* node)
 {
     auto* scene = dynamic_cast<HapticScene*>(node);
     ASSERT_NE(scene, nullptr);
     EXPECT_EQ(scene->getName(), "unusual");
     expectUnusual(scene->getSettings());
-    expectUnusualTurns(scene->getSettings(), later);
-    ASSERT_EQ(scene->getNumChildren(), 2u);
+    ASSERT_EQ(scene->getNumChildren(), 4u);
     auto* surface = dynamic_cast<HapticSurface*>(scene->getChild(0));
     ASSERT_NE(surface, nullptr);
     expectUnusual(surface->getProperty());
-    expectUnusualPaint(surface->getProperty(), paint);
     EXPECT_EQ(surface->getNumChildren(), 1u);
     auto* ordinary = dynamic_cast<HapticSurface*>(scene->getChild(1));
     ASSERT_NE(ordinary, nullptr);
     EXPECT_TRUE(ordinary->getProperty() == HapticProperty());
+    auto* points = dynamic_cast<HapticPoints*>(scene->getChild(2));
+    ASSERT_NE(points, nullptr);
+    EXPECT_EQ(points->getPoints(), kUnusualPoints);
+    EXPECT_EQ(points->getPressures(), kUnusualPressures);
+    EXPECT_EQ(points->getPriority(), 4);
+    auto* overlays = dynamic_cast<HapticOverlays*>(scene->getChild(3));
+    ASSERT_NE(overlays, nullptr);
+    for (const OverlayDescription& one : HapticOverlays::describe())
+        EXPECT_EQ(overlays->getOverlay(one.name)->isShown(), one.name != "Array") << one.name;
+    EXPECT_EQ(overlays->getFieldSlice()->getRadius(), 0.0625);
 }
 
 } // namespace osgMidair::test

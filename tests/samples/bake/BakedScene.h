@@ -53,7 +53,7 @@ protected:
                "      } LoopMode LOOP } } } }\n"
                "  Children 1 { osgMidair::HapticPoints { UniqueID 5 Name \"two\"\n"
                "    Points 2 {\n 0 0 0.15\n 0 0.03 0.15\n } } } }\n" +
-               more + "} FormatVersion 7 Array \"board\" " + settings + " }\n";
+               more + "} FormatVersion 1 Array \"board\" " + settings + " }\n";
     }
 
     /// Runs midair-bake with neither grants nor progress.

@@ -35,8 +35,8 @@ std::string ballScene(const std::string& settings, const std::string& of, double
     return "osgMidair::HapticScene { UniqueID 1 Name \"test\" Children 1 {\n"
            "  osgMidair::HapticSurface { UniqueID 2\n    Name \"ball\" Children 1 {\n"
            "    osg::ShapeDrawable { UniqueID 3 Shape TRUE { osg::Sphere { UniqueID 4 Center " +
-           std::to_string(x) + " 0 0 Radius 0.01 } } }\n  } FormatVersion 2 " + of +
-           " }\n} FormatVersion 5 " + settings + " }\n";
+           std::to_string(x) + " 0 0 Radius 0.01 } } }\n  } FormatVersion 1 " + of +
+           " }\n} FormatVersion 1 " + settings + " }\n";
 }
 
 nlohmann::json
@@ -159,7 +159,7 @@ TEST(MidairCheck, NamesATextOfAFontWithoutOutlines)
         "  osgMidair::HapticSurface { UniqueID 2 Name \"label\" Children 2 {\n"
         "    osgText::Text { UniqueID 3 Name \"words\" Text TRUE \"Hi\" }\n"
         "    osg::ShapeDrawable { UniqueID 4 Shape TRUE { osg::Box { UniqueID 5\n"
-        "      HalfLengths 0.01 0.01 0.01 } } }\n  } }\n} FormatVersion 5 Array \"octagon\" }\n");
+        "      HalfLengths 0.01 0.01 0.01 } } }\n  } }\n} FormatVersion 1 Array \"octagon\" }\n");
     const Outcome outcome = check(file + " --frames 2");
     EXPECT_EQ(outcome.code, 1) << outcome.output;
     EXPECT_NE(

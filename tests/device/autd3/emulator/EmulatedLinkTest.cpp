@@ -1,5 +1,6 @@
 #include "device/autd3/emulator/EmulatedLink.h"
 
+#include "device/autd3/emulator/RehearsedAutd3.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "tests/device/autd3/emulator/UnitBench.h"
 
@@ -59,6 +60,27 @@ TEST(EmulatedUnitLink, a_full_cable_refuses_until_there_is_room)
     Bytes answer;
     EXPECT_FALSE(link.receive(base::steadySeconds() + 600, from, answer));
     EXPECT_TRUE(link.send(EmulatedLink::addressOf(3), bytes));
+}
+
+TEST(RehearsedAutd3, are_in_the_program_that_registers_them_alone)
+{
+    const DeviceLayout layout{kUnitTransducers, {}};
+    try
+    {
+        openDevice("sim:?board=autd3&units=1", layout);
+        FAIL() << "there are no units yet";
+    }
+    catch (const DeviceError& error)
+    {
+        const std::string said = error.what();
+        for (const char* part : {"no emulated units are in this program",
+                                 "midair-device emulate autd3 --units 1 --port 44336",
+                                 "autd3:?units=1&group=[::1]:44336"})
+            EXPECT_NE(said.find(part), std::string::npos) << said;
+    }
+    registerRehearsedAutd3();
+    const auto device = openDevice("sim:?board=autd3&units=1", layout);
+    EXPECT_EQ(device->status().find("sim: "), 0U) << device->status();
 }
 
 } // namespace

@@ -81,13 +81,9 @@ TEST(Autd3Commands, settings_are_as_in_the_examples)
         {"SetOutputMask",
          frame(8, 6, Command::setOutputMask({17})),
          "02 00 08 00 06 41 FF FF FD FF*28 01"},
-        {"SetPhaseCorrection",
-         frame(0x18, 0x15, Command::setPhaseCorrection(even(0x10).phase)),
-         "02 00 18 00 15 40 10*249"},
         {"SetOutputMask of all",
          frame(0x19, 0x16, Command::silenceAll()),
          "02 00 19 00 16 41 00*32"},
-        {"ForceFan", frame(0x1A, 0x17, Command::forceFan(true)), "02 00 1A 00 17 60 01"},
         {"Nop", frame(0x0E, 0x0D, Command::nop()), "02 00 0E 00 0D 04"},
         {"ReadFpgaState", frame(0x0F, 0x0C, Command::readFpgaState()), "02 00 0F 00 0C E7"},
         {"ReleaseFailsafe", frame(0x1E, 0x1B, Command::releaseFailsafe()), "02 00 1E 00 1B 06"},
@@ -103,9 +99,6 @@ TEST(Autd3Commands, patterns_are_as_in_the_examples)
 {
     const UnitPattern count = counting();
     const UnitPattern half = even(0x80);
-    UnitPattern nibbles;
-    for (std::size_t k = 0; k < nibbles.phase.size(); ++k)
-        nibbles.phase[k] = k % 2 == 0 ? 0 : 17;
     const BankConfig once = {1, 2, false};
     expectRows({
         {"bank 0 once",
@@ -126,9 +119,6 @@ TEST(Autd3Commands, patterns_are_as_in_the_examples)
         {"100 slots at 1 kHz",
          frame(0x11, 0x0E, Command::configureBank(0, {40, 100, true})),
          "02 00 11 00 0E 11 00 01 28 00 64 00 00 00 00 00 00 00 FF FF"},
-        {"nibbles",
-         frame(0x13, 0x10, Command::writeNibbles(0, 97, 0xFF, {&nibbles})),
-         "02 00 13 00 10 13 00 04 01 FF 61 00 10*124 00"},
         {"at once",
          frame(0x14, 0x11, Command::activateBank(0, SwitchMode::AT_ONCE)),
          "02 00 14 00 11 12 00 FF 00*8"},
@@ -138,46 +128,13 @@ TEST(Autd3Commands, patterns_are_as_in_the_examples)
               bytesOf("02 00 12 00 0F 13 00 08 02 FF 62 00 80*249 40*249"));
 }
 
-// The example's last byte has a level for a 250th transducer, which isn't there; ours is 0.
-TEST(Autd3Commands, nibbles_are_rounded_to_the_level_that_plays)
-{
-    UnitPattern pattern;
-    for (std::size_t k = 0; k < pattern.phase.size(); ++k)
-        pattern.phase[k] = static_cast<std::uint8_t>(k);
-    const auto bytes = Command::writeNibbles(0, 0, 0xFF, {&pattern}).bytes();
-    ASSERT_EQ(bytes.size(), 7u + 125u);
-    for (std::size_t k = 0; k < pattern.phase.size(); ++k)
-    {
-        const int byte = bytes[7 + k / 2];
-        const int level = 17 * (k % 2 == 0 ? byte & 15 : byte >> 4);
-        EXPECT_LE(std::abs(level - static_cast<int>(k)), 8) << k;
-    }
-}
-
-TEST(Autd3Commands, modulation_is_as_in_the_examples)
-{
-    expectRows({
-        {"buffer",
-         frame(0x15, 0x12, Command::writeModulation(1, 0, {0x00, 0x80, 0xFF, 0x80})),
-         "02 00 15 00 12 20 01 00 00 00 00 00 00 80 FF 80"},
-        {"config",
-         frame(0x16, 0x13, Command::configureModulation(1, 50, 4)),
-         "02 00 16 00 13 21 01 00 32 00 04 00 00 00 FF FF"},
-        {"plays",
-         frame(0x17, 0x14, Command::activateModulation(1)),
-         "02 00 17 00 14 22 01 FF 00*8"},
-    });
-}
-
 TEST(Autd3Commands, no_frame_is_longer_than_a_datagram_may_be)
 {
     const UnitPattern pattern = counting();
     const std::vector<const UnitPattern*> two(kMostRawSlots, &pattern);
     const std::vector<const UnitPattern*> five(kMostPhaseSlots, &pattern);
-    const std::vector<const UnitPattern*> eleven(kMostNibbleSlots, &pattern);
     EXPECT_LE(frame(0, 0, Command::writeRaw(0, 0, two)).size(), 1452u);
     EXPECT_LE(frame(0, 0, Command::writePhases(0, 0, 9, five)).size(), 1452u);
-    EXPECT_LE(frame(0, 0, Command::writeNibbles(0, 0, 9, eleven)).size(), 1452u);
 }
 
 // Every command that there is: none touches the firmware.
@@ -196,17 +153,11 @@ TEST(Autd3Commands, none_is_an_update_of_the_firmware)
                                       Command::configureBank(0, {}),
                                       Command::activateBank(0, SwitchMode::AT_ONCE),
                                       Command::writePhases(0, 0, 0, {&pattern}),
-                                      Command::writeNibbles(0, 0, 0, {&pattern}),
                                       Command::writeRaw(0, 0, {&pattern}),
-                                      Command::writeModulation(0, 0, {0, 0}),
-                                      Command::configureModulation(0, 1, 2),
-                                      Command::activateModulation(0),
                                       Command::setSilencer({}),
-                                      Command::setPhaseCorrection(pattern.phase),
                                       Command::setOutputMask({}),
                                       Command::silenceAll(),
-                                      Command::setPulseWidths(dutyWidths()),
-                                      Command::forceFan(false)};
+                                      Command::setPulseWidths(dutyWidths())};
     for (const Command& command : all)
         EXPECT_FALSE(command.code() >= 0x70 && command.code() <= 0x78) << int(command.code());
 }

@@ -62,18 +62,6 @@ TEST(Autd3Levels, off_is_off_and_full_is_half_a_period)
         EXPECT_GT(dutyWidths()[duty], dutyWidths()[duty - 1]);
 }
 
-TEST(Autd3Levels, patterns_come_back_as_the_signal)
-{
-    DriveSignal signal = everyLevel(kTransducersPerUnit);
-    signal.phase[0] = 0; // of a transducer that is off
-    UnitPattern pattern;
-    toUnit(signal, 0, pattern);
-    DriveSignal back = silentSignal(kTransducersPerUnit);
-    fromUnit(pattern, 0, back);
-    EXPECT_EQ(back.phase, signal.phase);
-    EXPECT_EQ(back.duty, signal.duty);
-}
-
 TEST(Autd3Levels, silence_is_one_pattern)
 {
     DriveSignal signal = everyLevel(kTransducersPerUnit);

@@ -1,0 +1,114 @@
+// What each of the kit's objects begins with in files.
+#include "haptics/base/text/Number.h"
+#include "plugin/serializers/BlockReader.h"
+#include "plugin/serializers/Wrappers.h"
+
+#include <osgDB/InputStream>
+#include <osgDB/ObjectWrapper>
+#include <osgDB/OutputStream>
+
+#include <string>
+#include <vector>
+
+namespace osgMidair
+{
+
+namespace
+{
+
+constexpr int kVersion = 1;
+/// Is added to the version in .osgb, "MH" in the file: what stands there in files of before 0.1.0
+/// is no such number.
+constexpr int kMark = 0x484D0000;
+
+/// Serializer of no property: it reads all of them from text.
+class Properties : public osgDB::BaseSerializer, public NamedProperties
+{
+public:
+    Properties() : osgDB::BaseSerializer(READ_WRITE_PROPERTY) {}
+
+    const std::string& getName() const override
+    {
+        static const std::string name = "Properties";
+        return name;
+    }
+    std::vector<std::string> names() const override { return {}; }
+
+    bool read(osgDB::InputStream& in, osg::Object& object) override
+    {
+        if (!in.isBinary()) BlockReader::of(in).readBlock(object);
+        return true;
+    }
+    bool write(osgDB::OutputStream&, const osg::Object&) override { return true; }
+};
+
+/// Serializer of the version of the file formats. In .osgb properties are found by their position,
+/// so that nothing is read of another version; a text of another version silences its scene, and
+/// one without is of this version.
+class FormatVersion : public osgDB::BaseSerializer, public NamedProperties
+{
+public:
+    FormatVersion() : osgDB::BaseSerializer(READ_WRITE_PROPERTY) {}
+
+    const std::string& getName() const override
+    {
+        static const std::string name = "FormatVersion";
+        return name;
+    }
+    std::vector<std::string> names() const override { return {getName()}; }
+    bool concernsSafety() const override { return true; }
+
+    bool read(osgDB::InputStream& in, osg::Object& object) override
+    {
+        int version = 0;
+        if (in.isBinary())
+        {
+            in >> version;
+            const bool isMarked = (version & ~0xFFFF) == kMark;
+            if (version != kMark + kVersion)
+                in.throwException("osgMidair: " + std::string(object.className()) + ": " +
+                                  problemOf(isMarked ? std::to_string(version - kMark) : "none"));
+            return version == kMark + kVersion;
+        }
+        if (!in.matchString(getName())) return true;
+        BlockReader& reader = BlockReader::of(in);
+        const std::string text = reader.readValue();
+        if (!midair::base::parseWhole(text, version) || version != kVersion)
+            reader.complain(problemOf(text), true);
+        return true;
+    }
+
+    bool write(osgDB::OutputStream& out, const osg::Object&) override
+    {
+        if (out.isBinary())
+            out << kMark + kVersion;
+        else
+            out << out.PROPERTY(getName().c_str()) << kVersion << std::endl;
+        return true;
+    }
+
+private:
+    std::string problemOf(const std::string& version) const
+    {
+        return getName() + " is \"" + version + "\", should be " + std::to_string(kVersion) +
+               ", the only one that this kit reads";
+    }
+};
+
+} // namespace
+
+// It stands before all other classes in the associates of the kit's, so that it comes first.
+void registerProperties()
+{
+    static const osgDB::RegisterWrapperProxy proxy(
+        []() -> osg::Object* { return nullptr; },
+        "osgMidair::Properties",
+        "osgMidair::Properties",
+        [](osgDB::ObjectWrapper* wrapper)
+        {
+            wrapper->addSerializer(new Properties, osgDB::BaseSerializer::RW_USER);
+            wrapper->addSerializer(new FormatVersion, osgDB::BaseSerializer::RW_INT);
+        });
+}
+
+} // namespace osgMidair
