@@ -12,32 +12,6 @@
 namespace midair::samples
 {
 
-namespace
-{
-
-/// While it lives, threads that start are sent no signals, which are for the program's own threads,
-/// but those of a crash, upon which it may silence the array.
-class MaskedSignals
-{
-public:
-    MaskedSignals()
-    {
-        sigset_t all;
-        ::sigfillset(&all);
-        for (const int crash : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP})
-            ::sigdelset(&all, crash);
-        ::pthread_sigmask(SIG_SETMASK, &all, &_before);
-    }
-    ~MaskedSignals() { ::pthread_sigmask(SIG_SETMASK, &_before, nullptr); }
-    MaskedSignals(const MaskedSignals&) = delete;
-    MaskedSignals& operator=(const MaskedSignals&) = delete;
-
-private:
-    sigset_t _before{};
-};
-
-} // namespace
-
 struct PatientThreads::Count
 {
     std::mutex mutex;
@@ -57,7 +31,7 @@ PatientThreads::PatientThreads() : _running(std::make_shared<Count>()) {}
 void PatientThreads::start(const char* name, std::function<void()> body)
 {
     _running->add(1);
-    const auto run = [name, body = std::move(body), running = _running]() mutable
+    auto run = [name, body = std::move(body), running = _running]() mutable
     {
         try
         {
@@ -67,19 +41,32 @@ void PatientThreads::start(const char* name, std::function<void()> body)
         {
             std::fprintf(stderr, "%s ended: %s\n", name, error.what());
         }
+        catch (...)
+        {
+            std::fprintf(stderr, "%s ended\n", name);
+        }
         body = nullptr; // what it holds is let go before anybody is told
         running->add(-1);
     };
-    const MaskedSignals masked;
+    // Signals are for the program's own threads, but those of a crash, upon which it may silence
+    // the array.
+    sigset_t all;
+    sigset_t before;
+    ::sigfillset(&all);
+    for (const int crash : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP})
+        ::sigdelset(&all, crash);
+    ::pthread_sigmask(SIG_SETMASK, &all, &before);
     try
     {
-        std::thread(run).detach();
+        std::thread(std::move(run)).detach();
     }
     catch (...)
     {
         _running->add(-1);
+        ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
         throw;
     }
+    ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
 bool PatientThreads::finish(double atMost_s)
