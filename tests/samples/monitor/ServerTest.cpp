@@ -26,7 +26,6 @@ using namespace midair::samples;
 
 namespace
 {
-
 std::atomic<int> acceptError{0};
 std::atomic<int> acceptErrors{0}; ///< so many times
 
@@ -73,16 +72,17 @@ protected:
         for (int i = 0; i < 200 && statusOf(ask(requestHead("GET /healthz"))) != 200; ++i)
             std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
-    std::string ask(const std::string& head) const
+    static std::string ask(const Monitor& monitor, const std::string& head)
     {
-        const RawClient client(_monitor.port());
+        const RawClient client(monitor.port());
         client.send(head);
         return client.receive();
     }
-    std::string mute() const { return requestHead("POST /mute", authorization()); }
-    std::string authorization() const
+    std::string ask(const std::string& head) const { return ask(_monitor, head); }
+    std::string mute() const { return requestHead("POST /mute", own(_monitor)); }
+    static std::string own(const Monitor& monitor)
     {
-        return "Authorization: Bearer " + _monitor.token() + "\r\n";
+        return "Authorization: Bearer " + monitor.token() + "\r\n";
     }
 
     std::shared_ptr<FakeInstallation> _installation = std::make_shared<FakeInstallation>();
@@ -138,18 +138,20 @@ TEST_F(Server, LeavesTheProgramsSignalsAlone)
 
 TEST_F(Server, WhoeverSendsSlowlyKeepsNobodyOut)
 {
+    PageLimits patient = limits();
+    patient.head_s = 60.0; // longer than anybody waits here
+    const Monitor monitor({":0", "", {}}, "test", _installation, nullptr, patient);
     std::vector<std::unique_ptr<RawClient>> slow;
     for (int i = 0; i < 40; ++i) // more than there may be
     {
-        slow.push_back(std::make_unique<RawClient>(_monitor.port()));
+        slow.push_back(std::make_unique<RawClient>(monitor.port()));
         slow.back()->send("GET / HTTP/1.1\r\nHost: loc");
     }
-    EXPECT_EQ(statusOf(ask(mute())), 200);
-    for (const auto& each : slow)
-        each->send("a");
-    EXPECT_EQ(statusOf(ask(requestHead("GET /status.json"))), 200);
-    // The last of them are told that that was no request.
-    EXPECT_EQ(statusOf(slow.back()->receive()), 400);
+    for (int i = 0; i < 20; ++i)
+    {
+        EXPECT_EQ(statusOf(ask(monitor, requestHead("GET /status.json"))), 200) << i;
+        slow[39 - i]->send("a");
+    }
 }
 
 TEST_F(Server, WhoeverReadsSlowlyKeepsNobodyOut)
@@ -162,9 +164,7 @@ TEST_F(Server, WhoeverReadsSlowlyKeepsNobodyOut)
         deaf.push_back(std::make_unique<RawClient>(monitor.port()));
         deaf.back()->send(requestHead("GET /picture"));
     }
-    const RawClient client(monitor.port());
-    client.send(requestHead("POST /mute", "Authorization: Bearer " + monitor.token() + "\r\n"));
-    EXPECT_EQ(statusOf(client.receive()), 200);
+    EXPECT_EQ(statusOf(ask(monitor, requestHead("POST /mute", own(monitor)))), 200);
 }
 
 // The library's own time is one for each byte.
@@ -191,10 +191,10 @@ TEST_F(Server, ALineWithoutAnEndTakesNoMemory)
 {
     const RawClient client(_monitor.port());
     const std::string much(1U << 20U, 'x');
-    std::size_t taken = 0;
-    while (taken < 64 * much.size() && client.send(much))
-        taken += much.size();
-    EXPECT_LT(taken, 16 * much.size()) << "it is hung up on";
+    int taken = 0;
+    while (taken < 64 && client.send(much))
+        ++taken;
+    EXPECT_LT(taken, 16) << "it is hung up on";
     EXPECT_EQ(statusOf(ask(requestHead("GET /healthz"))), 200);
 }
 
@@ -225,10 +225,9 @@ TEST_F(Server, WhatIsTooLongIsRefusedBeforeItIsThere)
     client.send("GET / HTTP/1.1\r\nHost: localhost\r\nX: " + std::string(9000, 'x'));
     EXPECT_EQ(statusOf(client.receive()), 400);
     EXPECT_EQ(statusOf(ask(requestHead("GET /" + std::string(7000, 'a')))), 404);
-    EXPECT_EQ(
-        statusOf(ask(requestHead("POST /mute", authorization() + "Content-Length: 99999\r\n") +
-                     std::string(99999, 'x'))),
-        413);
+    EXPECT_EQ(statusOf(ask(requestHead("POST /mute", own(_monitor) + "Content-Length: 99999\r\n") +
+                           std::string(99999, 'x'))),
+              413);
     EXPECT_EQ(_installation->mutes, 0);
 }
 
