@@ -17,7 +17,7 @@ Monitor::Monitor(const MonitorOptions& options,
                  const std::string& name,
                  std::shared_ptr<MonitorSource> source,
                  std::shared_ptr<PictureSource> picture,
-                 const ConnectionLimits& limits)
+                 const PageLimits& limits)
 {
     try
     {
@@ -30,14 +30,12 @@ Monitor::Monitor(const MonitorOptions& options,
     _token = options.tokenFile.empty() ? newToken() : tokenOfFile(options.tokenFile);
     PageAccess access{_token, ownHostNames()};
     access.hosts.insert(access.hosts.end(), options.hosts.begin(), options.hosts.end());
-    _watch = std::make_shared<MonitorWatch>(std::move(source));
-    _page = std::make_shared<PageServer>(name, std::move(access), _watch, std::move(picture));
-    _loop = std::make_unique<ConnectionLoop>(
-        _address,
-        limits,
-        [page = _page](const std::string& head, const std::string& peer)
-        { return page->answer(head, peer); });
-    _address.port = _loop->port();
+    _page = std::make_shared<PageServer>(name,
+                                         std::move(access),
+                                         std::make_shared<MonitorWatch>(std::move(source)),
+                                         std::move(picture),
+                                         limits);
+    _address.port = _page->listen(_address);
     const std::string secret =
         options.tokenFile.empty()
             ? fmt::format("{}#token={}", url(), _token)
@@ -49,7 +47,10 @@ Monitor::Monitor(const MonitorOptions& options,
                      _address.text().c_str());
 }
 
-Monitor::~Monitor() = default;
+Monitor::~Monitor()
+{
+    _page->end();
+}
 
 int Monitor::port() const
 {

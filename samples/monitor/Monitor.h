@@ -2,7 +2,7 @@
 
 #include "samples/monitor/MonitorOptions.h"
 #include "samples/monitor/MonitorSource.h"
-#include "samples/monitor/server/ConnectionLoop.h"
+#include "samples/monitor/page/MonitorAddress.h"
 
 #include <memory>
 #include <string>
@@ -10,7 +10,6 @@
 namespace midair::samples
 {
 
-class MonitorWatch;
 class PageServer;
 
 /// Serves the operator's page of an installation, of whatever kind its source is. For a scene:
@@ -25,7 +24,7 @@ public:
             const std::string& name,
             std::shared_ptr<MonitorSource> source,
             std::shared_ptr<PictureSource> picture = nullptr,
-            const ConnectionLimits& limits = ConnectionLimits());
+            const PageLimits& limits = PageLimits());
     ~Monitor();
     Monitor(const Monitor&) = delete;
     Monitor& operator=(const Monitor&) = delete;
@@ -37,9 +36,7 @@ public:
 private:
     MonitorAddress _address;
     std::string _token;
-    std::shared_ptr<MonitorWatch> _watch;
     std::shared_ptr<PageServer> _page;
-    std::unique_ptr<ConnectionLoop> _loop;
 };
 
 } // namespace midair::samples

@@ -1,6 +1,6 @@
 #include "samples/monitor/MonitorOptions.h"
 
-#include "samples/monitor/server/MonitorAddress.h"
+#include "samples/monitor/page/MonitorAddress.h"
 
 #include <exception>
 

@@ -33,10 +33,8 @@ public:
 /// A picture of the scene, ready to be sent.
 struct MonitorPicture
 {
-    std::string bytes; ///< empty: there is none
-    std::string type;  ///< "image/jpeg"
-    int width = 0;
-    int height = 0;
+    std::string bytes;    ///< empty: there is none
+    std::string type;     ///< "image/jpeg"
     double taken_s = 0.0; ///< steady clock
 };
 

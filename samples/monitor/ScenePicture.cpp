@@ -1,5 +1,7 @@
 #include "samples/monitor/ScenePicture.h"
 
+#include "haptics/base/threads/SteadyClock.h"
+
 #include <osg/BufferObject>
 #include <osg/GLExtensions>
 #include <osg/Image>
@@ -25,12 +27,6 @@ constexpr double kWidth = 640.0;
 constexpr double kFirstWait_s = 0.4;
 /// A picture that is older isn't sent at once: there may be a new one in a moment.
 constexpr double kOldPicture_s = 1.0;
-
-double pictureTime_s()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 /// Returns \a pixels (RGBA) as RGB, made smaller by a whole factor; of each square of pixels it
 /// takes the mean of four, which costs the thread that draws a quarter of all.
@@ -88,7 +84,7 @@ public:
 
     void operator()(osg::RenderInfo& info) const override
     {
-        const double now_s = pictureTime_s();
+        const double now_s = base::steadySeconds();
         if (_fence)
             fetch(info, now_s);
         else if (now_s < _shared->askedUntil_s && now_s - _begun_s >= kInterval_s)
@@ -118,7 +114,7 @@ private:
             glReadPixels(x, y, _width, _height, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
             gl->glBindBuffer(GL_PIXEL_PACK_BUFFER_ARB, 0);
             _fence = gl->glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
-            _spent_ms = 1e3 * (pictureTime_s() - now_s);
+            _spent_ms = 1e3 * (base::steadySeconds() - now_s);
             return;
         }
         _pixels.resize(bytes);
@@ -157,7 +153,7 @@ private:
             PictureCost& cost = _shared->cost;
             cost.problem.clear();
             ++cost.count;
-            cost.last_ms = _spent_ms + 1e3 * (pictureTime_s() - now_s);
+            cost.last_ms = _spent_ms + 1e3 * (base::steadySeconds() - now_s);
             cost.most_ms = std::max(cost.most_ms, cost.last_ms);
             cost.sum_ms += cost.last_ms;
         }
@@ -205,7 +201,7 @@ void ScenePicture::end()
 
 MonitorPicture ScenePicture::newest()
 {
-    const double now_s = pictureTime_s();
+    const double now_s = base::steadySeconds();
     if (_shared->writer) _shared->askedUntil_s = now_s + kAsked_s;
     osg::ref_ptr<osg::Image> image;
     double taken_s = 0.0;
@@ -226,7 +222,7 @@ MonitorPicture ScenePicture::newest()
     std::ostringstream out;
     const osg::ref_ptr<osgDB::Options> options = new osgDB::Options("JPEG_QUALITY 82");
     if (!_shared->writer->writeImage(*image, out, options).success()) return {};
-    _shared->encoded = {out.str(), "image/jpeg", image->s(), image->t(), taken_s};
+    _shared->encoded = {out.str(), "image/jpeg", taken_s};
     return _shared->encoded;
 }
 

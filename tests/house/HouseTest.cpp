@@ -158,7 +158,6 @@ TEST(House, SamplesStandSideBySide)
                                           "samples/installations/shell",
                                           "samples/monitor",
                                           "samples/monitor/page",
-                                          "samples/monitor/server",
                                           "samples/views",
                                           "samples/shards"};
     const std::set<std::pair<std::string, std::string>> lent = {

@@ -90,17 +90,13 @@ void addArray(MetricLines& lines, const MonitorState& state)
     const HapticStatistics& s = state.view.reading.statistics;
     lines.begin(
         "midair_array_state", "1 for the state that the array is in, 0 for others.", "gauge");
-    constexpr std::array kStates = {ArrayState::CLOSED,
-                                    ArrayState::OPENING,
-                                    ArrayState::SILENT,
-                                    ArrayState::PLAYING,
-                                    ArrayState::MUTED,
-                                    ArrayState::LOST,
-                                    ArrayState::FAULT};
-    for (const ArrayState each : kStates)
+    for (int i = 0; i <= static_cast<int>(ArrayState::FAULT); ++i)
+    {
+        const auto each = static_cast<ArrayState>(i);
         lines.sample("midair_array_state",
                      fmt::format("state=\"{}\"", midair::bridge::stateName(each)),
                      each == s.state ? 1.0 : 0.0);
+    }
     lines.begin("midair_array_info", "Always 1; says which array and device it is.", "gauge");
     lines.sample("midair_array_info",
                  fmt::format("name=\"{}\",array=\"{}\",device=\"{}\"",
@@ -189,11 +185,10 @@ void addCounts(MetricLines& lines, const MonitorView& view)
     lines.begin("midair_messages_total", "Messages for the operator by code.", "counter");
     for (const auto& [code, total] : view.messages)
     {
-        constexpr std::array kNames = {"notice", "warning", "fault"};
         lines.sample("midair_messages_total",
                      fmt::format("code=\"{}\",severity=\"{}\"",
                                  labelValue(code),
-                                 kNames.at(static_cast<std::size_t>(total.severity))),
+                                 kSeverityNames.at(total.severity)),
                      static_cast<double>(total.total));
     }
 }

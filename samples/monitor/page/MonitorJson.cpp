@@ -84,19 +84,6 @@ Json countersOf(const HapticStatistics& s)
     return json;
 }
 
-const char* nameOf(osgMidair::HapticMessage::Severity severity)
-{
-    switch (severity)
-    {
-    case osgMidair::HapticMessage::FAULT:
-        return "fault";
-    case osgMidair::HapticMessage::WARNING:
-        return "warning";
-    default:
-        return "notice";
-    }
-}
-
 /// The gravest first.
 Json messagesOf(const HapticStatistics& s)
 {
@@ -106,7 +93,7 @@ Json messagesOf(const HapticStatistics& s)
                      [](const auto& a, const auto& b) { return a.severity > b.severity; });
     Json json = Json::array();
     for (const osgMidair::HapticMessage& message : sorted)
-        json.push_back({{"severity", nameOf(message.severity)},
+        json.push_back({{"severity", kSeverityNames.at(message.severity)},
                         {"code", message.code},
                         {"path", message.path},
                         {"text", message.text},

@@ -2,10 +2,14 @@
 
 #include "samples/monitor/page/MonitorWatch.h"
 
+#include <array>
 #include <string>
 
 namespace midair::samples
 {
+
+/// By HapticMessage::Severity.
+inline constexpr std::array kSeverityNames = {"notice", "warning", "fault"};
 
 /// Counts of the page itself, for itself and for Prometheus.
 struct PageCounts

@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <stdexcept>
 
@@ -111,6 +112,25 @@ bool isSameToken(const std::string& given, const std::string& wanted)
         different = different | static_cast<unsigned int>(mine ^ theirs);
     }
     return different == 0U && !wanted.empty();
+}
+
+std::string operatorName(const std::string& name, const std::string& peer)
+{
+    constexpr std::size_t kMost = 40;
+    std::string shown;
+    for (std::size_t i = 0; i < name.size() && shown.size() < kMost; ++i)
+    {
+        unsigned int code = static_cast<unsigned char>(name[i]);
+        if (name[i] == '%' && i + 2 < name.size())
+        {
+            const char* const digits = name.data() + i + 1;
+            const auto read = std::from_chars(digits, digits + 2, code, 16);
+            if (read.ec != std::errc() || read.ptr != digits + 2) continue;
+            i += 2;
+        }
+        if (code >= 0x20 && code != 0x7F) shown += static_cast<char>(code);
+    }
+    return shown.empty() ? peer : fmt::format("{} ({})", shown, peer);
 }
 
 } // namespace midair::samples

@@ -21,4 +21,8 @@ std::string tokenOfFile(const std::string& path);
 /// letter by letter.
 bool isSameToken(const std::string& given, const std::string& wanted);
 
+/// Returns who \a name, percent-encoded as a browser sends it, and \a peer are, in a line: "Anna
+/// (192.168.1.7)". Of the name at most 40 bytes are taken, without control characters.
+std::string operatorName(const std::string& name, const std::string& peer);
+
 } // namespace midair::samples

@@ -1,5 +1,7 @@
 #include "samples/monitor/page/MonitorWatch.h"
 
+#include "haptics/base/threads/SteadyClock.h"
+
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
@@ -20,12 +22,6 @@ namespace
 constexpr double kInterval_s = 0.1;
 constexpr std::size_t kMostEvents = 30;
 constexpr double kMuteWait_s = 1.0;
-
-double now_s()
-{
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 void addEvent(MonitorView& view, double time_s, const std::string& text)
 {
@@ -145,7 +141,7 @@ void MonitorWatch::run(const std::shared_ptr<Shared>& shared)
     {
         const std::uint64_t mutes = shared->mutes;
         const std::uint64_t begun = shared->mutesBegun;
-        const double begin_s = now_s();
+        const double begin_s = base::steadySeconds();
         lock.unlock();
         MonitorReading reading;
         std::string problem;
@@ -181,15 +177,26 @@ MuteOutcome MonitorWatch::setMuted(bool muted, const std::string& who)
         const std::lock_guard<std::mutex> lock(_shared->mutex);
         ++_shared->mutesBegun;
     }
-    const double begin_s = now_s();
-    _shared->source->setMuted(muted);
+    const double begin_s = base::steadySeconds();
+    try
+    {
+        _shared->source->setMuted(muted);
+    }
+    catch (...) // it is over all the same: what others mute is theirs
+    {
+        const std::lock_guard<std::mutex> lock(_shared->mutex);
+        ++_shared->mutes;
+        throw;
+    }
     {
         const std::lock_guard<std::mutex> lock(_shared->mutex);
         ++_shared->mutes;
         _shared->view.isMuteKnown = muted;
         _shared->view.mutedBy = who;
-        _shared->view.muted_s = now_s();
-        addEvent(_shared->view, now_s(), fmt::format("{} by {}", muted ? "muted" : "unmuted", who));
+        _shared->view.muted_s = base::steadySeconds();
+        addEvent(_shared->view,
+                 base::steadySeconds(),
+                 fmt::format("{} by {}", muted ? "muted" : "unmuted", who));
     }
     std::fprintf(
         stderr, "the operator's page: %s by %s\n", muted ? "muted" : "unmuted", who.c_str());
@@ -197,7 +204,7 @@ MuteOutcome MonitorWatch::setMuted(bool muted, const std::string& who)
     for (;;)
     {
         outcome.state = _shared->source->read().statistics.state;
-        outcome.took_ms = 1e3 * (now_s() - begin_s);
+        outcome.took_ms = 1e3 * (base::steadySeconds() - begin_s);
         outcome.isConfirmed = isAsAsked(outcome.state, muted);
         if (outcome.isConfirmed || outcome.took_ms > 1e3 * kMuteWait_s) return outcome;
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -207,7 +214,7 @@ MuteOutcome MonitorWatch::setMuted(bool muted, const std::string& who)
 void MonitorWatch::note(const std::string& text)
 {
     const std::lock_guard<std::mutex> lock(_shared->mutex);
-    addEvent(_shared->view, now_s(), text);
+    addEvent(_shared->view, base::steadySeconds(), text);
 }
 
 } // namespace midair::samples

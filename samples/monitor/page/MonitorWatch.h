@@ -1,7 +1,7 @@
 #pragma once
 
 #include "samples/monitor/MonitorSource.h"
-#include "samples/monitor/server/PatientThreads.h"
+#include "samples/monitor/page/PatientThreads.h"
 
 #include <cstdint>
 #include <deque>

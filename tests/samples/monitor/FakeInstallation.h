@@ -5,6 +5,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 
 namespace midair::samples
@@ -40,6 +41,7 @@ public:
     void setMuted(bool muted) override
     {
         const std::lock_guard<std::mutex> lock(_mutex);
+        if (isBroken) throw std::runtime_error("broken");
         ++mutes;
         if (isDeaf) return;
         reading.isMuted = muted;
@@ -65,8 +67,9 @@ public:
         _changed.notify_all();
     }
 
-    std::atomic<bool> runs{true};    ///< a frame with each reading
-    std::atomic<bool> isDeaf{false}; ///< mutes do nothing
+    std::atomic<bool> runs{true};      ///< a frame with each reading
+    std::atomic<bool> isDeaf{false};   ///< mutes do nothing
+    std::atomic<bool> isBroken{false}; ///< mutes throw
     std::atomic<int> mutes{0};
     mutable std::atomic<int> reads{0};
 
@@ -81,7 +84,7 @@ private:
 class StillPicture : public PictureSource
 {
 public:
-    MonitorPicture newest() override { return {"\xFF\xD8picture", "image/jpeg", 4, 3, 0.0}; }
+    MonitorPicture newest() override { return {"\xFF\xD8picture", "image/jpeg", 0.0}; }
     PictureCost cost() const override { return {"", 3, 0.5, 0.75, 1.5}; }
 };
 

@@ -4,9 +4,12 @@
 #include "tests/samples/monitor/Request.h"
 
 #include <algorithm>
+#include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <random>
 #include <stdexcept>
@@ -17,20 +20,48 @@
 #include <gtest/gtest.h>
 #include <httplib.h>
 #include <nlohmann/json.hpp>
+#include <sys/socket.h>
 
 using namespace midair::samples;
 
 namespace
 {
+std::atomic<int> acceptError{0};
+std::atomic<int> acceptErrors{0}; ///< so many times
+
+} // namespace
+
+/// Stands before the C library's, for the library that serves, too.
+extern "C" int accept(int socket, sockaddr* from, socklen_t* size)
+{
+    if (acceptErrors > 0)
+    {
+        --acceptErrors;
+        errno = acceptError;
+        return -1;
+    }
+    return ::accept4(socket, from, size, 0);
+}
+
+namespace
+{
+
+/// More than a socket takes at once.
+class LargePicture : public PictureSource
+{
+public:
+    MonitorPicture newest() override { return {std::string(12U << 20U, 'x'), "image/jpeg", 0.0}; }
+    PictureCost cost() const override { return {}; }
+};
 
 class Server : public testing::Test
 {
 protected:
-    static ConnectionLimits limits()
+    static PageLimits limits()
     {
-        ConnectionLimits limits;
+        PageLimits limits;
         limits.head_s = 1.0;
-        limits.answer_s = 1.0;
+        limits.mute_s = 1.0;
         limits.drain_s = 0.3;
         limits.connections = 16;
         return limits;
@@ -41,16 +72,17 @@ protected:
         for (int i = 0; i < 200 && statusOf(ask(requestHead("GET /healthz"))) != 200; ++i)
             std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
-    std::string ask(const std::string& head) const
+    static std::string ask(const Monitor& monitor, const std::string& head)
     {
-        const RawClient client(_monitor.port());
+        const RawClient client(monitor.port());
         client.send(head);
         return client.receive();
     }
-    std::string mute() const { return requestHead("POST /mute", authorization()); }
-    std::string authorization() const
+    std::string ask(const std::string& head) const { return ask(_monitor, head); }
+    std::string mute() const { return requestHead("POST /mute", own(_monitor)); }
+    static std::string own(const Monitor& monitor)
     {
-        return "Authorization: Bearer " + _monitor.token() + "\r\n";
+        return "Authorization: Bearer " + monitor.token() + "\r\n";
     }
 
     std::shared_ptr<FakeInstallation> _installation = std::make_shared<FakeInstallation>();
@@ -106,41 +138,96 @@ TEST_F(Server, LeavesTheProgramsSignalsAlone)
 
 TEST_F(Server, WhoeverSendsSlowlyKeepsNobodyOut)
 {
+    PageLimits patient = limits();
+    patient.head_s = 60.0; // longer than anybody waits here
+    const Monitor monitor({":0", "", {}}, "test", _installation, nullptr, patient);
     std::vector<std::unique_ptr<RawClient>> slow;
     for (int i = 0; i < 40; ++i) // more than there may be
     {
-        slow.push_back(std::make_unique<RawClient>(_monitor.port()));
+        slow.push_back(std::make_unique<RawClient>(monitor.port()));
         slow.back()->send("GET / HTTP/1.1\r\nHost: loc");
     }
-    EXPECT_EQ(statusOf(ask(mute())), 200);
-    for (const auto& each : slow)
-        each->send("a");
-    EXPECT_EQ(statusOf(ask(requestHead("GET /status.json"))), 200);
-    // The last of them are told that their time is over.
-    EXPECT_EQ(statusOf(slow.back()->receive()), 408);
+    for (int i = 0; i < 20; ++i)
+    {
+        EXPECT_EQ(statusOf(ask(monitor, requestHead("GET /status.json"))), 200) << i;
+        slow[39 - i]->send("a");
+    }
 }
 
 TEST_F(Server, WhoeverReadsSlowlyKeepsNobodyOut)
 {
+    const Monitor monitor(
+        {":0", "", {}}, "test", _installation, std::make_shared<LargePicture>(), limits());
     std::vector<std::unique_ptr<RawClient>> deaf;
-    for (int i = 0; i < 12; ++i)
+    for (int i = 0; i < 40; ++i) // more than there may be
     {
-        deaf.push_back(std::make_unique<RawClient>(_monitor.port()));
-        deaf.back()->send(requestHead("GET /"));
+        deaf.push_back(std::make_unique<RawClient>(monitor.port()));
+        deaf.back()->send(requestHead("GET /picture"));
     }
-    EXPECT_EQ(statusOf(ask(mute())), 200);
+    EXPECT_EQ(statusOf(ask(monitor, requestHead("POST /mute", own(monitor)))), 200);
+}
+
+// The library's own time is one for each byte.
+TEST_F(Server, WhoeverSendsAByteNowAndThenHasNoMoreTimeThanOthers)
+{
+    const RawClient client(_monitor.port());
+    std::atomic<bool> isTold{false};
+    std::thread sender(
+        [&]
+        {
+            for (int i = 0; i < 100 && !isTold; ++i)
+            {
+                client.send(i == 0 ? "GET / HTTP/1.1\r\nX: " : "x");
+                std::this_thread::sleep_for(std::chrono::milliseconds(100));
+            }
+        });
+    EXPECT_EQ(statusOf(client.receive(8.0)), 400);
+    isTold = true;
+    sender.join();
+}
+
+// Of a line the library keeps whatever comes; here it is told to after 8 KiB.
+TEST_F(Server, ALineWithoutAnEndTakesNoMemory)
+{
+    const RawClient client(_monitor.port());
+    const std::string much(1U << 20U, 'x');
+    int taken = 0;
+    while (taken < 64 && client.send(much))
+        ++taken;
+    EXPECT_LT(taken, 16) << "it is hung up on";
+    EXPECT_EQ(statusOf(ask(requestHead("GET /healthz"))), 200);
+}
+
+TEST_F(Server, ALongListOfPartsIsRead)
+{
+    std::string parts = "Range: bytes=0-1";
+    while (parts.size() < 8000)
+        parts += ",0-1";
+    EXPECT_EQ(statusOf(ask(requestHead("GET /picture", parts + "\r\n"))), 200);
+}
+
+// No file is left, or a caller has gone: the library's server ends at most of them.
+TEST_F(Server, GoesOnAfterErrorsThatPass)
+{
+    for (const int error : {EMFILE, ENFILE, ENOBUFS, ECONNABORTED})
+    {
+        acceptError = error;
+        acceptErrors = 3;
+        for (int i = 0; i < 6; ++i)
+            EXPECT_EQ(statusOf(ask(requestHead("GET /healthz"))), 200) << error << ", " << i;
+        EXPECT_EQ(acceptErrors, 0) << error;
+    }
 }
 
 TEST_F(Server, WhatIsTooLongIsRefusedBeforeItIsThere)
 {
     const RawClient client(_monitor.port());
     client.send("GET / HTTP/1.1\r\nHost: localhost\r\nX: " + std::string(9000, 'x'));
-    EXPECT_EQ(statusOf(client.receive()), 431);
+    EXPECT_EQ(statusOf(client.receive()), 400);
     EXPECT_EQ(statusOf(ask(requestHead("GET /" + std::string(7000, 'a')))), 404);
-    EXPECT_EQ(
-        statusOf(ask(requestHead("POST /mute", authorization() + "Content-Length: 99999\r\n") +
-                     std::string(99999, 'x'))),
-        413);
+    EXPECT_EQ(statusOf(ask(requestHead("POST /mute", own(_monitor) + "Content-Length: 99999\r\n") +
+                           std::string(99999, 'x'))),
+              413);
     EXPECT_EQ(_installation->mutes, 0);
 }
 
@@ -226,6 +313,44 @@ TEST_F(Server, AProgramThatHangsIsToldAndKeepsTheFramesGoing)
     EXPECT_EQ(_installation->mutes, 1) << "it was done all the same";
     EXPECT_EQ(statusOf(ask(requestHead("GET /status.json"))), 200) << "others are answered";
     _installation->hang(false);
+}
+
+TEST_F(Server, MutesThatHangAreCounted)
+{
+    _installation->hang(true);
+    std::vector<std::unique_ptr<RawClient>> clients;
+    for (int i = 0; i < 12; ++i)
+    {
+        clients.push_back(std::make_unique<RawClient>(_monitor.port()));
+        clients.back()->send(mute());
+    }
+    std::map<int, int> counts;
+    for (const auto& each : clients)
+        ++counts[statusOf(each->receive())];
+    EXPECT_EQ(counts, (std::map<int, int>{{503, 4}, {504, 8}}));
+    _installation->hang(false);
+    int status = 0; // those that have hung go on and end
+    for (int i = 0; i < 200 && status != 200; ++i)
+        status = statusOf(ask(mute()));
+    EXPECT_EQ(status, 200);
+}
+
+TEST(ServerEnd, HangsUpOnWhoeverIsThere)
+{
+    auto installation = std::make_shared<FakeInstallation>();
+    std::vector<std::unique_ptr<RawClient>> clients;
+    {
+        const Monitor monitor({":0", "", {}}, "test", installation);
+        for (int i = 0; i < 80; ++i) // more than there may be
+        {
+            clients.push_back(std::make_unique<RawClient>(monitor.port()));
+            clients.back()->send(i % 2 == 0 ? "GET / HTTP/1.1\r\nHost: loc" : "");
+        }
+        testing::internal::CaptureStderr();
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "it has left a client to itself";
+    for (const auto& each : clients)
+        EXPECT_EQ(each->receive(), "");
 }
 
 TEST(ServerEnd, DoesNotWaitForWhatHangs)

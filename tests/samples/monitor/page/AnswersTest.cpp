@@ -1,5 +1,6 @@
-// What the page answers, and what it refuses, without a socket.
-#include "samples/monitor/page/PageServer.h"
+// What the page answers, and what it refuses.
+#include "samples/monitor/Monitor.h"
+#include "samples/monitor/page/MonitorToken.h"
 #include "tests/samples/monitor/FakeInstallation.h"
 #include "tests/samples/monitor/Request.h"
 
@@ -16,8 +17,6 @@ using namespace midair::samples;
 namespace
 {
 
-constexpr const char* kToken = "0123456789abcdef0123456789abcdef";
-
 class Answers : public testing::Test
 {
 protected:
@@ -30,11 +29,16 @@ protected:
         while (_installation->reads < before + 2)
             std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
-    std::string ask(const std::string& head) { return _page.answer(head, "192.0.2.7"); }
+    std::string ask(const std::string& head) const
+    {
+        const RawClient client(_monitor.port());
+        client.send(head);
+        return client.receive();
+    }
     std::string post(const std::string& path, const std::string& lines = {})
     {
         return ask(requestHead("POST " + path,
-                               "Authorization: Bearer " + std::string(kToken) + "\r\n" + lines));
+                               "Authorization: Bearer " + _monitor.token() + "\r\n" + lines));
     }
     nlohmann::json status()
     {
@@ -57,8 +61,8 @@ protected:
     }
 
     std::shared_ptr<FakeInstallation> _installation = std::make_shared<FakeInstallation>();
-    std::shared_ptr<MonitorWatch> _watch = std::make_shared<MonitorWatch>(_installation);
-    PageServer _page{"test: star", {kToken, {"gallery"}}, _watch, std::make_shared<StillPicture>()};
+    Monitor _monitor{
+        {":0", "", {"gallery"}}, "test: star", _installation, std::make_shared<StillPicture>()};
 };
 
 } // namespace
@@ -106,7 +110,7 @@ TEST_F(Answers, ThePageNeedsNothingFromElsewhere)
 
 TEST_F(Answers, RefusesWhatIsNotForIt)
 {
-    const std::string own = "Authorization: Bearer " + std::string(kToken) + "\r\n";
+    const std::string own = "Authorization: Bearer " + _monitor.token() + "\r\n";
     const auto refused = [&](int status, const std::string& head)
     {
         EXPECT_EQ(statusOf(ask(head)), status) << head;
@@ -121,9 +125,9 @@ TEST_F(Answers, RefusesWhatIsNotForIt)
     refused(405, requestHead("PUT /mute", own));
     refused(401, requestHead("POST /mute"));
     refused(401, requestHead("POST /mute", "Authorization: Bearer wrong\r\n"));
-    refused(401, requestHead("POST /mute", "Authorization: " + std::string(kToken) + "\r\n"));
-    refused(401, requestHead("POST /mute?token=" + std::string(kToken)));
-    refused(401, requestHead("POST /mute", "Cookie: token=" + std::string(kToken) + "\r\n"));
+    refused(401, requestHead("POST /mute", "Authorization: " + _monitor.token() + "\r\n"));
+    refused(401, requestHead("POST /mute?token=" + _monitor.token()));
+    refused(401, requestHead("POST /mute", "Cookie: token=" + _monitor.token() + "\r\n"));
     refused(401, requestHead("POST /mute", own + own));
     refused(413, requestHead("POST /mute", own + "Content-Length: 5\r\n") + "hello");
     refused(413, requestHead("POST /mute", own + "Transfer-Encoding: chunked\r\n"));
@@ -159,21 +163,32 @@ TEST_F(Answers, MutesAndSaysWhoDidIt)
     EXPECT_EQ(done.at("state"), "muted");
     nlohmann::json now = status();
     EXPECT_EQ(now.at("array").at("state"), "muted");
-    EXPECT_EQ(now.at("mute").at("by"), "Anna Ä (192.0.2.7)");
+    EXPECT_EQ(now.at("mute").at("by"), "Anna Ä (127.0.0.1)");
     EXPECT_EQ(
         statusOf(post("/unmute", "Origin: http://localhost\r\nSec-Fetch-Site: same-origin\r\n")),
         200);
     now = status();
     EXPECT_EQ(now.at("array").at("state"), "playing");
-    EXPECT_EQ(now.at("mute").at("by"), "192.0.2.7");
+    EXPECT_EQ(now.at("mute").at("by"), "127.0.0.1");
     std::string told;
     for (const nlohmann::json& event : now.at("events"))
         told += event.at("text").get<std::string>() + "\n";
-    EXPECT_NE(told.find("muted by Anna Ä (192.0.2.7)\n"), std::string::npos) << told;
-    EXPECT_NE(told.find("unmuted by 192.0.2.7\n"), std::string::npos) << told;
+    EXPECT_NE(told.find("muted by Anna Ä (127.0.0.1)\n"), std::string::npos) << told;
+    EXPECT_NE(told.find("unmuted by 127.0.0.1\n"), std::string::npos) << told;
     EXPECT_EQ(told.find("a key, a switch or the program"), std::string::npos) << told;
     _installation->setMuted(true);
     EXPECT_EQ(status().at("mute").at("by"), "a key, a switch or the program");
+}
+
+TEST_F(Answers, AMuteThatFailsIsToldAndHidesNobodyElses)
+{
+    _installation->isBroken = true;
+    EXPECT_EQ(statusOf(post("/mute")), 500);
+    _installation->isBroken = false;
+    EXPECT_TRUE(status().at("mute").is_null());
+    _installation->setMuted(true);
+    EXPECT_EQ(status().at("mute").at("by"), "a key, a switch or the program");
+    EXPECT_EQ(statusOf(post("/unmute")), 200);
 }
 
 TEST_F(Answers, SaysThatAMuteIsNotConfirmed)

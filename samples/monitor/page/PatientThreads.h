@@ -2,8 +2,6 @@
 
 #include <functional>
 #include <memory>
-#include <thread>
-#include <vector>
 
 namespace midair::samples
 {
@@ -14,22 +12,19 @@ class PatientThreads
 {
 public:
     PatientThreads();
-    ~PatientThreads();
-    PatientThreads(const PatientThreads&) = delete;
-    PatientThreads& operator=(const PatientThreads&) = delete;
 
-    /// Starts a thread. What \a body throws ends that thread alone, and is told by \a name.
+    /// Starts a thread. What \a body throws ends that thread alone, and is told by \a name. Throws
+    /// std::system_error if there is none left.
     void start(const char* name, std::function<void()> body);
 
     /// Waits until all have ended, for at most \a atMost_s, once they were told to. Returns false
-    /// if some have not, which are then left behind.
+    /// if some have not.
     bool finish(double atMost_s);
 
 private:
     struct Count;
 
     std::shared_ptr<Count> _running;
-    std::vector<std::thread> _threads;
 };
 
 } // namespace midair::samples

@@ -1,4 +1,4 @@
-#include "samples/monitor/server/MonitorAddress.h"
+#include "samples/monitor/page/MonitorAddress.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 // Who may look and who may act: addresses, Host headers, tokens.
+#include "samples/monitor/page/MonitorAddress.h"
 #include "samples/monitor/page/MonitorToken.h"
-#include "samples/monitor/server/MonitorAddress.h"
 
 #include <filesystem>
 #include <fstream>
