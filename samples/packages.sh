@@ -15,6 +15,7 @@ midair_packages=(
     nlohmann-json3-dev libcli11-dev libfmt-dev libspdlog-dev
     libegl-dev libgl1-mesa-dri            # off-screen pictures
     fonts-dejavu-core                     # their text
+    python3-matplotlib                    # plots
 )
 midair_test_packages=(
     libgtest-dev
@@ -29,7 +30,6 @@ midair_test_packages=(
     valgrind                              # memory that was not set
     abigail-tools                         # the ABI of libmidair
     pybind11-dev python3-dev python3-numpy # import midair
-    python3-matplotlib                    # the plots of samples/python
     help2man dpkg-dev                     # Debian packages
 )
 # For tests/run.sh --docs and `ninja doc` alone.
@@ -49,6 +49,7 @@ midair_arm64_packages=(
     g++-aarch64-linux-gnu qemu-user-static # the cross compiler; runs what it made
     cmake ninja-build ccache pkg-config
     locales procps psmisc                 # what tests need that would be skipped
+    python3-matplotlib                    # plots; it runs as it is
     libeigen3-dev nlohmann-json3-dev libcli11-dev
     {libopenscenegraph,libbullet,libtinyobjloader,libopenxr,liboscpack,libtinygltf,libcpp-httplib,libusb-1.0-0,libftdi1,libexpat1,libfmt,libspdlog,libegl,libgtest}-dev:arm64
     zlib1g-dev:arm64

@@ -21,6 +21,9 @@ struct BoardState
 /// Least squares of distances: unknown are a rigid motion of each board, the places that are known
 /// about, and the delay of times. Parameters are metres: turns are in arcs at kArm_m.
 ///     r_k = |x_from - x_to| + [time] delay - measured_k
+/// The fit's own loop damps all parameters alike, in metres, so that boards which were put up far
+/// off are found near where they are meant to be. Eigen's (unsupported) Levenberg-Marquardt, with
+/// Huber's cost as squares, ends in a mirror image or elsewhere for some of them (BoardFit.FarOff).
 class BoardSolver
 {
 public:

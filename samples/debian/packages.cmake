@@ -85,7 +85,7 @@ midair_package(libosgmidair-dev SECTION libdevel OWN libosgmidair libmidair-dev
     SUMMARY "OpenSceneGraph node kit for touch in mid-air: development files"
     TEXT ${MIDAIR_WHAT} "This package has the headers of the node kit, its files for CMake and"
          "pkg-config, and the static libraries of solver and devices with their headers.")
-midair_package(osgmidair-tools SECTION science OWN libosgmidair osgmidair-data RECOMMENDS fonts-dejavu-core
+midair_package(osgmidair-tools SECTION science OWN libosgmidair osgmidair-data RECOMMENDS fonts-dejavu-core python3-matplotlib
     SUMMARY "programs for touch in mid-air by ultrasound"
     TEXT ${MIDAIR_WHAT} "This package has a demonstration, midair-demo; programs that solve, check,"
          "bake and sweep scenes, and that find, calibrate, tune and mute arrays; and"

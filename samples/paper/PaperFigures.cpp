@@ -93,8 +93,8 @@ Curve profileOf(const PaperArray& paper,
 
 void write(const CurvePlot& plot, const std::string& path)
 {
-    std::string problem;
-    if (!writeCurvePlot(path, plot, &problem)) throw base::InputError(problem);
+    const std::string problem = drawCurves(path, plot);
+    if (!problem.empty()) throw base::InputError(problem);
 }
 
 void drawFocus(const PaperArray& paper, const std::string& folder)

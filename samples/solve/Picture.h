@@ -8,11 +8,12 @@
 namespace midair::samples
 {
 
-/// Draws the field of \a solution into a PNG file at \a path, and what its probes have heard, if
-/// any, into probe.png beside it, with the module midair-picture.so, which is searched next to the
-/// program, in ../lib and where it is installed. Returns what went wrong, or an empty text.
+/// Draws the field of \a solution into field.png in \a folder, with the module midair-picture.so,
+/// which is searched next to the program, in ../lib and where it is installed; and what its probes
+/// have heard and what tolerances cost, if any, into probe.png and tolerance.png. Returns what went
+/// wrong, or an empty text.
 std::string
-drawPicture(const Solution& solution, const std::string& title, const std::string& path);
+drawPictures(const Solution& solution, const std::string& title, const std::string& folder);
 
 } // namespace midair::samples
 

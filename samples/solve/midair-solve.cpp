@@ -46,7 +46,7 @@ void writeAll(const Solution& solution,
     if (solution.tolerance) writeTolerance(folder + "/tolerance.csv", *solution.tolerance);
     if (solution.probe) writeProbe(folder, *solution.probe, solution.scene.medium);
     if (hasEars) solution.ears->write(folder + "/exposure.csv", solution.sequence.fields);
-    const std::string problem = drawPicture(solution, title, folder + "/field.png");
+    const std::string problem = drawPictures(solution, title, folder);
     if (!problem.empty()) std::fprintf(stderr, "midair-solve: %s\n", problem.c_str());
 }
 

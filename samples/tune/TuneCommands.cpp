@@ -154,8 +154,12 @@ int fitArray(const TuneArguments& arguments)
     const std::string picture = arguments.picture.empty()
                                     ? std::filesystem::path(out).replace_extension(".svg").string()
                                     : arguments.picture;
-    writeFile(picture, pictureOf(fit));
-    std::cout << "written to  " << out << ", " << picture << "\n";
+    std::cout << "written to  " << out << std::endl;
+    const std::string problem = drawTuning(fit, picture);
+    if (problem.empty())
+        std::cout << "picture     " << picture << "\n";
+    else
+        std::cerr << "midair-tune: " << problem << "\n";
     return TUNED;
 }
 

@@ -103,7 +103,8 @@ void addFitting(CLI::App& command, TuneArguments& arguments)
     addArray(command, arguments, "as for the plan");
     command.add_option("--readings", arguments.readings, "the readings")->capture_default_str();
     command.add_option("--out", arguments.out, "array file (tuned.json)");
-    command.add_option("--picture", arguments.picture, "picture (beside it, .svg)");
+    command.add_option(
+        "--picture", arguments.picture, "picture: .svg, .png or .pdf (beside it, .svg)");
     command
         .add_option("--search", fit.prior.search_m, "m that the microphone may be off its place")
         ->transform(in("m"))

@@ -65,13 +65,8 @@ struct CurvePlot
     std::vector<CurvePanel> panels;
 };
 
-/// Writes \a plot to \a path (.png), drawn off screen with OpenGL; curves of more points than
-/// pixels keep their lowest and highest in each. Returns false if nothing could be written, or
-/// there is nothing to draw; \a message then says why.
-bool writeCurvePlot(const std::string& path, const CurvePlot& plot, std::string* message = nullptr);
-
-/// Returns 1, 2 or 5 times a power of ten: the least such step with which \a range (above 0) has at
-/// most \a most steps.
-double tickStep(double range, int most);
+/// Draws \a plot into \a path (.png, .svg, .pdf) by drawPlot(). Returns what went wrong, or an
+/// empty text.
+std::string drawCurves(const std::string& path, const CurvePlot& plot);
 
 } // namespace midair::samples

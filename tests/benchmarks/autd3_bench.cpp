@@ -4,6 +4,7 @@
 #include "device/autd3/emulator/EmulatedLink.h"
 #include "device/autd3/emulator/UdpUnits.h"
 #include "device/drive/DriveSequence.h"
+#include "haptics/base/Percentile.h"
 #include "haptics/base/threads/SteadyClock.h"
 #include "tests/benchmarks/Timing.h"
 #include "tests/benchmarks/autd3/BareDatagrams.h"
@@ -167,14 +168,6 @@ DriveSignal fieldOf(int transducers, unsigned number, bool isEven)
     return signal;
 }
 
-double percentile(std::vector<double> values, double share)
-{
-    if (values.empty()) return 0;
-    std::sort(values.begin(), values.end());
-    return values[std::min(values.size() - 1,
-                           static_cast<std::size_t>(share * static_cast<double>(values.size())))];
-}
-
 void pause(double time_s)
 {
     std::this_thread::sleep_for(std::chrono::duration<double>(time_s));
@@ -220,8 +213,8 @@ void playFields(const Settings& settings, const Case& what)
                 static_cast<unsigned long long>(seen.writesIntoBanks + seen.writesIntoSlots +
                                                 seen.fields.unknown),
                 static_cast<double>(seen.fields.worstSkew_ns) * 1e-3,
-                percentile(latencies_ms, 0.5),
-                percentile(latencies_ms, 0.99),
+                base::percentile(latencies_ms, 0.5),
+                base::percentile(latencies_ms, 0.99),
                 figures.lead_s * 1e3,
                 static_cast<unsigned long long>(figures.takenBack));
     std::fflush(stdout);

@@ -2,9 +2,9 @@
 
 #include "device/drive/DriveEncoder.h"
 #include "engine-bridge/playing/PressureCap.h"
+#include "haptics/base/Percentile.h"
 #include "haptics/base/threads/SteadyClock.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <random>
 #include <vector>
@@ -56,12 +56,11 @@ void hold(int fields, int points)
         factor = cap.holdAll({where, {&array}, medium}, held);
         times_ms.push_back(1e3 * (base::steadySeconds() - start_s));
     }
-    std::sort(times_ms.begin(), times_ms.end());
     std::printf("%3d fields, %4d points: %8.2f ms (best %.2f), factor %.4f\n",
                 fields,
                 points,
-                times_ms[times_ms.size() / 2],
-                times_ms.front(),
+                base::percentile(times_ms, 0.5),
+                base::percentile(times_ms, 0.0),
                 factor);
 }
 

@@ -6,6 +6,7 @@
 #include "device/drive/DriveEncoder.h"
 #include "device/usb/Protocol.h"
 #include "device/usb/UsbTransferPool.h"
+#include "haptics/base/Percentile.h"
 
 #include <algorithm>
 #include <atomic>
@@ -28,18 +29,12 @@
 #endif
 
 using namespace midair::device;
+using midair::base::percentile;
 
 namespace
 {
 
 constexpr int kTransducers = 3984;
-
-double percentile(std::vector<double>& values, double share)
-{
-    if (values.empty()) return 0;
-    std::sort(values.begin(), values.end());
-    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
-}
 
 DeviceLayout octagon()
 {

@@ -22,19 +22,6 @@ Eigen::VectorXcf speckle(int transducers, std::mt19937& random)
     return q;
 }
 
-template<class Work>
-double median_ms(int rounds, const Work& work)
-{
-    std::vector<double> times_ms;
-    for (int round = 0; round < rounds; ++round)
-    {
-        const double start_ms = bench::cpu_ms();
-        work();
-        times_ms.push_back(bench::cpu_ms() - start_ms);
-    }
-    return bench::median(times_ms);
-}
-
 void time()
 {
     const haptics::TransducerArray array = haptics::TransducerArray::octagonalPrism();
@@ -44,25 +31,25 @@ void time()
     Eigen::Matrix3Xd places;
     std::printf("%d transducers, 32 places, one core, median\n", array.size());
     std::printf("choosing places       %8.3f ms\n",
-                median_ms(5, [&] { places = haptics::placesAround(array, 32); }));
+                bench::median_ms(5, [&] { places = haptics::placesAround(array, 32); }));
     std::shared_ptr<haptics::Exposure> ears;
-    std::printf(
-        "coefficients, once    %8.3f ms\n",
-        median_ms(5, [&] { ears = std::make_shared<haptics::Exposure>(array, medium, places); }));
+    std::printf("coefficients, once    %8.3f ms\n",
+                bench::median_ms(
+                    5, [&] { ears = std::make_shared<haptics::Exposure>(array, medium, places); }));
     double sum = 0.0;
     std::printf("incoherent, a field   %8.3f ms\n",
-                median_ms(1000, [&] { sum += ears->incoherent_Pa2(q).sum(); }));
+                bench::median_ms(1000, [&] { sum += ears->incoherent_Pa2(q).sum(); }));
     std::printf("with phases, a field  %8.3f ms\n",
-                median_ms(1000, [&] { sum += ears->coherent_Pa2(q).sum(); }));
+                bench::median_ms(1000, [&] { sum += ears->coherent_Pa2(q).sum(); }));
     std::printf("spots, once           %8.3f ms\n",
-                median_ms(1, [&] { sum += ears->spots_Pa(q).cwiseAbs().sum(); }));
+                bench::median_ms(1, [&] { sum += ears->spots_Pa(q).cwiseAbs().sum(); }));
     std::printf("spots, a field        %8.3f ms\n",
-                median_ms(300, [&] { sum += ears->spots_Pa(q).cwiseAbs().sum(); }));
+                bench::median_ms(300, [&] { sum += ears->spots_Pa(q).cwiseAbs().sum(); }));
     const bridge::EarBound bound(110.0, ears);
     std::printf("limit, a field        %8.3f ms\n",
-                median_ms(300, [&] { sum += bound.excess(q, 0.0f, {}); }));
+                bench::median_ms(300, [&] { sum += bound.excess(q, 0.0f, {}); }));
     std::printf("moving an ear         %8.3f ms\n",
-                median_ms(20, [&] { ears->move(3, places.col(3)); }));
+                bench::median_ms(20, [&] { ears->move(3, places.col(3)); }));
     if (!(sum > 0.0)) std::printf("nothing is heard\n");
 }
 

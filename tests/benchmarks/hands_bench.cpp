@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <functional>
 #include <random>
 #include <string>
 #include <vector>
@@ -24,17 +23,10 @@ using Eigen::Vector3d;
 namespace
 {
 
-double median_us(int runs, const std::function<void()>& work)
+template<class Work>
+double median_us(int runs, const Work& work)
 {
-    std::vector<double> times;
-    for (int run = 0; run < runs; ++run)
-    {
-        const double start = midair::bench::cpu_us();
-        work();
-        times.push_back(midair::bench::cpu_us() - start);
-    }
-    std::nth_element(times.begin(), times.begin() + runs / 2, times.end());
-    return times[static_cast<std::size_t>(runs) / 2];
+    return 1e3 * bench::median_ms(runs, work);
 }
 
 /// Two hands, the index fingers' tips \a height over the sphere's poles along z.

@@ -6,6 +6,7 @@
 #include "plugin/engine/HapticEngine.h"
 #include "plugin/engine/SceneAccess.h"
 #include "samples/views/Offscreen.h"
+#include "tests/benchmarks/Timing.h"
 #include "tests/benchmarks/kit/Reading.h"
 #include "tests/benchmarks/kit/Touching.h"
 
@@ -22,32 +23,16 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <functional>
 #include <new>
 #include <string>
 #include <thread>
 #include <vector>
-
-#include <time.h>
 
 namespace
 {
 
 std::atomic<long> allocations{0};
 thread_local bool counting = false;
-
-double cpuTime_us(clockid_t clock)
-{
-    timespec now{};
-    clock_gettime(clock, &now);
-    return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
-
-/// Time of this thread alone, so that a busy machine does not count.
-double threadTime_us()
-{
-    return cpuTime_us(CLOCK_THREAD_CPUTIME_ID);
-}
 
 } // namespace
 
@@ -126,13 +111,12 @@ struct BigScene
     }
 };
 
-void report(const char* what, std::vector<double>& times_us, double perFrameAllocations)
+void report(const char* what, const std::vector<double>& times_us, double perFrameAllocations)
 {
-    std::sort(times_us.begin(), times_us.end());
     std::printf("%-44s median %7.1f us, p99 %7.1f us, %5.1f allocations a frame\n",
                 what,
-                times_us[times_us.size() / 2],
-                times_us[times_us.size() * 99 / 100],
+                midair::base::percentile(times_us, 0.5),
+                midair::base::percentile(times_us, 0.99),
                 perFrameAllocations);
 }
 
@@ -148,11 +132,11 @@ void collect(const char* what, int branching, bool tags, bool moving)
         if (moving || frame == 0) big.move(frame);
         stamp->setFrameNumber(static_cast<unsigned int>(frame));
         if (frame == 50) before = allocations;
-        const double start = threadTime_us();
+        const double start = midair::bench::cpu_us();
         counting = true;
         big.scene->update(stamp);
         counting = false;
-        if (frame >= 50) times.push_back(threadTime_us() - start);
+        if (frame >= 50) times.push_back(midair::bench::cpu_us() - start);
     }
     report(what, times, static_cast<double>(allocations - before) / kFrames);
 }
@@ -189,9 +173,9 @@ double processShare(osg::Node* root, int seconds)
         }
     };
     frames(60); // solved by then
-    const double before = cpuTime_us(CLOCK_PROCESS_CPUTIME_ID);
+    const double before = midair::bench::cpu_us(CLOCK_PROCESS_CPUTIME_ID);
     frames(60 * seconds);
-    return (cpuTime_us(CLOCK_PROCESS_CPUTIME_ID) - before) / (1e6 * seconds) * 100.0;
+    return (midair::bench::cpu_us(CLOCK_PROCESS_CPUTIME_ID) - before) / (1e6 * seconds) * 100.0;
 }
 
 osg::ref_ptr<osg::Node> box(float size_m)
@@ -218,12 +202,12 @@ void idle(int seconds)
         static_cast<unsigned long long>(s.solves));
     osg::ref_ptr<osg::FrameStamp> stamp = new osg::FrameStamp;
     constexpr int kLooks = 2000;
-    const double before_us = threadTime_us();
+    const double before_us = midair::bench::cpu_us();
     for (int i = 0; i < kLooks; ++i)
         scene->update(stamp);
     std::printf("a full look at it, one after the other: %.2f us; at rest there are ten a second, "
                 "each with cold caches\n",
-                (threadTime_us() - before_us) / kLooks);
+                (midair::bench::cpu_us() - before_us) / kLooks);
     BigScene big(10, false);
     big.move(0);
     std::printf("idle scene of 10,000 nodes, 10 objects: %.3f %% of a core with the kit's viewer\n",
@@ -266,16 +250,14 @@ void motionToSignal(int seconds)
         above_ms.push_back(result->latency_ms - solve_ms.back());
     }
     if (above_ms.empty()) return;
-    std::sort(above_ms.begin(), above_ms.end());
-    std::sort(solve_ms.begin(), solve_ms.end());
     std::printf(
         "motion to drive signal, %d points, %zu fields: solve median %.2f ms; above it median "
         "%.2f ms, p99 %.2f ms\n",
         static_cast<int>(last->points.size()),
         above_ms.size(),
-        solve_ms[solve_ms.size() / 2],
-        above_ms[above_ms.size() / 2],
-        above_ms[above_ms.size() * 99 / 100]);
+        midair::base::percentile(solve_ms, 0.5),
+        midair::base::percentile(above_ms, 0.5),
+        midair::base::percentile(above_ms, 0.99));
 }
 
 } // namespace

@@ -7,7 +7,6 @@
 #include "tests/haptics/surface/SampleMeshes.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -49,13 +48,6 @@ double largestGap(const TriangleMesh& mesh, const SurfaceSamples& samples, doubl
     return std::sqrt(largest);
 }
 
-double wallTime_ms()
-{
-    return std::chrono::duration<double, std::milli>(
-               std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
-
 struct Times
 {
     double wall_ms;
@@ -68,16 +60,13 @@ Times median(int repeats, const TriangleMesh& mesh, const SamplerOptions& option
     std::vector<double> thread;
     for (int i = 0; i < repeats; ++i)
     {
-        const double wallStart = wallTime_ms();
+        const double wallStart = midair::bench::wall_ms();
         const double threadStart = midair::bench::cpu_ms();
         const SurfaceSamples samples = sampleSurface(mesh, options);
-        wall.push_back(wallTime_ms() - wallStart);
+        wall.push_back(midair::bench::wall_ms() - wallStart);
         thread.push_back(midair::bench::cpu_ms() - threadStart);
     }
-    std::sort(wall.begin(), wall.end());
-    std::sort(thread.begin(), thread.end());
-    const auto middle = static_cast<std::size_t>(repeats) / 2;
-    return {wall[middle], thread[middle]};
+    return {midair::bench::median(wall), midair::bench::median(thread)};
 }
 
 /// A finer mesh of the same surface, of \a triangles triangles or a few more: all cut in four as

@@ -2,8 +2,7 @@
 // swing, elbows bend until the hands touch the body, and what touches or is stretched changes the
 // set of points. Times of updates on one core, and how exact they are.
 
-#include "engine-bridge/pipeline/HologramPipeline.h"
-#include "tests/benchmarks/Timing.h"
+#include "tests/benchmarks/Updates.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 
 #include <algorithm>
@@ -14,7 +13,6 @@
 
 #include <CLI/CLI.hpp>
 
-using midair::bench::cpu_ms;
 using midair::haptics::TriangleMesh;
 
 namespace
@@ -116,10 +114,6 @@ private:
 /// median, ms.
 double run(const char* name, bool isSkinned, int updates)
 {
-    midair::bridge::HologramOptions options;
-    options.array = midair::haptics::TransducerArray::octagonalPrism();
-    options.deviceUri = "null:";
-    midair::bridge::HologramPipeline pipeline(options);
     const Figure figure;
     midair::bridge::SceneSnapshot snapshot;
     snapshot.objects.resize(1);
@@ -128,48 +122,25 @@ double run(const char* name, bool isSkinned, int updates)
     object.path = name;
     constexpr double kShoulder_rad = 0.5, kElbow_rad = 0.9;
     object.mesh = figure.posed(kShoulder_rad, kElbow_rad);
-    std::vector<double> times_ms;
-    double worstRms = 0.0, sumRms = 0.0;
-    int changes = 0, last = 0;
-    for (int i = 0; i <= updates; ++i)
-    {
-        const double way_m = i * kSpeed_m_s / kFrames_Hz;
-        snapshot.frame = static_cast<std::uint64_t>(i);
-        if (isSkinned)
+    return midair::bench::timeUpdates(
+        name,
+        updates,
+        snapshot,
+        [&](int i)
         {
-            // Hands travel about as fast as the carried figure.
-            const double phase = way_m / 0.05;
-            object.mesh = figure.posed(kShoulder_rad + 0.35 * std::sin(phase),
-                                       kElbow_rad + 0.5 * std::sin(0.7 * phase));
-            object.meshId = static_cast<std::uint64_t>(i) + 1;
-        }
-        else
-            object.pose.translation() =
-                0.02 * Eigen::Vector3d(std::cos(way_m / 0.02), 0.0, std::sin(way_m / 0.02));
-        const double start_ms = cpu_ms();
-        const auto result = pipeline.process(snapshot);
-        if (i == 0) continue; // the first field starts from nothing
-        times_ms.push_back(cpu_ms() - start_ms);
-        worstRms = std::max(worstRms, result->report().rms);
-        sumRms += result->report().rms;
-        changes += result->report().points != last;
-        last = result->report().points;
-    }
-    const double median_ms = midair::bench::median(times_ms);
-    std::sort(times_ms.begin(), times_ms.end());
-    std::printf("%-8s %4d points: median %6.2f ms, p99 %6.2f ms, longest %6.2f ms; rms %.4f %%, "
-                "at worst %.4f %%; another number of points in %d of %d; sampled %d times\n",
-                name,
-                last,
-                median_ms,
-                times_ms[times_ms.size() * 99 / 100],
-                times_ms.back(),
-                100.0 * sumRms / updates,
-                100.0 * worstRms,
-                changes,
-                updates,
-                static_cast<int>(pipeline.counters().meshesSampled));
-    return median_ms;
+            const double way_m = i * kSpeed_m_s / kFrames_Hz;
+            if (isSkinned)
+            {
+                // Hands travel about as fast as the carried figure.
+                const double phase = way_m / 0.05;
+                object.mesh = figure.posed(kShoulder_rad + 0.35 * std::sin(phase),
+                                           kElbow_rad + 0.5 * std::sin(0.7 * phase));
+                object.meshId = static_cast<std::uint64_t>(i) + 1;
+            }
+            else
+                object.pose.translation() =
+                    0.02 * Eigen::Vector3d(std::cos(way_m / 0.02), 0.0, std::sin(way_m / 0.02));
+        });
 }
 
 } // namespace

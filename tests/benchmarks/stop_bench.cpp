@@ -7,15 +7,16 @@
 #include "haptics/base/threads/StopToken.h"
 #include "haptics/base/threads/ThreadPool.h"
 #include "haptics/solvers/HologramSolver.h"
+#include "tests/benchmarks/Timing.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 #include "tests/engine-bridge/pipeline/SphereMesh.h"
 #include "tests/haptics/solvers/ScenePoints.h"
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
-#include <ctime>
+#include <functional>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -24,29 +25,19 @@
 #include <sys/resource.h>
 
 using namespace midair::haptics;
+using midair::base::percentile;
+using midair::bench::cpu_ms;
+using midair::bench::median;
+using midair::bench::wall_ms;
 using midair::bridge::HologramOptions;
 using midair::bridge::SceneSnapshot;
 
 namespace
 {
 
-double wall_ms()
-{
-    return std::chrono::duration<double, std::milli>(
-               std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
-
-double threadTime_ms(clockid_t clock)
-{
-    timespec time{};
-    clock_gettime(clock, &time);
-    return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
-}
-
 struct Ending
 {
-    double wall_ms = 0.0, cpu_ms = 0.0;
+    double byWall_ms = 0.0, byCpu_ms = 0.0;
 };
 
 /// Asked to stop \a after_ms into the solve; solved again where it ended by itself before.
@@ -70,7 +61,7 @@ Ending timeStop(const std::string& name, int n, double after_ms, int threads)
         [&]
         {
             std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(after_ms));
-            cpuThen_ms = threadTime_ms(clock);
+            cpuThen_ms = cpu_ms(clock);
             requested_ms = wall_ms();
             source.request();
         });
@@ -78,7 +69,7 @@ Ending timeStop(const std::string& name, int n, double after_ms, int threads)
     while (solver->solve(points, array, Medium(), q).stop != StopReason::STOPPED)
     {
     }
-    const Ending ending{wall_ms() - requested_ms, threadTime_ms(clock) - cpuThen_ms};
+    const Ending ending{wall_ms() - requested_ms, cpu_ms(clock) - cpuThen_ms};
     later.join();
     return ending;
 }
@@ -171,13 +162,12 @@ void benchScenes(int repeats, double upTo_ms)
         std::vector<double> times;
         for (int k = 0; k < repeats; ++k)
             times.push_back(timeClosing(scene, upTo_ms * (k + 0.5) / repeats));
-        std::sort(times.begin(), times.end());
         rusage usage{};
         getrusage(RUSAGE_SELF, &usage);
         std::printf("%s, %.1f, %.1f, %ld\n",
                     scene.name,
-                    times[times.size() / 2],
-                    times.back(),
+                    median(times),
+                    percentile(times, 1.0),
                     usage.ru_maxrss / 1024);
         std::fflush(stdout);
     }
@@ -208,19 +198,17 @@ int main(int argc, char** argv)
             for (int k = 0; k < repeats; ++k)
             {
                 const Ending ending = timeStop(name, n, upTo_ms * (k + 0.5) / repeats, threads);
-                wall.push_back(ending.wall_ms);
-                cpu.push_back(ending.cpu_ms);
+                wall.push_back(ending.byWall_ms);
+                cpu.push_back(ending.byCpu_ms);
             }
-            std::sort(wall.begin(), wall.end());
-            std::sort(cpu.begin(), cpu.end());
             std::printf("%s, %d, %d, %.1f, %.1f, %.1f, %.1f\n",
                         name.c_str(),
                         n,
                         threads,
-                        wall[wall.size() / 2],
-                        wall.back(),
-                        cpu[cpu.size() / 2],
-                        cpu.back());
+                        median(wall),
+                        percentile(wall, 1.0),
+                        median(cpu),
+                        percentile(cpu, 1.0));
             std::fflush(stdout);
         }
     benchScenes(repeats, upTo_ms);

@@ -2,21 +2,17 @@
 // two touch, points of one are too near those of the other, so the set of points changes from
 // update to update. Times of updates on one core, and how exact they are.
 
-#include "engine-bridge/pipeline/HologramPipeline.h"
 #include "haptics/base/Units.h"
-#include "tests/benchmarks/Timing.h"
+#include "tests/benchmarks/Updates.h"
 #include "tests/engine-bridge/pipeline/Fakes.h"
 #include "tests/haptics/surface/SampleMeshes.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <vector>
 
 #include <CLI/CLI.hpp>
-
-using midair::bench::cpu_ms;
 
 namespace
 {
@@ -43,46 +39,20 @@ midair::bridge::SceneSnapshot ballOnPlate()
 /// Rolls the ball \a gap_m above the plate; prints what the updates took. Returns the median, ms.
 double roll(const char* name, double gap_m, int updates)
 {
-    midair::bridge::HologramOptions options;
-    options.array = midair::haptics::TransducerArray::octagonalPrism();
-    options.deviceUri = "null:";
-    midair::bridge::HologramPipeline pipeline(options);
     midair::bridge::SceneSnapshot snapshot = ballOnPlate();
     constexpr double kCircle_m = 0.03;
-    std::vector<double> times_ms;
-    double worstRms = 0.0, sumRms = 0.0;
-    int changes = 0, last = 0;
-    for (int i = 0; i <= updates; ++i)
-    {
-        const double angle = i * kSpeed_m_s / kFrames_Hz / kCircle_m;
-        snapshot.frame = static_cast<std::uint64_t>(i);
-        snapshot.objects[1].pose.translation() =
-            Eigen::Vector3d(kCircle_m * std::cos(angle),
-                            snapshot.objects[0].pose.translation().y() + kRadius_m + gap_m,
-                            kCircle_m * std::sin(angle));
-        const double start_ms = cpu_ms();
-        const auto result = pipeline.process(snapshot);
-        if (i == 0) continue; // the first field starts from nothing
-        times_ms.push_back(cpu_ms() - start_ms);
-        worstRms = std::max(worstRms, result->report().rms);
-        sumRms += result->report().rms;
-        changes += result->report().points != last;
-        last = result->report().points;
-    }
-    const double median_ms = midair::bench::median(times_ms);
-    std::sort(times_ms.begin(), times_ms.end());
-    std::printf("%-9s %4d points: median %6.2f ms, p99 %6.2f ms, longest %6.2f ms; rms %.4f %%, "
-                "at worst %.4f %%; another number of points in %d of %d\n",
-                name,
-                last,
-                median_ms,
-                times_ms[times_ms.size() * 99 / 100],
-                times_ms.back(),
-                100.0 * sumRms / updates,
-                100.0 * worstRms,
-                changes,
-                updates);
-    return median_ms;
+    return midair::bench::timeUpdates(
+        name,
+        updates,
+        snapshot,
+        [&](int i)
+        {
+            const double angle = i * kSpeed_m_s / kFrames_Hz / kCircle_m;
+            snapshot.objects[1].pose.translation() =
+                Eigen::Vector3d(kCircle_m * std::cos(angle),
+                                snapshot.objects[0].pose.translation().y() + kRadius_m + gap_m,
+                                kCircle_m * std::sin(angle));
+        });
 }
 
 } // namespace

@@ -2,10 +2,10 @@
 // ones, the focus, the microphone's place.
 
 #include "haptics/base/Units.h"
+#include "haptics/base/threads/SteadyClock.h"
 #include "haptics/tuning/TuningAccuracy.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -70,11 +70,9 @@ Row measure(const Case& what, int seeds)
         readings.values.resize(plan.size());
         for (int k = 0; k < plan.size(); ++k)
             readings.values[k] = instrument.reading(k);
-        const auto start = std::chrono::steady_clock::now();
+        const double start_s = base::steadySeconds();
         const TuningFit fit = fitTuning(array, plan, readings);
-        row.fit_s = std::max(
-            row.fit_s,
-            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        row.fit_s = std::max(row.fit_s, base::steadySeconds() - start_s);
         if (!fit.usable())
         {
             ++row.refused;

@@ -22,8 +22,8 @@ namespace
 
 void draw(const CurvePlot& plot, const std::string& path)
 {
-    std::string problem;
-    if (!writeCurvePlot(path, plot, &problem)) throw base::InputError(problem);
+    const std::string problem = drawCurves(path, plot);
+    if (!problem.empty()) throw base::InputError(problem);
     std::printf("%s\n", path.c_str());
 }
 
@@ -182,7 +182,7 @@ int plotCommand(int argc, char** argv)
     std::vector<std::string> files;
     std::string out = "jnd.png";
     app.add_option("files", files, "Results of sessions of one experiment")->required();
-    app.add_option("--out", out, "PNG file")->capture_default_str();
+    app.add_option("--out", out, "Picture: .png, .svg or .pdf")->capture_default_str();
     CLI11_PARSE(app, argc, argv);
     try
     {

@@ -4,10 +4,10 @@
 #include "haptics/sequence/SequenceComposer.h"
 #include "haptics/solvers/dense/LevenbergMarquardt.h"
 #include "haptics/surface/SurfaceSampler.h"
+#include "tests/benchmarks/Timing.h"
 
 #include <Eigen/Geometry>
 
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <vector>
@@ -145,12 +145,10 @@ void runPatches(bool quick)
             for (const SurfaceSamples& samples : sampleSurfaceSets(mesh, sampling, K))
                 sets.push_back(pointsAt(samples.positions));
             base::MessageLog messages;
-            const auto start = std::chrono::steady_clock::now();
+            const double start_ms = wall_ms();
             const FieldSequence cycle =
                 SequenceComposer(ComposerOptions(), messages).composeCycle(sets, {}, array, medium);
-            const double passed_ms =
-                std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-                    .count();
+            const double passed_ms = wall_ms() - start_ms;
             char kind[32];
             std::snprintf(kind, sizeof kind, "%d fields in turn", K);
             printPatch(patch, kind, 1.0, cycle.report.points, judge(cycle.fields), passed_ms);

@@ -13,7 +13,6 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace midair::bench
@@ -23,13 +22,6 @@ using namespace midair::haptics;
 
 namespace
 {
-
-double wall_ms()
-{
-    return std::chrono::duration<double, std::milli>(
-               std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 // n points along a polyline, evenly spaced, both ends of an open one included.
 Eigen::Matrix3Xd along(const std::vector<Eigen::Vector3d>& corners, bool closed, int n)

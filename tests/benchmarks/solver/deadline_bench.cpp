@@ -7,7 +7,6 @@
 #include "tests/haptics/solvers/ScenePoints.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <vector>
 
@@ -18,12 +17,6 @@ using midair::bench::median;
 
 namespace
 {
-
-double now_ms()
-{
-    using namespace std::chrono;
-    return duration<double, std::milli>(steady_clock::now().time_since_epoch()).count();
-}
 
 /// Returns the median time of a matrix build, ms.
 double build_ms(int n, const TransducerArray& array)
@@ -52,9 +45,9 @@ void race(int n, double deadline_ms, bool warm, int solves, const TransducerArra
     for (int k = 0; k < solves; ++k)
     {
         const ControlPoints points = spherePoints(n, 0.05, {1e-4 * k, 0, 0});
-        const double start = now_ms();
+        const double start = midair::bench::wall_ms();
         const SolveReport report = solver->solve(points, array, Medium(), q);
-        const double took = now_ms() - start;
+        const double took = midair::bench::wall_ms() - start;
         if (k < solves / 10) continue;
         times.push_back(took);
         rms.push_back(report.rms);

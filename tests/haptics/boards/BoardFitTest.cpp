@@ -145,6 +145,24 @@ TEST(BoardFit, TheOctagonFromATapeMeasure)
     }
 }
 
+// Three boards off by 50 mm and 20 degrees are not taken for their mirror images, nor anything
+// else.
+TEST(BoardFit, FarOff)
+{
+    const TransducerArray nominal = threeBoards();
+    const BoardPlan plan = planBoards(nominal, {});
+    for (const double sigma_m : {0.0, 1e-3})
+        for (unsigned seed = 1; seed <= 12; ++seed)
+        {
+            SCOPED_TRACE(fmt::format("sigma {} m, seed {}", sigma_m, seed));
+            const TransducerArray truth = putUp(nominal, 50e-3, 20.0, seed);
+            const BoardFitReport report =
+                fitBoards(nominal, measured(plan, truth, sigma_m, 100 + seed), {});
+            ASSERT_TRUE(report.usable) << all(report.problems);
+            EXPECT_LT(apart_m(report.array, truth, true), 1e-6 + 1.5 * sigma_m);
+        }
+}
+
 // Without errors they are found exactly, and what they are uncertain by scales with sigma.
 TEST(BoardFit, ExactDistancesGiveExactPoses)
 {

@@ -335,13 +335,15 @@ TEST(Solve, NeedsNoSceneGraphButForItsPicture)
     fs::copy_file(kProgram, out + "/midair-solve");
     EXPECT_EQ(shell(out + "/midair-solve --help").code, 0);
     const Outcome alone =
-        shell(out + "/midair-solve " + kStar + " --size 0.05 --out " + out + "/result");
+        shell(out + "/midair-solve " + kStar + " --size 0.05 --probe-points --duration 0.1 --out " +
+              out + "/result");
     EXPECT_EQ(alone.code, 0) << alone.output;
     EXPECT_NE(alone.output.find("no picture is drawn: midair-picture.so isn't there"),
               std::string::npos)
         << alone.output;
     EXPECT_TRUE(fs::exists(out + "/result/drive.csv"));
     EXPECT_FALSE(fs::exists(out + "/result/field.png"));
+    EXPECT_TRUE(fs::exists(out + "/result/probe.png"));
 }
 
 TEST(Solve, AnObjectOutsideTheArrayIsSilence)
