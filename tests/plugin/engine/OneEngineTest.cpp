@@ -1,5 +1,5 @@
-// The kit and the C interface play by one engine: the same calls in the same order give the same
-// drives, states, touches and messages. Each plays on a recorder of its own.
+// The kit, the C interface and Python play by one engine: the same calls in the same order give the
+// same drives, states, touches and messages. Each plays on a recorder of its own.
 #include "haptics/array/TransducerArray.h"
 #include "tests/plugin/KitTest.h"
 
@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -19,8 +21,11 @@
 #include <random>
 #include <sstream>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <midair.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 using namespace osgMidair;
 
@@ -157,8 +162,11 @@ std::ostream& operator<<(std::ostream& out, const Seen& seen)
 /// Names that differ by who plays.
 std::string withoutNames(std::string text)
 {
-    const std::pair<const char*, const char*> names[] = {
-        {"onekit", "ONE"}, {"onec", "ONE"}, {"scene/box", "BOX"}, {"object 1", "BOX"}};
+    const std::pair<const char*, const char*> names[] = {{"onekit", "ONE"},
+                                                         {"onec", "ONE"},
+                                                         {"onepython", "ONE"},
+                                                         {"scene/box", "BOX"},
+                                                         {"object 1", "BOX"}};
     for (const auto& [from, to] : names)
         for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from))
             text.replace(at, std::strlen(from), to);
@@ -197,6 +205,7 @@ public:
     virtual void move(double x_m) = 0;
     virtual void setHand(double z_m) = 0; ///< of the index finger's tip; 0: no hand
     virtual void setMuted(bool isMuted) = 0;
+    virtual void setLost(bool isLost) = 0; ///< its device
     virtual void frame(double time_s) = 0;
     virtual bool isSettled() = 0;
     virtual Seen seen() = 0;
@@ -248,6 +257,7 @@ public:
                                    : std::vector<Hand>());
     }
     void setMuted(bool isMuted) override { _scene->setMuted(isMuted); }
+    void setLost(bool isLost) override { ofKit.setLost(isLost); }
     void frame(double time_s) override { _scene->update(++_frame, time_s); }
     bool isSettled() override
     {
@@ -321,6 +331,7 @@ public:
     }
     void setHand(double z_m) override { _hand_m = z_m; }
     void setMuted(bool isMuted) override { midair_mute(_scene, isMuted ? 1 : 0); }
+    void setLost(bool isLost) override { ofC.setLost(isLost); }
     void frame(double time_s) override
     {
         const double tip[3] = {0.0, 0.0, _hand_m};
@@ -369,27 +380,151 @@ private:
     double _hand_m = 0.0;
 };
 
-/// Both players and the array's file, which both read.
+#ifdef MIDAIR_PYTHON
+/// A program in Python, which plays by lines that are written to it.
+class PythonPlayer : public Player
+{
+public:
+    PythonPlayer()
+    {
+        std::array<int, 2> to{};
+        std::array<int, 2> from{};
+        if (::pipe2(to.data(), O_CLOEXEC) != 0 || ::pipe2(from.data(), O_CLOEXEC) != 0) return;
+        _child = ::fork();
+        if (_child == 0)
+        {
+            ::dup2(to[0], STDIN_FILENO);
+            ::dup2(from[1], STDOUT_FILENO);
+            ::setenv("PYTHONPATH", MIDAIR_PYTHON_FOLDER, 1);
+            ::setenv("PYTHONDONTWRITEBYTECODE", "1", 1);
+            ::execl(MIDAIR_PYTHON,
+                    MIDAIR_PYTHON,
+                    MIDAIR_ROOT "/tests/plugin/engine/one_engine.py",
+                    nullptr);
+            ::_exit(127);
+        }
+        ::close(to[0]);
+        ::close(from[1]);
+        _to = ::fdopen(to[1], "w");
+        _from = ::fdopen(from[0], "r");
+    }
+    ~PythonPlayer() override
+    {
+        std::fclose(_to); // which ends it
+        std::fclose(_from);
+        ::waitpid(_child, nullptr, 0);
+    }
+    PythonPlayer(const PythonPlayer&) = delete;
+    PythonPlayer& operator=(const PythonPlayer&) = delete;
+
+    void begin(const std::string& array) { tell("begin " + array); }
+    void end() { tell("end"); }
+    void set(const std::string& name, const std::string& value) override
+    {
+        tell("set " + name + "=" + value);
+    }
+    void setOfBox(const std::string& name, const std::string& value) override
+    {
+        tell("box " + name + "=" + value);
+    }
+    void move(double x_m) override { tell(fmt::format("move {}", x_m)); }
+    void setHand(double z_m) override { tell(fmt::format("hand {}", z_m)); }
+    void setMuted(bool isMuted) override { tell(isMuted ? "mute 1" : "mute 0"); }
+    void setLost(bool isLost) override { tell(isLost ? "lost 1" : "lost 0"); }
+    void frame(double time_s) override { tell(fmt::format("frame {}", time_s)); }
+    bool isSettled() override { return !_isWaiting; }
+    Seen seen() override
+    {
+        tell("seen");
+        std::fflush(_to);
+        Seen all;
+        char* line = nullptr;
+        std::size_t room = 0;
+        for (ssize_t size = 0; (size = ::getline(&line, &room, _from)) > 0;)
+        {
+            const std::string text(line, static_cast<std::size_t>(size - 1));
+            if (text == ".") break;
+            take(text.substr(0, text.find(' ')), text.substr(text.find(' ') + 1), all);
+        }
+        std::free(line);
+        std::sort(all.touches.begin(), all.touches.end());
+        return all;
+    }
+
+private:
+    void tell(const std::string& line)
+    {
+        std::fputs((line + "\n").c_str(), _to);
+        std::fflush(_to);
+    }
+    void take(const std::string& what, const std::string& text, Seen& all)
+    {
+        if (what == "waiting") _isWaiting = text != "0";
+        if (what == "state") all.state = std::stoi(text);
+        if (what == "touch") all.touches.push_back(text);
+        if (what == "told") all.messages.push_back(withoutNames(text));
+        if (what != "field") return;
+        for (std::size_t i = 0; i + 1 < text.size(); i += 2)
+            all.field.push_back(
+                static_cast<std::uint8_t>(std::stoi(text.substr(i, 2), nullptr, 16)));
+    }
+
+    pid_t _child = -1;
+    std::FILE* _to = nullptr;
+    std::FILE* _from = nullptr;
+    bool _isWaiting = true;
+};
+#endif
+
+constexpr int kSeedsAtOnce = 10;
+
+/// All players, and the array's file, which they read.
 class OneEngine : public testing::TestWithParam<int>
 {
 protected:
-    OneEngine() : _random(static_cast<std::uint32_t>(GetParam()))
+    OneEngine()
     {
         registerRecorders();
-        ofKit.setLost(false);
-        ofC.setLost(false);
         _file = (std::filesystem::temp_directory_path() /
                  fmt::format("one-engine-{}-{}.json", ::getpid(), GetParam()))
                     .string();
-        write(-1);
-        _kit = std::make_unique<KitPlayer>(_file);
-        _c = std::make_unique<CPlayer>(_file);
     }
-    ~OneEngine() override
+    ~OneEngine() override { std::filesystem::remove(_file); }
+
+    /// Begins anew, with the calls that \a seed gives.
+    void begin(int seed)
     {
-        _kit.reset();
-        _c.reset();
-        std::filesystem::remove(_file);
+        _random.seed(static_cast<std::uint32_t>(seed));
+        ofKit.setLost(false);
+        ofC.setLost(false);
+        _isLost = false;
+        _awaited.clear();
+        write(-1);
+        _awaited.clear();
+        _players.clear();
+        _players.push_back(std::make_unique<KitPlayer>(_file));
+        _players.push_back(std::make_unique<CPlayer>(_file));
+#ifdef MIDAIR_PYTHON
+        _python.begin(_file);
+#endif
+        _time_s = 0.0;
+    }
+    void end()
+    {
+        _players.clear();
+#ifdef MIDAIR_PYTHON
+        _python.end();
+#endif
+    }
+    std::vector<Player*> players()
+    {
+        std::vector<Player*> all;
+        for (const auto& player : _players)
+            all.push_back(player.get());
+#ifdef MIDAIR_PYTHON
+        all.push_back(&_python);
+#endif
+        return all;
     }
 
     template<typename T>
@@ -404,24 +539,14 @@ protected:
         midair::haptics::TransducerArray array = midair::haptics::TransducerArray::load("board");
         if (dead >= 0) array.setDead({dead});
         std::ofstream(_file) << array.toJson();
-        if (_kit)
-            _awaited = fmt::format("read again: {} of {} ",
-                                   array.size() - static_cast<int>(array.dead.size()),
-                                   array.size());
+        _awaited = fmt::format("read again: {} of {} ",
+                               array.size() - static_cast<int>(array.dead.size()),
+                               array.size());
         _dead = dead;
     }
 
-    /// Makes both do something, and returns what it was.
+    /// Makes all do something, and returns what it was.
     std::string step();
-    void frames(int count)
-    {
-        for (int i = 0; i < count; ++i)
-        {
-            _time_s += 0.01;
-            _kit->frame(_time_s);
-            _c->frame(_time_s);
-        }
-    }
     /// Whether the array's file was read again since it was written last.
     bool hasRead(const Seen& seen) const
     {
@@ -431,32 +556,42 @@ protected:
                            [&](const std::string& message)
                            { return message.find(_awaited) != std::string::npos; });
     }
-    /// Runs frames until both have come to rest and show the same, at most 10 s.
+    /// Runs frames until all have come to rest and show the same, at most 10 s.
     void expectSame(const std::string& what)
     {
         const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-        Seen kit;
-        Seen c;
-        int same = 0;
-        while (same < 2 && std::chrono::steady_clock::now() < end)
+        std::vector<Seen> seen;
+        for (int same = 0; same < 2 && std::chrono::steady_clock::now() < end;)
         {
-            frames(1);
+            _time_s += 0.01;
+            seen.clear();
+            for (Player* player : players())
+                player->frame(_time_s);
             std::this_thread::sleep_for(std::chrono::milliseconds(3));
-            kit = _kit->seen();
-            c = _c->seen();
-            const bool isLost = kit.state == static_cast<int>(ArrayState::LOST);
-            const bool isRest = _kit->isSettled() && _c->isSettled() && isLost == _isLost &&
-                                kit.state != static_cast<int>(ArrayState::OPENING) &&
-                                hasRead(kit) && hasRead(c);
-            same = isRest && kit == c ? same + 1 : 0;
+            bool isRest = true;
+            for (Player* player : players())
+            {
+                seen.push_back(player->seen());
+                const Seen& last = seen.back();
+                const bool isLost = last.state == static_cast<int>(ArrayState::LOST);
+                isRest = isRest && player->isSettled() && isLost == _isLost &&
+                         last.state != static_cast<int>(ArrayState::OPENING) && hasRead(last) &&
+                         last == seen.front();
+            }
+            same = isRest ? same + 1 : 0;
         }
-        EXPECT_EQ(kit, c) << what;
+        for (std::size_t i = 1; i < seen.size(); ++i)
+            EXPECT_EQ(seen[0], seen[i]) << "player " << i << " after " << what;
+        EXPECT_EQ(seen[0].state == static_cast<int>(ArrayState::LOST), _isLost) << what;
+        EXPECT_TRUE(hasRead(seen[0])) << what;
     }
 
     std::mt19937 _random;
     std::string _file;
-    std::unique_ptr<Player> _kit;
-    std::unique_ptr<Player> _c;
+    std::vector<std::unique_ptr<Player>> _players;
+#ifdef MIDAIR_PYTHON
+    PythonPlayer _python;
+#endif
     double _time_s = 0.0;
     bool _isLost = false;
     int _dead = -1;
@@ -482,10 +617,10 @@ std::string OneEngine::step()
                                                 {"sampling", "surface"},
                                                 {"enabled", "false"},
                                                 {"enabled", "true"}};
-    const auto both = [&](const auto& call)
+    const auto all = [&](const auto& call)
     {
-        call(*_kit);
-        call(*_c);
+        for (Player* player : players())
+            call(*player);
     };
     switch (std::uniform_int_distribution<int>(0, 11)(_random))
     {
@@ -495,40 +630,39 @@ std::string OneEngine::step()
     case 3:
     {
         const Setting& one = oneOf(kSettings);
-        both([&](Player& player) { player.set(one.first, one.second); });
+        all([&](Player& player) { player.set(one.first, one.second); });
         return one.first + "=" + one.second;
     }
     case 4:
     case 5:
     {
         const Setting& one = oneOf(kOfBox);
-        both([&](Player& player) { player.setOfBox(one.first, one.second); });
+        all([&](Player& player) { player.setOfBox(one.first, one.second); });
         return "box " + one.first + "=" + one.second;
     }
     case 6:
     case 7:
     {
         const double x_m = oneOf<double>({-0.02, -0.01, 0.0, 0.015});
-        both([&](Player& player) { player.move(x_m); });
+        all([&](Player& player) { player.move(x_m); });
         return fmt::format("move {}", x_m);
     }
     case 8:
     {
         const double z_m = oneOf<double>({0.0, 0.16, 0.172, 0.178, 0.25});
-        both([&](Player& player) { player.setHand(z_m); });
+        all([&](Player& player) { player.setHand(z_m); });
         return fmt::format("hand {}", z_m);
     }
     case 9:
     {
         const bool isMuted = oneOf<int>({0, 1}) == 1;
-        both([&](Player& player) { player.setMuted(isMuted); });
+        all([&](Player& player) { player.setMuted(isMuted); });
         return isMuted ? "mute" : "unmute";
     }
     case 10:
     {
         _isLost = !_isLost;
-        ofKit.setLost(_isLost);
-        ofC.setLost(_isLost);
+        all([&](Player& player) { player.setLost(_isLost); });
         return _isLost ? "lost" : "back";
     }
     default:
@@ -539,15 +673,20 @@ std::string OneEngine::step()
 
 } // namespace
 
-TEST_P(OneEngine, PlaysTheSameForKitAndC)
+TEST_P(OneEngine, PlaysTheSameForAll)
 {
-    expectSame("begin");
-    std::string done;
-    for (int i = 0; i < 6 && !HasFailure(); ++i)
+    for (int seed = GetParam(); seed < GetParam() + kSeedsAtOnce && !HasFailure(); ++seed)
     {
-        done += step() + "; ";
+        begin(seed);
+        std::string done = fmt::format("seed {}: ", seed);
         expectSame(done);
+        for (int i = 0; i < 6 && !HasFailure(); ++i)
+        {
+            done += step() + "; ";
+            expectSame(done);
+        }
+        end();
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Random, OneEngine, testing::Range(0, 200));
+INSTANTIATE_TEST_SUITE_P(Random, OneEngine, testing::Range(0, 200, kSeedsAtOnce));
