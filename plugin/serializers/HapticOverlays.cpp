@@ -168,5 +168,8 @@ void osgMidair::registerHapticOverlays()
         "osgMidair::HapticOverlays",
         "osgMidair::Properties osg::Object osg::Node osgMidair::HapticOverlays",
         [](const char*, osgDB::ObjectWrapper* wrapper)
-        { wrapper->addSerializer(new Looks, osgDB::BaseSerializer::RW_USER); });
+        {
+            addFormatVersion(*wrapper);
+            wrapper->addSerializer(new Looks, osgDB::BaseSerializer::RW_USER);
+        });
 }

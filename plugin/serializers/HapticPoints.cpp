@@ -134,6 +134,7 @@ void osgMidair::registerHapticPoints()
         "osgMidair::Properties osg::Object osg::Node osgMidair::HapticPoints",
         [](const char*, osgDB::ObjectWrapper* wrapper)
         {
+            addFormatVersion(*wrapper);
             using MyClass = HapticPoints; // for OSG's macros
             ADD_USER_SERIALIZER(Points);
             ADD_USER_SERIALIZER(Pressures);

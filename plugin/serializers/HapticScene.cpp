@@ -54,6 +54,7 @@ void osgMidair::registerHapticScene()
         "osgMidair::Properties osg::Object osg::Node osg::Group osgMidair::HapticScene",
         [](const char*, osgDB::ObjectWrapper* wrapper)
         {
+            addFormatVersion(*wrapper);
             addSettings<HapticScene, HapticSettings>(
                 *wrapper,
                 sceneSettings(),

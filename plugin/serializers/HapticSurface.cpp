@@ -12,6 +12,7 @@ void osgMidair::registerHapticSurface()
         "osgMidair::Properties osg::Object osg::Node osg::Group osgMidair::HapticSurface",
         [](const char*, osgDB::ObjectWrapper* wrapper)
         {
+            addFormatVersion(*wrapper);
             addSettings<HapticSurface, HapticProperty>(
                 *wrapper,
                 surfaceProperties(),

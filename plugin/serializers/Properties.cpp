@@ -7,6 +7,9 @@
 #include <osgDB/ObjectWrapper>
 #include <osgDB/OutputStream>
 
+#include <algorithm>
+#include <ios>
+#include <streambuf>
 #include <string>
 #include <vector>
 
@@ -20,6 +23,33 @@ constexpr int kVersion = 1;
 /// Is added to the version in .osgb, "MH" in the file: what stands there in files of before 0.1.0
 /// is no such number.
 constexpr int kMark = 0x484D0000;
+
+/// Zeros without end, which OSG's reader takes for empty texts and lists. It has no state, so that
+/// all threads share one.
+class Zeros : public std::streambuf
+{
+protected:
+    int_type underflow() override { return 0; }
+    int_type uflow() override { return 0; }
+    std::streamsize xsgetn(char* to, std::streamsize count) override
+    {
+        std::fill_n(to, count, '\0');
+        return count;
+    }
+    pos_type seekoff(off_type, std::ios::seekdir, std::ios::openmode) override { return {0}; }
+    pos_type seekpos(pos_type, std::ios::openmode) override { return {0}; }
+};
+
+/// OSG's reader goes on behind an exception, would take any bytes for lengths of texts, and tells
+/// what it meets last; so it meets nothing more.
+struct EndedStream : osgDB::InputStream
+{
+    static void end(osgDB::InputStream& in)
+    {
+        static auto* const zeros = new Zeros;
+        (in.*(&EndedStream::_in))->getStream()->rdbuf(zeros);
+    }
+};
 
 /// Serializer of no property: it reads all of them from text.
 class Properties : public osgDB::BaseSerializer, public NamedProperties
@@ -65,10 +95,14 @@ public:
         {
             in >> version;
             const bool isMarked = (version & ~0xFFFF) == kMark;
-            if (version != kMark + kVersion)
-                in.throwException("osgMidair: " + std::string(object.className()) + ": " +
-                                  problemOf(isMarked ? std::to_string(version - kMark) : "none"));
-            return version == kMark + kVersion;
+            if (version == kMark + kVersion) return true;
+            const std::string told =
+                "osgMidair: " + std::string(object.className()) + ": " +
+                problemOf(isMarked ? std::to_string(version - kMark) : "none") +
+                "; the file is not read";
+            EndedStream::end(in);
+            in.throwException(told);
+            return false;
         }
         if (!in.matchString(getName())) return true;
         BlockReader& reader = BlockReader::of(in);
@@ -105,10 +139,12 @@ void registerProperties()
         "osgMidair::Properties",
         "osgMidair::Properties",
         [](osgDB::ObjectWrapper* wrapper)
-        {
-            wrapper->addSerializer(new Properties, osgDB::BaseSerializer::RW_USER);
-            wrapper->addSerializer(new FormatVersion, osgDB::BaseSerializer::RW_INT);
-        });
+        { wrapper->addSerializer(new Properties, osgDB::BaseSerializer::RW_USER); });
+}
+
+void addFormatVersion(osgDB::ObjectWrapper& wrapper)
+{
+    wrapper.addSerializer(new FormatVersion, osgDB::BaseSerializer::RW_INT);
 }
 
 } // namespace osgMidair

@@ -1,5 +1,10 @@
 #pragma once
 
+namespace osgDB
+{
+class ObjectWrapper;
+}
+
 namespace osgMidair
 {
 
@@ -10,5 +15,9 @@ void registerHapticScene();
 void registerHapticSurface();
 void registerHapticPoints();
 void registerHapticOverlays();
+
+/// Adds the version of the file formats to \a wrapper, before all properties of the class, whatever
+/// a class of a program's own that inherits from it begins with.
+void addFormatVersion(osgDB::ObjectWrapper& wrapper);
 
 } // namespace osgMidair

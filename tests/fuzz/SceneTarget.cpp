@@ -24,6 +24,9 @@ namespace
 
 using Serializer = osgDB::BaseSerializer;
 
+/// Of no other version a binary file is read.
+constexpr const char* kVersion = "FormatVersion";
+
 struct Property
 {
     std::string name;
@@ -34,10 +37,9 @@ struct Property
 struct Class
 {
     std::string name;
-    std::vector<Property> properties; ///< in the order of binary files
-    /// Overlays: numbers that follow in text, and in binary files if the last byte's highest bit is
-    /// set: how many they are, and the numbers.
-    std::vector<Property> numbers;
+    std::vector<Property> properties; ///< in the order of binary files, behind the version
+    /// Overlays: what follows by name, in binary files behind a byte that says how many there are.
+    std::vector<Property> named;
     std::string binary;           ///< a whole .osgb file of it with all defaults
     std::size_t propertiesAt = 0; ///< where in it the first property is; the rest are properties
 };
@@ -98,7 +100,8 @@ Class describe(const osg::ref_ptr<osg::Node>& node, const std::string& defaults)
     std::size_t length = defaults.size();
     for (std::size_t i = 0; i < wrapper->getSerializerList().size(); ++i)
     {
-        if (wrapper->getTypeList()[i] == Serializer::RW_USER) continue; // nothing in the file
+        if (wrapper->getTypeList()[i] == Serializer::RW_USER) continue; // nothing of fixed length
+        if (wrapper->getSerializerList()[i]->getName() == kVersion) continue;
         c.properties.push_back(
             {wrapper->getSerializerList()[i]->getName(), wrapper->getTypeList()[i]});
         const Serializer::Type type = c.properties.back().type;
@@ -106,12 +109,16 @@ Class describe(const osg::ref_ptr<osg::Node>& node, const std::string& defaults)
                   : type == Serializer::RW_MATRIXD ? bytesOf(type) + sizeof(std::int64_t)
                                                    : bytesOf(type);
     }
-    require(length < c.binary.size(), "properties are a file's end");
-    c.propertiesAt = c.binary.size() - length;
     if (dynamic_cast<const HapticOverlays*>(node.get()))
         for (const auto& [place, kind] : overlayKinds())
+        {
+            c.named.push_back({"Show" + kind.name, Serializer::RW_BOOL});
             for (const OverlayNumber& number : kind.numbers)
-                c.numbers.push_back({number.storedName(), Serializer::RW_DOUBLE});
+                c.named.push_back({number.storedName(), Serializer::RW_DOUBLE});
+        }
+    if (!c.named.empty()) ++length; // that there are none
+    require(length < c.binary.size(), "properties are a file's end");
+    c.propertiesAt = c.binary.size() - length;
     return c;
 }
 
@@ -189,7 +196,7 @@ std::string binaryFile(const Class& c, Source& source)
             append(values, static_cast<std::int64_t>(sizeof(std::int64_t) + 16 * sizeof(double)));
         values += source.bytes(bytesOf(property.type));
     }
-    if (!c.numbers.empty() && (static_cast<unsigned char>(values.back()) & 0x80U) != 0)
+    if (!c.named.empty())
     {
         const std::uint8_t count = source.byte();
         values += static_cast<char>(count);
@@ -198,7 +205,7 @@ std::string binaryFile(const Class& c, Source& source)
             // A name that is known, or any.
             const std::uint8_t choice = source.byte();
             const std::string name =
-                choice < c.numbers.size() ? c.numbers[choice].name : source.bytes(source.byte());
+                choice < c.named.size() ? c.named[choice].name : source.bytes(source.byte());
             append(values, static_cast<std::int32_t>(name.size()));
             values += name + source.bytes(sizeof(double));
         }
@@ -239,8 +246,9 @@ std::string textValue(const Property& property, const std::string& line)
 
 std::vector<Property> inText(const Class& c)
 {
-    std::vector<Property> all = c.properties;
-    all.insert(all.end(), c.numbers.begin(), c.numbers.end());
+    std::vector<Property> all = {{kVersion, Serializer::RW_INT}};
+    all.insert(all.end(), c.properties.begin(), c.properties.end());
+    all.insert(all.end(), c.named.begin(), c.named.end());
     return all;
 }
 

@@ -141,8 +141,11 @@ std::string ofVersion(osg::Node& node, const std::string& extension, int version
         replace("FormatVersion attribute=\"1\"", "FormatVersion attribute=\"" + number + "\"");
     else if (version >= 0)
         replace(std::string("\1\0MH", 4), {static_cast<char>(version), 0, 'M', 'H'});
-    else // as before there was one
+    else // as before there was one: other bytes are there
+    {
         replace(std::string("\1\0MH", 4), {});
+        text += "\1\1\1\1";
+    }
     return text;
 }
 
