@@ -1,8 +1,8 @@
-#include "engine-bridge/player/SceneOptions.h"
 #include "plugin/scene/PropertyConversion.h"
 
 #include "engine-bridge/materials/MaterialLibrary.h"
 #include "engine-bridge/materials/OwnNumbers.h"
+#include "engine-bridge/player/SceneOptions.h"
 #include "haptics/base/text/NearestWord.h"
 
 namespace osgMidair
@@ -73,8 +73,7 @@ midair::bridge::HapticProperties forBridge(const HapticProperty& property)
     p.modulationDepth = property.modulationDepth;
     p.render = property.render == HapticProperty::INHERIT
                    ? midair::bridge::Render::INHERIT
-                   : midair::bridge::renderOf(
-                         static_cast<HapticSettings::Render>(property.render));
+                   : midair::bridge::renderOf(static_cast<HapticSettings::Render>(property.render));
     if (!readMaterial(property, p.material) || !p.material.isValid())
     {
         p.material = {};

@@ -18,7 +18,7 @@ constexpr const char* kOscHorizon = "/midair/horizon";
 
 /// A datagram that is longer is none of hands: two take 2,600 bytes.
 constexpr std::size_t kMostOscBytes = 8192;
-constexpr double kOldestOscHand_s = 10.0; ///< the largest age that a sender may tell
+constexpr double kOldestOscHand_s = 10.0;     ///< the largest age that a sender may tell
 constexpr double kFarthestOscHorizon_s = 1.0; ///< how far ahead hands may be asked for
 
 /// What one datagram says.

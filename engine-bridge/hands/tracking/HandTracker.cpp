@@ -148,8 +148,7 @@ void HandTracker::askAhead(HandSource& source)
 void HandTracker::askNoLonger()
 {
     const std::shared_ptr<HandSource> source = active();
-    if (source && _later.answer == Later::YES)
-        base::thrownBy([&] { source->setHorizon(0.0); });
+    if (source && _later.answer == Later::YES) base::thrownBy([&] { source->setHorizon(0.0); });
     _later.answer = Later::NOT_ASKED;
 }
 

@@ -43,12 +43,8 @@ std::set<std::string> lacking(int ofObjects, const Descriptions& ofKit)
 TEST(CInterfaceSettings, AreThoseOfScenes)
 {
     EXPECT_EQ(lacking(0, HapticSettings::describe()),
-              (std::set<std::string>{"array",
-                                     "calibration",
-                                     "device",
-                                     "earCamera",
-                                     "hands",
-                                     "metresPerUnit"}));
+              (std::set<std::string>{
+                  "array", "calibration", "device", "earCamera", "hands", "metresPerUnit"}));
     EXPECT_EQ(
         lacking(1, HapticProperty::describe()),
         (std::set<std::string>{"intensity", "intensityChannel", "intensityHigh", "intensityLow"}));

@@ -230,7 +230,8 @@ TEST(SettingTable, MakesTheVariables)
         std::string error;
         ASSERT_TRUE(wanted.set(row.name, text, error)) << error;
         std::vector<std::string> errors;
-        const HapticSettings got = Environment::restrict(Environment::replace(HapticSettings(), errors));
+        const HapticSettings got =
+            Environment::restrict(Environment::replace(HapticSettings(), errors));
         EXPECT_TRUE(isSame<HapticSettings>(row.member, got, wanted)) << name;
         EXPECT_TRUE(errors.empty()) << errors.front();
         before ? setenv(name.c_str(), kept.c_str(), 1) : unsetenv(name.c_str());
