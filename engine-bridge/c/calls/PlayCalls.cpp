@@ -113,15 +113,13 @@ midair_status midair_update(midair_scene* scene, double time_s)
             of->isTimed = true;
             ++of->frame;
             of->player.rest();
-            std::string why = of->whySilenced();
-            if (why.empty()) of->configure();
-            if (why.empty() && !of->player.whySilenced().empty())
-                why = of->player.whySilenced().front();
+            const std::string why = of->whySilenced();
             if (!why.empty())
             {
                 of->player.silence();
                 fail(MIDAIR_SILENCED, why);
             }
+            of->configure();
             of->fillSnapshot();
             of->player.play(Eigen::Isometry3d::Identity());
             return MIDAIR_OK;
