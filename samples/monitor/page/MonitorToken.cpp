@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cstring>
 #include <stdexcept>
+#include <system_error>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -52,8 +53,9 @@ std::string tokenOfNewFile(const std::string& path)
 {
     const TokenFile file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
     if (file.get() < 0 && errno == EEXIST) return {};
-    if (file.get() < 0) failOnToken(path, fmt::format("can't be made: {}", std::strerror(errno)));
-    const std::string token = newToken();
+    if (file.get() < 0)
+        failOnToken(path, fmt::format("can't be made: {}", std::generic_category().message(errno)));
+    std::string token = newToken();
     const std::string line = token + "\n";
     if (::write(file.get(), line.data(), line.size()) != static_cast<ssize_t>(line.size()))
     {
@@ -78,20 +80,19 @@ std::string newToken()
 
 std::string tokenOfFile(const std::string& path)
 {
-    const std::string made = tokenOfNewFile(path);
+    std::string made = tokenOfNewFile(path);
     if (!made.empty()) return made;
     const TokenFile file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
     struct stat about = {};
     if (file.get() < 0 || ::fstat(file.get(), &about) != 0)
-        failOnToken(path, fmt::format("can't be read: {}", std::strerror(errno)));
+        failOnToken(path, fmt::format("can't be read: {}", std::generic_category().message(errno)));
     if (!S_ISREG(about.st_mode)) failOnToken(path, "is no regular file");
     if ((about.st_mode & 077U) != 0)
         failOnToken(path, fmt::format("may be read by others; type: chmod 600 {}", path));
     std::array<char, kMostTokenCharacters + 2> text{};
     const ssize_t got = ::read(file.get(), text.data(), text.size());
     const auto* const end = text.begin() + std::max<ssize_t>(0, got);
-    const std::string token(static_cast<const char*>(text.begin()),
-                            std::find(text.cbegin(), end, '\n'));
+    std::string token(static_cast<const char*>(text.begin()), std::find(text.cbegin(), end, '\n'));
     if (token.size() < kFewestTokenCharacters || token.size() > kMostTokenCharacters ||
         !std::all_of(token.begin(), token.end(), isTokenCharacter))
         failOnToken(path,

@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
-#include <cstring>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
@@ -173,8 +172,8 @@ int PageServer::listen(const MonitorAddress& address)
     const bool isBound = isAny ? any > 0 : bind_to_port(address.host, address.port);
     // The library lets five callers wait; a browser has more.
     if (!isBound || ::listen(svr_sock_, kBacklog) != 0)
-        throw std::runtime_error(
-            fmt::format("can't listen on {}: {}", address.text(), std::strerror(errno)));
+        throw std::runtime_error(fmt::format(
+            "can't listen on {}: {}", address.text(), std::generic_category().message(errno)));
     _listener = svr_sock_.exchange(INVALID_SOCKET);
     _threads.start("the operator's page", [self = shared_from_this()] { self->serveAll(); });
     return isAny ? any : address.port;
