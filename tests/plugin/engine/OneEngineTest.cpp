@@ -559,11 +559,10 @@ protected:
     void write(int dead)
     {
         midair::haptics::TransducerArray array = midair::haptics::TransducerArray::load("board");
+        array.name = fmt::format("version {}", ++_versions);
         if (dead >= 0) array.setDead({dead});
         std::ofstream(_file) << array.toJson();
-        _awaited = fmt::format("read again: {} of {} ",
-                               array.size() - static_cast<int>(array.dead.size()),
-                               array.size());
+        _awaited = "array \"" + array.name + "\" has changed";
         _dead = dead;
     }
 
@@ -618,6 +617,7 @@ protected:
     bool _isLost = false;
     bool _isRough = false; ///< only what roughly() leaves has to be the same
     int _dead = -1;
+    int _versions = 0;    ///< of the array's file
     std::string _awaited; ///< what is told of the array's file; empty: it wasn't written again
 };
 
