@@ -25,6 +25,7 @@ namespace
 
 using base::InputError;
 
+constexpr double kHeard_s = 0.2;     // until a signal that came is heard
 constexpr int kAgain = 8;            // rows of a place begun earlier that are read again
 constexpr double kMostChange = 0.25; // of what they then give, relative
 
@@ -250,6 +251,8 @@ private:
         case LineState::STOPPED:
             return false;
         case LineState::END:
+            // Ctrl-C reaches a command that reads as well, which may end before it is heard here.
+            if (!waits(kHeard_s)) return false;
             throw InputError("the readings ended at row " + number);
         case LineState::TIME_OUT:
             throw InputError(fmt::format(
