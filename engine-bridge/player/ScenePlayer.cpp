@@ -162,12 +162,12 @@ void ScenePlayer::apply()
     const bool wasOpen = std::exchange(_opening.isOpen, true);
     if (_opening.isKeptClosed) return;
     if (_host.filter) _host.filter(made);
-    if (!isOpen || !wasOpen) return start(std::move(made));
+    if (!isOpen || !wasOpen) return start(made);
     auto otherwise = _maker.factory(made);
     _shared.thread->setOptions(std::move(made), std::move(otherwise));
 }
 
-void ScenePlayer::start(HologramOptions options)
+void ScenePlayer::start(const HologramOptions& options)
 {
     auto make = _maker.factory(options);
     const std::lock_guard<std::mutex> lock(_shared.mutex);

@@ -193,7 +193,7 @@ private:
 
     void judgeCaps();
     void apply();
-    void start(HologramOptions options);
+    void start(const HologramOptions& options);
     bool submit();
     bool mayTouch() const;
     void tellSlowSolver(double now_s);

@@ -15,9 +15,9 @@
 namespace midair::bridge
 {
 
-/// The rows of SceneSettings that are no FieldSettings, for a struct \a S that inherits from it.
+/// Rows of SceneSettings: those of hands and ears, for a struct \a S that inherits from it.
 template<typename S>
-std::vector<base::Setting<S>> sceneRows()
+std::vector<base::Setting<S>> handRows()
 {
     using base::Effect;
     return {
@@ -55,7 +55,15 @@ std::vector<base::Setting<S>> sceneRows()
             .range(0.0, 0.2, "s")
             .variable("TRACKER_DELAY")
             .effect(Effect::NOTHING)
-            .noIdentity(),
+            .noIdentity()};
+}
+
+/// Those of what is played where hands touch, and of the air.
+template<typename S>
+std::vector<base::Setting<S>> contactRows()
+{
+    using base::Effect;
+    return {
         base::Row<S>("render",
                      base::choiceOf<S, &S::render>(),
                      "what is played of objects: the whole, foci on the skin where hands touch, or "
@@ -81,6 +89,13 @@ std::vector<base::Setting<S>> sceneRows()
                      "follows, or a name from the user's grants")
             .variable("TEMPERATURE_SOURCE")
             .effect(Effect::NOTHING)};
+}
+
+/// All rows of SceneSettings that are no FieldSettings, for a struct \a S that inherits from it.
+template<typename S>
+std::vector<base::Setting<S>> sceneRows()
+{
+    return base::joined<S>({handRows<S>(), contactRows<S>()});
 }
 
 /// Parses "2", "50 %", "2 relative", "500 Pa", "1.2kPa". Without a unit it stays the one that was

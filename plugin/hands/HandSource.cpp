@@ -63,7 +63,7 @@ std::shared_ptr<bridge::HandSource> makeOwn(const HandSourceFactory& make,
     const std::string thrown = midair::base::thrownBy([&] { source = make(options, why); });
     if (!thrown.empty()) throw std::runtime_error("what makes it has thrown " + thrown);
     if (!source) throw std::runtime_error(why.empty() ? "it could not be made" : why);
-    return std::make_shared<KitHands>(source);
+    return std::make_shared<KitHands>(source.get());
 }
 
 } // namespace

@@ -17,7 +17,7 @@ namespace osgMidair
 class KitHands : public midair::bridge::HandSource
 {
 public:
-    explicit KitHands(osg::ref_ptr<osgMidair::HandSource> source) : _source(std::move(source)) {}
+    explicit KitHands(osgMidair::HandSource* source) : _source(source) {}
 
     /// Returns the source of \a hands; null: it is no KitHands.
     static osgMidair::HandSource* of(const midair::bridge::HandSource* hands)

@@ -194,8 +194,8 @@ HapticSettings Environment::replace(HapticSettings settings, std::vector<std::st
 HapticSettings Environment::restrict(HapticSettings settings)
 {
     const midair::device::UserCaps caps = midair::device::capsOfUser();
-    static_cast<midair::bridge::SceneSettings&>(settings) =
-        midair::bridge::restricted(settings, caps);
+    midair::bridge::SceneSettings& scene = settings;
+    scene = midair::bridge::restricted(scene, caps);
     settings.isSilenced = settings.isSilenced || !caps.wrong.empty();
     settings.whySilenced.insert(settings.whySilenced.end(), caps.wrong.begin(), caps.wrong.end());
     return settings;
