@@ -159,10 +159,10 @@ void ScenePlayer::apply()
         _shared.medium = made.medium;
         _shared.counts.temperature_C = _played.air_C;
     }
-    const bool wasOpen = std::exchange(_opening.isOpen, true);
+    _opening.isOpen = true;
     if (_opening.isKeptClosed) return;
     if (_host.filter) _host.filter(made);
-    if (!isOpen || !wasOpen) return start(made);
+    if (!isOpen) return start(made);
     auto otherwise = _maker.factory(made);
     _shared.thread->setOptions(std::move(made), std::move(otherwise));
 }
@@ -210,7 +210,7 @@ bool ScenePlayer::play(const Eigen::Isometry3d& handsToArray, bool isChanged)
     const bool isIdle = _submitted.isAny() && !isRefused && !mayTouch() &&
                         !_submitted.differs(_snapshot, isChanged || !mayPlay());
     const bool isHandedOver = !isIdle && submit();
-    if (_shared.thread) _shared.thread->keepAlive();
+    rest();
     tellSlowSolver(start_s);
     const std::lock_guard<std::mutex> lock(_shared.mutex);
     SceneStatistics& counts = _shared.counts;

@@ -90,7 +90,7 @@ public:
     /// those of the frame before. Returns true if it was handed to the thread; snapshot() then
     /// holds an older one.
     bool play(const Eigen::Isometry3d& handsToArray, bool isChanged = true);
-    /// A frame in which nothing has changed, and nothing was looked at.
+    /// A frame in which nothing has changed, and nothing was looked at: a sign of life.
     void rest();
     /// Silences the array until the next play(), and ends all touches.
     void silence();
@@ -103,8 +103,6 @@ public:
     /// Ends all touches and the thread; what is returned has to be destroyed, which waits for the
     /// device. Nothing is opened before the next configure().
     std::shared_ptr<void> end();
-    /// The next frame is handed over, whatever it holds.
-    void forget() { _submitted.forget(); }
     bool hasSubmitted() const { return _submitted.isAny(); }
     double submitted_s() const { return _submitted.since_s(); } ///< steady clock
     /// \}

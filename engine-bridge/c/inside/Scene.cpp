@@ -44,12 +44,10 @@ ArrayPair::ArrayPair(haptics::TransducerArray array, std::string itsFile) :
 bool SetHands::frameAt(double time_s, bridge::HandFrame& frame)
 {
     const double now_s = base::steadySeconds();
-    double set_s = now_s;
     const bool any = bridge::InjectedHandSource::frameAt(now_s, frame);
-    std::swap(set_s, frame.time_s);
-    frame.time_s = time_s;
     for (bridge::Hand& hand : frame.hands)
-        hand.age_s += now_s - set_s;
+        hand.age_s += now_s - frame.time_s;
+    frame.time_s = time_s;
     return any;
 }
 
