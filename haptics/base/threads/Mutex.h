@@ -1,0 +1,85 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+
+// Says which lock guards a member and which lock a function needs, so that clang finds what forgets
+// it (-Wthread-safety, an error with -DMIDAIR_WERROR=ON). g++ reads past them. Source: clang's
+// "Thread Safety Analysis".
+#ifdef __clang__
+#define MIDAIR_THREADS(attribute) __attribute__((attribute))
+#else
+#define MIDAIR_THREADS(attribute)
+#endif
+/// A member that is read and written with `mutex` locked alone.
+#define MIDAIR_GUARDED_BY(mutex) MIDAIR_THREADS(guarded_by(mutex))
+/// What a pointer points to is read and written with `mutex` locked alone; the pointer itself is
+/// not guarded.
+#define MIDAIR_PT_GUARDED_BY(mutex) MIDAIR_THREADS(pt_guarded_by(mutex))
+/// A function, or a lambda behind its brackets, that is called with these locked.
+#define MIDAIR_REQUIRES(...) MIDAIR_THREADS(requires_capability(__VA_ARGS__))
+/// A function that locks these itself, and must not be called with them locked.
+#define MIDAIR_EXCLUDES(...) MIDAIR_THREADS(locks_excluded(__VA_ARGS__))
+/// A function that the analysis can't follow; a comment beside it says why it is right.
+#define MIDAIR_NO_THREAD_ANALYSIS MIDAIR_THREADS(no_thread_safety_analysis)
+
+namespace midair::base
+{
+
+/// std::mutex, known to clang's analysis.
+class MIDAIR_THREADS(capability("mutex")) Mutex
+{
+public:
+    void lock() MIDAIR_THREADS(acquire_capability()) { _mutex.lock(); }
+    void unlock() MIDAIR_THREADS(release_capability()) { _mutex.unlock(); }
+    bool try_lock() MIDAIR_THREADS(try_acquire_capability(true)) { return _mutex.try_lock(); }
+
+private:
+    friend class Lock;
+    std::mutex _mutex;
+};
+
+/// Holds a mutex until it goes out of scope, or until unlock(); lock() takes it again.
+class MIDAIR_THREADS(scoped_lockable) Lock
+{
+public:
+    explicit Lock(Mutex& mutex) MIDAIR_THREADS(acquire_capability(mutex)) : _lock(mutex._mutex) {}
+    ~Lock() MIDAIR_THREADS(release_capability()) {}
+    Lock(const Lock&) = delete;
+    Lock& operator=(const Lock&) = delete;
+    void lock() MIDAIR_THREADS(acquire_capability()) { _lock.lock(); }
+    void unlock() MIDAIR_THREADS(release_capability()) { _lock.unlock(); }
+
+private:
+    friend class Condition;
+    std::unique_lock<std::mutex> _lock;
+};
+
+/// std::condition_variable on a Lock. It may wake without cause, so each wait stands in a loop that
+/// looks at what it waits for: in the loop clang sees that the lock is held, in a predicate it
+/// would not.
+class Condition
+{
+public:
+    void notifyOne() { _condition.notify_one(); }
+    void notifyAll() { _condition.notify_all(); }
+    void wait(Lock& lock) { _condition.wait(lock._lock); }
+    /// @return false when `duration` has passed
+    template<typename Duration>
+    bool waitFor(Lock& lock, Duration duration)
+    {
+        return _condition.wait_for(lock._lock, duration) == std::cv_status::no_timeout;
+    }
+    /// @return false when `time` has come
+    template<typename Time>
+    bool waitUntil(Lock& lock, Time time)
+    {
+        return _condition.wait_until(lock._lock, time) == std::cv_status::no_timeout;
+    }
+
+private:
+    std::condition_variable _condition;
+};
+
+} // namespace midair::base
