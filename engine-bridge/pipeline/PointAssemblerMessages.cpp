@@ -1,8 +1,8 @@
 // What a PointAssembler tells of objects that aren't felt as they are meant to be.
 #include "engine-bridge/pipeline/PointAssembler.h"
-#include "haptics/base/text/Alike.h"
+#include "haptics/base/text/MessageLog.h"
 #include "haptics/points/FittingSize.h"
-#include "haptics/sequence/FocusShare.h"
+#include "haptics/sequence/FieldOrder.h"
 
 #include <cmath>
 #include <optional>

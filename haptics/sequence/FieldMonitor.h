@@ -2,7 +2,7 @@
 
 #include "haptics/base/threads/StopToken.h"
 #include "haptics/propagation/SurfaceStatistics.h"
-#include "haptics/sequence/KelvinCost.h"
+#include "haptics/sequence/FieldOrder.h"
 #include "haptics/solvers/certificate/Certificate.h"
 #include "haptics/surface/SurfaceSampler.h"
 #include "haptics/surface/TriangleMesh.h"

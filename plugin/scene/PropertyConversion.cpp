@@ -1,7 +1,6 @@
 #include "plugin/scene/PropertyConversion.h"
 
 #include "engine-bridge/materials/MaterialLibrary.h"
-#include "engine-bridge/materials/OwnNumbers.h"
 #include "engine-bridge/player/SceneOptions.h"
 #include "haptics/base/text/NearestWord.h"
 

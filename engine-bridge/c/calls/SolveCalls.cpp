@@ -7,7 +7,6 @@
 #include "engine-bridge/playing/EarBound.h"
 #include "engine-bridge/rendering/ObjectModulation.h"
 #include "engine-bridge/solving/OneSolve.h"
-#include "haptics/base/AssignPart.h"
 #include "haptics/propagation/Exposure.h"
 #include "haptics/sequence/FieldSettings.h"
 

@@ -2,7 +2,6 @@
 
 #include "engine-bridge/c/midair.h"
 
-#include <cmath>
 #include <cstddef>
 #include <exception>
 #include <string>

@@ -2,13 +2,10 @@
 
 #include "engine-bridge/c/inside/Calls.h"
 #include "engine-bridge/materials/MaterialLibrary.h"
-#include "engine-bridge/materials/OwnNumbers.h"
 #include "engine-bridge/settings/SharedRows.h"
 #include "haptics/base/settings/Row.h"
 #include "haptics/base/settings/SettingText.h"
 #include "haptics/base/text/NearestWord.h"
-
-#include <vector>
 
 namespace midair::base
 {
