@@ -2,7 +2,7 @@
 #include "engine-bridge/pipeline/PointAssembler.h"
 #include "haptics/base/text/MessageLog.h"
 #include "haptics/points/FittingSize.h"
-#include "haptics/sequence/FieldOrder.h"
+#include "haptics/sequence/FocusShare.h"
 
 #include <cmath>
 #include <optional>

@@ -3,6 +3,7 @@
 #include "haptics/array/TransducerArray.h"
 #include "haptics/base/threads/StopToken.h"
 #include "haptics/points/ControlPoints.h"
+#include "haptics/points/PosedObject.h"
 #include "haptics/points/Workspace.h"
 
 #include <string>

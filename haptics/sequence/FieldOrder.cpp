@@ -1,17 +1,12 @@
 #include "haptics/sequence/FieldOrder.h"
 
 #include "haptics/base/InputError.h"
-#include "haptics/base/Limits.h"
 #include "haptics/base/Units.h"
-#include "haptics/points/FittedLevel.h"
-#include "haptics/propagation/PressureField.h"
-#include "haptics/propagation/ReferencePropagation.h"
 #include "haptics/solvers/FieldProblem.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <vector>
 
 #include <fmt/format.h>
 
@@ -29,66 +24,6 @@ float onLevel(float angle, int levels)
 }
 
 } // namespace
-
-KelvinCost kelvinCost(const ControlPoints& points,
-                      const Eigen::VectorXcf& q,
-                      const TransducerArray& array,
-                      const Medium& medium,
-                      int threads,
-                      const base::StopToken& stop)
-{
-    std::vector<Eigen::Index> kept;
-    for (Eigen::Index l = 0; l < points.size(); ++l)
-        if (points.targets[l] > 0.0) kept.push_back(l);
-    KelvinCost cost;
-    if (kept.empty() || q.size() != array.size()) return cost;
-    const Eigen::Matrix3Xd places = points.positions(Eigen::all, kept);
-    Eigen::VectorXd a = points.targets(kept);
-    raiseTargets(a);
-    const auto pressure_Pa = [&](const Medium& air) -> Eigen::VectorXd
-    { return pressureAt(places, array, air, q, threads, stop).cwiseAbs().cast<double>(); };
-    Medium other = medium;
-    other.temperature_C += medium.temperature_C + 1.0 <= base::kMostTemperature_C ? 1.0 : -1.0;
-    const double level = fittedLevel(pressure_Pa(medium), a);
-    const Eigen::VectorXd y = pressure_Pa(other);
-    const double otherLevel = fittedLevel(y, a);
-    if (!(level > 0.0) || !(otherLevel > 0.0)) return cost;
-    cost.level = otherLevel / level;
-    cost.rms = relativeErrors(y, a, points.absolute ? 1.0 : otherLevel).rms;
-    return cost;
-}
-
-void holdToShare(const std::vector<int>& small,
-                 int whole,
-                 double loudness,
-                 const TransducerArray& array,
-                 const Medium& medium,
-                 ControlPoints& points)
-{
-    const double most = small.empty() ? 0.0 : points.targets.maxCoeff();
-    if (!(most > 0.0)) return;
-    const double now = points.size();
-    const double all = std::max(now, now - static_cast<double>(small.size()) + whole);
-    const bool isAlone = !points.absolute && small.size() == static_cast<std::size_t>(now);
-    const Eigen::VectorXd reached_Pa =
-        referencePropagationMatrix(pick(points, small).positions, array, medium)
-            .cwiseAbs()
-            .rowwise()
-            .sum();
-    const double share = kSureShare * std::min(loudness, 1.0) / std::sqrt(all);
-    for (std::size_t i = 0; i < small.size(); ++i)
-    {
-        double& target = points.targets[small[i]];
-        const double sure_Pa = share * reached_Pa[static_cast<Eigen::Index>(i)];
-        if (isAlone)
-            target *= sure_Pa / most;
-        else if (points.absolute)
-            target = std::min(target, sure_Pa);
-        else
-            target *= std::sqrt(now / all);
-    }
-    points.absolute = points.absolute || isAlone;
-}
 
 CycleSteps cycleSteps(const std::vector<Eigen::VectorXcf>& cycle)
 {

@@ -1,9 +1,6 @@
 #pragma once
 
-#include "haptics/array/Medium.h"
 #include "haptics/array/TransducerArray.h"
-#include "haptics/base/threads/StopToken.h"
-#include "haptics/points/ControlPoints.h"
 
 #include <Eigen/Core>
 
@@ -11,40 +8,6 @@
 
 namespace midair::haptics
 {
-
-/// What is left of a field in air that is 1 K warmer than it was solved for: sound is faster by
-/// 0.17 %, so that waves from near and far transducers no longer arrive in step.
-struct KelvinCost
-{
-    double rms = 0.0;   ///< relative, at the points; 0: not measured
-    double level = 0.0; ///< fitted level over that in \a medium; 0: not measured
-};
-
-/// Plays \a q (m) in \a medium and in air 1 K warmer, or colder where the medium can't be warmer,
-/// and compares |p| at those of \a points that have a target. Takes as long as two matrices for
-/// them. Nothing is measured without such points, and for silence. Throws base::Stopped.
-KelvinCost kelvinCost(const ControlPoints& points,
-                      const Eigen::VectorXcf& q,
-                      const TransducerArray& array,
-                      const Medium& medium,
-                      int threads,
-                      const base::StopToken& stop = {});
-
-/// Share of what a focus of its own reaches, over the root of the number of points, that each of
-/// many points is sure to get; below what solvers reach, so that it is exceeded by none of them
-/// (tests/haptics/sequence/FocusShareTest.cpp).
-constexpr double kSureShare = 0.3;
-
-/// Lowers the targets of those points of \a points, by their indices \a small, that stand for
-/// objects which are one focus each, to what one of their points would get if the objects had their
-/// \a whole points: one focus has all of the sound. Where there are no others, targets in Pa take
-/// the place of relative ones, and \a loudness counts up to 1.
-void holdToShare(const std::vector<int>& small,
-                 int whole,
-                 double loudness,
-                 const TransducerArray& array,
-                 const Medium& medium,
-                 ControlPoints& points);
 
 /// Size of the steps of a cycle, including that from the last field to the first. The cycle has K
 /// >= 1 fields of equal length.

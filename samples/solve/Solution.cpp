@@ -3,7 +3,7 @@
 #include "haptics/propagation/PressureField.h"
 #include "haptics/propagation/RingingMean.h"
 #include "haptics/propagation/SurfaceStatistics.h"
-#include "haptics/sequence/FieldOrder.h"
+#include "haptics/sequence/FieldMonitor.h"
 #include "haptics/solvers/certificate/Certificate.h"
 
 #include <algorithm>

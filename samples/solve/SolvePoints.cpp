@@ -8,7 +8,7 @@
 #include "haptics/points/FittingSize.h"
 #include "haptics/points/ReachedOutlines.h"
 #include "haptics/propagation/SurfaceStatistics.h"
-#include "haptics/sequence/FieldOrder.h"
+#include "haptics/sequence/FocusShare.h"
 #include "haptics/sequence/FieldSettings.h"
 #include "haptics/surface/ObjReader.h"
 #include "haptics/surface/SurfaceSampler.h"

@@ -1,5 +1,6 @@
+#include "haptics/sequence/FocusShare.h"
+
 #include "haptics/points/FittingSize.h"
-#include "haptics/sequence/FieldOrder.h"
 #include "haptics/solvers/HologramSolver.h"
 #include "haptics/surface/SurfaceSampler.h"
 
