@@ -204,6 +204,5 @@ midair_status midair_cancel(midair_scene* scene)
             const std::lock_guard<std::mutex> lock(of->solveMutex);
             of->stop->request();
             of->stop = std::make_shared<base::StopSource>();
-            return MIDAIR_OK;
         });
 }
