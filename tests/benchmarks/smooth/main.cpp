@@ -98,7 +98,7 @@ void runOutlines(bool quick, const OutlineOptions& options, std::FILE* csv)
                 "%-30s %6s %5s | %9s %6s | %9s %6s %6s  %s\n",
                 options.spacing,
                 options.starts,
-                base::instructionSetName(base::instructionSet()),
+                midair::base::instructionSetName(midair::base::instructionSet()),
                 "",
                 "points",
                 "asked",

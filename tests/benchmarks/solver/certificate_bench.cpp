@@ -47,7 +47,7 @@ struct Times
 void printCertificates(const Arguments& arguments)
 {
     const TransducerArray array = TransducerArray::octagonalPrism();
-    std::printf("# %s\n", base::instructionSetName(base::instructionSet()));
+    std::printf("# %s\n", midair::base::instructionSetName(midair::base::instructionSet()));
     std::printf("n,radius_m,bound,relaxed,best,gap_percent,rank,rounds,tight,matrix_ms,bound_ms,"
                 "search_ms,total_ms,total_cpu_ms\n");
     for (const int n : arguments.sizes)
