@@ -215,7 +215,7 @@ private:
             const TransducerState state = _fit.states[static_cast<std::size_t>(i)];
             if (state != TransducerState::FINE && state != TransducerState::REVERSED) continue;
             ++count;
-            phases += std::pow(wrapped(std::arg(_h[i])), 2.0);
+            phases += std::pow(wrappedToHalfTurn(std::arg(_h[i])), 2.0);
             gainSum += std::abs(_h[i]);
             gains += std::norm(_h[i]);
             const double loud = way(microphone.places.col(0), i);
@@ -230,11 +230,6 @@ private:
         const double P = double(microphone.places.cols());
         _fit.expectedError_rad = std::sqrt(5.0 * std::pow(_fit.phaseSpread_rad, 2.0) / count +
                                            std::pow(microphone.scatter_rad, 2.0) / P);
-    }
-
-    static double wrapped(double angle_rad)
-    {
-        return angle_rad - base::kPi * std::round(angle_rad / base::kPi);
     }
 
     const TransducerArray& _array;
