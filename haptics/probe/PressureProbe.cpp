@@ -20,7 +20,7 @@ using Complex = std::complex<double>;
 constexpr double kFarthest_s = 3600.0;
 constexpr double kMostSamples = 1e8;
 // After as many time constants nothing is left of a change, in double precision.
-constexpr double kForgotten = 40.0;
+constexpr double kForgottenByProbe = 40.0;
 
 } // namespace
 
@@ -268,7 +268,7 @@ Eigen::VectorXcd PressureProbe::at(const Eigen::Vector3d& point, const ProbeOpti
     const double first_s = arrivals.delay_s.front(), last_s = arrivals.delay_s.back();
     const int samples = options.samples();
     const Course course =
-        courseOf(options.begin_s - last_s - kForgotten * _array.ringing_s,
+        courseOf(options.begin_s - last_s - kForgottenByProbe * _array.ringing_s,
                  options.begin_s + static_cast<double>(samples) / options.rate_Hz - first_s);
 
     Eigen::VectorXcd pressure_Pa = Eigen::VectorXcd::Zero(samples);

@@ -206,9 +206,4 @@ std::string Environment::reportFile()
     return midair::base::userVariable("OSG_MIDAIR_REPORT").value_or("");
 }
 
-void Environment::trustVariablesOfProgram()
-{
-    midair::base::trustVariablesOfProgram();
-}
-
 } // namespace osgMidair

@@ -1,6 +1,7 @@
 /// The main sample: an object that moves in the array, with the field that is played for it, in a
 /// window or as pictures.
 
+#include "device/autd3/emulator/RehearsedAutd3.h"
 #include "samples/demo/DemoOptions.h"
 #include "samples/demo/DemoReport.h"
 #include "samples/demo/DemoScene.h"
@@ -337,6 +338,7 @@ int main(int argc, char** argv)
     if (!parseDemoOptions(argc, argv, options, status)) return status;
     catchStopSignals();
     catchMuteSignals();
+    midair::device::registerRehearsedAutd3();
     try
     {
         if (options.benchmark) return runBenchmark(options);

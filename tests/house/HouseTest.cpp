@@ -389,7 +389,7 @@ TEST(House, EachMessageCodeIsSaid)
 TEST(House, TheTopLevelIsAsItIs)
 {
     const std::set<std::string> files = {
-        "CMakeLists.txt", "README.md", "LICENSE", "CHANGELOG.md", "CONTRIBUTING.md"};
+        "CMakeLists.txt", "CMakePresets.json", "README.md", "LICENSE", "CHANGELOG.md", "CONTRIBUTING.md"};
     for (const auto& entry : fs::directory_iterator(kRoot))
     {
         const std::string name = entry.path().filename().string();

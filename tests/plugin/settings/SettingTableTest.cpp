@@ -212,7 +212,6 @@ TEST(SettingTable, CopiesAndFilesKeepEachRow)
 
 TEST(SettingTable, MakesTheVariables)
 {
-    Environment::trustVariablesOfProgram();
     const auto& usage = osg::ApplicationUsage::instance()->getEnvironmentalVariables();
     for (const Setting<HapticSettings>& row : sceneSettings().rows())
     {
