@@ -3,6 +3,7 @@
 #include "device/DeviceUri.h"
 #include "device/FieldCounters.h"
 #include "device/limits/GuardedDevice.h"
+#include "device/limits/Lead.h"
 
 #include <algorithm>
 #include <cctype>
@@ -54,6 +55,7 @@ MultiDevice::MultiDevice(std::vector<Part> parts, int transducers) :
         _parts.begin(), _parts.end(), [](const Part& part) { return part.device->canStage(); }))),
     _cuts(_parts.size())
 {
+    follow(std::make_shared<Lead>());
 }
 
 // Notes the skew of the last field once all devices have handed it over. Joints measure their own.
@@ -112,10 +114,16 @@ bool MultiDevice::setAmplitudeCap(double amplitude)
     return all;
 }
 
-void MultiDevice::noteSign(double at_s)
+void MultiDevice::keepAlive()
 {
     for (const Part& part : _parts)
-        part.device->noteSign(at_s);
+        part.device->keepAlive();
+}
+
+void MultiDevice::follow(const std::shared_ptr<Lead>& lead)
+{
+    for (const Part& part : _parts)
+        part.device->follow(lead);
 }
 
 bool MultiDevice::isHoldOver() const
