@@ -3,7 +3,6 @@
 #include "device/DeviceUri.h"
 #include "device/FieldCounters.h"
 #include "device/limits/GuardedDevice.h"
-#include "device/limits/Lead.h"
 
 #include <algorithm>
 #include <cctype>
@@ -55,7 +54,6 @@ MultiDevice::MultiDevice(std::vector<Part> parts, int transducers) :
         _parts.begin(), _parts.end(), [](const Part& part) { return part.device->canStage(); }))),
     _cuts(_parts.size())
 {
-    follow(std::make_shared<Lead>());
 }
 
 // Notes the skew of the last field once all devices have handed it over. Joints measure their own.
