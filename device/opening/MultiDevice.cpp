@@ -112,10 +112,16 @@ bool MultiDevice::setAmplitudeCap(double amplitude)
     return all;
 }
 
-void MultiDevice::noteSign(double at_s)
+void MultiDevice::keepAlive()
 {
     for (const Part& part : _parts)
-        part.device->noteSign(at_s);
+        part.device->keepAlive();
+}
+
+void MultiDevice::follow(const std::shared_ptr<Lead>& lead)
+{
+    for (const Part& part : _parts)
+        part.device->follow(lead);
 }
 
 bool MultiDevice::isHoldOver() const

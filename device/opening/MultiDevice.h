@@ -37,9 +37,10 @@ public:
     void silence() override;
     void setMuted(bool muted) override;
     bool setAmplitudeCap(double amplitude) override;
-    void noteSign(double at_s) override;
-    bool isHoldOver() const override;    ///< that of any
-    double confirmed_s() const override; ///< by all
+    void keepAlive() override;
+    void follow(const std::shared_ptr<Lead>& lead) override; ///< all the same one
+    bool isHoldOver() const override;                        ///< that of any
+    double confirmed_s() const override;                     ///< by all
     std::string status() const override;
     DeviceReport report() const override;
     DriveAbility ability() const override; ///< of the coarsest and slowest; no sequences

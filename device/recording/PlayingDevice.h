@@ -40,7 +40,8 @@ public:
     void silence() override;                                         ///< ends playing
     void setMuted(bool muted) override { _device->setMuted(muted); } ///< playing goes on, silently
     bool setAmplitudeCap(double amplitude) override { return _device->setAmplitudeCap(amplitude); }
-    void noteSign(double at_s) override { _device->noteSign(at_s); }
+    void keepAlive() override { _device->keepAlive(); }
+    void follow(const std::shared_ptr<Lead>& lead) override { _device->follow(lead); }
     bool isHoldOver() const override { return _device->isHoldOver(); }
     double confirmed_s() const override { return _device->confirmed_s(); }
     std::string status() const override;

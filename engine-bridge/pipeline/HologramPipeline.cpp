@@ -45,8 +45,7 @@ void HologramPipeline::openOutput()
                            _options.array.size(), _options.array.board, _options.array.dead}] {
         return factory(uri, layout);
     };
-    _output =
-        std::make_unique<ArrayOutput>(open, _messages, _options.array.dead, _options.reopen_s);
+    _output = std::make_unique<ArrayOutput>(open, _messages, _options.reopen_s);
     setEars();
     useAbility();
 }
@@ -243,7 +242,10 @@ void HologramPipeline::play(haptics::FieldSequence sequence, HologramResult& res
     }
     else
     {
-        _output->play(sequence, _options.array.size(), _options.solverOptions.stop);
+        std::vector<device::DriveSignal> drives = std::move(_proven.drives);
+        if (drives.empty())
+            drives = drivesOf(sequence.fields, _options.array.size(), _options.array.dead);
+        _output->play(std::move(drives), sequence.modulation, _options.solverOptions.stop);
         const bool isStored = _line.isSlowerThan(sequence.modulation.fieldRate_Hz);
         if (sequence.fields.size() > 1 && _line.isSlowerThan(_options.fieldRate) && !isStored)
             _messages.say({base::MessageCode::DEVICE_SLOW,
@@ -310,7 +312,8 @@ void HologramPipeline::measure(const haptics::TransducerArray& array, HologramRe
 {
     keepArray(array, result);
     const std::vector<Eigen::VectorXcf> wanted = result.sequence.fields;
-    if (measurePlayed(*_output, array, _options.medium, _options.solverOptions, _proven, result))
+    if (measurePlayed(
+            *_output, array, _options.medium, _options.solverOptions, _proven.held, result))
         return;
     const bool modulated = result.sequence.modulation.amplitudeRate_Hz > 0.0;
     tellOfSilence(where(array, result.points.positions, modulated), wanted, result.sequence.report);

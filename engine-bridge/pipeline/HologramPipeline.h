@@ -71,7 +71,8 @@ public:
     /// See ArrayOutput. Any thread.
     void setMuted(bool muted) { _output->setMuted(muted); }
 
-    void noteSign(double at_s) { _output->noteSign(at_s); } ///< see ArrayOutput
+    /// See ArrayOutput. To be called before the first process().
+    void follow(const std::shared_ptr<device::Lead>& lead) { _output->follow(lead); }
 
     /// To be called before the first process(). Once \a stop is requested, process() and attend()
     /// return within milliseconds and send nothing more: process() returns a silent result that
@@ -183,7 +184,7 @@ private:
     std::shared_ptr<const HologramResult> _last;
     bool _changed = false;    // the options have changed since _last
     bool _earsMoved = false;  // since then, where a limit holds for them
-    CappedField _proven;      // the field of the last cap(), if it was held
+    CappedDrives _proven;     // by the last cap(), which play() sends; without drives: not capped
     Eigen::VectorXcf _solved; // what _last was made of, before caps; empty: of something else
     std::string _invalid;     // what is wrong with the options; empty: nothing
     UpdateRate _updates;

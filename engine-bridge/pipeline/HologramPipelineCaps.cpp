@@ -100,7 +100,7 @@ void HologramPipeline::cap(const haptics::TransducerArray& array,
 {
     _proven = {};
     if (sequence.isHeld() && sequence.achieved_Pa.size() > 0)
-        _proven = {1.0, sequence.fields.front(), sequence.achieved_Pa};
+        _proven.held = {1.0, sequence.fields.front(), sequence.achieved_Pa};
     if (!_capped && !(_ears.limit_dB() > 0.0)) return;
     if (_capped) result.maxPressure_Pa = _cap->max_Pa();
     if (sequence.isEmpty()) return;
@@ -110,7 +110,7 @@ void HologramPipeline::cap(const haptics::TransducerArray& array,
     const std::vector<Eigen::VectorXcf> wanted = sequence.fields;
     sequence.report.capFactor = _cap->hold(place, sequence, &_proven);
     // Of parts that may sound alone the cap adds up each by itself.
-    if (!_output->ability().part.empty()) _proven = {};
+    if (!_output->ability().part.empty()) _proven.held = {};
     if (sequence.report.capFactor >= 1.0) return;
     ++_counters.capped;
     if (sequence.report.capFactor <= 0.0)
