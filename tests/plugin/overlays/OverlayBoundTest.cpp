@@ -1,6 +1,7 @@
 // A viewer finds its home by the scene's bound.
 
 #include <osgMidair/HapticOverlays>
+#include <osgMidair/WorkspaceBox>
 
 #include <osg/Shape>
 #include <osg/ShapeDrawable>
@@ -17,7 +18,7 @@ TEST(OverlayBound, IsOfWhatIsShownAlone)
     root->addChild(overlays);
     overlays->setShowAll(false);
     const float alone = root->getBound().radius();
-    const osg::ref_ptr<Overlay> one = overlays->getWorkspace();
+    const osg::ref_ptr<Overlay> one = overlays->get<WorkspaceBox>();
     one->addChild(new osg::ShapeDrawable(new osg::Box(osg::Vec3(), 10.0f)));
     EXPECT_EQ(root->getBound().radius(), alone) << "hidden while it grows";
     one->setShown(true);

@@ -2,6 +2,7 @@
 
 #include "tests/plugin/KitTest.h"
 
+#include <osgMidair/FieldSliceOverlay>
 #include <osgMidair/HapticOverlays>
 #include <osgMidair/HapticPoints>
 #include <osgMidair/HapticScene>
@@ -114,8 +115,8 @@ inline osg::ref_ptr<HapticScene> unusualScene()
     points->setPriority(4);
     scene->addChild(points);
     osg::ref_ptr<HapticOverlays> overlays = new HapticOverlays;
-    overlays->setShowArray(false);
-    overlays->setShowExposure(true);
+    overlays->setShown("array", false);
+    overlays->setShown("ears", true);
     EXPECT_TRUE(overlays->setNumber("sliceRadius", 0.0625));
     scene->addChild(overlays);
     return scene;
@@ -228,7 +229,7 @@ inline void expectUnusual(osg::Node* node)
     ASSERT_NE(overlays, nullptr);
     for (const OverlayDescription& one : HapticOverlays::describe())
         EXPECT_EQ(overlays->getOverlay(one.name)->isShown(), one.name != "Array") << one.name;
-    EXPECT_EQ(overlays->getFieldSlice()->getRadius(), 0.0625);
+    EXPECT_EQ(overlays->get<FieldSliceOverlay>()->getRadius(), 0.0625);
 }
 
 } // namespace osgMidair::test

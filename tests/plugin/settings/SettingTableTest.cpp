@@ -8,6 +8,7 @@
 #include "plugin/settings/EnvironmentVariables.h"
 #include "tests/plugin/KitTest.h"
 
+#include <osgMidair/ArrayGhost>
 #include <osgMidair/HapticOverlays>
 
 #include <osg/ApplicationUsage>
@@ -282,8 +283,8 @@ TEST(OverlayKinds, CopiesAndFilesKeepEachNumber)
                 ASSERT_NE(back, nullptr) << type;
                 EXPECT_EQ(number.get(*back->getOverlay(kind.name)), wanted)
                     << number.name << " in " << type;
-                EXPECT_FALSE(back->getShowHands());
-                EXPECT_TRUE(back->getShowFieldVolume());
+                EXPECT_FALSE(back->isShown("hands"));
+                EXPECT_TRUE(back->isShown("volume"));
                 for (const auto& [others, other] : overlayKinds())
                     for (const OverlayNumber& same : other.numbers)
                         EXPECT_TRUE(same.name == number.name ||
@@ -301,7 +302,7 @@ TEST(OverlayKinds, NumbersOutOfRangeInAFileAreToldAndTheDefaultStays)
     const osg::ref_ptr<osg::Node> read = [&]
     {
         const osg::ref_ptr<HapticOverlays> node = new HapticOverlays;
-        node->getArray()->setOpacity(7.0F); // the overlay's own setter doesn't check
+        node->get<ArrayGhost>()->setOpacity(7.0F); // the overlay's own setter doesn't check
         return throughFile(*node, "Binary");
     }();
     const auto* back = dynamic_cast<HapticOverlays*>(read.get());
@@ -316,7 +317,7 @@ TEST(OverlayKinds, AreRefusedWhereTheyClash)
     OverlayKind kind = overlayKinds().begin()->second;
     const Notices notices;
     const OverlayRegistration again(kind);
-    kind = {8, "Fog", "fog", "the fog", 0xFFC5, 70, kind.make}; // F8
+    kind = {8, "Fog", "fog", "the fog", "fog", 0xFFC5, 70, kind.make}; // F8
     const OverlayRegistration mute(kind);
     EXPECT_EQ(overlayKinds().size(), before);
     for (const char* said : {"its place, name, word or key is that of ControlPoints",
