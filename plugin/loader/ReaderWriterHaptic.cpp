@@ -83,9 +83,10 @@ private:
 template<class T>
 bool keepInRange(const Setting<T>& row, const std::string& value, T& object, std::string& error)
 {
+    const std::string problem = row.problem(object, value);
     std::string what;
     if (!row.repair(object, what)) return true;
-    error = row.name + " is \"" + value + "\", should be " + row.expected() +
+    error = row.name + " " + problem +
             (row.isSafety ? "; nothing is played" : "; " + row.defaultText() + " is used");
     return false;
 }
