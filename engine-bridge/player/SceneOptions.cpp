@@ -26,6 +26,7 @@ ContactRendererOptions contactsOf(const SceneSettings& settings)
     contacts.tracker.path.largestStep_m = settings.contactStep;
     contacts.tracker.path.mostFoci = settings.contactFoci;
     contacts.field.mask = settings.contactMask;
+    contacts.tracker.hold_s = contacts.shares.hold_s = settings.contactHold;
     return contacts;
 }
 

@@ -99,7 +99,12 @@ std::vector<base::Setting<S>> contactRows()
                      "follows, or a name from the user's grants")
             .variable("TEMPERATURE_SOURCE")
             .effect(Effect::NOTHING)
-            .wish()};
+            .wish(),
+        // More would outlast the frames that a scene hands over once hands are gone.
+        base::Row<S>("contactHold",
+                     &S::contactHold,
+                     "how long contacts of a hand that the tracker lost go on")
+            .range(0.0, 0.3, "s")};
 }
 
 /// All rows of SceneSettings \a S that are no FieldSettings.

@@ -94,6 +94,7 @@ inline HapticSettings unusualSettings()
     s.dead = "17, 400-410";
     s.weak = "3:0.5";
     s.temperatureSource = "room/thermometer.txt";
+    s.contactHold = 0.25;
     return s;
 }
 
@@ -199,6 +200,7 @@ inline void expectUnusual(const HapticSettings& s)
     expectNear(s.contactRate, wanted.contactRate);
     expectNear(s.contactStep, wanted.contactStep);
     EXPECT_EQ(s.contactFoci, wanted.contactFoci);
+    EXPECT_EQ(s.contactHold, wanted.contactHold);
     EXPECT_EQ(s.contactMask, wanted.contactMask);
     expectNear(s.trackerError, wanted.trackerError);
     EXPECT_EQ(s.dead, wanted.dead);
