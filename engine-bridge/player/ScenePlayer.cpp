@@ -142,7 +142,7 @@ HologramOptions ScenePlayer::options() const
 void ScenePlayer::apply()
 {
     if (!mayPlay() || _wanted.on == PlayedOn()) return;
-    const unsigned effects = effectsOf(*_wanted.settings, *_played.settings);
+    const unsigned effects = sceneTable().effects(*_wanted.settings, *_played.settings);
     const bool isOpen =
         _opening.isOpen && _wanted.on == _played.on && !(effects & base::Effect::REOPEN);
     const bool isSame = isOpen && !(effects & base::Effect::SOLVE) &&

@@ -12,6 +12,10 @@
 #include "samples/views/ShownObject.h"
 #include "samples/views/StopSignal.h"
 
+#include <osgMidair/FieldSliceOverlay>
+#include <osgMidair/FieldVolumeOverlay>
+#include <osgMidair/Hud>
+
 #include <osg/Timer>
 #include <osgDB/WriteFile>
 #include <osgGA/OrbitManipulator>
@@ -98,7 +102,7 @@ double nearestPoint_mm(const osgMidair::HapticField& field, const osg::Vec3d& pl
 DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, bool draw)
 {
     DemoPicture picture;
-    osgMidair::FieldSliceOverlay& slice = *scene.overlays().getFieldSlice();
+    osgMidair::FieldSliceOverlay& slice = *scene.overlays().get<osgMidair::FieldSliceOverlay>();
     picture.frame = viewer.getFrameStamp()->getFrameNumber();
     const double start = seconds();
     // Fields of contacts go on by themselves and are of no frame.
@@ -121,8 +125,9 @@ DemoPicture settle(osgViewer::Viewer& viewer, DemoScene& scene, double time_s, b
     picture.latency_ms = scene.haptics().getStatistics().latency_ms;
     frame(viewer, scene, time_s, draw); // hands the field to the overlays
     if (slice.isShown()) slice.waitFor(field->getFrameNumber(), 20.0);
-    if (scene.overlays().getShowFieldVolume())
-        scene.overlays().getFieldVolume()->waitFor(field->getFrameNumber(), 20.0);
+    if (scene.overlays().isShown("volume"))
+        scene.overlays().get<osgMidair::FieldVolumeOverlay>()->waitFor(field->getFrameNumber(),
+                                                                       20.0);
     picture.fieldFrame = slice.getShownFrame();
     picture.peak_Pa = slice.getPeakPressure();
     picture.peakToPoint_mm = nearestPoint_mm(*field, slice.getPeak());
@@ -141,8 +146,9 @@ void finish(DemoScene& scene, DemoReport& report)
     report.statistics = scene.haptics().getStatistics();
     report.array = scene.haptics().getArray();
     report.temperature_C = scene.haptics().getTemperature();
-    report.slice_ms = scene.overlays().getFieldSlice()->getComputeTime_ms();
-    report.slicesPerSecond = scene.overlays().getFieldSlice()->getSlicesPerSecond();
+    report.slice_ms = scene.overlays().get<osgMidair::FieldSliceOverlay>()->getComputeTime_ms();
+    report.slicesPerSecond =
+        scene.overlays().get<osgMidair::FieldSliceOverlay>()->getSlicesPerSecond();
     report.transducers = report.statistics.transducers;
 }
 
@@ -167,7 +173,7 @@ int runHeadless(const DemoOptions& options)
     const bool areKeysAsked = std::any_of(options.numbers.begin(),
                                           options.numbers.end(),
                                           [](const auto& each) { return each.first == "keyTime"; });
-    if (!areKeysAsked) scene.overlays().getHud()->setKeyTime(0.0);
+    if (!areKeysAsked) scene.overlays().get<osgMidair::Hud>()->setKeyTime(0.0);
 
     osgViewer::Viewer viewer;
     viewer.setLightingMode(osg::View::NO_LIGHT);
@@ -204,7 +210,7 @@ int runHeadless(const DemoOptions& options)
         report.seconds += spent;
         report.addFrame(1e3 * spent, scene.haptics().getStatistics());
         if (!draw || i % between != between - 1) continue;
-        osgMidair::Hud& figures = *scene.overlays().getHud();
+        osgMidair::Hud& figures = *scene.overlays().get<osgMidair::Hud>();
         const double interval_s = figures.getUpdateInterval();
         figures.setUpdateInterval(0.0);
         DemoPicture picture = settle(viewer, scene, i * kFrameTime_s, draw);
@@ -270,8 +276,8 @@ int runBenchmark(const DemoOptions& options)
     std::printf("slice       %.1f/s, %.1f ms each; volume %.1f/s, %.1f ms each\n",
                 report.slicesPerSecond,
                 report.slice_ms,
-                scene.overlays().getFieldVolume()->getVolumesPerSecond(),
-                scene.overlays().getFieldVolume()->getComputeTime_ms());
+                scene.overlays().get<osgMidair::FieldVolumeOverlay>()->getVolumesPerSecond(),
+                scene.overlays().get<osgMidair::FieldVolumeOverlay>()->getComputeTime_ms());
     const double thread_ms = (after.thread_ms - before.thread_ms) / std::max(1, done);
     std::printf("cpu         %.1f ms a frame in all threads; of these %.1f ms update, %.1f ms cull "
                 "and draw in the viewer's thread\n",
